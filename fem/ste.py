@@ -1,0 +1,72 @@
+"""The STE map as data: names of its axes, checks, load and save."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from fem.gear import GearPair, as_attributes, from_attributes, require
+
+TORQUE, PHASE, TE = "torque", "phase", "te"
+
+
+def ste_map(pair: GearPair, torque, phase, te, **attributes) -> xr.Dataset:
+    """Dataset with te [m] over torque [N m] and phase [1]; the pair and further inputs stand in the attributes.
+
+    torque      (n_torque,) pinion torque F r_b1 of the mesh force F, increasing from 0 (unloaded transmission error)
+    phase       (n_phase,) position in the mesh cycle as share of a pitch, in [0, 1); 0: pair 0 at the pitch point
+    te          (n_torque, n_phase) transmission error on the line of action, > 0: the pinion leads
+    """
+    data = xr.Dataset(
+        {TE: ((TORQUE, PHASE), np.asarray(te, float), {"units": "m", "long_name": "static transmission error"})},
+        coords={
+            TORQUE: (TORQUE, np.asarray(torque, float), {"units": "N m", "long_name": "pinion torque"}),
+            PHASE: (PHASE, np.asarray(phase, float), {"units": "1", "long_name": "phase of the mesh cycle"}),
+        },
+        attrs={"title": "static transmission error map", **as_attributes(pair), **attributes},
+    )
+    check(data)
+    return data
+
+
+def check(data: xr.Dataset) -> xr.Dataset:
+    """The same dataset, after checking that it is a usable STE map.
+
+    Raises ValueError for missing names, NaN, axes that do not increase, phases outside [0, 1).
+    """
+    missing = [name for name in (TE, TORQUE, PHASE) if name not in data.variables]
+    require(not missing, f"an STE map has the variables te, torque and phase; missing: {missing}")
+    te = data[TE].transpose(TORQUE, PHASE).values
+    torque, phase = data[TORQUE].values, data[PHASE].values
+    require(bool(np.isfinite(te).all()), "te must be finite everywhere; solve the missing states or drop their torque")
+    require(bool((np.diff(torque) > 0).all() and torque[0] >= 0), f"torque must increase from 0 or above, got {torque}")
+    rising = (np.diff(phase) > 0).all() and phase[0] >= 0 and phase[-1] < 1
+    require(bool(rising), f"phase must increase within [0, 1) as share of a pitch, got {phase}")
+    return data
+
+
+def pair_of(data: xr.Dataset) -> GearPair:
+    """The gear pair whose inputs stand in the map's attributes; ValueError where they are not there."""
+    try:
+        return from_attributes(data.attrs)
+    except KeyError as missing:
+        raise ValueError(f"the map's attributes lack the gear input {missing}; make it with fem.ste_map") from None
+
+
+def save(data: xr.Dataset, path) -> Path:
+    """Write netCDF whole or not at all: into a neighbour file first, then renamed over path."""
+    path = Path(path)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        data.to_netcdf(part, engine="h5netcdf")
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+    return path
+
+
+def load(path) -> xr.Dataset:
+    """Read and check an STE map that `save` or Dataset.to_netcdf wrote."""
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        return check(data.load())

@@ -1,0 +1,86 @@
+"""The plan of the house: every module has a floor and imports only from lower ones."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+FLOORS = {
+    "fem.units": 0,
+    "fem.cache": 0,
+    "fem.gear": 1,
+    "fem.profile": 2,
+    "fem.ste": 2,
+    "fem.mesh": 3,
+    "fem.hertz": 3,
+    "fem.compliance": 4,
+    "fem.contact": 5,
+    "fem.transmission": 6,
+    "fem": 6.5,
+    "exugear.force": 7,
+    "exugear.gearbox": 7,
+    "exugear.spectrum": 7,
+    "exugear.plots": 7,
+    "exugear.kinematics": 8,
+    "exugear.connector": 9,
+    "exugear.plan": 10,
+    "exugear.model": 11,
+    "exugear.run": 12,
+    "exugear": 13,
+}
+DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste"}
+FENCES = {
+    "skfem": {"fem.mesh", "fem.compliance"},
+    "exudyn": {"exugear.connector", "exugear.plan", "exugear.model", "exugear.run"},
+    "matplotlib": {"exugear.plots"},
+}
+TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}
+
+
+def module_name(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+
+
+def imported(path: Path) -> set[str]:
+    """Absolute names of all that a module imports; ``from a import b`` counts as ``a.b`` where that is a module."""
+    package = path.parent.name
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = ".".join(filter(None, [package if node.level else "", node.module or ""]))
+            modules = {f"{base}.{alias.name}" for alias in node.names} & FLOORS.keys()
+            names |= modules or {base}
+    return names
+
+
+MODULES = {module_name(path): path for package in ("fem", "exugear") for path in (ROOT / package).glob("*.py")}
+
+
+def test_every_module_has_a_floor():
+    assert MODULES.keys() <= FLOORS.keys()
+
+
+@pytest.mark.parametrize("module", sorted(MODULES))
+def test_imports_point_down(module):
+    ours = {name for name in imported(MODULES[module]) if name in FLOORS}
+    assert {name for name in ours if FLOORS[name] >= FLOORS[module]} == set()
+
+
+@pytest.mark.parametrize("module", sorted(name for name in MODULES if name.startswith("exugear")))
+def test_exugear_enters_fem_by_its_doors(module):
+    assert {name for name in imported(MODULES[module]) if name.split(".")[0] == "fem"} <= DOORS_TO_FEM
+
+
+@pytest.mark.parametrize("module", sorted(MODULES))
+def test_big_libraries_stay_behind_their_fences(module):
+    for library, allowed in FENCES.items():
+        if any(name.split(".")[0] == library for name in imported(MODULES[module])):
+            assert module in allowed
+
+
+def test_top_level_holds_nothing_else():
+    entries = {path.name for path in ROOT.iterdir() if not path.name.startswith(".")}
+    assert {name for name in entries if not name.endswith(".egg-info") and name != "build"} <= TOP_LEVEL
