@@ -18,6 +18,7 @@ from fem.ste import PHASE, TE, TORQUE, check, pair_of
 from fem.units import um
 
 HEADER = 8
+PHASE_STEPS, PENETRATION_STEPS, BACKLASH, DAMPING, RAMP, BACK_PHASE, SIZE = range(7)
 PHASES = 512
 PENETRATIONS = 64
 DAMPING_RAMP = 1 * um
@@ -52,7 +53,7 @@ def secant(patch, a, b, t, w):
 @compiled
 def flank_force(law, phase, deflection, rate):
     """Force >= 0 but for damping [N] of one flank; ValueError(deflection, largest) beyond the table."""
-    n, m = int(law[0]), int(law[1])
+    n, m = int(law[PHASE_STEPS]), int(law[PENETRATION_STEPS])
     x = (phase - floor(phase)) * n
     i = min(int(x), n - 1)
     t = x - i
@@ -71,16 +72,16 @@ def flank_force(law, phase, deflection, rate):
     patches = HEADER + 4 * n
     row = 4 * (m + 1)
     k = secant(law, patches + i * row + 4 * j, patches + following * row + 4 * j, t, y - j)
-    r = min(penetration / law[4], 1.0)
-    return k * penetration + law[3] * r * r * (3.0 - 2.0 * r) * rate
+    r = min(penetration / law[RAMP], 1.0)
+    return k * penetration + law[DAMPING] * r * r * (3.0 - 2.0 * r) * rate
 
 
 @compiled
 def mesh_force(law, phase, deflection, rate):
     """Force [N] of both flanks at the nominal centre distance: > 0 on the driving flank, < 0 on the other."""
-    if deflection >= -0.5 * law[2]:
+    if deflection >= -0.5 * law[BACKLASH]:
         return flank_force(law, phase, deflection, rate)
-    return -flank_force(law, law[5] - phase, -(deflection + law[2]), -rate)
+    return -flank_force(law, law[BACK_PHASE] - phase, -(deflection + law[BACKLASH]), -rate)
 
 
 @compiled
@@ -175,7 +176,7 @@ class MeshForce:
 
     def unloaded(self, phase: float) -> tuple[float, float]:
         """Deflections at loss of contact and at the end of the map [m]."""
-        n = int(self.law[0])
+        n = int(self.law[PHASE_STEPS])
         x = (phase % 1.0) * n
         i = min(int(x), n - 1)
         edge = self.law[HEADER : HEADER + 4 * n].reshape(n, 4)
@@ -270,7 +271,8 @@ def _tabulate(force: MeshForce) -> tuple[np.ndarray, float]:
     jam = -2 * edge[:, 0].min()
     room = f"backlash must be >= {jam:.4g} m, or the unloaded error jams the teeth, got {force.backlash}"
     require(force.backlash >= jam, room)
-    scalars = (force.backlash, force.damping, DAMPING_RAMP, force.back_phase, 0, 0)
-    header = np.array([n, PENETRATIONS, *scalars], float)
     patches = np.stack([k, k_p, k_u, k_pu], axis=-1)
+    size = HEADER + edge.size + patches.size
+    scalars = (force.backlash, force.damping, DAMPING_RAMP, force.back_phase)
+    header = np.array([n, PENETRATIONS, *scalars, size, 0], float)
     return np.concatenate([header, edge.ravel(), patches.ravel()]), float(tangent.max())
