@@ -1,5 +1,7 @@
 """From gear data to static transmission error maps by finite elements."""
 
 from fem.gear import STEEL, Gear, GearPair, Material
+from fem.ste import load, save, ste_map
+from fem.transmission import static_transmission_error
 
-__all__ = ["STEEL", "Gear", "GearPair", "Material"]
+__all__ = ["STEEL", "Gear", "GearPair", "Material", "load", "save", "static_transmission_error", "ste_map"]

@@ -1,6 +1,6 @@
 """Macro-geometry of involute cylindrical gears and of the pair they make (ISO 21771), checked when born."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from math import acos, asin, atan, cos, pi, sin, sqrt, tan
 
 from fem.units import GPa, deg, mm
@@ -81,7 +81,10 @@ class Gear:
         self._check_teeth()
 
     def _fill_defaults(self) -> None:
-        fill = lambda name, value: getattr(self, name) is None and object.__setattr__(self, name, value)  # noqa: E731
+        def fill(name: str, value: float) -> None:
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
+
         object.__setattr__(self, "z", int(self.z))
         fill("x", 0.0 if self.s_n is None else (self.s_n / self.m_n - pi / 2) / (2 * tan(self.alpha_n)))
         require_within("x", self.x, -2, 2, remedy="(profile shift in modules; s_n is in metres: 3.78*mm)")
@@ -105,7 +108,8 @@ class Gear:
 
     def _check_teeth(self) -> None:
         s_a = self.thickness(self.r_a)
-        require(s_a > 0, f"teeth are pointed: tip thickness {s_a / mm:.3g} mm at d_a = {self.d_a / mm:g} mm; reduce d_a or x")
+        tip = f"tip thickness {s_a / mm:.3g} mm at d_a = {self.d_a / mm:g} mm"
+        require(s_a > 0, f"teeth are pointed: {tip}; reduce d_a or x")
         form = self.roll_form
         require(
             form > 0,
@@ -226,7 +230,8 @@ class GearPair:
             )
             clearance = self.a - gear.r_f - mate.r_a
             deeper = f"raise a = {self.a / mm:g} mm or reduce d_f of the {name}"
-            require(clearance > 0, f"tip clearance at the {name}'s root must be > 0, got {clearance / mm:g} mm; {deeper}")
+            got = f"got {clearance / mm:g} mm; {deeper}"
+            require(clearance > 0, f"tip clearance at the {name}'s root must be > 0, {got}")
         j = self.backlash
         looser = f"raise a = {self.a / mm:.6g} mm or reduce s_n"
         require(j > -1e-9, f"backlash must be >= 0, got {j / mm:.4g} mm on the line of action; {looser}")
@@ -297,25 +302,6 @@ class GearPair:
 
     @property
     def back_phase(self) -> float:
-        """Phase p' + p of back-flank contact p' when the driving flank stands at phase p (both 0 at the pitch point)."""
+        """Sum of the phases of driving and back flank: the back flank's phase is this minus the driving flank's."""
         r_w1 = self.pinion.r_b / cos(self.alpha_wt)
         return (self.pinion.thickness(r_w1) * self.pinion.z / (2 * pi * r_w1)) % 1.0
-
-
-def as_attributes(pair: GearPair) -> dict[str, float]:
-    """All inputs of a pair as flat numbers, for the attributes of a file."""
-    attributes = {"a": pair.a}
-    for name, gear in (("pinion", pair.pinion), ("wheel", pair.wheel)):
-        attributes |= {f"{name}_{f.name}": getattr(gear, f.name) for f in fields(Gear) if f.name != "material"}
-        attributes |= {f"{name}_{f.name}": getattr(gear.material, f.name) for f in fields(Material)}
-    return attributes
-
-
-def from_attributes(attributes) -> GearPair:
-    """The pair whose inputs `as_attributes` wrote."""
-    gears = []
-    for name in ("pinion", "wheel"):
-        material = Material(**{f.name: float(attributes[f"{name}_{f.name}"]) for f in fields(Material)})
-        data = {f.name: float(attributes[f"{name}_{f.name}"]) for f in fields(Gear) if f.name != "material"}
-        gears.append(Gear(**data, material=material))
-    return GearPair(*gears, a=float(attributes["a"]))

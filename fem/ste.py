@@ -1,12 +1,13 @@
 """The STE map as data: names of its axes, checks, load and save."""
 
 import os
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from fem.gear import GearPair, as_attributes, from_attributes, require
+from fem.gear import Gear, GearPair, Material, require
 
 TORQUE, PHASE, TE = "torque", "phase", "te"
 
@@ -24,7 +25,7 @@ def ste_map(pair: GearPair, torque, phase, te, **attributes) -> xr.Dataset:
             TORQUE: (TORQUE, np.asarray(torque, float), {"units": "N m", "long_name": "pinion torque"}),
             PHASE: (PHASE, np.asarray(phase, float), {"units": "1", "long_name": "phase of the mesh cycle"}),
         },
-        attrs={"title": "static transmission error map", **as_attributes(pair), **attributes},
+        attrs={"title": "static transmission error map", **pair_attributes(pair), **attributes},
     )
     check(data)
     return data
@@ -46,12 +47,28 @@ def check(data: xr.Dataset) -> xr.Dataset:
     return data
 
 
+def pair_attributes(pair: GearPair) -> dict[str, float]:
+    """All inputs of a pair as flat numbers; `pair_of` reads them back."""
+    attributes = {"a": pair.a}
+    for name, gear in (("pinion", pair.pinion), ("wheel", pair.wheel)):
+        attributes |= {f"{name}_{f.name}": getattr(gear, f.name) for f in fields(Gear) if f.name != "material"}
+        attributes |= {f"{name}_{f.name}": getattr(gear.material, f.name) for f in fields(Material)}
+    return attributes
+
+
+def _gear(attributes, name: str) -> Gear:
+    material = Material(**{f.name: float(attributes[f"{name}_{f.name}"]) for f in fields(Material)})
+    sizes = [f.name for f in fields(Gear) if f.name not in ("z", "material")]
+    lengths = {size: float(attributes[f"{name}_{size}"]) for size in sizes}
+    return Gear(z=int(attributes[f"{name}_z"]), material=material, **lengths)
+
+
 def pair_of(data: xr.Dataset) -> GearPair:
     """The gear pair whose inputs stand in the map's attributes; ValueError where they are not there."""
     try:
-        return from_attributes(data.attrs)
+        return GearPair(_gear(data.attrs, "pinion"), _gear(data.attrs, "wheel"), a=float(data.attrs["a"]))
     except KeyError as missing:
-        raise ValueError(f"the map's attributes lack the gear input {missing}; make it with fem.ste_map") from None
+        raise ValueError(f"the map's attributes lack the gear input {missing}; make the map with fem.ste_map") from None
 
 
 def save(data: xr.Dataset, path) -> Path:

@@ -1,0 +1,52 @@
+"""Arrays on disk, keyed by what they were computed from; data only, each file whole or absent."""
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+Arrays = dict[str, np.ndarray]
+
+
+def folder() -> Path:
+    """Cache folder: $EXUGEAR_CACHE, or exugear in the user's cache folder."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(os.environ.get("EXUGEAR_CACHE") or Path(base) / "exugear")
+
+
+def cached(inputs: str, compute: Callable[[], Arrays]) -> Arrays:
+    """The arrays that compute() gives, from disk where they were computed from the same inputs before.
+
+    Raises ValueError for a file that is damaged or holds something else: remove it and run again.
+    """
+    path = folder() / f"{hashlib.sha256(inputs.encode()).hexdigest()[:32]}.npz"
+    if path.exists():
+        return _read(path, inputs)
+    arrays = compute()
+    _write(path, arrays | {"inputs": np.array(inputs)})
+    return arrays
+
+
+def _read(path: Path, inputs: str) -> Arrays:
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = dict(stored)
+        if str(arrays.pop("inputs")) == inputs:
+            return arrays
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        pass
+    raise ValueError(f"cache file {path} is damaged or foreign; remove it and run again")
+
+
+def _write(path: Path, arrays: Arrays) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with part.open("wb") as file:
+            np.savez(file, allow_pickle=False, **arrays)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,232 @@
+"""Frictionless unilateral contact of two gears at one phase and load: potential contact strips, gap, active set.
+
+The gears turn so that the contact moves from the root to the tip of the pinion. Pair k runs k pitches ahead of pair 0,
+which stands at the pitch point at phase 0. Under the transmission error delta > 0 the pinion has run ahead by
+delta / (2 r_b1) and the wheel stayed behind by delta / (2 r_b2), so that neither gear is preferred.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from fem import profile
+from fem.compliance import Compliance
+from fem.gear import Gear, GearPair
+from fem.hertz import flattening, half_width, log_mean
+
+STRIPS = 17
+WINDOW = 1.5
+
+
+@dataclass(frozen=True)
+class Flanks:
+    """Two tooth flanks that may touch: `own` carries the strips, whose normals are the directions of contact.
+
+    own, mate       the gears; own is the pinion before the pitch point, the wheel behind it, so that only the
+                    mate's tip can end the strips
+    a, alpha        centre distance [m], working transverse pressure angle [rad]
+    roll_nominal    roll length of own's flank on the line of action [m]
+    pair            number of the pair of teeth
+    """
+
+    own: Gear
+    mate: Gear
+    a: float
+    alpha: float
+    roll_nominal: float
+    pair: int
+    own_is_pinion: bool
+
+    def against(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Normal gap [m], mate's roll length [m], lever of the normal about the mate over its base radius."""
+        beta = -self.alpha - (roll - self.roll_nominal) / self.own.r_b
+        normal = np.stack([-np.sin(beta), np.cos(beta)])
+        arm = np.array([[self.a], [0.0]]) - self.own.r_b * np.stack([normal[1], -normal[0]]) - roll * normal
+        mate_roll = np.sqrt(np.maximum((arm**2).sum(axis=0) - self.mate.r_b**2, 0.0))
+        turn = np.arctan2(arm[1], arm[0]) - np.arctan2(mate_roll, self.mate.r_b) + self.alpha
+        lever = (arm[0] * normal[1] - arm[1] * normal[0]) / self.mate.r_b
+        mate_nominal = self.a * np.sin(self.alpha) - self.roll_nominal
+        return lever * (self.mate.r_b * turn + mate_roll - mate_nominal), mate_roll, lever
+
+    @cached_property
+    def roll_limits(self) -> tuple[float, float]:
+        """Roll lengths of own's flank between which the mate's flank can touch it: the mate's tip corner, own's tip."""
+        low, high = self.own.roll_form, self.own.roll_tip
+        corner, inside = low, high
+        if self.against(np.array([low]))[1][0] > self.mate.roll_tip:
+            for _ in range(60):
+                middle = (corner + inside) / 2
+                beyond = self.against(np.array([middle]))[1][0] > self.mate.roll_tip
+                corner, inside = (middle, inside) if beyond else (corner, middle)
+        return inside if corner > low else low, high
+
+    @cached_property
+    def closest(self) -> float:
+        """Roll length of own's flank where the two are closest [m]."""
+        low, high = self.roll_limits
+        return min(max(self.roll_nominal, low), high)
+
+    @cached_property
+    def separation(self) -> float:
+        """Transmission error at which the two just touch [m]."""
+        gap, _, lever = self.against(np.array([self.closest]))
+        return float(gap[0] / approach(lever)[0])
+
+    @cached_property
+    def radius(self) -> float:
+        """Relative radius of curvature where the two are closest [m]."""
+        mate = self.against(np.array([self.closest]))[1][0]
+        return self.closest * mate / (self.closest + mate)
+
+    def strips(self, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """Arc lengths on pinion and wheel (2, n), gap (n,), approach (n,) and width of n equal strips [m].
+
+        The strips cover the flank as far as reach [m] on either side of the closest point.
+        """
+        low, high = profile.arc_length(self.own, np.array(self.roll_limits))
+        centre = profile.arc_length(self.own, self.closest)
+        edges = np.linspace(max(low, centre - reach), min(high, centre + reach), STRIPS + 1)
+        arcs = (edges[1:] + edges[:-1]) / 2
+        gap, mate_roll, lever = self.against(profile.roll_at(self.own, arcs))
+        both = np.stack([arcs, profile.arc_length(self.mate, mate_roll)])
+        return both if self.own_is_pinion else both[::-1], gap, approach(lever), edges[1] - edges[0]
+
+    def spills(self, reach: float, load: np.ndarray) -> bool:
+        """Whether load (n_slice, n) presses on an end strip that could have more flank beside it."""
+        low, high = profile.arc_length(self.own, np.array(self.roll_limits))
+        centre = profile.arc_length(self.own, self.closest)
+        pressed = np.any(load > 0, axis=0)
+        left, right = centre - reach > low, centre + reach < high
+        return bool((pressed[0] and left) or (pressed[-1] and right))
+
+
+def approach(lever: np.ndarray) -> np.ndarray:
+    """Normal approach per transmission error of which each gear turns one half; own's lever is its base radius."""
+    return (1 + lever) / 2
+
+
+def flanks_at(pair: GearPair, phase: float) -> list[Flanks]:
+    """All pairs of teeth within half a pitch of the path of contact, in the order of their separation."""
+    found = []
+    k_low = np.ceil((pair.roll_start - pair.roll_pitch) / pair.p_bt - phase - 0.5)
+    k_high = np.floor((pair.pinion.roll_tip - pair.roll_pitch) / pair.p_bt - phase + 0.5)
+    for k in range(int(k_low), int(k_high) + 1):
+        roll = pair.roll_pitch + (phase + k) * pair.p_bt
+        if roll < pair.roll_pitch:
+            found.append(Flanks(pair.pinion, pair.wheel, pair.a, pair.alpha_wt, roll, k, True))
+        else:
+            roll = pair.a * np.sin(pair.alpha_wt) - roll
+            found.append(Flanks(pair.wheel, pair.pinion, pair.a, pair.alpha_wt, roll, k, False))
+    return sorted(found, key=lambda flanks: flanks.separation)
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Compliance matrix (n, n) [m/N], gap (n,) [m] and approach (n,) of all potential contact strips."""
+
+    matrix: np.ndarray
+    gap: np.ndarray
+    approach: np.ndarray
+
+    def solve(self, force: float) -> tuple[float, np.ndarray]:
+        """Transmission error [m] and strip forces (n,) [N] with approach . f = force (primal-dual active set).
+
+        Raises RuntimeError where no active set settles.
+        """
+        active = np.ones(self.gap.size, bool)
+        rng = np.random.default_rng(0)
+        for step in range(200):
+            delta, f = self._with_active(active, force)
+            slack = self.matrix @ f + self.gap - self.approach * delta
+            wanted = np.where(active, f > 0, slack < 0)
+            if (wanted == active).all():
+                return delta, f
+            settled = step < 30
+            active = wanted if settled else np.where(rng.random(active.size) < 0.5, wanted, active)
+            if not active.any():
+                active[np.argmin(slack)] = True
+        raise RuntimeError("contact did not settle in 200 active sets; try a neighbouring phase or a finer density")
+
+    def _with_active(self, active: np.ndarray, force: float) -> tuple[float, np.ndarray]:
+        factor = cho_factor(self.matrix[np.ix_(active, active)], lower=True, check_finite=False)
+        approach, gap = self.approach[active], self.gap[active]
+        per_approach, per_gap = cho_solve(factor, np.stack([approach, gap], axis=1), check_finite=False).T
+        delta = (force + approach @ per_gap) / (approach @ per_approach)
+        f = np.zeros(active.size)
+        f[active] = per_approach * delta - per_gap
+        return float(delta), f
+
+
+def assemble(flanks: list[Flanks], pinion: Compliance, wheel: Compliance, reach: list[float]) -> Contact:
+    """Contact of the given pairs of teeth over half the face width; unknowns ordered (pair, slice, strip)."""
+    strips = [one.strips(r) for one, r in zip(flanks, reach, strict=True)]
+    slices = pinion.slices.size - 1
+    blocks = np.empty((len(flanks), slices, STRIPS, len(flanks), slices, STRIPS))
+    weights = [[interpolation(body.arcs, s[0][side]) for s in strips] for side, body in ((0, pinion), (1, wheel))]
+    for p, one in enumerate(flanks):
+        for q, other in enumerate(flanks[: p + 1]):
+            ahead = one.pair - other.pair
+            block = spread(pinion, ahead, weights[0][p], weights[0][q])
+            block = block + spread(wheel, -ahead, weights[1][p], weights[1][q])
+            blocks[p, :, :, q] = block
+            blocks[q, :, :, p] = block.transpose(2, 3, 0, 1)
+        local = local_compliance(one, strips[p][0], strips[p][3])
+        for z, width in enumerate(np.diff(pinion.slices)):
+            blocks[p, z, :, p, z] += local / width
+    n = len(flanks) * slices * STRIPS
+    matrix = blocks.reshape(n, n)
+    gap, closing = (np.concatenate([np.tile(s[i], slices) for s in strips]) for i in (1, 2))
+    return Contact((matrix + matrix.T) / 2, gap, closing)
+
+
+def interpolation(arcs: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(n_hat, n) values of the hats with tops at arcs."""
+    i = np.clip(np.searchsorted(arcs, at) - 1, 0, arcs.size - 2)
+    share = (at - arcs[i]) / (arcs[i + 1] - arcs[i])
+    weights = np.zeros((arcs.size, at.size))
+    weights[i, np.arange(at.size)], weights[i + 1, np.arange(at.size)] = 1 - share, share
+    return weights
+
+
+def spread(body: Compliance, ahead: int, here: np.ndarray, there: np.ndarray) -> np.ndarray:
+    """(slice, strip, slice, strip) compliance between strips here and strips there, on a tooth ahead of theirs."""
+    block = body.blocks[ahead] if ahead >= 0 else body.blocks[-ahead].transpose(2, 3, 0, 1)
+    return np.einsum("zhys,hn->znys", block @ there, here, optimize=True)
+
+
+def local_compliance(flanks: Flanks, arcs: np.ndarray, width: float) -> np.ndarray:
+    """(n, n) flattening of both flanks as half-planes, per slice of unit width [m^2/N]."""
+    own = arcs[0] if flanks.own_is_pinion else arcs[1]
+    both = flattening(flanks.own.material) + flattening(flanks.mate.material)
+    return both * log_mean(own[:, None] - own, width, width)
+
+
+def transmission_error(pair: GearPair, pinion: Compliance, wheel: Compliance, phase: float, force: float) -> float:
+    """Static transmission error [m] at one phase under the mesh force force >= 0 [N].
+
+    Raises RuntimeError where the contact does not settle.
+    """
+    candidates = flanks_at(pair, phase)
+    delta, touching = candidates[0].separation, 0
+    while force > 0:
+        reached = max(1, sum(flanks.separation < delta for flanks in candidates))
+        if reached <= touching:
+            break
+        touching = reached
+        delta = _pressed_together(candidates[:touching], pinion, wheel, force)
+    return delta
+
+
+def _pressed_together(flanks: list[Flanks], pinion: Compliance, wheel: Compliance, force: float) -> float:
+    """Transmission error of the given pairs of teeth, on strips wide enough to hold the contact."""
+    width = 2 * pinion.slices[-1]
+    hertz = [half_width(force / width, one.radius, one.own.material, one.mate.material) for one in flanks]
+    for window in (WINDOW, 2 * WINDOW, 4 * WINDOW):
+        reach = [window * half for half in hertz]
+        delta, f = assemble(flanks, pinion, wheel, reach).solve(force / 2)
+        loads = f.reshape(len(flanks), -1, STRIPS)
+        if not any(one.spills(r, load) for one, r, load in zip(flanks, reach, loads, strict=True)):
+            return delta
+    raise RuntimeError("contact is wider than four Hertzian widths; the load is beyond what the teeth can carry")

@@ -1,0 +1,184 @@
+"""Structured quadrilateral mesh of a gear's transverse section, its extrusion to hexahedra, and the flank's load basis.
+
+Tooth 0 points along y; teeth count counter-clockwise; the flank that faces counter-clockwise carries the load.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from skfem import MeshLine, MeshQuad
+
+from fem import profile
+from fem.gear import Gear
+from fem.profile import Polar
+
+BORE = "bore"
+
+
+@dataclass(frozen=True)
+class Density:
+    """Numbers of elements of the coarse section; `refined(q)` divides each of them into q.
+
+    flank, fillet, land     along the profile: involute, upper and lower half of the fillet each, root land
+    tooth, rim, body        half across the tooth, in the layer below the root, from there to the bore
+    width                   quadratic elements over half the face width; each is a slice of the contact
+    teeth                   toothed pitches on either side of tooth 0
+    """
+
+    flank: int = 20
+    fillet: int = 3
+    land: int = 1
+    tooth: int = 3
+    rim: int = 4
+    body: int = 6
+    width: int = 3
+    teeth: int = 2
+    divide: int = 1
+
+    def refined(self, q: int) -> "Density":
+        return replace(self, divide=self.divide * q)
+
+    def steps(self, name: str) -> np.ndarray:
+        """(n + 1,) equidistant stations in [0, 1] along the part called name."""
+        return np.linspace(0, 1, getattr(self, name) * self.divide + 1)
+
+
+def flank_arcs(gear: Gear, n: int, divide: int = 1) -> np.ndarray:
+    """(n divide + 1,) arc lengths of flank nodes from root form to tip [m], closer together near the tip."""
+    low, high = profile.arc_length(gear, np.array([gear.roll_form, gear.roll_tip]))
+    coarse = high - (high - low) * np.linspace(1, 0, n + 1) ** 1.5
+    return divided(coarse, divide)
+
+
+def divided(nodes: np.ndarray, q: int) -> np.ndarray:
+    """Each interval of nodes cut into q equal ones."""
+    n = len(nodes) - 1
+    return np.interp(np.linspace(0, n, n * q + 1), np.arange(n + 1), nodes)
+
+
+def coons(bottom, top, left, right) -> np.ndarray:
+    """(2, n, m) grid between four edges: bottom and top (2, n), left and right (2, m) (transfinite interpolation)."""
+    u = np.linspace(0, 1, bottom.shape[1])[:, None]
+    v = np.linspace(0, 1, left.shape[1])[None, :]
+    ruled = bottom[:, :, None] * (1 - v) + top[:, :, None] * v + left[:, None, :] * (1 - u) + right[:, None, :] * u
+    corners = (1 - u) * ((1 - v) * bottom[:, :1, None] + v * top[:, :1, None])
+    corners = corners + u * ((1 - v) * bottom[:, -1:, None] + v * top[:, -1:, None])
+    return ruled - corners
+
+
+def line(start, end, stations) -> np.ndarray:
+    """(2, n) points on the straight line from start to end at stations in [0, 1]."""
+    return np.asarray(start)[:, None] * (1 - stations) + np.asarray(end)[:, None] * stations
+
+
+def mirrored(points: np.ndarray) -> np.ndarray:
+    """Points reflected at the tooth's centre line."""
+    return points * np.array([[-1.0], [1.0]])
+
+
+def across_tooth(density: Density) -> np.ndarray:
+    """Stations in [0, 1] across the tooth, closer together at both flanks."""
+    half = 0.5 * density.steps("tooth") ** 1.5
+    return np.concatenate([half, 1 - half[-2::-1]])
+
+
+def tooth_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
+    """The tooth above the middle of its fillets and the layer below it down to `rim_radius`, as (2, n, m) grids."""
+    middle = (gear.alpha_t + np.pi / 2) / 2
+    arcs = flank_arcs(gear, density.flank, density.divide)
+    upper = gear.alpha_t + (middle - gear.alpha_t) * density.steps("fillet")[::-1]
+    lower = middle + (np.pi / 2 - middle) * density.steps("fillet")
+    involute = profile.cartesian(profile.flank(gear, profile.roll_at(gear, arcs)))
+    side = np.hstack([profile.cartesian(profile.fillet(gear, upper)), involute[:, 1:]])
+    land = profile.root_land(gear, density.land * density.divide)
+    foot = np.hstack([profile.cartesian(profile.fillet(gear, lower)), profile.cartesian(land)])
+    across = across_tooth(density)
+    base = line(side[:, 0], mirrored(side)[:, 0], across)
+    half_tip = float(profile.flank(gear, [gear.roll_tip]).psi[0])
+    tip = profile.cartesian(Polar(np.full(across.size, gear.r_a), half_tip * (1 - 2 * across)))
+    tooth = coons(base, tip, side, mirrored(side))
+    top = np.hstack([foot[:, ::-1], base[:, 1:-1], mirrored(foot)])
+    return [tooth, rim_block(gear, density, top)]
+
+
+def rim_radius(gear: Gear) -> float:
+    """Radius of the circle that ends the layer below the root [m]."""
+    return max(gear.r_f - 1.2 * gear.m_t, (gear.r_f + gear.d_bore / 2) / 2)
+
+
+def rim_block(gear: Gear, density: Density, top: np.ndarray) -> np.ndarray:
+    """Grid between the circle of `rim_radius` and the outline top (2, n) of one pitch."""
+    psi = np.linspace(np.pi, -np.pi, top.shape[1]) / gear.z
+    bottom = profile.cartesian(Polar(np.full(psi.size, rim_radius(gear)), psi))
+    steps = density.steps("rim")
+    return coons(bottom, top, line(bottom[:, 0], top[:, 0], steps), line(bottom[:, -1], top[:, -1], steps))
+
+
+def body_radii(gear: Gear, density: Density) -> np.ndarray:
+    """Radii from the bore to `rim_radius`, closer together outside [m]."""
+    inner, outer = gear.d_bore / 2, rim_radius(gear)
+    return outer - (outer - inner) * (1 - density.steps("body")) ** 1.5
+
+
+def ring_angles(gear: Gear, density: Density) -> np.ndarray:
+    """Angles of radial lines around the toothless rest of the ring [rad], coarser away from the teeth."""
+    start = (2 * density.teeth + 1) * np.pi / gear.z
+    first, rest = np.pi / gear.z, np.pi - start
+    growth = 1.3
+    n = max(2, int(np.ceil(np.log1p(rest * (growth - 1) / first) / np.log(growth))))
+    half = start + rest * (growth ** np.linspace(0, n, n * density.divide + 1) - 1) / (growth**n - 1)
+    return np.concatenate([2 * np.pi - half, half[-2::-1]])
+
+
+def polar_block(radii: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """(2, n_angles, n_radii) grid on circles and radial lines."""
+    r, psi = np.meshgrid(radii, angles)
+    return np.stack([-r * np.sin(psi), r * np.cos(psi)])
+
+
+def rotated(block: np.ndarray, angle: float) -> np.ndarray:
+    """Block turned counter-clockwise by angle [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([c * block[0] - s * block[1], s * block[0] + c * block[1]])
+
+
+def section_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
+    """All grids of the transverse section: toothed pitches, body below them, toothless rest of the ring."""
+    tooth, rim = tooth_blocks(gear, density)
+    radii = body_radii(gear, density)
+    body = polar_block(radii, np.linspace(np.pi, -np.pi, rim.shape[1]) / gear.z)
+    pitches = range(-density.teeth, density.teeth + 1)
+    blocks = [rotated(block, 2 * np.pi * k / gear.z) for k in pitches for block in (tooth, rim, body)]
+    outside = np.linspace(radii[-1], gear.r_f, density.rim * density.divide + 1)
+    return [*blocks, polar_block(np.concatenate([radii, outside[1:]]), ring_angles(gear, density))]
+
+
+def section(gear: Gear, density: Density) -> MeshQuad:
+    """Transverse section of the whole gear with the boundary "bore"."""
+    points, quads, offset = [], [], 0
+    for block in section_blocks(gear, density):
+        n, m = block.shape[1:]
+        index = offset + np.arange(n * m).reshape(n, m)
+        quads.append(np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]).reshape(4, -1))
+        points.append(block.reshape(2, -1))
+        offset += n * m
+    mesh = MeshQuad(*merged(np.hstack(points), np.hstack(quads), gear.m_n * 1e-7))
+    limit = gear.d_bore / 2 * (1 + 1e-6)
+    return mesh.with_boundaries({BORE: lambda x: np.hypot(*x) < limit})
+
+
+def merged(points: np.ndarray, cells: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points (2, n) without duplicates closer than tolerance, and the cells renumbered."""
+    keys = np.round(points / tolerance).astype(np.int64)
+    _, first, inverse = np.unique(keys, axis=1, return_index=True, return_inverse=True)
+    return np.ascontiguousarray(points[:, first]), np.ascontiguousarray(inverse.reshape(-1)[cells])
+
+
+def half_width(b: float, loaded: float, n: int) -> MeshLine:
+    """Mesh of [0, b/2] from mid-plane to free end face: n elements up to loaded/2, then some beyond."""
+    inner = loaded / 2 * (1 - np.linspace(1, 0, n + 1) ** 1.3)
+    rest = b / 2 - inner[-1]
+    if rest <= 1e-9 * b:
+        return MeshLine(inner)
+    beyond = max(1, round(rest / inner[1]))
+    return MeshLine(np.concatenate([inner, inner[-1] + rest * np.arange(1, beyond + 1) / beyond]))

@@ -1,0 +1,71 @@
+"""Static transmission error by finite elements: the table of contents of this package."""
+
+from dataclasses import replace
+from math import ceil, pi
+
+import numpy as np
+import xarray as xr
+from tqdm import tqdm
+
+from fem.compliance import flank_compliance
+from fem.contact import transmission_error
+from fem.gear import GearPair, require
+from fem.hertz import flattening
+from fem.mesh import Density
+from fem.ste import ste_map
+
+
+def static_transmission_error(
+    pair: GearPair, torque, phases=30, *, density: Density | None = None, progress: bool = True
+) -> xr.Dataset:
+    """STE map of an aligned spur pair: "te" [m] on the line of action over (torque, phase).
+
+    torque      pinion torque F r_b1 [N m], one or several increasing values >= 0; 0: unloaded transmission error
+    phases      number of equidistant phases from 0 (pair 0 at the pitch point), or their values in [0, 1)
+    density     of the FE mesh; the default is within 0.2 % of the converged mean and peak to peak
+    progress    show a bar with time left
+
+    The compliance of each different gear is kept in the cache (see `fem.cache.folder`).
+    Raises ValueError for bad input, RuntimeError where a contact does not settle.
+    Source: Korta et al., section IV; TE = theta_P r_b1 + theta_G r_b2.
+    """
+    beta = pair.pinion.beta
+    require(beta == 0, f"beta must be 0, got {beta:g} rad; only spur pairs are solved so far")
+    torque, phase = _checked_torque(pair, torque), _checked_phases(phases)
+    density = replace(density or Density(), teeth=ceil(pair.eps_alpha))
+    pinion, wheel = (flank_compliance(gear, density, pair.b) for gear in (pair.pinion, pair.wheel))
+    te = np.empty((torque.size, phase.size))
+    states = tqdm(np.ndindex(te.shape), "transmission error", te.size, disable=not progress, delay=1.0, leave=False)
+    for i, j in states:
+        te[i, j] = transmission_error(pair, pinion, wheel, phase[j], torque[i] / pair.pinion.r_b)
+    return ste_map(pair, torque, phase, te, density=str(density))
+
+
+def _checked_torque(pair: GearPair, torque) -> np.ndarray:
+    values = np.atleast_1d(np.asarray(torque, float))
+    rising = values.ndim == 1 and values.size > 0 and bool((np.diff(values) > 0).all())
+    require(rising and values[0] >= 0, f"torque must increase from 0 or above [N m]; sort it, got {torque}")
+    largest = largest_torque(pair)
+    limit = f"{largest:.4g} N m, where Hertz pressure passes E/20 (pass newton metres)"
+    require(bool(values[-1] < largest), f"torque must be finite and below {limit}, got {values[-1]:g}")
+    return values
+
+
+def largest_torque(pair: GearPair) -> float:
+    """Pinion torque at which Hertz pressure at the pitch point reaches E/20, far beyond any elastic gear [N m]."""
+    one, other = pair.pinion.material, pair.wheel.material
+    roll = pair.roll_pitch, pair.wheel.r_b * pair.roll_pitch / pair.pinion.r_b
+    curvature = 1 / roll[0] + 1 / roll[1]
+    modulus = 2 / (pi * (flattening(one) + flattening(other)))
+    pressure = min(one.E, other.E) / 20
+    return pair.pinion.r_b * pair.b * pi * pressure**2 / (modulus * curvature)
+
+
+def _checked_phases(phases) -> np.ndarray:
+    if np.ndim(phases) == 0:
+        require(phases == int(phases) and phases >= 4, f"phases must be a whole number, at least 4, got {phases}")
+        return np.arange(int(phases)) / int(phases)
+    values = np.asarray(phases, float)
+    rising = bool((np.diff(values) > 0).all()) and values.min() >= 0 and values.max() < 1
+    require(rising, f"phases must increase within [0, 1) as share of a pitch, got {phases}")
+    return values
