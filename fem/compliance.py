@@ -15,7 +15,7 @@ from skfem import Basis, BilinearForm, ElementLineP2, ElementQuad1, ElementQuad2
 
 from fem import mesh as meshes
 from fem.cache import Arrays, cached
-from fem.gear import Gear
+from fem.gear import Gear, Material
 from fem.hertz import flattening, log_mean
 from fem.mesh import BORE, Density
 from fem.solver import factorize
@@ -50,14 +50,14 @@ def _arrays(gear: Gear, density: Density, loaded: float) -> Arrays:
     arcs = meshes.flank_arcs(gear, density.flank)
     line = meshes.half_width(gear.b, loaded, density.width)
     edges = np.sort(line.p[0])[: density.width + 1]
-    coarse = meshes.section(gear, density)
-    solid = solid(gear, arcs, coarse, line, edges, density.teeth)
+    coarse, finer = meshes.section(gear, density), meshes.section(gear, density.refined(2))
+    blocks = solid(gear, arcs, coarse, line, edges, density.teeth)
     twin = plane_strain(gear, arcs, coarse, ElementQuad1(), density.teeth)
-    fine = plane_strain(gear, arcs, meshes.section(gear, density.refined(2)), ElementQuad2(), density.teeth)
+    fine = plane_strain(gear, arcs, finer, ElementQuad2(), density.teeth)
     fine[0] -= half_plane(gear, arcs)
     for j, width in enumerate(np.diff(edges)):
-        solid[:, j, :, j, :] += (fine - twin) / width
-    return {"arcs": arcs, "slices": edges, "blocks": solid}
+        blocks[:, j, :, j, :] += (fine - twin) / width
+    return {"arcs": arcs, "slices": edges, "blocks": blocks}
 
 
 def half_plane(gear: Gear, arcs: np.ndarray) -> np.ndarray:
@@ -75,32 +75,30 @@ def hats(arcs: np.ndarray, at: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(at, arcs, row) for row in np.eye(arcs.size)])
 
 
-def _lame(gear: Gear) -> tuple[float, float]:
-    E, nu = gear.material.E, gear.material.nu
+def lame_parameters(material: Material) -> tuple[float, float]:
+    """Lame's parameters lambda and mu [Pa]."""
+    E, nu = material.E, material.nu
     return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
 
 
-def elasticity(products, lame: float, mu: float) -> sp.csr_matrix:
-    """Stiffness from products[a][b] = integral of d_a v d_b u; component-major numbering."""
+def elasticity(products: list[list[sp.csr_matrix]], lame: float, mu: float) -> sp.csr_matrix:
+    """Stiffness matrix from products[a][b] = integral of d_a v d_b u; dofs numbered component by component."""
     axes = range(len(products))
-    laplace = sum(products[k][k] for k in axes)
-    rows = [
-        [lame * products[a][b] + mu * products[b][a] + (mu * laplace if a == b else 0 * laplace) for b in axes]
-        for a in axes
-    ]
+    laplace = sum((products[k][k] for k in axes[1:]), products[0][0])
+    rows = [[lame * products[a][b] + mu * products[b][a] + (a == b) * mu * laplace for b in axes] for a in axes]
     return sp.csr_matrix(sp.bmat(rows))
 
 
-def _section_products(basis: Basis) -> list[list[sp.csr_matrix]]:
-    """Integrals of d_a v d_b u over the section for a, b in (x, y, none)."""
-    part = (lambda u: u.grad[0], lambda u: u.grad[1], lambda u: u)
-    return [[BilinearForm(lambda u, v, w, a=a, b=b: a(v) * b(u)).assemble(basis) for b in part] for a in part]
+def products(basis: Basis) -> list[list[sp.csr_matrix]]:
+    """Integrals of d_a v d_b u for a, b over the coordinates and, last, over no derivative."""
+    parts = [lambda u, a=a: u.grad[a] for a in range(basis.mesh.dim())] + [lambda u: u]
+    return [[BilinearForm(lambda u, v, w, a=a, b=b: a(v) * b(u)).assemble(basis) for b in parts] for a in parts]
 
 
-def _line_products(basis: Basis) -> list[list[sp.csr_matrix]]:
-    """Integrals of d_a v d_b u over the width for a, b in (z, none)."""
-    part = (lambda u: u.grad[0], lambda u: u)
-    return [[BilinearForm(lambda u, v, w, a=a, b=b: a(v) * b(u)).assemble(basis) for b in part] for a in part]
+def extruded_products(section: Basis, across: Basis) -> list[list[sp.csr_matrix]]:
+    """Integrals of d_a v d_b u over the prism, a, b in (x, y, z): products of those over section and width."""
+    plane, width = products(section), products(across)
+    return [[sp.kron(plane[a][b], width[a < 2][b < 2], "csr") for b in range(3)] for a in range(3)]
 
 
 def flank_loads(gear: Gear, basis: Basis, arcs: np.ndarray, tooth: int) -> np.ndarray:
@@ -151,8 +149,7 @@ def _flank_facets(gear: Gear, mesh: MeshQuad, tooth: int) -> np.ndarray:
 def plane_strain(gear: Gear, arcs, mesh: MeshQuad, element, teeth: int) -> np.ndarray:
     """(teeth + 1, n_hat, n_hat) displacement into tooth d per line load on tooth 0 [m^2/N]."""
     basis = Basis(mesh, element)
-    products = _section_products(basis)
-    stiffness = elasticity([row[:2] for row in products[:2]], *_lame(gear))
+    stiffness = elasticity([row[:2] for row in products(basis)[:2]], *lame_parameters(gear.material))
     clamped = basis.get_dofs(BORE).all()
     free = np.setdiff1d(np.arange(2 * basis.N), np.concatenate([clamped, clamped + basis.N]))
     loads = [flank_loads(gear, basis, arcs, tooth)[free] for tooth in range(teeth + 1)]
@@ -163,10 +160,7 @@ def plane_strain(gear: Gear, arcs, mesh: MeshQuad, element, teeth: int) -> np.nd
 def solid(gear: Gear, arcs, section: MeshQuad, line, edges, teeth: int) -> np.ndarray:
     """(teeth + 1, n_slice, n_hat, n_slice, n_hat) displacement into tooth d per force on tooth 0 [m/N]."""
     basis, across = Basis(section, ElementQuad1()), Basis(line, ElementLineP2())
-    plane, width = _section_products(basis), _line_products(across)
-    along = lambda a: 0 if a == 2 else 1  # noqa: E731
-    products = [[sp.kron(plane[a][b], width[along(a)][along(b)], "csr") for b in range(3)] for a in range(3)]
-    stiffness = elasticity(products, *_lame(gear))
+    stiffness = elasticity(extruded_products(basis, across), *lame_parameters(gear.material))
     clamped = np.zeros((3, basis.N, across.N), bool)
     clamped[:, basis.get_dofs(BORE).all()] = True
     clamped[2, :, across.doflocs[0] < edges[1] * 1e-9] = True

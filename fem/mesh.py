@@ -6,7 +6,7 @@ Tooth 0 points along y; teeth count counter-clockwise; the flank that faces coun
 from dataclasses import dataclass, replace
 
 import numpy as np
-from skfem import MeshLine, MeshQuad
+from skfem import MeshHex, MeshLine, MeshQuad
 
 from fem import profile
 from fem.gear import Gear
@@ -182,3 +182,21 @@ def half_width(b: float, loaded: float, n: int) -> MeshLine:
         return MeshLine(inner)
     beyond = max(1, round(rest / inner[1]))
     return MeshLine(np.concatenate([inner, inner[-1] + rest * np.arange(1, beyond + 1) / beyond]))
+
+
+def hexahedra(gear: Gear, density: Density) -> MeshHex:
+    """The whole width as hexahedra with the boundary "bore", for pictures and export."""
+    half = np.sort(half_width(gear.b, gear.b, 2 * density.width).p[0])
+    mesh = extruded(section(gear, density), MeshLine(np.concatenate([-half[:0:-1], half])))
+    limit = gear.d_bore / 2 * (1 + 1e-6)
+    return mesh.with_boundaries({BORE: lambda x: np.hypot(x[0], x[1]) < limit})
+
+
+def extruded(quads: MeshQuad, line: MeshLine) -> MeshHex:
+    """Prism over quads along line; node of section node i and line node j: i * n_line + j."""
+    z = line.p[0]
+    n = z.size
+    points = np.vstack([np.repeat(quads.p, n, axis=1), np.tile(z, quads.p.shape[1])])
+    low, high = (quads.t[:, :, None] * n + end[None, None, :] for end in line.t)
+    (a, b, c, d), (e, f, g, h) = low.reshape(4, -1), high.reshape(4, -1)
+    return MeshHex(points, np.stack([a, e, d, b, h, f, c, g]))
