@@ -1,0 +1,24 @@
+"""Gear dynamics on Exudyn: from the STE map to the run-up."""
+
+from exugear.connector import CreateGearContact, Recorder
+from exugear.force import MeshForce
+from exugear.gearbox import Bearing, Gearbox, Shaft, Stage
+from exugear.model import Model, build
+from exugear.plan import Plan, plan
+from exugear.run import Run, run_up
+
+__all__ = [
+    "Bearing",
+    "CreateGearContact",
+    "Gearbox",
+    "MeshForce",
+    "Model",
+    "Plan",
+    "Recorder",
+    "Run",
+    "Shaft",
+    "Stage",
+    "build",
+    "plan",
+    "run_up",
+]

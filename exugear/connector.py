@@ -125,21 +125,26 @@ def CreateGearContact(
     require(np.isfinite(phase), f"phase must be finite, a share of a pitch, got {phase}")
     require(len(itemNumbers) == 2, f"itemNumbers must be [pinion, wheel], got {itemNumbers}")
     nodes = [node_of(mbs, item) for item in itemNumbers]
-    kinds = [str(mbs.GetNode(node)["nodeType"]) for node in nodes]
-    alike = f"itemNumbers need the same kind of node, got {kinds}; make both spatial or both rotational"
-    require(kinds[0] == kinds[1], alike)
-    if kinds[0] == "1D":
-        frame, kernel = rotational_frame(pair, phase, direction), rotational_forces
-    else:
-        axial = [axial_of(position) for position in localPositions]
-        reference = [list(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes]
-        check_distance(pair, reference_line(axial, reference))
-        frame, kernel = spatial_frame(pair, phase, direction, axial, reference), spatial_forces
+    frame = frame_of(mbs, nodes, pair, localPositions, phase=phase, direction=direction)
+    kernel = rotational_forces if str(mbs.GetNode(nodes[0])["nodeType"]) == "1D" else spatial_forces
     function = user_function(kernel, force.law, frame, recorder or Recorder())
     show = eii.VObjectGenericODE2(show=False)
     return mbs.AddObject(
         eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, forceUserFunction=function, visualization=show)
     )
+
+
+def frame_of(mbs, nodes, pair: GearPair, positions, *, phase: float, direction: int) -> np.ndarray:
+    """What the kernels know of the gears on two nodes; ValueError where the nodes and the pair do not fit."""
+    kinds = [str(mbs.GetNode(node)["nodeType"]) for node in nodes]
+    alike = f"itemNumbers need the same kind of node, got {kinds}; make both spatial or both rotational"
+    require(kinds[0] == kinds[1], alike)
+    if kinds[0] == "1D":
+        return rotational_frame(pair, phase, direction)
+    axial = [axial_of(position) for position in positions]
+    reference = [list(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes]
+    check_distance(pair, reference_line(axial, reference))
+    return spatial_frame(pair, phase, direction, axial, reference)
 
 
 def node_of(mbs, item):

@@ -130,3 +130,23 @@ def phase_of(frame: np.ndarray, spin: float) -> float:
     """Phase in [0, 1) where the pinion has turned by spin [rad] and the centres rest."""
     turned = frame[DIRECTION] * frame[TURNS] * spin + frame[PHASE]
     return turned - floor(turned)
+
+
+def rotational_row(frame: np.ndarray) -> np.ndarray:
+    """Row (2): deflection = row . coordinates."""
+    return frame[DIRECTION] * frame[[R_B1, R_B2]]
+
+
+def spatial_row(frame: np.ndarray) -> np.ndarray:
+    """Row (12) of the driving flank in the reference configuration."""
+    one, other = frame[REFERENCE_1:REFERENCE_2], frame[REFERENCE_2:]
+    none = np.zeros(6)
+    pole_1, a_1, b_1, centre_1 = placed(frame, REFERENCE_1, frame[AXIAL_1], none)
+    pole_2, a_2, b_2, centre_2 = placed(frame, REFERENCE_2, frame[AXIAL_2], none)
+    line = reference_line(frame[[AXIAL_1, AXIAL_2]], (one, other))
+    alpha = acos((frame[R_B1] + frame[R_B2]) / hypot(line[0], line[1]))
+    x, y, c, s = frame[E_X], frame[E_Y], frame[DIRECTION] * cos(alpha), sin(alpha)
+    n = (-c * y + s * x, c * x + s * y, 0.0)
+    r_w = frame[R_B1] / cos(alpha)
+    contact = (centre_1[0] + r_w * x, centre_1[1] + r_w * y, (centre_1[2] + centre_2[2]) / 2)
+    return np.r_[row_of(pole_1, contact, n, a_1, b_1), -np.array(row_of(pole_2, contact, n, a_2, b_2))]

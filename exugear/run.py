@@ -1,0 +1,294 @@
+"""Operating conditions: imposed speed and load torque over time, integrated from static equilibrium."""
+
+import re
+import time as clock
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from math import ceil, isfinite, pi
+
+import exudyn as exu
+import numpy as np
+import xarray as xr
+from exudyn.utilities import CreateSymbolicUserFunction
+from scipy.interpolate import CubicSpline
+from tqdm import tqdm
+
+from exugear.kinematics import phase_of
+from exugear.model import Model, lay, open_system, quiet
+from exugear.plan import BETA, GAMMA, STABLE, Coordinates
+from fem.gear import require, require_within
+from fem.ste import pair_attributes, save
+from fem.units import rpm
+
+NEWTON_TOLERANCE = 1e-5
+SEGMENTS = 100
+Course = float | tuple[float, float] | Callable[[float], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """What came out of a run.
+
+    data        Dataset over time [s] and stage: speed of the driving shaft [rad/s], mesh_frequency of the first stage
+                [Hz], dte (stage, time) [m], mesh_force (stage, time) [N]; all inputs in the attributes
+    wall_time   of the integration [s]
+    step        of the integrator [s]
+    """
+
+    data: xr.Dataset
+    wall_time: float
+    step: float
+
+    def save(self, path):
+        """Write the data as netCDF, whole or not at all."""
+        return save(self.data, path)
+
+
+def run_up(
+    model: Model,
+    *,
+    speed: Course,
+    duration: float,
+    load: Course,
+    tolerance: float = 1e-3,
+    step: float | None = None,
+    sample: float = 4e-5,
+    progress: bool = True,
+) -> Run:
+    """Impose the driving shaft's speed, load the driven shaft, integrate, record the meshes.
+
+    speed       [rad/s]: constant, (from, to), or a function of time [s]; the angle is its integral
+    duration    [s]
+    load        torque on the driven shaft against its motion [N m]: constant, (from, to), or a function of time
+    tolerance   relative error wanted of the rms of the DTE in windows of time; chooses the step
+    step        [s], instead of the one that tolerance chooses
+    sample      time between two recorded samples [s], rounded down to whole steps
+    progress    bar with the time left; False solves in one piece, so that your own sensors keep all their data
+
+    The run starts from static equilibrium under the initial load. Raises ValueError for input out of range and a step
+    beyond the stability limit; RuntimeError where the run leaves the map or Newton's iteration fails.
+    """
+    require_within("duration", duration, 0, 1e5, remedy="s")
+    require(0 < sample <= duration, f"sample must lie in (0, duration] s, got {sample}")
+    speed_of, load_of = course("speed", speed, duration), course("load", load, duration)
+    h = _step(model, tolerance, step, _fastest(model, speed_of, duration))
+    every = max(1, int(sample / h * (1 + 1e-9)))
+    samples = ceil(duration / (every * h) * (1 - 1e-9))
+    h = duration / (samples * every)
+    with quiet():
+        _impose(model, speed_of, load_of)
+        _start(model, float(load_of(0.0)), float(speed_of(0.0)))
+        for mesh in model.meshes:
+            mesh.recorder.start(every * h, samples + 1)
+        began = clock.perf_counter()
+        _integrate(model, h, samples * every, speed_of, progress)
+        wall_time = clock.perf_counter() - began
+    inputs = {"speed": str(speed), "duration": duration, "load": str(load), "tolerance": tolerance, "sample": every * h}
+    data = _labelled(model, np.arange(samples + 1) * every * h, speed_of)
+    data.attrs |= {"title": "run-up", **inputs, "step": h, "plan": str(model.plan), **_inputs(model)}
+    return Run(data, wall_time, h)
+
+
+class Line:
+    """a + b t, with its integral; works on numbers, arrays and Exudyn's symbols."""
+
+    def __init__(self, a: float, b: float):
+        self.a, self.b = a, b
+
+    def __call__(self, t):
+        return self.a + self.b * t
+
+    def integral(self, t):
+        return (self.a + 0.5 * self.b * t) * t
+
+
+class Curve:
+    """Cubic spline through a function of time, with its exact integral; quick for single numbers."""
+
+    def __init__(self, function: Callable[[float], float], duration: float):
+        n = int(min(max(1000, 200 * duration), 1e6))
+        self.dt, knots = duration / n, np.linspace(0, duration, n + 1)
+        spline = CubicSpline(knots, [float(function(t)) for t in knots])
+        self._value, self._integral = spline, spline.antiderivative()
+        self._values, self._integrals = self._value.c.T.tolist(), self._integral.c.T.tolist()
+
+    def __call__(self, t):
+        return self._value(t) if isinstance(t, np.ndarray) else self._at(self._values, t)
+
+    def integral(self, t):
+        return self._at(self._integrals, t)
+
+    def _at(self, pieces: list[list[float]], t: float) -> float:
+        i = min(max(int(t / self.dt), 0), len(pieces) - 1)
+        x, value = t - i * self.dt, 0.0
+        for c in pieces[i]:
+            value = value * x + c
+        return value
+
+
+def course(name: str, value: Course, duration: float) -> Line | Curve:
+    """Function of time from a number, (from, to) or a function; ValueError unless finite throughout."""
+    if callable(value):
+        curve = Curve(value, duration)
+        finite = np.isfinite(curve(np.linspace(0, duration, 1001))).all()
+        require(bool(finite), f"{name}(t) must be finite for 0 <= t <= {duration:g} s")
+        return curve
+    ends = np.ravel(value).astype(float)
+    require(ends.size in (1, 2), f"{name} must be a number, (from, to) or a function of time, got {value}")
+    require(bool(np.isfinite(ends).all()), f"{name} must be finite, got {value}")
+    return Line(float(ends[0]), float(ends[-1] - ends[0]) / duration)
+
+
+def _fastest(model: Model, speed_of, duration: float) -> float:
+    """Highest mesh frequency [Hz]; ValueError for speeds that are none."""
+    top = float(np.abs(speed_of(np.linspace(0, duration, 1001))).max())
+    require(top < 1e5, f"speed must stay below 1e5 rad/s, got {top:g}; pass 3500*rpm")
+    ratios = model.gearbox.ratios
+    return max(abs(ratios[s.fast.name]) * s.pair.pinion.z * top / (2 * pi) for s in model.gearbox.stages)
+
+
+def _step(model: Model, tolerance: float, step: float | None, mesh_frequency: float) -> float:
+    chosen = model.plan.step(tolerance, mesh_frequency)
+    if step is None:
+        return chosen
+    largest = model.plan.largest_step
+    require(step > 0, f"step must be > 0 s, got {step}")
+    limit = f"omega h < {STABLE:.3g} at {model.plan.omega / 2 / pi:.4g} Hz"
+    require(step < largest, f"step must be below {largest:.4g} s ({limit}: stability), got {step:g} s")
+    return step
+
+
+def _impose(model: Model, speed_of, load_of) -> None:
+    """Hand speed and load to the built system; lines become Exudyn's own expressions."""
+    mbs, sign = model.mbs, -model.gearbox.turns[model.gearbox.driven.name]
+
+    def angle(mbs, t, item, offset):
+        return speed_of.integral(t)
+
+    def rate(mbs, t, item, offset):
+        return speed_of(t)
+
+    def torque(mbs, t, load):
+        return sign * load_of(t)
+
+    if isinstance(speed_of, Line):
+        angle = CreateSymbolicUserFunction(mbs, angle, "offsetUserFunction", model.drive)
+        rate = CreateSymbolicUserFunction(mbs, rate, "offsetUserFunction_t", model.drive)
+    mbs.SetObjectParameter(model.drive, "offsetUserFunction", angle)
+    mbs.SetObjectParameter(model.drive, "offsetUserFunction_t", rate)
+    steady = isinstance(load_of, Line) and load_of.b == 0
+    mbs.SetLoadParameter(model.load, "load", sign * load_of(0.0) if steady else 0.0)
+    mbs.SetLoadParameter(model.load, "loadUserFunction", 0 if steady else torque)
+    mbs.Assemble()
+
+
+def _start(model: Model, load: float, speed: float) -> None:
+    """Static equilibrium under the initial load, all shafts turning as the driving one makes them."""
+    system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
+    forces = model.gearbox.static_forces(load)
+    q = np.zeros(system.ODE2Size())
+    elastic = Coordinates.BEARINGS in model.plan.shafts.values()
+    if elastic:
+        _, stiffness = open_system(model)
+        free = np.setdiff1d(np.arange(q.size), list(model.spins.values()))
+        push = -sum(force * mesh.row for force, mesh in zip(forces, model.meshes, strict=True))
+        q[free] = np.linalg.solve(stiffness[np.ix_(free, free)], push[free])
+    system.SetODE2Coordinates(lay(model, _deflections(model, forces), q), initial)
+    system.SetODE2Coordinates_t(np.zeros(q.size), initial)
+    if elastic:
+        settings = exu.SimulationSettings()
+        settings.solution.file.write = False
+        settings.staticSolver.newton.relativeTolerance = 1e-9
+        with _explained(model, 0.0, lambda t: speed):
+            model.mbs.SolveStatic(settings, updateInitialValues=True)
+    velocity = np.zeros(q.size)
+    for name, ratio in model.gearbox.ratios.items():
+        velocity[model.spins[name]] = ratio * speed
+    system.SetODE2Coordinates_t(velocity, initial)
+
+
+def _deflections(model: Model, forces: list[float]) -> list[float]:
+    """Static deflection of every mesh [m] at angle 0; ValueError for loads beyond the map."""
+    deflections = []
+    for force, mesh in zip(forces, model.meshes, strict=True):
+        law, phase = mesh.stage.force, phase_of(mesh.frame, 0.0)
+        if force >= 0:
+            deflections.append(law.deflection_at(phase, force))
+        else:
+            other = f"backlash must be finite for a load that lies on the other flank, got {law.backlash}"
+            require(isfinite(law.backlash), other)
+            deflections.append(-law.backlash - law.deflection_at(law.back_phase - phase, -force))
+    return deflections
+
+
+def _settings(h: float, first: int, last: int) -> exu.SimulationSettings:
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
+    integration = settings.timeIntegration
+    integration.startTime, integration.endTime, integration.numberOfSteps = first * h, last * h, last - first
+    integration.newton.useModifiedNewton = True
+    integration.newton.relativeTolerance = NEWTON_TOLERANCE
+    newmark = integration.generalizedAlpha
+    newmark.useNewmark = newmark.useIndex2Constraints = True
+    newmark.newmarkBeta, newmark.newmarkGamma = BETA, GAMMA
+    return settings
+
+
+def _integrate(model: Model, h: float, steps: int, speed_of, progress: bool) -> None:
+    """In segments, between which the bar moves; they restart from the very state that they reached."""
+    bounds = np.linspace(0, steps, (min(SEGMENTS, steps) if progress else 1) + 1).astype(int)
+    with tqdm(total=steps * h, unit="s", desc="run-up", disable=not progress, leave=False) as bar:
+        bar.bar_format = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
+        for first, last in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
+            with _explained(model, h, speed_of):
+                model.mbs.SolveDynamic(_settings(h, first, last), updateInitialValues=True)
+            bar.update((last - first) * h)
+
+
+@contextmanager
+def _explained(model: Model, h: float, speed_of) -> Iterator[None]:
+    """Turn what Exudyn raises into RuntimeError with time, speed and the next thing to try; let Ctrl-C be one."""
+    try:
+        yield
+    except Exception as error:
+        if "KeyboardInterrupt" in str(error):
+            raise KeyboardInterrupt from None
+        t = model.mbs.systemData.GetTime()
+        where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
+        left = re.search(r"deflection [^\n]+", str(error))
+        reason = left.group(0) if left else f"Newton's iteration failed; try step={h / 2:.2g} or more damping"
+        raise RuntimeError(f"{where}: {reason}") from error
+
+
+def _labelled(model: Model, time: np.ndarray, speed_of) -> xr.Dataset:
+    stages = model.gearbox.stages
+    turning = speed_of(time)
+    frequency = np.abs(turning) * stages[0].pair.pinion.z / (2 * pi)
+    over = ("stage", "time")
+    dte = np.array([mesh.recorder.deflection for mesh in model.meshes])
+    force = np.array([mesh.recorder.force for mesh in model.meshes])
+    return xr.Dataset(
+        {
+            "speed": ("time", turning, {"units": "rad/s", "long_name": "speed of the driving shaft"}),
+            "mesh_frequency": ("time", frequency, {"units": "Hz", "long_name": "mesh frequency of the first stage"}),
+            "dte": (over, dte, {"units": "m", "long_name": "dynamic transmission error"}),
+            "mesh_force": (over, force, {"units": "N", "long_name": "mesh force"}),
+        },
+        coords={
+            "time": ("time", time, {"units": "s", "long_name": "time"}),
+            "stage": ("stage", [f"{stage.fast.name}-{stage.slow.name}" for stage in stages]),
+        },
+    )
+
+
+def _inputs(model: Model) -> dict[str, float]:
+    """Shafts, pairs and force laws as flat numbers."""
+    inputs: dict[str, float] = {}
+    for shaft in model.gearbox.shafts:
+        inputs |= {f"{shaft.name}_{name}": getattr(shaft, name) for name in ("inertia", "mass", "transverse")}
+    for stage in model.gearbox.stages:
+        numbers = pair_attributes(stage.pair) | {"damping": stage.force.damping, "backlash": stage.force.backlash}
+        inputs |= {f"{stage.fast.name}-{stage.slow.name}_{name}": value for name, value in numbers.items()}
+    return inputs
