@@ -32,7 +32,7 @@ def cached(inputs: str, compute: Callable[[], Arrays]) -> Arrays:
 
 def _read(path: Path, inputs: str) -> Arrays:
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             arrays = dict(stored)
         if str(arrays.pop("inputs")) == inputs:
             return arrays

@@ -232,9 +232,9 @@ class GearPair:
             deeper = f"raise a = {self.a / mm:g} mm or reduce d_f of the {name}"
             got = f"got {clearance / mm:g} mm; {deeper}"
             require(clearance > 0, f"tip clearance at the {name}'s root must be > 0, {got}")
-        j = self.backlash
+        j, rounding = self._backlash_at(self.a), 1e-4 * self.pinion.m_n
         looser = f"raise a = {self.a / mm:.6g} mm or reduce s_n"
-        require(j > -1e-9, f"backlash must be >= 0, got {j / mm:.4g} mm on the line of action; {looser}")
+        require(j > -rounding, f"backlash must be >= 0, got {j / mm:.4g} mm on the line of action; {looser}")
 
     @property
     def a_without_backlash(self) -> float:
@@ -277,8 +277,8 @@ class GearPair:
 
     @property
     def backlash(self) -> float:
-        """Play along the line of action j_bt [m]."""
-        return self._backlash_at(self.a)
+        """Play along the line of action j_bt [m]; less than 1e-4 m_n below zero counts as rounded data, so as zero."""
+        return max(0.0, self._backlash_at(self.a))
 
     @property
     def roll_pitch(self) -> float:

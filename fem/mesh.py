@@ -25,7 +25,7 @@ class Density:
     teeth                   toothed pitches on either side of tooth 0
     """
 
-    flank: int = 20
+    flank: int = 22
     fillet: int = 3
     land: int = 1
     tooth: int = 3
@@ -124,7 +124,7 @@ def ring_angles(gear: Gear, density: Density) -> np.ndarray:
     """Angles of radial lines around the toothless rest of the ring [rad], coarser away from the teeth."""
     start = (2 * density.teeth + 1) * np.pi / gear.z
     first, rest = np.pi / gear.z, np.pi - start
-    growth = 1.3
+    growth = 1.2
     n = max(2, int(np.ceil(np.log1p(rest * (growth - 1) / first) / np.log(growth))))
     half = start + rest * (growth ** np.linspace(0, n, n * density.divide + 1) - 1) / (growth**n - 1)
     return np.concatenate([2 * np.pi - half, half[-2::-1]])

@@ -1,0 +1,24 @@
+"""The paper's gear pair and a cache of its own for every test session."""
+
+import pytest
+
+import fem
+from fem.units import deg, mm
+
+
+@pytest.fixture(scope="session", autouse=True)
+def cache_of_this_session(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("EXUGEAR_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+def table_one(**changes) -> fem.Gear:
+    """Gear of the paper's Table I with some changes."""
+    data = {"z": 57, "m_n": 2.6 * mm, "b": 23 * mm, "alpha_n": 20 * deg, "d_bore": 60 * mm}
+    return fem.Gear(**data | {"d_a": 154.5 * mm, "d_f": 141.7 * mm, "s_n": 3.78 * mm} | changes)
+
+
+@pytest.fixture(scope="session")
+def paper_pair() -> fem.GearPair:
+    return fem.GearPair(table_one(), table_one(), a=150 * mm)

@@ -1,0 +1,111 @@
+"""Macro-geometry against closed forms and published numbers; impossible gears are refused with a remedy."""
+
+from math import nan, pi
+
+import numpy as np
+import pytest
+from conftest import table_one
+
+import fem
+from fem import profile
+from fem.gear import involute
+from fem.ste import pair_attributes
+from fem.units import deg, mm
+
+
+def test_paper_pair(paper_pair):
+    assert paper_pair.pinion.r_b == pytest.approx(69.63122 * mm, abs=5e-9)
+    assert paper_pair.alpha_wt == pytest.approx(21.8107 * deg, abs=1e-6)
+    assert paper_pair.eps_alpha == pytest.approx(1.45571, abs=5e-6)
+    assert paper_pair.p_bt == pytest.approx(7.67554 * mm, abs=5e-9)
+    assert paper_pair.backlash == pytest.approx(1.8569 * mm, abs=5e-8)
+
+
+def test_published_helical_pair():
+    """z 20/30, m_n 3.5 mm, beta 15 deg: eps_alpha 1.4599, eps_beta 0.5414."""
+    data = {"m_n": 3.5 * mm, "b": 23 * mm, "d_bore": 20 * mm}
+    pinion = fem.Gear(z=20, beta=15 * deg, x=0.1809, d_a=2 * 40.336 * mm, **data)
+    wheel = fem.Gear(z=30, beta=-15 * deg, x=0.0891, d_a=2 * 58.132 * mm, **data)
+    pair = fem.GearPair(pinion, wheel, a=91.5 * mm)
+    assert pair.eps_alpha == pytest.approx(1.4599, abs=5e-5)
+    assert pair.eps_beta == pytest.approx(0.5414, abs=5e-5)
+
+
+def test_centre_distance_without_backlash_obeys_the_profile_shifts():
+    data = {"m_n": 3 * mm, "b": 20 * mm, "d_bore": 15 * mm}
+    pair = fem.GearPair(fem.Gear(z=23, x=0.3, **data), fem.Gear(z=41, x=0.2, **data))
+    expected = involute(20 * deg) + 2 * np.tan(20 * deg) * (0.3 + 0.2) / (23 + 41)
+    assert involute(pair.alpha_wt) == pytest.approx(expected, rel=1e-9)
+    assert pair.backlash == pytest.approx(0, abs=1e-12)
+
+
+def test_profile_shift_and_thickness_are_two_names_of_one_thing():
+    by_shift = table_one(s_n=None, x=-0.2)
+    assert table_one(s_n=by_shift.s_n).x == pytest.approx(-0.2, abs=1e-12)
+
+
+@pytest.mark.parametrize(("z", "x"), [(57, -0.16), (20, 0.2), (120, 0.0), (35, 0.6)])
+def test_root_continues_the_involute(z, x):
+    gear = fem.Gear(z=z, x=x, m_n=2 * mm, b=10 * mm, d_bore=10 * mm)
+    involute_end = profile.cartesian(profile.flank(gear, [gear.roll_form, gear.roll_form * (1 + 1e-6)]))
+    root_end = profile.cartesian(profile.fillet(gear, [gear.alpha_t, gear.alpha_t + 1e-6]))
+    assert root_end[:, 0] == pytest.approx(involute_end[:, 0], abs=1e-15)
+    tangents = np.diff(involute_end)[:, 0], np.diff(root_end)[:, 0]
+    one, other = (t / np.hypot(*t) for t in tangents)
+    assert one @ other == pytest.approx(-1, abs=1e-9)
+    bottom = profile.fillet(gear, [pi / 2])
+    assert bottom.r[0] == pytest.approx(gear.r_f, rel=1e-12)
+
+
+def test_attributes_hold_all_inputs(paper_pair):
+    data = fem.ste_map(paper_pair, [0, 1], [0, 0.5], np.zeros((2, 2)))
+    assert fem.ste.pair_of(data) == paper_pair
+    assert pair_attributes(paper_pair)["wheel_s_n"] == 3.78 * mm
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"m_n": 2.6}, "m_n must lie in .* mm .*2.6\\*mm"),
+        ({"alpha_n": 20}, "alpha_n .*pass radians"),
+        ({"beta": 18}, "beta .*pass radians"),
+        ({"b": -1 * mm}, "b must lie"),
+        ({"b": nan}, "b must lie"),
+        ({"s_n": 3.78}, "x must lie in .*s_n is in metres"),
+        ({"d_bore": 141 * mm}, "d_bore .*leave a rim"),
+        ({"d_a": 130 * mm}, "d_a must lie .*above the base circle"),
+        ({"d_f": 160 * mm}, "d_f must lie"),
+        ({"d_a": 163 * mm}, "teeth are pointed"),
+        ({"rho_f": 3 * mm}, "rho_f must lie"),
+        ({"z": 2}, "z must be a whole number"),
+        ({"z": 57.5}, "z must be a whole number"),
+        ({"z": 12, "s_n": None, "d_a": None, "d_f": None, "d_bore": 5 * mm}, "undercuts"),
+    ],
+)
+def test_impossible_gears_are_refused(changes, message):
+    with pytest.raises(ValueError, match=message):
+        table_one(**changes)
+
+
+@pytest.mark.parametrize(
+    ("wheel", "a", "message"),
+    [
+        ({}, 150, "pass metres: 150\\*mm"),
+        ({}, 100 * mm, "base circles touch below"),
+        ({}, 154 * mm, "contact ratio must exceed 1"),
+        ({}, 148.2 * mm, "interference"),
+        ({"m_n": 2.5 * mm, "d_a": 150 * mm, "d_f": 138 * mm}, 150 * mm, "m_n of pinion and wheel"),
+        ({"beta": 0.1, "d_a": 156 * mm}, 150 * mm, "beta of pinion and wheel must be equal and opposite"),
+        ({"s_n": 5.8 * mm, "d_a": 153 * mm, "rho_f": 0.1 * mm, "d_f": 143 * mm}, 150 * mm, "backlash must be >= 0"),
+    ],
+)
+def test_impossible_pairs_are_refused(wheel, a, message):
+    with pytest.raises(ValueError, match=message):
+        fem.GearPair(table_one(), table_one(**wheel), a=a)
+
+
+def test_materials_are_checked():
+    with pytest.raises(ValueError, match="E must lie"):
+        fem.Material(E=210)
+    with pytest.raises(ValueError, match="nu"):
+        fem.Material(nu=0.5)
