@@ -5,15 +5,16 @@ import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from math import ceil, isfinite, pi
 
 import exudyn as exu
 import numpy as np
 import xarray as xr
 from exudyn.utilities import CreateSymbolicUserFunction
-from scipy.interpolate import CubicSpline
 from tqdm import tqdm
 
+from exugear.course import Curve, Line, line
 from exugear.kinematics import phase_of
 from exugear.model import Model, lay, open_system, quiet
 from exugear.plan import BETA, GAMMA, STABLE, Coordinates
@@ -21,8 +22,9 @@ from fem.gear import require, require_within
 from fem.ste import pair_attributes, save
 from fem.units import rpm
 
-NEWTON_TOLERANCE = 1e-5
+NEWTON_SHARE = 1e-2
 SEGMENTS = 100
+INSTANT = 1e-12
 Course = float | tuple[float, float] | Callable[[float], float]
 
 
@@ -71,18 +73,19 @@ def run_up(
     """
     require_within("duration", duration, 0, 1e5, remedy="s")
     require(0 < sample <= duration, f"sample must lie in (0, duration] s, got {sample}")
-    speed_of, load_of = course("speed", speed, duration), course("load", load, duration)
+    speed_of = Curve(speed, duration) if callable(speed) else line("speed", speed, duration)
+    load_of = load if callable(load) else line("load", load, duration)
     h = _step(model, tolerance, step, _fastest(model, speed_of, duration))
     every = max(1, int(sample / h * (1 + 1e-9)))
     samples = ceil(duration / (every * h) * (1 - 1e-9))
     h = duration / (samples * every)
     with quiet():
         _impose(model, speed_of, load_of)
-        _start(model, float(load_of(0.0)), float(speed_of(0.0)))
+        _start(model, _finite(load_of(0.0)), float(speed_of(0.0)))
         for mesh in model.meshes:
             mesh.recorder.start(every * h, samples + 1)
         began = clock.perf_counter()
-        _integrate(model, h, samples * every, speed_of, progress)
+        _integrate(model, _settings(h, tolerance), samples * every, speed_of, progress)
         wall_time = clock.perf_counter() - began
     inputs = {"speed": str(speed), "duration": duration, "load": str(load), "tolerance": tolerance, "sample": every * h}
     data = _labelled(model, np.arange(samples + 1) * every * h, speed_of)
@@ -90,54 +93,9 @@ def run_up(
     return Run(data, wall_time, h)
 
 
-class Line:
-    """a + b t, with its integral; works on numbers, arrays and Exudyn's symbols."""
-
-    def __init__(self, a: float, b: float):
-        self.a, self.b = a, b
-
-    def __call__(self, t):
-        return self.a + self.b * t
-
-    def integral(self, t):
-        return (self.a + 0.5 * self.b * t) * t
-
-
-class Curve:
-    """Cubic spline through a function of time, with its exact integral; quick for single numbers."""
-
-    def __init__(self, function: Callable[[float], float], duration: float):
-        n = int(min(max(1000, 200 * duration), 1e6))
-        self.dt, knots = duration / n, np.linspace(0, duration, n + 1)
-        spline = CubicSpline(knots, [float(function(t)) for t in knots])
-        self._value, self._integral = spline, spline.antiderivative()
-        self._values, self._integrals = self._value.c.T.tolist(), self._integral.c.T.tolist()
-
-    def __call__(self, t):
-        return self._value(t) if isinstance(t, np.ndarray) else self._at(self._values, t)
-
-    def integral(self, t):
-        return self._at(self._integrals, t)
-
-    def _at(self, pieces: list[list[float]], t: float) -> float:
-        i = min(max(int(t / self.dt), 0), len(pieces) - 1)
-        x, value = t - i * self.dt, 0.0
-        for c in pieces[i]:
-            value = value * x + c
-        return value
-
-
-def course(name: str, value: Course, duration: float) -> Line | Curve:
-    """Function of time from a number, (from, to) or a function; ValueError unless finite throughout."""
-    if callable(value):
-        curve = Curve(value, duration)
-        finite = np.isfinite(curve(np.linspace(0, duration, 1001))).all()
-        require(bool(finite), f"{name}(t) must be finite for 0 <= t <= {duration:g} s")
-        return curve
-    ends = np.ravel(value).astype(float)
-    require(ends.size in (1, 2), f"{name} must be a number, (from, to) or a function of time, got {value}")
-    require(bool(np.isfinite(ends).all()), f"{name} must be finite, got {value}")
-    return Line(float(ends[0]), float(ends[-1] - ends[0]) / duration)
+def _finite(load: float) -> float:
+    require(isfinite(load), f"load(t) must be finite, got {load} at t = 0")
+    return float(load)
 
 
 def _fastest(model: Model, speed_of, duration: float) -> float:
@@ -192,7 +150,7 @@ def _start(model: Model, load: float, speed: float) -> None:
     if elastic:
         _, stiffness = open_system(model)
         free = np.setdiff1d(np.arange(q.size), list(model.spins.values()))
-        push = -sum(force * mesh.row for force, mesh in zip(forces, model.meshes, strict=True))
+        push = -np.array(forces) @ np.array([mesh.row for mesh in model.meshes])
         q[free] = np.linalg.solve(stiffness[np.ix_(free, free)], push[free])
     system.SetODE2Coordinates(lay(model, _deflections(model, forces), q), initial)
     system.SetODE2Coordinates_t(np.zeros(q.size), initial)
@@ -200,6 +158,7 @@ def _start(model: Model, load: float, speed: float) -> None:
         settings = exu.SimulationSettings()
         settings.solution.file.write = False
         settings.staticSolver.newton.relativeTolerance = 1e-9
+        settings.staticSolver.loadStepDuration = INSTANT
         with _explained(model, 0.0, lambda t: speed):
             model.mbs.SolveStatic(settings, updateInitialValues=True)
     velocity = np.zeros(q.size)
@@ -222,28 +181,31 @@ def _deflections(model: Model, forces: list[float]) -> list[float]:
     return deflections
 
 
-def _settings(h: float, first: int, last: int) -> exu.SimulationSettings:
+def _settings(h: float, tolerance: float) -> exu.SimulationSettings:
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
     integration = settings.timeIntegration
-    integration.startTime, integration.endTime, integration.numberOfSteps = first * h, last * h, last - first
     integration.newton.useModifiedNewton = True
-    integration.newton.relativeTolerance = NEWTON_TOLERANCE
+    integration.newton.relativeTolerance = min(NEWTON_SHARE * tolerance, NEWTON_SHARE * 1e-3)
     newmark = integration.generalizedAlpha
     newmark.useNewmark = newmark.useIndex2Constraints = True
     newmark.newmarkBeta, newmark.newmarkGamma = BETA, GAMMA
+    integration.numberOfSteps, integration.endTime = 1, h
     return settings
 
 
-def _integrate(model: Model, h: float, steps: int, speed_of, progress: bool) -> None:
+def _integrate(model: Model, settings, steps: int, speed_of, progress: bool) -> None:
     """In segments, between which the bar moves; they restart from the very state that they reached."""
+    integration = settings.timeIntegration
+    h = integration.endTime
     bounds = np.linspace(0, steps, (min(SEGMENTS, steps) if progress else 1) + 1).astype(int)
     with tqdm(total=steps * h, unit="s", desc="run-up", disable=not progress, leave=False) as bar:
         bar.bar_format = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
-        for first, last in zip(bounds[:-1].tolist(), bounds[1:].tolist(), strict=True):
+        for first, last in pairwise(bounds.tolist()):
+            integration.startTime, integration.endTime, integration.numberOfSteps = first * h, last * h, last - first
             with _explained(model, h, speed_of):
-                model.mbs.SolveDynamic(_settings(h, first, last), updateInitialValues=True)
+                model.mbs.SolveDynamic(settings, updateInitialValues=True)
             bar.update((last - first) * h)
 
 

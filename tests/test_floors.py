@@ -21,6 +21,7 @@ FLOORS = {
     "fem": 6.5,
     "exugear.force": 7,
     "exugear.gearbox": 7,
+    "exugear.course": 7,
     "exugear.spectrum": 7,
     "exugear.plots": 7,
     "exugear.kinematics": 8,

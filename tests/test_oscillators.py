@@ -1,0 +1,97 @@
+"""Oscillators with known answers, through the built model and Exudyn."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scenes import K, Oscillator, linear_law, rectangular_law, swept
+
+F = 2000.0
+STEADY = [
+    (2.2, 2.2, 0.058993),
+    (1.8, 1.8, 0.100536),
+    (1.5, 1.5, 0.178030),
+    (1.2, 1.2, 0.477057),
+    (1.2, 1.0, 1.033563),
+    (1.2, 0.8, 1.871110),
+    (1.2, 0.7, 2.547585),
+    (0.6, 0.7, 0.463351),
+    (0.65, 0.8, 0.658228),
+    (0.6, 0.6, 0.367941),
+    (0.5, 0.5, 0.331070),
+    (0.4, 0.4, 0.331000),
+    (0.3, 0.3, 0.474838),
+]
+DEAD_ZONE, F_M, F_AH = 5e-6, 0.1, 0.05
+
+
+@pytest.fixture(scope="module")
+def rectangular() -> Oscillator:
+    return Oscillator(rectangular_law())
+
+
+def swept_rms(oscillator: Oscillator, start: float, end: float, periods: float = 200) -> float:
+    """rms about the mean over the last 40 mesh cycles, after a slow sweep and a hold."""
+    hold, kept = (60 if start != end else 20), 40 / end
+    y, x = oscillator.run(swept(start, end, periods), lambda x: F, periods + hold + kept)
+    return float(np.std(y[x >= x[-1] - kept]) * K / F)
+
+
+@pytest.mark.parametrize(("start", "end", "rms"), STEADY)
+def test_rectangular_stiffness_with_contact_loss(rectangular, start, end, rms):
+    assert swept_rms(rectangular, start, end) == pytest.approx(rms, rel=1e-2)
+
+
+def test_jump_up_lies_within_half_a_percent(rectangular):
+    below, above = (swept_rms(rectangular, 0.8, 0.8453 * share, periods=300) for share in (0.995, 1.005))
+    assert below < 1.0 < 1.4 < above
+
+
+def test_shape_of_the_deflection_does_not_depend_on_the_torque(rectangular):
+    shapes = [
+        rectangular.run(swept(1.0, 0.9, 20), lambda x, f=f: f, 30, tolerance=1e-7)[0] / f  # type: ignore[misc]
+        for f in (F, F / 8)
+    ]
+    assert np.abs(shapes[0] - shapes[1]).max() < 1e-6 * np.abs(shapes[0]).max()
+
+
+@pytest.fixture(scope="module")
+def clearance() -> Oscillator:
+    return Oscillator(linear_law(backlash=2 * DEAD_ZONE))
+
+
+def harmonic(oscillator: Oscillator, *levels: float) -> float:
+    """First-harmonic amplitude over the dead zone's half width at the last of the levels of W, swept from one to the next."""
+    sweep, hold = 250.0, 150.0
+    bends = [0.0, *(i * sweep for i in range(1, len(levels)))]
+    end = bends[-1] + hold
+    knots = np.r_[bends, end]
+    speeds = np.r_[levels, levels[-1]]
+    angles = np.r_[0, np.cumsum([2 * np.pi * (w + v) / 2 * (b - a) for (a, b), (w, v) in zip(pairwise(knots), pairwise(speeds), strict=True)])]
+
+    def push(x: float) -> float:
+        i = min(int(np.searchsorted(knots, x, side="right")) - 1, knots.size - 2)
+        slope = (speeds[i + 1] - speeds[i]) / (knots[i + 1] - knots[i])
+        w = speeds[i] + slope * (x - knots[i])
+        angle = angles[i] + 2 * np.pi * (speeds[i] + w) / 2 * (x - knots[i])
+        return K * DEAD_ZONE * (F_M + F_AH * w**2 * np.cos(angle))
+
+    y, x = oscillator.run(lambda x: 0.0, push, end, steps=80)
+    kept = x >= end - 20 / levels[-1]
+    carrier = np.exp(-2j * np.pi * levels[-1] * x[kept])
+    return float(2 * abs(np.mean((y[kept] - y[kept].mean()) * carrier)) / DEAD_ZONE)
+
+
+@pytest.mark.parametrize(("w", "amplitude"), [(1.0, 0.1880), (0.8, 0.2845), (0.75, 0.3155)])
+def test_clearance_oscillator_on_its_upper_branch(clearance, w, amplitude):
+    assert harmonic(clearance, 1.0, w) == pytest.approx(amplitude, rel=5e-3)
+
+
+def test_clearance_oscillator_jumps_up(clearance):
+    below, above = (harmonic(clearance, 0.78, 0.8286 * share) for share in (0.995, 1.005))
+    assert below < 0.2 < above
+
+
+def test_clearance_oscillator_falls_at_its_fold(clearance):
+    below, above = (harmonic(clearance, 0.9, 0.7080 * share) for share in (0.995, 1.005))
+    assert below < 0.2 < above
