@@ -2,7 +2,9 @@
 
 from dataclasses import dataclass, field
 from math import hypot
+from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -11,7 +13,9 @@ from exudyn.misc.extensionRegistry import extends, install
 from numba import carray, types
 from numba.extending import intrinsic
 
-from exugear.force import HEADER, SIZE, MeshForce, beyond_map, compiled
+import exugear.force
+import exugear.kinematics
+from exugear.force import HEADER, SIZE, MeshForce, beyond_map, compiled, kept
 from exugear.kinematics import FRAME, reference_line, rotational_frame, rotational_mesh, spatial_frame, spatial_mesh
 from fem.gear import GearPair, require
 from fem.units import mm
@@ -51,21 +55,29 @@ def write(record, t, deflection, force):
         samples[k, 0], samples[k, 1] = deflection, force
 
 
-@compiled
-def rotational_forces(law, frame, record, t, q_1, q_2, v_1, v_2):
-    """Generalized forces (2); addresses and scalars in."""
-    deflection, force, forces = rotational_mesh(table(law), carray(at(frame), FRAME), q_1, q_2, v_1, v_2)
-    write(record, t, deflection, force)
-    return forces
+def entry_points(stamp: int):
+    """Kernels that Exudyn's user function calls; those kept on disk for another stamp are compiled anew."""
+
+    @kept
+    def rotational(law, frame, record, t, q_1, q_2, v_1, v_2):
+        _ = stamp
+        deflection, force, forces = rotational_mesh(table(law), carray(at(frame), FRAME), q_1, q_2, v_1, v_2)
+        write(record, t, deflection, force)
+        return forces
+
+    @kept
+    def spatial(law, frame, record, t, x, y, z, a, b, c, X, Y, Z, A, B, C, u, v, w, d, e, f, U, V, W, D, E, F):
+        _ = stamp
+        q_1, q_2, v_1, v_2 = (x, y, z, a, b, c), (X, Y, Z, A, B, C), (u, v, w, d, e, f), (U, V, W, D, E, F)
+        deflection, force, one, other = spatial_mesh(table(law), carray(at(frame), FRAME), q_1, q_2, v_1, v_2)
+        write(record, t, deflection, force)
+        return one + other
+
+    return rotational, spatial
 
 
-@compiled
-def spatial_forces(law, frame, record, t, x, y, z, a, b, c, X, Y, Z, A, B, C, u, v, w, d, e, f, U, V, W, D, E, F):
-    """Generalized forces (12); addresses and scalars in: coordinates of both bodies, then their velocities."""
-    q_1, q_2, v_1, v_2 = (x, y, z, a, b, c), (X, Y, Z, A, B, C), (u, v, w, d, e, f), (U, V, W, D, E, F)
-    deflection, force, one, other = spatial_mesh(table(law), carray(at(frame), FRAME), q_1, q_2, v_1, v_2)
-    write(record, t, deflection, force)
-    return one + other
+SOURCES = (Path(str(module.__file__)).read_bytes() for module in (exugear.force, exugear.kinematics))
+rotational_forces, spatial_forces = entry_points(crc32(b"".join(SOURCES)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,8 @@
 """The mesh force F(phase, deflection, rate) from an STE map or a user's table, as one compiled kernel.
 
-At each phase the secant stiffness k stands over u = sqrt(penetration / largest penetration): F = k penetration, so that
-the force is exactly 0 without contact and the low loads, where a Hertzian contact softens, keep their resolution.
+At each phase the secant stiffness k stands over u = (penetration / largest penetration)^(1/4): F = k penetration, so
+that the force is exactly 0 without contact and the low loads, where a Hertzian contact softens, keep their resolution:
+512 x 64 patches invert a map within 1e-4 of the force, from 3e-6 of the largest on (tests/test_force.py).
 Both directions carry values and slopes (bicubic Hermite patches), which is once continuously differentiable and, with
 monotone slopes (Fritsch & Carlson 1980), does not ring at jumps between phases.
 """
@@ -25,8 +26,11 @@ DAMPING_RAMP = 1 * um
 FEW_PHASES = "phase needs at least 3 values as share of a pitch, got {}"
 
 
-def compiled(function):
-    """Compiled by numba, kept on disk where some folder can be written."""
+compiled = njit
+
+
+def kept(function):
+    """Compiled and, where a folder can be written, kept on disk with all that it calls: for entry points alone."""
     try:
         return njit(cache=True)(function)
     except RuntimeError:
@@ -67,7 +71,7 @@ def flank_force(law, phase, deflection, rate):
     share = penetration / largest
     if not share <= 1.0 + 1e-9:
         raise ValueError(deflection, unloaded + largest)
-    y = sqrt(share) * m
+    y = sqrt(sqrt(share)) * m
     j = min(int(y), m - 1)
     patches = HEADER + 4 * n
     row = 4 * (m + 1)
@@ -84,7 +88,7 @@ def mesh_force(law, phase, deflection, rate):
     return -flank_force(law, law[BACK_PHASE] - phase, -(deflection + law[BACKLASH]), -rate)
 
 
-@compiled
+@kept
 def mesh_forces(law, phase, deflection, rate):
     """`mesh_force` of equally long arrays."""
     force = np.empty(phase.size)
@@ -243,7 +247,7 @@ def _over_penetration(deflection: np.ndarray, force: np.ndarray) -> tuple[float,
     start, largest = deflection[contact], deflection[-1] - deflection[contact]
     penetration = deflection[contact + 1 :] - start
     k = force[contact + 1 :] / penetration
-    u = np.r_[0, np.sqrt(penetration / largest)]
+    u = np.r_[0, (penetration / largest) ** 0.25]
     curve = PchipInterpolator(u, np.r_[k[0], k])
     uniform = np.linspace(0, 1, PENETRATIONS + 1)
     return start, largest, curve(uniform), curve(uniform, 1) / PENETRATIONS
@@ -267,7 +271,7 @@ def _tabulate(force: MeshForce) -> tuple[np.ndarray, float]:
     uniform = np.arange(n) / n
     edge = np.stack([*_periodic(phase, start, uniform), *_periodic(phase, largest, uniform)], axis=-1)
     (k, k_p), (k_u, k_pu) = _periodic(phase, k, uniform), _periodic(phase, k_u, uniform)
-    tangent = k + 0.5 * np.arange(PENETRATIONS + 1) * k_u
+    tangent = k + 0.25 * np.arange(PENETRATIONS + 1) * k_u
     jam = -2 * edge[:, 0].min()
     room = f"backlash must be >= {jam:.4g} m, or the unloaded error jams the teeth, got {force.backlash}"
     require(force.backlash >= jam, room)

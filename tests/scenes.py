@@ -9,7 +9,7 @@ from fem.ste import ste_map
 from fem.units import deg, mm
 
 K, INERTIA = 4.2e8, 8.550e-3
-TORQUES = (0, 1, 5, 20, 50, 100, 150, 250, 350, 500, 1000, 2000)
+TORQUES = (0, 1, 5, 20, 50, 100, 150, 250, 350, 500, 1000, 2000, 4000)
 
 
 def paper_gear() -> fem.Gear:

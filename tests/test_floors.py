@@ -20,7 +20,7 @@ FLOORS = {
     "fem.transmission": 6,
     "fem": 6.5,
     "exugear.force": 7,
-    "exugear.gearbox": 7,
+    "exugear.gearbox": 7.5,
     "exugear.course": 7,
     "exugear.spectrum": 7,
     "exugear.plots": 7,
