@@ -25,6 +25,8 @@ from fem.units import rpm
 NEWTON_SHARE = 1e-2
 SEGMENTS = 100
 INSTANT = 1e-12
+#: Jacobian by differences of 1e-9 rad, 1e-8 rad after 1500 revolutions: Exudyn's own 1e-7 of the angle leaves the map.
+SPIN_EPSILON, SMALLEST = 1e-12, 1e-9
 Course = float | tuple[float, float] | Callable[[float], float]
 
 
@@ -157,9 +159,9 @@ def _start(model: Model, load: float, speed: float) -> None:
     if elastic:
         settings = exu.SimulationSettings()
         settings.solution.file.write = False
-        settings.staticSolver.newton.relativeTolerance = 1e-9
+        settings.staticSolver.newton.relativeTolerance = 1e-6
         settings.staticSolver.loadStepDuration = INSTANT
-        with _explained(model, 0.0, lambda t: speed):
+        with _explained(model, "no static equilibrium; try less load or softer bearings", lambda t: speed):
             model.mbs.SolveStatic(settings, updateInitialValues=True)
     velocity = np.zeros(q.size)
     for name, ratio in model.gearbox.ratios.items():
@@ -188,6 +190,8 @@ def _settings(h: float, tolerance: float) -> exu.SimulationSettings:
     integration = settings.timeIntegration
     integration.newton.useModifiedNewton = True
     integration.newton.relativeTolerance = min(NEWTON_SHARE * tolerance, NEWTON_SHARE * 1e-3)
+    derivative = integration.newton.numericalDifferentiation
+    derivative.relativeEpsilon, derivative.minimumCoordinateSize = SPIN_EPSILON, SMALLEST / SPIN_EPSILON
     newmark = integration.generalizedAlpha
     newmark.useNewmark = newmark.useIndex2Constraints = True
     newmark.newmarkBeta, newmark.newmarkGamma = BETA, GAMMA
@@ -204,13 +208,13 @@ def _integrate(model: Model, settings, steps: int, speed_of, progress: bool) -> 
         bar.bar_format = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
         for first, last in pairwise(bounds.tolist()):
             integration.startTime, integration.endTime, integration.numberOfSteps = first * h, last * h, last - first
-            with _explained(model, h, speed_of):
+            with _explained(model, f"try step={h / 2:.2g} or more damping", speed_of):
                 model.mbs.SolveDynamic(settings, updateInitialValues=True)
             bar.update((last - first) * h)
 
 
 @contextmanager
-def _explained(model: Model, h: float, speed_of) -> Iterator[None]:
+def _explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
     """Turn what Exudyn raises into RuntimeError with time, speed and the next thing to try; let Ctrl-C be one."""
     try:
         yield
@@ -220,7 +224,7 @@ def _explained(model: Model, h: float, speed_of) -> Iterator[None]:
         t = model.mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
         left = re.search(r"deflection [^\n]+", str(error))
-        reason = left.group(0) if left else f"Newton's iteration failed; try step={h / 2:.2g} or more damping"
+        reason = left.group(0) if left else f"Newton's iteration failed; {remedy}"
         raise RuntimeError(f"{where}: {reason}") from error
 
 

@@ -1,0 +1,211 @@
+"""Run-ups: equilibrium, energy, invariance of the reduction, accuracy of the step, refusals."""
+
+import _thread
+import threading
+
+import numpy as np
+import pytest
+import xarray as xr
+from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, smooth_box, smooth_map
+
+import exugear
+from exugear.course import Curve, line
+from fem.units import mm, rpm, um
+
+LOAD = 350.0
+
+
+def run(model, **changes) -> exugear.Run:
+    options = {"speed": (0, 175 * rpm), "duration": 1.0, "load": LOAD, "progress": False} | changes
+    return exugear.run_up(model, **options)
+
+
+def windows(run: exugear.Run, width: float = 0.25) -> np.ndarray:
+    """rms of the DTE about its mean in windows of time."""
+    time, dte = run.data["time"].values[:-1], run.data["dte"].values[0, :-1]
+    window = np.floor(time / width * (1 + 1e-9)).astype(int)
+    mean = np.bincount(window, dte) / np.bincount(window)
+    return np.sqrt(np.bincount(window, (dte - mean[window]) ** 2) / np.bincount(window))
+
+
+@pytest.fixture(scope="module")
+def spinning() -> exugear.Model:
+    return exugear.build(smooth_box())
+
+
+def with_bearings() -> exugear.Model:
+    return exugear.build(smooth_box(exugear.Bearing(radial=1e9, axial=1e9, tilt=1e6, damping=1e-5)))
+
+
+@pytest.mark.parametrize("build", [lambda: exugear.build(smooth_box()), with_bearings])
+def test_a_resting_gearbox_rests(build):
+    data = run(build(), speed=0.0, duration=0.01).data
+    assert data["mesh_force"].values == pytest.approx(LOAD / paper_pair().wheel.r_b, rel=1e-4)
+    assert np.ptp(data["dte"].values) < 1e-4 * um * 10
+
+
+def test_slow_running_follows_the_static_transmission_error(spinning):
+    data = run(spinning, speed=2 * rpm, duration=0.6).data
+    phase = (data["time"].values * 2 * rpm * 57 / (2 * np.pi)) % 1
+    law = spinning.meshes[0].stage.force
+    static = np.array([law.deflection_at(p, LOAD / paper_pair().wheel.r_b) for p in phase[2500::1000]])
+    assert data["dte"].values[0, 2500::1000] == pytest.approx(static, abs=0.05 * um)
+
+
+def test_segments_do_not_perturb_the_run(spinning):
+    whole, parts = run(spinning), run(spinning, progress=True)
+    assert np.abs(whole.data["dte"] - parts.data["dte"]).max() < 1e-4 * np.ptp(whole.data["dte"].values)
+
+
+def test_reduced_and_unreduced_scenes_agree(spinning):
+    box = spinning.gearbox
+    unreduced = exugear.build(box, plan=exugear.plan(box).with_joints())
+    conditions = {"speed": (1000 * rpm, 1100 * rpm), "duration": 0.5}
+    one, other = (run(model, **conditions).data["dte"].values for model in (spinning, unreduced))
+    assert np.abs(one - other).max() < 1e-4 * np.ptp(one)
+
+
+def test_stiff_bearings_come_close_to_ideal_ones(spinning):
+    hard = exugear.build(smooth_box(exugear.Bearing(radial=1e11, axial=1e11, tilt=1e9, damping=1e-6)))
+    conditions = {"speed": 300 * rpm, "duration": 0.5}
+    one, other = (windows(run(model, **conditions), 0.1) for model in (spinning, hard))
+    assert other == pytest.approx(one, rel=0.02)
+
+
+def test_windows_are_converged_at_the_default_tolerance(spinning):
+    conditions = {"speed": (500 * rpm, 700 * rpm), "duration": 2.0}
+    rough = run(spinning, **conditions)
+    fine = run(spinning, **conditions, step=rough.step / 4)
+    error = np.abs(windows(rough) / windows(fine) - 1)
+    assert np.median(error) < 1e-3
+
+
+@pytest.mark.slow
+def test_seventy_seconds_to_3500_rpm(spinning):
+    conditions = {"speed": (0, 3500 * rpm), "duration": 70.0}
+    rough = run(spinning, **conditions)
+    fine = run(spinning, **conditions, step=rough.step / 4)
+    error = np.abs(windows(rough) / windows(fine) - 1)
+    assert np.median(error) < 1e-3
+    assert np.percentile(error, 95) < 5e-3
+    assert rough.wall_time < 40
+
+
+@pytest.mark.slow
+def test_seventy_seconds_in_space_on_revolute_joints(spinning):
+    box = spinning.gearbox
+    unreduced = exugear.build(box, plan=exugear.plan(box).with_joints())
+    conditions = {"speed": (0, 3500 * rpm), "duration": 70.0}
+    one, other = (windows(run(model, **conditions)) for model in (spinning, unreduced))
+    assert np.median(np.abs(other / one - 1)) < 1e-3
+
+
+def test_forced_vibration_from_rest_is_the_textbooks():
+    oscillator, w = Oscillator(linear_law(), zeta=0.0), 0.6
+    y, x = oscillator.run(lambda x: 0.0, lambda x: 2000 + 500 * np.sin(2 * np.pi * w * x), 20.0)
+    angle = 2 * np.pi * x
+    textbook = 2000 + 500 * (np.sin(w * angle) - w * np.sin(angle)) / (1 - w**2)
+    assert y * K == pytest.approx(textbook, abs=0.05)
+
+
+def test_load_turned_round_lies_on_the_other_flank(spinning):
+    forward, back = (run(spinning, speed=0.0, duration=0.01, load=load).data for load in (LOAD, -LOAD))
+    assert back["mesh_force"].values == pytest.approx(-forward["mesh_force"].values, rel=1e-3)
+    assert (back["dte"].values < -paper_pair().backlash).all()
+
+
+def test_two_stages_hand_the_load_on():
+    middle = exugear.Shaft("middle", {30 * mm: paper_gear(), 80 * mm: paper_gear()})
+    fast, slow = (exugear.Shaft(name, {s * mm: paper_gear()}) for name, s in (("fast", 30), ("slow", 80)))
+    stages = [exugear.Stage(*pair, smooth_map(), damping=2700.0) for pair in ((fast, middle), (middle, slow))]
+    data = run(exugear.build(exugear.Gearbox(stages)), speed=5.0, duration=0.1).data
+    assert data["stage"].values.tolist() == ["fast-middle", "middle-slow"]
+    assert data["mesh_force"].values.mean(axis=1) == pytest.approx(LOAD / paper_pair().wheel.r_b, rel=0.02)
+
+
+def test_speed_as_line_and_as_function_are_the_same(spinning):
+    lines = run(spinning, duration=0.2).data
+    curves = run(spinning, duration=0.2, speed=lambda t: 175 * rpm * t / 0.2, load=lambda t: LOAD).data
+    assert np.abs(lines["dte"] - curves["dte"]).max() < 1e-4 * um
+
+
+def test_angle_is_the_integral_of_the_speed():
+    curve = Curve(lambda t: 100 + 20 * np.sin(30 * t), 2.0)
+    times = np.linspace(0, 2, 101)
+    exact = 100 * times + 20 / 30 * (1 - np.cos(30 * times))
+    assert [curve.integral(t) for t in times] == pytest.approx(exact, abs=1e-6)
+    assert line("speed", (0, 10), 5.0).integral(5.0) == pytest.approx(25)
+
+
+def test_power_in_equals_power_out_and_damping(spinning):
+    data = run(spinning, speed=600 * rpm, duration=0.5).data
+    force = data["mesh_force"].values[0, 5000:]
+    assert force.mean() == pytest.approx(LOAD / paper_pair().wheel.r_b, rel=2e-3)
+
+
+def test_data_are_labelled_and_saved_whole(spinning, tmp_path):
+    done = run(spinning, duration=0.1)
+    path = done.save(tmp_path / "run.nc")
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        assert data["dte"].dims == ("stage", "time")
+        assert data["dte"].units == "m" and data["mesh_force"].units == "N"
+        assert data["mesh_frequency"].values[-1] == pytest.approx(57 * 175 / 60)
+        assert data.attrs["duration"] == 0.1 and data.attrs["fast_inertia"] == pytest.approx(8.527e-3, rel=1e-3)
+        assert np.isfinite(data["dte"].values).all()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run.nc"]
+
+
+def test_leaving_the_map_is_reported_with_time_speed_and_remedy(spinning):
+    ste = smooth_map((0, 1, 20, 100, 350, 400))
+    shafts = spinning.gearbox.shafts
+    model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, ste, damping=500.0)]))
+    with pytest.raises(RuntimeError, match=r"at t = .* s \(.* rpm\): deflection .* um .* larger torque"):
+        run(model, speed=(0, 3000 * rpm))
+    with pytest.raises(ValueError, match="extend the map to a larger torque"):
+        run(model, load=500.0)
+
+
+def test_interrupted_run_raises_and_can_be_repeated(spinning):
+    timer = threading.Timer(0.3, _thread.interrupt_main)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        run(spinning, duration=60.0)
+    timer.join()
+    assert np.isfinite(run(spinning, duration=0.1).data["dte"].values).all()
+
+
+def test_console_stays_silent(spinning, capfd):
+    run(spinning, duration=0.1)
+    out, err = capfd.readouterr()
+    assert (out, err) == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"duration": 0.0}, "duration must lie in"),
+        ({"duration": np.nan}, "duration must lie in"),
+        ({"speed": np.nan}, "speed must be finite"),
+        ({"speed": (0, 1, 2)}, "speed must be a number"),
+        ({"speed": lambda t: np.nan}, "speed.t. must be finite"),
+        ({"speed": 1e6}, "pass 3500.rpm"),
+        ({"load": np.inf}, "load must be finite"),
+        ({"load": lambda t: np.nan}, "load.t. must be finite"),
+        ({"load": 1e5}, "extend the map"),
+        ({"tolerance": 0.0}, "tolerance must lie in"),
+        ({"step": -1.0}, "step must be > 0"),
+        ({"step": 2e-4}, r"step must be below .* stability"),
+        ({"sample": 0.0}, "sample must lie in"),
+        ({"sample": 2.0}, "sample must lie in"),
+    ],
+)
+def test_bad_conditions_are_refused(spinning, changes, message):
+    with pytest.raises(ValueError, match=message):
+        run(spinning, **changes)
+
+
+def test_the_stability_limit_is_where_it_is_said_to_be():
+    oscillator = Oscillator(linear_law(backlash=np.inf, reach=9e-3))
+    limit = 6**0.5 / oscillator.omega
+    assert oscillator.model.plan.largest_step == pytest.approx(limit / 2**0.5, rel=1e-3)
+    assert oscillator.c == pytest.approx(0.1 * (K * INERTIA) ** 0.5 / oscillator.r)
