@@ -1,11 +1,13 @@
 """Gear dynamics on Exudyn: from the STE map to the run-up."""
 
+from exugear import plots
 from exugear.connector import CreateGearContact, Recorder
 from exugear.force import MeshForce
 from exugear.gearbox import Bearing, Gearbox, Shaft, Stage
 from exugear.model import Model, build
 from exugear.plan import Plan, plan
 from exugear.run import Run, run_up
+from exugear.spectrum import envelope, order_spectrum, resonances
 
 __all__ = [
     "Bearing",
@@ -19,6 +21,10 @@ __all__ = [
     "Shaft",
     "Stage",
     "build",
+    "envelope",
+    "order_spectrum",
     "plan",
+    "plots",
+    "resonances",
     "run_up",
 ]

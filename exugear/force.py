@@ -274,7 +274,7 @@ def _tabulate(force: MeshForce) -> tuple[np.ndarray, float]:
     tangent = k + 0.25 * np.arange(PENETRATIONS + 1) * k_u
     jam = -2 * edge[:, 0].min()
     room = f"backlash must be >= {jam:.4g} m, or the unloaded error jams the teeth, got {force.backlash}"
-    require(force.backlash >= jam, room)
+    require(force.backlash >= jam - 1e-9, room)
     patches = np.stack([k, k_p, k_u, k_pu], axis=-1)
     size = HEADER + edge.size + patches.size
     scalars = (force.backlash, force.damping, DAMPING_RAMP, force.back_phase)

@@ -166,9 +166,7 @@ def test_a_model_built_by_hand_transmits_the_load(mbs, law):
     ground, bodies = mbs.CreateGround(), []
     for x in (0, PAIR.a):
         inertia = InertiaCuboid(7850, [0.1, 0.1, 0.02])
-        body = mbs.CreateRigidBody(
-            referencePosition=[x, 0, 0], inertia=inertia, nodeType=exu.NodeType.RotationRxyz
-        )
+        body = mbs.CreateRigidBody(referencePosition=[x, 0, 0], inertia=inertia, nodeType=exu.NodeType.RotationRxyz)
         mbs.CreateRevoluteJoint(itemNumbers=[ground, body], position=[x, 0, 0], axis=[0, 0, 1])
         bodies.append(body)
     fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))

@@ -23,7 +23,7 @@ FLOORS = {
     "exugear.gearbox": 7.5,
     "exugear.course": 7,
     "exugear.spectrum": 7,
-    "exugear.plots": 7,
+    "exugear.plots": 7.5,
     "exugear.kinematics": 8,
     "exugear.connector": 9,
     "exugear.plan": 10,

@@ -5,7 +5,7 @@ import pytest
 from scenes import linear_law, paper_pair, smooth_map
 
 from exugear import MeshForce
-from exugear.force import _loaded_deflection
+from exugear.force import _loaded_deflection, kept
 from fem.ste import ste_map
 from fem.units import um
 
@@ -150,3 +150,8 @@ def test_maps_that_are_no_force_law_are_refused():
 def test_what_is_not_finite_is_refused(law, argument):
     with pytest.raises(ValueError, match="must be finite"):
         law(*argument)
+
+
+def test_kernels_compile_where_no_folder_can_be_written(monkeypatch):
+    monkeypatch.setattr("numba.core.caching.CacheImpl._locator_classes", [])
+    assert kept(lambda x: 2.0 * x)(3.0) == 6.0
