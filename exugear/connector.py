@@ -46,7 +46,7 @@ def table(law):
 def write(record, t, deflection, force):
     """Store the sample where t is one; Newton's last call of a step, the converged one, stays."""
     r = carray(at(record), 3)
-    if r[SAMPLES] == 0.0:
+    if r[SAMPLES] == 0.0 or t < 0.0:
         return
     x = t / r[INTERVAL] + 1e-3
     k = int(x)
@@ -100,12 +100,16 @@ class Recorder:
     @property
     def deflection(self) -> np.ndarray:
         """(number,) dynamic transmission error [m]."""
-        return self.samples[0][:, 0]
+        return self._column(0)
 
     @property
     def force(self) -> np.ndarray:
         """(number,) mesh force [N], < 0 on the other flank."""
-        return self.samples[0][:, 1]
+        return self._column(1)
+
+    def _column(self, i: int) -> np.ndarray:
+        require(bool(self.samples), "the recorder holds nothing yet; start it before the solve")
+        return self.samples[0][:, i]
 
 
 def CreateGearContact(

@@ -8,7 +8,7 @@ monotone slopes (Fritsch & Carlson 1980), does not ring at jumps between phases.
 """
 
 from dataclasses import dataclass, field
-from math import floor, inf, isfinite, sqrt
+from math import floor, inf, isfinite, nan, sqrt
 
 import numpy as np
 from numba import njit
@@ -22,6 +22,7 @@ HEADER = 8
 PHASE_STEPS, PENETRATION_STEPS, BACKLASH, DAMPING, RAMP, BACK_PHASE, SIZE = range(7)
 PHASES = 512
 PENETRATIONS = 64
+MANY_PITCHES = 1e12
 DAMPING_RAMP = 1 * um
 FEW_PHASES = "phase needs at least 3 values as share of a pitch, got {}"
 
@@ -57,6 +58,8 @@ def secant(patch, a, b, t, w):
 @compiled
 def flank_force(law, phase, deflection, rate):
     """Force >= 0 but for damping [N] of one flank; ValueError(deflection, largest) beyond the table."""
+    if not abs(phase) < MANY_PITCHES:
+        raise ValueError(nan, nan)
     n, m = int(law[PHASE_STEPS]), int(law[PENETRATION_STEPS])
     x = (phase - floor(phase)) * n
     i = min(int(x), n - 1)
@@ -133,11 +136,11 @@ class MeshForce:
 
     def __post_init__(self):
         for name in ("phase", "deflection", "force_table"):
-            object.__setattr__(self, name, np.array(getattr(self, name), float))
+            object.__setattr__(self, name, _frozen(np.array(getattr(self, name), float)))
         _check_scalars(self.damping, self.backlash, self.back_phase)
         _check_table(self.phase, self.deflection, self.force_table)
         law, stiffness_max = _tabulate(self)
-        object.__setattr__(self, "law", law)
+        object.__setattr__(self, "law", _frozen(law))
         object.__setattr__(self, "stiffness_max", stiffness_max)
 
     @classmethod
@@ -187,6 +190,11 @@ class MeshForce:
         (y0, m0, s0, d0), (y1, m1, s1, d1) = edge[i], edge[(i + 1) % n]
         start = hermite(x - i, y0, m0, y1, m1)
         return start, start + hermite(x - i, s0, d0, s1, d1)
+
+
+def _frozen(array: np.ndarray) -> np.ndarray:
+    array.setflags(write=False)
+    return array
 
 
 def _check_scalars(damping: float, backlash: float, back_phase: float) -> None:

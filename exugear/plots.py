@@ -5,6 +5,7 @@ import xarray as xr
 from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from exugear.spectrum import Envelope, Resonances, envelope, order_spectrum
@@ -17,6 +18,14 @@ TRACE, EDGE, MARK = "#9ecae1", "#08519c", "#cb181d"
 
 def _axes(ax: Axes | None, **projection) -> Axes:
     return plt.figure(figsize=(8, 4.5), layout="constrained").add_subplot(**projection) if ax is None else ax
+
+
+def figure(rows: int = 1, columns: int = 1, spatial: tuple[int, ...] = ()) -> Figure:
+    """Empty figure for a report; the axes numbered in spatial are three-dimensional."""
+    made = plt.figure(figsize=(7.5 * columns, 4.8 * rows), layout="constrained")
+    for i in range(rows * columns):
+        made.add_subplot(rows, columns, i + 1, projection="3d" if i in spatial else None)
+    return made
 
 
 def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float = 2.0) -> Axes:
@@ -82,13 +91,20 @@ def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float
     speed, frequency = data["speed"].values, data["mesh_frequency"].values
     teeth = float(2 * np.pi * frequency[-1] / abs(speed[-1]))
     spectrum = order_spectrum(data["time"].values, speed, data["dte"].values[stage], orders=harmonics * teeth)
-    level = 20 * np.log10(np.maximum(spectrum.amplitude / um, 1e-4))
-    picture = ax.pcolormesh(
-        spectrum.speed / rpm, spectrum.order / teeth, level.T, cmap="magma", vmin=-50, rasterized=True
-    )
+    orders, amplitude = _visible(spectrum.order / teeth, spectrum.amplitude)
+    level = 20 * np.log10(np.maximum(amplitude / um, 1e-4))
+    picture = ax.pcolormesh(spectrum.speed / rpm, orders, level.T, cmap="magma", vmin=-50, rasterized=True)
     ax.figure.colorbar(picture, ax=ax, label="DTE amplitude [dB re 1 µm]")
     ax.set(xlabel="speed [rpm]", ylabel="order of the mesh frequency")
     return ax
+
+
+def _visible(order: np.ndarray, amplitude: np.ndarray, lines: int = 240) -> tuple[np.ndarray, np.ndarray]:
+    """Largest amplitudes of neighbouring orders, so that no line is thinner than a picture shows."""
+    share = max(1, order.size // lines)
+    n = order.size // share * share
+    middle = order[:n].reshape(-1, share).mean(axis=1)
+    return middle, amplitude[:, :n].reshape(len(amplitude), -1, share).max(axis=2)
 
 
 def plot_section(points, quads, ax: Axes | None = None, height: float | None = None) -> Axes:

@@ -64,7 +64,7 @@ def run_up(
 
     speed       [rad/s]: constant, (from, to), or a function of time [s]; the angle is its integral
     duration    [s]
-    load        torque on the driven shaft against its motion [N m]: constant, (from, to), or a function of time
+    load        torque on the driven shaft against its motion at positive speed [N m]: likewise
     tolerance   relative error wanted of the rms of the DTE in windows of time; chooses the step
     step        [s], instead of the one that tolerance chooses
     sample      time between two recorded samples [s], rounded down to whole steps
@@ -89,7 +89,8 @@ def run_up(
         began = clock.perf_counter()
         _integrate(model, _settings(h, tolerance), samples * every, speed_of, progress)
         wall_time = clock.perf_counter() - began
-    inputs = {"speed": str(speed), "duration": duration, "load": str(load), "tolerance": tolerance, "sample": every * h}
+    told = {name: getattr(value, "__name__", str(value)) for name, value in (("speed", speed), ("load", load))}
+    inputs = told | {"duration": duration, "tolerance": tolerance, "sample": every * h}
     data = _labelled(model, np.arange(samples + 1) * every * h, speed_of)
     data.attrs |= {"title": "run-up", **inputs, "step": h, "plan": str(model.plan), **_inputs(model)}
     return Run(data, wall_time, h)

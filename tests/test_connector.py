@@ -10,6 +10,7 @@ from exudyn.rigidBodyUtilities import InertiaCuboid, RotXYZ2RotationMatrix
 from scenes import INERTIA, K, linear_law, paper_pair, smooth_map
 
 import exugear
+from exugear.connector import rotational_forces, user_function
 from exugear.kinematics import rotational_frame, rotational_mesh, spatial_frame, spatial_mesh
 from fem.units import mm, um
 
@@ -222,6 +223,23 @@ def test_leaving_the_map_stops_the_solver_and_says_so(mbs, law):
     settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = 1e-2, 1000
     with pytest.raises(Exception, match=r"deflection .* um lies beyond the map, which ends at .* larger torque"):
         mbs.SolveDynamic(settings)
+
+
+def test_a_state_that_is_no_number_stops_the_solver(mbs, law):
+    function = user_function(rotational_forces, law.law, rotational_frame(PAIR, 0.0, 1), exugear.Recorder())
+    for spins in ([np.nan, 0.0], [np.inf, 0.0], [0.0, np.nan]):
+        with pytest.raises(RuntimeError, match="deflection must be finite"):
+            function(mbs, 0.0, 0, spins, [0.0, 0.0])
+
+
+def test_recorder_refuses_what_it_cannot_keep():
+    recorder = exugear.Recorder()
+    with pytest.raises(ValueError, match="start it before the solve"):
+        _ = recorder.force
+    with pytest.raises(ValueError, match="interval must be > 0"):
+        recorder.start(0.0, 10)
+    with pytest.raises(ValueError, match="number of samples"):
+        recorder.start(1e-5, 0)
 
 
 def test_importing_twice_is_harmless():
