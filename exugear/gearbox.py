@@ -188,6 +188,8 @@ class Gearbox:
     places: dict[str, tuple[float, float]] = field(init=False, repr=False)
 
     def __post_init__(self):
+        listed = isinstance(self.stages, list | tuple) and all(isinstance(stage, Stage) for stage in self.stages)
+        require(listed, f"stages must be a list of Stage, got {type(self.stages).__name__}; write Gearbox([stage])")
         object.__setattr__(self, "stages", tuple(self.stages))
         require(bool(self.stages), "stages must hold at least one Stage, got none")
         self._check_names()

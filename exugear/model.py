@@ -59,8 +59,9 @@ class Model:
 def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     """The assembled system of a gearbox, by default after `exugear.plan(gearbox)`.
 
-    Raises ValueError for a plan of another gearbox.
+    Raises ValueError for what is no gearbox, and a plan of another one.
     """
+    require(isinstance(gearbox, Gearbox), f"gearbox must be an exugear.Gearbox, got {type(gearbox).__name__}")
     plan = plan_of(gearbox) if plan is None else plan
     names = [shaft.name for shaft in gearbox.shafts]
     require(list(plan.shafts) == names, f"plan is for the shafts {list(plan.shafts)}, the gearbox has {names}")

@@ -137,6 +137,8 @@ def test_two_bearings_hold_a_shaft():
         (lambda: exugear.Stage("a", shaft(), smooth_map(), damping=0.0), "fast must be"),
         (lambda: exugear.Stage(shaft(), shaft("slow"), "map", damping=0.0), "mesh must be"),
         (lambda: exugear.Gearbox([]), "at least one Stage"),
+        (lambda: exugear.Gearbox(stage()), "must be a list of Stage"),
+        (lambda: exugear.build(stage()), "gearbox must be"),
         (lambda: exugear.Gearbox([stage(), stage()]), "coupled twice"),
         (lambda: exugear.Gearbox([stage(), stage(shaft("a"), shaft("b"))]), "not coupled"),
         (lambda: exugear.Gearbox([stage(), stage(shaft("fast", inertia=1.0), shaft("b"))]), "two different shafts"),
