@@ -2,7 +2,7 @@
 
 import numpy as np
 import xarray as xr
-from matplotlib import pyplot as plt
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
@@ -17,12 +17,16 @@ TRACE, EDGE, MARK = "#9ecae1", "#08519c", "#cb181d"
 
 
 def _axes(ax: Axes | None, **projection) -> Axes:
-    return plt.figure(figsize=(8, 4.5), layout="constrained").add_subplot(**projection) if ax is None else ax
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot
+
+    return pyplot.figure(figsize=(8, 4.5), layout="constrained").add_subplot(**projection)
 
 
 def figure(rows: int = 1, columns: int = 1, spatial: tuple[int, ...] = ()) -> Figure:
     """Empty figure for a report; the axes numbered in spatial are three-dimensional."""
-    made = plt.figure(figsize=(7.5 * columns, 4.8 * rows), layout="constrained")
+    made = Figure(figsize=(7.5 * columns, 4.8 * rows), layout="constrained")
     for i in range(rows * columns):
         made.add_subplot(rows, columns, i + 1, projection="3d" if i in spatial else None)
     return made
@@ -34,7 +38,7 @@ def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float = 2.0) -> A
     phase, torque = ste[PHASE].values, ste[TORQUE].values
     repeats = np.arange(np.ceil(pitches))
     at = (phase + repeats[:, None]).ravel()
-    colours = plt.get_cmap("viridis")(np.linspace(0, 0.85, torque.size))
+    colours = colormaps["viridis"](np.linspace(0, 0.85, torque.size))
     for row, load, colour in zip(ste[TE].transpose(TORQUE, PHASE).values, torque, colours, strict=True):
         ax.plot(at, np.tile(row, repeats.size) / um, color=colour, label=f"{load:g} N m", marker=".", markersize=3)
     ax.set(xlabel="phase of the mesh cycle [pitches]", ylabel="static transmission error [µm]", xlim=(0, pitches))
@@ -80,8 +84,9 @@ def _mark(ax: Axes, outline: Envelope, found: Resonances) -> None:
     for place in found.place:
         height = np.interp(place, outline.place, outline.high) / um
         ax.plot(place, height, "v", color=MARK, markersize=5)
-        ax.annotate(f"{place:.0f} Hz", (place, height), (0, 7), textcoords="offset points", ha="center", color=MARK)
-    ax.margins(y=0.12)
+        text = ax.annotate(f"{place:.0f} Hz", (place, height), (-2, 6), textcoords="offset points", color=MARK)
+        text.set(rotation=60, fontsize="small")
+    ax.margins(y=0.18)
 
 
 def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float = 6.0) -> Axes:
@@ -128,12 +133,12 @@ def plot_solid(points, facets, ax: Axes | None = None) -> Axes:
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     shade = 0.55 + 0.45 * np.abs(normal @ np.array([0.3, 0.4, 0.86]))
-    faces = Poly3DCollection(corners, facecolors=plt.get_cmap("bone")(shade), edgecolors="k", linewidths=0.1)
+    faces = Poly3DCollection(corners, facecolors=colormaps["bone"](shade), edgecolors="k", linewidths=0.1)
     ax.add_collection3d(faces)  # type: ignore[attr-defined]
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     for name, a, b in zip("xyz", low, high, strict=True):
         getattr(ax, f"set_{name}lim")(a, b)
-    ax.set_box_aspect(high - low)
+    ax.set_box_aspect(high - low, zoom=1.5)  # type: ignore[call-arg]
     ax.view_init(elev=32, azim=68)  # type: ignore[attr-defined]
     ax.set_axis_off()
     return ax

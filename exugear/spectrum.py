@@ -9,6 +9,9 @@ from scipy.signal.windows import hann
 
 from fem.gear import require
 
+#: Samples per revolution over what the highest order needs, so that still higher ones are not folded onto it.
+OVERSAMPLING = 4
+
 
 class Envelope(NamedTuple):
     """Per window: place of its middle, smallest and largest value, rms about the mean; each (n_window,)."""
@@ -83,7 +86,7 @@ def order_spectrum(time, speed, signal, *, orders: float, revolutions: int = 8) 
     _check_signal(time, speed)
     require(orders > 0 and revolutions >= 1, f"orders must be > 0, revolutions >= 1, got {orders}, {revolutions}")
     turns = cumulative_trapezoid(np.abs(speed), time, initial=0) / (2 * np.pi)
-    per_line = int(np.ceil(2.56 * orders)) * revolutions
+    per_line = OVERSAMPLING * int(np.ceil(2.56 * orders)) * revolutions
     lines = _sampled_lines(time, turns, orders, revolutions)
     require(lines.size > 0, f"no {revolutions} revolutions are sampled well enough for order {orders:g}; sample finer")
     at = (lines[:, None] + np.arange(per_line) / per_line) * revolutions

@@ -1,9 +1,12 @@
 """The paper's gear pair and a cache of its own for every test session."""
 
+import matplotlib
 import pytest
 
 import fem
 from fem.units import deg, mm
+
+matplotlib.use("Agg")
 
 
 @pytest.fixture(scope="session", autouse=True)
