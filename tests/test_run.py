@@ -53,7 +53,7 @@ def test_slow_running_follows_the_static_transmission_error(spinning):
 
 
 def test_segments_do_not_perturb_the_run(spinning):
-    whole, parts = run(spinning), run(spinning, progress=True)
+    whole, parts = run(spinning, tolerance=1e-4), run(spinning, tolerance=1e-4, progress=True)
     assert np.abs(whole.data["dte"] - parts.data["dte"]).max() < 1e-4 * np.ptp(whole.data["dte"].values)
 
 
