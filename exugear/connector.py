@@ -136,7 +136,7 @@ def CreateGearContact(
     distance that is not the pair's. A solve that leaves the map's range stops and says so.
 
     Exudyn's Jacobian moves an angle by 1e-7 of itself, which after many turns is more than the map holds: in solves
-    of your own set newton.numericalDifferentiation.relativeEpsilon = 1e-12, minimumCoordinateSize = 1e3, as run_up does.
+    of your own set numericalDifferentiation.relativeEpsilon = 1e-12, minimumCoordinateSize = 1e3, as run_up does.
     """
     require(isinstance(pair, GearPair), f"pair must be a fem.GearPair, got {type(pair).__name__}")
     require(isinstance(force, MeshForce), f"force must be an exugear.MeshForce, got {type(force).__name__}")
