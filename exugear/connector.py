@@ -21,6 +21,9 @@ from fem.gear import GearPair, require
 from fem.units import mm
 
 INTERVAL, SAMPLES, ADDRESS = range(3)
+#: For derivatives by coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences move an angle by 1e-7
+#: of itself, which after a thousand revolutions is more than any mesh deflects.
+NUDGE, NUDGE_T = 1e-9, 1e-3
 
 
 def _at(typingctx, address):
@@ -134,9 +137,6 @@ def CreateGearContact(
 
     Returns the number of the ObjectGenericODE2. Raises ValueError for bodies that cannot carry a gear, and a reference
     distance that is not the pair's. A solve that leaves the map's range stops and says so.
-
-    Exudyn's Jacobian moves an angle by 1e-7 of itself, which after many turns is more than the map holds: in solves
-    of your own set numericalDifferentiation.relativeEpsilon = 1e-12, minimumCoordinateSize = 1e3, as run_up does.
     """
     require(isinstance(pair, GearPair), f"pair must be a fem.GearPair, got {type(pair).__name__}")
     require(isinstance(force, MeshForce), f"force must be an exugear.MeshForce, got {type(force).__name__}")
@@ -146,11 +146,10 @@ def CreateGearContact(
     nodes = [node_of(mbs, item) for item in itemNumbers]
     frame = frame_of(mbs, nodes, pair, localPositions, phase=phase, direction=direction)
     kernel = rotational_forces if str(mbs.GetNode(nodes[0])["nodeType"]) == "1D" else spatial_forces
-    function = user_function(kernel, force.law, frame, recorder or Recorder())
-    show = eii.VObjectGenericODE2(show=False)
-    return mbs.AddObject(
-        eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, forceUserFunction=function, visualization=show)
-    )
+    contact, jacobian = user_functions(kernel, force.law, frame, recorder or Recorder())
+    item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, forceUserFunction=contact, jacobianUserFunction=jacobian)
+    item.visualization["show"] = False
+    return mbs.AddObject(item)
 
 
 def frame_of(mbs, nodes, pair: GearPair, positions, *, phase: float, direction: int) -> np.ndarray:
@@ -193,11 +192,10 @@ def check_distance(pair: GearPair, line: np.ndarray) -> None:
     require(abs(shift) < pair.b, f"{apart}; move the bodies or localPositions")
 
 
-def user_function(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorder):
-    """What Exudyn calls; the function owns the arrays whose addresses it hands over."""
-    arrays = (law, frame, recorder)
-    addresses = law.ctypes.data, frame.ctypes.data, recorder.header.ctypes.data
-    one, two, three = addresses
+def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorder):
+    """Force and Jacobian that Exudyn calls; the force owns the arrays whose addresses it hands over."""
+    nobody = np.zeros_like(recorder.header)
+    one, two, three, none = (x.ctypes.data for x in (law, frame, recorder.header, nobody))
 
     def gear_contact(mbs, t, item, q, q_t):
         try:
@@ -205,8 +203,21 @@ def user_function(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorder
         except ValueError as error:
             raise RuntimeError(beyond_map(*error.args)) from None
 
-    gear_contact.arrays = arrays  # type: ignore[attr-defined]
-    return gear_contact
+    def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        n, state = len(q), np.array([*q, *q_t])
+        jacobian = np.zeros((n, n))
+        for i in range(2 * n):
+            nudge = np.zeros(2 * n)
+            nudge[i] = NUDGE if i < n else NUDGE_T
+            try:
+                ahead, behind = (np.array(kernel(one, two, none, t, *x)) for x in (state + nudge, state - nudge))
+            except ValueError as error:
+                raise RuntimeError(beyond_map(*error.args)) from None
+            jacobian[:, i % n] -= (factor if i < n else factor_t) * (ahead - behind) / (2 * nudge[i])
+        return jacobian
+
+    gear_contact.arrays = (law, frame, recorder, nobody)  # type: ignore[attr-defined]
+    return gear_contact, gear_jacobian
 
 
 extends(exu.MainSystem, "CreateGearContact")(CreateGearContact)

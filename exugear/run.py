@@ -26,8 +26,6 @@ from fem.units import rpm
 NEWTON_SHARE = 0.1
 SEGMENTS = 100
 INSTANT = 1e-12
-#: Jacobian by differences of 1e-9 rad, 1e-8 rad after 1500 revolutions: Exudyn's own 1e-7 of the angle leaves the map.
-SPIN_EPSILON, SMALLEST = 1e-12, 1e-9
 Course = float | tuple[float, float] | Callable[[float], float]
 
 
@@ -192,8 +190,6 @@ def _settings(h: float, tolerance: float) -> exu.SimulationSettings:
     integration = settings.timeIntegration
     integration.newton.useModifiedNewton = True
     integration.newton.relativeTolerance = min(NEWTON_SHARE * tolerance, NEWTON_SHARE * 1e-3)
-    derivative = integration.newton.numericalDifferentiation
-    derivative.relativeEpsilon, derivative.minimumCoordinateSize = SPIN_EPSILON, SMALLEST / SPIN_EPSILON
     newmark = integration.generalizedAlpha
     newmark.useNewmark = newmark.useIndex2Constraints = True
     newmark.newmarkBeta, newmark.newmarkGamma = BETA, GAMMA

@@ -10,7 +10,7 @@ from exudyn.rigidBodyUtilities import InertiaCuboid, RotXYZ2RotationMatrix
 from scenes import INERTIA, K, linear_law, paper_pair, smooth_map
 
 import exugear
-from exugear.connector import rotational_forces, user_function
+from exugear.connector import rotational_forces, user_functions
 from exugear.kinematics import rotational_frame, rotational_mesh, spatial_frame, spatial_mesh
 from fem.units import mm, um
 
@@ -184,13 +184,44 @@ def test_a_model_built_by_hand_transmits_the_load(mbs, law):
     recorder.start(1.0, 2)
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
-    settings.staticSolver.newton.numericalDifferentiation.relativeEpsilon = 1e-9
     start = np.zeros(12)
     start[11] = 5 * um / PAIR.wheel.r_b
     mbs.systemData.SetODE2Coordinates(start, exu.ConfigurationType.Initial)
     mbs.SolveStatic(settings)
     assert recorder.force[1] == pytest.approx(150 / PAIR.wheel.r_b, rel=1e-6)
     assert recorder.deflection[1] == pytest.approx(law.deflection_at(0.0, 150 / PAIR.wheel.r_b), rel=1e-6)
+
+
+def test_settings_of_exudyn_serve_after_many_turns(mbs, law):
+    """1e4 rad: Exudyn's own differences would move the pinion by 70 um on the line of action."""
+    nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
+    bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]
+    recorder = exugear.Recorder()
+    mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=law, recorder=recorder)
+    mbs.Assemble()
+    lead = 5 * um / PAIR.pinion.r_b
+    mbs.systemData.SetODE2Coordinates([1e4 + lead, -1e4], exu.ConfigurationType.Initial)
+    mbs.systemData.SetODE2Coordinates_t([300, -300], exu.ConfigurationType.Initial)
+    recorder.start(1e-5, 101)
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = 1e-3, 100
+    mbs.SolveDynamic(settings)
+    assert np.isfinite(recorder.deflection).all()
+    assert recorder.deflection.max() < 5.1 * um
+
+
+def test_jacobian_is_that_of_the_law(law):
+    """Two rotational coordinates: tangent stiffness and damping times row row^T."""
+    contact, jacobian = user_functions(rotational_forces, law.law, rotational_frame(PAIR, 0.0, 1), exugear.Recorder())
+    lead, row = 8 * um, np.array([PAIR.pinion.r_b, PAIR.wheel.r_b])
+    q = [lead / row[0], 0.0]
+    tangent = (law(0.0, lead + 1e-9) - law(0.0, lead - 1e-9)) / 2e-9
+    damping = law(0.0, lead, 1.0) - law(0.0, lead, 0.0)
+    stiffness = jacobian(None, 0.0, 0, q, [0.0, 0.0], 1.0, 0.0)
+    assert stiffness[:, 1] == pytest.approx(tangent * row * row[1], rel=1e-4)
+    assert jacobian(None, 0.0, 0, q, [0.0, 0.0], 0.0, 2.0) == pytest.approx(2 * damping * np.outer(row, row), rel=1e-6)
+    assert contact(None, 0.0, 0, q, [0.0, 0.0]) == pytest.approx(-law(0.0, lead) * row)
 
 
 def test_recorder_keeps_the_converged_values(mbs, law):
@@ -228,7 +259,7 @@ def test_leaving_the_map_stops_the_solver_and_says_so(mbs, law):
 
 
 def test_a_state_that_is_no_number_stops_the_solver(mbs, law):
-    function = user_function(rotational_forces, law.law, rotational_frame(PAIR, 0.0, 1), exugear.Recorder())
+    function, _ = user_functions(rotational_forces, law.law, rotational_frame(PAIR, 0.0, 1), exugear.Recorder())
     for spins in ([np.nan, 0.0], [np.inf, 0.0], [0.0, np.nan]):
         with pytest.raises(RuntimeError, match="deflection must be finite"):
             function(mbs, 0.0, 0, spins, [0.0, 0.0])
