@@ -25,6 +25,7 @@ TORQUES = (150.0, 350.0)
 MAP_TORQUES = (0, 1, 5, 20, 50, 100, 150, 250, 350, 500, 750, 1000, 1500)
 MAP_PHASES = 60
 TOP_SPEED, DURATION = 3500 * rpm, 70.0
+SAMPLE = 5e-5
 TABLE_II = {150.0: (116, 438, 597, 907, 1804), 350.0: (122, 479, 650, 980, 1958)}
 
 
@@ -54,7 +55,7 @@ def mean_stiffness(ste, torque: float) -> float:
 
 def run(box: exugear.Gearbox, load: float, duration: float = DURATION) -> exugear.Run:
     """Linear run-up with the driving gear's speed imposed and the load torque on the driven gear."""
-    return exugear.run_up(exugear.build(box), speed=(0, TOP_SPEED), duration=duration, load=load)
+    return exugear.run_up(exugear.build(box), speed=(0, TOP_SPEED), duration=duration, load=load, sample=SAMPLE)
 
 
 def resonances(result: exugear.Run) -> Resonances:

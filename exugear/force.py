@@ -24,7 +24,6 @@ PHASES = 512
 PENETRATIONS = 64
 MANY_PITCHES = 1e12
 DAMPING_RAMP = 1 * um
-FEW_PHASES = "phase needs at least 3 values as share of a pitch, got {}"
 
 
 compiled = njit
@@ -106,7 +105,7 @@ def beyond_map(deflection: float, largest: float) -> str:
         return f"deflection must be finite, got {deflection}; use a smaller step"
     return (
         f"deflection {deflection / um:.4g} um lies beyond the map, which ends at {largest / um:.4g} um at this phase; "
-        "extend the map to a larger torque (or the table to a larger deflection)"
+        f"extend the map to a larger torque (or the table's deflection), some {1.5 * deflection / largest:.2g} times"
     )
 
 
@@ -128,8 +127,8 @@ class MeshForce:
     phase: np.ndarray
     deflection: np.ndarray
     force_table: np.ndarray
-    damping: float = field(kw_only=True)
-    backlash: float = field(kw_only=True)
+    damping: float = field(default=0.0, kw_only=True)
+    backlash: float = field(default=inf, kw_only=True)
     back_phase: float = field(default=0.0, kw_only=True)
     law: np.ndarray = field(init=False, repr=False)
     stiffness_max: float = field(init=False)
@@ -144,7 +143,7 @@ class MeshForce:
         object.__setattr__(self, "stiffness_max", stiffness_max)
 
     @classmethod
-    def from_ste(cls, ste, *, damping: float, backlash: float | None = None) -> "MeshForce":
+    def from_ste(cls, ste, *, damping: float = 0.0, backlash: float | None = None) -> "MeshForce":
         """The law whose static deflection is the map; backlash is the pair's unless given.
 
         ste   Dataset of `fem.ste`: te [m] over torque from 0 [N m] and phase, smooth and periodic in phase.
@@ -207,7 +206,7 @@ def _check_scalars(damping: float, backlash: float, back_phase: float) -> None:
 
 
 def _check_table(phase: np.ndarray, deflection: np.ndarray, force: np.ndarray) -> None:
-    require(phase.ndim == 1 and phase.size >= 3, FEW_PHASES.format(phase.shape))
+    require(phase.ndim == 1 and phase.size >= 1, f"phase must be (n_phase,) shares of a pitch, got {phase.shape}")
     rising = (np.diff(phase) > 0).all() and phase[0] >= 0 and phase[-1] < 1
     require(bool(rising), f"phase must increase within [0, 1) as share of a pitch, got {phase}")
     shapes = f"got {phase.shape}, {deflection.shape}, {force.shape}"
@@ -230,7 +229,7 @@ def _loaded_deflection(ste, r_b: float, phase: np.ndarray) -> tuple[np.ndarray, 
     """Forces (n,) from 0 [N] and deflections (n_phase, n) under them [m]."""
     te = ste[TE].transpose(TORQUE, PHASE).values
     torque, coarse = ste[TORQUE].values, ste[PHASE].values
-    require(coarse.size >= 3, FEW_PHASES.format(coarse.size))
+    require(coarse.size >= 3, f"phase needs at least 3 values as share of a pitch, got {coarse.size}")
     require(torque.size >= 3, f"torque needs 0 and two loads or more, got {torque} N m")
     require(torque[0] == 0, f"torque must start at 0 (unloaded transmission error), got {torque[0]} N m; add it")
     periodic = np.c_[te, te[:, 0]]

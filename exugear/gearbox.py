@@ -117,7 +117,7 @@ class Stage:
 
     mesh       STE map (`fem.static_transmission_error`), or a MeshForce together with its pair
     pair       by default the map's
-    damping    along the line of action [N s/m]; wanted with a map
+    damping    along the line of action [N s/m], by default none
     backlash   along the line of action [m], by default the pair's
     angle      direction from the fast to the slow shaft, about z from x [rad]
 
@@ -153,11 +153,9 @@ class Stage:
     def _from_map(self) -> MeshForce:
         kind = type(self.mesh).__name__
         require(isinstance(self.mesh, xr.Dataset), f"mesh must be an STE map or a MeshForce, got {kind}")
-        if self.damping is None:
-            raise ValueError("damping of a stage with an STE map is missing; give damping= in N s/m (0 for none)")
         if self.pair is None:
             object.__setattr__(self, "pair", pair_of(self.mesh))
-        return MeshForce.from_ste(self.mesh, damping=self.damping, backlash=self.backlash)
+        return MeshForce.from_ste(self.mesh, damping=self.damping or 0.0, backlash=self.backlash)
 
     def _find_gears(self) -> tuple[float, float]:
         pinions = [s for s, gear in self.fast.gears.items() if gear == self.pair.pinion]

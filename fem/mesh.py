@@ -3,13 +3,13 @@
 Tooth 0 points along y; teeth count counter-clockwise; the flank that faces counter-clockwise carries the load.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from skfem import MeshHex, MeshLine, MeshQuad
 
 from fem import profile
-from fem.gear import Gear
+from fem.gear import Gear, require
 from fem.profile import Polar
 
 BORE = "bore"
@@ -34,6 +34,12 @@ class Density:
     width: int = 3
     teeth: int = 2
     divide: int = 1
+
+    def __post_init__(self):
+        for part in fields(self):
+            number, least = getattr(self, part.name), 0 if part.name == "teeth" else 1
+            whole = f"{part.name} must be a whole number of elements >= {least}, got {number}"
+            require(number == int(number) and number >= least, whole)
 
     def refined(self, q: int) -> "Density":
         return replace(self, divide=self.divide * q)

@@ -72,11 +72,14 @@ def pair_of(data: xr.Dataset) -> GearPair:
 
 
 def save(data: xr.Dataset, path) -> Path:
-    """Write netCDF whole or not at all: into a neighbour file first, then renamed over path."""
+    """Write compressed netCDF whole or not at all: into a neighbour file first, then renamed over path."""
     path = Path(path)
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        data.to_netcdf(part, engine="h5netcdf")
+        packed = {
+            name: {"zlib": True, "complevel": 1} for name, values in data.variables.items() if values.dtype == float
+        }
+        data.to_netcdf(part, engine="h5netcdf", encoding=packed)
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)

@@ -71,6 +71,11 @@ def test_compliance_is_symmetric(compliance):
     assert np.abs(own - own.T).max() < 1e-10 * np.abs(own).max()
 
 
+def test_densities_are_whole_numbers():
+    with pytest.raises(ValueError, match="flank must be a whole number"):
+        Density(flank=0)
+
+
 def test_compliance_converges():
     """Density by halves moves the compliance under a line load over the whole width by less than 0.3 %."""
     coarse = flank_compliance(GEAR, Density(), GEAR.b)

@@ -116,7 +116,7 @@ GOOD = TABLE | {"damping": 0.0, "backlash": 1e-4}
         ({"back_phase": np.inf}, "back_phase must be finite"),
         ({"phase": [0, 0.5, 1.0]}, "phase must increase within"),
         ({"phase": [0, 120, 240]}, "phase must increase within"),
-        ({"phase": [0, 0.5], "force_table": [[0, 1e3]] * 2}, "at least 3 values"),
+        ({"phase": [], "force_table": np.zeros((0, 2))}, "phase must be"),
         ({"deflection": [0, 10.0]}, "pass metres"),
         ({"deflection": [1e-5, 0]}, "deflection must increase"),
         ({"deflection": [0, np.nan]}, "deflection must increase"),
@@ -155,3 +155,10 @@ def test_what_is_not_finite_is_refused(law, argument):
 def test_kernels_compile_where_no_folder_can_be_written(monkeypatch):
     monkeypatch.setattr("numba.core.caching.CacheImpl._locator_classes", [])
     assert kept(lambda x: 2.0 * x)(3.0) == 6.0
+
+
+def test_one_phase_is_a_constant_law():
+    law = MeshForce([0.0], [0, 100 * um], [[0, 42e3]])
+    assert law(np.linspace(0, 0.99, 7), 10 * um) == pytest.approx(4200)
+    assert law.stiffness_max == pytest.approx(4.2e8)
+    assert law(0.3, -5e-3) == 0

@@ -128,7 +128,6 @@ def test_two_bearings_hold_a_shaft():
 @pytest.mark.parametrize(
     ("build", "message"),
     [
-        (lambda: stage(damping=None), "damping of a stage"),
         (lambda: stage(damping=-1.0), "damping must be >= 0"),
         (lambda: stage(backlash=-1e-5), "backlash must be >= 0"),
         (lambda: stage(angle=90.0), "pass radians"),
