@@ -38,8 +38,7 @@ def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float = 2.0) -> A
     phase, torque = ste[PHASE].values, ste[TORQUE].values
     repeats = np.arange(np.ceil(pitches))
     at = (phase + repeats[:, None]).ravel()
-    colours = colormaps["viridis"](np.linspace(0, 0.85, torque.size))
-    for row, load, colour in zip(ste[TE].transpose(TORQUE, PHASE).values, torque, colours, strict=True):
+    for row, load, colour in zip(ste[TE].transpose(TORQUE, PHASE).values, torque, _colours(torque), strict=True):
         ax.plot(at, np.tile(row, repeats.size) / um, color=colour, label=f"{load:g} N m", marker=".", markersize=3)
     ax.set(xlabel="phase of the mesh cycle [pitches]", ylabel="static transmission error [µm]", xlim=(0, pitches))
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
@@ -52,13 +51,18 @@ def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax = _axes(ax)
     r_b = pair_of(ste).pinion.r_b
     loaded = ste.sel({TORQUE: ste[TORQUE] > 0})
-    for load, row in zip(loaded[TORQUE].values, loaded[TE].transpose(TORQUE, PHASE).values, strict=True):
+    torque = loaded[TORQUE].values
+    for row, load, colour in zip(loaded[TE].transpose(TORQUE, PHASE).values, torque, _colours(torque), strict=True):
         at, te = np.append(loaded[PHASE], 1 + loaded[PHASE][0]), np.append(row, row[0])
-        ax.plot(at, load / r_b / te * um, label=f"{load:g} N m")
+        ax.plot(at, load / r_b / te * um, color=colour, label=f"{load:g} N m")
     ax.set(xlabel="phase of the mesh cycle [pitches]", ylabel="mesh stiffness F / STE [N/µm]")
-    ax.legend(frameon=False)
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     ax.grid(alpha=0.3)
     return ax
+
+
+def _colours(torque: np.ndarray) -> np.ndarray:
+    return colormaps["viridis"](np.linspace(0, 0.85, torque.size))
 
 
 def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances | None = None) -> Axes:
@@ -89,7 +93,7 @@ def _mark(ax: Axes, outline: Envelope, found: Resonances) -> None:
     ax.margins(y=0.18)
 
 
-def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float = 6.0) -> Axes:
+def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float = 3.0) -> Axes:
     """Amplitude of the DTE over speed and order of the mesh (Campbell diagram)."""
     ax = _axes(ax)
     data = run.data
@@ -138,7 +142,7 @@ def plot_solid(points, facets, ax: Axes | None = None) -> Axes:
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     for name, a, b in zip("xyz", low, high, strict=True):
         getattr(ax, f"set_{name}lim")(a, b)
-    ax.set_box_aspect(high - low, zoom=1.5)  # type: ignore[call-arg]
+    ax.set_box_aspect(high - low, zoom=1.25)  # type: ignore[call-arg]
     ax.view_init(elev=32, azim=68)  # type: ignore[attr-defined]
     ax.set_axis_off()
     return ax

@@ -79,7 +79,7 @@ def order_spectrum(time, speed, signal, *, orders: float, revolutions: int = 8) 
     revolutions     per line: the resolution is 1 / revolutions orders (Hann window)
 
     The signal is resampled over the angle; revolutions too slow or too fast to be sampled are left out: fewer than
-    2.5 samples per period of the highest order. Raises ValueError where no revolution remains.
+    2.2 samples per period of the highest order. Raises ValueError where no revolution remains.
     """
     time, speed, signal = (np.asarray(x, float) for x in (time, speed, signal))
     _check_signal(time, signal)
@@ -105,7 +105,7 @@ def _sampled_lines(time, turns, orders: float, revolutions: int) -> np.ndarray:
     lines = np.arange(int(turns[-1] / revolutions))
     start, end = (np.interp((lines + k) * revolutions, turns, time) for k in (0, 1))
     samples = (end - start) / np.diff(time).max()
-    return lines[samples >= 2.5 * orders * revolutions]
+    return lines[samples >= 2.2 * orders * revolutions]
 
 
 def _check_signal(place: np.ndarray, signal: np.ndarray) -> None:

@@ -87,6 +87,11 @@ def save(data: xr.Dataset, path) -> Path:
 
 
 def load(path) -> xr.Dataset:
-    """Read and check an STE map that `save` or Dataset.to_netcdf wrote."""
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        return check(data.load())
+    """Read and check an STE map that `save` or Dataset.to_netcdf wrote; ValueError for a file that is none."""
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as data:
+            return check(data.load())
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise ValueError(f"{path} is damaged or no netCDF file; make the map again ({error})") from None

@@ -62,6 +62,15 @@ def test_interrupted_map_leaves_the_old_one(paper_pair, tmp_path, monkeypatch):
     assert [p.name for p in tmp_path.iterdir()] == ["map.nc"]
 
 
+def test_damaged_map_is_refused(tmp_path):
+    path = tmp_path / "map.nc"
+    path.write_bytes(b"half a file")
+    with pytest.raises(ValueError, match="damaged or no netCDF file"):
+        fem.load(path)
+    with pytest.raises(FileNotFoundError):
+        fem.load(tmp_path / "none.nc")
+
+
 @pytest.mark.parametrize("te", [np.full((2, 2), np.nan), np.full((2, 2), np.inf)])
 def test_maps_hold_finite_numbers(paper_pair, te):
     with pytest.raises(ValueError, match="te must be finite"):
