@@ -93,7 +93,7 @@ def _mark(ax: Axes, outline: Envelope, found: Resonances) -> None:
     ax.margins(y=0.18)
 
 
-def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float = 3.0) -> Axes:
+def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float = 3.2) -> Axes:
     """Amplitude of the DTE over speed and order of the mesh (Campbell diagram)."""
     ax = _axes(ax)
     data = run.data

@@ -202,13 +202,13 @@ def _integrate(model: Model, settings, steps: int, speed_of, progress: bool) -> 
     integration = settings.timeIntegration
     h = integration.endTime
     bounds = np.linspace(0, steps, (min(SEGMENTS, steps) if progress else 1) + 1).astype(int)
-    with tqdm(total=steps * h, unit="s", desc="run-up", disable=not progress, leave=False) as bar:
+    with tqdm(total=steps, unit_scale=h, desc="run-up", disable=not progress, leave=False) as bar:
         bar.bar_format = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
         for first, last in pairwise(bounds.tolist()):
             integration.startTime, integration.endTime, integration.numberOfSteps = first * h, last * h, last - first
             with _explained(model, f"try step={h / 2:.2g} or more damping", speed_of):
                 model.mbs.SolveDynamic(settings, updateInitialValues=True)
-            bar.update((last - first) * h)
+            bar.update(last - first)
 
 
 @contextmanager
