@@ -82,7 +82,7 @@ def run_up(
     h = duration / (samples * every)
     with quiet():
         _impose(model, speed_of, load_of)
-        _start(model, _finite(load_of(0.0)), float(speed_of(0.0)))
+        _start(model, _finite(load_of(0.0), 0.0), float(speed_of(0.0)))
         for mesh in model.meshes:
             mesh.recorder.start(every * h, samples + 1)
         began = clock.perf_counter()
@@ -95,8 +95,8 @@ def run_up(
     return Run(data, wall_time, h)
 
 
-def _finite(load: float) -> float:
-    require(isfinite(load), f"load(t) must be finite, got {load} at t = 0")
+def _finite(load: float, t: float) -> float:
+    require(isfinite(load), f"load(t) must be finite, got {load} at t = {t:.6g} s")
     return float(load)
 
 
@@ -130,7 +130,7 @@ def _impose(model: Model, speed_of, load_of) -> None:
         return speed_of(t)
 
     def torque(mbs, t, load):
-        return sign * load_of(t)
+        return sign * _finite(load_of(t), t)
 
     if isinstance(speed_of, Line):
         angle = CreateSymbolicUserFunction(mbs, angle, "offsetUserFunction", model.drive)
@@ -221,7 +221,7 @@ def _explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
             raise KeyboardInterrupt from None
         t = model.mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
-        left = re.search(r"deflection [^\n]+", str(error))
+        left = re.search(r"(deflection|load\(t\)) [^\n]+", str(error))
         reason = left.group(0) if left else f"Newton's iteration failed; {remedy}"
         raise RuntimeError(f"{where}: {reason}") from error
 

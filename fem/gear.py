@@ -72,7 +72,9 @@ class Gear:
     material: Material = field(default=STEEL)
 
     def __post_init__(self):
-        require(self.z == int(self.z) and self.z >= 5, f"z must be a whole number of teeth, at least 5, got {self.z}")
+        require(
+            5 <= self.z < 1e4 and self.z == int(self.z), f"z must be a whole number of teeth, at least 5, got {self.z}"
+        )
         require_within("m_n", self.m_n, 0, 100 * mm, unit=mm, remedy="mm (pass metres: 2.6*mm)")
         require_within("alpha_n", self.alpha_n, 10 * deg, 35 * deg, unit=deg, remedy="deg (pass radians: 20*deg)")
         require_within("beta", self.beta, -45 * deg, 45 * deg, unit=deg, remedy="deg (pass radians: 15*deg)")

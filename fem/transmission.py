@@ -63,7 +63,7 @@ def largest_torque(pair: GearPair) -> float:
 
 def _checked_phases(phases) -> np.ndarray:
     if np.ndim(phases) == 0:
-        require(phases == int(phases) and phases >= 4, f"phases must be a whole number, at least 4, got {phases}")
+        require(4 <= phases < 1e6 and phases == int(phases), f"phases must be a whole number, at least 4, got {phases}")
         return np.arange(int(phases)) / int(phases)
     values = np.asarray(phases, float)
     rising = bool((np.diff(values) > 0).all()) and values.min() >= 0 and values.max() < 1

@@ -79,6 +79,7 @@ def test_attributes_hold_all_inputs(paper_pair):
         ({"rho_f": 3 * mm}, "rho_f must lie"),
         ({"z": 2}, "z must be a whole number"),
         ({"z": 57.5}, "z must be a whole number"),
+        ({"z": np.inf}, "z must be a whole number"),
         ({"z": 12, "s_n": None, "d_a": None, "d_f": None, "d_bore": 5 * mm}, "undercuts"),
     ],
 )

@@ -159,6 +159,11 @@ def test_data_are_labelled_and_saved_whole(spinning, tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["run.nc"]
 
 
+def test_a_load_that_ends_in_nan_is_named():
+    with pytest.raises(RuntimeError, match=r"load\(t\) must be finite, got nan at t = 0.03"):
+        run(load=lambda t: np.nan if t > 0.03 else 50.0)
+
+
 def test_leaving_the_map_is_reported_with_time_speed_and_remedy(spinning):
     ste = smooth_map((0, 1, 20, 100, 350, 400))
     shafts = spinning.gearbox.shafts

@@ -1,0 +1,32 @@
+"""Both direct solvers solve."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from fem import solver
+
+
+@pytest.fixture
+def system():
+    n = 40
+    line = sp.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(n, n))
+    plane = sp.kron(line, sp.eye_array(n)) + sp.kron(sp.eye_array(n), line)
+    x = np.random.default_rng(0).standard_normal((n * n, 3))
+    return sp.csr_matrix(plane), x
+
+
+def test_superlu_solves(system):
+    matrix, x = system
+    assert solver.superlu(matrix)(matrix @ x) == pytest.approx(x, abs=1e-9)
+
+
+def test_the_installed_solver_gives_the_same(system):
+    matrix, x = system
+    assert solver.factorize(matrix)(matrix @ x) == pytest.approx(x, abs=1e-9)
+
+
+def test_pardiso_solves(system):
+    solver_type = pytest.importorskip("pypardiso").PyPardisoSolver
+    matrix, x = system
+    assert solver.pardiso(matrix, solver_type)(matrix @ x) == pytest.approx(x, abs=1e-9)
