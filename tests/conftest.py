@@ -16,12 +16,16 @@ def cache_of_this_session(tmp_path_factory):
         yield
 
 
-def table_one(**changes) -> fem.Gear:
+def paper_gear(**changes) -> fem.Gear:
     """Gear of the paper's Table I with some changes."""
     data = {"z": 57, "m_n": 2.6 * mm, "b": 23 * mm, "alpha_n": 20 * deg, "d_bore": 60 * mm}
     return fem.Gear(**data | {"d_a": 154.5 * mm, "d_f": 141.7 * mm, "s_n": 3.78 * mm} | changes)
 
 
-@pytest.fixture(scope="session")
 def paper_pair() -> fem.GearPair:
-    return fem.GearPair(table_one(), table_one(), a=150 * mm)
+    return fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
+
+
+@pytest.fixture(scope="session", name="paper_pair")
+def paper_pair_fixture() -> fem.GearPair:
+    return paper_pair()

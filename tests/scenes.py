@@ -2,24 +2,14 @@
 
 import exudyn.itemInterface as eii
 import numpy as np
+from conftest import paper_gear, paper_pair
 
 import exugear
-import fem
 from fem.ste import ste_map
-from fem.units import deg, mm
+from fem.units import mm
 
 K, INERTIA = 4.2e8, 8.550e-3
 TORQUES = (0, 1, 5, 20, 50, 100, 150, 250, 350, 500, 1000, 2000, 4000)
-
-
-def paper_gear() -> fem.Gear:
-    return fem.Gear(
-        z=57, m_n=2.6 * mm, b=23 * mm, alpha_n=20 * deg, d_bore=60 * mm, d_a=154.5 * mm, d_f=141.7 * mm, s_n=3.78 * mm
-    )
-
-
-def paper_pair() -> fem.GearPair:
-    return fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
 
 
 def smooth_map(torque=TORQUES, phases: int = 30):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import table_one
+from conftest import paper_gear
 from skfem import Basis, ElementHex1, ElementLineP1, ElementLineP2, ElementQuad1, ElementVector
 from skfem.models.elasticity import linear_elasticity
 
@@ -12,7 +12,7 @@ from fem.gear import STEEL
 from fem.mesh import Density, extruded, flank_arcs, half_width, hexahedra, section
 from fem.units import mm
 
-GEAR = table_one()
+GEAR = paper_gear()
 TINY = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
 
 
@@ -90,7 +90,7 @@ def test_compliance_converges():
 
 
 def test_wider_gear_is_stiffer_under_the_same_load(compliance):
-    wider = flank_compliance(table_one(b=30 * mm), Density(), GEAR.b)
+    wider = flank_compliance(paper_gear(b=30 * mm), Density(), GEAR.b)
     assert wider.slices == pytest.approx(compliance.slices)
     assert wider.blocks[0, 0, 5, 0, 5] < compliance.blocks[0, 0, 5, 0, 5]
 

@@ -4,7 +4,7 @@ from math import nan, pi
 
 import numpy as np
 import pytest
-from conftest import table_one
+from conftest import paper_gear
 
 import fem
 from fem import profile
@@ -40,8 +40,8 @@ def test_centre_distance_without_backlash_obeys_the_profile_shifts():
 
 
 def test_profile_shift_and_thickness_are_two_names_of_one_thing():
-    by_shift = table_one(s_n=None, x=-0.2)
-    assert table_one(s_n=by_shift.s_n).x == pytest.approx(-0.2, abs=1e-12)
+    by_shift = paper_gear(s_n=None, x=-0.2)
+    assert paper_gear(s_n=by_shift.s_n).x == pytest.approx(-0.2, abs=1e-12)
 
 
 @pytest.mark.parametrize(("z", "x"), [(57, -0.16), (20, 0.2), (120, 0.0), (35, 0.6)])
@@ -85,7 +85,7 @@ def test_attributes_hold_all_inputs(paper_pair):
 )
 def test_impossible_gears_are_refused(changes, message):
     with pytest.raises(ValueError, match=message):
-        table_one(**changes)
+        paper_gear(**changes)
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_impossible_gears_are_refused(changes, message):
 )
 def test_impossible_pairs_are_refused(wheel, a, message):
     with pytest.raises(ValueError, match=message):
-        fem.GearPair(table_one(), table_one(**wheel), a=a)
+        fem.GearPair(paper_gear(), paper_gear(**wheel), a=a)
 
 
 def test_materials_are_checked():

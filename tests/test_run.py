@@ -159,9 +159,9 @@ def test_data_are_labelled_and_saved_whole(spinning, tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["run.nc"]
 
 
-def test_a_load_that_ends_in_nan_is_named():
+def test_a_load_that_ends_in_nan_is_named(spinning):
     with pytest.raises(RuntimeError, match=r"load\(t\) must be finite, got nan at t = 0.03"):
-        run(load=lambda t: np.nan if t > 0.03 else 50.0)
+        run(spinning, load=lambda t: np.nan if t > 0.03 else 50.0)
 
 
 def test_leaving_the_map_is_reported_with_time_speed_and_remedy(spinning):

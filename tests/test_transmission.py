@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import table_one
+from conftest import paper_gear
 
 import fem
 from fem.compliance import flank_compliance
@@ -22,7 +22,7 @@ def mean_and_peak_to_peak(ste, torque):
     [(60 * mm, (7.617, 2.733), (16.98, 6.02)), (100 * mm, (6.395, 2.722), (14.132, 6.004))],
 )
 def test_reference_of_independent_finite_elements(d_bore, at_150, at_350):
-    gear = table_one(d_bore=d_bore)
+    gear = paper_gear(d_bore=d_bore)
     ste = fem.static_transmission_error(fem.GearPair(gear, gear, a=150 * mm), [150, 350], 30, progress=False)
     for torque, (mean, peak_to_peak) in ((150, at_150), (350, at_350)):
         got = mean_and_peak_to_peak(ste, torque)
@@ -139,6 +139,6 @@ def test_bad_input_is_refused(paper_pair, torque, phases, message):
 
 
 def test_helical_pairs_are_refused_for_now():
-    pair = fem.GearPair(table_one(beta=0.1, d_a=156 * mm), table_one(beta=-0.1, d_a=156 * mm), a=151 * mm)
+    pair = fem.GearPair(paper_gear(beta=0.1, d_a=156 * mm), paper_gear(beta=-0.1, d_a=156 * mm), a=151 * mm)
     with pytest.raises(ValueError, match="only spur"):
         fem.static_transmission_error(pair, 150)
