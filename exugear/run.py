@@ -247,9 +247,9 @@ def _labelled(model: Model, time: np.ndarray, speed_of) -> xr.Dataset:
     )
 
 
-def _inputs(model: Model) -> dict[str, float]:
+def _inputs(model: Model) -> dict[str, float | str]:
     """Shafts, pairs and force laws as flat numbers."""
-    inputs: dict[str, float] = {}
+    inputs: dict[str, float | str] = {}
     for shaft in model.gearbox.shafts:
         inputs |= {f"{shaft.name}_{name}": getattr(shaft, name) for name in ("inertia", "mass", "transverse")}
     for stage in model.gearbox.stages:

@@ -6,12 +6,11 @@ that the contact may be as fine as it likes. The 3D solution sits on a coarse me
 one on the same mesh and one refined, replace its error near the load.
 """
 
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import Basis, BilinearForm, ElementLineP2, ElementQuad1, ElementQuad2, LinearForm, MeshQuad
+from skfem import Basis, BilinearForm, ElementLineP2, ElementQuad1, ElementQuad2, MeshQuad
 
 from fem import mesh as meshes
 from fem.cache import Arrays, cached
@@ -28,36 +27,71 @@ class Compliance:
     """Smooth part of the flank compliance of one gear.
 
     arcs        (n_hat,) arc lengths of the hats' tops along the flank [m]
-    slices      (n_slice + 1,) edges of the slices from mid-plane to end face [m]
+    slices      (n_slice + 1,) edges of the slices [m], from mid-plane or from end face to end face
     blocks      (n_teeth, n_slice, n_hat, n_slice, n_hat) displacement into tooth d at a slice and hat per force on
-                tooth 0 at a slice and hat [m/N], the same forces acting on both halves of the width
+                tooth 0 at a slice and hat [m/N]; from mid-plane on: the same forces act on both halves of the width
     """
 
     arcs: np.ndarray
     slices: np.ndarray
     blocks: np.ndarray
 
+    @property
+    def share(self) -> float:
+        """Share of the face width, and of the load, that lies on the slices."""
+        return 0.5 if self.slices[0] == 0 else 1.0
 
-def flank_compliance(gear: Gear, density: Density, loaded: float) -> Compliance:
+    @property
+    def width(self) -> float:
+        """Width that can carry load [m]."""
+        return float(self.slices[-1] - self.slices[0]) / self.share
+
+
+def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> Compliance:
     """Compliance of the gear clamped at its bore, from the cache where it was computed before.
 
     loaded      width of the part of the face that can carry load, in its middle [m]
+    whole       slices from end face to end face, for loads that differ on the two halves: one more factorization
     """
-    return Compliance(**cached(f"compliance 1 {gear} {density} {loaded}", lambda: _arrays(gear, density, loaded)))
+    arcs, line = meshes.flank_arcs(gear, density.flank), meshes.half_width(gear.b, loaded, density.width)
+    edges = meshes.divided(np.sort(line.p[0])[: density.width + 1], density.slices)
+    body = f"{replace(gear, flank=())} {density}"
+    near = cached(f"near field 2 {body}", lambda: {"blocks": near_field(gear, arcs, density)})["blocks"]
+
+    def halves(odd: bool) -> np.ndarray:
+        def compute() -> Arrays:
+            section = meshes.section(gear, density)
+            return {"blocks": solid(gear, arcs, section, line, edges, density.teeth, odd=odd)}
+
+        blocks = cached(f"solid 2 {body} {loaded} {odd}", compute)["blocks"]
+        for j, width in enumerate(np.diff(edges)):
+            blocks[:, j, :, j, :] += near / width
+        return blocks
+
+    even = halves(odd=False)
+    if not whole:
+        return Compliance(arcs, edges, even)
+    return Compliance(arcs, np.concatenate([-edges[:0:-1], edges]), both_halves(even, halves(odd=True)))
 
 
-def _arrays(gear: Gear, density: Density, loaded: float) -> Arrays:
-    arcs = meshes.flank_arcs(gear, density.flank)
-    line = meshes.half_width(gear.b, loaded, density.width)
-    edges = np.sort(line.p[0])[: density.width + 1]
+def near_field(gear: Gear, arcs: np.ndarray, density: Density) -> np.ndarray:
+    """(teeth + 1, n_hat, n_hat) what plane strain on the refined section adds to that on the coarse one [m^2/N].
+
+    On the loaded tooth itself the half-plane is taken out.
+    """
     coarse, finer = meshes.section(gear, density), meshes.section(gear, density.refined(2))
-    blocks = solid(gear, arcs, coarse, line, edges, density.teeth)
-    twin = plane_strain(gear, arcs, coarse, ElementQuad1(), density.teeth)
     fine = plane_strain(gear, arcs, finer, ElementQuad2(), density.teeth)
     fine[0] -= half_plane(gear, arcs)
-    for j, width in enumerate(np.diff(edges)):
-        blocks[:, j, :, j, :] += (fine - twin) / width
-    return {"arcs": arcs, "slices": edges, "blocks": blocks}
+    return fine - plane_strain(gear, arcs, coarse, ElementQuad1(), density.teeth)
+
+
+def both_halves(even: np.ndarray, odd: np.ndarray) -> np.ndarray:
+    """Blocks over the whole width from those under loads alike and opposite on the two halves."""
+    same, other = (even + odd) / 2, (even - odd) / 2
+    back = slice(None, None, -1)
+    upper = np.concatenate([same[:, back, :, back], other[:, back]], axis=3)
+    lower = np.concatenate([other[:, :, :, back], same], axis=3)
+    return np.concatenate([upper, lower], axis=1)
 
 
 def half_plane(gear: Gear, arcs: np.ndarray) -> np.ndarray:
@@ -157,13 +191,18 @@ def plane_strain(gear: Gear, arcs, mesh: MeshQuad, element, teeth: int) -> np.nd
     return np.stack([load.T @ moved for load in loads])
 
 
-def solid(gear: Gear, arcs, section: MeshQuad, line, edges, teeth: int) -> np.ndarray:
-    """(teeth + 1, n_slice, n_hat, n_slice, n_hat) displacement into tooth d per force on tooth 0 [m/N]."""
+def solid(gear: Gear, arcs, section: MeshQuad, line, edges, teeth: int, *, odd: bool) -> np.ndarray:
+    """(teeth + 1, n_slice, n_hat, n_slice, n_hat) displacement into tooth d per force on tooth 0 [m/N].
+
+    odd         the loads on the other half of the width are opposite rather than alike
+    """
     basis, across = Basis(section, ElementQuad1()), Basis(line, ElementLineP2())
     stiffness = elasticity(extruded_products(basis, across), *lame_parameters(gear.material))
     clamped = np.zeros((3, basis.N, across.N), bool)
     clamped[:, basis.get_dofs(BORE).all()] = True
-    clamped[2, :, across.doflocs[0] < edges[1] * 1e-9] = True
+    middle = across.doflocs[0] < edges[1] * 1e-9
+    for component in (0, 1) if odd else (2,):
+        clamped[component, :, middle] = True
     free = np.flatnonzero(~clamped)
     slices = _slice_loads(across, edges)
     loads = []
@@ -179,9 +218,8 @@ def solid(gear: Gear, arcs, section: MeshQuad, line, edges, teeth: int) -> np.nd
 
 def _slice_loads(basis: Basis, edges: np.ndarray) -> np.ndarray:
     """(n_dofs, n_slice) unit forces spread evenly over each slice of the width."""
-    columns = []
-    for low, high in pairwise(edges):
-        inside = lambda w, low=low, high=high: (w.x[0] > low) & (w.x[0] < high)  # noqa: E731
-        columns.append(LinearForm(lambda v, w, inside=inside: inside(w) * v).assemble(basis))
-    loads = np.stack(columns, axis=1)
-    return loads / loads.sum(axis=0)
+    points, weights = np.polynomial.legendre.leggauss(3)
+    low, high = edges[:-1, None], edges[1:, None]
+    at = (low + high) / 2 + (high - low) / 2 * points
+    values = basis.probes(at.reshape(1, -1)).toarray().reshape(*at.shape, -1)
+    return np.einsum("sgn,g->ns", values, weights / 2)

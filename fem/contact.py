@@ -13,11 +13,40 @@ from scipy.linalg import cho_factor, cho_solve
 
 from fem import profile
 from fem.compliance import Compliance
+from fem.flank import removed
 from fem.gear import Gear, GearPair
 from fem.hertz import flattening, half_width, log_mean
 
 STRIPS = 17
 WINDOW = 1.5
+SAMPLES = 201
+NEAR = 1e-9
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """What the flanks' modifications and the misalignment add to the gap, as means over the slices.
+
+    misalignment    angle in the plane of action by which the gap opens towards positive z [rad]
+    slices          (n_slice + 1,) edges [m]
+    """
+
+    pair: GearPair
+    misalignment: float
+    slices: np.ndarray
+
+    def __bool__(self) -> bool:
+        return bool(self.pair.pinion.flank or self.pair.wheel.flank or self.misalignment)
+
+    def gap(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray) -> np.ndarray:
+        """(n_slice, n) gap [m] where pinion and wheel touch at roll lengths (n,)."""
+        points, weights = np.polynomial.legendre.leggauss(3)
+        low, high = self.slices[:-1, None, None], self.slices[1:, None, None]
+        axial = (low + high) / 2 + (high - low) / 2 * points[:, None]
+        gap = self.misalignment * axial
+        for gear, roll in ((self.pair.pinion, pinion_roll), (self.pair.wheel, wheel_roll)):
+            gap = gap + removed(gear.flank, gear.face, roll, axial)
+        return np.einsum("zgn,g->zn", gap + 0 * pinion_roll, weights / 2)
 
 
 @dataclass(frozen=True)
@@ -38,6 +67,7 @@ class Flanks:
     roll_nominal: float
     pair: int
     own_is_pinion: bool
+    deviation: Deviation
 
     def against(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normal gap [m], mate's roll length [m], lever of the normal about the mate over its base radius."""
@@ -62,17 +92,33 @@ class Flanks:
                 corner, inside = (middle, inside) if beyond else (corner, middle)
         return inside if corner > low else low, high
 
+    def gap(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Normal gap (n_slice or 1, n) [m], mate's roll length (n,) [m] and approach (n,) at own's roll (n,)."""
+        gap, mate_roll, lever = self.against(roll)
+        both = (roll, mate_roll) if self.own_is_pinion else (mate_roll, roll)
+        added = self.deviation.gap(*both) if self.deviation else np.zeros((1, 1))
+        return gap + added, mate_roll, approach(lever)
+
     @cached_property
     def closest(self) -> float:
         """Roll length of own's flank where the two are closest [m]."""
         low, high = self.roll_limits
-        return min(max(self.roll_nominal, low), high)
+        nominal = min(max(self.roll_nominal, low), high)
+        if not self.deviation:
+            return nominal
+        roll = np.append(np.linspace(low, high, SAMPLES), nominal)
+        for _ in range(2):
+            gap, _, per_error = self.gap(roll)
+            best = roll[np.argmin((gap / per_error).min(axis=0))]
+            step = (high - low) / (SAMPLES - 1)
+            roll = np.clip(np.append(best + step * np.linspace(-1, 1, SAMPLES), best), low, high)
+        return float(best)
 
     @cached_property
     def separation(self) -> float:
         """Transmission error at which the two just touch [m]."""
-        gap, _, lever = self.against(np.array([self.closest]))
-        return float(gap[0] / approach(lever)[0])
+        gap, _, per_error = self.gap(np.array([self.closest]))
+        return float(gap.min() / per_error[0])
 
     @cached_property
     def radius(self) -> float:
@@ -81,7 +127,7 @@ class Flanks:
         return self.closest * mate / (self.closest + mate)
 
     def strips(self, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """Arc lengths on pinion and wheel (2, n), gap (n,), approach (n,) and width of n equal strips [m].
+        """Arc lengths on pinion and wheel (2, n), gap (n_slice or 1, n), approach (n,), width of n equal strips [m].
 
         The strips cover the flank as far as reach [m] on either side of the closest point.
         """
@@ -89,9 +135,14 @@ class Flanks:
         centre = profile.arc_length(self.own, self.closest)
         edges = np.linspace(max(low, centre - reach), min(high, centre + reach), STRIPS + 1)
         arcs = (edges[1:] + edges[:-1]) / 2
-        gap, mate_roll, lever = self.against(profile.roll_at(self.own, arcs))
+        gap, mate_roll, per_error = self.gap(profile.roll_at(self.own, arcs))
         both = np.stack([arcs, profile.arc_length(self.mate, mate_roll)])
-        return both if self.own_is_pinion else both[::-1], gap, approach(lever), edges[1] - edges[0]
+        return both if self.own_is_pinion else both[::-1], gap, per_error, edges[1] - edges[0]
+
+    def expected(self, arcs: np.ndarray, reach: float) -> np.ndarray:
+        """(n,) strips within Hertz's half-width, if reach is WINDOW times that."""
+        own = arcs[0] if self.own_is_pinion else arcs[1]
+        return np.abs(own - profile.arc_length(self.own, self.closest)) <= reach / WINDOW
 
     def spills(self, reach: float, load: np.ndarray) -> bool:
         """Whether load (n_slice, n) presses on an end strip that could have more flank beside it."""
@@ -107,7 +158,7 @@ def approach(lever: np.ndarray) -> np.ndarray:
     return (1 + lever) / 2
 
 
-def flanks_at(pair: GearPair, phase: float) -> list[Flanks]:
+def flanks_at(pair: GearPair, phase: float, deviation: Deviation) -> list[Flanks]:
     """All pairs of teeth within half a pitch of the path of contact, in the order of their separation."""
     found = []
     k_low = np.ceil((pair.roll_start - pair.roll_pitch) / pair.p_bt - phase - 0.5)
@@ -115,27 +166,31 @@ def flanks_at(pair: GearPair, phase: float) -> list[Flanks]:
     for k in range(int(k_low), int(k_high) + 1):
         roll = pair.roll_pitch + (phase + k) * pair.p_bt
         if roll < pair.roll_pitch:
-            found.append(Flanks(pair.pinion, pair.wheel, pair.a, pair.alpha_wt, roll, k, True))
+            found.append(Flanks(pair.pinion, pair.wheel, pair.a, pair.alpha_wt, roll, k, True, deviation))
         else:
             roll = pair.a * np.sin(pair.alpha_wt) - roll
-            found.append(Flanks(pair.wheel, pair.pinion, pair.a, pair.alpha_wt, roll, k, False))
+            found.append(Flanks(pair.wheel, pair.pinion, pair.a, pair.alpha_wt, roll, k, False, deviation))
     return sorted(found, key=lambda flanks: flanks.separation)
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Compliance matrix (n, n) [m/N], gap (n,) [m] and approach (n,) of all potential contact strips."""
+    """Compliance matrix (n, n) [m/N], gap (n,) [m] and approach (n,) of all potential contact strips.
+
+    expected    (n,) whether a strip lies where Hertz expects the contact
+    """
 
     matrix: np.ndarray
     gap: np.ndarray
     approach: np.ndarray
+    expected: np.ndarray
 
     def solve(self, force: float) -> tuple[float, np.ndarray]:
         """Transmission error [m] and strip forces (n,) [N] with approach . f = force (primal-dual active set).
 
         Raises RuntimeError where no active set settles.
         """
-        active = np.ones(self.gap.size, bool)
+        active = self.expected
         rng = np.random.default_rng(0)
         for step in range(200):
             delta, f = self._with_active(active, force)
@@ -177,8 +232,11 @@ def assemble(flanks: list[Flanks], pinion: Compliance, wheel: Compliance, reach:
             blocks[p, z, :, p, z] += local / width
     n = len(flanks) * slices * STRIPS
     matrix = blocks.reshape(n, n)
-    gap, closing = (np.concatenate([np.tile(s[i], slices) for s in strips]) for i in (1, 2))
-    return Contact((matrix + matrix.T) / 2, gap, closing)
+    gap, closing = (np.concatenate([np.broadcast_to(s[i], (slices, STRIPS)).ravel() for s in strips]) for i in (1, 2))
+    expected = np.concatenate(
+        [np.tile(one.expected(s[0], r), slices) for one, s, r in zip(flanks, strips, reach, strict=True)]
+    )
+    return Contact((matrix + matrix.T) / 2, gap, closing, expected)
 
 
 def interpolation(arcs: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -203,15 +261,19 @@ def local_compliance(flanks: Flanks, arcs: np.ndarray, width: float) -> np.ndarr
     return both * log_mean(own[:, None] - own, width, width)
 
 
-def transmission_error(pair: GearPair, pinion: Compliance, wheel: Compliance, phase: float, force: float) -> float:
-    """Static transmission error [m] at one phase under the mesh force force >= 0 [N].
+def transmission_error(
+    pair: GearPair, pinion: Compliance, wheel: Compliance, phase: float, force: float, misalignment: float = 0.0
+) -> float:
+    """Static transmission error [m] in mid-plane at one phase under the mesh force force >= 0 [N].
+
+    misalignment    angle in the plane of action by which the gap opens towards positive z [rad]
 
     Raises RuntimeError where the contact does not settle.
     """
-    candidates = flanks_at(pair, phase)
+    candidates = flanks_at(pair, phase, Deviation(pair, misalignment, pinion.slices))
     delta, touching = candidates[0].separation, 0
     while force > 0:
-        reached = max(1, sum(flanks.separation < delta for flanks in candidates))
+        reached = sum(flanks.separation <= delta + NEAR for flanks in candidates)
         if reached <= touching:
             break
         touching = reached
@@ -221,11 +283,10 @@ def transmission_error(pair: GearPair, pinion: Compliance, wheel: Compliance, ph
 
 def _pressed_together(flanks: list[Flanks], pinion: Compliance, wheel: Compliance, force: float) -> float:
     """Transmission error of the given pairs of teeth, on strips wide enough to hold the contact."""
-    width = 2 * pinion.slices[-1]
-    hertz = [half_width(force / width, one.radius, one.own.material, one.mate.material) for one in flanks]
+    hertz = [half_width(force / pinion.width, one.radius, one.own.material, one.mate.material) for one in flanks]
     for window in (WINDOW, 2 * WINDOW, 4 * WINDOW):
         reach = [window * half for half in hertz]
-        delta, f = assemble(flanks, pinion, wheel, reach).solve(force / 2)
+        delta, f = assemble(flanks, pinion, wheel, reach).solve(force * pinion.share)
         loads = f.reshape(len(flanks), -1, STRIPS)
         if not any(one.spills(r, load) for one, r, load in zip(flanks, reach, loads, strict=True)):
             return delta

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from math import acos, asin, atan, cos, pi, sin, sqrt, tan
 
+from fem.flank import Face, Flank
 from fem.units import GPa, deg, mm
 
 
@@ -54,6 +55,7 @@ class Gear:
     s_n         normal circular tooth thickness at the reference circle; by default the one that x gives
     d_a, d_f    tip and root diameter; by default m_n (1 + x) above and m_n (1.25 - x) below the reference circle
     rho_f       tip radius of the generating rack, which leaves the root fillet; by default 0.38 m_n (ISO 53, profile A)
+    flank       modifications of the flanks (`fem.flank`), the same on the left and the right one; they add up
 
     Raises ValueError where no such gear exists: unit slips, pointed teeth, undercut, a rack tip too round.
     """
@@ -70,6 +72,7 @@ class Gear:
     d_f: float = None  # type: ignore[assignment]
     rho_f: float = None  # type: ignore[assignment]
     material: Material = field(default=STEEL)
+    flank: Flank = ()
 
     def __post_init__(self):
         require(
@@ -94,6 +97,9 @@ class Gear:
         fill("d_a", 2 * self.r + 2 * self.m_n * (1 + self.x))
         fill("d_f", 2 * self.r - 2 * self.m_n * (1.25 - self.x))
         fill("rho_f", 0.38 * self.m_n)
+        object.__setattr__(self, "flank", tuple(self.flank))
+        parts = all(hasattr(part, "removed") for part in self.flank)
+        require(parts, f"flank must hold modifications such as fem.TipRelief, got {self.flank}")
 
     def _check_widths(self) -> None:
         m_n, d = self.m_n, 2 * self.r
@@ -184,6 +190,11 @@ class Gear:
     def r_form(self) -> float:
         """Root form radius r_Ff [m]."""
         return sqrt(self.r_b**2 + self.roll_form**2)
+
+    @property
+    def face(self) -> Face:
+        """Extent of a flank."""
+        return Face(self.roll_form, self.roll_tip, self.b)
 
     def thickness(self, r: float) -> float:
         """Transverse tooth thickness on the circle of radius r >= r_b [m]."""

@@ -21,7 +21,8 @@ class Density:
 
     flank, fillet, land     along the profile: involute, upper and lower half of the fillet each, root land
     tooth, rim, body        half across the tooth, in the layer below the root, from there to the bore
-    width                   quadratic elements over half the face width; each is a slice of the contact
+    width                   quadratic elements over half the face width
+    slices                  slices of the contact per such element
     teeth                   toothed pitches on either side of tooth 0
     """
 
@@ -32,6 +33,7 @@ class Density:
     rim: int = 4
     body: int = 6
     width: int = 3
+    slices: int = 1
     teeth: int = 2
     divide: int = 1
 

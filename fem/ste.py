@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from fem.flank import from_text, to_text
 from fem.gear import Gear, GearPair, Material, require
 
+SIZES = [f.name for f in fields(Gear) if f.name not in ("material", "flank")]
 TORQUE, PHASE, TE = "torque", "phase", "te"
 
 
@@ -47,20 +49,21 @@ def check(data: xr.Dataset) -> xr.Dataset:
     return data
 
 
-def pair_attributes(pair: GearPair) -> dict[str, float]:
-    """All inputs of a pair as flat numbers; `pair_of` reads them back."""
-    attributes = {"a": pair.a}
+def pair_attributes(pair: GearPair) -> dict[str, float | str]:
+    """All inputs of a pair as flat numbers and JSON; `pair_of` reads them back."""
+    attributes: dict[str, float | str] = {"a": pair.a}
     for name, gear in (("pinion", pair.pinion), ("wheel", pair.wheel)):
-        attributes |= {f"{name}_{f.name}": getattr(gear, f.name) for f in fields(Gear) if f.name != "material"}
+        attributes |= {f"{name}_{size}": getattr(gear, size) for size in SIZES}
+        attributes[f"{name}_flank"] = to_text(gear.flank)
         attributes |= {f"{name}_{f.name}": getattr(gear.material, f.name) for f in fields(Material)}
     return attributes
 
 
 def _gear(attributes, name: str) -> Gear:
     material = Material(**{f.name: float(attributes[f"{name}_{f.name}"]) for f in fields(Material)})
-    sizes = [f.name for f in fields(Gear) if f.name not in ("z", "material")]
-    lengths = {size: float(attributes[f"{name}_{size}"]) for size in sizes}
-    return Gear(z=int(attributes[f"{name}_z"]), material=material, **lengths)
+    lengths = {size: float(attributes[f"{name}_{size}"]) for size in SIZES if size != "z"}
+    flank = from_text(attributes[f"{name}_flank"])
+    return Gear(z=int(attributes[f"{name}_z"]), material=material, flank=flank, **lengths)
 
 
 def pair_of(data: xr.Dataset) -> GearPair:

@@ -10,6 +10,7 @@ ROOT = Path(__file__).parents[1]
 FLOORS = {
     "fem.units": 0,
     "fem.cache": 0,
+    "fem.flank": 0,
     "fem.solver": 0,
     "fem.gear": 1,
     "fem.profile": 2,

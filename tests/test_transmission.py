@@ -6,7 +6,7 @@ from conftest import paper_gear
 
 import fem
 from fem.compliance import flank_compliance
-from fem.contact import STRIPS, WINDOW, assemble, flanks_at, transmission_error
+from fem.contact import STRIPS, WINDOW, Deviation, assemble, flanks_at, transmission_error
 from fem.hertz import flattening, half_width
 from fem.mesh import Density
 from fem.units import mm, um
@@ -62,7 +62,7 @@ def test_identical_gears_give_a_symmetric_curve(paper_pair):
 
 
 def test_contact_balances_the_load_and_never_pulls_nor_penetrates(paper_pair, bodies):
-    flanks = flanks_at(paper_pair, 0.45)[:2]
+    flanks = flanks_at(paper_pair, 0.45, Deviation(paper_pair, 0.0, bodies[0].slices))[:2]
     materials = paper_pair.pinion.material, paper_pair.wheel.material
     contact = assemble(flanks, *bodies, [WINDOW * half_width(90e3, one.radius, *materials) for one in flanks])
     delta, f = contact.solve(1000.0)
@@ -84,7 +84,7 @@ def test_light_load_follows_line_contact(paper_pair, bodies):
 
 
 def test_peak_pressure_is_that_of_hertz(paper_pair, bodies):
-    flanks = flanks_at(paper_pair, 0.0)[:1]
+    flanks = flanks_at(paper_pair, 0.0, Deviation(paper_pair, 0.0, bodies[0].slices))[:1]
     force, steel = 2000.0, paper_pair.pinion.material
     line_load = force / paper_pair.b
     a = half_width(line_load, flanks[0].radius, steel, steel)
@@ -103,8 +103,10 @@ def test_more_torque_deflects_more_at_falling_rate(paper_pair):
     assert (np.diff(te[1:] / torque[1:, None], axis=0) < 0).all()
 
 
-def test_unloaded_error_beyond_the_path_of_contact_is_a_gap(paper_pair):
-    separations = [flanks.separation for flanks in flanks_at(paper_pair, 0.0)]
+def test_unloaded_error_beyond_the_path_of_contact_is_a_gap(paper_pair, bodies):
+    separations = [
+        flanks.separation for flanks in flanks_at(paper_pair, 0.0, Deviation(paper_pair, 0.0, bodies[0].slices))
+    ]
     assert separations[0] == pytest.approx(0, abs=1e-15)
     assert separations[-1] > 1 * um
 

@@ -1,0 +1,135 @@
+"""Modified and misaligned flanks: gap in metres, references of independent finite elements, no new finite elements."""
+
+import numpy as np
+import pytest
+from conftest import paper_gear
+from skfem import ElementQuad2
+
+import fem
+from fem import cache, flank
+from fem.compliance import Compliance, flank_compliance, half_plane, plane_strain
+from fem.contact import transmission_error
+from fem.mesh import Density, flank_arcs, section
+from fem.units import mm, um
+
+FACE = flank.Face(18 * mm, 33 * mm, 23 * mm)
+ALL = (
+    fem.TipRelief(15 * um, 2.5 * mm),
+    fem.RootRelief(8 * um, 2 * mm, power=2),
+    fem.ProfileCrowning(4 * um),
+    fem.LeadCrowning(10 * um),
+    fem.HelixSlope(6 * um),
+    fem.EndRelief(12 * um, 3 * mm),
+)
+
+
+def modified(*parts) -> fem.Gear:
+    return paper_gear(flank=parts)
+
+
+def numbers(pinion, wheel, **options) -> list[float]:
+    """Mean and peak to peak at 150 and at 350 N m [um]."""
+    pair = fem.GearPair(pinion, wheel, a=150 * mm)
+    te = fem.static_transmission_error(pair, [150, 350], 30, progress=False, **options)["te"].values / um
+    return [te[0].mean(), np.ptp(te[0]), te[1].mean(), np.ptp(te[1])]
+
+
+def test_crowning_of_10_um():
+    mean_150, peak_150, mean_350, peak_350 = numbers(modified(fem.LeadCrowning(10 * um)), paper_gear())
+    assert [mean_150, mean_350] == pytest.approx([10.55, 20.26], rel=0.007)
+    assert [peak_150, peak_350] == pytest.approx([3.12, 5.99], rel=0.012)
+
+
+def test_misalignment_of_half_a_milliradian():
+    mean_150, peak_150, mean_350, peak_350 = numbers(paper_gear(), paper_gear(), misalignment=0.5e-3)
+    assert [mean_150, mean_350] == pytest.approx([7.45, 16.90], rel=0.007)
+    assert [peak_150, peak_350] == pytest.approx([2.82, 5.97], rel=0.012)
+
+
+def test_mean_under_tip_relief_in_plane_strain():
+    """15 um linear over the last 2.5 mm of roll length, both gears."""
+    gear, density = modified(fem.TipRelief(15 * um, 2.5 * mm)), Density(flank=26)
+    arcs = flank_arcs(gear, density.flank)
+    blocks = plane_strain(gear, arcs, section(gear, density.refined(2)), ElementQuad2(), 2)
+    blocks[0] -= half_plane(gear, arcs)
+    half = gear.b / 2
+    body = Compliance(arcs, np.array([0.0, half]), blocks[:, None, :, None, :] / half)
+    pair = fem.GearPair(gear, gear, a=150 * mm)
+    for torque, mean in ((150, 9.218), (350, 19.489)):
+        te = [transmission_error(pair, body, body, i / 30, torque / gear.r_b) / um for i in range(30)]
+        assert np.mean(te) == pytest.approx(mean, rel=0.005)
+
+
+def test_helix_slope_is_misalignment():
+    pair = fem.GearPair(modified(fem.HelixSlope(11.5 * um)), paper_gear(), a=150 * mm)
+    plain = fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
+    one = fem.static_transmission_error(pair, 150, 4, progress=False)["te"].values
+    other = fem.static_transmission_error(plain, 150, 4, misalignment=0.5e-3, progress=False)["te"].values
+    turned = fem.static_transmission_error(plain, 150, 4, misalignment=-0.5e-3, progress=False)["te"].values
+    assert one == pytest.approx(other, rel=1e-9)
+    assert turned == pytest.approx(other, rel=1e-6)
+
+
+def test_unloaded_error_is_the_smallest_gap():
+    pair = fem.GearPair(modified(fem.ProfileCrowning(5 * um)), paper_gear(), a=150 * mm)
+    te = fem.static_transmission_error(pair, [0, 1e-3], 6, progress=False)["te"].values
+    assert te[0].min() > -1e-12 * um
+    assert 0.3 * um < np.ptp(te[0]) < 5 * um
+    assert te[1] == pytest.approx(te[0], abs=0.01 * um)
+
+
+def test_modifications_need_no_new_finite_elements(monkeypatch, tmp_path):
+    monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
+    density = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=1)
+    flank_compliance(paper_gear(), density, 23 * mm)
+    known = sorted(cache.folder().iterdir())
+    flank_compliance(modified(*ALL), density, 23 * mm)
+    assert sorted(cache.folder().iterdir()) == known
+
+
+def test_halves_of_the_width_superpose():
+    """Loads alike on both halves give over the whole width what they give over one half."""
+    density = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
+    half, whole = (flank_compliance(paper_gear(), density, 23 * mm, whole=w) for w in (False, True))
+    n = half.slices.size - 1
+    both = whole.blocks[0, n:, :, n:] + whole.blocks[0, n:, :, n - 1 :: -1]
+    assert both == pytest.approx(half.blocks[0], rel=1e-9)
+
+
+def test_modifications_at_their_ends():
+    roll, axial = np.array([FACE.roll_form, FACE.roll_tip]), np.array([[-11.5 * mm], [0], [11.5 * mm]])
+    tip, root, profile, lead, slope, end = (part.removed(FACE, roll, axial) / um for part in ALL)
+    assert tip == pytest.approx(np.tile([0, 15.0], (3, 1)))
+    assert root == pytest.approx(np.tile([8.0, 0], (3, 1)))
+    assert profile == pytest.approx(4.0)
+    assert lead[:, 0] == pytest.approx([10, 0, 10])
+    assert slope[:, 0] == pytest.approx([-3, 0, 3])
+    assert end[:, 0] == pytest.approx([12, 0, 12])
+    together = flank.removed(ALL, FACE, roll, axial) / um
+    assert together == pytest.approx(tip + root + profile + lead + slope + end)
+
+
+def test_modifications_survive_the_file():
+    assert flank.from_text(flank.to_text(ALL)) == ALL
+    pair = fem.GearPair(modified(*ALL), paper_gear(), a=150 * mm)
+    assert fem.ste.pair_of(fem.ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))) == pair
+    with pytest.raises(ValueError, match="unknown flank modifications"):
+        flank.from_text('[{"kind": "os.system"}]')
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: fem.TipRelief(15, 2.5 * mm), "C_a must lie .*15\\*um"),
+        (lambda: fem.TipRelief(15 * um, 2.5), "length must lie .*2.5\\*mm"),
+        (lambda: fem.TipRelief(15 * um, 2.5 * mm, power=0.5), "power must lie"),
+        (lambda: fem.LeadCrowning(np.nan), "C_beta must lie"),
+        (lambda: fem.EndRelief(1 * um, -1 * mm), "length must lie"),
+        (lambda: modified(15 * um), "flank must hold modifications"),
+        (lambda: numbers(paper_gear(), paper_gear(), misalignment=0.5), "misalignment must lie within 0.01 rad"),
+        (lambda: numbers(paper_gear(), paper_gear(), misalignment=np.nan), "misalignment must lie"),
+    ],
+)
+def test_bad_modifications_are_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
