@@ -18,6 +18,7 @@ import exugear
 import fem
 from exugear import plots
 from exugear.spectrum import Resonances
+from fem import iso6336
 from fem.mesh import Density, hexahedra, section
 from fem.units import deg, mm, rpm, um
 
@@ -146,6 +147,10 @@ def report(curves, box, runs, fit: bool, clock: Clock) -> str:
     for load in TORQUES:
         te = curves["te"].sel(torque=load).values / um
         lines.append(f"{load:>12g} N m              {te.mean():9.3f}{np.ptp(te):12.3f}")
+    pair = fem.ste.pair_of(curves)
+    standard = iso6336.mesh_stiffness(pair, 150.0 / pair.pinion.r_b / pair.b) * pair.b
+    ours = " and ".join(f"{mean_stiffness(curves, load) * um:.1f}" for load in TORQUES)
+    lines += ["", f"mean of F / STE {ours} N/um; ISO 6336 gives {standard * um:.0f} N/um, which knows no rim and hub"]
     found = {load: superharmonics(resonances(result)) for load, result in runs.items()}
     lines += ["", "DTE resonances [Hz]        150 N m   paper    350 N m   paper     stiffening   paper"]
     for i, (name, low, high) in enumerate(zip(("1/4", "1/3", "1/2", "main"), *found.values(), strict=True), start=1):

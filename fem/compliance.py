@@ -211,9 +211,16 @@ def solid(gear: Gear, arcs, section: MeshQuad, line, edges, teeth: int, *, odd: 
         inplane = np.einsum("cnh,ms->cnmsh", hat_loads.reshape(2, basis.N, -1), slices)
         full = np.concatenate([inplane, np.zeros_like(inplane[:1])]).reshape(stiffness.shape[0], -1)
         loads.append(sp.csr_matrix(full[free]))
-    moved = factorize(stiffness[free][:, free])(loads[0].toarray())
+    column = (free // across.N) % basis.N
+    moved = factorize(stiffness[free][:, free], column, section_graph(basis))(loads[0].toarray())
     shape = (slices.shape[1], arcs.size)
     return np.stack([(load.T @ moved).reshape(shape + shape) for load in loads])
+
+
+def section_graph(basis: Basis) -> sp.csr_matrix:
+    """Positive definite matrix that couples the nodes which share an element."""
+    pattern = BilinearForm(lambda u, v, w: u * v).assemble(basis)
+    return pattern + sp.diags_array(np.asarray(pattern.sum(axis=1)).ravel())
 
 
 def _slice_loads(basis: Basis, edges: np.ndarray) -> np.ndarray:

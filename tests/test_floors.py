@@ -15,6 +15,7 @@ FLOORS = {
     "fem.gear": 1,
     "fem.profile": 2,
     "fem.ste": 2,
+    "fem.iso6336": 2,
     "fem.mesh": 3,
     "fem.hertz": 3,
     "fem.compliance": 4,

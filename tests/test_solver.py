@@ -21,6 +21,13 @@ def test_superlu_solves(system):
     assert solver.superlu(matrix)(matrix @ x) == pytest.approx(x, abs=1e-9)
 
 
+def test_superlu_by_groups_solves(system):
+    matrix, x = system
+    graph = sp.csr_matrix(sp.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(40, 40)))
+    solve = solver.superlu_by_groups(matrix, np.arange(1600) // 40, graph)
+    assert solve(matrix @ x) == pytest.approx(x, abs=1e-9)
+
+
 def test_the_installed_solver_gives_the_same(system):
     matrix, x = system
     assert solver.factorize(matrix)(matrix @ x) == pytest.approx(x, abs=1e-9)
