@@ -9,12 +9,12 @@ from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from fem.compliance import flank_compliance
-from fem.contact import transmission_error
+from fem.contact import State, state_at
 from fem.flank import removed
 from fem.gear import GearPair, require
 from fem.hertz import flattening
 from fem.mesh import Density
-from fem.ste import ste_map
+from fem.ste import PHASE, TORQUE, ste_map
 
 
 def static_transmission_error(
@@ -27,6 +27,9 @@ def static_transmission_error(
     progress: bool = True,
 ) -> xr.Dataset:
     """STE map of a spur pair: "te" [m] in mid-plane on the line of action over (torque, phase).
+
+    Beside it: "peak_pressure" [Pa], "centroid" of the force across the width [m], "pairs_in_contact", and the
+    "load_share" of every pair of teeth.
 
     torque          pinion torque F r_b1 [N m], one or several increasing values >= 0; 0: unloaded transmission error
     phases          number of equidistant phases from 0 (pair 0 at the pitch point), or their values in [0, 1)
@@ -47,12 +50,37 @@ def static_transmission_error(
     varies, whole = _across_width(pair, misalignment)
     density = replace(density or Density(slices=3 if varies else 1), teeth=ceil(pair.eps_alpha))
     pinion, wheel = (flank_compliance(gear, density, pair.b, whole=whole) for gear in (pair.pinion, pair.wheel))
-    te = np.empty((torque.size, phase.size))
-    states = tqdm(np.ndindex(te.shape), "transmission error", te.size, disable=not progress, delay=1.0, leave=False)
+    states = np.empty((torque.size, phase.size), object)
+    bar = tqdm(
+        np.ndindex(states.shape), "transmission error", states.size, disable=not progress, delay=1.0, leave=False
+    )
     with threadpool_limits(1):
-        for i, j in states:
-            te[i, j] = transmission_error(pair, pinion, wheel, phase[j], torque[i] / pair.pinion.r_b, misalignment)
-    return ste_map(pair, torque, phase, te, density=str(density), misalignment=misalignment)
+        for i, j in bar:
+            states[i, j] = state_at(pair, pinion, wheel, phase[j], torque[i] / pair.pinion.r_b, misalignment)
+    te = _each(states, lambda state: state.te)
+    data = ste_map(pair, torque, phase, te, density=str(density), misalignment=misalignment)
+    return data.assign(_contact_variables(states))
+
+
+def _each(states: np.ndarray, number) -> np.ndarray:
+    return np.vectorize(number, otypes=[float])(states)
+
+
+def _contact_variables(states: np.ndarray) -> dict:
+    """What the contact says beside the transmission error."""
+    grid = (TORQUE, PHASE)
+    pairs = sorted({number for state in states.ravel() for number in state.pairs})
+    share = [_each(states, lambda s, n=n: dict(zip(s.pairs, s.share(), strict=True)).get(n, 0.0)) for n in pairs]
+    shares = np.stack(share, axis=-1) if share else np.zeros((*states.shape, 0))
+    pressure, centroid = (_each(states, method) for method in (State.peak_pressure, State.centroid))
+    told = "share of the load that a pair of teeth carries"
+    return {
+        "peak_pressure": (grid, pressure, {"units": "Pa", "long_name": "largest contact pressure"}),
+        "centroid": (grid, centroid, {"units": "m", "long_name": "axial place of the resultant force"}),
+        "load_share": ((*grid, "pair"), shares, {"units": "1", "long_name": told}),
+        "pairs_in_contact": (grid, (shares > 0).sum(axis=-1), {"units": "1", "long_name": "pairs of teeth in contact"}),
+        "pair": ("pair", pairs, {"long_name": "number of the pair of teeth, ahead of pair 0"}),
+    }
 
 
 def _across_width(pair: GearPair, misalignment: float) -> tuple[bool, bool]:

@@ -18,6 +18,7 @@ FLOORS = {
     "fem.iso6336": 2,
     "fem.mesh": 3,
     "fem.hertz": 3,
+    "fem.gap": 3,
     "fem.compliance": 4,
     "fem.contact": 5,
     "fem.transmission": 6,

@@ -6,7 +6,8 @@ from conftest import paper_gear
 
 import fem
 from fem.compliance import flank_compliance
-from fem.contact import STRIPS, WINDOW, Deviation, assemble, flanks_at, transmission_error
+from fem.contact import assemble, state_at, transmission_error
+from fem.gap import STRIPS, WINDOW, Deviation, flanks_at
 from fem.hertz import flattening, half_width
 from fem.mesh import Density
 from fem.units import mm, um
@@ -109,6 +110,29 @@ def test_unloaded_error_beyond_the_path_of_contact_is_a_gap(paper_pair, bodies):
     ]
     assert separations[0] == pytest.approx(0, abs=1e-15)
     assert separations[-1] > 1 * um
+
+
+@pytest.mark.parametrize(("torque", "alone"), [(150, 0.313), (350, 0.200)])
+def test_share_of_the_cycle_with_one_pair_alone(paper_pair, torque, alone):
+    """Independent finite elements: nominally 0.544; loaded tip contact takes the rest."""
+    ste = fem.static_transmission_error(paper_pair, torque, 240, progress=False)
+    assert float((ste["pairs_in_contact"] == 1).mean()) == pytest.approx(alone, abs=0.01)
+    assert ste["load_share"].sum("pair").values == pytest.approx(1)
+    assert ste["load_share"].values.min() >= 0
+    assert (ste["centroid"] == 0).all()
+
+
+def test_misaligned_force_moves_to_the_closed_side(paper_pair):
+    ste = fem.static_transmission_error(paper_pair, [50, 350], 4, misalignment=0.5e-3, progress=False)
+    light, heavy = ste["centroid"].values
+    assert (light < heavy).all()
+    assert (heavy < 0).all()
+    assert light.min() > -paper_pair.b / 2
+
+
+def test_pressure_grows_with_the_root_of_the_load(paper_pair, bodies):
+    light, heavy = (state_at(paper_pair, *bodies, 0.0, force).peak_pressure() for force in (500.0, 2000.0))
+    assert heavy == pytest.approx(2 * light, rel=0.01)
 
 
 def test_map_survives_the_disk(paper_pair, tmp_path):
