@@ -1,6 +1,8 @@
 """Static transmission error by finite elements: the table of contents of this package."""
 
+from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 from math import ceil, pi
 
 import numpy as np
@@ -8,7 +10,7 @@ import xarray as xr
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-from fem.compliance import flank_compliance
+from fem.compliance import Compliance, flank_compliance
 from fem.contact import State, state_at
 from fem.flank import removed
 from fem.gear import GearPair, require
@@ -24,6 +26,7 @@ def static_transmission_error(
     *,
     misalignment: float = 0.0,
     density: Density | None = None,
+    executor: Executor | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
     """STE map of a spur pair: "te" [m] in mid-plane on the line of action over (torque, phase).
@@ -36,6 +39,7 @@ def static_transmission_error(
     misalignment    angle in the plane of action by which the gap opens towards positive z [rad]
     density         of the FE mesh; the default is within 0.2 % of the converged mean and peak to peak, and has three
                     times as many slices where the gap varies across the width
+    executor        any `concurrent.futures.Executor` to spread the phases over; the finite elements are solved here
     progress        show a bar with time left
 
     The compliance of each different gear is kept in the cache (see `fem.cache.folder`).
@@ -50,16 +54,24 @@ def static_transmission_error(
     varies, whole = _across_width(pair, misalignment)
     density = replace(density or Density(slices=3 if varies else 1), teeth=ceil(pair.eps_alpha))
     pinion, wheel = (flank_compliance(gear, density, pair.b, whole=whole) for gear in (pair.pinion, pair.wheel))
-    states = np.empty((torque.size, phase.size), object)
-    bar = tqdm(
-        np.ndindex(states.shape), "transmission error", states.size, disable=not progress, delay=1.0, leave=False
-    )
-    with threadpool_limits(1):
-        for i, j in bar:
-            states[i, j] = state_at(pair, pinion, wheel, phase[j], torque[i] / pair.pinion.r_b, misalignment)
+    column = partial(_column, pair, pinion, wheel, torque / pair.pinion.r_b, misalignment)
+    columns = (map if executor is None else executor.map)(column, phase)
+    bar = tqdm(columns, "transmission error", phase.size, disable=not progress, delay=1.0, leave=False)
+    states = np.stack(list(bar), axis=1)
     te = _each(states, lambda state: state.te)
     data = ste_map(pair, torque, phase, te, density=str(density), misalignment=misalignment)
     return data.assign(_contact_variables(states))
+
+
+def _column(
+    pair: GearPair, pinion: Compliance, wheel: Compliance, forces: np.ndarray, misalignment: float, phase: float
+) -> np.ndarray:
+    """(n_force,) states of one phase; on one thread, which suits matrices of this size."""
+    states = np.empty(forces.size, object)
+    with threadpool_limits(1):
+        for i, force in enumerate(forces):
+            states[i] = state_at(pair, pinion, wheel, phase, force, misalignment)
+    return states
 
 
 def _each(states: np.ndarray, number) -> np.ndarray:

@@ -1,5 +1,8 @@
 """STE of the paper's pair against independent finite elements; symmetry, balance, limits; bad input is refused."""
 
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
 import numpy as np
 import pytest
 from conftest import paper_gear
@@ -133,6 +136,13 @@ def test_misaligned_force_moves_to_the_closed_side(paper_pair):
 def test_pressure_grows_with_the_root_of_the_load(paper_pair, bodies):
     light, heavy = (state_at(paper_pair, *bodies, 0.0, force).peak_pressure() for force in (500.0, 2000.0))
     assert heavy == pytest.approx(2 * light, rel=0.01)
+
+
+def test_executor_gives_the_same_map(paper_pair):
+    alone = fem.static_transmission_error(paper_pair, [0, 150], 6, progress=False)
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+        spread = fem.static_transmission_error(paper_pair, [0, 150], 6, executor=executor, progress=False)
+    assert np.abs(spread["te"] - alone["te"]).max() < 1e-12 * um
 
 
 def test_map_survives_the_disk(paper_pair, tmp_path):
