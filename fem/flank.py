@@ -38,6 +38,12 @@ def _check_amount(name: str, value: float) -> None:
     _checked(name, value, -1 * MM, 1 * MM, "m (pass metres: 15*um)")
 
 
+def _check_relief(name: str, amount: float, length: float, power: float) -> None:
+    _check_amount(name, amount)
+    _checked("length", length, 1e-6, 1.0, "m (pass metres: 2.5*mm)")
+    _checked("power", power, 1.0, 4.0, "(1: linear, 2: parabolic)")
+
+
 def _share(inside: np.ndarray, length: float, power: float) -> np.ndarray:
     """0 up to where the relief begins, 1 at its end; inside counts from the beginning [m]."""
     return np.clip(inside / length, 0, None) ** power
@@ -52,9 +58,7 @@ class TipRelief:
     power: float = 1.0
 
     def __post_init__(self):
-        _check_amount("C_a", self.C_a)
-        _checked("length", self.length, 1e-6, 1.0, "m of roll length (pass metres: 2.5*mm)")
-        _checked("power", self.power, 1.0, 4.0, "(1: linear, 2: parabolic)")
+        _check_relief("C_a", self.C_a, self.length, self.power)
 
     def removed(self, face: Face, roll, axial):
         inside = roll - (face.roll_tip - self.length)
@@ -70,9 +74,7 @@ class RootRelief:
     power: float = 1.0
 
     def __post_init__(self):
-        _check_amount("C_f", self.C_f)
-        _checked("length", self.length, 1e-6, 1.0, "m of roll length (pass metres: 2.5*mm)")
-        _checked("power", self.power, 1.0, 4.0, "(1: linear, 2: parabolic)")
+        _check_relief("C_f", self.C_f, self.length, self.power)
 
     def removed(self, face: Face, roll, axial):
         inside = face.roll_form + self.length - roll
@@ -128,9 +130,7 @@ class EndRelief:
     power: float = 1.0
 
     def __post_init__(self):
-        _check_amount("C_e", self.C_e)
-        _checked("length", self.length, 1e-6, 1.0, "m of face width (pass metres: 3*mm)")
-        _checked("power", self.power, 1.0, 4.0, "(1: linear, 2: parabolic)")
+        _check_relief("C_e", self.C_e, self.length, self.power)
 
     def removed(self, face: Face, roll, axial):
         inside = np.abs(axial) - (face.width / 2 - self.length)
