@@ -1,6 +1,7 @@
 """Run-ups: equilibrium, energy, invariance of the reduction, accuracy of the step, refusals."""
 
 import _thread
+import signal
 import threading
 
 import numpy as np
@@ -173,6 +174,15 @@ def test_leaving_the_map_is_reported_with_time_speed_and_remedy(spinning):
         run(model, load=500.0)
 
 
+@pytest.fixture
+def listening_to_ctrl_c():
+    """Python's own handler: a shell that starts the tests in the background has SIGINT ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("listening_to_ctrl_c")
 def test_interrupted_run_raises_and_can_be_repeated(spinning):
     timer = threading.Timer(0.3, _thread.interrupt_main)
     timer.start()
