@@ -2,8 +2,9 @@
 
 from fem.flank import EndRelief, HelixSlope, LeadCrowning, ProfileCrowning, RootRelief, TipRelief
 from fem.gear import STEEL, Gear, GearPair, Material
+from fem.offsets import Offsets
 from fem.ste import load, save, ste_map
-from fem.transmission import static_transmission_error
+from fem.transmission import Resolution, static_transmission_error
 
 __all__ = [
     "STEEL",
@@ -13,7 +14,9 @@ __all__ = [
     "HelixSlope",
     "LeadCrowning",
     "Material",
+    "Offsets",
     "ProfileCrowning",
+    "Resolution",
     "RootRelief",
     "TipRelief",
     "load",

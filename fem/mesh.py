@@ -22,18 +22,16 @@ class Density:
     flank, fillet, land     along the profile: involute, upper and lower half of the fillet each, root land
     tooth, rim, body        half across the tooth, in the layer below the root, from there to the bore
     width                   quadratic elements over half the face width
-    slices                  slices of the contact per such element
     teeth                   toothed pitches on either side of tooth 0
     """
 
-    flank: int = 22
+    flank: int = 16
     fillet: int = 3
     land: int = 1
     tooth: int = 3
     rim: int = 4
     body: int = 6
     width: int = 3
-    slices: int = 1
     teeth: int = 2
     divide: int = 1
 
@@ -42,9 +40,13 @@ class Density:
             number, least = getattr(self, part.name), 0 if part.name == "teeth" else 1
             whole = f"{part.name} must be a whole number of elements >= {least}, got {number}"
             require(number == int(number) and number >= least, whole)
+        require(self.flank % 2 == 0, f"flank must be an even number of elements, got {self.flank}")
 
     def refined(self, q: int) -> "Density":
         return replace(self, divide=self.divide * q)
+
+    def with_teeth(self, teeth: int) -> "Density":
+        return replace(self, teeth=teeth)
 
     def steps(self, name: str) -> np.ndarray:
         """(n + 1,) equidistant stations in [0, 1] along the part called name."""
@@ -56,6 +58,11 @@ def flank_arcs(gear: Gear, n: int, divide: int = 1) -> np.ndarray:
     low, high = profile.arc_length(gear, np.array([gear.roll_form, gear.roll_tip]))
     coarse = high - (high - low) * np.linspace(1, 0, n + 1) ** 1.5
     return divided(coarse, divide)
+
+
+def flank_hats(gear: Gear, density: Density) -> np.ndarray:
+    """(n,) arc lengths of the tops of the hats along the flank [m]: every other node of the coarse section."""
+    return flank_arcs(gear, density.flank)[::2]
 
 
 def divided(nodes: np.ndarray, q: int) -> np.ndarray:

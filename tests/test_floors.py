@@ -19,8 +19,12 @@ FLOORS = {
     "fem.mesh": 3,
     "fem.hertz": 3,
     "fem.gap": 3,
+    "fem.prism": 3,
     "fem.compliance": 4,
+    "fem.offsets": 2,
     "fem.contact": 5,
+    "fem.slices": 3,
+    "fem.state": 5.5,
     "fem.transmission": 6,
     "fem": 6.5,
     "exugear.force": 7,
@@ -37,7 +41,7 @@ FLOORS = {
 }
 DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste"}
 FENCES = {
-    "skfem": {"fem.mesh", "fem.compliance"},
+    "skfem": {"fem.mesh", "fem.prism", "fem.compliance"},
     "exudyn": {"exugear.connector", "exugear.plan", "exugear.model", "exugear.run"},
     "matplotlib": {"exugear.plots"},
 }
