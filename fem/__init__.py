@@ -1,7 +1,9 @@
 """From gear data to static transmission error maps by finite elements."""
 
-from fem.flank import EndRelief, HelixSlope, LeadCrowning, ProfileCrowning, RootRelief, TipRelief
+from fem.deviation import Grid, PitchDeviation
+from fem.flank import Sides
 from fem.gear import STEEL, Gear, GearPair, Material
+from fem.modification import EndRelief, HelixSlope, LeadCrowning, ProfileCrowning, RootRelief, TipRelief
 from fem.ste import load, save, ste_map
 from fem.transmission import static_transmission_error
 
@@ -10,11 +12,14 @@ __all__ = [
     "EndRelief",
     "Gear",
     "GearPair",
+    "Grid",
     "HelixSlope",
     "LeadCrowning",
     "Material",
+    "PitchDeviation",
     "ProfileCrowning",
     "RootRelief",
+    "Sides",
     "TipRelief",
     "load",
     "save",

@@ -92,14 +92,11 @@ def across_tooth(density: Density) -> np.ndarray:
 
 def tooth_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     """The tooth above the middle of its fillets and the layer below it down to `rim_radius`, as (2, n, m) grids."""
-    middle = (gear.alpha_t + np.pi / 2) / 2
     arcs = flank_arcs(gear, density.flank, density.divide)
-    upper = gear.alpha_t + (middle - gear.alpha_t) * density.steps("fillet")[::-1]
-    lower = middle + (np.pi / 2 - middle) * density.steps("fillet")
+    upper = density.steps("fillet")[::-1] / 2
     involute = profile.cartesian(profile.flank(gear, profile.roll_at(gear, arcs)))
     side = np.hstack([profile.cartesian(profile.fillet(gear, upper)), involute[:, 1:]])
-    land = profile.root_land(gear, density.land * density.divide)
-    foot = np.hstack([profile.cartesian(profile.fillet(gear, lower)), profile.cartesian(land)])
+    foot = tooth_foot(gear, density)
     across = across_tooth(density)
     base = line(side[:, 0], mirrored(side)[:, 0], across)
     half_tip = float(profile.flank(gear, [gear.roll_tip]).psi[0])
@@ -107,6 +104,16 @@ def tooth_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     tooth = coons(base, tip, side, mirrored(side))
     top = np.hstack([foot[:, ::-1], base[:, 1:-1], mirrored(foot)])
     return [tooth, rim_block(gear, density, top)]
+
+
+def tooth_foot(gear: Gear, density: Density) -> np.ndarray:
+    """(2, n) outline from the middle of the fillet to the middle of the space, whose land may have no width."""
+    n = density.land * density.divide
+    if gear.r_f * (np.pi / gear.z - gear.root.psi_f) > 0.02 * gear.m_n:
+        lower = profile.fillet(gear, (1 + density.steps("fillet")) / 2)
+        return np.hstack([profile.cartesian(lower), profile.cartesian(profile.root_land(gear, n))])
+    r, psi = profile.fillet(gear, np.linspace(0.5, 1, density.steps("fillet").size + n))
+    return profile.cartesian(Polar(np.append(r[:-1], gear.r_f), np.append(psi[:-1], np.pi / gear.z)))
 
 
 def rim_radius(gear: Gear) -> float:
@@ -155,8 +162,11 @@ def section_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     tooth, rim = tooth_blocks(gear, density)
     radii = body_radii(gear, density)
     body = polar_block(radii, np.linspace(np.pi, -np.pi, rim.shape[1]) / gear.z)
-    pitches = range(-density.teeth, density.teeth + 1)
+    some = 2 * density.teeth + 1 < gear.z
+    pitches = range(-density.teeth, density.teeth + 1) if some else range(gear.z)
     blocks = [rotated(block, 2 * np.pi * k / gear.z) for k in pitches for block in (tooth, rim, body)]
+    if not some:
+        return blocks
     outside = np.linspace(radii[-1], gear.r_f, density.rim * density.divide + 1)
     return [*blocks, polar_block(np.concatenate([radii, outside[1:]]), ring_angles(gear, density))]
 

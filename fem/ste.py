@@ -11,6 +11,8 @@ from fem.flank import from_text, to_text
 from fem.gear import Gear, GearPair, Material, require
 
 SIZES = [f.name for f in fields(Gear) if f.name not in ("material", "flank")]
+#: Of these a gear has one.
+ROOTS = ("rho_f", "fillet")
 TORQUE, PHASE, TE = "torque", "phase", "te"
 
 
@@ -53,7 +55,7 @@ def pair_attributes(pair: GearPair) -> dict[str, float | str]:
     """All inputs of a pair as flat numbers and JSON; `pair_of` reads them back."""
     attributes: dict[str, float | str] = {"a": pair.a}
     for name, gear in (("pinion", pair.pinion), ("wheel", pair.wheel)):
-        attributes |= {f"{name}_{size}": getattr(gear, size) for size in SIZES}
+        attributes |= {f"{name}_{size}": getattr(gear, size) for size in SIZES if getattr(gear, size) is not None}
         attributes[f"{name}_flank"] = to_text(gear.flank)
         attributes |= {f"{name}_{f.name}": getattr(gear.material, f.name) for f in fields(Material)}
     return attributes
@@ -61,9 +63,10 @@ def pair_attributes(pair: GearPair) -> dict[str, float | str]:
 
 def _gear(attributes, name: str) -> Gear:
     material = Material(**{f.name: float(attributes[f"{name}_{f.name}"]) for f in fields(Material)})
-    lengths = {size: float(attributes[f"{name}_{size}"]) for size in SIZES if size != "z"}
+    given = [size for size in SIZES if size not in ROOTS or f"{name}_{size}" in attributes]
+    sizes = {size: float(attributes[f"{name}_{size}"]) for size in given}
     flank = from_text(attributes[f"{name}_flank"])
-    return Gear(z=int(attributes[f"{name}_z"]), material=material, flank=flank, **lengths)
+    return Gear(material=material, flank=flank, **sizes)  # type: ignore[arg-type]
 
 
 def pair_of(data: xr.Dataset) -> GearPair:
