@@ -188,6 +188,11 @@ class Gear:
         return Trochoid(self.z, self.r, self.alpha_t, self.psi_b, self.h_rack, self.rho_f)  # type: ignore[arg-type]
 
     @property
+    def undercut(self) -> bool:
+        """Whether the generating rack cuts the involute off above the base circle."""
+        return isinstance(self.root, Trochoid) and self.root.undercuts
+
+    @property
     def roll_tip(self) -> float:
         """Roll length (radius of curvature) at the tip [m]."""
         return sqrt(self.r_a**2 - self.r_b**2)

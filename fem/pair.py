@@ -5,6 +5,7 @@ from math import acos, cos, pi, sin, tan
 
 from fem.checks import require, require_within
 from fem.cylindrical import Gear
+from fem.interference import root_clearance
 from fem.units import deg, mm
 
 
@@ -45,8 +46,9 @@ class GearPair:
     def _check_clearances(self) -> None:
         for gear, mate, name in ((self.pinion, self.wheel, "pinion"), (self.wheel, self.pinion, "wheel")):
             lowest = self.a * sin(self.alpha_wt) - mate.roll_tip
+            passes = gear.undercut and root_clearance(gear, mate, self.a) > 0
             require(
-                lowest > gear.roll_form,
+                lowest > gear.roll_form or passes,
                 f"interference: the mate's tip reaches roll length {lowest / mm:.4g} mm of the {name}, whose involute "
                 f"begins at {gear.roll_form / mm:.4g} mm; reduce the mate's d_a = {mate.d_a / mm:g} mm or raise a",
             )
@@ -109,13 +111,18 @@ class GearPair:
 
     @property
     def roll_start(self) -> float:
-        """Roll length of the pinion where the wheel's tip enters contact [m]."""
-        return self.a * sin(self.alpha_wt) - self.wheel.roll_tip
+        """Roll length of the pinion where contact begins, at the wheel's tip or where undercut ends the involute [m]."""
+        return max(self.a * sin(self.alpha_wt) - self.wheel.roll_tip, self.pinion.roll_form)
+
+    @property
+    def roll_end(self) -> float:
+        """Roll length of the pinion where contact ends, at its tip or where undercut ends the wheel's involute [m]."""
+        return min(self.pinion.roll_tip, self.a * sin(self.alpha_wt) - self.wheel.roll_form)
 
     @property
     def eps_alpha(self) -> float:
         """Transverse contact ratio."""
-        return (self.pinion.roll_tip - self.roll_start) / self.p_bt
+        return (self.roll_end - self.roll_start) / self.p_bt
 
     @property
     def eps_beta(self) -> float:

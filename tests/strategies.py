@@ -3,6 +3,7 @@
 from dataclasses import replace
 from math import cos, hypot, sqrt, tan
 
+import numpy as np
 from hypothesis import reject
 from hypothesis import strategies as st
 from scipy.optimize import brentq
@@ -126,7 +127,7 @@ def without_backlash(pinion: fem.Gear, wheel: fem.Gear) -> float:
 
 
 def tip_diameter(gear: fem.Gear, mate: fem.Gear, a: float) -> float:
-    """Largest d_a [m] up to the gear's own that leaves the mate's root and involute free."""
+    """Largest d_a [m] up to the gear's own that leaves the mate's root and, unless undercut, its involute free."""
     line = sqrt(max(0.0, a**2 - (gear.r_b + mate.r_b) ** 2))
-    by_involute = hypot(gear.r_b, max(0.0, line - mate.roll_form) * (1 - 1e-3))
-    return 2 * min(gear.r_a, a - mate.r_f - 0.1 * gear.m_n, by_involute)
+    free = np.inf if mate.undercut else hypot(gear.r_b, max(0.0, line - mate.roll_form) * (1 - 1e-3))
+    return 2 * min(gear.r_a, a - mate.r_f - 0.1 * gear.m_n, free)

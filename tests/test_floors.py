@@ -18,6 +18,7 @@ FLOORS = {
     "fem.root": 0,
     "fem.material": 0.4,
     "fem.cylindrical": 0.6,
+    "fem.interference": 0.7,
     "fem.pair": 0.8,
     "fem.gear": 1,
     "fem.profile": 2,

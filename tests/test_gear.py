@@ -12,9 +12,12 @@ from strategies import pairs, rough_data, without_backlash
 
 import fem
 from fem import profile
+from fem.compliance import flank_compliance
 from fem.gear import involute
+from fem.interference import root_clearance
+from fem.mesh import Density
 from fem.ste import pair_attributes, pair_of, ste_map
-from fem.units import deg, mm
+from fem.units import GPa, deg, mm
 
 
 def test_paper_pair(paper_pair):
@@ -114,13 +117,31 @@ def test_pairs_of_every_kind(pair):
         assert getattr(swapped, name) == pytest.approx(getattr(pair, name), rel=1e-9)
     assert swapped.backlash == pytest.approx(pair.backlash, abs=1e-9 * m_n)
     line = pair.a * sin(pair.alpha_wt)
-    assert swapped.roll_start == pytest.approx(line - pinion.roll_tip, abs=1e-9 * m_n)
+    assert swapped.roll_start == pytest.approx(line - pair.roll_end, abs=1e-9 * m_n)
     assert swapped.roll_pitch + pair.roll_pitch == pytest.approx(line, abs=1e-9 * m_n)
     assert pair._backlash_at(pair.a_without_backlash) == pytest.approx(0, abs=1e-9 * m_n)
     assert pair.a >= pair.a_without_backlash - 1e-9 * m_n
     assert pair.a_without_backlash == pytest.approx(without_backlash(pinion, wheel), abs=1e-9 * m_n)
-    assert pinion.roll_form < pair.roll_start and wheel.roll_form < swapped.roll_start
+    for one, mate, start in ((pinion, wheel, pair.roll_start), (wheel, pinion, swapped.roll_start)):
+        assert one.roll_form == start if start > line - mate.roll_tip + 1e-9 * m_n else one.roll_form < start
+        assert start == line - mate.roll_tip or one.undercut
     assert pair_of(ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))) == pair
+
+
+def test_undercut_pinion_runs_with_every_mate_up_to_the_rack():
+    """What the rack's tip has swept leaves room for the lower tip of any mate; the contact begins where it cut."""
+    data = {"m_n": 3 * mm, "b": 20 * mm, "d_bore": 5 * mm}
+    pinion, room = fem.Gear(z=12, **data), []
+    for z in (12, 31, 150, 1500):
+        wheel = fem.Gear(z=z, **data)
+        pair = fem.GearPair(pinion, wheel, a=(12 + z) * 1.5 * mm)
+        room.append(root_clearance(pinion, wheel, pair.a))
+        assert pair.roll_start == pinion.roll_form > pair.a * sin(pair.alpha_wt) - wheel.roll_tip
+        length = (pair.pinion.roll_tip if z > 17 else pair.roll_end) - pinion.roll_form
+        assert pair.eps_alpha == pytest.approx(length / pair.p_bt)
+    assert (np.array(room) > 0).all() and room[-1] < 1e-3 * mm
+    with pytest.raises(ValueError, match="interference"):
+        fem.GearPair(pinion, fem.Gear(z=150, d_a=3 * mm * 152.4, **data), a=243 * mm)
 
 
 def test_attributes_hold_all_inputs(paper_pair):
@@ -175,6 +196,16 @@ def test_impossible_gears_are_refused(changes, message):
 def test_impossible_pairs_are_refused(wheel, a, message):
     with pytest.raises(ValueError, match=message):
         fem.GearPair(paper_gear(), paper_gear(**wheel), a=a)
+
+
+def test_each_gear_has_its_own_material():
+    """Compliance goes with 1/E."""
+    density = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=1)
+    soft = paper_gear(material=fem.Material(E=3 * GPa))
+    blocks = [flank_compliance(gear, density, gear.b).blocks for gear in (paper_gear(), soft)]
+    assert blocks[1] == pytest.approx(70 * blocks[0], rel=1e-6, abs=1e-9 * np.abs(blocks[1]).max())
+    pair = fem.GearPair(paper_gear(), soft, a=150 * mm)
+    assert pair_of(ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))).wheel.material == soft.material
 
 
 def test_materials_are_checked():

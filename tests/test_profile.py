@@ -92,7 +92,7 @@ def test_root_continues_the_involute_and_meets_the_root_circle(gear):
 @given(gears())
 @many
 def test_root_leaves_the_involute_without_a_corner_unless_undercut(gear):
-    if getattr(gear.root, "undercuts", False):
+    if gear.undercut:
         return
     step = 1e-4
     one, other = (profile.cartesian(profile.fillet(gear, [share, share + step]))[:, ::-1] for share in (0, step))
@@ -132,9 +132,9 @@ def test_undercut_begins_at_the_number_of_teeth_of_the_textbook():
     """z = 2 (h_aP - rho (1 - sin alpha)) / sin^2 alpha = 17.07 for profile A."""
     limit = 2 * (1.25 - 0.38 * (1 - np.sin(20 * deg))) / np.sin(20 * deg) ** 2
     assert 17 < limit < 18
-    assert gear_of(z=17).root.undercuts and not gear_of(z=18).root.undercuts
+    assert gear_of(z=17).undercut and not gear_of(z=18).undercut
     at_limit = 1.25 - 0.38 * (1 - np.sin(20 * deg)) - 12 * np.sin(20 * deg) ** 2 / 2
-    assert gear_of(z=12, x=at_limit - 1e-3).root.undercuts
+    assert gear_of(z=12, x=at_limit - 1e-3).undercut
     just, clear = (gear_of(z=12, x=at_limit + dx) for dx in (-1e-4, 1e-4))
     assert just.r_form == pytest.approx(clear.r_form, rel=1e-5)
 
