@@ -72,6 +72,10 @@ def _check_profile_relief(name: str, amount: float, length: float | None, power:
     _check_relief(name, amount, 1.0 if length is None else length, power)
 
 
+def _check_on_flank(length: float, face: Face) -> None:
+    check_within("length", length, 1e-6, (face.roll_tip - face.roll_form) * (1 + 1e-9), "m, the roll of the flank")
+
+
 def _share(inside, length: float, power: float) -> np.ndarray:
     """0 up to where the relief begins, 1 at its end; inside counts from the beginning [m]."""
     return np.clip(inside / length, 0, None) ** power
@@ -99,7 +103,7 @@ class TipRelief:
 
     def check(self, face: Face) -> None:
         """ValueError unless the relief begins on the flank."""
-        check_within("length", self.reach(face), 1e-6, (face.roll_tip - face.roll_form) * (1 + 1e-9), "m of roll")
+        _check_on_flank(self.reach(face), face)
 
     def removed(self, face: Face, roll, axial):
         length = self.reach(face)
@@ -127,7 +131,7 @@ class RootRelief:
 
     def check(self, face: Face) -> None:
         """ValueError unless the relief ends on the flank."""
-        check_within("length", self.reach(face), 1e-6, (face.roll_tip - face.roll_form) * (1 + 1e-9), "m of roll")
+        _check_on_flank(self.reach(face), face)
 
     def removed(self, face: Face, roll, axial):
         length = self.reach(face)

@@ -111,12 +111,12 @@ class GearPair:
 
     @property
     def roll_start(self) -> float:
-        """Roll length of the pinion where contact begins, at the wheel's tip or where undercut ends the involute [m]."""
+        """Roll length of the pinion where contact begins: the wheel's tip, or the undercut end of its flank [m]."""
         return max(self.a * sin(self.alpha_wt) - self.wheel.roll_tip, self.pinion.roll_form)
 
     @property
     def roll_end(self) -> float:
-        """Roll length of the pinion where contact ends, at its tip or where undercut ends the wheel's involute [m]."""
+        """Roll length of the pinion where contact ends: its tip, or the undercut end of the wheel's flank [m]."""
         return min(self.pinion.roll_tip, self.a * sin(self.alpha_wt) - self.wheel.roll_form)
 
     @property
