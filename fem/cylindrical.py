@@ -28,7 +28,7 @@ class Gear:
     s_n         normal circular tooth thickness at the reference circle; by default the one that x gives
     d_a, d_f    tip and root diameter; by default m_n (1 + x) above and h_fP - x m_n below the reference circle
     h_fP        addendum of the generating rack as input instead of d_f; by default 1.25 m_n (ISO 53, profile A)
-    rho_f       tip radius of the generating rack, which leaves the root fillet; by default 0.38 m_n (profile A)
+    rho_f       tip radius of the generating rack, which leaves the fillet; by default 0.38 m_n or what fits
     fillet      radius of a circular root fillet in the transverse section, instead of the rack's trochoid
     flank       modifications of the flanks (`fem.flank`), which add up: the same on both sides, or `fem.Sides`
 
@@ -81,7 +81,8 @@ class Gear:
         self._fill("d_f", 2 * self.r - 2 * ((1.25 * self.m_n if h_fP is None else h_fP) - self.x * self.m_n))
         require(self.rho_f is None or self.fillet is None, "give rho_f of the rack or a fillet, not both")
         if self.fillet is None:
-            self._fill("rho_f", 0.38 * self.m_n)
+            roundest = self._roundest_rack_tip
+            self._fill("rho_f", min(0.38 * self.m_n, roundest) if roundest > 0 else 0.38 * self.m_n)
         if not isinstance(self.flank, Sides):
             object.__setattr__(self, "flank", flanks.parts_of(self.flank))
 
@@ -94,10 +95,15 @@ class Gear:
         rim = f"mm (leave a rim of one module below the root circle {self.d_f / mm:g} mm)"
         require_within("d_bore", self.d_bore, 0, self.d_f - 2 * m_n, unit=mm, remedy=rim)
 
+    @property
+    def _roundest_rack_tip(self) -> float:
+        """Tip radius of a rack without a land [m]; <= 0 where its flanks meet above the root circle."""
+        floor = self.m_t * pi - self.s_t - 2 * self.h_rack * tan(self.alpha_t)
+        return floor / 2 * cos(self.alpha_t) / (1 - sin(self.alpha_t))
+
     def _check_root(self) -> None:
         if self.rho_f is not None:
-            largest = (self.m_t * pi - self.s_t - 2 * self.h_rack * tan(self.alpha_t)) / 2 * cos(self.alpha_t)
-            largest /= 1 - sin(self.alpha_t)
+            largest = self._roundest_rack_tip
             require(largest > 0, f"d_f = {self.d_f / mm:g} mm is too deep: the generating rack's flanks meet above it")
             fits = "mm, the roundest tip that fits between the flanks of the generating rack"
             require_within("rho_f", self.rho_f, 0, largest * (1 + 1e-9), unit=mm, remedy=fits)

@@ -177,11 +177,13 @@ def test_lengths_scale_with_the_gear(changes, factor):
     assert half_outline(scaled).psi == pytest.approx(half_outline(gear).psi, rel=1e-7, abs=1e-9)
 
 
-@pytest.mark.parametrize("rho_f", [0.38, "full"])
-def test_mesh_of_a_root_without_land(rho_f):
-    plain = gear_of()
-    full = (np.pi * plain.m_t / 2 - 2 * plain.h_rack * np.tan(plain.alpha_t)) / 2 * np.cos(plain.alpha_t)
-    gear = gear_of(rho_f=full / (1 - np.sin(plain.alpha_t)) if rho_f == "full" else rho_f * 2 * mm)
+@pytest.mark.parametrize("alpha_n", [25 * deg, 28 * deg])
+def test_root_without_land(alpha_n):
+    """The rack of profile A has no room for its tip radius at 25 deg: a fully rounded one takes its place."""
+    gear = gear_of(alpha_n=alpha_n)
+    floor = np.pi / 2 - 2 * 1.25 * np.tan(alpha_n)
+    assert gear.rho_f == pytest.approx(floor / 2 / np.tan((np.pi / 2 - alpha_n) / 2) * gear.m_n)
+    assert gear.root.psi_f == pytest.approx(np.pi / gear.z)
     mesh = section(gear, Density(teeth=1))
     corners = mesh.p[:, mesh.t]
     ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
