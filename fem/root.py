@@ -89,8 +89,18 @@ class Trochoid:
         return np.hypot(across, up), pi / self.z - (np.arctan2(across, up) - turn)
 
     def points(self, share) -> tuple[np.ndarray, np.ndarray]:
-        """r [m] and psi [rad] at shares (n,) of the turn of the rack's normal."""
-        return self.at(self.theta_form + np.asarray(share, float) * (pi / 2 - self.theta_form))
+        """r [m] and psi [rad] at shares (n,) of the turn of the rack's normal, of the length where it undercuts."""
+        share = np.asarray(share, float)
+        if self.undercuts:
+            share = np.interp(share, self._lengths, np.linspace(0, 1, self._lengths.size))
+        return self.at(self.theta_form + share * (pi / 2 - self.theta_form))
+
+    @cached_property
+    def _lengths(self) -> np.ndarray:
+        """Shares of the length at equal steps of the normal, which turns slowly along an undercut."""
+        r, psi = self.at(np.linspace(self.theta_form, pi / 2, 201))
+        lengths = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(r * np.exp(1j * psi))))])
+        return lengths / lengths[-1]
 
 
 @dataclass(frozen=True)
