@@ -147,14 +147,13 @@ class Arc:
         return self.psi_b + self.radius / self.r_b - involute(acos(self.r_b / self.r_centre))
 
     def points(self, share) -> tuple[np.ndarray, np.ndarray]:
-        """r [m] and psi [rad] at shares (n,) of the length."""
+        """r [m] and psi [rad] at shares (n,) of the length, the line and half of the arc up to 1/2."""
         centre, down = self.r_centre * np.exp(1j * self.psi_f), -np.exp(1j * self.psi_f)
         psi = self.psi_b if self.on_line else self.psi_b - involute(acos(min(1.0, self.r_b / self.r_touch)))
         sweep = np.angle((self.r_touch * np.exp(1j * psi) - centre) / down)
-        straight = self.r_b - self.r_touch if self.on_line else 0.0
-        length = straight + self.radius * abs(sweep)
-        way = np.asarray(share, float) * length
-        turn = np.minimum(1, (length - way) / (self.radius * abs(sweep)))
+        straight, arc = self.r_b - self.r_touch if self.on_line else 0.0, self.radius * abs(sweep)
+        way = np.interp(share, [0, 0.5, 1], [0, straight + arc / 2, straight + arc])
+        turn = np.minimum(1, (straight + arc - way) / arc)
         curve = centre + self.radius * down * np.exp(1j * sweep * turn)
         point = np.where(way < straight, (self.r_b - way) * np.exp(1j * self.psi_b), curve)
         return np.abs(point), np.angle(point)

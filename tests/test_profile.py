@@ -110,7 +110,7 @@ def test_every_gear_has_a_sound_mesh(gear):
     corners = mesh.p[:, mesh.t]
     ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     area, lengths = ahead[0] * behind[1] - ahead[1] * behind[0], np.hypot(*ahead) * np.hypot(*behind)
-    assert (area / lengths).min() > 0.1
+    assert (area / lengths).min() > 0.3
     assert len(mesh.boundary_facets()) < mesh.facets.shape[1] / 2
     edges = mesh.p[:, mesh.facets[:, mesh.boundary_facets()]].mean(axis=1)
     assert np.hypot(*edges).min() < gear.d_bore / 2 * (1 + 1e-9)
