@@ -1,9 +1,10 @@
 """The gap between flanks before they deflect: exact involutes, modifications, offsets, cells that may touch.
 
 The gears turn so that the contact moves from the root to the tip of the pinion. Pair k runs k pitches ahead of pair 0,
-whose flanks touch at the pitch point in mid-plane at phase 0. Under the transmission error delta > 0 the pinion has run
-ahead by delta / (2 r_b1) and the wheel stayed behind by delta / (2 r_b2), so that neither gear is preferred. A cell is
-a slice of the width of one pair of teeth; in it all is as in its middle section, along the line of contact.
+whose flanks touch at the pitch point in mid-plane at phase 0; its teeth have number k on the pinion, -k on the wheel.
+Under the transmission error delta > 0 the pinion has run ahead by delta / (2 r_b1) and the wheel stayed behind by
+delta / (2 r_b2), so that neither gear is preferred. A cell is a slice of the width of one pair of teeth; in it all is
+as in its middle section, along the line of contact.
 """
 
 from dataclasses import dataclass
@@ -47,7 +48,8 @@ class Meeting:
     @property
     def path(self) -> tuple[float, float]:
         """Roll lengths of the pinion where the path of contact begins, and ends [m]."""
-        return self.a * sin(self.alpha) - self.pair.wheel.roll_tip, self.pair.pinion.roll_tip
+        pinion, wheel, across = self.pair.pinion, self.pair.wheel, self.a * sin(self.alpha)
+        return max(across - wheel.roll_tip, pinion.roll_form), min(pinion.roll_tip, across - wheel.roll_form)
 
     def nominal(self, number, axial):
         """Roll length of the pinion on the line of action of a pair of teeth at an axial place [m]."""
@@ -155,9 +157,9 @@ class Cells:
         return inclined * gap + self.deviation(roll, mate_roll), mate_roll, inclined * approach(lever)
 
     def deviation(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
-        """(n, m) material removed from both flanks [m], mean over the slices along the line of contact."""
+        """(n, m) normal gap by material removed from both flanks [m], mean over slices along the line of contact."""
         pair, added = self.meeting.pair, 0 * roll
-        if not (pair.pinion.flank or pair.wheel.flank):
+        if not self.modified:
             return added
         points, weights = np.polynomial.legendre.leggauss(3)
         pinion_roll = np.where(self.own_is_pinion[:, None], roll, mate_roll)
@@ -165,17 +167,27 @@ class Cells:
         for point, weight in zip(points, weights / 2, strict=True):
             ahead = ((self.high - self.low) / 2 * point)[:, None]
             axial, shift = self.middle[:, None] + ahead, ahead * tan(pair.beta_b)
-            pinion = removed(pair.pinion.flank, pair.pinion.face, pinion_roll + shift, axial)
-            wheel = removed(pair.wheel.flank, pair.wheel.face, wheel_roll - shift, axial - self.meeting.axial)
-            added = added + weight * (pinion + wheel)
-        return added
+            added = added + weight * self._removed(pinion_roll + shift, wheel_roll - shift, axial)
+        return cos(pair.beta_b) * added
+
+    def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray) -> np.ndarray:
+        """(n, m) material removed from both flanks in the transverse section [m]."""
+        pinion, wheel, tooth = self.meeting.pair.pinion, self.meeting.pair.wheel, self.number[:, None]
+        one = removed(pinion.drive_flank, pinion.face, pinion_roll, axial, tooth=tooth)
+        other = removed(wheel.drive_flank, wheel.face, wheel_roll, axial - self.meeting.axial, tooth=-tooth)
+        return one + other
+
+    @property
+    def modified(self) -> bool:
+        """Whether a flank that drives is modified."""
+        return bool(self.meeting.pair.pinion.drive_flank or self.meeting.pair.wheel.drive_flank)
 
     @cached_property
     def closest(self) -> np.ndarray:
         """(n, 1) roll lengths of own where the two are closest [m]."""
         low, high = self.limits
         nominal = np.clip(self.nominal, low, high)
-        if not (self.meeting.pair.pinion.flank or self.meeting.pair.wheel.flank):
+        if not self.modified:
             return nominal
         roll, step = low + (high - low) * np.linspace(0, 1, SAMPLES), (high - low) / (SAMPLES - 1)
         best = nominal

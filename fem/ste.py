@@ -11,6 +11,8 @@ from fem.flank import from_text, to_text
 from fem.gear import Gear, GearPair, Material, require
 
 SIZES = [f.name for f in fields(Gear) if f.name not in ("material", "flank")]
+#: Of these a gear has one.
+ROOTS = ("rho_f", "fillet")
 TORQUE, PHASE, TE = "torque", "phase", "te"
 OFFSETS = {
     "a": ("m", "working centre distance"),
@@ -57,8 +59,9 @@ def check(data: xr.Dataset) -> xr.Dataset:
     torque, phase = data[TORQUE].values, data[PHASE].values
     require(bool(np.isfinite(te).all()), "te must be finite everywhere; solve the missing states or drop their torque")
     require(bool((np.diff(torque) > 0).all() and torque[0] >= 0), f"torque must increase from 0 or above, got {torque}")
-    rising = (np.diff(phase) > 0).all() and phase[0] >= 0 and phase[-1] < 1
-    require(bool(rising), f"phase must increase within [0, 1) as share of a pitch, got {phase}")
+    end = data.attrs.get("pitches", 1)
+    rising = (np.diff(phase) > 0).all() and phase[0] >= 0 and phase[-1] < end
+    require(bool(rising), f"phase must increase within [0, {end}) as share of a pitch, got {phase}")
     return data
 
 
@@ -70,6 +73,8 @@ def _described(name: str) -> dict[str, str]:
 def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:
     """Transmission error (torque, phase) of a map; ValueError where it has further axes: select one value of each."""
     te = check(data)[TE]
+    pitches = data.attrs.get("pitches", 1)
+    require(pitches == 1, f"the map runs over {pitches} pitches, each of its own; average them or select one")
     further = [name for name in te.dims if name not in (TORQUE, PHASE)]
     chosen = ", ".join(f"{name}={data[name].values[0]:g}" for name in further)
     require(not further, f"the map also has the axes {further}; select one value of each: ste.sel({chosen})")
@@ -80,7 +85,7 @@ def pair_attributes(pair: GearPair) -> dict[str, float | str]:
     """All inputs of a pair as flat numbers and JSON; `pair_of` reads them back."""
     attributes: dict[str, float | str] = {"a": pair.a}
     for name, gear in (("pinion", pair.pinion), ("wheel", pair.wheel)):
-        attributes |= {f"{name}_{size}": getattr(gear, size) for size in SIZES}
+        attributes |= {f"{name}_{size}": getattr(gear, size) for size in SIZES if getattr(gear, size) is not None}
         attributes[f"{name}_flank"] = to_text(gear.flank)
         attributes |= {f"{name}_{f.name}": getattr(gear.material, f.name) for f in fields(Material)}
     return attributes
@@ -88,9 +93,10 @@ def pair_attributes(pair: GearPair) -> dict[str, float | str]:
 
 def _gear(attributes, name: str) -> Gear:
     material = Material(**{f.name: float(attributes[f"{name}_{f.name}"]) for f in fields(Material)})
-    lengths = {size: float(attributes[f"{name}_{size}"]) for size in SIZES if size != "z"}
+    given = [size for size in SIZES if size not in ROOTS or f"{name}_{size}" in attributes]
+    sizes = {size: float(attributes[f"{name}_{size}"]) for size in given}
     flank = from_text(attributes[f"{name}_flank"])
-    return Gear(z=int(attributes[f"{name}_z"]), material=material, flank=flank, **lengths)
+    return Gear(material=material, flank=flank, **sizes)  # type: ignore[arg-type]
 
 
 def pair_of(data: xr.Dataset) -> GearPair:

@@ -4,7 +4,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
-from math import floor
+from math import ceil, floor
 
 import numpy as np
 import xarray as xr
@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from fem.compliance import Compliance, flank_compliance
+from fem.deviation import PitchDeviation
 from fem.flank import removed
 from fem.gap import Meeting
 from fem.gear import GearPair, require
@@ -21,6 +22,8 @@ from fem.offsets import ANGLES, Offsets, check_places, in_plane_of_action
 from fem.state import Encounter
 from fem.ste import PHASE, TORQUE, ste_map
 
+#: The tooth behind the loaded one is drawn; further ones change nothing.
+BEHIND = 1
 ORDER = ("a", "axial", *ANGLES)
 
 
@@ -58,7 +61,8 @@ def static_transmission_error(
     "load_share" of every pair of teeth, "pairs_in_contact", and over the torque "contact_ratio", that under load.
 
     torque          pinion torque F r_b1 [N m], one or several increasing values >= 0; 0: unloaded transmission error
-    phases          number of equidistant phases from 0 (pair 0 at the pitch point), or their values in [0, 1)
+    phases          number of equidistant phases from 0 (pair 0 at the pitch point), or their values in [0, 1); with
+                    pitch deviations values up to any number of pitches, as each tooth differs
     offsets         of the wheel; those with several values are axes of the map
     resolution      the default is within 0.3 % of the converged mean for spur gears
     executor        any `concurrent.futures.Executor` to spread phases and places over; finite elements are solved here
@@ -68,7 +72,7 @@ def static_transmission_error(
     Raises ValueError for bad input, RuntimeError where a contact does not settle.
     Source: Korta et al., section IV; TE = theta_P r_b1 + theta_G r_b2.
     """
-    torque, phase = _checked_torque(pair, torque), _checked_phases(phases)
+    torque, phase = _checked_torque(pair, torque), _checked_phases(phases, pair)
     offsets, resolution = offsets or Offsets(), resolution or Resolution()
     values = offsets.values(pair)
     check_places(pair, values["a"], values["axial"])
@@ -81,6 +85,7 @@ def static_transmission_error(
     states = _ordered(list(bar), [torque.size, *(values[name].size for name in ORDER), phase.size])
     axes = {name: values[name] for name in offsets.axes()}
     fixed = {name: float(values[name][0]) for name in ORDER[1:] if name not in axes}
+    fixed["pitches"] = max(1, ceil(phase[-1]))
     return _labelled(pair, torque, phase, axes, states, {"resolution": str(resolution)} | fixed)
 
 
@@ -89,7 +94,7 @@ def _bodies(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tuple
     varies, whole = _across_width(pair, values)
     closest = GearPair(pair.pinion, pair.wheel, a=float(values["a"].min()))
     teeth = floor(closest.eps_alpha + closest.eps_beta) + 1
-    density = resolution.density.with_teeth(teeth)
+    density = resolution.density.with_teeth(teeth, behind=BEHIND)
     loaded = pair.b + 2 * float(np.abs(values["axial"]).max())
     pinion, wheel = (flank_compliance(g, density, min(g.b, loaded), whole=whole) for g in (pair.pinion, pair.wheel))
     slices = resolution.slices if varies else 6
@@ -101,7 +106,7 @@ def _across_width(pair: GearPair, values: dict) -> tuple[bool, bool]:
     axial, added = np.linspace(-pair.b / 2, pair.b / 2, 101)[:, None], np.zeros(1)
     for gear in (pair.pinion, pair.wheel):
         roll = np.linspace(gear.roll_form, gear.roll_tip, 101)
-        added = added + removed(gear.flank, gear.face, roll, axial)
+        added = added + removed(gear.drive_flank, gear.face, roll, axial)
     tolerance = 1e-15
     turned = bool(pair.beta_b or any(np.any(values[name]) for name in (*ANGLES, "axial")))
     varies = turned or bool(np.ptp(added, axis=0).max() > tolerance)
@@ -194,11 +199,13 @@ def _checked_torque(pair: GearPair, torque) -> np.ndarray:
     return values
 
 
-def _checked_phases(phases) -> np.ndarray:
+def _checked_phases(phases, pair: GearPair) -> np.ndarray:
     if np.ndim(phases) == 0:
         require(4 <= phases < 1e6 and phases == int(phases), f"phases must be a whole number, at least 4, got {phases}")
         return np.arange(int(phases)) / int(phases)
     values = np.asarray(phases, float)
-    rising = bool((np.diff(values) > 0).all()) and values.min() >= 0 and values.max() < 1
+    parts = (*pair.pinion.drive_flank, *pair.wheel.drive_flank)
+    end = 1e6 if any(isinstance(part, PitchDeviation) for part in parts) else 1
+    rising = values.size > 0 and bool((np.diff(values) > 0).all()) and values.min() >= 0 and values.max() < end
     require(rising, f"phases must increase within [0, 1) as share of a pitch, got {phases}")
     return values

@@ -262,3 +262,38 @@ def test_offsets_beyond_the_gears_are_refused(paper_pair):
     for offsets, message in ((fem.Offsets(axial=22 * mm), "face in contact"), (fem.Offsets(a=139 * mm), "a must lie")):
         with pytest.raises(ValueError, match=message):
             fem.static_transmission_error(paper_pair, 150, 4, offsets=offsets, progress=False)
+
+
+ROUGH = fem.Resolution(Density(flank=8, fillet=1, tooth=2, rim=1, body=2, width=1), 6)
+
+
+def test_pitch_deviation_parts_the_teeth_of_its_pitches():
+    """One tooth of the pinion stands 8 um back: what it carries, its neighbours do not; without load it makes a gap."""
+    deviation = [0.0] * 57
+    deviation[0] = 8 * um
+    gear = paper_gear(flank=fem.PitchDeviation(deviation))
+    pair = fem.GearPair(gear, paper_gear(), a=150 * mm)
+    ste = fem.static_transmission_error(pair, [0, 150], np.arange(16) / 4, resolution=ROUGH, progress=False)
+    te = ste["te"].values / um
+    assert te[0].min() == pytest.approx(0, abs=0.01)
+    assert te[0].max() == pytest.approx(8, abs=0.01)
+    share = ste["load_share"].sel(torque=150)
+    both_touch = share.sel(pair=0).values[ste["phase"].values < 1]
+    plain = fem.static_transmission_error(
+        fem.GearPair(paper_gear(), paper_gear(), a=150 * mm), 150, 4, resolution=ROUGH
+    )
+    assert (both_touch <= plain["load_share"].sel(torque=150, pair=0).values + 1e-9).all()
+    assert te[1, -4:] == pytest.approx(plain["te"].values[0] / um, rel=1e-3)
+    with pytest.raises(ValueError, match="each of its own"):
+        fem.ste.over_torque_and_phase(ste)
+
+
+def test_only_the_driving_flanks_count():
+    relief = fem.TipRelief(15 * um, 2.5 * mm)
+    gears = paper_gear(), paper_gear(flank=fem.Sides(right=relief)), paper_gear(flank=fem.Sides(left=relief))
+    pairs = [fem.GearPair(gear, gear, a=150 * mm) for gear in gears]
+    maps = [
+        fem.static_transmission_error(pair, 150, 4, resolution=ROUGH, progress=False)["te"].values for pair in pairs
+    ]
+    assert (maps[1] == maps[0]).all()
+    assert (maps[2] != maps[0]).any()
