@@ -33,6 +33,8 @@ FLOORS = {
     "fem.contact": 5,
     "fem.slices": 3,
     "fem.state": 5.5,
+    "fem.sweep": 5.6,
+    "fem.accuracy": 5.7,
     "fem.transmission": 6,
     "fem": 6.5,
     "exugear.force": 7,
