@@ -28,7 +28,7 @@ class Density:
     flank: int = 16
     fillet: int = 3
     land: int = 1
-    tooth: int = 3
+    tooth: int = 4
     rim: int = 4
     body: int = 6
     width: int = 3
