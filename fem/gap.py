@@ -78,6 +78,8 @@ class Meeting:
 class Cells:
     """Slices of pairs of teeth: number of the pair, axial ends low and high [m], each (n,).
 
+    te is the transmission error [m] at which flanks are compared: there the gap is exact, and linear about it.
+
     The flank of `own` gear carries the strips of a cell, whose normals are the directions of contact: the pinion before
     the pitch point, the wheel behind it, so that only the mate's tip can end the strips.
     """
@@ -86,6 +88,7 @@ class Cells:
     number: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    te: float = 0.0
 
     @property
     def middle(self) -> np.ndarray:
@@ -121,7 +124,12 @@ class Cells:
         """(n, 1) roll lengths of own on the line of action [m]."""
         pinion = self.meeting.nominal(self.number, self.middle)
         across = self.meeting.a * sin(self.meeting.alpha)
-        return np.where(self.own_is_pinion, pinion, across - pinion)[:, None]
+        return np.where(self.own_is_pinion, pinion, across - pinion)[:, None] + self.te / 2
+
+    @property
+    def mate_nominal(self) -> np.ndarray:
+        """(n, 1) roll lengths of the mate on the line of action [m]; they overlap by te."""
+        return self.meeting.a * sin(self.meeting.alpha) - self.nominal + self.te
 
     def against(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Transverse gap [m], mate's roll length [m], lever of the normal about the mate over its base radius.
@@ -135,7 +143,7 @@ class Cells:
         mate_roll = np.sqrt(np.maximum(arm_x**2 + arm_y**2 - r_mate**2, 0.0))
         turn = np.arctan2(arm_y, arm_x) - np.arctan2(mate_roll, r_mate) + alpha
         lever = (arm_x * n_y - arm_y * n_x) / r_mate
-        return lever * (r_mate * turn + mate_roll - (a * sin(alpha) - self.nominal)), mate_roll, lever
+        return lever * (r_mate * turn + mate_roll - self.mate_nominal), mate_roll, lever
 
     @cached_property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
@@ -154,7 +162,8 @@ class Cells:
         """Normal gap [m], mate's roll length [m] and normal approach per transmission error at own's roll (n, m)."""
         gap, mate_roll, lever = self.against(roll)
         inclined = cos(self.meeting.pair.beta_b)
-        return inclined * gap + self.deviation(roll, mate_roll), mate_roll, inclined * approach(lever)
+        per_error = inclined * approach(lever)
+        return inclined * gap + self.deviation(roll, mate_roll) + per_error * self.te, mate_roll, per_error
 
     def deviation(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
         """(n, m) normal gap by material removed from both flanks [m], mean over slices along the line of contact."""
@@ -167,15 +176,23 @@ class Cells:
         for point, weight in zip(points, weights / 2, strict=True):
             ahead = ((self.high - self.low) / 2 * point)[:, None]
             axial, shift = self.middle[:, None] + ahead, ahead * tan(pair.beta_b)
-            added = added + weight * self._removed(pinion_roll + shift, wheel_roll - shift, axial)
+            added = added + weight * sum(self._removed(pinion_roll + shift, wheel_roll - shift, axial))
         return cos(pair.beta_b) * added
 
-    def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray) -> np.ndarray:
-        """(n, m) material removed from both flanks in the transverse section [m]."""
+    def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray):
+        """(n, m) material removed from pinion, and from wheel, in the transverse section [m]."""
         pinion, wheel, tooth = self.meeting.pair.pinion, self.meeting.pair.wheel, self.number[:, None]
         one = removed(pinion.drive_flank, pinion.face, pinion_roll, axial, tooth=tooth)
         other = removed(wheel.drive_flank, wheel.face, wheel_roll, axial - self.meeting.axial, tooth=-tooth)
-        return one + other
+        return one, other
+
+    def slopes(self, arcs: np.ndarray) -> np.ndarray:
+        """(2, n) change of the material removed along the profile, between first and last of arcs (2, n, m)."""
+        pinion, wheel = self.meeting.pair.pinion, self.meeting.pair.wheel
+        ends = arcs[:, :, [0, -1]]
+        rolls = [np.sqrt(2 * gear.r_b * end) for gear, end in zip((pinion, wheel), ends, strict=True)]
+        removed_there = np.stack(self._removed(rolls[0], rolls[1], self.middle[:, None]))
+        return cos(pinion.beta_b) * np.diff(removed_there)[..., 0] / np.diff(ends)[..., 0]
 
     @property
     def modified(self) -> bool:

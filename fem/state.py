@@ -94,7 +94,7 @@ class Encounter:
         side = (axial - (low + high) / 2) / ((high - low) / 2)
         return (1 + np.sign(side) * (1 - (1 - np.minimum(np.abs(side), 1)) ** (1 / GRADING))) / 2
 
-    def sliced(self, ranges: dict[int, tuple[float, float]], slices: float) -> Cells:
+    def sliced(self, ranges: dict[int, tuple[float, float]], slices: int, te: float = 0.0) -> Cells:
         """Slices of pairs of teeth over ranges of the face, as many as the root of their share of it demands."""
         edges = {}
         for number, ends in ranges.items():
@@ -103,7 +103,7 @@ class Encounter:
         none = np.zeros(0)
         numbers = np.concatenate([none.astype(int), *(np.full(e.size - 1, k) for k, e in edges.items())])
         low, high = (np.concatenate([none, *(e[part] for e in edges.values())]) for part in (slice(-1), slice(1, None)))
-        return Cells(self.meeting, numbers, low, high)
+        return Cells(self.meeting, numbers, low, high, te)
 
     @cached_property
     def stations(self) -> Cells:
@@ -177,16 +177,17 @@ class Encounter:
             return State(float((gap / per_error).min()), nothing, np.zeros(0), np.zeros(0))
         force, cells = force * self.pinion.share, self.whole
         te, loads = (found[0] for found in self.line_contact(np.array([force]), np.array([misalignment])))
-        ranges = self.ranges(float(te), misalignment)
+        te = float(te)
+        ranges = self.ranges(te, misalignment)
         for _ in range(ROUNDS):
             line_load = loads / (cells.high - cells.low)
             guess = {k: (cells.middle[cells.number == k], line_load[cells.number == k]) for k in ranges}
-            cells = self.sliced(ranges, self.slices)
+            cells = self.sliced(ranges, self.slices, te)
             state = self.pressed(cells, force, misalignment, self.half_width(cells, _loads_at(cells, guess)))
             loads, touched = state.force, self.ranges(state.te, misalignment)
             if self.covered(touched, ranges):
                 return state
-            ranges = touched
+            ranges, te = touched, state.te
         raise RuntimeError("the loaded width did not settle; try a neighbouring phase or more slices")
 
     def covered(self, touched: dict, ranges: dict) -> bool:

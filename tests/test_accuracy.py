@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 from conftest import paper_gear
-from hypothesis import HealthCheck, find, given, settings
-from strategies import pairs
 
 import fem
 from fem.accuracy import LEVELS, errors, rms
 from fem.mesh import Density
 from fem.ste import at_phases, compliance_at
-from fem.units import mm, um
+from fem.units import mm
 
 ROUGH = fem.Resolution(Density(flank=10, fillet=2, tooth=2, rim=2, body=3, width=2), 8)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from conftest import paper_gear
-from skfem import ElementQuad2
+from skfem import Basis, ElementQuad2
 
 import fem
 from fem import cache, flank
@@ -54,12 +54,11 @@ def plane_strain_te(pair: fem.GearPair, torque: float, phases: int) -> np.ndarra
     """Transmission error [m] of a pair of equal gears as its section in plane strain."""
     gear, density = pair.pinion, Density(flank=26)
     arcs = flank_hats(gear, density)
-    blocks = plane_strain(gear, arcs, section(gear, density.refined(2)), ElementQuad2(), 2)
+    blocks = plane_strain(gear, arcs, Basis(section(gear, density.refined(2)), ElementQuad2()), density)
     blocks[0] -= half_plane(gear, arcs, 1 * mm)
     values, half = values_of_means(arcs), gear.b / 2
-    blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values) / half
-    everywhere = np.ones((1, 2, 1, 2, 1))
-    body = Compliance(arcs, np.array([0.0, half]), 1 * mm, blocks[:, None, :, None, :] * everywhere)
+    blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values)[:, None, :, None, :] / half * np.ones((1, 2, 1, 2, 1))
+    body = Compliance(arcs, np.array([0.0, half]), 1 * mm, blocks[: density.teeth + 1], blocks[density.teeth + 1 :])
     met = [Encounter(Meeting(pair, pair.a, 0.0, i / phases), body, body, 1) for i in range(phases)]
     return np.array([encounter.state(torque / gear.r_b).te for encounter in met])
 
