@@ -19,9 +19,14 @@ FLOORS = {
     "fem.mesh": 3,
     "fem.hertz": 3,
     "fem.gap": 3,
+    "fem.solid": 3,
+    "fem.touch": 3,
+    "fem.body": 4,
     "fem.compliance": 4,
     "fem.contact": 5,
     "fem.transmission": 6,
+    "fem.nonlinear": 6,
+    "fem.dynamic": 6.2,
     "fem": 6.5,
     "exugear.force": 7,
     "exugear.gearbox": 7.5,
@@ -37,7 +42,7 @@ FLOORS = {
 }
 DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste"}
 FENCES = {
-    "skfem": {"fem.mesh", "fem.compliance"},
+    "skfem": {"fem.mesh", "fem.compliance", "fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic"},
     "exudyn": {"exugear.connector", "exugear.plan", "exugear.model", "exugear.run"},
     "matplotlib": {"exugear.plots"},
 }
