@@ -52,6 +52,8 @@ def static_transmission_error(
     widths = pair.pinion.b, pair.wheel.b
     require(widths[0] == widths[1], f"b of pinion and wheel must be equal, got {widths}; cut the wider one")
     torque = np.atleast_1d(np.asarray(torque, float))
+    rising = torque.size > 0 and torque[0] > 0 and bool((np.diff(torque) > 0).all())
+    require(rising, f"torque must increase from above 0 [N m]; sort it, got {torque}")
     phase = np.arange(phases) / phases if np.ndim(phases) == 0 else np.asarray(phases, float)
     meshing = assembled(pair, density or Density(), element or ElementQuad2(), penalty=penalty)
     te = np.empty((torque.size, phase.size))

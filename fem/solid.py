@@ -36,7 +36,7 @@ class Solid:
 def solid(basis: Basis, material: Material, thickness: float = 1.0) -> Solid:
     """Solid on a basis of scalar shape functions; thickness of a plane one [m]."""
     gradients = np.stack([np.broadcast_to(one[0].grad, (basis.mesh.dim(), *basis.dx.shape)) for one in basis.basis])
-    shapes = np.stack([np.broadcast_to(one[0].value, basis.dx.shape)[0] for one in basis.basis], axis=1)
+    shapes = np.stack([np.broadcast_to(np.asarray(one[0]), basis.dx.shape)[0] for one in basis.basis], axis=1)
     dofs = np.ascontiguousarray(basis.element_dofs.T)
     gradients = np.ascontiguousarray(gradients.transpose(2, 3, 0, 1))
     return Solid(dofs, gradients, shapes, thickness * basis.dx, basis.doflocs.T.copy(), material)

@@ -1,16 +1,17 @@
 """Contact of two flanks where they are now: mean gaps over hats on one, closest points on the other (mortar method).
 
-A flank is the exact involute plus a spline through the displacements of its nodes, so that neither straight element
-edges nor kinks between them touch. `own` carries the hats, which end at its tip corner; `mate` is looked up. Each gear
-has a frame of its own, in which its hub rests; vectors are (2, ...).
+A flank is the exact involute plus the displacement of the elements beneath, so that straight edges do not touch. `own`
+carries the hats, which end at its tip corner; `mate` is looked up. Each gear has a frame of its own, in which its hub
+rests; vectors are (2, ...).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly
+from scipy.interpolate import PPoly
 
 from fem import profile
 from fem.flank import removed
@@ -37,9 +38,10 @@ class Flank:
     degree: int
 
     @cached_property
-    def shapes(self) -> CubicSpline:
-        """Values (..., n) of the nodes' shape functions at arc lengths (...)."""
-        return CubicSpline(self.arcs, np.eye(self.arcs.size)) if self.degree == 1 else quadratic(self.arcs)
+    def shapes(self) -> PPoly:
+        """Values (..., n) of the nodes' shape functions at arc lengths (...), as in the elements beneath."""
+        linear, parabolas = [(-1, 1), (1, 0)], [(2, -3, 1), (-4, 4, 0), (2, -1, 0)]
+        return piecewise(self.arcs, linear if self.degree == 1 else parabolas)
 
     def involute(self, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Points [m], unit tangents towards the tip and second derivatives [1/m] over arc length."""
@@ -58,13 +60,16 @@ class Flank:
         return removed(self.gear.flank, self.gear.face, profile.roll_at(self.gear, arc), self.width.places)
 
 
-def quadratic(arcs: np.ndarray) -> PPoly:
-    """Shape functions of quadratic elements with nodes at arcs (2 n + 1,)."""
-    n = arcs.size // 2
-    coefficients, first = np.zeros((3, n, arcs.size)), np.arange(n)
-    for node, parabola in enumerate(([2, -3, 1], [-4, 4, 0], [2, -1, 0])):
-        coefficients[:, first, 2 * first + node] = np.array(parabola)[:, None] / np.diff(arcs[::2]) ** [[2], [1], [0]]
-    return PPoly(coefficients, arcs[::2])
+def piecewise(arcs: np.ndarray, local: Sequence[tuple[int, ...]]) -> PPoly:
+    """Shape functions of a line of elements with nodes at arcs (n,), from their polynomials over [0, 1]."""
+    degree = len(local) - 1
+    ends = arcs[::degree]
+    first = degree * np.arange(ends.size - 1)
+    coefficients = np.zeros((len(local), first.size, arcs.size))
+    scale = np.diff(ends) ** np.arange(degree, -1, -1)[:, None]
+    for node, polynomial in enumerate(local):
+        coefficients[:, np.arange(first.size), first + node] = np.array(polynomial)[:, None] / scale
+    return PPoly(coefficients, ends)
 
 
 def direction(angle) -> np.ndarray:
@@ -97,7 +102,7 @@ class Placement(NamedTuple):
 
 
 class Sampling(NamedTuple):
-    """Quadrature of own's flank: arcs (n,), splines there (n, n_node), weighted hats (n, n_hat), and their numbers."""
+    """Quadrature of own's flank: arcs (n,), shapes there (n, n_node), weighted hats (n, n_hat), and their numbers."""
 
     arcs: np.ndarray
     shapes: np.ndarray
