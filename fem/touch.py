@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PPoly
+from scipy.interpolate import CubicSpline, PPoly
 
 from fem import profile
 from fem.flank import removed
@@ -42,6 +42,11 @@ class Flank:
         """Values (..., n) of the nodes' shape functions at arc lengths (...), as in the elements beneath."""
         linear, parabolas = [(-1, 1), (1, 0)], [(2, -3, 1), (-4, 4, 0), (2, -1, 0)]
         return piecewise(self.arcs, linear if self.degree == 1 else parabolas)
+
+    @cached_property
+    def smooth(self) -> PPoly:
+        """`shapes` without kinks, for a mate: a spline through the nodes of linear elements."""
+        return CubicSpline(self.arcs, np.eye(self.arcs.size)) if self.degree == 1 else self.shapes
 
     def involute(self, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Points [m], unit tangents towards the tip and second derivatives [1/m] over arc length."""
@@ -137,7 +142,7 @@ class Gaps(NamedTuple):
 def position(flank: Flank, arc: np.ndarray, moved: np.ndarray) -> list[np.ndarray]:
     """Points and two derivatives over arc lengths (n, n_station), under moved (2, n_node, n_station)."""
     undeformed = flank.involute(arc)
-    return [p + np.einsum("qza,caz->cqz", flank.shapes(arc, k), moved) for k, p in enumerate(undeformed)]
+    return [p + np.einsum("qza,caz->cqz", flank.smooth(arc, k), moved) for k, p in enumerate(undeformed)]
 
 
 def closest(mate: Flank, x: np.ndarray, moved: np.ndarray) -> np.ndarray:
@@ -171,7 +176,7 @@ def gaps(own: Flank, mate: Flank, places: tuple[Placement, Placement], u: tuple,
     values = distance + own.removed(sample.arcs[:, None]) + mate.removed(arc)
     area, mean = means(sample, own.width)
     by_own = np.einsum("cqz,qa,zk->qzakc", turned(push, here.angle - there.angle), sample.shapes, own.width.hats)
-    by_mate = np.einsum("cqz,qza,zk->qzakc", -push, mate.shapes(arc), mate.width.hats)
+    by_mate = np.einsum("cqz,qza,zk->qzakc", -push, mate.smooth(arc), mate.width.hats)
     return Gaps(mean(values), area, mean(closing), mean(by_own), mean(by_mate))
 
 
