@@ -100,14 +100,13 @@ def flank_of(gear: Gear, places: np.ndarray, tooth: int, width: Width, degree: i
     """Flank of a tooth on the dofs at places (n_dofs, dim) of elements of that degree."""
     r = np.hypot(places[:, 0], places[:, 1])
     inside = np.flatnonzero((r > gear.r_form * (1 - 1e-9)) & (r < gear.r_a * (1 + 1e-9)))
-    turn = 2 * np.pi * tooth / gear.z
     roll = np.sqrt(np.maximum(r[inside] ** 2 - gear.r_b**2, 0))
-    off_flank = places[inside, :2].T - profile.cartesian(profile.flank(gear, roll), turn)
+    off_flank = places[inside, :2].T - profile.cartesian(profile.flank(gear, roll), 2 * np.pi * tooth / gear.z)
     near = np.hypot(*off_flank) < 1e-3 * gear.m_n
     nodes, arcs = inside[near], profile.arc_length(gear, roll[near])
     across = places[nodes, 2] if places.shape[1] == 3 else 0 * arcs
     order = np.lexsort((across, np.round(arcs, 9))).reshape(-1, width.hats.shape[1])
-    return Flank(gear, turn, arcs[order].mean(axis=1), nodes[order], width, degree)
+    return Flank(gear, tooth, arcs[order].mean(axis=1), nodes[order], width, degree)
 
 
 def flexibility(body: Body, solve: Solve, block: int = 64) -> np.ndarray:

@@ -17,7 +17,7 @@ from tqdm import tqdm
 from fem.body import clamped
 from fem.gear import GearPair, require
 from fem.mesh import Density
-from fem.nonlinear import Meshing, correction, factorized, rows
+from fem.nonlinear import Meshing, check, correction, factorized, rows
 from fem.solid import internal_force, lumped_mass
 from fem.ste import pair_attributes
 from fem.touch import quarter_turn
@@ -120,13 +120,15 @@ def transmission_error(
 
     Raises ValueError for bad input, RuntimeError where a step does not converge.
     """
-    require(pair.pinion.beta == 0, f"beta must be 0, got {pair.pinion.beta:g} rad; only spur pairs are solved")
+    element = element or ElementQuad1()
+    require(element.dim == 2, f"element must be a quadrilateral (plane strain), got {type(element).__name__}")
+    check(pair, element)
     require(torque > 0, f"torque must be > 0 [N m], got {torque}")
     run = run or RunUp()
     pitch = 2 * np.pi / pair.pinion.z
     times = run.times(pitch)
     rule = Newmark(run.alpha, times[1] - times[0])
-    system = turning_gears(pair, torque, run, rule, density or Density(), element or ElementQuad1())
+    system = turning_gears(pair, torque, run, rule, density or Density(), element)
     still = Motion((system.meshing.bodies[0].rest(), system.meshing.bodies[1].rest()), 0.0)
     state = (still, still, still, still)
     te, phase = np.zeros(times.size), np.array([run.motion(t, pitch)[0] for t in times])

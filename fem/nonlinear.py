@@ -16,6 +16,8 @@ from skfem.element import Element
 from tqdm import tqdm
 
 from fem.body import TEETH, Body, clamped, flexibility
+from fem.deviation import PitchDeviation
+from fem.flank import removed
 from fem.gear import GearPair, require
 from fem.mesh import Density
 from fem.profile import flank
@@ -46,20 +48,35 @@ def static_transmission_error(
     element     of scikit-fem: quadrilaterals (plane strain; ElementQuad2() by default) or ElementHex1()
     penalty     contact stiffness [Pa/m]; infinite: no penetration at all
 
-    Raises ValueError for helical pairs and unequal face widths, RuntimeError where a phase does not converge.
+    Raises ValueError for helical pairs, unequal face widths and flanks that the mesh cannot tell apart, RuntimeError
+    where a phase does not converge.
     """
-    require(pair.pinion.beta == 0, f"beta must be 0, got {pair.pinion.beta:g} rad; only spur pairs are solved")
-    widths = pair.pinion.b, pair.wheel.b
-    require(widths[0] == widths[1], f"b of pinion and wheel must be equal, got {widths}; cut the wider one")
+    element = element or ElementQuad2()
+    check(pair, element)
     torque = np.atleast_1d(np.asarray(torque, float))
     rising = torque.size > 0 and torque[0] > 0 and bool((np.diff(torque) > 0).all())
     require(rising, f"torque must increase from above 0 [N m]; sort it, got {torque}")
     phase = np.arange(phases) / phases if np.ndim(phases) == 0 else np.asarray(phases, float)
-    meshing = assembled(pair, density or Density(), element or ElementQuad2(), penalty=penalty)
+    meshing = assembled(pair, density or Density(), element, penalty=penalty)
     te = np.empty((torque.size, phase.size))
     for i, at in enumerate(tqdm(phase, "nonlinear statics", disable=not progress, delay=1.0, leave=False)):
         te[:, i] = [equilibrium(meshing, at, one / pair.pinion.r_b).te for one in torque]
     return ste_map(pair, torque, phase, te, method="nonlinear", density=str(density), penalty=penalty)
+
+
+def check(pair: GearPair, element: Element) -> None:
+    """ValueError unless teeth of the pair are alike and as symmetric across the width as the mesh."""
+    require(pair.pinion.beta == 0, f"beta must be 0, got {pair.pinion.beta:g} rad; only spur pairs are solved")
+    widths = pair.pinion.b, pair.wheel.b
+    require(widths[0] == widths[1], f"b of pinion and wheel must be equal, got {widths}; cut the wider one")
+    for gear in (pair.pinion, pair.wheel):
+        alike = not any(isinstance(part, PitchDeviation) for part in gear.drive_flank)
+        require(alike, "teeth must be alike, got pitch deviations; take fem.static_transmission_error for them")
+        roll = np.linspace(gear.roll_form, gear.roll_tip, 9)[:, None]
+        added = removed(gear.drive_flank, gear.face, roll, np.linspace(-gear.b / 2, gear.b / 2, 9))
+        other = added[:, ::-1] if element.dim == 3 else added[:, :1]
+        wanted = "symmetric about mid-plane" if element.dim == 3 else "the same across the width; or take ElementHex1()"
+        require(np.abs(added - other).max() < 1e-9, f"flanks must be {wanted}, got {gear.drive_flank}")
 
 
 @dataclass(frozen=True)

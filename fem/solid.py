@@ -11,6 +11,7 @@ from numba import njit
 from skfem import Basis
 
 from fem.gear import Material
+from fem.prism import lame_parameters
 
 
 @dataclass(frozen=True)
@@ -42,16 +43,10 @@ def solid(basis: Basis, material: Material, thickness: float = 1.0) -> Solid:
     return Solid(dofs, gradients, shapes, thickness * basis.dx, basis.doflocs.T.copy(), material)
 
 
-def lame(material: Material) -> tuple[float, float]:
-    """Lame's lambda and mu [Pa]."""
-    E, nu = material.E, material.nu
-    return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
-
-
 def internal_force(body: Solid, u: np.ndarray) -> np.ndarray:
     """(n_dofs, dim) derivative of the strain energy with respect to u [N]."""
     force = np.zeros_like(u)
-    _add_internal_force(u, body.dofs, body.gradients, body.weights, *lame(body.material), force)
+    _add_internal_force(u, body.dofs, body.gradients, body.weights, *lame_parameters(body.material), force)
     return force
 
 
@@ -96,7 +91,7 @@ def _second_piola_kirchhoff(H, lam, mu, S):
 
 def stiffness(body: Solid) -> sp.csr_matrix:
     """Derivative of the internal force at u = 0; row dim * dof + component."""
-    lam, mu = lame(body.material)
+    lam, mu = lame_parameters(body.material)
     n_element, _, n_shape, dim = body.gradients.shape
     weighted = body.gradients * body.weights[:, :, None, None]
     flat = (n_element, -1, n_shape * dim)

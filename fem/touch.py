@@ -28,14 +28,19 @@ class Width(NamedTuple):
 
 @dataclass(frozen=True)
 class Flank:
-    """Counter-clockwise flank of a tooth that is turned by turn [rad]; nodes (n, n_across) at arc lengths (n,) [m]."""
+    """Counter-clockwise flank of a tooth with a number; nodes (n, n_across) at arc lengths (n,) [m]."""
 
     gear: Gear
-    turn: float
+    tooth: int
     arcs: np.ndarray
     nodes: np.ndarray
     width: Width
     degree: int
+
+    @property
+    def turn(self) -> float:
+        """Angle of the tooth's centre line from that of tooth 0 [rad]."""
+        return 2 * np.pi * self.tooth / self.gear.z
 
     @cached_property
     def shapes(self) -> PPoly:
@@ -62,7 +67,8 @@ class Flank:
 
     def removed(self, arc: np.ndarray) -> np.ndarray:
         """Material removed at arcs (n, 1 or n_station) [m]."""
-        return removed(self.gear.flank, self.gear.face, profile.roll_at(self.gear, arc), self.width.places)
+        roll = profile.roll_at(self.gear, arc)
+        return removed(self.gear.drive_flank, self.gear.face, roll, self.width.places, tooth=self.tooth)
 
 
 def piecewise(arcs: np.ndarray, local: Sequence[tuple[int, ...]]) -> PPoly:
