@@ -28,6 +28,9 @@ FLOORS = {
     "fem.hertz": 3,
     "fem.gap": 3,
     "fem.prism": 3,
+    "fem.solid": 3.2,
+    "fem.touch": 3,
+    "fem.body": 4,
     "fem.compliance": 4,
     "fem.offsets": 2,
     "fem.contact": 5,
@@ -36,6 +39,8 @@ FLOORS = {
     "fem.sweep": 5.6,
     "fem.accuracy": 5.7,
     "fem.transmission": 6,
+    "fem.nonlinear": 6,
+    "fem.dynamic": 6.2,
     "fem": 6.5,
     "exugear.force": 7,
     "exugear.gearbox": 7.5,
@@ -51,7 +56,7 @@ FLOORS = {
 }
 DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste"}
 FENCES = {
-    "skfem": {"fem.mesh", "fem.prism", "fem.compliance"},
+    "skfem": {"fem.mesh", "fem.prism", "fem.compliance", "fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic"},
     "exudyn": {"exugear.connector", "exugear.plan", "exugear.model", "exugear.run"},
     "matplotlib": {"exugear.plots"},
 }

@@ -1,0 +1,74 @@
+"""The paper's Figures 5 and 6: transmission error of time-integrated against static finite elements, with their cost.
+
+python examples/korta_static_dynamic.py results
+"""
+
+import argparse
+import time
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from korta_run_up import paper_pair
+from skfem import ElementQuad1
+
+from exugear import plots
+from fem import GearPair, dynamic, nonlinear
+from fem.mesh import Density
+from fem.units import um
+
+TORQUE = 150.0
+DENSITY = Density(flank=30).refined(2)
+
+
+def run_up(pair: GearPair) -> tuple[xr.Dataset, float]:
+    """Run-up to 10 rpm and one pitch at that speed; wall time [s]."""
+    start = time.perf_counter()
+    ran = dynamic.transmission_error(pair, TORQUE, density=DENSITY)
+    return ran, time.perf_counter() - start
+
+
+def statics(pair: GearPair, phases: np.ndarray) -> tuple[np.ndarray, float]:
+    """Static transmission error (n,) [m] on the same mesh; wall time [s]."""
+    start = time.perf_counter()
+    meshing = nonlinear.assembled(pair, DENSITY, ElementQuad1(), lag=1.0)
+    te = [nonlinear.equilibrium(meshing, phase, TORQUE / pair.pinion.r_b).te for phase in phases]
+    return np.array(te), time.perf_counter() - start
+
+
+def last_pitch(ran: xr.Dataset, n: int = 30) -> np.ndarray:
+    """Numbers of n equidistant time steps over the last pitch."""
+    phase = ran["phase"].values
+    return np.searchsorted(phase, phase[-1] - 1 + (np.arange(n) + 1) / n - 1e-9)
+
+
+def draw(path: Path, ran: xr.Dataset, phases: np.ndarray, te: np.ndarray, seconds: tuple[float, float]) -> None:
+    """Figure 5: the run-up from rest; Figure 6: its last pitch beside the statics."""
+    figure = plots.figure(columns=2)
+    left, right = figure.axes
+    left.plot(ran["time"], ran["te"] / um, color=plots.EDGE)
+    left.set(xlabel="time [s]", ylabel="transmission error [µm]", title="run-up from rest to 10 rpm")
+    right.plot(ran["phase"], ran["te"] / um, color=plots.EDGE, label=f"time integration, {seconds[0]:.0f} s")
+    right.plot(phases, te / um, "o", color=plots.MARK, label=f"static, {seconds[1]:.0f} s")
+    right.set(xlabel="phase of the mesh cycle [pitches]", xlim=(phases[0], phases[-1]), ylim=(5.8, 9.8))
+    right.legend(frameon=False)
+    figure.savefig(path, dpi=110)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, help="for the figure")
+    folder, pair = parser.parse_args().folder, paper_pair()
+    folder.mkdir(parents=True, exist_ok=True)
+    ran, running = run_up(pair)
+    at = last_pitch(ran)
+    phases, moving = ran["phase"].values[at], ran["te"].values[at]
+    te, standing = statics(pair, phases)
+    for name, curve, seconds in (("time integration", moving, running), ("static", te, standing)):
+        mean, peak_to_peak = curve.mean() / um, np.ptp(curve) / um
+        print(f"{name:18s} mean {mean:7.3f} um   peak to peak {peak_to_peak:6.3f} um {seconds:8.1f} s")
+    draw(folder / "korta_static_dynamic.png", ran, phases, te, (running, standing))
+
+
+if __name__ == "__main__":
+    main()

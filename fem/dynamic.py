@@ -1,0 +1,229 @@
+"""Transmission error by time integration of both gears of finite elements: run-up of the pinion's hub from rest.
+
+Each gear lives in the frame of its hub, where the elements stay near rest; centrifugal, Coriolis and Euler forces bring
+the inertia of the turning body back. The pinion's hub turns as prescribed, the wheel's hub follows against a viscous
+load torque. Implicit in time (HHT-alpha: Hilber, Hughes, Taylor 1977), contact as in `fem.nonlinear`.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from skfem import ElementQuad1
+from skfem.element import Element
+from tqdm import tqdm
+
+from fem.body import clamped
+from fem.gear import GearPair, require
+from fem.mesh import Density
+from fem.nonlinear import Meshing, check, correction, factorized, rows
+from fem.solid import internal_force, lumped_mass
+from fem.ste import pair_attributes
+from fem.touch import quarter_turn
+from fem.units import rpm
+
+
+@dataclass(frozen=True)
+class RunUp:
+    """From rest to a constant speed [rad/s] of the pinion's hub.
+
+    start, stop     phases between which the gears turn, within [-0.75, 0.75]: three teeth of each gear touch
+    run_up          phase that passes before the speed is reached
+    steps           time steps per pitch at full speed
+    damping         force per mass and velocity of every point beyond that of steady rotation [1/s]
+    alpha           of HHT: 0 keeps the energy, -1/3 damps most
+    """
+
+    speed: float = 10 * rpm
+    start: float = -0.7
+    stop: float = 0.7
+    run_up: float = 0.35
+    steps: int = 300
+    damping: float = 0.0
+    alpha: float = -0.1
+
+    def __post_init__(self):
+        require(self.speed > 0, f"speed must be > 0 [rad/s], got {self.speed}")
+        inside = -0.75 <= self.start < self.start + self.run_up < self.stop <= 0.75 and self.run_up > 0
+        require(inside, f"start, start + run_up and stop must increase within [-0.75, 0.75], got {self}")
+        require(-1 / 3 <= self.alpha <= 0, f"alpha must lie in [-1/3, 0], got {self.alpha}")
+        require(self.steps >= 20, f"steps must be at least 20 a pitch, got {self.steps}")
+        require(self.damping >= 0, f"damping must be >= 0 [1/s], got {self.damping}")
+
+    def motion(self, t: float, pitch: float) -> tuple[float, float, float]:
+        """Phase, speed and acceleration [rad/s, rad/s^2] of the pinion's hub at time t; pitch [rad]."""
+        ramp = 2 * self.run_up * pitch / self.speed
+        if t >= ramp:
+            return self.start + self.run_up + (t - ramp) * self.speed / pitch, self.speed, 0.0
+        angle = np.pi * t / ramp
+        turned = self.speed * (t - ramp / np.pi * np.sin(angle)) / 2
+        rate = np.pi / ramp * self.speed / 2 * np.sin(angle)
+        return self.start + turned / pitch, self.speed / 2 * (1 - np.cos(angle)), rate
+
+    def times(self, pitch: float) -> np.ndarray:
+        """All time steps [s]; pitch [rad]."""
+        seconds = (self.stop - self.start + self.run_up) * pitch / self.speed
+        return np.linspace(0, seconds, int(np.ceil((self.stop - self.start + self.run_up) * self.steps)) + 1)
+
+
+class Motion(NamedTuple):
+    """Displacements of both gears in their frames (n_dofs, 2) and transmission error, or a time derivative of them."""
+
+    u: tuple[np.ndarray, np.ndarray]
+    te: float
+
+    def plus(self, other: "Motion", factor: float) -> "Motion":
+        u = tuple(one + factor * two for one, two in zip(self.u, other.u, strict=True))
+        return Motion((u[0], u[1]), self.te + factor * other.te)
+
+
+@dataclass(frozen=True)
+class Newmark:
+    """Newmark's rule with the parameters of HHT and a time step [s]."""
+
+    alpha: float
+    step: float
+
+    @property
+    def per_place(self) -> float:
+        """Acceleration per displacement [1/s^2]."""
+        return 4 / ((1 - self.alpha) ** 2 * self.step**2)
+
+    @property
+    def per_speed(self) -> float:
+        """Velocity per displacement [1/s]."""
+        return (0.5 - self.alpha) * self.step * self.per_place
+
+    def predicted(self, at: Motion, speed: Motion, rate: Motion) -> tuple[Motion, Motion, Motion]:
+        """Motion, velocity and acceleration after a step in which nothing moves but at constant velocity."""
+        moved = at.plus(speed, self.step).plus(rate, self.step**2 / 2)
+        beta, gamma = 1 / (self.per_place * self.step**2), 0.5 - self.alpha
+        slower = speed.plus(rate, self.step * (1 - gamma))
+        ahead = moved.plus(rate, -beta * self.step**2)
+        return ahead, slower, Motion((0 * rate.u[0], 0 * rate.u[1]), 0.0)
+
+
+def transmission_error(
+    pair: GearPair,
+    torque: float,
+    run: RunUp | None = None,
+    *,
+    density: Density | None = None,
+    element: Element | None = None,
+    progress: bool = True,
+) -> xr.Dataset:
+    """Transmission error "te" [m] over "time" [s], and "phase" and load "torque" on the pinion, under a viscous load.
+
+    torque      pinion torque F r_b1 at full speed [N m]; the load on the wheel grows with its speed
+    density     of the FE mesh, element of scikit-fem: ElementQuad1() by default (plane strain)
+
+    Raises ValueError for bad input, RuntimeError where a step does not converge.
+    """
+    element = element or ElementQuad1()
+    require(element.dim == 2, f"element must be a quadrilateral (plane strain), got {type(element).__name__}")
+    check(pair, element)
+    require(torque > 0, f"torque must be > 0 [N m], got {torque}")
+    run = run or RunUp()
+    pitch = 2 * np.pi / pair.pinion.z
+    times = run.times(pitch)
+    rule = Newmark(run.alpha, times[1] - times[0])
+    system = turning_gears(pair, torque, run, rule, density or Density(), element)
+    still = Motion((system.meshing.bodies[0].rest(), system.meshing.bodies[1].rest()), 0.0)
+    state = (still, still, still, still)
+    te, phase = np.zeros(times.size), np.array([run.motion(t, pitch)[0] for t in times])
+    for i, t in enumerate(tqdm(times[1:], "time integration", disable=not progress, delay=1.0, leave=False), start=1):
+        state = system.step(state, t)
+        te[i] = state[0].te
+    axis = {"units": "s", "long_name": "time"}
+    about = {"units": "m", "long_name": "transmission error"}
+    attributes = {**pair_attributes(pair), "torque": torque, "method": "HHT-alpha", "density": str(density)}
+    return xr.Dataset(
+        {"te": ("time", te, about), "phase": ("time", phase)}, {"time": ("time", times, axis)}, attrs=attributes
+    )
+
+
+def turning_gears(pair, torque: float, run: RunUp, rule: Newmark, density: Density, element: Element) -> "System":
+    """Both gears with their masses, factorized for a time step."""
+    bodies = tuple(clamped(gear, density, element) for gear in (pair.pinion, pair.wheel))
+    masses = tuple(lumped_mass(body.solid) for body in bodies)
+    heavy = (rule.per_place / (1 + run.alpha)) + run.damping * rule.per_speed
+    added = tuple(heavy * mass for mass in masses)
+    alike = pair.pinion == pair.wheel
+    meshing = factorized(pair, bodies, added, alike=alike, penalty=np.inf, lag=1.0)
+    return System(meshing, masses, torque / pair.pinion.r_b, run, rule)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class System:
+    """Equations of motion; force is the mesh force at full speed [N]."""
+
+    meshing: Meshing
+    masses: tuple[np.ndarray, np.ndarray]
+    force: float
+    run: RunUp
+    rule: Newmark
+
+    @property
+    def load(self) -> float:
+        """Viscous load on the wheel's hub: force on the line of action per velocity there [N s/m]."""
+        return self.force / (self.run.speed * self.meshing.pair.pinion.r_b)
+
+    def applied(self, at: Motion, speed: Motion, drive: float) -> Motion:
+        """Internal, damping and load forces; drive is the velocity of the pinion's base circle [m/s]."""
+        found, torque = [], 0.0
+        for side, (body, mass, u, v) in enumerate(zip(self.meshing.bodies, self.masses, at.u, speed.u, strict=True)):
+            turning = quarter_turn((body.solid.places + u).T).T / self.meshing.pair.wheel.r_b
+            beyond = v + side * turning * speed.te
+            damping = self.run.damping * mass[:, None] * beyond
+            found.append(-internal_force(body.solid, u) - damping)
+            torque -= side * (turning * damping).sum()
+        return Motion((found[0], found[1]), torque + self.load * (drive - speed.te))
+
+    def inertia(self, at: Motion, speed: Motion, rate: Motion, spin: float, euler: float) -> Motion:
+        """Mass times acceleration; spin and euler are the speed and acceleration of the pinion's hub."""
+        pair, found, along = self.meshing.pair, [], 0.0
+        ratio = -pair.pinion.z / pair.wheel.z
+        turns = ((spin, euler), (ratio * spin + speed.te / pair.wheel.r_b, ratio * euler + rate.te / pair.wheel.r_b))
+        for side, (body, mass) in enumerate(zip(self.meshing.bodies, self.masses, strict=True)):
+            (omega, rising), place = turns[side], (body.solid.places + at.u[side]).T
+            swept = rising * quarter_turn(place) + 2 * omega * quarter_turn(speed.u[side].T) - omega**2 * place
+            found.append(mass[:, None] * (rate.u[side] + swept.T))
+            along += side * (quarter_turn(place).T * found[side]).sum() / pair.wheel.r_b
+        return Motion((found[0], found[1]), along)
+
+    def step(self, state: tuple[Motion, Motion, Motion, Motion], t: float, tolerance: float = 1e-6):
+        """Motion, velocity, acceleration and all forces at time t after those one step before."""
+        pair, alpha = self.meshing.pair, self.run.alpha
+        phase, spin, euler = self.run.motion(t, 2 * np.pi / pair.pinion.z)
+        drive, touches = spin * pair.pinion.r_b, self.meshing.touches(phase)
+        at, speed, rate = self.rule.predicted(*state[:3])
+        for _ in range(40):
+            applied = self.applied(at, speed, drive)
+            moving = self.inertia(at, speed, rate, spin, euler).plus(state[3], alpha)
+            rest = applied.plus(moving, -1 / (1 + alpha))
+            here = rows(self.meshing, touches, phase, at.te, at.u)
+            new = correction(self.meshing, here, at.te, rest.u, rest.te, self._inertia_of_error)
+            change = Motion(new.du, new.te - at.te)
+            at, speed = at.plus(change, 1.0), speed.plus(change, self.rule.per_speed)
+            rate = rate.plus(change, self.rule.per_place)
+            if max(np.abs(du).max() for du in change.u) < tolerance * max(np.abs(at.u[0]).max(), 1e-9):
+                contact = self._contact(here, new.f)
+                return at, speed, rate, self.applied(at, speed, drive).plus(contact, 1.0)
+        raise RuntimeError(f"no balance at phase {phase:g} after 40 iterations; use more steps per pitch")
+
+    @property
+    def _inertia_of_error(self) -> float:
+        """Derivative of the balance on the line of action by the transmission error [N/m]."""
+        places = self.meshing.bodies[1].solid.places
+        mass = (self.masses[1][:, None] * places**2).sum() / self.meshing.pair.wheel.r_b**2
+        damped = (self.run.damping * mass + self.load) * self.rule.per_speed
+        return float(mass * self.rule.per_place / (1 + self.run.alpha) + damped)
+
+    def _contact(self, here, f: np.ndarray) -> Motion:
+        found = []
+        for body, by in zip(self.meshing.bodies, here.by, strict=True):
+            load = np.zeros(body.solid.places.size)
+            load[body.flank_dofs] = f @ by
+            found.append(load.reshape(body.solid.places.shape))
+        return Motion((found[0], found[1]), -float(here.closing @ f))

@@ -1,0 +1,208 @@
+"""Contact of two flanks where they are now: mean gaps over hats on one, closest points on the other (mortar method).
+
+A flank is the exact involute plus the displacement of the elements beneath, so that straight edges do not touch. `own`
+carries the hats, which end at its tip corner; `mate` is looked up. Each gear has a frame of its own, in which its hub
+rests; vectors are (2, ...).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline, PPoly
+
+from fem import profile
+from fem.flank import removed
+from fem.gear import Gear
+
+
+class Width(NamedTuple):
+    """Stations across the width: places (n,) [m], widths (n,) [m] and hats of the nodes there (n, n_across)."""
+
+    places: np.ndarray
+    widths: np.ndarray
+    hats: np.ndarray
+
+
+@dataclass(frozen=True)
+class Flank:
+    """Counter-clockwise flank of a tooth with a number; nodes (n, n_across) at arc lengths (n,) [m]."""
+
+    gear: Gear
+    tooth: int
+    arcs: np.ndarray
+    nodes: np.ndarray
+    width: Width
+    degree: int
+
+    @property
+    def turn(self) -> float:
+        """Angle of the tooth's centre line from that of tooth 0 [rad]."""
+        return 2 * np.pi * self.tooth / self.gear.z
+
+    @cached_property
+    def shapes(self) -> PPoly:
+        """Values (..., n) of the nodes' shape functions at arc lengths (...), as in the elements beneath."""
+        linear, parabolas = [(-1, 1), (1, 0)], [(2, -3, 1), (-4, 4, 0), (2, -1, 0)]
+        return piecewise(self.arcs, linear if self.degree == 1 else parabolas)
+
+    @cached_property
+    def smooth(self) -> PPoly:
+        """`shapes` without kinks, for a mate: a spline through the nodes of linear elements."""
+        return CubicSpline(self.arcs, np.eye(self.arcs.size)) if self.degree == 1 else self.shapes
+
+    def involute(self, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Points [m], unit tangents towards the tip and second derivatives [1/m] over arc length."""
+        roll = profile.roll_at(self.gear, arc)
+        base = np.pi / 2 + float(profile.flank(self.gear, [0.0]).psi[0]) + self.turn
+        tangent = direction(base - roll / self.gear.r_b)
+        normal = quarter_turn(tangent)
+        return self.gear.r_b * tangent + roll * normal, tangent, -normal / roll
+
+    def at_stations(self, u: np.ndarray) -> np.ndarray:
+        """(2, n, n_station) displacement of the nodes' lines at the stations."""
+        return np.einsum("akc,zk->caz", u[self.nodes][:, :, :2], self.width.hats)
+
+    def removed(self, arc: np.ndarray) -> np.ndarray:
+        """Material removed at arcs (n, 1 or n_station) [m]."""
+        roll = profile.roll_at(self.gear, arc)
+        return removed(self.gear.drive_flank, self.gear.face, roll, self.width.places, tooth=self.tooth)
+
+
+def piecewise(arcs: np.ndarray, local: Sequence[tuple[int, ...]]) -> PPoly:
+    """Shape functions of a line of elements with nodes at arcs (n,), from their polynomials over [0, 1]."""
+    degree = len(local) - 1
+    ends = arcs[::degree]
+    first = degree * np.arange(ends.size - 1)
+    coefficients = np.zeros((len(local), first.size, arcs.size))
+    scale = np.diff(ends) ** np.arange(degree, -1, -1)[:, None]
+    for node, polynomial in enumerate(local):
+        coefficients[:, np.arange(first.size), first + node] = np.array(polynomial)[:, None] / scale
+    return PPoly(coefficients, ends)
+
+
+def direction(angle) -> np.ndarray:
+    return np.stack([np.cos(angle), np.sin(angle)])
+
+
+def quarter_turn(v: np.ndarray) -> np.ndarray:
+    return np.stack([-v[1], v[0]])
+
+
+def dot(v: np.ndarray, w: np.ndarray) -> np.ndarray:
+    return v[0] * w[0] + v[1] * w[1]
+
+
+def cross(v: np.ndarray, w: np.ndarray) -> np.ndarray:
+    return v[0] * w[1] - v[1] * w[0]
+
+
+def turned(v: np.ndarray, angle: float) -> np.ndarray:
+    """v turned counter-clockwise."""
+    return np.cos(angle) * v + np.sin(angle) * quarter_turn(v)
+
+
+class Placement(NamedTuple):
+    """Where a gear stands: centre (2,) [m], angle [rad], its turn per transmission error [rad/m]."""
+
+    centre: np.ndarray
+    angle: float
+    per_error: float
+
+
+class Sampling(NamedTuple):
+    """Quadrature of own's flank: arcs (n,), shapes there (n, n_node), weighted hats (n, n_hat), and their numbers."""
+
+    arcs: np.ndarray
+    shapes: np.ndarray
+    hats: np.ndarray
+    chosen: np.ndarray
+
+
+def sampling(flank: Flank, chosen: np.ndarray) -> Sampling:
+    """Four Gauss points in each interval between nodes that a chosen hat (numbers of nodes) covers."""
+    points, weights = np.polynomial.legendre.leggauss(4)
+    left = np.unique(np.concatenate([chosen - 1, chosen]))
+    left = left[(left >= 0) & (left < flank.arcs.size - 1)]
+    low, long = flank.arcs[left, None], np.diff(flank.arcs)[left, None]
+    arcs = (low + long * (points + 1) / 2).ravel()
+    hats = np.stack([np.interp(arcs, flank.arcs, one) for one in np.eye(flank.arcs.size)[chosen]], axis=1)
+    return Sampling(arcs, flank.shapes(arcs), hats * (long * weights / 2).reshape(-1, 1), chosen)
+
+
+class Gaps(NamedTuple):
+    """Mean gaps under the hats (n,) [m], their area [m^2], closing per transmission error, and their derivatives.
+
+    by_own, by_mate     (n, n_node, n_across, 2) derivatives with respect to the flanks' nodal displacements
+    """
+
+    gap: np.ndarray
+    area: np.ndarray
+    closing: np.ndarray
+    by_own: np.ndarray
+    by_mate: np.ndarray
+
+
+def position(flank: Flank, arc: np.ndarray, moved: np.ndarray) -> list[np.ndarray]:
+    """Points and two derivatives over arc lengths (n, n_station), under moved (2, n_node, n_station)."""
+    undeformed = flank.involute(arc)
+    return [p + np.einsum("qza,caz->cqz", flank.smooth(arc, k), moved) for k, p in enumerate(undeformed)]
+
+
+def closest(mate: Flank, x: np.ndarray, moved: np.ndarray) -> np.ndarray:
+    """Arc lengths of the mate's points closest to x (2, n, n_station) in the mate's frame."""
+    low, high = mate.arcs[[0, -1]]
+    arc = np.clip((dot(x, x) / mate.gear.r_b - mate.gear.r_b) / 2, low, high)
+    for _ in range(3):
+        y, tangent, second = position(mate, arc, moved)
+        away = dot(second, x - y) - dot(tangent, tangent)
+        arc = np.clip(arc - dot(tangent, x - y) / away, low, high)
+    return arc
+
+
+def gaps(own: Flank, mate: Flank, places: tuple[Placement, Placement], u: tuple, sample: Sampling) -> Gaps:
+    """Gaps between own and mate, placed at places and displaced by u = (own's, mate's) (n_dofs, dim)."""
+    at_own, at_mate = own.at_stations(u[0]), mate.at_stations(u[1])
+    inside = own.involute(sample.arcs[:, None])[0] + np.einsum("qa,caz->cqz", sample.shapes, at_own)
+    there, here = places
+    arm = turned(inside, there.angle - here.angle)
+    x = arm + turned(there.centre - here.centre, -here.angle)[:, None, None]
+    arc = closest(mate, x, at_mate)
+    y, tangent, second = position(mate, arc, at_mate)
+    normal = quarter_turn(tangent) / np.sqrt(dot(tangent, tangent))
+    distance = dot(normal, x - y)
+    step = 1e-3 * mate.gear.m_n
+    slope = (mate.removed(arc + step) - mate.removed(arc - step)) / (2 * step)
+    # The gap grows along the flank where the mate is relieved: the force is normal to the relieved flank.
+    along = slope / (dot(tangent, tangent) - distance * dot(normal, second))
+    push = normal + along * tangent
+    closing = here.per_error * cross(y, push) - there.per_error * cross(arm, push)
+    values = distance + own.removed(sample.arcs[:, None]) + mate.removed(arc)
+    area, mean = means(sample, own.width)
+    by_own = np.einsum("cqz,qa,zk->qzakc", turned(push, here.angle - there.angle), sample.shapes, own.width.hats)
+    by_mate = np.einsum("cqz,qza,zk->qzakc", -push, mate.smooth(arc), mate.width.hats)
+    return Gaps(mean(values), area, mean(closing), mean(by_own), mean(by_mate))
+
+
+def means(sample: Sampling, width: Width):
+    """Areas under the hats (n,) [m^2]; function that turns values (n_point, n_station, ...) into means (n, ...)."""
+    weights = np.einsum("qh,zl,z->hlqz", sample.hats, width.hats, width.widths)
+    area = weights.sum(axis=(2, 3)).ravel()
+    weights = weights.reshape(area.size, -1) / area[:, None]
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        shape = values.shape[2:]
+        return (weights @ values.reshape(weights.shape[1], -1)).reshape(area.size, *shape)
+
+    return area, mean
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Two teeth that may touch, numbered on pinion and wheel; own is the gear (0: pinion, 1: wheel) with the hats."""
+
+    own: int
+    teeth: tuple[int, int]
+    sample: Sampling

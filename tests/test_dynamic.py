@@ -1,0 +1,99 @@
+"""Time-integrated finite elements: at low speed they run through the static equilibria; kinematics; bad input."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from skfem import ElementQuad1
+
+from fem.dynamic import Motion, Newmark, RunUp, transmission_error
+from fem.mesh import Density
+from fem.nonlinear import assembled, equilibrium
+from fem.units import rpm
+
+COARSE = Density(flank=30)
+
+
+def static(pair, ran, at: np.ndarray, density: Density) -> np.ndarray:
+    """Static transmission error at time steps at, under the viscous load of the moment."""
+    meshing, rolling = assembled(pair, density, ElementQuad1(), lag=1.0), 10 * rpm * pair.pinion.r_b
+    load = 150 / pair.pinion.r_b * (1 - np.gradient(ran["te"].values, ran["time"].values)[at] / rolling)
+    phases = ran["phase"].values[at]
+    return np.array([equilibrium(meshing, *state).te for state in zip(phases, load, strict=True)])
+
+
+@pytest.fixture(scope="module")
+def short(paper_pair):
+    """A tenth of a pitch at full speed, with one pair of teeth alone."""
+    run = RunUp(start=-0.1, run_up=0.1, stop=0.1, steps=200)
+    return transmission_error(paper_pair, 150, run, density=COARSE, progress=False)
+
+
+def test_slow_gears_pass_through_static_equilibria(paper_pair, short):
+    settled = np.flatnonzero(short["phase"].values > 0.02)[::3]
+    assert short["te"].values[settled] == pytest.approx(static(paper_pair, short, settled, COARSE), rel=2e-3)
+
+
+def test_load_and_error_rise_from_rest(short):
+    te = short["te"].values
+    assert te[0] == 0
+    assert (np.diff(te[short["phase"].values < -0.05]) > 0).all()
+
+
+def test_hub_turns_as_its_speed_says():
+    run, pitch = RunUp(), 0.11
+    ramp = 2 * run.run_up * pitch / run.speed
+    for t in (0.3 * ramp, ramp, 1.7 * ramp):
+        turned, _ = quad(lambda s: run.motion(s, pitch)[1], 0, t, points=[min(t, ramp)])
+        gained, _ = quad(lambda s: run.motion(s, pitch)[2], 0, t, points=[min(t, ramp)])
+        phase, speed, _ = run.motion(t, pitch)
+        assert (phase - run.start) * pitch == pytest.approx(turned)
+        assert speed == pytest.approx(gained)
+    assert run.motion(run.times(pitch)[-1], pitch)[0] == pytest.approx(run.stop)
+
+
+def oscillation(rule: Newmark, omega: float, n: int) -> np.ndarray:
+    """x'' = -omega^2 x from x = 1 with Newmark's rule (alpha = 0)."""
+    none = np.zeros((1, 2))
+    state = [Motion((none, none), value) for value in (1.0, 0.0, -(omega**2))]
+    x = [1.0]
+    for _ in range(n):
+        at, speed, rate = rule.predicted(*state)
+        change = -(omega**2 * at.te + rate.te) / (rule.per_place + omega**2)
+        moves = (at, 1.0), (speed, rule.per_speed), (rate, rule.per_place)
+        state = [one.plus(Motion((none, none), change), factor) for one, factor in moves]
+        x.append(state[0].te)
+    return np.array(x)
+
+
+def test_newmark_without_damping_keeps_the_amplitude_and_converges():
+    omega, n = 2 * np.pi, 200
+    x = oscillation(Newmark(0.0, 1 / n), omega, n)
+    assert x == pytest.approx(np.cos(omega * np.linspace(0, 1, n + 1)), abs=1e-3)
+    assert np.abs(oscillation(Newmark(0.0, 0.05), omega, 2000)).max() < 1 + 1e-9
+
+
+@pytest.mark.slow
+def test_a_cycle_at_10_rpm_is_the_static_curve(paper_pair):
+    density = Density(flank=30).refined(2)
+    ran = transmission_error(paper_pair, 150, RunUp(), density=density, progress=False)
+    cycle = np.flatnonzero(ran["phase"].values >= ran["phase"].values[-1] - 1 + 1e-9)[::5]
+    te = ran["te"].values[cycle]
+    expected = static(paper_pair, ran, cycle, density)
+    assert te.mean() == pytest.approx(expected.mean(), rel=3e-3)
+    assert np.ptp(te) == pytest.approx(np.ptp(expected), rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda pair: RunUp(speed=-1 * rpm), "speed must be > 0"),
+        (lambda pair: RunUp(stop=2.0), "within \\[-0.75, 0.75\\]"),
+        (lambda pair: RunUp(alpha=0.1), "alpha must lie"),
+        (lambda pair: RunUp(steps=3), "steps must be at least 20"),
+        (lambda pair: RunUp(damping=-1.0), "damping must be >= 0"),
+        (lambda pair: transmission_error(pair, 0.0), "torque must be > 0"),
+    ],
+)
+def test_bad_input_is_refused(paper_pair, call, message):
+    with pytest.raises(ValueError, match=message):
+        call(paper_pair)

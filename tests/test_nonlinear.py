@@ -1,0 +1,209 @@
+"""The nonlinear reference: elements against closed forms, contact in balance, the paper's pair against compliance."""
+
+import numpy as np
+import pytest
+from conftest import paper_gear
+from skfem import Basis, ElementHex1, ElementQuad1, ElementQuad2, MeshHex, MeshQuad
+
+import fem
+from fem import solid
+from fem.body import clamped
+from fem.compliance import Compliance, half_plane, plane_strain, values_of_means
+from fem.gap import Cells, Meeting
+from fem.gear import STEEL
+from fem.mesh import Density, flank_hats, section
+from fem.nonlinear import Meshing, assembled, complementarity, equilibrium, rows, static_transmission_error
+from fem.prism import lame_parameters
+from fem.state import Encounter
+from fem.units import mm, um
+
+COARSE = Density(flank=30)
+RELIEF = fem.TipRelief(15 * um, 2.5 * mm)
+
+
+def block(dim: int) -> solid.Solid:
+    mesh, element = (MeshQuad(), ElementQuad2()) if dim == 2 else (MeshHex(), ElementHex1())
+    return solid.solid(Basis(mesh.refined(1), element, intorder=5), STEEL)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_large_rotation_is_free_of_force(dim):
+    body = block(dim)
+    turn = np.eye(dim)
+    turn[:2, :2] = [[0, -1], [1, 0]]
+    force = solid.internal_force(body, body.places @ turn.T - body.places)
+    assert np.abs(force).max() < 1e-9 * STEEL.E
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_stretched_block_pulls_as_st_venant_kirchhoff_says(dim):
+    """Stretch s along x, sides held: P_xx = s (lambda + 2 mu) (s^2 - 1) / 2 on a face of area 1."""
+    body, stretch = block(dim), 1.2
+    u = np.zeros_like(body.places)
+    u[:, 0] = (stretch - 1) * body.places[:, 0]
+    pulled = solid.internal_force(body, u)[body.places[:, 0] > 1 - 1e-9, 0].sum()
+    lam, mu = lame_parameters(STEEL)
+    assert pulled == pytest.approx(stretch * (lam + 2 * mu) * (stretch**2 - 1) / 2)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_stiffness_is_the_derivative_of_the_force(dim):
+    body = block(dim)
+    u = 1e-6 * np.sin(3 * body.places + np.arange(dim))
+    slope = (solid.internal_force(body, u) - solid.internal_force(body, -u)) / 2
+    linear = (solid.stiffness(body) @ u.ravel()).reshape(u.shape)
+    assert slope == pytest.approx(linear, abs=1e-9 * np.abs(linear).max())
+
+
+def test_lumped_mass_is_the_mass_of_the_block():
+    assert solid.lumped_mass(block(3)).sum() == pytest.approx(STEEL.density)
+
+
+@pytest.fixture(scope="module")
+def meshing(paper_pair):
+    return assembled(paper_pair, COARSE, ElementQuad2())
+
+
+@pytest.mark.parametrize("flank", [(), (RELIEF,)])
+def test_gap_at_rest_is_that_of_exact_flanks(flank):
+    """Smallest gap over closing against `fem.gap`; the mean under a hat rounds the beginning of the relief."""
+    gear = paper_gear(flank=flank)
+    pair = fem.GearPair(gear, gear, a=150 * mm)
+    body = clamped(gear, Density(flank=152, tooth=1, rim=1, body=1), ElementQuad2())
+    nothing = np.zeros((body.flank_dofs.size, 0))
+    here = Meshing(pair, (body, body), (np.zeros_like, np.zeros_like), (nothing, nothing))
+    for phase in (0.0, 0.3, 0.45):
+        found = rows(here, here.touches(phase), phase, 0.0, (body.rest(), body.rest()))
+        meeting = Meeting(pair, pair.a, 0.0, phase)
+        numbers = np.array(meeting.numbers())
+        exact = Cells(meeting, numbers, 0.0 * numbers, 0.0 * numbers + gear.b / 2).separation.min()
+        assert (found.gap / found.closing).min() == pytest.approx(exact, abs=0.05 * um)
+
+
+def test_derivatives_of_the_gaps(meshing):
+    rest = [body.rest() for body in meshing.bodies]
+    u, du = (
+        [1e-6 * np.sin(700 * v * body.solid.places + v) for v, body in enumerate(meshing.bodies, k)] for k in (1, 3)
+    )
+    touches, step, te = meshing.touches(0.3), 1e-3, 5 * um
+    ahead, behind = (
+        rows(meshing, touches, 0.3, te, [a + s * b for a, b in zip(u, du, strict=True)]) for s in (step, -step)
+    )
+    here = rows(meshing, touches, 0.3, te, u)
+    moved = sum(by @ v.ravel()[b.flank_dofs] for by, v, b in zip(here.by, du, meshing.bodies, strict=True))
+    assert (ahead.gap - behind.gap) / (2 * step) == pytest.approx(moved, abs=1e-4 * np.abs(moved).max())
+    on, off = (rows(meshing, touches, 0.3, te + s, rest) for s in (1e-9, -1e-9))
+    assert (off.gap - on.gap) / 2e-9 == pytest.approx(on.closing, rel=1e-5)
+
+
+def test_gears_in_contact_are_in_balance(meshing):
+    force = 2000.0
+    state = equilibrium(meshing, 0.35, force)
+    here = rows(meshing, state.touches, 0.35, state.te, state.u)
+    assert here.closing @ state.f == pytest.approx(force, rel=1e-6)
+    assert state.f.min() >= 0
+    assert here.gap.min() > -1e-5 * um
+    assert np.abs(state.f * here.gap).max() < 1e-8 * um * force
+    for body, by, u in zip(meshing.bodies, here.by, state.u, strict=True):
+        load = np.zeros(u.size)
+        load[body.flank_dofs] = state.f @ by
+        unbalanced = solid.internal_force(body.solid, u).ravel() - load
+        assert np.abs(unbalanced[body.free]).max() < 1e-5 * np.abs(load).max()
+
+
+def test_complementarity_of_one_spring():
+    te, f = complementarity(np.array([[2e-9]]), np.array([3 * um]), np.ones(1), 500.0)
+    assert (te, f[0]) == (pytest.approx(4 * um), pytest.approx(500))
+
+
+def test_identical_gears_give_a_symmetric_curve(meshing):
+    ahead, behind = (equilibrium(meshing, phase, 2000.0).te for phase in (0.3, -0.3))
+    assert ahead == pytest.approx(behind, rel=1e-5)
+
+
+def test_softer_contact_gives_more(paper_pair):
+    hard, *soft = (
+        static_transmission_error(paper_pair, 150, [0.0], density=COARSE, penalty=penalty, progress=False)["te"].item()
+        for penalty in (np.inf, 1e17, 1e16)
+    )
+    assert hard < soft[0] < soft[1] < 1.02 * hard
+
+
+def plane_twin(gear, density: Density, refined: int) -> Compliance:
+    """Compliance of the refined section in plane strain."""
+    arcs, half, depth = flank_hats(gear, density), gear.b / 2, 1 * mm
+    blocks = plane_strain(gear, arcs, section(gear, density.refined(refined)), ElementQuad2(), 2)
+    blocks[0] -= half_plane(gear, arcs, depth)
+    values = values_of_means(arcs)
+    blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values) / half
+    blocks = blocks[:, None, :, None, :] * np.ones((2, 1, 2, 1))
+    return Compliance(arcs, np.array([0.0, half]), depth, blocks)
+
+
+def linear(pair, twin: Compliance, phase: float, force: float) -> float:
+    """Transmission error of compliance and contact [m]."""
+    return Encounter(Meeting(pair, pair.a, 0.0, phase), twin, twin, 1).state(force).te
+
+
+def numbers(te) -> list[float]:
+    return [te.mean(), np.ptp(te)]
+
+
+def test_compliance_and_contact_are_near_on_a_coarse_mesh(paper_pair, meshing):
+    twin, force = plane_twin(paper_pair.pinion, COARSE, 1), 150 / paper_pair.pinion.r_b
+    for phase in (0.0, 0.2, 0.4):
+        other = linear(paper_pair, twin, phase, force)
+        assert equilibrium(meshing, phase, force).te == pytest.approx(other, rel=0.02)
+
+
+@pytest.mark.slow
+def test_reference_of_independent_finite_elements(paper_pair):
+    """30 phases by symmetry: 7.369 +- 0.003 / 2.653 +- 0.005 and 16.42 +- 0.01 / 5.848 +- 0.005 um."""
+    density = Density(flank=66).refined(2)
+    half = static_transmission_error(paper_pair, [150, 350], np.arange(16) / 30, density=density, progress=False)
+    twin = plane_twin(paper_pair.pinion, Density(flank=44), 4)
+    for torque, mean, peak_to_peak in ((150, 7.369, 2.653), (350, 16.42, 5.848)):
+        te = half["te"].sel(torque=torque).values / um
+        te = np.append(te, te[14:0:-1])
+        assert numbers(te) == pytest.approx([mean, peak_to_peak], rel=1e-3)
+        force = torque / paper_pair.pinion.r_b
+        other = np.array([linear(paper_pair, twin, i / 30, force) for i in range(30)]) / um
+        assert te.mean() == pytest.approx(other.mean(), rel=1e-3)
+        assert np.ptp(te) == pytest.approx(np.ptp(other), rel=3e-3)
+
+
+@pytest.mark.slow
+def test_fully_integrated_hexahedra_are_a_little_too_stiff(paper_pair):
+    phases = [0.0, 0.2, 0.5]
+    options = {"density": Density(flank=60, width=4), "element": ElementHex1(), "progress": False}
+    te = static_transmission_error(paper_pair, 350, phases, **options)["te"].values[0]
+    best = fem.static_transmission_error(paper_pair, 350, phases, progress=False)["te"].values[0]
+    assert (te < best).all()
+    assert te == pytest.approx(best, rel=0.04)
+
+
+def test_bad_input_is_refused(paper_pair):
+    wider = fem.GearPair(paper_gear(), paper_gear(b=25 * mm), a=150 * mm)
+    with pytest.raises(ValueError, match="b of pinion and wheel must be equal"):
+        static_transmission_error(wider, 150, 4)
+    helical = fem.GearPair(paper_gear(beta=0.1, d_a=156 * mm), paper_gear(beta=-0.1, d_a=156 * mm), a=151 * mm)
+    with pytest.raises(ValueError, match="only spur"):
+        static_transmission_error(helical, 150, 4)
+    pitched, sloped = (
+        fem.GearPair(paper_gear(flank=(part,)), paper_gear(), a=150 * mm)
+        for part in (fem.PitchDeviation(np.linspace(0, 5 * um, 57)), fem.HelixSlope(5 * um))
+    )
+    with pytest.raises(ValueError, match="teeth must be alike"):
+        static_transmission_error(pitched, 150, 4)
+    for element in (ElementQuad1(), ElementHex1()):
+        with pytest.raises(ValueError, match="flanks must be"):
+            static_transmission_error(sloped, 150, 4, element=element)
+    with pytest.raises(ValueError, match="torque must"):
+        static_transmission_error(paper_pair, 0, 4)
+
+
+def test_linear_elements_approach_quadratic_ones_from_the_stiff_side(paper_pair, meshing):
+    coarse, fine = (assembled(paper_pair, COARSE.refined(q), ElementQuad1()) for q in (1, 2))
+    te = [equilibrium(one, 0.0, 2000.0).te for one in (coarse, fine, meshing)]
+    assert te[0] < te[1] < te[2]
+    assert te[1] == pytest.approx(te[2], rel=0.025)
