@@ -22,12 +22,15 @@ FLOORS = {
     "fem.compliance": 4,
     "fem.contact": 5,
     "fem.transmission": 6,
+    "fem.elastic": 5,
+    "fem.stress": 6.2,
     "fem": 6.5,
     "exugear.force": 7,
     "exugear.gearbox": 7.5,
     "exugear.course": 7,
     "exugear.spectrum": 7,
     "exugear.plots": 7.5,
+    "exugear.pictures": 7.5,
     "exugear.kinematics": 8,
     "exugear.connector": 9,
     "exugear.plan": 10,
@@ -37,9 +40,9 @@ FLOORS = {
 }
 DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste"}
 FENCES = {
-    "skfem": {"fem.mesh", "fem.compliance"},
+    "skfem": {"fem.mesh", "fem.compliance", "fem.elastic", "fem.stress"},
     "exudyn": {"exugear.connector", "exugear.plan", "exugear.model", "exugear.run"},
-    "matplotlib": {"exugear.plots"},
+    "matplotlib": {"exugear.plots", "exugear.pictures"},
 }
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}
 
