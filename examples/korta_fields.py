@@ -58,11 +58,11 @@ def draw_fields(found, path: Path) -> None:
         pictures.plot_gears(meshes, touching, above)
         bent = [(f.deformed(EXAGGERATION), f.cells, np.hypot(*f.displacement) / um) for f in fields]
         pictures.plot_field(bent, "displacement [µm]", middle, top=deflection / um)
-        pictures.plot_outlines([(f.deformed(0), f.cells) for f in fields], middle, colour="white", width=0.5)
+        pictures.plot_outlines([(f.deformed(0), f.cells) for f in fields], middle, colour="0.6", width=0.6)
         stressed = [(f.points, f.cells, f.von_mises / MPa) for f in fields]
         pictures.plot_field(stressed, "von Mises stress [MPa]", below, top=peak / MPa, colours="inferno")
         above.set_title(f"{'AB'[column]}  {title} in contact")
-        middle.set_title(f"{'CD'[column]}  deflection, drawn {EXAGGERATION} times; white: without load")
+        middle.set_title(f"{'CD'[column]}  deflection, drawn {EXAGGERATION} times; grey: without load")
         below.set_title(f"{'EF'[column]}  stress under the contact")
         look_at(above, (75 * mm, 0), 12 * mm, 7 * mm)
         look_at(middle, (75 * mm, 0), 12 * mm, 7 * mm)
@@ -102,7 +102,7 @@ def main() -> None:
     cycle.to_netcdf(folder / "root_stress.nc", engine="h5netcdf")
     figure = plots.figure(columns=2)
     pictures.plot_root_stress(cycle, figure.axes[0])
-    pictures.plot_peak_pressure(cycle, figure.axes[1])
+    pictures.plot_peak_pressure(cycle, figure.axes[1]).set_title("peaks: the sharp corner of a tip without relief")
     figure.savefig(folder / "root_stress.png", dpi=150)
     print(report(pair, found, cycle))
 
