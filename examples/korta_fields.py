@@ -13,7 +13,7 @@ import numpy as np
 
 import fem
 from exugear import pictures, plots
-from fem import stress
+from fem import root_stress, stress
 from fem.units import MPa, deg, mm, um
 
 TORQUE = 150.0
@@ -98,7 +98,7 @@ def main() -> None:
         stress.save_vtu(fields, folder / f"{name}_plane.vtu")
         stress.save_vtu(stress.solid_fields(pair, TORQUE, PHASES[title]), folder / f"{name}_solid.vtu")
     draw_fields(found, folder / "fields.png")
-    cycle = stress.root_stress(pair, TORQUES, 60)
+    cycle = root_stress.root_stress(pair, TORQUES, 60)
     cycle.to_netcdf(folder / "root_stress.nc", engine="h5netcdf")
     figure = plots.figure(columns=2)
     pictures.plot_root_stress(cycle, figure.axes[0])

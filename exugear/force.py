@@ -15,7 +15,7 @@ from numba import njit
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from fem.gear import require
-from fem.ste import PHASE, TE, TORQUE, check, pair_of
+from fem.ste import PHASE, TORQUE, check, over_torque_and_phase, pair_of
 from fem.units import um
 
 HEADER = 8
@@ -227,7 +227,7 @@ def _check_table(phase: np.ndarray, deflection: np.ndarray, force: np.ndarray) -
 
 def _loaded_deflection(ste, r_b: float, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Forces (n,) from 0 [N] and deflections (n_phase, n) under them [m]."""
-    te = ste[TE].transpose(TORQUE, PHASE).values
+    te = over_torque_and_phase(ste).values
     torque, coarse = ste[TORQUE].values, ste[PHASE].values
     require(coarse.size >= 3, f"phase needs at least 3 values as share of a pitch, got {coarse.size}")
     require(torque.size >= 3, f"torque needs 0 and two loads or more, got {torque} N m")

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from exugear.spectrum import Envelope, Resonances, envelope, order_spectrum
-from fem.ste import PHASE, TE, TORQUE, pair_of
+from fem.ste import PHASE, TORQUE, over_torque_and_phase, pair_of
 from fem.units import mm, rpm, um
 
 STEEL = "#c9d3dc"
@@ -38,7 +38,7 @@ def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float = 2.0) -> A
     phase, torque = ste[PHASE].values, ste[TORQUE].values
     repeats = np.arange(np.ceil(pitches))
     at = (phase + repeats[:, None]).ravel()
-    for row, load, colour in zip(ste[TE].transpose(TORQUE, PHASE).values, torque, _colours(torque), strict=True):
+    for row, load, colour in zip(over_torque_and_phase(ste).values, torque, _colours(torque), strict=True):
         ax.plot(at, np.tile(row, repeats.size) / um, color=colour, label=f"{load:g} N m", marker=".", markersize=3)
     ax.set(xlabel="phase of the mesh cycle [pitches]", ylabel="static transmission error [µm]", xlim=(0, pitches))
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
@@ -52,7 +52,7 @@ def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None) -> Axes:
     r_b = pair_of(ste).pinion.r_b
     loaded = ste.sel({TORQUE: ste[TORQUE] > 0})
     torque = loaded[TORQUE].values
-    for row, load, colour in zip(loaded[TE].transpose(TORQUE, PHASE).values, torque, _colours(torque), strict=True):
+    for row, load, colour in zip(over_torque_and_phase(loaded).values, torque, _colours(torque), strict=True):
         at, te = np.append(loaded[PHASE], 1 + loaded[PHASE][0]), np.append(row, row[0])
         ax.plot(at, load / r_b / te * um, color=colour, label=f"{load:g} N m")
     ax.set(xlabel="phase of the mesh cycle [pitches]", ylabel="mesh stiffness F / STE [N/µm]")

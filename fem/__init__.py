@@ -1,20 +1,28 @@
 """From gear data to static transmission error maps by finite elements."""
 
-from fem.flank import EndRelief, HelixSlope, LeadCrowning, ProfileCrowning, RootRelief, TipRelief
+from fem.deviation import Grid, PitchDeviation
+from fem.flank import Sides
 from fem.gear import STEEL, Gear, GearPair, Material
+from fem.modification import EndRelief, HelixSlope, LeadCrowning, ProfileCrowning, RootRelief, TipRelief
+from fem.offsets import Offsets
 from fem.ste import load, save, ste_map
-from fem.transmission import static_transmission_error
+from fem.transmission import Resolution, static_transmission_error
 
 __all__ = [
     "STEEL",
     "EndRelief",
     "Gear",
     "GearPair",
+    "Grid",
     "HelixSlope",
     "LeadCrowning",
     "Material",
+    "Offsets",
+    "PitchDeviation",
     "ProfileCrowning",
+    "Resolution",
     "RootRelief",
+    "Sides",
     "TipRelief",
     "load",
     "save",

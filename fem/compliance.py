@@ -1,20 +1,24 @@
-"""Flank compliance of one gear by one factorization, with the local flattening split off.
+"""Flank compliance of one gear by one factorization, with all that is local to a load split off.
 
-A load on the flank of tooth 0 is a sum of hats along the profile times slices across the width. What the solid adds to
-a half-plane under the same load is smooth and is tabulated here; the half-plane itself is closed form (`hertz`), so
-that the contact may be as fine as it likes. The 3D solution sits on a coarse mesh; plane-strain twins of the section,
-one on the same mesh and one refined, replace its error near the load.
+A load on the flank of tooth 0 is a sum of hats along the profile times hats across the width. The 3D solution sits on a
+coarse mesh; plane-strain twins of the section, one on the same mesh and one refined, correct what it misses near the
+load. What remains beside a half-plane under the same load, cut off at a depth of the hats' distance across the width,
+is smooth both ways and is tabulated here. The half-plane itself is closed form (`hertz`), so that the contact may be as
+fine as it likes in both directions.
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
+from math import copysign, cos, log, sin, tan
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import Basis, BilinearForm, ElementLineP2, ElementQuad1, ElementQuad2, MeshQuad
+from skfem import Basis, ElementLineP2, ElementQuad1, ElementQuad2, LinearForm, MeshLine, MeshQuad
 
 from fem import mesh as meshes
+from fem import prism
 from fem.cache import Arrays, cached
-from fem.gear import Gear, Material
+from fem.gear import Gear
 from fem.hertz import flattening, log_mean
 from fem.mesh import BORE, Density
 from fem.solver import factorize
@@ -24,65 +28,79 @@ STRIPS_PER_INTERVAL = 12
 
 @dataclass(frozen=True)
 class Compliance:
-    """Smooth part of the flank compliance of one gear.
+    """Flank compliance of one gear beside the half-plane; displacements and forces are normal to the flank.
 
     arcs        (n_hat,) arc lengths of the hats' tops along the flank [m]
-    slices      (n_slice + 1,) edges of the slices [m], from mid-plane or from end face to end face
-    blocks      (n_teeth, n_slice, n_hat, n_slice, n_hat) displacement into tooth d at a slice and hat per force on
-                tooth 0 at a slice and hat [m/N]; from mid-plane on: the same forces act on both halves of the width
+    axial       (n_axial,) places of the hats' tops across the width [m], from mid-plane or from end face to end face
+    depth       depth at which the half-plane is held [m]
+    blocks      (n_teeth, n_axial, n_hat, n_axial, n_hat) displacement into tooth d per force on tooth 0 [m/N]; from
+                mid-plane on: the same forces act on both halves of the width
     """
 
     arcs: np.ndarray
-    slices: np.ndarray
+    axial: np.ndarray
+    depth: float
     blocks: np.ndarray
 
     @property
     def share(self) -> float:
         """Share of the face width, and of the load, that lies on the slices."""
-        return 0.5 if self.slices[0] == 0 else 1.0
-
-    @property
-    def width(self) -> float:
-        """Width that can carry load [m]."""
-        return float(self.slices[-1] - self.slices[0]) / self.share
+        return 0.5 if self.axial[0] == 0 else 1.0
 
 
 def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> Compliance:
     """Compliance of the gear clamped at its bore, from the cache where it was computed before.
 
     loaded      width of the part of the face that can carry load, in its middle [m]
-    whole       slices from end face to end face, for loads that differ on the two halves: one more factorization
+    whole       from end face to end face, for loads that differ on the two halves; helical gears always are
     """
-    arcs, line = meshes.flank_arcs(gear, density.flank), meshes.half_width(gear.b, loaded, density.width)
-    edges = meshes.divided(np.sort(line.p[0])[: density.width + 1], density.slices)
-    body = f"{replace(gear, flank=())} {density}"
-    near = cached(f"near field 2 {body}", lambda: {"blocks": near_field(gear, arcs, density)})["blocks"]
+    body = replace(gear, flank=(), beta=abs(gear.beta))
+    arcs, line = meshes.flank_hats(gear, density), meshes.half_width(gear.b, loaded, density.width)
+    axial = np.sort(line.p[0])[: density.width + 1]
+    depth = axial[-1] / density.width
+    near = partial(cached, f"near field 6 {body} {density}", lambda: {"blocks": near_field(body, arcs, depth, density)})
 
-    def halves(odd: bool) -> np.ndarray:
+    def solved(kind: str) -> np.ndarray:
         def compute() -> Arrays:
-            section = meshes.section(gear, density)
-            return {"blocks": solid(gear, arcs, section, line, edges, density.teeth, odd=odd)}
+            return {"blocks": beside_half_plane(body, arcs, axial, line, density, near()["blocks"], kind)}
 
-        blocks = cached(f"solid 2 {body} {loaded} {odd}", compute)["blocks"]
-        for j, width in enumerate(np.diff(edges)):
-            blocks[:, j, :, j, :] += near / width
-        return blocks
+        return cached(f"solid 6 {body} {density} {loaded} {kind}", compute)["blocks"]
 
-    even = halves(odd=False)
-    if not whole:
-        return Compliance(arcs, edges, even)
-    return Compliance(arcs, np.concatenate([-edges[:0:-1], edges]), both_halves(even, halves(odd=True)))
+    places = np.concatenate([-axial[:0:-1], axial]) if whole or gear.beta else axial
+    if gear.beta:
+        means = solved("whole")[:, :: int(copysign(1, gear.beta)), :, :: int(copysign(1, gear.beta))]
+    else:
+        means = both_halves(solved("even"), solved("odd")) if whole else solved("even")
+    across, along = values_of_means(places), values_of_means(arcs)
+    return Compliance(
+        arcs, places, depth, np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, means, across, along, optimize=True)
+    )
 
 
-def near_field(gear: Gear, arcs: np.ndarray, density: Density) -> np.ndarray:
+def near_field(gear: Gear, arcs: np.ndarray, depth: float, density: Density) -> np.ndarray:
     """(teeth + 1, n_hat, n_hat) what plane strain on the refined section adds to that on the coarse one [m^2/N].
 
-    On the loaded tooth itself the half-plane is taken out.
+    On the loaded tooth itself the half-plane held at depth is taken out.
     """
     coarse, finer = meshes.section(gear, density), meshes.section(gear, density.refined(2))
-    fine = plane_strain(gear, arcs, finer, ElementQuad2(), density.teeth)
-    fine[0] -= half_plane(gear, arcs)
-    return fine - plane_strain(gear, arcs, coarse, ElementQuad1(), density.teeth)
+    added = plane_strain(gear, arcs, finer, ElementQuad2(), density.teeth)
+    added -= plane_strain(gear, arcs, coarse, ElementQuad1(), density.teeth)
+    added[0] -= half_plane(gear, arcs, depth)
+    return cos(gear.beta_b) * added
+
+
+def beside_half_plane(gear: Gear, arcs, axial, half: MeshLine, density: Density, near, kind: str) -> np.ndarray:
+    """`Compliance.blocks` of a gear with beta >= 0.
+
+    kind        "whole" width, or half of it with loads on the other half that are alike, "even", or opposite, "odd"
+    """
+    nodes = np.sort(half.p[0])
+    if kind == "whole":
+        half = MeshLine(np.concatenate([-nodes[:0:-1], nodes]))
+        axial = np.concatenate([-axial[:0:-1], axial])
+    across = Basis(half, ElementLineP2())
+    found = solid(gear, arcs, axial, meshes.section(gear, density), across, density.teeth, kind)
+    return found + np.einsum("yz,dhk->dyhzk", overlap(across, axial), near)
 
 
 def both_halves(even: np.ndarray, odd: np.ndarray) -> np.ndarray:
@@ -91,52 +109,43 @@ def both_halves(even: np.ndarray, odd: np.ndarray) -> np.ndarray:
     back = slice(None, None, -1)
     upper = np.concatenate([same[:, back, :, back], other[:, back]], axis=3)
     lower = np.concatenate([other[:, :, :, back], same], axis=3)
-    return np.concatenate([upper, lower], axis=1)
+    halves = np.concatenate([upper, lower], axis=1)
+    n = even.shape[1]
+    joined = np.zeros((2 * n - 1, 2 * n))
+    joined[np.arange(n), np.arange(n)] = joined[np.arange(n) + n - 1, np.arange(n) + n] = 1.0
+    joined[n - 1] /= 2
+    return np.einsum("yi,dihjk,zj->dyhzk", joined, halves, joined, optimize=True)
 
 
-def half_plane(gear: Gear, arcs: np.ndarray) -> np.ndarray:
-    """(n_hat, n_hat) mean displacement over hats per line load on hats if the flank bounded a half-plane [m^2/N]."""
+def half_plane(gear: Gear, arcs: np.ndarray, depth: float) -> np.ndarray:
+    """(n_hat, n_hat) mean displacement over hats per line load on hats of a half-plane held at depth [m^2/N]."""
     strips = meshes.divided(arcs, STRIPS_PER_INTERVAL)
     centres, widths = (strips[1:] + strips[:-1]) / 2, np.diff(strips)
     share = hats(arcs, centres) * widths
     share /= share.sum(axis=1, keepdims=True)
-    mean = log_mean(centres[:, None] - centres, widths[:, None], widths)
+    mean = log_mean(centres[:, None] - centres, widths[:, None], widths) + log(depth)
     return flattening(gear.material) * share @ mean @ share.T
 
 
-def hats(arcs: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """(n_hat, ...) values of the hat functions with tops at arcs."""
-    return np.stack([np.interp(at, arcs, row) for row in np.eye(arcs.size)])
+def hat(at: np.ndarray, tops: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Sum of hat functions with the given tops, weighted by values; 0 outside."""
+    return np.interp(at, tops, values, left=0.0, right=0.0)
 
 
-def lame_parameters(material: Material) -> tuple[float, float]:
-    """Lame's parameters lambda and mu [Pa]."""
-    E, nu = material.E, material.nu
-    return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+def hats(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(n_hat, ...) values of the hat functions with the given tops; the outer two go on beyond them."""
+    return np.stack([np.interp(at, tops, row) for row in np.eye(tops.size)])
 
 
-def elasticity(products: list[list[sp.csr_matrix]], lame: float, mu: float) -> sp.csr_matrix:
-    """Stiffness matrix from products[a][b] = integral of d_a v d_b u; dofs numbered component by component."""
-    axes = range(len(products))
-    laplace = sum((products[k][k] for k in axes[1:]), products[0][0])
-    rows = [[lame * products[a][b] + mu * products[b][a] + (a == b) * mu * laplace for b in axes] for a in axes]
-    return sp.csr_matrix(sp.bmat(rows))
-
-
-def products(basis: Basis) -> list[list[sp.csr_matrix]]:
-    """Integrals of d_a v d_b u for a, b over the coordinates and, last, over no derivative."""
-    parts = [lambda u, a=a: u.grad[a] for a in range(basis.mesh.dim())] + [lambda u: u]
-    return [[BilinearForm(lambda u, v, w, a=a, b=b: a(v) * b(u)).assemble(basis) for b in parts] for a in parts]
-
-
-def extruded_products(section: Basis, across: Basis) -> list[list[sp.csr_matrix]]:
-    """Integrals of d_a v d_b u over the prism, a, b in (x, y, z): products of those over section and width."""
-    plane, width = products(section), products(across)
-    return [[sp.kron(plane[a][b], width[a < 2][b < 2], "csr") for b in range(3)] for a in range(3)]
+def values_of_means(tops: np.ndarray) -> np.ndarray:
+    """(n, n) values at the tops of the sum of hats which has given means over the hats (projection in L2)."""
+    size = np.diff(tops)
+    mass = np.diag(np.append(size, 0.0) + np.append(0.0, size)) / 3 + (np.diag(size, 1) + np.diag(size, -1)) / 6
+    return np.linalg.solve(mass, np.diag(mass.sum(axis=1)))
 
 
 def flank_loads(gear: Gear, basis: Basis, arcs: np.ndarray, tooth: int) -> np.ndarray:
-    """(2 n_dofs, n_hat) unit forces into the flank of a tooth, spread as hats."""
+    """(3, n_dofs, n_hat) unit forces normal to the flank of a tooth, spread as hats: along x and y, and their size."""
     mesh, facets = basis.mesh, _flank_facets(gear, basis.mesh, tooth)
     points, weights = np.polynomial.legendre.leggauss(4)
     share = (points + 1) / 2
@@ -144,16 +153,16 @@ def flank_loads(gear: Gear, basis: Basis, arcs: np.ndarray, tooth: int) -> np.nd
     at = ends[:, 0, :, None] * (1 - share) + ends[:, 1, :, None] * share
     density = hats(arcs, (at[0] ** 2 + at[1] ** 2 - gear.r_b**2) / (2 * gear.r_b))
     edge = ends[:, 1] - ends[:, 0]
-    total = np.einsum("hfg,g,f->h", density, weights / 2, np.hypot(*edge))
-    inward = np.stack([edge[1], -edge[0]]) * np.sign(edge[0] * at[0].mean(axis=1) + edge[1] * at[1].mean(axis=1))
-    loads = np.zeros((2, basis.N, arcs.size))
+    outward_run = np.sign(edge[0] * at[0].mean(axis=1) + edge[1] * at[1].mean(axis=1))
+    force = np.stack([edge[1] * outward_run, -edge[0] * outward_run, np.hypot(*edge)])
+    loads = np.zeros((3, basis.N, arcs.size))
     for dofs, shape in _facet_shapes(basis, facets, share):
-        loads += _scattered(dofs, np.einsum("hfg,g,cf->cfh", density * shape, weights / 2, inward), basis.N)
-    return (loads / total).reshape(-1, arcs.size)
+        loads += _scattered(dofs, np.einsum("hfg,g,cf->cfh", density * shape, weights / 2, force), basis.N)
+    return loads / np.einsum("hfg,g,f->h", density, weights / 2, force[2])
 
 
 def _scattered(dofs: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
-    """(2, n, n_hat) sums of values (2, n_facet, n_hat) that belong to the same dof."""
+    """(3, n, n_hat) sums of values (3, n_facet, n_hat) that belong to the same dof."""
     summing = sp.csr_matrix((np.ones(dofs.size), (dofs, np.arange(dofs.size))), shape=(n, dofs.size))
     return np.stack([summing @ component for component in values])
 
@@ -183,50 +192,50 @@ def _flank_facets(gear: Gear, mesh: MeshQuad, tooth: int) -> np.ndarray:
 def plane_strain(gear: Gear, arcs, mesh: MeshQuad, element, teeth: int) -> np.ndarray:
     """(teeth + 1, n_hat, n_hat) displacement into tooth d per line load on tooth 0 [m^2/N]."""
     basis = Basis(mesh, element)
-    stiffness = elasticity([row[:2] for row in products(basis)[:2]], *lame_parameters(gear.material))
     clamped = basis.get_dofs(BORE).all()
     free = np.setdiff1d(np.arange(2 * basis.N), np.concatenate([clamped, clamped + basis.N]))
-    loads = [flank_loads(gear, basis, arcs, tooth)[free] for tooth in range(teeth + 1)]
-    moved = factorize(stiffness[free][:, free])(loads[0])
+    matrix = prism.stiffness(basis, None, gear.material)[free][:, free]
+    loads = [flank_loads(gear, basis, arcs, tooth)[:2].reshape(2 * basis.N, -1)[free] for tooth in range(teeth + 1)]
+    moved = factorize(matrix)(loads[0])
     return np.stack([load.T @ moved for load in loads])
 
 
-def solid(gear: Gear, arcs, section: MeshQuad, line, edges, teeth: int, *, odd: bool) -> np.ndarray:
-    """(teeth + 1, n_slice, n_hat, n_slice, n_hat) displacement into tooth d per force on tooth 0 [m/N].
-
-    odd         the loads on the other half of the width are opposite rather than alike
-    """
-    basis, across = Basis(section, ElementQuad1()), Basis(line, ElementLineP2())
-    stiffness = elasticity(extruded_products(basis, across), *lame_parameters(gear.material))
-    clamped = np.zeros((3, basis.N, across.N), bool)
-    clamped[:, basis.get_dofs(BORE).all()] = True
-    middle = across.doflocs[0] < edges[1] * 1e-9
-    for component in (0, 1) if odd else (2,):
-        clamped[component, :, middle] = True
-    free = np.flatnonzero(~clamped)
-    slices = _slice_loads(across, edges)
+def solid(gear: Gear, arcs, axial, section: MeshQuad, across: Basis, teeth: int, kind: str) -> np.ndarray:
+    """(teeth + 1, n_axial, n_hat, n_axial, n_hat) displacement into tooth d per force on tooth 0 [m/N]."""
+    basis = Basis(section, ElementQuad1())
+    matrix = prism.stiffness(basis, across, gear.material, tan(gear.beta) / gear.r)
+    free = np.flatnonzero(~_clamped(basis, across, kind))
+    spread = _axial_loads(across, axial)
+    normal = np.array([cos(gear.beta_b), cos(gear.beta_b), sin(gear.beta_b)])
     loads = []
     for tooth in range(teeth + 1):
-        hat_loads = flank_loads(gear, basis, arcs, tooth)
-        inplane = np.einsum("cnh,ms->cnmsh", hat_loads.reshape(2, basis.N, -1), slices)
-        full = np.concatenate([inplane, np.zeros_like(inplane[:1])]).reshape(stiffness.shape[0], -1)
-        loads.append(sp.csr_matrix(full[free]))
+        pressed = normal[:, None, None] * flank_loads(gear, basis, arcs, tooth)
+        loads.append(sp.csr_matrix(np.einsum("cnh,ms->cnmsh", pressed, spread).reshape(matrix.shape[0], -1)[free]))
     column = (free // across.N) % basis.N
-    moved = factorize(stiffness[free][:, free], column, section_graph(basis))(loads[0].toarray())
-    shape = (slices.shape[1], arcs.size)
+    moved = factorize(matrix[free][:, free], column, prism.section_graph(basis))(loads[0].toarray())
+    shape = (axial.size, arcs.size)
     return np.stack([(load.T @ moved).reshape(shape + shape) for load in loads])
 
 
-def section_graph(basis: Basis) -> sp.csr_matrix:
-    """Positive definite matrix that couples the nodes which share an element."""
-    pattern = BilinearForm(lambda u, v, w: u * v).assemble(basis)
-    return pattern + sp.diags_array(np.asarray(pattern.sum(axis=1)).ravel())
+def _clamped(basis: Basis, across: Basis, kind: str) -> np.ndarray:
+    """(n,) dofs held by the bore and by the symmetry about mid-plane."""
+    clamped = np.zeros((3, basis.N, across.N), bool)
+    clamped[:, basis.get_dofs(BORE).all()] = True
+    middle = np.abs(across.doflocs[0]) < 1e-9 * np.ptp(across.doflocs[0])
+    for component in {"whole": (), "even": (2,), "odd": (0, 1)}[kind]:
+        clamped[component, :, middle] = True
+    return clamped.ravel()
 
 
-def _slice_loads(basis: Basis, edges: np.ndarray) -> np.ndarray:
-    """(n_dofs, n_slice) unit forces spread evenly over each slice of the width."""
-    points, weights = np.polynomial.legendre.leggauss(3)
-    low, high = edges[:-1, None], edges[1:, None]
-    at = (low + high) / 2 + (high - low) / 2 * points
-    values = basis.probes(at.reshape(1, -1)).toarray().reshape(*at.shape, -1)
-    return np.einsum("sgn,g->ns", values, weights / 2)
+def _axial_loads(across: Basis, axial: np.ndarray) -> np.ndarray:
+    """(n_dofs, n_axial) unit forces spread as hats across the width."""
+    forms = [LinearForm(lambda v, w, row=row: hat(w.x[0], axial, row) * v) for row in np.eye(axial.size)]
+    loads = np.stack([form.assemble(across) for form in forms], axis=1)
+    return loads / loads.sum(axis=0)
+
+
+def overlap(across: Basis, axial: np.ndarray) -> np.ndarray:
+    """(n_axial, n_axial) mean over one hat of the line load of a unit force spread as another [1/m]."""
+    values = np.stack([hat(across.global_coordinates()[0], axial, row) for row in np.eye(axial.size)])
+    total = np.einsum("yeg,eg->y", values, across.dx)
+    return np.einsum("yeg,zeg,eg->yz", values, values, across.dx) / np.outer(total, total)

@@ -1,33 +1,48 @@
-"""Frictionless unilateral contact of two gears at one phase and load: compliance of the strips, active set, state."""
+"""Frictionless unilateral contact of strips: compliance of all cells together, active set."""
 
 from dataclasses import dataclass
+from math import cos, log
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from fem.compliance import Compliance
-from fem.gap import STRIPS, WINDOW, Deviation, Flanks, flanks_at
-from fem.gear import GearPair
-from fem.hertz import flattening, half_width, log_mean
+from fem.gap import Cells
+from fem.hertz import flattening, log_mean
 
-#: Pairs that nearly touch join at once [m].
-NEAR = 1e-9
+STRIPS = 17
+#: (STRIPS, STRIPS) mean of -ln of the distance between two of equal strips of unit width
+BETWEEN_STRIPS = log_mean(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS)), 1.0, 1.0)
+
+#: Strips between which the smooth compliance is quadratic, and their shape functions (NODES, STRIPS)
+PLACES = [0, STRIPS // 2, STRIPS - 1]
+NODES = len(PLACES)
+SHAPES = np.linalg.solve(np.vander(PLACES, increasing=True).T, np.vander(np.arange(STRIPS), NODES, increasing=True).T)
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Compliance matrix (n, n) [m/N], gap (n,) [m] and approach (n,) of all potential contact strips.
+    """Potential contact of m strips in each of n cells.
 
-    expected    (n,) whether a strip lies where Hertz expects the contact
+    local       (n, m, m) compliance between the strips of a cell as of half-planes [m/N]
+    smooth      (n, NODES, n, NODES) all other compliance, between places of the cells that `SHAPES` interpolate [m/N]
+    gap         (n, m) [m]
+    approach    (n, m) normal approach per transmission error
+    expected    (n, m) whether a strip lies where Hertz expects the contact
     """
 
-    matrix: np.ndarray
+    local: np.ndarray
+    smooth: np.ndarray
     gap: np.ndarray
     approach: np.ndarray
     expected: np.ndarray
 
+    def displacement(self, f: np.ndarray) -> np.ndarray:
+        """(n, m) normal displacement of the strips under their forces f (n, m) [m]."""
+        smooth = np.einsum("piqj,qj->pi", self.smooth, f @ SHAPES.T)
+        return np.einsum("nst,nt->ns", self.local, f) + smooth @ SHAPES
+
     def solve(self, force: float) -> tuple[float, np.ndarray]:
-        """Transmission error [m] and strip forces (n,) [N] with approach . f = force (primal-dual active set).
+        """Transmission error [m] and strip forces (n, m) [N] with sum(approach f) = force (primal-dual active set).
 
         Raises RuntimeError where no active set settles.
         """
@@ -35,143 +50,152 @@ class Contact:
         rng = np.random.default_rng(0)
         for step in range(200):
             delta, f = self._with_active(active, force)
-            slack = self.matrix @ f + self.gap - self.approach * delta
+            slack = self.displacement(f) + self.gap - self.approach * delta
             wanted = np.where(active, f > 0, slack < 0)
             if (wanted == active).all():
                 return delta, f
             settled = step < 30
-            active = wanted if settled else np.where(rng.random(active.size) < 0.5, wanted, active)
+            active = wanted if settled else np.where(rng.random(active.shape) < 0.5, wanted, active)
             if not active.any():
-                active[np.argmin(slack)] = True
+                active[np.unravel_index(np.argmin(slack), slack.shape)] = True
         raise RuntimeError("contact did not settle in 200 active sets; try a neighbouring phase or a finer density")
 
     def _with_active(self, active: np.ndarray, force: float) -> tuple[float, np.ndarray]:
-        factor = cho_factor(self.matrix[np.ix_(active, active)], lower=True, check_finite=False)
-        approach, gap = self.approach[active], self.gap[active]
-        per_approach, per_gap = cho_solve(factor, np.stack([approach, gap], axis=1), check_finite=False).T
-        delta = (force + approach @ per_gap) / (approach @ per_approach)
-        f = np.zeros(active.size)
-        f[active] = per_approach * delta - per_gap
-        return float(delta), f
-
-
-def assemble(flanks: list[Flanks], pinion: Compliance, wheel: Compliance, reach: list[float]) -> Contact:
-    """Contact of the given pairs of teeth over half the face width; unknowns ordered (pair, slice, strip)."""
-    strips = [one.strips(r) for one, r in zip(flanks, reach, strict=True)]
-    slices = pinion.slices.size - 1
-    blocks = np.empty((len(flanks), slices, STRIPS, len(flanks), slices, STRIPS))
-    weights = [[interpolation(body.arcs, s[0][side]) for s in strips] for side, body in ((0, pinion), (1, wheel))]
-    for p, one in enumerate(flanks):
-        for q, other in enumerate(flanks[: p + 1]):
-            ahead = one.pair - other.pair
-            block = spread(pinion, ahead, weights[0][p], weights[0][q])
-            block = block + spread(wheel, -ahead, weights[1][p], weights[1][q])
-            blocks[p, :, :, q] = block
-            blocks[q, :, :, p] = block.transpose(2, 3, 0, 1)
-        local = local_compliance(one, strips[p][0], strips[p][3])
-        for z, width in enumerate(np.diff(pinion.slices)):
-            blocks[p, z, :, p, z] += local / width
-    n = len(flanks) * slices * STRIPS
-    matrix = blocks.reshape(n, n)
-    gap, closing = (np.concatenate([np.broadcast_to(s[i], (slices, STRIPS)).ravel() for s in strips]) for i in (1, 2))
-    expected = np.concatenate(
-        [np.tile(one.expected(s[0], r), slices) for one, s, r in zip(flanks, strips, reach, strict=True)]
-    )
-    return Contact((matrix + matrix.T) / 2, gap, closing, expected)
-
-
-def interpolation(arcs: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """(n_hat, n) values of the hats with tops at arcs."""
-    i = np.clip(np.searchsorted(arcs, at) - 1, 0, arcs.size - 2)
-    share = (at - arcs[i]) / (arcs[i + 1] - arcs[i])
-    weights = np.zeros((arcs.size, at.size))
-    weights[i, np.arange(at.size)], weights[i + 1, np.arange(at.size)] = 1 - share, share
-    return weights
-
-
-def spread(body: Compliance, ahead: int, here: np.ndarray, there: np.ndarray) -> np.ndarray:
-    """(slice, strip, slice, strip) compliance between strips here and strips there, on a tooth ahead of theirs."""
-    block = body.blocks[ahead] if ahead >= 0 else body.blocks[-ahead].transpose(2, 3, 0, 1)
-    return np.einsum("zhys,hn->znys", block @ there, here, optimize=True)
-
-
-def local_compliance(flanks: Flanks, arcs: np.ndarray, width: float) -> np.ndarray:
-    """(n, n) flattening of both flanks as half-planes, per slice of unit width [m^2/N]."""
-    own = arcs[0] if flanks.own_is_pinion else arcs[1]
-    both = flattening(flanks.own.material) + flattening(flanks.mate.material)
-    return both * log_mean(own[:, None] - own, width, width)
+        """Transmission error and forces where only the active strips touch: cells one by one, then their coupling."""
+        n, m = active.shape
+        both = active[:, :, None] & active[:, None, :]
+        local = np.where(both, self.local, 0.0)
+        local[:, np.arange(m), np.arange(m)] += ~active
+        pressed = np.concatenate([self.approach[..., None], self.gap[..., None], np.tile(SHAPES.T, (n, 1, 1))], axis=2)
+        pressed *= active[..., None]
+        moved = np.linalg.solve(local, pressed)
+        condensed = np.einsum("nsa,nsb->nab", pressed, moved)
+        smooth = self.smooth.reshape(n * NODES, -1)
+        coupled = np.matmul(condensed[:, 2:, 2:], self.smooth.reshape(n, NODES, -1)).reshape(n * NODES, -1)
+        carried = np.linalg.solve(np.eye(n * NODES) + coupled, condensed[:, 2:, :2].reshape(-1, 2))
+        reaction = smooth @ carried
+        total = condensed[:, :2, :2].sum(axis=0) - condensed[:, 2:, :2].reshape(-1, 2).T @ reaction
+        delta = (force + total[0, 1]) / total[0, 0]
+        levels = (reaction @ [delta, -1.0]).reshape(n, NODES)
+        f = moved[..., 0] * delta - moved[..., 1] - np.einsum("nsk,nk->ns", moved[..., 2:], levels)
+        return float(delta), np.where(active, f, 0.0)
 
 
 @dataclass(frozen=True)
-class State:
-    """What one contact solve found.
+class Strips:
+    """Equal strips along the profile in every cell.
 
-    te          static transmission error in mid-plane [m]
-    pairs       (n_pair,) numbers of the pairs of teeth that were considered
-    load        (n_pair, n_slice, STRIPS) forces on the strips [N]
-    widths      (n_pair,) widths of a strip [m]
-    slices      (n_slice + 1,) edges of the slices [m]
+    arcs        (2, n, m) arc lengths of their middles on pinion and wheel [m]
+    width       (n,) their width [m]
+    gap         (n, m) normal gap, aligned [m]
+    approach    (n, m) normal approach per transmission error
+    open        (2, n) whether there is more flank beside the first, and the last strip
     """
 
-    te: float
-    pairs: tuple[int, ...]
-    load: np.ndarray
-    widths: np.ndarray
-    slices: np.ndarray
-
-    def share(self) -> np.ndarray:
-        """(n_pair,) share of the load that each pair carries; 0 without load."""
-        per_pair = self.load.sum(axis=(1, 2))
-        return per_pair / max(per_pair.sum(), np.finfo(float).tiny)
-
-    def peak_pressure(self) -> float:
-        """Largest contact pressure [Pa]."""
-        areas = self.widths[:, None, None] * np.diff(self.slices)[:, None]
-        return float((self.load / areas).max(initial=0.0))
-
-    def centroid(self) -> float:
-        """Axial place of the resultant force [m]; 0 without load and where both halves carry the same."""
-        if self.slices[0] == 0:
-            return 0.0
-        per_slice, middle = self.load.sum(axis=(0, 2)), (self.slices[1:] + self.slices[:-1]) / 2
-        return float(per_slice @ middle / max(per_slice.sum(), np.finfo(float).tiny))
+    arcs: np.ndarray
+    width: np.ndarray
+    gap: np.ndarray
+    approach: np.ndarray
+    open: np.ndarray
 
 
-def state_at(
-    pair: GearPair, pinion: Compliance, wheel: Compliance, phase: float, force: float, misalignment: float = 0.0
-) -> State:
-    """Contact at one phase under the mesh force force >= 0 [N].
-
-    misalignment    angle in the plane of action by which the gap opens towards positive z [rad]
-
-    Raises RuntimeError where the contact does not settle.
-    """
-    candidates = flanks_at(pair, phase, Deviation(pair, misalignment, pinion.slices))
-    nothing = np.zeros((0, pinion.slices.size - 1, STRIPS))
-    state = State(candidates[0].separation, (), nothing, np.zeros(0), pinion.slices)
-    while force > 0:
-        reached = sum(flanks.separation <= state.te + NEAR for flanks in candidates)
-        if reached <= len(state.pairs):
-            break
-        state = _pressed_together(candidates[:reached], pinion, wheel, force)
-    return state
+def strips_of(cells: Cells, reach: np.ndarray) -> Strips:
+    """Strips as far as reach (n,) [m] on either side of where the flanks are closest."""
+    r_own = cells.radii[0]
+    low, high, centre = (roll**2 / (2 * r_own) for roll in (*cells.limits, cells.closest))
+    start, end = np.maximum(low, centre - reach[:, None]), np.minimum(high, centre + reach[:, None])
+    width = (end - start) / STRIPS
+    roll = np.sqrt(2 * r_own * (start + width * (np.arange(STRIPS) + 0.5)))
+    gap, mate_roll, per_error = cells.gap(roll)
+    beside = np.stack([start > low, end < high])[..., 0]
+    return Strips(cells.arcs(roll, mate_roll), width[:, 0], gap, per_error, beside)
 
 
-def transmission_error(
-    pair: GearPair, pinion: Compliance, wheel: Compliance, phase: float, force: float, misalignment: float = 0.0
-) -> float:
-    """Static transmission error of `state_at` [m]."""
-    return state_at(pair, pinion, wheel, phase, force, misalignment).te
+def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Compliance) -> np.ndarray:
+    """(n, m, n, m) displacement between the flanks per force at places arcs (2, n, m), half-planes apart."""
+    n, m = arcs.shape[1:]
+    total = np.zeros((n, m, n, m))
+    groups = [np.flatnonzero(cells.number == k) for k in np.unique(cells.number)]
+    for side, body in enumerate((pinion, wheel)):
+        shift = side * cells.meeting.axial
+        across = across_weights(body, cells.low - shift, cells.high - shift)
+        along, first = along_weights(body, arcs[side])
+        for i, here in enumerate(groups):
+            for there in groups[: i + 1]:
+                ahead = int(cells.number[here[0]] - cells.number[there[0]])
+                block = body.blocks[ahead] if side == 0 else body.blocks[ahead].transpose(2, 3, 0, 1)
+                block = _between(block, across, along, first, here, there)
+                total[here[0] : here[-1] + 1, :, there[0] : there[-1] + 1] += block
+    for i, here in enumerate(groups):
+        for there in groups[:i]:
+            upper = total[here[0] : here[-1] + 1, :, there[0] : there[-1] + 1]
+            total[there[0] : there[-1] + 1, :, here[0] : here[-1] + 1] = upper.transpose(2, 3, 0, 1)
+    return total
 
 
-def _pressed_together(flanks: list[Flanks], pinion: Compliance, wheel: Compliance, force: float) -> State:
-    """Contact of the given pairs of teeth, on strips wide enough to hold it."""
-    hertz = [half_width(force / pinion.width, one.radius, one.own.material, one.mate.material) for one in flanks]
-    for window in (WINDOW, 2 * WINDOW, 4 * WINDOW):
-        reach = [window * half for half in hertz]
-        te, f = assemble(flanks, pinion, wheel, reach).solve(force * pinion.share)
-        load = f.reshape(len(flanks), -1, STRIPS)
-        if not any(one.spills(r, forces) for one, r, forces in zip(flanks, reach, load, strict=True)):
-            widths = np.array([one.strips(r)[3] for one, r in zip(flanks, reach, strict=True)])
-            return State(te, tuple(one.pair for one in flanks), load, widths, pinion.slices)
-    raise RuntimeError("contact is wider than four Hertzian widths; the load is beyond what the teeth can carry")
+def _between(block, across, along, first, here, there) -> np.ndarray:
+    """(n_here, m, n_there, m) part of a body's block that lies between cells here and cells there."""
+    sliced = np.tensordot(np.tensordot(across[:, here], block, (0, 0)), across[:, there], (2, 0))
+    near = np.arange(along.shape[1])
+    rows, columns = first[here][:, None] + near, first[there][:, None] + near
+    p, q = np.arange(here.size)[:, None, None, None], np.arange(there.size)[None, None, :, None]
+    local = sliced[p, rows[:, :, None, None], columns[None, None], q]
+    local = local.transpose(2, 0, 1, 3).reshape(there.size, -1, near.size)
+    half = np.matmul(local, along[there]).reshape(there.size, here.size, near.size, -1)
+    half = half.transpose(1, 2, 0, 3).reshape(here.size, near.size, -1)
+    return np.matmul(along[here].transpose(0, 2, 1), half).reshape(here.size, -1, there.size, along.shape[2])
+
+
+def across_weights(body: Compliance, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """(n_axial, n) mean values of the hats across the width over the slices between low and high (n,) [m]."""
+    return (_hat_areas(body.axial, high) - _hat_areas(body.axial, low)) / (high - low)
+
+
+def _hat_areas(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(n_hat, n) integrals of the hats up to the places at (n,) [m]."""
+    left, share = _hats_at(tops, at)
+    size = np.diff(tops)
+    rising, falling = np.append(0.0, size) / 2, np.append(size, 0.0) / 2
+    areas = np.where(np.arange(tops.size)[:, None] < left, (rising + falling)[:, None], 0.0)
+    each = np.arange(at.size)
+    areas[left, each] = rising[left] + size[left] * (share - share**2 / 2)
+    areas[left + 1, each] = size[left] * share**2 / 2
+    return areas
+
+
+def along_weights(body: Compliance, arcs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values (n, k, m) at places arcs (n, m) of the k hats along the profile near them, number (n,) of the first."""
+    left, share = _hats_at(body.arcs, arcs)
+    k = int((left.max(axis=1) - left.min(axis=1)).max()) + 2
+    first = np.minimum(left.min(axis=1), body.arcs.size - k)
+    weights = np.zeros((arcs.shape[0], k, arcs.shape[1]))
+    row, column = np.indices(arcs.shape)
+    weights[row, left - first[:, None], column] = 1 - share
+    weights[row, left - first[:, None] + 1, column] = share
+    return weights, first
+
+
+def _hats_at(tops: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Number of the hat left of each place, and the share of the one right of it; straight on beyond the ends."""
+    left = np.clip(np.searchsorted(tops, at) - 1, 0, tops.size - 2)
+    return left, (at - tops[left]) / (tops[left + 1] - tops[left])
+
+
+def half_planes(cells: Cells, pinion: Compliance, wheel: Compliance) -> tuple[np.ndarray, np.ndarray]:
+    """Flattening of both flanks per force in a cell (n,) [m/N], and that times the logarithm of the depths (n,)."""
+    pair = cells.meeting.pair
+    inclined = cos(pair.beta_b) / (cells.high - cells.low)
+    one, other = flattening(pair.pinion.material), flattening(pair.wheel.material)
+    return inclined * (one + other), inclined * (one * log(pinion.depth) + other * log(wheel.depth))
+
+
+def assemble(cells: Cells, strips: Strips, pinion: Compliance, wheel: Compliance, misalignment, half_width) -> Contact:
+    """Contact of all strips; half_width (n,) [m] where Hertz expects the contact."""
+    smooth = coupling(cells, strips.arcs[:, :, PLACES], pinion, wheel)
+    factor, constant = (x[:, None, None] for x in half_planes(cells, pinion, wheel))
+    local = factor * (BETWEEN_STRIPS - np.log(strips.width)[:, None, None]) + constant
+    gap = strips.gap + (cos(cells.meeting.pair.beta_b) * misalignment * cells.middle)[:, None]
+    arcs = np.where(cells.own_is_pinion[:, None], *strips.arcs)
+    centre = cells.closest**2 / (2 * cells.radii[0])
+    expected = np.abs(arcs - centre) <= np.maximum(half_width, strips.width)[:, None]
+    return Contact(local, smooth, gap, strips.approach, expected)

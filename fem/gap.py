@@ -1,169 +1,222 @@
-"""The gap between two flanks before they deflect: exact involutes, modifications, misalignment, strips that may touch.
+"""The gap between flanks before they deflect: exact involutes, modifications, offsets, cells that may touch.
 
 The gears turn so that the contact moves from the root to the tip of the pinion. Pair k runs k pitches ahead of pair 0,
-which stands at the pitch point at phase 0. Under the transmission error delta > 0 the pinion has run ahead by
-delta / (2 r_b1) and the wheel stayed behind by delta / (2 r_b2), so that neither gear is preferred.
+whose flanks touch at the pitch point in mid-plane at phase 0; its teeth have number k on the pinion, -k on the wheel.
+Under the transmission error delta > 0 the pinion has run ahead by delta / (2 r_b1) and the wheel stayed behind by
+delta / (2 r_b2), so that neither gear is preferred. A cell is a slice of the width of one pair of teeth; in it all is
+as in its middle section, along the line of contact.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import acos, cos, sin, tan
 
 import numpy as np
 
-from fem import profile
 from fem.flank import removed
-from fem.gear import Gear, GearPair
+from fem.gear import GearPair
 
-STRIPS = 17
-WINDOW = 1.5
-SAMPLES = 201
+SAMPLES = 41
+SECANTS = 8
 
 
 @dataclass(frozen=True)
-class Deviation:
-    """What the flanks' modifications and the misalignment add to the gap, as means over the slices.
+class Meeting:
+    """A pair of gears at one phase and place; angle, distances and axial places [m] count from the pinion.
 
-    misalignment    angle in the plane of action by which the gap opens towards positive z [rad]
-    slices          (n_slice + 1,) edges [m]
+    a           working centre distance [m]
+    axial       place of the wheel's mid-plane [m]
+    phase       position in the mesh cycle
     """
 
     pair: GearPair
-    misalignment: float
-    slices: np.ndarray
+    a: float
+    axial: float
+    phase: float
 
-    def __bool__(self) -> bool:
-        return bool(self.pair.pinion.flank or self.pair.wheel.flank or self.misalignment)
+    @property
+    def alpha(self) -> float:
+        """Working transverse pressure angle [rad]."""
+        return acos((self.pair.pinion.r_b + self.pair.wheel.r_b) / self.a)
 
-    def gap(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray) -> np.ndarray:
-        """(n_slice, n) gap [m] where pinion and wheel touch at roll lengths (n,)."""
-        points, weights = np.polynomial.legendre.leggauss(3)
-        low, high = self.slices[:-1, None, None], self.slices[1:, None, None]
-        axial = (low + high) / 2 + (high - low) / 2 * points[:, None]
-        gap = self.misalignment * axial
-        for gear, roll in ((self.pair.pinion, pinion_roll), (self.pair.wheel, wheel_roll)):
-            gap = gap + removed(gear.flank, gear.face, roll, axial)
-        return np.einsum("zgn,g->zn", gap + 0 * pinion_roll, weights / 2)
+    @property
+    def face(self) -> tuple[float, float]:
+        """Ends of the width common to both gears [m]."""
+        pinion, wheel = self.pair.pinion.b / 2, self.pair.wheel.b / 2
+        return max(-pinion, self.axial - wheel), min(pinion, self.axial + wheel)
+
+    @property
+    def path(self) -> tuple[float, float]:
+        """Roll lengths of the pinion where the path of contact begins, and ends [m]."""
+        pinion, wheel, across = self.pair.pinion, self.pair.wheel, self.a * sin(self.alpha)
+        return max(across - wheel.roll_tip, pinion.roll_form), min(pinion.roll_tip, across - wheel.roll_form)
+
+    def nominal(self, number, axial):
+        """Roll length of the pinion on the line of action of a pair of teeth at an axial place [m]."""
+        pair = self.pair
+        return pair.pinion.r_b * np.tan(self.alpha) + (self.phase + number) * pair.p_bt + axial * tan(pair.beta_b)
+
+    def numbers(self) -> range:
+        """Numbers of all pairs of teeth within half a pitch of the path of contact."""
+        p_bt, ends = self.pair.p_bt, [self.nominal(0, z) for z in self.face]
+        low, high = self.path
+        return range(int(np.ceil((low - max(ends)) / p_bt - 0.5)), int(np.floor((high - min(ends)) / p_bt + 0.5)) + 1)
+
+    def lines(self) -> dict[int, tuple[float, float]]:
+        """Axial ends of the line of contact of each pair of teeth on the path of contact [m]."""
+        found, slope = {}, tan(self.pair.beta_b)
+        for number in self.numbers():
+            start = self.nominal(number, 0.0)
+            ends = [(end - start) / slope if slope else end for end in (self.path if slope else self.face)]
+            low, high = max(min(ends), self.face[0]), min(max(ends), self.face[1])
+            if low < high and (slope or self.path[0] <= start <= self.path[1]):
+                found[number] = low, high
+        return found
 
 
 @dataclass(frozen=True)
-class Flanks:
-    """Two tooth flanks that may touch: `own` carries the strips, whose normals are the directions of contact.
+class Cells:
+    """Slices of pairs of teeth: number of the pair, axial ends low and high [m], each (n,).
 
-    own, mate       the gears; own is the pinion before the pitch point, the wheel behind it, so that only the
-                    mate's tip can end the strips
-    a, alpha        centre distance [m], working transverse pressure angle [rad]
-    roll_nominal    roll length of own's flank on the line of action [m]
-    pair            number of the pair of teeth
+    The flank of `own` gear carries the strips of a cell, whose normals are the directions of contact: the pinion before
+    the pitch point, the wheel behind it, so that only the mate's tip can end the strips.
     """
 
-    own: Gear
-    mate: Gear
-    a: float
-    alpha: float
-    roll_nominal: float
-    pair: int
-    own_is_pinion: bool
-    deviation: Deviation
+    meeting: Meeting
+    number: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    @property
+    def middle(self) -> np.ndarray:
+        """(n,) axial places of the cells [m]."""
+        return (self.low + self.high) / 2
+
+    @property
+    def length(self) -> np.ndarray:
+        """(n,) lengths of the line of contact in the cells [m]."""
+        return (self.high - self.low) / cos(self.meeting.pair.beta_b)
+
+    @cached_property
+    def own_is_pinion(self) -> np.ndarray:
+        """(n,) whether the pinion carries the strips."""
+        meeting = self.meeting
+        return meeting.nominal(self.number, self.middle) < meeting.pair.pinion.r_b * tan(meeting.alpha)
+
+    def _own(self, name: str) -> np.ndarray:
+        pair = self.meeting.pair
+        return np.where(self.own_is_pinion, getattr(pair.pinion, name), getattr(pair.wheel, name))
+
+    def _mate(self, name: str) -> np.ndarray:
+        pair = self.meeting.pair
+        return np.where(self.own_is_pinion, getattr(pair.wheel, name), getattr(pair.pinion, name))
+
+    @cached_property
+    def radii(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 1) base radii of own and mate [m]."""
+        return self._own("r_b")[:, None], self._mate("r_b")[:, None]
+
+    @cached_property
+    def nominal(self) -> np.ndarray:
+        """(n, 1) roll lengths of own on the line of action [m]."""
+        pinion = self.meeting.nominal(self.number, self.middle)
+        across = self.meeting.a * sin(self.meeting.alpha)
+        return np.where(self.own_is_pinion, pinion, across - pinion)[:, None]
 
     def against(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Normal gap [m], mate's roll length [m], lever of the normal about the mate over its base radius."""
-        beta = -self.alpha - (roll - self.roll_nominal) / self.own.r_b
-        normal = np.stack([-np.sin(beta), np.cos(beta)])
-        arm = np.array([[self.a], [0.0]]) - self.own.r_b * np.stack([normal[1], -normal[0]]) - roll * normal
-        mate_roll = np.sqrt(np.maximum((arm**2).sum(axis=0) - self.mate.r_b**2, 0.0))
-        turn = np.arctan2(arm[1], arm[0]) - np.arctan2(mate_roll, self.mate.r_b) + self.alpha
-        lever = (arm[0] * normal[1] - arm[1] * normal[0]) / self.mate.r_b
-        mate_nominal = self.a * np.sin(self.alpha) - self.roll_nominal
-        return lever * (self.mate.r_b * turn + mate_roll - mate_nominal), mate_roll, lever
+        """Transverse gap [m], mate's roll length [m], lever of the normal about the mate over its base radius.
+
+        roll        (n, m) roll lengths of own [m]
+        """
+        a, alpha, (r_own, r_mate) = self.meeting.a, self.meeting.alpha, self.radii
+        beta = -alpha - (roll - self.nominal) / r_own
+        n_x, n_y = -np.sin(beta), np.cos(beta)
+        arm_x, arm_y = a - r_own * n_y - roll * n_x, r_own * n_x - roll * n_y
+        mate_roll = np.sqrt(np.maximum(arm_x**2 + arm_y**2 - r_mate**2, 0.0))
+        turn = np.arctan2(arm_y, arm_x) - np.arctan2(mate_roll, r_mate) + alpha
+        lever = (arm_x * n_y - arm_y * n_x) / r_mate
+        return lever * (r_mate * turn + mate_roll - (a * sin(alpha) - self.nominal)), mate_roll, lever
 
     @cached_property
-    def roll_limits(self) -> tuple[float, float]:
-        """Roll lengths of own's flank between which the mate's flank can touch it: the mate's tip corner, own's tip."""
-        low, high = self.own.roll_form, self.own.roll_tip
-        corner, inside = low, high
-        if self.against(np.array([low]))[1][0] > self.mate.roll_tip:
-            for _ in range(60):
-                middle = (corner + inside) / 2
-                beyond = self.against(np.array([middle]))[1][0] > self.mate.roll_tip
-                corner, inside = (middle, inside) if beyond else (corner, middle)
-        return inside if corner > low else low, high
+    def limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 1) roll lengths of own between which the mate's flank can touch it: the mate's tip corner, own's tip."""
+        low, high = self._own("roll_form")[:, None], self._own("roll_tip")[:, None]
+        tip = self._mate("roll_tip")[:, None]
+        beyond = [self.against(end)[1] - tip for end in (low, high)]
+        one, other, f_one, f_other = low, high, *beyond
+        for _ in range(SECANTS):
+            slope = np.where(f_one == f_other, -1.0, (f_other - f_one) / np.where(one == other, 1.0, other - one))
+            one, f_one, other = other, f_other, np.clip(other - f_other / slope, low, high)
+            f_other = self.against(other)[1] - tip
+        return np.where(beyond[0] > 0, other, low), high
 
     def gap(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Normal gap (n_slice or 1, n) [m], mate's roll length (n,) [m] and approach (n,) at own's roll (n,)."""
+        """Normal gap [m], mate's roll length [m] and normal approach per transmission error at own's roll (n, m)."""
         gap, mate_roll, lever = self.against(roll)
-        both = (roll, mate_roll) if self.own_is_pinion else (mate_roll, roll)
-        added = self.deviation.gap(*both) if self.deviation else np.zeros((1, 1))
-        return gap + added, mate_roll, approach(lever)
+        inclined = cos(self.meeting.pair.beta_b)
+        return inclined * gap + self.deviation(roll, mate_roll), mate_roll, inclined * approach(lever)
+
+    def deviation(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
+        """(n, m) normal gap by material removed from both flanks [m], mean over slices along the line of contact."""
+        pair, added = self.meeting.pair, 0 * roll
+        if not self.modified:
+            return added
+        points, weights = np.polynomial.legendre.leggauss(3)
+        pinion_roll = np.where(self.own_is_pinion[:, None], roll, mate_roll)
+        wheel_roll = np.where(self.own_is_pinion[:, None], mate_roll, roll)
+        for point, weight in zip(points, weights / 2, strict=True):
+            ahead = ((self.high - self.low) / 2 * point)[:, None]
+            axial, shift = self.middle[:, None] + ahead, ahead * tan(pair.beta_b)
+            added = added + weight * self._removed(pinion_roll + shift, wheel_roll - shift, axial)
+        return cos(pair.beta_b) * added
+
+    def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray) -> np.ndarray:
+        """(n, m) material removed from both flanks in the transverse section [m]."""
+        pinion, wheel, tooth = self.meeting.pair.pinion, self.meeting.pair.wheel, self.number[:, None]
+        one = removed(pinion.drive_flank, pinion.face, pinion_roll, axial, tooth=tooth)
+        other = removed(wheel.drive_flank, wheel.face, wheel_roll, axial - self.meeting.axial, tooth=-tooth)
+        return one + other
+
+    @property
+    def modified(self) -> bool:
+        """Whether a flank that drives is modified."""
+        return bool(self.meeting.pair.pinion.drive_flank or self.meeting.pair.wheel.drive_flank)
 
     @cached_property
-    def closest(self) -> float:
-        """Roll length of own's flank where the two are closest [m]."""
-        low, high = self.roll_limits
-        nominal = min(max(self.roll_nominal, low), high)
-        if not self.deviation:
+    def closest(self) -> np.ndarray:
+        """(n, 1) roll lengths of own where the two are closest [m]."""
+        low, high = self.limits
+        nominal = np.clip(self.nominal, low, high)
+        if not self.modified:
             return nominal
-        roll = np.append(np.linspace(low, high, SAMPLES), nominal)
-        for _ in range(2):
+        roll, step = low + (high - low) * np.linspace(0, 1, SAMPLES), (high - low) / (SAMPLES - 1)
+        best = nominal
+        for _ in range(3):
+            roll = np.clip(np.concatenate([roll, best], axis=1), low, high)
             gap, _, per_error = self.gap(roll)
-            best = roll[np.argmin((gap / per_error).min(axis=0))]
-            step = (high - low) / (SAMPLES - 1)
-            roll = np.clip(np.append(best + step * np.linspace(-1, 1, SAMPLES), best), low, high)
-        return float(best)
+            best = np.take_along_axis(roll, np.argmin(gap / per_error, axis=1)[:, None], axis=1)
+            roll, step = best + step * np.linspace(-1, 1, SAMPLES), step * 2 / (SAMPLES - 1)
+        return best
 
     @cached_property
-    def separation(self) -> float:
-        """Transmission error at which the two just touch [m]."""
-        gap, _, per_error = self.gap(np.array([self.closest]))
-        return float(gap.min() / per_error[0])
+    def separation(self) -> np.ndarray:
+        """(n,) transmission error at which the flanks just touch, aligned [m]."""
+        gap, _, per_error = self.gap(self.closest)
+        return (gap / per_error)[:, 0]
 
     @cached_property
-    def radius(self) -> float:
-        """Relative radius of curvature where the two are closest [m]."""
-        mate = self.against(np.array([self.closest]))[1][0]
-        return self.closest * mate / (self.closest + mate)
+    def radius(self) -> np.ndarray:
+        """(n,) relative transverse radius of curvature where the flanks are closest [m]."""
+        mate = self.against(self.closest)[1]
+        return (self.closest * mate / (self.closest + mate))[:, 0]
 
-    def strips(self, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-        """Arc lengths on pinion and wheel (2, n), gap (n_slice or 1, n), approach (n,), width of n equal strips [m].
-
-        The strips cover the flank as far as reach [m] on either side of the closest point.
-        """
-        low, high = profile.arc_length(self.own, np.array(self.roll_limits))
-        centre = profile.arc_length(self.own, self.closest)
-        edges = np.linspace(max(low, centre - reach), min(high, centre + reach), STRIPS + 1)
-        arcs = (edges[1:] + edges[:-1]) / 2
-        gap, mate_roll, per_error = self.gap(profile.roll_at(self.own, arcs))
-        both = np.stack([arcs, profile.arc_length(self.mate, mate_roll)])
-        return both if self.own_is_pinion else both[::-1], gap, per_error, edges[1] - edges[0]
-
-    def expected(self, arcs: np.ndarray, reach: float) -> np.ndarray:
-        """(n,) strips within Hertz's half-width, if reach is WINDOW times that."""
-        own = arcs[0] if self.own_is_pinion else arcs[1]
-        return np.abs(own - profile.arc_length(self.own, self.closest)) <= reach / WINDOW
-
-    def spills(self, reach: float, load: np.ndarray) -> bool:
-        """Whether load (n_slice, n) presses on an end strip that could have more flank beside it."""
-        low, high = profile.arc_length(self.own, np.array(self.roll_limits))
-        centre = profile.arc_length(self.own, self.closest)
-        pressed = np.any(load > 0, axis=0)
-        left, right = centre - reach > low, centre + reach < high
-        return bool((pressed[0] and left) or (pressed[-1] and right))
+    def arcs(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
+        """(2, n, m) arc lengths on pinion and wheel at roll lengths of own and mate [m]."""
+        r_own, r_mate = self.radii
+        both = np.stack([roll**2 / (2 * r_own), mate_roll**2 / (2 * r_mate)])
+        return np.where(self.own_is_pinion[:, None], both, both[::-1])
 
 
 def approach(lever: np.ndarray) -> np.ndarray:
     """Normal approach per transmission error of which each gear turns one half; own's lever is its base radius."""
     return (1 + lever) / 2
-
-
-def flanks_at(pair: GearPair, phase: float, deviation: Deviation) -> list[Flanks]:
-    """All pairs of teeth within half a pitch of the path of contact, in the order of their separation."""
-    found = []
-    k_low = np.ceil((pair.roll_start - pair.roll_pitch) / pair.p_bt - phase - 0.5)
-    k_high = np.floor((pair.pinion.roll_tip - pair.roll_pitch) / pair.p_bt - phase + 0.5)
-    for k in range(int(k_low), int(k_high) + 1):
-        roll = pair.roll_pitch + (phase + k) * pair.p_bt
-        if roll < pair.roll_pitch:
-            found.append(Flanks(pair.pinion, pair.wheel, pair.a, pair.alpha_wt, roll, k, True, deviation))
-        else:
-            roll = pair.a * np.sin(pair.alpha_wt) - roll
-            found.append(Flanks(pair.wheel, pair.pinion, pair.a, pair.alpha_wt, roll, k, False, deviation))
-    return sorted(found, key=lambda flanks: flanks.separation)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fem.gear import Material
+from fem.gear import GearPair, Material
 
 
 def flattening(material: Material) -> float:
@@ -28,3 +28,13 @@ def _log_integral(x):
     with np.errstate(divide="ignore", invalid="ignore"):
         log = np.where(x == 0, 0.0, np.log(np.abs(x)))
     return x * x * (log / 2 - 0.75)
+
+
+def largest_torque(pair: GearPair) -> float:
+    """Pinion torque at which Hertz pressure at the pitch point reaches E/20, far beyond any elastic gear [N m]."""
+    one, other = pair.pinion.material, pair.wheel.material
+    roll = pair.roll_pitch, pair.wheel.r_b * pair.roll_pitch / pair.pinion.r_b
+    curvature = 1 / roll[0] + 1 / roll[1]
+    modulus = 2 / (np.pi * (flattening(one) + flattening(other)))
+    pressure = min(one.E, other.E) / 20
+    return pair.pinion.r_b * pair.b * np.pi * pressure**2 / (modulus * curvature)

@@ -4,6 +4,7 @@ Tooth 0 points along y; teeth count counter-clockwise; the flank that faces coun
 """
 
 from dataclasses import dataclass, fields, replace
+from math import tan
 
 import numpy as np
 from skfem import MeshHex, MeshLine, MeshQuad
@@ -22,29 +23,32 @@ class Density:
     flank, fillet, land     along the profile: involute, upper and lower half of the fillet each, root land
     tooth, rim, body        half across the tooth, in the layer below the root, from there to the bore
     width                   quadratic elements over half the face width
-    slices                  slices of the contact per such element
-    teeth                   toothed pitches on either side of tooth 0
+    teeth, behind           toothed pitches ahead of tooth 0 (counter-clockwise) and behind it
     """
 
-    flank: int = 22
+    flank: int = 16
     fillet: int = 3
     land: int = 1
     tooth: int = 3
     rim: int = 4
     body: int = 6
     width: int = 3
-    slices: int = 1
     teeth: int = 2
+    behind: int = 2
     divide: int = 1
 
     def __post_init__(self):
         for part in fields(self):
-            number, least = getattr(self, part.name), 0 if part.name == "teeth" else 1
+            number, least = getattr(self, part.name), 0 if part.name in ("teeth", "behind") else 1
             whole = f"{part.name} must be a whole number of elements >= {least}, got {number}"
             require(number == int(number) and number >= least, whole)
+        require(self.flank % 2 == 0, f"flank must be an even number of elements, got {self.flank}")
 
     def refined(self, q: int) -> "Density":
         return replace(self, divide=self.divide * q)
+
+    def with_teeth(self, teeth: int, behind: int) -> "Density":
+        return replace(self, teeth=teeth, behind=behind)
 
     def steps(self, name: str) -> np.ndarray:
         """(n + 1,) equidistant stations in [0, 1] along the part called name."""
@@ -56,6 +60,11 @@ def flank_arcs(gear: Gear, n: int, divide: int = 1) -> np.ndarray:
     low, high = profile.arc_length(gear, np.array([gear.roll_form, gear.roll_tip]))
     coarse = high - (high - low) * np.linspace(1, 0, n + 1) ** 1.5
     return divided(coarse, divide)
+
+
+def flank_hats(gear: Gear, density: Density) -> np.ndarray:
+    """(n,) arc lengths of the tops of the hats along the flank [m]: every other node of the coarse section."""
+    return flank_arcs(gear, density.flank)[::2]
 
 
 def divided(nodes: np.ndarray, q: int) -> np.ndarray:
@@ -92,14 +101,11 @@ def across_tooth(density: Density) -> np.ndarray:
 
 def tooth_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     """The tooth above the middle of its fillets and the layer below it down to `rim_radius`, as (2, n, m) grids."""
-    middle = (gear.alpha_t + np.pi / 2) / 2
     arcs = flank_arcs(gear, density.flank, density.divide)
-    upper = gear.alpha_t + (middle - gear.alpha_t) * density.steps("fillet")[::-1]
-    lower = middle + (np.pi / 2 - middle) * density.steps("fillet")
+    upper = density.steps("fillet")[::-1] / 2
     involute = profile.cartesian(profile.flank(gear, profile.roll_at(gear, arcs)))
     side = np.hstack([profile.cartesian(profile.fillet(gear, upper)), involute[:, 1:]])
-    land = profile.root_land(gear, density.land * density.divide)
-    foot = np.hstack([profile.cartesian(profile.fillet(gear, lower)), profile.cartesian(land)])
+    foot = tooth_foot(gear, density)
     across = across_tooth(density)
     base = line(side[:, 0], mirrored(side)[:, 0], across)
     half_tip = float(profile.flank(gear, [gear.roll_tip]).psi[0])
@@ -107,6 +113,16 @@ def tooth_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     tooth = coons(base, tip, side, mirrored(side))
     top = np.hstack([foot[:, ::-1], base[:, 1:-1], mirrored(foot)])
     return [tooth, rim_block(gear, density, top)]
+
+
+def tooth_foot(gear: Gear, density: Density) -> np.ndarray:
+    """(2, n) outline from the middle of the fillet to the middle of the space, whose land may have no width."""
+    n = density.land * density.divide
+    if gear.r_f * (np.pi / gear.z - gear.root.psi_f) > 0.02 * gear.m_n:
+        lower = profile.fillet(gear, (1 + density.steps("fillet")) / 2)
+        return np.hstack([profile.cartesian(lower), profile.cartesian(profile.root_land(gear, n))])
+    r, psi = profile.fillet(gear, np.linspace(0.5, 1, density.steps("fillet").size + n))
+    return profile.cartesian(Polar(np.append(r[:-1], gear.r_f), np.append(psi[:-1], np.pi / gear.z)))
 
 
 def rim_radius(gear: Gear) -> float:
@@ -130,12 +146,12 @@ def body_radii(gear: Gear, density: Density) -> np.ndarray:
 
 def ring_angles(gear: Gear, density: Density) -> np.ndarray:
     """Angles of radial lines around the toothless rest of the ring [rad], coarser away from the teeth."""
-    start = (2 * density.teeth + 1) * np.pi / gear.z
+    start = (density.behind + density.teeth + 1) * np.pi / gear.z
     first, rest = np.pi / gear.z, np.pi - start
     growth = 1.2
     n = max(2, int(np.ceil(np.log1p(rest * (growth - 1) / first) / np.log(growth))))
     half = start + rest * (growth ** np.linspace(0, n, n * density.divide + 1) - 1) / (growth**n - 1)
-    return np.concatenate([2 * np.pi - half, half[-2::-1]])
+    return np.concatenate([2 * np.pi - half, half[-2::-1]]) + (density.teeth - density.behind) * np.pi / gear.z
 
 
 def polar_block(radii: np.ndarray, angles: np.ndarray) -> np.ndarray:
@@ -144,7 +160,7 @@ def polar_block(radii: np.ndarray, angles: np.ndarray) -> np.ndarray:
     return np.stack([-r * np.sin(psi), r * np.cos(psi)])
 
 
-def rotated(block: np.ndarray, angle: float) -> np.ndarray:
+def rotated(block: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
     """Block turned counter-clockwise by angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([c * block[0] - s * block[1], s * block[0] + c * block[1]])
@@ -155,8 +171,11 @@ def section_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     tooth, rim = tooth_blocks(gear, density)
     radii = body_radii(gear, density)
     body = polar_block(radii, np.linspace(np.pi, -np.pi, rim.shape[1]) / gear.z)
-    pitches = range(-density.teeth, density.teeth + 1)
+    some = density.behind + density.teeth + 1 < gear.z
+    pitches = range(-density.behind, density.teeth + 1) if some else range(gear.z)
     blocks = [rotated(block, 2 * np.pi * k / gear.z) for k in pitches for block in (tooth, rim, body)]
+    if not some:
+        return blocks
     outside = np.linspace(radii[-1], gear.r_f, density.rim * density.divide + 1)
     return [*blocks, polar_block(np.concatenate([radii, outside[1:]]), ring_angles(gear, density))]
 
@@ -192,19 +211,25 @@ def half_width(b: float, loaded: float, n: int) -> MeshLine:
     return MeshLine(np.concatenate([inner, inner[-1] + rest * np.arange(1, beyond + 1) / beyond]))
 
 
-def hexahedra(gear: Gear, density: Density) -> MeshHex:
-    """The whole width as hexahedra with the boundary "bore", for pictures and export."""
+def whole_width(gear: Gear, density: Density) -> MeshLine:
+    """Mesh from end face to end face, finer towards both: 4 `width` elements."""
     half = np.sort(half_width(gear.b, gear.b, 2 * density.width).p[0])
-    mesh = extruded(section(gear, density), MeshLine(np.concatenate([-half[:0:-1], half])))
+    return MeshLine(np.concatenate([-half[:0:-1], half]))
+
+
+def hexahedra(gear: Gear, density: Density) -> MeshHex:
+    """The whole width as hexahedra, along the helix, with the boundary "bore"; for pictures and export."""
+    mesh = extruded(section(gear, density), whole_width(gear, density), tan(gear.beta) / gear.r)
     limit = gear.d_bore / 2 * (1 + 1e-6)
     return mesh.with_boundaries({BORE: lambda x: np.hypot(x[0], x[1]) < limit})
 
 
-def extruded(quads: MeshQuad, line: MeshLine) -> MeshHex:
-    """Prism over quads along line; node of section node i and line node j: i * n_line + j."""
+def extruded(quads: MeshQuad, line: MeshLine, twist: float = 0.0) -> MeshHex:
+    """Prism over quads along line, turned by twist [1/m]; node of section node i and line node j: i * n_line + j."""
     z = line.p[0]
     n = z.size
-    points = np.vstack([np.repeat(quads.p, n, axis=1), np.tile(z, quads.p.shape[1])])
+    x, y = rotated(quads.p[:, :, None], twist * z)
+    points = np.stack([x.ravel(), y.ravel(), np.tile(z, quads.p.shape[1])])
     low, high = (quads.t[:, :, None] * n + end[None, None, :] for end in line.t)
     (a, b, c, d), (e, f, g, h) = low.reshape(4, -1), high.reshape(4, -1)
     return MeshHex(points, np.stack([a, e, d, b, h, f, c, g]))

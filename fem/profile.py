@@ -1,4 +1,4 @@
-"""Transverse tooth outline: involute flank and the root that a generating rack leaves (ISO 21771; trochoid by rolling).
+"""Transverse tooth outline: involute flank, root fillet, root circle (ISO 21771).
 
 Polar coordinates about the gear's centre: radius r [m] and angle psi [rad] from the tooth's centre line, psi >= 0 on
 the flank that faces counter-clockwise. A point of the flank is named by its roll length rho, the radius of curvature.
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem.gear import Gear, involute
+from fem.gear import Gear
 
 
 class Polar(NamedTuple):
@@ -22,32 +22,17 @@ def flank(gear: Gear, roll) -> Polar:
     """Involute at roll lengths roll (n,) [m]."""
     roll = np.asarray(roll, float)
     alpha = np.arctan(roll / gear.r_b)
-    base_half_angle = gear.s_t / (2 * gear.r) + involute(gear.alpha_t)
-    return Polar(np.hypot(gear.r_b, roll), base_half_angle - (np.tan(alpha) - alpha))
+    return Polar(np.hypot(gear.r_b, roll), gear.psi_b - (np.tan(alpha) - alpha))
 
 
-def fillet(gear: Gear, theta) -> Polar:
-    """Trochoid at inclinations theta (n,) [rad] of its normal: alpha_t at the flank, pi/2 on the root circle."""
-    theta = np.asarray(theta, float)
-    centre_depth = gear.h_rack - gear.rho_f
-    offset = centre_depth / np.tan(theta)
-    across = offset + gear.rho_f * np.cos(theta)
-    up = gear.r - centre_depth - gear.rho_f * np.sin(theta)
-    shift = offset - rack_tip_centre(gear)
-    return Polar(np.hypot(across, up), np.pi / gear.z - (np.arctan2(across, up) - shift / gear.r))
-
-
-def rack_tip_centre(gear: Gear) -> float:
-    """Distance of the centre of the rack's tip rounding from the middle of the rack's tooth [m]."""
-    half_space = (np.pi * gear.m_t - gear.s_t) / 2
-    straight = (gear.h_rack - gear.rho_f) * np.tan(gear.alpha_t)
-    return half_space - straight - gear.rho_f / np.cos(gear.alpha_t)
+def fillet(gear: Gear, share) -> Polar:
+    """Root fillet at shares (n,) of the way: 0 at the end of the involute, 1 on the root circle."""
+    return Polar(*gear.root.points(share))
 
 
 def root_land(gear: Gear, n: int) -> Polar:
     """n equal steps on the root circle from the end of the fillet (excluded) to the middle of the space (included)."""
-    end = np.pi / gear.z - rack_tip_centre(gear) / gear.r
-    psi = np.linspace(end, np.pi / gear.z, n + 1)[1:]
+    psi = np.linspace(gear.root.psi_f, np.pi / gear.z, n + 1)[1:]
     return Polar(np.full(n, gear.r_f), psi)
 
 

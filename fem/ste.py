@@ -11,19 +11,32 @@ from fem.flank import from_text, to_text
 from fem.gear import Gear, GearPair, Material, require
 
 SIZES = [f.name for f in fields(Gear) if f.name not in ("material", "flank")]
+#: Of these a gear has one.
+ROOTS = ("rho_f", "fillet")
 TORQUE, PHASE, TE = "torque", "phase", "te"
+OFFSETS = {
+    "a": ("m", "working centre distance"),
+    "axial": ("m", "axial place of the wheel"),
+    "misalignment": ("rad", "misalignment in the plane of action"),
+    "f_sigma_delta": ("rad", "parallelism error in the plane of the axes"),
+    "f_sigma_beta": ("rad", "parallelism error across the plane of the axes"),
+}
 
 
-def ste_map(pair: GearPair, torque, phase, te, **attributes) -> xr.Dataset:
-    """Dataset with te [m] over torque [N m] and phase [1]; the pair and further inputs stand in the attributes.
+def ste_map(pair: GearPair, torque, phase, te, offsets: dict | None = None, **attributes) -> xr.Dataset:
+    """Dataset with te [m] over torque [N m], offsets and phase [1]; pair and further inputs stand in the attributes.
 
     torque      (n_torque,) pinion torque F r_b1 of the mesh force F, increasing from 0 (unloaded transmission error)
     phase       (n_phase,) position in the mesh cycle as share of a pitch, in [0, 1); 0: pair 0 at the pitch point
-    te          (n_torque, n_phase) transmission error on the line of action, > 0: the pinion leads
+    te          (n_torque, *n_offset, n_phase) transmission error on the line of action, > 0: the pinion leads
+    offsets     axes between torque and phase: their names (see OFFSETS) and increasing values
     """
+    offsets = offsets or {}
+    grid = (TORQUE, *offsets, PHASE)
     data = xr.Dataset(
-        {TE: ((TORQUE, PHASE), np.asarray(te, float), {"units": "m", "long_name": "static transmission error"})},
+        {TE: (grid, np.asarray(te, float), {"units": "m", "long_name": "static transmission error"})},
         coords={
+            **{name: (name, np.asarray(at, float), _described(name)) for name, at in offsets.items()},
             TORQUE: (TORQUE, np.asarray(torque, float), {"units": "N m", "long_name": "pinion torque"}),
             PHASE: (PHASE, np.asarray(phase, float), {"units": "1", "long_name": "phase of the mesh cycle"}),
         },
@@ -40,20 +53,39 @@ def check(data: xr.Dataset) -> xr.Dataset:
     """
     missing = [name for name in (TE, TORQUE, PHASE) if name not in data.variables]
     require(not missing, f"an STE map has the variables te, torque and phase; missing: {missing}")
-    te = data[TE].transpose(TORQUE, PHASE).values
+    te = data[TE].values
+    unknown = set(data[TE].dims) - {TORQUE, PHASE, *OFFSETS}
+    require(not unknown, f"te may have the axes torque, phase and {list(OFFSETS)}; select one value of {unknown}")
     torque, phase = data[TORQUE].values, data[PHASE].values
     require(bool(np.isfinite(te).all()), "te must be finite everywhere; solve the missing states or drop their torque")
     require(bool((np.diff(torque) > 0).all() and torque[0] >= 0), f"torque must increase from 0 or above, got {torque}")
-    rising = (np.diff(phase) > 0).all() and phase[0] >= 0 and phase[-1] < 1
-    require(bool(rising), f"phase must increase within [0, 1) as share of a pitch, got {phase}")
+    end = data.attrs.get("pitches", 1)
+    rising = (np.diff(phase) > 0).all() and phase[0] >= 0 and phase[-1] < end
+    require(bool(rising), f"phase must increase within [0, {end}) as share of a pitch, got {phase}")
     return data
+
+
+def _described(name: str) -> dict[str, str]:
+    require(name in OFFSETS, f"offsets may be {list(OFFSETS)}, got {name}")
+    return dict(zip(("units", "long_name"), OFFSETS[name], strict=True))
+
+
+def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:
+    """Transmission error (torque, phase) of a map; ValueError where it has further axes: select one value of each."""
+    te = check(data)[TE]
+    pitches = data.attrs.get("pitches", 1)
+    require(pitches == 1, f"the map runs over {pitches} pitches, each of its own; average them or select one")
+    further = [name for name in te.dims if name not in (TORQUE, PHASE)]
+    chosen = ", ".join(f"{name}={data[name].values[0]:g}" for name in further)
+    require(not further, f"the map also has the axes {further}; select one value of each: ste.sel({chosen})")
+    return te.transpose(TORQUE, PHASE)
 
 
 def pair_attributes(pair: GearPair) -> dict[str, float | str]:
     """All inputs of a pair as flat numbers and JSON; `pair_of` reads them back."""
     attributes: dict[str, float | str] = {"a": pair.a}
     for name, gear in (("pinion", pair.pinion), ("wheel", pair.wheel)):
-        attributes |= {f"{name}_{size}": getattr(gear, size) for size in SIZES}
+        attributes |= {f"{name}_{size}": getattr(gear, size) for size in SIZES if getattr(gear, size) is not None}
         attributes[f"{name}_flank"] = to_text(gear.flank)
         attributes |= {f"{name}_{f.name}": getattr(gear.material, f.name) for f in fields(Material)}
     return attributes
@@ -61,9 +93,10 @@ def pair_attributes(pair: GearPair) -> dict[str, float | str]:
 
 def _gear(attributes, name: str) -> Gear:
     material = Material(**{f.name: float(attributes[f"{name}_{f.name}"]) for f in fields(Material)})
-    lengths = {size: float(attributes[f"{name}_{size}"]) for size in SIZES if size != "z"}
+    given = [size for size in SIZES if size not in ROOTS or f"{name}_{size}" in attributes]
+    sizes = {size: float(attributes[f"{name}_{size}"]) for size in given}
     flank = from_text(attributes[f"{name}_flank"])
-    return Gear(z=int(attributes[f"{name}_z"]), material=material, flank=flank, **lengths)
+    return Gear(material=material, flank=flank, **sizes)  # type: ignore[arg-type]
 
 
 def pair_of(data: xr.Dataset) -> GearPair:

@@ -1,16 +1,23 @@
 """Macro-geometry against closed forms and published numbers; impossible gears are refused with a remedy."""
 
-from math import nan, pi
+from dataclasses import replace
+from math import asin, atan, cos, nan, pi, sin, tan
 
 import numpy as np
 import pytest
 from conftest import paper_gear
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from strategies import pairs, rough_data, without_backlash
 
 import fem
 from fem import profile
+from fem.compliance import flank_compliance
 from fem.gear import involute
-from fem.ste import pair_attributes
-from fem.units import deg, mm
+from fem.interference import root_clearance
+from fem.mesh import Density
+from fem.ste import pair_attributes, pair_of, ste_map
+from fem.units import GPa, deg, mm
 
 
 def test_paper_pair(paper_pair):
@@ -48,13 +55,93 @@ def test_profile_shift_and_thickness_are_two_names_of_one_thing():
 def test_root_continues_the_involute(z, x):
     gear = fem.Gear(z=z, x=x, m_n=2 * mm, b=10 * mm, d_bore=10 * mm)
     involute_end = profile.cartesian(profile.flank(gear, [gear.roll_form, gear.roll_form * (1 + 1e-6)]))
-    root_end = profile.cartesian(profile.fillet(gear, [gear.alpha_t, gear.alpha_t + 1e-6]))
+    root_end = profile.cartesian(profile.fillet(gear, [0, 1e-6]))
     assert root_end[:, 0] == pytest.approx(involute_end[:, 0], abs=1e-15)
     tangents = np.diff(involute_end)[:, 0], np.diff(root_end)[:, 0]
     one, other = (t / np.hypot(*t) for t in tangents)
     assert one @ other == pytest.approx(-1, abs=1e-9)
-    bottom = profile.fillet(gear, [pi / 2])
+    bottom = profile.fillet(gear, [1])
     assert bottom.r[0] == pytest.approx(gear.r_f, rel=1e-12)
+
+
+def test_addendum_of_the_tool_is_another_name_of_the_root_diameter():
+    """ISO 21771: d_f = d + 2 x m_n - 2 h_fP."""
+    gear = paper_gear(x=0.2, s_n=None, d_f=None, h_fP=1.4 * 2.6 * mm)
+    assert gear.d_f == pytest.approx(2 * gear.r + 0.4 * 2.6 * mm - 2.8 * 2.6 * mm)
+    assert replace(gear, b=10 * mm).d_f == gear.d_f
+    assert paper_gear(d_f=None, h_fP=1.25 * 2.6 * mm) == paper_gear(d_f=None)
+
+
+def test_transverse_section_of_a_helical_gear():
+    """Hand calculation: z 20, m_n 3 mm, alpha_n 20 deg, beta 30 deg."""
+    gear = fem.Gear(z=20, m_n=3 * mm, beta=30 * deg, b=40 * mm, d_bore=20 * mm)
+    assert gear.m_t == pytest.approx(3 * mm / cos(pi / 6))
+    assert gear.alpha_t == pytest.approx(atan(tan(20 * deg) / cos(pi / 6)))
+    assert gear.beta_b == pytest.approx(atan(tan(pi / 6) * cos(gear.alpha_t)))
+    assert gear.p_bt == pytest.approx(pi * gear.m_t * cos(gear.alpha_t))
+    pair = fem.GearPair(gear, replace(gear, beta=-30 * deg))
+    assert pair.a == pytest.approx(60 * mm / cos(pi / 6))
+    assert pair.eps_beta == pytest.approx(40 * sin(pi / 6) / (pi * 3))
+    assert pair.eps_gamma == pair.eps_alpha + pair.eps_beta
+    assert pair.beta_b == pytest.approx(asin(sin(pi / 6) * cos(20 * deg)))
+
+
+@given(rough_data())
+@settings(max_examples=400, deadline=None, derandomize=True)
+def test_impossible_data_raise_nothing_but_value_errors(data):
+    try:
+        gear = fem.Gear(**data)
+    except ValueError as error:
+        assert len(str(error)) > 20
+    else:
+        assert 0 <= gear.roll_form < gear.roll_tip and gear.r_f < gear.r_form < gear.r_a
+
+
+@given(pairs(), st.floats(0.5, 1.5))
+@settings(max_examples=100, deadline=None, derandomize=True)
+def test_pairs_at_any_centre_distance_run_or_raise_value_errors(pair, factor):
+    try:
+        moved = fem.GearPair(pair.pinion, pair.wheel, a=factor * pair.a)
+    except ValueError as error:
+        assert len(str(error)) > 20
+    else:
+        assert moved.eps_gamma > 1 and moved.backlash >= 0 and 0 < moved.alpha_wt < pi / 2
+
+
+@given(pairs())
+@settings(max_examples=200, deadline=None, derandomize=True)
+def test_pairs_of_every_kind(pair):
+    m_n, pinion, wheel = pair.pinion.m_n, pair.pinion, pair.wheel
+    swapped = fem.GearPair(wheel, pinion, a=pair.a)
+    for name in ("eps_alpha", "eps_beta", "alpha_wt", "p_bt"):
+        assert getattr(swapped, name) == pytest.approx(getattr(pair, name), rel=1e-9)
+    assert swapped.backlash == pytest.approx(pair.backlash, abs=1e-9 * m_n)
+    line = pair.a * sin(pair.alpha_wt)
+    assert swapped.roll_start == pytest.approx(line - pair.roll_end, abs=1e-9 * m_n)
+    assert swapped.roll_pitch + pair.roll_pitch == pytest.approx(line, abs=1e-9 * m_n)
+    assert pair._backlash_at(pair.a_without_backlash) == pytest.approx(0, abs=1e-9 * m_n)
+    assert pair.a >= pair.a_without_backlash - 1e-9 * m_n
+    assert pair.a_without_backlash == pytest.approx(without_backlash(pinion, wheel), abs=1e-9 * m_n)
+    for one, mate, start in ((pinion, wheel, pair.roll_start), (wheel, pinion, swapped.roll_start)):
+        assert one.roll_form == start if start > line - mate.roll_tip + 1e-9 * m_n else one.roll_form < start
+        assert start == line - mate.roll_tip or one.undercut
+    assert pair_of(ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))) == pair
+
+
+def test_undercut_pinion_runs_with_every_mate_up_to_the_rack():
+    """What the rack's tip has swept leaves room for the lower tip of any mate; the contact begins where it cut."""
+    data = {"m_n": 3 * mm, "b": 20 * mm, "d_bore": 5 * mm}
+    pinion, room = fem.Gear(z=12, **data), []
+    for z in (12, 31, 150, 1500):
+        wheel = fem.Gear(z=z, **data)
+        pair = fem.GearPair(pinion, wheel, a=(12 + z) * 1.5 * mm)
+        room.append(root_clearance(pinion, wheel, pair.a))
+        assert pair.roll_start == pinion.roll_form > pair.a * sin(pair.alpha_wt) - wheel.roll_tip
+        length = (pair.pinion.roll_tip if z > 17 else pair.roll_end) - pinion.roll_form
+        assert pair.eps_alpha == pytest.approx(length / pair.p_bt)
+    assert (np.array(room) > 0).all() and room[-1] < 1e-3 * mm
+    with pytest.raises(ValueError, match="interference"):
+        fem.GearPair(pinion, fem.Gear(z=150, d_a=3 * mm * 152.4, **data), a=243 * mm)
 
 
 def test_attributes_hold_all_inputs(paper_pair):
@@ -80,7 +167,13 @@ def test_attributes_hold_all_inputs(paper_pair):
         ({"z": 2}, "z must be a whole number"),
         ({"z": 57.5}, "z must be a whole number"),
         ({"z": np.inf}, "z must be a whole number"),
-        ({"z": 12, "s_n": None, "d_a": None, "d_f": None, "d_bore": 5 * mm}, "undercuts"),
+        ({"z": 6, "x": -0.7, "s_n": None, "d_a": None, "d_f": None, "d_bore": 0.1 * mm}, "undercuts"),
+        ({"h_fP": 3.25 * mm}, "give h_fP or d_f, not both"),
+        ({"h_fP": 1.25, "d_f": None}, "h_fP must lie .*pass metres"),
+        ({"fillet": 1, "d_f": None}, "fillet must lie .*pass metres"),
+        ({"fillet": 2.5 * mm}, "fillet 2.5 mm does not fit"),
+        ({"fillet": 1 * mm, "rho_f": 1 * mm}, "not both"),
+        ({"d_f": 133 * mm}, "d_f = 133 mm is too deep"),
     ],
 )
 def test_impossible_gears_are_refused(changes, message):
@@ -103,6 +196,16 @@ def test_impossible_gears_are_refused(changes, message):
 def test_impossible_pairs_are_refused(wheel, a, message):
     with pytest.raises(ValueError, match=message):
         fem.GearPair(paper_gear(), paper_gear(**wheel), a=a)
+
+
+def test_each_gear_has_its_own_material():
+    """Compliance goes with 1/E."""
+    density = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=1)
+    soft = paper_gear(material=fem.Material(E=3 * GPa))
+    blocks = [flank_compliance(gear, density, gear.b).blocks for gear in (paper_gear(), soft)]
+    assert blocks[1] == pytest.approx(70 * blocks[0], rel=1e-6, abs=1e-9 * np.abs(blocks[1]).max())
+    pair = fem.GearPair(paper_gear(), soft, a=150 * mm)
+    assert pair_of(ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))).wheel.material == soft.material
 
 
 def test_materials_are_checked():

@@ -1,0 +1,141 @@
+"""Two external gears in mesh (ISO 21771), checked when born."""
+
+from dataclasses import dataclass
+from math import acos, cos, pi, sin, tan
+
+from fem.checks import require, require_within
+from fem.cylindrical import Gear
+from fem.interference import root_clearance
+from fem.units import deg, mm
+
+
+@dataclass(frozen=True)
+class GearPair:
+    """Two external gears in mesh at working centre distance a [m]; by default the one without backlash.
+
+    Raises ValueError where the two cannot run together: unlike base pitch, no contact, contact ratio below 1,
+    interference at the root, tip touching the mate's root, negative backlash.
+    """
+
+    pinion: Gear
+    wheel: Gear
+    a: float = None  # type: ignore[assignment]
+
+    def __post_init__(self):
+        pinion, wheel = self.pinion, self.wheel
+        for name in ("m_n", "alpha_n"):
+            one, other = getattr(pinion, name), getattr(wheel, name)
+            require(abs(one - other) < 1e-9, f"{name} of pinion and wheel must be equal, got {one:g} and {other:g}")
+        opposite = abs(pinion.beta + wheel.beta) < 1e-9
+        hands = f"{pinion.beta / deg:g} and {wheel.beta / deg:g} deg"
+        require(opposite, f"beta of pinion and wheel must be equal and opposite, got {hands}; change the hand of one")
+        if self.a is None:
+            object.__setattr__(self, "a", self.a_without_backlash)
+        self._check_contact()
+        self._check_clearances()
+
+    def _check_contact(self) -> None:
+        base, tips = self.pinion.r_b + self.wheel.r_b, self.pinion.r_a + self.wheel.r_a
+        span = "mm (base circles touch below, tip circles part above; pass metres: 150*mm)"
+        require_within("a", self.a, base, tips, unit=mm, remedy=span)
+        eps = f"{self.eps_gamma:.4g}"
+        require(
+            self.eps_gamma > 1, f"contact ratio must exceed 1, got {eps}; reduce a = {self.a / mm:g} mm or raise d_a"
+        )
+
+    def _check_clearances(self) -> None:
+        for gear, mate, name in ((self.pinion, self.wheel, "pinion"), (self.wheel, self.pinion, "wheel")):
+            lowest = self.a * sin(self.alpha_wt) - mate.roll_tip
+            passes = gear.undercut and root_clearance(gear, mate, self.a) > 0
+            require(
+                lowest > gear.roll_form or passes,
+                f"interference: the mate's tip reaches roll length {lowest / mm:.4g} mm of the {name}, whose involute "
+                f"begins at {gear.roll_form / mm:.4g} mm; reduce the mate's d_a = {mate.d_a / mm:g} mm or raise a",
+            )
+            clearance = self.a - gear.r_f - mate.r_a
+            deeper = f"raise a = {self.a / mm:g} mm or reduce d_f of the {name}"
+            got = f"got {clearance / mm:g} mm; {deeper}"
+            require(clearance > 0, f"tip clearance at the {name}'s root must be > 0, {got}")
+        j, rounding = self._backlash_at(self.a), 1e-4 * self.pinion.m_n
+        looser = f"raise a = {self.a / mm:.6g} mm or reduce s_n"
+        require(j > -rounding, f"backlash must be >= 0, got {j / mm:.4g} mm on the line of action; {looser}")
+
+    @property
+    def a_without_backlash(self) -> float:
+        """Centre distance at which the teeth fill each other's spaces [m] (bisection of the backlash)."""
+        low = (self.pinion.r_b + self.wheel.r_b) * (1 + 1e-12)
+        high = self.pinion.r_a + self.wheel.r_a
+        for _ in range(200):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self._backlash_at(middle) < 0 else (low, middle)
+        return high
+
+    def _alpha_at(self, a: float) -> float:
+        return acos((self.pinion.r_b + self.wheel.r_b) / a)
+
+    def _backlash_at(self, a: float) -> float:
+        alpha = self._alpha_at(a)
+        r_w1, r_w2 = self.pinion.r_b / cos(alpha), self.wheel.r_b / cos(alpha)
+        gap = 2 * pi * r_w1 / self.pinion.z - self.pinion.thickness(r_w1) - self.wheel.thickness(r_w2)
+        return gap * cos(alpha)
+
+    @property
+    def alpha_wt(self) -> float:
+        """Working transverse pressure angle [rad]."""
+        return self._alpha_at(self.a)
+
+    @property
+    def beta_b(self) -> float:
+        """Base helix angle of the pinion [rad]."""
+        return self.pinion.beta_b
+
+    @property
+    def p_bt(self) -> float:
+        """Transverse base pitch [m]."""
+        return self.pinion.p_bt
+
+    @property
+    def b(self) -> float:
+        """Common face width [m]."""
+        return min(self.pinion.b, self.wheel.b)
+
+    @property
+    def backlash(self) -> float:
+        """Play along the line of action j_bt [m]; less than 1e-4 m_n below zero counts as rounded data, so as zero."""
+        return max(0.0, self._backlash_at(self.a))
+
+    @property
+    def roll_pitch(self) -> float:
+        """Roll length of the pinion at the pitch point [m]."""
+        return self.pinion.r_b * tan(self.alpha_wt)
+
+    @property
+    def roll_start(self) -> float:
+        """Roll length of the pinion where contact begins: the wheel's tip, or the undercut end of its flank [m]."""
+        return max(self.a * sin(self.alpha_wt) - self.wheel.roll_tip, self.pinion.roll_form)
+
+    @property
+    def roll_end(self) -> float:
+        """Roll length of the pinion where contact ends: its tip, or the undercut end of the wheel's flank [m]."""
+        return min(self.pinion.roll_tip, self.a * sin(self.alpha_wt) - self.wheel.roll_form)
+
+    @property
+    def eps_alpha(self) -> float:
+        """Transverse contact ratio."""
+        return (self.roll_end - self.roll_start) / self.p_bt
+
+    @property
+    def eps_beta(self) -> float:
+        """Overlap ratio."""
+        return self.b * abs(tan(self.beta_b)) / self.p_bt
+
+    @property
+    def eps_gamma(self) -> float:
+        """Total contact ratio."""
+        return self.eps_alpha + self.eps_beta
+
+    @property
+    def back_phase(self) -> float:
+        """Sum of the phases of driving and back flank: the back flank's phase is this minus the driving flank's."""
+        r_w1 = self.pinion.r_b / cos(self.alpha_wt)
+        return (self.pinion.thickness(r_w1) * self.pinion.z / (2 * pi * r_w1)) % 1.0

@@ -1,0 +1,93 @@
+"""Linear elasticity of a prism, straight or twisted: Kronecker products of matrices of its section and of its axis.
+
+The unknowns are displacement components along axes that turn with the twist, over section coordinates that turn with
+it too: x = R(twist z) X, u = R(twist z) U. There a derivative along z is d_Z - twist (X d_Y - Y d_X) on every
+component, plus twist e_z x U; nothing else knows of the twist, and every section has the same mesh.
+"""
+
+from collections import defaultdict
+from itertools import product
+
+import numpy as np
+import scipy.sparse as sp
+from skfem import Basis, BilinearForm
+
+from fem.gear import Material
+
+D_X, D_Y, D_TURN, VALUE = range(4)
+ALONG, ACROSS = 1, 0
+Term = tuple[int, int, int, float]
+
+
+def lame_parameters(material: Material) -> tuple[float, float]:
+    """Lame's parameters lambda and mu [Pa]."""
+    E, nu = material.E, material.nu
+    return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+
+
+def displacement_gradient(dim: int, twist: float) -> dict[tuple[int, int], list[Term]]:
+    """Entries d_j u_i as terms (component, operator on the section, derivatives along the axis, factor)."""
+    gradient = {(i, j): [(i, (D_X, D_Y)[j], ACROSS, 1.0)] for i, j in product(range(dim), range(2))}
+    for i in range(dim if dim == 3 else 0):
+        gradient[i, 2] = [(i, VALUE, ALONG, 1.0)] + ([(i, D_TURN, ACROSS, -twist)] if twist else [])
+    if dim == 3 and twist:
+        gradient[0, 2].append((1, VALUE, ACROSS, -twist))
+        gradient[1, 2].append((0, VALUE, ACROSS, twist))
+    return gradient
+
+
+def energy(dim: int, twist: float, lame: float, mu: float) -> dict:
+    """Factors of products of two gradient terms: lambda tr(G)^2 + mu (G:G + G:G^T)."""
+    gradient = displacement_gradient(dim, twist)
+    factors: dict[tuple, float] = defaultdict(float)
+    axes = range(dim)
+    pairs = [(lame, (i, i), (j, j)) for i in axes for j in axes]
+    pairs += [(mu, (i, j), other) for i in axes for j in axes for other in ((i, j), (j, i))]
+    for modulus, one, other in pairs:
+        for (i, m, a, s), (j, n, b, t) in product(gradient[one], gradient[other]):
+            factors[i, j, a, b, m, n] += modulus * s * t
+    return factors
+
+
+def section_products(basis: Basis) -> dict[tuple[int, int], sp.csr_matrix]:
+    """Integrals of m(v) n(u) over the section for the operators m, n."""
+    operators = [
+        lambda u, w: u.grad[0],
+        lambda u, w: u.grad[1],
+        lambda u, w: w.x[0] * u.grad[1] - w.x[1] * u.grad[0],
+        lambda u, w: u,
+    ]
+    found: dict[tuple[int, int], sp.csr_matrix] = {}
+    for m, n in product(range(4), range(4)):
+        form = BilinearForm(lambda u, v, w, m=m, n=n: operators[m](v, w) * operators[n](u, w))
+        found[m, n] = found[n, m].T if (n, m) in found else form.assemble(basis)
+    return found
+
+
+def axis_products(basis: Basis) -> list[list[sp.csr_matrix]]:
+    """Integrals of a(v) b(u) along the axis, a, b: 0 the value, 1 the derivative."""
+    parts = [lambda u: u, lambda u: u.grad[0]]
+    return [[BilinearForm(lambda u, v, w, a=a, b=b: a(v) * b(u)).assemble(basis) for b in parts] for a in parts]
+
+
+def stiffness(section: Basis, axis: Basis | None, material: Material, twist: float = 0.0) -> sp.csr_matrix:
+    """Stiffness matrix [N/m], or of plane strain where axis is None [N/m^2]; dofs by component, section dof, axis dof.
+
+    twist       turn of the section per length along the axis [1/m]
+    """
+    dim = 2 if axis is None else 3
+    plane = section_products(section)
+    along = [[sp.csr_matrix([[1.0]])]] if axis is None else axis_products(axis)
+    sums: dict = defaultdict(lambda: 0)
+    for (i, j, a, b, m, n), factor in energy(dim, twist, *lame_parameters(material)).items():
+        sums[i, j, a, b] = sums[i, j, a, b] + factor * plane[m, n]
+    blocks = [[sp.csr_matrix((section.N * along[0][0].shape[0],) * 2) for _ in range(dim)] for _ in range(dim)]
+    for (i, j, a, b), matrix in sums.items():
+        blocks[i][j] = blocks[i][j] + sp.kron(matrix, along[a][b], "csr")
+    return sp.csr_matrix(sp.bmat(blocks))
+
+
+def section_graph(basis: Basis) -> sp.csr_matrix:
+    """Positive definite matrix that couples the section dofs which share an element."""
+    pattern = BilinearForm(lambda u, v, w: u * v).assemble(basis)
+    return pattern + sp.diags_array(np.asarray(pattern.sum(axis=1)).ravel())

@@ -1,0 +1,229 @@
+"""Contact of a pair at one phase and place: what may touch, and what does under a load."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import cos
+
+import numpy as np
+
+from fem.compliance import Compliance
+from fem.contact import Strips, assemble, coupling, half_planes, strips_of
+from fem.gap import Cells, Meeting
+from fem.hertz import flattening
+from fem.slices import line_contact
+
+#: Strips reach this many Hertzian half-widths to either side.
+WINDOW = 1.5
+#: Slices are narrower towards the end faces by this power.
+GRADING = 1.3
+#: Pairs that nearly touch join at once [m].
+NEAR = 1e-9
+#: Share of the face by which the loaded width may still move.
+SETTLED = 0.02
+#: Strips are as wide as for this share of the largest line load where there is less.
+LEAST = 0.05
+ROUNDS = 12
+TINY = np.finfo(float).tiny
+
+
+@dataclass(frozen=True)
+class State:
+    """What one contact solve found.
+
+    te          static transmission error in mid-plane [m]
+    cells       slices of pairs of teeth that were considered
+    force       (n,) normal forces on the cells [N]
+    pressure    (n,) largest contact pressure in each [Pa]
+    strips      strips of the cells, and load (n, STRIPS) their forces [N]; None in the slice mode
+    """
+
+    te: float
+    cells: Cells
+    force: np.ndarray
+    pressure: np.ndarray
+    strips: Strips | None = None
+    load: np.ndarray | None = None
+
+    def share(self, number: int) -> float:
+        """Share of the load that a pair of teeth carries; 0 without load."""
+        return float(self.force[self.cells.number == number].sum() / max(self.force.sum(), TINY))
+
+    def line_load(self) -> float:
+        """Largest force per length of contact line [N/m]."""
+        return float((self.force / self.cells.length).max(initial=0.0))
+
+    def peak_pressure(self) -> float:
+        """Largest contact pressure [Pa]."""
+        return float(self.pressure.max(initial=0.0))
+
+    def centroid(self) -> float:
+        """Axial place of the resultant force [m]; 0 without load and where both halves carry the same."""
+        if self.cells.low.size and self.cells.low.min() >= 0:
+            return 0.0
+        return float(self.force @ self.cells.middle / max(self.force.sum(), TINY))
+
+
+@dataclass(frozen=True)
+class Encounter:
+    """A meeting of two gears with known compliances; slices: number of slices of the width of `bodies`."""
+
+    meeting: Meeting
+    pinion: Compliance
+    wheel: Compliance
+    slices: int
+
+    @property
+    def face(self) -> tuple[float, float]:
+        """Axial ends of what is solved: the common face, or its upper half where the other one is alike [m]."""
+        low, high = self.meeting.face
+        return (0.0 if self.pinion.share < 1 else low), high
+
+    def graded(self, share: np.ndarray) -> np.ndarray:
+        """Axial places [m] at shares of the face, closer together towards the end faces."""
+        low, high = self.face
+        if self.pinion.share < 1:
+            return high * (1 - (1 - share) ** GRADING)
+        side = 2 * share - 1
+        return (low + high) / 2 + (high - low) / 2 * np.sign(side) * (1 - (1 - np.abs(side)) ** GRADING)
+
+    def shares(self, axial: np.ndarray) -> np.ndarray:
+        """Inverse of `graded`."""
+        low, high = self.face
+        if self.pinion.share < 1:
+            return 1 - (1 - axial / high) ** (1 / GRADING)
+        side = (axial - (low + high) / 2) / ((high - low) / 2)
+        return (1 + np.sign(side) * (1 - (1 - np.minimum(np.abs(side), 1)) ** (1 / GRADING))) / 2
+
+    def sliced(self, ranges: dict[int, tuple[float, float]], slices: float) -> Cells:
+        """Slices of pairs of teeth over ranges of the face, about as wide as if the whole face had that number."""
+        edges = {}
+        for number, ends in ranges.items():
+            start, end = self.shares(np.array(ends))
+            edges[number] = self.graded(np.linspace(start, end, max(1, round((end - start) * slices)) + 1))
+        none = np.zeros(0)
+        numbers = np.concatenate([none.astype(int), *(np.full(e.size - 1, k) for k, e in edges.items())])
+        low, high = (np.concatenate([none, *(e[part] for e in edges.values())]) for part in (slice(-1), slice(1, None)))
+        return Cells(self.meeting, numbers, low, high)
+
+    @cached_property
+    def stations(self) -> Cells:
+        """Sections of no width at the ends of equal slices."""
+        edges = self.graded(np.linspace(0, 1, self.slices + 1))
+        numbers = np.array(self.meeting.numbers())
+        places = np.tile(edges, numbers.size)
+        return Cells(self.meeting, np.repeat(numbers, edges.size), places, places)
+
+    @cached_property
+    def whole(self) -> Cells:
+        """Slices of all pairs over the whole face."""
+        return self.sliced(dict.fromkeys(self.meeting.numbers(), self.face), self.slices)
+
+    @cached_property
+    def whole_coupling(self) -> np.ndarray:
+        """(n, n) compliance between the whole slices where they are closest, half-planes apart [m/N]."""
+        cells = self.whole
+        arcs = cells.arcs(cells.closest, cells.against(cells.closest)[1])
+        return coupling(cells, arcs, self.pinion, self.wheel)[:, 0, :, 0]
+
+    def gaps(self, cells: Cells, misalignment) -> tuple[np.ndarray, np.ndarray]:
+        """Normal gap [m] and approach per transmission error where the flanks of cells are closest, each (n,)."""
+        gap, _, per_error = cells.gap(cells.closest)
+        return gap[:, 0] + cos(self.meeting.pair.beta_b) * misalignment * cells.middle, per_error[:, 0]
+
+    def hertz(self, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
+        """Factor and constant of the flattening of cells under one line load, as `fem.slices` takes them."""
+        factor, constant = half_planes(cells, self.pinion, self.wheel)
+        return factor, constant / factor + 0.5 + np.log(2 / self.half_width(cells, 1 / (cells.high - cells.low)))
+
+    def line_contact(self, force: np.ndarray, misalignment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Transmission errors (m,) [m] and forces on the whole slices (m, n) [N], one line load in each."""
+        cells = self.whole
+        gap, per_error = self.gaps(cells, misalignment[:, None])
+        return line_contact(self.whole_coupling, self.hertz(cells), gap, per_error, force)
+
+    def slice_states(self, force: np.ndarray, misalignment: np.ndarray) -> list[State]:
+        """Contacts under mesh forces (m,) > 0 [N] and misalignments (m,) [rad] with one line load in each slice."""
+        te, loads = self.line_contact(force * self.pinion.share, misalignment)
+        cells = self.whole
+        width = self.half_width(cells, np.maximum(loads, TINY) / (cells.high - cells.low))
+        pressure = 2 * loads / (np.pi * width * cells.length)
+        return [State(float(t), cells, f, p) for t, f, p in zip(te, loads, pressure, strict=True)]
+
+    def half_width(self, cells: Cells, line_load: np.ndarray) -> np.ndarray:
+        """Hertzian half-widths of cells (n,) [m] under forces per axial length (n,) [N/m]."""
+        pair = self.meeting.pair
+        both = flattening(pair.pinion.material) + flattening(pair.wheel.material)
+        return np.sqrt(2 * both * cells.radius * line_load)
+
+    def ranges(self, te: float, misalignment: float) -> dict[int, tuple[float, float]]:
+        """Axial ends between which the flanks of each pair of teeth overlap under a transmission error te [m]."""
+        gap, per_error = self.gaps(self.stations, misalignment)
+        found = {}
+        for number in np.unique(self.stations.number):
+            own = self.stations.number == number
+            clear, axial = te - (gap / per_error)[own], self.stations.low[own]
+            if clear.max() > -NEAR:
+                found[int(number)] = overlap(axial, clear + NEAR)
+        return found
+
+    def state(self, force: float, misalignment: float = 0.0) -> State:
+        """Contact under the mesh force force >= 0 [N]; misalignment as in `fem.Offset`.
+
+        Raises RuntimeError where the contact does not settle.
+        """
+        if force == 0:
+            gap, per_error = self.gaps(self.stations, misalignment)
+            nothing = self.sliced({}, 0)
+            return State(float((gap / per_error).min()), nothing, np.zeros(0), np.zeros(0))
+        force, cells = force * self.pinion.share, self.whole
+        te, loads = (found[0] for found in self.line_contact(np.array([force]), np.array([misalignment])))
+        ranges = self.ranges(float(te), misalignment)
+        for _ in range(ROUNDS):
+            line_load = loads / (cells.high - cells.low)
+            guess = {k: (cells.middle[cells.number == k], line_load[cells.number == k]) for k in ranges}
+            cells = self.sliced(ranges, self.slices)
+            state = self.pressed(cells, force, misalignment, self.half_width(cells, _loads_at(cells, guess)))
+            loads, touched = state.force, self.ranges(state.te, misalignment)
+            if self.covered(touched, ranges):
+                return state
+            ranges = touched
+        raise RuntimeError("the loaded width did not settle; try a neighbouring phase or more slices")
+
+    def covered(self, touched: dict, ranges: dict) -> bool:
+        """Whether the ranges hold what was touched, and little more."""
+        if touched.keys() - ranges.keys():
+            return False
+        ends = np.array([np.abs(self.shares(np.array(touched[k])) - self.shares(np.array(ranges[k]))) for k in touched])
+        return bool(ends.max() < SETTLED)
+
+    def pressed(self, cells: Cells, force: float, misalignment: float, half_width: np.ndarray) -> State:
+        """Contact of cells on strips wide enough to hold it."""
+        for _ in range(6):
+            strips = strips_of(cells, WINDOW * half_width)
+            te, load = assemble(cells, strips, self.pinion, self.wheel, misalignment, half_width).solve(force)
+            spilt = (strips.open & (load[:, [0, -1]].T > 0)).any(axis=0)
+            if not spilt.any():
+                pressure = load.max(axis=1) / (strips.width * cells.length)
+                return State(te, cells, load.sum(axis=1), pressure, strips, load)
+            half_width = np.where(spilt, 1.6 * half_width, half_width)
+        raise RuntimeError("contact is wider than ten Hertzian widths; the load is beyond what the teeth can carry")
+
+
+def overlap(axial: np.ndarray, clear: np.ndarray) -> tuple[float, float]:
+    """Ends of the range in which clear (n,), linear between the places axial (n,), is positive."""
+    inside = np.flatnonzero(clear > 0)
+    ends = []
+    for i, j in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
+        outside = 0 <= j < axial.size
+        ends.append(axial[i] + (axial[j] - axial[i]) * clear[i] / (clear[i] - clear[j]) if outside else axial[i])
+    return float(ends[0]), float(ends[1])
+
+
+def _loads_at(cells: Cells, guess: dict) -> np.ndarray:
+    """(n,) line loads of cells out of those of other cells by pair, none below a share of the largest [N/m]."""
+    found = np.zeros(cells.low.size)
+    for number, (axial, load) in guess.items():
+        own = cells.number == number
+        found[own] = np.interp(cells.middle[own], axial, load) if axial.size else 0.0
+    least = LEAST * max(found.max(initial=0.0), max(load.max(initial=0.0) for _, load in guess.values()))
+    return np.maximum(found, least)

@@ -1,0 +1,55 @@
+"""Lines of contact against closed forms; contact of springs against its own closed form."""
+
+import numpy as np
+import pytest
+from conftest import paper_pair
+
+import fem
+from fem.contact import NODES, STRIPS, Contact
+from fem.gap import Meeting
+from fem.units import deg, mm, um
+
+
+@pytest.fixture(scope="module")
+def lines():
+    """Of a published geometry: z 20/30, m_n 3.5 mm, beta 15 deg."""
+    data = {"m_n": 3.5 * mm, "b": 23 * mm, "d_bore": 20 * mm}
+    pinion = fem.Gear(z=20, beta=15 * deg, x=0.1809, d_a=2 * 40.336 * mm, **data)
+    wheel = fem.Gear(z=30, beta=-15 * deg, x=0.0891, d_a=2 * 58.132 * mm, **data)
+    pair = fem.GearPair(pinion, wheel, a=91.5 * mm)
+    assert pair.eps_alpha == pytest.approx(1.4599, abs=1e-4)
+    assert pair.eps_beta == pytest.approx(0.5414, abs=1e-4)
+    found = [np.array(list(Meeting(pair, pair.a, 0.0, i / 2000).lines().values())) for i in range(2000)]
+    return pair, found
+
+
+def test_length_of_the_lines_of_contact(lines):
+    pair, found = lines
+    total = np.array([(ends[:, 1] - ends[:, 0]).sum() for ends in found]) / np.cos(pair.beta_b)
+    assert [total.min(), total.max(), total.mean()] == pytest.approx([23.768 * mm, 43.855 * mm, 34.617 * mm], rel=1e-3)
+
+
+def test_centroid_of_evenly_loaded_lines(lines):
+    _, found = lines
+    centroid = [np.average(ends.mean(axis=1), weights=ends[:, 1] - ends[:, 0]) for ends in found]
+    assert np.ptp(centroid) == pytest.approx(3.946 * mm, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "delta", "tangent", "k_h_beta"), [(5, 7.183, 460.0, 1.534), (10, 9.678, 445.2, 2.067)]
+)
+def test_misaligned_line_of_springs(tilt, delta, tangent, k_h_beta):
+    """c = 20 N/(mm um) over 23 mm, touching all over, or as far as delta^2 = 2 tilt F / (c b)."""
+    b, c, n = 23 * mm, 20e9, 200
+    force = 150 / paper_pair().pinion.r_b
+    even = force / (c * b)
+    exact = even + tilt * um / 2 if even > tilt * um / 2 else np.sqrt(2 * tilt * um * even)
+    springs = np.tile(np.eye(STRIPS) * STRIPS * n / (c * b), (n, 1, 1))
+    gap = (np.arange(n * STRIPS).reshape(n, STRIPS) + 0.5) / (n * STRIPS) * tilt * um
+    every, uncoupled = np.ones_like(gap, bool), np.zeros((n, NODES, n, NODES))
+    te, f = Contact(springs, uncoupled, gap, np.ones_like(gap), every).solve(force)
+    line_load = f * n * STRIPS / b
+    assert te == pytest.approx(exact, rel=1e-6)
+    assert te / um == pytest.approx(delta, abs=1e-3)
+    assert c * b * (f > 0).mean() / 1e6 == pytest.approx(tangent, abs=0.1)
+    assert line_load.max() / (force / b) == pytest.approx(k_h_beta, abs=1e-3)
