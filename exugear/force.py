@@ -12,10 +12,10 @@ from math import floor, inf, isfinite, nan, sqrt
 
 import numpy as np
 from numba import njit
-from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.interpolate import PchipInterpolator
 
 from fem.gear import require
-from fem.ste import PHASE, TORQUE, check, over_torque_and_phase, pair_of
+from fem.ste import PHASE, TORQUE, at_phases, check, compliance_at, over_torque_and_phase, pair_of
 from fem.units import um
 
 HEADER = 8
@@ -232,19 +232,13 @@ def _loaded_deflection(ste, r_b: float, phase: np.ndarray) -> tuple[np.ndarray, 
     require(coarse.size >= 3, f"phase needs at least 3 values as share of a pitch, got {coarse.size}")
     require(torque.size >= 3, f"torque needs 0 and two loads or more, got {torque} N m")
     require(torque[0] == 0, f"torque must start at 0 (unloaded transmission error), got {torque[0]} N m; add it")
-    periodic = np.c_[te, te[:, 0]]
-    te = CubicSpline(np.r_[coarse, coarse[0] + 1], periodic, axis=1, bc_type="periodic")(phase)
+    te = at_phases(coarse, te, phase)
     given = torque[1:] / r_b
-    compliance = (te[1:] - te[0]) / given[:, None]
     rising = (np.diff(te, axis=0) > 0).all()
     require(bool(rising), "te must grow with the torque at every phase; check its sign, or map more phases")
-    slope = np.clip((compliance[0] - compliance[1]) / np.log(given[1] / given[0]), 0, 0.9 * compliance[0])
-    low, high = given[0] * np.geomspace(1e-4, 1, 41)[:-1], np.geomspace(given[0], given[-1], 161)
-    high[[0, -1]] = given[[0, -1]]
-    hertz = compliance[0] + slope * np.log(given[0] / low)[:, None]
-    mapped = PchipInterpolator(np.log(given), compliance)(np.log(high))
-    force = np.r_[low, high]
-    deflection = te[0] + force[:, None] * np.r_[hertz, mapped]
+    force = np.r_[given[0] * np.geomspace(1e-4, 1, 41)[:-1], np.geomspace(given[0], given[-1], 161)]
+    force[[40, -1]] = given[[0, -1]]
+    deflection = te[0] + force[:, None] * compliance_at(given, (te[1:] - te[0]) / given[:, None], force)
     return np.r_[0, force], np.r_[te[:1], deflection].T
 
 

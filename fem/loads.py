@@ -15,7 +15,7 @@ from fem.gear import Gear, GearPair, require
 from fem.mesh import Density
 from fem.offsets import ANGLES, Offsets, check_places, in_plane_of_action
 from fem.state import Encounter, State
-from fem.transmission import Resolution, bodies_of
+from fem.sweep import Resolution, bodies_of
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ class Density:
     flank: int = 16
     fillet: int = 3
     land: int = 1
-    tooth: int = 3
+    tooth: int = 4
     rim: int = 4
     body: int = 6
     width: int = 3
@@ -46,6 +46,13 @@ class Density:
 
     def refined(self, q: int) -> "Density":
         return replace(self, divide=self.divide * q)
+
+    def scaled(self, factor: float) -> "Density":
+        """Numbers of elements times a factor, at least one; the same teeth."""
+        kept = ("teeth", "behind", "divide")
+        sizes = {part.name: getattr(self, part.name) * factor for part in fields(self) if part.name not in kept}
+        numbers = {name: max(1, round(size)) for name, size in sizes.items()}
+        return replace(self, **numbers | {"flank": max(2, 2 * round(sizes["flank"] / 2))})
 
     def with_teeth(self, teeth: int, behind: int) -> "Density":
         return replace(self, teeth=teeth, behind=behind)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos
+from math import ceil, cos, sqrt
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from fem.slices import line_contact
 #: Strips reach this many Hertzian half-widths to either side.
 WINDOW = 1.5
 #: Slices are narrower towards the end faces by this power.
-GRADING = 1.3
+GRADING = 1.6
 #: Pairs that nearly touch join at once [m].
 NEAR = 1e-9
 #: Share of the face by which the loaded width may still move.
@@ -95,11 +95,11 @@ class Encounter:
         return (1 + np.sign(side) * (1 - (1 - np.minimum(np.abs(side), 1)) ** (1 / GRADING))) / 2
 
     def sliced(self, ranges: dict[int, tuple[float, float]], slices: float) -> Cells:
-        """Slices of pairs of teeth over ranges of the face, about as wide as if the whole face had that number."""
+        """Slices of pairs of teeth over ranges of the face, as many as the root of their share of it demands."""
         edges = {}
         for number, ends in ranges.items():
             start, end = self.shares(np.array(ends))
-            edges[number] = self.graded(np.linspace(start, end, max(1, round((end - start) * slices)) + 1))
+            edges[number] = self.graded(np.linspace(start, end, max(1, ceil(slices * sqrt(end - start))) + 1))
         none = np.zeros(0)
         numbers = np.concatenate([none.astype(int), *(np.full(e.size - 1, k) for k, e in edges.items())])
         low, high = (np.concatenate([none, *(e[part] for e in edges.values())]) for part in (slice(-1), slice(1, None)))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from fem.flank import from_text, to_text
 from fem.gear import Gear, GearPair, Material, require
@@ -79,6 +80,24 @@ def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:
     chosen = ", ".join(f"{name}={data[name].values[0]:g}" for name in further)
     require(not further, f"the map also has the axes {further}; select one value of each: ste.sel({chosen})")
     return te.transpose(TORQUE, PHASE)
+
+
+def at_phases(phase: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Values (..., n_at) between values (..., n_phase) over a mesh cycle, by a periodic cubic spline."""
+    closed = np.concatenate([values, values[..., :1]], axis=-1)
+    return CubicSpline(np.append(phase, phase[0] + 1), closed, axis=-1, bc_type="periodic")(at)
+
+
+def compliance_at(given: np.ndarray, compliance: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """(n_force, ...) compliance deflection/force between that of given forces > 0 (n_given, ...), at least two.
+
+    Monotone cubic over ln F; below the lowest given force it grows with -ln F, as that of a line contact does.
+    """
+    across = (slice(None),) + (None,) * (compliance.ndim - 1)
+    slope = (compliance[0] - compliance[1]) / np.log(given[1] / given[0])
+    below = compliance[0] + np.clip(slope, 0, 0.9 * compliance[0]) * np.log(given[0] / force)[across]
+    between = PchipInterpolator(np.log(given), compliance)(np.log(np.clip(force, given[0], given[-1])))
+    return np.where((force < given[0])[across], below, between)
 
 
 def pair_attributes(pair: GearPair) -> dict[str, float | str]:

@@ -22,7 +22,8 @@ from fem.loads import FlankLoad, encounters, flank_loads, outline, with_loaded_t
 from fem.mesh import Density
 from fem.offsets import Offsets
 from fem.state import Encounter, State
-from fem.transmission import Resolution, checked_phases, checked_torque
+from fem.sweep import Resolution
+from fem.transmission import checked_phases, checked_torque
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,8 @@ def solid_fields(
 ) -> tuple[Field, Field]:
     """Fields of pinion and wheel on the hexahedra of `mesh.hexahedra`, spur or helical; arguments as in `plane_fields`.
 
-    The contact is smaller than an element: forces, bending and root stress are there, the stress under it is not.
+    The contact is smaller than an element: forces, bending and root stress are there, the stress under it is not. Lines
+    of contact of helical gears cross the width in steps: in each slice the load lies as in its middle.
     """
     encounter, state = _contact(pair, torque, phase, offsets, resolution)
     fields = []

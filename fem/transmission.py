@@ -1,134 +1,19 @@
 """Static transmission error by finite elements: the table of contents of this package."""
 
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
-from functools import partial
-from itertools import product
-from math import ceil, floor
+from dataclasses import replace
+from math import ceil
 
 import numpy as np
 import xarray as xr
-from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
-from fem.compliance import Compliance, flank_compliance
+from fem.accuracy import UpTo, chosen_phases, chosen_torques, errors, resolution_within
 from fem.deviation import PitchDeviation
-from fem.flank import removed
-from fem.gap import Meeting
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
-from fem.mesh import Density
-from fem.offsets import ANGLES, Offsets, check_places, in_plane_of_action
-from fem.state import Encounter
+from fem.offsets import Offsets, check_places
 from fem.ste import PHASE, TORQUE, ste_map
-
-#: The tooth behind the loaded one is drawn; further ones change nothing.
-BEHIND = 1
-ORDER = ("a", "axial", *ANGLES)
-
-
-@dataclass(frozen=True)
-class Resolution:
-    """How finely a map is solved.
-
-    density     of the FE mesh; `teeth` is taken from the contact ratio
-    slices      of the face width where gap or lines of contact vary across it; elsewhere half of the width has 3
-    resolved    strips along the profile in every slice (True), or one line load, pressed as Hertz says (False)
-    """
-
-    density: Density = field(default=Density())
-    slices: int = 20
-    resolved: bool = True
-
-    def __post_init__(self):
-        whole = f"slices must be an even number, at least 2, got {self.slices}"
-        require(self.slices == int(self.slices) and self.slices >= 2 and self.slices % 2 == 0, whole)
-
-
-def static_transmission_error(
-    pair: GearPair,
-    torque,
-    phases=30,
-    *,
-    offsets: Offsets | None = None,
-    resolution: Resolution | None = None,
-    executor: Executor | None = None,
-    progress: bool = True,
-) -> xr.Dataset:
-    """STE map of a spur or helical pair: "te" [m] in mid-plane on the line of action over (torque, offsets, phase).
-
-    Beside it stand "centroid" of the force across the width [m], "peak_pressure" [Pa], "line_load" [N/m], the
-    "load_share" of every pair of teeth, "pairs_in_contact", and over the torque "contact_ratio", that under load.
-
-    torque          pinion torque F r_b1 [N m], one or several increasing values >= 0; 0: unloaded transmission error
-    phases          number of equidistant phases from 0 (pair 0 at the pitch point), or their values in [0, 1); with
-                    pitch deviations values up to any number of pitches, as each tooth differs
-    offsets         of the wheel; those with several values are axes of the map
-    resolution      the default is within 0.3 % of the converged mean for spur gears
-    executor        any `concurrent.futures.Executor` to spread phases and places over; finite elements are solved here
-    progress        show a bar with time left
-
-    The compliance of each different gear is kept in the cache (see `fem.cache.folder`).
-    Raises ValueError for bad input, RuntimeError where a contact does not settle.
-    Source: Korta et al., section IV; TE = theta_P r_b1 + theta_G r_b2.
-    """
-    torque, phase = checked_torque(pair, torque), checked_phases(phases, pair)
-    offsets, resolution = offsets or Offsets(), resolution or Resolution()
-    values = offsets.values(pair)
-    check_places(pair, values["a"], values["axial"])
-    pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair
-    bodies, slices = bodies_of(pair, values, resolution)
-    column = partial(_column, bodies, slices, resolution.resolved, torque / pair.pinion.r_b, values)
-    meetings = [Meeting(pair, *place) for place in product(values["a"], values["axial"], phase)]
-    columns = (map if executor is None else executor.map)(column, meetings)
-    bar = tqdm(columns, "transmission error", len(meetings), disable=not progress, delay=1.0, leave=False)
-    states = _ordered(list(bar), [torque.size, *(values[name].size for name in ORDER), phase.size])
-    axes = {name: values[name] for name in offsets.axes()}
-    fixed = {name: float(values[name][0]) for name in ORDER[1:] if name not in axes}
-    fixed["pitches"] = max(1, ceil(phase[-1]))
-    return _labelled(pair, torque, phase, axes, states, {"resolution": str(resolution)} | fixed)
-
-
-def bodies_of(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tuple[Compliance, Compliance], int]:
-    """Compliances of pinion and wheel, and the number of slices of what they span."""
-    varies, whole = _across_width(pair, values)
-    closest = GearPair(pair.pinion, pair.wheel, a=float(values["a"].min()))
-    teeth = floor(closest.eps_alpha + closest.eps_beta) + 1
-    density = resolution.density.with_teeth(teeth, behind=BEHIND)
-    loaded = pair.b + 2 * float(np.abs(values["axial"]).max())
-    pinion, wheel = (flank_compliance(g, density, min(g.b, loaded), whole=whole) for g in (pair.pinion, pair.wheel))
-    slices = resolution.slices if varies else 6
-    return (pinion, wheel), slices if pinion.share == 1 else slices // 2
-
-
-def _across_width(pair: GearPair, values: dict) -> tuple[bool, bool]:
-    """Whether the gap varies across the width, and whether the two halves of the width differ."""
-    axial, added = np.linspace(-pair.b / 2, pair.b / 2, 101)[:, None], np.zeros(1)
-    for gear in (pair.pinion, pair.wheel):
-        roll = np.linspace(gear.roll_form, gear.roll_tip, 101)
-        added = added + removed(gear.drive_flank, gear.face, roll, axial)
-    tolerance = 1e-15
-    turned = bool(pair.beta_b or any(np.any(values[name]) for name in (*ANGLES, "axial")))
-    varies = turned or bool(np.ptp(added, axis=0).max() > tolerance)
-    return varies, turned or bool(np.abs(added - added[::-1]).max() > tolerance)
-
-
-def _column(bodies, slices: int, resolved: bool, forces: np.ndarray, values: dict, meeting: Meeting) -> np.ndarray:
-    """(n_force, *angles) states of one meeting; on one thread, which suits matrices of this size."""
-    encounter = Encounter(meeting, bodies[0], bodies[1], slices)
-    angles = np.meshgrid(*(values[name] for name in ANGLES), indexing="ij")
-    misalignment = angles[0] + in_plane_of_action(meeting.alpha, *angles[1:])
-    force, angle = (x.ravel() for x in np.broadcast_arrays(forces[:, None, None, None], misalignment[None]))
-    states = np.empty(force.size, object)
-    with threadpool_limits(1):
-        loaded = force > 0
-        if not resolved and loaded.any():
-            states[loaded] = encounter.slice_states(force[loaded], angle[loaded])
-        for i in range(force.size):
-            if states[i] is None:
-                states[i] = encounter.state(float(force[i]), float(angle[i]))
-    return _numbers(states).reshape(forces.shape + misalignment.shape)
-
+from fem.sweep import ORDER, Resolution, sweep
 
 QUANTITIES = {
     "te": ("m", "static transmission error"),
@@ -138,20 +23,77 @@ QUANTITIES = {
 }
 
 
-def _numbers(states: np.ndarray) -> np.ndarray:
-    """The same states as what a map keeps of each: the quantities, and the shares by number of the pair of teeth."""
-    kept = np.empty(states.size, object)
-    for i, state in enumerate(states):
-        shares = {int(k): state.share(k) for k in np.unique(state.cells.number)}
-        kept[i] = (state.te, state.peak_pressure(), state.line_load(), state.centroid(), shares)
-    return kept
+def static_transmission_error(
+    pair: GearPair,
+    torque,
+    phases=30,
+    *,
+    offsets: Offsets | None = None,
+    accuracy: float | Resolution | None = None,
+    executor: Executor | None = None,
+    progress: bool = True,
+) -> xr.Dataset:
+    """STE map of a spur or helical pair: "te" [m] in mid-plane on the line of action over (torque, offsets, phase).
+
+    Beside it stand "centroid" of the force across the width [m], "peak_pressure" [Pa], "line_load" [N/m], the
+    "load_share" of every pair of teeth, "pairs_in_contact", and over the torque "contact_ratio", that under load.
+
+    torque          pinion torque F r_b1 [N m], one or several increasing values >= 0; 0: unloaded transmission error;
+                    `UpTo(350)`: as many from 0 to 350 N m as the accuracy takes
+    phases          number of equidistant phases from 0 (pair 0 at the pitch point), or their values in [0, 1); with
+                    pitch deviations values up to any number of pitches, as each tooth differs; None: as many as the
+                    accuracy takes
+    offsets         of the wheel; those with several values are axes of the map
+    accuracy        share of the deflection that each kind of error may be, say 0.005: it chooses the mesh, and the map
+                    carries what is estimated of each torque, "error_mesh", "error_phase", "error_torque" [m]; or a
+                    `Resolution`, without estimates (by default one within 0.3 % of the converged mean of spur gears)
+    executor        any `concurrent.futures.Executor` to spread phases and places over; finite elements are solved here
+    progress        show a bar with time left
+
+    The compliance of each different gear is kept in the cache (see `fem.cache.folder`).
+    Raises ValueError for bad input, RuntimeError where a contact does not settle or the accuracy is not reached.
+    Source: Korta et al., section IV; TE = theta_P r_b1 + theta_G r_b2.
+    """
+    offsets = offsets or Offsets()
+    values = offsets.values(pair)
+    check_places(pair, values["a"], values["axial"])
+    pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair
+    share, resolution = _checked_accuracy(accuracy, torque, phases)
+    torque = chosen_torques(pair, torque.torque, values, share) if isinstance(torque, UpTo) else torque
+    torque = checked_torque(pair, torque)
+    phase = chosen_phases(pair, torque, values, share) if phases is None else checked_phases(phases, pair)
+    resolution = resolution_within(pair, torque, values, share) if share else resolution
+    states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor, progress=progress)
+    axes = {name: values[name] for name in offsets.axes()}
+    fixed = {name: float(values[name][0]) for name in ORDER[1:] if name not in axes}
+    attributes = {"resolution": str(resolution), "pitches": max(1, ceil(phase[-1]))} | fixed
+    data = _labelled(pair, torque, phase, axes, states, attributes)
+    return data.assign(_estimates(errors(pair, torque, phase, values, resolution))) if share else data
 
 
-def _ordered(columns: list[np.ndarray], shape: list[int]) -> np.ndarray:
-    """Columns of all meetings as one array (n_torque, n_a, n_axial, *angles, n_phase)."""
-    n_torque, n_a, n_axial, *angles, n_phase = shape
-    stacked = np.stack(columns).reshape(n_a, n_axial, n_phase, n_torque, *angles)
-    return np.moveaxis(np.moveaxis(stacked, 3, 0), 3, -1)
+def _estimates(found: dict[str, np.ndarray]) -> dict:
+    kinds = {
+        "error_mesh": "mesh",
+        "error_phase": "interpolation over phase",
+        "error_torque": "interpolation over torque",
+    }
+    return {
+        name: (TORQUE, error, {"units": "m", "long_name": f"estimated root mean square error by {kinds[name]}"})
+        for name, error in found.items()
+    }
+
+
+def _checked_accuracy(accuracy, torque, phases) -> tuple[float, Resolution]:
+    """The requested share, 0 for none, and the resolution where there is none."""
+    if accuracy is None or isinstance(accuracy, Resolution):
+        given = phases is not None and not isinstance(torque, UpTo)
+        require(given, "phases=None and torque=fem.UpTo(...) need an accuracy to choose by, say accuracy=0.005")
+        return 0.0, accuracy or Resolution()
+    share = "accuracy must lie in [1e-4, 0.1] (share of the deflection, say 0.005) or be a fem.Resolution"
+    require(1e-4 <= accuracy <= 0.1, f"{share}, got {accuracy}")
+    loaded = isinstance(torque, UpTo) or np.max(torque) > 0
+    require(bool(loaded), f"accuracy needs a torque > 0 to be a share of its deflection, got {torque}")
+    return float(accuracy), Resolution()
 
 
 def _labelled(pair, torque, phase, axes: dict, states: np.ndarray, attributes: dict) -> xr.Dataset:

@@ -226,10 +226,10 @@ def test_force_of_a_helical_pair_shuttles_with_the_lines_of_contact(helical_pair
 def test_offsets_become_axes_of_the_map_only_when_asked(paper_pair):
     rough = fem.Resolution(Density(flank=6, fillet=1, tooth=2, rim=1, body=2, width=1), 6, resolved=False)
     offsets = fem.Offsets(a=(150 * mm, 150.2 * mm), misalignment=(-4e-4, 0, 4e-4), axial=1 * mm)
-    ste = fem.static_transmission_error(paper_pair, [0, 150], 4, offsets=offsets, resolution=rough, progress=False)
+    ste = fem.static_transmission_error(paper_pair, [0, 150], 4, offsets=offsets, accuracy=rough, progress=False)
     assert ste["te"].dims == ("torque", "a", "misalignment", "phase")
     assert ste.attrs["axial"] == 1 * mm
-    plain = fem.static_transmission_error(paper_pair, [0, 150], 4, resolution=rough, progress=False)
+    plain = fem.static_transmission_error(paper_pair, [0, 150], 4, accuracy=rough, progress=False)
     assert plain["te"].dims == ("torque", "phase")
     assert (ste["te"].sel(torque=150, a=150.2 * mm) > ste["te"].sel(torque=150, a=150 * mm)).all()
 
@@ -237,10 +237,10 @@ def test_offsets_become_axes_of_the_map_only_when_asked(paper_pair):
 def test_parallelism_errors_act_in_the_plane_of_action(paper_pair):
     rough = fem.Resolution(Density(flank=6, fillet=1, tooth=2, rim=1, body=2, width=1), 6, resolved=False)
     both = fem.Offsets(f_sigma_delta=(0, 3e-4), f_sigma_beta=(0, 2e-4))
-    ste = fem.static_transmission_error(paper_pair, 150, 4, offsets=both, resolution=rough, progress=False)
+    ste = fem.static_transmission_error(paper_pair, 150, 4, offsets=both, accuracy=rough, progress=False)
     angle = 3e-4 * np.sin(paper_pair.alpha_wt) + 2e-4 * np.cos(paper_pair.alpha_wt)
     one = fem.Offsets(misalignment=angle)
-    other = fem.static_transmission_error(paper_pair, 150, 4, offsets=one, resolution=rough, progress=False)
+    other = fem.static_transmission_error(paper_pair, 150, 4, offsets=one, accuracy=rough, progress=False)
     assert ste["te"].values[0, 1, 1] == pytest.approx(other["te"].values[0], rel=1e-9)
 
 
@@ -273,15 +273,13 @@ def test_pitch_deviation_parts_the_teeth_of_its_pitches():
     deviation[0] = 8 * um
     gear = paper_gear(flank=fem.PitchDeviation(deviation))
     pair = fem.GearPair(gear, paper_gear(), a=150 * mm)
-    ste = fem.static_transmission_error(pair, [0, 150], np.arange(16) / 4, resolution=ROUGH, progress=False)
+    ste = fem.static_transmission_error(pair, [0, 150], np.arange(16) / 4, accuracy=ROUGH, progress=False)
     te = ste["te"].values / um
     assert te[0].min() == pytest.approx(0, abs=0.01)
     assert te[0].max() == pytest.approx(8, abs=0.01)
     share = ste["load_share"].sel(torque=150)
     both_touch = share.sel(pair=0).values[ste["phase"].values < 1]
-    plain = fem.static_transmission_error(
-        fem.GearPair(paper_gear(), paper_gear(), a=150 * mm), 150, 4, resolution=ROUGH
-    )
+    plain = fem.static_transmission_error(fem.GearPair(paper_gear(), paper_gear(), a=150 * mm), 150, 4, accuracy=ROUGH)
     assert (both_touch <= plain["load_share"].sel(torque=150, pair=0).values + 1e-9).all()
     assert te[1, -4:] == pytest.approx(plain["te"].values[0] / um, rel=1e-3)
     with pytest.raises(ValueError, match="each of its own"):
@@ -292,8 +290,6 @@ def test_only_the_driving_flanks_count():
     relief = fem.TipRelief(15 * um, 2.5 * mm)
     gears = paper_gear(), paper_gear(flank=fem.Sides(right=relief)), paper_gear(flank=fem.Sides(left=relief))
     pairs = [fem.GearPair(gear, gear, a=150 * mm) for gear in gears]
-    maps = [
-        fem.static_transmission_error(pair, 150, 4, resolution=ROUGH, progress=False)["te"].values for pair in pairs
-    ]
+    maps = [fem.static_transmission_error(pair, 150, 4, accuracy=ROUGH, progress=False)["te"].values for pair in pairs]
     assert (maps[1] == maps[0]).all()
     assert (maps[2] != maps[0]).any()

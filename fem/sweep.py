@@ -1,0 +1,143 @@
+"""Contact of a pair over all torques, offsets and phases."""
+
+from collections.abc import Iterable
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import product
+from math import floor
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+from fem.compliance import Compliance, flank_compliance
+from fem.flank import removed
+from fem.gap import Meeting
+from fem.gear import GearPair, require
+from fem.mesh import Density
+from fem.offsets import ANGLES, in_plane_of_action
+from fem.state import Encounter
+
+#: The tooth behind the loaded one is drawn; further ones change nothing.
+BEHIND = 1
+ORDER = ("a", "axial", *ANGLES)
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """How finely a map is solved.
+
+    density     of the FE mesh; `teeth` is taken from the contact ratio
+    slices      of the face width where gap or lines of contact vary across it; elsewhere half of the width has 3
+    resolved    strips along the profile in every slice (True), or one line load, pressed as Hertz says (False)
+    """
+
+    density: Density = field(default=Density())
+    slices: int = 20
+    resolved: bool = True
+
+    def __post_init__(self):
+        whole = f"slices must be an even number, at least 2, got {self.slices}"
+        require(self.slices == int(self.slices) and self.slices >= 2 and self.slices % 2 == 0, whole)
+
+    def coarser(self) -> "Resolution":
+        """Two thirds as fine in every direction."""
+        return self.scaled(2 / 3)
+
+    def finer(self) -> "Resolution":
+        """Half as fine again in every direction."""
+        return self.scaled(3 / 2)
+
+    def scaled(self, factor: float) -> "Resolution":
+        """Numbers of elements and slices times a factor."""
+        slices = max(2, 2 * round(self.slices * factor / 2))
+        return replace(self, density=self.density.scaled(factor), slices=slices)
+
+
+def sweep(
+    pair: GearPair,
+    forces: np.ndarray,
+    phase: np.ndarray,
+    values: dict[str, np.ndarray],
+    resolution: Resolution,
+    *,
+    executor: Executor | None = None,
+    progress: bool = False,
+) -> np.ndarray:
+    """(n_force, n_a, n_axial, n_misalignment, n_f_sigma_delta, n_f_sigma_beta, n_phase) what `kept` keeps of states.
+
+    forces      (n_force,) mesh forces >= 0 [N]
+    phase       (n_phase,) positions in the mesh cycle
+    values      of each offset, as `Offsets.values` gives them
+
+    Raises RuntimeError where a contact does not settle.
+    """
+    bodies, slices = bodies_of(pair, values, resolution)
+    column = partial(_column, bodies, slices, resolution.resolved, forces, values)
+    meetings = [Meeting(pair, *place) for place in product(values["a"], values["axial"], phase)]
+    columns: Iterable[np.ndarray] = (map if executor is None else executor.map)(column, meetings)
+    bar = tqdm(columns, "transmission error", len(meetings), disable=not progress, delay=1.0, leave=False)
+    return _ordered(list(bar), [forces.size, *(values[name].size for name in ORDER), phase.size])
+
+
+def bodies_of(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tuple[Compliance, Compliance], int]:
+    """Compliances of pinion and wheel, and the number of slices of what they span."""
+    varies, whole = _across_width(pair, values)
+    closest = GearPair(pair.pinion, pair.wheel, a=float(values["a"].min()))
+    teeth = floor(closest.eps_alpha + closest.eps_beta) + 1
+    density = resolution.density.with_teeth(teeth, behind=BEHIND)
+    loaded = pair.b + 2 * float(np.abs(values["axial"]).max())
+    pinion, wheel = (flank_compliance(g, density, min(g.b, loaded), whole=whole) for g in (pair.pinion, pair.wheel))
+    slices = resolution.slices if varies else 6
+    return (pinion, wheel), slices if pinion.share == 1 else slices // 2
+
+
+def _across_width(pair: GearPair, values: dict) -> tuple[bool, bool]:
+    """Whether the gap varies across the width, and whether the two halves of the width differ."""
+    axial, added = np.linspace(-pair.b / 2, pair.b / 2, 101)[:, None], np.zeros(1)
+    for gear in (pair.pinion, pair.wheel):
+        roll = np.linspace(gear.roll_form, gear.roll_tip, 101)
+        added = added + removed(gear.drive_flank, gear.face, roll, axial)
+    tolerance = 1e-15
+    turned = bool(pair.beta_b or any(np.any(values[name]) for name in (*ANGLES, "axial")))
+    varies = turned or bool(np.ptp(added, axis=0).max() > tolerance)
+    return varies, turned or bool(np.abs(added - added[::-1]).max() > tolerance)
+
+
+def _column(bodies, slices: int, resolved: bool, forces: np.ndarray, values: dict, meeting: Meeting) -> np.ndarray:
+    """(n_force, *angles) states of one meeting; on one thread, which suits matrices of this size."""
+    encounter = Encounter(meeting, bodies[0], bodies[1], slices)
+    angles = np.meshgrid(*(values[name] for name in ANGLES), indexing="ij")
+    misalignment = angles[0] + in_plane_of_action(meeting.alpha, *angles[1:])
+    force, angle = (x.ravel() for x in np.broadcast_arrays(forces[:, None, None, None], misalignment[None]))
+    states = np.empty(force.size, object)
+    with threadpool_limits(1):
+        loaded = force > 0
+        if not resolved and loaded.any():
+            states[loaded] = encounter.slice_states(force[loaded], angle[loaded])
+        for i in range(force.size):
+            if states[i] is None:
+                states[i] = encounter.state(float(force[i]), float(angle[i]))
+    return kept(states).reshape(forces.shape + misalignment.shape)
+
+
+def kept(states: np.ndarray) -> np.ndarray:
+    """What a map keeps of each state: te, peak pressure, line load, centroid, shares by number of the pair of teeth."""
+    found = np.empty(states.size, object)
+    for i, state in enumerate(states):
+        shares = {int(k): state.share(k) for k in np.unique(state.cells.number)}
+        found[i] = (state.te, state.peak_pressure(), state.line_load(), state.centroid(), shares)
+    return found
+
+
+def te_of(states: np.ndarray) -> np.ndarray:
+    """Transmission errors [m] of what `kept` keeps."""
+    return np.vectorize(lambda state: state[0], otypes=[float])(states)
+
+
+def _ordered(columns: list[np.ndarray], shape: list[int]) -> np.ndarray:
+    """Columns of all meetings as one array (n_torque, n_a, n_axial, *angles, n_phase)."""
+    n_torque, n_a, n_axial, *angles, n_phase = shape
+    stacked = np.stack(columns).reshape(n_a, n_axial, n_phase, n_torque, *angles)
+    return np.moveaxis(np.moveaxis(stacked, 3, 0), 3, -1)

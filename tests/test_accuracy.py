@@ -1,0 +1,74 @@
+"""Requested accuracy: what is chosen, and that estimated errors hold against refined runs."""
+
+import numpy as np
+import pytest
+from conftest import paper_gear
+
+import fem
+from fem.accuracy import LEVELS, errors, rms
+from fem.mesh import Density
+from fem.ste import at_phases, compliance_at
+from fem.units import mm
+
+ROUGH = fem.Resolution(Density(flank=10, fillet=2, tooth=2, rim=2, body=3, width=2), 8)
+
+
+def te_of(pair, torque, phases, resolution) -> np.ndarray:
+    return fem.static_transmission_error(pair, torque, phases, accuracy=resolution, progress=False)["te"].values
+
+
+def true_errors(pair, torque, phases: int, resolution, truth) -> dict[str, np.ndarray]:
+    """Of each kind, by a finer mesh, by four times the phases, by torques between."""
+    te = te_of(pair, torque, phases, resolution)
+    phase, dense = np.arange(phases) / phases, np.arange(4 * phases) / (4 * phases)
+    between = np.sort(np.concatenate([torque, np.sqrt(torque[1:-1] * torque[2:])]))
+    filled = te_of(pair, between, phases, resolution)
+    compliance = compliance_at(torque[1:], (te[1:] - te[0]) / torque[1:, None], between[1:])
+    return {
+        "error_mesh": rms(te - te_of(pair, torque, phases, truth)),
+        "error_phase": rms(at_phases(phase, te, dense) - te_of(pair, torque, 4 * phases, resolution)),
+        "error_torque": np.array([rms(te[0] + compliance * between[1:, None] - filled[1:]).max()]),
+    }
+
+
+def stated(pair, torque, phases: int, resolution) -> dict[str, np.ndarray]:
+    values = fem.Offsets().values(pair)
+    return errors(pair, torque, np.arange(phases) / phases, values, resolution)
+
+
+def test_requested_accuracy_chooses_and_is_kept():
+    pair = fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
+    ste = fem.static_transmission_error(pair, fem.UpTo(350), None, accuracy=0.02, progress=False)
+    assert ste["torque"].values[[0, -1]] == pytest.approx([0, 350])
+    te = ste["te"].values
+    truth = te_of(pair, 350, ste["phase"].size, LEVELS[1])[0]
+    assert rms(te[-1] - truth) < 0.02 * te[-1].mean()
+    finer = fem.static_transmission_error(pair, fem.UpTo(350), None, accuracy=0.005, progress=False)
+    assert finer["phase"].size > ste["phase"].size
+    for name in ("error_mesh", "error_phase", "error_torque"):
+        assert ste[name].dims == ("torque",)
+        assert finer[name].values[-1] < ste[name].values[-1]
+
+
+def test_slice_mode_is_within_half_a_percent():
+    pair = fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
+    fast, resolved = (te_of(pair, [150, 350], 30, LEVELS[i]) for i in (0, 1))
+    assert fast.mean(axis=1) == pytest.approx(resolved.mean(axis=1), rel=0.005)
+    assert np.ptp(fast, axis=1) == pytest.approx(np.ptp(resolved, axis=1), rel=0.005)
+
+
+@pytest.mark.parametrize(
+    ("torque", "phases", "accuracy", "message"),
+    [
+        (150, 30, 0.5, "accuracy must lie in"),
+        (150, 30, float("nan"), "accuracy must lie in"),
+        (150, None, None, "need an accuracy"),
+        (fem.UpTo(150), 30, fem.Resolution(), "need an accuracy"),
+        (0, 30, 0.01, "needs a torque > 0"),
+        (fem.UpTo(1e6), 30, 0.01, "Hertz pressure passes"),
+    ],
+)
+def test_bad_requests_are_refused(torque, phases, accuracy, message):
+    pair = fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
+    with pytest.raises(ValueError, match=message):
+        fem.static_transmission_error(pair, torque, phases, accuracy=accuracy, progress=False)
