@@ -60,8 +60,8 @@ def static_transmission_error(
     pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair
     share, resolution = _checked_accuracy(accuracy, torque, phases)
     torque = chosen_torques(pair, torque.torque, values, share) if isinstance(torque, UpTo) else torque
-    torque = _checked_torque(pair, torque)
-    phase = chosen_phases(pair, torque, values, share) if phases is None else _checked_phases(phases, pair)
+    torque = checked_torque(pair, torque)
+    phase = chosen_phases(pair, torque, values, share) if phases is None else checked_phases(phases, pair)
     resolution = resolution_within(pair, torque, values, share) if share else resolution
     states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor, progress=progress)
     axes = {name: values[name] for name in offsets.axes()}
@@ -131,7 +131,7 @@ def _labelled(pair, torque, phase, axes: dict, states: np.ndarray, attributes: d
     )
 
 
-def _checked_torque(pair: GearPair, torque) -> np.ndarray:
+def checked_torque(pair: GearPair, torque) -> np.ndarray:
     values = np.atleast_1d(np.asarray(torque, float))
     rising = values.ndim == 1 and values.size > 0 and bool((np.diff(values) > 0).all())
     require(rising and values[0] >= 0, f"torque must increase from 0 or above [N m]; sort it, got {torque}")
@@ -141,7 +141,7 @@ def _checked_torque(pair: GearPair, torque) -> np.ndarray:
     return values
 
 
-def _checked_phases(phases, pair: GearPair) -> np.ndarray:
+def checked_phases(phases, pair: GearPair) -> np.ndarray:
     if np.ndim(phases) == 0:
         require(4 <= phases < 1e6 and phases == int(phases), f"phases must be a whole number, at least 4, got {phases}")
         return np.arange(int(phases)) / int(phases)
