@@ -98,7 +98,7 @@ def main() -> None:
         stress.save_vtu(fields, folder / f"{name}_plane.vtu")
         stress.save_vtu(stress.solid_fields(pair, TORQUE, PHASES[title]), folder / f"{name}_solid.vtu")
     draw_fields(found, folder / "fields.png")
-    cycle = root_stress.root_stress(pair, TORQUES, 60)
+    cycle = root_stress.root_stress(pair, TORQUES, 30)
     cycle.to_netcdf(folder / "root_stress.nc", engine="h5netcdf")
     figure = plots.figure(columns=2)
     pictures.plot_root_stress(cycle, figure.axes[0])

@@ -14,7 +14,7 @@ from fem.ste import PHASE, TORQUE
 from fem.sweep import Resolution
 from fem.transmission import checked_phases, checked_torque
 
-#: Section and width that resolve the root.
+#: Root stress within 1 % of finer sections and widths on a spur gear of m_n 2.6 mm, 6 % low on a helical one of 15 deg.
 ROOT = Density(flank=6, fillet=4, land=2, tooth=2, rim=2, body=2, width=3)
 
 
@@ -39,7 +39,7 @@ def root_stress(
     density         of the solid on which the roots are solved
     resolution      of the contact, as of a map
 
-    One factorization per gear, about 10 s of a spur gear and 30 s of a helical one, is not kept.
+    The factorized solids are not kept: some 10 s for each spur gear, 30 s for each helical one, 0.3 s per state.
     Where the sharp corner of an unrelieved tip touches, the pressure is a mean over one strip of what has no limit.
     Raises ValueError for bad input, RuntimeError where the contact does not settle.
     """
