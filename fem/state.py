@@ -22,8 +22,14 @@ NEAR = 1e-9
 SETTLED = 0.02
 #: Strips are as wide as for this share of the largest line load where there is less.
 LEAST = 0.05
-ROUNDS = 12
+#: The loaded width is found again until it settles, after GROWING rounds the wider one of two.
+ROUNDS, GROWING = 24, 6
+#: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
+BEYOND = 1e-3
 TINY = np.finfo(float).tiny
+
+#: Axial ends [m] of the part of the face that counts, by number of the pair of teeth
+Ranges = dict[int, tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -94,7 +100,7 @@ class Encounter:
         side = (axial - (low + high) / 2) / ((high - low) / 2)
         return (1 + np.sign(side) * (1 - (1 - np.minimum(np.abs(side), 1)) ** (1 / GRADING))) / 2
 
-    def sliced(self, ranges: dict[int, tuple[float, float]], slices: float) -> Cells:
+    def sliced(self, ranges: Ranges, slices: float) -> Cells:
         """Slices of pairs of teeth over ranges of the face, about as wide as if the whole face had that number."""
         edges = {}
         for number, ends in ranges.items():
@@ -155,15 +161,20 @@ class Encounter:
         both = flattening(pair.pinion.material) + flattening(pair.wheel.material)
         return np.sqrt(2 * both * cells.radius * line_load)
 
-    def ranges(self, te: float, misalignment: float) -> dict[int, tuple[float, float]]:
-        """Axial ends between which the flanks of each pair of teeth overlap under a transmission error te [m]."""
+    def ranges(self, te: float, misalignment: float, cells: Cells, loads: np.ndarray) -> Ranges:
+        """Axial ends between which the flanks of each pair of teeth overlap under a transmission error te [m].
+
+        Where they do so between stations only, those of the cells with loads (n,) [N].
+        """
         gap, per_error = self.gaps(self.stations, misalignment)
         found = {}
         for number in np.unique(self.stations.number):
-            own = self.stations.number == number
+            own, carry = self.stations.number == number, (cells.number == number) & (loads > 0)
             clear, axial = te - (gap / per_error)[own], self.stations.low[own]
             if clear.max() > -NEAR:
                 found[int(number)] = overlap(axial, clear + NEAR)
+            elif carry.any():
+                found[int(number)] = float(cells.low[carry].min()), float(cells.high[carry].max())
         return found
 
     def state(self, force: float, misalignment: float = 0.0) -> State:
@@ -177,24 +188,25 @@ class Encounter:
             return State(float((gap / per_error).min()), nothing, np.zeros(0), np.zeros(0))
         force, cells = force * self.pinion.share, self.whole
         te, loads = (found[0] for found in self.line_contact(np.array([force]), np.array([misalignment])))
-        ranges = self.ranges(float(te), misalignment)
-        for _ in range(ROUNDS):
+        ranges = self.ranges(float(te), misalignment, cells, loads)
+        for step in range(ROUNDS):
             line_load = loads / (cells.high - cells.low)
             guess = {k: (cells.middle[cells.number == k], line_load[cells.number == k]) for k in ranges}
             cells = self.sliced(ranges, self.slices)
-            state = self.pressed(cells, force, misalignment, self.half_width(cells, _loads_at(cells, guess)))
-            loads, touched = state.force, self.ranges(state.te, misalignment)
-            if self.covered(touched, ranges):
+            state = self.pressed(cells, force, misalignment, self.half_width(cells, _loads_at(cells, guess, force)))
+            loads, touched = state.force, self.ranges(state.te, misalignment, cells, state.force)
+            if self.covered(touched, ranges, SETTLED if step < GROWING else 1.0):
                 return state
-            ranges = touched
+            ranges = touched if step < GROWING else wider(touched, ranges)
         raise RuntimeError("the loaded width did not settle; try a neighbouring phase or more slices")
 
-    def covered(self, touched: dict, ranges: dict) -> bool:
-        """Whether the ranges hold what was touched, and little more."""
+    def covered(self, touched: Ranges, ranges: Ranges, spare: float) -> bool:
+        """Whether the ranges hold what was touched, and beside it no more than a spare share of the face."""
         if touched.keys() - ranges.keys():
             return False
-        ends = np.array([np.abs(self.shares(np.array(touched[k])) - self.shares(np.array(ranges[k]))) for k in touched])
-        return bool(ends.max() < SETTLED)
+        beyond = self.shares(np.array([ranges[k] for k in touched])) - self.shares(np.array(list(touched.values())))
+        outwards = beyond * [-1, 1]
+        return bool(outwards.min() > -SETTLED and outwards.max() < spare)
 
     def pressed(self, cells: Cells, force: float, misalignment: float, half_width: np.ndarray) -> State:
         """Contact of cells on strips wide enough to hold it."""
@@ -209,21 +221,32 @@ class Encounter:
         raise RuntimeError("contact is wider than ten Hertzian widths; the load is beyond what the teeth can carry")
 
 
+def wider(one: Ranges, other: Ranges) -> Ranges:
+    """Ranges that hold both."""
+    ends = {k: np.array([ranges[k] for ranges in (one, other) if k in ranges]) for k in one.keys() | other.keys()}
+    return {k: (float(both[:, 0].min()), float(both[:, 1].max())) for k, both in sorted(ends.items())}
+
+
 def overlap(axial: np.ndarray, clear: np.ndarray) -> tuple[float, float]:
     """Ends of the range in which clear (n,), linear between the places axial (n,), is positive."""
     inside = np.flatnonzero(clear > 0)
     ends = []
     for i, j in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
         outside = 0 <= j < axial.size
-        ends.append(axial[i] + (axial[j] - axial[i]) * clear[i] / (clear[i] - clear[j]) if outside else axial[i])
+        share = max(clear[i] / (clear[i] - clear[j]), BEYOND) if outside else 0.0
+        ends.append(axial[i] + (axial[j if outside else i] - axial[i]) * share)
     return float(ends[0]), float(ends[1])
 
 
-def _loads_at(cells: Cells, guess: dict) -> np.ndarray:
-    """(n,) line loads of cells out of those of other cells by pair, none below a share of the largest [N/m]."""
+def _loads_at(cells: Cells, guess: dict, force: float) -> np.ndarray:
+    """(n,) line loads of cells out of those of other cells by pair, none below a share of the largest [N/m].
+
+    They carry the force [N] together, at least, if they are fewer.
+    """
     found = np.zeros(cells.low.size)
     for number, (axial, load) in guess.items():
         own = cells.number == number
         found[own] = np.interp(cells.middle[own], axial, load) if axial.size else 0.0
     least = LEAST * max(found.max(initial=0.0), max(load.max(initial=0.0) for _, load in guess.values()))
-    return np.maximum(found, least)
+    found = np.maximum(found, least)
+    return found * max(1.0, force / float(found @ (cells.high - cells.low)))
