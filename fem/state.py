@@ -24,6 +24,8 @@ SETTLED = 0.02
 LEAST = 0.05
 #: The loaded width is found again until it settles, after GROWING rounds the wider one of two.
 ROUNDS, GROWING = 24, 6
+#: So often strips that are full to the edge are widened.
+WIDENINGS = 12
 #: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
 BEYOND = 1e-3
 TINY = np.finfo(float).tiny
@@ -41,6 +43,7 @@ class State:
     force       (n,) normal forces on the cells [N]
     pressure    (n,) largest contact pressure in each [Pa]
     strips      strips of the cells, and load (n, STRIPS) their forces [N]; None in the slice mode
+    mirrored    whether the lower half of the face, which has no cells, carries the same
     """
 
     te: float
@@ -49,6 +52,7 @@ class State:
     pressure: np.ndarray
     strips: Strips | None = None
     load: np.ndarray | None = None
+    mirrored: bool = False
 
     def share(self, number: int) -> float:
         """Share of the load that a pair of teeth carries; 0 without load."""
@@ -64,7 +68,7 @@ class State:
 
     def centroid(self) -> float:
         """Axial place of the resultant force [m]; 0 without load and where both halves carry the same."""
-        if self.cells.low.size and self.cells.low.min() >= 0:
+        if self.mirrored:
             return 0.0
         return float(self.force @ self.cells.middle / max(self.force.sum(), TINY))
 
@@ -153,7 +157,8 @@ class Encounter:
         cells = self.whole
         width = self.half_width(cells, np.maximum(loads, TINY) / (cells.high - cells.low))
         pressure = 2 * loads / (np.pi * width * cells.length)
-        return [State(float(t), cells, f, p) for t, f, p in zip(te, loads, pressure, strict=True)]
+        half = self.pinion.share < 1
+        return [State(float(t), cells, f, p, mirrored=half) for t, f, p in zip(te, loads, pressure, strict=True)]
 
     def half_width(self, cells: Cells, line_load: np.ndarray) -> np.ndarray:
         """Hertzian half-widths of cells (n,) [m] under forces per axial length (n,) [N/m]."""
@@ -210,15 +215,15 @@ class Encounter:
 
     def pressed(self, cells: Cells, force: float, misalignment: float, half_width: np.ndarray) -> State:
         """Contact of cells on strips wide enough to hold it."""
-        for _ in range(6):
+        for _ in range(WIDENINGS):
             strips = strips_of(cells, WINDOW * half_width)
             te, load = assemble(cells, strips, self.pinion, self.wheel, misalignment, half_width).solve(force)
             spilt = (strips.open & (load[:, [0, -1]].T > 0)).any(axis=0)
             if not spilt.any():
                 pressure = load.max(axis=1) / (strips.width * cells.length)
-                return State(te, cells, load.sum(axis=1), pressure, strips, load)
+                return State(te, cells, load.sum(axis=1), pressure, strips, load, self.pinion.share < 1)
             half_width = np.where(spilt, 1.6 * half_width, half_width)
-        raise RuntimeError("contact is wider than ten Hertzian widths; the load is beyond what the teeth can carry")
+        raise RuntimeError("contact is a hundred times wider than Hertz says; reduce the load or take more slices")
 
 
 def wider(one: Ranges, other: Ranges) -> Ranges:
