@@ -17,7 +17,13 @@ from fem.flank import removed
 from fem.gear import GearPair
 
 SAMPLES = 41
-SECANTS = 8
+SECANTS = 12
+#: Gap of flanks that cannot touch [m].
+FAR = 1.0
+#: Rolls shorter than this share of that at the tip count as that long: at the base circle there is no curvature.
+LEAST_ROLL = 0.01
+#: Normals with a shorter lever about the mate count as if they had that one: flanks do not touch there.
+LEAST_LEVER = 0.1
 
 
 @dataclass(frozen=True)
@@ -142,28 +148,44 @@ class Cells:
         arm_x, arm_y = a - r_own * n_y - roll * n_x, r_own * n_x - roll * n_y
         mate_roll = np.sqrt(np.maximum(arm_x**2 + arm_y**2 - r_mate**2, 0.0))
         turn = np.arctan2(arm_y, arm_x) - np.arctan2(mate_roll, r_mate) + alpha
-        lever = (arm_x * n_y - arm_y * n_x) / r_mate
+        lever = np.maximum((arm_x * n_y - arm_y * n_x) / r_mate, LEAST_LEVER)
         return lever * (r_mate * turn + mate_roll - self.mate_nominal), mate_roll, lever
 
     @cached_property
+    def apart(self) -> np.ndarray:
+        """(n, 1) whether all of own's flank is beyond the mate's tip, so that the two cannot touch."""
+        form, tip = (self._own(name)[:, None] for name in ("roll_form", "roll_tip"))
+        return (self.beyond_tip(form) > 0) & (self.beyond_tip(tip) > 0)
+
+    def beyond_tip(self, roll: np.ndarray) -> np.ndarray:
+        """Roll length of the mate beyond its tip at own's roll (n, m) [m]."""
+        return self.against(roll)[1] - self._mate("roll_tip")[:, None]
+
+    @cached_property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 1) roll lengths of own between which the mate's flank can touch it: the mate's tip corner, own's tip."""
+        """(n, 1) roll lengths of own between which the mate's flank can touch it: the mate's tip corner, own's tip.
+
+        Flanks that cannot touch have their whole length.
+        """
         low, high = self._own("roll_form")[:, None], self._own("roll_tip")[:, None]
-        tip = self._mate("roll_tip")[:, None]
-        beyond = [self.against(end)[1] - tip for end in (low, high)]
-        one, other, f_one, f_other = low, high, *beyond
+        one, other, f_one, f_other = low, high, self.beyond_tip(low), self.beyond_tip(high)
+        ends = (f_one > 0) & ~self.apart
         for _ in range(SECANTS):
-            slope = np.where(f_one == f_other, -1.0, (f_other - f_one) / np.where(one == other, 1.0, other - one))
-            one, f_one, other = other, f_other, np.clip(other - f_other / slope, low, high)
-            f_other = self.against(other)[1] - tip
-        return np.where(beyond[0] > 0, other, low), high
+            slope = np.where(f_one == f_other, 1.0, f_one - f_other)
+            new = np.where(ends, other + f_other * (other - one) / slope, low)
+            f_new = self.beyond_tip(new)
+            across = f_new * f_other < 0
+            one, f_one = np.where(across, other, one), np.where(across, f_other, f_one / 2)
+            other, f_other = new, f_new
+        return np.where(ends, other, low), high
 
     def gap(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normal gap [m], mate's roll length [m] and normal approach per transmission error at own's roll (n, m)."""
         gap, mate_roll, lever = self.against(roll)
         inclined = cos(self.meeting.pair.beta_b)
         per_error = inclined * approach(lever)
-        return inclined * gap + self.deviation(roll, mate_roll) + per_error * self.te, mate_roll, per_error
+        gap = np.where(self.apart, FAR, inclined * gap + self.deviation(roll, mate_roll) + per_error * self.te)
+        return gap, mate_roll, per_error
 
     def deviation(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
         """(n, m) normal gap by material removed from both flanks [m], mean over slices along the line of contact."""
@@ -224,8 +246,10 @@ class Cells:
     @cached_property
     def radius(self) -> np.ndarray:
         """(n,) relative transverse radius of curvature where the flanks are closest [m]."""
-        mate = self.against(self.closest)[1]
-        return (self.closest * mate / (self.closest + mate))[:, 0]
+        rolls = self.closest, self.against(self.closest)[1]
+        tips = (side("roll_tip")[:, None] for side in (self._own, self._mate))
+        own, mate = (np.maximum(roll, LEAST_ROLL * tip) for roll, tip in zip(rolls, tips, strict=True))
+        return (own * mate / (own + mate))[:, 0]
 
     def arcs(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
         """(2, n, m) arc lengths on pinion and wheel at roll lengths of own and mate [m]."""
