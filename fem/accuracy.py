@@ -11,7 +11,7 @@ import numpy as np
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
 from fem.ste import at_phases, compliance_at
-from fem.sweep import Resolution, sweep, te_of
+from fem.sweep import Resolution, each, sweep
 
 #: From the coarsest to the finest that is tried.
 LEVELS = (Resolution(resolved=False), Resolution(), Resolution().finer())
@@ -38,7 +38,7 @@ def edges_of(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 def curves(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> np.ndarray:
     """(n_torque, n_phase) transmission errors [m] at the offsets furthest from nominal."""
     states = sweep(pair, np.asarray(torque) / pair.pinion.r_b, np.asarray(phase), edges_of(values), resolution)
-    return te_of(states).reshape(len(torque), len(phase))
+    return each(states, lambda state: state[0]).reshape(len(torque), len(phase))
 
 
 def deflection(te: np.ndarray, unloaded: np.ndarray) -> np.ndarray:

@@ -183,7 +183,7 @@ class Encounter:
         return found
 
     def state(self, force: float, misalignment: float = 0.0) -> State:
-        """Contact under the mesh force force >= 0 [N]; misalignment as in `fem.Offset`.
+        """Contact under the mesh force force >= 0 [N]; misalignment as in `fem.Offsets`.
 
         Raises RuntimeError where the contact does not settle.
         """
