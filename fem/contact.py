@@ -13,6 +13,9 @@ STRIPS = 17
 #: (STRIPS, STRIPS) mean of -ln of the distance between two of equal strips of unit width
 BETWEEN_STRIPS = log_mean(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS)), 1.0, 1.0)
 
+ACTIVE_SETS = 40
+#: Share of the force that counts as none, and penetration that does [m], where strips join and leave one by one.
+FORCELESS, PENETRATION = 1e-14, 1e-14
 #: Strips between which the smooth compliance is quadratic, and their shape functions (NODES, STRIPS)
 PRESSED = slice(STRIPS // 6, STRIPS - STRIPS // 6)
 PLACES = [0, STRIPS // 2, STRIPS - 1]
@@ -48,18 +51,37 @@ class Contact:
         Raises RuntimeError where no active set settles.
         """
         active = self.expected
-        rng = np.random.default_rng(0)
-        for step in range(200):
+        for _ in range(ACTIVE_SETS):
             delta, f = self._with_active(active, force)
             slack = self.displacement(f) + self.gap - self.approach * delta
             wanted = np.where(active, f > 0, slack < 0)
             if (wanted == active).all():
                 return delta, f
-            settled = step < 30
-            active = wanted if settled else np.where(rng.random(active.shape) < 0.5, wanted, active)
+            active = wanted
             if not active.any():
                 active[np.unravel_index(np.argmin(slack), slack.shape)] = True
-        raise RuntimeError("contact did not settle in 200 active sets; try a neighbouring phase or a finer density")
+        return self._one_by_one(np.maximum(f, 0.0), force)
+
+    def _one_by_one(self, f: np.ndarray, force: float) -> tuple[float, np.ndarray]:
+        """The same where active sets cycle: strips join one at a time, and leave as they run out of force.
+
+        f       (n, m) forces >= 0 to start from [N]
+
+        Every step lowers the energy (Lawson & Hanson, Solving Least Squares Problems, ch. 23).
+        """
+        f = f * force / (self.approach * f).sum()
+        for _ in range(3 * f.size):
+            delta, new = self._with_active(f > 0, force)
+            while (new[f > 0] <= 0).any():
+                falling = (f > 0) & (new <= 0)
+                share = (f[falling] / (f - new)[falling]).min()
+                f = np.where((f + share * (new - f) > FORCELESS * force) & (f > 0), f + share * (new - f), 0.0)
+                delta, new = self._with_active(f > 0, force)
+            slack = np.where(new > 0, 0.0, self.displacement(new) + self.gap - self.approach * delta)
+            if slack.min() >= -PENETRATION:
+                return delta, new
+            f = np.where(slack == slack.min(), 2 * FORCELESS * force, new)
+        raise RuntimeError("contact did not settle; try a neighbouring phase or a finer density")
 
     def _with_active(self, active: np.ndarray, force: float) -> tuple[float, np.ndarray]:
         """Transmission error and forces where only the active strips touch: cells one by one, then their coupling."""

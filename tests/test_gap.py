@@ -53,3 +53,17 @@ def test_misaligned_line_of_springs(tilt, delta, tangent, k_h_beta):
     assert te / um == pytest.approx(delta, abs=1e-3)
     assert c * b * (f > 0).mean() / 1e6 == pytest.approx(tangent, abs=0.1)
     assert line_load.max() / (force / b) == pytest.approx(k_h_beta, abs=1e-3)
+
+
+def test_strips_that_join_one_by_one_find_the_same_contact():
+    rng, n = np.random.default_rng(0), 6
+    root = rng.standard_normal((n * NODES, n * NODES))
+    smooth = 1e-10 * (root @ root.T).reshape(n, NODES, n, NODES)
+    local = np.tile(2e-9 * np.exp(-np.abs(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS))) / 5), (n, 1, 1))
+    gap = rng.uniform(0, 5 * um, (n, STRIPS))
+    contact = Contact(local, smooth, gap, np.ones_like(gap), np.ones_like(gap, bool))
+    te, f = contact.solve(2000.0)
+    other, g = contact._one_by_one(np.ones_like(gap), 2000.0)
+    assert other == pytest.approx(te, rel=1e-12)
+    assert g == pytest.approx(f, abs=1e-8)
+    assert 0 < (f > 0).mean() < 1
