@@ -41,6 +41,8 @@ FLOORS = {
     "fem.transmission": 6,
     "fem.nonlinear": 6,
     "fem.dynamic": 6.2,
+    "fem.penalty": 4.5,
+    "fem.explicit": 6.3,
     "fem": 6.5,
     "exugear.force": 7,
     "exugear.gearbox": 7.5,
@@ -56,7 +58,16 @@ FLOORS = {
 }
 DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste"}
 FENCES = {
-    "skfem": {"fem.mesh", "fem.prism", "fem.compliance", "fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic"},
+    "skfem": {
+        "fem.mesh",
+        "fem.prism",
+        "fem.compliance",
+        "fem.solid",
+        "fem.body",
+        "fem.nonlinear",
+        "fem.dynamic",
+        "fem.explicit",
+    },
     "exudyn": {"exugear.connector", "exugear.plan", "exugear.model", "exugear.run"},
     "matplotlib": {"exugear.plots"},
 }
