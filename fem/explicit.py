@@ -14,7 +14,7 @@ from skfem import ElementQuad1
 from tqdm import tqdm
 
 from fem.body import TEETH, Body, clamped
-from fem.dynamic import RunUp
+from fem.dynamic import RunUp, over_time
 from fem.gear import GearPair, require
 from fem.mesh import Density
 from fem.nonlinear import Meshing, check
@@ -79,15 +79,13 @@ def transmission_error(
 
 
 def dataset(times: np.ndarray, records: np.ndarray, attributes: dict) -> xr.Dataset:
-    """Labelled columns: phase, transmission error, three energies, four works."""
-    columns = {
-        "phase": ("time", records[:, 0]),
-        "te": ("time", records[:, 1], {"units": "m", "long_name": "transmission error"}),
-        "energy": (("time", "store"), records[:, 2:5], {"units": "J"}),
-        "work": (("time", "way"), records[:, 5:], {"units": "J"}),
+    """Labelled columns: transmission error, phase, torque, three energies, four works."""
+    account = {
+        "energy": (("time", "store"), records[:, 3:6], {"units": "J"}),
+        "work": (("time", "way"), records[:, 6:], {"units": "J"}),
     }
     names = {"store": ["kinetic", "strain", "contact"], "way": ["drive", "load", "damping", "slip"]}
-    return xr.Dataset(columns, {"time": ("time", times, {"units": "s"}), **names}, attrs=attributes)
+    return over_time(times, *records[:, :3].T).assign(account).assign_coords(names).assign_attrs(attributes)
 
 
 class Rotor(NamedTuple):
@@ -159,7 +157,7 @@ class Drive(NamedTuple):
 
 
 def integrated(pair: GearPair, bodies, gears, force: float, times, options, progress: bool) -> np.ndarray:
-    """(n_time, 9) records at times [s]: phase, transmission error, energies, works."""
+    """(n_time, 10) records at times [s]: transmission error, phase, torque of the load, energies, works."""
     run, scheme = options
     pitch, meshing = 2 * np.pi / pair.pinion.z, Meshing(pair, bodies, (), (), lag=1.0)  # type: ignore[arg-type]
     load = force / (run.speed * pair.pinion.r_b)
@@ -171,15 +169,16 @@ def integrated(pair: GearPair, bodies, gears, force: float, times, options, prog
     rest = [np.zeros_like(gear.places) for gear in gears * 2]
     hats = max(gear.teeth.arcs.size for gear in gears)
     state = State((rest[0], rest[1]), (rest[2], rest[3]), np.zeros(2), np.zeros((2, 3, hats)), np.zeros(4))
-    records = np.zeros((times.size, 9))
-    records[0, 0] = run.start
+    records = np.zeros((times.size, 10))
+    records[0, 1] = run.start
     for i, t in enumerate(tqdm(times[:-1], "explicit", disable=not progress, delay=1.0, leave=False), start=1):
         motion = np.array([run.motion(t + k * law.step, pitch) for k in range(between)])
         touches = numbered(meshing, float(motion[between // 2, 0]))
         energies = advance(gears, state, drive, law, motion, touches)
         strain = sum(strain_energy(body.solid, u) for body, u in zip(bodies, state.u, strict=True))
-        phase = run.motion(times[i], pitch)[0]
-        records[i] = phase, state.error[0], energies[0], strain, energies[1], *state.work
+        phase, spin, _ = run.motion(times[i], pitch)
+        torque = load * (spin * pair.pinion.r_b - state.error[1]) * pair.pinion.r_b
+        records[i] = state.error[0], phase, torque, energies[0], strain, energies[1], *state.work
         stable = np.isfinite(records[i]).all()
         if not stable:
             raise RuntimeError(f"not stable at phase {phase:g}; take a smaller step or penalty")
