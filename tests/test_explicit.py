@@ -10,7 +10,7 @@ from fem.body import clamped
 from fem.dynamic import RunUp
 from fem.explicit import CentralDifferences, numbered, rotor, stable_step, transmission_error
 from fem.mesh import Density
-from fem.nonlinear import Meshing, assembled, equilibrium, rows
+from fem.nonlinear import Meshing, assembled, correction, equilibrium, rows
 from fem.penalty import Law, Side, press
 from fem.solid import internal_force, strain_energy
 from fem.units import mm, rpm, um
@@ -148,6 +148,43 @@ def test_little_friction_changes_little(short):
     none = ran(20 * rpm, 0.02, 0.05, 0.02, step=1e-6)
     assert little["te"].values == pytest.approx(none["te"].values, rel=1e-4)
     assert none["work"].values[-1, 3] == 0 < little["work"].values[-1, 3]
+
+
+def static_with_friction(meshing, phase: float, force: float, mu: float) -> float:
+    """Transmission error where each hat also pulls along the flank by mu times its force, against the sliding."""
+    touches, te, u = meshing.touches(phase), 0.0, [body.rest() for body in meshing.bodies]
+    behind = np.concatenate([np.full(t.sample.chosen.size, np.sign(phase + t.teeth[0])) for t in touches])
+    f = 0 * behind
+    for _ in range(40):
+        here, residual = rows(meshing, touches, phase, te, u), []
+        for body, by, v in zip(meshing.bodies, here.by, u, strict=True):
+            normal, load = by.reshape(len(by), -1, 2), np.zeros(v.size)
+            along = np.stack([-normal[..., 1], normal[..., 0]], axis=-1).reshape(by.shape)
+            load[body.flank_dofs] = (mu * behind * f) @ along
+            residual.append(load.reshape(v.shape) - internal_force(body.solid, v))
+        (x, y), (pull_x, pull_y) = (meshing.bodies[1].solid.places + u[1]).T, load.reshape(-1, 2).T
+        driven = (x * pull_y - y * pull_x).sum() / meshing.pair.wheel.r_b
+        te, du, f = correction(meshing, here, te, residual, force + driven)
+        u = [one + two for one, two in zip(u, du, strict=True)]
+        if max(np.abs(one).max() for one in du) < 1e-6 * np.abs(u[0]).max():
+            return te
+    raise AssertionError("friction did not settle")
+
+
+@pytest.mark.slow
+def test_friction_moves_te_as_in_statics_with_coulomb_forces():
+    """Less before the pitch point, more behind it, while the normal force does the opposite."""
+    found = ran(10 * rpm, -0.3, 0.2, 0.08, step=1e-6, friction=0.3)
+    meshing, changes = assembled(paper_pair(), COARSE, ElementQuad1(), penalty=PENALTY, lag=1.0), []
+    force, phase, te = (found[name].values for name in ("torque", "phase", "te"))
+    for low, high in ((-0.16, -0.04), (0.06, 0.18)):
+        at = np.flatnonzero((phase > low) & (phase < high))[::2]
+        states = [(meshing, phase[i], force[i] / meshing.pair.pinion.r_b) for i in at]
+        rubbing = np.mean([static_with_friction(*state, 0.3) for state in states])
+        smooth = np.mean([equilibrium(*state).te for state in states])
+        assert te[at].mean() == pytest.approx(rubbing, rel=2e-3)
+        changes.append(te[at].mean() / smooth - 1)
+    assert changes[0] < -0.005 and changes[1] > 0.005
 
 
 @pytest.mark.slow
