@@ -11,7 +11,7 @@ import numpy as np
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
 from fem.ste import at_phases, compliance_at
-from fem.sweep import Resolution, sweep, te_of
+from fem.sweep import Resolution, each, sweep
 
 #: From the coarsest to the finest that is tried.
 LEVELS = (Resolution(resolved=False), Resolution(), Resolution().finer())
@@ -38,7 +38,7 @@ def edges_of(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 def curves(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> np.ndarray:
     """(n_torque, n_phase) transmission errors [m] at the offsets furthest from nominal."""
     states = sweep(pair, np.asarray(torque) / pair.pinion.r_b, np.asarray(phase), edges_of(values), resolution)
-    return te_of(states).reshape(len(torque), len(phase))
+    return each(states, lambda state: state[0]).reshape(len(torque), len(phase))
 
 
 def deflection(te: np.ndarray, unloaded: np.ndarray) -> np.ndarray:
@@ -52,16 +52,17 @@ def rms(te: np.ndarray) -> np.ndarray:
 
 
 def mesh_error(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> np.ndarray:
-    """(n_torque,) estimated error [m] by mesh and slices: what a coarser mesh changes at some of the phases.
+    """(n_torque,) estimated error [m] by mesh and slices: what a coarser mesh and wider slices change at some phases.
 
     In the slice mode also what resolving the strips changes on that coarser mesh.
     """
     some = np.asarray(phase)[:: max(1, len(phase) // CHECKED_PHASES)]
-    coarse = curves(pair, torque, some, values, resolution.coarser())
-    error = FROM_COARSER * rms(curves(pair, torque, some, values, resolution) - coarse)
+    coarser = resolution.coarser()
+    meshed, sliced = replace(resolution, density=coarser.density), replace(resolution, slices=coarser.slices)
+    te, coarse, wide = (curves(pair, torque, some, values, each) for each in (resolution, meshed, sliced))
+    error = FROM_COARSER * (rms(te - coarse) + rms(te - wide))
     if not resolution.resolved:
-        strips = curves(pair, torque, some, values, replace(resolution.coarser(), resolved=True))
-        error = error + rms(strips - coarse)
+        error = error + rms(curves(pair, torque, some, values, replace(meshed, resolved=True)) - coarse)
     return error
 
 

@@ -33,19 +33,29 @@ class Compliance:
     arcs        (n_hat,) arc lengths of the hats' tops along the flank [m]
     axial       (n_axial,) places of the hats' tops across the width [m], from mid-plane or from end face to end face
     depth       depth at which the half-plane is held [m]
-    blocks      (n_teeth, n_axial, n_hat, n_axial, n_hat) displacement into tooth d per force on tooth 0 [m/N]; from
+    blocks      (teeth + 1, n_axial, n_hat, n_axial, n_hat) displacement into tooth d per force on tooth 0 [m/N]; from
                 mid-plane on: the same forces act on both halves of the width
+    slide       (behind + 1 + teeth, ...) likewise the displacement along the profile towards the tip, from -behind on
     """
 
     arcs: np.ndarray
     axial: np.ndarray
     depth: float
     blocks: np.ndarray
+    slide: np.ndarray
 
     @property
     def share(self) -> float:
         """Share of the face width, and of the load, that lies on the slices."""
         return 0.5 if self.axial[0] == 0 else 1.0
+
+    def ahead(self, teeth: int) -> np.ndarray:
+        """(n_axial, n_hat, n_axial, n_hat) displacement into a tooth so many teeth ahead of the loaded one [m/N]."""
+        return self.blocks[teeth] if teeth >= 0 else self.blocks[-teeth].transpose(2, 3, 0, 1)
+
+    def slide_ahead(self, teeth: int) -> np.ndarray:
+        """Likewise along the profile; as far behind as was computed, there it hardly depends on the tooth."""
+        return self.slide[max(0, teeth + self.slide.shape[0] - self.blocks.shape[0])]
 
 
 def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> Compliance:
@@ -58,13 +68,13 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     arcs, line = meshes.flank_hats(gear, density), meshes.half_width(gear.b, loaded, density.width)
     axial = np.sort(line.p[0])[: density.width + 1]
     depth = axial[-1] / density.width
-    near = partial(cached, f"near field 6 {body} {density}", lambda: {"blocks": near_field(body, arcs, depth, density)})
+    near = partial(cached, f"near field 7 {body} {density}", lambda: {"blocks": near_field(body, arcs, depth, density)})
 
     def solved(kind: str) -> np.ndarray:
         def compute() -> Arrays:
             return {"blocks": beside_half_plane(body, arcs, axial, line, density, near()["blocks"], kind)}
 
-        return cached(f"solid 6 {body} {density} {loaded} {kind}", compute)["blocks"]
+        return cached(f"solid 7 {body} {density} {loaded} {kind}", compute)["blocks"]
 
     places = np.concatenate([-axial[:0:-1], axial]) if whole or gear.beta else axial
     if gear.beta:
@@ -72,25 +82,25 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     else:
         means = both_halves(solved("even"), solved("odd")) if whole else solved("even")
     across, along = values_of_means(places), values_of_means(arcs)
-    return Compliance(
-        arcs, places, depth, np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, means, across, along, optimize=True)
-    )
+    values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, means, across, along, optimize=True)
+    return Compliance(arcs, places, depth, values[: density.teeth + 1], values[density.teeth + 1 :])
 
 
 def near_field(gear: Gear, arcs: np.ndarray, depth: float, density: Density) -> np.ndarray:
-    """(teeth + 1, n_hat, n_hat) what plane strain on the refined section adds to that on the coarse one [m^2/N].
+    """(n_reading, n_hat, n_hat) what plane strain on the refined section adds to that on the coarse one [m^2/N].
 
     On the loaded tooth itself the half-plane held at depth is taken out.
     """
     coarse, finer = meshes.section(gear, density), meshes.section(gear, density.refined(2))
-    added = plane_strain(gear, arcs, finer, ElementQuad2(), density.teeth)
-    added -= plane_strain(gear, arcs, coarse, ElementQuad1(), density.teeth)
-    added[0] -= half_plane(gear, arcs, depth)
-    return cos(gear.beta_b) * added
+    added = plane_strain(gear, arcs, Basis(finer, ElementQuad2()), density)
+    added -= plane_strain(gear, arcs, Basis(coarse, ElementQuad1()), density)
+    added /= cos(gear.beta_b)
+    added[0] -= cos(gear.beta_b) * half_plane(gear, arcs, depth)
+    return added
 
 
 def beside_half_plane(gear: Gear, arcs, axial, half: MeshLine, density: Density, near, kind: str) -> np.ndarray:
-    """`Compliance.blocks` of a gear with beta >= 0.
+    """`Compliance.blocks` and `slide`, one after the other, of a gear with beta >= 0, as means over the hats.
 
     kind        "whole" width, or half of it with loads on the other half that are alike, "even", or opposite, "odd"
     """
@@ -99,7 +109,7 @@ def beside_half_plane(gear: Gear, arcs, axial, half: MeshLine, density: Density,
         half = MeshLine(np.concatenate([-nodes[:0:-1], nodes]))
         axial = np.concatenate([-axial[:0:-1], axial])
     across = Basis(half, ElementLineP2())
-    found = solid(gear, arcs, axial, meshes.section(gear, density), across, density.teeth, kind)
+    found = solid(gear, arcs, axial, across, density, kind)
     return found + np.einsum("yz,dhk->dyhzk", overlap(across, axial), near)
 
 
@@ -189,28 +199,38 @@ def _flank_facets(gear: Gear, mesh: MeshQuad, tooth: int) -> np.ndarray:
     return np.flatnonzero(on_flank & near & boundary)
 
 
-def plane_strain(gear: Gear, arcs, mesh: MeshQuad, element, teeth: int) -> np.ndarray:
-    """(teeth + 1, n_hat, n_hat) displacement into tooth d per line load on tooth 0 [m^2/N]."""
-    basis = Basis(mesh, element)
+def readings(gear: Gear, basis: Basis, arcs: np.ndarray, density: Density) -> list[np.ndarray]:
+    """(3, n_dofs, n_hat) forces whose work is what is read: normal to teeth from 0 on, along teeth from -behind on.
+
+    The first of them is the load.
+    """
+    normal, pushes = np.array([cos(gear.beta_b), cos(gear.beta_b), sin(gear.beta_b)])[:, None, None], {}
+    for tooth in range(-density.behind, density.teeth + 1):
+        pushes[tooth] = flank_loads(gear, basis, arcs, tooth)
+    along = [np.stack([-push[1], push[0], np.zeros_like(push[0])]) for push in pushes.values()]
+    return [normal * pushes[tooth] for tooth in range(density.teeth + 1)] + along
+
+
+def plane_strain(gear: Gear, arcs: np.ndarray, basis: Basis, density: Density) -> np.ndarray:
+    """(n_reading, n_hat, n_hat) displacements that `readings` say per line load on tooth 0 [m^2/N]."""
     clamped = basis.get_dofs(BORE).all()
     free = np.setdiff1d(np.arange(2 * basis.N), np.concatenate([clamped, clamped + basis.N]))
     matrix = prism.stiffness(basis, None, gear.material)[free][:, free]
-    loads = [flank_loads(gear, basis, arcs, tooth)[:2].reshape(2 * basis.N, -1)[free] for tooth in range(teeth + 1)]
+    loads = [load[:2].reshape(2 * basis.N, -1)[free] for load in readings(gear, basis, arcs, density)]
     moved = factorize(matrix)(loads[0])
     return np.stack([load.T @ moved for load in loads])
 
 
-def solid(gear: Gear, arcs, axial, section: MeshQuad, across: Basis, teeth: int, kind: str) -> np.ndarray:
-    """(teeth + 1, n_axial, n_hat, n_axial, n_hat) displacement into tooth d per force on tooth 0 [m/N]."""
-    basis = Basis(section, ElementQuad1())
+def solid(gear: Gear, arcs, axial, across: Basis, density: Density, kind: str) -> np.ndarray:
+    """(n_reading, n_axial, n_hat, n_axial, n_hat) displacements that `readings` say per force on tooth 0 [m/N]."""
+    basis = Basis(meshes.section(gear, density), ElementQuad1())
     matrix = prism.stiffness(basis, across, gear.material, tan(gear.beta) / gear.r)
     free = np.flatnonzero(~_clamped(basis, across, kind))
     spread = _axial_loads(across, axial)
-    normal = np.array([cos(gear.beta_b), cos(gear.beta_b), sin(gear.beta_b)])
     loads = []
-    for tooth in range(teeth + 1):
-        pressed = normal[:, None, None] * flank_loads(gear, basis, arcs, tooth)
-        loads.append(sp.csr_matrix(np.einsum("cnh,ms->cnmsh", pressed, spread).reshape(matrix.shape[0], -1)[free]))
+    for pressed in readings(gear, basis, arcs, density):
+        full = np.einsum("cnh,ms->cnmsh", pressed, spread).reshape(matrix.shape[0], -1)
+        loads.append(sp.csr_matrix(full[free]))
     column = (free // across.N) % basis.N
     moved = factorize(matrix[free][:, free], column, prism.section_graph(basis))(loads[0].toarray())
     shape = (axial.size, arcs.size)

@@ -14,6 +14,7 @@ STRIPS = 17
 BETWEEN_STRIPS = log_mean(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS)), 1.0, 1.0)
 
 #: Strips between which the smooth compliance is quadratic, and their shape functions (NODES, STRIPS)
+PRESSED = slice(STRIPS // 6, STRIPS - STRIPS // 6)
 PLACES = [0, STRIPS // 2, STRIPS - 1]
 NODES = len(PLACES)
 SHAPES = np.linalg.solve(np.vander(PLACES, increasing=True).T, np.vander(np.arange(STRIPS), NODES, increasing=True).T)
@@ -111,25 +112,33 @@ def strips_of(cells: Cells, reach: np.ndarray) -> Strips:
     return Strips(cells.arcs(roll, mate_roll), width[:, 0], gap, per_error, beside)
 
 
-def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Compliance) -> np.ndarray:
-    """(n, m, n, m) displacement between the flanks per force at places arcs (2, n, m), half-planes apart."""
+def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Compliance, slopes=None) -> np.ndarray:
+    """(n, m, n, m) displacement between the flanks per force at places arcs (2, n, m), half-planes apart.
+
+    slopes      (2, n) of the material removed from pinion and wheel, which tilt the normals of their flanks; none: 0
+    """
     n, m = arcs.shape[1:]
     total = np.zeros((n, m, n, m))
-    groups = [np.flatnonzero(cells.number == k) for k in np.unique(cells.number)]
+    groups = [
+        slice(i, i + c)
+        for i, c in zip(*np.unique(cells.number, return_index=True, return_counts=True)[1:], strict=True)
+    ]
     for side, body in enumerate((pinion, wheel)):
         shift = side * cells.meeting.axial
-        across = across_weights(body, cells.low - shift, cells.high - shift)
-        along, first = along_weights(body, arcs[side])
+        weights = across_weights(body, cells.low - shift, cells.high - shift), *along_weights(body, arcs[side])
+        tilts = None if slopes is None else slopes[side][:, None, None, None]
         for i, here in enumerate(groups):
             for there in groups[: i + 1]:
-                ahead = int(cells.number[here[0]] - cells.number[there[0]])
-                block = body.blocks[ahead] if side == 0 else body.blocks[ahead].transpose(2, 3, 0, 1)
-                block = _between(block, across, along, first, here, there)
-                total[here[0] : here[-1] + 1, :, there[0] : there[-1] + 1] += block
+                ahead = int(cells.number[here.start] - cells.number[there.start]) * (-1) ** side
+                block = _between(body.ahead(ahead), *weights, here, there)
+                if tilts is not None:
+                    block -= tilts[here] * _between(body.slide_ahead(ahead), *weights, here, there)
+                    turned = tilts[there] * _between(body.slide_ahead(-ahead), *weights, there, here)
+                    block -= turned.transpose(2, 3, 0, 1)
+                total[here, :, there] += block
     for i, here in enumerate(groups):
         for there in groups[:i]:
-            upper = total[here[0] : here[-1] + 1, :, there[0] : there[-1] + 1]
-            total[there[0] : there[-1] + 1, :, here[0] : here[-1] + 1] = upper.transpose(2, 3, 0, 1)
+            total[there, :, here] = total[here, :, there].transpose(2, 3, 0, 1)
     return total
 
 
@@ -138,12 +147,13 @@ def _between(block, across, along, first, here, there) -> np.ndarray:
     sliced = np.tensordot(np.tensordot(across[:, here], block, (0, 0)), across[:, there], (2, 0))
     near = np.arange(along.shape[1])
     rows, columns = first[here][:, None] + near, first[there][:, None] + near
-    p, q = np.arange(here.size)[:, None, None, None], np.arange(there.size)[None, None, :, None]
+    n_here, n_there = len(rows), len(columns)
+    p, q = np.arange(n_here)[:, None, None, None], np.arange(n_there)[None, None, :, None]
     local = sliced[p, rows[:, :, None, None], columns[None, None], q]
-    local = local.transpose(2, 0, 1, 3).reshape(there.size, -1, near.size)
-    half = np.matmul(local, along[there]).reshape(there.size, here.size, near.size, -1)
-    half = half.transpose(1, 2, 0, 3).reshape(here.size, near.size, -1)
-    return np.matmul(along[here].transpose(0, 2, 1), half).reshape(here.size, -1, there.size, along.shape[2])
+    local = local.transpose(2, 0, 1, 3).reshape(n_there, -1, near.size)
+    half = np.matmul(local, along[there]).reshape(n_there, n_here, near.size, -1)
+    half = half.transpose(1, 2, 0, 3).reshape(n_here, near.size, -1)
+    return np.matmul(along[here].transpose(0, 2, 1), half).reshape(n_here, -1, n_there, along.shape[2])
 
 
 def across_weights(body: Compliance, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -191,7 +201,8 @@ def half_planes(cells: Cells, pinion: Compliance, wheel: Compliance) -> tuple[np
 
 def assemble(cells: Cells, strips: Strips, pinion: Compliance, wheel: Compliance, misalignment, half_width) -> Contact:
     """Contact of all strips; half_width (n,) [m] where Hertz expects the contact."""
-    smooth = coupling(cells, strips.arcs[:, :, PLACES], pinion, wheel)
+    slopes = cells.slopes(strips.arcs[:, :, PRESSED]) if cells.modified else None
+    smooth = coupling(cells, strips.arcs[:, :, PLACES], pinion, wheel, slopes)
     factor, constant = (x[:, None, None] for x in half_planes(cells, pinion, wheel))
     local = factor * (BETWEEN_STRIPS - np.log(strips.width)[:, None, None]) + constant
     gap = strips.gap + (cos(cells.meeting.pair.beta_b) * misalignment * cells.middle)[:, None]

@@ -17,7 +17,13 @@ from fem.flank import removed
 from fem.gear import GearPair
 
 SAMPLES = 41
-SECANTS = 8
+SECANTS = 12
+#: Gap of flanks that cannot touch [m].
+FAR = 1.0
+#: Rolls shorter than this share of that at the tip count as that long: at the base circle there is no curvature.
+LEAST_ROLL = 0.01
+#: Normals with a shorter lever about the mate count as if they had that one: flanks do not touch there.
+LEAST_LEVER = 0.1
 
 
 @dataclass(frozen=True)
@@ -78,6 +84,8 @@ class Meeting:
 class Cells:
     """Slices of pairs of teeth: number of the pair, axial ends low and high [m], each (n,).
 
+    te is the transmission error [m] at which flanks are compared: there the gap is exact, and linear about it.
+
     The flank of `own` gear carries the strips of a cell, whose normals are the directions of contact: the pinion before
     the pitch point, the wheel behind it, so that only the mate's tip can end the strips.
     """
@@ -86,6 +94,7 @@ class Cells:
     number: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    te: float = 0.0
 
     @property
     def middle(self) -> np.ndarray:
@@ -121,7 +130,12 @@ class Cells:
         """(n, 1) roll lengths of own on the line of action [m]."""
         pinion = self.meeting.nominal(self.number, self.middle)
         across = self.meeting.a * sin(self.meeting.alpha)
-        return np.where(self.own_is_pinion, pinion, across - pinion)[:, None]
+        return np.where(self.own_is_pinion, pinion, across - pinion)[:, None] + self.te / 2
+
+    @property
+    def mate_nominal(self) -> np.ndarray:
+        """(n, 1) roll lengths of the mate on the line of action [m]; they overlap by te."""
+        return self.meeting.a * sin(self.meeting.alpha) - self.nominal + self.te
 
     def against(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Transverse gap [m], mate's roll length [m], lever of the normal about the mate over its base radius.
@@ -134,27 +148,44 @@ class Cells:
         arm_x, arm_y = a - r_own * n_y - roll * n_x, r_own * n_x - roll * n_y
         mate_roll = np.sqrt(np.maximum(arm_x**2 + arm_y**2 - r_mate**2, 0.0))
         turn = np.arctan2(arm_y, arm_x) - np.arctan2(mate_roll, r_mate) + alpha
-        lever = (arm_x * n_y - arm_y * n_x) / r_mate
-        return lever * (r_mate * turn + mate_roll - (a * sin(alpha) - self.nominal)), mate_roll, lever
+        lever = np.maximum((arm_x * n_y - arm_y * n_x) / r_mate, LEAST_LEVER)
+        return lever * (r_mate * turn + mate_roll - self.mate_nominal), mate_roll, lever
+
+    @cached_property
+    def apart(self) -> np.ndarray:
+        """(n, 1) whether all of own's flank is beyond the mate's tip, so that the two cannot touch."""
+        form, tip = (self._own(name)[:, None] for name in ("roll_form", "roll_tip"))
+        return (self.beyond_tip(form) > 0) & (self.beyond_tip(tip) > 0)
+
+    def beyond_tip(self, roll: np.ndarray) -> np.ndarray:
+        """Roll length of the mate beyond its tip at own's roll (n, m) [m]."""
+        return self.against(roll)[1] - self._mate("roll_tip")[:, None]
 
     @cached_property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 1) roll lengths of own between which the mate's flank can touch it: the mate's tip corner, own's tip."""
+        """(n, 1) roll lengths of own between which the mate's flank can touch it: the mate's tip corner, own's tip.
+
+        Flanks that cannot touch have their whole length.
+        """
         low, high = self._own("roll_form")[:, None], self._own("roll_tip")[:, None]
-        tip = self._mate("roll_tip")[:, None]
-        beyond = [self.against(end)[1] - tip for end in (low, high)]
-        one, other, f_one, f_other = low, high, *beyond
+        one, other, f_one, f_other = low, high, self.beyond_tip(low), self.beyond_tip(high)
+        ends = (f_one > 0) & ~self.apart
         for _ in range(SECANTS):
-            slope = np.where(f_one == f_other, -1.0, (f_other - f_one) / np.where(one == other, 1.0, other - one))
-            one, f_one, other = other, f_other, np.clip(other - f_other / slope, low, high)
-            f_other = self.against(other)[1] - tip
-        return np.where(beyond[0] > 0, other, low), high
+            slope = np.where(f_one == f_other, 1.0, f_one - f_other)
+            new = np.where(ends, other + f_other * (other - one) / slope, low)
+            f_new = self.beyond_tip(new)
+            across = f_new * f_other < 0
+            one, f_one = np.where(across, other, one), np.where(across, f_other, f_one / 2)
+            other, f_other = new, f_new
+        return np.where(ends, other, low), high
 
     def gap(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normal gap [m], mate's roll length [m] and normal approach per transmission error at own's roll (n, m)."""
         gap, mate_roll, lever = self.against(roll)
         inclined = cos(self.meeting.pair.beta_b)
-        return inclined * gap + self.deviation(roll, mate_roll), mate_roll, inclined * approach(lever)
+        per_error = inclined * approach(lever)
+        gap = np.where(self.apart, FAR, inclined * gap + self.deviation(roll, mate_roll) + per_error * self.te)
+        return gap, mate_roll, per_error
 
     def deviation(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
         """(n, m) normal gap by material removed from both flanks [m], mean over slices along the line of contact."""
@@ -167,15 +198,23 @@ class Cells:
         for point, weight in zip(points, weights / 2, strict=True):
             ahead = ((self.high - self.low) / 2 * point)[:, None]
             axial, shift = self.middle[:, None] + ahead, ahead * tan(pair.beta_b)
-            added = added + weight * self._removed(pinion_roll + shift, wheel_roll - shift, axial)
+            added = added + weight * sum(self._removed(pinion_roll + shift, wheel_roll - shift, axial))
         return cos(pair.beta_b) * added
 
-    def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray) -> np.ndarray:
-        """(n, m) material removed from both flanks in the transverse section [m]."""
+    def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray):
+        """(n, m) material removed from pinion, and from wheel, in the transverse section [m]."""
         pinion, wheel, tooth = self.meeting.pair.pinion, self.meeting.pair.wheel, self.number[:, None]
         one = removed(pinion.drive_flank, pinion.face, pinion_roll, axial, tooth=tooth)
         other = removed(wheel.drive_flank, wheel.face, wheel_roll, axial - self.meeting.axial, tooth=-tooth)
-        return one + other
+        return one, other
+
+    def slopes(self, arcs: np.ndarray) -> np.ndarray:
+        """(2, n) change of the material removed along the profile, between first and last of arcs (2, n, m)."""
+        pinion, wheel = self.meeting.pair.pinion, self.meeting.pair.wheel
+        ends = arcs[:, :, [0, -1]]
+        rolls = [np.sqrt(2 * gear.r_b * end) for gear, end in zip((pinion, wheel), ends, strict=True)]
+        removed_there = np.stack(self._removed(rolls[0], rolls[1], self.middle[:, None]))
+        return cos(pinion.beta_b) * np.diff(removed_there)[..., 0] / np.diff(ends)[..., 0]
 
     @property
     def modified(self) -> bool:
@@ -207,8 +246,10 @@ class Cells:
     @cached_property
     def radius(self) -> np.ndarray:
         """(n,) relative transverse radius of curvature where the flanks are closest [m]."""
-        mate = self.against(self.closest)[1]
-        return (self.closest * mate / (self.closest + mate))[:, 0]
+        rolls = self.closest, self.against(self.closest)[1]
+        tips = (side("roll_tip")[:, None] for side in (self._own, self._mate))
+        own, mate = (np.maximum(roll, LEAST_ROLL * tip) for roll, tip in zip(rolls, tips, strict=True))
+        return (own * mate / (own + mate))[:, 0]
 
     def arcs(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
         """(2, n, m) arc lengths on pinion and wheel at roll lengths of own and mate [m]."""

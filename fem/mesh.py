@@ -4,6 +4,7 @@ Tooth 0 points along y; teeth count counter-clockwise; the flank that faces coun
 """
 
 from dataclasses import dataclass, fields, replace
+from math import tan
 
 import numpy as np
 from skfem import MeshHex, MeshLine, MeshQuad
@@ -28,7 +29,7 @@ class Density:
     flank: int = 16
     fillet: int = 3
     land: int = 1
-    tooth: int = 3
+    tooth: int = 4
     rim: int = 4
     body: int = 6
     width: int = 3
@@ -166,7 +167,7 @@ def polar_block(radii: np.ndarray, angles: np.ndarray) -> np.ndarray:
     return np.stack([-r * np.sin(psi), r * np.cos(psi)])
 
 
-def rotated(block: np.ndarray, angle: float) -> np.ndarray:
+def rotated(block: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
     """Block turned counter-clockwise by angle [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([c * block[0] - s * block[1], s * block[0] + c * block[1]])
@@ -217,19 +218,25 @@ def half_width(b: float, loaded: float, n: int) -> MeshLine:
     return MeshLine(np.concatenate([inner, inner[-1] + rest * np.arange(1, beyond + 1) / beyond]))
 
 
-def hexahedra(gear: Gear, density: Density) -> MeshHex:
-    """The whole width as hexahedra with the boundary "bore", for pictures and export."""
+def whole_width(gear: Gear, density: Density) -> MeshLine:
+    """Mesh from end face to end face, finer towards both: 4 `width` elements."""
     half = np.sort(half_width(gear.b, gear.b, 2 * density.width).p[0])
-    mesh = extruded(section(gear, density), MeshLine(np.concatenate([-half[:0:-1], half])))
+    return MeshLine(np.concatenate([-half[:0:-1], half]))
+
+
+def hexahedra(gear: Gear, density: Density) -> MeshHex:
+    """The whole width as hexahedra, along the helix, with the boundary "bore"; for pictures and export."""
+    mesh = extruded(section(gear, density), whole_width(gear, density), tan(gear.beta) / gear.r)
     limit = gear.d_bore / 2 * (1 + 1e-6)
     return mesh.with_boundaries({BORE: lambda x: np.hypot(x[0], x[1]) < limit})
 
 
-def extruded(quads: MeshQuad, line: MeshLine) -> MeshHex:
-    """Prism over quads along line; node of section node i and line node j: i * n_line + j."""
+def extruded(quads: MeshQuad, line: MeshLine, twist: float = 0.0) -> MeshHex:
+    """Prism over quads along line, turned by twist [1/m]; node of section node i and line node j: i * n_line + j."""
     z = line.p[0]
     n = z.size
-    points = np.vstack([np.repeat(quads.p, n, axis=1), np.tile(z, quads.p.shape[1])])
+    x, y = rotated(quads.p[:, :, None], twist * z)
+    points = np.stack([x.ravel(), y.ravel(), np.tile(z, quads.p.shape[1])])
     low, high = (quads.t[:, :, None] * n + end[None, None, :] for end in line.t)
     (a, b, c, d), (e, f, g, h) = low.reshape(4, -1), high.reshape(4, -1)
     return MeshHex(points, np.stack([a, e, d, b, h, f, c, g]))

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos
+from math import ceil, cos, sqrt
 
 import numpy as np
 
@@ -15,15 +15,23 @@ from fem.slices import line_contact
 #: Strips reach this many Hertzian half-widths to either side.
 WINDOW = 1.5
 #: Slices are narrower towards the end faces by this power.
-GRADING = 1.3
+GRADING = 1.6
 #: Pairs that nearly touch join at once [m].
 NEAR = 1e-9
 #: Share of the face by which the loaded width may still move.
 SETTLED = 0.02
 #: Strips are as wide as for this share of the largest line load where there is less.
 LEAST = 0.05
-ROUNDS = 12
+#: The loaded width is found again until it settles, after GROWING rounds the wider one of two.
+ROUNDS, GROWING = 24, 6
+#: So often strips that are full to the edge are widened.
+WIDENINGS = 12
+#: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
+BEYOND = 1e-3
 TINY = np.finfo(float).tiny
+
+#: Axial ends [m] of the part of the face that counts, by number of the pair of teeth
+Ranges = dict[int, tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -35,6 +43,7 @@ class State:
     force       (n,) normal forces on the cells [N]
     pressure    (n,) largest contact pressure in each [Pa]
     strips      strips of the cells, and load (n, STRIPS) their forces [N]; None in the slice mode
+    mirrored    whether the lower half of the face, which has no cells, carries the same
     """
 
     te: float
@@ -43,6 +52,7 @@ class State:
     pressure: np.ndarray
     strips: Strips | None = None
     load: np.ndarray | None = None
+    mirrored: bool = False
 
     def share(self, number: int) -> float:
         """Share of the load that a pair of teeth carries; 0 without load."""
@@ -58,7 +68,7 @@ class State:
 
     def centroid(self) -> float:
         """Axial place of the resultant force [m]; 0 without load and where both halves carry the same."""
-        if self.cells.low.size and self.cells.low.min() >= 0:
+        if self.mirrored:
             return 0.0
         return float(self.force @ self.cells.middle / max(self.force.sum(), TINY))
 
@@ -94,16 +104,16 @@ class Encounter:
         side = (axial - (low + high) / 2) / ((high - low) / 2)
         return (1 + np.sign(side) * (1 - (1 - np.minimum(np.abs(side), 1)) ** (1 / GRADING))) / 2
 
-    def sliced(self, ranges: dict[int, tuple[float, float]], slices: float) -> Cells:
-        """Slices of pairs of teeth over ranges of the face, about as wide as if the whole face had that number."""
+    def sliced(self, ranges: Ranges, slices: int, te: float = 0.0) -> Cells:
+        """Slices of pairs of teeth over ranges of the face, as many as the root of their share of it demands."""
         edges = {}
         for number, ends in ranges.items():
             start, end = self.shares(np.array(ends))
-            edges[number] = self.graded(np.linspace(start, end, max(1, round((end - start) * slices)) + 1))
+            edges[number] = self.graded(np.linspace(start, end, max(1, ceil(slices * sqrt(end - start))) + 1))
         none = np.zeros(0)
         numbers = np.concatenate([none.astype(int), *(np.full(e.size - 1, k) for k, e in edges.items())])
         low, high = (np.concatenate([none, *(e[part] for e in edges.values())]) for part in (slice(-1), slice(1, None)))
-        return Cells(self.meeting, numbers, low, high)
+        return Cells(self.meeting, numbers, low, high, te)
 
     @cached_property
     def stations(self) -> Cells:
@@ -147,7 +157,8 @@ class Encounter:
         cells = self.whole
         width = self.half_width(cells, np.maximum(loads, TINY) / (cells.high - cells.low))
         pressure = 2 * loads / (np.pi * width * cells.length)
-        return [State(float(t), cells, f, p) for t, f, p in zip(te, loads, pressure, strict=True)]
+        half = self.pinion.share < 1
+        return [State(float(t), cells, f, p, mirrored=half) for t, f, p in zip(te, loads, pressure, strict=True)]
 
     def half_width(self, cells: Cells, line_load: np.ndarray) -> np.ndarray:
         """Hertzian half-widths of cells (n,) [m] under forces per axial length (n,) [N/m]."""
@@ -155,19 +166,24 @@ class Encounter:
         both = flattening(pair.pinion.material) + flattening(pair.wheel.material)
         return np.sqrt(2 * both * cells.radius * line_load)
 
-    def ranges(self, te: float, misalignment: float) -> dict[int, tuple[float, float]]:
-        """Axial ends between which the flanks of each pair of teeth overlap under a transmission error te [m]."""
+    def ranges(self, te: float, misalignment: float, cells: Cells, loads: np.ndarray) -> Ranges:
+        """Axial ends between which the flanks of each pair of teeth overlap under a transmission error te [m].
+
+        Where they do so between stations only, those of the cells with loads (n,) [N].
+        """
         gap, per_error = self.gaps(self.stations, misalignment)
         found = {}
         for number in np.unique(self.stations.number):
-            own = self.stations.number == number
+            own, carry = self.stations.number == number, (cells.number == number) & (loads > 0)
             clear, axial = te - (gap / per_error)[own], self.stations.low[own]
             if clear.max() > -NEAR:
                 found[int(number)] = overlap(axial, clear + NEAR)
+            elif carry.any():
+                found[int(number)] = float(cells.low[carry].min()), float(cells.high[carry].max())
         return found
 
     def state(self, force: float, misalignment: float = 0.0) -> State:
-        """Contact under the mesh force force >= 0 [N]; misalignment as in `fem.Offset`.
+        """Contact under the mesh force force >= 0 [N]; misalignment as in `fem.Offsets`.
 
         Raises RuntimeError where the contact does not settle.
         """
@@ -177,36 +193,44 @@ class Encounter:
             return State(float((gap / per_error).min()), nothing, np.zeros(0), np.zeros(0))
         force, cells = force * self.pinion.share, self.whole
         te, loads = (found[0] for found in self.line_contact(np.array([force]), np.array([misalignment])))
-        ranges = self.ranges(float(te), misalignment)
-        for _ in range(ROUNDS):
+        te = float(te)
+        ranges = self.ranges(te, misalignment, cells, loads)
+        for step in range(ROUNDS):
             line_load = loads / (cells.high - cells.low)
             guess = {k: (cells.middle[cells.number == k], line_load[cells.number == k]) for k in ranges}
-            cells = self.sliced(ranges, self.slices)
-            state = self.pressed(cells, force, misalignment, self.half_width(cells, _loads_at(cells, guess)))
-            loads, touched = state.force, self.ranges(state.te, misalignment)
-            if self.covered(touched, ranges):
+            cells = self.sliced(ranges, self.slices, te)
+            state = self.pressed(cells, force, misalignment, self.half_width(cells, _loads_at(cells, guess, force)))
+            loads, touched = state.force, self.ranges(state.te, misalignment, cells, state.force)
+            if self.covered(touched, ranges, SETTLED if step < GROWING else 1.0):
                 return state
-            ranges = touched
+            ranges, te = touched if step < GROWING else wider(touched, ranges), state.te
         raise RuntimeError("the loaded width did not settle; try a neighbouring phase or more slices")
 
-    def covered(self, touched: dict, ranges: dict) -> bool:
-        """Whether the ranges hold what was touched, and little more."""
+    def covered(self, touched: Ranges, ranges: Ranges, spare: float) -> bool:
+        """Whether the ranges hold what was touched, and beside it no more than a spare share of the face."""
         if touched.keys() - ranges.keys():
             return False
-        ends = np.array([np.abs(self.shares(np.array(touched[k])) - self.shares(np.array(ranges[k]))) for k in touched])
-        return bool(ends.max() < SETTLED)
+        beyond = self.shares(np.array([ranges[k] for k in touched])) - self.shares(np.array(list(touched.values())))
+        outwards = beyond * [-1, 1]
+        return bool(outwards.min() > -SETTLED and outwards.max() < spare)
 
     def pressed(self, cells: Cells, force: float, misalignment: float, half_width: np.ndarray) -> State:
         """Contact of cells on strips wide enough to hold it."""
-        for _ in range(6):
+        for _ in range(WIDENINGS):
             strips = strips_of(cells, WINDOW * half_width)
             te, load = assemble(cells, strips, self.pinion, self.wheel, misalignment, half_width).solve(force)
             spilt = (strips.open & (load[:, [0, -1]].T > 0)).any(axis=0)
             if not spilt.any():
                 pressure = load.max(axis=1) / (strips.width * cells.length)
-                return State(te, cells, load.sum(axis=1), pressure, strips, load)
+                return State(te, cells, load.sum(axis=1), pressure, strips, load, self.pinion.share < 1)
             half_width = np.where(spilt, 1.6 * half_width, half_width)
-        raise RuntimeError("contact is wider than ten Hertzian widths; the load is beyond what the teeth can carry")
+        raise RuntimeError("contact is a hundred times wider than Hertz says; reduce the load or take more slices")
+
+
+def wider(one: Ranges, other: Ranges) -> Ranges:
+    """Ranges that hold both."""
+    ends = {k: np.array([ranges[k] for ranges in (one, other) if k in ranges]) for k in one.keys() | other.keys()}
+    return {k: (float(both[:, 0].min()), float(both[:, 1].max())) for k, both in sorted(ends.items())}
 
 
 def overlap(axial: np.ndarray, clear: np.ndarray) -> tuple[float, float]:
@@ -215,15 +239,20 @@ def overlap(axial: np.ndarray, clear: np.ndarray) -> tuple[float, float]:
     ends = []
     for i, j in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
         outside = 0 <= j < axial.size
-        ends.append(axial[i] + (axial[j] - axial[i]) * clear[i] / (clear[i] - clear[j]) if outside else axial[i])
+        share = max(clear[i] / (clear[i] - clear[j]), BEYOND) if outside else 0.0
+        ends.append(axial[i] + (axial[j if outside else i] - axial[i]) * share)
     return float(ends[0]), float(ends[1])
 
 
-def _loads_at(cells: Cells, guess: dict) -> np.ndarray:
-    """(n,) line loads of cells out of those of other cells by pair, none below a share of the largest [N/m]."""
+def _loads_at(cells: Cells, guess: dict, force: float) -> np.ndarray:
+    """(n,) line loads of cells out of those of other cells by pair, none below a share of the largest [N/m].
+
+    They carry the force [N] together, at least, if they are fewer.
+    """
     found = np.zeros(cells.low.size)
     for number, (axial, load) in guess.items():
         own = cells.number == number
         found[own] = np.interp(cells.middle[own], axial, load) if axial.size else 0.0
     least = LEAST * max(found.max(initial=0.0), max(load.max(initial=0.0) for _, load in guess.values()))
-    return np.maximum(found, least)
+    found = np.maximum(found, least)
+    return found * max(1.0, force / float(found @ (cells.high - cells.low)))

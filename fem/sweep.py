@@ -131,9 +131,9 @@ def kept(states: np.ndarray) -> np.ndarray:
     return found
 
 
-def te_of(states: np.ndarray) -> np.ndarray:
-    """Transmission errors [m] of what `kept` keeps."""
-    return np.vectorize(lambda state: state[0], otypes=[float])(states)
+def each(states: np.ndarray, part) -> np.ndarray:
+    """One number of each of the states, in their order."""
+    return np.vectorize(part, otypes=[float])(states)
 
 
 def _ordered(columns: list[np.ndarray], shape: list[int]) -> np.ndarray:

@@ -13,7 +13,7 @@ from fem.gear import GearPair, require
 from fem.hertz import largest_torque
 from fem.offsets import Offsets, check_places
 from fem.ste import PHASE, TORQUE, ste_map
-from fem.sweep import ORDER, Resolution, sweep
+from fem.sweep import ORDER, Resolution, each, sweep
 
 QUANTITIES = {
     "te": ("m", "static transmission error"),
@@ -60,8 +60,8 @@ def static_transmission_error(
     pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair
     share, resolution = _checked_accuracy(accuracy, torque, phases)
     torque = chosen_torques(pair, torque.torque, values, share) if isinstance(torque, UpTo) else torque
-    torque = _checked_torque(pair, torque)
-    phase = chosen_phases(pair, torque, values, share) if phases is None else _checked_phases(phases, pair)
+    torque = checked_torque(pair, torque)
+    phase = chosen_phases(pair, torque, values, share) if phases is None else checked_phases(phases, pair)
     resolution = resolution_within(pair, torque, values, share) if share else resolution
     states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor, progress=progress)
     axes = {name: values[name] for name in offsets.axes()}
@@ -99,39 +99,31 @@ def _checked_accuracy(accuracy, torque, phases) -> tuple[float, Resolution]:
 def _labelled(pair, torque, phase, axes: dict, states: np.ndarray, attributes: dict) -> xr.Dataset:
     """The map with all its variables; offsets of one value are no axis."""
     grid = (TORQUE, *(name for name in ORDER if name in axes), PHASE)
-    shape = [torque.size, *(axes[name].size for name in grid[1:-1]), phase.size]
-    states = states.reshape(shape)
-
-    def each(part) -> np.ndarray:
-        return np.vectorize(part, otypes=[float])(states)
-
-    found = {name: each(lambda s, i=i: s[i]) for i, name in enumerate(QUANTITIES)}
+    states = states.reshape([torque.size, *(axes[name].size for name in grid[1:-1]), phase.size])
+    found = {name: each(states, lambda s, i=i: s[i]) for i, name in enumerate(QUANTITIES)}
     data = ste_map(pair, torque, phase, found.pop("te"), {name: axes[name] for name in grid[1:-1]}, **attributes)
     variables = {
         name: (grid, values, dict(zip(("units", "long_name"), QUANTITIES[name], strict=True)))
         for name, values in found.items()
     }
+    return data.assign(variables).assign(_shares(states, grid))
+
+
+def _shares(states: np.ndarray, grid: tuple[str, ...]) -> dict:
+    """What the pairs of teeth carry, and how many do."""
     numbers = sorted({k for state in states.ravel() for k, share in state[4].items() if share > 0})
-    shares = (
-        np.stack([each(lambda s, k=k: s[4].get(k, 0.0)) for k in numbers], -1) if numbers else np.zeros((*shape, 0))
-    )
+    columns = [each(states, lambda s, k=k: s[4].get(k, 0.0)) for k in numbers]
+    shares = np.stack(columns, axis=-1) if numbers else np.zeros((*states.shape, 0))
     count = (shares > 0).sum(axis=-1)
-    ratio = np.where(count.sum(axis=-1) > 0, count.mean(axis=-1), 0.0)
-    return data.assign(variables).assign(
-        {
-            "load_share": (
-                (*grid, "pair"),
-                shares,
-                {"units": "1", "long_name": "share of the load on a pair of teeth"},
-            ),
-            "pairs_in_contact": (grid, count, {"units": "1", "long_name": "pairs of teeth in contact"}),
-            "contact_ratio": (grid[:-1], ratio, {"units": "1", "long_name": "effective contact ratio under load"}),
-            "pair": ("pair", numbers, {"long_name": "number of the pair of teeth, ahead of pair 0"}),
-        }
-    )
+    return {
+        "load_share": ((*grid, "pair"), shares, {"units": "1", "long_name": "share of the load on a pair of teeth"}),
+        "pairs_in_contact": (grid, count, {"units": "1", "long_name": "pairs of teeth in contact"}),
+        "contact_ratio": (grid[:-1], count.mean(axis=-1), {"units": "1", "long_name": "contact ratio under load"}),
+        "pair": ("pair", numbers, {"long_name": "number of the pair of teeth, ahead of pair 0"}),
+    }
 
 
-def _checked_torque(pair: GearPair, torque) -> np.ndarray:
+def checked_torque(pair: GearPair, torque) -> np.ndarray:
     values = np.atleast_1d(np.asarray(torque, float))
     rising = values.ndim == 1 and values.size > 0 and bool((np.diff(values) > 0).all())
     require(rising and values[0] >= 0, f"torque must increase from 0 or above [N m]; sort it, got {torque}")
@@ -141,7 +133,7 @@ def _checked_torque(pair: GearPair, torque) -> np.ndarray:
     return values
 
 
-def _checked_phases(phases, pair: GearPair) -> np.ndarray:
+def checked_phases(phases, pair: GearPair) -> np.ndarray:
     if np.ndim(phases) == 0:
         require(4 <= phases < 1e6 and phases == int(phases), f"phases must be a whole number, at least 4, got {phases}")
         return np.arange(int(phases)) / int(phases)

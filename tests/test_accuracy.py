@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 from conftest import paper_gear
-from hypothesis import HealthCheck, find, given, settings
-from strategies import pairs
 
 import fem
 from fem.accuracy import LEVELS, errors, rms
 from fem.mesh import Density
 from fem.ste import at_phases, compliance_at
-from fem.units import mm, um
+from fem.units import deg, mm, um
 
 ROUGH = fem.Resolution(Density(flank=10, fillet=2, tooth=2, rim=2, body=3, width=2), 8)
 
@@ -36,6 +34,41 @@ def true_errors(pair, torque, phases: int, resolution, truth) -> dict[str, np.nd
 def stated(pair, torque, phases: int, resolution) -> dict[str, np.ndarray]:
     values = fem.Offsets().values(pair)
     return errors(pair, torque, np.arange(phases) / phases, values, resolution)
+
+
+def random_pair(rng) -> fem.GearPair:
+    """Spur and helical, unequal, modified."""
+    while True:
+        m_n, beta = rng.uniform(1, 6) * mm, rng.choice([0, 0, 0, 1]) * rng.uniform(5, 20) * deg
+        z, x, b = rng.integers(17, 70, 2), rng.uniform(-0.1, 0.4, 2), rng.uniform(4, 8) * m_n
+        amount = rng.uniform(0, 15) * um * m_n / (2.6 * mm)
+        relief, crown = fem.TipRelief(amount, rng.uniform(0.5, 1.5) * m_n), fem.LeadCrowning(amount)
+        flanks = [(), (relief,), (crown,), (fem.ProfileCrowning(amount / 2),)]
+        common = {"m_n": m_n, "b": b}
+        try:
+            pinion, wheel = (
+                fem.Gear(
+                    z=z[i], x=x[i], beta=hand * beta, d_bore=m_n * z[i] / 2, flank=flanks[rng.integers(4)], **common
+                )
+                for i, hand in enumerate((1, -1))
+            )
+            return fem.GearPair(pinion, wheel, a=fem.GearPair(pinion, wheel).a + 0.02 * m_n)
+        except ValueError:
+            continue
+
+
+@pytest.mark.slow
+def test_estimates_are_honest():
+    """Of 90 estimates at least 95 % are above the true error, none far below; and they are of its size."""
+    rng, ratios = np.random.default_rng(1), []
+    for _ in range(30):
+        pair = random_pair(rng)
+        torque = rng.uniform(50e3, 400e3) * pair.b * pair.pinion.r_b * np.array([0, 0.1, 1])
+        estimate, truth = stated(pair, torque, 8, ROUGH), true_errors(pair, torque, 8, ROUGH, LEVELS[1])
+        ratios += [estimate[kind].max() / truth[kind].max() for kind in truth]
+    assert np.mean(np.array(ratios) >= 1) >= 0.95
+    assert min(ratios) > 0.5
+    assert np.median(ratios) < 6
 
 
 def test_requested_accuracy_chooses_and_is_kept():

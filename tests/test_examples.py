@@ -16,7 +16,7 @@ import korta_run_up  # noqa: E402
 
 
 def test_readme_code_runs(tmp_path, monkeypatch):
-    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    code, asked = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     assert len([line for line in code.splitlines() if line.strip()]) <= 10
     monkeypatch.chdir(tmp_path)
     names: dict = {}
@@ -24,6 +24,10 @@ def test_readme_code_runs(tmp_path, monkeypatch):
     dte = names["run"].data["dte"].values[0]
     assert np.median(dte) == pytest.approx(17 * um, rel=0.1)
     assert (tmp_path / "run_up.png").stat().st_size > 10_000
+    exec(asked, names)
+    assert names["ste"]["te"].dims == ("torque", "misalignment", "phase")
+    kinds = names["ste"]["error_mesh"], names["ste"]["error_phase"], names["ste"]["error_torque"]
+    assert max(float(kind[-1]) for kind in kinds) < 0.03 * float(names["ste"]["te"][-1].mean())
 
 
 def test_readme_names_the_commands_of_ci():

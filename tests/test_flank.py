@@ -3,15 +3,13 @@
 import numpy as np
 import pytest
 from conftest import paper_gear
-from skfem import ElementQuad2
+from twins import plane_twin, twin_te
 
 import fem
 from fem import cache, flank
-from fem.compliance import Compliance, flank_compliance, half_plane, plane_strain, values_of_means
+from fem.compliance import flank_compliance
 from fem.contact import across_weights
-from fem.gap import Meeting
-from fem.mesh import Density, flank_hats, section
-from fem.state import Encounter
+from fem.mesh import Density
 from fem.units import mm, um
 
 FACE = flank.Face(18 * mm, 33 * mm, 23 * mm)
@@ -52,16 +50,8 @@ def test_misalignment_of_half_a_milliradian():
 
 def plane_strain_te(pair: fem.GearPair, torque: float, phases: int) -> np.ndarray:
     """Transmission error [m] of a pair of equal gears as its section in plane strain."""
-    gear, density = pair.pinion, Density(flank=26)
-    arcs = flank_hats(gear, density)
-    blocks = plane_strain(gear, arcs, section(gear, density.refined(2)), ElementQuad2(), 2)
-    blocks[0] -= half_plane(gear, arcs, 1 * mm)
-    values, half = values_of_means(arcs), gear.b / 2
-    blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values) / half
-    everywhere = np.ones((1, 2, 1, 2, 1))
-    body = Compliance(arcs, np.array([0.0, half]), 1 * mm, blocks[:, None, :, None, :] * everywhere)
-    met = [Encounter(Meeting(pair, pair.a, 0.0, i / phases), body, body, 1) for i in range(phases)]
-    return np.array([encounter.state(torque / gear.r_b).te for encounter in met])
+    twin = plane_twin(pair.pinion, Density(flank=26), 2)
+    return np.array([twin_te(pair, twin, i / phases, torque / pair.pinion.r_b) for i in range(phases)])
 
 
 def test_mean_under_tip_relief_in_plane_strain():

@@ -43,12 +43,17 @@ FLOORS = {
     "fem.dynamic": 6.2,
     "fem.penalty": 4.5,
     "fem.explicit": 6.3,
+    "fem.loads": 5.8,
+    "fem.elastic": 5.9,
+    "fem.stress": 6.2,
+    "fem.root_stress": 6.3,
     "fem": 6.5,
     "exugear.force": 7,
     "exugear.gearbox": 7.5,
     "exugear.course": 7,
     "exugear.spectrum": 7,
     "exugear.plots": 7.5,
+    "exugear.pictures": 7.5,
     "exugear.kinematics": 8,
     "exugear.connector": 9,
     "exugear.plan": 10,
@@ -59,17 +64,11 @@ FLOORS = {
 DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste"}
 FENCES = {
     "skfem": {
-        "fem.mesh",
-        "fem.prism",
-        "fem.compliance",
-        "fem.solid",
-        "fem.body",
-        "fem.nonlinear",
-        "fem.dynamic",
-        "fem.explicit",
+        *("fem.mesh", "fem.prism", "fem.compliance", "fem.loads", "fem.elastic", "fem.stress", "fem.root_stress"),
+        *("fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic", "fem.explicit"),
     },
     "exudyn": {"exugear.connector", "exugear.plan", "exugear.model", "exugear.run"},
-    "matplotlib": {"exugear.plots"},
+    "matplotlib": {"exugear.plots", "exugear.pictures"},
 }
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}
 

@@ -7,17 +7,16 @@ from scipy.optimize import brentq, nnls
 from scipy.sparse.linalg import splu
 from skfem import Basis, ElementHex1, ElementQuad1, ElementQuad2, ElementVector, MeshHex, MeshQuad
 from skfem.models.elasticity import linear_elasticity
+from twins import plane_twin, twin_te
 
 import fem
 from fem import solid
 from fem.body import clamped
-from fem.compliance import Compliance, half_plane, plane_strain, values_of_means
 from fem.gap import Cells, Meeting
 from fem.gear import STEEL
-from fem.mesh import Density, extruded, flank_hats, half_width, section
+from fem.mesh import Density, extruded, half_width, section
 from fem.nonlinear import Meshing, assembled, complementarity, equilibrium, rows, static_transmission_error
 from fem.prism import lame_parameters
-from fem.state import Encounter
 from fem.units import mm, um
 
 COARSE = Density(flank=30)
@@ -156,22 +155,6 @@ def test_softer_contact_gives_more(paper_pair):
     assert hard < soft[0] < soft[1] < 1.02 * hard
 
 
-def plane_twin(gear, density: Density, refined: int) -> Compliance:
-    """Compliance of the refined section in plane strain."""
-    arcs, half, depth = flank_hats(gear, density), gear.b / 2, 1 * mm
-    blocks = plane_strain(gear, arcs, section(gear, density.refined(refined)), ElementQuad2(), 2)
-    blocks[0] -= half_plane(gear, arcs, depth)
-    values = values_of_means(arcs)
-    blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values) / half
-    blocks = blocks[:, None, :, None, :] * np.ones((2, 1, 2, 1))
-    return Compliance(arcs, np.array([0.0, half]), depth, blocks)
-
-
-def linear(pair, twin: Compliance, phase: float, force: float) -> float:
-    """Transmission error of compliance and contact [m]."""
-    return Encounter(Meeting(pair, pair.a, 0.0, phase), twin, twin, 1).state(force).te
-
-
 def numbers(te) -> list[float]:
     return [te.mean(), np.ptp(te)]
 
@@ -179,7 +162,7 @@ def numbers(te) -> list[float]:
 def test_compliance_and_contact_are_near_on_a_coarse_mesh(paper_pair, meshing):
     twin, force = plane_twin(paper_pair.pinion, COARSE, 1), 150 / paper_pair.pinion.r_b
     for phase in (0.0, 0.2, 0.4):
-        other = linear(paper_pair, twin, phase, force)
+        other = twin_te(paper_pair, twin, phase, force)
         assert equilibrium(meshing, phase, force).te == pytest.approx(other, rel=0.02)
 
 
@@ -194,7 +177,7 @@ def test_reference_of_independent_finite_elements(paper_pair):
         te = np.append(te, te[14:0:-1])
         assert numbers(te) == pytest.approx([mean, peak_to_peak], rel=1e-3)
         force = torque / paper_pair.pinion.r_b
-        other = np.array([linear(paper_pair, twin, i / 30, force) for i in range(30)]) / um
+        other = np.array([twin_te(paper_pair, twin, i / 30, force) for i in range(30)]) / um
         assert te.mean() == pytest.approx(other.mean(), rel=1.5e-3)
         assert np.ptp(te) == pytest.approx(np.ptp(other), rel=4e-3)
 

@@ -1,0 +1,111 @@
+"""Fields of the paper's pair where one and two pairs of teeth carry 150 N m, like its Figure 1; root stress beside.
+
+    python examples/korta_fields.py results
+
+Writes fields.png (A, B: pairs in contact; C, D: deflection, exaggerated; E, F: stress under the contact), a VTU file
+per phase and level, root_stress.png and root_stress.nc.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+import fem
+from exugear import pictures, plots
+from fem import root_stress, stress
+from fem.units import MPa, deg, mm, um
+
+TORQUE = 150.0
+PHASES = {"one pair of teeth": 0.0, "two pairs of teeth": 0.5}
+TORQUES = (50.0, 150.0, 350.0)
+EXAGGERATION = 150
+
+
+def paper_pair(d_bore: float = 60 * mm) -> fem.GearPair:
+    """Table I; the contact ratio 1.45 fixes the centre distance."""
+    gear = fem.Gear(
+        z=57, m_n=2.6 * mm, b=23 * mm, alpha_n=20 * deg, d_a=154.5 * mm, d_f=141.7 * mm, s_n=3.78 * mm, d_bore=d_bore
+    )
+    return fem.GearPair(gear, gear, a=150 * mm)
+
+
+def contacts(field) -> list[np.ndarray]:
+    """Points (2, n) of each contact [m], root of the mesh's turning first."""
+    points = field.points[:, field.pressure > 0]
+    points = points[:, np.argsort(points[1])]
+    gaps = np.flatnonzero(np.hypot(*np.diff(points, axis=1)) > 1 * mm)
+    return np.split(points, gaps + 1, axis=1)
+
+
+def look_at(ax, centre, half_width: float, half_height: float) -> None:
+    x, y = np.asarray(centre) / mm
+    w, h = half_width / mm, half_height / mm
+    ax.set(xlim=(x - w, x + w), ylim=(y - h, y + h))
+
+
+def draw_fields(found, path: Path) -> None:
+    """Three rows by two columns like the paper's Figure 1."""
+    figure = plots.figure(rows=3, columns=2)
+    figure.set_size_inches(14, 12.6)
+    places = figure.axes
+    deflection = max(np.hypot(*field.displacement).max() for fields in found.values() for field in fields)
+    peak = max(field.von_mises.max() for fields in found.values() for field in fields)
+    for column, (title, fields) in enumerate(found.items()):
+        above, middle, below = places[column:6:2]
+        touching = contacts(fields[0])
+        meshes = [(field.points, field.cells) for field in fields]
+        pictures.plot_gears(meshes, touching, above)
+        bent = [(f.deformed(EXAGGERATION), f.cells, np.hypot(*f.displacement) / um) for f in fields]
+        pictures.plot_field(bent, "displacement [µm]", middle, top=deflection / um)
+        pictures.plot_outlines([(f.deformed(0), f.cells) for f in fields], middle, colour="0.6", width=0.6)
+        stressed = [(f.points, f.cells, f.von_mises / MPa) for f in fields]
+        pictures.plot_field(stressed, "von Mises stress [MPa]", below, top=peak / MPa, colours="inferno")
+        above.set_title(f"{'AB'[column]}  {title} in contact")
+        middle.set_title(f"{'CD'[column]}  deflection, drawn {EXAGGERATION} times; grey: without load")
+        below.set_title(f"{'EF'[column]}  stress under the contact")
+        look_at(above, (75 * mm, 0), 12 * mm, 7 * mm)
+        look_at(middle, (75 * mm, 0), 12 * mm, 7 * mm)
+        look_at(below, touching[0].mean(axis=1), 0.9 * mm, 0.525 * mm)
+    figure.savefig(path, dpi=150)
+
+
+def report(pair, found, cycle) -> str:
+    """Largest values of the fields and of the mesh cycle."""
+    lines = [f"{'150 N m':27s}displacement [um]  von Mises  pressure  root stress [MPa]"]
+    for title, fields in found.items():
+        for name, f in zip(("pinion", "wheel"), fields, strict=True):
+            numbers = f"{f.von_mises.max() / MPa:11.1f}{f.pressure.max() / MPa:10.1f}{f.root_stress / MPa:13.1f}"
+            lines.append(f"{title:19s} {name:7s}{np.hypot(*f.displacement).max() / um:17.2f}{numbers}")
+    for load in TORQUES:
+        state = cycle.sel(torque=load)
+        root, pressure = (float(state[name].max()) / MPa for name in ("root_stress", "peak_pressure"))
+        lines.append(
+            f"{load:g} N m, largest over the mesh cycle: root {root:.1f} MPa, contact pressure {pressure:.0f} MPa"
+        )
+    return "\n".join(lines)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, help="for figures (PNG), fields (VTU) and curves (netCDF)")
+    folder = parser.parse_args().folder
+    folder.mkdir(parents=True, exist_ok=True)
+    pair = paper_pair()
+    found = {title: stress.plane_fields(pair, TORQUE, phase) for title, phase in PHASES.items()}
+    for title, fields in found.items():
+        name = title.split()[0]
+        stress.save_vtu(fields, folder / f"{name}_plane.vtu")
+        stress.save_vtu(stress.solid_fields(pair, TORQUE, PHASES[title]), folder / f"{name}_solid.vtu")
+    draw_fields(found, folder / "fields.png")
+    cycle = root_stress.root_stress(pair, TORQUES, 30)
+    cycle.to_netcdf(folder / "root_stress.nc", engine="h5netcdf")
+    figure = plots.figure(columns=2)
+    pictures.plot_root_stress(cycle, figure.axes[0])
+    pictures.plot_peak_pressure(cycle, figure.axes[1]).set_title("peaks: the sharp corner of a tip without relief")
+    figure.savefig(folder / "root_stress.png", dpi=150)
+    print(report(pair, found, cycle))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,132 @@
+"""Stress in the tooth roots over the mesh cycle, on solids with quadratic elements; contact pressure beside it."""
+
+import numpy as np
+import xarray as xr
+from tqdm import tqdm
+
+from fem import elastic
+from fem.elastic import Body
+from fem.gear import Gear, GearPair
+from fem.loads import FlankLoad, encounters, flank_loads, outline, with_loaded_teeth
+from fem.mesh import Density, rotated
+from fem.offsets import Offsets
+from fem.ste import PHASE, TORQUE
+from fem.sweep import Resolution
+from fem.transmission import checked_phases, checked_torque
+
+#: Root stress within 1 % of finer sections and widths on a spur gear of m_n 2.6 mm, 6 % low on a helical one of 15 deg.
+ROOT = Density(flank=6, fillet=4, land=2, tooth=2, rim=2, body=2, width=3)
+
+
+def root_stress(
+    pair: GearPair,
+    torque,
+    phases=30,
+    *,
+    offsets: Offsets | None = None,
+    density: Density = ROOT,
+    resolution: Resolution | None = None,
+    progress: bool = True,
+) -> xr.Dataset:
+    """Root stress of both gears and contact pressure over (torque, phase).
+
+    "root_stress" [Pa] over (gear, torque, phase): largest tensile stress in the roots of all loaded teeth, as of
+    `along_root`; "tangent_stress" that at the fillet's 30 degree tangent; "peak_pressure" [Pa] over (torque, phase).
+
+    torque          pinion torques F r_b1 >= 0 [N m], increasing
+    phases          number of equidistant phases, or their values in [0, 1)
+    offsets         of the wheel, one value each
+    density         of the solid on which the roots are solved
+    resolution      of the contact, as of a map
+
+    The factorized solids are not kept: some 10 s for each spur gear, 30 s for each helical one, 0.3 s per state.
+    Where the sharp corner of an unrelieved tip touches, the pressure is a mean over one strip of what has no limit.
+    Raises ValueError for bad input, RuntimeError where the contact does not settle.
+    """
+    torque, phase = checked_torque(pair, torque), checked_phases(phases, pair)
+    met, misalignment = encounters(pair, phase, offsets, resolution)
+    peaks, loads = np.zeros((torque.size, phase.size)), []
+    for j, encounter in enumerate(tqdm(met, "root stress", disable=not progress, delay=1.0, leave=False)):
+        states = [encounter.state(float(force), misalignment) for force in torque / pair.pinion.r_b]
+        peaks[:, j] = [state.peak_pressure() for state in states]
+        loads.append([flank_loads(encounter, state) for state in states])
+    sides = [[[both[side] for both in column] for column in loads] for side in (0, 1)]
+    found = [_both_stresses(gear, density, side) for gear, side in zip((pair.pinion, pair.wheel), sides, strict=True)]
+    return _cycle(torque, phase, np.stack(found), peaks)
+
+
+def _both_stresses(gear: Gear, density: Density, columns: list[list[list[FlankLoad]]]) -> np.ndarray:
+    """(2, n_torque, n_phase) as of `largest_in_roots`, under loads on one gear by phase and torque."""
+    every = [load for column in columns for loads in column for load in loads]
+    if not every:
+        return np.zeros((2, len(columns[0]), len(columns)))
+    body = elastic.quadratic_body(gear, with_loaded_teeth(density, every))
+    return np.stack([largest_in_roots(body, column) for column in columns], axis=2)
+
+
+def largest_in_roots(body: Body, cases: list[list[FlankLoad]]) -> np.ndarray:
+    """(2, n_case) largest stress in the roots of the loaded teeth, and at their 30 degree tangents [Pa]."""
+    u = body.displacement(np.stack([elastic.forces(body, loads) for loads in cases], axis=1))
+    found = np.zeros((2, len(cases)))
+    for k, loads in enumerate(cases):
+        for load in loads:
+            stress = along_root(body, u[:, k], load.tooth)
+            found[:, k] = np.maximum(found[:, k], [stress.max(), at_tangent(body, load.tooth, stress).max()])
+    return found
+
+
+def along_root(body: Body, u: np.ndarray, tooth: int) -> np.ndarray:
+    """(n_place, n_axial) stress across the helix on the surface of a tooth's fillet [Pa]; from root to flank, upwards.
+
+    Nothing presses there, so it is E/(1 - nu^2) (e + nu e_helix): strains of the facets, and along the helix.
+    """
+    place = outline(body.gear, body.section.mesh, tooth)[1]
+    one, other = body.section.dofs.nodal_dofs[0][body.section.mesh.facets[:, place]]
+    order = np.argsort(body.axial)
+    parts = np.zeros((3, body.section.N, order.size))
+    parts[: body.dim] = u.reshape(body.dim, body.section.N, -1)[:, :, order]
+    start, end = body.section.doflocs[:, one], body.section.doflocs[:, other]
+    middle, z = (parts[:, one] + parts[:, other]) / 2, body.axial[order]
+    grown = np.zeros_like(middle)
+    if body.dim == 3:
+        grown = np.gradient(middle, z, axis=2, edge_order=2)
+        grown[:2] += body.twist * rotated(middle[:2], np.pi / 2)
+    along = np.vstack([body.twist * rotated((start + end) / 2, np.pi / 2), np.ones(one.size)])
+    across = np.vstack([end - start, np.zeros(one.size)])
+    strain, along_helix = surface_strain(across, along, parts[:, other] - parts[:, one], grown)
+    E, nu = body.gear.material.E, body.gear.material.nu
+    return E / (1 - nu**2) * (strain + nu * along_helix)
+
+
+def surface_strain(a, b, da, db) -> tuple[np.ndarray, np.ndarray]:
+    """(n, m) strains of a surface across b and along b; tangents a, b (3, n), their growth da, db (3, n, m)."""
+    aa, ab, bb = (np.einsum("in,in->n", x, y)[:, None] for x, y in ((a, a), (a, b), (b, b)))
+    e_aa, e_bb = np.einsum("in,inm->nm", a, da), np.einsum("in,inm->nm", b, db)
+    e_ab = (np.einsum("in,inm->nm", a, db) + np.einsum("in,inm->nm", b, da)) / 2
+    trace = (bb * e_aa - 2 * ab * e_ab + aa * e_bb) / (aa * bb - ab**2)
+    return trace - e_bb / bb, e_bb / bb
+
+
+def at_tangent(body: Body, tooth: int, stress: np.ndarray) -> np.ndarray:
+    """(n_axial,) stress (n_place, n_axial) where the fillet's tangent makes 30 degrees with the tooth's centre line."""
+    facets = outline(body.gear, body.section.mesh, tooth)[1]
+    start, end = body.section.mesh.p[:, body.section.mesh.facets[:, facets]].transpose(1, 0, 2)
+    x, y = rotated(end - start, -2 * np.pi * tooth / body.gear.z)
+    inclination = np.arctan2(np.abs(x), np.abs(y))
+    order = np.argsort(inclination)
+    return np.array([np.interp(np.pi / 6, inclination[order], column[order]) for column in stress.T])
+
+
+def _cycle(torque: np.ndarray, phase: np.ndarray, found: np.ndarray, peaks: np.ndarray) -> xr.Dataset:
+    grid, said = (TORQUE, PHASE), "tensile stress in the tooth root"
+    axes = {
+        "gear": ["pinion", "wheel"],
+        TORQUE: (TORQUE, torque, {"units": "N m", "long_name": "pinion torque"}),
+        PHASE: (PHASE, phase, {"units": "1", "long_name": "phase of the mesh cycle"}),
+    }
+    values = {
+        "root_stress": (("gear", *grid), found[:, 0], {"units": "Pa", "long_name": f"largest {said}"}),
+        "tangent_stress": (("gear", *grid), found[:, 1], {"units": "Pa", "long_name": f"{said}, 30 degree tangent"}),
+        "peak_pressure": (grid, peaks, {"units": "Pa", "long_name": "largest contact pressure"}),
+    }
+    return xr.Dataset(values, axes, {"title": "tooth root stress and contact pressure over the mesh cycle"})

@@ -1,0 +1,26 @@
+"""A gear as its transverse section in plane strain, for the contact of `fem.state`."""
+
+import numpy as np
+from skfem import Basis, ElementQuad2
+
+import fem
+from fem.compliance import Compliance, half_plane, plane_strain, values_of_means
+from fem.gap import Meeting
+from fem.mesh import Density, flank_hats, section
+from fem.state import Encounter
+from fem.units import mm
+
+
+def plane_twin(gear: fem.Gear, density: Density, refined: int) -> Compliance:
+    """Compliance of the refined section in plane strain."""
+    arcs, half, depth = flank_hats(gear, density), gear.b / 2, 1 * mm
+    blocks = plane_strain(gear, arcs, Basis(section(gear, density.refined(refined)), ElementQuad2()), density)
+    blocks[0] -= half_plane(gear, arcs, depth)
+    values = values_of_means(arcs)
+    blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values)[:, None, :, None, :] / half * np.ones((1, 2, 1, 2, 1))
+    return Compliance(arcs, np.array([0.0, half]), depth, blocks[: density.teeth + 1], blocks[density.teeth + 1 :])
+
+
+def twin_te(pair: fem.GearPair, twin: Compliance, phase: float, force: float) -> float:
+    """Transmission error [m] of a pair of equal gears."""
+    return Encounter(Meeting(pair, pair.a, 0.0, phase), twin, twin, 1).state(force).te
