@@ -113,9 +113,10 @@ def transmission_error(
     element: Element | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
-    """Transmission error "te" [m] over "time" [s], and "phase" and load "torque" on the pinion, under a viscous load.
+    """Transmission error "te" [m] over "time" [s], and "phase" and load "torque" on the pinion [N m] of the moment.
 
-    torque      pinion torque F r_b1 at full speed [N m]; the load on the wheel grows with its speed
+    torque      pinion torque F r_b1 at full speed [N m]; the viscous load follows the speed of the wheel's hub, which
+                te slows down and speeds up: it is the load of the moment that the statics must be compared under
     density     of the FE mesh, element of scikit-fem: ElementQuad1() by default (plane strain)
 
     Raises ValueError for bad input, RuntimeError where a step does not converge.
@@ -131,16 +132,24 @@ def transmission_error(
     system = turning_gears(pair, torque, run, rule, density or Density(), element)
     still = Motion((system.meshing.bodies[0].rest(), system.meshing.bodies[1].rest()), 0.0)
     state = (still, still, still, still)
-    te, phase = np.zeros(times.size), np.array([run.motion(t, pitch)[0] for t in times])
+    phase, spin, _ = np.array([run.motion(t, pitch) for t in times]).T
+    te, rate = np.zeros((2, times.size))
     for i, t in enumerate(tqdm(times[1:], "time integration", disable=not progress, delay=1.0, leave=False), start=1):
         state = system.step(state, t)
-        te[i] = state[0].te
-    axis = {"units": "s", "long_name": "time"}
-    about = {"units": "m", "long_name": "transmission error"}
+        te[i], rate[i] = state[0].te, state[1].te
+    of_moment = system.load * (spin * pair.pinion.r_b - rate) * pair.pinion.r_b
     attributes = {**pair_attributes(pair), "torque": torque, "method": "HHT-alpha", "density": str(density)}
-    return xr.Dataset(
-        {"te": ("time", te, about), "phase": ("time", phase)}, {"time": ("time", times, axis)}, attrs=attributes
-    )
+    return over_time(times, te, phase, of_moment).assign_attrs(attributes)
+
+
+def over_time(times, te, phase, torque) -> xr.Dataset:
+    """Labelled columns (n_time,)."""
+    columns = {
+        "te": ("time", te, {"units": "m", "long_name": "transmission error"}),
+        "phase": ("time", phase, {"units": "1", "long_name": "phase"}),
+        "torque": ("time", torque, {"units": "N m", "long_name": "load on the pinion"}),
+    }
+    return xr.Dataset(columns, {"time": ("time", times, {"units": "s", "long_name": "time"})})
 
 
 def turning_gears(pair, torque: float, run: RunUp, rule: Newmark, density: Density, element: Element) -> "System":

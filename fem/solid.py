@@ -46,13 +46,59 @@ def solid(basis: Basis, material: Material, thickness: float = 1.0) -> Solid:
 def internal_force(body: Solid, u: np.ndarray) -> np.ndarray:
     """(n_dofs, dim) derivative of the strain energy with respect to u [N]."""
     force = np.zeros_like(u)
-    _add_internal_force(u, body.dofs, body.gradients, body.weights, *lame_parameters(body.material), force)
+    add = add_plane_force if u.shape[1] == 2 else _add_internal_force
+    add(u, body.dofs, body.gradients, body.weights, lame_parameters(body.material), force)
     return force
 
 
+def strain_energy(body: Solid, u: np.ndarray) -> float:
+    """Integral of lambda tr(E)^2 / 2 + mu E:E of Green's strain E [J]."""
+    H = np.einsum("eai,eqaj->eqij", u[body.dofs], body.gradients)
+    E = (H + H.swapaxes(2, 3) + H.swapaxes(2, 3) @ H) / 2
+    lam, mu = lame_parameters(body.material)
+    density = lam / 2 * np.trace(E, axis1=2, axis2=3) ** 2 + mu * (E**2).sum(axis=(2, 3))
+    return float((body.weights * density).sum())
+
+
 @njit(cache=True, fastmath=True)
-def _add_internal_force(u, dofs, gradients, weights, lam, mu, force):
-    dim = u.shape[1]
+def add_plane_force(u, dofs, gradients, weights, lame, force):
+    """Adds the internal force of plane strain to force (n_dofs, 2) [N]."""
+    n = dofs.shape[1]
+    moved, pulled = np.empty((n, 2)), np.empty((n, 2))
+    for e in range(dofs.shape[0]):
+        for a in range(n):
+            moved[a, 0], moved[a, 1] = u[dofs[e, a], 0], u[dofs[e, a], 1]
+            pulled[a, 0] = pulled[a, 1] = 0.0
+        for q in range(weights.shape[1]):
+            xx = xy = yx = yy = 0.0
+            for a in range(n):
+                gx, gy = gradients[e, q, a, 0], gradients[e, q, a, 1]
+                xx, xy = xx + moved[a, 0] * gx, xy + moved[a, 0] * gy
+                yx, yy = yx + moved[a, 1] * gx, yy + moved[a, 1] * gy
+            p_xx, p_xy, p_yx, p_yy = _piola_kirchhoff_in_plane(xx, xy, yx, yy, lame)
+            for a in range(n):
+                gx, gy = weights[e, q] * gradients[e, q, a, 0], weights[e, q] * gradients[e, q, a, 1]
+                pulled[a, 0] += p_xx * gx + p_xy * gy
+                pulled[a, 1] += p_yx * gx + p_yy * gy
+        for a in range(n):
+            force[dofs[e, a], 0] += pulled[a, 0]
+            force[dofs[e, a], 1] += pulled[a, 1]
+
+
+@njit(cache=True, fastmath=True, inline="always")
+def _piola_kirchhoff_in_plane(xx, xy, yx, yy, lame):
+    """First Piola-Kirchhoff stress F S of the displacement gradient."""
+    lam, mu = lame
+    e_xx, e_yy = xx + (xx * xx + yx * yx) / 2, yy + (xy * xy + yy * yy) / 2
+    shear, pressed = mu * (xy + yx + xx * xy + yx * yy), lam * (e_xx + e_yy)
+    s_xx, s_yy = pressed + 2 * mu * e_xx, pressed + 2 * mu * e_yy
+    p_xx, p_xy = (1 + xx) * s_xx + xy * shear, (1 + xx) * shear + xy * s_yy
+    return p_xx, p_xy, yx * s_xx + (1 + yy) * shear, yx * shear + (1 + yy) * s_yy
+
+
+@njit(cache=True, fastmath=True)
+def _add_internal_force(u, dofs, gradients, weights, lame, force):
+    (lam, mu), dim = lame, u.shape[1]
     H, S = np.empty((dim, dim)), np.empty((dim, dim))
     for e in range(dofs.shape[0]):
         for q in range(weights.shape[1]):

@@ -42,6 +42,11 @@ class Flank:
         """Angle of the tooth's centre line from that of tooth 0 [rad]."""
         return 2 * np.pi * self.tooth / self.gear.z
 
+    @property
+    def base(self) -> float:
+        """Angle where the involute of tooth 0 begins [rad]."""
+        return np.pi / 2 + float(profile.flank(self.gear, [0.0]).psi[0])
+
     @cached_property
     def shapes(self) -> PPoly:
         """Values (..., n) of the nodes' shape functions at arc lengths (...), as in the elements beneath."""
@@ -56,8 +61,7 @@ class Flank:
     def involute(self, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Points [m], unit tangents towards the tip and second derivatives [1/m] over arc length."""
         roll = profile.roll_at(self.gear, arc)
-        base = np.pi / 2 + float(profile.flank(self.gear, [0.0]).psi[0]) + self.turn
-        tangent = direction(base - roll / self.gear.r_b)
+        tangent = direction(self.base + self.turn - roll / self.gear.r_b)
         normal = quarter_turn(tangent)
         return self.gear.r_b * tangent + roll * normal, tangent, -normal / roll
 

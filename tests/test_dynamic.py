@@ -15,10 +15,9 @@ COARSE = Density(flank=30)
 
 def static(pair, ran, at: np.ndarray, density: Density) -> np.ndarray:
     """Static transmission error at time steps at, under the viscous load of the moment."""
-    meshing, rolling = assembled(pair, density, ElementQuad1(), lag=1.0), 10 * rpm * pair.pinion.r_b
-    load = 150 / pair.pinion.r_b * (1 - np.gradient(ran["te"].values, ran["time"].values)[at] / rolling)
-    phases = ran["phase"].values[at]
-    return np.array([equilibrium(meshing, *state).te for state in zip(phases, load, strict=True)])
+    meshing = assembled(pair, density, ElementQuad1(), lag=1.0)
+    states = zip(ran["phase"].values[at], ran["torque"].values[at] / pair.pinion.r_b, strict=True)
+    return np.array([equilibrium(meshing, *state).te for state in states])
 
 
 @pytest.fixture(scope="module")

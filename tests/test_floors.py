@@ -41,6 +41,8 @@ FLOORS = {
     "fem.transmission": 6,
     "fem.nonlinear": 6,
     "fem.dynamic": 6.2,
+    "fem.penalty": 4.5,
+    "fem.explicit": 6.3,
     "fem.loads": 5.8,
     "fem.elastic": 5.9,
     "fem.stress": 6.2,
@@ -63,7 +65,7 @@ DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste"}
 FENCES = {
     "skfem": {
         *("fem.mesh", "fem.prism", "fem.compliance", "fem.loads", "fem.elastic", "fem.stress", "fem.root_stress"),
-        *("fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic"),
+        *("fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic", "fem.explicit"),
     },
     "exudyn": {"exugear.connector", "exugear.plan", "exugear.model", "exugear.run"},
     "matplotlib": {"exugear.plots", "exugear.pictures"},
