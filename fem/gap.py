@@ -17,6 +17,7 @@ from fem.flank import removed
 from fem.gear import GearPair
 
 SAMPLES = 41
+GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
 SECANTS = 12
 #: Gap of flanks that cannot touch [m].
 FAR = 1.0
@@ -192,10 +193,9 @@ class Cells:
         pair, added = self.meeting.pair, 0 * roll
         if not self.modified:
             return added
-        points, weights = np.polynomial.legendre.leggauss(3)
         pinion_roll = np.where(self.own_is_pinion[:, None], roll, mate_roll)
         wheel_roll = np.where(self.own_is_pinion[:, None], mate_roll, roll)
-        for point, weight in zip(points, weights / 2, strict=True):
+        for point, weight in zip(GAUSS_POINTS, GAUSS_WEIGHTS / 2, strict=True):
             ahead = ((self.high - self.low) / 2 * point)[:, None]
             axial, shift = self.middle[:, None] + ahead, ahead * tan(pair.beta_b)
             added = added + weight * sum(self._removed(pinion_roll + shift, wheel_roll - shift, axial))
@@ -238,10 +238,10 @@ class Cells:
         return best
 
     @cached_property
-    def separation(self) -> np.ndarray:
-        """(n,) transmission error at which the flanks just touch, aligned [m]."""
+    def nearest(self) -> tuple[np.ndarray, np.ndarray]:
+        """Normal gap, aligned [m], and approach per transmission error where the flanks are closest, each (n,)."""
         gap, _, per_error = self.gap(self.closest)
-        return (gap / per_error)[:, 0]
+        return gap[:, 0], per_error[:, 0]
 
     @cached_property
     def radius(self) -> np.ndarray:

@@ -137,8 +137,8 @@ class Encounter:
 
     def gaps(self, cells: Cells, misalignment) -> tuple[np.ndarray, np.ndarray]:
         """Normal gap [m] and approach per transmission error where the flanks of cells are closest, each (n,)."""
-        gap, _, per_error = cells.gap(cells.closest)
-        return gap[:, 0] + cos(self.meeting.pair.beta_b) * misalignment * cells.middle, per_error[:, 0]
+        gap, per_error = cells.nearest
+        return gap + cos(self.meeting.pair.beta_b) * misalignment * cells.middle, per_error
 
     def hertz(self, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
         """Factor and constant of the flattening of cells under one line load, as `fem.slices` takes them."""

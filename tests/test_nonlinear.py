@@ -102,7 +102,7 @@ def test_gap_at_rest_is_that_of_exact_flanks(flank):
         found = rows(here, here.touches(phase), phase, 0.0, (body.rest(), body.rest()))
         meeting = Meeting(pair, pair.a, 0.0, phase)
         numbers = np.array(meeting.numbers())
-        exact = Cells(meeting, numbers, 0.0 * numbers, 0.0 * numbers + gear.b / 2).separation.min()
+        exact = np.divide(*Cells(meeting, numbers, 0.0 * numbers, 0.0 * numbers + gear.b / 2).nearest).min()
         assert (found.gap / found.closing).min() == pytest.approx(exact, abs=0.05 * um)
 
 
