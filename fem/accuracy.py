@@ -17,6 +17,8 @@ from fem.sweep import Resolution, each, sweep
 LEVELS = (Resolution(resolved=False), Resolution(), Resolution().finer())
 #: A coarser mesh by 2/3 that converges with order 1 is off by 1/(3/2 - 1) times what it changes.
 FROM_COARSER = 2.0
+#: Half-way is not always where an interpolation is furthest off.
+FROM_HALFWAY = 1.5
 CHECKED_PHASES, CHECKED_TORQUES, FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 8, 5, 12, 400, 40
 
 
@@ -72,7 +74,7 @@ def phase_error(pair: GearPair, torque, phase, values: dict, resolution: Resolut
     halfway = phase + np.diff(np.append(phase, phase[0] + 1)) / 2
     fast = replace(resolution, resolved=False)
     te = curves(pair, torque, np.concatenate([phase, halfway]), values, fast)
-    return rms(at_phases(phase, te[:, : phase.size], halfway) - te[:, phase.size :])
+    return FROM_HALFWAY * rms(at_phases(phase, te[:, : phase.size], halfway) - te[:, phase.size :])
 
 
 def torque_error(pair: GearPair, torque, values: dict, resolution: Resolution) -> np.ndarray:
@@ -85,7 +87,7 @@ def torque_error(pair: GearPair, torque, values: dict, resolution: Resolution) -
     te = curves(pair, np.append(torque, halfway), phase, values, replace(resolution, resolved=False))
     given, between = te[1 : torque.size] - te[0], te[torque.size :] - te[0]
     compliance = compliance_at(torque[1:], given / torque[1:, None], halfway)
-    error = rms(compliance * halfway[:, None] - between)
+    error = FROM_HALFWAY * rms(compliance * halfway[:, None] - between)
     return np.maximum(np.append(0.0, error), np.append(error, 0.0))
 
 

@@ -21,7 +21,7 @@ from fem.units import um
 TINY = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1)
 SLICES, WIDEST, MOST_PAIRS, BAND = 6, 8, 2.5, 0.025
 FAST = settings(max_examples=6, deadline=None, derandomize=True, phases=[Phase.generate])
-MANY = settings(max_examples=200, deadline=None, derandomize=True, phases=[Phase.generate])
+MANY = settings(max_examples=40, deadline=None, derandomize=True, phases=[Phase.generate])
 
 
 @dataclass(frozen=True)
