@@ -1,11 +1,13 @@
 """Gear dynamics on Exudyn: from the STE map to the run-up."""
 
 from exugear import plots
-from exugear.connector import CreateGearContact, Recorder
+from exugear.connector import CreateGearContact
 from exugear.force import MeshForce
 from exugear.gearbox import Bearing, Gearbox, Shaft, Stage
 from exugear.model import Model, build
 from exugear.plan import Plan, plan
+from exugear.recorder import Recorder
+from exugear.ring import RingPair
 from exugear.run import Run, run_up
 from exugear.spectrum import envelope, order_spectrum, resonances
 
@@ -17,6 +19,7 @@ __all__ = [
     "Model",
     "Plan",
     "Recorder",
+    "RingPair",
     "Run",
     "Shaft",
     "Stage",

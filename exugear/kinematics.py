@@ -1,38 +1,48 @@
 """Kinematics of one involute mesh: body coordinates -> deflection, and the same rows back to generalized forces.
 
-Shafts run along z. e_r points from the pinion's to the wheel's centre, e_t = z x e_r. For direction +1 the deflection
-is positive where the pinion leads counter-clockwise; its line of action is n = cos(alpha) e_t + sin(alpha) e_r, the
-other flank's -cos(alpha) e_t + sin(alpha) e_r. The force F pushes the wheel by F n and the pinion by -F n in one common
-point, the current pitch point in mid-plane; generalized forces are -F row, the rate is row . velocity (virtual work).
-Exact for involutes whose axes stay parallel, at any centre distance and place of the centres; tilts enter the wrenches.
+Shafts run along z. e_r points from the pinion's to the wheel's axis in the pinion's mid-plane, e_t = z x e_r. A ring
+gear has a negative base radius and a negative centre distance (ISO 21771), so that e_r points away from its axis.
+For direction +1 the deflection is positive where the pinion leads counter-clockwise. On the flank side = direction the
+line of action is n = side cos(alpha) e_t + sin(alpha) e_r - side tan(beta_b) e_z; F n pushes the wheel and -F n the
+pinion in one common point, the pitch point at the centroid. F, the transverse force, is what a torque F r_b1 needs, and
+generalized forces are -F row, the rate is row . velocity (virtual work). Map and centroid count z along side z.
+
+Offsets as in `fem.Offsets`: the centre distance is that in the pinion's mid-plane, the misalignment the angle of the
+axes in the plane of action by which the gap opens along side z, the axial offset that of the wheel.
+Exact for involutes whose axes stay parallel, at any centre distance and place of the centres, orbiting ones as well;
+first order in the tilts.
 """
 
-from math import acos, atan2, cos, floor, hypot, pi, sin, sqrt, tan
+from math import acos, atan2, cos, floor, pi, sin, sqrt, tan
 
 import numpy as np
 
-from exugear.force import BACK_PHASE, BACKLASH, compiled, flank_force
-from fem.gear import GearPair, involute
+from exugear.law import BACK_PHASE, BACKLASH, CONSERVES, compiled, conserving, damped, flank_force, static_force
+from fem.gear import involute
 
-R_B1, R_B2, TURNS, PHASE, DIRECTION, INV_0, AXIAL_1, AXIAL_2, E_X, E_Y, REFERENCE_1, REFERENCE_2 = *range(11), 16
-FRAME = 22
+R_B1, R_B2, TURNS, PHASE, DIRECTION, INV_0, AXIAL_1, AXIAL_2, E_X, E_Y, TAN_BETA_B, HEIGHT = range(12)
+REFERENCE_1, REFERENCE_2 = 12, 18
+FRAME = 24
 
 
-def rotational_frame(pair: GearPair, phase: float, direction: int) -> np.ndarray:
-    """The numbers that the kernels read, for two rotational coordinates."""
+def rotational_frame(pair, phase: float, direction: int) -> np.ndarray:
+    """The numbers that the kernels read, for rotational coordinates of a `fem.GearPair` or `RingPair`."""
     frame = np.zeros(FRAME)
     frame[R_B1], frame[R_B2], frame[TURNS] = pair.pinion.r_b, pair.wheel.r_b, pair.pinion.z / (2 * pi)
     frame[PHASE], frame[DIRECTION], frame[INV_0] = phase, direction, involute(pair.alpha_wt)
+    frame[TAN_BETA_B] = tan(pair.beta_b)
     return frame
 
 
-def spatial_frame(pair: GearPair, phase: float, direction: int, axial, reference) -> np.ndarray:
+def spatial_frame(pair, phase: float, direction: int, axial, reference) -> np.ndarray:
     """The same for two Rxyz nodes: axial (2,) places of the gears on their bodies [m], reference (2, 6) coordinates."""
     frame = rotational_frame(pair, phase, direction)
     frame[[AXIAL_1, AXIAL_2]] = axial
     frame[REFERENCE_1:REFERENCE_2], frame[REFERENCE_2:] = reference
-    line = reference_line(axial, reference)
-    frame[[E_X, E_Y]] = line[:2] / hypot(line[0], line[1])
+    none = (0.0,) * 6
+    x, y, *_ = line_of_centres(frame, none, none)
+    frame[[E_X, E_Y]] = np.array([x, y]) * np.sign(pair.a)
+    frame[HEIGHT] = height(frame, none, none, tuple(frame[[E_X, E_Y]]), frame[R_B1] / cos(pair.alpha_wt))
     return frame
 
 
@@ -69,6 +79,25 @@ def dot(row, v):
 
 
 @compiled
+def scaled(row, f):
+    """f row (6)."""
+    return f * row[0], f * row[1], f * row[2], f * row[3], f * row[4], f * row[5]
+
+
+@compiled
+def added(one, other):
+    """Sum of two rows (6)."""
+    return (
+        one[0] + other[0],
+        one[1] + other[1],
+        one[2] + other[2],
+        one[3] + other[3],
+        one[4] + other[4],
+        one[5] + other[5],
+    )
+
+
+@compiled
 def flank_of(law, lead, opening, phase):
     """(side, penetration's deflection, phase) of the flank nearest to contact; lead: what the pinion is ahead [m]."""
     if lead >= -0.5 * law[BACKLASH]:
@@ -82,48 +111,93 @@ def rotational_mesh(law, frame, q_1, q_2, v_1, v_2):
     d, r_1, r_2 = frame[DIRECTION], frame[R_B1], frame[R_B2]
     lead = d * (r_1 * q_1 + r_2 * q_2)
     side, deflection, phase = flank_of(law, lead, 0.0, d * frame[TURNS] * q_1 + frame[PHASE])
-    force = side * flank_force(law, phase, deflection, side * d * (r_1 * v_1 + r_2 * v_2))
-    return lead, force, (-d * r_1 * force, -d * r_2 * force)
+    rate, turning = side * d * (r_1 * v_1 + r_2 * v_2), 0.0
+    if law[CONSERVES] != 0.0:
+        penetration, force, by_phase = conserving(law, phase, deflection)
+        force, turning = force + damped(law, penetration, rate), side * d * by_phase
+    else:
+        force = flank_force(law, phase, deflection, rate)
+    force = side * force
+    return lead, force, (-d * r_1 * force - frame[TURNS] * turning, -d * r_2 * force)
 
 
 @compiled
 def placed(frame, reference, axial, q):
-    """Absolute pole (3), tilts and gear centre (3) of one body with displacements q (6)."""
+    """Absolute pole (3), tilts, z axis (3) and gear centre (3) of one body with displacements q (6)."""
     pole = (frame[reference] + q[0], frame[reference + 1] + q[1], frame[reference + 2] + q[2])
     a, b = frame[reference + 3] + q[3], frame[reference + 4] + q[4]
     z = spin_axis(a, b)
-    return pole, a, b, (pole[0] + axial * z[0], pole[1] + axial * z[1], pole[2] + axial * z[2])
+    return pole, a, b, z, (pole[0] + axial * z[0], pole[1] + axial * z[1], pole[2] + axial * z[2])
+
+
+@compiled
+def line_of_centres(frame, q_1, q_2):
+    """Unit vector from the pinion's centre to the wheel's axis in the pinion's mid-plane, its length, axial offset."""
+    _, _, _, _, centre_1 = placed(frame, REFERENCE_1, frame[AXIAL_1], q_1)
+    _, _, _, z_2, centre_2 = placed(frame, REFERENCE_2, frame[AXIAL_2], q_2)
+    along = (centre_1[2] - centre_2[2]) / z_2[2]
+    x, y = centre_2[0] + along * z_2[0] - centre_1[0], centre_2[1] + along * z_2[1] - centre_1[1]
+    distance = sqrt(x * x + y * y)
+    return x / distance, y / distance, distance, centre_2[2] - centre_1[2]
+
+
+@compiled
+def height(frame, q_1, q_2, e_r, r_w):
+    """How much higher the pinion's mid-plane is at the pitch point than the wheel's [m]."""
+    _, _, _, z_1, centre_1 = placed(frame, REFERENCE_1, frame[AXIAL_1], q_1)
+    _, _, _, z_2, centre_2 = placed(frame, REFERENCE_2, frame[AXIAL_2], q_2)
+    x, y = centre_1[0] + r_w * e_r[0], centre_1[1] + r_w * e_r[1]
+    one = -(z_1[0] * (x - centre_1[0]) + z_1[1] * (y - centre_1[1])) / z_1[2]
+    other = -(z_2[0] * (x - centre_2[0]) + z_2[1] * (y - centre_2[1])) / z_2[2]
+    return centre_1[2] + one - centre_2[2] - other
+
+
+@compiled
+def unwound(d, r_1, r_2, q_1, q_2, turned):
+    """The turn of e_r next to which the gears mesh: |lead| stays far below that of a whole turn."""
+    whole = 2.0 * pi * (r_1 + r_2)
+    return turned + 2.0 * pi * floor((r_1 * (q_1 - turned) + r_2 * (q_2 - turned)) / whole + 0.5)
 
 
 @compiled
 def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
-    """(deflection [m], force [N], generalized forces (6), (6)) of two Rxyz bodies."""
-    d, r_1, r_2 = frame[DIRECTION], frame[R_B1], frame[R_B2]
-    pole_1, a_1, b_1, centre_1 = placed(frame, REFERENCE_1, frame[AXIAL_1], q_1)
-    pole_2, a_2, b_2, centre_2 = placed(frame, REFERENCE_2, frame[AXIAL_2], q_2)
-    x, y = centre_2[0] - centre_1[0], centre_2[1] - centre_1[1]
-    distance = sqrt(x * x + y * y)
-    if not distance > r_1 + r_2:
-        raise ValueError(distance, r_1 + r_2)
-    x, y = x / distance, y / distance
+    """(deflection [m], force [N], generalized forces (6), (6), offsets (3), centroid [m]) of two Rxyz bodies."""
+    d, r_1, r_2, tan_b = frame[DIRECTION], frame[R_B1], frame[R_B2], frame[TAN_BETA_B]
+    x, y, distance, axial = line_of_centres(frame, q_1, q_2)
+    if r_2 < 0.0:
+        x, y, distance = -x, -y, -distance
+    if not (r_1 + r_2) / distance < 1.0:
+        raise ValueError(abs(distance), abs(r_1 + r_2))
     turned = atan2(frame[E_X] * y - frame[E_Y] * x, frame[E_X] * x + frame[E_Y] * y)
+    turned = unwound(d, r_1, r_2, q_1[5], q_2[5], turned)
     alpha = acos((r_1 + r_2) / distance)
+    r_w = r_1 / cos(alpha)
     opening = (r_1 + r_2) * (tan(alpha) - alpha - frame[INV_0])
-    lead = d * (r_1 * (q_1[5] - turned) + r_2 * (q_2[5] - turned))
+    raised = height(frame, q_1, q_2, (x, y), r_w) - frame[HEIGHT]
+    lead = d * (r_1 * (q_1[5] - turned) + r_2 * (q_2[5] - turned) - tan_b * raised)
     pitch = d * frame[TURNS] * (q_1[5] - turned) + frame[PHASE]
     side, deflection, phase = flank_of(law, lead, opening, pitch)
-    c, s, r_w = side * d * cos(alpha), sin(alpha), r_1 / cos(alpha)
-    n = (-c * y + s * x, c * x + s * y, 0.0)
-    contact = (centre_1[0] + r_w * x, centre_1[1] + r_w * y, 0.5 * (centre_1[2] + centre_2[2]))
+    side_d = side * d
+    n = (-side_d * cos(alpha) * y + sin(alpha) * x, side_d * cos(alpha) * x + sin(alpha) * y, -side_d * tan_b)
+    pole_1, a_1, b_1, z_1, centre_1 = placed(frame, REFERENCE_1, frame[AXIAL_1], q_1)
+    pole_2, a_2, b_2, z_2, _ = placed(frame, REFERENCE_2, frame[AXIAL_2], q_2)
+    misalignment = side_d * (n[0] * (z_2[0] - z_1[0]) + n[1] * (z_2[1] - z_1[1]))
+    offsets = (distance, misalignment, side_d * axial)
+    penetration, force, centroid, turning = static_force(law, phase, deflection, *offsets)
+    contact = (centre_1[0] + r_w * x, centre_1[1] + r_w * y, centre_1[2] + side_d * centroid)
     row_1, row_2 = row_of(pole_1, contact, n, a_1, b_1), row_of(pole_2, contact, n, a_2, b_2)
-    force = flank_force(law, phase, deflection, dot(row_1, v_1) - dot(row_2, v_2))
-    return lead - opening, side * force, scaled(row_1, -force), scaled(row_2, force)
-
-
-@compiled
-def scaled(row, f):
-    """f row (6)."""
-    return f * row[0], f * row[1], f * row[2], f * row[3], f * row[4], f * row[5]
+    force += damped(law, penetration, dot(row_1, v_1) - dot(row_2, v_2))
+    one, other = scaled(row_1, -force), scaled(row_2, force)
+    if turning != 0.0:
+        torque, far = (
+            side_d * frame[TURNS] * turning,
+            (centre_1[0] + distance * x, centre_1[1] + distance * y, centre_1[2]),
+        )
+        e_t = (-y, x, 0.0)
+        one = added(one, scaled(row_of(pole_1, centre_1, e_t, a_1, b_1), -torque / distance))
+        one = added(one, (0.0, 0.0, 0.0, 0.0, -sin(a_1) * torque, -z_1[2] * torque))
+        other = added(other, scaled(row_of(pole_2, far, e_t, a_2, b_2), torque / distance))
+    return lead - opening, side * force, one, other, offsets, centroid
 
 
 def phase_of(frame: np.ndarray, spin: float) -> float:
@@ -138,15 +212,14 @@ def rotational_row(frame: np.ndarray) -> np.ndarray:
 
 
 def spatial_row(frame: np.ndarray) -> np.ndarray:
-    """Row (12) of the driving flank in the reference configuration."""
-    one, other = frame[REFERENCE_1:REFERENCE_2], frame[REFERENCE_2:]
-    none = np.zeros(6)
-    pole_1, a_1, b_1, centre_1 = placed(frame, REFERENCE_1, frame[AXIAL_1], none)
-    pole_2, a_2, b_2, centre_2 = placed(frame, REFERENCE_2, frame[AXIAL_2], none)
-    line = reference_line(frame[[AXIAL_1, AXIAL_2]], (one, other))
-    alpha = acos((frame[R_B1] + frame[R_B2]) / hypot(line[0], line[1]))
-    x, y, c, s = frame[E_X], frame[E_Y], frame[DIRECTION] * cos(alpha), sin(alpha)
-    n = (-c * y + s * x, c * x + s * y, 0.0)
-    r_w = frame[R_B1] / cos(alpha)
-    contact = (centre_1[0] + r_w * x, centre_1[1] + r_w * y, (centre_1[2] + centre_2[2]) / 2)
+    """Row (12) of the driving flank in the reference configuration, at mid-plane."""
+    none = (0.0,) * 6
+    x, y, distance, _ = line_of_centres(frame, none, none)
+    x, y, distance = (-x, -y, -distance) if frame[R_B2] < 0 else (x, y, distance)
+    pole_1, a_1, b_1, _, centre_1 = placed(frame, REFERENCE_1, frame[AXIAL_1], none)
+    pole_2, a_2, b_2, _, _ = placed(frame, REFERENCE_2, frame[AXIAL_2], none)
+    alpha, d = acos((frame[R_B1] + frame[R_B2]) / distance), frame[DIRECTION]
+    c, s, r_w = d * cos(alpha), sin(alpha), frame[R_B1] / cos(alpha)
+    n = (-c * y + s * x, c * x + s * y, -d * frame[TAN_BETA_B])
+    contact = (centre_1[0] + r_w * x, centre_1[1] + r_w * y, centre_1[2])
     return np.r_[row_of(pole_1, contact, n, a_1, b_1), -np.array(row_of(pole_2, contact, n, a_2, b_2))]

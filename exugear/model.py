@@ -12,11 +12,12 @@ import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia
 from scipy.linalg import eigh
 
-from exugear.connector import CreateGearContact, Recorder, frame_of, node_of
+from exugear.connector import CreateGearContact, frame_of, node_of
 from exugear.gearbox import Gearbox, Shaft, Stage
 from exugear.kinematics import rotational_row, spatial_row
 from exugear.plan import Coordinates, Plan
 from exugear.plan import plan as plan_of
+from exugear.recorder import Recorder
 from fem.gear import require
 
 
@@ -143,8 +144,7 @@ def _contact(mbs, gearbox: Gearbox, stage: Stage, bodies: Mapping[str, int]) -> 
         direction=direction,
         recorder=recorder,
     )
-    nodes = [node_of(mbs, pinion), node_of(mbs, wheel)]
-    return contact, recorder, frame_of(mbs, nodes, stage.pair, positions, phase=0.0, direction=direction)
+    return contact, recorder, frame_of(mbs, [pinion, wheel], stage.pair, positions, phase=0.0, direction=direction)
 
 
 def _drive_and_load(mbs, gearbox: Gearbox, bodies, spin_coordinate) -> tuple[int, int]:

@@ -14,7 +14,7 @@ from fem.gear import Gear, GearPair, Material, require
 SIZES = [f.name for f in fields(Gear) if f.name not in ("material", "flank")]
 #: Of these a gear has one.
 ROOTS = ("rho_f", "fillet")
-TORQUE, PHASE, TE = "torque", "phase", "te"
+TORQUE, PHASE, TE, CENTROID = "torque", "phase", "te", "centroid"
 OFFSETS = {
     "a": ("m", "working centre distance"),
     "axial": ("m", "axial place of the wheel"),
@@ -22,6 +22,8 @@ OFFSETS = {
     "f_sigma_delta": ("rad", "parallelism error in the plane of the axes"),
     "f_sigma_beta": ("rad", "parallelism error across the plane of the axes"),
 }
+#: Offsets that a force law follows, in this order.
+LAW_OFFSETS = ("a", "misalignment", "axial")
 
 
 def ste_map(pair: GearPair, torque, phase, te, offsets: dict | None = None, **attributes) -> xr.Dataset:
@@ -80,6 +82,25 @@ def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:
     chosen = ", ".join(f"{name}={data[name].values[0]:g}" for name in further)
     require(not further, f"the map also has the axes {further}; select one value of each: ste.sel({chosen})")
     return te.transpose(TORQUE, PHASE)
+
+
+def offset_axes(data: xr.Dataset) -> dict[str, np.ndarray]:
+    """The map's axes of centre distance [m], misalignment [rad], axial offset [m]; ValueError where it has others."""
+    axes = [str(name) for name in data[TE].dims if name not in (TORQUE, PHASE)]
+    parallelism = [name for name in axes if name.startswith("f_sigma")]
+    chosen = ", ".join(f"{name}={data[name].values[0]:g}" for name in parallelism)
+    remedy = f"map `misalignment`, their sum in the plane of action, or select one value of each: ste.sel({chosen})"
+    require(not parallelism, f"a force law takes no axes {parallelism}; {remedy}")
+    return {name: data[name].values for name in LAW_OFFSETS if name in axes and data[name].size > 1}
+
+
+def over_offsets(data: xr.Dataset, name: str) -> xr.DataArray:
+    """A variable of a map over (torque, a, misalignment, axial, phase), axes of one value dropped."""
+    pitches = data.attrs.get("pitches", 1)
+    require(pitches == 1, f"the map runs over {pitches} pitches, each of its own; average them or select one")
+    return data[name].squeeze([d for d in data[name].dims if d in LAW_OFFSETS and data[d].size == 1]).transpose(
+        TORQUE, *offset_axes(data), PHASE
+    )
 
 
 def at_phases(phase: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:

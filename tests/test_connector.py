@@ -10,7 +10,8 @@ from exudyn.rigidBodyUtilities import InertiaCuboid, RotXYZ2RotationMatrix
 from scenes import INERTIA, K, linear_law, paper_pair, smooth_map
 
 import exugear
-from exugear.connector import rotational_forces, user_functions
+from exugear.connector import user_functions
+from exugear.kernels import SPIN, kernel_of
 from exugear.kinematics import rotational_frame, rotational_mesh, spatial_frame, spatial_mesh
 from fem.units import mm, um
 
@@ -58,7 +59,7 @@ def test_forces_and_moments_balance_in_every_attitude(seed):
     reference, q, v = attitudes(seed)
     law = linear_law(reach=9e-3)
     frame = spatial_frame(PAIR, 0.2, 1, [0.01, -0.005], reference)
-    _, force, one, other = spatial_mesh(law.law, frame, *map(tuple, (*q, *v)))
+    _, force, one, other, *_ = spatial_mesh(law.law, frame, *map(tuple, (*q, *v)))
     wrenches = [wrench(r, x, f) for r, x, f in zip(reference, q, (one, other), strict=True)]
     assert force > 100
     assert np.abs(wrenches[0] + wrenches[1]).max() < 1e-12 * np.abs(wrenches[0]).max()
@@ -78,7 +79,7 @@ def test_row_is_the_gradient_of_the_deflection(side, direction):
         _, force, *_ = spatial_mesh(law.law, frame, tuple(x[:6]), tuple(x[6:]), NONE, NONE)
         return force**2 / (2 * K)
 
-    _, _, one, other = spatial_mesh(law.law, frame, tuple(q[:6]), tuple(q[6:]), NONE, NONE)
+    _, _, one, other, *_ = spatial_mesh(law.law, frame, tuple(q[:6]), tuple(q[6:]), NONE, NONE)
     h = 2e-7
     slope = np.array([(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(12)])
     assert np.r_[one, other] == pytest.approx(-slope, rel=1e-6, abs=1e-3)
@@ -88,7 +89,7 @@ def test_generalized_forces_are_those_of_exudyns_own_force_and_torque(mbs):
     reference, q, v = attitudes(3)
     law, axial = linear_law(reach=9e-3), [0.01, -0.005]
     frame = spatial_frame(PAIR, 0.0, 1, axial, reference)
-    _, _, one, other = spatial_mesh(law.law, frame, *map(tuple, (*q, *v)))
+    _, _, one, other, *_ = spatial_mesh(law.law, frame, *map(tuple, (*q, *v)))
     for r, x, forces in zip(reference, q, (one, other), strict=True):
         body = mbs.CreateRigidBody(
             referencePosition=r[:3], inertia=InertiaCuboid(1000, [1, 1, 1]), nodeType=exu.NodeType.RotationRxyz
@@ -213,7 +214,9 @@ def test_settings_of_exudyn_serve_after_many_turns(mbs, law):
 
 def test_jacobian_is_that_of_the_law(law):
     """Two rotational coordinates: tangent stiffness and damping times row row^T."""
-    contact, jacobian = user_functions(rotational_forces, law.law, rotational_frame(PAIR, 0.0, 1), exugear.Recorder())
+    contact, jacobian = user_functions(
+        kernel_of((SPIN, SPIN)), law.law, rotational_frame(PAIR, 0.0, 1), exugear.Recorder()
+    )
     lead, row = 8 * um, np.array([PAIR.pinion.r_b, PAIR.wheel.r_b])
     q = [lead / row[0], 0.0]
     tangent = (law(0.0, lead + 1e-9) - law(0.0, lead - 1e-9)) / 2e-9
@@ -259,7 +262,7 @@ def test_leaving_the_map_stops_the_solver_and_says_so(mbs, law):
 
 
 def test_a_state_that_is_no_number_stops_the_solver(mbs, law):
-    function, _ = user_functions(rotational_forces, law.law, rotational_frame(PAIR, 0.0, 1), exugear.Recorder())
+    function, _ = user_functions(kernel_of((SPIN, SPIN)), law.law, rotational_frame(PAIR, 0.0, 1), exugear.Recorder())
     for spins in ([np.nan, 0.0], [np.inf, 0.0], [0.0, np.nan]):
         with pytest.raises(RuntimeError, match="deflection must be finite"):
             function(mbs, 0.0, 0, spins, [0.0, 0.0])
@@ -309,8 +312,8 @@ def test_bodies_that_cannot_carry_a_gear_are_refused(mbs, law):
         mbs.CreateGearContact(itemNumbers=euler, pair=PAIR, force=law)
     node = mbs.AddNode(eii.Node1D(referenceCoordinates=[0]))
     spin = mbs.AddObject(eii.ObjectRotationalMass1D(inertia=1, nodeNumber=node))
-    with pytest.raises(ValueError, match="same kind of node"):
-        mbs.CreateGearContact(itemNumbers=[bodies_of(mbs)[0], spin], pair=PAIR, force=law)
+    with pytest.raises(ValueError, match="carries ObjectRotationalMass1D alone"):
+        mbs.CreateGearContact(itemNumbers=[*bodies_of(mbs), spin], pair=PAIR, force=law)
     with pytest.raises(ValueError, match="one node"):
         mbs.CreateGearContact(itemNumbers=[mbs.CreateGround(), spin], pair=PAIR, force=law)
 

@@ -5,7 +5,8 @@ import pytest
 from scenes import linear_law, paper_pair, smooth_map
 
 from exugear import MeshForce
-from exugear.force import _loaded_deflection, kept
+from exugear.law import kept
+from exugear.loaded import loaded_deflection
 from fem.ste import ste_map
 from fem.units import um
 
@@ -25,7 +26,7 @@ def test_static_deflection_is_the_map(law):
 
 def test_table_inverts_the_map_at_every_phase_and_load(law):
     phase = np.random.default_rng(0).random(300)
-    force, deflection = _loaded_deflection(smooth_map(), paper_pair().pinion.r_b, phase)
+    force, deflection = loaded_deflection(smooth_map(), paper_pair().pinion.r_b, phase)
     seen = slice(20, -1)
     assert np.abs(law(phase[:, None], deflection[:, seen]) / force[seen] - 1).max() < 1e-4
 

@@ -1,0 +1,122 @@
+"""What Exudyn's user function calls: one compiled function for each two kinds of bodies."""
+
+from functools import cache
+from pathlib import Path
+from zlib import crc32
+
+from numba import carray
+
+import exugear.kinematics
+import exugear.law
+import exugear.recorder
+from exugear.kinematics import FRAME, rotational_mesh, spatial_mesh
+from exugear.law import HEADER, SIZE, compiled, kept
+from exugear.recorder import at, sample_of, write, write_motion
+
+#: Kernels kept on disk for other sources are compiled anew.
+MODULES = (exugear.law, exugear.kinematics, exugear.recorder)
+STAMP = crc32(b"".join(Path(str(module.__file__)).read_bytes() for module in MODULES))
+SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
+
+
+@compiled
+def table(law):
+    """The law's array, whose size stands in its header."""
+    return carray(at(law), int(carray(at(law), HEADER)[SIZE]))
+
+
+@compiled
+def spin_of(state, i):
+    """Displacements (6) of a body that only spins."""
+    return 0.0, 0.0, 0.0, 0.0, 0.0, state[i]
+
+
+@compiled
+def planar_of(state, i):
+    """Displacements (6) of a planar body."""
+    return state[i], state[i + 1], 0.0, 0.0, 0.0, state[i + 2]
+
+
+@compiled
+def spatial_of(state, i):
+    """Displacements (6) of a body in space."""
+    return state[i], state[i + 1], state[i + 2], state[i + 3], state[i + 4], state[i + 5]
+
+
+@compiled
+def onto_spin(row):
+    """Its part of a row (6)."""
+    return (row[5],)
+
+
+@compiled
+def onto_planar(row):
+    """Its part of a row (6)."""
+    return row[0], row[1], row[5]
+
+
+@compiled
+def onto_space(row):
+    """All of a row (6)."""
+    return row
+
+
+#: Number of coordinates, what makes six of them, what takes them from six
+KINDS = {SPIN: (1, spin_of, onto_spin), PLANAR: (3, planar_of, onto_planar), SPATIAL: (6, spatial_of, onto_space)}
+
+
+@cache
+def kernel_of(kinds: tuple[str, ...]):
+    """The function (law, frame, record, t, *coordinates, *velocities) -> generalized forces of two bodies.
+
+    Addresses of law, frame and record; a third body that only spins carries two that only spin.
+    """
+    if kinds == (SPIN, SPIN):
+        return _rotational(STAMP)
+    return _carried(STAMP) if kinds == (SPIN, SPIN, SPIN) else _general(STAMP, *kinds)
+
+
+def _rotational(stamp: int):
+    @kept
+    def rotational(law, frame, record, t, q_1, q_2, v_1, v_2):
+        _ = stamp
+        deflection, force, forces = rotational_mesh(table(law), carray(at(frame), FRAME), q_1, q_2, v_1, v_2)
+        k = sample_of(record, t)
+        if k >= 0:
+            write(record, k, deflection, force, (0.0, 0.0, 0.0), 0.0)
+        return forces
+
+    return rotational
+
+
+def _carried(stamp: int):
+    @kept
+    def carried(law, frame, record, t, q_1, q_2, q_3, v_1, v_2, v_3):
+        _ = stamp
+        relative = q_1 - q_3, q_2 - q_3, v_1 - v_3, v_2 - v_3
+        deflection, force, (one, other) = rotational_mesh(table(law), carray(at(frame), FRAME), *relative)
+        k = sample_of(record, t)
+        if k >= 0:
+            write(record, k, deflection, force, (0.0, 0.0, 0.0), 0.0)
+        return one, other, -one - other
+
+    return carried
+
+
+def _general(stamp: int, one: str, other: str):
+    (n_1, of_1, onto_1), (n_2, of_2, onto_2) = KINDS[one], KINDS[other]
+
+    @kept
+    def general(law, frame, record, t, *state):
+        _ = stamp
+        q_1, q_2 = of_1(state, 0), of_2(state, n_1)
+        v_1, v_2 = of_1(state, n_1 + n_2), of_2(state, 2 * n_1 + n_2)
+        mesh = spatial_mesh(table(law), carray(at(frame), FRAME), q_1, q_2, v_1, v_2)
+        deflection, force, row_1, row_2, offsets, centroid = mesh
+        k = sample_of(record, t)
+        if k >= 0:
+            write(record, k, deflection, force, offsets, centroid)
+            write_motion(record, k, q_1, q_2, v_1, v_2)
+        return onto_1(row_1) + onto_2(row_2)
+
+    return general

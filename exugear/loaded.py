@@ -1,0 +1,50 @@
+"""What an STE map says of deflection and centroid under any load."""
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from fem.gear import require
+from fem.ste import CENTROID, PHASE, TE, TORQUE, at_phases, compliance_at, over_offsets, pair_of
+
+#: Loads below the map's lowest one, down to this share of it, and between the others.
+LEAST, BELOW, BETWEEN = 1e-4, 40, 161
+
+
+def loaded_deflection(ste, r_b: float, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Forces (n,) from 0 [N] and deflections (*n_offset, n_phase, n) under them [m]."""
+    te = over_offsets(ste, TE).values
+    torque, coarse = ste[TORQUE].values, ste[PHASE].values
+    require(coarse.size >= 3, f"phase needs at least 3 values as share of a pitch, got {coarse.size}")
+    require(torque.size >= 3, f"torque needs 0 and two loads or more, got {torque} N m")
+    require(torque[0] == 0, f"torque must start at 0 (unloaded transmission error), got {torque[0]} N m; add it")
+    te = at_phases(coarse, te, phase)
+    given = torque[1:] / r_b
+    rising = (np.diff(te, axis=0) > 0).all()
+    require(bool(rising), "te must grow with the torque at every phase; check its sign, or map more phases")
+    force = np.r_[given[0] * np.geomspace(LEAST, 1, BELOW + 1)[:-1], np.geomspace(given[0], given[-1], BETWEEN)]
+    force[[BELOW, -1]] = given[[0, -1]]
+    column = (slice(None),) + (None,) * (te.ndim - 1)
+    deflection = te[0] + force[column] * compliance_at(given, (te[1:] - te[0]) / given[column], force)
+    return np.r_[0, force], np.moveaxis(np.concatenate([te[:1], deflection]), 0, -1)
+
+
+def loaded_centroid(ste, r_b: float, phase: np.ndarray, force: np.ndarray) -> np.ndarray | float:
+    """Centroids (*n_offset, n_phase, n) under forces (n,) [m], below the lowest load as there; 0 if there are none."""
+    if CENTROID not in ste:
+        return 0.0
+    centroid = at_phases(ste[PHASE].values, over_offsets(ste, CENTROID).values[1:], phase)
+    given = np.log(ste[TORQUE].values[1:] / r_b)
+    at = np.clip(np.log(np.maximum(force, 1e-300)), given[0], given[-1])
+    return np.moveaxis(PchipInterpolator(given, centroid)(at), 0, -1)
+
+
+def te_under(ste, torque: float, phase: np.ndarray) -> np.ndarray:
+    """(n_phase,) transmission error [m] under a torque [N m] of the map's range; ValueError outside it."""
+    low, high = float(ste[TORQUE][0]), float(ste[TORQUE][-1])
+    require(max(low, 0.0) < torque <= high, f"torque must lie in ({low:g}, {high:g}] N m of the map, got {torque}")
+    require(
+        list(ste[TE].dims) == [TORQUE, PHASE], f"te must have no further axes, got {ste[TE].dims}; select one value"
+    )
+    r_b = pair_of(ste).pinion.r_b
+    force, deflection = loaded_deflection(ste, r_b, phase)
+    return PchipInterpolator(force, deflection, axis=-1)(torque / r_b)
