@@ -145,10 +145,6 @@ def test_two_bearings_hold_a_shaft():
             lambda: exugear.Gearbox([stage(exugear.Shaft("fast", {30 * mm: paper_gear(), 0.1: paper_gear()}))]),
             "gear without mate",
         ),
-        (
-            lambda: exugear.Gearbox([stage(exugear.Shaft("fast", {0.0: BEARING, 30 * mm: paper_gear()}))]),
-            "have no bearings",
-        ),
     ],
 )
 def test_bad_scenes_are_refused(build, message):
