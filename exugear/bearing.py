@@ -44,12 +44,12 @@ class Bearing:
             require(0 <= value < inf, f"{name} must be >= 0 {unit} and finite, got {value}")
         require(self.damping < 0.1, f"damping must be below 0.1 s, got {self.damping}; pass damping / stiffness")
         require(self.clearance < 1e-2, f"clearance must be below 0.01 m, got {self.clearance}; pass metres: 20*um")
-        self._check_alone("matrix", ("radial", "axial", "tilt", "clearance", "table"))
-        self._check_alone("table", ("radial", "clearance"))
         if self.table is not None:
             self._take_table()
         if self.matrix is not None:
             self._take_matrix()
+        self._check_alone("matrix", ("radial", "axial", "tilt", "clearance", "table"))
+        self._check_alone("table", ("radial", "clearance"))
         require(self.clearance == 0 or self.radial > 0, "clearance needs a radial stiffness behind it, got radial = 0")
         self._check_size()
 

@@ -48,6 +48,7 @@ class Gearbox:
         require(self.driving.name != self.driven.name, ends)
         self._lay_out()
         self._check_flanks()
+        object.__setattr__(self, "phases", phases(self.stages, self.turns))
 
     @property
     def shafts(self) -> tuple[Shaft, ...]:
@@ -113,7 +114,6 @@ class Gearbox:
         object.__setattr__(self, "ratios", {name: float(ratio) for name, ratio in ratios.items()})
         object.__setattr__(self, "turns", turns)
         object.__setattr__(self, "places", shaft_places(self.stages, found))
-        object.__setattr__(self, "phases", phases(self.stages, turns))
 
     def _check_flanks(self) -> None:
         """Driving flanks touch in the reference configuration; where a loop loads others, these must touch as well."""
