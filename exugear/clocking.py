@@ -28,7 +28,7 @@ def phases(stages: Sequence[Stage], turns: Mapping[str, int]) -> tuple[float, ..
     while rest := [i for i in range(len(stages)) if i not in found]:
         reached = walk(edges, edges[rest[0]][0])
         found |= _group(stages, turns, reached)
-    return tuple(found[i] % 1.0 for i in range(len(stages)))
+    return tuple(found[i] % 1.0 % 1.0 for i in range(len(stages)))
 
 
 def _group(stages: Sequence[Stage], turns: Mapping[str, int], reached: Walk) -> dict[int, float]:
