@@ -35,20 +35,28 @@ def _group(stages: Sequence[Stage], turns: Mapping[str, int], reached: Walk) -> 
     """Phases of the stages whose gears hang together."""
     clocks = dict.fromkeys(reached.ways, 0.0)
     for i, onward in reached.tree:
-        (old, new), sense = stages[i].ends[:: 1 if onward else -1], 1 if onward else -1
-        clocks[new] = clocks[old] + sense * step(stages[i], turns)
+        pinion, wheel = stages[i].ends
+        if onward:
+            clocks[wheel] = clocks[pinion] + step(stages[i], turns)
+        else:
+            clocks[pinion] = clocks[wheel] - step(stages[i], turns)
     _check_loops(stages, turns, reached)
     numbers = sorted([*(i for i, _ in reached.tree), *reached.closing])
     own = {i: clocks[stages[i].ends[0]] - clocks_at_zero(stages[i], turns)[0] for i in numbers}
-    given = [i for i in numbers if stages[i].phase is not None]
-    first = given[0] if given else numbers[0]
-    shift = (stages[first].phase or 0.0) - own[first]
-    for i in given:
-        fit = f"got {stages[i].phase:.8g}; leave it out, or that of the other stage"
-        left = f"the gears that it shares with stage {stages[first].name} leave {(own[i] + shift) % 1.0:.8g}"
-        agree = abs(wrapped(own[i] + shift - stages[i].phase)) < FITS  # type: ignore[operator]
-        require(agree, f"phase of stage {stages[i].name}: {left}, {fit}")
+    shift = _shift(stages, own)
     return {i: value + shift for i, value in own.items()}
+
+
+def _shift(stages: Sequence[Stage], own: Mapping[int, float]) -> float:
+    """By which the phases of a group reach the given one; 0 for its first stage where none is given."""
+    given = {i: phase for i in own if (phase := stages[i].phase) is not None}
+    first = next(iter(given or own))
+    shift = given.get(first, 0.0) - own[first]
+    for i, phase in given.items():
+        left = f"the gears that it shares with stage {stages[first].name} leave {(own[i] + shift) % 1.0:.8g}"
+        fit = f"got {phase:.8g}; leave it out, or that of the other stage"
+        require(abs(wrapped(own[i] + shift - phase)) < FITS, f"phase of stage {stages[i].name}: {left}, {fit}")
+    return shift
 
 
 def clocks_at_zero(stage: Stage, turns: Mapping[str, int]) -> tuple[float, float]:

@@ -66,6 +66,13 @@ class Gearbox:
         return self.stages[-1].slow
 
     @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the stages, with the axial place where two couple the same shafts."""
+        names = [stage.name for stage in self.stages]
+        where = [f"{stage.name} at {stage.places[0] / mm:g} mm" for stage in self.stages]
+        return tuple(x if names.count(name) > 1 else name for name, x in zip(names, where, strict=True))
+
+    @property
     def rows(self) -> np.ndarray:
         """(n_stage, n_shaft) deflection per spin of the shafts: deflections = rows @ spins [m/rad]."""
         column = {shaft.name: j for j, shaft in enumerate(self.shafts)}

@@ -243,7 +243,7 @@ def _labelled(model: Model, time: np.ndarray, speed_of) -> xr.Dataset:
         },
         coords={
             "time": ("time", time, {"units": "s", "long_name": "time"}),
-            "stage": ("stage", [stage.name for stage in stages]),
+            "stage": ("stage", list(model.gearbox.labels)),
         },
     )
 
@@ -253,7 +253,7 @@ def _inputs(model: Model) -> dict[str, float | str]:
     inputs: dict[str, float | str] = {}
     for shaft in model.gearbox.shafts:
         inputs |= {f"{shaft.name}_{name}": getattr(shaft, name) for name in ("inertia", "mass", "transverse")}
-    for stage in model.gearbox.stages:
+    for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
         numbers = pair_attributes(stage.pair) | {"damping": stage.force.damping, "backlash": stage.force.backlash}
-        inputs |= {f"{stage.name}_{name}": value for name, value in numbers.items()}
+        inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
     return inputs

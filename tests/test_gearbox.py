@@ -252,6 +252,7 @@ def test_two_meshes_between_the_same_shafts():
     total = 100 / right.r_b
     assert box.static_forces(100.0) == pytest.approx([total / 2] * 2)
     assert box.phases == (0, 0)
+    assert box.labels == ("fast-slow at 0 mm", "fast-slow at 50 mm")
 
 
 def displaced(one: Placement, other: Placement, direction: int = 1) -> dict[str, float]:
