@@ -1,22 +1,28 @@
 """Gear dynamics on Exudyn: from the STE map to the run-up."""
 
 from exugear import plots
+from exugear.bearing import Bearing
 from exugear.connector import CreateGearContact
 from exugear.force import MeshForce
-from exugear.gearbox import Bearing, Gearbox, Shaft, Stage
+from exugear.gearbox import Gearbox
 from exugear.model import Model, build
 from exugear.plan import Plan, plan
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
 from exugear.run import Run, run_up
+from exugear.shaft import Coupling, Disc, Placement, Shaft
 from exugear.spectrum import envelope, order_spectrum, resonances
+from exugear.stage import Stage
 
 __all__ = [
     "Bearing",
+    "Coupling",
     "CreateGearContact",
+    "Disc",
     "Gearbox",
     "MeshForce",
     "Model",
+    "Placement",
     "Plan",
     "Recorder",
     "RingPair",

@@ -13,11 +13,13 @@ from exudyn.rigidBodyUtilities import RigidBodyInertia
 from scipy.linalg import eigh
 
 from exugear.connector import CreateGearContact, frame_of, node_of
-from exugear.gearbox import Gearbox, Shaft, Stage
+from exugear.gearbox import Gearbox
 from exugear.kinematics import rotational_row, spatial_row
 from exugear.plan import Coordinates, Plan
 from exugear.plan import plan as plan_of
 from exugear.recorder import Recorder
+from exugear.shaft import NOWHERE, Shaft
+from exugear.stage import Stage
 from fem.gear import require
 
 
@@ -66,11 +68,13 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     plan = plan_of(gearbox) if plan is None else plan
     names = [shaft.name for shaft in gearbox.shafts]
     require(list(plan.shafts) == names, f"plan is for the shafts {list(plan.shafts)}, the gearbox has {names}")
+    _check_built(gearbox)
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     ground = mbs.CreateGround()
     bodies = {shaft.name: _body(mbs, ground, gearbox, shaft, plan.shafts[shaft.name]) for shaft in gearbox.shafts}
-    contacts = [_contact(mbs, gearbox, stage, bodies) for stage in gearbox.stages]
+    phases = zip(gearbox.stages, gearbox.phases, strict=True)
+    contacts = [_contact(mbs, gearbox, stage, phase, bodies) for stage, phase in phases]
     spin_coordinate = {name: 0 if plan.shafts[name] is Coordinates.SPIN else 5 for name in names}
     drive, load = _drive_and_load(mbs, gearbox, bodies, spin_coordinate)
     with quiet():
@@ -80,6 +84,15 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     spins = {name: start[name] + spin_coordinate[name] for name in names}
     model = Model(gearbox, plan, mbs, container, bodies, spins, meshes, drive, load)
     return replace(model, plan=replace(plan, omega=_omega(model), omega_mesh=max(map(_omega_mesh, gearbox.stages))))
+
+
+def _check_built(gearbox: Gearbox) -> None:
+    """Refuse what the data can say and the model cannot do yet."""
+    for shaft in gearbox.shafts:
+        later = f"of shaft {shaft.name!r} cannot be built into a model yet; leave it out"
+        require(all(bearing.linear for bearing in shaft.bearings.values()), f"nonlinear bearing {later}")
+        require(shaft.coupling is None, f"coupling {later}")
+        require(shaft.offset == NOWHERE, f"offset {later}")
 
 
 @contextmanager
@@ -108,43 +121,36 @@ def _body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordin
     if coordinates is Coordinates.JOINT:
         mbs.CreateRevoluteJoint(itemNumbers=[ground, body], position=position, axis=[0, 0, 1], useGlobalFrame=True)
     else:
-        _bearings(mbs, ground, body, shaft, position)
+        _bearings(mbs, body, shaft)
     return body
 
 
-def _bearings(mbs, ground: int, body: int, shaft: Shaft, position) -> None:
-    node = node_of(mbs, body)
-    fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
-    tilts = [mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=i)) for i in (3, 4)]
+def _bearings(mbs, body: int, shaft: Shaft) -> None:
+    """One linear object per bearing on the body's coordinates, which tilts leave small."""
+    nodes = [node_of(mbs, body)]
     for axial, bearing in shaft.bearings.items():
-        stiffness = np.array([bearing.radial, bearing.radial, bearing.axial])
-        mbs.CreateCartesianSpringDamper(
-            itemNumbers=[ground, body],
-            localPosition0=[position[0], position[1], axial],
-            localPosition1=[0, 0, axial - shaft.centre],
-            stiffness=list(stiffness),
-            damping=list(bearing.damping * stiffness),
-        )
-        for tilt in tilts if bearing.tilt else ():
-            k, c = bearing.tilt, bearing.damping * bearing.tilt
-            mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=[fixed, tilt], stiffness=k, damping=c))
+        k = bearing.at(axial - shaft.centre)
+        item = eii.ObjectGenericODE2(nodeNumbers=nodes, stiffnessMatrix=k, dampingMatrix=bearing.damping * k)
+        item.visualization["show"] = False
+        mbs.AddObject(item)
 
 
-def _contact(mbs, gearbox: Gearbox, stage: Stage, bodies: Mapping[str, int]) -> tuple[int, Recorder, np.ndarray]:
+def _contact(mbs, gearbox: Gearbox, stage: Stage, phase: float, bodies) -> tuple[int, Recorder, np.ndarray]:
     pinion, wheel = bodies[stage.fast.name], bodies[stage.slow.name]
     positions = [[0, 0, s - shaft.centre] for s, shaft in zip(stage.places, (stage.fast, stage.slow), strict=True)]
     recorder, direction = Recorder(), gearbox.turns[stage.fast.name]
     contact = CreateGearContact(
         mbs,
-        f"{stage.fast.name}-{stage.slow.name}",
+        stage.name,
         [pinion, wheel],
         stage.pair,
         stage.force,
         localPositions=positions,
+        phase=phase,
         direction=direction,
         recorder=recorder,
     )
-    return contact, recorder, frame_of(mbs, [pinion, wheel], stage.pair, positions, phase=0.0, direction=direction)
+    return contact, recorder, frame_of(mbs, [pinion, wheel], stage.pair, positions, phase=phase, direction=direction)
 
 
 def _drive_and_load(mbs, gearbox: Gearbox, bodies, spin_coordinate) -> tuple[int, int]:
@@ -168,12 +174,13 @@ def _mesh(mbs, stage: Stage, contact, start: Mapping[str, int]) -> Mesh:
 
 
 def lay(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
-    """The same coordinates with spins such that the meshes stand at deflections (n_stage,), to first order."""
-    q = coordinates.copy()
-    for i, onward in model.gearbox.flow:
-        mesh = model.meshes[i]
-        spin = model.spins[(mesh.stage.slow if onward else mesh.stage.fast).name]
-        q[spin] += (deflections[i] - mesh.row @ q) / mesh.row[spin]
+    """The same coordinates with spins such that the meshes stand at deflections (n_stage,), to first order.
+
+    The driving shaft keeps its spin; loops come as near as they can.
+    """
+    q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
+    spins = [spin for name, spin in model.spins.items() if name != model.gearbox.driving.name]
+    q[spins] += np.linalg.lstsq(rows[:, spins], deflections - rows @ q)[0]
     return q
 
 

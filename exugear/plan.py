@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from math import pi, sqrt
 
-from exugear.gearbox import Gearbox, Shaft
+from exugear.gearbox import Gearbox
 from fem.gear import require_within
 
 #: Newmark beta = 1/12, gamma = 1/2 (Fox & Goodwin 1949): fourth order, stable for omega h below this.
@@ -83,10 +83,7 @@ class Plan:
 
 def plan(gearbox: Gearbox) -> Plan:
     """Coordinates that the scene needs, and why: what is absent is skipped."""
-    shafts = {shaft.name: _coordinates(shaft) for shaft in gearbox.shafts}
-    reasons = {Coordinates.SPIN: "no bearings given: ideal ones", Coordinates.BEARINGS: "it has elastic bearings"}
+    ideal = Coordinates.JOINT if any(shaft.bearings for shaft in gearbox.shafts) else Coordinates.SPIN
+    shafts = {shaft.name: Coordinates.BEARINGS if shaft.bearings else ideal for shaft in gearbox.shafts}
+    reasons = {ideal: "no bearings given: ideal ones", Coordinates.BEARINGS: "it has elastic bearings"}
     return Plan(shafts, {name: reasons[kind] for name, kind in shafts.items()}, len(gearbox.stages))
-
-
-def _coordinates(shaft: Shaft) -> Coordinates:
-    return Coordinates.BEARINGS if shaft.bearings else Coordinates.SPIN

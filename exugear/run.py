@@ -151,12 +151,13 @@ def _start(model: Model, load: float, speed: float) -> None:
     elastic = Coordinates.BEARINGS in model.plan.shafts.values()
     if elastic:
         _, stiffness = open_system(model)
-        free = np.setdiff1d(np.arange(q.size), list(model.spins.values()))
+        held = [name for name, kind in model.plan.shafts.items() if kind is Coordinates.BEARINGS]
+        free = np.concatenate([np.arange(model.spins[name] - 5, model.spins[name]) for name in held])
         push = -np.array(forces) @ np.array([mesh.row for mesh in model.meshes])
         q[free] = np.linalg.solve(stiffness[np.ix_(free, free)], push[free])
     system.SetODE2Coordinates(lay(model, _deflections(model, forces), q), initial)
     system.SetODE2Coordinates_t(np.zeros(q.size), initial)
-    if elastic:
+    if elastic or len(forces) >= len(model.bodies):
         settings = exu.SimulationSettings()
         settings.solution.file.write = False
         settings.staticSolver.newton.relativeTolerance = 1e-6
@@ -242,7 +243,7 @@ def _labelled(model: Model, time: np.ndarray, speed_of) -> xr.Dataset:
         },
         coords={
             "time": ("time", time, {"units": "s", "long_name": "time"}),
-            "stage": ("stage", [f"{stage.fast.name}-{stage.slow.name}" for stage in stages]),
+            "stage": ("stage", list(model.gearbox.labels)),
         },
     )
 
@@ -252,7 +253,7 @@ def _inputs(model: Model) -> dict[str, float | str]:
     inputs: dict[str, float | str] = {}
     for shaft in model.gearbox.shafts:
         inputs |= {f"{shaft.name}_{name}": getattr(shaft, name) for name in ("inertia", "mass", "transverse")}
-    for stage in model.gearbox.stages:
+    for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
         numbers = pair_attributes(stage.pair) | {"damping": stage.force.damping, "backlash": stage.force.backlash}
-        inputs |= {f"{stage.fast.name}-{stage.slow.name}_{name}": value for name, value in numbers.items()}
+        inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
     return inputs

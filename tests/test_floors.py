@@ -53,6 +53,13 @@ FLOORS = {
     "exugear.table": 6.8,
     "exugear.force": 7,
     "exugear.ring": 7,
+    "exugear.bearing": 7,
+    "exugear.walk": 7,
+    "exugear.shaft": 7.1,
+    "exugear.stage": 7.2,
+    "exugear.layout": 7.3,
+    "exugear.alignment": 7.3,
+    "exugear.clocking": 7.4,
     "exugear.gearbox": 7.5,
     "exugear.course": 7,
     "exugear.spectrum": 7,
@@ -67,7 +74,7 @@ FLOORS = {
     "exugear.run": 12,
     "exugear": 13,
 }
-DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste"}
+DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste", "fem.offsets"}
 FENCES = {
     "skfem": {
         *("fem.mesh", "fem.prism", "fem.compliance", "fem.loads", "fem.elastic", "fem.stress", "fem.root_stress"),

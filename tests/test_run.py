@@ -127,6 +127,27 @@ def test_two_stages_hand_the_load_on():
     assert data["mesh_force"].values.mean(axis=1) == pytest.approx(LOAD / paper_pair().wheel.r_b, rel=0.02)
 
 
+@pytest.mark.parametrize("bearing", [None, exugear.Bearing(radial=1e9, axial=1e9, tilt=1e6, damping=1e-5)])
+def test_two_paths_share_the_load_at_rest_and_in_slow_motion(bearing):
+    """Four equal gears in a square; with bearings on two of the shafts only."""
+    held = {30 * mm: paper_gear()} | ({0.0: bearing} if bearing else {})
+    a, d = (exugear.Shaft(name, {30 * mm: paper_gear()}) for name in "ad")
+    b, c = (exugear.Shaft(name, held) for name in "bc")
+    ends = [(a, b, 0.0), (a, c, np.pi / 2), (b, d, np.pi / 2), (c, d, 0.0)]
+    stages = [exugear.Stage(*pair, smooth_map(), damping=2700.0, angle=angle) for *pair, angle in ends]
+    model = exugear.build(exugear.Gearbox(stages))
+    half = LOAD / paper_pair().wheel.r_b / 2
+    rest = run(model, speed=0.0, duration=0.005).data["mesh_force"].values
+    assert np.ptp(rest, axis=1) == pytest.approx(0, abs=1e-3 * half)
+    slow = run(model, speed=5.0, duration=0.1).data["mesh_force"].values
+    mean = slow[:, slow.shape[1] // 2 :].mean(axis=1)
+    for (ab, ac, bd, cd), rel in ((rest[:, 0], 1e-4), (mean, 1e-2)):
+        assert (ab, ac) == pytest.approx((bd, cd), rel=rel)
+        assert bd + cd == pytest.approx(2 * half, rel=rel)
+    if not bearing:
+        assert mean == pytest.approx(half, rel=0.05)
+
+
 def test_speed_as_line_and_as_function_are_the_same(spinning):
     lines = run(spinning, duration=0.2).data
     curves = run(spinning, duration=0.2, speed=lambda t: 175 * rpm * t / 0.2, load=lambda t: LOAD).data

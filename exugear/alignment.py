@@ -1,0 +1,28 @@
+"""How far the gears of a stage stand off their nominal places, as offsets of the wheel in the pinion's frame."""
+
+from collections.abc import Mapping
+from math import acos
+
+import numpy as np
+
+from exugear.stage import Stage
+from fem.offsets import in_plane_of_action
+
+
+def stage_offsets(stage: Stage, places: Mapping[str, tuple[float, float]], direction: int) -> dict[str, float]:
+    """a [m], misalignment [rad] and axial [m] by the shafts' static displacement, with the signs of `fem.Offsets`.
+
+    places      x, y of the shafts [m]
+    direction   sense of the pinion's rotation
+    """
+    shafts, axes = (stage.fast, stage.slow), (stage.fast.offset.axis, stage.slow.offset.axis)
+    ends = zip(shafts, stage.places, strict=True)
+    one, other = (np.array([*places[shaft.name], 0.0]) + shaft.offset.at(axial) for shaft, axial in ends)
+    axial = (other - one) @ axes[0]
+    line = other - one - axial * axes[0]
+    a = float(np.linalg.norm(line))
+    e_r = line / a
+    e_t = direction * np.cross(axes[0], e_r)
+    alpha = acos((stage.pair.pinion.r_b + stage.pair.wheel.r_b) / a)
+    misalignment = in_plane_of_action(alpha, axes[1] @ e_r, axes[1] @ e_t)
+    return {"a": a, "misalignment": float(misalignment), "axial": float(axial)}

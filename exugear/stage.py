@@ -1,0 +1,98 @@
+"""A stage as data: two gears of two shafts, the law of their mesh, and where the wheel lies."""
+
+from dataclasses import dataclass, field, fields
+from math import isfinite, pi
+
+import xarray as xr
+
+from exugear.force import MeshForce
+from exugear.shaft import Shaft
+from fem.gear import Gear, GearPair, require
+from fem.ste import pair_of
+from fem.units import mm
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """One mesh: the pinion on shaft fast drives the wheel on shaft slow.
+
+    mesh       STE map (`fem.static_transmission_error`), or a MeshForce together with its pair
+    pair       by default the map's
+    damping    along the line of action [N s/m], by default none
+    backlash   along the line of action [m], by default the pair's
+    angle      direction from the fast to the slow shaft, about z from x [rad]
+    phase      of the mesh in the reference configuration, as share of a pitch; by default what the other meshes of its
+               gears leave, and 0 where they leave it free
+    places     axial places of pinion and wheel on their shafts [m]
+
+    Raises ValueError where the shafts do not carry the pair's gears at one axial place.
+    """
+
+    fast: Shaft
+    slow: Shaft
+    mesh: xr.Dataset | MeshForce
+    pair: GearPair = field(default=None, kw_only=True)  # type: ignore[assignment]
+    damping: float | None = field(default=None, kw_only=True)
+    backlash: float | None = field(default=None, kw_only=True)
+    angle: float = field(default=0.0, kw_only=True)
+    phase: float | None = field(default=None, kw_only=True)
+    force: MeshForce = field(init=False, repr=False)
+    places: tuple[float, float] = field(init=False, repr=False)
+
+    def __post_init__(self):
+        for name in ("fast", "slow"):
+            shaft = getattr(self, name)
+            require(isinstance(shaft, Shaft), f"{name} must be an exugear.Shaft, got {type(shaft).__name__}")
+        require(self.fast.name != self.slow.name, f"fast and slow must be two shafts, both are {self.fast.name!r}")
+        limit = f"angle must lie within 2 pi, got {self.angle:g}; pass radians: 30*deg"
+        require(abs(self.angle) <= 2 * pi, limit)
+        share = f"phase must be finite, a share of a pitch, got {self.phase}"
+        require(self.phase is None or isfinite(self.phase), share)
+        object.__setattr__(self, "force", self._given_force() if isinstance(self.mesh, MeshForce) else self._from_map())
+        require(isinstance(self.pair, GearPair), f"pair must be a fem.GearPair, got {self.pair}; a MeshForce needs one")
+        object.__setattr__(self, "places", self._find_gears())
+
+    def _given_force(self) -> MeshForce:
+        own = self.damping is None and self.backlash is None
+        require(own, "damping and backlash belong to the MeshForce already; leave them out of the stage")
+        return self.mesh  # type: ignore[return-value]
+
+    def _from_map(self) -> MeshForce:
+        kind = type(self.mesh).__name__
+        require(isinstance(self.mesh, xr.Dataset), f"mesh must be an STE map or a MeshForce, got {kind}")
+        if self.pair is None:
+            object.__setattr__(self, "pair", pair_of(self.mesh))
+        return MeshForce.from_ste(self.mesh, damping=self.damping or 0.0, backlash=self.backlash)
+
+    def _find_gears(self) -> tuple[float, float]:
+        pinions = carried(self.fast, self.pair.pinion, "pinion")
+        wheels = carried(self.slow, self.pair.wheel, "wheel")
+        facing = [(s, t) for s in pinions for t in wheels if abs(s - t) < 1e-6]
+        where = f"{[s / mm for s in pinions]} mm, wheel at {[t / mm for t in wheels]} mm"
+        require(bool(facing), f"pinion and wheel must face each other at one axial place, got pinion at {where}")
+        return facing[0]
+
+    @property
+    def name(self) -> str:
+        """Names of fast and slow shaft."""
+        return f"{self.fast.name}-{self.slow.name}"
+
+    @property
+    def ends(self) -> tuple[tuple[str, float], tuple[str, float]]:
+        """Pinion and wheel as (name of the shaft, axial place [m])."""
+        return (self.fast.name, self.places[0]), (self.slow.name, self.places[1])
+
+
+def carried(shaft: Shaft, gear: Gear, role: str) -> list[float]:
+    """Axial places [m] of a gear on a shaft; ValueError where there is none, naming the most similar one."""
+    places = [axial for axial, other in shaft.gears.items() if other == gear]
+    unlike = min((_differences(other, gear) for other in shaft.gears.values()), key=len)
+    similar = f"the most similar gear there has {', '.join(unlike[:3])}"
+    remedy = f"add it to its parts ({similar})"
+    require(bool(places), f"shaft {shaft.name!r} does not carry the pair's {role}; {remedy}")
+    return places
+
+
+def _differences(own: Gear, wanted: Gear) -> list[str]:
+    names = [part.name for part in fields(Gear) if getattr(own, part.name) != getattr(wanted, part.name)]
+    return [f"{name} {getattr(own, name)} instead of {getattr(wanted, name)}" for name in names]
