@@ -56,8 +56,13 @@ def CreateGearContact(
     kinds = tuple(kind_of(mbs, item) for item in itemNumbers)
     _check_kinds(kinds, force)
     frame = frame_of(mbs, itemNumbers, pair, localPositions, phase=phase, direction=direction)
-    contact, jacobian = user_functions(kernel_of(kinds), force.law, frame, recorder or Recorder())
-    nodes = [node_of(mbs, item) for item in itemNumbers]
+    return add_contact(mbs, name, itemNumbers, kernel_of(kinds), force, frame, recorder or Recorder())
+
+
+def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.ndarray, recorder: Recorder) -> int:
+    """The contact as ObjectGenericODE2 on the nodes of its bodies."""
+    contact, jacobian = user_functions(kernel, force.law, frame, recorder)
+    nodes = [node_of(mbs, item) for item in items]
     item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, forceUserFunction=contact, jacobianUserFunction=jacobian)
     item.visualization["show"] = False
     return mbs.AddObject(item)

@@ -5,15 +5,15 @@
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf, isfinite, nan
 
 import numpy as np
 
 from exugear.law import (
+    AXES,
     BACK_PHASE,
     BACKLASH,
-    BLOCK,
     HEADER,
     OFFSETS,
     PHASE_STEPS,
@@ -21,7 +21,7 @@ from exugear.law import (
     hermite,
     kept,
     static_force,
-    weights_at,
+    weights_along,
 )
 from exugear.loaded import loaded_centroid, loaded_deflection, te_under
 from exugear.table import PHASES, PHASES_WITH_OFFSETS, U, tabulate
@@ -157,30 +157,33 @@ class MeshForce:
             raise ValueError(beyond_map(*error.args)) from None
 
     def at(self, **offsets: float) -> "MeshForce":
-        """The law without offsets at one value of each: what a scene needs in which they do not change."""
-        if not self.offsets:
-            require(not offsets, f"the law has no offsets, got {list(offsets)}")
+        """The law at one value of some of its offsets, which are axes no longer; ValueError beyond them."""
+        unknown = set(offsets) - set(self.offsets)
+        require(not unknown, f"offsets may be {list(self.offsets)}, got {list(offsets)}")
+        if not offsets:
             return self
-        unknown = set(offsets) ^ set(self.offsets)
-        require(not unknown, f"offsets must be {list(self.offsets)}, got {list(offsets)}; give each a value")
+        n, places = int(self.law[PHASE_STEPS]), [self.offsets.get(name, np.zeros(1)).size for name in OFFSETS]
+        blocks = self.law[HEADER : int(self.law[AXES])].reshape(*places, -1)
+        for i, name in enumerate(OFFSETS):
+            if name in offsets:
+                blocks = np.moveaxis(np.moveaxis(blocks, i, -1) @ self._weights(i, offsets[name])[:, None], -1, i)
+        left = {name: values for name, values in self.offsets.items() if name not in offsets}
+        blocks = blocks.reshape(*(values.size for values in left.values()), -1)
+        edge, patches, centroid = np.split(blocks, [4 * n, blocks.shape[-1] - n * U.size], axis=-1)
+        edge, k = edge.reshape(*edge.shape[:-1], n, 4), patches.reshape(*patches.shape[:-1], n, U.size, 4)[..., 0]
+        penetration = edge[..., 2:3] * U**4
+        middle = centroid.reshape(k.shape) if centroid.any() else 0.0
+        deflection, table = edge[..., :1] + penetration, k * penetration
+        phase = np.arange(n) / n
+        return replace(self, phase=phase, deflection=deflection, force_table=table, centroid=middle, offsets=left)
+
+    def _weights(self, axis: int, value: float) -> np.ndarray:
+        """Weights of the places of an offset."""
+        require(isfinite(value), f"{OFFSETS[axis]} must be finite, got {value}")
         try:
-            weights = weights_at(self.law, *(float(offsets.get(name, 0.0)) for name in OFFSETS))
+            return weights_along(self.law, axis, float(value))
         except ValueError as error:
             raise ValueError(beyond_map(*error.args)) from None
-        n, block = int(self.law[PHASE_STEPS]), int(self.law[BLOCK])
-        places = self.law[HEADER : HEADER + weights.size * block].reshape(weights.size, block)
-        edge, patches, centroid = np.split(weights @ places, [4 * n, block - n * U.size])
-        (unloaded, _, largest, _), k = edge.reshape(n, 4).T, patches.reshape(n, U.size, 4)[..., 0]
-        penetration = largest[:, None] * U**4
-        return MeshForce(
-            np.arange(n) / n,
-            unloaded[:, None] + penetration,
-            k * penetration,
-            damping=self.damping,
-            backlash=self.backlash,
-            back_phase=self.back_phase,
-            centroid=centroid.reshape(n, U.size),
-        )
 
     def deflection_at(self, phase: float, force: float, **offsets: float) -> float:
         """Static deflection [m] on the driving flank under force >= 0 [N] (bisection); ValueError beyond the table."""

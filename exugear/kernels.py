@@ -66,12 +66,13 @@ KINDS = {SPIN: (1, spin_of, onto_spin), PLANAR: (3, planar_of, onto_planar), SPA
 
 
 @cache
-def kernel_of(kinds: tuple[str, ...]):
+def kernel_of(kinds: tuple[str, ...], displaced: bool = False):
     """The function (law, frame, record, t, *coordinates, *velocities) -> generalized forces of two bodies.
 
-    Addresses of law, frame and record; a third body that only spins carries two that only spin.
+    Addresses of law, frame and record; a third body that only spins carries two that only spin. Displaced bodies that
+    only spin need their places.
     """
-    if kinds == (SPIN, SPIN):
+    if kinds == (SPIN, SPIN) and not displaced:
         return _rotational(STAMP)
     return _carried(STAMP) if kinds == (SPIN, SPIN, SPIN) else _general(STAMP, *kinds)
 

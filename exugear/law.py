@@ -257,15 +257,12 @@ def static_force(law, phase, deflection, a, misalignment, axial):
 
 
 @kept
-def weights_at(law, a, misalignment, axial):
-    """(n,) weights of all blocks at offsets."""
-    (first_a, w_a), (first_m, w_m), (first_x, w_x) = stencils(law, a, misalignment, axial)
-    n_m, n_x = int(law[N_MISALIGNMENT]), int(law[N_AXIAL])
-    weights = np.zeros(int(law[N_A]) * n_m * n_x)
-    for p in range(4):
-        for q in range(4):
-            for r in range(4):
-                weight = w_a[p] * w_m[q] * w_x[r]
-                if weight != 0.0:
-                    weights[((first_a + p) * n_m + first_m + q) * n_x + first_x + r] = weight
+def weights_along(law, axis, x):
+    """(n,) weights of the places of one offset."""
+    counts = int(law[N_A]), int(law[N_MISALIGNMENT]), int(law[N_AXIAL])
+    start = int(law[AXES]) + (counts[0] if axis > 0 else 0) + (counts[1] if axis > 1 else 0)
+    first, found = stencil(law, start, counts[axis], x, axis)
+    weights = np.zeros(counts[axis])
+    for k in range(min(4, counts[axis] - first)):
+        weights[first + k] = found[k]
     return weights

@@ -3,21 +3,34 @@
 from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import cos, sin, sqrt
 from typing import Any
 
 import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
-from exudyn.rigidBodyUtilities import RigidBodyInertia
 from scipy.linalg import eigh
 
-from exugear.connector import CreateGearContact, frame_of, node_of
+from exugear.bodies import SPIN_PLACE, TAKEN, add_body, add_rotor, pose, spin_marker
+from exugear.connector import add_contact, kind_of, node_of
+from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
-from exugear.kinematics import rotational_row, spatial_row
-from exugear.plan import Coordinates, Plan
+from exugear.kernels import SPIN, kernel_of
+from exugear.kinematics import (
+    E_X,
+    E_Y,
+    HEIGHT,
+    REFERENCE_1,
+    rotational_frame,
+    rotational_row,
+    spatial_frame,
+    spatial_mesh,
+    spatial_row,
+)
+from exugear.plan import Plan
 from exugear.plan import plan as plan_of
 from exugear.recorder import Recorder
+from exugear.seats import radial_part
 from exugear.shaft import NOWHERE, Shaft
 from exugear.stage import Stage
 from fem.gear import require
@@ -27,17 +40,21 @@ from fem.gear import require
 class Mesh:
     """One stage in the built system.
 
+    law        force law with the axes that the scene needs
     contact    object number of the gear contact
     recorder   samples of its deflection and force
     frame      numbers of its kinematics
-    row        (n_coordinates,) deflection = row . coordinates, about the reference configuration
+    row        (n_coordinates,) deflection = rest + row . coordinates, about the reference configuration
+    rest       deflection in the reference configuration [m]: displaced shafts
     """
 
     stage: Stage
+    law: MeshForce
     contact: int
     recorder: Recorder
     frame: np.ndarray
     row: np.ndarray
+    rest: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +62,7 @@ class Model:
     """A gearbox in an assembled Exudyn system `mbs`, open to further items (call mbs.Assemble() after adding).
 
     bodies, spins   per shaft: object number, place of its spin among the system's coordinates
+    rotors          per shaft with a coupling: place of the outside rotor's spin
     drive, load     object number of the constraint that imposes the speed, number of the load torque
     """
 
@@ -54,6 +72,7 @@ class Model:
     container: Any
     bodies: Mapping[str, int]
     spins: Mapping[str, int]
+    rotors: Mapping[str, int]
     meshes: tuple[Mesh, ...]
     drive: int
     load: int
@@ -68,31 +87,21 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     plan = plan_of(gearbox) if plan is None else plan
     names = [shaft.name for shaft in gearbox.shafts]
     require(list(plan.shafts) == names, f"plan is for the shafts {list(plan.shafts)}, the gearbox has {names}")
-    _check_built(gearbox)
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     ground = mbs.CreateGround()
-    bodies = {shaft.name: _body(mbs, ground, gearbox, shaft, plan.shafts[shaft.name]) for shaft in gearbox.shafts}
-    phases = zip(gearbox.stages, gearbox.phases, strict=True)
-    contacts = [_contact(mbs, gearbox, stage, phase, bodies) for stage, phase in phases]
-    spin_coordinate = {name: 0 if plan.shafts[name] is Coordinates.SPIN else 5 for name in names}
-    drive, load = _drive_and_load(mbs, gearbox, bodies, spin_coordinate)
+    bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, plan.shafts[shaft.name]) for shaft in gearbox.shafts}
+    contacts = [_contact(mbs, gearbox, i, plan, bodies) for i in range(len(gearbox.stages))]
+    ends = {name: add_rotor(mbs, gearbox, bodies[name], plan.shafts[name], name) for name in names}
+    drive, load = _drive_and_load(mbs, gearbox, bodies, plan, ends)
     with quiet():
         mbs.Assemble()
     start = {name: mbs.GetNodeODE2Index(node_of(mbs, body)) for name, body in bodies.items()}
-    meshes = tuple(_mesh(mbs, stage, contact, start) for stage, contact in zip(gearbox.stages, contacts, strict=True))
-    spins = {name: start[name] + spin_coordinate[name] for name in names}
-    model = Model(gearbox, plan, mbs, container, bodies, spins, meshes, drive, load)
-    return replace(model, plan=replace(plan, omega=_omega(model), omega_mesh=max(map(_omega_mesh, gearbox.stages))))
-
-
-def _check_built(gearbox: Gearbox) -> None:
-    """Refuse what the data can say and the model cannot do yet."""
-    for shaft in gearbox.shafts:
-        later = f"of shaft {shaft.name!r} cannot be built into a model yet; leave it out"
-        require(all(bearing.linear for bearing in shaft.bearings.values()), f"nonlinear bearing {later}")
-        require(shaft.coupling is None, f"coupling {later}")
-        require(shaft.offset == NOWHERE, f"offset {later}")
+    rotors = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in ends.items() if rotor is not None}
+    meshes = tuple(_mesh(mbs, contact, start, plan) for contact in contacts)
+    spins = {name: start[name] + SPIN_PLACE[plan.shafts[name]] for name in names}
+    model = Model(gearbox, plan, mbs, container, bodies, spins, rotors, meshes, drive, load)
+    return replace(model, plan=replace(plan, omega=_omega(model), omega_mesh=max(map(_omega_mesh, model.meshes))))
 
 
 @contextmanager
@@ -106,71 +115,45 @@ def quiet():
         exu.config.printToConsole = before
 
 
-def _body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
-    if coordinates is Coordinates.SPIN:
-        node = mbs.AddNode(eii.Node1D(name=shaft.name, referenceCoordinates=[0.0]))
-        return mbs.AddObject(eii.ObjectRotationalMass1D(name=shaft.name, inertia=shaft.inertia, nodeNumber=node))
-    position = [*gearbox.places[shaft.name], shaft.centre]
-    tensor = np.diag([shaft.transverse, shaft.transverse, shaft.inertia])
-    body = mbs.CreateRigidBody(
-        name=shaft.name,
-        referencePosition=position,
-        inertia=RigidBodyInertia(mass=shaft.mass, inertiaTensor=tensor),
-        nodeType=exu.NodeType.RotationRxyz,
-    )
-    if coordinates is Coordinates.JOINT:
-        mbs.CreateRevoluteJoint(itemNumbers=[ground, body], position=position, axis=[0, 0, 1], useGlobalFrame=True)
+def _contact(mbs, gearbox: Gearbox, number: int, plan: Plan, bodies: Mapping[str, int]):
+    """Stage, contact's object number, recorder, frame, law."""
+    stage, phase, label = gearbox.stages[number], gearbox.phases[number], gearbox.labels[number]
+    items = [bodies[stage.fast.name], bodies[stage.slow.name]]
+    kinds, direction = tuple(kind_of(mbs, item) for item in items), gearbox.turns[stage.fast.name]
+    law, recorder = plan.laws[label], Recorder()
+    displaced = any(shaft.offset != NOWHERE for shaft in (stage.fast, stage.slow))
+    if set(kinds) == {SPIN} and not displaced:
+        frame = rotational_frame(stage.pair, phase, direction)
     else:
-        _bearings(mbs, body, shaft)
-    return body
+        axial = [s - shaft.centre for s, shaft in zip(stage.places, (stage.fast, stage.slow), strict=True)]
+        poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
+        frame = spatial_frame(stage.pair, phase, direction, axial, poses)
+        frame[[E_X, E_Y, HEIGHT]] = cos(stage.angle), sin(stage.angle), 0.0
+    contact = add_contact(mbs, label, items, kernel_of(kinds, displaced), law, frame, recorder)
+    return stage, contact, recorder, frame, law
 
 
-def _bearings(mbs, body: int, shaft: Shaft) -> None:
-    """One linear object per bearing on the body's coordinates, which tilts leave small."""
-    nodes = [node_of(mbs, body)]
-    for axial, bearing in shaft.bearings.items():
-        k = bearing.at(axial - shaft.centre)
-        item = eii.ObjectGenericODE2(nodeNumbers=nodes, stiffnessMatrix=k, dampingMatrix=bearing.damping * k)
-        item.visualization["show"] = False
-        mbs.AddObject(item)
-
-
-def _contact(mbs, gearbox: Gearbox, stage: Stage, phase: float, bodies) -> tuple[int, Recorder, np.ndarray]:
-    pinion, wheel = bodies[stage.fast.name], bodies[stage.slow.name]
-    positions = [[0, 0, s - shaft.centre] for s, shaft in zip(stage.places, (stage.fast, stage.slow), strict=True)]
-    recorder, direction = Recorder(), gearbox.turns[stage.fast.name]
-    contact = CreateGearContact(
-        mbs,
-        stage.name,
-        [pinion, wheel],
-        stage.pair,
-        stage.force,
-        localPositions=positions,
-        phase=phase,
-        direction=direction,
-        recorder=recorder,
-    )
-    return contact, recorder, frame_of(mbs, [pinion, wheel], stage.pair, positions, phase=phase, direction=direction)
-
-
-def _drive_and_load(mbs, gearbox: Gearbox, bodies, spin_coordinate) -> tuple[int, int]:
+def _drive_and_load(mbs, gearbox: Gearbox, bodies, plan: Plan, ends) -> tuple[int, int]:
     def marker(shaft: Shaft) -> int:
-        node, coordinate = node_of(mbs, bodies[shaft.name]), spin_coordinate[shaft.name]
-        return mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
+        rotor = ends[shaft.name]
+        place = SPIN_PLACE[plan.shafts[shaft.name]] if rotor is None else 0
+        return spin_marker(mbs, bodies[shaft.name] if rotor is None else rotor, place)
 
     fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
     drive = mbs.AddObject(eii.CoordinateConstraint(name="drive", markerNumbers=[fixed, marker(gearbox.driving)]))
     return drive, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=marker(gearbox.driven), load=0.0))
 
 
-def _mesh(mbs, stage: Stage, contact, start: Mapping[str, int]) -> Mesh:
-    number, recorder, frame = contact
-    row = np.zeros(mbs.systemData.ODE2Size())
-    spins = mbs.systemData.ODE2Size() == len(start)
-    entries = rotational_row(frame) if spins else spatial_row(frame)
-    for shaft, part in zip((stage.fast, stage.slow), np.split(entries, 2), strict=True):
-        row[start[shaft.name] : start[shaft.name] + part.size] = part
-    return Mesh(stage, number, recorder, frame, row)
+def _mesh(mbs, built, start: Mapping[str, int], plan: Plan) -> Mesh:
+    stage, contact, recorder, frame, law = built
+    row, taken = np.zeros(mbs.systemData.ODE2Size()), [TAKEN[plan.shafts[s.name]] for s in (stage.fast, stage.slow)]
+    spatial = bool(frame[REFERENCE_1:].any())
+    entries = spatial_row(frame) if spatial else np.insert(np.zeros(10), [5, 10], rotational_row(frame))
+    for shaft, part, own in zip((stage.fast, stage.slow), np.split(entries, 2), taken, strict=True):
+        row[start[shaft.name] : start[shaft.name] + len(own)] = part[own]
+    none = (0.0,) * 6
+    rest = spatial_mesh(law.law, frame, none, none, none, none)[0] if spatial else 0.0
+    return Mesh(stage, law, contact, recorder, frame, row, rest)
 
 
 def lay(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
@@ -180,7 +163,10 @@ def lay(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
     """
     q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
     spins = [spin for name, spin in model.spins.items() if name != model.gearbox.driving.name]
-    q[spins] += np.linalg.lstsq(rows[:, spins], deflections - rows @ q)[0]
+    rest = np.array([mesh.rest for mesh in model.meshes])
+    q[spins] += np.linalg.lstsq(rows[:, spins], deflections - rest - rows @ q)[0]
+    for name, rotor in model.rotors.items():
+        q[rotor] = q[model.spins[name]]
     return q
 
 
@@ -188,7 +174,7 @@ def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Mass and stiffness matrix of the built system while no teeth touch."""
     system = model.mbs.systemData
     before = system.GetODE2Coordinates(exu.ConfigurationType.Initial)
-    gaps = [-0.5 * min(mesh.stage.force.backlash, 1e-3) for mesh in model.meshes]
+    gaps = [-0.5 * min(mesh.law.backlash, 1e-3) for mesh in model.meshes]
     try:
         system.SetODE2Coordinates(lay(model, gaps, np.zeros(len(before))), exu.ConfigurationType.Initial)
         with quiet():
@@ -201,11 +187,24 @@ def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
 def _omega(model: Model) -> float:
     """Upper bound of the eigenfrequencies [rad/s]: every mesh at its stiffest, constraints ignored."""
     mass, stiffness = open_system(model)
+    stiffness += seats(model)
     for mesh in model.meshes:
-        stiffness += mesh.stage.force.stiffness_max * np.outer(mesh.row, mesh.row)
+        stiffness += mesh.law.stiffness_max * np.outer(mesh.row, mesh.row)
     return sqrt(eigh((stiffness + stiffness.T) / 2, mass, eigvals_only=True)[-1])
 
 
-def _omega_mesh(stage: Stage) -> float:
-    lightness = stage.pair.pinion.r_b**2 / stage.fast.inertia + stage.pair.wheel.r_b**2 / stage.slow.inertia
-    return sqrt(stage.force.stiffness_max * lightness)
+def seats(model: Model, secants: Mapping[str, Mapping[float, float]] | None = None) -> np.ndarray:
+    """Stiffness matrix of the nonlinear bearings, at their steepest or with secant stiffnesses by shaft and place."""
+    total = np.zeros((model.mbs.systemData.ODE2Size(),) * 2)
+    for shaft in model.gearbox.shafts:
+        for axial, bearing in shaft.bearings.items():
+            if not bearing.linear:
+                k = float(bearing.stiffness[0, 0]) if secants is None else secants[shaft.name][axial]
+                at = model.spins[shaft.name] - 5
+                total[at : at + 6, at : at + 6] += radial_part(k, axial - shaft.centre)
+    return total
+
+
+def _omega_mesh(mesh: Mesh) -> float:
+    pair, fast, slow = mesh.stage.pair, mesh.stage.fast, mesh.stage.slow
+    return sqrt(mesh.law.stiffness_max * (pair.pinion.r_b**2 / fast.inertia + pair.wheel.r_b**2 / slow.inertia))

@@ -2,10 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from enum import Enum
 from math import pi, sqrt
 
+import numpy as np
+
+from exugear.axes import Coordinates, stage_law
+from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
+from exugear.shaft import Shaft
+from exugear.stage import Stage
 from fem.gear import require_within
 
 #: Newmark beta = 1/12, gamma = 1/2 (Fox & Goodwin 1949): fourth order, stable for omega h below this.
@@ -14,14 +19,7 @@ BETA, GAMMA = 1 / 12, 1 / 2
 #: omega_mesh h and 1 / steps per mesh cycle at tolerance 1e-3; half of it was measured (tests/test_run.py, slow).
 ANGLE_AT_1E3, CYCLE_SHARE_AT_1E3 = 0.55, 1 / 15
 SPIN_COST, BODY_COST = 4e-6, 13e-6
-
-
-class Coordinates(Enum):
-    """What a shaft may do."""
-
-    SPIN = "1 coordinate, spin about z"
-    BEARINGS = "6 coordinates, rigid body on elastic bearings"
-    JOINT = "6 coordinates, rigid body on an ideal revolute joint"
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -30,14 +28,16 @@ class Plan:
 
     shafts      coordinates per shaft
     why         reason per shaft
-    meshes      number of meshes
+    laws        force law of every stage by its label, with the axes that the scene needs
+    axes        reason per stage
     omega       bound on the highest eigenfrequency of the built model, meshes at their stiffest [rad/s]; 0: not built
     omega_mesh  the highest of a mesh between its two freely spinning shafts [rad/s]; 0: not built
     """
 
     shafts: Mapping[str, Coordinates]
     why: Mapping[str, str]
-    meshes: int
+    laws: Mapping[str, MeshForce]
+    axes: Mapping[str, str]
     omega: float = 0.0
     omega_mesh: float = 0.0
 
@@ -45,6 +45,13 @@ class Plan:
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
         why = dict.fromkeys(self.shafts, "asked for: unreduced, to check the reduced one")
         return replace(self, shafts=dict.fromkeys(self.shafts, Coordinates.JOINT), why=why, omega=0.0, omega_mesh=0.0)
+
+    def with_bodies(self) -> "Plan":
+        """The plan in which planar bodies move in space, to check the reduced one."""
+        planar = [name for name, kind in self.shafts.items() if kind is Coordinates.PLANAR]
+        why = dict(self.why) | dict.fromkeys(planar, "asked for: unreduced, to check the reduced one")
+        shafts = dict(self.shafts) | dict.fromkeys(planar, Coordinates.BEARINGS)
+        return replace(self, shafts=shafts, why=why, omega=0.0, omega_mesh=0.0)
 
     @property
     def largest_step(self) -> float:
@@ -62,7 +69,7 @@ class Plan:
     def step_cost(self) -> float:
         """Estimated wall time of a step [s], measured on a two-core machine for one mesh."""
         spins = all(kind is Coordinates.SPIN for kind in self.shafts.values())
-        return self.meshes * (SPIN_COST if spins else BODY_COST)
+        return len(self.laws) * (SPIN_COST if spins else BODY_COST)
 
     def cost(self, duration: float, step: float) -> str:
         """Number of steps and estimated wall time."""
@@ -71,6 +78,7 @@ class Plan:
 
     def __str__(self) -> str:
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
+        lines += [f"{label}: {text}" for label, text in self.axes.items()]
         lines.append("integrator: Newmark beta = 1/12, gamma = 1/2 (fourth order, conditionally stable), index 2")
         if self.omega:
             lines.append(f"highest eigenfrequency: below {self.omega / 2 / pi:.4g} Hz")
@@ -82,8 +90,48 @@ class Plan:
 
 
 def plan(gearbox: Gearbox) -> Plan:
-    """Coordinates that the scene needs, and why: what is absent is skipped."""
-    ideal = Coordinates.JOINT if any(shaft.bearings for shaft in gearbox.shafts) else Coordinates.SPIN
-    shafts = {shaft.name: Coordinates.BEARINGS if shaft.bearings else ideal for shaft in gearbox.shafts}
-    reasons = {ideal: "no bearings given: ideal ones", Coordinates.BEARINGS: "it has elastic bearings"}
-    return Plan(shafts, {name: reasons[kind] for name, kind in shafts.items()}, len(gearbox.stages))
+    """Coordinates and axes of the maps that the scene needs, and why: what is absent is skipped.
+
+    Raises ValueError for displaced shafts whose map lacks the axis.
+    """
+    found = {shaft.name: _coordinates(gearbox, shaft) for shaft in gearbox.shafts}
+    shafts = {name: kind for name, (kind, _) in found.items()}
+    labelled = zip(gearbox.labels, gearbox.stages, strict=True)
+    laws = {label: stage_law(gearbox, stage, shafts) for label, stage in labelled}
+    why = {name: reason for name, (_, reason) in found.items()}
+    axes = {label: text for label, (_, text) in laws.items()}
+    return Plan(shafts, why, {label: law for label, (law, _) in laws.items()}, axes)
+
+
+def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:
+    if not shaft.bearings:
+        return Coordinates.SPIN, "no bearings given: ideal ones"
+    tilted = _tilted_by(shaft, [stage for stage in gearbox.stages if shaft in (stage.fast, stage.slow)])
+    if tilted:
+        return Coordinates.BEARINGS, f"it has elastic bearings, and {tilted}"
+    return Coordinates.PLANAR, "it has elastic bearings, and nothing tilts it or pushes it along its axis"
+
+
+def _tilted_by(shaft: Shaft, stages: list[Stage]) -> str:
+    """What moves a shaft out of its plane; empty where nothing does."""
+    place, *others = shaft.gears
+    about = sum((bearing.at(axial - place) for axial, bearing in shaft.bearings.items()), np.zeros((6, 6)))
+    scale = np.sqrt(np.maximum(np.diag(about), np.finfo(float).tiny))
+    coupled = np.abs(about / np.outer(scale, scale))[:2, 2:5].max() > ROUNDING
+    laws = [stage.force for stage in stages]
+    reasons = {
+        "it carries several gears": bool(others),
+        "helical gears push it along its axis": any(stage.pair.beta_b for stage in stages),
+        "the force of its mesh wanders along the face": any(np.any(law.centroid) for law in laws),
+        "its map has a misalignment axis": any("misalignment" in law.offsets for law in laws),
+        "its mass lies beside the gear": abs(shaft.centre - place) > ROUNDING,
+        "its bearings do not lie alike about the gear": bool(coupled),
+        "a bearing is not linear": not all(bearing.linear for bearing in shaft.bearings.values()),
+        "it stands askew": any(askew(stage) for stage in stages),
+    }
+    return next((reason for reason, holds in reasons.items() if holds), "")
+
+
+def askew(stage: Stage) -> bool:
+    """Whether the shafts of a stage are tilted."""
+    return any(shaft.offset.tilt_x or shaft.offset.tilt_y for shaft in (stage.fast, stage.slow))

@@ -1,9 +1,7 @@
 """Operating conditions: imposed speed and load torque over time, integrated from static equilibrium."""
 
-import re
 import time as clock
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil, isfinite, pi
@@ -15,17 +13,28 @@ from exudyn.utilities import CreateSymbolicUserFunction
 from tqdm import tqdm
 
 from exugear.course import Curve, Line, line
-from exugear.kinematics import phase_of
-from exugear.model import Model, lay, open_system, quiet
-from exugear.plan import BETA, GAMMA, STABLE, Coordinates
+from exugear.equilibrium import explained, start
+from exugear.model import Mesh, Model, quiet
+from exugear.plan import BETA, GAMMA, STABLE
+from exugear.seats import reactions
 from fem.gear import require, require_within
 from fem.ste import pair_attributes, save
-from fem.units import rpm
+from fem.units import mm
 
 #: Newton's relative tolerance per tolerance: moves the windowed rms by 2e-5 at 1e-3, measured.
 NEWTON_SHARE = 0.1
 SEGMENTS = 100
-INSTANT = 1e-12
+#: Variables over stage and time: what the recorder calls them, unit, long name
+RECORDED = {
+    "dte": ("deflection", "m", "dynamic transmission error"),
+    "mesh_force": ("force", "N", "mesh force"),
+}
+MOVING = {
+    "centre_distance": ("a", "m", "centre distance"),
+    "misalignment": ("misalignment", "rad", "misalignment in the plane of action"),
+    "axial_offset": ("axial", "m", "axial offset of the wheel"),
+    "centroid": ("centroid", "m", "axial place of the mesh force"),
+}
 Course = float | tuple[float, float] | Callable[[float], float]
 
 
@@ -34,7 +43,8 @@ class Run:
     """What came out of a run.
 
     data        Dataset over time [s] and stage: speed of the driving shaft [rad/s], mesh_frequency of the first stage
-                [Hz], dte (stage, time) [m], mesh_force (stage, time) [N]; all inputs in the attributes
+                [Hz], dte (stage, time) [m], mesh_force (stage, time) [N]; with bearings also bearing_force (bearing,
+                direction, time) [N] and how the gears stand to each other; all inputs in the attributes
     wall_time   of the integration [s]
     step        of the integrator [s]
     """
@@ -82,9 +92,9 @@ def run_up(
     h = duration / (samples * every)
     with quiet():
         _impose(model, speed_of, load_of)
-        _start(model, _finite(load_of(0.0), 0.0), float(speed_of(0.0)))
+        start(model, _finite(load_of(0.0), 0.0), float(speed_of(0.0)))
         for mesh in model.meshes:
-            mesh.recorder.start(every * h, samples + 1)
+            mesh.recorder.start(every * h, samples + 1, motion=on_bearings(model, mesh))
         began = clock.perf_counter()
         _integrate(model, _settings(h, tolerance), samples * every, speed_of, progress)
         wall_time = clock.perf_counter() - began
@@ -143,47 +153,6 @@ def _impose(model: Model, speed_of, load_of) -> None:
     mbs.Assemble()
 
 
-def _start(model: Model, load: float, speed: float) -> None:
-    """Static equilibrium under the initial load, all shafts turning as the driving one makes them."""
-    system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
-    forces = model.gearbox.static_forces(load)
-    q = np.zeros(system.ODE2Size())
-    elastic = Coordinates.BEARINGS in model.plan.shafts.values()
-    if elastic:
-        _, stiffness = open_system(model)
-        held = [name for name, kind in model.plan.shafts.items() if kind is Coordinates.BEARINGS]
-        free = np.concatenate([np.arange(model.spins[name] - 5, model.spins[name]) for name in held])
-        push = -np.array(forces) @ np.array([mesh.row for mesh in model.meshes])
-        q[free] = np.linalg.solve(stiffness[np.ix_(free, free)], push[free])
-    system.SetODE2Coordinates(lay(model, _deflections(model, forces), q), initial)
-    system.SetODE2Coordinates_t(np.zeros(q.size), initial)
-    if elastic or len(forces) >= len(model.bodies):
-        settings = exu.SimulationSettings()
-        settings.solution.file.write = False
-        settings.staticSolver.newton.relativeTolerance = 1e-6
-        settings.staticSolver.loadStepDuration = INSTANT
-        with _explained(model, "no static equilibrium; try less load or softer bearings", lambda t: speed):
-            model.mbs.SolveStatic(settings, updateInitialValues=True)
-    velocity = np.zeros(q.size)
-    for name, ratio in model.gearbox.ratios.items():
-        velocity[model.spins[name]] = ratio * speed
-    system.SetODE2Coordinates_t(velocity, initial)
-
-
-def _deflections(model: Model, forces: list[float]) -> list[float]:
-    """Static deflection of every mesh [m] at angle 0; ValueError for loads beyond the map."""
-    deflections = []
-    for force, mesh in zip(forces, model.meshes, strict=True):
-        law, phase = mesh.stage.force, phase_of(mesh.frame, 0.0)
-        if force >= 0:
-            deflections.append(law.deflection_at(phase, force))
-        else:
-            other = f"backlash must be finite for a load that lies on the other flank, got {law.backlash}"
-            require(isfinite(law.backlash), other)
-            deflections.append(-law.backlash - law.deflection_at(law.back_phase - phase, -force))
-    return deflections
-
-
 def _settings(h: float, tolerance: float) -> exu.SimulationSettings:
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
@@ -207,45 +176,51 @@ def _integrate(model: Model, settings, steps: int, speed_of, progress: bool) -> 
         bar.bar_format = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
         for first, last in pairwise(bounds.tolist()):
             integration.startTime, integration.endTime, integration.numberOfSteps = first * h, last * h, last - first
-            with _explained(model, f"try step={h / 2:.2g} or more damping", speed_of):
+            with explained(model, f"try step={h / 2:.2g} or more damping", speed_of):
                 model.mbs.SolveDynamic(settings, updateInitialValues=True)
             bar.update(last - first)
 
 
-@contextmanager
-def _explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
-    """Turn what Exudyn raises into RuntimeError with time, speed and the next thing to try; let Ctrl-C be one."""
-    try:
-        yield
-    except Exception as error:
-        if "KeyboardInterrupt" in str(error):
-            raise KeyboardInterrupt from None
-        t = model.mbs.systemData.GetTime()
-        where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
-        left = re.search(r"(deflection|load\(t\)) [^\n]+", str(error))
-        reason = left.group(0) if left else f"Newton's iteration failed; {remedy}"
-        raise RuntimeError(f"{where}: {reason}") from error
+def on_bearings(model: Model, mesh: Mesh) -> bool:
+    """Whether a shaft of a mesh stands on bearings that are built."""
+    return any(model.plan.shafts[shaft.name].on_bearings for shaft in (mesh.stage.fast, mesh.stage.slow))
 
 
 def _labelled(model: Model, time: np.ndarray, speed_of) -> xr.Dataset:
-    stages = model.gearbox.stages
-    turning = speed_of(time)
-    frequency = np.abs(turning) * stages[0].pair.pinion.z / (2 * pi)
-    over = ("stage", "time")
-    dte = np.array([mesh.recorder.deflection for mesh in model.meshes])
-    force = np.array([mesh.recorder.force for mesh in model.meshes])
-    return xr.Dataset(
+    turning, over = speed_of(time), ("stage", "time")
+    frequency = np.abs(turning) * model.gearbox.stages[0].pair.pinion.z / (2 * pi)
+    data = xr.Dataset(
         {
             "speed": ("time", turning, {"units": "rad/s", "long_name": "speed of the driving shaft"}),
             "mesh_frequency": ("time", frequency, {"units": "Hz", "long_name": "mesh frequency of the first stage"}),
-            "dte": (over, dte, {"units": "m", "long_name": "dynamic transmission error"}),
-            "mesh_force": (over, force, {"units": "N", "long_name": "mesh force"}),
         },
         coords={
             "time": ("time", time, {"units": "s", "long_name": "time"}),
             "stage": ("stage", list(model.gearbox.labels)),
         },
     )
+    moving = any(on_bearings(model, mesh) for mesh in model.meshes)
+    for name, (recorded, unit, long_name) in (RECORDED | (MOVING if moving else {})).items():
+        values = np.array([getattr(mesh.recorder, recorded) for mesh in model.meshes])
+        data[name] = over, values, {"units": unit, "long_name": long_name}
+    return data.assign(_bearing_forces(model)) if moving else data
+
+
+def _bearing_forces(model: Model) -> dict:
+    """Forces of the bearings on their shafts over time."""
+    found: dict[str, np.ndarray] = {}
+    for mesh in model.meshes:
+        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+            if model.plan.shafts[shaft.name].on_bearings and on_bearings(model, mesh):
+                forces = reactions(shaft, *mesh.recorder.motion(side))
+                found |= {f"{shaft.name} at {axial / mm:g} mm": force.T for axial, force in forces.items()}
+    values = np.array(list(found.values()))
+    about = {"units": "N", "long_name": "force of the bearing on its shaft"}
+    return {
+        "bearing_force": (("bearing", "direction", "time"), values, about),
+        "bearing": ("bearing", list(found)),
+        "direction": ("direction", ["x", "y", "z"]),
+    }
 
 
 def _inputs(model: Model) -> dict[str, float | str]:

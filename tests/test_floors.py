@@ -69,8 +69,12 @@ FLOORS = {
     "exugear.recorder": 8,
     "exugear.kernels": 8.5,
     "exugear.connector": 9,
+    "exugear.axes": 9.2,
+    "exugear.seats": 9.2,
+    "exugear.bodies": 9.4,
     "exugear.plan": 10,
     "exugear.model": 11,
+    "exugear.equilibrium": 11.5,
     "exugear.run": 12,
     "exugear": 13,
 }
@@ -80,7 +84,7 @@ FENCES = {
         *("fem.mesh", "fem.prism", "fem.compliance", "fem.loads", "fem.elastic", "fem.stress", "fem.root_stress"),
         *("fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic", "fem.explicit"),
     },
-    "exudyn": {"exugear.connector", "exugear.plan", "exugear.model", "exugear.run"},
+    "exudyn": {f"exugear.{name}" for name in ("bodies", "connector", "equilibrium", "model", "plan", "run", "seats")},
     "matplotlib": {"exugear.plots", "exugear.pictures"},
 }
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}

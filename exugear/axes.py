@@ -1,0 +1,67 @@
+"""Which axes of a map a scene needs: those along which its bodies move; the others stand at their static value."""
+
+from collections.abc import Mapping
+from enum import Enum
+
+from exugear.force import MeshForce
+from exugear.gearbox import Gearbox
+from exugear.stage import Stage
+from fem.gear import require
+from fem.units import mm, um
+
+
+class Coordinates(Enum):
+    """What a shaft may do."""
+
+    SPIN = "1 coordinate, spin about z"
+    PLANAR = "3 coordinates, planar body on elastic bearings"
+    BEARINGS = "6 coordinates, rigid body on elastic bearings"
+    JOINT = "6 coordinates, rigid body on an ideal revolute joint"
+
+    @property
+    def on_bearings(self) -> bool:
+        """Whether bearings hold the shaft."""
+        return self in (Coordinates.PLANAR, Coordinates.BEARINGS)
+
+
+#: Kinds of motion that change an offset.
+MOVED_BY = {
+    "a": (Coordinates.PLANAR, Coordinates.BEARINGS),
+    "misalignment": (Coordinates.BEARINGS,),
+    "axial": (Coordinates.BEARINGS,),
+}
+#: Static offsets that a map without the axis may ignore: gap at the ends of the face, distance, axial place [m].
+IGNORED = {"misalignment": 0.01 * um, "a": 1 * um, "axial": 10 * um}
+MEANING = {"a": "centre distance", "misalignment": "misalignment", "axial": "axial offset"}
+
+
+def static_offsets(gearbox: Gearbox, stage: Stage) -> dict[str, float]:
+    """Static offsets of a stage as its map counts them: along z where the pinion drives counter-clockwise, else -z."""
+    found, turn = gearbox.offsets(stage), gearbox.turns[stage.fast.name]
+    return {"a": found["a"], "misalignment": turn * found["misalignment"], "axial": turn * found["axial"]}
+
+
+def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates]) -> tuple[MeshForce, str]:
+    """The law with the axes that the scene needs, and why; ValueError for a map without one that it excites."""
+    kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
+    static, law = static_offsets(gearbox, stage), stage.force
+    moving = [name for name, movers in MOVED_BY.items() if kinds & set(movers)]
+    _check_excited(stage, static)
+    fixed = {name: static[name] for name in law.offsets if name not in moving}
+    lines = ["map over " + ", ".join(["phase", "force", *(MEANING[name] for name in law.offsets if name in moving)])]
+    lines += [f"{MEANING[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
+    lines += [f"{MEANING[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
+    return law.at(**fixed), "; ".join(lines)
+
+
+def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
+    """Require the axes along which the shafts are displaced."""
+    sizes = {
+        "misalignment": abs(static["misalignment"]) * stage.pair.b / 2,
+        "a": abs(static["a"] - stage.pair.a),
+        "axial": abs(static["axial"]),
+    }
+    for name, size in sizes.items():
+        missing = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, its map has no such axis"
+        remedy = f"map it with fem.Offsets({name}=(...))"
+        require(name in stage.force.offsets or size <= IGNORED[name], f"{missing} ({size / mm:.3g} mm); {remedy}")
