@@ -54,6 +54,7 @@ FLOORS = {
     "exugear.spectrum": 7,
     "exugear.plots": 7.5,
     "exugear.pictures": 7.5,
+    "exugear.graphics": 7.5,
     "exugear.kinematics": 8,
     "exugear.connector": 9,
     "exugear.plan": 10,
@@ -61,13 +62,14 @@ FLOORS = {
     "exugear.run": 12,
     "exugear": 13,
 }
-DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste"}
+#: `fem.profile` is the outline that `exugear.graphics` draws.
+DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste", "fem.profile"}
 FENCES = {
     "skfem": {
         *("fem.mesh", "fem.prism", "fem.compliance", "fem.loads", "fem.elastic", "fem.stress", "fem.root_stress"),
         *("fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic", "fem.explicit"),
     },
-    "exudyn": {"exugear.connector", "exugear.plan", "exugear.model", "exugear.run"},
+    "exudyn": {"exugear.connector", "exugear.graphics", "exugear.plan", "exugear.model", "exugear.run"},
     "matplotlib": {"exugear.plots", "exugear.pictures"},
 }
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}
