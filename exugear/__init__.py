@@ -1,9 +1,10 @@
 """Gear dynamics on Exudyn: from the STE map to the run-up."""
 
-from exugear import plots
+from exugear import graphics, plots
 from exugear.connector import CreateGearContact, Recorder
 from exugear.force import MeshForce
 from exugear.gearbox import Bearing, Gearbox, Shaft, Stage
+from exugear.integrator import integrator
 from exugear.model import Model, build
 from exugear.plan import Plan, plan
 from exugear.run import Run, run_up
@@ -22,6 +23,8 @@ __all__ = [
     "Stage",
     "build",
     "envelope",
+    "graphics",
+    "integrator",
     "order_spectrum",
     "plan",
     "plots",

@@ -58,6 +58,7 @@ FLOORS = {
     "exugear.kinematics": 8,
     "exugear.connector": 9,
     "exugear.plan": 10,
+    "exugear.integrator": 10.5,
     "exugear.model": 11,
     "exugear.run": 12,
     "exugear": 13,
@@ -69,7 +70,10 @@ FENCES = {
         *("fem.mesh", "fem.prism", "fem.compliance", "fem.loads", "fem.elastic", "fem.stress", "fem.root_stress"),
         *("fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic", "fem.explicit"),
     },
-    "exudyn": {"exugear.connector", "exugear.graphics", "exugear.plan", "exugear.model", "exugear.run"},
+    "exudyn": {
+        *("exugear.connector", "exugear.graphics", "exugear.integrator", "exugear.plan", "exugear.model"),
+        "exugear.run",
+    },
     "matplotlib": {"exugear.plots", "exugear.pictures"},
 }
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}
