@@ -182,7 +182,8 @@ def run(rig: Rig, duration: float = 0.06, tolerance: float = 1e-3) -> tuple[np.n
     rig.mbs.SetObjectParameter(rig.drive, "offsetUserFunction", lambda mbs, t, item, offset: wheel * t)
     rig.mbs.SetObjectParameter(rig.drive, "offsetUserFunction_t", lambda mbs, t, item, offset: wheel)
     velocity = np.zeros(system.ODE2Size())
-    velocity[spins(rig)] = SPEED, wheel
+    driving, driven = spins(rig)
+    velocity[driving], velocity[driven] = SPEED, wheel
     system.SetODE2Coordinates_t(velocity, initial)
     settings = exugear.integrator(rig.mbs, duration, MESH_RESONANCE, tolerance=tolerance)
     steps = int(settings.timeIntegration.numberOfSteps)

@@ -112,6 +112,32 @@ def test_both_integrators_carry_the_torque_and_agree(solid, law):
     assert np.ptp(example.last(times, rigid.recorder.deflection, 20, 57)) > peaks[0] + 1 * um
 
 
+@pytest.mark.slow
+def test_gear_on_the_floating_frame_moves_like_one_on_a_joint(solid, law, monkeypatch):
+    def jointed(mbs, place, solid):
+        frame, seats = on_frame(mbs, place, solid)
+        frames.append(frame)
+        node = mbs.AddNode(eii.NodeRigidBodyRxyz(referenceCoordinates=[*place, 0, 0, 0, 0]))
+        body = mbs.AddObject(eii.ObjectRigidBody(nodeNumber=node, mass=1e-6, inertia=3 * [1e-9] + 3 * [0]))
+        marker = mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=body))
+        mbs.AddObject(eii.ObjectJointGeneric(markerNumbers=[seats[0], marker]))
+        return node, seats
+
+    def turning(rig):
+        driving, driven = spins(rig)
+        return [driving, *(rig.mbs.GetNodeODE2Index(frame) + 5 for frame in frames)], driven
+
+    on_frame, spins, frames, moved = example.flexible_shaft, example.spins, [], []
+    monkeypatch.setattr(example, "spins", turning)
+    for shaft in (on_frame, jointed):
+        monkeypatch.setattr(example, "flexible_shaft", shaft)
+        rig = example.stand(example.build(PAIR, law, solid))
+        times, _ = example.run(rig)
+        moved.append(example.last(times, rig.recorder.deflection, 20, 57))
+    assert moved[0].mean() == pytest.approx(moved[1].mean(), rel=1e-3)
+    assert moved[0].std() == pytest.approx(moved[1].std(), rel=1e-3)
+
+
 def chain(soft: float, stiff: float):
     """Two unit masses: one of eigenfrequency soft [Hz] on the ground, one of eigenfrequency stiff beside it."""
     container = exu.SystemContainer()
