@@ -1,10 +1,11 @@
 """Gear dynamics on Exudyn: from the STE map to the run-up."""
 
-from exugear import plots
+from exugear import graphics, plots
 from exugear.bearing import Bearing
 from exugear.connector import CreateGearContact
 from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
+from exugear.integrator import integrator
 from exugear.model import Model, build
 from exugear.plan import Plan, plan
 from exugear.recorder import Recorder
@@ -31,6 +32,8 @@ __all__ = [
     "Stage",
     "build",
     "envelope",
+    "graphics",
+    "integrator",
     "order_spectrum",
     "plan",
     "plots",

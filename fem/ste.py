@@ -98,8 +98,10 @@ def over_offsets(data: xr.Dataset, name: str) -> xr.DataArray:
     """A variable of a map over (torque, a, misalignment, axial, phase), axes of one value dropped."""
     pitches = data.attrs.get("pitches", 1)
     require(pitches == 1, f"the map runs over {pitches} pitches, each of its own; average them or select one")
-    return data[name].squeeze([d for d in data[name].dims if d in LAW_OFFSETS and data[d].size == 1]).transpose(
-        TORQUE, *offset_axes(data), PHASE
+    return (
+        data[name]
+        .squeeze([d for d in data[name].dims if d in LAW_OFFSETS and data[d].size == 1])
+        .transpose(TORQUE, *offset_axes(data), PHASE)
     )
 
 

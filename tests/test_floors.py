@@ -65,6 +65,7 @@ FLOORS = {
     "exugear.spectrum": 7,
     "exugear.plots": 7.5,
     "exugear.pictures": 7.5,
+    "exugear.graphics": 7.5,
     "exugear.kinematics": 8,
     "exugear.recorder": 8,
     "exugear.kernels": 8.5,
@@ -73,18 +74,21 @@ FLOORS = {
     "exugear.seats": 9.2,
     "exugear.bodies": 9.4,
     "exugear.plan": 10,
+    "exugear.integrator": 10.5,
     "exugear.model": 11,
     "exugear.equilibrium": 11.5,
     "exugear.run": 12,
     "exugear": 13,
 }
-DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste", "fem.offsets"}
+#: `fem.profile` is the outline that `exugear.graphics` draws.
+DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"}
+EXUDYN = ("bodies", "connector", "equilibrium", "graphics", "integrator", "model", "plan", "run", "seats")
 FENCES = {
     "skfem": {
         *("fem.mesh", "fem.prism", "fem.compliance", "fem.loads", "fem.elastic", "fem.stress", "fem.root_stress"),
         *("fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic", "fem.explicit"),
     },
-    "exudyn": {f"exugear.{name}" for name in ("bodies", "connector", "equilibrium", "model", "plan", "run", "seats")},
+    "exudyn": {f"exugear.{name}" for name in EXUDYN},
     "matplotlib": {"exugear.plots", "exugear.pictures"},
 }
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}
