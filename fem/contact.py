@@ -112,6 +112,7 @@ class Strips:
     width       (n,) their width [m]
     gap         (n, m) normal gap, aligned [m]
     approach    (n, m) normal approach per transmission error
+    tilts       (2, n, m) of the direction of contact against the normals of pinion and wheel [rad]
     open        (2, n) whether there is more flank beside the first, and the last strip
     """
 
@@ -119,6 +120,7 @@ class Strips:
     width: np.ndarray
     gap: np.ndarray
     approach: np.ndarray
+    tilts: np.ndarray
     open: np.ndarray
 
 
@@ -129,15 +131,17 @@ def strips_of(cells: Cells, reach: np.ndarray) -> Strips:
     start, end = np.maximum(low, centre - reach[:, None]), np.minimum(high, centre + reach[:, None])
     width = (end - start) / STRIPS
     roll = np.sqrt(2 * r_own * (start + width * (np.arange(STRIPS) + 0.5)))
-    gap, mate_roll, per_error = cells.gap(roll)
-    beside = np.stack([start > low, end < high])[..., 0]
-    return Strips(cells.arcs(roll, mate_roll), width[:, 0], gap, per_error, beside)
+    gap, _, per_error = cells.gap(roll)
+    foot, beside = cells.foot(roll), np.stack([start > low, end < high])[..., 0]
+    tilts = cells.tilts(roll, foot, cells.slopes(roll[:, PRESSED]))
+    arcs = cells.arcs(roll, np.minimum(foot, cells.mate_tip))
+    return Strips(arcs, width[:, 0], gap, per_error, tilts, beside)
 
 
-def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Compliance, slopes=None) -> np.ndarray:
+def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Compliance, tilts=None) -> np.ndarray:
     """(n, m, n, m) displacement between the flanks per force at places arcs (2, n, m), half-planes apart.
 
-    slopes      (2, n) of the material removed from pinion and wheel, which tilt the normals of their flanks; none: 0
+    tilts       (2, n, m) of the direction of contact against the normals of pinion and wheel [rad]; none: 0
     """
     n, m = arcs.shape[1:]
     total = np.zeros((n, m, n, m))
@@ -148,14 +152,15 @@ def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Complian
     for side, body in enumerate((pinion, wheel)):
         shift = side * cells.meeting.axial
         weights = across_weights(body, cells.low - shift, cells.high - shift), *along_weights(body, arcs[side])
-        tilts = None if slopes is None else slopes[side][:, None, None, None]
+        tilt = (np.zeros((n, m)) if tilts is None else tilts[side])[:, :, None, None]
         for i, here in enumerate(groups):
             for there in groups[: i + 1]:
                 ahead = int(cells.number[here.start] - cells.number[there.start]) * (-1) ** side
                 block = _between(body.ahead(ahead), *weights, here, there)
-                if tilts is not None:
-                    block -= tilts[here] * _between(body.slide_ahead(ahead), *weights, here, there)
-                    turned = tilts[there] * _between(body.slide_ahead(-ahead), *weights, there, here)
+                if tilt[here].any():
+                    block -= tilt[here] * _between(body.slide_ahead(ahead), *weights, here, there)
+                if tilt[there].any():
+                    turned = tilt[there] * _between(body.slide_ahead(-ahead), *weights, there, here)
                     block -= turned.transpose(2, 3, 0, 1)
                 total[here, :, there] += block
     for i, here in enumerate(groups):
@@ -223,8 +228,7 @@ def half_planes(cells: Cells, pinion: Compliance, wheel: Compliance) -> tuple[np
 
 def assemble(cells: Cells, strips: Strips, pinion: Compliance, wheel: Compliance, misalignment, half_width) -> Contact:
     """Contact of all strips; half_width (n,) [m] where Hertz expects the contact."""
-    slopes = cells.slopes(strips.arcs[:, :, PRESSED]) if cells.modified else None
-    smooth = coupling(cells, strips.arcs[:, :, PLACES], pinion, wheel, slopes)
+    smooth = coupling(cells, strips.arcs[:, :, PLACES], pinion, wheel, strips.tilts[:, :, PLACES])
     factor, constant = (x[:, None, None] for x in half_planes(cells, pinion, wheel))
     local = factor * (BETWEEN_STRIPS - np.log(strips.width)[:, None, None]) + constant
     gap = strips.gap + (cos(cells.meeting.pair.beta_b) * misalignment * cells.middle)[:, None]

@@ -152,6 +152,11 @@ class Cells:
         lever = np.maximum((arm_x * n_y - arm_y * n_x) / r_mate, LEAST_LEVER)
         return lever * (r_mate * turn + mate_roll - self.mate_nominal), mate_roll, lever
 
+    @property
+    def mate_tip(self) -> np.ndarray:
+        """(n, 1) roll lengths of the mate at its tip [m]."""
+        return self._mate("roll_tip")[:, None]
+
     @cached_property
     def apart(self) -> np.ndarray:
         """(n, 1) whether all of own's flank is beyond the mate's tip, so that the two cannot touch."""
@@ -160,7 +165,7 @@ class Cells:
 
     def beyond_tip(self, roll: np.ndarray) -> np.ndarray:
         """Roll length of the mate beyond its tip at own's roll (n, m) [m]."""
-        return self.against(roll)[1] - self._mate("roll_tip")[:, None]
+        return self.against(roll)[1] - self.mate_tip
 
     @cached_property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
@@ -208,13 +213,34 @@ class Cells:
         other = removed(wheel.drive_flank, wheel.face, wheel_roll, axial - self.meeting.axial, tooth=-tooth)
         return one, other
 
-    def slopes(self, arcs: np.ndarray) -> np.ndarray:
-        """(2, n) change of the material removed along the profile, between first and last of arcs (2, n, m)."""
-        pinion, wheel = self.meeting.pair.pinion, self.meeting.pair.wheel
-        ends = arcs[:, :, [0, -1]]
-        rolls = [np.sqrt(2 * gear.r_b * end) for gear, end in zip((pinion, wheel), ends, strict=True)]
-        removed_there = np.stack(self._removed(rolls[0], rolls[1], self.middle[:, None]))
-        return cos(pinion.beta_b) * np.diff(removed_there)[..., 0] / np.diff(ends)[..., 0]
+    def foot(self, roll: np.ndarray) -> np.ndarray:
+        """(n, m) mate's roll length on its normal through own's at roll (n, m), beyond its tip too [m].
+
+        There lies what touches own under the transmission error te, while the mate's roll length `against` own's is
+        that of a mate turned back until the gap is 0.
+        """
+        gap, mate_roll, lever = self.against(roll)
+        return mate_roll - gap / lever
+
+    def tilts(self, roll: np.ndarray, foot: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+        """(2, n, m) turns of the direction of contact from the normals of pinion and wheel, towards their tips [rad].
+
+        The direction is normal to own's flank, also where the mate's corner touches it. slopes as of `slopes`.
+        """
+        r_own, r_mate = self.radii
+        lean = (roll - self.nominal) / r_own - (foot - self.mate_nominal) / r_mate
+        own = slopes[:, None] + 0 * lean
+        both = cos(self.meeting.pair.beta_b) * np.stack([own, own + lean])
+        return np.where(self.own_is_pinion[:, None], both, both[::-1])
+
+    def slopes(self, roll: np.ndarray) -> np.ndarray:
+        """(n,) change of the material removed from own along the profile, between first and last of rolls (n, m)."""
+        if not self.modified:
+            return np.zeros(self.number.size)
+        ends = roll[:, [0, -1]]
+        one, other = self._removed(ends, ends, self.middle[:, None])
+        added = np.where(self.own_is_pinion[:, None], one, other)
+        return (np.diff(added) / np.diff(ends**2 / (2 * self.radii[0])))[:, 0]
 
     @property
     def modified(self) -> bool:

@@ -9,10 +9,11 @@ SETTLED = 1e-9
 LEAST = 0.1
 
 
-def line_contact(matrix, hertz, gap, approach, force) -> tuple[np.ndarray, np.ndarray]:
+def line_contact(matrix, change, hertz, gap, approach, force) -> tuple[np.ndarray, np.ndarray]:
     """Transmission errors (m,) [m] and forces of the cells (m, n) [N] of m states.
 
     matrix      (n, n) compliance between the cells, half-planes apart [m/N]
+    change      (n, n) its change per transmission error [1/N]
     hertz       factor and constant (n,): a cell flattens by factor f (constant - ln(f) / 2) under its force f
     gap         (m, n) normal gap [m]
     approach    (n,) normal approach per transmission error
@@ -24,10 +25,11 @@ def line_contact(matrix, hertz, gap, approach, force) -> tuple[np.ndarray, np.nd
     factor, constant = hertz
     f = np.broadcast_to(force[:, None] / gap.shape[1], gap.shape)
     active = gap / approach <= (gap / approach).min(axis=1, keepdims=True) + matrix.mean() * force[:, None]
-    rng = np.random.default_rng(0)
+    rng, te = np.random.default_rng(0), np.zeros(force.size)
     for step in range(STEPS):
-        te, new = _newton_step(matrix, (factor, constant), gap, approach, force, f, active)
-        slack = new @ matrix + gap - approach * te[:, None]
+        coupled = matrix + te[:, None, None] * change
+        te, new = _newton_step(coupled, (factor, constant), gap, approach, force, f, active)
+        slack = np.matmul(new[:, None], coupled)[:, 0] + gap - approach * te[:, None]
         wanted = np.where(active, new > 0, slack < 0)
         moved = np.abs(np.where(active, new - f, 0.0)).max(axis=1)
         f = np.maximum(np.where(new > 0, new, 0.2 * f), SETTLED * force[:, None])
@@ -44,7 +46,7 @@ def _newton_step(matrix, hertz, gap, approach, force, f, active) -> tuple[np.nda
     system = np.zeros((m, n + 1, n + 1))
     system[:, :n, :n] = np.where(active[:, :, None], matrix, 0.0)
     each = np.arange(n)
-    system[:, each, each] = np.where(active, matrix[each, each] + softness, 1.0)
+    system[:, each, each] = np.where(active, matrix[:, each, each] + softness, 1.0)
     system[:, :n, n] = np.where(active, -approach, 0.0)
     system[:, n, :n] = approach
     start = factor * f * (constant - np.log(f) / 2) - softness * f

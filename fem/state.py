@@ -24,6 +24,8 @@ SETTLED = 0.02
 LEAST = 0.05
 #: The loaded width is found again until it settles, after GROWING rounds the wider one of two.
 ROUNDS, GROWING = 24, 6
+#: Overlap of the flanks, in modules, over which their compliance is taken as linear.
+OVERLAP = 1 / 250
 #: So often strips that are full to the edge are widened.
 WIDENINGS = 12
 #: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
@@ -129,10 +131,19 @@ class Encounter:
         return self.sliced(dict.fromkeys(self.meeting.numbers(), self.face), self.slices)
 
     @cached_property
-    def whole_coupling(self) -> np.ndarray:
-        """(n, n) compliance between the whole slices where they are closest, half-planes apart [m/N]."""
-        cells = self.whole
-        arcs = cells.arcs(cells.closest, cells.against(cells.closest)[1])
+    def whole_coupling(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n, n) compliance between the whole slices where they are closest [m/N], its change per te [1/N].
+
+        Half-planes apart.
+        """
+        step = OVERLAP * self.meeting.pair.pinion.m_n
+        rest, overlapping = (self.coupled(te) for te in (0.0, step))
+        return rest, (overlapping - rest) / step
+
+    def coupled(self, te: float) -> np.ndarray:
+        """(n, n) compliance between the whole slices under a transmission error te [m], half-planes apart [m/N]."""
+        cells = self.sliced(dict.fromkeys(self.meeting.numbers(), self.face), self.slices, te)
+        arcs = cells.arcs(cells.closest, np.minimum(cells.foot(cells.closest), cells.mate_tip))
         return coupling(cells, arcs, self.pinion, self.wheel)[:, 0, :, 0]
 
     def gaps(self, cells: Cells, misalignment) -> tuple[np.ndarray, np.ndarray]:
@@ -149,7 +160,7 @@ class Encounter:
         """Transmission errors (m,) [m] and forces on the whole slices (m, n) [N], one line load in each."""
         cells = self.whole
         gap, per_error = self.gaps(cells, misalignment[:, None])
-        return line_contact(self.whole_coupling, self.hertz(cells), gap, per_error, force)
+        return line_contact(*self.whole_coupling, self.hertz(cells), gap, per_error, force)
 
     def slice_states(self, force: np.ndarray, misalignment: np.ndarray) -> list[State]:
         """Contacts under mesh forces (m,) > 0 [N] and misalignments (m,) [rad] with one line load in each slice."""

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from conftest import paper_pair
+from conftest import paper_gear, paper_pair
 
 import fem
 from fem.contact import NODES, STRIPS, Contact
-from fem.gap import Meeting
+from fem.gap import Cells, Meeting
 from fem.units import deg, mm, um
 
 
@@ -67,3 +67,30 @@ def test_strips_that_join_one_by_one_find_the_same_contact():
     assert other == pytest.approx(te, rel=1e-12)
     assert g == pytest.approx(f, abs=1e-8)
     assert 0 < (f > 0).mean() < 1
+
+
+@pytest.mark.parametrize("phase", [-0.3, 0.3])
+def test_touching_flanks_have_one_normal(phase):
+    """Where a parabolic relief touches, it is inclined by as much as the mate's normal says."""
+    relief = fem.TipRelief(15 * um, 4 * mm, power=2)
+    gear = paper_gear(flank=relief)
+    cells = Cells(Meeting(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]))
+    foot = cells.foot(cells.closest)
+    tilts = cells.tilts(cells.closest, foot, np.zeros(1))
+    own, mate = (tilts if cells.own_is_pinion else tilts[::-1])[:, 0, 0]
+    step = 1e-3 * mm
+    change = np.diff(relief.removed(gear.face, np.array([-step, step]) + foot[0], 0.0))[0]
+    assert own == 0
+    assert mate > 2e-3
+    assert mate == pytest.approx(change / (2 * step * foot[0, 0] / gear.r_b), rel=0.02)
+
+
+def test_loaded_teeth_touch_nearer_to_both_tips():
+    """On the line of action rigid flanks would overlap by the transmission error, one half beyond the contact each."""
+    te = 10 * um
+    for phase in (-0.2, 0.1):
+        rolls = []
+        for at in (0.0, te):
+            cells = Cells(Meeting(paper_pair(), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), at)
+            rolls.append(np.stack([cells.closest, cells.foot(cells.closest)]))
+        assert rolls[1] - rolls[0] == pytest.approx(te / 2 + 0 * rolls[0], rel=1e-3)
