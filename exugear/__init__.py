@@ -4,6 +4,8 @@ from exugear import plots
 from exugear.bearing import Bearing
 from exugear.connector import CreateGearContact
 from exugear.force import MeshForce
+from exugear.friction import MeshFriction
+from exugear.friction_connector import CreateGearFriction
 from exugear.gearbox import Gearbox
 from exugear.model import Model, build
 from exugear.plan import Plan, plan
@@ -18,9 +20,11 @@ __all__ = [
     "Bearing",
     "Coupling",
     "CreateGearContact",
+    "CreateGearFriction",
     "Disc",
     "Gearbox",
     "MeshForce",
+    "MeshFriction",
     "Model",
     "Placement",
     "Plan",

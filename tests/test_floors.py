@@ -52,6 +52,7 @@ FLOORS = {
     "exugear.loaded": 6.6,
     "exugear.table": 6.8,
     "exugear.force": 7,
+    "exugear.friction": 7,
     "exugear.ring": 7,
     "exugear.bearing": 7,
     "exugear.walk": 7,
@@ -68,7 +69,9 @@ FLOORS = {
     "exugear.kinematics": 8,
     "exugear.recorder": 8,
     "exugear.kernels": 8.5,
+    "exugear.sliding": 8.6,
     "exugear.connector": 9,
+    "exugear.friction_connector": 9.1,
     "exugear.plan": 10,
     "exugear.model": 11,
     "exugear.run": 12,
@@ -80,7 +83,7 @@ FENCES = {
         *("fem.mesh", "fem.prism", "fem.compliance", "fem.loads", "fem.elastic", "fem.stress", "fem.root_stress"),
         *("fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic", "fem.explicit"),
     },
-    "exudyn": {"exugear.connector", "exugear.plan", "exugear.model", "exugear.run"},
+    "exudyn": {"exugear.connector", "exugear.friction_connector", "exugear.plan", "exugear.model", "exugear.run"},
     "matplotlib": {"exugear.plots", "exugear.pictures"},
 }
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}
