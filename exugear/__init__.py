@@ -4,6 +4,8 @@ from exugear import graphics, plots
 from exugear.bearing import Bearing
 from exugear.connector import CreateGearContact
 from exugear.force import MeshForce
+from exugear.friction import MeshFriction
+from exugear.friction_connector import CreateGearFriction
 from exugear.gearbox import Gearbox
 from exugear.integrator import integrator
 from exugear.model import Model, build
@@ -19,9 +21,11 @@ __all__ = [
     "Bearing",
     "Coupling",
     "CreateGearContact",
+    "CreateGearFriction",
     "Disc",
     "Gearbox",
     "MeshForce",
+    "MeshFriction",
     "Model",
     "Placement",
     "Plan",

@@ -1,17 +1,69 @@
-"""Integrator and step for a hand-built model: flexible bodies, stiff joints, whatever stands beside the gears."""
+"""Integrator and step: fourth order while it is stable, else the trapezoidal rule."""
 
+from dataclasses import dataclass
 from math import ceil, pi, sqrt
 
 import exudyn as exu
 import numpy as np
 
-from exugear.plan import ANGLE_AT_1E3, BETA, GAMMA, STABLE
 from fem.gear import require, require_within
 
-#: Share of the stability limit taken: teeth may become twice as stiff as where the system was linearised.
-MARGIN = sqrt(0.5)
+#: Newmark beta = 1/12, gamma = 1/2 (Fox & Goodwin 1949): fourth order, stable for omega h below this.
+STABLE = sqrt(6)
+BETA, TRAPEZOIDAL_BETA, GAMMA = 1 / 12, 1 / 4, 1 / 2
+#: omega_mesh h and 1 / steps per mesh cycle at tolerance 1e-3; half of it was measured (tests/test_run.py, slow).
+ANGLE_AT_1E3, CYCLE_SHARE_AT_1E3 = 0.55, 1 / 15
 #: omega h of the trapezoidal rule at tolerance 1e-3, from 1.8 % of the windowed rms at 0.18.
 TRAPEZOIDAL_ANGLE_AT_1E3 = 0.18 * sqrt(1e-3 / 0.018)
+#: Share of the stability limit taken where the stiffness is that of one state: teeth may become twice as stiff.
+MARGIN = sqrt(0.5)
+#: The same where it is a bound.
+BOUND_MARGIN = 0.95
+#: Newton's relative tolerance per tolerance: moves the windowed rms by 2e-5 at 1e-3, measured.
+NEWTON_SHARE = 0.1
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A Newmark rule with gamma = 1/2, its beta and its step [s]."""
+
+    beta: float
+    step: float
+
+    def __str__(self) -> str:
+        fourth = "Newmark beta = 1/12, gamma = 1/2 (fourth order, conditionally stable), index 2"
+        return fourth if self.beta == BETA else "trapezoidal rule (second order, always stable), index 2: stiff scene"
+
+
+def rule(omega_mesh: float, largest: float, tolerance: float = 1e-3, mesh_frequency: float = 0.0) -> Rule:
+    """The rule with the larger step for a tolerance of the windowed rms of the DTE.
+
+    omega_mesh       highest eigenfrequency of interest [rad/s]
+    largest          step up to which the fourth-order rule is stable [s]
+    mesh_frequency   highest of the run [Hz]
+    """
+    require_within("tolerance", tolerance, 1e-9, 0.1, remedy="(relative error of the rms: 1e-3)")
+    finer = (tolerance / 1e-3) ** 0.25
+    cycle = CYCLE_SHARE_AT_1E3 * finer / mesh_frequency if mesh_frequency > 0 else 1.0
+    wanted = min(ANGLE_AT_1E3 * finer / omega_mesh, cycle)
+    second = TRAPEZOIDAL_ANGLE_AT_1E3 * finer**2 / omega_mesh
+    second = min(second, second * cycle * omega_mesh / ANGLE_AT_1E3 / finer)
+    return Rule(BETA, min(wanted, largest)) if min(wanted, largest) >= second else Rule(TRAPEZOIDAL_BETA, second)
+
+
+def settings_for(found: Rule, duration: float, tolerance: float) -> exu.SimulationSettings:
+    """Settings for mbs.SolveDynamic over a duration [s] in steps of at most the rule's."""
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
+    integration = settings.timeIntegration
+    integration.endTime, integration.numberOfSteps = duration, ceil(duration / found.step * (1 - 1e-9))
+    integration.newton.useModifiedNewton = True
+    integration.newton.relativeTolerance = min(NEWTON_SHARE * tolerance, NEWTON_SHARE * 1e-3)
+    newmark = integration.generalizedAlpha
+    newmark.useNewmark = newmark.useIndex2Constraints = True
+    newmark.newmarkBeta, newmark.newmarkGamma = found.beta, GAMMA
+    return settings
 
 
 def highest_frequency(mbs) -> float:
@@ -22,7 +74,7 @@ def highest_frequency(mbs) -> float:
 
 
 def integrator(mbs, duration: float, frequency: float, *, tolerance: float = 1e-3) -> exu.SimulationSettings:
-    """Settings for mbs.SolveDynamic with the larger of the steps that two integrators may take.
+    """Settings for mbs.SolveDynamic on a hand-built model: flexible bodies, whatever stands beside the gears.
 
     duration    [s]
     frequency   highest one to be resolved [Hz]: of the mesh, or of its resonance, whichever is higher
@@ -34,18 +86,5 @@ def integrator(mbs, duration: float, frequency: float, *, tolerance: float = 1e-
     """
     require(duration > 0, f"duration must be > 0 s, got {duration}")
     require_within("frequency", frequency, 0, 1e6, remedy="Hz (of the mesh: z n / 60)")
-    require_within("tolerance", tolerance, 1e-9, 0.1, remedy="(relative error of the rms: 1e-3)")
-    share, omega = tolerance / 1e-3, 2 * pi * frequency
-    fourth = min(ANGLE_AT_1E3 * share**0.25 / omega, MARGIN * STABLE / (2 * pi * highest_frequency(mbs)))
-    second = TRAPEZOIDAL_ANGLE_AT_1E3 * share**0.5 / omega
-    settings = exu.SimulationSettings()
-    settings.solution.file.write = False
-    settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
-    integration = settings.timeIntegration
-    integration.endTime, integration.numberOfSteps = duration, ceil(duration / max(fourth, second))
-    integration.newton.useModifiedNewton = True
-    integration.newton.relativeTolerance = min(0.1 * tolerance, 1e-4)
-    newmark = integration.generalizedAlpha
-    newmark.useNewmark = newmark.useIndex2Constraints = True
-    newmark.newmarkBeta, newmark.newmarkGamma = (BETA if fourth >= second else 0.25), GAMMA
-    return settings
+    largest = MARGIN * STABLE / (2 * pi * highest_frequency(mbs))
+    return settings_for(rule(2 * pi * frequency, largest, tolerance), duration, tolerance)

@@ -159,9 +159,13 @@ def unwound(d, r_1, r_2, q_1, q_2, turned):
     return turned + 2.0 * pi * floor((r_1 * (q_1 - turned) + r_2 * (q_2 - turned)) / whole + 0.5)
 
 
-@compiled
-def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
-    """(deflection [m], force [N], generalized forces (6), (6), offsets (3), centroid [m]) of two Rxyz bodies."""
+@compiled(forceinline=True)
+def meeting(law, frame, q_1, q_2):
+    """The flank of two Rxyz bodies that is nearest to contact, and where it lies.
+
+    (lead, opening) [m], (side, deflection [m], phase), (e_r (2), a, r_w1 [m]), n (3), offsets (3), both bodies as
+    `placed`.
+    """
     d, r_1, r_2, tan_b = frame[DIRECTION], frame[R_B1], frame[R_B2], frame[TAN_BETA_B]
     x, y, distance, axial = line_of_centres(frame, q_1, q_2)
     if r_2 < 0.0:
@@ -179,10 +183,18 @@ def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
     side, deflection, phase = flank_of(law, lead, opening, pitch)
     side_d = side * d
     n = (-side_d * cos(alpha) * y + sin(alpha) * x, side_d * cos(alpha) * x + sin(alpha) * y, -side_d * tan_b)
-    pole_1, a_1, b_1, z_1, centre_1 = placed(frame, REFERENCE_1, frame[AXIAL_1], q_1)
-    pole_2, a_2, b_2, z_2, _ = placed(frame, REFERENCE_2, frame[AXIAL_2], q_2)
-    misalignment = side_d * (n[0] * (z_2[0] - z_1[0]) + n[1] * (z_2[1] - z_1[1]))
+    one, other = placed(frame, REFERENCE_1, frame[AXIAL_1], q_1), placed(frame, REFERENCE_2, frame[AXIAL_2], q_2)
+    misalignment = side_d * (n[0] * (other[3][0] - one[3][0]) + n[1] * (other[3][1] - one[3][1]))
     offsets = (distance, misalignment, side_d * axial)
+    return (lead, opening), (side, deflection, phase), (x, y, distance, r_w), n, offsets, (one, other)
+
+
+@compiled
+def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
+    """(deflection [m], force [N], generalized forces (6), (6), offsets (3), centroid [m]) of two Rxyz bodies."""
+    leads, (side, deflection, phase), (x, y, distance, r_w), n, offsets, bodies = meeting(law, frame, q_1, q_2)
+    (pole_1, a_1, b_1, z_1, centre_1), (pole_2, a_2, b_2, _, _) = bodies
+    side_d = side * frame[DIRECTION]
     penetration, force, centroid, turning = static_force(law, phase, deflection, *offsets)
     contact = (centre_1[0] + r_w * x, centre_1[1] + r_w * y, centre_1[2] + side_d * centroid)
     row_1, row_2 = row_of(pole_1, contact, n, a_1, b_1), row_of(pole_2, contact, n, a_2, b_2)
@@ -197,7 +209,7 @@ def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
         one = added(one, scaled(row_of(pole_1, centre_1, e_t, a_1, b_1), -torque / distance))
         one = added(one, (0.0, 0.0, 0.0, 0.0, -sin(a_1) * torque, -z_1[2] * torque))
         other = added(other, scaled(row_of(pole_2, far, e_t, a_2, b_2), torque / distance))
-    return lead - opening, side * force, one, other, offsets, centroid
+    return leads[0] - leads[1], side * force, one, other, offsets, centroid
 
 
 def phase_of(frame: np.ndarray, spin: float) -> float:

@@ -2,23 +2,21 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import pi, sqrt
+from math import pi
 
 import numpy as np
 
 from exugear.axes import Coordinates, stage_law
 from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
+from exugear.integrator import BOUND_MARGIN, STABLE, Rule, rule
 from exugear.shaft import Shaft
 from exugear.stage import Stage
-from fem.gear import require_within
 
-#: Newmark beta = 1/12, gamma = 1/2 (Fox & Goodwin 1949): fourth order, stable for omega h below this.
-STABLE = sqrt(6)
-BETA, GAMMA = 1 / 12, 1 / 2
-#: omega_mesh h and 1 / steps per mesh cycle at tolerance 1e-3; half of it was measured (tests/test_run.py, slow).
-ANGLE_AT_1E3, CYCLE_SHARE_AT_1E3 = 0.55, 1 / 15
-SPIN_COST, BODY_COST = 4e-6, 13e-6
+#: Wall time of a step per mesh on a two-core machine [s], bytes per sample and mesh.
+COST = {Coordinates.SPIN: 4e-6, Coordinates.PLANAR: 8e-6, Coordinates.BEARINGS: 13e-6, Coordinates.JOINT: 13e-6}
+SAMPLE = 48
+SAMPLE_ON_BEARINGS = 130
 ROUNDING = 1e-9
 
 
@@ -58,34 +56,33 @@ class Plan:
         """Step at which the integrator loses stability [s]."""
         return STABLE / self.omega
 
+    def rule(self, tolerance: float = 1e-3, mesh_frequency: float = 0.0) -> Rule:
+        """Integrator and step for a tolerance of the windowed rms of the DTE up to a mesh frequency [Hz]."""
+        return rule(self.omega_mesh, BOUND_MARGIN * self.largest_step, tolerance, mesh_frequency)
+
     def step(self, tolerance: float = 1e-3, mesh_frequency: float = 0.0) -> float:
-        """Step [s] for a tolerance of the windowed rms of the DTE up to a mesh frequency [Hz]; fourth order."""
-        require_within("tolerance", tolerance, 1e-9, 0.1, remedy="(relative error of the rms: 1e-3)")
-        finer = (tolerance / 1e-3) ** 0.25
-        cycle = CYCLE_SHARE_AT_1E3 * finer / mesh_frequency if mesh_frequency > 0 else 1.0
-        return min(ANGLE_AT_1E3 * finer / self.omega_mesh, cycle, 0.95 * self.largest_step)
+        """Step [s] of that rule."""
+        return self.rule(tolerance, mesh_frequency).step
 
-    @property
-    def step_cost(self) -> float:
-        """Estimated wall time of a step [s], measured on a two-core machine for one mesh."""
-        spins = all(kind is Coordinates.SPIN for kind in self.shafts.values())
-        return len(self.laws) * (SPIN_COST if spins else BODY_COST)
-
-    def cost(self, duration: float, step: float) -> str:
-        """Number of steps and estimated wall time."""
-        steps = duration / step
-        return f"{duration:g} s in {steps:.3g} steps of {step:.3g} s: about {steps * self.step_cost:.3g} s"
+    def cost(self, duration: float, step: float, sample: float = 4e-5) -> str:
+        """Number of steps, estimated wall time and memory."""
+        kinds, meshes = set(self.shafts.values()), len(self.laws)
+        steps, per_step = duration / step, meshes * max(COST[kind] for kind in kinds)
+        size = SAMPLE_ON_BEARINGS if any(kind.on_bearings for kind in kinds) else SAMPLE
+        memory = meshes * size * duration / max(sample, step) / 1e6
+        about = f"about {steps * per_step:.3g} s, {memory:.3g} MB of samples"
+        return f"{duration:g} s in {steps:.3g} steps of {step:.3g} s: {about}"
 
     def __str__(self) -> str:
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
-        lines.append("integrator: Newmark beta = 1/12, gamma = 1/2 (fourth order, conditionally stable), index 2")
         if self.omega:
+            lines.append(f"integrator: {self.rule()}")
             lines.append(f"highest eigenfrequency: below {self.omega / 2 / pi:.4g} Hz")
             lines.append(f"largest stable step: {self.largest_step:.3g} s")
             lines.append(f"tolerance 1e-3: {self.cost(1.0, self.step())}")
         else:
-            lines.append("step: known once the model is built (build(box).plan)")
+            lines.append("integrator and step: known once the model is built (build(box).plan)")
         return "\n".join(lines)
 
 

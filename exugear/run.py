@@ -2,11 +2,10 @@
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil, isfinite, pi
 
-import exudyn as exu
 import numpy as np
 import xarray as xr
 from exudyn.utilities import CreateSymbolicUserFunction
@@ -14,15 +13,13 @@ from tqdm import tqdm
 
 from exugear.course import Curve, Line, line
 from exugear.equilibrium import explained, start
+from exugear.integrator import BETA, STABLE, Rule, settings_for
 from exugear.model import Mesh, Model, quiet
-from exugear.plan import BETA, GAMMA, STABLE
 from exugear.seats import reactions
 from fem.gear import require, require_within
 from fem.ste import pair_attributes, save
 from fem.units import mm
 
-#: Newton's relative tolerance per tolerance: moves the windowed rms by 2e-5 at 1e-3, measured.
-NEWTON_SHARE = 0.1
 SEGMENTS = 100
 #: Variables over stage and time: what the recorder calls them, unit, long name
 RECORDED = {
@@ -75,7 +72,7 @@ def run_up(
     duration    [s]
     load        torque on the driven shaft against its motion at positive speed [N m]: likewise
     tolerance   relative error wanted of the rms of the DTE in windows of time; chooses the step
-    step        [s], instead of the one that tolerance chooses
+    step        [s] of the fourth-order integrator, instead of what tolerance chooses
     sample      time between two recorded samples [s], rounded down to whole steps
     progress    bar with the time left; False solves in one piece, so that your own sensors keep all their data
 
@@ -86,7 +83,8 @@ def run_up(
     require(0 < sample <= duration, f"sample must lie in (0, duration] s, got {sample}")
     speed_of = Curve(speed, duration) if callable(speed) else line("speed", speed, duration)
     load_of = load if callable(load) else line("load", load, duration)
-    h = _step(model, tolerance, step, _fastest(model, speed_of, duration))
+    rule = _rule(model, tolerance, step, _fastest(model, speed_of, duration))
+    h = rule.step
     every = max(1, int(sample / h * (1 + 1e-9)))
     samples = ceil(duration / (every * h) * (1 - 1e-9))
     h = duration / (samples * every)
@@ -96,12 +94,19 @@ def run_up(
         for mesh in model.meshes:
             mesh.recorder.start(every * h, samples + 1, motion=on_bearings(model, mesh))
         began = clock.perf_counter()
-        _integrate(model, _settings(h, tolerance), samples * every, speed_of, progress)
+        _integrate(model, settings_for(replace(rule, step=h), h, tolerance), samples * every, speed_of, progress)
         wall_time = clock.perf_counter() - began
     told = {name: getattr(value, "__name__", str(value)) for name, value in (("speed", speed), ("load", load))}
     inputs = told | {"duration": duration, "tolerance": tolerance, "sample": every * h}
     data = _labelled(model, np.arange(samples + 1) * every * h, speed_of)
-    data.attrs |= {"title": "run-up", **inputs, "step": h, "plan": str(model.plan), **_inputs(model)}
+    data.attrs |= {
+        "title": "run-up",
+        **inputs,
+        "step": h,
+        "integrator": str(rule),
+        "plan": str(model.plan),
+        **_inputs(model),
+    }
     return Run(data, wall_time, h)
 
 
@@ -118,15 +123,15 @@ def _fastest(model: Model, speed_of, duration: float) -> float:
     return max(abs(ratios[s.fast.name]) * s.pair.pinion.z * top / (2 * pi) for s in model.gearbox.stages)
 
 
-def _step(model: Model, tolerance: float, step: float | None, mesh_frequency: float) -> float:
-    chosen = model.plan.step(tolerance, mesh_frequency)
+def _rule(model: Model, tolerance: float, step: float | None, mesh_frequency: float) -> Rule:
+    chosen = model.plan.rule(tolerance, mesh_frequency)
     if step is None:
         return chosen
     largest = model.plan.largest_step
     require(step > 0, f"step must be > 0 s, got {step}")
     limit = f"omega h < {STABLE:.3g} at {model.plan.omega / 2 / pi:.4g} Hz"
     require(step < largest, f"step must be below {largest:.4g} s ({limit}: stability), got {step:g} s")
-    return step
+    return Rule(BETA, step)
 
 
 def _impose(model: Model, speed_of, load_of) -> None:
@@ -151,20 +156,6 @@ def _impose(model: Model, speed_of, load_of) -> None:
     mbs.SetLoadParameter(model.load, "load", sign * load_of(0.0) if steady else 0.0)
     mbs.SetLoadParameter(model.load, "loadUserFunction", 0 if steady else torque)
     mbs.Assemble()
-
-
-def _settings(h: float, tolerance: float) -> exu.SimulationSettings:
-    settings = exu.SimulationSettings()
-    settings.solution.file.write = False
-    settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
-    integration = settings.timeIntegration
-    integration.newton.useModifiedNewton = True
-    integration.newton.relativeTolerance = min(NEWTON_SHARE * tolerance, NEWTON_SHARE * 1e-3)
-    newmark = integration.generalizedAlpha
-    newmark.useNewmark = newmark.useIndex2Constraints = True
-    newmark.newmarkBeta, newmark.newmarkGamma = BETA, GAMMA
-    integration.numberOfSteps, integration.endTime = 1, h
-    return settings
 
 
 def _integrate(model: Model, settings, steps: int, speed_of, progress: bool) -> None:

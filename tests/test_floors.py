@@ -52,6 +52,7 @@ FLOORS = {
     "exugear.loaded": 6.6,
     "exugear.table": 6.8,
     "exugear.force": 7,
+    "exugear.friction": 7,
     "exugear.ring": 7,
     "exugear.bearing": 7,
     "exugear.walk": 7,
@@ -69,12 +70,14 @@ FLOORS = {
     "exugear.kinematics": 8,
     "exugear.recorder": 8,
     "exugear.kernels": 8.5,
+    "exugear.sliding": 8.6,
     "exugear.connector": 9,
     "exugear.axes": 9.2,
     "exugear.seats": 9.2,
     "exugear.bodies": 9.4,
+    "exugear.friction_connector": 9.1,
+    "exugear.integrator": 9.6,
     "exugear.plan": 10,
-    "exugear.integrator": 10.5,
     "exugear.model": 11,
     "exugear.equilibrium": 11.5,
     "exugear.run": 12,
@@ -82,7 +85,10 @@ FLOORS = {
 }
 #: `fem.profile` is the outline that `exugear.graphics` draws.
 DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"}
-EXUDYN = ("bodies", "connector", "equilibrium", "graphics", "integrator", "model", "plan", "run", "seats")
+EXUDYN = (
+    *("bodies", "connector", "equilibrium", "friction_connector", "graphics"),
+    *("integrator", "model", "plan", "run", "seats"),
+)
 FENCES = {
     "skfem": {
         *("fem.mesh", "fem.prism", "fem.compliance", "fem.loads", "fem.elastic", "fem.stress", "fem.root_stress"),

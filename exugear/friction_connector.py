@@ -1,0 +1,60 @@
+"""Friction between the teeth in Exudyn: one ObjectGenericODE2 beside that of the contact, on the same nodes."""
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+from exudyn.misc.extensionRegistry import extends, install
+
+from exugear.connector import frame_of, kind_of, node_of, user_functions
+from exugear.force import MeshForce
+from exugear.friction import MeshFriction
+from exugear.kernels import SPIN
+from exugear.recorder import Recorder
+from exugear.ring import RingPair
+from exugear.sliding import friction_of
+from fem.gear import GearPair, require
+
+
+def CreateGearFriction(
+    mbs,
+    name: str = "",
+    itemNumbers=(None, None),
+    pair: GearPair | RingPair = None,  # type: ignore[assignment]
+    force: MeshForce = None,  # type: ignore[assignment]
+    friction: MeshFriction = None,  # type: ignore[assignment]
+    localPositions=((0, 0, 0), (0, 0, 0)),
+    phase: float = 0.0,
+    direction: int = 1,
+):
+    """Coulomb friction of a gear contact; also mbs.CreateGearFriction.
+
+    itemNumbers, pair, force, localPositions, phase, direction   those of the `CreateGearContact` that it goes with
+    friction                                                     `MeshFriction`
+
+    The teeth rub with the static force of the mesh, without its damping. Its torques jump where the teeth pass the
+    pitch point, so that a mesh cycle takes some hundred steps.
+
+    Returns the number of the ObjectGenericODE2. Raises ValueError as `CreateGearContact` does.
+    """
+    require(isinstance(pair, GearPair | RingPair), f"pair must be a fem.GearPair, got {type(pair).__name__}")
+    require(isinstance(force, MeshForce), f"force must be an exugear.MeshForce, got {type(force).__name__}")
+    given = f"friction must be an exugear.MeshFriction, got {type(friction).__name__}; say MeshFriction.of_pair"
+    require(isinstance(friction, MeshFriction), given)
+    require(direction in (1, -1), f"direction must be +1 or -1, got {direction}")
+    require(bool(np.isfinite(phase)), f"phase must be finite, a share of a pitch, got {phase}")
+    both = f"itemNumbers must be [pinion, wheel], got {itemNumbers}; leave a carrier out and let the bodies move"
+    require(len(itemNumbers) == 2, both)
+    kinds = tuple(kind_of(mbs, item) for item in itemNumbers)
+    fixed = f"bodies that only spin need a force without offsets, got {list(force.offsets)}; take force.at(...)"
+    require(not (set(kinds) == {SPIN} and force.offsets), fixed)
+    frame = frame_of(mbs, itemNumbers, pair, localPositions, phase=phase, direction=direction)
+    numbers = np.r_[frame, friction.numbers(pair)]
+    forces, jacobian = user_functions(friction_of(kinds), force.law, numbers, Recorder())
+    nodes = [node_of(mbs, item) for item in itemNumbers]
+    item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, forceUserFunction=forces, jacobianUserFunction=jacobian)
+    item.visualization["show"] = False
+    return mbs.AddObject(item)
+
+
+extends(exu.MainSystem, "CreateGearFriction")(CreateGearFriction)
+install()

@@ -1,0 +1,113 @@
+"""The kernels of `exugear.MeshFriction`: from the mesh force, the phase and the speeds to generalized forces."""
+
+from functools import cache
+from math import cos, floor, sin, tanh
+from pathlib import Path
+from zlib import crc32
+
+from numba import carray
+
+import exugear.kernels
+from exugear.kernels import KINDS, SPIN, table
+from exugear.kinematics import (
+    DIRECTION,
+    FRAME,
+    PHASE,
+    R_B1,
+    R_B2,
+    TURNS,
+    added,
+    dot,
+    flank_of,
+    meeting,
+    row_of,
+    scaled,
+)
+from exugear.law import compiled, kept, static_force
+from exugear.recorder import at
+
+#: Kernels kept on disk for other sources are compiled anew.
+STAMP = crc32(Path(str(exugear.kernels.__file__)).read_bytes(), exugear.kernels.STAMP)
+#: Numbers of `MeshFriction.numbers`, which follow those of the frame, and where its tables begin.
+COEFFICIENT, SPEED, TAN_ALPHA, STEPS, TABLES = (FRAME + i for i in range(5))
+
+
+@compiled
+def framed(frame):
+    """The array of the frame and the friction behind it."""
+    return carray(at(frame), TABLES + 2 * int(carray(at(frame), TABLES)[STEPS]))
+
+
+@compiled
+def rubbing(frame, phase, force, speed):
+    """(push along t [N], moment about z [N m]) on the wheel; speed omega_1 - omega_2."""
+    n = int(frame[STEPS])
+    x = (phase - floor(phase)) * n
+    i = min(int(x), n - 1)
+    a, b, t = TABLES + i, TABLES + (i + 1) % n, x - i
+    size = frame[COEFFICIENT] * force * tanh(speed / frame[SPEED])
+    return size * ((1.0 - t) * frame[a] + t * frame[b]), size * ((1.0 - t) * frame[a + n] + t * frame[b + n])
+
+
+@compiled
+def rotational_friction(law, frame, q_1, q_2, v_1, v_2):
+    """Torques (2) [N m] on two rotational coordinates."""
+    d, r_1, r_2 = frame[DIRECTION], frame[R_B1], frame[R_B2]
+    lead = d * (r_1 * q_1 + r_2 * q_2)
+    _, deflection, phase = flank_of(law, lead, 0.0, d * frame[TURNS] * q_1 + frame[PHASE])
+    _, force, _, _ = static_force(law, phase, deflection, 0.0, 0.0, 0.0)
+    push, moment = rubbing(frame, phase, force, v_1 - v_2)
+    push *= frame[TAN_ALPHA]
+    return -r_1 * push - moment, -r_2 * push + moment
+
+
+@compiled
+def spatial_friction(law, frame, q_1, q_2, v_1, v_2):
+    """Generalized forces (6), (6) on two Rxyz bodies."""
+    _, (side, deflection, phase), (x, y, _, r_w), n, offsets, bodies = meeting(law, frame, q_1, q_2)
+    _, force, centroid, _ = static_force(law, phase, deflection, *offsets)
+    (pole_1, a_1, b_1, _, centre_1), (pole_2, a_2, b_2, _, _) = bodies
+    spin_1, spin_2 = turn_of(a_1, b_1), turn_of(a_2, b_2)
+    push, moment = rubbing(frame, phase, force, dot(spin_1, v_1) - dot(spin_2, v_2))
+    contact = (centre_1[0] + r_w * x, centre_1[1] + r_w * y, centre_1[2] + side * frame[DIRECTION] * centroid)
+    t = (-n[1], n[0], 0.0)
+    row_1, row_2 = row_of(pole_1, contact, t, a_1, b_1), row_of(pole_2, contact, t, a_2, b_2)
+    return added(scaled(row_1, -push), scaled(spin_1, -moment)), added(scaled(row_2, push), scaled(spin_2, moment))
+
+
+@compiled
+def turn_of(a, b):
+    """Row (6) of one Rxyz body for a unit moment about z; times its velocity: how fast it turns about z."""
+    return 0.0, 0.0, 0.0, 0.0, sin(a), cos(a) * cos(b)
+
+
+@cache
+def friction_of(kinds: tuple[str, ...]):
+    """The function (law, frame, record, t, *coordinates, *velocities) -> generalized forces of two bodies.
+
+    Addresses of law, and frame with the friction's numbers behind it.
+    """
+    return _rotational(STAMP) if kinds == (SPIN, SPIN) else _general(STAMP, *kinds)
+
+
+def _rotational(stamp: int):
+    @kept
+    def rotational(law, frame, record, t, q_1, q_2, v_1, v_2):
+        _ = stamp
+        return rotational_friction(table(law), framed(frame), q_1, q_2, v_1, v_2)
+
+    return rotational
+
+
+def _general(stamp: int, one: str, other: str):
+    (n_1, of_1, onto_1), (n_2, of_2, onto_2) = KINDS[one], KINDS[other]
+
+    @kept
+    def general(law, frame, record, t, *state):
+        _ = stamp
+        q_1, q_2 = of_1(state, 0), of_2(state, n_1)
+        v_1, v_2 = of_1(state, n_1 + n_2), of_2(state, 2 * n_1 + n_2)
+        row_1, row_2 = spatial_friction(table(law), framed(frame), q_1, q_2, v_1, v_2)
+        return onto_1(row_1) + onto_2(row_2)
+
+    return general
