@@ -13,15 +13,18 @@ from exugear.plan import Plan, plan
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
 from exugear.run import Run, run_up
+from exugear.sensor import CreateGearSensor
 from exugear.shaft import Coupling, Disc, Placement, Shaft
 from exugear.spectrum import envelope, order_spectrum, resonances
 from exugear.stage import Stage
+from exugear.viewer import draw
 
 __all__ = [
     "Bearing",
     "Coupling",
     "CreateGearContact",
     "CreateGearFriction",
+    "CreateGearSensor",
     "Disc",
     "Gearbox",
     "MeshForce",
@@ -35,6 +38,7 @@ __all__ = [
     "Shaft",
     "Stage",
     "build",
+    "draw",
     "envelope",
     "graphics",
     "integrator",

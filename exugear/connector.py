@@ -1,5 +1,6 @@
 """The gear contact in Exudyn: one ObjectGenericODE2 on the nodes of both gears, one user function, one kernel call."""
 
+from functools import partial
 from math import hypot
 
 import exudyn as exu
@@ -65,7 +66,15 @@ def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.ndarr
     nodes = [node_of(mbs, item) for item in items]
     item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, forceUserFunction=contact, jacobianUserFunction=jacobian)
     item.visualization["show"] = False
-    return mbs.AddObject(item)
+    number = mbs.AddObject(item)
+    addresses = force.law.ctypes.data, frame.ctypes.data
+    mbs.variables[contact_key(number)] = partial(kernel, *addresses)
+    return number
+
+
+def contact_key(number: int) -> str:
+    """Under which mbs.variables keeps the kernel of a contact, for its sensors."""
+    return f"gear contact {number}"
 
 
 def _check_kinds(kinds: tuple[str, ...], force: MeshForce) -> None:

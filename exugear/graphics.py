@@ -70,9 +70,14 @@ def meshing_angles(pair: GearPair, theta: float = 0.0, direction: int = 1) -> tu
 
 def add_gear_graphics(mbs, body: int, gear: Gear, **options) -> None:
     """Let a body of a hand-built model be drawn with a gear, besides what it shows; options of `gear_graphics`."""
+    add_graphics(mbs, body, gear_graphics(gear, **options))
+
+
+def add_graphics(mbs, body: int, data: dict[str, Any]) -> None:
+    """Let a body be drawn with graphics data besides what it shows; ValueError where it cannot."""
     shown = mbs.GetObject(body, addGraphicsData=True).get("VgraphicsData")
     require(shown is not None, f"object {body} cannot carry graphics; pass a rigid body or an ObjectRotationalMass1D")
-    mbs.SetObjectParameter(body, "VgraphicsData", [*shown, gear_graphics(gear, **options)])
+    mbs.SetObjectParameter(body, "VgraphicsData", [*shown, data])
 
 
 def half_outline(gear: Gear, n: int) -> profile.Polar:

@@ -79,6 +79,18 @@ def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances |
     return ax
 
 
+def plot_envelopes(runs, ax: Axes | None = None, stage: int = 0) -> Axes:
+    """Half peak to peak of the DTE of several runs over mesh frequency; runs: name -> `Run.data`."""
+    ax = _axes(ax)
+    for name, data in runs.items():
+        outline = envelope(data["mesh_frequency"].values, data["dte"].values[stage])
+        ax.plot(outline.place, (outline.high - outline.low) / 2 / um, linewidth=1.2, label=name)
+    ax.set(xlabel="mesh frequency [Hz]", ylabel="half peak to peak of the DTE [µm]", ylim=(0, None))
+    ax.legend()
+    ax.grid(alpha=0.3)
+    return ax
+
+
 def _draw_outline(ax: Axes, outline: Envelope) -> None:
     ax.plot(outline.place, outline.high / um, color=EDGE, linewidth=1.2, label="envelope")
     ax.plot(outline.place, outline.low / um, color=EDGE, linewidth=1.2)

@@ -185,3 +185,34 @@ def test_misaligned_scene_stands_where_the_finite_elements_do():
     across = np.array([-np.cos(SPUR.alpha_wt), np.sin(SPUR.alpha_wt)])
     moment += 150 * np.array([0.0, -tilt_x]) @ across
     assert moment == pytest.approx(force * float(data["centroid"]), rel=1e-3)
+
+
+def test_stiff_bearings_make_the_step_small_or_the_rule_stable():
+    """Second order where the fourth-order step would be tiny; both tell the same of the DTE."""
+    models = [exugear.build(box_of(fast=softened(f), slow=softened(f))) for f in (1, 1000)]
+    assert "fourth order" in str(models[0].plan)
+    assert "trapezoidal rule" in str(models[1].plan.rule(1e-2))
+    short = {"duration": 0.05, "tolerance": 1e-2}
+    one = windows(models[1], **short)
+    other = windows(models[1], **short | {"step": 0.9 * models[1].plan.largest_step})
+    assert one == pytest.approx(other, rel=3e-2)
+
+
+def test_gears_are_drawn_where_they_mesh():
+    model = exugear.build(box_of())
+    exugear.draw(model)
+    for body in model.bodies.values():
+        assert len(model.mbs.GetObject(body, addGraphicsData=True)["VgraphicsData"]) >= 2
+
+
+def test_sensor_of_a_contact_tells_what_the_recorder_does():
+    model = exugear.build(box_of())
+    sensor = model.mbs.CreateGearSensor(model.meshes[0].contact, storeInternal=True)
+    model.mbs.Assemble()
+    data = exugear.run_up(model, **SLOW | {"duration": 2e-3}).data.isel(stage=0)
+    stored = model.mbs.GetSensorStoredData(sensor)
+    assert stored[-1, 1:4] == pytest.approx(
+        [float(data[name][-1]) for name in ("dte", "mesh_force", "centre_distance")], rel=1e-6
+    )
+    with pytest.raises(ValueError, match="contact must be what CreateGearContact returned"):
+        model.mbs.CreateGearSensor(model.bodies["fast"])

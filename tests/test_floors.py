@@ -72,6 +72,7 @@ FLOORS = {
     "exugear.kernels": 8.5,
     "exugear.sliding": 8.6,
     "exugear.connector": 9,
+    "exugear.sensor": 9.1,
     "exugear.axes": 9.2,
     "exugear.seats": 9.2,
     "exugear.bodies": 9.4,
@@ -80,6 +81,7 @@ FLOORS = {
     "exugear.plan": 10,
     "exugear.model": 11,
     "exugear.equilibrium": 11.5,
+    "exugear.viewer": 12,
     "exugear.run": 12,
     "exugear": 13,
 }
@@ -87,7 +89,7 @@ FLOORS = {
 DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"}
 EXUDYN = (
     *("bodies", "connector", "equilibrium", "friction_connector", "graphics"),
-    *("integrator", "model", "plan", "run", "seats"),
+    *("integrator", "model", "plan", "run", "seats", "sensor"),
 )
 FENCES = {
     "skfem": {
