@@ -67,6 +67,13 @@ def wrench(reference, q, forces) -> np.ndarray:
     return np.r_[push, turn + np.cross(reference[:3] + q[:3], push)]
 
 
+def twist(reference, q, v) -> np.ndarray:
+    """Velocity of the body's point at the origin and angular velocity (6)."""
+    a, b = reference[3] + q[3], reference[4] + q[4]
+    turn = np.c_[[1, 0, 0], [0, np.cos(a), np.sin(a)], RotXYZ2RotationMatrix([a, b, 0])[:, 2]] @ v[3:]
+    return np.r_[v[:3] - np.cross(turn, reference[:3] + q[:3]), turn]
+
+
 @pytest.mark.parametrize("name", PAIRS)
 @pytest.mark.parametrize("seed", range(6))
 def test_forces_moments_and_power_balance_in_every_attitude(name, seed):
@@ -76,6 +83,8 @@ def test_forces_moments_and_power_balance_in_every_attitude(name, seed):
     law = linear_law(reach=9e-3)
     _, force, one, other, *_ = spatial_mesh(law.law, frame, *map(tuple, (*q, *v)))
     wrenches = [wrench(r, x, f) for r, x, f in zip(reference, q, (one, other), strict=True)]
+    powers = [twist(r, x, u) @ w for r, x, u, w in zip(reference, q, v, wrenches, strict=True)]
+    assert np.sum(powers) == pytest.approx(np.r_[one, other] @ v.ravel(), rel=1e-9, abs=1e-12 * np.abs(powers).max())
     assert abs(force) > 100
     assert np.abs(wrenches[0] + wrenches[1]).max() < 1e-12 * np.abs(wrenches[0]).max()
     assert np.linalg.norm(wrenches[0][:3]) * np.cos(pair.beta_b) == pytest.approx(abs(force), rel=1e-12)
