@@ -100,8 +100,15 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     rotors = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in ends.items() if rotor is not None}
     meshes = tuple(_mesh(mbs, contact, start, plan) for contact in contacts)
     spins = {name: start[name] + SPIN_PLACE[plan.shafts[name]] for name in names}
-    model = Model(gearbox, plan, mbs, container, bodies, spins, rotors, meshes, drive, load)
-    return replace(model, plan=replace(plan, omega=_omega(model), omega_mesh=max(map(_omega_mesh, model.meshes))))
+    return measured(Model(gearbox, plan, mbs, container, bodies, spins, rotors, meshes, drive, load))
+
+
+def measured(model: Model) -> Model:
+    """The model with the eigenfrequencies of its system as it is assembled now, further items included."""
+    more = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
+    meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(more))) for mesh in model.meshes)
+    model = replace(model, meshes=meshes)
+    return replace(model, plan=replace(model.plan, omega=_omega(model), omega_mesh=max(map(_omega_mesh, meshes))))
 
 
 @contextmanager

@@ -14,7 +14,7 @@ from tqdm import tqdm
 from exugear.course import Curve, Line, line
 from exugear.equilibrium import explained, start
 from exugear.integrator import BETA, STABLE, Rule, settings_for
-from exugear.model import Mesh, Model, quiet
+from exugear.model import Mesh, Model, measured, quiet
 from exugear.seats import reactions
 from fem.gear import require, require_within
 from fem.ste import pair_attributes, save
@@ -79,6 +79,7 @@ def run_up(
     The run starts from static equilibrium under the initial load. Raises ValueError for input out of range and a step
     beyond the stability limit; RuntimeError where the run leaves the map or Newton's iteration fails.
     """
+    model = measured(model)
     require_within("duration", duration, 0, 1e5, remedy="s")
     require(0 < sample <= duration, f"sample must lie in (0, duration] s, got {sample}")
     speed_of = Curve(speed, duration) if callable(speed) else line("speed", speed, duration)

@@ -1,6 +1,7 @@
 """Whole scenes: reductions that agree, equilibrium, bearings of every kind, couplings, displaced shafts, refusals."""
 
 import exudyn as exu
+import exudyn.itemInterface as eii
 import numpy as np
 import pytest
 from conftest import paper_gear
@@ -216,3 +217,18 @@ def test_sensor_of_a_contact_tells_what_the_recorder_does():
     )
     with pytest.raises(ValueError, match="contact must be what CreateGearContact returned"):
         model.mbs.CreateGearSensor(model.bodies["fast"])
+
+
+def test_what_is_added_to_the_system_counts_for_the_step():
+    """A stiff oscillator beside the gears: its eigenfrequency shortens the step, and nothing else changes."""
+    model, plain = (exugear.build(smooth_box()) for _ in range(2))
+    mbs = model.mbs
+    node = mbs.AddNode(eii.Node1D(referenceCoordinates=[0]))
+    mbs.AddObject(eii.ObjectMass1D(mass=1.0, nodeNumber=node))
+    ground = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
+    mass = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
+    mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=[ground, mass], stiffness=(2e5) ** 2))
+    mbs.Assemble()
+    one, other = (exugear.run_up(m, **SLOW | {"tolerance": 1e-2}) for m in (model, plain))
+    assert one.step < 1.01 * np.sqrt(6) / 2e5 < other.step
+    assert one.data["dte"].values[0, -1] == pytest.approx(other.data["dte"].values[0, -1], rel=1e-4)
