@@ -1,5 +1,7 @@
 """Pictures for a report: each takes data and an axes (or makes one) and returns the axes."""
 
+from itertools import cycle
+
 import numpy as np
 import xarray as xr
 from matplotlib import colormaps
@@ -82,9 +84,9 @@ def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances |
 def plot_envelopes(runs, ax: Axes | None = None, stage: int = 0) -> Axes:
     """Half peak to peak of the DTE of several runs over mesh frequency; runs: name -> `Run.data`."""
     ax = _axes(ax)
-    for name, data in runs.items():
+    for (name, data), style in zip(runs.items(), cycle(("-", "--", ":")), strict=False):
         outline = envelope(data["mesh_frequency"].values, data["dte"].values[stage])
-        ax.plot(outline.place, (outline.high - outline.low) / 2 / um, linewidth=1.2, label=name)
+        ax.plot(outline.place, (outline.high - outline.low) / 2 / um, style, linewidth=1.4, label=name)
     ax.set(xlabel="mesh frequency [Hz]", ylabel="half peak to peak of the DTE [µm]", ylim=(0, None))
     ax.legend()
     ax.grid(alpha=0.3)

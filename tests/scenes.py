@@ -3,6 +3,7 @@
 import exudyn.itemInterface as eii
 import numpy as np
 from conftest import paper_gear, paper_pair
+from exudyn.rigidBodyUtilities import RotXYZ2RotationMatrix
 
 import exugear
 from fem.ste import ste_map
@@ -74,3 +75,11 @@ def rectangular_law(n: int = 1000, reach: float = 1e-4) -> exugear.MeshForce:
 def swept(start: float, end: float, periods: float):
     """From start to end over so many periods, then held."""
     return lambda x: start + (end - start) * min(max(x / periods, 0.0), 1.0)
+
+
+def wrench(reference, q, forces) -> np.ndarray:
+    """Force and moment about the origin (6) of the generalized forces of one Rxyz body."""
+    a, b = reference[3] + q[3], reference[4] + q[4]
+    g = np.c_[[1, 0, 0], [0, np.cos(a), np.sin(a)], RotXYZ2RotationMatrix([a, b, 0])[:, 2]]
+    push, turn = np.array(forces[:3]), np.linalg.solve(g.T, forces[3:])
+    return np.r_[push, turn + np.cross(reference[:3] + q[:3], push)]

@@ -6,8 +6,8 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 import pytest
-from exudyn.rigidBodyUtilities import InertiaCuboid, RotXYZ2RotationMatrix
-from scenes import INERTIA, K, linear_law, paper_pair, smooth_map
+from exudyn.rigidBodyUtilities import InertiaCuboid
+from scenes import INERTIA, K, linear_law, paper_pair, smooth_map, wrench
 
 import exugear
 from exugear.connector import user_functions
@@ -44,14 +44,6 @@ def attitudes(seed: int):
     q[0, 5] = random.uniform(-20, 20)
     q[1, 5] = -q[0, 5] + 4e-3 / PAIR.wheel.r_b
     return reference, q, random.normal(size=(2, 6)) * 1e-3
-
-
-def wrench(reference, q, forces) -> np.ndarray:
-    """Force and moment about the origin (6) of the generalized forces of one Rxyz body."""
-    a, b = reference[3] + q[3], reference[4] + q[4]
-    g = np.c_[[1, 0, 0], [0, np.cos(a), np.sin(a)], RotXYZ2RotationMatrix([a, b, 0])[:, 2]]
-    push, turn = np.array(forces[:3]), np.linalg.solve(g.T, forces[3:])
-    return np.r_[push, turn + np.cross(reference[:3] + q[:3], push)]
 
 
 @pytest.mark.parametrize("seed", range(8))

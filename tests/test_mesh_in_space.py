@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conftest import paper_gear
 from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
-from scenes import K, linear_law, paper_pair, smooth_map
+from scenes import K, linear_law, paper_pair, smooth_map, wrench
 
 import exugear
 import fem
@@ -57,14 +57,6 @@ def attitudes(pair, seed: int, tilt: float = 0.05):
     q[0, 5] = random.uniform(-20, 20)
     q[1, 5] = -q[0, 5] * pair.pinion.r_b / pair.wheel.r_b + 4e-3 / pair.wheel.r_b
     return reference, q, random.normal(size=(2, 6)) * 1e-3
-
-
-def wrench(reference, q, forces) -> np.ndarray:
-    """Force and moment about the origin (6) of the generalized forces of one Rxyz body."""
-    a, b = reference[3] + q[3], reference[4] + q[4]
-    g = np.c_[[1, 0, 0], [0, np.cos(a), np.sin(a)], RotXYZ2RotationMatrix([a, b, 0])[:, 2]]
-    push, turn = np.array(forces[:3]), np.linalg.solve(g.T, forces[3:])
-    return np.r_[push, turn + np.cross(reference[:3] + q[:3], push)]
 
 
 def twist(reference, q, v) -> np.ndarray:
