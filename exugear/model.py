@@ -35,6 +35,9 @@ from exugear.shaft import NOWHERE, Shaft
 from exugear.stage import Stage
 from fem.gear import require
 
+#: Share of a mode's strain energy in the meshes from which on it is to be resolved.
+PART = 0.02
+
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
@@ -108,7 +111,8 @@ def measured(model: Model) -> Model:
     more = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
     meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(more))) for mesh in model.meshes)
     model = replace(model, meshes=meshes)
-    return replace(model, plan=replace(model.plan, omega=_omega(model), omega_mesh=max(map(_omega_mesh, meshes))))
+    omega, omega_mesh = _frequencies(model)
+    return replace(model, plan=replace(model.plan, omega=omega, omega_mesh=omega_mesh))
 
 
 @contextmanager
@@ -191,13 +195,18 @@ def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
     return np.array(mass), np.array(stiffness)
 
 
-def _omega(model: Model) -> float:
-    """Upper bound of the eigenfrequencies [rad/s]: every mesh at its stiffest, constraints ignored."""
+def _frequencies(model: Model) -> tuple[float, float]:
+    """Upper bounds of all eigenfrequencies, and of those that meshes take part in [rad/s].
+
+    Every mesh at its stiffest, constraints ignored.
+    """
     mass, stiffness = open_system(model)
     stiffness += seats(model)
-    for mesh in model.meshes:
-        stiffness += mesh.law.stiffness_max * np.outer(mesh.row, mesh.row)
-    return sqrt(eigh((stiffness + stiffness.T) / 2, mass, eigvals_only=True)[-1])
+    rows = np.array([np.sqrt(mesh.law.stiffness_max) * mesh.row for mesh in model.meshes])
+    stiffness += rows.T @ rows
+    squares, modes = eigh((stiffness + stiffness.T) / 2, mass)
+    strained = ((rows @ modes) ** 2).sum(axis=0) > PART * np.maximum(squares, 0)
+    return sqrt(squares[-1]), sqrt(squares[strained][-1])
 
 
 def seats(model: Model, secants: Mapping[str, Mapping[float, float]] | None = None) -> np.ndarray:
@@ -210,8 +219,3 @@ def seats(model: Model, secants: Mapping[str, Mapping[float, float]] | None = No
                 at = model.spins[shaft.name] - 5
                 total[at : at + 6, at : at + 6] += radial_part(k, axial - shaft.centre)
     return total
-
-
-def _omega_mesh(mesh: Mesh) -> float:
-    pair, fast, slow = mesh.stage.pair, mesh.stage.fast, mesh.stage.slow
-    return sqrt(mesh.law.stiffness_max * (pair.pinion.r_b**2 / fast.inertia + pair.wheel.r_b**2 / slow.inertia))

@@ -29,7 +29,7 @@ class Plan:
     laws        force law of every stage by its label, with the axes that the scene needs
     axes        reason per stage
     omega       bound on the highest eigenfrequency of the built model, meshes at their stiffest [rad/s]; 0: not built
-    omega_mesh  the highest of a mesh between its two freely spinning shafts [rad/s]; 0: not built
+    omega_mesh  the same of those in which meshes take part: what the step resolves [rad/s]; 0: not built
     """
 
     shafts: Mapping[str, Coordinates]
@@ -78,7 +78,8 @@ class Plan:
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
         if self.omega:
             lines.append(f"integrator: {self.rule()}")
-            lines.append(f"highest eigenfrequency: below {self.omega / 2 / pi:.4g} Hz")
+            resolved = f"{self.omega_mesh / 2 / pi:.4g} Hz with meshes in them"
+            lines.append(f"eigenfrequencies: below {self.omega / 2 / pi:.4g} Hz, {resolved}")
             lines.append(f"largest stable step: {self.largest_step:.3g} s")
             lines.append(f"tolerance 1e-3: {self.cost(1.0, self.step())}")
         else:
