@@ -4,7 +4,7 @@
 
 One STE map over misalignment and centre distance serves all tilts. Its slice mode is fast: every slice of the face is a
 line load, pressed as Hertz says. Tilt > 0: along z the driven shaft leans to where the teeth push it (f_sigma_beta).
-Bearings and damping are chosen here.
+Bearings and damping are chosen here. The mean forces of the run-up are 1 % above those at rest: it speeds up.
 """
 
 import argparse
