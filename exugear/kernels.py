@@ -55,14 +55,8 @@ def onto_planar(row):
     return row[0], row[1], row[5]
 
 
-@compiled
-def onto_space(row):
-    """All of a row (6)."""
-    return row
-
-
-#: Number of coordinates, what makes six of them, what takes them from six
-KINDS = {SPIN: (1, spin_of, onto_spin), PLANAR: (3, planar_of, onto_planar), SPATIAL: (6, spatial_of, onto_space)}
+#: Number of coordinates
+SIZES = {SPIN: 1, PLANAR: 3, SPATIAL: 6}
 
 
 @cache
@@ -74,7 +68,7 @@ def kernel_of(kinds: tuple[str, ...], displaced: bool = False):
     """
     if kinds == (SPIN, SPIN) and not displaced:
         return _rotational(STAMP)
-    return _carried(STAMP) if kinds == (SPIN, SPIN, SPIN) else _general(STAMP, *kinds)
+    return _carried(STAMP) if kinds == (SPIN, SPIN, SPIN) else _general(STAMP, *(SIZES[kind] for kind in kinds))
 
 
 def _rotational(stamp: int):
@@ -104,20 +98,26 @@ def _carried(stamp: int):
     return carried
 
 
-def _general(stamp: int, one: str, other: str):
-    (n_1, of_1, onto_1), (n_2, of_2, onto_2) = KINDS[one], KINDS[other]
+def _general(stamp: int, n_1: int, n_2: int):
+    """Encloses numbers alone, by which the compiled function is found on disk; branches not taken are cut off."""
+    both = n_1 + n_2
 
     @kept
-    def general(law, frame, record, t, *state):
+    def general(law, frame, record, t, *x):
         _ = stamp
-        q_1, q_2 = of_1(state, 0), of_2(state, n_1)
-        v_1, v_2 = of_1(state, n_1 + n_2), of_2(state, 2 * n_1 + n_2)
+        q_1 = spin_of(x, 0) if n_1 == 1 else planar_of(x, 0) if n_1 == 3 else spatial_of(x, 0)
+        q_2 = spin_of(x, n_1) if n_2 == 1 else planar_of(x, n_1) if n_2 == 3 else spatial_of(x, n_1)
+        v_1 = spin_of(x, both) if n_1 == 1 else planar_of(x, both) if n_1 == 3 else spatial_of(x, both)
+        after = both + n_1
+        v_2 = spin_of(x, after) if n_2 == 1 else planar_of(x, after) if n_2 == 3 else spatial_of(x, after)
         mesh = spatial_mesh(table(law), carray(at(frame), FRAME), q_1, q_2, v_1, v_2)
         deflection, force, row_1, row_2, offsets, centroid = mesh
         k = sample_of(record, t)
         if k >= 0:
             write(record, k, deflection, force, offsets, centroid)
             write_motion(record, k, q_1, q_2, v_1, v_2)
-        return onto_1(row_1) + onto_2(row_2)
+        one = onto_spin(row_1) if n_1 == 1 else onto_planar(row_1) if n_1 == 3 else row_1
+        other = onto_spin(row_2) if n_2 == 1 else onto_planar(row_2) if n_2 == 3 else row_2
+        return one + other
 
     return general

@@ -15,7 +15,7 @@ from exugear.bodies import SPIN_PLACE, TAKEN, add_body, add_rotor, pose, spin_ma
 from exugear.connector import add_contact, kind_of, node_of
 from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
-from exugear.kernels import SPIN, kernel_of
+from exugear.kernels import SIZES, SPIN, kernel_of
 from exugear.kinematics import (
     E_X,
     E_Y,
@@ -24,7 +24,6 @@ from exugear.kinematics import (
     rotational_frame,
     rotational_row,
     spatial_frame,
-    spatial_mesh,
     spatial_row,
 )
 from exugear.plan import Plan
@@ -127,7 +126,7 @@ def quiet():
 
 
 def _contact(mbs, gearbox: Gearbox, number: int, plan: Plan, bodies: Mapping[str, int]):
-    """Stage, contact's object number, recorder, frame, law."""
+    """Stage, contact's object number, recorder, frame, law, deflection in the reference configuration."""
     stage, phase, label = gearbox.stages[number], gearbox.phases[number], gearbox.labels[number]
     items = [bodies[stage.fast.name], bodies[stage.slow.name]]
     kinds, direction = tuple(kind_of(mbs, item) for item in items), gearbox.turns[stage.fast.name]
@@ -140,8 +139,18 @@ def _contact(mbs, gearbox: Gearbox, number: int, plan: Plan, bodies: Mapping[str
         poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
         frame = spatial_frame(stage.pair, phase, direction, axial, poses)
         frame[[E_X, E_Y, HEIGHT]] = cos(stage.angle), sin(stage.angle), 0.0
-    contact = add_contact(mbs, label, items, kernel_of(kinds, displaced), law, frame, recorder)
-    return stage, contact, recorder, frame, law
+    kernel = kernel_of(kinds, displaced)
+    contact = add_contact(mbs, label, items, kernel, law, frame, recorder)
+    rest = _rest(kernel, 2 * sum(SIZES[kind] for kind in kinds), law, frame) if frame[REFERENCE_1:].any() else 0.0
+    return stage, contact, recorder, frame, law, rest
+
+
+def _rest(kernel, size: int, law: MeshForce, frame: np.ndarray) -> float:
+    """Deflection [m] where all coordinates and velocities, size of them, are 0; by the kernel that the disk has."""
+    recorder = Recorder()
+    recorder.start(1.0, 1)
+    kernel(*(x.ctypes.data for x in (law.law, frame, recorder.header)), 0.0, *np.zeros(size))
+    return float(recorder.deflection[0])
 
 
 def _drive_and_load(mbs, gearbox: Gearbox, bodies, plan: Plan, ends) -> tuple[int, int]:
@@ -156,14 +165,12 @@ def _drive_and_load(mbs, gearbox: Gearbox, bodies, plan: Plan, ends) -> tuple[in
 
 
 def _mesh(mbs, built, start: Mapping[str, int], plan: Plan) -> Mesh:
-    stage, contact, recorder, frame, law = built
+    stage, contact, recorder, frame, law, rest = built
     row, taken = np.zeros(mbs.systemData.ODE2Size()), [TAKEN[plan.shafts[s.name]] for s in (stage.fast, stage.slow)]
     spatial = bool(frame[REFERENCE_1:].any())
     entries = spatial_row(frame) if spatial else np.insert(np.zeros(10), [5, 10], rotational_row(frame))
     for shaft, part, own in zip((stage.fast, stage.slow), np.split(entries, 2), taken, strict=True):
         row[start[shaft.name] : start[shaft.name] + len(own)] = part[own]
-    none = (0.0,) * 6
-    rest = spatial_mesh(law.law, frame, none, none, none, none)[0] if spatial else 0.0
     return Mesh(stage, law, contact, recorder, frame, row, rest)
 
 

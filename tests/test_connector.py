@@ -316,3 +316,10 @@ def test_a_distance_that_is_not_the_pairs_is_refused(mbs, law):
     far = mbs.CreateRigidBody(referencePosition=[0.2, 0, 0], inertia=inertia, nodeType=exu.NodeType.RotationRxyz)
     with pytest.raises(ValueError, match=f"must be the pair's a = {PAIR.a / mm:g} mm"):
         mbs.CreateGearContact(itemNumbers=[one, far], pair=PAIR, force=law)
+
+
+@pytest.mark.parametrize("kinds", [("spin", "spin"), ("planar", "spatial"), ("spatial", "spatial")])
+def test_kernels_are_found_on_disk_by_numbers(kinds):
+    """Functions that a kernel encloses are told apart by names that change from session to session."""
+    enclosed = [cell.cell_contents for cell in kernel_of(kinds).py_func.__closure__]
+    assert all(isinstance(value, int) for value in enclosed)

@@ -7,16 +7,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import exugear
 import fem
-from fem.units import um
+from fem.units import mm, rpm, um
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "examples"))
+import bearings_misalignment  # noqa: E402
 import korta_run_up  # noqa: E402
+import planetary  # noqa: E402
+import two_stage_helical  # noqa: E402
 
 
 def test_readme_code_runs(tmp_path, monkeypatch):
-    code, asked = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    code, asked, assembly = re.findall(
+        r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL
+    )
     assert len([line for line in code.splitlines() if line.strip()]) <= 10
     monkeypatch.chdir(tmp_path)
     names: dict = {}
@@ -28,6 +34,17 @@ def test_readme_code_runs(tmp_path, monkeypatch):
     assert names["ste"]["te"].dims == ("torque", "misalignment", "phase")
     kinds = names["ste"]["error_mesh"], names["ste"]["error_phase"], names["ste"]["error_torque"]
     assert max(float(kind[-1]) for kind in kinds) < 0.03 * float(names["ste"]["te"][-1].mean())
+    exec(assembly, names)
+    check_slow_shaft(names["pair"], names["run"].data)
+
+
+def check_slow_shaft(pair, data) -> None:
+    """Its bearings hold at rest what the idler pushes it with, which turns clockwise 60 deg beside it."""
+    force, alpha, towards = 150.0 / pair.wheel.r_b, pair.alpha_wt, np.pi / 3
+    pushed = force * np.array([np.sin(towards + alpha), -np.cos(towards + alpha), 0.0])
+    held = data["bearing_force"].sel(bearing=["slow at 0 mm", "slow at 60 mm"]).sum("bearing").isel(time=0)
+    assert held.values == pytest.approx(-pushed, abs=2e-3 * force)
+    assert np.isfinite(data["dte"].values).all()
 
 
 def test_readme_names_the_commands_of_ci():
@@ -66,3 +83,107 @@ def test_report_and_figures(short, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"mesh.png", "ste.png", "run_up.png", "orders.png"}
     text = korta_run_up.report(curves, box, runs, False, korta_run_up.Clock())
     assert "1804" in text and "nothing is fitted" in text
+
+
+@pytest.fixture(scope="module")
+def tilted(tmp_path_factory):
+    return bearings_misalignment.main([str(tmp_path_factory.mktemp("figures")), "--quick"])
+
+
+def test_forces_and_moments_balance_on_the_tilted_shaft(tilted):
+    """At rest: both bearings carry the mesh force, which acts at the centroid."""
+    force, half = 150.0 / korta_run_up.paper_pair().wheel.r_b, bearings_misalignment.LENGTH / 2
+    for run in tilted.values():
+        start = run.data.isel(time=0, stage=0)
+        near, far = (start["bearing_force"].sel(bearing=f"driven at {z} mm").values for z in (0, 60))
+        assert np.linalg.norm(near + far) == pytest.approx(force, rel=1e-3)
+        lever = half * (np.linalg.norm(far) - np.linalg.norm(near)) / force
+        assert lever == pytest.approx(float(start["centroid"]), abs=0.02 * mm)
+
+
+def test_tilts_of_either_sign_are_mirror_images(tilted):
+    below, none, above = (run.data.isel(stage=0) for run in tilted.values())
+    alpha = korta_run_up.paper_pair().alpha_wt
+    given = above["misalignment"][0] / (max(tilted) * np.cos(alpha))
+    assert 0.85 < given < 0.95
+    assert float(below["misalignment"][0]) == pytest.approx(-float(above["misalignment"][0]), rel=1e-6)
+    assert float(none["misalignment"][0]) == pytest.approx(0, abs=1e-9)
+    means = [float(data["centroid"].mean()) for data in (below, none, above)]
+    assert means == pytest.approx([-means[2], 0, means[2]], rel=1e-3, abs=1e-3 * mm)
+    assert means[2] < -2 * mm
+    assert float(below["dte"].std()) == pytest.approx(float(above["dte"].std()), rel=1e-3)
+
+
+@pytest.fixture(scope="module")
+def stages(tmp_path_factory):
+    return two_stage_helical.main([str(tmp_path_factory.mktemp("figures")), "--quick"])
+
+
+def test_bearings_take_the_axial_forces_of_the_helical_gears(stages):
+    model, opposed, run = stages
+    by_load = two_stage_helical.axial_forces(model.gearbox)
+    assert two_stage_helical.axial_reactions(run.data) == pytest.approx(by_load, rel=1e-3)
+    assert sum(by_load.values()) == pytest.approx(0, abs=1e-9 * by_load["input"])
+    other = two_stage_helical.axial_forces(opposed)
+    assert abs(by_load["middle"]) == pytest.approx(abs(by_load["output"]) - abs(by_load["input"]))
+    assert abs(other["middle"]) == pytest.approx(abs(by_load["output"]) + abs(by_load["input"]))
+
+
+def test_radial_forces_of_both_meshes_balance_on_the_middle_shaft(stages):
+    model, _, run = stages
+    start = run.data["bearing_force"].isel(time=0)
+    total = {name: sum(start.sel(bearing=f"{name} at {z} mm").values for z in (0, 150)) for name in model.bodies}
+    assert sum(total.values()) == pytest.approx(np.zeros(3), abs=0.1)
+    force = dict(zip(("first", "second"), model.gearbox.static_forces(600.0), strict=True))
+    assert np.linalg.norm(total["input"][:2]) == pytest.approx(force["first"], rel=1e-3)
+    assert np.linalg.norm(total["output"][:2]) == pytest.approx(force["second"], rel=1e-3)
+
+
+def test_shuttling_alone_shakes_the_bearings_of_a_slow_helical_stage(stages):
+    """The force wanders along the face: it moves to and fro between the bearings."""
+    model, *_ = stages
+    slow = exugear.run_up(model, speed=100 * rpm, duration=0.15, load=600.0, progress=False).data
+    slow = slow.isel(time=slice(slow["time"].size // 5, None))
+    wander = 600.0 / model.gearbox.stages[1].pair.wheel.r_b * float(slow["centroid"][1].std()) / 0.15
+    for axial in (0, 150):
+        radial = slow["bearing_force"].sel(bearing=f"output at {axial} mm", direction=["x", "y"])
+        assert np.linalg.norm(radial.std("time")) == pytest.approx(wander, rel=0.1)
+
+
+@pytest.fixture(scope="module")
+def planets(tmp_path_factory):
+    return planetary.main([str(tmp_path_factory.mktemp("figures")), "--quick"])
+
+
+def test_natural_frequencies_of_the_planetary_set_are_the_published_ones(planets):
+    found, _ = planets
+    assert found[0] < 2
+    assert found[1:12] == pytest.approx(planetary.PUBLISHED[1:], rel=1e-3)
+
+
+def test_planets_share_the_load_by_the_place_of_their_pins(planets):
+    """Sun's and ring's torques balance the carrier's; what a displaced pin moves is linear and free of the load."""
+    _, runs = planets
+    moved = []
+    for times, forces, torque in runs.values():
+        half = times.size // 2
+        sun, ring = (
+            forces[i, :, half:].sum(axis=0).mean() * r for i, r in enumerate((planetary.R_SUN, planetary.R_RING))
+        )
+        assert sun + ring == pytest.approx(torque[half:].mean(), rel=1e-3)
+        excess = forces[0, 0] - forces[0].mean(axis=0)
+        assert excess[-1] == pytest.approx(excess[0], rel=0.03, abs=1)
+        assert forces[0, 1] == pytest.approx(forces[0, 2], rel=0.01)
+        moved.append(excess[0])
+    assert moved == pytest.approx([-moved[2], 0, moved[2]], rel=1e-2, abs=1)
+    assert moved[0] > 100
+
+
+def test_a_sun_held_harder_shares_the_load_worse():
+    """The floating sun evens the shares out."""
+    spread = []
+    for bearing in (1e6, 1e8, 1e10):
+        _, forces, _ = planetary.run(planetary.build(-20 * um, sun_bearing=bearing), 1e-3, (500.0, 500.0), 0.0)
+        spread.append(planetary.shares(forces)[0, 0] - 1 / 3)
+    assert 0 < spread[0] < spread[1] < spread[2]
+    assert spread[0] < 0.01
