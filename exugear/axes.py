@@ -7,7 +7,7 @@ from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
 from exugear.stage import Stage
 from fem.gear import require
-from fem.units import mm, um
+from fem.units import um
 
 
 class Coordinates(Enum):
@@ -30,8 +30,8 @@ MOVED_BY = {
     "misalignment": (Coordinates.BEARINGS,),
     "axial": (Coordinates.BEARINGS,),
 }
-#: Static offsets that a map without the axis may ignore: gap at the ends of the face, distance, axial place [m].
-IGNORED = {"misalignment": 0.01 * um, "a": 1 * um, "axial": 10 * um}
+#: Static offsets that a map without the axis may ignore: gap at the ends of the face, distance [m], share of the face.
+IGNORED = {"misalignment": 0.01 * um, "a": 1 * um, "axial": 2e-3}
 MEANING = {"a": "centre distance", "misalignment": "misalignment", "axial": "axial offset"}
 
 
@@ -59,9 +59,9 @@ def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
     sizes = {
         "misalignment": abs(static["misalignment"]) * stage.pair.b / 2,
         "a": abs(static["a"] - stage.pair.a),
-        "axial": abs(static["axial"]),
+        "axial": abs(static["axial"]) / stage.pair.b,
     }
     for name, size in sizes.items():
         missing = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, its map has no such axis"
         remedy = f"map it with fem.Offsets({name}=(...))"
-        require(name in stage.force.offsets or size <= IGNORED[name], f"{missing} ({size / mm:.3g} mm); {remedy}")
+        require(name in stage.force.offsets or size <= IGNORED[name], f"{missing}; {remedy}")

@@ -162,20 +162,25 @@ class MeshForce:
         require(not unknown, f"offsets may be {list(self.offsets)}, got {list(offsets)}")
         if not offsets:
             return self
-        n, places = int(self.law[PHASE_STEPS]), [self.offsets.get(name, np.zeros(1)).size for name in OFFSETS]
-        blocks = self.law[HEADER : int(self.law[AXES])].reshape(*places, -1)
+        values = self._places()
         for i, name in enumerate(OFFSETS):
             if name in offsets:
-                blocks = np.moveaxis(np.moveaxis(blocks, i, -1) @ self._weights(i, offsets[name])[:, None], -1, i)
+                values = np.moveaxis(np.moveaxis(values, i, -1) @ self._weights(i, offsets[name])[:, None], -1, i)
         left = {name: values for name, values in self.offsets.items() if name not in offsets}
-        blocks = blocks.reshape(*(values.size for values in left.values()), -1)
+        values = values.reshape(*(axis.size for axis in left.values()), *values.shape[-2:])
+        unloaded, largest, stiffness, centroid = np.split(values, [1, 2, 2 + U.size], axis=-1)
+        penetration, phase = largest * U**4, np.arange(values.shape[-2]) / values.shape[-2]
+        table = {"deflection": unloaded + penetration, "force_table": np.exp(stiffness) * penetration}
+        middle = centroid if centroid.any() else 0.0
+        return replace(self, phase=phase, centroid=middle, offsets=left, **table)
+
+    def _places(self) -> np.ndarray:
+        """(*places, n_phase, 2 + 2 U.size) unloaded deflection, largest penetration, ln k and centroid over u."""
+        n, places = int(self.law[PHASE_STEPS]), [self.offsets.get(name, np.zeros(1)).size for name in OFFSETS]
+        blocks = self.law[HEADER : int(self.law[AXES])].reshape(*places, -1)
         edge, patches, centroid = np.split(blocks, [4 * n, blocks.shape[-1] - n * U.size], axis=-1)
-        edge, k = edge.reshape(*edge.shape[:-1], n, 4), patches.reshape(*patches.shape[:-1], n, U.size, 4)[..., 0]
-        penetration = edge[..., 2:3] * U**4
-        middle = centroid.reshape(k.shape) if centroid.any() else 0.0
-        deflection, table = edge[..., :1] + penetration, k * penetration
-        phase = np.arange(n) / n
-        return replace(self, phase=phase, deflection=deflection, force_table=table, centroid=middle, offsets=left)
+        stiffness = np.log(patches.reshape(*places, n, U.size, 4)[..., 0])
+        return np.concatenate([edge.reshape(*places, n, 4)[..., ::2], stiffness, centroid.reshape(stiffness.shape)], -1)
 
     def _weights(self, axis: int, value: float) -> np.ndarray:
         """Weights of the places of an offset."""

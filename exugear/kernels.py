@@ -26,33 +26,20 @@ def table(law):
 
 
 @compiled
-def spin_of(state, i):
-    """Displacements (6) of a body that only spins."""
-    return 0.0, 0.0, 0.0, 0.0, 0.0, state[i]
+def six_of(x, i, n):
+    """Displacements (6) of the body whose n coordinates begin at i."""
+    if n == 1:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, x[i]
+    if n == 3:
+        return x[i], x[i + 1], 0.0, 0.0, 0.0, x[i + 2]
+    return x[i], x[i + 1], x[i + 2], x[i + 3], x[i + 4], x[i + 5]
 
 
 @compiled
-def planar_of(state, i):
-    """Displacements (6) of a planar body."""
-    return state[i], state[i + 1], 0.0, 0.0, 0.0, state[i + 2]
-
-
-@compiled
-def spatial_of(state, i):
-    """Displacements (6) of a body in space."""
-    return state[i], state[i + 1], state[i + 2], state[i + 3], state[i + 4], state[i + 5]
-
-
-@compiled
-def onto_spin(row):
-    """Its part of a row (6)."""
-    return (row[5],)
-
-
-@compiled
-def onto_planar(row):
-    """Its part of a row (6)."""
-    return row[0], row[1], row[5]
+def bodies_of(x, n_1, n_2):
+    """Displacements (6) and velocities (6) of two bodies of n_1 and n_2 coordinates."""
+    both = n_1 + n_2
+    return six_of(x, 0, n_1), six_of(x, n_1, n_2), six_of(x, both, n_1), six_of(x, both + n_1, n_2)
 
 
 #: Number of coordinates
@@ -100,24 +87,19 @@ def _carried(stamp: int):
 
 def _general(stamp: int, n_1: int, n_2: int):
     """Encloses numbers alone, by which the compiled function is found on disk; branches not taken are cut off."""
-    both = n_1 + n_2
 
     @kept
     def general(law, frame, record, t, *x):
         _ = stamp
-        q_1 = spin_of(x, 0) if n_1 == 1 else planar_of(x, 0) if n_1 == 3 else spatial_of(x, 0)
-        q_2 = spin_of(x, n_1) if n_2 == 1 else planar_of(x, n_1) if n_2 == 3 else spatial_of(x, n_1)
-        v_1 = spin_of(x, both) if n_1 == 1 else planar_of(x, both) if n_1 == 3 else spatial_of(x, both)
-        after = both + n_1
-        v_2 = spin_of(x, after) if n_2 == 1 else planar_of(x, after) if n_2 == 3 else spatial_of(x, after)
+        q_1, q_2, v_1, v_2 = bodies_of(x, n_1, n_2)
         mesh = spatial_mesh(table(law), carray(at(frame), FRAME), q_1, q_2, v_1, v_2)
         deflection, force, row_1, row_2, offsets, centroid = mesh
         k = sample_of(record, t)
         if k >= 0:
             write(record, k, deflection, force, offsets, centroid)
             write_motion(record, k, q_1, q_2, v_1, v_2)
-        one = onto_spin(row_1) if n_1 == 1 else onto_planar(row_1) if n_1 == 3 else row_1
-        other = onto_spin(row_2) if n_2 == 1 else onto_planar(row_2) if n_2 == 3 else row_2
+        one = (row_1[5],) if n_1 == 1 else (row_1[0], row_1[1], row_1[5]) if n_1 == 3 else row_1
+        other = (row_2[5],) if n_2 == 1 else (row_2[0], row_2[1], row_2[5]) if n_2 == 3 else row_2
         return one + other
 
     return general

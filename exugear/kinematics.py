@@ -17,7 +17,7 @@ from math import acos, atan2, cos, floor, pi, sin, sqrt, tan
 
 import numpy as np
 
-from exugear.law import BACK_PHASE, BACKLASH, CONSERVES, compiled, conserving, damped, flank_force, static_force
+from exugear.law import BACK_PHASE, BACKLASH, CONSERVES, compiled, conserving, damped, flank_force, kept, static_force
 from fem.gear import involute
 
 R_B1, R_B2, TURNS, PHASE, DIRECTION, INV_0, AXIAL_1, AXIAL_2, E_X, E_Y, TAN_BETA_B, HEIGHT = range(12)
@@ -64,7 +64,7 @@ def cross(a, b):
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@compiled
+@kept
 def row_of(pole, contact, n, a, b):
     """Row (6) of one Rxyz body for a unit force n in contact: [n, G^T ((contact - pole) x n)]."""
     m = cross((contact[0] - pole[0], contact[1] - pole[1], contact[2] - pole[2]), n)
@@ -121,7 +121,7 @@ def rotational_mesh(law, frame, q_1, q_2, v_1, v_2):
     return lead, force, (-d * r_1 * force - frame[TURNS] * turning, -d * r_2 * force)
 
 
-@compiled
+@kept
 def placed(frame, reference, axial, q):
     """Absolute pole (3), tilts, z axis (3) and gear centre (3) of one body with displacements q (6)."""
     pole = (frame[reference] + q[0], frame[reference + 1] + q[1], frame[reference + 2] + q[2])
@@ -130,7 +130,7 @@ def placed(frame, reference, axial, q):
     return pole, a, b, z, (pole[0] + axial * z[0], pole[1] + axial * z[1], pole[2] + axial * z[2])
 
 
-@compiled
+@kept
 def line_of_centres(frame, q_1, q_2):
     """Unit vector from the pinion's centre to the wheel's axis in the pinion's mid-plane, its length, axial offset."""
     _, _, _, _, centre_1 = placed(frame, REFERENCE_1, frame[AXIAL_1], q_1)
@@ -141,7 +141,7 @@ def line_of_centres(frame, q_1, q_2):
     return x / distance, y / distance, distance, centre_2[2] - centre_1[2]
 
 
-@compiled
+@kept
 def height(frame, q_1, q_2, e_r, r_w):
     """How much higher the pinion's mid-plane is at the pitch point than the wheel's [m]."""
     _, _, _, z_1, centre_1 = placed(frame, REFERENCE_1, frame[AXIAL_1], q_1)

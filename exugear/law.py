@@ -3,14 +3,14 @@
 At each phase the secant stiffness k stands over u = (penetration / largest penetration)^(1/4): F = k penetration, so
 that the force is exactly 0 without contact and the low loads, where a Hertzian contact softens, keep their resolution.
 Both directions carry values and slopes, which is once continuously differentiable. Between the places of the offsets
-unloaded deflection, largest penetration, k and centroid follow polynomials through up to four of them; those over the
-misalignment have a corner at 0, where the first contact leaves one end of the face for the other.
+unloaded deflection, largest penetration, ln k and centroid follow polynomials through up to four of them; those over
+the misalignment have a corner at 0, where the first contact leaves one end of the face for the other.
 
 An array that conserves energy holds w = U / penetration^2 instead of k, U the potential; force and dU/dphase are its
 derivatives.
 """
 
-from math import floor, nan, sqrt
+from math import exp, floor, log, nan, sqrt
 
 import numpy as np
 from numba import njit
@@ -178,7 +178,7 @@ def stencils(law, a, misalignment, axial):
 
 @compiled
 def blended(law, where, i, following, t, j, w):
-    """(unloaded, largest) for j < 0, else (secant stiffness, centroid), over the places of the offsets."""
+    """(unloaded, largest) for j < 0, else (ln of the secant stiffness, centroid), over the places of the offsets."""
     (first_a, w_a), (first_m, w_m), (first_x, w_x) = where
     n_m, n_x, block = int(law[N_MISALIGNMENT]), int(law[N_AXIAL]), int(law[BLOCK])
     one = other = 0.0
@@ -191,7 +191,8 @@ def blended(law, where, i, following, t, j, w):
                     if j < 0:
                         x, y = edge(law, place, i, following, t)
                     else:
-                        x, y = secant(law, place, i, following, t, j, w), centroid_at(law, place, i, following, t, j, w)
+                        x = log(secant(law, place, i, following, t, j, w))
+                        y = centroid_at(law, place, i, following, t, j, w)
                     one, other = one + weight * x, other + weight * y
     return one, other
 
@@ -206,8 +207,8 @@ def pressed(law, phase, deflection, a, misalignment, axial):
     if penetration <= 0.0:
         return 0.0, 0.0, 0.0
     j, w = load_cell(law, penetration, largest, unloaded)
-    k, centroid = blended(law, where, i, following, t, j, w)
-    return penetration, k, centroid
+    stiffness, centroid = blended(law, where, i, following, t, j, w)
+    return penetration, exp(stiffness), centroid
 
 
 @compiled

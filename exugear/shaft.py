@@ -73,8 +73,9 @@ class Coupling:
 class Placement:
     """Static displacement of a whole shaft with its bearings from its nominal place.
 
-    x, y, z          of its point at the axial place 0 [m]
+    x, y, z          of its point at the pivot [m]
     tilt_x, tilt_y   then about x and y through that point [rad]
+    pivot            axial place [m]
     """
 
     x: float = 0.0
@@ -82,8 +83,10 @@ class Placement:
     tilt_x: float = 0.0
     tilt_y: float = 0.0
     z: float = 0.0
+    pivot: float = 0.0
 
     def __post_init__(self):
+        require(abs(self.pivot) < 10, f"pivot must lie within 10 m, got {self.pivot:g}; pass metres: 30*mm")
         for name in ("x", "y", "z"):
             value = getattr(self, name)
             require(abs(value) < 0.01, f"{name} of a placement must lie within 0.01 m, got {value}; pass metres: 20*um")
@@ -98,8 +101,8 @@ class Placement:
         return np.array([sin_y, -sin_x * cos_y, cos_x * cos_y])
 
     def at(self, axial: float) -> np.ndarray:
-        """(3,) displaced place of the axis's point at an axial place [m], from that at the axial place 0."""
-        return np.array([self.x, self.y, self.z]) + axial * self.axis
+        """(3,) displaced place of the axis's point at an axial place [m], from the nominal one of the axial place 0."""
+        return np.array([self.x, self.y, self.z + self.pivot]) + (axial - self.pivot) * self.axis
 
 
 Part = Gear | Bearing | Disc | Coupling

@@ -8,7 +8,7 @@ from zlib import crc32
 from numba import carray
 
 import exugear.kernels
-from exugear.kernels import KINDS, SPIN, table
+from exugear.kernels import SIZES, SPIN, bodies_of, table
 from exugear.kinematics import (
     DIRECTION,
     FRAME,
@@ -87,7 +87,7 @@ def friction_of(kinds: tuple[str, ...]):
 
     Addresses of law, and frame with the friction's numbers behind it.
     """
-    return _rotational(STAMP) if kinds == (SPIN, SPIN) else _general(STAMP, *kinds)
+    return _rotational(STAMP) if kinds == (SPIN, SPIN) else _general(STAMP, *(SIZES[kind] for kind in kinds))
 
 
 def _rotational(stamp: int):
@@ -99,15 +99,13 @@ def _rotational(stamp: int):
     return rotational
 
 
-def _general(stamp: int, one: str, other: str):
-    (n_1, of_1, onto_1), (n_2, of_2, onto_2) = KINDS[one], KINDS[other]
-
+def _general(stamp: int, n_1: int, n_2: int):
     @kept
-    def general(law, frame, record, t, *state):
+    def general(law, frame, record, t, *x):
         _ = stamp
-        q_1, q_2 = of_1(state, 0), of_2(state, n_1)
-        v_1, v_2 = of_1(state, n_1 + n_2), of_2(state, 2 * n_1 + n_2)
-        row_1, row_2 = spatial_friction(table(law), framed(frame), q_1, q_2, v_1, v_2)
-        return onto_1(row_1) + onto_2(row_2)
+        row_1, row_2 = spatial_friction(table(law), framed(frame), *bodies_of(x, n_1, n_2))
+        one = (row_1[5],) if n_1 == 1 else (row_1[0], row_1[1], row_1[5]) if n_1 == 3 else row_1
+        other = (row_2[5],) if n_2 == 1 else (row_2[0], row_2[1], row_2[5]) if n_2 == 3 else row_2
+        return one + other
 
     return general

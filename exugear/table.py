@@ -4,6 +4,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from exugear.law import HEADER, OFFSETS
+from exugear.monotone import monotone_cubic
 from fem.gear import require
 from fem.units import um
 
@@ -60,26 +61,28 @@ def _over_penetration(deflection: np.ndarray, force: np.ndarray, centroid: np.nd
     contact = int(np.flatnonzero(force == 0)[-1])
     start, largest = deflection[contact], deflection[-1] - deflection[contact]
     penetration, force = deflection[contact + 1 :] - start, force[contact + 1 :]
-    u, k = (penetration / largest) ** 0.25, force / penetration
-    secant = PchipInterpolator(np.r_[0, u], np.r_[k[0], k])
-    values, slopes = over(secant)
-    middle = PchipInterpolator(np.r_[0, u], np.r_[centroid[contact + 1], centroid[contact + 1 :]])(U)
-    return start, largest, values, slopes / PENETRATIONS, secant(U) + 0.25 * U * secant(U, 1), middle
+    k = force / penetration
+    u, k = np.r_[0, (penetration / largest) ** 0.25], np.r_[k[0], k]
+    secant, slope = monotone_cubic(u, k, U)
+    values, slopes = over(u, k, secant, slope)
+    middle, _ = monotone_cubic(u, np.r_[centroid[contact + 1], centroid[contact + 1 :]], U)
+    return start, largest, values, slopes / PENETRATIONS, secant + 0.25 * U * slope, middle
 
 
-def _stiffness(secant: PchipInterpolator) -> tuple[np.ndarray, np.ndarray]:
+def _stiffness(u, k, secant, slope) -> tuple[np.ndarray, np.ndarray]:
     """Secant stiffness and its slope over u."""
-    return secant(U), secant(U, 1)
+    return secant, slope
 
 
-def _potential(secant: PchipInterpolator) -> tuple[np.ndarray, np.ndarray]:
+def _potential(u, k, secant, slope) -> tuple[np.ndarray, np.ndarray]:
     """w = U / penetration^2 and its slope over u, with U the work of the force: w = 4 / u^8 integral of k u^7."""
     nodes, weights = np.polynomial.legendre.leggauss(8)
     half = 0.5 / PENETRATIONS
     at = (U[:-1] + half)[:, None] + half * nodes
-    work = 4 * np.cumsum((secant(at) * at**7) @ weights * half)
-    w = np.r_[secant(0.0) / 2, work / U[1:] ** 8]
-    return w, np.r_[0.0, 4 * (secant(U) - 2 * w)[1:] / U[1:]]
+    stiffness = monotone_cubic(u, k, at.ravel())[0].reshape(at.shape)
+    work = 4 * np.cumsum((stiffness * at**7) @ weights * half)
+    w = np.r_[secant[0] / 2, work / U[1:] ** 8]
+    return w, np.r_[0.0, 4 * (secant - 2 * w)[1:] / U[1:]]
 
 
 def _periodic(phase: np.ndarray, values: np.ndarray, uniform: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -50,6 +50,7 @@ FLOORS = {
     "fem": 6.5,
     "exugear.law": 6.6,
     "exugear.loaded": 6.6,
+    "exugear.monotone": 6.7,
     "exugear.table": 6.8,
     "exugear.force": 7,
     "exugear.friction": 7,

@@ -27,22 +27,22 @@ def helical_pair() -> fem.GearPair:
 PAIRS = {"spur": SPUR, "helical": helical_pair(), "ring": exugear.RingPair(paper_gear(z=57), -120, a=-84 * mm)}
 
 
-def law_of(width: float = 20 * mm, k: float = K, **options) -> exugear.MeshForce:
+def law_of(width: float = 20 * mm, k: float = K, tilts=None, **options) -> exugear.MeshForce:
     """A foundation of springs across the width, misaligned: F = k mean(max(deflection - misalignment z, 0))."""
     axial = (np.arange(400) + 0.5) / 400 * width - width / 2
     deflection = np.r_[0, np.geomspace(1e-3, 1, 60)] * 40 * um
-    tilt = OFFSETS["misalignment"]
+    tilt = OFFSETS["misalignment"] if tilts is None else tilts
     depth = deflection[None, :] - np.abs(tilt[:, None]) * width / 2
     pressed = np.maximum(depth[..., None] - (tilt[:, None] * axial)[:, None, :], 0)
     force = k * pressed.mean(axis=-1)
     weight = np.maximum(pressed.sum(axis=-1), 1e-30)
     centroid = np.where(force > 0, (pressed * axial).sum(axis=-1) / weight, -np.sign(tilt)[:, None] * width / 2)
-    full = (
-        np.broadcast_to(force[None, :, None], (3, 5, 1, force.shape[1])),
-        np.broadcast_to(depth[None, :, None], (3, 5, 1, 61)),
+    depth, force, centroid = (
+        np.broadcast_to(x[None, :, None], (3, tilt.size, 1, 61)) for x in (depth, force, centroid)
     )
-    place = np.broadcast_to(centroid[None, :, None], full[0].shape)
-    return exugear.MeshForce([0.0], full[1], full[0], centroid=place, offsets=OFFSETS, **options)
+    return exugear.MeshForce(
+        [0.0], depth, force, centroid=centroid, offsets=OFFSETS | {"misalignment": tilt}, **options
+    )
 
 
 def attitudes(pair, seed: int, tilt: float = 0.05):
@@ -160,6 +160,15 @@ def test_law_with_offsets_meets_its_places_and_the_springs_between():
     plain = law.at(a=SPUR.a, misalignment=7e-5)
     assert plain(0.1, lead) == pytest.approx(law(0.1, lead, a=SPUR.a, misalignment=7e-5), rel=1e-6)
     assert law.deflection_at(0.1, K * lead, a=SPUR.a, misalignment=7e-5) == pytest.approx(lead, rel=2e-4)
+
+
+def test_force_stays_positive_between_places_far_apart():
+    """Springs across the width at misalignments that differ by several times what the deflection closes."""
+    law = law_of(tilts=np.array([0, 1, 3, 6]) * 1e-4)
+    for tilt in np.linspace(0, 6e-4, 37):
+        unloaded = law.at(a=SPUR.a, misalignment=tilt).unloaded(0.0)[0]
+        force = law(0.0, unloaded + np.geomspace(1e-9, 30 * um, 40), a=SPUR.a, misalignment=tilt)
+        assert (np.diff(force) > 0).all() and force[0] > 0
 
 
 def test_offsets_beyond_the_map_are_refused():
