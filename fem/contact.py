@@ -1,6 +1,7 @@
 """Frictionless unilateral contact of strips: compliance of all cells together, active set."""
 
 from dataclasses import dataclass
+from itertools import product
 from math import cos, log
 
 import numpy as np
@@ -144,43 +145,21 @@ def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Complian
     tilts       (2, n, m) of the direction of contact against the normals of pinion and wheel [rad]; none: 0
     """
     n, m = arcs.shape[1:]
-    total = np.zeros((n, m, n, m))
-    groups = [
-        slice(i, i + c)
-        for i, c in zip(*np.unique(cells.number, return_index=True, return_counts=True)[1:], strict=True)
-    ]
+    normal, along = np.zeros((2, n * m, n * m))
+    numbers, first, count = np.unique(cells.number, return_index=True, return_counts=True)
+    groups = [(k, slice(i * m, (i + c) * m)) for k, i, c in zip(numbers.tolist(), first, count, strict=True)]
+    tilts = np.zeros(arcs.shape) if tilts is None else tilts
     for side, body in enumerate((pinion, wheel)):
         shift = side * cells.meeting.axial
-        weights = across_weights(body, cells.low - shift, cells.high - shift), *along_weights(body, arcs[side])
-        tilt = (np.zeros((n, m)) if tilts is None else tilts[side])[:, :, None, None]
-        for i, here in enumerate(groups):
-            for there in groups[: i + 1]:
-                ahead = int(cells.number[here.start] - cells.number[there.start]) * (-1) ** side
-                block = _between(body.ahead(ahead), *weights, here, there)
-                if tilt[here].any():
-                    block -= tilt[here] * _between(body.slide_ahead(ahead), *weights, here, there)
-                if tilt[there].any():
-                    turned = tilt[there] * _between(body.slide_ahead(-ahead), *weights, there, here)
-                    block -= turned.transpose(2, 3, 0, 1)
-                total[here, :, there] += block
-    for i, here in enumerate(groups):
-        for there in groups[:i]:
-            total[there, :, here] = total[here, :, there].transpose(2, 3, 0, 1)
-    return total
-
-
-def _between(block, across, along, first, here, there) -> np.ndarray:
-    """(n_here, m, n_there, m) part of a body's block that lies between cells here and cells there."""
-    sliced = np.tensordot(np.tensordot(across[:, here], block, (0, 0)), across[:, there], (2, 0))
-    near = np.arange(along.shape[1])
-    rows, columns = first[here][:, None] + near, first[there][:, None] + near
-    n_here, n_there = len(rows), len(columns)
-    p, q = np.arange(n_here)[:, None, None, None], np.arange(n_there)[None, None, :, None]
-    local = sliced[p, rows[:, :, None, None], columns[None, None], q]
-    local = local.transpose(2, 0, 1, 3).reshape(n_there, -1, near.size)
-    half = np.matmul(local, along[there]).reshape(n_there, n_here, near.size, -1)
-    half = half.transpose(1, 2, 0, 3).reshape(n_here, near.size, -1)
-    return np.matmul(along[here].transpose(0, 2, 1), half).reshape(n_here, -1, n_there, along.shape[2])
+        across = across_weights(body, cells.low - shift, cells.high - shift)
+        weights = (across[:, None, :, None] * along_weights(body, arcs[side])).reshape(-1, n * m)
+        tilted = weights * tilts[side].ravel()
+        for (k, here), (j, there) in product(groups, repeat=2):
+            ahead = (k - j) * (-1) ** side
+            normal[here, there] += weights[:, here].T @ (body.ahead(ahead) @ weights[:, there])
+            if tilted[:, here].any():
+                along[here, there] += tilted[:, here].T @ (body.slide_ahead(ahead) @ weights[:, there])
+    return (normal - along - along.T).reshape(n, m, n, m)
 
 
 def across_weights(body: Compliance, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -200,16 +179,11 @@ def _hat_areas(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
     return areas
 
 
-def along_weights(body: Compliance, arcs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values (n, k, m) at places arcs (n, m) of the k hats along the profile near them, number (n,) of the first."""
+def along_weights(body: Compliance, arcs: np.ndarray) -> np.ndarray:
+    """(n_hat, n, m) values at places arcs (n, m) of the hats along the profile."""
     left, share = _hats_at(body.arcs, arcs)
-    k = int((left.max(axis=1) - left.min(axis=1)).max()) + 2
-    first = np.minimum(left.min(axis=1), body.arcs.size - k)
-    weights = np.zeros((arcs.shape[0], k, arcs.shape[1]))
-    row, column = np.indices(arcs.shape)
-    weights[row, left - first[:, None], column] = 1 - share
-    weights[row, left - first[:, None] + 1, column] = share
-    return weights, first
+    tops = np.arange(body.arcs.size)[:, None, None]
+    return np.where(tops == left, 1 - share, 0.0) + np.where(tops == left + 1, share, 0.0)
 
 
 def _hats_at(tops: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -18,7 +18,7 @@ from fem.gear import GearPair
 
 SAMPLES = 41
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
-SECANTS = 12
+NEWTONS = 7
 #: Gap of flanks that cannot touch [m].
 FAR = 1.0
 #: Rolls shorter than this share of that at the tip count as that long: at the base circle there is no curvature.
@@ -41,7 +41,7 @@ class Meeting:
     axial: float
     phase: float
 
-    @property
+    @cached_property
     def alpha(self) -> float:
         """Working transverse pressure angle [rad]."""
         return acos((self.pair.pinion.r_b + self.pair.wheel.r_b) / self.a)
@@ -133,39 +133,48 @@ class Cells:
         across = self.meeting.a * sin(self.meeting.alpha)
         return np.where(self.own_is_pinion, pinion, across - pinion)[:, None] + self.te / 2
 
-    @property
+    @cached_property
     def mate_nominal(self) -> np.ndarray:
         """(n, 1) roll lengths of the mate on the line of action [m]; they overlap by te."""
         return self.meeting.a * sin(self.meeting.alpha) - self.nominal + self.te
+
+    def _arm(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Own's points at roll (n, m) as the mate's centre sees them (x, y) [m], mate's roll length [m], its lever.
+
+        The lever is that of the normal about the mate over its base radius.
+        """
+        a, (r_own, r_mate) = self.meeting.a, self.radii
+        beta = -self.meeting.alpha - (roll - self.nominal) / r_own
+        n_x, n_y = -np.sin(beta), np.cos(beta)
+        x, y = a - r_own * n_y - roll * n_x, r_own * n_x - roll * n_y
+        mate_roll = np.sqrt(np.maximum(x**2 + y**2 - r_mate**2, 0.0))
+        return x, y, mate_roll, np.maximum((a * n_y - r_own) / r_mate, LEAST_LEVER)
 
     def against(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Transverse gap [m], mate's roll length [m], lever of the normal about the mate over its base radius.
 
         roll        (n, m) roll lengths of own [m]
         """
-        a, alpha, (r_own, r_mate) = self.meeting.a, self.meeting.alpha, self.radii
-        beta = -alpha - (roll - self.nominal) / r_own
-        n_x, n_y = -np.sin(beta), np.cos(beta)
-        arm_x, arm_y = a - r_own * n_y - roll * n_x, r_own * n_x - roll * n_y
-        mate_roll = np.sqrt(np.maximum(arm_x**2 + arm_y**2 - r_mate**2, 0.0))
-        turn = np.arctan2(arm_y, arm_x) - np.arctan2(mate_roll, r_mate) + alpha
-        lever = np.maximum((arm_x * n_y - arm_y * n_x) / r_mate, LEAST_LEVER)
+        r_mate, (x, y, mate_roll, lever) = self.radii[1], self._arm(roll)
+        turn = np.arctan2(y, x) - np.arctan2(mate_roll, r_mate) + self.meeting.alpha
         return lever * (r_mate * turn + mate_roll - self.mate_nominal), mate_roll, lever
 
-    @property
+    @cached_property
     def mate_tip(self) -> np.ndarray:
         """(n, 1) roll lengths of the mate at its tip [m]."""
         return self._mate("roll_tip")[:, None]
 
     @cached_property
+    def beyond_tip(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n, 1) whether own's root form, and own's tip, are beyond the mate's tip."""
+        form, tip = (self._arm(self._own(name)[:, None])[2] > self.mate_tip for name in ("roll_form", "roll_tip"))
+        return form, tip
+
+    @property
     def apart(self) -> np.ndarray:
         """(n, 1) whether all of own's flank is beyond the mate's tip, so that the two cannot touch."""
-        form, tip = (self._own(name)[:, None] for name in ("roll_form", "roll_tip"))
-        return (self.beyond_tip(form) > 0) & (self.beyond_tip(tip) > 0)
-
-    def beyond_tip(self, roll: np.ndarray) -> np.ndarray:
-        """Roll length of the mate beyond its tip at own's roll (n, m) [m]."""
-        return self.against(roll)[1] - self.mate_tip
+        form, tip = self.beyond_tip
+        return form & tip
 
     @cached_property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
@@ -174,16 +183,13 @@ class Cells:
         Flanks that cannot touch have their whole length.
         """
         low, high = self._own("roll_form")[:, None], self._own("roll_tip")[:, None]
-        one, other, f_one, f_other = low, high, self.beyond_tip(low), self.beyond_tip(high)
-        ends = (f_one > 0) & ~self.apart
-        for _ in range(SECANTS):
-            slope = np.where(f_one == f_other, 1.0, f_one - f_other)
-            new = np.where(ends, other + f_other * (other - one) / slope, low)
-            f_new = self.beyond_tip(new)
-            across = f_new * f_other < 0
-            one, f_one = np.where(across, other, one), np.where(across, f_other, f_one / 2)
-            other, f_other = new, f_new
-        return np.where(ends, other, low), high
+        form, tip = self.beyond_tip
+        roll, (r_own, r_mate) = np.clip(self.nominal, low, high), self.radii
+        for _ in range(NEWTONS):
+            *_, mate_roll, lever = self._arm(roll)
+            square = roll**2 + (mate_roll**2 - self.mate_tip**2) * r_own / (lever * r_mate)
+            roll = np.sqrt(np.clip(square, low**2, high**2))
+        return np.where(form & ~tip, roll, low), high
 
     def gap(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normal gap [m], mate's roll length [m] and normal approach per transmission error at own's roll (n, m)."""

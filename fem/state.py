@@ -1,6 +1,6 @@
 """Contact of a pair at one phase and place: what may touch, and what does under a load."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, cos, sqrt
 
@@ -137,12 +137,11 @@ class Encounter:
         Half-planes apart.
         """
         step = OVERLAP * self.meeting.pair.pinion.m_n
-        rest, overlapping = (self.coupled(te) for te in (0.0, step))
+        rest, overlapping = (self.coupled(cells) for cells in (self.whole, replace(self.whole, te=step)))
         return rest, (overlapping - rest) / step
 
-    def coupled(self, te: float) -> np.ndarray:
-        """(n, n) compliance between the whole slices under a transmission error te [m], half-planes apart [m/N]."""
-        cells = self.sliced(dict.fromkeys(self.meeting.numbers(), self.face), self.slices, te)
+    def coupled(self, cells: Cells) -> np.ndarray:
+        """(n, n) compliance between cells where they are closest, half-planes apart [m/N]."""
         arcs = cells.arcs(cells.closest, np.minimum(cells.foot(cells.closest), cells.mate_tip))
         return coupling(cells, arcs, self.pinion, self.wheel)[:, 0, :, 0]
 
