@@ -275,6 +275,11 @@ class Cells:
         gap, _, per_error = self.gap(self.closest)
         return gap[:, 0], per_error[:, 0]
 
+    @property
+    def touching(self) -> np.ndarray:
+        """(2, n, 1) arc lengths on pinion and wheel where the two are closest [m]."""
+        return self.arcs(self.closest, np.minimum(self.foot(self.closest), self.mate_tip))
+
     @cached_property
     def radius(self) -> np.ndarray:
         """(n,) relative transverse radius of curvature where the flanks are closest [m]."""

@@ -137,13 +137,9 @@ class Encounter:
         Half-planes apart.
         """
         step = OVERLAP * self.meeting.pair.pinion.m_n
-        rest, overlapping = (self.coupled(cells) for cells in (self.whole, replace(self.whole, te=step)))
+        arcs = np.concatenate([cells.touching for cells in (self.whole, replace(self.whole, te=step))], axis=2)
+        rest, overlapping = np.einsum("pmqm->mpq", coupling(self.whole, arcs, self.pinion, self.wheel))
         return rest, (overlapping - rest) / step
-
-    def coupled(self, cells: Cells) -> np.ndarray:
-        """(n, n) compliance between cells where they are closest, half-planes apart [m/N]."""
-        arcs = cells.arcs(cells.closest, np.minimum(cells.foot(cells.closest), cells.mate_tip))
-        return coupling(cells, arcs, self.pinion, self.wheel)[:, 0, :, 0]
 
     def gaps(self, cells: Cells, misalignment) -> tuple[np.ndarray, np.ndarray]:
         """Normal gap [m] and approach per transmission error where the flanks of cells are closest, each (n,)."""
