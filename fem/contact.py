@@ -207,7 +207,6 @@ def assemble(cells: Cells, strips: Strips, pinion: Compliance, wheel: Compliance
     factor, constant = (x[:, None, None] for x in half_planes(cells, pinion, wheel))
     local = factor * (BETWEEN_STRIPS - np.log(strips.width)[:, None, None]) + constant
     gap = strips.gap + (cos(cells.meeting.pair.beta_b) * misalignment * cells.middle)[:, None]
-    arcs = np.where(cells.own_is_pinion[:, None], *strips.arcs)
-    centre = cells.closest**2 / (2 * cells.radii[0])
-    expected = np.abs(arcs - centre) <= np.maximum(half_width, strips.width)[:, None]
+    rise = cos(cells.meeting.pair.beta_b) * half_width**2 / (2 * cells.radius)
+    expected = strips.gap <= strips.gap.min(axis=1, keepdims=True) + rise[:, None]
     return Contact(local, smooth, gap, strips.approach, expected)

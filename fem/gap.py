@@ -18,7 +18,8 @@ from fem.gear import GearPair
 
 SAMPLES = 41
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
-NEWTONS = 7
+#: Newton steps to the mate's tip corner; the last one is shorter than this share of the roll at the tip.
+NEWTONS, SHORT = 12, 1e-8
 #: Gap of flanks that cannot touch [m].
 FAR = 1.0
 #: Rolls shorter than this share of that at the tip count as that long: at the base circle there is no curvature.
@@ -165,16 +166,10 @@ class Cells:
         return self._mate("roll_tip")[:, None]
 
     @cached_property
-    def beyond_tip(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 1) whether own's root form, and own's tip, are beyond the mate's tip."""
-        form, tip = (self._arm(self._own(name)[:, None])[2] > self.mate_tip for name in ("roll_form", "roll_tip"))
-        return form, tip
-
-    @property
     def apart(self) -> np.ndarray:
         """(n, 1) whether all of own's flank is beyond the mate's tip, so that the two cannot touch."""
-        form, tip = self.beyond_tip
-        return form & tip
+        form, tip = (self._arm(self._own(name)[:, None])[2] for name in ("roll_form", "roll_tip"))
+        return np.minimum(form, tip) > self.mate_tip
 
     @cached_property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
@@ -183,13 +178,14 @@ class Cells:
         Flanks that cannot touch have their whole length.
         """
         low, high = self._own("roll_form")[:, None], self._own("roll_tip")[:, None]
-        form, tip = self.beyond_tip
         roll, (r_own, r_mate) = np.clip(self.nominal, low, high), self.radii
         for _ in range(NEWTONS):
             *_, mate_roll, lever = self._arm(roll)
             square = roll**2 + (mate_roll**2 - self.mate_tip**2) * r_own / (lever * r_mate)
-            roll = np.sqrt(np.clip(square, low**2, high**2))
-        return np.where(form & ~tip, roll, low), high
+            last, roll = roll, np.sqrt(np.clip(square, low**2, high**2))
+            if (np.abs(roll - last) < SHORT * high).all():
+                break
+        return np.where(self.apart, low, roll), high
 
     def gap(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normal gap [m], mate's roll length [m] and normal approach per transmission error at own's roll (n, m)."""
