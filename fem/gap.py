@@ -197,19 +197,17 @@ class Cells:
 
     def deviation(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
         """(n, m) normal gap by material removed from both flanks [m], mean over slices along the line of contact."""
-        pair, added = self.meeting.pair, 0 * roll
         if not self.modified:
-            return added
-        pinion_roll = np.where(self.own_is_pinion[:, None], roll, mate_roll)
-        wheel_roll = np.where(self.own_is_pinion[:, None], mate_roll, roll)
-        for point, weight in zip(GAUSS_POINTS, GAUSS_WEIGHTS / 2, strict=True):
-            ahead = ((self.high - self.low) / 2 * point)[:, None]
-            axial, shift = self.middle[:, None] + ahead, ahead * tan(pair.beta_b)
-            added = added + weight * sum(self._removed(pinion_roll + shift, wheel_roll - shift, axial))
-        return cos(pair.beta_b) * added
+            return 0 * roll
+        beta_b, own_is_pinion = self.meeting.pair.beta_b, self.own_is_pinion[:, None]
+        ahead = (GAUSS_POINTS[:, None] * (self.high - self.low) / 2)[..., None]
+        axial, shift = self.middle[:, None] + ahead, ahead * tan(beta_b)
+        pinion_roll, wheel_roll = np.where(own_is_pinion, [roll, mate_roll], [mate_roll, roll])
+        one, other = self._removed(pinion_roll + shift, wheel_roll - shift, axial)
+        return cos(beta_b) * np.tensordot(GAUSS_WEIGHTS / 2, one + other, 1)
 
     def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray):
-        """(n, m) material removed from pinion, and from wheel, in the transverse section [m]."""
+        """(..., n, m) material removed from pinion, and from wheel, in the transverse section [m]."""
         pinion, wheel, tooth = self.meeting.pair.pinion, self.meeting.pair.wheel, self.number[:, None]
         one = removed(pinion.drive_flank, pinion.face, pinion_roll, axial, tooth=tooth)
         other = removed(wheel.drive_flank, wheel.face, wheel_roll, axial - self.meeting.axial, tooth=-tooth)
