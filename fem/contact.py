@@ -159,7 +159,7 @@ def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Complian
     tilts       (2, n, m) of the direction of contact against the normals of pinion and wheel [rad]; none: 0
     """
     n, m = arcs.shape[1:]
-    normal, along = np.zeros((2, n * m, n * m))
+    total = np.zeros((n * m, n * m))
     numbers, first, count = np.unique(cells.number, return_index=True, return_counts=True)
     groups = [(k, slice(i * m, (i + c) * m)) for k, i, c in zip(numbers.tolist(), first, count, strict=True)]
     tilts = np.zeros(arcs.shape) if tilts is None else tilts
@@ -167,13 +167,14 @@ def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Complian
         shift = side * cells.meeting.axial
         across = across_weights(body, cells.low - shift, cells.high - shift)
         weights = (across.repeat(m, axis=1)[:, None] * along_weights(body, arcs[side])).reshape(-1, n * m)
-        tilted = weights * tilts[side].ravel()
+        tilted = weights * 2 * tilts[side].ravel()
         for (k, here), (j, there) in product(groups, repeat=2):
             ahead = (k - j) * (-1) ** side
-            normal[here, there] += weights[:, here].T @ (body.ahead(ahead) @ weights[:, there])
+            moved = weights[:, here].T @ body.ahead(ahead)
             if tilted[:, here].any():
-                along[here, there] += tilted[:, here].T @ (body.slide_ahead(ahead) @ weights[:, there])
-    return (normal - along - along.T).reshape(n, m, n, m)
+                moved -= tilted[:, here].T @ body.slide_ahead(ahead)
+            total[here, there] += moved @ weights[:, there]
+    return ((total + total.T) / 2).reshape(n, m, n, m)
 
 
 def across_weights(body: Compliance, low: np.ndarray, high: np.ndarray) -> np.ndarray:
