@@ -50,12 +50,14 @@ class Compliance:
         return 0.5 if self.axial[0] == 0 else 1.0
 
     def ahead(self, teeth: int) -> np.ndarray:
-        """(n_axial, n_hat, n_axial, n_hat) displacement into a tooth so many teeth ahead of the loaded one [m/N]."""
-        return self.blocks[teeth] if teeth >= 0 else self.blocks[-teeth].transpose(2, 3, 0, 1)
+        """(n_axial n_hat, n_axial n_hat) displacement into a tooth so many teeth ahead of the loaded one [m/N]."""
+        block = self.blocks[abs(teeth)].reshape(self.axial.size * self.arcs.size, -1)
+        return block if teeth >= 0 else block.T
 
     def slide_ahead(self, teeth: int) -> np.ndarray:
         """Likewise along the profile; as far behind as was computed, there it hardly depends on the tooth."""
-        return self.slide[max(0, teeth + self.slide.shape[0] - self.blocks.shape[0])]
+        found = self.slide[max(0, teeth + self.slide.shape[0] - self.blocks.shape[0])]
+        return found.reshape(self.axial.size * self.arcs.size, -1)
 
 
 def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> Compliance:

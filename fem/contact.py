@@ -1,6 +1,8 @@
 """Frictionless unilateral contact of strips: compliance of all cells together, active set."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
 from math import cos, log
 
 import numpy as np
@@ -40,26 +42,34 @@ class Contact:
     approach: np.ndarray
     expected: np.ndarray
 
+    @cached_property
+    def pressed(self) -> np.ndarray:
+        """(n, m, 2 + NODES) displacements that transmission error, gap and smooth compliance ask of the strips."""
+        shapes = np.broadcast_to(SHAPES.T, (*self.gap.shape, NODES))
+        return np.concatenate([self.approach[..., None], self.gap[..., None], shapes], axis=2)
+
     def displacement(self, f: np.ndarray) -> np.ndarray:
         """(n, m) normal displacement of the strips under their forces f (n, m) [m]."""
-        smooth = np.einsum("piqj,qj->pi", self.smooth, f @ SHAPES.T)
-        return np.einsum("nst,nt->ns", self.local, f) + smooth @ SHAPES
+        n = len(f)
+        smooth = self.smooth.reshape(n * NODES, -1) @ (f @ SHAPES.T).ravel()
+        return (self.local @ f[..., None])[..., 0] + smooth.reshape(n, NODES) @ SHAPES
 
     def solve(self, force: float) -> tuple[float, np.ndarray]:
         """Transmission error [m] and strip forces (n, m) [N] with sum(approach f) = force (primal-dual active set).
 
         Raises RuntimeError where no active set settles.
         """
-        active = self.expected
+        active, moved = self.expected, self._moved(self.expected)
         for _ in range(ACTIVE_SETS):
-            delta, f = self._with_active(active, force)
+            delta, f = self._coupled(moved, force)
             slack = self.displacement(f) + self.gap - self.approach * delta
             wanted = np.where(active, f > 0, slack < 0)
             if (wanted == active).all():
                 return delta, f
-            active = wanted
-            if not active.any():
-                active[np.unravel_index(np.argmin(slack), slack.shape)] = True
+            if not wanted.any():
+                wanted[np.unravel_index(np.argmin(slack), slack.shape)] = True
+            changed = (wanted != active).any(axis=1)
+            active, moved[changed] = wanted, self._moved(wanted, changed)
         return self._one_by_one(np.maximum(f, 0.0), force)
 
     def _one_by_one(self, f: np.ndarray, force: float) -> tuple[float, np.ndarray]:
@@ -84,24 +94,29 @@ class Contact:
         raise RuntimeError("contact did not settle; try a neighbouring phase or a finer density")
 
     def _with_active(self, active: np.ndarray, force: float) -> tuple[float, np.ndarray]:
-        """Transmission error and forces where only the active strips touch: cells one by one, then their coupling."""
-        n, m = active.shape
-        both = active[:, :, None] & active[:, None, :]
-        local = np.where(both, self.local, 0.0)
-        local[:, np.arange(m), np.arange(m)] += ~active
-        pressed = np.concatenate([self.approach[..., None], self.gap[..., None], np.tile(SHAPES.T, (n, 1, 1))], axis=2)
-        pressed *= active[..., None]
-        moved = np.linalg.solve(local, pressed)
-        condensed = np.einsum("nsa,nsb->nab", pressed, moved)
-        smooth = self.smooth.reshape(n * NODES, -1)
-        coupled = np.matmul(condensed[:, 2:, 2:], self.smooth.reshape(n, NODES, -1)).reshape(n * NODES, -1)
-        carried = np.linalg.solve(np.eye(n * NODES) + coupled, condensed[:, 2:, :2].reshape(-1, 2))
-        reaction = smooth @ carried
-        total = condensed[:, :2, :2].sum(axis=0) - condensed[:, 2:, :2].reshape(-1, 2).T @ reaction
-        delta = (force + total[0, 1]) / total[0, 0]
-        levels = (reaction @ [delta, -1.0]).reshape(n, NODES)
-        f = moved[..., 0] * delta - moved[..., 1] - np.einsum("nsk,nk->ns", moved[..., 2:], levels)
-        return float(delta), np.where(active, f, 0.0)
+        """Transmission error and forces where only the active strips touch."""
+        return self._coupled(self._moved(active), force)
+
+    def _moved(self, active: np.ndarray, cells=slice(None)) -> np.ndarray:
+        """(n, m, 2 + NODES) forces on the active strips that press them as `pressed` says, some cells by themselves."""
+        active = active[cells]
+        local = np.where(active[:, :, None] & active[:, None, :], self.local[cells], 0.0)
+        each = np.arange(active.shape[1])
+        local[:, each, each] += ~active
+        return np.linalg.solve(local, self.pressed[cells] * active[..., None])
+
+    def _coupled(self, moved: np.ndarray, force: float) -> tuple[float, np.ndarray]:
+        """Transmission error and forces out of those of the cells by themselves."""
+        n = len(moved)
+        condensed = self.pressed.transpose(0, 2, 1) @ moved
+        free, smooth = condensed[:, 2:, :2].reshape(-1, 2), self.smooth.reshape(n * NODES, -1)
+        coupled = (condensed[:, 2:, 2:] @ smooth.reshape(n, NODES, -1)).reshape(n * NODES, -1)
+        coupled.flat[:: n * NODES + 1] += 1.0
+        reaction = smooth @ np.linalg.solve(coupled, free)
+        total = condensed[:, :2, :2].sum(axis=0) - free.T @ reaction
+        delta = float((force + total[0, 1]) / total[0, 0])
+        levels = (reaction @ [delta, -1.0]).reshape(n, NODES, 1)
+        return delta, (moved[..., :2] @ [delta, -1.0]) - (moved[..., 2:] @ levels)[..., 0]
 
 
 @dataclass(frozen=True)
@@ -144,78 +159,39 @@ def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Complian
     tilts       (2, n, m) of the direction of contact against the normals of pinion and wheel [rad]; none: 0
     """
     n, m = arcs.shape[1:]
-    total = np.zeros((n, m, n, m))
-    groups = [
-        slice(i, i + c)
-        for i, c in zip(*np.unique(cells.number, return_index=True, return_counts=True)[1:], strict=True)
-    ]
+    total = np.zeros((n * m, n * m))
+    numbers, first, count = np.unique(cells.number, return_index=True, return_counts=True)
+    groups = [(k, slice(i * m, (i + c) * m)) for k, i, c in zip(numbers.tolist(), first, count, strict=True)]
+    tilts = np.zeros(arcs.shape) if tilts is None else tilts
     for side, body in enumerate((pinion, wheel)):
         shift = side * cells.meeting.axial
-        weights = across_weights(body, cells.low - shift, cells.high - shift), *along_weights(body, arcs[side])
-        tilt = (np.zeros((n, m)) if tilts is None else tilts[side])[:, :, None, None]
-        for i, here in enumerate(groups):
-            for there in groups[: i + 1]:
-                ahead = int(cells.number[here.start] - cells.number[there.start]) * (-1) ** side
-                block = _between(body.ahead(ahead), *weights, here, there)
-                if tilt[here].any():
-                    block -= tilt[here] * _between(body.slide_ahead(ahead), *weights, here, there)
-                if tilt[there].any():
-                    turned = tilt[there] * _between(body.slide_ahead(-ahead), *weights, there, here)
-                    block -= turned.transpose(2, 3, 0, 1)
-                total[here, :, there] += block
-    for i, here in enumerate(groups):
-        for there in groups[:i]:
-            total[there, :, here] = total[here, :, there].transpose(2, 3, 0, 1)
-    return total
-
-
-def _between(block, across, along, first, here, there) -> np.ndarray:
-    """(n_here, m, n_there, m) part of a body's block that lies between cells here and cells there."""
-    sliced = np.tensordot(np.tensordot(across[:, here], block, (0, 0)), across[:, there], (2, 0))
-    near = np.arange(along.shape[1])
-    rows, columns = first[here][:, None] + near, first[there][:, None] + near
-    n_here, n_there = len(rows), len(columns)
-    p, q = np.arange(n_here)[:, None, None, None], np.arange(n_there)[None, None, :, None]
-    local = sliced[p, rows[:, :, None, None], columns[None, None], q]
-    local = local.transpose(2, 0, 1, 3).reshape(n_there, -1, near.size)
-    half = np.matmul(local, along[there]).reshape(n_there, n_here, near.size, -1)
-    half = half.transpose(1, 2, 0, 3).reshape(n_here, near.size, -1)
-    return np.matmul(along[here].transpose(0, 2, 1), half).reshape(n_here, -1, n_there, along.shape[2])
+        across = across_weights(body, cells.low - shift, cells.high - shift)
+        weights = (across.repeat(m, axis=1)[:, None] * along_weights(body, arcs[side])).reshape(-1, n * m)
+        tilted = weights * 2 * tilts[side].ravel()
+        for (k, here), (j, there) in product(groups, repeat=2):
+            ahead = (k - j) * (-1) ** side
+            moved = weights[:, here].T @ body.ahead(ahead)
+            if tilted[:, here].any():
+                moved -= tilted[:, here].T @ body.slide_ahead(ahead)
+            total[here, there] += moved @ weights[:, there]
+    return ((total + total.T) / 2).reshape(n, m, n, m)
 
 
 def across_weights(body: Compliance, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """(n_axial, n) mean values of the hats across the width over the slices between low and high (n,) [m]."""
-    return (_hat_areas(body.axial, high) - _hat_areas(body.axial, low)) / (high - low)
+    kinks = body.axial[1:-1, None]
+    below, above = (np.stack([at, at**2 / 2, *np.maximum(at - kinks, 0) ** 2 / 2]) for at in (low, high))
+    return np.linalg.solve(_lines(body.axial, body.axial), (above - below) / (high - low))
 
 
-def _hat_areas(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """(n_hat, n) integrals of the hats up to the places at (n,) [m]."""
-    left, share = _hats_at(tops, at)
-    size = np.diff(tops)
-    rising, falling = np.append(0.0, size) / 2, np.append(size, 0.0) / 2
-    areas = np.where(np.arange(tops.size)[:, None] < left, (rising + falling)[:, None], 0.0)
-    each = np.arange(at.size)
-    areas[left, each] = rising[left] + size[left] * (share - share**2 / 2)
-    areas[left + 1, each] = size[left] * share**2 / 2
-    return areas
+def along_weights(body: Compliance, arcs: np.ndarray) -> np.ndarray:
+    """(n_hat, n m) values at places arcs (n, m) of the hats along the profile; straight on beyond the ends."""
+    return np.linalg.solve(_lines(body.arcs, body.arcs), _lines(body.arcs, arcs.ravel()))
 
 
-def along_weights(body: Compliance, arcs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values (n, k, m) at places arcs (n, m) of the k hats along the profile near them, number (n,) of the first."""
-    left, share = _hats_at(body.arcs, arcs)
-    k = int((left.max(axis=1) - left.min(axis=1)).max()) + 2
-    first = np.minimum(left.min(axis=1), body.arcs.size - k)
-    weights = np.zeros((arcs.shape[0], k, arcs.shape[1]))
-    row, column = np.indices(arcs.shape)
-    weights[row, left - first[:, None], column] = 1 - share
-    weights[row, left - first[:, None] + 1, column] = share
-    return weights, first
-
-
-def _hats_at(tops: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Number of the hat left of each place, and the share of the one right of it; straight on beyond the ends."""
-    left = np.clip(np.searchsorted(tops, at) - 1, 0, tops.size - 2)
-    return left, (at - tops[left]) / (tops[left + 1] - tops[left])
+def _lines(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(n_hat, n) values at places at (n,) of lines with kinks that span the hats with given tops."""
+    return np.stack([np.ones_like(at), at, *np.maximum(at - tops[1:-1, None], 0)])
 
 
 def half_planes(cells: Cells, pinion: Compliance, wheel: Compliance) -> tuple[np.ndarray, np.ndarray]:
@@ -232,7 +208,6 @@ def assemble(cells: Cells, strips: Strips, pinion: Compliance, wheel: Compliance
     factor, constant = (x[:, None, None] for x in half_planes(cells, pinion, wheel))
     local = factor * (BETWEEN_STRIPS - np.log(strips.width)[:, None, None]) + constant
     gap = strips.gap + (cos(cells.meeting.pair.beta_b) * misalignment * cells.middle)[:, None]
-    arcs = np.where(cells.own_is_pinion[:, None], *strips.arcs)
-    centre = cells.closest**2 / (2 * cells.radii[0])
-    expected = np.abs(arcs - centre) <= np.maximum(half_width, strips.width)[:, None]
+    rise = cos(cells.meeting.pair.beta_b) * half_width**2 / (2 * cells.radius)
+    expected = strips.gap <= strips.gap.min(axis=1, keepdims=True) + rise[:, None]
     return Contact(local, smooth, gap, strips.approach, expected)

@@ -131,27 +131,27 @@ class Gear:
         """Modifications of the right flanks."""
         return self.flank.right if isinstance(self.flank, Sides) else self.flank
 
-    @property
+    @cached_property
     def m_t(self) -> float:
         """Transverse module [m]."""
         return self.m_n / cos(self.beta)
 
-    @property
+    @cached_property
     def alpha_t(self) -> float:
         """Transverse pressure angle [rad]."""
         return atan(tan(self.alpha_n) / cos(self.beta))
 
-    @property
+    @cached_property
     def beta_b(self) -> float:
         """Base helix angle [rad]."""
         return asin(sin(self.beta) * cos(self.alpha_n))
 
-    @property
+    @cached_property
     def r(self) -> float:
         """Reference radius [m]."""
         return self.z * self.m_t / 2
 
-    @property
+    @cached_property
     def r_b(self) -> float:
         """Base radius [m]."""
         return self.r * cos(self.alpha_t)
@@ -166,12 +166,12 @@ class Gear:
         """Root radius [m]."""
         return self.d_f / 2
 
-    @property
+    @cached_property
     def p_bt(self) -> float:
         """Transverse base pitch [m]."""
         return 2 * pi * self.r_b / self.z
 
-    @property
+    @cached_property
     def s_t(self) -> float:
         """Transverse tooth thickness on the reference circle [m]."""
         return self.s_n / cos(self.beta)
@@ -181,7 +181,7 @@ class Gear:
         """Depth of the generating rack's tip below the reference circle [m]."""
         return self.r - self.r_f
 
-    @property
+    @cached_property
     def psi_b(self) -> float:
         """Half angle of the tooth at the base circle [rad]."""
         return self.s_t / (2 * self.r) + involute(self.alpha_t)
@@ -198,7 +198,7 @@ class Gear:
         """Whether the generating rack cuts the involute off above the base circle."""
         return isinstance(self.root, Trochoid) and self.root.undercuts
 
-    @property
+    @cached_property
     def roll_tip(self) -> float:
         """Roll length (radius of curvature) at the tip [m]."""
         return sqrt(self.r_a**2 - self.r_b**2)

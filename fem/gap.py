@@ -18,7 +18,8 @@ from fem.gear import GearPair
 
 SAMPLES = 41
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
-SECANTS = 12
+#: Newton steps to the mate's tip corner; the last one is shorter than this share of the roll at the tip.
+NEWTONS, SHORT = 12, 1e-8
 #: Gap of flanks that cannot touch [m].
 FAR = 1.0
 #: Rolls shorter than this share of that at the tip count as that long: at the base circle there is no curvature.
@@ -41,7 +42,7 @@ class Meeting:
     axial: float
     phase: float
 
-    @property
+    @cached_property
     def alpha(self) -> float:
         """Working transverse pressure angle [rad]."""
         return acos((self.pair.pinion.r_b + self.pair.wheel.r_b) / self.a)
@@ -133,26 +134,33 @@ class Cells:
         across = self.meeting.a * sin(self.meeting.alpha)
         return np.where(self.own_is_pinion, pinion, across - pinion)[:, None] + self.te / 2
 
-    @property
+    @cached_property
     def mate_nominal(self) -> np.ndarray:
         """(n, 1) roll lengths of the mate on the line of action [m]; they overlap by te."""
         return self.meeting.a * sin(self.meeting.alpha) - self.nominal + self.te
+
+    def _arm(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Own's points at roll (n, m) as the mate's centre sees them (x, y) [m], mate's roll length [m], its lever.
+
+        The lever is that of the normal about the mate over its base radius.
+        """
+        a, (r_own, r_mate) = self.meeting.a, self.radii
+        beta = -self.meeting.alpha - (roll - self.nominal) / r_own
+        n_x, n_y = -np.sin(beta), np.cos(beta)
+        x, y = a - r_own * n_y - roll * n_x, r_own * n_x - roll * n_y
+        mate_roll = np.sqrt(np.maximum(x**2 + y**2 - r_mate**2, 0.0))
+        return x, y, mate_roll, np.maximum((a * n_y - r_own) / r_mate, LEAST_LEVER)
 
     def against(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Transverse gap [m], mate's roll length [m], lever of the normal about the mate over its base radius.
 
         roll        (n, m) roll lengths of own [m]
         """
-        a, alpha, (r_own, r_mate) = self.meeting.a, self.meeting.alpha, self.radii
-        beta = -alpha - (roll - self.nominal) / r_own
-        n_x, n_y = -np.sin(beta), np.cos(beta)
-        arm_x, arm_y = a - r_own * n_y - roll * n_x, r_own * n_x - roll * n_y
-        mate_roll = np.sqrt(np.maximum(arm_x**2 + arm_y**2 - r_mate**2, 0.0))
-        turn = np.arctan2(arm_y, arm_x) - np.arctan2(mate_roll, r_mate) + alpha
-        lever = np.maximum((arm_x * n_y - arm_y * n_x) / r_mate, LEAST_LEVER)
+        r_mate, (x, y, mate_roll, lever) = self.radii[1], self._arm(roll)
+        turn = np.arctan2(y, x) - np.arctan2(mate_roll, r_mate) + self.meeting.alpha
         return lever * (r_mate * turn + mate_roll - self.mate_nominal), mate_roll, lever
 
-    @property
+    @cached_property
     def mate_tip(self) -> np.ndarray:
         """(n, 1) roll lengths of the mate at its tip [m]."""
         return self._mate("roll_tip")[:, None]
@@ -160,12 +168,8 @@ class Cells:
     @cached_property
     def apart(self) -> np.ndarray:
         """(n, 1) whether all of own's flank is beyond the mate's tip, so that the two cannot touch."""
-        form, tip = (self._own(name)[:, None] for name in ("roll_form", "roll_tip"))
-        return (self.beyond_tip(form) > 0) & (self.beyond_tip(tip) > 0)
-
-    def beyond_tip(self, roll: np.ndarray) -> np.ndarray:
-        """Roll length of the mate beyond its tip at own's roll (n, m) [m]."""
-        return self.against(roll)[1] - self.mate_tip
+        form, tip = (self._arm(self._own(name)[:, None])[2] for name in ("roll_form", "roll_tip"))
+        return np.minimum(form, tip) > self.mate_tip
 
     @cached_property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
@@ -174,16 +178,14 @@ class Cells:
         Flanks that cannot touch have their whole length.
         """
         low, high = self._own("roll_form")[:, None], self._own("roll_tip")[:, None]
-        one, other, f_one, f_other = low, high, self.beyond_tip(low), self.beyond_tip(high)
-        ends = (f_one > 0) & ~self.apart
-        for _ in range(SECANTS):
-            slope = np.where(f_one == f_other, 1.0, f_one - f_other)
-            new = np.where(ends, other + f_other * (other - one) / slope, low)
-            f_new = self.beyond_tip(new)
-            across = f_new * f_other < 0
-            one, f_one = np.where(across, other, one), np.where(across, f_other, f_one / 2)
-            other, f_other = new, f_new
-        return np.where(ends, other, low), high
+        roll, (r_own, r_mate) = np.clip(self.nominal, low, high), self.radii
+        for _ in range(NEWTONS):
+            *_, mate_roll, lever = self._arm(roll)
+            square = roll**2 + (mate_roll**2 - self.mate_tip**2) * r_own / (lever * r_mate)
+            last, roll = roll, np.sqrt(np.clip(square, low**2, high**2))
+            if (np.abs(roll - last) < SHORT * high).all():
+                break
+        return np.where(self.apart, low, roll), high
 
     def gap(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Normal gap [m], mate's roll length [m] and normal approach per transmission error at own's roll (n, m)."""
@@ -195,19 +197,17 @@ class Cells:
 
     def deviation(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
         """(n, m) normal gap by material removed from both flanks [m], mean over slices along the line of contact."""
-        pair, added = self.meeting.pair, 0 * roll
         if not self.modified:
-            return added
-        pinion_roll = np.where(self.own_is_pinion[:, None], roll, mate_roll)
-        wheel_roll = np.where(self.own_is_pinion[:, None], mate_roll, roll)
-        for point, weight in zip(GAUSS_POINTS, GAUSS_WEIGHTS / 2, strict=True):
-            ahead = ((self.high - self.low) / 2 * point)[:, None]
-            axial, shift = self.middle[:, None] + ahead, ahead * tan(pair.beta_b)
-            added = added + weight * sum(self._removed(pinion_roll + shift, wheel_roll - shift, axial))
-        return cos(pair.beta_b) * added
+            return 0 * roll
+        beta_b, own_is_pinion = self.meeting.pair.beta_b, self.own_is_pinion[:, None]
+        ahead = (GAUSS_POINTS[:, None] * (self.high - self.low) / 2)[..., None]
+        axial, shift = self.middle[:, None] + ahead, ahead * tan(beta_b)
+        pinion_roll, wheel_roll = np.where(own_is_pinion, [roll, mate_roll], [mate_roll, roll])
+        one, other = self._removed(pinion_roll + shift, wheel_roll - shift, axial)
+        return cos(beta_b) * np.tensordot(GAUSS_WEIGHTS / 2, one + other, 1)
 
     def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray):
-        """(n, m) material removed from pinion, and from wheel, in the transverse section [m]."""
+        """(..., n, m) material removed from pinion, and from wheel, in the transverse section [m]."""
         pinion, wheel, tooth = self.meeting.pair.pinion, self.meeting.pair.wheel, self.number[:, None]
         one = removed(pinion.drive_flank, pinion.face, pinion_roll, axial, tooth=tooth)
         other = removed(wheel.drive_flank, wheel.face, wheel_roll, axial - self.meeting.axial, tooth=-tooth)
@@ -268,6 +268,11 @@ class Cells:
         """Normal gap, aligned [m], and approach per transmission error where the flanks are closest, each (n,)."""
         gap, _, per_error = self.gap(self.closest)
         return gap[:, 0], per_error[:, 0]
+
+    @property
+    def touching(self) -> np.ndarray:
+        """(2, n, 1) arc lengths on pinion and wheel where the two are closest [m]."""
+        return self.arcs(self.closest, np.minimum(self.foot(self.closest), self.mate_tip))
 
     @cached_property
     def radius(self) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Contact of a pair at one phase and place: what may touch, and what does under a load."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, cos, sqrt
 
@@ -137,14 +137,9 @@ class Encounter:
         Half-planes apart.
         """
         step = OVERLAP * self.meeting.pair.pinion.m_n
-        rest, overlapping = (self.coupled(te) for te in (0.0, step))
+        arcs = np.concatenate([cells.touching for cells in (self.whole, replace(self.whole, te=step))], axis=2)
+        rest, overlapping = np.einsum("pmqm->mpq", coupling(self.whole, arcs, self.pinion, self.wheel))
         return rest, (overlapping - rest) / step
-
-    def coupled(self, te: float) -> np.ndarray:
-        """(n, n) compliance between the whole slices under a transmission error te [m], half-planes apart [m/N]."""
-        cells = self.sliced(dict.fromkeys(self.meeting.numbers(), self.face), self.slices, te)
-        arcs = cells.arcs(cells.closest, np.minimum(cells.foot(cells.closest), cells.mate_tip))
-        return coupling(cells, arcs, self.pinion, self.wheel)[:, 0, :, 0]
 
     def gaps(self, cells: Cells, misalignment) -> tuple[np.ndarray, np.ndarray]:
         """Normal gap [m] and approach per transmission error where the flanks of cells are closest, each (n,)."""

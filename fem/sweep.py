@@ -3,12 +3,12 @@
 from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 from itertools import product
 from math import floor
 
 import numpy as np
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 from tqdm import tqdm
 
 from fem.compliance import Compliance, flank_compliance
@@ -112,7 +112,7 @@ def _column(bodies, slices: int, resolved: bool, forces: np.ndarray, values: dic
     misalignment = angles[0] + in_plane_of_action(meeting.alpha, *angles[1:])
     force, angle = (x.ravel() for x in np.broadcast_arrays(forces[:, None, None, None], misalignment[None]))
     states = np.empty(force.size, object)
-    with threadpool_limits(1):
+    with _threads().limit(limits=1):
         loaded = force > 0
         if not resolved and loaded.any():
             states[loaded] = encounter.slice_states(force[loaded], angle[loaded])
@@ -120,6 +120,12 @@ def _column(bodies, slices: int, resolved: bool, forces: np.ndarray, values: dic
             if states[i] is None:
                 states[i] = encounter.state(float(force[i]), float(angle[i]))
     return kept(states).reshape(forces.shape + misalignment.shape)
+
+
+@cache
+def _threads() -> ThreadpoolController:
+    """The thread pools of this process, which take long to find."""
+    return ThreadpoolController()
 
 
 def kept(states: np.ndarray) -> np.ndarray:

@@ -94,3 +94,20 @@ def test_loaded_teeth_touch_nearer_to_both_tips():
             cells = Cells(Meeting(paper_pair(), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), at)
             rolls.append(np.stack([cells.closest, cells.foot(cells.closest)]))
         assert rolls[1] - rolls[0] == pytest.approx(te / 2 + 0 * rolls[0], rel=1e-3)
+
+
+@pytest.mark.parametrize(("z", "x", "beta"), [((12, 150), 0.5, 0.0), ((14, 90), 0.2, 30 * deg), ((57, 57), 0.0, 0.0)])
+def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
+    data = {"m_n": 2 * mm, "b": 20 * mm, "d_bore": 10 * mm, "x": x}
+    pair = fem.GearPair(fem.Gear(z=z[0], beta=beta, **data), fem.Gear(z=z[1], beta=-beta, **data))
+    for phase in (0.0, 0.3, 0.7):
+        meeting = Meeting(pair, pair.a, 0.0, phase)
+        number, low = (at.ravel() for at in np.meshgrid(meeting.numbers(), np.linspace(-10, 9, 20) * mm))
+        cells = Cells(meeting, number, low, low + 1 * mm, te=20 * um)
+        start, meet = cells.limits[0], ~cells.apart
+        beyond = cells.against(start)[1] - cells.mate_tip
+        form = np.where(cells.own_is_pinion, pair.pinion.roll_form, pair.wheel.roll_form)[:, None]
+        cut = meet & (start > form * (1 + 1e-12))
+        assert cut.any()
+        assert beyond[cut] == pytest.approx(0, abs=1e-12 * pair.a)
+        assert (beyond[meet] <= 1e-12 * pair.a).all()

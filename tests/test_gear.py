@@ -1,5 +1,6 @@
 """Macro-geometry against closed forms and published numbers; impossible gears are refused with a remedy."""
 
+import pickle
 from dataclasses import replace
 from math import asin, atan, cos, nan, pi, sin, tan
 
@@ -213,3 +214,12 @@ def test_materials_are_checked():
         fem.Material(E=210)
     with pytest.raises(ValueError, match="nu"):
         fem.Material(nu=0.5)
+
+
+def test_what_a_gear_has_computed_is_no_part_of_what_it_is():
+    used, fresh = paper_gear(), paper_gear()
+    assert used.face.roll_tip == used.roll_tip
+    assert (used, hash(used), repr(used)) == (fresh, hash(fresh), repr(fresh))
+    assert pickle.loads(pickle.dumps(used)) == fresh
+    larger = {"d_a": 155 * mm, "b": 20 * mm}
+    assert replace(used, **larger).roll_tip == paper_gear(**larger).roll_tip > used.roll_tip
