@@ -13,6 +13,8 @@ STABLE = sqrt(6)
 BETA, TRAPEZOIDAL_BETA, GAMMA = 1 / 12, 1 / 4, 1 / 2
 #: omega_mesh h and 1 / steps per mesh cycle at tolerance 1e-3; half of it was measured (tests/test_run.py, slow).
 ANGLE_AT_1E3, CYCLE_SHARE_AT_1E3 = 0.55, 1 / 15
+#: The same with bodies on bearings, whose modes are damped less.
+ANGLE_ON_BEARINGS_AT_1E3 = 0.45
 #: omega h of the trapezoidal rule at tolerance 1e-3, from 1.8 % of the windowed rms at 0.18.
 TRAPEZOIDAL_ANGLE_AT_1E3 = 0.18 * sqrt(1e-3 / 0.018)
 #: Share of the stability limit taken where the stiffness is that of one state: teeth may become twice as stiff.
@@ -35,17 +37,20 @@ class Rule:
         return fourth if self.beta == BETA else "trapezoidal rule (second order, always stable), index 2: stiff scene"
 
 
-def rule(omega_mesh: float, largest: float, tolerance: float = 1e-3, mesh_frequency: float = 0.0) -> Rule:
+def rule(
+    omega_mesh: float, largest: float, tolerance: float = 1e-3, mesh_frequency: float = 0.0, angle: float = ANGLE_AT_1E3
+) -> Rule:
     """The rule with the larger step for a tolerance of the windowed rms of the DTE.
 
     omega_mesh       highest eigenfrequency of interest [rad/s]
     largest          step up to which the fourth-order rule is stable [s]
     mesh_frequency   highest of the run [Hz]
+    angle            omega_mesh h that reaches a tolerance of 1e-3
     """
     require_within("tolerance", tolerance, 1e-9, 0.1, remedy="(relative error of the rms: 1e-3)")
     finer = (tolerance / 1e-3) ** 0.25
     cycle = CYCLE_SHARE_AT_1E3 * finer / mesh_frequency if mesh_frequency > 0 else 1.0
-    wanted = min(ANGLE_AT_1E3 * finer / omega_mesh, cycle)
+    wanted = min(angle * finer / omega_mesh, cycle)
     second = TRAPEZOIDAL_ANGLE_AT_1E3 * finer**2 / omega_mesh
     second = min(second, second * cycle * omega_mesh / ANGLE_AT_1E3 / finer)
     return Rule(BETA, min(wanted, largest)) if min(wanted, largest) >= second else Rule(TRAPEZOIDAL_BETA, second)

@@ -9,7 +9,7 @@ import numpy as np
 from exugear.axes import Coordinates, stage_law
 from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
-from exugear.integrator import BOUND_MARGIN, STABLE, Rule, rule
+from exugear.integrator import ANGLE_AT_1E3, ANGLE_ON_BEARINGS_AT_1E3, BOUND_MARGIN, STABLE, Rule, rule
 from exugear.shaft import Shaft
 from exugear.stage import Stage
 
@@ -58,7 +58,9 @@ class Plan:
 
     def rule(self, tolerance: float = 1e-3, mesh_frequency: float = 0.0) -> Rule:
         """Integrator and step for a tolerance of the windowed rms of the DTE up to a mesh frequency [Hz]."""
-        return rule(self.omega_mesh, BOUND_MARGIN * self.largest_step, tolerance, mesh_frequency)
+        elastic = any(kind.on_bearings for kind in self.shafts.values())
+        angle = ANGLE_ON_BEARINGS_AT_1E3 if elastic else ANGLE_AT_1E3
+        return rule(self.omega_mesh, BOUND_MARGIN * self.largest_step, tolerance, mesh_frequency, angle)
 
     def step(self, tolerance: float = 1e-3, mesh_frequency: float = 0.0) -> float:
         """Step [s] of that rule."""
