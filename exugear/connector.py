@@ -9,7 +9,7 @@ import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.force import MeshForce, beyond_map
-from exugear.kernels import KINDS, PLANAR, SPATIAL, SPIN, kernel_of
+from exugear.kernels import PLANAR, SPATIAL, SPIN, kernel_of
 from exugear.kinematics import reference_line, rotational_frame, spatial_frame
 from exugear.native import native
 from exugear.recorder import Recorder
@@ -72,9 +72,9 @@ def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.ndarr
 def add_forces(mbs, name: str, items, kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorder) -> int:
     """What a kernel gives as ObjectGenericODE2 on the nodes of its bodies; called without Python where that works."""
     function, jacobian = user_functions(kernel, law, frame, recorder)
-    addresses = law.ctypes.data, frame.ctypes.data, recorder.header.ctypes.data
-    function = native(function, kernel, addresses, sum(KINDS[kind_of(mbs, item)][0] for item in items))
     nodes = [node_of(mbs, item) for item in items]
+    addresses = law.ctypes.data, frame.ctypes.data, recorder.header.ctypes.data
+    function = native(function, kernel, addresses, sum(len(mbs.GetNode(n)["referenceCoordinates"]) for n in nodes))
     item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=jacobian)
     item.visualization["show"] = False
     return mbs.AddObject(item)
