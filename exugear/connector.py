@@ -75,7 +75,9 @@ def add_forces(mbs, name: str, items, kernel, law: np.ndarray, frame: np.ndarray
     nodes = [node_of(mbs, item) for item in items]
     addresses = law.ctypes.data, frame.ctypes.data, recorder.header.ctypes.data
     function = native(function, kernel, addresses, sum(len(mbs.GetNode(n)["referenceCoordinates"]) for n in nodes))
-    item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=jacobian)
+    item = eii.ObjectGenericODE2(
+        name=name, nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=jacobian
+    )
     item.visualization["show"] = False
     return mbs.AddObject(item)
 

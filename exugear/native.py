@@ -1,4 +1,4 @@
-"""Whether Exudyn may call compiled kernels without Python: tried once in a process of its own, kept in the cache folder.
+"""Whether Exudyn may call compiled kernels without Python: tried once in a process of its own, and kept on disk.
 
 EXUGEAR_PORTABLE=1 in the environment says no.
 """
@@ -10,6 +10,7 @@ import sys
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from zlib import crc32
 
 import exudyn as exu
 import numpy as np
@@ -17,7 +18,16 @@ import numpy as np
 from exugear import trampoline
 from fem.cache import cached
 
-PATIENCE = 120
+#: For the trial [s], which takes three.
+PATIENCE = 60
+SCRIPT = """
+import sys, types
+sys.exudynFast = {fast}
+sys.modules["exugear"] = types.ModuleType("exugear")
+sys.modules["exugear"].__path__ = [{folder!r}]
+from exugear.trial import trial
+trial()
+"""
 PACKAGES = "exudyn", "numba", "llvmlite", "numpy"
 
 
@@ -47,14 +57,15 @@ def _works() -> bool:
 def _circumstances() -> str:
     """All that the answer may depend on."""
     packages = [f"{name} {version(name)}" for name in PACKAGES]
-    source = Path(trampoline.__file__).read_text(encoding="utf-8")
-    return "\n".join(["native", sys.version, exu.Help.__module__, *platform.libc_ver(), *packages, source])
+    sources = [Path(trampoline.__file__).with_name(name) for name in ("trampoline.py", "trial.py")]
+    source = str(crc32(b"".join(path.read_bytes() for path in sources)))
+    system = sys.version, *platform.libc_ver(), os.environ.get("LD_PRELOAD", "")
+    return "\n".join(["native", source, exu.Help.__module__, *packages, *system])
 
 
 def _tried() -> bool:
-    """Whether `trampoline` as a script ends well."""
-    fast = exu.Help.__module__.endswith("fast")
-    script = f"import runpy, sys; sys.exudynFast = {fast}; runpy.run_path({trampoline.__file__!r}, run_name='__main__')"
+    """Whether `exugear.trial` ends well, in a package without what exugear imports."""
     surroundings = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONWARNINGS": "ignore"}
-    command = [sys.executable, "-P", "-c", script]
+    fast, folder = exu.Help.__module__.endswith("fast"), str(Path(trampoline.__file__).parent)
+    command = [sys.executable, "-P", "-c", SCRIPT.format(fast=fast, folder=folder)]
     return not subprocess.run(command, env=surroundings, capture_output=True, timeout=PATIENCE).returncode

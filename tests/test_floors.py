@@ -72,6 +72,7 @@ FLOORS = {
     "exugear.kernels": 8.5,
     "exugear.sliding": 8.6,
     "exugear.trampoline": 8.6,
+    "exugear.trial": 8.7,
     "exugear.native": 8.7,
     "exugear.connector": 9,
     "exugear.sensor": 9.1,
@@ -91,7 +92,7 @@ FLOORS = {
 DOORS_TO_FEM = {"fem.units", "fem.cache", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"}
 EXUDYN = (
     *("bodies", "connector", "equilibrium", "friction_connector", "graphics"),
-    *("integrator", "model", "native", "plan", "run", "seats", "sensor", "trampoline"),
+    *("integrator", "model", "native", "plan", "run", "seats", "sensor", "trampoline", "trial"),
 )
 FENCES = {
     "skfem": {
