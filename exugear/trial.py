@@ -28,7 +28,9 @@ def solved(function, speed: float) -> tuple[list[float], str]:
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
     for node in nodes:
         mbs.AddObject(eii.ObjectRotationalMass1D(inertia=1e-3, nodeNumber=node))
-    mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=nodes, forceUserFunction=function))
+    torques = mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=nodes, forceUserFunction=function))
+    if mbs.GetObject(torques)["forceUserFunction"]["function"] is not function:
+        raise SystemExit("Exudyn does not keep the function that it calls")
     ground = mbs.AddNode(eii.NodePointGround())
     places = [mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0)) for node in (ground, nodes[0])]
     mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=places, stiffness=10.0))
