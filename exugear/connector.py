@@ -11,6 +11,7 @@ from exudyn.misc.extensionRegistry import extends, install
 from exugear.force import MeshForce, beyond_map
 from exugear.kernels import PLANAR, SPATIAL, SPIN, kernel_of
 from exugear.kinematics import reference_line, rotational_frame, spatial_frame
+from exugear.native import native
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
 from fem.gear import GearPair, require
@@ -62,14 +63,23 @@ def CreateGearContact(
 
 def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.ndarray, recorder: Recorder) -> int:
     """The contact as ObjectGenericODE2 on the nodes of its bodies."""
-    contact, jacobian = user_functions(kernel, force.law, frame, recorder)
-    nodes = [node_of(mbs, item) for item in items]
-    item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, forceUserFunction=contact, jacobianUserFunction=jacobian)
-    item.visualization["show"] = False
-    number = mbs.AddObject(item)
+    number = add_forces(mbs, name, items, kernel, force.law, frame, recorder)
     addresses = force.law.ctypes.data, frame.ctypes.data
     mbs.variables[contact_key(number)] = partial(kernel, *addresses)
     return number
+
+
+def add_forces(mbs, name: str, items, kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorder) -> int:
+    """What a kernel gives as ObjectGenericODE2 on the nodes of its bodies; called without Python where that works."""
+    function, jacobian = user_functions(kernel, law, frame, recorder)
+    nodes = [node_of(mbs, item) for item in items]
+    addresses = law.ctypes.data, frame.ctypes.data, recorder.header.ctypes.data
+    function = native(function, kernel, addresses, sum(len(mbs.GetNode(n)["referenceCoordinates"]) for n in nodes))
+    item = eii.ObjectGenericODE2(
+        name=name, nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=jacobian
+    )
+    item.visualization["show"] = False
+    return mbs.AddObject(item)
 
 
 def contact_key(number: int) -> str:

@@ -1,11 +1,10 @@
 """Friction between the teeth in Exudyn: one ObjectGenericODE2 beside that of the contact, on the same nodes."""
 
 import exudyn as exu
-import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.connector import frame_of, kind_of, node_of, user_functions
+from exugear.connector import add_forces, frame_of, kind_of
 from exugear.force import MeshForce
 from exugear.friction import MeshFriction
 from exugear.kernels import SPIN
@@ -49,11 +48,7 @@ def CreateGearFriction(
     require(not (set(kinds) == {SPIN} and force.offsets), fixed)
     frame = frame_of(mbs, itemNumbers, pair, localPositions, phase=phase, direction=direction)
     numbers = np.r_[frame, friction.numbers(pair)]
-    forces, jacobian = user_functions(friction_of(kinds), force.law, numbers, Recorder())
-    nodes = [node_of(mbs, item) for item in itemNumbers]
-    item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, forceUserFunction=forces, jacobianUserFunction=jacobian)
-    item.visualization["show"] = False
-    return mbs.AddObject(item)
+    return add_forces(mbs, name, itemNumbers, friction_of(kinds), force.law, numbers, Recorder())
 
 
 extends(exu.MainSystem, "CreateGearFriction")(CreateGearFriction)

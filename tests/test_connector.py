@@ -24,6 +24,11 @@ def law() -> exugear.MeshForce:
     return exugear.MeshForce.from_ste(smooth_map(), damping=1000.0)
 
 
+@pytest.fixture(params=["", "1"], ids=["native", "portable"])
+def way(request, monkeypatch):
+    monkeypatch.setenv("EXUGEAR_PORTABLE", request.param)
+
+
 @pytest.fixture
 def mbs():
     container = exu.SystemContainer()
@@ -127,6 +132,7 @@ def test_opening_the_centre_distance_loosens_both_flanks():
         assert abs(close) - abs(far) == pytest.approx(K * opening, rel=1e-2)
 
 
+@pytest.mark.usefixtures("way")
 @pytest.mark.parametrize(
     ("ky", "published"),
     [(1e9, (0, 2078.72, 2851.86, 4765.41)), (2e8, (0, 1002.75, 1275.39, 4417.94))],
@@ -158,6 +164,7 @@ def test_modes_of_a_pair_on_springs_along_the_line_of_action(mbs, ky, published)
     assert found[1:] == pytest.approx(published[1:], rel=1e-4)
 
 
+@pytest.mark.usefixtures("way")
 def test_a_model_built_by_hand_transmits_the_load(mbs, law):
     ground, bodies = mbs.CreateGround(), []
     for x in (0, PAIR.a):
@@ -185,6 +192,7 @@ def test_a_model_built_by_hand_transmits_the_load(mbs, law):
     assert recorder.deflection[1] == pytest.approx(law.deflection_at(0.0, 150 / PAIR.wheel.r_b), rel=1e-6)
 
 
+@pytest.mark.usefixtures("way")
 def test_settings_of_exudyn_serve_after_many_turns(mbs, law):
     """1e4 rad: Exudyn's own differences would move the pinion by 70 um on the line of action."""
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
@@ -219,6 +227,7 @@ def test_jacobian_is_that_of_the_law(law):
     assert contact(None, 0.0, 0, q, [0.0, 0.0]) == pytest.approx(-law(0.0, lead) * row)
 
 
+@pytest.mark.usefixtures("way")
 def test_recorder_keeps_the_converged_values(mbs, law):
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
     bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]
@@ -240,6 +249,7 @@ def test_recorder_keeps_the_converged_values(mbs, law):
     assert np.abs(recorder.deflection - lead).max() < 1e-6 * np.ptp(lead)
 
 
+@pytest.mark.usefixtures("way")
 def test_leaving_the_map_stops_the_solver_and_says_so(mbs, law):
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
     bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]

@@ -72,6 +72,9 @@ FLOORS = {
     "exugear.recorder": 8,
     "exugear.kernels": 8.5,
     "exugear.sliding": 8.6,
+    "exugear.trampoline": 8.6,
+    "exugear.trial": 8.7,
+    "exugear.native": 8.7,
     "exugear.connector": 9,
     "exugear.sensor": 9.1,
     "exugear.axes": 9.2,
@@ -87,10 +90,10 @@ FLOORS = {
     "exugear": 13,
 }
 #: `fem.profile` is the outline that `exugear.graphics` draws.
-DOORS_TO_FEM = {"fem.units", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"}
+DOORS_TO_FEM = {"fem.units", "fem.cache", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"}
 EXUDYN = (
     *("bodies", "connector", "equilibrium", "friction_connector", "graphics"),
-    *("integrator", "model", "plan", "run", "seats", "sensor"),
+    *("integrator", "model", "native", "plan", "run", "seats", "sensor", "trampoline", "trial"),
 )
 FENCES = {
     "skfem": {

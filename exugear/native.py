@@ -1,0 +1,71 @@
+"""Whether Exudyn may call compiled kernels without Python: tried once in a process of its own, and kept on disk.
+
+EXUGEAR_PORTABLE=1 in the environment says no.
+"""
+
+import os
+import platform
+import subprocess
+import sys
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from zlib import crc32
+
+import exudyn as exu
+import numpy as np
+
+from exugear import trampoline
+from fem.cache import cached
+
+#: For the trial [s], which takes three.
+PATIENCE = 60
+SCRIPT = """
+import sys, types
+sys.exudynFast = {fast}
+sys.modules["exugear"] = types.ModuleType("exugear")
+sys.modules["exugear"].__path__ = [{folder!r}]
+from exugear.trial import trial
+trial()
+"""
+PACKAGES = "exudyn", "numba", "llvmlite", "numpy"
+
+
+def native(portable, kernel, addresses: tuple[int, ...], n: int):
+    """A user function as one that Exudyn calls without Python; itself where that has not been seen to work.
+
+    portable            (mbs, t, item, q, q_t) -> forces of n coordinates; raises RuntimeError
+    kernel, addresses   the compiled kernel(*addresses, t, *q, *q_t) that it calls, and the addresses
+    """
+    if os.environ.get("EXUGEAR_PORTABLE", "") not in ("", "0") or not _works():
+        return portable
+    return trampoline.forged(portable, kernel, addresses, n)
+
+
+@cache
+def _works() -> bool:
+    if (sys.platform, platform.machine(), platform.python_implementation()) != ("linux", "x86_64", "CPython"):
+        return False
+    if "python" not in Path(sys.executable).name:
+        return False
+    try:
+        return bool(cached(_circumstances(), lambda: {"works": np.array(_tried())})["works"])
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+
+
+def _circumstances() -> str:
+    """All that the answer may depend on."""
+    packages = [f"{name} {version(name)}" for name in PACKAGES]
+    sources = [Path(trampoline.__file__).with_name(name) for name in ("trampoline.py", "trial.py")]
+    source = str(crc32(b"".join(path.read_bytes() for path in sources)))
+    system = sys.version, *platform.libc_ver(), os.environ.get("LD_PRELOAD", "")
+    return "\n".join(["native", source, exu.Help.__module__, *packages, *system])
+
+
+def _tried() -> bool:
+    """Whether `exugear.trial` ends well, in a package without what exugear imports."""
+    surroundings = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONWARNINGS": "ignore"}
+    fast, folder = exu.Help.__module__.endswith("fast"), str(Path(trampoline.__file__).parent)
+    command = [sys.executable, "-P", "-c", SCRIPT.format(fast=fast, folder=folder)]
+    return not subprocess.run(command, env=surroundings, capture_output=True, timeout=PATIENCE).returncode
