@@ -11,6 +11,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 from scipy.linalg import eigh
 
+from exugear.axes import Coordinates
 from exugear.bodies import SPIN_PLACE, TAKEN, add_body, add_rotor, pose, spin_marker
 from exugear.connector import add_contact, kind_of, node_of
 from exugear.force import MeshForce
@@ -205,15 +206,23 @@ def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
 def _frequencies(model: Model) -> tuple[float, float]:
     """Upper bounds of all eigenfrequencies, and of those that meshes take part in [rad/s].
 
-    Every mesh at its stiffest, constraints ignored.
+    Every mesh at its stiffest, the driving shaft free to turn.
     """
     mass, stiffness = open_system(model)
     stiffness += seats(model)
-    rows = np.array([np.sqrt(mesh.law.stiffness_max) * mesh.row for mesh in model.meshes])
+    free = np.setdiff1d(np.arange(len(mass)), held_by_joints(model))
+    mass, stiffness = mass[np.ix_(free, free)], stiffness[np.ix_(free, free)]
+    rows = np.array([np.sqrt(mesh.law.stiffness_max) * mesh.row[free] for mesh in model.meshes])
     stiffness += rows.T @ rows
     squares, modes = eigh((stiffness + stiffness.T) / 2, mass)
     strained = ((rows @ modes) ** 2).sum(axis=0) > PART * np.maximum(squares, 0)
     return sqrt(squares[-1]), sqrt(squares[strained][-1])
+
+
+def held_by_joints(model: Model) -> np.ndarray:
+    """Places of the coordinates that ideal joints hold."""
+    spins = [model.spins[name] for name, kind in model.plan.shafts.items() if kind is Coordinates.JOINT]
+    return np.array([spin - k for spin in spins for k in range(1, 6)], int)
 
 
 def seats(model: Model, secants: Mapping[str, Mapping[float, float]] | None = None) -> np.ndarray:
