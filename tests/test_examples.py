@@ -15,6 +15,7 @@ ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "examples"))
 import bearings_misalignment  # noqa: E402
 import korta_run_up  # noqa: E402
+import korta_two_laws  # noqa: E402
 import planetary  # noqa: E402
 import two_stage_helical  # noqa: E402
 
@@ -187,3 +188,17 @@ def test_a_sun_held_harder_shares_the_load_worse():
         spread.append(planetary.shares(forces)[0, 0] - 1 / 3)
     assert 0 < spread[0] < spread[1] < spread[2]
     assert spread[0] < 0.01
+
+
+def test_two_laws_stand_on_the_same_map(short):
+    """Slow: all follow the STE at the nominal torque. With the pinion's speed imposed, conserving changes no DTE."""
+    ste, *_ = short
+    static = ste["te"].sel(torque=150).values
+    found = {}
+    two_cycles = {"speed": 20 * np.pi / 57, "duration": 0.2, "load": 150.0, "progress": False}
+    for name, force in korta_two_laws.laws(ste, 150.0, 3600.0).items():
+        model = exugear.build(korta_two_laws.gearbox(ste, force))
+        found[name] = exugear.run_up(model, **two_cycles).data["dte"].values[0]
+        assert found[name].mean() == pytest.approx(static.mean(), rel=5e-3)
+        assert np.ptp(found[name]) == pytest.approx(np.ptp(static), rel=5e-2)
+    assert found["conserving"] == pytest.approx(found["whole map"], rel=1e-3)
