@@ -48,8 +48,11 @@ class Sides:
 
 
 def removed(flank: Flank, face: Face, roll, axial, *, tooth: int | np.ndarray = 0) -> np.ndarray:
-    """Sum of all modifications of a tooth, or of each of several [m], broadcast over roll, axial [m] and teeth."""
-    roll, axial = np.asarray(roll, float), np.asarray(axial, float)
+    """Sum of all modifications of a tooth, or of each of several [m], broadcast over roll, axial [m] and teeth.
+
+    Beyond root form and tip, where there is no flank, as at these ends: a power law goes on to millimetres there.
+    """
+    roll, axial = np.clip(np.asarray(roll, float), face.roll_form, face.roll_tip), np.asarray(axial, float)
     face = face._replace(tooth=tooth)
     return sum((part.removed(face, roll, axial) for part in flank), 0 * roll + 0 * axial)
 
