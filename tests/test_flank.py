@@ -148,3 +148,13 @@ def test_modifications_survive_the_file():
 def test_bad_modifications_are_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_modifications_end_with_the_flank():
+    """Below its root form and above its tip there is nothing to remove or add."""
+    gear = paper_gear()
+    parts = (fem.RootRelief(-8 * um, 0.1 * mm, 2.9), fem.TipRelief(5 * um, 0.2 * mm, 2.0))
+    ends = np.array([gear.roll_form, gear.roll_tip])
+    beyond = flank.removed(parts, gear.face, ends + np.array([-3, 3]) * mm, 0.0)
+    assert beyond == pytest.approx(flank.removed(parts, gear.face, ends, 0.0))
+    assert np.abs(beyond).max() < 10 * um
