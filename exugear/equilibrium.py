@@ -20,7 +20,7 @@ INSTANT = 1e-12
 #: Rounds in which nonlinear bearings find their secant stiffness.
 ROUNDS = 30
 #: What the user functions say.
-SAID = r"(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
+SAID = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
 
 
 def start(model: Model, load: float, speed: float) -> None:
@@ -123,8 +123,6 @@ def explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
             raise KeyboardInterrupt from None
         t = model.mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
-        left = re.search(
-            r"(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+", str(error)
-        )
+        left = re.search(SAID, str(error))
         reason = left.group(0) if left else f"Newton's iteration failed; {remedy}"
         raise RuntimeError(f"{where}: {reason}") from error

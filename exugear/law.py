@@ -50,12 +50,19 @@ def hermite_slope(t, y0, m0, y1, m1):
 
 
 @compiled
-def patched(patch, a, b, t, w):
-    """Bicubic Hermite interpolation of (k, k_phase, k_u, k_phase_u) from the corners at a (phase i) and b (i + 1)."""
+def at_phase(patch, a, b, t):
+    """Values and slopes along u at its lower and upper end, between the corners at a (phase i) and b (i + 1)."""
     low = hermite(t, patch[a], patch[a + 1], patch[b], patch[b + 1])
     low_u = hermite(t, patch[a + 2], patch[a + 3], patch[b + 2], patch[b + 3])
     high = hermite(t, patch[a + 4], patch[a + 5], patch[b + 4], patch[b + 5])
     high_u = hermite(t, patch[a + 6], patch[a + 7], patch[b + 6], patch[b + 7])
+    return low, low_u, high, high_u
+
+
+@compiled
+def patched(patch, a, b, t, w):
+    """Bicubic Hermite interpolation of (k, k_phase, k_u, k_phase_u) from the corners at a (phase i) and b (i + 1)."""
+    low, low_u, high, high_u = at_phase(patch, a, b, t)
     return hermite(w, low, low_u, high, high_u)
 
 
@@ -235,10 +242,7 @@ def conserving(law, phase, deflection):
 @compiled
 def patch_slopes(patch, a, b, t, w):
     """Value of `patched` and its derivatives by t and w."""
-    low = hermite(t, patch[a], patch[a + 1], patch[b], patch[b + 1])
-    low_u = hermite(t, patch[a + 2], patch[a + 3], patch[b + 2], patch[b + 3])
-    high = hermite(t, patch[a + 4], patch[a + 5], patch[b + 4], patch[b + 5])
-    high_u = hermite(t, patch[a + 6], patch[a + 7], patch[b + 6], patch[b + 7])
+    low, low_u, high, high_u = at_phase(patch, a, b, t)
     low_t = hermite_slope(t, patch[a], patch[a + 1], patch[b], patch[b + 1])
     low_ut = hermite_slope(t, patch[a + 2], patch[a + 3], patch[b + 2], patch[b + 3])
     high_t = hermite_slope(t, patch[a + 4], patch[a + 5], patch[b + 4], patch[b + 5])

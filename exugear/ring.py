@@ -1,7 +1,7 @@
 """A pinion in an internal ring gear, as far as kinematics goes (ISO 21771: z, a and r_b of a ring are < 0)."""
 
 from dataclasses import dataclass
-from math import acos, cos, inf, pi, tan
+from math import acos, cos, inf, pi
 
 from fem.gear import Gear, require
 from fem.units import mm
@@ -64,8 +64,3 @@ class RingPair:
         """Sum of the phases of driving and back flank."""
         r_w1 = self.pinion.r_b / cos(self.alpha_wt)
         return (self.pinion.thickness(r_w1) * self.pinion.z / (2 * pi * r_w1)) % 1.0
-
-    @property
-    def roll_pitch(self) -> float:
-        """Roll length of the pinion at the pitch point [m]."""
-        return self.pinion.r_b * tan(self.alpha_wt)

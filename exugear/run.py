@@ -100,14 +100,8 @@ def run_up(
     told = {name: getattr(value, "__name__", str(value)) for name, value in (("speed", speed), ("load", load))}
     inputs = told | {"duration": duration, "tolerance": tolerance, "sample": every * h}
     data = _labelled(model, np.arange(samples + 1) * every * h, speed_of)
-    data.attrs |= {
-        "title": "run-up",
-        **inputs,
-        "step": h,
-        "integrator": str(rule),
-        "plan": str(model.plan),
-        **_inputs(model),
-    }
+    used = {"step": h, "integrator": str(rule), "plan": str(model.plan)}
+    data.attrs |= {"title": "run-up"} | inputs | used | _inputs(model)
     return Run(data, wall_time, h)
 
 
@@ -203,7 +197,7 @@ def _bearing_forces(model: Model) -> dict:
     found: dict[str, np.ndarray] = {}
     for mesh in model.meshes:
         for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
-            if model.plan.shafts[shaft.name].on_bearings and on_bearings(model, mesh):
+            if model.plan.shafts[shaft.name].on_bearings:
                 forces = reactions(shaft, *mesh.recorder.motion(side))
                 found |= {f"{shaft.name} at {axial / mm:g} mm": force.T for axial, force in forces.items()}
     values = np.array(list(found.values()))
