@@ -38,11 +38,11 @@ def mesh_forces(law, phase, deflection, rate, a, misalignment, axial):
         offsets = a[i], misalignment[i], axial[i]
         if deflection[i] >= -0.5 * law[BACKLASH]:
             penetration, static, _, _ = static_force(law, phase[i], deflection[i], *offsets)
-            force[i] = static + damped(law, penetration, rate[i])
+            force[i] = static + damped(law, penetration, static, rate[i], 0.0)
         else:
             mirrored = law[BACK_PHASE] - phase[i], -(deflection[i] + law[BACKLASH])
             penetration, static, _, _ = static_force(law, *mirrored, *offsets)
-            force[i] = -static - damped(law, penetration, -rate[i])
+            force[i] = -static - damped(law, penetration, static, -rate[i], 0.0)
     return force
 
 

@@ -32,6 +32,11 @@ class Rule:
     beta: float
     step: float
 
+    @property
+    def lag(self) -> float:
+        """Its velocities are q_t + lag d2(q_t)/dt2 [s^2], while displacements of the fourth-order rule err by step^4."""
+        return (1 / 6 - self.beta) * self.step**2
+
     def __str__(self) -> str:
         fourth = "Newmark beta = 1/12, gamma = 1/2 (fourth order, conditionally stable), index 2"
         return fourth if self.beta == BETA else "trapezoidal rule (second order, always stable), index 2: stiff scene"

@@ -21,8 +21,10 @@ from exugear.law import BACK_PHASE, BACKLASH, CONSERVES, compiled, conserving, d
 from fem.gear import involute
 
 R_B1, R_B2, TURNS, PHASE, DIRECTION, INV_0, AXIAL_1, AXIAL_2, E_X, E_Y, TAN_BETA_B, HEIGHT = range(12)
-REFERENCE_1, REFERENCE_2 = 12, 18
-FRAME = 24
+#: What the velocities of the integrator lack, as `exugear.law.damped` takes it.
+LAG = 12
+REFERENCE_1, REFERENCE_2 = 13, 19
+FRAME = 25
 
 
 def rotational_frame(pair, phase: float, direction: int) -> np.ndarray:
@@ -114,9 +116,9 @@ def rotational_mesh(law, frame, q_1, q_2, v_1, v_2):
     rate, turning = side * d * (r_1 * v_1 + r_2 * v_2), 0.0
     if law[CONSERVES] != 0.0:
         penetration, force, by_phase = conserving(law, phase, deflection)
-        force, turning = force + damped(law, penetration, rate), side * d * by_phase
+        force, turning = force + damped(law, penetration, force, rate, frame[LAG]), side * d * by_phase
     else:
-        force = flank_force(law, phase, deflection, rate)
+        force = flank_force(law, phase, deflection, rate, frame[LAG])
     force = side * force
     return lead, force, (-d * r_1 * force - frame[TURNS] * turning, -d * r_2 * force)
 
@@ -198,7 +200,7 @@ def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
     penetration, force, centroid, turning = static_force(law, phase, deflection, *offsets)
     contact = (centre_1[0] + r_w * x, centre_1[1] + r_w * y, centre_1[2] + side_d * centroid)
     row_1, row_2 = row_of(pole_1, contact, n, a_1, b_1), row_of(pole_2, contact, n, a_2, b_2)
-    force += damped(law, penetration, dot(row_1, v_1) - dot(row_2, v_2))
+    force += damped(law, penetration, force, dot(row_1, v_1) - dot(row_2, v_2), frame[LAG])
     one, other = scaled(row_1, -force), scaled(row_2, force)
     if turning != 0.0:
         torque, far = (

@@ -116,16 +116,20 @@ def centroid_at(law, block, i, following, t, j, w):
 
 
 @compiled
-def damped(law, penetration, rate):
-    """Damping force [N], which ramps in with the penetration; 0 without contact."""
+def damped(law, penetration, static, rate, lag):
+    """Damping force [N], which ramps in with the penetration; 0 without contact.
+
+    static  static force [N]
+    lag     share by which the rate is too small per stiffness [m/N], by the integrator
+    """
     if penetration <= 0.0:
         return 0.0
     r = min(penetration / law[RAMP], 1.0)
-    return law[DAMPING] * r * r * (3.0 - 2.0 * r) * rate
+    return law[DAMPING] * r * r * (3.0 - 2.0 * r) * rate * (1.0 + lag * static / penetration)
 
 
 @compiled
-def flank_force(law, phase, deflection, rate):
+def flank_force(law, phase, deflection, rate, lag):
     """Force >= 0 but for damping [N] of one flank of a law without offsets; ValueError(deflection, largest) beyond."""
     i, following, t = phase_cell(law, phase)
     unloaded, largest = edge(law, HEADER, i, following, t)
@@ -133,7 +137,8 @@ def flank_force(law, phase, deflection, rate):
     if penetration <= 0.0:
         return 0.0
     j, w = load_cell(law, penetration, largest, unloaded)
-    return secant(law, HEADER, i, following, t, j, w) * penetration + damped(law, penetration, rate)
+    force = secant(law, HEADER, i, following, t, j, w) * penetration
+    return force + damped(law, penetration, force, rate, lag)
 
 
 @compiled

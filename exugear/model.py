@@ -16,11 +16,13 @@ from exugear.bodies import SPIN_PLACE, TAKEN, add_body, add_rotor, pose, spin_ma
 from exugear.connector import add_contact, kind_of, node_of
 from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
+from exugear.integrator import Rule
 from exugear.kernels import SIZES, SPIN, kernel_of
 from exugear.kinematics import (
     E_X,
     E_Y,
     HEIGHT,
+    LAG,
     REFERENCE_1,
     rotational_frame,
     rotational_row,
@@ -49,6 +51,7 @@ class Mesh:
     frame      numbers of its kinematics
     row        (n_coordinates,) deflection = rest + row . coordinates, about the reference configuration
     rest       deflection in the reference configuration [m]: displaced shafts
+    mobility   of the bodies along the line of action, bearings aside and the drive held [1/kg]
     """
 
     stage: Stage
@@ -58,6 +61,7 @@ class Mesh:
     frame: np.ndarray
     row: np.ndarray
     rest: float
+    mobility: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +115,22 @@ def measured(model: Model) -> Model:
     more = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
     meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(more))) for mesh in model.meshes)
     model = replace(model, meshes=meshes)
-    omega, omega_mesh = _frequencies(model)
-    return replace(model, plan=replace(model.plan, omega=omega, omega_mesh=omega_mesh))
+    mass, stiffness = open_system(model)
+    omega, omega_mesh = _frequencies(model, mass, stiffness)
+    meshes = tuple(replace(mesh, mobility=_mobility(model, mesh, mass)) for mesh in meshes)
+    return replace(model, plan=replace(model.plan, omega=omega, omega_mesh=omega_mesh), meshes=meshes)
+
+
+@contextmanager
+def integrated(model: Model, rule: Rule):
+    """The meshes with damping as the true velocities ask for, which the rule's lag behind."""
+    for mesh in model.meshes:
+        mesh.frame[LAG] = rule.lag * mesh.mobility
+    try:
+        yield
+    finally:
+        for mesh in model.meshes:
+            mesh.frame[LAG] = 0.0
 
 
 @contextmanager
@@ -203,13 +221,20 @@ def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
     return np.array(mass), np.array(stiffness)
 
 
-def _frequencies(model: Model) -> tuple[float, float]:
+def _mobility(model: Model, mesh: Mesh, mass: np.ndarray) -> float:
+    """Acceleration along the line of action per mesh force [1/kg], the drive held."""
+    name = model.gearbox.driving.name
+    held = np.append(held_by_joints(model), model.rotors.get(name, model.spins[name]))
+    free = np.setdiff1d(np.arange(len(mass)), held)
+    return float(mesh.row[free] @ np.linalg.solve(mass[np.ix_(free, free)], mesh.row[free]))
+
+
+def _frequencies(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> tuple[float, float]:
     """Upper bounds of all eigenfrequencies, and of those that meshes take part in [rad/s].
 
     Every mesh at its stiffest, the driving shaft free to turn.
     """
-    mass, stiffness = open_system(model)
-    stiffness += seats(model)
+    stiffness = stiffness + seats(model)
     free = np.setdiff1d(np.arange(len(mass)), held_by_joints(model))
     mass, stiffness = mass[np.ix_(free, free)], stiffness[np.ix_(free, free)]
     rows = np.array([np.sqrt(mesh.law.stiffness_max) * mesh.row[free] for mesh in model.meshes])

@@ -14,7 +14,7 @@ from tqdm import tqdm
 from exugear.course import Curve, Line, line
 from exugear.equilibrium import explained, start
 from exugear.integrator import BETA, STABLE, Rule, settings_for
-from exugear.model import Mesh, Model, measured, quiet
+from exugear.model import Mesh, Model, integrated, measured, quiet
 from exugear.seats import reactions
 from fem.gear import require, require_within
 from fem.ste import pair_attributes, save
@@ -94,8 +94,9 @@ def run_up(
         start(model, _finite(load_of(0.0), 0.0), float(speed_of(0.0)))
         for mesh in model.meshes:
             mesh.recorder.start(every * h, samples + 1, motion=on_bearings(model, mesh))
-        began = clock.perf_counter()
-        _integrate(model, settings_for(replace(rule, step=h), h, tolerance), samples * every, speed_of, progress)
+        rule, began = replace(rule, step=h), clock.perf_counter()
+        with integrated(model, rule):
+            _integrate(model, settings_for(rule, h, tolerance), samples * every, speed_of, progress)
         wall_time = clock.perf_counter() - began
     told = {name: getattr(value, "__name__", str(value)) for name, value in (("speed", speed), ("load", load))}
     inputs = told | {"duration": duration, "tolerance": tolerance, "sample": every * h}

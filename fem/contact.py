@@ -48,6 +48,12 @@ class Contact:
         shapes = np.broadcast_to(SHAPES.T, (*self.gap.shape, NODES))
         return np.concatenate([self.approach[..., None], self.gap[..., None], shapes], axis=2)
 
+    @property
+    def nearest(self) -> np.ndarray:
+        """(n, m) 1 at the strip that touches first, else 0."""
+        clear = self.gap / self.approach
+        return (clear == clear.min()).astype(float)
+
     def displacement(self, f: np.ndarray) -> np.ndarray:
         """(n, m) normal displacement of the strips under their forces f (n, m) [m]."""
         n = len(f)
@@ -70,7 +76,7 @@ class Contact:
                 wanted[np.unravel_index(np.argmin(slack), slack.shape)] = True
             changed = (wanted != active).any(axis=1)
             active, moved[changed] = wanted, self._moved(wanted, changed)
-        return self._one_by_one(np.maximum(f, 0.0), force)
+        return self._one_by_one(np.where(f > 0, f, 0.0) if (f > 0).any() else self.nearest, force)
 
     def _one_by_one(self, f: np.ndarray, force: float) -> tuple[float, np.ndarray]:
         """The same where active sets cycle: strips join one at a time, and leave as they run out of force.
@@ -146,11 +152,11 @@ def strips_of(cells: Cells, reach: np.ndarray) -> Strips:
     start, end = np.maximum(low, centre - reach[:, None]), np.minimum(high, centre + reach[:, None])
     width = (end - start) / STRIPS
     roll = np.sqrt(2 * r_own * (start + width * (np.arange(STRIPS) + 0.5)))
-    gap, _, per_error = cells.gap(roll)
-    foot, beside = cells.foot(roll), np.stack([start > low, end < high])[..., 0]
+    gap, foot = cells.clear(roll)
     tilts = cells.tilts(roll, foot, cells.slopes(roll[:, PRESSED]))
-    arcs = cells.arcs(roll, np.minimum(foot, cells.mate_tip))
-    return Strips(arcs, width[:, 0], gap, per_error, tilts, beside)
+    per_error = cells.approach(roll, foot, tilts)
+    arcs, beside = cells.arcs(roll, np.minimum(foot, cells.mate_tip)), np.stack([start > low, end < high])[..., 0]
+    return Strips(arcs, width[:, 0], gap + per_error * cells.te, per_error, cells.by_gear(tilts), beside)
 
 
 def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Compliance, tilts=None) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from fem.deviation import Grid, PitchDeviation
 from fem.modification import (
+    MM,
     EndRelief,
     Face,
     HelixSlope,
@@ -21,6 +22,9 @@ from fem.modification import (
 DESIGNED = (TipRelief, RootRelief, ProfileCrowning, LeadCrowning, HelixSlope, EndRelief)
 KINDS = {kind.__name__: kind for kind in (*DESIGNED, PitchDeviation, Grid)}
 Flank = tuple[Modification, ...]
+#: Added material may rise by this much per length of profile.
+STEEPEST = 0.3
+PLACES = 201
 
 
 def parts_of(flank) -> Flank:
@@ -58,10 +62,23 @@ def removed(flank: Flank, face: Face, roll, axial, *, tooth: int | np.ndarray = 
 
 
 def check(flank: Flank, face: Face) -> None:
-    """ValueError unless all modifications suit the face."""
+    """ValueError unless all modifications suit the face, and leave it a flank."""
     for part in flank:
         if hasattr(part, "check"):
             part.check(face)
+        _check_added(part, face)
+
+
+def _check_added(part: Modification, face: Face) -> None:
+    """Near the base circle profiles are short: a little material added there is a spike."""
+    roll = np.linspace(face.roll_form, face.roll_tip, PLACES)
+    added = -part.removed(face, roll[:, None], np.array([-0.5, 0.0, 0.5]) * face.width)
+    rise = np.abs(np.diff(added, axis=0) / np.diff(roll**2 / (2 * face.r_b))[:, None])
+    steep = np.where(np.maximum(added[1:], added[:-1]) > 0, rise, 0.0).max(axis=1)
+    if steep.max() > STEEPEST:
+        place = roll[np.argmax(steep)] / MM
+        cause = f"{part} adds {steep.max():.2g} m per metre of profile at roll length {place:.3g} mm"
+        raise ValueError(f"{cause}; at most {STEEPEST}: make it longer, or let the flank begin farther out")
 
 
 def _listed(flank: Flank) -> list[dict]:

@@ -152,13 +152,15 @@ class Cells:
         return x, y, mate_roll, np.maximum((a * n_y - r_own) / r_mate, LEAST_LEVER)
 
     def against(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Transverse gap [m], mate's roll length [m], lever of the normal about the mate over its base radius.
+        """How far the mate may turn until it touches, on its base circle [m], where (its roll length [m]), lever.
 
         roll        (n, m) roll lengths of own [m]
+
+        The lever is that of own's normal about the mate over its base radius.
         """
         r_mate, (x, y, mate_roll, lever) = self.radii[1], self._arm(roll)
         turn = np.arctan2(y, x) - np.arctan2(mate_roll, r_mate) + self.meeting.alpha
-        return lever * (r_mate * turn + mate_roll - self.mate_nominal), mate_roll, lever
+        return r_mate * turn + mate_roll - self.mate_nominal, mate_roll, lever
 
     @cached_property
     def mate_tip(self) -> np.ndarray:
@@ -187,13 +189,18 @@ class Cells:
                 break
         return np.where(self.apart, low, roll), high
 
-    def gap(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Normal gap [m], mate's roll length [m] and normal approach per transmission error at own's roll (n, m)."""
-        gap, mate_roll, lever = self.against(roll)
-        inclined = cos(self.meeting.pair.beta_b)
-        per_error = inclined * approach(lever)
-        gap = np.where(self.apart, FAR, inclined * gap + self.deviation(roll, mate_roll) + per_error * self.te)
-        return gap, mate_roll, per_error
+    def clear(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Normal gap under the transmission error te [m] and mate's roll length on own's normal [m], at roll (n, m).
+
+        An involute is as far away on its own normal as it may turn; a corner moves along own's normal by the lever.
+        The mate's roll length lies beyond its tip where its corner is what is nearest.
+        """
+        turn, mate_roll, lever = self.against(roll)
+        foot = mate_roll - turn
+        smooth = foot < self.mate_tip
+        gap = cos(self.meeting.pair.beta_b) * np.where(smooth, 1.0, lever) * turn
+        gap += self.deviation(roll, np.where(smooth, foot, mate_roll))
+        return np.where(self.apart, FAR, gap), foot
 
     def deviation(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
         """(n, m) normal gap by material removed from both flanks [m], mean over slices along the line of contact."""
@@ -213,25 +220,27 @@ class Cells:
         other = removed(wheel.drive_flank, wheel.face, wheel_roll, axial - self.meeting.axial, tooth=-tooth)
         return one, other
 
-    def foot(self, roll: np.ndarray) -> np.ndarray:
-        """(n, m) mate's roll length on its normal through own's at roll (n, m), beyond its tip too [m].
-
-        There lies what touches own under the transmission error te, while the mate's roll length `against` own's is
-        that of a mate turned back until the gap is 0.
-        """
-        gap, mate_roll, lever = self.against(roll)
-        return mate_roll - gap / lever
-
     def tilts(self, roll: np.ndarray, foot: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-        """(2, n, m) turns of the direction of contact from the normals of pinion and wheel, towards their tips [rad].
+        """(2, n, m) turns of the direction of contact from the normals of own and mate, towards their tips [rad].
 
-        The direction is normal to own's flank, also where the mate's corner touches it. slopes as of `slopes`.
+        Where the two are closest the direction is normal to own's flank, also if the mate's corner touches it; beside
+        that place it lies half way between the normals, as far as these go apart from there. slopes as of `slopes`.
         """
+        lean, least = (self._lean(*rolls) for rolls in ((roll, foot), (self.closest, self.clear(self.closest)[1])))
+        own = slopes[:, None] - (lean - least) / 2
+        return cos(self.meeting.pair.beta_b) * np.stack([own, own + lean])
+
+    def _lean(self, roll: np.ndarray, foot: np.ndarray) -> np.ndarray:
+        """(n, m) angle between own's normal at roll and the mate's at foot in the transverse section [rad]."""
         r_own, r_mate = self.radii
-        lean = (roll - self.nominal) / r_own - (foot - self.mate_nominal) / r_mate
-        own = slopes[:, None] + 0 * lean
-        both = cos(self.meeting.pair.beta_b) * np.stack([own, own + lean])
-        return np.where(self.own_is_pinion[:, None], both, both[::-1])
+        return (roll - self.nominal) / r_own - (foot - self.mate_nominal) / r_mate
+
+    def approach(self, roll: np.ndarray, foot: np.ndarray, tilts: np.ndarray) -> np.ndarray:
+        """(n, m) normal approach per transmission error, of which each gear turns one half; tilts as of `tilts`."""
+        r_own, r_mate = self.radii
+        inclined = cos(self.meeting.pair.beta_b)
+        own, mate = tilts / inclined
+        return inclined * (lever(own, roll / r_own) + lever(mate, np.minimum(foot, self.mate_tip) / r_mate)) / 2
 
     def slopes(self, roll: np.ndarray) -> np.ndarray:
         """(n,) change of the material removed from own along the profile, between first and last of rolls (n, m)."""
@@ -258,21 +267,21 @@ class Cells:
         best = nominal
         for _ in range(3):
             roll = np.clip(np.concatenate([roll, best], axis=1), low, high)
-            gap, _, per_error = self.gap(roll)
-            best = np.take_along_axis(roll, np.argmin(gap / per_error, axis=1)[:, None], axis=1)
+            best = np.take_along_axis(roll, np.argmin(self.clear(roll)[0], axis=1)[:, None], axis=1)
             roll, step = best + step * np.linspace(-1, 1, SAMPLES), step * 2 / (SAMPLES - 1)
         return best
 
     @cached_property
     def nearest(self) -> tuple[np.ndarray, np.ndarray]:
         """Normal gap, aligned [m], and approach per transmission error where the flanks are closest, each (n,)."""
-        gap, _, per_error = self.gap(self.closest)
-        return gap[:, 0], per_error[:, 0]
+        gap, foot = self.clear(self.closest)
+        per_error = self.approach(self.closest, foot, self.tilts(self.closest, foot, np.zeros(self.number.size)))
+        return (gap + per_error * self.te)[:, 0], per_error[:, 0]
 
     @property
     def touching(self) -> np.ndarray:
         """(2, n, 1) arc lengths on pinion and wheel where the two are closest [m]."""
-        return self.arcs(self.closest, np.minimum(self.foot(self.closest), self.mate_tip))
+        return self.arcs(self.closest, np.minimum(self.clear(self.closest)[1], self.mate_tip))
 
     @cached_property
     def radius(self) -> np.ndarray:
@@ -285,10 +294,13 @@ class Cells:
     def arcs(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
         """(2, n, m) arc lengths on pinion and wheel at roll lengths of own and mate [m]."""
         r_own, r_mate = self.radii
-        both = np.stack([roll**2 / (2 * r_own), mate_roll**2 / (2 * r_mate)])
+        return self.by_gear(np.stack([roll**2 / (2 * r_own), mate_roll**2 / (2 * r_mate)]))
+
+    def by_gear(self, both: np.ndarray) -> np.ndarray:
+        """(2, n, m) of pinion and wheel out of those of own and mate."""
         return np.where(self.own_is_pinion[:, None], both, both[::-1])
 
 
-def approach(lever: np.ndarray) -> np.ndarray:
-    """Normal approach per transmission error of which each gear turns one half; own's lever is its base radius."""
-    return (1 + lever) / 2
+def lever(tilt: np.ndarray, turned: np.ndarray) -> np.ndarray:
+    """Of a direction about the centre over the base radius; tilt from the normal, turned: roll length over r_b."""
+    return np.cos(tilt) - turned * np.sin(tilt)

@@ -16,8 +16,8 @@ from fem.slices import line_contact
 WINDOW = 1.5
 #: Slices are narrower towards the end faces by this power.
 GRADING = 1.6
-#: Pairs that nearly touch join at once [m].
-NEAR = 1e-9
+#: Pairs that nearly touch join at once [modules].
+NEAR = 4e-7
 #: Share of the face by which the loaded width may still move.
 SETTLED = 0.02
 #: Strips are as wide as for this share of the largest line load where there is less.
@@ -178,12 +178,12 @@ class Encounter:
         Where they do so between stations only, those of the cells with loads (n,) [N].
         """
         gap, per_error = self.gaps(self.stations, misalignment)
-        found = {}
+        near, found = NEAR * self.meeting.pair.pinion.m_n, {}
         for number in np.unique(self.stations.number):
             own, carry = self.stations.number == number, (cells.number == number) & (loads > 0)
             clear, axial = te - (gap / per_error)[own], self.stations.low[own]
-            if clear.max() > -NEAR:
-                found[int(number)] = overlap(axial, clear + NEAR)
+            if clear.max() > -near:
+                found[int(number)] = overlap(axial, clear + near)
             elif carry.any():
                 found[int(number)] = float(cells.low[carry].min()), float(cells.high[carry].max())
         return found

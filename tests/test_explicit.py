@@ -189,11 +189,14 @@ def test_friction_moves_te_as_in_statics_with_coulomb_forces():
 
 @pytest.mark.slow
 def test_a_cycle_at_10_rpm_is_the_static_curve():
+    """But for ringing after kinks of a coarse mesh, which may fall on a peak: te = gain static + ringing of no mean."""
     found = ran(10 * rpm, -0.65, 0.5, 0.15, step=5e-7)
     cycle = np.flatnonzero(found["phase"].values > found["phase"].values[-1] - 1 + 1e-9)[::2]
     te, expected = found["te"].values[cycle], static(found, cycle)
     assert te.mean() == pytest.approx(expected.mean(), rel=3e-3)
-    assert np.ptp(te) == pytest.approx(np.ptp(expected), rel=3e-3)
+    gain = np.polyfit(expected, te, 1)[0]
+    assert gain == pytest.approx(1, abs=3e-3)
+    assert (te - gain * expected).std() < 5e-3 * np.ptp(expected)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 from conftest import paper_gear, paper_pair
 
 import fem
-from fem.contact import NODES, STRIPS, Contact
+from fem.contact import NODES, STRIPS, Contact, strips_of
 from fem.gap import Cells, Meeting
 from fem.units import deg, mm, um
 
@@ -75,9 +75,8 @@ def test_touching_flanks_have_one_normal(phase):
     relief = fem.TipRelief(15 * um, 4 * mm, power=2)
     gear = paper_gear(flank=relief)
     cells = Cells(Meeting(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]))
-    foot = cells.foot(cells.closest)
-    tilts = cells.tilts(cells.closest, foot, np.zeros(1))
-    own, mate = (tilts if cells.own_is_pinion else tilts[::-1])[:, 0, 0]
+    foot = cells.clear(cells.closest)[1]
+    own, mate = cells.tilts(cells.closest, foot, np.zeros(1))[:, 0, 0]
     step = 1e-3 * mm
     change = np.diff(relief.removed(gear.face, np.array([-step, step]) + foot[0], 0.0))[0]
     assert own == 0
@@ -92,8 +91,24 @@ def test_loaded_teeth_touch_nearer_to_both_tips():
         rolls = []
         for at in (0.0, te):
             cells = Cells(Meeting(paper_pair(), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), at)
-            rolls.append(np.stack([cells.closest, cells.foot(cells.closest)]))
+            rolls.append(np.stack([cells.closest, cells.clear(cells.closest)[1]]))
         assert rolls[1] - rolls[0] == pytest.approx(te / 2 + 0 * rolls[0], rel=1e-3)
+
+
+@pytest.mark.parametrize("relief", [(), fem.ProfileCrowning(5 * um)])
+def test_directions_of_contact_do_not_prefer_a_gear(relief):
+    """At the pitch point either gear may carry the strips."""
+    pair = fem.GearPair(paper_gear(flank=relief), paper_gear(flank=relief), a=150 * mm)
+    found = []
+    for phase in (-1e-12, 1e-12):
+        cells = Cells(Meeting(pair, 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), 30 * um)
+        strips = strips_of(cells, np.array([0.3 * mm]))
+        order = slice(None) if cells.own_is_pinion[0] else slice(None, None, -1)
+        found.append([numbers[..., order] for numbers in (strips.tilts, strips.approach, strips.gap)])
+    for numbers, other, error in zip(*found, (3e-4, 3e-5, 1e-9), strict=True):
+        assert numbers == pytest.approx(other, abs=error)
+    assert 5e-3 < np.abs(found[0][0]).max() < 2e-2
+    assert np.abs(found[0][1] - 1).max() < 1e-3
 
 
 @pytest.mark.parametrize(("z", "x", "beta"), [((12, 150), 0.5, 0.0), ((14, 90), 0.2, 30 * deg), ((57, 57), 0.0, 0.0)])

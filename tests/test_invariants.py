@@ -169,12 +169,11 @@ def larger(gear: fem.Gear, s: float) -> fem.Gear:
 
 
 def sizes_and_stiffness_scale(scene: Scene) -> None:
-    """As far as loaded widths settle: `fem.state.NEAR` is a length that does not scale."""
     here, s = plain(scene), 2.0
     pair = fem.GearPair(larger(here.pair.pinion, s), larger(here.pair.wheel, s), a=s * here.pair.a)
-    alike(here, replace(here, pair=pair, force=s**2 * here.force, axial=s * here.axial), te=s, centroid=s, rel=1e-3)
+    alike(here, replace(here, pair=pair, force=s**2 * here.force, axial=s * here.axial), te=s, centroid=s)
     soft = of_pair(here, lambda gear: replace(gear, material=replace(gear.material, E=gear.material.E / s)))
-    alike(here, replace(soft, force=here.force / s), rel=1e-3)
+    alike(here, replace(soft, force=here.force / s))
 
 
 def modes_agree(scene: Scene) -> None:
