@@ -1,6 +1,7 @@
 """Gear dynamics on Exudyn: from the STE map to the run-up."""
 
-from exugear import graphics, plots
+import lazy_loader
+
 from exugear.bearing import Bearing
 from exugear.connector import CreateGearContact
 from exugear.force import MeshForce
@@ -18,6 +19,9 @@ from exugear.shaft import Coupling, Disc, Placement, Shaft
 from exugear.spectrum import envelope, order_spectrum, resonances
 from exugear.stage import Stage
 from exugear.viewer import draw
+
+#: Modules that only pictures need, imported when they are first asked for.
+__getattr__, __dir__, _ = lazy_loader.attach(__name__, ["graphics", "plots"])
 
 __all__ = [
     "Bearing",

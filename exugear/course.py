@@ -1,9 +1,10 @@
 """Courses over time: a line or a curve, with exact integrals."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from fem.gear import require
 
@@ -45,17 +46,17 @@ class Curve:
         return value
 
 
-def _spline_through(function: Callable[[float], float], duration: float) -> CubicSpline:
+def _spline_through(function: Callable[[float], float], duration: float) -> Any:
     """Knots are doubled until the spline misses the new ones by less than 1e-6 of the largest value."""
     n, values = 512, _sampled(function, duration, 512)
     missed = np.inf
     while missed > 1e-6 and n < FINEST:
-        coarse = CubicSpline(np.linspace(0, duration, n + 1), values)
+        coarse = scipy.interpolate.CubicSpline(np.linspace(0, duration, n + 1), values)
         n *= 2
         values = _sampled(function, duration, n)
         missed = np.abs(coarse(np.linspace(0, duration, n + 1)) - values).max() / max(np.abs(values).max(), 1e-9)
     require(missed < 1e-3, "speed(t) is too rough to be integrated; make it continuous")
-    return CubicSpline(np.linspace(0, duration, n + 1), values)
+    return scipy.interpolate.CubicSpline(np.linspace(0, duration, n + 1), values)
 
 
 def _sampled(function: Callable[[float], float], duration: float, n: int) -> np.ndarray:

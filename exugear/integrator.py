@@ -34,7 +34,7 @@ class Rule:
 
     @property
     def lag(self) -> float:
-        """Its velocities are q_t + lag d2(q_t)/dt2 [s^2], while displacements of the fourth-order rule err by step^4."""
+        """Its velocities are q_t + lag d2(q_t)/dt2 [s^2]; displacements of the fourth-order rule err by step^4."""
         return (1 / 6 - self.beta) * self.step**2
 
     def __str__(self) -> str:

@@ -1,7 +1,7 @@
 """What an STE map says of deflection and centroid under any load."""
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from fem.gear import require
 from fem.ste import CENTROID, PHASE, TE, TORQUE, at_phases, compliance_at, over_offsets, pair_of
@@ -35,7 +35,7 @@ def loaded_centroid(ste, r_b: float, phase: np.ndarray, force: np.ndarray) -> np
     centroid = at_phases(ste[PHASE].values, over_offsets(ste, CENTROID).values[1:], phase)
     given = np.log(ste[TORQUE].values[1:] / r_b)
     at = np.clip(np.log(np.maximum(force, 1e-300)), given[0], given[-1])
-    return np.moveaxis(PchipInterpolator(given, centroid)(at), 0, -1)
+    return np.moveaxis(scipy.interpolate.PchipInterpolator(given, centroid)(at), 0, -1)
 
 
 def te_under(ste, torque: float, phase: np.ndarray) -> np.ndarray:
@@ -47,4 +47,4 @@ def te_under(ste, torque: float, phase: np.ndarray) -> np.ndarray:
     )
     r_b = pair_of(ste).pinion.r_b
     force, deflection = loaded_deflection(ste, r_b, phase)
-    return PchipInterpolator(force, deflection, axis=-1)(torque / r_b)
+    return scipy.interpolate.PchipInterpolator(force, deflection, axis=-1)(torque / r_b)

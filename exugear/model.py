@@ -9,7 +9,7 @@ from typing import Any
 import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
-from scipy.linalg import eigh
+import scipy
 
 from exugear.axes import Coordinates
 from exugear.bodies import SPIN_PLACE, TAKEN, add_body, add_rotor, pose, spin_marker
@@ -239,7 +239,7 @@ def _frequencies(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> tuple
     mass, stiffness = mass[np.ix_(free, free)], stiffness[np.ix_(free, free)]
     rows = np.array([np.sqrt(mesh.law.stiffness_max) * mesh.row[free] for mesh in model.meshes])
     stiffness += rows.T @ rows
-    squares, modes = eigh((stiffness + stiffness.T) / 2, mass)
+    squares, modes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, mass)
     strained = ((rows @ modes) ** 2).sum(axis=0) > PART * np.maximum(squares, 0)
     return sqrt(squares[-1]), sqrt(squares[strained][-1])
 

@@ -3,9 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
-from scipy.signal import find_peaks
-from scipy.signal.windows import hann
+import scipy
 
 from fem.gear import require
 
@@ -64,7 +62,7 @@ def resonances(place, amplitude, prominence: float = 0.05) -> Resonances:
     place, amplitude = np.asarray(place, float), np.asarray(amplitude, float)
     _check_signal(place, amplitude)
     require(0 < prominence < 1, f"prominence must lie in (0, 1) as share of the largest amplitude, got {prominence}")
-    peaks, _ = find_peaks(amplitude, prominence=prominence * amplitude.max())
+    peaks, _ = scipy.signal.find_peaks(amplitude, prominence=prominence * amplitude.max())
     before, at, behind = amplitude[peaks - 1], amplitude[peaks], amplitude[peaks + 1]
     shift = (before - behind) / (2 * (before - 2 * at + behind))
     places = np.interp(peaks + shift, np.arange(place.size), place)
@@ -85,13 +83,13 @@ def order_spectrum(time, speed, signal, *, orders: float, revolutions: int = 8) 
     _check_signal(time, signal)
     _check_signal(time, speed)
     require(orders > 0 and revolutions >= 1, f"orders must be > 0, revolutions >= 1, got {orders}, {revolutions}")
-    turns = cumulative_trapezoid(np.abs(speed), time, initial=0) / (2 * np.pi)
+    turns = scipy.integrate.cumulative_trapezoid(np.abs(speed), time, initial=0) / (2 * np.pi)
     per_line = OVERSAMPLING * int(np.ceil(2.56 * orders)) * revolutions
     lines = _sampled_lines(time, turns, orders, revolutions)
     require(lines.size > 0, f"no {revolutions} revolutions are sampled well enough for order {orders:g}; sample finer")
     at = (lines[:, None] + np.arange(per_line) / per_line) * revolutions
     moment = np.interp(at, turns, time)
-    window = hann(per_line, sym=False)
+    window = scipy.signal.windows.hann(per_line, sym=False)
     values = np.interp(moment, time, signal)
     values -= values.mean(axis=1, keepdims=True)
     amplitude = np.abs(np.fft.rfft(values * window, axis=1)) * 2 / window.sum()

@@ -1,7 +1,7 @@
 """From a table of forces to the array that the kernels of `exugear.law` read."""
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from exugear.law import HEADER, OFFSETS
 from exugear.monotone import monotone_cubic
@@ -88,5 +88,5 @@ def _potential(u, k, secant, slope) -> tuple[np.ndarray, np.ndarray]:
 def _periodic(phase: np.ndarray, values: np.ndarray, uniform: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values and slopes per step at the uniform phases, monotone between the given ones (axis 0)."""
     wrapped = np.r_[phase - 1, phase, phase + 1]
-    curve = PchipInterpolator(wrapped, np.r_[values, values, values])
+    curve = scipy.interpolate.PchipInterpolator(wrapped, np.r_[values, values, values])
     return curve(uniform), curve(uniform, 1) / uniform.size

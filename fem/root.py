@@ -9,7 +9,7 @@ from functools import cached_property
 from math import acos, asin, cos, hypot, pi, sin, sqrt, tan
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 
 def involute(alpha: float) -> float:
@@ -61,6 +61,7 @@ class Trochoid:
         """Inclination of the rack's normal at the root form circle [rad]."""
         if not self.undercuts:
             return self.alpha_t
+        brentq = scipy.optimize.brentq
         base = brentq(lambda theta: float(self.at(theta)[0]) - self.r_b, self.alpha_t, pi / 2, xtol=1e-15)
         return brentq(self._outside, self.alpha_t, base, xtol=1e-15)
 

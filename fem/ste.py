@@ -5,8 +5,8 @@ from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.interpolate import CubicSpline, PchipInterpolator
 
 from fem.flank import from_text, to_text
 from fem.gear import Gear, GearPair, Material, require
@@ -108,7 +108,7 @@ def over_offsets(data: xr.Dataset, name: str) -> xr.DataArray:
 def at_phases(phase: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Values (..., n_at) between values (..., n_phase) over a mesh cycle, by a periodic cubic spline."""
     closed = np.concatenate([values, values[..., :1]], axis=-1)
-    return CubicSpline(np.append(phase, phase[0] + 1), closed, axis=-1, bc_type="periodic")(at)
+    return scipy.interpolate.CubicSpline(np.append(phase, phase[0] + 1), closed, axis=-1, bc_type="periodic")(at)
 
 
 def compliance_at(given: np.ndarray, compliance: np.ndarray, force: np.ndarray) -> np.ndarray:
@@ -119,7 +119,8 @@ def compliance_at(given: np.ndarray, compliance: np.ndarray, force: np.ndarray) 
     across = (slice(None),) + (None,) * (compliance.ndim - 1)
     slope = (compliance[0] - compliance[1]) / np.log(given[1] / given[0])
     below = compliance[0] + np.clip(slope, 0, 0.9 * compliance[0]) * np.log(given[0] / force)[across]
-    between = PchipInterpolator(np.log(given), compliance)(np.log(np.clip(force, given[0], given[-1])))
+    inside = np.log(np.clip(force, given[0], given[-1]))
+    between = scipy.interpolate.PchipInterpolator(np.log(given), compliance)(inside)
     return np.where((force < given[0])[across], below, between)
 
 

@@ -127,7 +127,7 @@ def test_modifications_at_their_ends():
 def test_material_is_not_piled_up_where_the_profile_is_short():
     """At the base circle a roll length of 0.2 mm is 2 um of profile."""
     fem.Gear(z=25, m_n=1 * mm, b=8 * mm, d_bore=5 * mm, flank=fem.RootRelief(8 * um, 0.2 * mm))
-    with pytest.raises(ValueError, match="adds .* m per metre of profile"):
+    with pytest.raises(ValueError, match=r"adds .* m per metre of profile"):
         fem.Gear(z=25, m_n=1 * mm, b=8 * mm, d_bore=5 * mm, x=-0.5, flank=fem.RootRelief(-8 * um, 0.2 * mm))
 
 
