@@ -21,10 +21,10 @@ from exugear.law import BACK_PHASE, BACKLASH, CONSERVES, compiled, conserving, d
 from fem.gear import involute
 
 R_B1, R_B2, TURNS, PHASE, DIRECTION, INV_0, AXIAL_1, AXIAL_2, E_X, E_Y, TAN_BETA_B, HEIGHT = range(12)
-#: What the velocities of the integrator lack, as `exugear.law.damped` takes it.
-LAG = 12
-REFERENCE_1, REFERENCE_2 = 13, 19
-FRAME = 25
+#: What the velocities of the integrator lack, as `exugear.law.damped` takes it; the same by bearings, per velocity.
+LAG, LAG_1, LAG_2 = 12, 13, 19
+REFERENCE_1, REFERENCE_2 = 25, 31
+FRAME = 37
 
 
 def rotational_frame(pair, phase: float, direction: int) -> np.ndarray:
@@ -200,7 +200,9 @@ def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
     penetration, force, centroid, turning = static_force(law, phase, deflection, *offsets)
     contact = (centre_1[0] + r_w * x, centre_1[1] + r_w * y, centre_1[2] + side_d * centroid)
     row_1, row_2 = row_of(pole_1, contact, n, a_1, b_1), row_of(pole_2, contact, n, a_2, b_2)
-    force += damped(law, penetration, force, dot(row_1, v_1) - dot(row_2, v_2), frame[LAG])
+    held_back = dot(frame[LAG_1:LAG_2], v_1) + dot(frame[LAG_2:REFERENCE_1], v_2)
+    rate = dot(row_1, v_1) - dot(row_2, v_2) + side * held_back
+    force += damped(law, penetration, force, rate, frame[LAG])
     one, other = scaled(row_1, -force), scaled(row_2, force)
     if turning != 0.0:
         torque, far = (

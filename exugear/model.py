@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import cos, sin, sqrt
 from typing import Any
 
@@ -23,6 +23,7 @@ from exugear.kinematics import (
     E_Y,
     HEIGHT,
     LAG,
+    LAG_1,
     REFERENCE_1,
     rotational_frame,
     rotational_row,
@@ -51,7 +52,8 @@ class Mesh:
     frame      numbers of its kinematics
     row        (n_coordinates,) deflection = rest + row . coordinates, about the reference configuration
     rest       deflection in the reference configuration [m]: displaced shafts
-    mobility   of the bodies along the line of action, bearings aside and the drive held [1/kg]
+    mobility   acceleration of the bodies along the line of action per mesh force, the drive held [1/kg]
+    bearings   (12,) the same per displacement of pinion and wheel, by their bearings [1/s^2]
     """
 
     stage: Stage
@@ -62,6 +64,7 @@ class Mesh:
     row: np.ndarray
     rest: float
     mobility: float = 0.0
+    bearings: np.ndarray = field(default_factory=lambda: np.zeros(12))
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +120,7 @@ def measured(model: Model) -> Model:
     model = replace(model, meshes=meshes)
     mass, stiffness = open_system(model)
     omega, omega_mesh = _frequencies(model, mass, stiffness)
-    meshes = tuple(replace(mesh, mobility=_mobility(model, mesh, mass)) for mesh in meshes)
+    meshes = tuple(_accelerated(model, mesh, mass, stiffness) for mesh in meshes)
     return replace(model, plan=replace(model.plan, omega=omega, omega_mesh=omega_mesh), meshes=meshes)
 
 
@@ -125,12 +128,12 @@ def measured(model: Model) -> Model:
 def integrated(model: Model, rule: Rule):
     """The meshes with damping as the true velocities ask for, which the rule's lag behind."""
     for mesh in model.meshes:
-        mesh.frame[LAG] = rule.lag * mesh.mobility
+        mesh.frame[LAG], mesh.frame[LAG_1:REFERENCE_1] = rule.lag * mesh.mobility, rule.lag * mesh.bearings
     try:
         yield
     finally:
         for mesh in model.meshes:
-            mesh.frame[LAG] = 0.0
+            mesh.frame[LAG:REFERENCE_1] = 0.0
 
 
 @contextmanager
@@ -221,12 +224,19 @@ def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
     return np.array(mass), np.array(stiffness)
 
 
-def _mobility(model: Model, mesh: Mesh, mass: np.ndarray) -> float:
-    """Acceleration along the line of action per mesh force [1/kg], the drive held."""
+def _accelerated(model: Model, mesh: Mesh, mass: np.ndarray, stiffness: np.ndarray) -> Mesh:
+    """The mesh with what accelerates its bodies along the line of action."""
     name = model.gearbox.driving.name
     held = np.append(held_by_joints(model), model.rotors.get(name, model.spins[name]))
     free = np.setdiff1d(np.arange(len(mass)), held)
-    return float(mesh.row[free] @ np.linalg.solve(mass[np.ix_(free, free)], mesh.row[free]))
+    moved = np.zeros(len(mass))
+    moved[free] = np.linalg.solve(mass[np.ix_(free, free)], mesh.row[free])
+    back, bearings = stiffness @ moved, np.zeros((2, 6))
+    for own, shaft in zip(bearings, (mesh.stage.fast, mesh.stage.slow), strict=True):
+        taken = TAKEN[model.plan.shafts[shaft.name]]
+        own[taken] = back[model.spins[shaft.name] - len(taken) + 1 :][: len(taken)]
+    bearings[:, 5] = 0.0
+    return replace(mesh, mobility=float(mesh.row @ moved), bearings=bearings.ravel())
 
 
 def _frequencies(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> tuple[float, float]:
