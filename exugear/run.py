@@ -3,24 +3,22 @@
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from math import ceil, isfinite, pi
 
 import numpy as np
 import xarray as xr
 from exudyn.utilities import CreateSymbolicUserFunction
-from tqdm import tqdm
 
 from exugear.course import Curve, Line, line
-from exugear.equilibrium import explained, start
-from exugear.integrator import BETA, STABLE, Rule, settings_for
-from exugear.model import Mesh, Model, integrated, measured, quiet
+from exugear.equilibrium import start
+from exugear.integrator import BETA, STABLE, Rule
+from exugear.model import Mesh, Model, measured, quiet
+from exugear.pieces import Solver
 from exugear.seats import reactions
 from fem.gear import require, require_within
 from fem.ste import pair_attributes, save
 from fem.units import mm
 
-SEGMENTS = 100
 #: Variables over stage and time: what the recorder calls them, unit, long name
 RECORDED = {
     "dte": ("deflection", "m", "dynamic transmission error"),
@@ -42,7 +40,7 @@ class Run:
     data        Dataset over time [s] and stage: speed of the driving shaft [rad/s], mesh_frequency of the first stage
                 [Hz], dte (stage, time) [m], mesh_force (stage, time) [N]; with bearings also bearing_force (bearing,
                 direction, time) [N] and how the gears stand to each other; all inputs in the attributes
-    wall_time   of the integration [s]
+    wall_time   of the integration [s], without what was solved again
     step        of the integrator [s]
     """
 
@@ -65,6 +63,7 @@ def run_up(
     step: float | None = None,
     sample: float = 4e-5,
     progress: bool = True,
+    checks: int = 3,
 ) -> Run:
     """Impose the driving shaft's speed, load the driven shaft, integrate, record the meshes.
 
@@ -75,6 +74,8 @@ def run_up(
     step        [s] of the fourth-order integrator, instead of what tolerance chooses
     sample      time between two recorded samples [s], rounded down to whole steps
     progress    bar with the time left; False solves in one piece, so that your own sensors keep all their data
+    checks      so many hundredths of the run, the liveliest among them, are solved again at half the step; what that
+                changes stands as step_error in the data. None without progress, or with 0
 
     The run starts from static equilibrium under the initial load. Raises ValueError for input out of range and a step
     beyond the stability limit; RuntimeError where the run leaves the map or Newton's iteration fails.
@@ -94,15 +95,18 @@ def run_up(
         start(model, _finite(load_of(0.0), 0.0), float(speed_of(0.0)))
         for mesh in model.meshes:
             mesh.recorder.start(every * h, samples + 1, motion=on_bearings(model, mesh))
-        rule, began = replace(rule, step=h), clock.perf_counter()
-        with integrated(model, rule):
-            _integrate(model, settings_for(rule, h, tolerance), samples * every, speed_of, progress)
+        began = clock.perf_counter()
+        solver = Solver(model, replace(rule, step=h), tolerance, speed_of, every)
+        pieces = solver.run(samples * every, progress)
         wall_time = clock.perf_counter() - began
+        again = solver.telling(pieces, checks) if progress and checks else []
+        errors = solver.errors(again)
     told = {name: getattr(value, "__name__", str(value)) for name, value in (("speed", speed), ("load", load))}
     inputs = told | {"duration": duration, "tolerance": tolerance, "sample": every * h}
     data = _labelled(model, np.arange(samples + 1) * every * h, speed_of)
     used = {"step": h, "integrator": str(rule), "plan": str(model.plan)}
     data.attrs |= {"title": "run-up"} | inputs | used | _inputs(model)
+    data = data.assign(_step_error(again, errors, h)) if again else data
     return Run(data, wall_time, h)
 
 
@@ -154,18 +158,12 @@ def _impose(model: Model, speed_of, load_of) -> None:
     mbs.Assemble()
 
 
-def _integrate(model: Model, settings, steps: int, speed_of, progress: bool) -> None:
-    """In segments, between which the bar moves; they restart from the very state that they reached."""
-    integration = settings.timeIntegration
-    h = integration.endTime
-    bounds = np.linspace(0, steps, (min(SEGMENTS, steps) if progress else 1) + 1).astype(int)
-    with tqdm(total=steps, unit_scale=h, desc="run-up", disable=not progress, leave=False) as bar:
-        bar.bar_format = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
-        for first, last in pairwise(bounds.tolist()):
-            integration.startTime, integration.endTime, integration.numberOfSteps = first * h, last * h, last - first
-            with explained(model, f"try step={h / 2:.2g} or more damping", speed_of):
-                model.mbs.SolveDynamic(settings, updateInitialValues=True)
-            bar.update(last - first)
+def _step_error(pieces, errors: np.ndarray, h: float) -> dict:
+    """Errors of the pieces that were solved again."""
+    about = {"units": "1", "long_name": "relative error of the rms of the DTE by the step, estimated"}
+    middle = {"units": "s", "long_name": "middle of what was solved again at half the step"}
+    places = ("checked", [(piece.first + piece.last) / 2 * h for piece in pieces], middle)
+    return {"step_error": (("stage", "checked"), errors.T, about), "checked": places}
 
 
 def on_bearings(model: Model, mesh: Mesh) -> bool:
