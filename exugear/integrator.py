@@ -27,17 +27,23 @@ NEWTON_SHARE = 0.1
 
 @dataclass(frozen=True)
 class Rule:
-    """A Newmark rule with gamma = 1/2, its beta and its step [s]."""
+    """A Newmark rule with gamma = 1/2, its beta and its step [s].
+
+    With a spectral radius it is the generalized-alpha method (Chung & Hulbert 1993) instead, for comparison.
+    """
 
     beta: float
     step: float
+    spectral_radius: float | None = None
 
     @property
     def lag(self) -> float:
         """Its velocities are q_t + lag d2(q_t)/dt2 [s^2]; displacements of the fourth-order rule err by step^4."""
-        return (1 / 6 - self.beta) * self.step**2
+        return (1 / 6 - self.beta) * self.step**2 if self.spectral_radius is None else 0.0
 
     def __str__(self) -> str:
+        if self.spectral_radius is not None:
+            return f"generalized-alpha with spectral radius {self.spectral_radius:g}"
         fourth = "Newmark beta = 1/12, gamma = 1/2 (fourth order, conditionally stable), index 2"
         return fourth if self.beta == BETA else "trapezoidal rule (second order, always stable), index 2: stiff scene"
 
@@ -71,8 +77,10 @@ def settings_for(found: Rule, duration: float, tolerance: float) -> exu.Simulati
     integration.newton.useModifiedNewton = True
     integration.newton.relativeTolerance = min(NEWTON_SHARE * tolerance, NEWTON_SHARE * 1e-3)
     newmark = integration.generalizedAlpha
-    newmark.useNewmark = newmark.useIndex2Constraints = True
+    newmark.useNewmark = newmark.useIndex2Constraints = found.spectral_radius is None
     newmark.newmarkBeta, newmark.newmarkGamma = found.beta, GAMMA
+    if found.spectral_radius is not None:
+        newmark.spectralRadius = found.spectral_radius
     return settings
 
 

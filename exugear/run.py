@@ -60,7 +60,7 @@ def run_up(
     duration: float,
     load: Course,
     tolerance: float = 1e-3,
-    step: float | None = None,
+    step: float | Rule | None = None,
     sample: float = 4e-5,
     progress: bool = True,
     checks: int = 3,
@@ -71,7 +71,7 @@ def run_up(
     duration    [s]
     load        torque on the driven shaft against its motion at positive speed [N m]: likewise
     tolerance   relative error wanted of the rms of the DTE in windows of time; chooses the step
-    step        [s] of the fourth-order integrator, instead of what tolerance chooses
+    step        [s] of the fourth-order integrator, instead of what tolerance chooses; or an integrator with its step
     sample      time between two recorded samples [s], rounded down to whole steps
     progress    bar with the time left; False solves in one piece, so that your own sensors keep all their data
     checks      so many hundredths of the run, the liveliest among them, are solved again at half the step; what that
@@ -123,10 +123,10 @@ def _fastest(model: Model, speed_of, duration: float) -> float:
     return max(abs(ratios[s.fast.name]) * s.pair.pinion.z * top / (2 * pi) for s in model.gearbox.stages)
 
 
-def _rule(model: Model, tolerance: float, step: float | None, mesh_frequency: float) -> Rule:
+def _rule(model: Model, tolerance: float, step: float | Rule | None, mesh_frequency: float) -> Rule:
     chosen = model.plan.rule(tolerance, mesh_frequency)
-    if step is None:
-        return chosen
+    if step is None or isinstance(step, Rule):
+        return step or chosen
     largest = model.plan.largest_step
     require(step > 0, f"step must be > 0 s, got {step}")
     limit = f"omega h < {STABLE:.3g} at {model.plan.omega / 2 / pi:.4g} Hz"

@@ -24,9 +24,9 @@ def smooth_map(torque=TORQUES, phases: int = 30):
     return ste_map(pair, np.array(torque, float), phase, np.where(load > 0, te, 0))
 
 
-def smooth_box(part=None, **stage) -> exugear.Gearbox:
-    """The paper's pair, free to spin or with the same bearing on both shafts."""
-    parts = {30 * mm: paper_gear()} | ({} if part is None else {0.0: part})
+def smooth_box(part=None, parts=None, **stage) -> exugear.Gearbox:
+    """The paper's pair, free to spin or with the same bearing, or parts by their places, on both shafts."""
+    parts = {30 * mm: paper_gear()} | ({} if part is None else {0.0: part}) | (parts or {})
     fast, slow = exugear.Shaft("fast", parts), exugear.Shaft("slow", parts)
     return exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), **{"damping": 2700.0} | stage)])
 

@@ -1,0 +1,266 @@
+"""Run time against error: STE by several methods, run-ups by step, integrator and reduction, growth with the scene.
+
+    python examples/benchmark.py results            (some 15 minutes on two cores; --quick: a minute)
+
+Every error is against a run that is several times finer, every time stands beside a yardstick's: a compiled loop
+without Exudyn, and Exudyn with a spring of its own instead of the mesh.
+"""
+
+import argparse
+import json
+import os
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+from korta_run_up import MAP_PHASES, MAP_TORQUES, gearbox, paper_pair
+from numba import njit
+from skfem import ElementHex1
+
+import exugear
+import fem
+from exugear import plots
+from exugear.integrator import BETA, TRAPEZOIDAL_BETA, Rule, settings_for
+from exugear.law import flank_force
+from fem import nonlinear
+from fem.mesh import Density
+from fem.units import mm, rpm
+
+TORQUE, TOP_SPEED, LONG = 150.0, 3500 * rpm, 70.0
+#: Implicit static and explicit dynamic STE, run-up of the paper [s].
+PAPER = {"implicit FE": 150 * 60.0, "explicit FE": 3330 * 60.0, "run-up": 36 * 60.0}
+
+
+@dataclass
+class Points:
+    """Errors [%] and times [s] of some variants of each method."""
+
+    found: dict[str, list[tuple[str, float, float]]] = field(default_factory=dict)
+
+    def add(self, method: str, variant: str, error: float, seconds: float) -> None:
+        self.found.setdefault(method, []).append((variant, error, seconds))
+        print(f"{method:34s}{variant:>14s}{error:10.4f} %{seconds:10.2f} s", flush=True)
+
+    def draw(self, ax) -> None:
+        for (method, rows), marker in zip(self.found.items(), "os^Dvp<>*hX", strict=False):
+            ax.plot([row[2] for row in rows], [row[1] for row in rows], marker + "-", ms=5, label=method)
+        ax.set(xscale="log", yscale="log")
+        ax.legend(frameon=False, fontsize=7)
+
+
+def timed(call: Callable):
+    """What a call returns, and its wall time [s]."""
+    start = time.perf_counter()
+    result = call()
+    return result, time.perf_counter() - start
+
+
+def cold(call: Callable):
+    """The same with an empty cache."""
+    before = os.environ.get("EXUGEAR_CACHE")
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["EXUGEAR_CACHE"] = folder
+        try:
+            return timed(call)
+        finally:
+            os.environ.pop("EXUGEAR_CACHE")
+            os.environ |= {} if before is None else {"EXUGEAR_CACHE": before}
+
+
+def ste_points(quick: bool) -> Points:
+    """STE of the paper's pair over a cycle: error of its rms about the finest curve, time of 30 phases."""
+    pair, points, n = paper_pair(), Points(), 10 if quick else 30
+    phases, best = np.arange(n) / n, fem.Resolution().scaled(1.5 if quick else 2.0)
+
+    def curve(accuracy):
+        options = {"accuracy": accuracy, "progress": False}
+        ste, seconds = cold(lambda: fem.static_transmission_error(pair, TORQUE, phases, **options))
+        return ste["te"].values.squeeze(), seconds * 30 / n
+
+    finest, seconds = curve(best)
+    error = lambda te, at=slice(None): 100 * float(np.sqrt(np.mean((te - finest[at]) ** 2)) / finest.mean())  # noqa: E731
+    for mode, resolved in (("slices", False), ("resolved", True)):
+        for scale in (0.5, 0.75, 1.0) if quick else (0.4, 0.6, 0.8, 1.0, 1.3):
+            te, seconds = curve(fem.Resolution(resolved=resolved).scaled(scale))
+            points.add(mode, f"mesh x {scale:g}", error(te), seconds)
+    every = slice(None, None, 5)
+    for density in (Density(flank=16, width=3), Density(flank=30, width=4))[: 1 if quick else 2]:
+        solve = lambda d=density: nonlinear.static_transmission_error(  # noqa: E731
+            pair, TORQUE, phases[every], density=d, element=ElementHex1(), progress=False
+        )
+        ste, seconds = timed(solve)
+        count = phases[every].size
+        te = ste["te"].values.squeeze()
+        points.add("nonlinear, 8-node hexahedra", f"flank {density.flank}", error(te, every), seconds * 30 / count)
+    return points
+
+
+def windows(run: exugear.Run, number: int) -> np.ndarray:
+    """rms of the DTE of the last stage about its mean in windows of time."""
+    return np.array([part.std() for part in np.array_split(run.data["dte"].values[-1], number)])
+
+
+def bearings() -> dict:
+    """Two bearings beside a gear."""
+    return {-30 * mm: exugear.Bearing(5e8, 1e8, damping=2e-6), 30 * mm: exugear.Bearing(5e8, damping=2e-6)}
+
+
+def on_bearings(box: exugear.Gearbox) -> exugear.Gearbox:
+    """The same pair on two bearings each."""
+    stage = box.stages[0]
+    shafts = [exugear.Shaft(s.name, {0.0: stage.pair.pinion} | bearings()) for s in (stage.fast, stage.slow)]
+    return exugear.Gearbox([exugear.Stage(*shafts, stage.force, pair=stage.pair)])
+
+
+def run_up_points(box: exugear.Gearbox, quick: bool) -> Points:
+    """Run-ups through all resonances: median error of windows, time of 70 s."""
+    duration, points = (2.0 if quick else 14.0), Points()
+    elastic = on_bearings(box)
+    scenes = {
+        "spinning": (box, exugear.plan(box)),
+        "planar on bearings": (elastic, exugear.plan(elastic)),
+        "in space on bearings": (elastic, exugear.plan(elastic).with_bodies()),
+        "in space on joints": (box, exugear.plan(box).with_joints()),
+    }
+
+    def ran(scene, step, **options):
+        model = exugear.build(scene[0], plan=scene[1])
+        conditions = {"speed": (0, TOP_SPEED), "duration": duration, "load": TORQUE, "sample": 5e-5, "progress": False}
+        run = exugear.run_up(model, **(conditions | {"step": step} | options))
+        return windows(run, 56), run.wall_time * LONG / duration
+
+    finest = {name: ran(scene, 5e-6, tolerance=1e-5)[0] for name, scene in scenes.items() if "joints" not in name}
+    finest["in space on joints"] = finest["spinning"]
+    steps = (2.4e-5,) if quick else (4e-5, 2.8e-5, 2e-5, 1.4e-5, 1e-5)
+    cases = [(name, name, lambda h: h) for name in scenes]
+    cases += [
+        ("spinning", "trapezoidal rule", lambda h: Rule(TRAPEZOIDAL_BETA, h)),
+        ("spinning", "generalized-alpha 0.9", lambda h: Rule(BETA, h, 0.9)),
+    ]
+    for name, label, rule in cases:
+        for h in steps if label == "spinning" else steps[1:4]:
+            rms, seconds = ran(scenes[name], rule(h))
+            points.add(label, f"{h / 1e-6:g} us", 100 * float(np.median(np.abs(rms / finest[name] - 1))), seconds)
+    for tolerance in () if quick else (1e-2, 1e-3, 1e-4):
+        rms, seconds = ran(scenes["spinning"], None, tolerance=tolerance)
+        error = 100 * float(np.median(np.abs(rms / finest["spinning"] - 1)))
+        points.add("spinning, tolerance chosen", f"{tolerance:g}", error, seconds)
+    return points
+
+
+@njit
+def compiled_loop(law, mobility, load, steps, h, turns):
+    """Deflection of one rotational pair after a run-up, by velocity Verlet: the floor without a multibody code."""
+    y, v, a = 1e-5, 0.0, 0.0
+    for i in range(steps):
+        t = i * h
+        y += h * v + 0.5 * h * h * a
+        b = mobility * (load - flank_force(law, turns * t * t, y, v + 0.5 * h * a, 0.0))
+        v, a = v + 0.5 * h * (a + b), b
+    return y
+
+
+def yardsticks(box: exugear.Gearbox, step: float) -> dict[str, float]:
+    """Times of 70 s [s] in equal steps: the compiled loop, Exudyn with a spring of its own, and with the mesh."""
+    stage, steps = box.stages[0], round(LONG / step / 10)
+    mobility = stage.pair.wheel.r_b**2 / box.driven.inertia
+    turns = stage.pair.pinion.z * TOP_SPEED / (4 * np.pi * LONG)
+    arguments = stage.force.law, mobility, TORQUE / stage.pair.wheel.r_b, steps, step, turns
+    compiled_loop(*arguments[:3], 10, *arguments[4:])
+    _, loop = timed(lambda: compiled_loop(*arguments))
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0.0])) for _ in range(2)]
+    for node in nodes:
+        mbs.AddObject(eii.ObjectRotationalMass1D(inertia=box.driven.inertia, nodeNumber=node))
+    markers = [mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0)) for node in nodes]
+    mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=markers, stiffness=2e6, damping=10.0))
+    mbs.AddLoad(eii.LoadCoordinate(markerNumber=markers[1], load=1.0))
+    mbs.Assemble()
+    _, spring = timed(lambda: mbs.SolveDynamic(settings_for(Rule(BETA, step), steps * step, 1e-3)))
+    run = exugear.run_up(
+        exugear.build(box), speed=(0, TOP_SPEED), duration=LONG / 10, load=TORQUE, step=step, progress=False
+    )
+    return {"compiled loop": 10 * loop, "Exudyn's own spring": 10 * spring, "exugear": 10 * run.wall_time}
+
+
+def chain(box: exugear.Gearbox, stages: int) -> exugear.Gearbox:
+    """So many equal stages one after the other, in two planes by turns."""
+    pair, law = box.stages[0].pair, box.stages[0].force
+    planes = [i % 2 * 80 * mm for i in range(stages)]
+    parts = [dict.fromkeys((planes[max(i - 1, 0)], planes[min(i, stages - 1)]), pair.pinion) for i in range(stages + 1)]
+    shafts = [exugear.Shaft(f"shaft {i}", gears) for i, gears in enumerate(parts)]
+    return exugear.Gearbox([exugear.Stage(a, b, law, pair=pair) for a, b in pairwise(shafts)])
+
+
+def growth(box: exugear.Gearbox, quick: bool) -> dict[str, tuple[list[float], list[float]]]:
+    """Times over what grows: stages of a scene (per step), states of a map (slice mode)."""
+    stages = (1, 2) if quick else (1, 2, 3, 4, 6, 8)
+    seconds = []
+    for n in stages:
+        model = exugear.build(chain(box, n))
+        run = exugear.run_up(model, speed=60.0, duration=0.5, load=TORQUE, step=1e-5, progress=False)
+        seconds.append(run.wall_time / 5e4)
+    pair, times, sizes = paper_pair(), [], []
+    for n in (3, 9) if quick else (3, 9, 33, 129):
+        offsets, resolution = fem.Offsets(misalignment=np.linspace(-1, 1, n) * 1e-4), fem.Resolution(resolved=False)
+        options = {"offsets": offsets, "accuracy": resolution, "progress": False}
+        _, t = cold(partial(fem.static_transmission_error, pair, [50, 100, 200, 400], 15, **options))
+        times.append(t)
+        sizes.append(15 * 4 * n)
+    return {"seconds per step over stages": (list(stages), seconds), "seconds over states of a map": (sizes, times)}
+
+
+def exponent(sizes, times) -> float:
+    """Of the growth between the two largest sizes."""
+    return float(np.log(times[-1] / times[-2]) / np.log(sizes[-1] / sizes[-2]))
+
+
+def draw(path: Path, ste: Points, runs: Points, floor: dict[str, float], grown: dict) -> None:
+    """Error over time of STE and run-up, and the growth."""
+    figure = plots.figure(columns=3)
+    left, middle, right = figure.axes
+    ste.draw(left)
+    for name in ("implicit FE", "explicit FE"):
+        left.axvline(PAPER[name], color="0.6", ls=":")
+        left.text(PAPER[name], 0.02, f" paper, {name}", rotation=90, fontsize=7, transform=left.get_xaxis_transform())
+    left.set(xlabel="time of 30 phases, cold [s]", ylabel="error of the STE [% of its mean]")
+    runs.draw(middle)
+    for name, seconds in (floor | {"paper": PAPER["run-up"]}).items():
+        if name != "exugear":
+            middle.axvline(seconds, color="0.6", ls=":")
+            middle.text(seconds, 0.02, f" {name}", rotation=90, fontsize=7, transform=middle.get_xaxis_transform())
+    middle.set(xlabel="time of a 70 s run-up [s]", ylabel="error of the rms of the DTE [%], median of windows")
+    for name, (sizes, times) in grown.items():
+        right.loglog(sizes, times, "o-", label=f"{name}: exponent {exponent(sizes, times):.2f}")
+    right.set(xlabel="stages, or states", ylabel="time [s]")
+    right.legend(frameon=False, fontsize=7)
+    figure.savefig(path, dpi=130)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("folder", type=Path, help="for the figure (PNG) and the numbers (JSON)")
+    parser.add_argument("--quick", action="store_true", help="fewer points, for a look")
+    chosen = parser.parse_args()
+    chosen.folder.mkdir(parents=True, exist_ok=True)
+    ste_map = fem.static_transmission_error(paper_pair(), MAP_TORQUES, MAP_PHASES, progress=False)
+    box = gearbox(ste_map, damping_ratio=0.08)
+    ste, runs = ste_points(chosen.quick), run_up_points(box, chosen.quick)
+    floor, grown = yardsticks(box, 2.4e-5), growth(box, chosen.quick)
+    print({name: round(seconds, 2) for name, seconds in floor.items()})
+    print({name: round(exponent(*rows), 2) for name, rows in grown.items()})
+    numbers = {"STE": ste.found, "run-up": runs.found, "70 s in equal steps": floor, "growth": grown}
+    (chosen.folder / "benchmark.json").write_text(json.dumps(numbers, indent=1), encoding="utf-8")
+    draw(chosen.folder / "benchmark.png", ste, runs, floor, grown)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+"""Times with their errors beside them: pytest tests/benchmarks --benchmark-enable -m slow.
+
+Without --benchmark-enable every one runs once. Times mean little on a busy machine; the yardsticks were made for that:
+one factorization of the gear, Exudyn's step with a spring of its own.
+"""
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+import pytest
+from scenes import INERTIA, smooth_box
+
+import exugear
+import fem
+from exugear.integrator import BETA, Rule, settings_for
+from fem.compliance import flank_compliance
+from fem.mesh import Density
+from fem.units import mm, rpm, um
+
+pytestmark = pytest.mark.slow
+STEP, STEPS = 2.4e-5, 100_000
+
+
+@pytest.fixture
+def empty_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
+
+
+def test_factorization_of_the_gear(benchmark, paper_pair, empty_cache):
+    """Yardstick of the curve: all solutions of one gear, nothing else."""
+    gear = paper_pair.pinion
+    body = benchmark.pedantic(flank_compliance, (gear, Density().with_teeth(2, behind=1), gear.b), rounds=1)
+    assert body.share == 0.5
+
+
+@pytest.mark.parametrize("resolved", [True, False])
+def test_transmission_error_curve(benchmark, paper_pair, empty_cache, resolved):
+    """30 phases, 150 and 350 N m, nothing cached; error against independent finite elements."""
+    options = {"accuracy": fem.Resolution(resolved=resolved), "progress": False}
+    ste = benchmark.pedantic(fem.static_transmission_error, (paper_pair, [150, 350], 30), options, rounds=1)
+    means = ste["te"].mean("phase").values.squeeze() / um
+    error = np.abs(means / [7.617, 16.98] - 1).max()
+    benchmark.extra_info["error of the mean"] = error
+    assert error < (0.005 if resolved else 0.02)
+
+
+def test_states_in_slice_mode(benchmark, paper_pair):
+    offsets = fem.Offsets(misalignment=np.linspace(-2, 2, 9) * 1e-4)
+    options = {"offsets": offsets, "accuracy": fem.Resolution(resolved=False), "progress": False}
+    torques = np.linspace(20, 400, 8)
+    ste = benchmark.pedantic(fem.static_transmission_error, (paper_pair, torques, 30), options, rounds=1)
+    benchmark.extra_info["states"] = int(ste["te"].size)
+    assert ste["te"].size == 8 * 9 * 30
+
+
+def test_exudyns_own_spring(benchmark):
+    """Yardstick of the run-ups: as many steps of two masses on a spring that is built in."""
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0.0])) for _ in range(2)]
+    for node in nodes:
+        mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node))
+    ends = [mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0)) for node in nodes]
+    mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=ends, stiffness=2e6, damping=10.0))
+    mbs.AddLoad(eii.LoadCoordinate(markerNumber=ends[1], load=1.0))
+    mbs.Assemble()
+    settings = settings_for(Rule(BETA, STEP), STEP * STEPS, 1e-3)
+    assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3)
+
+
+def bearings() -> dict:
+    return {0.0: exugear.Bearing(5e8, 1e8, damping=2e-6), 60 * mm: exugear.Bearing(5e8, damping=2e-6)}
+
+
+@pytest.mark.parametrize("scene", ["spin", "planar", "space"])
+def test_run_up(benchmark, scene):
+    """As many steps of the pair; error of the rms of the DTE against a quarter of the step, the largest of windows."""
+    box = smooth_box() if scene == "spin" else smooth_box(parts=bearings())
+    plan = exugear.plan(box).with_bodies() if scene == "space" else exugear.plan(box)
+    conditions = {"speed": (1000 * rpm, 1200 * rpm), "duration": STEP * STEPS, "load": 150.0, "progress": False}
+
+    def windows(step: float) -> np.ndarray:
+        run = exugear.run_up(exugear.build(box, plan=plan), step=step, **conditions)
+        return np.array([part.std() for part in np.array_split(run.data["dte"].values[0], 10)])
+
+    rough = benchmark.pedantic(windows, (STEP,), rounds=3, warmup_rounds=1)
+    error = np.abs(rough / windows(STEP / 4) - 1).max()
+    benchmark.extra_info["error of the rms"] = error
+    assert error < 1e-3
