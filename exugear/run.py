@@ -94,11 +94,12 @@ def run_up(
         _impose(model, speed_of, load_of)
         start(model, _finite(load_of(0.0), 0.0), float(speed_of(0.0)))
         for mesh in model.meshes:
-            mesh.recorder.start(every * h, samples + 1, motion=on_bearings(model, mesh))
+            mesh.recorder.start(every * h, samples + 1, steps=every, motion=on_bearings(model, mesh))
         began = clock.perf_counter()
         solver = Solver(model, replace(rule, step=h), tolerance, speed_of, every)
         pieces = solver.run(samples * every, progress)
         wall_time = clock.perf_counter() - began
+        _require_whole(model, every * h)
         again = solver.telling(pieces, checks) if progress and checks else []
         errors = solver.errors(again)
     told = {name: getattr(value, "__name__", str(value)) for name, value in (("speed", speed), ("load", load))}
@@ -132,6 +133,15 @@ def _rule(model: Model, tolerance: float, step: float | None, mesh_frequency: fl
     limit = f"omega h < {STABLE:.3g} at {model.plan.omega / 2 / pi:.4g} Hz"
     require(step < largest, f"step must be below {largest:.4g} s ({limit}: stability), got {step:g} s")
     return Rule(BETA, step)
+
+
+def _require_whole(model: Model, interval: float) -> None:
+    """RuntimeError where a sample was not written."""
+    for mesh in model.meshes:
+        missing = np.flatnonzero(~np.isfinite(mesh.recorder.samples[0]).all(axis=1))
+        if missing.size:
+            first, remedy = missing[0] * interval, "pass progress=True, which restarts the clock, or a shorter duration"
+            raise RuntimeError(f"{missing.size} samples are missing from t = {first:.6g} s on; {remedy}")
 
 
 def _impose(model: Model, speed_of, load_of) -> None:
