@@ -58,7 +58,7 @@ def _settle(model: Model, speed: float) -> None:
     settings.solution.file.write = False
     settings.staticSolver.newton.relativeTolerance = 1e-8
     settings.staticSolver.loadStepDuration = INSTANT
-    with explained(model, "no static equilibrium; try less load or softer bearings", lambda t: speed):
+    with explained(model, "no static equilibrium; try less load or stiffer bearings", lambda t: speed):
         model.mbs.SolveStatic(settings, updateInitialValues=True)
 
 

@@ -5,6 +5,7 @@ import scipy
 
 from fem.gear import require
 from fem.ste import CENTROID, PHASE, TE, TORQUE, at_phases, compliance_at, over_offsets, pair_of
+from fem.units import um
 
 #: Loads below the map's lowest one, down to this share of it, and between the others.
 LEAST, BELOW, BETWEEN = 1e-4, 40, 161
@@ -15,17 +16,26 @@ def loaded_deflection(ste, r_b: float, phase: np.ndarray) -> tuple[np.ndarray, n
     te = over_offsets(ste, TE).values
     torque, coarse = ste[TORQUE].values, ste[PHASE].values
     require(coarse.size >= 3, f"phase needs at least 3 values as share of a pitch, got {coarse.size}")
-    require(torque.size >= 3, f"torque needs 0 and two loads or more, got {torque} N m")
+    few = f"torque needs 0 and two loads or more, got {torque} N m"
+    require(torque.size >= 3, f"{few}; map more, or take MeshForce.secant, which needs one")
     require(torque[0] == 0, f"torque must start at 0 (unloaded transmission error), got {torque[0]} N m; add it")
     te = at_phases(coarse, te, phase)
     given = torque[1:] / r_b
-    rising = (np.diff(te, axis=0) > 0).all()
-    require(bool(rising), "te must grow with the torque at every phase; check its sign, or map more phases")
+    _require_rising(torque, te, phase)
     force = np.r_[given[0] * np.geomspace(LEAST, 1, BELOW + 1)[:-1], np.geomspace(given[0], given[-1], BETWEEN)]
     force[[BELOW, -1]] = given[[0, -1]]
     column = (slice(None),) + (None,) * (te.ndim - 1)
     deflection = te[0] + force[column] * compliance_at(given, (te[1:] - te[0]) / given[column], force)
     return np.r_[0, force], np.moveaxis(np.concatenate([te[:1], deflection]), 0, -1)
+
+
+def _require_rising(torque: np.ndarray, te: np.ndarray, phase: np.ndarray) -> None:
+    """te (n_torque, ..., n_phase) [m] over torque [N m]."""
+    step, *_, at = np.unravel_index(np.diff(te, axis=0).argmin(), te[1:].shape)
+    least = np.diff(te, axis=0).min()
+    where = f"{least / um:.3g} um from {torque[step]:g} to {torque[step + 1]:g} N m at phase {phase[at]:.3f}"
+    remedy = "check its sign, map more phases, smooth what was measured or drop torques that lie too close"
+    require(bool(least > 0), f"te must grow with the torque at every phase, got {where}; {remedy}")
 
 
 def loaded_centroid(ste, r_b: float, phase: np.ndarray, force: np.ndarray) -> np.ndarray | float:
@@ -39,12 +49,18 @@ def loaded_centroid(ste, r_b: float, phase: np.ndarray, force: np.ndarray) -> np
 
 
 def te_under(ste, torque: float, phase: np.ndarray) -> np.ndarray:
-    """(n_phase,) transmission error [m] under a torque [N m] of the map's range; ValueError outside it."""
+    """(n_phase,) transmission error [m] under a torque [N m] of the map's range; ValueError outside it.
+
+    A torque of the map is taken from there, and may be its only one.
+    """
     low, high = float(ste[TORQUE][0]), float(ste[TORQUE][-1])
-    require(max(low, 0.0) < torque <= high, f"torque must lie in ({low:g}, {high:g}] N m of the map, got {torque}")
+    within = torque > 0 and low <= torque <= high
+    require(within, f"torque must be > 0 and lie in [{low:g}, {high:g}] N m of the map, got {torque}")
     require(
         list(ste[TE].dims) == [TORQUE, PHASE], f"te must have no further axes, got {ste[TE].dims}; select one value"
     )
+    if torque in ste[TORQUE].values:
+        return at_phases(ste[PHASE].values, over_offsets(ste, TE).sel({TORQUE: torque}).values, phase)
     r_b = pair_of(ste).pinion.r_b
     force, deflection = loaded_deflection(ste, r_b, phase)
     return scipy.interpolate.PchipInterpolator(force, deflection, axis=-1)(torque / r_b)

@@ -10,8 +10,10 @@ from numba.extending import intrinsic
 from exugear.law import compiled
 from fem.gear import require
 
-INTERVAL, SAMPLES, ADDRESS, MOTION = range(4)
-HEADER = 4
+INTERVAL, SAMPLES, ADDRESS, MOTION, NEAR = range(5)
+HEADER = 5
+#: Share of a step within which a time is that of the step: Exudyn sums the steps up, 1e7 of them err by 0.002.
+SAME = 0.25
 #: deflection, force, centre distance, misalignment, axial offset, centroid
 COLUMNS = 6
 #: displacements and tilts of both bodies, their velocities
@@ -50,9 +52,9 @@ def sample_of(record, t):
     r = carray(at(record), HEADER)
     if r[SAMPLES] == 0.0 or t < 0.0:
         return -1
-    x = t / r[INTERVAL] + 1e-3
+    x = t / r[INTERVAL] + r[NEAR]
     k = int(x)
-    return k if x - k < 2e-3 and k < r[SAMPLES] else -1
+    return k if x - k < 2.0 * r[NEAR] and k < r[SAMPLES] else -1
 
 
 @compiled
@@ -90,18 +92,20 @@ class Recorder:
     header: np.ndarray = field(default_factory=lambda: np.zeros(HEADER), init=False, repr=False)
     samples: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
 
-    def start(self, interval: float, number: int, *, motion: bool = False) -> None:
+    def start(self, interval: float, number: int, *, steps: int = 250, motion: bool = False) -> None:
         """Make room for number samples, NaN until written; interval [s] must be a whole multiple of the step.
 
+        steps    at most so many make an interval
         motion   keep what `motion` returns, too
         """
         require(interval > 0, f"interval must be > 0 s, got {interval}")
         require(number >= 1, f"number of samples must be at least 1, got {number}")
+        require(steps >= 1, f"steps in an interval must be at least 1, got {steps}")
         self.samples[:] = [np.full((number, COLUMNS), np.nan)]
         if motion:
             self.samples.append(np.full((number, MOTIONS), np.nan, np.float32))
         places = [block.ctypes.data for block in self.samples]
-        self.header[:] = interval, number, places[0], places[1] if motion else 0
+        self.header[:] = interval, number, places[0], places[1] if motion else 0, SAME / steps
 
     def __getattr__(self, name: str) -> np.ndarray:
         if name not in NAMES:

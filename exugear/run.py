@@ -78,7 +78,8 @@ def run_up(
                 changes stands as step_error in the data. None without progress, or with 0
 
     The run starts from static equilibrium under the initial load. Raises ValueError for input out of range and a step
-    beyond the stability limit; RuntimeError where the run leaves the map or Newton's iteration fails.
+    beyond the stability limit; RuntimeError where the run leaves the map, bearings yield until the teeth part, or
+    Newton's iteration fails.
     """
     model = measured(model)
     require_within("duration", duration, 0, 1e5, remedy="s")
@@ -94,11 +95,13 @@ def run_up(
         _impose(model, speed_of, load_of)
         start(model, _finite(load_of(0.0), 0.0), float(speed_of(0.0)))
         for mesh in model.meshes:
-            mesh.recorder.start(every * h, samples + 1, motion=on_bearings(model, mesh))
+            mesh.recorder.start(every * h, samples + 1, steps=every, motion=on_bearings(model, mesh))
         began = clock.perf_counter()
         solver = Solver(model, replace(rule, step=h), tolerance, speed_of, every)
         pieces = solver.run(samples * every, progress)
         wall_time = clock.perf_counter() - began
+        _require_whole(model, every * h)
+        _require_in_mesh(model)
         again = solver.telling(pieces, checks) if progress and checks else []
         errors = solver.errors(again)
     told = {name: getattr(value, "__name__", str(value)) for name, value in (("speed", speed), ("load", load))}
@@ -132,6 +135,27 @@ def _rule(model: Model, tolerance: float, step: float | Rule | None, mesh_freque
     limit = f"omega h < {STABLE:.3g} at {model.plan.omega / 2 / pi:.4g} Hz"
     require(step < largest, f"step must be below {largest:.4g} s ({limit}: stability), got {step:g} s")
     return Rule(BETA, step)
+
+
+def _require_whole(model: Model, interval: float) -> None:
+    """RuntimeError where a sample was not written."""
+    for mesh in model.meshes:
+        missing = np.flatnonzero(~np.isfinite(mesh.recorder.samples[0]).all(axis=1))
+        if missing.size:
+            first, remedy = missing[0] * interval, "pass progress=True, which restarts the clock, or a shorter duration"
+            raise RuntimeError(f"{missing.size} samples are missing from t = {first:.6g} s on; {remedy}")
+
+
+def _require_in_mesh(model: Model) -> None:
+    """RuntimeError where bearings yielded so far that the teeth no longer hand over."""
+    for mesh in model.meshes:
+        if on_bearings(model, mesh):
+            a = float(mesh.recorder.a.max())
+            try:
+                replace(mesh.stage.pair, a=max(a, mesh.stage.pair.a))
+            except ValueError as error:
+                far = f"bearings of {mesh.stage.name} yield to a centre distance of {a / mm:.6g} mm"
+                raise RuntimeError(f"{far}, where the pair cannot run; try less load or stiffer bearings") from error
 
 
 def _impose(model: Model, speed_of, load_of) -> None:

@@ -7,7 +7,7 @@ from exudyn.rigidBodyUtilities import RotXYZ2RotationMatrix
 
 import exugear
 from fem.ste import ste_map
-from fem.units import mm
+from fem.units import mm, rpm
 
 K, INERTIA = 4.2e8, 8.550e-3
 TORQUES = (0, 1, 5, 20, 50, 100, 150, 250, 350, 500, 1000, 2000, 4000)
@@ -83,3 +83,17 @@ def wrench(reference, q, forces) -> np.ndarray:
     g = np.c_[[1, 0, 0], [0, np.cos(a), np.sin(a)], RotXYZ2RotationMatrix([a, b, 0])[:, 2]]
     push, turn = np.array(forces[:3]), np.linalg.solve(g.T, forces[3:])
     return np.r_[push, turn + np.cross(reference[:3] + q[:3], push)]
+
+
+def ran(model: exugear.Model, **changes):
+    """Data of a run at 1000 rpm and 150 N m but for changes, all of them finite."""
+    options = {"speed": 1000 * rpm, "load": 150.0, "duration": 0.2, "progress": False} | changes
+    data = exugear.run_up(model, **options).data
+    for name, values in data.data_vars.items():
+        assert np.isfinite(values).all(), name
+    return data
+
+
+def rms(data, parts: int = 10) -> np.ndarray:
+    """rms of the DTE about its mean in equal parts of a run."""
+    return np.array([part.std() for part in np.array_split(data["dte"].values[0, :-1], parts)])

@@ -45,6 +45,14 @@ def test_jump_up_lies_within_half_a_percent(rectangular):
     assert below < 1.0 < 1.4 < above
 
 
+@pytest.mark.slow
+def test_upper_branch_ends_within_one_percent_of_its_fold():
+    """Fold at W = 0.5923: last of an independent quasi-static sweep (Runge-Kutta, steps of 0.2 %, 300 cycles each)."""
+    oscillator = Oscillator(rectangular_law(reach=3e-4))
+    above, below = (swept_rms(oscillator, 1.2, 0.5923 * share, periods=600) for share in (1.01, 0.99))
+    assert below < 0.5 < 3.0 < above
+
+
 def test_shape_of_the_deflection_does_not_depend_on_the_torque(rectangular):
     runs = [rectangular.run(lambda x: 0.9, lambda x, f=f: f, 40, tolerance=1e-7)[0] / f for f in (F, F / 50)]
     assert np.abs(runs[0] - runs[1]).max() < 1e-6 * np.abs(runs[0]).max()
