@@ -169,7 +169,8 @@ def compiled_loop(law, mobility, load, steps, h, turns):
 
 def own_spring(inertia: float):
     """Two spinning masses on a spring that is built into Exudyn, one of them held like a drive."""
-    mbs = exu.SystemContainer().AddSystem()
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0.0])) for _ in range(2)]
     for node in nodes:
         mbs.AddObject(eii.ObjectRotationalMass1D(inertia=inertia, nodeNumber=node))
@@ -179,7 +180,7 @@ def own_spring(inertia: float):
     mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=ends, stiffness=2e6, damping=10.0))
     mbs.AddLoad(eii.LoadCoordinate(markerNumber=ends[1], load=1.0))
     mbs.Assemble()
-    return mbs
+    return container, mbs
 
 
 def yardsticks(box: exugear.Gearbox, step: float) -> dict[str, float]:
@@ -190,7 +191,7 @@ def yardsticks(box: exugear.Gearbox, step: float) -> dict[str, float]:
     arguments = stage.force.law, mobility, TORQUE / stage.pair.wheel.r_b, steps, step, turns
     compiled_loop(*arguments[:3], 10, *arguments[4:])
     _, loop = timed(lambda: compiled_loop(*arguments))
-    spring = own_spring(box.driven.inertia)
+    _container, spring = own_spring(box.driven.inertia)
     _, bare = timed(lambda: spring.SolveDynamic(settings_for(Rule(BETA, step), steps * step, 1e-3)))
     run = exugear.run_up(
         exugear.build(box), speed=(0, TOP_SPEED), duration=LONG / 10, load=TORQUE, step=step, progress=False

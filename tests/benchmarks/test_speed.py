@@ -56,7 +56,8 @@ def test_states_in_slice_mode(benchmark, paper_pair):
 
 def test_exudyns_own_spring(benchmark):
     """Yardstick of the run-ups: as many steps of two masses, one of them driven, on a spring that is built in."""
-    mbs = exu.SystemContainer().AddSystem()
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0.0])) for _ in range(2)]
     for node in nodes:
         mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node))
