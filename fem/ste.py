@@ -1,13 +1,14 @@
 """The STE map as data: names of its axes, checks, load and save."""
 
-import os
 from dataclasses import fields
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import scipy
 import xarray as xr
 
+from fem.cache import whole
 from fem.flank import from_text, to_text
 from fem.gear import Gear, GearPair, Material, require
 
@@ -151,17 +152,12 @@ def pair_of(data: xr.Dataset) -> GearPair:
 
 
 def save(data: xr.Dataset, path) -> Path:
-    """Write compressed netCDF whole or not at all: into a neighbour file first, then renamed over path."""
-    path = Path(path)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        packed = {
-            name: {"zlib": True, "complevel": 1} for name, values in data.variables.items() if values.dtype == float
-        }
-        data.to_netcdf(part, engine="h5netcdf", encoding=packed)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    """Write compressed netCDF whole or not at all, from memory: HDF5 itself does not survive a full disk."""
+    path, content = Path(path), BytesIO()
+    packed = {name: {"zlib": True, "complevel": 1} for name, values in data.variables.items() if values.dtype == float}
+    data.to_netcdf(content, engine="h5netcdf", encoding=packed)
+    with whole(path) as file:
+        file.write(content.getbuffer())
     return path
 
 
@@ -169,8 +165,9 @@ def load(path) -> xr.Dataset:
     """Read and check an STE map that `save` or Dataset.to_netcdf wrote; ValueError for a file that is none."""
     try:
         with xr.open_dataset(path, engine="h5netcdf") as data:
-            return check(data.load())
-    except FileNotFoundError:
+            found = data.load()
+    except (FileNotFoundError, PermissionError):
         raise
-    except OSError as error:
+    except Exception as error:
         raise ValueError(f"{path} is damaged or no netCDF file; make the map again ({error})") from None
+    return check(found)
