@@ -57,6 +57,7 @@ def check(data: xr.Dataset) -> xr.Dataset:
     """
     missing = [name for name in (TE, TORQUE, PHASE) if name not in data.variables]
     require(not missing, f"an STE map has the variables te, torque and phase; missing: {missing}")
+    _check_kinds(data)
     te = data[TE].values
     unknown = set(data[TE].dims) - {TORQUE, PHASE, *OFFSETS}
     require(not unknown, f"te may have the axes torque, phase and {list(OFFSETS)}; select one value of {unknown}")
@@ -67,6 +68,14 @@ def check(data: xr.Dataset) -> xr.Dataset:
     rising = (np.diff(phase) > 0).all() and phase[0] >= 0 and phase[-1] < end
     require(bool(rising), f"phase must increase within [0, {end}) as share of a pitch, got {phase}")
     return data
+
+
+def _check_kinds(data: xr.Dataset) -> None:
+    for name in (TE, TORQUE, PHASE):
+        kind = f"{name} must hold real numbers, got {data[name].dtype} of shape {data[name].shape}"
+        require(data[name].dtype.kind in "fiu" and data[name].size > 0, f"{kind}; make the map with fem.ste_map")
+    axes = all(data[name].dims == (name,) and name in data[TE].dims for name in (TORQUE, PHASE))
+    require(axes, f"te must have the axes torque and phase, got {data[TE].dims}; keep them: ste.sel(torque=[350.0])")
 
 
 def _described(name: str) -> dict[str, str]:
@@ -149,6 +158,8 @@ def pair_of(data: xr.Dataset) -> GearPair:
         return GearPair(_gear(data.attrs, "pinion"), _gear(data.attrs, "wheel"), a=float(data.attrs["a"]))
     except KeyError as missing:
         raise ValueError(f"the map's attributes lack the gear input {missing}; make the map with fem.ste_map") from None
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"the map's attributes are no gear pair: {error}; make the map with fem.ste_map") from error
 
 
 def save(data: xr.Dataset, path) -> Path:
