@@ -41,8 +41,8 @@ from fem.gear import require
 
 #: Share of a mode's strain energy in the meshes from which on it is to be resolved.
 PART = 0.02
-#: Where teeth are to be parted, backlash is taken as this wide at most, and at least as far as they give way [m].
-WIDE, NARROW = 1e-3, 1e-6
+#: Where teeth are to be parted: backlash is taken as this wide at most [m]; what pressed teeth weigh against gaps.
+WIDE, JAM = 1e-3, 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,17 +206,21 @@ def lay(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
 
 
 def _apart(model: Model) -> np.ndarray:
-    """Deflections (n_stage,) [m] half way between the flanks, in loops as near to it as all meshes come at once."""
+    """Deflections (n_stage,) [m] half way between the flanks, in loops as near to it as all meshes come at once.
+
+    A linear program: the least share of a backlash is to be largest, and where the loop jams, the pressing least.
+    """
     play = np.array([min(mesh.law.backlash, WIDE) for mesh in model.meshes])
     if len(model.meshes) < len(model.bodies):
         return -0.5 * play
     spins = [spin for name, spin in model.spins.items() if name != model.gearbox.driving.name]
     rows, rest = np.array([mesh.row[spins] for mesh in model.meshes]), np.array([mesh.rest for mesh in model.meshes])
-    size, share = np.abs(rows).max(), np.maximum(play, NARROW) / WIDE
-    between, ends = np.c_[np.r_[rows, -rows] / size, np.r_[share, share]], np.r_[-rest, play + rest] / WIDE
-    limits = [(None, None)] * len(spins) + [(None, 0.5)]
-    found = scipy.optimize.linprog([0] * len(spins) + [-1], between, ends, bounds=limits)
-    return rest + rows @ found.x[:-1] * WIDE / size
+    size, both = np.abs(rows).max(), np.r_[play, play] / WIDE
+    between = np.c_[np.r_[rows, -rows] / size, both, np.full(both.size, -1.0)]
+    limits = [(None, None)] * len(spins) + [(0, 0.5), (0, None)]
+    ends = np.r_[-rest, play + rest] / WIDE
+    found = scipy.optimize.linprog([0] * len(spins) + [-1, JAM], between, ends, bounds=limits)
+    return rest + rows @ found.x[:-2] * WIDE / size
 
 
 def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
