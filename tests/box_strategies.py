@@ -186,7 +186,8 @@ def scenes(draw) -> Scene:
         twin = [other.ends for other in meshes].count(mesh.ends) > 1
         inertia = exugear.shaft.blank(mesh.pair.pinion).inertia / mesh.pair.pinion.r_b**2
         damping = 2 * draw(floats(0, 0.2)) * sqrt(stiffness(mesh.pair) * inertia)
-        backlash = draw(st.sampled_from([None, None, None, 0.0, 20 * um, inf]))
+        room = [0.2 * mesh.pair.pinion.m_n, inf]  # displaced shafts may close a smaller one
+        backlash = draw(st.sampled_from(room if "offset" in built[0] else [None, None, None, 0.0, 20 * um, inf]))
         given = {"damping": damping, "backlash": backlash, "angle": angle if twin else draw(floats(-3, 3))}
         stages.append((mesh.ends, given | {"pair": mesh.pair}))
     usual, other, beyond = floats(0.03, 0.3), floats(-0.3, 0.3), floats(0.9, 2)
