@@ -59,7 +59,19 @@ class Solver:
                 pieces.append(Piece(first, last, self.state))
                 self.solve(pieces[-1], self.rule)
                 bar.update(last - first)
+        self._require_samples()
         return pieces
+
+    def _require_samples(self) -> None:
+        """Where Newton's iteration fails Exudyn cuts the step, and may then miss the times of the samples."""
+        for mesh in self.model.meshes:
+            lost, h = np.flatnonzero(np.isnan(mesh.recorder.deflection)), self.rule.step
+            if lost.size:
+                t = lost[0] * self.every * h
+                remedy = f"try step={h / 2:.2g} or more damping"
+                raise RuntimeError(
+                    f"at t = {t:.6g} s: Newton's iteration failed at this step, samples are lost; {remedy}"
+                )
 
     @property
     def state(self) -> Any:
