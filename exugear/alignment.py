@@ -6,11 +6,15 @@ from math import acos
 import numpy as np
 
 from exugear.stage import Stage
+from fem.gear import require
 from fem.offsets import in_plane_of_action
+from fem.units import mm
 
 
 def stage_offsets(stage: Stage, places: Mapping[str, tuple[float, float]], direction: int) -> dict[str, float]:
     """a [m], misalignment [rad] and axial [m] by the shafts' static displacement, with the signs of `fem.Offsets`.
+
+    Raises ValueError where no involutes can meet.
 
     places      x, y of the shafts [m]
     direction   sense of the pinion's rotation
@@ -23,6 +27,9 @@ def stage_offsets(stage: Stage, places: Mapping[str, tuple[float, float]], direc
     a = float(np.linalg.norm(line))
     e_r = line / a
     e_t = direction * np.cross(axes[0], e_r)
-    alpha = acos((stage.pair.pinion.r_b + stage.pair.wheel.r_b) / a)
+    r_b = stage.pair.pinion.r_b + stage.pair.wheel.r_b
+    near = f"shafts of stage {stage.name!r} must stand further apart than {r_b / mm:.6g} mm, got {a / mm:.6g} mm"
+    require(r_b < a, f"{near}; make the offsets smaller")
+    alpha = acos(r_b / a)
     misalignment = in_plane_of_action(alpha, axes[1] @ e_r, axes[1] @ e_t)
     return {"a": a, "misalignment": float(misalignment), "axial": float(axial)}

@@ -47,6 +47,7 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     static, law = static_offsets(gearbox, stage), stage.force
     moving = [name for name, movers in MOVED_BY.items() if kinds & set(movers)]
     _check_excited(stage, static)
+    _check_reached(stage, static)
     fixed = {name: static[name] for name in law.offsets if name not in moving}
     lines = ["map over " + ", ".join(["phase", "force", *(MEANING[name] for name in law.offsets if name in moving)])]
     lines += [f"{MEANING[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
@@ -65,3 +66,11 @@ def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
         missing = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, its map has no such axis"
         remedy = f"map it with fem.Offsets({name}=(...))"
         require(name in stage.force.offsets or size <= IGNORED[name], f"{missing}; {remedy}")
+
+
+def _check_reached(stage: Stage, static: Mapping[str, float]) -> None:
+    """Require axes that reach to where the shafts stand."""
+    for name, axis in stage.force.offsets.items():
+        beyond = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, beyond the map's axis"
+        ends = f"from {axis[0]:.6g} to {axis[-1]:.6g}"
+        require(axis[0] <= static[name] <= axis[-1], f"{beyond} {ends}; extend the axis fem.Offsets({name}=...)")

@@ -17,6 +17,7 @@ from fem.gear import require
 from fem.units import rpm
 
 INSTANT = 1e-12
+STUCK = "no static equilibrium; try a load under which teeth and bearings touch, less load or stiffer bearings"
 #: Rounds in which nonlinear bearings find their secant stiffness.
 ROUNDS = 30
 #: What the user functions say.
@@ -58,7 +59,7 @@ def _settle(model: Model, speed: float) -> None:
     settings.solution.file.write = False
     settings.staticSolver.newton.relativeTolerance = 1e-8
     settings.staticSolver.loadStepDuration = INSTANT
-    with explained(model, "no static equilibrium; try less load or stiffer bearings", lambda t: speed):
+    with explained(model, STUCK, lambda t: speed):
         model.mbs.SolveStatic(settings, updateInitialValues=True)
 
 
@@ -98,7 +99,7 @@ def _secants(model: Model, q: np.ndarray, before) -> Mapping[str, Mapping[float,
                 require(reached, f"{more} {table[-1]:.4g} N; extend it")
                 loaded = np.flatnonzero(table == 0)[-1]
                 r = np.interp(force, table[loaded:], displacement[loaded:])
-                found[shaft.name][axial] = float(force / r) if r > 0 else k
+                found[shaft.name][axial] = float(force / r) if force > 0 else k
     return found
 
 

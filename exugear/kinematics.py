@@ -191,6 +191,14 @@ def meeting(law, frame, q_1, q_2):
     return (lead, opening), (side, deflection, phase), (x, y, distance, r_w), n, offsets, (one, other)
 
 
+@kept
+def rest_deflection(law, frame):
+    """Deflection [m] of two Rxyz bodies in the reference configuration, however far it lies beyond the law."""
+    none = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    lead, opening = meeting(law, frame, none, none)[0]
+    return lead - opening
+
+
 @compiled
 def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
     """(deflection [m], force [N], generalized forces (6), (6), offsets (3), centroid [m]) of two Rxyz bodies."""

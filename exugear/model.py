@@ -17,7 +17,7 @@ from exugear.connector import add_contact, kind_of, node_of
 from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
 from exugear.integrator import Rule
-from exugear.kernels import SIZES, SPIN, kernel_of
+from exugear.kernels import SPIN, kernel_of
 from exugear.kinematics import (
     E_X,
     E_Y,
@@ -25,6 +25,7 @@ from exugear.kinematics import (
     LAG,
     LAG_1,
     REFERENCE_1,
+    rest_deflection,
     rotational_frame,
     rotational_row,
     spatial_frame,
@@ -40,6 +41,8 @@ from fem.gear import require
 
 #: Share of a mode's strain energy in the meshes from which on it is to be resolved.
 PART = 0.02
+#: Where teeth are to be parted: backlash is taken as this wide at most [m]; what pressed teeth weigh against gaps.
+WIDE, JAM = 1e-3, 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,16 +166,8 @@ def _contact(mbs, gearbox: Gearbox, number: int, plan: Plan, bodies: Mapping[str
         frame[[E_X, E_Y, HEIGHT]] = cos(stage.angle), sin(stage.angle), 0.0
     kernel = kernel_of(kinds, displaced)
     contact = add_contact(mbs, label, items, kernel, law, frame, recorder)
-    rest = _rest(kernel, 2 * sum(SIZES[kind] for kind in kinds), law, frame) if frame[REFERENCE_1:].any() else 0.0
+    rest = rest_deflection(law.law, frame) if frame[REFERENCE_1:].any() else 0.0
     return stage, contact, recorder, frame, law, rest
-
-
-def _rest(kernel, size: int, law: MeshForce, frame: np.ndarray) -> float:
-    """Deflection [m] where all coordinates and velocities, size of them, are 0; by the kernel that the disk has."""
-    recorder = Recorder()
-    recorder.start(1.0, 1)
-    kernel(*(x.ctypes.data for x in (law.law, frame, recorder.header)), 0.0, *np.zeros(size))
-    return float(recorder.deflection[0])
 
 
 def _drive_and_load(mbs, gearbox: Gearbox, bodies, plan: Plan, ends) -> tuple[int, int]:
@@ -210,13 +205,30 @@ def lay(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
     return q
 
 
+def _apart(model: Model) -> np.ndarray:
+    """Deflections (n_stage,) [m] half way between the flanks, in loops as near to it as all meshes come at once.
+
+    A linear program: the least share of a backlash is to be largest, and where the loop jams, the pressing least.
+    """
+    play = np.array([min(mesh.law.backlash, WIDE) for mesh in model.meshes])
+    if len(model.meshes) < len(model.bodies):
+        return -0.5 * play
+    spins = [spin for name, spin in model.spins.items() if name != model.gearbox.driving.name]
+    rows, rest = np.array([mesh.row[spins] for mesh in model.meshes]), np.array([mesh.rest for mesh in model.meshes])
+    size, both = np.abs(rows).max(), np.r_[play, play] / WIDE
+    between = np.c_[np.r_[rows, -rows] / size, both, np.full(both.size, -1.0)]
+    limits = [(None, None)] * len(spins) + [(0, 0.5), (0, None)]
+    ends = np.r_[-rest, play + rest] / WIDE
+    found = scipy.optimize.linprog([0] * len(spins) + [-1, JAM], between, ends, bounds=limits)
+    return rest + rows @ found.x[:-2] * WIDE / size
+
+
 def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Mass and stiffness matrix of the built system while no teeth touch."""
     system = model.mbs.systemData
     before = system.GetODE2Coordinates(exu.ConfigurationType.Initial)
-    gaps = [-0.5 * min(mesh.law.backlash, 1e-3) for mesh in model.meshes]
     try:
-        system.SetODE2Coordinates(lay(model, gaps, np.zeros(len(before))), exu.ConfigurationType.Initial)
+        system.SetODE2Coordinates(lay(model, _apart(model), np.zeros(len(before))), exu.ConfigurationType.Initial)
         with quiet():
             mass, stiffness, *_ = model.mbs.ComputeLinearizedSystem()
     finally:

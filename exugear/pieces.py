@@ -59,7 +59,17 @@ class Solver:
                 pieces.append(Piece(first, last, self.state))
                 self.solve(pieces[-1], self.rule)
                 bar.update(last - first)
+        self._require_samples()
         return pieces
+
+    def _require_samples(self) -> None:
+        """Where Newton's iteration fails Exudyn cuts the step, and may then miss the times of the samples."""
+        for mesh in self.model.meshes:
+            lost = np.flatnonzero(np.isnan(mesh.recorder.deflection))
+            if lost.size:
+                where = f"at t = {lost[0] * self.every * self.rule.step:.6g} s"
+                cause = f"Newton's iteration failed, {lost.size} samples are lost"
+                raise RuntimeError(f"{where}: {cause}; try step={self.rule.step / 2:.2g} or more damping")
 
     @property
     def state(self) -> Any:

@@ -2,9 +2,11 @@
 
 import hashlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from zipfile import BadZipFile
+from threading import get_ident
+from typing import BinaryIO
 
 import numpy as np
 
@@ -36,17 +38,27 @@ def _read(path: Path, inputs: str) -> Arrays:
             arrays = dict(stored)
         if str(arrays.pop("inputs")) == inputs:
             return arrays
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
-        pass
-    raise ValueError(f"cache file {path} is damaged or foreign; remove it and run again")
+    except Exception as error:
+        raise ValueError(f"cache file {path} is damaged or foreign; remove it and run again ({error})") from None
+    raise ValueError(f"cache file {path} is damaged or foreign; remove it and run again (made from other inputs)")
 
 
 def _write(path: Path, arrays: Arrays) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    with whole(path) as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[BinaryIO]:
+    """A file to write into, which stands at path once it is whole; OSError that names it where that fails."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.{get_ident()}.part")
     try:
         with part.open("wb") as file:
-            np.savez(file, allow_pickle=False, **arrays)
+            yield file
         part.replace(path)
+    except OSError as error:
+        reason = f"{path} could not be written: {error.strerror or error}; make room or choose another folder"
+        raise OSError(error.errno, reason) from error
     finally:
         part.unlink(missing_ok=True)

@@ -1,13 +1,14 @@
 """The STE map as data: names of its axes, checks, load and save."""
 
-import os
 from dataclasses import fields
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import scipy
 import xarray as xr
 
+from fem.cache import whole
 from fem.flank import from_text, to_text
 from fem.gear import Gear, GearPair, Material, require
 
@@ -56,6 +57,7 @@ def check(data: xr.Dataset) -> xr.Dataset:
     """
     missing = [name for name in (TE, TORQUE, PHASE) if name not in data.variables]
     require(not missing, f"an STE map has the variables te, torque and phase; missing: {missing}")
+    _check_kinds(data)
     te = data[TE].values
     unknown = set(data[TE].dims) - {TORQUE, PHASE, *OFFSETS}
     require(not unknown, f"te may have the axes torque, phase and {list(OFFSETS)}; select one value of {unknown}")
@@ -66,6 +68,14 @@ def check(data: xr.Dataset) -> xr.Dataset:
     rising = (np.diff(phase) > 0).all() and phase[0] >= 0 and phase[-1] < end
     require(bool(rising), f"phase must increase within [0, {end}) as share of a pitch, got {phase}")
     return data
+
+
+def _check_kinds(data: xr.Dataset) -> None:
+    for name in (TE, TORQUE, PHASE):
+        kind = f"{name} must hold real numbers, got {data[name].dtype} of shape {data[name].shape}"
+        require(data[name].dtype.kind in "fiu" and data[name].size > 0, f"{kind}; make the map with fem.ste_map")
+    axes = all(data[name].dims == (name,) and name in data[TE].dims for name in (TORQUE, PHASE))
+    require(axes, f"te must have the axes torque and phase, got {data[TE].dims}; keep them: ste.sel(torque=[350.0])")
 
 
 def _described(name: str) -> dict[str, str]:
@@ -148,20 +158,17 @@ def pair_of(data: xr.Dataset) -> GearPair:
         return GearPair(_gear(data.attrs, "pinion"), _gear(data.attrs, "wheel"), a=float(data.attrs["a"]))
     except KeyError as missing:
         raise ValueError(f"the map's attributes lack the gear input {missing}; make the map with fem.ste_map") from None
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"the map's attributes are no gear pair: {error}; make the map with fem.ste_map") from error
 
 
 def save(data: xr.Dataset, path) -> Path:
-    """Write compressed netCDF whole or not at all: into a neighbour file first, then renamed over path."""
-    path = Path(path)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        packed = {
-            name: {"zlib": True, "complevel": 1} for name, values in data.variables.items() if values.dtype == float
-        }
-        data.to_netcdf(part, engine="h5netcdf", encoding=packed)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    """Write compressed netCDF whole or not at all, from memory: HDF5 itself does not survive a full disk."""
+    path, content = Path(path), BytesIO()
+    packed = {name: {"zlib": True, "complevel": 1} for name, values in data.variables.items() if values.dtype == float}
+    data.to_netcdf(content, engine="h5netcdf", encoding=packed)
+    with whole(path) as file:
+        file.write(content.getbuffer())
     return path
 
 
@@ -169,8 +176,9 @@ def load(path) -> xr.Dataset:
     """Read and check an STE map that `save` or Dataset.to_netcdf wrote; ValueError for a file that is none."""
     try:
         with xr.open_dataset(path, engine="h5netcdf") as data:
-            return check(data.load())
-    except FileNotFoundError:
+            found = data.load()
+    except (FileNotFoundError, PermissionError):
         raise
-    except OSError as error:
+    except Exception as error:
         raise ValueError(f"{path} is damaged or no netCDF file; make the map again ({error})") from None
+    return check(found)

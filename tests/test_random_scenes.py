@@ -1,0 +1,136 @@
+"""Random gearboxes: built and run a little, or refused in words; forces in balance, from static equilibrium on.
+
+EXUGEAR_CASES in the environment says how many the slow test takes.
+"""
+
+import os
+import re
+from collections import Counter
+
+import exudyn as exu
+import numpy as np
+import pytest
+from box_strategies import Scene, scenes, top_force
+from hypothesis import HealthCheck, Phase, given, settings
+from scenes import wrench
+
+import exugear
+from exugear.bodies import SPIN_PLACE
+from exugear.kernels import bodies_of
+from exugear.kinematics import REFERENCE_1, REFERENCE_2, spatial_mesh
+
+CASES = int(os.environ.get("EXUGEAR_CASES", "80"))
+QUICK = settings(max_examples=25, deadline=None, derandomize=True, phases=[Phase.generate])
+LONG = settings(QUICK, max_examples=CASES, derandomize=CASES == 80, suppress_health_check=list(HealthCheck))
+STEPS = 50
+#: Of the largest torque: static equilibrium, equation of motion at Newton's tolerance.
+STATIC, NEWTON = 1e-3, 1e-5
+REMEDY = re.compile(r"; (try|use|extend|map|pass|drop|make|or |write)|must|extend the (map|axis)|try step")
+NUMBER = re.compile(r"-?\d[\d.e+-]*|stage '[a-d]-[a-d]'|shaft '[a-d]'")
+#: How scenes ended.
+OUTCOMES: Counter = Counter()
+
+
+def is_in_words(error: Exception) -> bool:
+    """Whether exugear itself says what is wrong and what to do, rather than a library below it."""
+    return type(error) in (ValueError, RuntimeError) and bool(REMEDY.search(str(error)))
+
+
+def solved(scene: Scene) -> tuple[exugear.Model, exugear.Run, float] | None:
+    """Model, run and load [N m] of a scene; None where it is refused in words."""
+    try:
+        model = exugear.build(scene.box())
+        load, h = scene.load(model.gearbox), model.plan.step()
+        top = scene.speed * model.plan.omega_mesh / model.gearbox.stages[0].pair.pinion.z
+        course = {"speed": (top, 1.02 * top), "duration": STEPS * h, "sample": h}
+        run = exugear.run_up(model, load=load, **course, progress=False)
+    except Exception as error:
+        OUTCOMES[f"{type(error).__name__}: {NUMBER.sub('#', str(error))[:70]}"] += 1
+        assert is_in_words(error), repr(error)
+        return None
+    OUTCOMES["run"] += 1
+    return model, run, load
+
+
+def torques(model: exugear.Model, forces: np.ndarray, load: float) -> tuple[np.ndarray, float]:
+    """Rest of the torques on the shafts but the driving one [N m], beside the largest of them."""
+    box = model.gearbox
+    outer = np.array([-box.turns[shaft.name] * load * (shaft is box.driven) for shaft in box.shafts])
+    meshes = box.rows * forces[:, None]
+    return (outer - meshes.sum(axis=0))[1:], max(np.abs(meshes).max(), abs(load))
+
+
+def whole(model) -> float:
+    """Largest torque that the maps hold on any shaft [N m]."""
+    tops = [top_force(stage.pair) for stage in model.gearbox.stages]
+    return float(np.abs(model.gearbox.rows * np.array(tops)[:, None]).max())
+
+
+def starts_in_equilibrium(model, run, load: float) -> None:
+    left, size = torques(model, run.data["mesh_force"].values[:, 0], load)
+    assert np.abs(left).max() <= STATIC * size + 1e-6 * whole(model)
+
+
+def actions_are_reactions(model) -> None:
+    """Force and moment that a mesh exerts on bodies in space, at the end of the run."""
+    system, now = model.mbs.systemData, exu.ConfigurationType.Current
+    q, q_t = system.GetODE2Coordinates(now), system.GetODE2Coordinates_t(now)
+    for mesh in model.meshes:
+        if not mesh.frame[REFERENCE_1:].any():
+            continue
+        places = [coordinates_of(model, shaft) for shaft in (mesh.stage.fast, mesh.stage.slow)]
+        x = np.concatenate([values[place] for values in (q, q_t) for place in places])
+        motion = bodies_of(x, *(len(place) for place in places))
+        _, force, one, other, *_ = spatial_mesh(mesh.law.law, mesh.frame, *motion)
+        ends = mesh.frame[REFERENCE_1:REFERENCE_2], mesh.frame[REFERENCE_2:]
+        total = [wrench(end, np.array(y), f) for end, y, f in zip(ends, motion[:2], (one, other), strict=True)]
+        assert np.abs(total[0] + total[1]).max() <= 1e-11 * max(np.abs(total[0]).max(), 1e-300)
+        assert force * mesh.recorder.force[-1] >= 0
+
+
+def coordinates_of(model, shaft: exugear.Shaft) -> list[int]:
+    """Places of a shaft's coordinates in the system."""
+    spin = model.spins[shaft.name]
+    return list(range(spin - SPIN_PLACE[model.plan.shafts[shaft.name]], spin + 1))
+
+
+def accelerates_as_forces_ask(model, run) -> None:
+    """Momentum of shafts on bearings, spin of the others, at the end of the run."""
+    accelerations = model.mbs.systemData.GetODE2Coordinates_tt(exu.ConfigurationType.Current)
+    forces = run.data["mesh_force"].values[:, -1]
+    box = model.gearbox
+    for i, shaft in enumerate(box.shafts):
+        free = shaft not in (box.driving, box.driven) and shaft.coupling is None
+        if free and not model.plan.shafts[shaft.name].on_bearings:
+            terms = box.rows[:, i] * forces
+            asked = shaft.inertia * accelerations[model.spins[shaft.name]] + terms.sum()
+            assert abs(asked) <= NEWTON * whole(model)
+    if all(kind.on_bearings for kind in model.plan.shafts.values()):
+        momentum = sum(shaft.mass * accelerations[coordinates_of(model, shaft)][:2] for shaft in box.shafts)
+        held = run.data["bearing_force"].values[:, :2, -1]
+        assert np.abs(momentum - held.sum(axis=0)).max() <= 1e-3 * np.abs(held).max() + 1e-6
+
+
+def check(scene: Scene) -> None:
+    found = solved(scene)
+    if found is None:
+        return
+    model, run, load = found
+    for name, values in run.data.items():
+        assert np.isfinite(values.values).all(), name
+    starts_in_equilibrium(model, run, load)
+    actions_are_reactions(model)
+    accelerates_as_forces_ask(model, run)
+
+
+@given(scenes())
+@QUICK
+def test_some_gearboxes(scene):
+    check(scene)
+
+
+@pytest.mark.slow
+def test_many_gearboxes():
+    OUTCOMES.clear()
+    given(scenes())(LONG(check))()
+    assert OUTCOMES["run"] > 0.3 * OUTCOMES.total(), OUTCOMES
