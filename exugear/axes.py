@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from enum import Enum
+from math import acos
 
 from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
 from exugear.stage import Stage
-from fem.gear import require
+from fem.gear import involute, require
 from fem.units import um
 
 
@@ -48,6 +49,7 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     moving = [name for name, movers in MOVED_BY.items() if kinds & set(movers)]
     _check_excited(stage, static)
     _check_reached(stage, static)
+    _check_play(stage, static["a"])
     fixed = {name: static[name] for name in law.offsets if name not in moving}
     lines = ["map over " + ", ".join(["phase", "force", *(MEANING[name] for name in law.offsets if name in moving)])]
     lines += [f"{MEANING[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
@@ -74,3 +76,13 @@ def _check_reached(stage: Stage, static: Mapping[str, float]) -> None:
         beyond = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, beyond the map's axis"
         ends = f"from {axis[0]:.6g} to {axis[-1]:.6g}"
         require(axis[0] <= static[name] <= axis[-1], f"{beyond} {ends}; extend the axis fem.Offsets({name}=...)")
+
+
+def _check_play(stage: Stage, a: float) -> None:
+    """Require backlash to be left: one flank at a time can press."""
+    pair = stage.pair
+    r_b = pair.pinion.r_b + pair.wheel.r_b
+    play = stage.force.backlash + 2 * r_b * (involute(acos(r_b / a)) - involute(pair.alpha_wt))
+    jam = f"shafts of stage {stage.name!r} stand {(pair.a - a) / um:.4g} um too close for its backlash"
+    ends = f"of {stage.force.backlash / um:.4g} um: {-play / um:.4g} um are missing"
+    require(play >= -IGNORED["a"], f"{jam} {ends}; give more backlash or make the offsets smaller")

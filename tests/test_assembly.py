@@ -78,6 +78,21 @@ def test_an_unused_feature_changes_neither_result_nor_plan(unused):
     assert (runs[0] == runs[1]).all()
 
 
+def test_shafts_that_close_the_backlash_are_refused():
+    """Both flanks would press at once: 2 tan(alpha_wt) of play per distance."""
+    reach, places = np.array([0.0, 1e-4]), {"a": SPUR.a + np.array([-1, 0, 1]) * 100 * um}
+    law = exugear.MeshForce([0, 1 / 3, 2 / 3], reach, np.tile(4e8 * reach, (3, 3, 1)), backlash=40 * um, offsets=places)
+    for x, jams in ((-50 * um, False), (-60 * um, True)):
+        box = box_of(law=law, fast={}, slow={}, offset=exugear.Placement(x=x))
+        closed = -2 * x * np.tan(SPUR.alpha_wt)
+        assert (closed > 40 * um + 1 * um) == jams
+        if jams:
+            with pytest.raises(ValueError, match=r"too close for its backlash of 40 um: .* are missing"):
+                exugear.plan(box)
+        else:
+            assert exugear.plan(box).laws["fast-slow"].backlash == 40 * um
+
+
 def test_helical_forces_reach_the_bearings():
     pair = helical_pair()
     run = exugear.run_up(exugear.build(box_of(pair)), **SLOW)
