@@ -1,5 +1,6 @@
 """The README's code and the main example do what they say."""
 
+import json
 import re
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from fem.units import mm, rpm, um
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "examples"))
 import bearings_misalignment  # noqa: E402
+import benchmark as speed  # noqa: E402
 import korta_run_up  # noqa: E402
 import korta_two_laws  # noqa: E402
 import planetary  # noqa: E402
@@ -202,3 +204,17 @@ def test_two_laws_stand_on_the_same_map(short):
         assert found[name].mean() == pytest.approx(static.mean(), rel=5e-3)
         assert np.ptp(found[name]) == pytest.approx(np.ptp(static), rel=5e-2)
     assert found["conserving"] == pytest.approx(found["whole map"], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_benchmark_shows_that_finer_is_better(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["benchmark.py", str(tmp_path), "--quick"])
+    speed.main()
+    found = json.loads((tmp_path / "benchmark.json").read_text(encoding="utf-8"))
+    resolved = [error for _, error, _ in found["STE"]["resolved"]]
+    assert resolved == sorted(resolved, reverse=True)
+    assert resolved[-1] < 0.2
+    one, other = (found["run-up"][name][0][1] for name in ("planar on bearings", "in space on bearings"))
+    assert one == pytest.approx(other, rel=1e-2)
+    assert found["run-up"]["trapezoidal rule"][0][1] > 10 * found["run-up"]["spinning"][0][1]
+    assert (tmp_path / "benchmark.png").stat().st_size > 10_000
