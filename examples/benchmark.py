@@ -145,7 +145,7 @@ def run_up_points(box: exugear.Gearbox, quick: bool) -> Points:
         ("spinning", "generalized-alpha 0.9", lambda h: Rule(BETA, h, 0.9)),
     ]
     for name, label, rule in cases:
-        for h in steps if label == "spinning" else steps[1:4]:
+        for h in steps if quick or label == "spinning" else steps[1:4]:
             rms, seconds = ran(scenes[name], rule(h))
             points.add(label, f"{h / 1e-6:g} us", 100 * float(np.median(np.abs(rms / finest[name] - 1))), seconds)
     for tolerance in () if quick else (1e-2, 1e-3, 1e-4):
