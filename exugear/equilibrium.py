@@ -10,7 +10,6 @@ import numpy as np
 
 from exugear.axes import static_offsets
 from exugear.bodies import SPIN_PLACE
-from exugear.kinematics import phase_of
 from exugear.model import Mesh, Model, lay, open_system, seats
 from exugear.seats import radial_table
 from fem.gear import require
@@ -105,13 +104,14 @@ def _secants(model: Model, q: np.ndarray, before) -> Mapping[str, Mapping[float,
 
 def _deflection(model: Model, mesh: Mesh, force: float) -> float:
     """Static deflection of a mesh [m] at angle 0; ValueError for loads beyond the map."""
-    law, phase = mesh.law, phase_of(mesh.frame, 0.0)
+    law, phase = mesh.law, mesh.phase
     offsets = {n: x for n, x in static_offsets(model.gearbox, mesh.stage).items() if n in law.offsets}
     if force >= 0:
         return law.deflection_at(phase, force, **offsets)
     other = f"backlash must be finite for a load that lies on the other flank, got {law.backlash}"
     require(isfinite(law.backlash), other)
-    return -law.backlash - law.deflection_at(law.back_phase - phase, -force, **offsets)
+    behind = law.backlash + 2 * mesh.opening
+    return -behind - law.deflection_at(law.back_phase - phase, -force, **offsets)
 
 
 @contextmanager

@@ -192,11 +192,12 @@ def meeting(law, frame, q_1, q_2):
 
 
 @kept
-def rest_deflection(law, frame):
-    """Deflection [m] of two Rxyz bodies in the reference configuration, however far it lies beyond the law."""
+def at_rest(law, frame):
+    """Deflection [m], opening of either flank [m] and phase of the driving one in the reference configuration."""
     none = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    lead, opening = meeting(law, frame, none, none)[0]
-    return lead - opening
+    leads, flank, _, _, _, _ = meeting(law, frame, none, none)
+    (lead, opening), (side, _, phase) = leads, flank
+    return lead - opening, opening, phase if side > 0.0 else law[BACK_PHASE] - phase
 
 
 @compiled

@@ -25,7 +25,8 @@ from exugear.kinematics import (
     LAG,
     LAG_1,
     REFERENCE_1,
-    rest_deflection,
+    at_rest,
+    phase_of,
     rotational_frame,
     rotational_row,
     spatial_frame,
@@ -55,6 +56,8 @@ class Mesh:
     frame      numbers of its kinematics
     row        (n_coordinates,) deflection = rest + row . coordinates, about the reference configuration
     rest       deflection in the reference configuration [m]: displaced shafts
+    opening    of either flank there [m]
+    phase      there
     mobility   acceleration of the bodies along the line of action per mesh force, the drive held [1/kg]
     bearings   (12,) the same per displacement of pinion and wheel, by their bearings [1/s^2]
     """
@@ -66,6 +69,8 @@ class Mesh:
     frame: np.ndarray
     row: np.ndarray
     rest: float
+    opening: float
+    phase: float
     mobility: float = 0.0
     bearings: np.ndarray = field(default_factory=lambda: np.zeros(12))
 
@@ -166,7 +171,7 @@ def _contact(mbs, gearbox: Gearbox, number: int, plan: Plan, bodies: Mapping[str
         frame[[E_X, E_Y, HEIGHT]] = cos(stage.angle), sin(stage.angle), 0.0
     kernel = kernel_of(kinds, displaced)
     contact = add_contact(mbs, label, items, kernel, law, frame, recorder)
-    rest = rest_deflection(law.law, frame) if frame[REFERENCE_1:].any() else 0.0
+    rest = at_rest(law.law, frame) if frame[REFERENCE_1:].any() else (0.0, 0.0, phase_of(frame, 0.0))
     return stage, contact, recorder, frame, law, rest
 
 
@@ -188,7 +193,7 @@ def _mesh(mbs, built, start: Mapping[str, int], plan: Plan) -> Mesh:
     entries = spatial_row(frame) if spatial else np.insert(np.zeros(10), [5, 10], rotational_row(frame))
     for shaft, part, own in zip((stage.fast, stage.slow), np.split(entries, 2), taken, strict=True):
         row[start[shaft.name] : start[shaft.name] + len(own)] = part[own]
-    return Mesh(stage, law, contact, recorder, frame, row, rest)
+    return Mesh(stage, law, contact, recorder, frame, row, *rest)
 
 
 def lay(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
