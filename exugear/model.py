@@ -156,7 +156,7 @@ def quiet():
 
 
 def _contact(mbs, gearbox: Gearbox, number: int, plan: Plan, bodies: Mapping[str, int]):
-    """Stage, contact's object number, recorder, frame, law, deflection in the reference configuration."""
+    """Stage, contact's object number, recorder, frame, law, and what `at_rest` says of the reference configuration."""
     stage, phase, label = gearbox.stages[number], gearbox.phases[number], gearbox.labels[number]
     items = [bodies[stage.fast.name], bodies[stage.slow.name]]
     kinds, direction = tuple(kind_of(mbs, item) for item in items), gearbox.turns[stage.fast.name]

@@ -4,10 +4,9 @@ Without --benchmark-enable every one runs once. Times mean little on a busy mach
 one factorization of the gear, Exudyn's step with a spring of its own.
 """
 
-import exudyn as exu
-import exudyn.itemInterface as eii
 import numpy as np
 import pytest
+from benchmark import own_spring
 from scenes import INERTIA, smooth_box
 
 import exugear
@@ -56,17 +55,7 @@ def test_states_in_slice_mode(benchmark, paper_pair):
 
 def test_exudyns_own_spring(benchmark):
     """Yardstick of the run-ups: as many steps of two masses, one of them driven, on a spring that is built in."""
-    container = exu.SystemContainer()
-    mbs = container.AddSystem()
-    nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0.0])) for _ in range(2)]
-    for node in nodes:
-        mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node))
-    ends = [mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0)) for node in nodes]
-    fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
-    mbs.AddObject(eii.CoordinateConstraint(markerNumbers=[fixed, ends[0]]))
-    mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=ends, stiffness=2e6, damping=10.0))
-    mbs.AddLoad(eii.LoadCoordinate(markerNumber=ends[1], load=1.0))
-    mbs.Assemble()
+    _container, mbs = own_spring(INERTIA)
     settings = settings_for(Rule(BETA, STEP), STEP * STEPS, 1e-3)
     with quiet():
         assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)
