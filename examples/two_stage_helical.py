@@ -13,6 +13,7 @@ from math import tan
 from pathlib import Path
 
 import numpy as np
+from matplotlib.image import imsave
 
 import exugear
 import fem
@@ -22,6 +23,10 @@ from fem.units import deg, mm, rpm, um
 
 LOAD, SPEED, DAMPING = 600.0, (300 * rpm, 6000 * rpm), 3000.0
 PLAY = 0.05 * mm
+#: Shortest part of the run that is shown as one value [s].
+WINDOW = 0.01
+#: Rotation of the view [rad].
+VIEW = [0.4, 0.6, 0.0]
 #: Axial places of the bearings of every shaft, and of the gears of the first and second stage
 BEARINGS, FIRST, SECOND = (0.0, 150 * mm), 45 * mm, 105 * mm
 TORQUES = {"first": (0, 2, 10, 40, 100, 200, 400), "second": (0, 5, 25, 100, 250, 500, 1000)}
@@ -84,12 +89,17 @@ def axial_reactions(data) -> dict[str, float]:
     }
 
 
-def varying(run: exugear.Run, windows: int = 150) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def windows(run: exugear.Run) -> int:
+    """Number of windows that each hold some mesh cycles, at most 150."""
+    return min(150, round(float(run.data["time"][-1]) / WINDOW))
+
+
+def varying(run: exugear.Run) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Speeds [rad/s], and by bearing the rms of what varies of its radial force [N] in windows of time."""
     data, found = run.data, {}
     for name in data["bearing"].values:
         x, y = (data["bearing_force"].sel(bearing=name, direction=d).values for d in "xy")
-        across = [exugear.envelope(data["speed"].values, f, windows) for f in (x, y)]
+        across = [exugear.envelope(data["speed"].values, f, windows(run)) for f in (x, y)]
         found[str(name)] = np.hypot(across[0].rms, across[1].rms)
     return across[0].place, found
 
@@ -117,7 +127,7 @@ def draw(path: Path, done: exugear.Run) -> None:
     left, right = figure.axes
     data = done.data
     for stage in data["stage"].values:
-        found = exugear.envelope(data["speed"].values, data["dte"].sel(stage=stage).values, 150)
+        found = exugear.envelope(data["speed"].values, data["dte"].sel(stage=stage).values, windows(done))
         left.plot(found.place / rpm, found.amplitude / um, label=str(stage))
     left.set(ylabel="amplitude of the dynamic transmission error [µm]")
     speed, radial = varying(done)
@@ -132,6 +142,19 @@ def draw(path: Path, done: exugear.Run) -> None:
     figure.savefig(path, dpi=110)
 
 
+def picture(model: exugear.Model, path: Path) -> None:
+    """The gearbox as Exudyn's renderer shows it, here by its raytracer, which needs no screen."""
+    exugear.draw(model)
+    settings, renderer = model.container.visualizationSettings, model.container.renderer
+    settings.view0.window.renderWindowSize = [1200, 800]
+    settings.raytracer.imageSizeFactor, settings.raytracer.multiSampling = 1, 4
+    settings.loads.show = settings.view0.scene.drawCoordinateSystem = settings.raytracer.advanced.showText = False
+    renderer.ZoomAll()
+    whole = renderer.GetState()
+    renderer.SetModelView(whole["zoom"], VIEW, list(whole["centerPoint"]))
+    imsave(path, renderer.RedrawAndGetImage(useRaytracer=True))
+
+
 def main(arguments: list[str] | None = None) -> tuple[exugear.Model, exugear.Gearbox, exugear.Run]:
     """The model, the same gearbox with opposite hands on the middle shaft, and the run-up."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -144,6 +167,7 @@ def main(arguments: list[str] | None = None) -> tuple[exugear.Model, exugear.Gea
     meshes = laws(maps)
     model, opposed = exugear.build(gearbox(meshes, pairs())), gearbox(meshes, pairs(-1))
     print(model.plan, flush=True)
+    picture(model, chosen.folder / "two_stage_helical_gears.png")
     done = exugear.run_up(model, speed=SPEED, duration=0.2 if chosen.quick else 4.0, load=LOAD)
     draw(chosen.folder / "two_stage_helical.png", done)
     print("", report(model, opposed, done), f"all: {time.perf_counter() - began:.1f} s", sep="\n\n")

@@ -1,4 +1,4 @@
-"""A built gearbox for Exudyn's own viewer: its gears with the teeth where they mesh, its shafts."""
+"""A built gearbox for Exudyn's own viewer: its gears with the teeth where they mesh, their seats, its shafts."""
 
 from math import pi
 
@@ -12,7 +12,11 @@ SLIMMER = 0.8
 
 
 def draw(model: Model) -> None:
-    """Give all bodies of the model their graphics; then mbs.SolveDynamic or exudyn's SolutionViewer shows them."""
+    """Give all bodies of the model their graphics; then mbs.SolveDynamic or exudyn's SolutionViewer shows them.
+
+    Drive and contacts are no longer drawn as Exudyn's circles.
+    """
+    hide(model)
     drawn = set()
     for stage, phase in zip(model.gearbox.stages, model.gearbox.phases, strict=True):
         direction = model.gearbox.turns[stage.fast.name]
@@ -25,12 +29,19 @@ def draw(model: Model) -> None:
                 at = axial - origin(model, name)
                 turned = angle + direction * phase * pitch
                 add_gear_graphics(model.mbs, model.bodies[name], gear, axial=at, phase_angle=turned)
+                add_graphics(model.mbs, model.bodies[name], shaft_graphics(gear.b, gear.d_bore, axial=at))
                 drawn.add((name, axial))
     for shaft in model.gearbox.shafts:
         low, high = ends(shaft)
         d = SLIMMER * min(gear.d_bore for gear in shaft.gears.values())
         axial = (low + high) / 2 - origin(model, shaft.name)
         add_graphics(model.mbs, model.bodies[shaft.name], shaft_graphics(high - low, d, axial=axial))
+
+
+def hide(model: Model) -> None:
+    """Draw no drive and no contacts."""
+    for item in (model.drive, *(mesh.contact for mesh in model.meshes)):
+        model.mbs.SetObjectParameter(item, "Vshow", False)
 
 
 def origin(model: Model, name: str) -> float:
