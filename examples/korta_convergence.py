@@ -50,9 +50,11 @@ def draw(path: Path, curves: dict[str, np.ndarray], table: list[tuple[str, float
         left.plot(np.linspace(0, 1, te.size + 1), np.append(te, te[0]) / um, label=name)
     left.set(xlabel="phase of the mesh cycle [pitches]", ylabel="static transmission error [µm]")
     left.legend(frameon=False)
-    right.barh([row[0] for row in table], [row[3] for row in table])
+    bars = right.barh([row[0] for row in table], [row[3] for row in table])
+    right.bar_label(bars, fmt="%.3g s", padding=3)
     right.invert_yaxis()
-    right.set(xlabel="wall time of 16 phases [s]", xscale="log")
+    right.set(xlabel="wall time of 16 phases [s]")
+    right.margins(x=0.1)
     figure.savefig(path, dpi=110)
 
 
