@@ -28,7 +28,7 @@ import exugear
 import fem
 from exugear import plots
 from exugear.integrator import BETA, TRAPEZOIDAL_BETA, Rule, settings_for
-from exugear.law import flank_force
+from exugear.law import damping, spinning_force
 from fem import nonlinear
 from fem.mesh import Density
 from fem.units import mm, rpm
@@ -162,7 +162,8 @@ def compiled_loop(law, mobility, load, steps, h, turns):
     for i in range(steps):
         t = i * h
         y += h * v + 0.5 * h * h * a
-        b = mobility * (load - flank_force(law, turns * t * t, y, v + 0.5 * h * a, 0.0))
+        penetration, force, _ = spinning_force(law, turns * t * t, y)
+        b = mobility * (load - force - damping(law, penetration) * (v + 0.5 * h * a))
         v, a = v + 0.5 * h * (a + b), b
     return y
 

@@ -17,7 +17,7 @@ from exugear.law import (
     HEADER,
     OFFSETS,
     PHASE_STEPS,
-    damped,
+    damping,
     hermite,
     kept,
     static_force,
@@ -38,11 +38,11 @@ def mesh_forces(law, phase, deflection, rate, a, misalignment, axial):
         offsets = a[i], misalignment[i], axial[i]
         if deflection[i] >= -0.5 * law[BACKLASH]:
             penetration, static, _, _ = static_force(law, phase[i], deflection[i], *offsets)
-            force[i] = static + damped(law, penetration, static, rate[i], 0.0)
+            force[i] = static + damping(law, penetration) * rate[i]
         else:
             mirrored = law[BACK_PHASE] - phase[i], -(deflection[i] + law[BACKLASH])
             penetration, static, _, _ = static_force(law, *mirrored, *offsets)
-            force[i] = -static - damped(law, penetration, static, -rate[i], 0.0)
+            force[i] = -static + damping(law, penetration) * rate[i]
     return force
 
 

@@ -17,14 +17,18 @@ from math import acos, atan2, cos, floor, pi, sin, sqrt, tan
 
 import numpy as np
 
-from exugear.law import BACK_PHASE, BACKLASH, CONSERVES, compiled, conserving, damped, flank_force, kept, static_force
+from exugear.law import BACK_PHASE, BACKLASH, caught_up, compiled, damping, kept, spinning_force, static_force
 from fem.gear import involute
 
 R_B1, R_B2, TURNS, PHASE, DIRECTION, INV_0, AXIAL_1, AXIAL_2, E_X, E_Y, TAN_BETA_B, HEIGHT = range(12)
-#: What the velocities of the integrator lack, as `exugear.law.damped` takes it; the same by bearings, per velocity.
+#: What the velocities of the integrator lack, as `exugear.law.caught_up` takes it; the same by bearings, per velocity.
 LAG, LAG_1, LAG_2 = 12, 13, 19
-REFERENCE_1, REFERENCE_2 = 25, 31
-FRAME = 37
+#: Acceleration per mesh force [1/kg]; mesh force that holds the load while the bearings are at rest [N].
+MOBILITY, HELD = 25, 26
+REFERENCE_1, REFERENCE_2 = 27, 33
+FRAME = 39
+#: Over which the static force's rise is taken [s].
+INSTANT = 1e-9
 
 
 def rotational_frame(pair, phase: float, direction: int) -> np.ndarray:
@@ -113,13 +117,16 @@ def rotational_mesh(law, frame, q_1, q_2, v_1, v_2):
     d, r_1, r_2 = frame[DIRECTION], frame[R_B1], frame[R_B2]
     lead = d * (r_1 * q_1 + r_2 * q_2)
     side, deflection, phase = flank_of(law, lead, 0.0, d * frame[TURNS] * q_1 + frame[PHASE])
-    rate, turning = side * d * (r_1 * v_1 + r_2 * v_2), 0.0
-    if law[CONSERVES] != 0.0:
-        penetration, force, by_phase = conserving(law, phase, deflection)
-        force, turning = force + damped(law, penetration, force, rate, frame[LAG]), side * d * by_phase
-    else:
-        force = flank_force(law, phase, deflection, rate, frame[LAG])
-    force = side * force
+    rate, passing = side * d * (r_1 * v_1 + r_2 * v_2), side * d * frame[TURNS] * v_1
+    penetration, force, turning = spinning_force(law, phase, deflection)
+    c = damping(law, penetration)
+    if c > 0.0:
+        if frame[LAG] != 0.0:
+            _, later, _ = spinning_force(law, phase + INSTANT * passing, deflection + INSTANT * rate)
+            rise, excess = (later - force) / INSTANT, force - side * frame[HELD]
+            rate = caught_up(rate, frame[LAG], frame[MOBILITY], rise, excess, c)
+        force += c * rate
+    force, turning = side * force, side * d * turning
     return lead, force, (-d * r_1 * force - frame[TURNS] * turning, -d * r_2 * force)
 
 
@@ -209,9 +216,16 @@ def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
     penetration, force, centroid, turning = static_force(law, phase, deflection, *offsets)
     contact = (centre_1[0] + r_w * x, centre_1[1] + r_w * y, centre_1[2] + side_d * centroid)
     row_1, row_2 = row_of(pole_1, contact, n, a_1, b_1), row_of(pole_2, contact, n, a_2, b_2)
-    held_back = dot(frame[LAG_1:LAG_2], v_1) + dot(frame[LAG_2:REFERENCE_1], v_2)
-    rate = dot(row_1, v_1) - dot(row_2, v_2) + side * held_back
-    force += damped(law, penetration, force, rate, frame[LAG])
+    held_back = dot(frame[LAG_1:LAG_2], v_1) + dot(frame[LAG_2:MOBILITY], v_2)
+    rate, passing = dot(row_1, v_1) - dot(row_2, v_2) + side * held_back, side_d * frame[TURNS] * v_1[5]
+    c = damping(law, penetration)
+    if c > 0.0:
+        if frame[LAG] != 0.0:
+            _, later, _, _ = static_force(law, phase + INSTANT * passing, deflection + INSTANT * rate, *offsets)
+            seated = (dot(frame[LAG_1:LAG_2], q_1) + dot(frame[LAG_2:MOBILITY], q_2)) / frame[LAG]
+            rise, excess = (later - force) / INSTANT, force + side * (seated - frame[HELD])
+            rate = caught_up(rate, frame[LAG], frame[MOBILITY], rise, excess, c)
+        force += c * rate
     one, other = scaled(row_1, -force), scaled(row_2, force)
     if turning != 0.0:
         torque, far = (

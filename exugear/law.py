@@ -116,29 +116,39 @@ def centroid_at(law, block, i, following, t, j, w):
 
 
 @compiled
-def damped(law, penetration, static, rate, lag):
-    """Damping force [N], which ramps in with the penetration; 0 without contact.
-
-    static  static force [N]
-    lag     share by which the rate is too small per stiffness [m/N], by the integrator
-    """
+def damping(law, penetration):
+    """Coefficient [N s/m], which ramps in with the penetration; 0 without contact."""
     if penetration <= 0.0:
         return 0.0
     r = min(penetration / law[RAMP], 1.0)
-    return law[DAMPING] * r * r * (3.0 - 2.0 * r) * rate * (1.0 + lag * static / penetration)
+    return law[DAMPING] * r * r * (3.0 - 2.0 * r)
 
 
 @compiled
-def flank_force(law, phase, deflection, rate, lag):
-    """Force >= 0 but for damping [N] of one flank of a law without offsets; ValueError(deflection, largest) beyond."""
+def caught_up(rate, lag, mobility, rise, excess, c):
+    """The rate [m/s] that the integrator's velocities lag behind: rate + lag d(force)/dt.
+
+    lag         share by which the rate is too small, per rise of the force [m/N]
+    mobility    acceleration of the bodies per force [1/kg]
+    rise        of the static force over time [N/s]
+    excess      static force above what holds the load [N]
+    c           damping coefficient [N s/m]
+    """
+    return rate + lag * (rise - c * mobility * (excess + c * rate))
+
+
+@compiled
+def spinning_force(law, phase, deflection):
+    """`conserving`'s, or those of a law without offsets; ValueError(deflection, largest) beyond."""
+    if law[CONSERVES] != 0.0:
+        return conserving(law, phase, deflection)
     i, following, t = phase_cell(law, phase)
     unloaded, largest = edge(law, HEADER, i, following, t)
     penetration = deflection - unloaded
     if penetration <= 0.0:
-        return 0.0
+        return 0.0, 0.0, 0.0
     j, w = load_cell(law, penetration, largest, unloaded)
-    force = secant(law, HEADER, i, following, t, j, w) * penetration
-    return force + damped(law, penetration, force, rate, lag)
+    return penetration, secant(law, HEADER, i, following, t, j, w) * penetration, 0.0
 
 
 @compiled

@@ -24,6 +24,7 @@ from exugear.kinematics import (
     HEIGHT,
     LAG,
     LAG_1,
+    MOBILITY,
     REFERENCE_1,
     at_rest,
     phase_of,
@@ -59,7 +60,8 @@ class Mesh:
     opening    of either flank there [m]
     phase      there
     mobility   acceleration of the bodies along the line of action per mesh force, the drive held [1/kg]
-    bearings   (12,) the same per displacement of pinion and wheel, by their bearings [1/s^2]
+    bearings   (12,) the same per displacement of pinion and wheel, by their bearings if all are linear [1/s^2]
+    held       mesh force that holds a load of 1 N m while the bearings are not yet displaced [1/m]
     """
 
     stage: Stage
@@ -73,6 +75,7 @@ class Mesh:
     phase: float
     mobility: float = 0.0
     bearings: np.ndarray = field(default_factory=lambda: np.zeros(12))
+    held: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,12 +139,13 @@ def measured(model: Model) -> Model:
 def integrated(model: Model, rule: Rule):
     """The meshes with damping as the true velocities ask for, which the rule's lag behind."""
     for mesh in model.meshes:
-        mesh.frame[LAG], mesh.frame[LAG_1:REFERENCE_1] = rule.lag * mesh.mobility, rule.lag * mesh.bearings
+        mesh.frame[LAG], mesh.frame[LAG_1:MOBILITY] = rule.lag * mesh.mobility, rule.lag * mesh.bearings
+        mesh.frame[MOBILITY] = mesh.mobility
     try:
         yield
     finally:
         for mesh in model.meshes:
-            mesh.frame[LAG:REFERENCE_1] = 0.0
+            mesh.frame[LAG:MOBILITY] = 0.0
 
 
 @contextmanager
@@ -246,14 +250,18 @@ def _accelerated(model: Model, mesh: Mesh, mass: np.ndarray, stiffness: np.ndarr
     name = model.gearbox.driving.name
     held = np.append(held_by_joints(model), model.rotors.get(name, model.spins[name]))
     free = np.setdiff1d(np.arange(len(mass)), held)
-    moved = np.zeros(len(mass))
+    moved, force = np.zeros(len(mass)), np.array(model.gearbox.static_forces(1.0))
     moved[free] = np.linalg.solve(mass[np.ix_(free, free)], mesh.row[free])
     back, bearings = stiffness @ moved, np.zeros((2, 6))
+    mobility, holds = float(mesh.row @ moved), float(force[model.meshes.index(mesh)])
+    pushed = force @ np.array([other.row for other in model.meshes])
     for own, shaft in zip(bearings, (mesh.stage.fast, mesh.stage.slow), strict=True):
-        taken = TAKEN[model.plan.shafts[shaft.name]]
-        own[taken] = back[model.spins[shaft.name] - len(taken) + 1 :][: len(taken)]
-    bearings[:, 5] = 0.0
-    return replace(mesh, mobility=float(mesh.row @ moved), bearings=bearings.ravel())
+        if all(bearing.linear for bearing in shaft.bearings.values()):
+            taken = TAKEN[model.plan.shafts[shaft.name]][:-1]
+            seat = slice(model.spins[shaft.name] - len(taken), model.spins[shaft.name])
+            own[taken] = back[seat]
+            holds -= float(moved[seat] @ pushed[seat]) / mobility
+    return replace(mesh, mobility=mobility, bearings=bearings.ravel(), held=holds)
 
 
 def _frequencies(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> tuple[float, float]:

@@ -12,6 +12,7 @@ from exudyn.utilities import CreateSymbolicUserFunction
 from exugear.course import Curve, Line, line
 from exugear.equilibrium import start
 from exugear.integrator import BETA, STABLE, Rule
+from exugear.kinematics import HELD
 from exugear.model import Mesh, Model, measured, quiet
 from exugear.pieces import Solver
 from exugear.seats import reactions
@@ -90,7 +91,7 @@ def run_up(
     h = rule.step
     every = max(1, int(sample / h * (1 + 1e-9)))
     samples = ceil(duration / (every * h) * (1 - 1e-9))
-    h = duration / (samples * every)
+    h = summable(duration / (samples * every), duration)
     with quiet():
         _impose(model, speed_of, load_of)
         start(model, _finite(load_of(0.0), 0.0), float(speed_of(0.0)))
@@ -115,6 +116,15 @@ def run_up(
 def _finite(load: float, t: float) -> float:
     require(isfinite(load), f"load(t) must be finite, got {load} at t = {t:.6g} s")
     return float(load)
+
+
+def summable(step: float, duration: float) -> float:
+    """The step [s] rounded down so that sums of it, and of its half, up to a duration are exact.
+
+    Exudyn sums its steps up, and makes one more where 1e-10 s are missing at the end.
+    """
+    unit = 2 * np.spacing(duration)
+    return step // unit * unit
 
 
 def _fastest(model: Model, speed_of, duration: float) -> float:
@@ -159,7 +169,10 @@ def _impose(model: Model, speed_of, load_of) -> None:
         return speed_of(t)
 
     def torque(mbs, t, load):
-        return sign * _finite(load_of(t), t)
+        now = _finite(load_of(t), t)
+        for mesh in model.meshes:
+            mesh.frame[HELD] = mesh.held * now
+        return sign * now
 
     if isinstance(speed_of, Line):
         angle = CreateSymbolicUserFunction(mbs, angle, "offsetUserFunction", model.drive)
@@ -167,7 +180,7 @@ def _impose(model: Model, speed_of, load_of) -> None:
     mbs.SetObjectParameter(model.drive, "offsetUserFunction", angle)
     mbs.SetObjectParameter(model.drive, "offsetUserFunction_t", rate)
     steady = isinstance(load_of, Line) and load_of.b == 0
-    mbs.SetLoadParameter(model.load, "load", sign * load_of(0.0) if steady else 0.0)
+    mbs.SetLoadParameter(model.load, "load", torque(mbs, 0.0, 0.0) if steady else 0.0)
     mbs.SetLoadParameter(model.load, "loadUserFunction", 0 if steady else torque)
     mbs.Assemble()
 

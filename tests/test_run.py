@@ -13,6 +13,7 @@ from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, s
 import exugear
 from exugear.course import Curve, line
 from exugear.pieces import Solver
+from exugear.run import summable
 from fem.units import mm, rpm, um
 
 LOAD = 350.0
@@ -81,6 +82,34 @@ def test_windows_are_converged_at_the_default_tolerance(spinning):
     fine = run(spinning, **conditions, step=rough.step / 4)
     error = np.abs(windows(rough) / windows(fine) - 1)
     assert np.median(error) < 1e-3
+
+
+def fall(box, speed: float) -> float:
+    """By what power of the step the DTE's error falls, from 24 to 12 us."""
+    conditions = {"speed": speed, "duration": 0.048, "sample": 4.8e-5, "tolerance": 1e-6}
+    one, other, fine = (run(exugear.build(box), step=h, **conditions).data["dte"].values for h in (24e-6, 12e-6, 15e-7))
+    return float(np.log2(np.std(one - fine) / np.std(other - fine)))
+
+
+@pytest.mark.parametrize("damping", [0.0, 2700.0])
+@pytest.mark.parametrize("part", [None, exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5)])
+def test_error_falls_with_the_fourth_power_of_the_step(part, damping):
+    assert fall(smooth_box(part, damping=damping), 600 * rpm) == pytest.approx(4, abs=0.3)
+
+
+def test_contact_loss_makes_the_error_fall_more_slowly():
+    assert 0 < fall(smooth_box(), 2100 * rpm) < 3
+
+
+@pytest.mark.parametrize("duration", [1e-3, 0.7, 70.0, 1234.5])
+def test_steps_sum_up_exactly(duration):
+    """As Exudyn adds them: else one more, of some 1e-10 s, would ruin the rates at the end."""
+    n = 3_000_017
+    step = summable(duration / n, duration)
+    for h, number in ((step, n), (step / 2, 2 * n)):
+        assert np.cumsum(np.full(number, h))[-1] == n * step
+    assert step == pytest.approx(duration / n, rel=1e-6)
+    assert n * step <= duration
 
 
 @pytest.mark.parametrize(
