@@ -3,16 +3,15 @@
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import ceil, isfinite, pi
+from math import ceil, pi
 
 import numpy as np
 import xarray as xr
-from exudyn.utilities import CreateSymbolicUserFunction
 
-from exugear.course import Curve, Line, line
+from exugear.course import Curve, line
 from exugear.equilibrium import start
+from exugear.imposed import finite, imposed
 from exugear.integrator import BETA, STABLE, Rule
-from exugear.kinematics import HELD
 from exugear.model import Mesh, Model, measured, quiet
 from exugear.pieces import Solver
 from exugear.seats import reactions
@@ -92,9 +91,8 @@ def run_up(
     every = max(1, int(sample / h * (1 + 1e-9)))
     samples = ceil(duration / (every * h) * (1 - 1e-9))
     h = summable(duration / (samples * every), duration)
-    with quiet():
-        _impose(model, speed_of, load_of)
-        start(model, _finite(load_of(0.0), 0.0), float(speed_of(0.0)))
+    with quiet(), imposed(model, speed_of, load_of):
+        start(model, finite(load_of(0.0), 0.0), float(speed_of(0.0)))
         for mesh in model.meshes:
             mesh.recorder.start(every * h, samples + 1, steps=every, motion=on_bearings(model, mesh))
         began = clock.perf_counter()
@@ -111,11 +109,6 @@ def run_up(
     data.attrs |= {"title": "run-up"} | inputs | used | _inputs(model)
     data = data.assign(_step_error(again, errors, h)) if again else data
     return Run(data, wall_time, h)
-
-
-def _finite(load: float, t: float) -> float:
-    require(isfinite(load), f"load(t) must be finite, got {load} at t = {t:.6g} s")
-    return float(load)
 
 
 def summable(step: float, duration: float) -> float:
@@ -156,33 +149,6 @@ def _require_in_mesh(model: Model) -> None:
             except ValueError as error:
                 far = f"bearings of {mesh.stage.name} yield to a centre distance of {a / mm:.6g} mm"
                 raise RuntimeError(f"{far}, where the pair cannot run; try less load or stiffer bearings") from error
-
-
-def _impose(model: Model, speed_of, load_of) -> None:
-    """Hand speed and load to the built system; lines become Exudyn's own expressions."""
-    mbs, sign = model.mbs, -model.gearbox.turns[model.gearbox.driven.name]
-
-    def angle(mbs, t, item, offset):
-        return speed_of.integral(t)
-
-    def rate(mbs, t, item, offset):
-        return speed_of(t)
-
-    def torque(mbs, t, load):
-        now = _finite(load_of(t), t)
-        for mesh in model.meshes:
-            mesh.frame[HELD] = mesh.held * now
-        return sign * now
-
-    if isinstance(speed_of, Line):
-        angle = CreateSymbolicUserFunction(mbs, angle, "offsetUserFunction", model.drive)
-        rate = CreateSymbolicUserFunction(mbs, rate, "offsetUserFunction_t", model.drive)
-    mbs.SetObjectParameter(model.drive, "offsetUserFunction", angle)
-    mbs.SetObjectParameter(model.drive, "offsetUserFunction_t", rate)
-    steady = isinstance(load_of, Line) and load_of.b == 0
-    mbs.SetLoadParameter(model.load, "load", torque(mbs, 0.0, 0.0) if steady else 0.0)
-    mbs.SetLoadParameter(model.load, "loadUserFunction", 0 if steady else torque)
-    mbs.Assemble()
 
 
 def _step_error(pieces, errors: np.ndarray, h: float) -> dict:

@@ -85,6 +85,7 @@ FLOORS = {
     "exugear.plan": 10,
     "exugear.model": 11,
     "exugear.equilibrium": 11.5,
+    "exugear.imposed": 11.6,
     "exugear.pieces": 11.7,
     "exugear.viewer": 12,
     "exugear.run": 12,
@@ -94,7 +95,7 @@ FLOORS = {
 DOORS_TO_FEM = {"fem.units", "fem.cache", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"}
 EXUDYN = (
     *("bodies", "connector", "equilibrium", "friction_connector", "graphics"),
-    *("integrator", "model", "native", "pieces", "plan", "run", "seats", "sensor", "trampoline", "trial"),
+    *("imposed", "integrator", "model", "native", "pieces", "plan", "run", "seats", "sensor", "trampoline", "trial"),
 )
 FENCES = {
     "skfem": {

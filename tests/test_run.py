@@ -1,8 +1,10 @@
 """Run-ups: equilibrium, energy, invariance of the reduction, accuracy of the step, refusals."""
 
 import _thread
+import gc
 import signal
 import threading
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -189,6 +191,17 @@ def test_bodies_on_bearings_are_damped_as_well(tau):
     conditions = {"speed": (1900 * rpm, 2000 * rpm), "duration": 1.0, "tolerance": 1e-6}
     one, other = (windows(run(model, **conditions, step=step), 0.1) for step in (2e-5, 5e-6))
     assert one == pytest.approx(other, rel=1e-3)
+
+
+@pytest.mark.parametrize("load", [150.0, lambda t: 150 + t])
+@pytest.mark.parametrize("speed", [(10.0, 20.0), lambda t: 10 + t])
+def test_systems_that_are_no_longer_used_are_freed(speed, load):
+    model = exugear.build(smooth_box())
+    run(model, speed=speed, load=load, duration=0.01, progress=True)
+    system = weakref.ref(model.mbs)
+    del model
+    gc.collect()
+    assert system() is None
 
 
 def test_load_turned_round_lies_on_the_other_flank(spinning):
