@@ -38,8 +38,8 @@ class Rule:
 
     @property
     def lag(self) -> float:
-        """Its velocities are q_t + lag d2(q_t)/dt2 [s^2]; displacements of the fourth-order rule err by step^4."""
-        return (1 / 6 - self.beta) * self.step**2 if self.spectral_radius is None else 0.0
+        """Velocities of the fourth-order rule are q_t + lag d2(q_t)/dt2 [s^2]; its displacements err by step^4."""
+        return self.step**2 / 12 if self.beta == BETA and self.spectral_radius is None else 0.0
 
     def __str__(self) -> str:
         if self.spectral_radius is not None:

@@ -2,10 +2,11 @@
 
 Shafts run along z. e_r points from the pinion's to the wheel's axis in the pinion's mid-plane, e_t = z x e_r. A ring
 gear has a negative base radius and a negative centre distance (ISO 21771), so that e_r points away from its axis.
-For direction +1 the deflection is positive where the pinion leads counter-clockwise. On the flank side = direction the
-line of action is n = side cos(alpha) e_t + sin(alpha) e_r - side tan(beta_b) e_z; F n pushes the wheel and -F n the
-pinion in one common point, the pitch point at the centroid. F, the transverse force, is what a torque F r_b1 needs, and
-generalized forces are -F row, the rate is row . velocity (virtual work). Map and centroid count z along side z.
+For direction +1 the deflection is positive where the pinion leads counter-clockwise; 0 takes the gears out of mesh. On
+the flank side = direction the line of action is n = side cos(alpha) e_t + sin(alpha) e_r - side tan(beta_b) e_z; F n
+pushes the wheel and -F n the pinion in one common point, the pitch point at the centroid. F, the transverse force, is
+what a torque F r_b1 needs, and generalized forces are -F row, the rate is row . velocity (virtual work). Map and
+centroid count z along side z.
 
 Offsets as in `fem.Offsets`: the centre distance is that in the pinion's mid-plane, the misalignment the angle of the
 axes in the plane of action by which the gap opens along side z, the axial offset that of the wheel.
@@ -213,7 +214,9 @@ def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
     leads, (side, deflection, phase), (x, y, distance, r_w), n, offsets, bodies = meeting(law, frame, q_1, q_2)
     (pole_1, a_1, b_1, z_1, centre_1), (pole_2, a_2, b_2, _, _) = bodies
     side_d = side * frame[DIRECTION]
-    penetration, force, centroid, turning = static_force(law, phase, deflection, *offsets)
+    penetration = force = centroid = turning = 0.0
+    if side_d != 0.0:
+        penetration, force, centroid, turning = static_force(law, phase, deflection, *offsets)
     contact = (centre_1[0] + r_w * x, centre_1[1] + r_w * y, centre_1[2] + side_d * centroid)
     row_1, row_2 = row_of(pole_1, contact, n, a_1, b_1), row_of(pole_2, contact, n, a_2, b_2)
     held_back = dot(frame[LAG_1:LAG_2], v_1) + dot(frame[LAG_2:MOBILITY], v_2)

@@ -126,15 +126,15 @@ def damping(law, penetration):
 
 @compiled
 def caught_up(rate, lag, mobility, rise, excess, c):
-    """The rate [m/s] that the integrator's velocities lag behind: rate + lag d(force)/dt.
+    """The rate [m/s] that the integrator's velocities lag behind: rate + lag d(force)/dt, where c damps that rate.
 
     lag         share by which the rate is too small, per rise of the force [m/N]
-    mobility    acceleration of the bodies per force [1/kg]
+    mobility    acceleration of the bodies per force [1/kg]; 0: unknown
     rise        of the static force over time [N/s]
     excess      static force above what holds the load [N]
     c           damping coefficient [N s/m]
     """
-    return rate + lag * (rise - c * mobility * (excess + c * rate))
+    return (rate + lag * (rise - c * mobility * excess)) / (1.0 + lag * mobility * c * c)
 
 
 @compiled

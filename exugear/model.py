@@ -19,6 +19,7 @@ from exugear.gearbox import Gearbox
 from exugear.integrator import Rule
 from exugear.kernels import SPIN, kernel_of
 from exugear.kinematics import (
+    DIRECTION,
     E_X,
     E_Y,
     HEIGHT,
@@ -43,8 +44,6 @@ from fem.gear import require
 
 #: Share of a mode's strain energy in the meshes from which on it is to be resolved.
 PART = 0.02
-#: Where teeth are to be parted: backlash is taken as this wide at most [m]; what pressed teeth weigh against gaps.
-WIDE, JAM = 1e-3, 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,10 +136,11 @@ def measured(model: Model) -> Model:
 
 @contextmanager
 def integrated(model: Model, rule: Rule):
-    """The meshes with damping as the true velocities ask for, which the rule's lag behind."""
+    """Damping as the true velocities ask for, which the rule's lag behind; in loops the load leaves forces open."""
+    loops = len(model.meshes) >= len(model.bodies)
     for mesh in model.meshes:
         mesh.frame[LAG], mesh.frame[LAG_1:MOBILITY] = rule.lag * mesh.mobility, rule.lag * mesh.bearings
-        mesh.frame[MOBILITY] = mesh.mobility
+        mesh.frame[MOBILITY] = 0.0 if loops else mesh.mobility
     try:
         yield
     finally:
@@ -214,34 +214,20 @@ def lay(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
     return q
 
 
-def _apart(model: Model) -> np.ndarray:
-    """Deflections (n_stage,) [m] half way between the flanks, in loops as near to it as all meshes come at once.
-
-    A linear program: the least share of a backlash is to be largest, and where the loop jams, the pressing least.
-    """
-    play = np.array([min(mesh.law.backlash, WIDE) for mesh in model.meshes])
-    if len(model.meshes) < len(model.bodies):
-        return -0.5 * play
-    spins = [spin for name, spin in model.spins.items() if name != model.gearbox.driving.name]
-    rows, rest = np.array([mesh.row[spins] for mesh in model.meshes]), np.array([mesh.rest for mesh in model.meshes])
-    size, both = np.abs(rows).max(), np.r_[play, play] / WIDE
-    between = np.c_[np.r_[rows, -rows] / size, both, np.full(both.size, -1.0)]
-    limits = [(None, None)] * len(spins) + [(0, 0.5), (0, None)]
-    ends = np.r_[-rest, play + rest] / WIDE
-    found = scipy.optimize.linprog([0] * len(spins) + [-1, JAM], between, ends, bounds=limits)
-    return rest + rows @ found.x[:-2] * WIDE / size
-
-
 def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Mass and stiffness matrix of the built system while no teeth touch."""
-    system = model.mbs.systemData
-    before = system.GetODE2Coordinates(exu.ConfigurationType.Initial)
+    """Mass and stiffness matrix of the built system, taken out of mesh."""
+    system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
+    before, directions = system.GetODE2Coordinates(initial), [mesh.frame[DIRECTION] for mesh in model.meshes]
     try:
-        system.SetODE2Coordinates(lay(model, _apart(model), np.zeros(len(before))), exu.ConfigurationType.Initial)
+        system.SetODE2Coordinates(np.zeros(len(before)), initial)
+        for mesh in model.meshes:
+            mesh.frame[DIRECTION] = 0.0
         with quiet():
             mass, stiffness, *_ = model.mbs.ComputeLinearizedSystem()
     finally:
-        system.SetODE2Coordinates(before, exu.ConfigurationType.Initial)
+        system.SetODE2Coordinates(before, initial)
+        for mesh, direction in zip(model.meshes, directions, strict=True):
+            mesh.frame[DIRECTION] = direction
     return np.array(mass), np.array(stiffness)
 
 

@@ -3,7 +3,7 @@
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import ceil, pi
+from math import ceil, pi, ulp
 
 import numpy as np
 import xarray as xr
@@ -116,7 +116,7 @@ def summable(step: float, duration: float) -> float:
 
     Exudyn sums its steps up, and makes one more where 1e-10 s are missing at the end.
     """
-    unit = 2 * np.spacing(duration)
+    unit = 2 * ulp(duration)
     return step // unit * unit
 
 

@@ -130,6 +130,13 @@ def test_bearing_by_its_matrix_is_the_same_bearing():
     assert np.abs(one - other).max() < 1e-9 * np.abs(one).max()
 
 
+def test_gears_without_backlash_are_taken_out_of_mesh_as_well():
+    boxes = smooth_box(BEARING), smooth_box(BEARING, backlash=0.0)
+    one, other = (open_system(exugear.build(box, plan=exugear.plan(box).with_bodies()))[1] for box in boxes)
+    assert np.array_equal(one, other)
+    assert not one[5].any() and not one[11].any()
+
+
 def test_plan_of_another_gearbox_is_refused():
     with pytest.raises(ValueError, match="plan is for the shafts"):
         exugear.build(smooth_box(), plan=exugear.plan(two_stages()))

@@ -61,7 +61,7 @@ def torques(model: exugear.Model, forces: np.ndarray, load: float) -> tuple[np.n
     """Rest of the torques on the shafts but the driving one [N m], beside the largest of them."""
     box = model.gearbox
     outer = np.array([-box.turns[shaft.name] * load * (shaft is box.driven) for shaft in box.shafts])
-    meshes = box.rows * forces[:, None]
+    meshes = arms(model) * forces[:, None]
     return (outer - meshes.sum(axis=0))[1:], max(np.abs(meshes).max(), abs(load))
 
 
@@ -85,19 +85,38 @@ def starts_in_equilibrium(model, rest, load: float) -> None:
 
 def actions_are_reactions(model) -> None:
     """Force and moment that a mesh exerts on bodies in space, at the end of the run."""
-    system, now = model.mbs.systemData, exu.ConfigurationType.Current
-    q, q_t = system.GetODE2Coordinates(now), system.GetODE2Coordinates_t(now)
     for mesh in model.meshes:
         if not mesh.frame[REFERENCE_1:].any():
             continue
-        places = [coordinates_of(model, shaft) for shaft in (mesh.stage.fast, mesh.stage.slow)]
-        x = np.concatenate([values[place] for values in (q, q_t) for place in places])
-        motion = bodies_of(x, *(len(place) for place in places))
-        _, force, one, other, *_ = spatial_mesh(mesh.law.law, mesh.frame, *motion)
+        force, one, other, motion = meshing(model, mesh)
         ends = mesh.frame[REFERENCE_1:REFERENCE_2], mesh.frame[REFERENCE_2:]
         total = [wrench(end, np.array(y), f) for end, y, f in zip(ends, motion[:2], (one, other), strict=True)]
         assert np.abs(total[0] + total[1]).max() <= 1e-11 * max(np.abs(total[0]).max(), 1e-300)
         assert force * mesh.recorder.force[-1] >= 0
+
+
+def meshing(model, mesh):
+    """Force, generalized forces on both shafts, and the motion of the mesh at the end of the run."""
+    system, now = model.mbs.systemData, exu.ConfigurationType.Current
+    q, q_t = system.GetODE2Coordinates(now), system.GetODE2Coordinates_t(now)
+    places = [coordinates_of(model, shaft) for shaft in (mesh.stage.fast, mesh.stage.slow)]
+    x = np.concatenate([values[place] for values in (q, q_t) for place in places])
+    motion = bodies_of(x, *(len(place) for place in places))
+    _, force, one, other, *_ = spatial_mesh(mesh.law.law, mesh.frame, *motion)
+    return force, one, other, motion
+
+
+def arms(model) -> np.ndarray:
+    """(n_stage, n_shaft) of the mesh forces about the shafts, which may stand askew [m]."""
+    box = model.gearbox
+    found = box.rows.copy()
+    for i, mesh in enumerate(model.meshes):
+        if mesh.frame[REFERENCE_1:].any():
+            force, *both, _ = meshing(model, mesh)
+            for shaft, forces in zip((mesh.stage.fast, mesh.stage.slow), both, strict=True):
+                if force != 0:
+                    found[i, box.shafts.index(shaft)] = -forces[5] / force
+    return found
 
 
 def coordinates_of(model, shaft: exugear.Shaft) -> list[int]:
@@ -110,11 +129,11 @@ def accelerates_as_forces_ask(model, run) -> None:
     """Momentum of shafts on bearings, spin of the others, at the end of the run."""
     accelerations = model.mbs.systemData.GetODE2Coordinates_tt(exu.ConfigurationType.Current)
     forces = run.data["mesh_force"].values[:, -1]
-    box = model.gearbox
+    box, rows = model.gearbox, arms(model)
     for i, shaft in enumerate(box.shafts):
         free = shaft not in (box.driving, box.driven) and shaft.coupling is None
         if free and not model.plan.shafts[shaft.name].on_bearings:
-            terms = box.rows[:, i] * forces
+            terms = rows[:, i] * forces
             asked = shaft.inertia * accelerations[model.spins[shaft.name]] + terms.sum()
             assert abs(asked) <= NEWTON * whole(model)
     if all(kind.on_bearings for kind in model.plan.shafts.values()):
