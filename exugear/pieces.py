@@ -14,8 +14,8 @@ from exugear.integrator import Rule, settings_for
 from exugear.model import Model, integrated
 
 PIECES = 100
-#: Error by the step over its change by half of it: second order at least.
-REST = 4 / 3
+#: Error by the step over its change by half of it: fourth order.
+REST = 16 / 15
 #: Shorter pieces say little [samples].
 FEWEST = 50
 

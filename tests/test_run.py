@@ -118,12 +118,12 @@ def test_steps_sum_up_exactly(duration):
     "build", [lambda: exugear.build(smooth_box()), pytest.param(with_bearings, marks=pytest.mark.slow)]
 )
 def test_estimated_errors_are_true(build, monkeypatch):
-    """All hundred pieces of a run-up through the resonances, against a sixth of the step."""
+    """All hundred pieces of a run-up through the resonances, against a sixth of the step; above Newton's own error."""
     monkeypatch.setattr(Solver, "telling", lambda self, pieces, number: pieces)
-    conditions = {"speed": (500 * rpm, 3500 * rpm), "duration": 10.0, "load": 150.0}
+    conditions = {"speed": (500 * rpm, 3500 * rpm), "duration": 10.0, "load": 150.0, "tolerance": 4e-3}
     rough = run(build(), **conditions, progress=True)
     finer = {"step": rough.step / 6, "sample": rough.data.attrs["sample"], "tolerance": 1e-5}
-    fine = run(build(), **conditions, **finer)
+    fine = run(build(), **conditions | finer)
     one, other = (np.array_split(x.data["dte"].values[0, :-1], 100) for x in (rough, fine))
     true = np.array([np.abs(a.std() / b.std() - 1) for a, b in zip(one, other, strict=True)])
     ratio = rough.data["step_error"].values[0] / true
