@@ -6,6 +6,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cache
 from math import inf, isfinite, nan
 
 import numpy as np
@@ -19,31 +20,40 @@ from exugear.law import (
     PHASE_STEPS,
     damping,
     hermite,
-    kept,
+    spinning_force,
     static_force,
     weights_along,
 )
 from exugear.loaded import loaded_centroid, loaded_deflection, te_under
 from exugear.table import PHASES, PHASES_WITH_OFFSETS, U, tabulate
+from fem.compiled import kept
 from fem.gear import require
 from fem.ste import check, offset_axes, pair_of
 from fem.units import um
 
 
-@kept
-def mesh_forces(law, phase, deflection, rate, a, misalignment, axial):
-    """Force [N] of both flanks of equally long arrays: > 0 on the driving flank, < 0 on the other."""
-    force = np.empty(phase.size)
-    for i in range(phase.size):
-        offsets = a[i], misalignment[i], axial[i]
-        if deflection[i] >= -0.5 * law[BACKLASH]:
-            penetration, static, _, _ = static_force(law, phase[i], deflection[i], *offsets)
-            force[i] = static + damping(law, penetration) * rate[i]
-        else:
-            mirrored = law[BACK_PHASE] - phase[i], -(deflection[i] + law[BACKLASH])
-            penetration, static, _, _ = static_force(law, *mirrored, *offsets)
-            force[i] = -static + damping(law, penetration) * rate[i]
-    return force
+@cache
+def mesh_forces(moves: bool):
+    """The function (law, phase, deflection, rate, *offsets) -> force [N] of both flanks of equally long arrays.
+
+    Force > 0 on the driving flank, < 0 on the other. A law whose bodies do not move needs no offsets.
+    """
+
+    @kept
+    def forces(law, phase, deflection, rate, a, misalignment, axial):
+        force = np.empty(phase.size)
+        for i in range(phase.size):
+            drives = deflection[i] >= -0.5 * law[BACKLASH]
+            at = phase[i] if drives else law[BACK_PHASE] - phase[i]
+            y = deflection[i] if drives else -(deflection[i] + law[BACKLASH])
+            if moves:
+                penetration, static, _, _ = static_force(law, at, y, a[i], misalignment[i], axial[i])
+            else:
+                penetration, static, _ = spinning_force(law, at, y)
+            force[i] = (static if drives else -static) + damping(law, penetration) * rate[i]
+        return force
+
+    return forces
 
 
 def beyond_map(deflection: float, largest: float, high: float = nan, axis: float = nan) -> str:
@@ -152,7 +162,8 @@ class MeshForce:
         for name, value in zip(arguments, values, strict=True):
             require(bool(np.isfinite(value).all()), f"{name} must be finite, got {value}")
         try:
-            return mesh_forces(self.law, *(np.ascontiguousarray(x).ravel() for x in values)).reshape(values[0].shape)
+            flat = (np.ascontiguousarray(x).ravel() for x in values)
+            return mesh_forces(bool(self.offsets))(self.law, *flat).reshape(values[0].shape)
         except ValueError as error:
             raise ValueError(beyond_map(*error.args)) from None
 

@@ -1,21 +1,14 @@
 """What Exudyn's user function calls: one compiled function for each two kinds of bodies."""
 
 from functools import cache
-from pathlib import Path
-from zlib import crc32
 
 from numba import carray
 
-import exugear.kinematics
-import exugear.law
-import exugear.recorder
 from exugear.kinematics import FRAME, rotational_mesh, spatial_mesh
-from exugear.law import HEADER, SIZE, compiled, kept
+from exugear.law import HEADER, SIZE
 from exugear.recorder import at, sample_of, write, write_motion
+from fem.compiled import compiled, kept
 
-#: Kernels kept on disk for other sources are compiled anew.
-MODULES = (exugear.law, exugear.kinematics, exugear.recorder)
-STAMP = crc32(b"".join(Path(str(module.__file__)).read_bytes() for module in MODULES))
 SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
 
 
@@ -54,43 +47,32 @@ def kernel_of(kinds: tuple[str, ...], displaced: bool = False):
     only spin need their places.
     """
     if kinds == (SPIN, SPIN) and not displaced:
-        return _rotational(STAMP)
-    return _carried(STAMP) if kinds == (SPIN, SPIN, SPIN) else _general(STAMP, *(SIZES[kind] for kind in kinds))
+        return rotational
+    return carried if kinds == (SPIN, SPIN, SPIN) else _general(*(SIZES[kind] for kind in kinds))
 
 
-def _rotational(stamp: int):
-    @kept
-    def rotational(law, frame, record, t, q_1, q_2, v_1, v_2):
-        _ = stamp
-        deflection, force, forces = rotational_mesh(table(law), carray(at(frame), FRAME), q_1, q_2, v_1, v_2)
-        k = sample_of(record, t)
-        if k >= 0:
-            write(record, k, deflection, force, (0.0, 0.0, 0.0), 0.0)
-        return forces
-
-    return rotational
+@kept
+def rotational(law, frame, record, t, q_1, q_2, v_1, v_2):
+    """Torques on two bodies that spin about resting axes."""
+    deflection, force, forces = rotational_mesh(table(law), carray(at(frame), FRAME), q_1, q_2, v_1, v_2)
+    k = sample_of(record, t)
+    if k >= 0:
+        write(record, k, deflection, force, (0.0, 0.0, 0.0), 0.0)
+    return forces
 
 
-def _carried(stamp: int):
-    @kept
-    def carried(law, frame, record, t, q_1, q_2, q_3, v_1, v_2, v_3):
-        _ = stamp
-        relative = q_1 - q_3, q_2 - q_3, v_1 - v_3, v_2 - v_3
-        deflection, force, (one, other) = rotational_mesh(table(law), carray(at(frame), FRAME), *relative)
-        k = sample_of(record, t)
-        if k >= 0:
-            write(record, k, deflection, force, (0.0, 0.0, 0.0), 0.0)
-        return one, other, -one - other
-
-    return carried
+@kept
+def carried(law, frame, record, t, q_1, q_2, q_3, v_1, v_2, v_3):
+    """Torques on two such bodies and on a third one that carries them."""
+    one, other = rotational(law, frame, record, t, q_1 - q_3, q_2 - q_3, v_1 - v_3, v_2 - v_3)
+    return one, other, -one - other
 
 
-def _general(stamp: int, n_1: int, n_2: int):
+def _general(n_1: int, n_2: int):
     """Encloses numbers alone, by which the compiled function is found on disk; branches not taken are cut off."""
 
     @kept
     def general(law, frame, record, t, *x):
-        _ = stamp
         q_1, q_2, v_1, v_2 = bodies_of(x, n_1, n_2)
         mesh = spatial_mesh(table(law), carray(at(frame), FRAME), q_1, q_2, v_1, v_2)
         deflection, force, row_1, row_2, offsets, centroid = mesh

@@ -18,7 +18,8 @@ from math import acos, atan2, cos, floor, pi, sin, sqrt, tan
 
 import numpy as np
 
-from exugear.law import BACK_PHASE, BACKLASH, caught_up, compiled, damping, kept, spinning_force, static_force
+from exugear.law import BACK_PHASE, BACKLASH, caught_up, damping, spinning_force, static_force
+from fem.compiled import compiled, kept
 from fem.gear import involute
 
 R_B1, R_B2, TURNS, PHASE, DIRECTION, INV_0, AXIAL_1, AXIAL_2, E_X, E_Y, TAN_BETA_B, HEIGHT = range(12)

@@ -13,7 +13,8 @@ derivatives.
 from math import exp, floor, log, nan, sqrt
 
 import numpy as np
-from numba import njit
+
+from fem.compiled import compiled, kept
 
 HEADER = 16
 PHASE_STEPS, PENETRATION_STEPS, BACKLASH, DAMPING, RAMP, BACK_PHASE, SIZE, BLOCK, AXES, CONSERVES = range(10)
@@ -22,17 +23,6 @@ N_A, N_MISALIGNMENT, N_AXIAL = 10, 11, 12
 OFFSETS = ("a", "misalignment", "axial")
 MANY_PITCHES = 1e12
 BEYOND = 1e-9
-
-
-compiled = njit
-
-
-def kept(function):
-    """Compiled and, where a folder can be written, kept on disk with all that it calls: for entry points alone."""
-    try:
-        return njit(cache=True)(function)
-    except RuntimeError:
-        return njit(function)
 
 
 @compiled

@@ -5,7 +5,8 @@ A map with offsets has some ten thousand rows, for each of which scipy builds an
 
 import numpy as np
 
-from exugear.law import compiled, hermite, hermite_slope, kept
+from exugear.law import hermite, hermite_slope
+from fem.compiled import compiled, kept
 
 
 @compiled
@@ -20,8 +21,9 @@ def end_slope(h_0, h_1, m_0, m_1):
 @compiled
 def slopes_of(x, y):
     """Slopes (n,) at the points x, y (n,)."""
-    h, n = np.diff(x), x.size
-    m, d = np.diff(y) / h, np.zeros(n)
+    n, d = x.size, np.zeros(x.size)
+    h = x[1:] - x[:-1]
+    m = (y[1:] - y[:-1]) / h
     if n == 2:
         d[:] = m[0]
         return d
@@ -36,10 +38,11 @@ def slopes_of(x, y):
 
 @kept
 def monotone_cubic(x, y, at):
-    """Values and slopes (m,) at places at (m,) within increasing x (n,) of the curve through y (n,)."""
-    d, values, slopes = slopes_of(x, y), np.empty(at.size), np.empty(at.size)
+    """Values and slopes (m,) at increasing places at (m,) within increasing x (n,) of the curve through y (n,)."""
+    d, values, slopes, i = slopes_of(x, y), np.empty(at.size), np.empty(at.size), 0
     for j in range(at.size):
-        i = min(max(np.searchsorted(x, at[j]) - 1, 0), x.size - 2)
+        while i < x.size - 2 and x[i + 1] < at[j]:
+            i += 1
         h = x[i + 1] - x[i]
         t = (at[j] - x[i]) / h
         values[j] = hermite(t, y[i], h * d[i], y[i + 1], h * d[i + 1])

@@ -7,7 +7,7 @@ import numpy as np
 from numba import carray, types
 from numba.extending import intrinsic
 
-from exugear.law import compiled
+from fem.compiled import compiled
 from fem.gear import require
 
 INTERVAL, SAMPLES, ADDRESS, MOTION, NEAR = range(5)

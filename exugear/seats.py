@@ -8,9 +8,9 @@ from numba import carray
 
 from exugear.bearing import Bearing
 from exugear.kernels import PLANAR, SPATIAL
-from exugear.law import compiled, kept
 from exugear.recorder import at
 from exugear.shaft import Shaft
+from fem.compiled import compiled, kept
 
 SIZE, LEVER, DAMPING = range(3)
 HEADER = 3

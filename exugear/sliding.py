@@ -2,12 +2,9 @@
 
 from functools import cache
 from math import cos, floor, sin, tanh
-from pathlib import Path
-from zlib import crc32
 
 from numba import carray
 
-import exugear.kernels
 from exugear.kernels import SIZES, SPIN, bodies_of, table
 from exugear.kinematics import (
     DIRECTION,
@@ -23,11 +20,10 @@ from exugear.kinematics import (
     row_of,
     scaled,
 )
-from exugear.law import compiled, kept, static_force
+from exugear.law import static_force
 from exugear.recorder import at
+from fem.compiled import compiled, kept
 
-#: Kernels kept on disk for other sources are compiled anew.
-STAMP = crc32(Path(str(exugear.kernels.__file__)).read_bytes(), exugear.kernels.STAMP)
 #: Numbers of `MeshFriction.numbers`, which follow those of the frame, and where its tables begin.
 COEFFICIENT, SPEED, TAN_ALPHA, STEPS, TABLES = (FRAME + i for i in range(5))
 
@@ -87,22 +83,18 @@ def friction_of(kinds: tuple[str, ...]):
 
     Addresses of law, and frame with the friction's numbers behind it.
     """
-    return _rotational(STAMP) if kinds == (SPIN, SPIN) else _general(STAMP, *(SIZES[kind] for kind in kinds))
+    return rotational if kinds == (SPIN, SPIN) else _general(*(SIZES[kind] for kind in kinds))
 
 
-def _rotational(stamp: int):
-    @kept
-    def rotational(law, frame, record, t, q_1, q_2, v_1, v_2):
-        _ = stamp
-        return rotational_friction(table(law), framed(frame), q_1, q_2, v_1, v_2)
-
-    return rotational
+@kept
+def rotational(law, frame, record, t, q_1, q_2, v_1, v_2):
+    """Torques of friction on two bodies that spin about resting axes."""
+    return rotational_friction(table(law), framed(frame), q_1, q_2, v_1, v_2)
 
 
-def _general(stamp: int, n_1: int, n_2: int):
+def _general(n_1: int, n_2: int):
     @kept
     def general(law, frame, record, t, *x):
-        _ = stamp
         row_1, row_2 = spatial_friction(table(law), framed(frame), *bodies_of(x, n_1, n_2))
         one = (row_1[5],) if n_1 == 1 else (row_1[0], row_1[1], row_1[5]) if n_1 == 3 else row_1
         other = (row_2[5],) if n_2 == 1 else (row_2[0], row_2[1], row_2[5]) if n_2 == 3 else row_2

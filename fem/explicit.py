@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numba import njit
 from skfem import ElementQuad1
 from tqdm import tqdm
 
 from fem.body import TEETH, Body, clamped
+from fem.compiled import fast
 from fem.dynamic import RunUp, over_time
 from fem.gear import GearPair, require
 from fem.mesh import Density
@@ -195,7 +195,7 @@ def numbered(meshing: Meshing, phase: float) -> np.ndarray:
     return np.array(found, dtype=np.int64).reshape(-1, 5)
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def advance(gears, state, drive, law, motion, touches):
     """Steps through motion (n, 3): phase, spin, acceleration of the pinion's hub; kinetic and contact energy."""
     kinetic, contact = 0.0, 0.0
@@ -213,7 +213,7 @@ def advance(gears, state, drive, law, motion, touches):
     return kinetic, contact
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _touch(gears, state, drive, law, touches, forces, now):
     """Adds contact forces; torques on both hubs and contact energy."""
     phase, spins = now
@@ -237,7 +237,7 @@ def _touch(gears, state, drive, law, touches, forces, now):
     return torques, energy
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _move(gears, state, drive, step, forces, torques, spins):
     """Displacements, velocities and works after a step; kinetic energy half a step before."""
     spin, euler, spin_2 = spins
@@ -262,7 +262,7 @@ def _move(gears, state, drive, step, forces, torques, spins):
     return kinetic
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _balance(gear, u, v, force, damping, beyond):
     """Adds damping to force; torque of the forces on free nodes, inertia of the hub, torque of damping, its power."""
     torque = inertia = damped = lost = 0.0
@@ -280,7 +280,7 @@ def _balance(gear, u, v, force, damping, beyond):
     return torque, inertia, damped, lost
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _accelerate(gear, u, v, force, turn, step):
     """Central difference of the free nodes in the frame that turns; kinetic energy."""
     spin, euler = turn

@@ -7,9 +7,9 @@ where it exceeds friction times the pressure. Linear elements of plane strain; v
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from fem.body import TEETH, Body
+from fem.compiled import fast
 
 GAUSS = tuple((float(p + 1) / 2, float(w) / 2) for p, w in zip(*np.polynomial.legendre.leggauss(4), strict=True))
 RELIEF_STEPS = 2000
@@ -67,7 +67,7 @@ def teeth_of(body: Body) -> Teeth:
     return Teeth(gear.r_b, flank.base, gear.b, arcs, nodes, turn, flank.smooth.c.T.copy(), relief)
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _involute(teeth, tooth, arc):
     """Point, tangent and roll length."""
     roll = np.sqrt(2 * teeth.r_b * arc)
@@ -76,7 +76,7 @@ def _involute(teeth, tooth, arc):
     return teeth.r_b * c - roll * s, teeth.r_b * s + roll * c, c, s, roll
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _bent(teeth, tooth, u):
     """(n - 1, 2, 4) polynomials of the flank's displacement."""
     n = teeth.arcs.size
@@ -90,19 +90,19 @@ def _bent(teeth, tooth, u):
     return found
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _cubic(p, t):
     """Value, slope and second derivative of a polynomial."""
     value, slope = p[3] + t * (p[2] + t * (p[1] + t * p[0])), p[2] + t * (2 * p[1] + 3 * t * p[0])
     return value, slope, 2 * p[1] + 6 * t * p[0]
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _interval(arcs, arc):
     return min(max(np.searchsorted(arcs, arc) - 1, 0), arcs.size - 2)
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _on_flank(teeth, tooth, bent, arc):
     """Point, derivative and second derivative over the arc length of a bent flank."""
     x, y, c, s, roll = _involute(teeth, tooth, arc)
@@ -113,7 +113,7 @@ def _on_flank(teeth, tooth, bent, arc):
     return x + dx, y + dy, c + slope_x, s + slope_y, s / roll + second_x, -c / roll + second_y
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _relief(teeth, arc):
     """Material removed and its slope."""
     step = (teeth.arcs[-1] - teeth.arcs[0]) / (teeth.relief.size - 1)
@@ -123,7 +123,7 @@ def _relief(teeth, arc):
     return teeth.relief[i] + (share - i) * slope, slope / step
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _meet(mate, tooth, bent, x, y, point):
     """Fills gap, push, slide, foot and arc of a point at (x, y) in the mate's frame."""
     low, high, r_b = mate.arcs[0], mate.arcs[-1], mate.r_b
@@ -144,7 +144,7 @@ def _meet(mate, tooth, bent, x, y, point):
     point[FOOT], point[FOOT + 1] = fx, fy
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _points(own, mate, touch, place, bent):
     """(n, 12) table of points of contact, four in each interval of own's flank that a hat covers."""
     dx, dy, turn = place
@@ -167,7 +167,7 @@ def _points(own, mate, touch, place, bent):
     return points
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _slip(own, mate, touch, turn, points, bent):
     """(n,) velocity of own's points along the mate's flank, over that of the mate's."""
     slip, c, s = np.zeros(len(points)), np.cos(turn), np.sin(turn)
@@ -186,7 +186,7 @@ def _slip(own, mate, touch, turn, points, bent):
     return slip
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _means(touch, points, values, n):
     """(n,) means of values under the hats, and their areas."""
     left = max(touch[3] - 1, 0)
@@ -201,7 +201,7 @@ def _means(touch, points, values, n):
     return mean / np.maximum(area, 1e-300), area
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def press(own, mate, touch, place, law, stick):
     """Adds contact forces of two teeth to those of own and mate.
 
@@ -228,7 +228,7 @@ def press(own, mate, touch, place, law, stick):
     return one, other, energy, lost
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _spread(own, mate, touch, turn, points, tractions):
     """Forces of pressure and friction under the hats on the nodes of both; their torques."""
     c, s, nodes, left = np.cos(turn), np.sin(turn), own.teeth.nodes[touch[1]], max(touch[3] - 1, 0)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numba import njit
 from skfem import Basis
 
+from fem.compiled import compiled, fast
 from fem.gear import Material
 from fem.prism import lame_parameters
 
@@ -60,7 +60,7 @@ def strain_energy(body: Solid, u: np.ndarray) -> float:
     return float((body.weights * density).sum())
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def add_plane_force(u, dofs, gradients, weights, lame, force):
     """Adds the internal force of plane strain to force (n_dofs, 2) [N]."""
     n = dofs.shape[1]
@@ -85,7 +85,7 @@ def add_plane_force(u, dofs, gradients, weights, lame, force):
             force[dofs[e, a], 1] += pulled[a, 1]
 
 
-@njit(cache=True, fastmath=True, inline="always")
+@compiled(fastmath=True, inline="always")
 def _piola_kirchhoff_in_plane(xx, xy, yx, yy, lame):
     """First Piola-Kirchhoff stress F S of the displacement gradient."""
     lam, mu = lame
@@ -96,7 +96,7 @@ def _piola_kirchhoff_in_plane(xx, xy, yx, yy, lame):
     return p_xx, p_xy, yx * s_xx + (1 + yy) * shear, yx * shear + (1 + yy) * s_yy
 
 
-@njit(cache=True, fastmath=True)
+@fast
 def _add_internal_force(u, dofs, gradients, weights, lame, force):
     (lam, mu), dim = lame, u.shape[1]
     H, S = np.empty((dim, dim)), np.empty((dim, dim))
@@ -119,7 +119,7 @@ def _add_internal_force(u, dofs, gradients, weights, lame, force):
                     force[dofs[e, a], i] += weights[e, q] * value
 
 
-@njit(cache=True, fastmath=True, inline="always")
+@compiled(fastmath=True, inline="always")
 def _second_piola_kirchhoff(H, lam, mu, S):
     """S = lambda tr(E) I + 2 mu E of Green's strain E = (H + H^T + H^T H) / 2."""
     dim = H.shape[0]

@@ -328,7 +328,7 @@ def test_a_distance_that_is_not_the_pairs_is_refused(mbs, law):
         mbs.CreateGearContact(itemNumbers=[one, far], pair=PAIR, force=law)
 
 
-@pytest.mark.parametrize("kinds", [("spin", "spin"), ("planar", "spatial"), ("spatial", "spatial")])
+@pytest.mark.parametrize("kinds", [("planar", "spatial"), ("spatial", "spatial")])
 def test_kernels_are_found_on_disk_by_numbers(kinds):
     """Functions that a kernel encloses are told apart by names that change from session to session."""
     enclosed = [cell.cell_contents for cell in kernel_of(kinds).py_func.__closure__]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import exugear
 import fem
@@ -60,7 +61,12 @@ def short():
     """A tenth of the main job."""
     ste = fem.static_transmission_error(korta_run_up.paper_pair(), (0, 5, 50, 150, 350, 1500), 30, progress=False)
     box = korta_run_up.gearbox(ste, 0.08)
-    return ste, box, {load: korta_run_up.run(box, load, 7.0) for load in korta_run_up.TORQUES}
+    return ste, box, korta_run_up.run_ups(box, 7.0)
+
+
+def test_run_ups_side_by_side_are_those_of_one_process(short):
+    _, box, runs = short
+    xr.testing.assert_identical(korta_run_up.run(box, 350.0, 7.0).data, runs[350.0].data)
 
 
 def test_resonances_lie_where_stiffness_and_inertia_put_them(short):

@@ -10,6 +10,7 @@ ROOT = Path(__file__).parents[1]
 FLOORS = {
     "fem.units": 0,
     "fem.cache": 0,
+    "fem.compiled": 0,
     "fem.solver": 0,
     "fem.modification": 0,
     "fem.deviation": 0.2,
@@ -92,7 +93,7 @@ FLOORS = {
     "exugear": 13,
 }
 #: `fem.profile` is the outline that `exugear.graphics` draws.
-DOORS_TO_FEM = {"fem.units", "fem.cache", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"}
+DOORS_TO_FEM = {"fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"}
 EXUDYN = (
     *("bodies", "connector", "equilibrium", "friction_connector", "graphics"),
     *("imposed", "integrator", "model", "native", "pieces", "plan", "run", "seats", "sensor", "trampoline", "trial"),

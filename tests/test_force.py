@@ -6,9 +6,9 @@ from scenes import linear_law, paper_pair, smooth_map
 from scipy.interpolate import PchipInterpolator
 
 from exugear import MeshForce
-from exugear.law import kept
 from exugear.loaded import loaded_deflection
 from exugear.monotone import monotone_cubic
+from fem.compiled import kept
 from fem.ste import ste_map
 from fem.units import um
 

@@ -1,0 +1,45 @@
+"""Compiled functions on disk: found again as they are, and forgotten with all that they call."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import fem.compiled
+
+SOURCE = """
+from helper import doubled
+from fem.compiled import kept
+
+@kept
+def entry(x):
+    return doubled(x) + 1.0
+"""
+HELPER = """
+from fem.compiled import compiled
+
+@compiled
+def doubled(x):
+    return {factor} * x
+"""
+
+
+def entry_in(folder: Path, monkeypatch):
+    """The module's function as a new process would import it, with its helper."""
+    fem.compiled.stamp.cache_clear()
+    for name in ("helper", "module"):
+        spec = importlib.util.spec_from_file_location(name, folder / f"{name}.py")
+        module = importlib.util.module_from_spec(spec)
+        monkeypatch.setitem(sys.modules, name, module)
+        spec.loader.exec_module(module)
+    return module.entry
+
+
+def test_kept_functions_are_compiled_anew_when_one_that_they_call_changes(tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.dont_write_bytecode", True)
+    (tmp_path / "module.py").write_text(SOURCE)
+    results = []
+    for factor in (2.0, 2.0, 3.0):
+        (tmp_path / "helper.py").write_text(HELPER.format(factor=factor))
+        entry = entry_in(tmp_path, monkeypatch)
+        results.append((entry(1.0), sum(entry.stats.cache_hits.values())))
+    assert results == [(3.0, 0), (3.0, 1), (4.0, 0)]
