@@ -29,24 +29,28 @@ import fem
 from exugear import plots
 from exugear.integrator import BETA, TRAPEZOIDAL_BETA, Rule, settings_for
 from exugear.law import damping, spinning_force
+from exugear.spectrum import Resonances
 from fem import nonlinear
 from fem.mesh import Density
 from fem.units import mm, rpm
 
 TORQUE, TOP_SPEED, LONG = 150.0, 3500 * rpm, 70.0
+#: A whole multiple of all steps, so that all windows hold the same times [s].
+SAMPLE = 6e-5
 #: Implicit static and explicit dynamic STE, run-up of the paper [s].
 PAPER = {"implicit FE": 150 * 60.0, "explicit FE": 3330 * 60.0, "run-up": 36 * 60.0}
 
 
 @dataclass
 class Points:
-    """Errors [%] and times [s] of some variants of each method."""
+    """Errors [%], times [s] and what else was seen of some variants of each method."""
 
-    found: dict[str, list[tuple[str, float, float]]] = field(default_factory=dict)
+    found: dict[str, list[tuple[str, float, float, dict[str, float]]]] = field(default_factory=dict)
 
-    def add(self, method: str, variant: str, error: float, seconds: float) -> None:
-        self.found.setdefault(method, []).append((variant, error, seconds))
-        print(f"{method:34s}{variant:>14s}{error:10.4f} %{seconds:10.2f} s", flush=True)
+    def add(self, method: str, variant: str, error: float, seconds: float, **beside: float) -> None:
+        self.found.setdefault(method, []).append((variant, error, seconds, beside))
+        more = "".join(f"{value:10.4f} % {name.replace('_', ' ')}" for name, value in beside.items())
+        print(f"{method:34s}{variant:>14s}{error:10.4f} %{seconds:10.2f} s{more}", flush=True)
 
     def draw(self, ax) -> None:
         for (method, rows), marker in zip(self.found.items(), "os^Dvp<>*hX", strict=False):
@@ -102,9 +106,22 @@ def ste_points(quick: bool) -> Points:
     return points
 
 
-def windows(run: exugear.Run, number: int) -> np.ndarray:
-    """rms of the DTE of the last stage about its mean in windows of time."""
-    return np.array([part.std() for part in np.array_split(run.data["dte"].values[-1], number)])
+def outline(run: exugear.Run) -> tuple[np.ndarray, Resonances]:
+    """rms of the DTE about its mean in windows of time; resonances of its envelope over the mesh frequency."""
+    time, dte = run.data["time"].values, run.data["dte"].values[-1]
+    wide, narrow = (np.split(dte, np.searchsorted(time, np.linspace(0, time[-1], n + 1)[1:-1])) for n in (56, 281))
+    frequency = np.interp((np.arange(281) + 0.5) / 281 * time[-1], time, run.data["mesh_frequency"].values)
+    return np.array([x.std() for x in wide]), exugear.resonances(frequency, [np.ptp(x) / 2 for x in narrow])
+
+
+def errors(run: exugear.Run, finest: tuple[np.ndarray, Resonances]) -> dict[str, float]:
+    """Median of the windows, 95th percentile, largest of the resonances' frequencies and heights [%]."""
+    (rms, found), (true_rms, true) = outline(run), finest
+    off = np.abs(rms / true_rms - 1)
+    nearest = np.abs(found.place[:, None] - true.place).argmin(axis=0)
+    places, heights = (np.abs(a[nearest] / b - 1).max() for a, b in zip(found, true, strict=True))
+    named = {"at_95": np.percentile(off, 95), "of_resonances": places, "of_peaks": heights}
+    return {"error": 100 * float(np.median(off))} | {name: 100 * float(value) for name, value in named.items()}
 
 
 def bearings() -> dict:
@@ -132,13 +149,22 @@ def run_up_points(box: exugear.Gearbox, quick: bool) -> Points:
 
     def ran(scene, step, **options):
         model = exugear.build(scene[0], plan=scene[1])
-        conditions = {"speed": (0, TOP_SPEED), "duration": duration, "load": TORQUE, "sample": 5e-5, "progress": False}
-        run = exugear.run_up(model, **(conditions | {"step": step} | options))
-        return windows(run, 56), run.wall_time * LONG / duration
+        conditions = {
+            "speed": (0, TOP_SPEED),
+            "duration": duration,
+            "load": TORQUE,
+            "sample": SAMPLE,
+            "progress": False,
+        }
+        return exugear.run_up(model, **(conditions | {"step": step} | options))
 
-    finest = {name: ran(scene, 5e-6, tolerance=1e-5)[0] for name, scene in scenes.items() if "joints" not in name}
+    def add(label, variant, name, step, **options):
+        run = ran(scenes[name], step, **options)
+        points.add(label, variant, seconds=run.wall_time * LONG / duration, **errors(run, finest[name]))
+
+    finest = {name: outline(ran(scene, 5e-6, tolerance=1e-5)) for name, scene in scenes.items() if "joints" not in name}
     finest["in space on joints"] = finest["spinning"]
-    steps = (2.4e-5,) if quick else (4e-5, 2.8e-5, 2e-5, 1.4e-5, 1e-5)
+    steps = (2e-5,) if quick else (6e-5, 3e-5, 2e-5, 1.5e-5, 1e-5)
     cases = [(name, name, lambda h: h) for name in scenes]
     cases += [
         ("spinning", "trapezoidal rule", lambda h: Rule(TRAPEZOIDAL_BETA, h)),
@@ -146,12 +172,11 @@ def run_up_points(box: exugear.Gearbox, quick: bool) -> Points:
     ]
     for name, label, rule in cases:
         for h in steps if quick or label == "spinning" else steps[1:4]:
-            rms, seconds = ran(scenes[name], rule(h))
-            points.add(label, f"{h / 1e-6:g} us", 100 * float(np.median(np.abs(rms / finest[name] - 1))), seconds)
-    for tolerance in () if quick else (1e-2, 1e-3, 1e-4):
-        rms, seconds = ran(scenes["spinning"], None, tolerance=tolerance)
-        error = 100 * float(np.median(np.abs(rms / finest["spinning"] - 1)))
-        points.add("spinning, tolerance chosen", f"{tolerance:g}", error, seconds)
+            add(label, f"{h / 1e-6:g} us", name, rule(h))
+    for tolerance in (1e-2, 1e-3) if quick else (1e-2, 1e-3, 1e-4):
+        add("spinning, tolerance chosen", f"{tolerance:g}", "spinning", None, tolerance=tolerance)
+    for tolerance in () if quick else (1e-2, 1e-3, 1e-5):
+        add("20 us, Newton's tolerance", f"{tolerance:g}", "spinning", 2e-5, tolerance=tolerance)
     return points
 
 
@@ -209,22 +234,33 @@ def chain(box: exugear.Gearbox, stages: int) -> exugear.Gearbox:
     return exugear.Gearbox([exugear.Stage(a, b, law, pair=pair) for a, b in pairwise(shafts)])
 
 
-def growth(box: exugear.Gearbox, quick: bool) -> dict[str, tuple[list[float], list[float]]]:
-    """Times over what grows: stages of a scene (per step), states of a map (slice mode)."""
+def growth(box: exugear.Gearbox, runs: Points, quick: bool) -> dict[str, tuple[list[float], list[float]]]:
+    """Times over what grows: stages of a scene (per step), a map's states, phases and torques (slice mode)."""
     stages = (1, 2) if quick else (1, 2, 3, 4, 6, 8)
     seconds = []
     for n in stages:
         model = exugear.build(chain(box, n))
         run = exugear.run_up(model, speed=60.0, duration=0.5, load=TORQUE, step=1e-5, progress=False)
         seconds.append(run.wall_time / 5e4)
-    pair, times, sizes = paper_pair(), [], []
-    for n in (3, 9) if quick else (3, 9, 33, 129):
-        offsets, resolution = fem.Offsets(misalignment=np.linspace(-1, 1, n) * 1e-4), fem.Resolution(resolved=False)
-        options = {"offsets": offsets, "accuracy": resolution, "progress": False}
-        _, t = cold(partial(fem.static_transmission_error, pair, [50, 100, 200, 400], 15, **options))
-        times.append(t)
-        sizes.append(15 * 4 * n)
-    return {"step over stages, 1 to 8": (list(stages), seconds), "map over states, 180 to 7740": (sizes, times)}
+    counts = (3, 9) if quick else (3, 9, 33, 129)
+    tilts = [cold(partial(slices, misalignments=n))[1] for n in counts]
+    phases, torques = (15, 30, 60, 120), (4, 8, 16, 32)
+    slices()  # from here on its finite elements are cached
+    rows = runs.found["spinning, tolerance chosen"]
+    return {
+        "run-up over 1/tolerance": ([1 / float(row[0]) for row in rows], [row[2] for row in rows]),
+        "step over stages": (list(stages), seconds),
+        "map over states": ([60 * n for n in counts], tilts),
+        "curve over phases": (phases, [timed(partial(slices, phases=n))[1] for n in phases]),
+        "map over torques": (torques, [timed(partial(slices, torques=n))[1] for n in torques]),
+    }
+
+
+def slices(misalignments: int = 1, phases: int = 15, torques: int = 4):
+    """A map of the paper's pair in slice mode."""
+    offsets = fem.Offsets(misalignment=np.linspace(-1, 1, misalignments) * 1e-4 if misalignments > 1 else 1e-4)
+    options = {"offsets": offsets, "accuracy": fem.Resolution(resolved=False), "progress": False}
+    return fem.static_transmission_error(paper_pair(), np.linspace(50, 400, torques), phases, **options)
 
 
 def exponent(sizes, times) -> float:
@@ -265,7 +301,7 @@ def main() -> None:
     ste_map = fem.static_transmission_error(paper_pair(), MAP_TORQUES, MAP_PHASES, progress=False)
     box = gearbox(ste_map, damping_ratio=0.08)
     ste, runs = ste_points(chosen.quick), run_up_points(box, chosen.quick)
-    floor, grown = yardsticks(box, 2.4e-5), growth(box, chosen.quick)
+    floor, grown = yardsticks(box, 2.4e-5), growth(box, runs, chosen.quick)
     print({name: round(seconds, 2) for name, seconds in floor.items()})
     print({name: round(exponent(*rows), 2) for name, rows in grown.items()})
     numbers = {"STE": ste.found, "run-up": runs.found, "70 s in equal steps": floor, "growth": grown}

@@ -1,5 +1,11 @@
 """The paper's gear pair and a cache of its own for every test session."""
 
+import os
+
+# Workers share the cores: one thread of BLAS for each.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import matplotlib
 import pytest
 

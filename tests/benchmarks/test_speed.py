@@ -1,4 +1,4 @@
-"""Times with their errors beside them: pytest tests/benchmarks --benchmark-enable -m slow.
+"""Times with their errors beside them: pytest tests/benchmarks -m slow -n 0 --benchmark-enable.
 
 Without --benchmark-enable every one runs once. Times mean little on a busy machine; the yardsticks were made for that:
 one factorization of the gear, Exudyn's step with a spring of its own.
