@@ -10,6 +10,7 @@ import numpy as np
 
 from exugear.axes import static_offsets
 from exugear.bodies import SPIN_PLACE
+from exugear.kinematics import DIRECTION, TURNS
 from exugear.model import Mesh, Model, lay, open_system, seats
 from exugear.seats import radial_table
 from fem.gear import require
@@ -17,8 +18,8 @@ from fem.units import rpm
 
 INSTANT = 1e-12
 STUCK = "no static equilibrium; try a load under which teeth and bearings touch, less load or stiffer bearings"
-#: Rounds in which nonlinear bearings find their secant stiffness.
-ROUNDS = 30
+#: Rounds in which nonlinear bearings find their secant stiffness, and meshes their phases to within [m, rad].
+ROUNDS, SETTLED = 30, 1e-14
 #: What the user functions say.
 SAID = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
 
@@ -32,7 +33,7 @@ def start(model: Model, load: float, speed: float) -> None:
     driving, driven = model.gearbox.driving, model.gearbox.driven
     if driving.coupling:
         q[model.spins[driving.name]] = torques[model.spins[driving.name]] / driving.coupling.torsion
-    q = lay(model, [_deflection(model, mesh, f) for mesh, f in zip(model.meshes, forces, strict=True)], q)
+    q = _pressed(model, forces, q)
     if driving.coupling:
         q[model.rotors[driving.name]] = 0.0
     if driven.coupling:
@@ -102,9 +103,20 @@ def _secants(model: Model, q: np.ndarray, before) -> Mapping[str, Mapping[float,
     return found
 
 
-def _deflection(model: Model, mesh: Mesh, force: float) -> float:
-    """Static deflection of a mesh [m] at angle 0; ValueError for loads beyond the map."""
-    law, phase = mesh.law, mesh.phase
+def _pressed(model: Model, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """The same coordinates with spins such that the meshes carry forces (n_stage,) [N]: what turns moves the phases."""
+    for _ in range(ROUNDS):
+        before = q
+        q = lay(model, [_deflection(model, mesh, f, q) for mesh, f in zip(model.meshes, forces, strict=True)], q)
+        if np.abs(q - before).max() < SETTLED:
+            break
+    return q
+
+
+def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
+    """Static deflection of a mesh [m] where its pinion has turned; ValueError for loads beyond the map."""
+    law = mesh.law
+    phase = mesh.phase + mesh.frame[DIRECTION] * mesh.frame[TURNS] * q[model.spins[mesh.stage.fast.name]]
     offsets = {n: x for n, x in static_offsets(model.gearbox, mesh.stage).items() if n in law.offsets}
     if force >= 0:
         return law.deflection_at(phase, force, **offsets)

@@ -46,7 +46,7 @@ def solved(scene: Scene) -> tuple[exugear.Model, exugear.Run, exugear.Run, float
         load, h = scene.load(model.gearbox), model.plan.step()
         top = scene.speed * model.plan.omega_mesh / model.gearbox.stages[0].pair.pinion.z
         course = {"speed": (top, 1.02 * top), "duration": STEPS * h, "sample": h}
-        exact = {"step": model.plan.rule(), "tolerance": 1e-6}
+        exact = {"step": model.plan.rule(), "tolerance": 1e-8}
         rest = exugear.run_up(model, load=load, speed=0.0, duration=2 * h, sample=h, **exact, progress=False)
         run = exugear.run_up(model, load=load, **course, **exact, progress=False)
     except Exception as error:
@@ -140,7 +140,23 @@ def accelerates_as_forces_ask(model, run) -> None:
         momentum = sum(shaft.mass * accelerations[coordinates_of(model, shaft)][:2] for shaft in box.shafts)
         held = run.data["bearing_force"].values[:, :2, -1]
         largest = max(top_force(stage.pair) for stage in box.stages)
-        assert np.abs(momentum - held.sum(axis=0)).max() <= 1e-3 * np.abs(held).max() + NEWTON * largest
+        allowed = 1e-3 * np.abs(held).max() + NEWTON * largest + blurred(model)
+        assert np.abs(momentum - held.sum(axis=0)).max() <= allowed
+
+
+def blurred(model) -> float:
+    """What single precision, in which runs keep the motion, may change of the bearings' forces [N]."""
+    system, now, total = model.mbs.systemData, exu.ConfigurationType.Current, 0.0
+    for shaft in model.gearbox.shafts:
+        place = coordinates_of(model, shaft)[:-1]
+        for axial, bearing in shaft.bearings.items():
+            arm = np.array([1.0, 1.0, 1.0, *[abs(axial - shaft.centre)] * 2])[: len(place)]
+            moved = [
+                np.abs(values[place]) @ arm
+                for values in (system.GetODE2Coordinates(now), system.GetODE2Coordinates_t(now))
+            ]
+            total += bearing.stiffness.max() * (moved[0] + bearing.damping * moved[1])
+    return total * float(np.finfo(np.float32).eps)
 
 
 def check(scene: Scene) -> None:
