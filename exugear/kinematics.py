@@ -228,7 +228,8 @@ def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
             _, later, _, _ = static_force(law, phase + INSTANT * passing, deflection + INSTANT * rate, *offsets)
             seated = (dot(frame[LAG_1:LAG_2], q_1) + dot(frame[LAG_2:MOBILITY], q_2)) / frame[LAG]
             rise, excess = (later - force) / INSTANT, force + side * (seated - frame[HELD])
-            rate = caught_up(rate, frame[LAG], frame[MOBILITY], rise, excess, c)
+            mobility = frame[MOBILITY] if side > 0.0 else 0.0
+            rate = caught_up(rate, frame[LAG], mobility, rise, excess, c)
         force += c * rate
     one, other = scaled(row_1, -force), scaled(row_2, force)
     if turning != 0.0:

@@ -157,7 +157,7 @@ def trains(draw) -> list[Mesh]:
             swapped = fem.GearPair(last.pair.wheel, last.pair.pinion, a=last.pair.a)
             meshes.append(Mesh((onward, name), last.axial, swapped))
         elif kind == "twin":
-            narrow = [replace(gear, b=0.8 * gear.b) for gear in (last.pair.pinion, last.pair.wheel)]
+            narrow = [replace(gear, b=0.8 * gear.b, flank=()) for gear in (last.pair.pinion, last.pair.wheel)]
             meshes.append(Mesh(last.ends, axial, fem.GearPair(*narrow, a=last.pair.a)))
         elif kind == "reverse":
             meshes.append(Mesh((name, onward), last.axial, last.pair))

@@ -210,6 +210,16 @@ def test_load_turned_round_lies_on_the_other_flank(spinning):
     assert (back["dte"].values < -paper_pair().backlash).all()
 
 
+@pytest.mark.parametrize("load", [LOAD, -LOAD])
+def test_heavily_damped_gears_on_bearings_rest_on_either_flank(load):
+    """The shafts lean by 1e-3, which changes the arms by its square."""
+    soft = exugear.Bearing(radial=5e7, axial=1e7, tilt=1e5)
+    box = smooth_box(soft, damping=40000.0)
+    data = run(exugear.build(box), speed=0.0, duration=0.01, load=load).data
+    wanted = load / paper_pair().wheel.r_b
+    assert data["mesh_force"].values == pytest.approx(np.full_like(data["mesh_force"], wanted), rel=1e-5)
+
+
 @pytest.fixture(scope="module")
 def two_stages() -> exugear.Model:
     middle = exugear.Shaft("middle", {30 * mm: paper_gear(), 80 * mm: paper_gear()})
