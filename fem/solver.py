@@ -1,5 +1,6 @@
 """Direct solution of symmetric positive definite sparse systems: PARDISO where installed, SuperLU everywhere."""
 
+import weakref
 from collections.abc import Callable
 
 import numpy as np
@@ -48,14 +49,13 @@ def superlu_by_groups(matrix: sp.csr_matrix, group: np.ndarray, graph: sp.csr_ma
 
 def pardiso(matrix: sp.csr_matrix, solver_type) -> Solve:
     """Cholesky factors by MKL PARDISO, which reads the upper triangle."""
-    positive_definite, release_all = 2, -1
+    positive_definite = 2
     solver = solver_type(mtype=positive_definite)
     upper = sp.triu(matrix, format="csr")
     solver.factorize(upper)
 
     def solve(b: np.ndarray) -> np.ndarray:
-        x = solver.solve(upper, b)
-        solver.free_memory(everything=release_all)
-        return x
+        return solver.solve(upper, b)
 
+    weakref.finalize(solve, solver.free_memory, everything=True)
     return solve

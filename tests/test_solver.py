@@ -1,5 +1,7 @@
 """Both direct solvers solve."""
 
+import gc
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -37,3 +39,32 @@ def test_pardiso_solves(system):
     solver_type = pytest.importorskip("pypardiso").PyPardisoSolver
     matrix, x = system
     assert solver.pardiso(matrix, solver_type)(matrix @ x) == pytest.approx(x, abs=1e-9)
+
+
+def test_pardiso_keeps_its_factors_as_long_as_the_solution_is_wanted(system):
+    """As an extra it is not always there; this one writes down what it is asked for."""
+    matrix, x = system
+    asked = []
+
+    class Recorder:
+        def __init__(self, mtype):
+            self.mtype = mtype
+
+        def factorize(self, upper):
+            self.solved = solver.superlu(upper + sp.triu(upper, 1).T)
+            asked.append("factorize")
+
+        def solve(self, upper, b):
+            asked.append("solve")
+            return self.solved(b)
+
+        def free_memory(self, everything):
+            asked.append("free")
+
+    solve = solver.pardiso(matrix, Recorder)
+    for _ in range(2):
+        assert solve(matrix @ x) == pytest.approx(x, abs=1e-9)
+    assert asked == ["factorize", "solve", "solve"]
+    del solve
+    gc.collect()
+    assert asked[-1] == "free"
