@@ -13,7 +13,7 @@ from fem.gear import Gear
 from fem.mesh import Density
 from fem.solid import Solid, solid, stiffness
 from fem.solver import Solve, factorize
-from fem.touch import Flank, Width
+from fem.touch import Flank, Width, shape_functions
 
 TEETH = (-1, 0, 1)
 
@@ -68,11 +68,11 @@ def clamped(gear: Gear, density: Density, element: Element) -> Body:
     """Gear on quadrilaterals (plane strain) or on hexahedra from mid-plane to end face, as the element wants."""
     mesh, degree = meshes.section(gear, density), element.maxdeg // element.dim
     if element.dim == 2:
-        width = Width(np.zeros(1), np.array([gear.b]), np.ones((1, 1)))
+        width = Width(np.zeros(1), np.array([gear.b]), np.ones((1, 1)), np.ones((1, 1)))
         elements = solid(Basis(mesh, element, intorder=2 * degree + 1), gear.material, gear.b)
     else:
         line = meshes.half_width(gear.b, gear.b, density.width)
-        width = stations(np.sort(line.p[0]))
+        width = stations(meshes.divided(np.sort(line.p[0]), degree), degree)
         elements = solid(Basis(meshes.extruded(mesh, line), element, intorder=2 * degree + 1), gear.material)
     flanks = {tooth: flank_of(gear, elements.places, tooth, width, degree) for tooth in TEETH}
     return Body(1.0 if element.dim == 2 else 0.5, elements, np.flatnonzero(~held(gear, elements.places)), flanks)
@@ -87,13 +87,13 @@ def held(gear: Gear, places: np.ndarray) -> np.ndarray:
     return found
 
 
-def stations(nodes: np.ndarray) -> Width:
-    """Two Gauss points in each interval between nodes (n,)."""
+def stations(nodes: np.ndarray, degree: int) -> Width:
+    """Two Gauss points in each interval between nodes (n,) of elements of that degree."""
     points, weights = np.polynomial.legendre.leggauss(2)
     long = np.diff(nodes)[:, None]
     places = (nodes[:-1, None] + long * (points + 1) / 2).ravel()
     hats = np.stack([np.interp(places, nodes, one) for one in np.eye(nodes.size)], axis=1)
-    return Width(places, (long * weights / 2).ravel(), hats)
+    return Width(places, (long * weights / 2).ravel(), hats, shape_functions(nodes, degree)(places))
 
 
 def flank_of(gear: Gear, places: np.ndarray, tooth: int, width: Width, degree: int) -> Flank:

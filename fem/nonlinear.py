@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from scipy.linalg import cho_factor, cho_solve
-from skfem import ElementQuad2
+from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 from skfem.element import Element
 from tqdm import tqdm
 
@@ -28,6 +28,7 @@ from fem.touch import Gaps, Placement, Touch, gaps, sampling
 
 #: Reach of the contact search before the gears deflect, in modules.
 REACH = 1 / 25
+ELEMENTS = ElementQuad1, ElementQuad2, ElementHex1, ElementHex2
 
 
 def static_transmission_error(
@@ -45,7 +46,8 @@ def static_transmission_error(
     torque      pinion torque F r_b1 [N m], one or several increasing values > 0
     phases      number of equidistant phases from 0, or their values
     density     of the FE mesh; `Density(flank=66).refined(2)` is within 0.1 % of the converged mean and peak to peak
-    element     of scikit-fem: quadrilaterals (plane strain; ElementQuad2() by default) or ElementHex1()
+    element     of scikit-fem: ElementQuad1() or ElementQuad2() in plane strain (the latter by default), ElementHex1()
+                or ElementHex2() in space
     penalty     contact stiffness [Pa/m]; infinite: no penetration at all
 
     Raises ValueError for helical pairs, unequal face widths and flanks that the mesh cannot tell apart, RuntimeError
@@ -65,7 +67,9 @@ def static_transmission_error(
 
 
 def check(pair: GearPair, element: Element) -> None:
-    """ValueError unless teeth of the pair are alike and as symmetric across the width as the mesh."""
+    """ValueError unless teeth of the pair are alike and as symmetric across the width as the mesh of the element."""
+    names = ", ".join(f"{one.__name__}()" for one in ELEMENTS)
+    require(isinstance(element, ELEMENTS), f"element must be one of {names}, got {element}")
     require(pair.pinion.beta == 0, f"beta must be 0, got {pair.pinion.beta:g} rad; only spur pairs are solved")
     widths = pair.pinion.b, pair.wheel.b
     require(widths[0] == widths[1], f"b of pinion and wheel must be equal, got {widths}; cut the wider one")

@@ -5,7 +5,6 @@ carries the hats, which end at its tip corner; `mate` is looked up. Each gear ha
 rests; vectors are (2, ...).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -19,11 +18,12 @@ from fem.gear import Gear
 
 
 class Width(NamedTuple):
-    """Stations across the width: places (n,) [m], widths (n,) [m] and hats of the nodes there (n, n_across)."""
+    """Stations across the width: places (n,) [m], widths (n,) [m]; hats and shapes of the nodes (n, n_across)."""
 
     places: np.ndarray
     widths: np.ndarray
     hats: np.ndarray
+    shapes: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,7 @@ class Flank:
     @cached_property
     def shapes(self) -> PPoly:
         """Values (..., n) of the nodes' shape functions at arc lengths (...), as in the elements beneath."""
-        linear, parabolas = [(-1, 1), (1, 0)], [(2, -3, 1), (-4, 4, 0), (2, -1, 0)]
-        return piecewise(self.arcs, linear if self.degree == 1 else parabolas)
+        return shape_functions(self.arcs, self.degree)
 
     @cached_property
     def smooth(self) -> PPoly:
@@ -67,7 +66,7 @@ class Flank:
 
     def at_stations(self, u: np.ndarray) -> np.ndarray:
         """(2, n, n_station) displacement of the nodes' lines at the stations."""
-        return np.einsum("akc,zk->caz", u[self.nodes][:, :, :2], self.width.hats)
+        return np.einsum("akc,zk->caz", u[self.nodes][:, :, :2], self.width.shapes)
 
     def removed(self, arc: np.ndarray) -> np.ndarray:
         """Material removed at arcs (n, 1 or n_station) [m]."""
@@ -75,14 +74,14 @@ class Flank:
         return removed(self.gear.drive_flank, self.gear.face, roll, self.width.places, tooth=self.tooth)
 
 
-def piecewise(arcs: np.ndarray, local: Sequence[tuple[int, ...]]) -> PPoly:
-    """Shape functions of a line of elements with nodes at arcs (n,), from their polynomials over [0, 1]."""
-    degree = len(local) - 1
-    ends = arcs[::degree]
+def shape_functions(nodes: np.ndarray, degree: int) -> PPoly:
+    """Values (..., n) at places (...) of the shape functions of a line of elements with nodes (n,)."""
+    linear, parabolas = [(-1, 1), (1, 0)], [(2, -3, 1), (-4, 4, 0), (2, -1, 0)]
+    ends = nodes[::degree]
     first = degree * np.arange(ends.size - 1)
-    coefficients = np.zeros((len(local), first.size, arcs.size))
+    coefficients = np.zeros((degree + 1, first.size, nodes.size))
     scale = np.diff(ends) ** np.arange(degree, -1, -1)[:, None]
-    for node, polynomial in enumerate(local):
+    for node, polynomial in enumerate(linear if degree == 1 else parabolas):
         coefficients[:, np.arange(first.size), first + node] = np.array(polynomial)[:, None] / scale
     return PPoly(coefficients, ends)
 
@@ -185,8 +184,8 @@ def gaps(own: Flank, mate: Flank, places: tuple[Placement, Placement], u: tuple,
     closing = here.per_error * cross(y, push) - there.per_error * cross(arm, push)
     values = distance + own.removed(sample.arcs[:, None]) + mate.removed(arc)
     area, mean = means(sample, own.width)
-    by_own = np.einsum("cqz,qa,zk->qzakc", turned(push, here.angle - there.angle), sample.shapes, own.width.hats)
-    by_mate = np.einsum("cqz,qza,zk->qzakc", -push, mate.smooth(arc), mate.width.hats)
+    by_own = np.einsum("cqz,qa,zk->qzakc", turned(push, here.angle - there.angle), sample.shapes, own.width.shapes)
+    by_mate = np.einsum("cqz,qza,zk->qzakc", -push, mate.smooth(arc), mate.width.shapes)
     return Gaps(mean(values), area, mean(closing), mean(by_own), mean(by_mate))
 
 
