@@ -131,7 +131,7 @@ class Strips:
 
     arcs        (2, n, m) arc lengths of their middles on pinion and wheel [m]
     width       (n,) their width [m]
-    gap         (n, m) normal gap, aligned [m]
+    gap         (n, m) mean normal gap, aligned [m]
     approach    (n, m) normal approach per transmission error
     tilts       (2, n, m) of the direction of contact against the normals of pinion and wheel [rad]
     open        (2, n) whether there is more flank beside the first, and the last strip
@@ -151,12 +151,18 @@ def strips_of(cells: Cells, reach: np.ndarray) -> Strips:
     low, high, centre = (roll**2 / (2 * r_own) for roll in (*cells.limits, cells.closest))
     start, end = np.maximum(low, centre - reach[:, None]), np.minimum(high, centre + reach[:, None])
     width = (end - start) / STRIPS
-    roll = np.sqrt(2 * r_own * (start + width * (np.arange(STRIPS) + 0.5)))
+    roll = np.sqrt(2 * r_own * (start + width * np.linspace(0, STRIPS, 2 * STRIPS + 1)))
     gap, foot = cells.clear(roll)
+    gap, roll, foot = means(gap), roll[:, 1::2], foot[:, 1::2]
     tilts = cells.tilts(roll, foot, cells.slopes(roll[:, PRESSED]))
     per_error = cells.approach(roll, foot, tilts)
     arcs, beside = cells.arcs(roll, np.minimum(foot, cells.mate_tip)), np.stack([start > low, end < high])[..., 0]
     return Strips(arcs, width[:, 0], gap + per_error * cells.te, per_error, cells.by_gear(tilts), beside)
+
+
+def means(values: np.ndarray) -> np.ndarray:
+    """(n, m) means over strips of values (n, 2 m + 1) at their edges and middles (Simpson)."""
+    return (values[:, :-1:2] + 4 * values[:, 1::2] + values[:, 2::2]) / 6
 
 
 def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Compliance, tilts=None) -> np.ndarray:
