@@ -11,7 +11,7 @@ from fem.compliance import Compliance
 from fem.gap import Cells
 from fem.hertz import flattening, log_mean
 
-STRIPS = 17
+STRIPS = 21
 #: (STRIPS, STRIPS) mean of -ln of the distance between two of equal strips of unit width
 BETWEEN_STRIPS = log_mean(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS)), 1.0, 1.0)
 
