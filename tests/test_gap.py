@@ -111,6 +111,20 @@ def test_directions_of_contact_do_not_prefer_a_gear(relief):
     assert np.abs(found[0][1] - 1).max() < 1e-3
 
 
+@pytest.mark.parametrize("flank", [(), fem.ProfileCrowning(5 * um)])
+def test_gaps_of_strips_are_means_over_them(flank):
+    """Where they are read in the middle, curvature alone hides w^2 / (24 rho), here 5 nm."""
+    pair = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm)
+    cells = Cells(Meeting(pair, 150 * mm, 0.0, 0.2), *np.array([[0], [0], [1 * mm]]))
+    reach = np.array([0.4 * mm])
+    strips, r_b = strips_of(cells, reach), cells.radii[0]
+    arcs = cells.closest**2 / (2 * r_b) + reach * np.linspace(-1, 1, 100 * STRIPS + 1)[50::100]
+    within = arcs[..., None] + strips.width[:, None, None] * ((np.arange(100) + 0.5) / 100 - 0.5)
+    gap = cells.clear(np.sqrt(2 * r_b * within.reshape(1, -1)))[0].reshape(*arcs.shape, 100).mean(axis=-1)
+    assert strips.gap == pytest.approx(gap, abs=1e-12)
+    assert np.abs(cells.clear(np.sqrt(2 * r_b * arcs))[0] - gap).max() > 3e-9
+
+
 @pytest.mark.parametrize(("z", "x", "beta"), [((12, 150), 0.5, 0.0), ((14, 90), 0.2, 30 * deg), ((57, 57), 0.0, 0.0)])
 def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
     data = {"m_n": 2 * mm, "b": 20 * mm, "d_bore": 10 * mm, "x": x}
