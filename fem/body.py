@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import Basis
+from scipy.spatial import cKDTree
+from skfem import Basis, MeshQuad
 from skfem.element import Element
 
 from fem import mesh as meshes
@@ -74,7 +75,7 @@ def clamped(gear: Gear, density: Density, element: Element) -> Body:
         line = meshes.half_width(gear.b, gear.b, density.width)
         width = stations(meshes.divided(np.sort(line.p[0]), degree), degree)
         elements = solid(Basis(meshes.extruded(mesh, line), element, intorder=2 * degree + 1), gear.material)
-    flanks = {tooth: flank_of(gear, elements.places, tooth, width, degree) for tooth in TEETH}
+    flanks = {tooth: flank_of(gear, mesh, elements.places, tooth, width, degree) for tooth in TEETH}
     return Body(1.0 if element.dim == 2 else 0.5, elements, np.flatnonzero(~held(gear, elements.places)), flanks)
 
 
@@ -96,17 +97,15 @@ def stations(nodes: np.ndarray, degree: int) -> Width:
     return Width(places, (long * weights / 2).ravel(), hats, shape_functions(nodes, degree)(places))
 
 
-def flank_of(gear: Gear, places: np.ndarray, tooth: int, width: Width, degree: int) -> Flank:
-    """Flank of a tooth on the dofs at places (n_dofs, dim) of elements of that degree."""
-    r = np.hypot(places[:, 0], places[:, 1])
-    inside = np.flatnonzero((r > gear.r_form * (1 - 1e-9)) & (r < gear.r_a * (1 + 1e-9)))
-    roll = np.sqrt(np.maximum(r[inside] ** 2 - gear.r_b**2, 0))
-    off_flank = places[inside, :2].T - profile.cartesian(profile.flank(gear, roll), 2 * np.pi * tooth / gear.z)
-    near = np.hypot(*off_flank) < 1e-3 * gear.m_n
-    nodes, arcs = inside[near], profile.arc_length(gear, roll[near])
-    across = places[nodes, 2] if places.shape[1] == 3 else 0 * arcs
-    order = np.lexsort((across, np.round(arcs, 9))).reshape(-1, width.hats.shape[1])
-    return Flank(gear, tooth, arcs[order].mean(axis=1), nodes[order], width, degree)
+def flank_of(gear: Gear, section: MeshQuad, places: np.ndarray, tooth: int, width: Width, degree: int) -> Flank:
+    """Flank of a tooth on the dofs at places (n_dofs, dim) of elements of that degree above the mesh of a section."""
+    line = meshes.divided(meshes.flank_nodes(gear, section, tooth), degree)
+    off, place = cKDTree(line.T).query(places[:, :2])
+    nodes = np.flatnonzero(off < 1e-6 * gear.m_n)
+    across = places[nodes, 2] if places.shape[1] == 3 else 0.0 * nodes
+    order = nodes[np.lexsort((across, place[nodes]))].reshape(-1, width.hats.shape[1])
+    arcs = profile.arc_length(gear, np.sqrt(np.maximum((line**2).sum(axis=0) - gear.r_b**2, 0)))
+    return Flank(gear, tooth, arcs, order, width, degree)
 
 
 def flexibility(body: Body, solve: Solve, block: int = 64) -> np.ndarray:

@@ -13,7 +13,7 @@ from math import copysign, cos, log, sin, tan
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import Basis, ElementLineP2, ElementQuad1, ElementQuad2, LinearForm, MeshLine, MeshQuad
+from skfem import Basis, ElementLineP2, ElementQuad1, ElementQuad2, LinearForm, MeshLine
 
 from fem import mesh as meshes
 from fem import prism
@@ -158,7 +158,7 @@ def values_of_means(tops: np.ndarray) -> np.ndarray:
 
 def flank_loads(gear: Gear, basis: Basis, arcs: np.ndarray, tooth: int) -> np.ndarray:
     """(3, n_dofs, n_hat) unit forces normal to the flank of a tooth, spread as hats: along x and y, and their size."""
-    mesh, facets = basis.mesh, _flank_facets(gear, basis.mesh, tooth)
+    mesh, facets = basis.mesh, meshes.flank_facets(gear, basis.mesh, tooth)
     points, weights = np.polynomial.legendre.leggauss(4)
     share = (points + 1) / 2
     ends = mesh.p[:, mesh.facets[:, facets]]
@@ -186,19 +186,6 @@ def _facet_shapes(basis: Basis, facets: np.ndarray, share: np.ndarray):
         return [(one, 1 - share), (other, share)]
     quadratic = [(1 - share) * (1 - 2 * share), share * (2 * share - 1), 4 * share * (1 - share)]
     return list(zip((one, other, basis.dofs.facet_dofs[0][facets]), quadratic, strict=True))
-
-
-def _flank_facets(gear: Gear, mesh: MeshQuad, tooth: int) -> np.ndarray:
-    """Facets of the involute that faces counter-clockwise on the given tooth."""
-    x, y = mesh.p[:, mesh.facets].mean(axis=1)
-    angle = np.arctan2(-x, y) - 2 * np.pi * tooth / gear.z
-    ends = np.hypot(*mesh.p)[mesh.facets]
-    low, high = gear.r_form * (1 - 1e-9), gear.r_a * (1 + 1e-9)
-    on_flank = (ends.min(axis=0) > low) & (ends.max(axis=0) < high) & (np.ptp(ends, axis=0) > gear.m_n * 1e-6)
-    near = (angle > 0) & (angle < np.pi / gear.z)
-    boundary = np.zeros(mesh.facets.shape[1], bool)
-    boundary[mesh.boundary_facets()] = True
-    return np.flatnonzero(on_flank & near & boundary)
 
 
 def readings(gear: Gear, basis: Basis, arcs: np.ndarray, density: Density) -> list[np.ndarray]:

@@ -74,10 +74,29 @@ def flank_hats(gear: Gear, density: Density) -> np.ndarray:
     return flank_arcs(gear, density.flank)[::2]
 
 
+def flank_facets(gear: Gear, mesh: MeshQuad, tooth: int) -> np.ndarray:
+    """Facets of the involute that faces counter-clockwise on the given tooth."""
+    x, y = mesh.p[:, mesh.facets].mean(axis=1)
+    angle = np.arctan2(-x, y) - 2 * np.pi * tooth / gear.z
+    ends = np.hypot(*mesh.p)[mesh.facets]
+    low, high = gear.r_form * (1 - 1e-9), gear.r_a * (1 + 1e-9)
+    on_flank = (ends.min(axis=0) > low) & (ends.max(axis=0) < high) & (np.ptp(ends, axis=0) > gear.m_n * 1e-6)
+    near = (angle > 0) & (angle < np.pi / gear.z)
+    boundary = np.zeros(mesh.facets.shape[1], bool)
+    boundary[mesh.boundary_facets()] = True
+    return np.flatnonzero(on_flank & near & boundary)
+
+
+def flank_nodes(gear: Gear, mesh: MeshQuad, tooth: int) -> np.ndarray:
+    """(2, n) vertices of the mesh on that flank [m], from root form to tip."""
+    nodes = mesh.p[:, np.unique(mesh.facets[:, flank_facets(gear, mesh, tooth)])]
+    return nodes[:, np.argsort(np.hypot(*nodes))]
+
+
 def divided(nodes: np.ndarray, q: int) -> np.ndarray:
-    """Each interval of nodes cut into q equal ones."""
-    n = len(nodes) - 1
-    return np.interp(np.linspace(0, n, n * q + 1), np.arange(n + 1), nodes)
+    """Each interval of nodes (..., n) cut into q equal ones."""
+    n = nodes.shape[-1] - 1
+    return np.apply_along_axis(lambda row: np.interp(np.linspace(0, n, n * q + 1), np.arange(n + 1), row), -1, nodes)
 
 
 def coons(bottom, top, left, right) -> np.ndarray:

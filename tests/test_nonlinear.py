@@ -118,6 +118,22 @@ def test_gap_at_rest_is_that_of_exact_flanks(flank):
         assert (found.gap / found.closing).min() == pytest.approx(exact, abs=0.05 * um)
 
 
+@pytest.mark.parametrize("density", [Density(flank=6), Density(flank=16), Density(flank=12, tooth=20)])
+@pytest.mark.parametrize("element", [ElementQuad1(), ElementQuad2(), ElementHex2()])
+def test_flanks_have_the_nodes_of_their_elements_and_no_others(density, element):
+    """Also where straight edges lie far inside the involute, and where the first layer below the flank is thin."""
+    gear = fem.Gear(z=17, x=0.2, m_n=2 * mm, b=10 * mm, d_bore=20 * mm)
+    body = clamped(gear, replace(density, width=1, teeth=1, behind=1), element)
+    for tooth, flank in body.flanks.items():
+        across = flank.degree + 1 if element.dim == 3 else 1
+        assert flank.nodes.shape == (flank.degree * density.flank + 1, across)
+        x, y = body.solid.places[flank.nodes][..., :2].T
+        assert np.ptp(np.hypot(x, y), axis=0).max() < 1e-9 * mm
+        assert (np.diff(flank.arcs) > 1e-3 * mm).all()
+        angle = np.arctan2(-x[0], y[0]) - 2 * np.pi * tooth / gear.z
+        assert ((angle > 0) & (angle < np.pi / gear.z)).all()
+
+
 def test_derivatives_of_the_gaps(meshing):
     rest = [body.rest() for body in meshing.bodies]
     u, du = (
