@@ -12,6 +12,8 @@ from fem.gap import Cells
 from fem.hertz import flattening, log_mean
 
 STRIPS = 21
+#: Strips reach this many Hertzian half-widths to either side.
+WINDOW = 1.5
 #: (STRIPS, STRIPS) mean of -ln of the distance between two of equal strips of unit width
 BETWEEN_STRIPS = log_mean(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS)), 1.0, 1.0)
 
@@ -19,7 +21,6 @@ ACTIVE_SETS = 40
 #: Share of the force that counts as none, and penetration that does [m], where strips join and leave one by one.
 FORCELESS, PENETRATION = 1e-14, 1e-14
 #: Strips between which the smooth compliance is quadratic, and their shape functions (NODES, STRIPS)
-PRESSED = slice(STRIPS // 6, STRIPS - STRIPS // 6)
 PLACES = [0, STRIPS // 2, STRIPS - 1]
 NODES = len(PLACES)
 SHAPES = np.linalg.solve(np.vander(PLACES, increasing=True).T, np.vander(np.arange(STRIPS), NODES, increasing=True).T)
@@ -135,6 +136,7 @@ class Strips:
     approach    (n, m) normal approach per transmission error
     tilts       (2, n, m) of the direction of contact against the normals of pinion and wheel [rad]
     open        (2, n) whether there is more flank beside the first, and the last strip
+    expected    (n, m) pressure that Hertz expects on each, up to a factor
     """
 
     arcs: np.ndarray
@@ -143,21 +145,24 @@ class Strips:
     approach: np.ndarray
     tilts: np.ndarray
     open: np.ndarray
+    expected: np.ndarray
 
 
-def strips_of(cells: Cells, reach: np.ndarray) -> Strips:
-    """Strips as far as reach (n,) [m] on either side of where the flanks are closest."""
-    r_own = cells.radii[0]
+def strips_of(cells: Cells, half_width: np.ndarray) -> Strips:
+    """Strips as far as WINDOW times half_width (n,) [m] on either side of where the flanks are closest."""
+    r_own, reach = cells.radii[0], WINDOW * half_width
     low, high, centre = (roll**2 / (2 * r_own) for roll in (*cells.limits, cells.closest))
     start, end = np.maximum(low, centre - reach[:, None]), np.minimum(high, centre + reach[:, None])
     width = (end - start) / STRIPS
     roll = np.sqrt(2 * r_own * (start + width * np.linspace(0, STRIPS, 2 * STRIPS + 1)))
     gap, foot = cells.clear(roll)
-    gap, roll, foot = means(gap), roll[:, 1::2], foot[:, 1::2]
-    tilts = cells.tilts(roll, foot, cells.slopes(roll[:, PRESSED]))
+    gap, slopes, roll, foot = means(gap), cells.slopes(roll[:, ::2]), roll[:, 1::2], foot[:, 1::2]
+    rise = cos(cells.meeting.pair.beta_b) * half_width**2 / (2 * cells.radius)
+    expected = np.sqrt(np.maximum(rise[:, None] - (gap - gap.min(axis=1, keepdims=True)), 0.0))
+    tilts = cells.tilts(roll, foot, slopes, expected)
     per_error = cells.approach(roll, foot, tilts)
     arcs, beside = cells.arcs(roll, np.minimum(foot, cells.mate_tip)), np.stack([start > low, end < high])[..., 0]
-    return Strips(arcs, width[:, 0], gap + per_error * cells.te, per_error, cells.by_gear(tilts), beside)
+    return Strips(arcs, width[:, 0], gap + per_error * cells.te, per_error, cells.by_gear(tilts), beside, expected)
 
 
 def means(values: np.ndarray) -> np.ndarray:
@@ -214,12 +219,10 @@ def half_planes(cells: Cells, pinion: Compliance, wheel: Compliance) -> tuple[np
     return inclined * (one + other), inclined * (one * log(pinion.depth) + other * log(wheel.depth))
 
 
-def assemble(cells: Cells, strips: Strips, pinion: Compliance, wheel: Compliance, misalignment, half_width) -> Contact:
-    """Contact of all strips; half_width (n,) [m] where Hertz expects the contact."""
+def assemble(cells: Cells, strips: Strips, pinion: Compliance, wheel: Compliance, misalignment) -> Contact:
+    """Contact of all strips."""
     smooth = coupling(cells, strips.arcs[:, :, PLACES], pinion, wheel, strips.tilts[:, :, PLACES])
     factor, constant = (x[:, None, None] for x in half_planes(cells, pinion, wheel))
     local = factor * (BETWEEN_STRIPS - np.log(strips.width)[:, None, None]) + constant
     gap = strips.gap + (cos(cells.meeting.pair.beta_b) * misalignment * cells.middle)[:, None]
-    rise = cos(cells.meeting.pair.beta_b) * half_width**2 / (2 * cells.radius)
-    expected = strips.gap <= strips.gap.min(axis=1, keepdims=True) + rise[:, None]
-    return Contact(local, smooth, gap, strips.approach, expected)
+    return Contact(local, smooth, gap, strips.approach, strips.expected > 0)

@@ -220,14 +220,17 @@ class Cells:
         other = removed(wheel.drive_flank, wheel.face, wheel_roll, axial - self.meeting.axial, tooth=-tooth)
         return one, other
 
-    def tilts(self, roll: np.ndarray, foot: np.ndarray, slopes: np.ndarray) -> np.ndarray:
+    def tilts(self, roll: np.ndarray, foot: np.ndarray, slopes: np.ndarray, load: np.ndarray) -> np.ndarray:
         """(2, n, m) turns of the direction of contact from the normals of own and mate, towards their tips [rad].
 
-        Where the two are closest the direction is normal to own's flank, also if the mate's corner touches it; beside
-        that place it lies half way between the normals, as far as these go apart from there. slopes as of `slopes`.
+        Pressure p on flanks with a difference of slopes h' settles where the integral of p h' is 0, as half-planes do
+        not turn one another: the mean normals of both are then one, which is the direction of the force. Beside its
+        mean the direction lies half way between the normals. load (n, m) is where pressure is expected, slopes (n, m)
+        are as of `slopes`.
         """
-        lean, least = (self._lean(*rolls) for rolls in ((roll, foot), (self.closest, self.clear(self.closest)[1])))
-        own = slopes[:, None] - (lean - least) / 2
+        share, lean = load / load.sum(axis=1, keepdims=True), self._lean(roll, foot)
+        mean = (share * (slopes + lean / 2)).sum(axis=1, keepdims=True)
+        own = mean - lean / 2
         return cos(self.meeting.pair.beta_b) * np.stack([own, own + lean])
 
     def _lean(self, roll: np.ndarray, foot: np.ndarray) -> np.ndarray:
@@ -243,13 +246,12 @@ class Cells:
         return inclined * (lever(own, roll / r_own) + lever(mate, np.minimum(foot, self.mate_tip) / r_mate)) / 2
 
     def slopes(self, roll: np.ndarray) -> np.ndarray:
-        """(n,) change of the material removed from own along the profile, between first and last of rolls (n, m)."""
+        """(n, m) change of the material removed from own along the profile between rolls (n, m + 1)."""
         if not self.modified:
-            return np.zeros(self.number.size)
-        ends = roll[:, [0, -1]]
-        one, other = self._removed(ends, ends, self.middle[:, None])
+            return np.zeros_like(roll[:, 1:])
+        one, other = self._removed(roll, roll, self.middle[:, None])
         added = np.where(self.own_is_pinion[:, None], one, other)
-        return (np.diff(added) / np.diff(ends**2 / (2 * self.radii[0])))[:, 0]
+        return np.diff(added) / np.diff(roll**2 / (2 * self.radii[0]))
 
     @property
     def modified(self) -> bool:
@@ -275,7 +277,8 @@ class Cells:
     def nearest(self) -> tuple[np.ndarray, np.ndarray]:
         """Normal gap, aligned [m], and approach per transmission error where the flanks are closest, each (n,)."""
         gap, foot = self.clear(self.closest)
-        per_error = self.approach(self.closest, foot, self.tilts(self.closest, foot, np.zeros(self.number.size)))
+        none, there = np.zeros_like(foot), np.ones_like(foot)
+        per_error = self.approach(self.closest, foot, self.tilts(self.closest, foot, none, there))
         return (gap + per_error * self.te)[:, 0], per_error[:, 0]
 
     @property

@@ -12,8 +12,6 @@ from fem.gap import Cells, Meeting
 from fem.hertz import flattening
 from fem.slices import line_contact
 
-#: Strips reach this many Hertzian half-widths to either side.
-WINDOW = 1.5
 #: Slices are narrower towards the end faces by this power.
 GRADING = 1.6
 #: Pairs that nearly touch join at once [modules].
@@ -223,8 +221,8 @@ class Encounter:
     def pressed(self, cells: Cells, force: float, misalignment: float, half_width: np.ndarray) -> State:
         """Contact of cells on strips wide enough to hold it."""
         for _ in range(WIDENINGS):
-            strips = strips_of(cells, WINDOW * half_width)
-            te, load = assemble(cells, strips, self.pinion, self.wheel, misalignment, half_width).solve(force)
+            strips = strips_of(cells, half_width)
+            te, load = assemble(cells, strips, self.pinion, self.wheel, misalignment).solve(force)
             spilt = (strips.open & (load[:, [0, -1]].T > 0)).any(axis=0)
             if not spilt.any():
                 pressure = load.max(axis=1) / (strips.width * cells.length)

@@ -9,7 +9,9 @@ import fem
 from fem import cache, flank
 from fem.compliance import flank_compliance
 from fem.contact import across_weights
+from fem.gap import Meeting
 from fem.mesh import Density
+from fem.state import Encounter
 from fem.units import mm, um
 
 FACE = flank.Face(18 * mm, 33 * mm, 23 * mm)
@@ -60,6 +62,28 @@ def test_mean_under_tip_relief_in_plane_strain():
     for torque, mean in ((150, 9.218), (350, 19.489)):
         te = plane_strain_te(fem.GearPair(gear, gear, a=150 * mm), torque, 30) / um
         assert np.mean(te) == pytest.approx(mean, rel=0.005)
+
+
+def test_force_is_normal_to_both_flanks_on_the_edge_of_a_relief():
+    """Half-planes do not turn one another: the mean normals of both under the load are one, and the force's direction.
+
+    Here the wheel carries the strips, and the pinion's relief begins among them.
+    """
+    relief = fem.TipRelief(15 * um, 2.5 * mm)
+    gear = modified(relief)
+    twin = plane_twin(gear, Density(flank=26), 2)
+    state = Encounter(Meeting(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, 0.4), twin, twin, 1).state(
+        50 / gear.r_b
+    )
+    tooth = state.cells.number == 0
+    share, (pinion, wheel) = (state.load / state.force.sum())[tooth], state.strips.tilts[:, tooth]
+    arcs, step = state.strips.arcs[0, tooth], state.strips.width[tooth, None] / 2
+    ahead, behind = (relief.removed(gear.face, np.sqrt(2 * gear.r_b * (arcs + s)), 0.0) for s in (step, -step))
+    slope = (ahead - behind) / (2 * step)
+    assert share.sum() == pytest.approx(1)
+    assert np.ptp(slope[share > 0]) > 0.01
+    assert (share * wheel).sum() == pytest.approx(0, abs=1e-4)
+    assert (share * pinion).sum() == pytest.approx((share * slope).sum(), abs=1e-4)
 
 
 def test_plane_strain():

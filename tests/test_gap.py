@@ -5,7 +5,7 @@ import pytest
 from conftest import paper_gear, paper_pair
 
 import fem
-from fem.contact import NODES, STRIPS, Contact, strips_of
+from fem.contact import NODES, STRIPS, WINDOW, Contact, strips_of
 from fem.gap import Cells, Meeting
 from fem.units import deg, mm, um
 
@@ -76,7 +76,7 @@ def test_touching_flanks_have_one_normal(phase):
     gear = paper_gear(flank=relief)
     cells = Cells(Meeting(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]))
     foot = cells.clear(cells.closest)[1]
-    own, mate = cells.tilts(cells.closest, foot, np.zeros(1))[:, 0, 0]
+    own, mate = cells.tilts(cells.closest, foot, np.zeros((1, 1)), np.ones((1, 1)))[:, 0, 0]
     step = 1e-3 * mm
     change = np.diff(relief.removed(gear.face, np.array([-step, step]) + foot[0], 0.0))[0]
     assert own == 0
@@ -102,7 +102,7 @@ def test_directions_of_contact_do_not_prefer_a_gear(relief):
     found = []
     for phase in (-1e-12, 1e-12):
         cells = Cells(Meeting(pair, 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), 30 * um)
-        strips = strips_of(cells, np.array([0.3 * mm]))
+        strips = strips_of(cells, np.array([0.2 * mm]))
         order = slice(None) if cells.own_is_pinion[0] else slice(None, None, -1)
         found.append([numbers[..., order] for numbers in (strips.tilts, strips.approach, strips.gap)])
     for numbers, other, error in zip(*found, (3e-4, 3e-5, 1e-9), strict=True):
@@ -117,7 +117,7 @@ def test_gaps_of_strips_are_means_over_them(flank):
     pair = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm)
     cells = Cells(Meeting(pair, 150 * mm, 0.0, 0.2), *np.array([[0], [0], [1 * mm]]))
     reach = np.array([0.4 * mm])
-    strips, r_b = strips_of(cells, reach), cells.radii[0]
+    strips, r_b = strips_of(cells, reach / WINDOW), cells.radii[0]
     arcs = cells.closest**2 / (2 * r_b) + reach * np.linspace(-1, 1, 100 * STRIPS + 1)[50::100]
     within = arcs[..., None] + strips.width[:, None, None] * ((np.arange(100) + 0.5) / 100 - 0.5)
     gap = cells.clear(np.sqrt(2 * r_b * within.reshape(1, -1)))[0].reshape(*arcs.shape, 100).mean(axis=-1)

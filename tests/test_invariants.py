@@ -95,8 +95,7 @@ def contact_is_balanced(scene: Scene) -> None:
         assert low <= state.centroid() <= high
         assert state.cells.low.min() >= low - 1e-12
         assert state.cells.high.max() <= high + 1e-12
-    cells, strips, aside = resolved.cells, resolved.strips, np.zeros(resolved.force.size)
-    contact = assemble(cells, strips, encounter.pinion, encounter.wheel, scene.misalignment, aside)
+    contact = assemble(resolved.cells, resolved.strips, encounter.pinion, encounter.wheel, scene.misalignment)
     slack = contact.displacement(resolved.load) + contact.gap - contact.approach * resolved.te
     assert slack.min() > -1e-9 * um - 1e-12 * abs(resolved.te)
 

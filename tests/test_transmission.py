@@ -74,8 +74,8 @@ def test_contact_balances_the_load_and_never_pulls_nor_penetrates(paper_pair, bo
     meeting = encounter(paper_pair, bodies, 0.45)
     cells = meeting.sliced({-1: meeting.face, 0: meeting.face}, 3)
     half_width = meeting.half_width(cells, np.full(cells.low.size, 90e3))
-    strips = strips_of(cells, 1.5 * half_width)
-    contact = assemble(cells, strips, *bodies, 0.0, half_width)
+    strips = strips_of(cells, half_width)
+    contact = assemble(cells, strips, *bodies, 0.0)
     delta, f = contact.solve(1000.0)
     slack = contact.displacement(f) + contact.gap - contact.approach * delta
     assert (contact.approach * f).sum() == pytest.approx(1000.0, rel=1e-12)
