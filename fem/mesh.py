@@ -9,7 +9,7 @@ from math import tan
 import numpy as np
 from skfem import MeshHex, MeshLine, MeshQuad
 
-from fem import profile
+from fem import grading, profile
 from fem.gear import Gear, require
 from fem.profile import Polar
 
@@ -24,6 +24,8 @@ class Density:
     tooth, rim, body        half across the tooth, in the layer below the root, from there to the bore
     width                   quadratic elements over half the face width
     teeth, behind           toothed pitches ahead of tooth 0 (counter-clockwise) and behind it
+    edges                   roll lengths on the flank [m], increasing, where elements are smaller and nodes lie: where a
+                            relief begins; layers below the flank are thin there too
     """
 
     flank: int = 16
@@ -36,9 +38,12 @@ class Density:
     teeth: int = 2
     behind: int = 2
     divide: int = 1
+    edges: tuple[float, ...] = ()
 
     def __post_init__(self):
-        for part in fields(self):
+        object.__setattr__(self, "edges", tuple(float(edge) for edge in self.edges))
+        require(self.edges == tuple(sorted(set(self.edges))), f"edges must increase; sort them, got {self.edges}")
+        for part in fields(self)[:-1]:
             number, least = getattr(self, part.name), 0 if part.name in ("teeth", "behind") else 1
             whole = f"{part.name} must be a whole number of elements >= {least}, got {number}"
             require(number == int(number) and number >= least, whole)
@@ -49,7 +54,7 @@ class Density:
 
     def scaled(self, factor: float) -> "Density":
         """Numbers of elements times a factor, at least one; the same teeth."""
-        kept = ("teeth", "behind", "divide")
+        kept = ("teeth", "behind", "divide", "edges")
         sizes = {part.name: getattr(self, part.name) * factor for part in fields(self) if part.name not in kept}
         numbers = {name: max(1, round(size)) for name, size in sizes.items()}
         return replace(self, **numbers | {"flank": max(2, 2 * round(sizes["flank"] / 2))})
@@ -67,6 +72,19 @@ def flank_arcs(gear: Gear, n: int, divide: int = 1) -> np.ndarray:
     low, high = profile.arc_length(gear, np.array([gear.roll_form, gear.roll_tip]))
     coarse = high - (high - low) * np.linspace(1, 0, n + 1) ** 1.5
     return divided(coarse, divide)
+
+
+def flank_places(gear: Gear, density: Density) -> np.ndarray:
+    """(n,) arc lengths of flank nodes from root form to tip [m], smaller steps beside the edges of the density."""
+    nodes = flank_arcs(gear, density.flank, density.divide)
+    if not density.edges:
+        return nodes
+    low, high = density.edges[0], density.edges[-1]
+    ends = f"({gear.roll_form:g}, {gear.roll_tip:g}) m"
+    require(
+        gear.roll_form < low and high < gear.roll_tip, f"edges must lie in {ends}, on the flank, got {density.edges}"
+    )
+    return grading.beside(profile.arc_length(gear, np.array(density.edges)), nodes)
 
 
 def flank_hats(gear: Gear, density: Density) -> np.ndarray:
@@ -121,13 +139,18 @@ def mirrored(points: np.ndarray) -> np.ndarray:
 
 def across_tooth(density: Density) -> np.ndarray:
     """Stations in [0, 1] across the tooth, closer together at both flanks."""
-    half = 0.5 * density.steps("tooth") ** 1.5
+    return both_sides(density.steps("tooth") ** 1.5)
+
+
+def both_sides(depths: np.ndarray) -> np.ndarray:
+    """Stations in [0, 1] across the tooth of depths from 0 at the flank to 1 on the centre line."""
+    half = depths / 2
     return np.concatenate([half, 1 - half[-2::-1]])
 
 
 def tooth_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     """The tooth above the middle of its fillets and the layer below it down to `rim_radius`, as (2, n, m) grids."""
-    arcs = flank_arcs(gear, density.flank, density.divide)
+    arcs = flank_places(gear, density)
     upper = density.steps("fillet")[::-1] / 2
     involute = profile.cartesian(profile.flank(gear, profile.roll_at(gear, arcs)))
     side = np.hstack([profile.cartesian(profile.fillet(gear, upper)), involute[:, 1:]])
@@ -137,8 +160,23 @@ def tooth_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     half_tip = float(profile.flank(gear, [gear.roll_tip]).psi[0])
     tip = profile.cartesian(Polar(np.full(across.size, gear.r_a), half_tip * (1 - 2 * across)))
     tooth = coons(base, tip, side, mirrored(side))
-    top = np.hstack([foot[:, ::-1], base[:, 1:-1], mirrored(foot)])
+    if density.edges:
+        tooth = in_layers(gear, density, tooth, arcs)
+    top = np.hstack([foot[:, ::-1], tooth[:, 1:-1, 0], mirrored(foot)])
     return [tooth, rim_block(gear, density, top)]
+
+
+def in_layers(gear: Gear, density: Density, tooth: np.ndarray, arcs: np.ndarray) -> np.ndarray:
+    """The tooth with layers below its flanks of twice the step at the edges; at its foot as `across_tooth` has them.
+
+    Thin layers at the foot would make skew elements of those below, which are much too stiff.
+    """
+    after = np.searchsorted(arcs, profile.arc_length(gear, np.array(density.edges)) * (1 + 1e-9))
+    thin = 2 * (arcs[after] - arcs[after - 1]).min() / (gear.m_t * np.pi / 4)
+    depths = grading.layers(thin, 1.5 / (density.tooth * density.divide))
+    grid = grading.layered(tooth, *(both_sides(x) for x in (np.linspace(0, 1, depths.size) ** 1.5, depths)))
+    grid[:, :, -1] *= gear.r_a / np.hypot(*grid[:, :, -1])
+    return grid
 
 
 def tooth_foot(gear: Gear, density: Density) -> np.ndarray:

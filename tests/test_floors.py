@@ -16,6 +16,7 @@ FLOORS = {
     "fem.deviation": 0.2,
     "fem.flank": 0.4,
     "fem.checks": 0,
+    "fem.grading": 0,
     "fem.root": 0,
     "fem.material": 0.4,
     "fem.cylindrical": 0.6,
