@@ -34,15 +34,10 @@ def layers(first: float, thickest: float) -> np.ndarray:
     return np.array(depths) / depths[-1]
 
 
-def layered(rows: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Grid (2, n, m) with m rows whose points move along them: from shares low (k,) in the first to high by the last.
-
-    Returns (2, k, m). The change takes the first eighth of the rows.
-    """
-    m = rows.shape[2]
-    found = np.empty((2, low.size, m))
-    for row, share in enumerate(np.minimum(np.arange(m) / (m // 8), 1)):
-        length = np.append(0.0, np.cumsum(np.hypot(*np.diff(rows[:, :, row]))))
-        at = ((1 - share) * low + share * high) * length[-1]
-        found[:, :, row] = [np.interp(at, length, part) for part in rows[:, :, row]]
+def along_rows(grid: np.ndarray, shares: np.ndarray) -> np.ndarray:
+    """(2, k, m) points of a grid (2, n, m) moved along its m rows to shares (k,) of their lengths."""
+    found = np.empty((2, shares.size, grid.shape[2]))
+    for row, points in enumerate(np.moveaxis(grid, 2, 0)):
+        length = np.append(0.0, np.cumsum(np.hypot(*np.diff(points))))
+        found[:, :, row] = [np.interp(shares * length[-1], length, part) for part in points]
     return found

@@ -137,46 +137,34 @@ def mirrored(points: np.ndarray) -> np.ndarray:
     return points * np.array([[-1.0], [1.0]])
 
 
-def across_tooth(density: Density) -> np.ndarray:
-    """Stations in [0, 1] across the tooth, closer together at both flanks."""
-    return both_sides(density.steps("tooth") ** 1.5)
+def across_tooth(gear: Gear, density: Density, arcs: np.ndarray) -> np.ndarray:
+    """Stations in [0, 1] across the tooth, closer together at both flanks, whose nodes lie at arcs (n,) [m].
 
-
-def both_sides(depths: np.ndarray) -> np.ndarray:
-    """Stations in [0, 1] across the tooth of depths from 0 at the flank to 1 on the centre line."""
-    half = depths / 2
-    return np.concatenate([half, 1 - half[-2::-1]])
+    Beside edges of the density the layer below the flank is twice as thick as the steps along it.
+    """
+    depths = density.steps("tooth") ** 1.5
+    if density.edges:
+        after = np.searchsorted(arcs, profile.arc_length(gear, np.array(density.edges)) * (1 + 1e-9))
+        thin = 2 * (arcs[after] - arcs[after - 1]).min() / (gear.m_t * np.pi / 4)
+        depths = grading.layers(thin, 1.5 / (density.tooth * density.divide))
+    return np.concatenate([depths / 2, 1 - depths[-2::-1] / 2])
 
 
 def tooth_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     """The tooth above the middle of its fillets and the layer below it down to `rim_radius`, as (2, n, m) grids."""
     arcs = flank_places(gear, density)
-    upper = density.steps("fillet")[::-1] / 2
+    across = across_tooth(gear, density, arcs)
+    upper, even = density.steps("fillet")[::-1] / 2, np.linspace(0, 1, across.size)
     involute = profile.cartesian(profile.flank(gear, profile.roll_at(gear, arcs)))
     side = np.hstack([profile.cartesian(profile.fillet(gear, upper)), involute[:, 1:]])
     foot = tooth_foot(gear, density)
-    across = across_tooth(density)
-    base = line(side[:, 0], mirrored(side)[:, 0], across)
+    base = line(side[:, 0], mirrored(side)[:, 0], even)
     half_tip = float(profile.flank(gear, [gear.roll_tip]).psi[0])
-    tip = profile.cartesian(Polar(np.full(across.size, gear.r_a), half_tip * (1 - 2 * across)))
-    tooth = coons(base, tip, side, mirrored(side))
-    if density.edges:
-        tooth = in_layers(gear, density, tooth, arcs)
+    tip = profile.cartesian(Polar(np.full(even.size, gear.r_a), half_tip * (1 - 2 * even)))
+    tooth = grading.along_rows(coons(base, tip, side, mirrored(side)), across)
+    tooth[:, :, -1] *= gear.r_a / np.hypot(*tooth[:, :, -1])
     top = np.hstack([foot[:, ::-1], tooth[:, 1:-1, 0], mirrored(foot)])
     return [tooth, rim_block(gear, density, top)]
-
-
-def in_layers(gear: Gear, density: Density, tooth: np.ndarray, arcs: np.ndarray) -> np.ndarray:
-    """The tooth with layers below its flanks of twice the step at the edges; at its foot as `across_tooth` has them.
-
-    Thin layers at the foot would make skew elements of those below, which are much too stiff.
-    """
-    after = np.searchsorted(arcs, profile.arc_length(gear, np.array(density.edges)) * (1 + 1e-9))
-    thin = 2 * (arcs[after] - arcs[after - 1]).min() / (gear.m_t * np.pi / 4)
-    depths = grading.layers(thin, 1.5 / (density.tooth * density.divide))
-    grid = grading.layered(tooth, *(both_sides(x) for x in (np.linspace(0, 1, depths.size) ** 1.5, depths)))
-    grid[:, :, -1] *= gear.r_a / np.hypot(*grid[:, :, -1])
-    return grid
 
 
 def tooth_foot(gear: Gear, density: Density) -> np.ndarray:
