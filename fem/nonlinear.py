@@ -46,8 +46,8 @@ def static_transmission_error(
     torque      pinion torque F r_b1 [N m], one or several increasing values > 0
     phases      number of equidistant phases from 0, or their values
     density     of the FE mesh; `Density(flank=66).refined(2)` is within 0.1 % of the converged mean and peak to peak of
-                plain flanks; where a relief begins it is some 5 nm off without its `edges`, at the roll length where the
-                relief begins and at that where the mate's beginning touches
+                plain flanks; where a relief begins it is some 5 nm off without `edges` at the roll lengths where the
+                relief begins, and where the mate's does so
     element     of scikit-fem: ElementQuad1() or ElementQuad2() in plane strain (the latter by default), ElementHex1()
                 or ElementHex2() in space
     penalty     contact stiffness [Pa/m]; infinite: no penetration at all
