@@ -70,13 +70,13 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     arcs, line = meshes.flank_hats(gear, density), meshes.half_width(gear.b, loaded, density.width)
     axial = np.sort(line.p[0])[: density.width + 1]
     depth = axial[-1] / density.width
-    near = partial(cached, f"near field 8 {body} {density}", lambda: {"blocks": near_field(body, arcs, depth, density)})
+    near = partial(cached, f"near field 9 {body} {density}", lambda: {"blocks": near_field(body, arcs, depth, density)})
 
     def solved(kind: str) -> np.ndarray:
         def compute() -> Arrays:
             return {"blocks": beside_half_plane(body, arcs, axial, line, density, near()["blocks"], kind)}
 
-        return cached(f"solid 8 {body} {density} {loaded} {kind}", compute)["blocks"]
+        return cached(f"solid 9 {body} {density} {loaded} {kind}", compute)["blocks"]
 
     places = np.concatenate([-axial[:0:-1], axial]) if whole or gear.beta else axial
     if gear.beta:

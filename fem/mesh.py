@@ -33,7 +33,7 @@ class Density:
     land: int = 1
     tooth: int = 4
     rim: int = 4
-    body: int = 6
+    body: int = 7
     width: int = 3
     teeth: int = 2
     behind: int = 2
@@ -146,7 +146,7 @@ def across_tooth(gear: Gear, density: Density, arcs: np.ndarray) -> np.ndarray:
     if density.edges:
         after = np.searchsorted(arcs, profile.arc_length(gear, np.array(density.edges)) * (1 + 1e-9))
         thin = 2 * (arcs[after] - arcs[after - 1]).min() / (gear.m_t * np.pi / 4)
-        depths = grading.layers(thin, 1.5 / (density.tooth * density.divide))
+        depths = grading.layers(thin, depths[-1] - depths[-2])
     return np.concatenate([depths / 2, 1 - depths[-2::-1] / 2])
 
 
@@ -191,16 +191,17 @@ def rim_block(gear: Gear, density: Density, top: np.ndarray) -> np.ndarray:
 
 
 def body_radii(gear: Gear, density: Density) -> np.ndarray:
-    """Radii from the bore to `rim_radius`, closer together outside [m]."""
+    """Radii from the bore to `rim_radius`, closer together at both [m]."""
     inner, outer = gear.d_bore / 2, rim_radius(gear)
-    return outer - (outer - inner) * (1 - density.steps("body")) ** 1.5
+    even = 2 * np.pi * density.steps("body")
+    return inner + (outer - inner) * (even - 0.4 * np.sin(even)) / (2 * np.pi)
 
 
 def ring_angles(gear: Gear, density: Density) -> np.ndarray:
     """Angles of radial lines around the toothless rest of the ring [rad], coarser away from the teeth."""
     start = (density.behind + density.teeth + 1) * np.pi / gear.z
     first, rest = np.pi / gear.z, np.pi - start
-    growth = 1.2
+    growth = 1.1
     n = max(2, int(np.ceil(np.log1p(rest * (growth - 1) / first) / np.log(growth))))
     half = start + rest * (growth ** np.linspace(0, n, n * density.divide + 1) - 1) / (growth**n - 1)
     return np.concatenate([2 * np.pi - half, half[-2::-1]]) + (density.teeth - density.behind) * np.pi / gear.z
