@@ -287,6 +287,8 @@ def draw(path: Path, ste: Points, runs: Points, floor: dict[str, float], grown: 
         label = f"{name}: exponent {exponent(sizes, times):.2f}"
         right.loglog(np.array(sizes) / sizes[0], np.array(times) / times[0], "o-", label=label)
     right.set(xlabel="size over the smallest", ylabel="time over the smallest")
+    right.set_yticks([1, 2, 4, 8], ["1", "2", "4", "8"])
+    right.minorticks_off()
     right.legend(frameon=False, fontsize=7)
     figure.savefig(path, dpi=130)
 

@@ -10,8 +10,8 @@ import numpy as np
 from skfem import Basis, Mesh
 
 from fem import profile
-from fem.gap import Meeting
 from fem.gear import Gear, GearPair, require
+from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.offsets import ANGLES, Offsets, check_places, in_plane_of_action
 from fem.state import Encounter, State

@@ -8,8 +8,9 @@ import numpy as np
 
 from fem.compliance import Compliance
 from fem.contact import Strips, assemble, coupling, half_planes, strips_of
-from fem.gap import Cells, Meeting
+from fem.gap import Cells
 from fem.hertz import flattening
+from fem.meeting import Meeting
 from fem.slices import line_contact
 
 #: Slices are narrower towards the end faces by this power.

@@ -16,9 +16,9 @@ from skfem.io.meshio import to_meshio
 from fem import elastic
 from fem import mesh as meshes
 from fem.elastic import FINE, Body
-from fem.gap import Meeting
 from fem.gear import Gear, GearPair, require
 from fem.loads import FlankLoad, encounters, flank_loads, outline, with_loaded_teeth
+from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.offsets import Offsets
 from fem.state import Encounter, State

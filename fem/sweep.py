@@ -13,8 +13,8 @@ from tqdm import tqdm
 
 from fem.compliance import Compliance, flank_compliance
 from fem.flank import removed
-from fem.gap import Meeting
 from fem.gear import GearPair, require
+from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.offsets import ANGLES, in_plane_of_action
 from fem.state import Encounter

@@ -183,13 +183,13 @@ def gaps(own: Flank, mate: Flank, places: tuple[Placement, Placement], u: tuple,
     push = normal + along * tangent
     closing = here.per_error * cross(y, push) - there.per_error * cross(arm, push)
     values = distance + own.removed(sample.arcs[:, None]) + mate.removed(arc)
-    area, mean = means(sample, own.width)
+    area, mean = averages(sample, own.width)
     by_own = np.einsum("cqz,qa,zk->qzakc", turned(push, here.angle - there.angle), sample.shapes, own.width.shapes)
     by_mate = np.einsum("cqz,qza,zk->qzakc", -push, mate.smooth(arc), mate.width.shapes)
     return Gaps(mean(values), area, mean(closing), mean(by_own), mean(by_mate))
 
 
-def means(sample: Sampling, width: Width):
+def averages(sample: Sampling, width: Width):
     """Areas under the hats (n,) [m^2]; function that turns values (n_point, n_station, ...) into means (n, ...)."""
     weights = np.einsum("qh,zl,z->hlqz", sample.hats, width.hats, width.widths)
     area = weights.sum(axis=(2, 3)).ravel()

@@ -9,7 +9,7 @@ import fem
 from fem import cache, flank
 from fem.compliance import flank_compliance
 from fem.contact import across_weights
-from fem.gap import Meeting
+from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.state import Encounter
 from fem.units import mm, um

@@ -28,6 +28,7 @@ FLOORS = {
     "fem.iso6336": 2,
     "fem.mesh": 3,
     "fem.hertz": 3,
+    "fem.meeting": 2,
     "fem.gap": 3,
     "fem.prism": 3,
     "fem.solid": 3.2,

@@ -6,7 +6,8 @@ from conftest import paper_gear, paper_pair
 
 import fem
 from fem.contact import NODES, STRIPS, WINDOW, Contact, strips_of
-from fem.gap import Cells, Meeting
+from fem.gap import Cells
+from fem.meeting import Meeting
 from fem.units import deg, mm, um
 
 

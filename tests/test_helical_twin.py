@@ -147,12 +147,23 @@ def test_helical_pair_is_its_twin(pair):
     assert np.ptp(ours, axis=1) == pytest.approx(np.ptp(other, axis=1), rel=0.03)
 
 
-def test_reference_without_coupling_of_teeth_two_pitches_apart(pair, monkeypatch):
-    """Independent finite elements that read teeth -1, 0 and 1 only: as far as these couple, the peaks to peaks agree.
-
-    Those of all teeth are 0.72 and 1.36 um.
-    """
+@pytest.fixture
+def neighbours_only(monkeypatch):
+    """As independent finite elements have it that read teeth -1, 0 and 1 only."""
     ahead = Compliance.ahead
     monkeypatch.setattr(Compliance, "ahead", lambda body, teeth: ahead(body, teeth) * (abs(teeth) < 2))
+
+
+def test_reference_without_coupling_of_teeth_two_pitches_apart(pair, neighbours_only):
+    """The peaks to peaks agree. Those of all teeth are 0.72 and 1.36 um."""
     te = fem.static_transmission_error(pair, [150, 350], 30, progress=False)["te"].values
+    assert np.ptp(te, axis=1) == pytest.approx([0.671 * um, 1.17 * um], rel=0.01)
+
+
+@pytest.mark.slow
+def test_reference_without_that_coupling_on_a_finer_mesh(pair, neighbours_only):
+    """The means do so as well."""
+    finer = fem.Resolution(Density(width=5, fillet=5))
+    te = fem.static_transmission_error(pair, [150, 350], 30, accuracy=finer, progress=False)["te"].values
+    assert te.mean(axis=1) == pytest.approx([8.59 * um, 19.34 * um], rel=0.006)
     assert np.ptp(te, axis=1) == pytest.approx([0.671 * um, 1.17 * um], rel=0.01)

@@ -12,8 +12,8 @@ from strategies import pairs
 import fem
 from fem.compliance import flank_compliance
 from fem.contact import assemble
-from fem.gap import Meeting
 from fem.hertz import largest_torque
+from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.state import Encounter, State
 from fem.units import um

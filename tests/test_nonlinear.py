@@ -24,8 +24,9 @@ from twins import plane_twin, twin_te
 import fem
 from fem import solid
 from fem.body import clamped
-from fem.gap import Cells, Meeting
+from fem.gap import Cells
 from fem.gear import STEEL
+from fem.meeting import Meeting
 from fem.mesh import Density, extruded, half_width, section
 from fem.nonlinear import Meshing, assembled, complementarity, equilibrium, rows, static_transmission_error
 from fem.prism import lame_parameters

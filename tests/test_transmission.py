@@ -10,8 +10,8 @@ from conftest import paper_gear
 import fem
 from fem.compliance import flank_compliance
 from fem.contact import STRIPS, assemble, strips_of
-from fem.gap import Meeting
 from fem.hertz import flattening
+from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.state import Encounter
 from fem.units import deg, mm, um

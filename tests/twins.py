@@ -5,7 +5,7 @@ from skfem import Basis, ElementQuad2
 
 import fem
 from fem.compliance import Compliance, half_plane, plane_strain, values_of_means
-from fem.gap import Meeting
+from fem.meeting import Meeting
 from fem.mesh import Density, flank_hats, section
 from fem.state import Encounter
 from fem.units import mm
