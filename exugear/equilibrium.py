@@ -109,8 +109,8 @@ def _pressed(model: Model, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
         before = q
         q = lay(model, [_deflection(model, mesh, f, q) for mesh, f in zip(model.meshes, forces, strict=True)], q)
         if np.abs(q - before).max() < SETTLED:
-            break
-    return q
+            return q
+    raise RuntimeError(STUCK)
 
 
 def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:

@@ -14,6 +14,7 @@ from exugear.integrator import Rule, settings_for
 from exugear.model import Model, integrated
 
 PIECES = 100
+BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
 #: Error by the step over its change by half of it: fourth order.
 REST = 16 / 15
 #: Shorter pieces say little [samples].
@@ -53,8 +54,8 @@ class Solver:
         """All pieces, between which the bar moves; they restart from the very state that they reached."""
         h, pieces = self.rule.step, []
         bounds = np.linspace(0, steps, (min(PIECES, steps) if progress else 1) + 1).astype(int)
-        with tqdm(total=steps, unit_scale=h, desc="run-up", disable=not progress, leave=False) as bar:
-            bar.bar_format = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
+        style = {"bar_format": BAR, "unit_scale": h, "leave": False, "disable": not progress}
+        with tqdm(total=steps, desc="run-up", **style) as bar:
             for first, last in pairwise(bounds.tolist()):
                 pieces.append(Piece(first, last, self.state))
                 self.solve(pieces[-1], self.rule)

@@ -24,6 +24,7 @@ class Density:
     tooth, rim, body        half across the tooth, in the layer below the root, from there to the bore
     width                   quadratic elements over half the face width
     teeth, behind           toothed pitches ahead of tooth 0 (counter-clockwise) and behind it
+    rim_power               above 1: rim elements are smaller beside the root, which root stress asks for
     edges                   roll lengths on the flank [m], increasing, where elements are smaller and nodes lie: where a
                             relief begins; layers below the flank are thin there too
     """
@@ -38,15 +39,17 @@ class Density:
     teeth: int = 2
     behind: int = 2
     divide: int = 1
+    rim_power: float = 1.0
     edges: tuple[float, ...] = ()
 
     def __post_init__(self):
         object.__setattr__(self, "edges", tuple(float(edge) for edge in self.edges))
         require(self.edges == tuple(sorted(set(self.edges))), f"edges must increase; sort them, got {self.edges}")
-        for part in fields(self)[:-1]:
+        for part in fields(self)[:-2]:
             number, least = getattr(self, part.name), 0 if part.name in ("teeth", "behind") else 1
             whole = f"{part.name} must be a whole number of elements >= {least}, got {number}"
             require(number == int(number) and number >= least, whole)
+        require(1 <= self.rim_power <= 3, f"rim_power must lie in [1, 3], got {self.rim_power}")
         require(self.flank % 2 == 0, f"flank must be an even number of elements, got {self.flank}")
 
     def refined(self, q: int) -> "Density":
@@ -54,7 +57,7 @@ class Density:
 
     def scaled(self, factor: float) -> "Density":
         """Numbers of elements times a factor, at least one; the same teeth."""
-        kept = ("teeth", "behind", "divide", "edges")
+        kept = ("teeth", "behind", "divide", "rim_power", "edges")
         sizes = {part.name: getattr(self, part.name) * factor for part in fields(self) if part.name not in kept}
         numbers = {name: max(1, round(size)) for name, size in sizes.items()}
         return replace(self, **numbers | {"flank": max(2, 2 * round(sizes["flank"] / 2))})
@@ -186,8 +189,13 @@ def rim_block(gear: Gear, density: Density, top: np.ndarray) -> np.ndarray:
     """Grid between the circle of `rim_radius` and the outline top (2, n) of one pitch."""
     psi = np.linspace(np.pi, -np.pi, top.shape[1]) / gear.z
     bottom = profile.cartesian(Polar(np.full(psi.size, rim_radius(gear)), psi))
-    steps = density.steps("rim")
+    steps = rim_steps(density)
     return coons(bottom, top, line(bottom[:, 0], top[:, 0], steps), line(bottom[:, -1], top[:, -1], steps))
+
+
+def rim_steps(density: Density) -> np.ndarray:
+    """Stations in [0, 1] from `rim_radius` to the outline of the root."""
+    return 1 - (1 - density.steps("rim")) ** density.rim_power
 
 
 def body_radii(gear: Gear, density: Density) -> np.ndarray:
@@ -229,7 +237,7 @@ def section_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     blocks = [rotated(block, 2 * np.pi * k / gear.z) for k in pitches for block in (tooth, rim, body)]
     if not some:
         return blocks
-    outside = np.linspace(radii[-1], gear.r_f, density.rim * density.divide + 1)
+    outside = radii[-1] + (gear.r_f - radii[-1]) * rim_steps(density)
     return [*blocks, polar_block(np.concatenate([radii, outside[1:]]), ring_angles(gear, density))]
 
 
