@@ -15,10 +15,10 @@ from fem.sweep import Resolution
 from fem.transmission import checked_phases, checked_torque
 from fem.units import deg
 
-#: Root stress within 1 % of finer sections (2 % of an undercut one) and, of a helix of 15 deg, of a finer width.
+#: Root stress within 1 % of finer sections (2.5 % of an undercut one) and, of a helix of 15 deg, of a finer width.
 ROOT = Density(flank=6, fillet=6, land=2, tooth=4, rim=3, body=4, width=2, rim_power=1.5)
-#: Inclination of the root to the tooth's centre line: above, the contact beside it rules rather than bending.
-BELOW = 20 * deg
+#: Of the root to the tooth's centre line; above, the contact beside it rules rather than bending.
+LEAST_INCLINATION = 20 * deg
 
 
 def root_stress(
@@ -40,7 +40,7 @@ def root_stress(
     torque          pinion torques F r_b1 >= 0 [N m], increasing
     phases          number of equidistant phases, or their values in [0, 1)
     offsets         of the wheel, one value each
-    density         of the solid on which the roots are solved; the default's stress is within 1 to 2 % of finer ones
+    density         of the solid on which the roots are solved; the default's stress is within 1 to 2.5 % of finer ones
     resolution      of the contact, as of a map
 
     The factorized solids are not kept: some 10 s for each spur gear, 20 s for each helical one, 0.3 s per state.
@@ -74,8 +74,8 @@ def largest_in_roots(body: Body, cases: list[list[FlankLoad]]) -> np.ndarray:
     found = np.zeros((2, len(cases)))
     for k, loads in enumerate(cases):
         for load in loads:
-            stress, slant = along_root(body, u[:, k], load.tooth), inclination(body, load.tooth)
-            largest = stress[slant >= BELOW].max(), at_tangent(slant, stress).max()
+            stress, inclined = along_root(body, u[:, k], load.tooth), inclination(body, load.tooth)
+            largest = stress[inclined >= LEAST_INCLINATION].max(), at_tangent(inclined, stress).max()
             found[:, k] = np.maximum(found[:, k], largest)
     return found
 
@@ -120,10 +120,10 @@ def inclination(body: Body, tooth: int) -> np.ndarray:
     return np.arctan2(x * np.sign(y), np.abs(y))
 
 
-def at_tangent(slant: np.ndarray, stress: np.ndarray) -> np.ndarray:
+def at_tangent(inclined: np.ndarray, stress: np.ndarray) -> np.ndarray:
     """(n_axial,) stress (n_place, n_axial) where the fillet's tangent is inclined by 30 degrees."""
-    order = np.argsort(slant)
-    return np.array([np.interp(np.pi / 6, slant[order], column[order]) for column in stress.T])
+    order = np.argsort(inclined)
+    return np.array([np.interp(np.pi / 6, inclined[order], column[order]) for column in stress.T])
 
 
 def _cycle(torque: np.ndarray, phase: np.ndarray, found: np.ndarray, peaks: np.ndarray) -> xr.Dataset:
