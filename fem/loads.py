@@ -12,10 +12,16 @@ from skfem import Basis, Mesh
 from fem import profile
 from fem.gear import Gear, GearPair, require
 from fem.meeting import Meeting
-from fem.mesh import Density
+from fem.mesh import Density, rotated
 from fem.offsets import ANGLES, Offsets, check_places, in_plane_of_action
 from fem.state import Encounter, State
 from fem.sweep import Resolution, bodies_of
+from fem.units import deg
+
+#: Of the root to the tooth's centre line; where it is steeper the contact beside it rules rather than bending.
+LEAST_INCLINATION = 20 * deg
+#: Strips of less than this share of the mean width have none.
+NO_WIDTH = 1e-3
 
 
 @dataclass(frozen=True)
@@ -106,12 +112,22 @@ def with_loaded_teeth(density: Density, loads: list[FlankLoad]) -> Density:
 
 
 def _sorted_strips(gear: Gear, arcs: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Edges (n, m + 1) of strips around arcs (n, m), no wider than the flank, and their forces, from root to tip."""
+    """Edges (n, m + 1) of strips around arcs (n, m), no wider than the flank, and their forces, from root to tip.
+
+    Where the tip's corner touches, several strips may lie there: the last that has a width carries their forces.
+    """
     order = np.argsort(arcs, axis=1)
     arcs, force = (np.take_along_axis(x, order, axis=1) for x in (arcs, force))
     between = (arcs[:, 1:] + arcs[:, :-1]) / 2
     first, last = 2 * arcs[:, :1] - between[:, :1], 2 * arcs[:, -1:] - between[:, -1:]
-    return np.clip(np.hstack([first, between, last]), *flank_ends(gear)), force
+    edges = np.clip(np.hstack([first, between, last]), *flank_ends(gear))
+    width = np.diff(edges, axis=1)
+    thin = width < NO_WIDTH * width.mean(axis=1, keepdims=True)
+    carrying = thin.shape[1] - 1 - np.argmin(thin[:, ::-1], axis=1)
+    at_corner = np.where(thin, force, 0.0)
+    force = force - at_corner
+    force[np.arange(len(force)), carrying] += at_corner.sum(axis=1)
+    return edges, force
 
 
 def flank_ends(gear: Gear) -> np.ndarray:
@@ -148,6 +164,19 @@ def outline(gear: Gear, mesh: Mesh, tooth: int) -> tuple[np.ndarray, np.ndarray]
     below = (radius.max(axis=0) < gear.r_form * (1 + 1e-9)) & (radius.min(axis=0) > gear.r_f * (1 - 1e-4))
     order = np.argsort(-angle)
     return facets[order][(beside & above & steep)[order]], facets[order][(beside & below)[order]]
+
+
+def inclination(gear: Gear, mesh: Mesh, tooth: int) -> np.ndarray:
+    """(n,) of the root's facets to the tooth's centre line [rad]; negative where an undercut tooth widens."""
+    facets = outline(gear, mesh, tooth)[1]
+    start, end = mesh.p[:, mesh.facets[:, facets]].transpose(1, 0, 2)
+    x, y = rotated(end - start, -2 * np.pi * tooth / gear.z)
+    return np.arctan2(x * np.sign(y), np.abs(y))
+
+
+def bent_root(gear: Gear, mesh: Mesh, tooth: int) -> np.ndarray:
+    """Facets of the root whose stress comes from bending rather than from the contact beside it."""
+    return outline(gear, mesh, tooth)[1][inclination(gear, mesh, tooth) >= LEAST_INCLINATION]
 
 
 def flank_shares(gear: Gear, section: Basis, tooth: int, low: np.ndarray, high: np.ndarray) -> np.ndarray:

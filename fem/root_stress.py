@@ -7,18 +7,15 @@ from tqdm import tqdm
 from fem import elastic
 from fem.elastic import Body
 from fem.gear import Gear, GearPair
-from fem.loads import FlankLoad, encounters, flank_loads, outline, with_loaded_teeth
+from fem.loads import LEAST_INCLINATION, FlankLoad, encounters, flank_loads, inclination, outline, with_loaded_teeth
 from fem.mesh import Density, rotated
 from fem.offsets import Offsets
 from fem.ste import PHASE, TORQUE
 from fem.sweep import Resolution
 from fem.transmission import checked_phases, checked_torque
-from fem.units import deg
 
 #: Root stress within 1 % of finer sections (2.5 % of an undercut one) and, of a helix of 15 deg, of a finer width.
 ROOT = Density(flank=6, fillet=6, land=2, tooth=4, rim=3, body=4, width=2, rim_power=1.5)
-#: Of the root to the tooth's centre line; above, the contact beside it rules rather than bending.
-LEAST_INCLINATION = 20 * deg
 
 
 def root_stress(
@@ -74,7 +71,8 @@ def largest_in_roots(body: Body, cases: list[list[FlankLoad]]) -> np.ndarray:
     found = np.zeros((2, len(cases)))
     for k, loads in enumerate(cases):
         for load in loads:
-            stress, inclined = along_root(body, u[:, k], load.tooth), inclination(body, load.tooth)
+            stress = along_root(body, u[:, k], load.tooth)
+            inclined = inclination(body.gear, body.section.mesh, load.tooth)
             largest = stress[inclined >= LEAST_INCLINATION].max(), at_tangent(inclined, stress).max()
             found[:, k] = np.maximum(found[:, k], largest)
     return found
@@ -110,14 +108,6 @@ def surface_strain(a, b, da, db) -> tuple[np.ndarray, np.ndarray]:
     e_ab = (np.einsum("in,inm->nm", a, db) + np.einsum("in,inm->nm", b, da)) / 2
     trace = (bb * e_aa - 2 * ab * e_ab + aa * e_bb) / (aa * bb - ab**2)
     return trace - e_bb / bb, e_bb / bb
-
-
-def inclination(body: Body, tooth: int) -> np.ndarray:
-    """(n_place,) of the fillet's tangent to the tooth's centre line [rad]; negative where an undercut tooth widens."""
-    facets = outline(body.gear, body.section.mesh, tooth)[1]
-    start, end = body.section.mesh.p[:, body.section.mesh.facets[:, facets]].transpose(1, 0, 2)
-    x, y = rotated(end - start, -2 * np.pi * tooth / body.gear.z)
-    return np.arctan2(x * np.sign(y), np.abs(y))
 
 
 def at_tangent(inclined: np.ndarray, stress: np.ndarray) -> np.ndarray:

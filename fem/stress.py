@@ -17,7 +17,7 @@ from fem import elastic
 from fem import mesh as meshes
 from fem.elastic import FINE, Body
 from fem.gear import Gear, GearPair, require
-from fem.loads import FlankLoad, encounters, flank_loads, outline, with_loaded_teeth
+from fem.loads import FlankLoad, bent_root, encounters, flank_loads, with_loaded_teeth
 from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.offsets import Offsets
@@ -34,7 +34,7 @@ class Field:
     cells           (n_corner, n_cell) triangles or hexahedra, corners in meshio's order
     displacement    (dim, n) elastic, seen from the hub [m]; points + displacement is what touches the mate
     von_mises, principal, pressure      (n,) equivalent stress, largest principal stress, contact pressure [Pa]
-    fillet          (n,) whether a node lies on the tensile root of a loaded tooth
+    fillet          (n,) whether a node lies on the tensile root of a loaded tooth, where bending rules the stress
     centre, turn    (dim,) of the hub [m]; how far it turned from no load [rad]
     """
 
@@ -157,7 +157,7 @@ def _field(body: Body, loads: list[FlankLoad], place: Place) -> Field:
     turned, root = np.eye(dim), np.zeros(section.p.shape[1], bool)
     turned[:2, :2] = meshes.rotated(np.eye(2), place.angle)
     for load in loads:
-        root[section.facets[:, outline(body.gear, section, load.tooth)[1]]] = True
+        root[section.facets[:, bent_root(body.gear, section, load.tooth)]] = True
     return Field(
         turned @ mesh.p + place.centre[:dim, None],
         to_meshio(mesh).cells[0].data.T,

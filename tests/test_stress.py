@@ -182,6 +182,20 @@ def test_loads_of_a_contact_balance_the_torque(hand, offsets):
     assert abs(centroids[0]) > 0.1 * mm
 
 
+@pytest.mark.parametrize("phase", [0.125, 0.875])
+def test_force_on_a_tips_corner_is_on_the_flank(phase):
+    """Several strips of the mate lie at its tip, where only a corner is left to press."""
+    gear = fem.Gear(z=30, m_n=2 * mm, x=0.5, b=10 * mm, d_bore=30 * mm)
+    pair = fem.GearPair(gear, gear)
+    (encounter,), _ = loads.encounters(pair, [phase], None, None)
+    state = encounter.state(150 / gear.r_b)
+    tip, pressed = loads.flank_ends(gear)[1], state.load > 0
+    assert ((state.strips.arcs >= tip * (1 - 1e-9)) & pressed).sum(axis=(1, 2)).max() > 1
+    pinion, wheel = (sum(load.force.sum() for load in side) for side in loads.flank_loads(encounter, state))
+    assert pinion == pytest.approx(wheel, rel=1e-12)
+    assert pinion == pytest.approx(150 / gear.r_b, rel=5e-3)
+
+
 def places_of_strips(place: stress.Place, on_teeth: list[FlankLoad]) -> np.ndarray:
     """(3, n) middles of all strips that carry load, where the gear stands; in order of z and y."""
     points = []
