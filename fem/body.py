@@ -1,5 +1,6 @@
 """A gear of finite elements, clamped at its rigid hub, in the hub's frame; the flanks that may touch."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,13 +11,16 @@ from skfem.element import Element
 
 from fem import mesh as meshes
 from fem import profile
-from fem.gear import Gear
+from fem.flank import edges
+from fem.gear import Gear, GearPair
 from fem.mesh import Density
 from fem.solid import Solid, solid, stiffness
 from fem.solver import Solve, factorize
 from fem.touch import Flank, Width, shape_functions
 
 TEETH = (-1, 0, 1)
+#: Edges of the mesh keep this distance from one another and from the ends of the flank, in modules.
+APART = 1 / 100
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,35 @@ class Body:
     def reshaped(self, gear: Gear) -> "Body":
         """The same finite elements with the flank modifications of another gear."""
         return replace(self, flanks={tooth: replace(flank, gear=gear) for tooth, flank in self.flanks.items()})
+
+
+def clamped_pair(pair: GearPair, density: Density, element: Element) -> tuple[Body, Body]:
+    """Pinion and wheel as `clamped` makes them on the mesh of `with_edges`; like gears share their solid."""
+    densities = with_edges(pair, density)
+    pinion = clamped(pair.pinion, densities[0], element)
+    if densities[0] == densities[1] and replace(pair.wheel, flank=()) == replace(pair.pinion, flank=()):
+        return pinion, pinion.reshaped(pair.wheel)
+    return pinion, clamped(pair.wheel, densities[1], element)
+
+
+def with_edges(pair: GearPair, density: Density) -> tuple[Density, Density]:
+    """Densities of pinion and wheel: edges, unless given, where reliefs begin, the gear's own and the mate's on it."""
+    if density.edges is not None:
+        return density, density
+    pinion, wheel = (distinct(gear, edges(gear.drive_flank, gear.face)) for gear in (pair.pinion, pair.wheel))
+    across = pair.a * np.sin(pair.alpha_wt)
+    on_pinion = distinct(pair.pinion, [*pinion, *(across - roll for roll in wheel)])
+    on_wheel = distinct(pair.wheel, [*wheel, *(across - roll for roll in pinion)])
+    return replace(density, edges=on_pinion), replace(density, edges=on_wheel)
+
+
+def distinct(gear: Gear, rolls: Iterable[float]) -> tuple[float, ...]:
+    """Those roll lengths on the flank that are APART from its ends and from one another, increasing [m]."""
+    found, apart = [gear.roll_form], APART * gear.m_n
+    for roll in sorted(rolls):
+        if found[-1] + apart < roll < gear.roll_tip - apart:
+            found.append(roll)
+    return tuple(found[1:])
 
 
 def clamped(gear: Gear, density: Density, element: Element) -> Body:

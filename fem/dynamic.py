@@ -14,7 +14,7 @@ from skfem import ElementQuad1
 from skfem.element import Element
 from tqdm import tqdm
 
-from fem.body import clamped
+from fem.body import clamped_pair
 from fem.gear import GearPair, require
 from fem.mesh import Density
 from fem.nonlinear import Meshing, check, correction, factorized, rows
@@ -154,12 +154,11 @@ def over_time(times, te, phase, torque) -> xr.Dataset:
 
 def turning_gears(pair, torque: float, run: RunUp, rule: Newmark, density: Density, element: Element) -> "System":
     """Both gears with their masses, factorized for a time step."""
-    bodies = tuple(clamped(gear, density, element) for gear in (pair.pinion, pair.wheel))
+    bodies = clamped_pair(pair, density, element)
     masses = tuple(lumped_mass(body.solid) for body in bodies)
     heavy = (rule.per_place / (1 + run.alpha)) + run.damping * rule.per_speed
     added = tuple(heavy * mass for mass in masses)
-    alike = pair.pinion == pair.wheel
-    meshing = factorized(pair, bodies, added, alike=alike, penalty=np.inf, lag=1.0)
+    meshing = factorized(pair, bodies, added, penalty=np.inf, lag=1.0)
     return System(meshing, masses, torque / pair.pinion.r_b, run, rule)  # type: ignore[arg-type]
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 from skfem import ElementQuad1
 from tqdm import tqdm
 
-from fem.body import TEETH, Body, clamped
+from fem.body import TEETH, Body, clamped_pair
 from fem.compiled import fast
 from fem.dynamic import RunUp, over_time
 from fem.gear import GearPair, require
@@ -68,7 +68,7 @@ def transmission_error(
     check(pair, ElementQuad1())
     require(torque > 0, f"torque must be > 0 [N m], got {torque}")
     run, scheme = run or RunUp(), scheme or CentralDifferences()
-    bodies = tuple(clamped(gear, density or Density(), ElementQuad1()) for gear in (pair.pinion, pair.wheel))
+    bodies = clamped_pair(pair, density or Density(), ElementQuad1())
     gears = tuple(rotor(body, scheme) for body in bodies)
     times = run.times(2 * np.pi / pair.pinion.z)
     records = integrated(pair, bodies, gears, torque / pair.pinion.r_b, times, (run, scheme), progress)

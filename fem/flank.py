@@ -61,6 +61,11 @@ def removed(flank: Flank, face: Face, roll, axial, *, tooth: int | np.ndarray = 
     return sum((part.removed(face, roll, axial) for part in flank), 0 * roll + 0 * axial)
 
 
+def edges(flank: Flank, face: Face) -> list[float]:
+    """Roll lengths where the slope of a modification jumps [m]."""
+    return [edge for part in flank if hasattr(part, "edges") for edge in part.edges(face)]
+
+
 def check(flank: Flank, face: Face) -> None:
     """ValueError unless all modifications suit the face, and leave it a flank."""
     for part in flank:

@@ -3,7 +3,7 @@
 Tooth 0 points along y; teeth count counter-clockwise; the flank that faces counter-clockwise carries the load.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from math import tan
 
 import numpy as np
@@ -14,6 +14,8 @@ from fem.gear import Gear, require
 from fem.profile import Polar
 
 BORE = "bore"
+#: Numbers of elements of a density that `Density.scaled` scales.
+SIZES = ("flank", "fillet", "land", "tooth", "rim", "body", "width")
 
 
 @dataclass(frozen=True)
@@ -25,8 +27,8 @@ class Density:
     width                   quadratic elements over half the face width
     teeth, behind           toothed pitches ahead of tooth 0 (counter-clockwise) and behind it
     rim_power               above 1: rim elements are smaller beside the root, which root stress asks for
-    edges                   roll lengths on the flank [m], increasing, where elements are smaller and nodes lie: where a
-                            relief begins; layers below the flank are thin there too
+    edges                   roll lengths on the flank [m], increasing, where elements are smaller, nodes lie and layers
+                            below are thin; None: none, and with `nonlinear` and `dynamic` where reliefs begin
     """
 
     flank: int = 16
@@ -40,14 +42,15 @@ class Density:
     behind: int = 2
     divide: int = 1
     rim_power: float = 1.0
-    edges: tuple[float, ...] = ()
+    edges: tuple[float, ...] | None = None
 
     def __post_init__(self):
-        object.__setattr__(self, "edges", tuple(float(edge) for edge in self.edges))
-        require(self.edges == tuple(sorted(set(self.edges))), f"edges must increase; sort them, got {self.edges}")
-        for part in fields(self)[:-2]:
-            number, least = getattr(self, part.name), 0 if part.name in ("teeth", "behind") else 1
-            whole = f"{part.name} must be a whole number of elements >= {least}, got {number}"
+        if self.edges is not None:
+            object.__setattr__(self, "edges", tuple(float(edge) for edge in self.edges))
+            require(self.edges == tuple(sorted(set(self.edges))), f"edges must increase; sort them, got {self.edges}")
+        for name in (*SIZES, "teeth", "behind", "divide"):
+            number, least = getattr(self, name), 0 if name in ("teeth", "behind") else 1
+            whole = f"{name} must be a whole number of elements >= {least}, got {number}"
             require(number == int(number) and number >= least, whole)
         require(1 <= self.rim_power <= 3, f"rim_power must lie in [1, 3], got {self.rim_power}")
         require(self.flank % 2 == 0, f"flank must be an even number of elements, got {self.flank}")
@@ -57,10 +60,8 @@ class Density:
 
     def scaled(self, factor: float) -> "Density":
         """Numbers of elements times a factor, at least one; the same teeth."""
-        kept = ("teeth", "behind", "divide", "rim_power", "edges")
-        sizes = {part.name: getattr(self, part.name) * factor for part in fields(self) if part.name not in kept}
-        numbers = {name: max(1, round(size)) for name, size in sizes.items()}
-        return replace(self, **numbers | {"flank": max(2, 2 * round(sizes["flank"] / 2))})
+        numbers = {name: max(1, round(getattr(self, name) * factor)) for name in SIZES}
+        return replace(self, **numbers | {"flank": max(2, 2 * round(self.flank * factor / 2))})
 
     def with_teeth(self, teeth: int, behind: int) -> "Density":
         return replace(self, teeth=teeth, behind=behind)

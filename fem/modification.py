@@ -39,7 +39,11 @@ class Face(NamedTuple):
 
 
 class Modification(Protocol):
-    """What a flank may carry; one that does not suit every gear also has `check(face)`, which raises ValueError."""
+    """What a flank may carry; some have more methods.
+
+    check(face)     raises ValueError where the modification does not suit the face
+    edges(face)     roll lengths where the slope along the profile jumps [m]
+    """
 
     def removed(self, face: Face, roll: np.ndarray, axial: np.ndarray) -> np.ndarray:
         """Material removed [m] at roll lengths and axial places [m], broadcast."""
@@ -81,6 +85,11 @@ def _share(inside, length: float, power: float) -> np.ndarray:
     return np.clip(inside / length, 0, None) ** power
 
 
+def _if_sharp(edge: float, power: float) -> tuple[float, ...]:
+    """The edge where a relief begins, unless it leaves the flank as smoothly as a parabola."""
+    return (edge,) if power < 2 else ()
+
+
 @dataclass(frozen=True)
 class TipRelief:
     """C_a [m] at the tip, over the last length of roll [m] or outside the diameter d_Ca [m].
@@ -104,6 +113,9 @@ class TipRelief:
     def check(self, face: Face) -> None:
         """ValueError unless the relief begins on the flank."""
         _check_on_flank(self.reach(face), face)
+
+    def edges(self, face: Face) -> tuple[float, ...]:
+        return _if_sharp(face.roll_tip - self.reach(face), self.power)
 
     def removed(self, face: Face, roll, axial):
         length = self.reach(face)
@@ -132,6 +144,9 @@ class RootRelief:
     def check(self, face: Face) -> None:
         """ValueError unless the relief ends on the flank."""
         _check_on_flank(self.reach(face), face)
+
+    def edges(self, face: Face) -> tuple[float, ...]:
+        return _if_sharp(face.roll_form + self.reach(face), self.power)
 
     def removed(self, face: Face, roll, axial):
         length = self.reach(face)

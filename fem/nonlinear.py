@@ -5,7 +5,7 @@ multipliers for its pressure. Newton's tangent of the solids is the one at rest,
 three digits, and one factorization serves all phases and torques.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 from skfem.element import Element
 from tqdm import tqdm
 
-from fem.body import TEETH, Body, clamped, flexibility
+from fem.body import TEETH, Body, clamped_pair, flexibility
 from fem.deviation import PitchDeviation
 from fem.flank import removed
 from fem.gear import GearPair, require
@@ -45,9 +45,8 @@ def static_transmission_error(
 
     torque      pinion torque F r_b1 [N m], one or several increasing values > 0
     phases      number of equidistant phases from 0, or their values
-    density     of the FE mesh; `Density(flank=66).refined(2)` is within 0.1 % of the converged mean and peak to peak of
-                plain flanks; where a relief begins it is some 5 nm off without `edges` at the roll lengths where the
-                relief begins, and where the mate's does so
+    density     of the FE mesh; `Density(flank=66).refined(2)` is within 0.1 % of the converged mean and peak to peak;
+                its `edges` are by default where reliefs begin, as in `fem.body.with_edges`
     element     of scikit-fem: ElementQuad1() or ElementQuad2() in plane strain (the latter by default), ElementHex1()
                 or ElementHex2() in space
     penalty     contact stiffness [Pa/m]; infinite: no penetration at all
@@ -55,13 +54,13 @@ def static_transmission_error(
     Raises ValueError for helical pairs, unequal face widths and flanks that the mesh cannot tell apart, RuntimeError
     where a phase does not converge.
     """
-    element = element or ElementQuad2()
+    element, density = element or ElementQuad2(), density or Density()
     check(pair, element)
     torque = np.atleast_1d(np.asarray(torque, float))
     rising = torque.size > 0 and torque[0] > 0 and bool((np.diff(torque) > 0).all())
     require(rising, f"torque must increase from above 0 [N m]; sort it, got {torque}")
     phase = np.arange(phases) / phases if np.ndim(phases) == 0 else np.asarray(phases, float)
-    meshing = assembled(pair, density or Density(), element, penalty=penalty)
+    meshing = assembled(pair, density, element, penalty=penalty)
     te = np.empty((torque.size, phase.size))
     for i, at in enumerate(tqdm(phase, "nonlinear statics", disable=not progress, delay=1.0, leave=False)):
         te[:, i] = [equilibrium(meshing, at, one / pair.pinion.r_b).te for one in torque]
@@ -131,19 +130,17 @@ class Meshing:
 
 
 def assembled(pair: GearPair, density: Density, element: Element, *, penalty=np.inf, lag=0.5) -> Meshing:
-    """Statics of a pair; like gears share their finite elements."""
-    pinion = clamped(pair.pinion, density, element)
-    alike = replace(pair.wheel, flank=()) == replace(pair.pinion, flank=())
-    wheel = pinion.reshaped(pair.wheel) if alike else clamped(pair.wheel, density, element)
-    return factorized(pair, (pinion, wheel), (0.0, 0.0), alike=alike, penalty=penalty, lag=lag)
+    """Statics of a pair."""
+    return factorized(pair, clamped_pair(pair, density, element), (0.0, 0.0), penalty=penalty, lag=lag)
 
 
-def factorized(pair: GearPair, bodies, masses, *, alike: bool, penalty: float, lag: float) -> Meshing:
-    """Meshing whose solids carry diagonal masses (n_dofs,) [N/m] beside their stiffness."""
+def factorized(pair: GearPair, bodies: tuple[Body, Body], masses, *, penalty: float, lag: float) -> Meshing:
+    """Meshing whose solids carry diagonal masses (n_dofs,) [N/m] beside their stiffness; a shared one counts once."""
+    shared = bodies[0].solid is bodies[1].solid
     first = bodies[0].solver(masses[0])
-    second = first if alike else bodies[1].solver(masses[1])
+    second = first if shared else bodies[1].solver(masses[1])
     flexible = flexibility(bodies[0], first)
-    other = flexible if alike else flexibility(bodies[1], second)
+    other = flexible if shared else flexibility(bodies[1], second)
     return Meshing(pair, bodies, (first, second), (flexible, other), penalty, lag)
 
 

@@ -8,9 +8,10 @@ from skfem.helpers import det
 
 import fem
 from fem import grading
+from fem.body import with_edges
 from fem.compliance import plane_strain
 from fem.mesh import Density, flank_hats, flank_nodes, section
-from fem.units import mm
+from fem.units import mm, um
 
 EDGES = (25 * mm, 31 * mm)
 
@@ -77,3 +78,41 @@ def test_edges_out_of_order_are_refused(edges):
 def test_edges_beside_the_flank_are_refused(edge):
     with pytest.raises(ValueError, match="edges must lie in"):
         section(paper_gear(), Density(edges=(edge,)))
+
+
+def test_edges_are_where_reliefs_begin_on_either_gear():
+    relieved = paper_gear(flank=(fem.TipRelief(15 * um, 2.5 * mm), fem.RootRelief(5 * um, 6 * mm)))
+    pair = fem.GearPair(relieved, paper_gear(), a=150 * mm)
+    tip, root = relieved.roll_tip - 2.5 * mm, relieved.roll_form + 6 * mm
+    across = pair.a * np.sin(pair.alpha_wt)
+    pinion, wheel = with_edges(pair, Density())
+    assert pinion.edges == pytest.approx((root, tip))
+    assert wheel.edges == pytest.approx((across - tip, across - root))
+    turned = with_edges(fem.GearPair(paper_gear(), relieved, a=150 * mm), Density())
+    assert turned == (wheel, pinion)
+
+
+@pytest.mark.parametrize(
+    ("flank", "edges"),
+    [
+        ((), None),
+        ((fem.ProfileCrowning(5 * um), fem.LeadCrowning(5 * um)), None),
+        ((fem.TipRelief(15 * um, 2.5 * mm, power=2),), None),
+        ((fem.TipRelief(15 * um, 2.5 * mm),), ()),
+    ],
+)
+def test_flanks_without_edges_and_those_that_want_none_get_none(flank, edges):
+    gear = paper_gear(flank=flank)
+    assert [one.edges for one in with_edges(fem.GearPair(gear, gear, a=150 * mm), Density(edges=edges))] == [(), ()]
+
+
+def test_edges_apart_by_less_than_an_element_are_one():
+    """Reliefs of both gears that begin at one place of the path of contact, 1 nm apart, and one from root to tip."""
+    gear = paper_gear()
+    pair = fem.GearPair(gear, gear, a=150 * mm)
+    length = gear.roll_tip - pair.a * np.sin(pair.alpha_wt) / 2
+    whole = fem.RootRelief(1 * um, gear.roll_tip - gear.roll_form)
+    flanks = [(fem.TipRelief(15 * um, length + off), whole) for off in (0.0, 1e-9)]
+    pinion, wheel = (paper_gear(flank=flank) for flank in flanks)
+    for density in with_edges(fem.GearPair(pinion, wheel, a=150 * mm), Density()):
+        assert density.edges == pytest.approx((gear.roll_tip - length,), abs=1e-8)
