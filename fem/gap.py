@@ -11,6 +11,7 @@ import numpy as np
 
 from fem.flank import removed
 from fem.meeting import Meeting
+from fem.profile import LEAST_ROLL
 
 SAMPLES = 41
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
@@ -18,8 +19,6 @@ GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
 NEWTONS, SHORT = 12, 1e-8
 #: Gap of flanks that cannot touch [m].
 FAR = 1.0
-#: Rolls shorter than this share of that at the tip count as that long: at the base circle there is no curvature.
-LEAST_ROLL = 0.01
 #: Normals with a shorter lever about the mate count as if they had that one: flanks do not touch there.
 LEAST_LEVER = 0.1
 

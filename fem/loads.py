@@ -141,8 +141,8 @@ def flank_points(gear: Gear, tooth: int, arcs: np.ndarray) -> np.ndarray:
 
 
 def arcs_of(gear: Gear, points: np.ndarray) -> np.ndarray:
-    """Arc lengths of points (2, ...) of a flank; inverse of `flank_points`."""
-    return ((points**2).sum(axis=0) - gear.r_b**2) / (2 * gear.r_b)
+    """Arc lengths of points (2, ...) of a flank, which may begin on the base circle; inverse of `flank_points`."""
+    return np.maximum((points**2).sum(axis=0) - gear.r_b**2, 0.0) / (2 * gear.r_b)
 
 
 def push(gear: Gear, tooth: int, arcs: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ import numpy as np
 
 from fem.body import TEETH, Body
 from fem.compiled import fast
+from fem.profile import LEAST_ROLL
 
 GAUSS = tuple((float(p + 1) / 2, float(w) / 2) for p, w in zip(*np.polynomial.legendre.leggauss(4), strict=True))
 RELIEF_STEPS = 2000
@@ -108,9 +109,10 @@ def _on_flank(teeth, tooth, bent, arc):
     x, y, c, s, roll = _involute(teeth, tooth, arc)
     i = _interval(teeth.arcs, arc)
     t = arc - teeth.arcs[i]
+    radius = max(roll, LEAST_ROLL * np.sqrt(2 * teeth.r_b * teeth.arcs[-1]))
     dx, slope_x, second_x = _cubic(bent[i, 0], t)
     dy, slope_y, second_y = _cubic(bent[i, 1], t)
-    return x + dx, y + dy, c + slope_x, s + slope_y, s / roll + second_x, -c / roll + second_y
+    return x + dx, y + dy, c + slope_x, s + slope_y, s / radius + second_x, -c / radius + second_y
 
 
 @fast

@@ -10,6 +10,9 @@ import numpy as np
 
 from fem.gear import Gear
 
+#: Rolls shorter than this share of that at the tip count as that long: at the base circle there is no curvature.
+LEAST_ROLL = 0.01
+
 
 class Polar(NamedTuple):
     """Points in polar coordinates: r (n,) [m], psi (n,) [rad]."""

@@ -61,8 +61,8 @@ class Flank:
         """Points [m], unit tangents towards the tip and second derivatives [1/m] over arc length."""
         roll = profile.roll_at(self.gear, arc)
         tangent = direction(self.base + self.turn - roll / self.gear.r_b)
-        normal = quarter_turn(tangent)
-        return self.gear.r_b * tangent + roll * normal, tangent, -normal / roll
+        normal, radius = quarter_turn(tangent), np.maximum(roll, profile.LEAST_ROLL * self.gear.roll_tip)
+        return self.gear.r_b * tangent + roll * normal, tangent, -normal / radius
 
     def at_stations(self, u: np.ndarray) -> np.ndarray:
         """(2, n, n_station) displacement of the nodes' lines at the stations."""
@@ -70,7 +70,7 @@ class Flank:
 
     def removed(self, arc: np.ndarray) -> np.ndarray:
         """Material removed at arcs (n, 1 or n_station) [m]."""
-        roll = profile.roll_at(self.gear, arc)
+        roll = profile.roll_at(self.gear, np.maximum(arc, 0.0))
         return removed(self.gear.drive_flank, self.gear.face, roll, self.width.places, tooth=self.tooth)
 
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import paper_gear
+from conftest import few_teeth, paper_gear
 from scipy.optimize import brentq, nnls
 from scipy.sparse.linalg import splu
 from skfem import (
@@ -174,6 +174,15 @@ def test_complementarity_of_one_spring():
 def test_identical_gears_give_a_symmetric_curve(meshing):
     ahead, behind = (equilibrium(meshing, phase, 2000.0).te for phase in (0.3, -0.3))
     assert ahead == pytest.approx(behind, rel=1e-5)
+
+
+def test_flank_may_begin_on_the_base_circle():
+    """As with few teeth whose fillet is given; there the involute has no curvature."""
+    gear = few_teeth(fillet=0.5 * mm)
+    assert gear.roll_form == 0
+    pair, twin, phases = fem.GearPair(gear, gear), plane_twin(gear, COARSE, 1), [0.0, 0.3]
+    te = static_transmission_error(pair, 30, phases, density=COARSE, progress=False)["te"].values[0]
+    assert te == pytest.approx([twin_te(pair, twin, phase, 30 / gear.r_b) for phase in phases], rel=0.03)
 
 
 def test_softer_contact_gives_more(paper_pair):

@@ -7,7 +7,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from conftest import paper_gear, paper_pair
+from conftest import few_teeth, paper_gear, paper_pair
 
 import fem
 from fem import elastic, hertz, loads, mesh, profile, stress
@@ -162,6 +162,16 @@ def test_pressed_flanks_touch(one_pair):
     assert np.ptp(gap) < 0.05 * um
     assert np.abs(gap).max() < 0.02 * 9.12 * um
     assert one_pair[0].deformed(1.0) == pytest.approx(one_pair[0].points + one_pair[0].displacement)
+
+
+def test_flank_may_begin_on_the_base_circle():
+    """As with few teeth whose fillet is given; a smaller one than the rack's bears more."""
+    pairs = [fem.GearPair(gear, gear) for gear in (few_teeth(fillet=0.5 * mm), few_teeth())]
+    assert pairs[0].pinion.roll_form == 0
+    options = {"density": COARSE, "refine": 4, "resolution": ROUGH}
+    (sharp, _), (rack, _) = (stress.plane_fields(pair, 30.0, 0.0, **options) for pair in pairs)
+    assert sharp.pressure.max() == pytest.approx(rack.pressure.max(), rel=0.02)
+    assert rack.root_stress < sharp.root_stress < 1.5 * rack.root_stress
 
 
 @pytest.mark.parametrize("offsets", [fem.Offsets(misalignment=2e-4), fem.Offsets(a=150.2 * mm, axial=3 * mm)])
