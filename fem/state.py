@@ -157,9 +157,12 @@ class Encounter:
         return line_contact(*self.whole_coupling, self.hertz(cells), gap, per_error, force)
 
     def slice_states(self, force: np.ndarray, misalignment: np.ndarray) -> list[State]:
-        """Contacts under mesh forces (m,) > 0 [N] and misalignments (m,) [rad] with one line load in each slice."""
-        te, loads = self.line_contact(force * self.pinion.share, misalignment)
-        cells = self.whole
+        """Contacts under mesh forces (m,) >= 0 [N] and misalignments (m,) [rad] with one line load in each slice."""
+        cells, loaded = self.whole, force > 0
+        gap, per_error = self.gaps(cells, misalignment[:, None])
+        te, loads = (gap / per_error).min(axis=1), np.zeros(gap.shape)
+        if loaded.any():
+            te[loaded], loads[loaded] = self.line_contact(force[loaded] * self.pinion.share, misalignment[loaded])
         width = self.half_width(cells, np.maximum(loads, TINY) / (cells.high - cells.low))
         pressure = 2 * loads / (np.pi * width * cells.length)
         half = self.pinion.share < 1

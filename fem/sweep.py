@@ -17,7 +17,7 @@ from fem.gear import GearPair, require
 from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.offsets import ANGLES, in_plane_of_action
-from fem.state import Encounter
+from fem.state import Encounter, State
 
 #: The tooth behind the loaded one is drawn; further ones move te by less than 0.1 %.
 BEHIND = 1
@@ -111,14 +111,11 @@ def _column(bodies, slices: int, resolved: bool, forces: np.ndarray, values: dic
     angles = np.meshgrid(*(values[name] for name in ANGLES), indexing="ij")
     misalignment = angles[0] + in_plane_of_action(meeting.alpha, *angles[1:])
     force, angle = (x.ravel() for x in np.broadcast_arrays(forces[:, None, None, None], misalignment[None]))
-    states = np.empty(force.size, object)
     with _threads().limit(limits=1):
-        loaded = force > 0
-        if not resolved and loaded.any():
-            states[loaded] = encounter.slice_states(force[loaded], angle[loaded])
-        for i in range(force.size):
-            if states[i] is None:
-                states[i] = encounter.state(float(force[i]), float(angle[i]))
+        if resolved:
+            states = [encounter.state(*one) for one in zip(force.tolist(), angle.tolist(), strict=True)]
+        else:
+            states = encounter.slice_states(force, angle)
     return kept(states).reshape(forces.shape + misalignment.shape)
 
 
@@ -128,9 +125,9 @@ def _threads() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def kept(states: np.ndarray) -> np.ndarray:
+def kept(states: list[State]) -> np.ndarray:
     """What a map keeps of each state: te, peak pressure, line load, centroid, shares by number of the pair of teeth."""
-    found = np.empty(states.size, object)
+    found = np.empty(len(states), object)
     for i, state in enumerate(states):
         shares = {int(k): state.share(k) for k in np.unique(state.cells.number)}
         found[i] = (state.te, state.peak_pressure(), state.line_load(), state.centroid(), shares)

@@ -5,7 +5,7 @@ import pytest
 from conftest import paper_gear
 
 import fem
-from fem.accuracy import LEVELS, errors, rms
+from fem.accuracy import LEVELS, chosen_torques, curves, errors, rms
 from fem.mesh import Density
 from fem.ste import at_phases, compliance_at
 from fem.units import deg, mm, um
@@ -83,6 +83,26 @@ def test_requested_accuracy_chooses_and_is_kept():
     for name in ("error_mesh", "error_phase", "error_torque"):
         assert ste[name].dims == ("torque",)
         assert finer[name].values[-1] < ste[name].values[-1]
+
+
+CROWNED = fem.GearPair(paper_gear(flank=(fem.LeadCrowning(10 * um),)), paper_gear(), a=150 * mm)
+
+
+def test_slice_mode_has_no_jump_at_vanishing_torque():
+    """Slices touch where the middle of one is closest, under no load as under little."""
+    te = te_of(CROWNED, [0, 1e-3, 2e-3], 4, LEVELS[0])
+    assert te[1] == pytest.approx(te[0] + (te[2] - te[1]), abs=0.2e-9)
+
+
+@pytest.mark.parametrize("accuracy", [0.02, 0.005])
+def test_torques_are_found_for_flanks_that_touch_in_a_point_first(accuracy):
+    values, phase = fem.Offsets().values(CROWNED), np.arange(8) / 8
+    torque = chosen_torques(CROWNED, 350, values, accuracy)
+    te = curves(CROWNED, torque, phase, values, LEVELS[0])
+    between = np.sqrt(torque[1:-1] * torque[2:])
+    compliance = compliance_at(torque[1:], (te[1:] - te[0]) / torque[1:, None], between)
+    error = rms(te[0] + compliance * between[:, None] - curves(CROWNED, between, phase, values, LEVELS[0]))
+    assert (error < accuracy * np.maximum(te[2:] - te[0], 0.1 * (te[-1] - te[0])).mean(axis=1)).all()
 
 
 def test_slice_mode_is_within_half_a_percent():
