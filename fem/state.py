@@ -5,6 +5,7 @@ from functools import cached_property
 from math import ceil, cos, sqrt
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from fem.compliance import Compliance
 from fem.contact import Strips, assemble, coupling, half_planes, strips_of
@@ -17,8 +18,8 @@ from fem.slices import line_contact
 GRADING = 1.6
 #: Pairs that nearly touch join at once [modules].
 NEAR = 4e-7
-#: Share of the face by which the loaded width may still move.
-SETTLED = 0.02
+#: The loaded width has settled when it falls short of what touches, or exceeds it, by less than these shares of it.
+SHORT, SPARE = 0.01, 0.05
 #: Strips are as wide as for this share of the largest line load where there is less.
 LEAST = 0.05
 #: The loaded width is found again until it settles, after GROWING rounds the wider one of two.
@@ -29,6 +30,10 @@ OVERLAP = 1 / 250
 WIDENINGS = 12
 #: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
 BEYOND = 1e-3
+#: Where an overlap is sought between two known gaps, as shares of the way.
+BETWEEN = np.arange(8) / 8
+#: Rounds in which the place that touches first is found among sections around the last one, four times closer each.
+CLOSER, AROUND = 3, np.linspace(-1, 1, 9)
 TINY = np.finfo(float).tiny
 
 #: Axial ends [m] of the part of the face that counts, by number of the pair of teeth
@@ -116,13 +121,20 @@ class Encounter:
         low, high = (np.concatenate([none, *(e[part] for e in edges.values())]) for part in (slice(-1), slice(1, None)))
         return Cells(self.meeting, numbers, low, high, te)
 
+    def sections(self, shares: np.ndarray) -> Cells:
+        """Sections of no width at shares (n_pair, n) of the face, of all pairs."""
+        numbers, places = np.array(self.meeting.numbers()), self.graded(shares)
+        return Cells(self.meeting, np.repeat(numbers, shares.shape[1]), places.ravel(), places.ravel())
+
+    @property
+    def evenly(self) -> np.ndarray:
+        """(n_pair, slices + 1) equidistant shares of the face, for all pairs."""
+        return np.tile(np.linspace(0, 1, self.slices + 1), (len(self.meeting.numbers()), 1))
+
     @cached_property
     def stations(self) -> Cells:
-        """Sections of no width at the ends of equal slices."""
-        edges = self.graded(np.linspace(0, 1, self.slices + 1))
-        numbers = np.array(self.meeting.numbers())
-        places = np.tile(edges, numbers.size)
-        return Cells(self.meeting, np.repeat(numbers, edges.size), places, places)
+        """Sections at the ends of equal slices."""
+        return self.sections(self.evenly)
 
     @cached_property
     def whole(self) -> Cells:
@@ -179,13 +191,15 @@ class Encounter:
 
         Where they do so between stations only, those of the cells with loads (n,) [N].
         """
-        gap, per_error = self.gaps(self.stations, misalignment)
+        at_stations, at_cells = (np.divide(*self.gaps(some, misalignment)) for some in (self.stations, cells))
         near, found = NEAR * self.meeting.pair.pinion.m_n, {}
         for number in np.unique(self.stations.number):
-            own, carry = self.stations.number == number, (cells.number == number) & (loads > 0)
-            clear, axial = te - (gap / per_error)[own], self.stations.low[own]
-            if clear.max() > -near:
-                found[int(number)] = overlap(axial, clear + near)
+            own, mine = self.stations.number == number, cells.number == number
+            carry = mine & (loads > 0)
+            axial, order = np.unique(np.append(self.stations.low[own], cells.middle[mine]), return_index=True)
+            clear = te + near - np.append(at_stations[own], at_cells[mine])[order]
+            if clear.max() > 0:
+                found[int(number)] = overlap(axial, clear)
             elif carry.any():
                 found[int(number)] = float(cells.low[carry].min()), float(cells.high[carry].max())
         return found
@@ -196,9 +210,7 @@ class Encounter:
         Raises RuntimeError where the contact does not settle.
         """
         if force == 0:
-            gap, per_error = self.gaps(self.stations, misalignment)
-            nothing = self.sliced({}, 0)
-            return State(float((gap / per_error).min()), nothing, np.zeros(0), np.zeros(0))
+            return State(self.unloaded(misalignment), self.sliced({}, 0), np.zeros(0), np.zeros(0))
         force, cells = force * self.pinion.share, self.whole
         te, loads = (found[0] for found in self.line_contact(np.array([force]), np.array([misalignment])))
         te = float(te)
@@ -209,18 +221,29 @@ class Encounter:
             cells = self.sliced(ranges, self.slices, te)
             state = self.pressed(cells, force, misalignment, self.half_width(cells, _loads_at(cells, guess, force)))
             loads, touched = state.force, self.ranges(state.te, misalignment, cells, state.force)
-            if self.covered(touched, ranges, SETTLED if step < GROWING else 1.0):
+            if self.covered(touched, ranges, SPARE if step < GROWING else np.inf):
                 return state
             ranges, te = touched if step < GROWING else wider(touched, ranges), state.te
         raise RuntimeError("the loaded width did not settle; try a neighbouring phase or more slices")
 
+    def unloaded(self, misalignment: float) -> float:
+        """Transmission error at which the first pair touches [m], which is closest beside its closest section."""
+        shares, cells, step = self.evenly, self.stations, 1 / self.slices
+        for _ in range(CLOSER):
+            clear = np.divide(*self.gaps(cells, misalignment)).reshape(shares.shape)
+            closest = np.take_along_axis(shares, np.argmin(clear, axis=1)[:, None], axis=1)
+            shares, step = np.clip(closest + step * AROUND, 0, 1), step / 4
+            cells = self.sections(shares)
+        return float(np.divide(*self.gaps(cells, misalignment)).min())
+
     def covered(self, touched: Ranges, ranges: Ranges, spare: float) -> bool:
-        """Whether the ranges hold what was touched, and beside it no more than a spare share of the face."""
+        """Whether the ranges hold what was touched, and beside it no more than a spare share of that."""
         if touched.keys() - ranges.keys():
             return False
-        beyond = self.shares(np.array([ranges[k] for k in touched])) - self.shares(np.array(list(touched.values())))
-        outwards = beyond * [-1, 1]
-        return bool(outwards.min() > -SETTLED and outwards.max() < spare)
+        wanted = self.shares(np.array(list(touched.values())))
+        outwards = (self.shares(np.array([ranges[k] for k in touched])) - wanted) * [-1, 1]
+        outwards /= np.ptp(wanted, axis=1, keepdims=True)
+        return bool(outwards.min() > -SHORT and outwards.max() < spare)
 
     def pressed(self, cells: Cells, force: float, misalignment: float, half_width: np.ndarray) -> State:
         """Contact of cells on strips wide enough to hold it."""
@@ -242,13 +265,18 @@ def wider(one: Ranges, other: Ranges) -> Ranges:
 
 
 def overlap(axial: np.ndarray, clear: np.ndarray) -> tuple[float, float]:
-    """Ends of the range in which clear (n,), linear between the places axial (n,), is positive."""
+    """Ends of the range in which clear (n,), a monotone cubic between the places axial (n,), is positive."""
+    if (clear > 0).all():
+        return float(axial[0]), float(axial[-1])
+    between = axial[:-1, None] + np.diff(axial)[:, None] * BETWEEN
+    places = np.append(between.ravel(), axial[-1])
+    clear = PchipInterpolator(axial, clear)(places)
     inside = np.flatnonzero(clear > 0)
     ends = []
     for i, j in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
-        outside = 0 <= j < axial.size
+        outside = 0 <= j < places.size
         share = max(clear[i] / (clear[i] - clear[j]), BEYOND) if outside else 0.0
-        ends.append(axial[i] + (axial[j if outside else i] - axial[i]) * share)
+        ends.append(places[i] + (places[j if outside else i] - places[i]) * share)
     return float(ends[0]), float(ends[1])
 
 

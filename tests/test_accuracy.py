@@ -94,6 +94,13 @@ def test_slice_mode_has_no_jump_at_vanishing_torque():
     assert te[1] == pytest.approx(te[0] + (te[2] - te[1]), abs=0.2e-9)
 
 
+def test_little_load_presses_as_small_a_part_of_crowned_flanks_as_more_slices_find():
+    """Some thousandths of the load that presses all of the face: 20 slices are within 2 % of 60."""
+    few, many = (te_of(CROWNED, [0, 0.02, 0.1], 4, fem.Resolution(slices=n)) for n in (20, 60))
+    assert few[0] == pytest.approx(many[0], abs=1e-10)
+    assert few[1:] - few[0] == pytest.approx(many[1:] - many[0], rel=0.02)
+
+
 @pytest.mark.parametrize("accuracy", [0.02, 0.005])
 def test_torques_are_found_for_flanks_that_touch_in_a_point_first(accuracy):
     values, phase = fem.Offsets().values(CROWNED), np.arange(8) / 8
@@ -127,3 +134,12 @@ def test_bad_requests_are_refused(torque, phases, accuracy, message):
     pair = fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
     with pytest.raises(ValueError, match=message):
         fem.static_transmission_error(pair, torque, phases, accuracy=accuracy, progress=False)
+
+
+def test_unloaded_error_does_not_ask_for_slices():
+    """Lines of contact of barrelled helical flanks touch between stations; where they do at the pitch point it is 0."""
+    barrel = (fem.ProfileCrowning(10 * um),)
+    pinion, wheel = (paper_gear(beta=hand * 0.3, d_a=None, d_f=None, s_n=None, flank=barrel) for hand in (1, -1))
+    few, many = (te_of(fem.GearPair(pinion, wheel), [0], 12, fem.Resolution(ROUGH.density, n))[0] for n in (4, 40))
+    assert few == pytest.approx(many, abs=2e-9)
+    assert np.abs(many).max() < 10 * um
