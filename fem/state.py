@@ -5,7 +5,6 @@ from functools import cached_property
 from math import ceil, cos, sqrt
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from fem.compliance import Compliance
 from fem.contact import Strips, assemble, coupling, half_planes, strips_of
@@ -18,8 +17,8 @@ from fem.slices import line_contact
 GRADING = 1.6
 #: Pairs that nearly touch join at once [modules].
 NEAR = 4e-7
-#: The loaded width has settled when it falls short of what touches, or exceeds it, by less than these shares of it.
-SHORT, SPARE = 0.01, 0.05
+#: Loaded widths have settled that fall short of what touches, or exceed it, by less than these shares of the widest.
+SHORT, SPARE = 0.02, 0.1
 #: Strips are as wide as for this share of the largest line load where there is less.
 LEAST = 0.05
 #: The loaded width is found again until it settles, after GROWING rounds the wider one of two.
@@ -30,8 +29,6 @@ OVERLAP = 1 / 250
 WIDENINGS = 12
 #: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
 BEYOND = 1e-3
-#: Where an overlap is sought between two known gaps, as shares of the way.
-BETWEEN = np.arange(8) / 8
 #: Rounds in which the place that touches first is found among sections around the last one, four times closer each.
 CLOSER, AROUND = 3, np.linspace(-1, 1, 9)
 TINY = np.finfo(float).tiny
@@ -198,8 +195,11 @@ class Encounter:
             carry = mine & (loads > 0)
             axial, order = np.unique(np.append(self.stations.low[own], cells.middle[mine]), return_index=True)
             clear = te + near - np.append(at_stations[own], at_cells[mine])[order]
+            if self.pinion.share < 1:
+                axial, clear = np.append(-axial[1], axial), np.append(clear[1], clear)
             if clear.max() > 0:
-                found[int(number)] = overlap(axial, clear)
+                low, high = overlap(axial, clear)
+                found[int(number)] = max(low, self.face[0]), high
             elif carry.any():
                 found[int(number)] = float(cells.low[carry].min()), float(cells.high[carry].max())
         return found
@@ -237,12 +237,12 @@ class Encounter:
         return float(np.divide(*self.gaps(cells, misalignment)).min())
 
     def covered(self, touched: Ranges, ranges: Ranges, spare: float) -> bool:
-        """Whether the ranges hold what was touched, and beside it no more than a spare share of that."""
+        """Whether the ranges hold what was touched, and beside it no more than a spare share of the widest."""
         if touched.keys() - ranges.keys():
             return False
         wanted = self.shares(np.array(list(touched.values())))
         outwards = (self.shares(np.array([ranges[k] for k in touched])) - wanted) * [-1, 1]
-        outwards /= np.ptp(wanted, axis=1, keepdims=True)
+        outwards /= np.ptp(wanted, axis=1).max()
         return bool(outwards.min() > -SHORT and outwards.max() < spare)
 
     def pressed(self, cells: Cells, force: float, misalignment: float, half_width: np.ndarray) -> State:
@@ -265,19 +265,23 @@ def wider(one: Ranges, other: Ranges) -> Ranges:
 
 
 def overlap(axial: np.ndarray, clear: np.ndarray) -> tuple[float, float]:
-    """Ends of the range in which clear (n,), a monotone cubic between the places axial (n,), is positive."""
-    if (clear > 0).all():
-        return float(axial[0]), float(axial[-1])
-    between = axial[:-1, None] + np.diff(axial)[:, None] * BETWEEN
-    places = np.append(between.ravel(), axial[-1])
-    clear = PchipInterpolator(axial, clear)(places)
+    """Ends of the range in which clear (n,) at places axial (n,), increasing, is positive."""
     inside = np.flatnonzero(clear > 0)
-    ends = []
-    for i, j in ((inside[0], inside[0] - 1), (inside[-1], inside[-1] + 1)):
-        outside = 0 <= j < places.size
-        share = max(clear[i] / (clear[i] - clear[j]), BEYOND) if outside else 0.0
-        ends.append(places[i] + (places[j if outside else i] - places[i]) * share)
-    return float(ends[0]), float(ends[1])
+    first, last, end = int(inside[0]), int(inside[-1]), axial.size - 1
+    low = axial[0] if first == 0 else _root(axial, clear, first + 1, first, first - 1)
+    high = axial[end] if last == end else _root(axial, clear, last - 1, last, last + 1)
+    return float(low), float(high)
+
+
+def _root(x: np.ndarray, y: np.ndarray, before: int, inside: int, outside: int) -> float:
+    """Where the parabola through three points, or the line through two, falls to 0 between the last two."""
+    step, fall, bend = x[outside] - x[inside], y[outside] - y[inside], 0.0
+    if 0 <= before < x.size:
+        behind = (x[inside] - x[before]) / step
+        bend = (y[before] - y[inside] + behind * fall) / (behind**2 + behind)
+    slope = fall - bend
+    share = 2 * y[inside] / (sqrt(slope**2 - 4 * bend * y[inside]) - slope)
+    return x[inside] + step * max(share, BEYOND)
 
 
 def _loads_at(cells: Cells, guess: dict, force: float) -> np.ndarray:
