@@ -280,7 +280,7 @@ def _root(x: np.ndarray, y: np.ndarray, before: int, inside: int, outside: int) 
         behind = (x[inside] - x[before]) / step
         bend = (y[before] - y[inside] + behind * fall) / (behind**2 + behind)
     slope = fall - bend
-    share = 2 * y[inside] / (sqrt(slope**2 - 4 * bend * y[inside]) - slope)
+    share = 2 * y[inside] / (sqrt(max(slope**2 - 4 * bend * y[inside], 0.0)) - slope)
     return x[inside] + step * max(share, BEYOND)
 
 
