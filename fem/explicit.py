@@ -4,7 +4,7 @@ Frames, hubs and load as in `fem.dynamic`. Nothing is solved, but the step must 
 nodes that a wished step is too long for get the mass it takes (mass scaling), which slows the gears' own vibrations.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -60,6 +60,7 @@ def transmission_error(
 
     torque      pinion torque F r_b1 at full speed [N m]
     run         run-up; its steps are those between two records, alpha has no meaning here
+    density     of the FE mesh; without `edges` unless it has some: the step must follow every small element
 
     "energy": kinetic, strain and contact energy [J]; "work": done by the pinion's hub, taken by load, damping and slip
     [J]. attrs["added_mass"]: mass scaling as share of the gears' mass.
@@ -68,7 +69,8 @@ def transmission_error(
     check(pair, ElementQuad1())
     require(torque > 0, f"torque must be > 0 [N m], got {torque}")
     run, scheme = run or RunUp(), scheme or CentralDifferences()
-    bodies = clamped_pair(pair, density or Density(), ElementQuad1())
+    density = density or Density()
+    bodies = clamped_pair(pair, replace(density, edges=density.edges or ()), ElementQuad1())
     gears = tuple(rotor(body, scheme) for body in bodies)
     times = run.times(2 * np.pi / pair.pinion.z)
     records = integrated(pair, bodies, gears, torque / pair.pinion.r_b, times, (run, scheme), progress)

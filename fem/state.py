@@ -124,14 +124,14 @@ class Encounter:
         return Cells(self.meeting, np.repeat(numbers, shares.shape[1]), places.ravel(), places.ravel())
 
     @property
-    def evenly(self) -> np.ndarray:
+    def even_shares(self) -> np.ndarray:
         """(n_pair, slices + 1) equidistant shares of the face, for all pairs."""
         return np.tile(np.linspace(0, 1, self.slices + 1), (len(self.meeting.numbers()), 1))
 
     @cached_property
     def stations(self) -> Cells:
         """Sections at the ends of equal slices."""
-        return self.sections(self.evenly)
+        return self.sections(self.even_shares)
 
     @cached_property
     def whole(self) -> Cells:
@@ -186,7 +186,7 @@ class Encounter:
     def ranges(self, te: float, misalignment: float, cells: Cells, loads: np.ndarray) -> Ranges:
         """Axial ends between which the flanks of each pair of teeth overlap under a transmission error te [m].
 
-        Where they do so between stations only, those of the cells with loads (n,) [N].
+        Where they do so between stations only, those of the cells with loads (n,) [N]. Half a face goes on mirrored.
         """
         at_stations, at_cells = (np.divide(*self.gaps(some, misalignment)) for some in (self.stations, cells))
         near, found = NEAR * self.meeting.pair.pinion.m_n, {}
@@ -228,7 +228,7 @@ class Encounter:
 
     def unloaded(self, misalignment: float) -> float:
         """Transmission error at which the first pair touches [m], which is closest beside its closest section."""
-        shares, cells, step = self.evenly, self.stations, 1 / self.slices
+        shares, cells, step = self.even_shares, self.stations, 1 / self.slices
         for _ in range(CLOSER):
             clear = np.divide(*self.gaps(cells, misalignment)).reshape(shares.shape)
             closest = np.take_along_axis(shares, np.argmin(clear, axis=1)[:, None], axis=1)

@@ -94,6 +94,13 @@ def test_small_steps_need_no_mass_and_long_ones_slow_the_gear(relieved):
     assert rotor(body, CentralDifferences(30 * step)).mass.sum() > 1.05 * natural
 
 
+def test_reliefs_take_no_small_elements_that_would_need_more_mass(short):
+    relieved = replace(paper_pair().pinion, flank=(fem.TipRelief(15 * um, 2.5 * mm),))
+    pair, run = fem.GearPair(relieved, relieved, a=150 * mm), RunUp(20 * rpm, 0.02, 0.03, 0.001, steps=200)
+    found = transmission_error(pair, 150, run, CentralDifferences(1e-6), density=COARSE, progress=False)
+    assert found.attrs["added_mass"] == pytest.approx(short.attrs["added_mass"], rel=1e-9)
+
+
 def ran(speed: float, start: float, stop: float, run_up: float = 0.06, steps: int = 200, **options):
     run = RunUp(speed, start, stop, run_up, steps=steps)
     return transmission_error(paper_pair(), 150, run, CentralDifferences(**options), density=COARSE, progress=False)
