@@ -2,14 +2,13 @@
 
 A load on the flank of tooth 0 is a sum of hats along the profile times hats across the width. The 3D solution sits on a
 coarse mesh; plane-strain twins of the section, one on the same mesh and one refined, correct what it misses near the
-load. What remains beside a half-plane under the same load, cut off at a depth of the hats' distance across the width,
-is smooth both ways and is tabulated here. The half-plane itself is closed form (`hertz`), so that the contact may be as
-fine as it likes in both directions.
+load. What remains beside a half-space under the same load is smooth both ways and is tabulated here. The half-space
+itself is closed form (`half_space`), so that the contact may be as fine as it likes in both directions.
 """
 
 from dataclasses import dataclass, replace
 from functools import partial
-from math import copysign, cos, log, sin, tan
+from math import copysign, cos, sin, tan
 
 import numpy as np
 import scipy.sparse as sp
@@ -19,20 +18,19 @@ from fem import mesh as meshes
 from fem import prism
 from fem.cache import Arrays, cached
 from fem.gear import Gear
-from fem.hertz import flattening, log_mean
+from fem.half_space import half_space
+from fem.hats import hat, hats, overlap, values_of_means
 from fem.mesh import BORE, Density
 from fem.solver import factorize
-
-STRIPS_PER_INTERVAL = 12
 
 
 @dataclass(frozen=True)
 class Compliance:
-    """Flank compliance of one gear beside the half-plane; displacements and forces are normal to the flank.
+    """Flank compliance of one gear beside the half-space; displacements and forces are normal to the flank.
 
     arcs        (n_hat,) arc lengths of the hats' tops along the flank [m]
     axial       (n_axial,) places of the hats' tops across the width [m], from mid-plane or from end face to end face
-    depth       depth at which the half-plane is held [m]
+    end         distance from mid-plane to the gear's end faces [m]
     blocks      (teeth + 1, n_axial, n_hat, n_axial, n_hat) displacement into tooth d per force on tooth 0 [m/N]; from
                 mid-plane on: the same forces act on both halves of the width
     slide       (behind + 1 + teeth, ...) likewise the displacement along the profile towards the tip, from -behind on
@@ -40,7 +38,7 @@ class Compliance:
 
     arcs: np.ndarray
     axial: np.ndarray
-    depth: float
+    end: float
     blocks: np.ndarray
     slide: np.ndarray
 
@@ -69,39 +67,35 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     body = replace(gear, flank=(), beta=abs(gear.beta))
     arcs, line = meshes.flank_hats(gear, density), meshes.half_width(gear.b, loaded, density.width)
     axial = np.sort(line.p[0])[: density.width + 1]
-    depth = axial[-1] / density.width
-    near = partial(cached, f"near field 9 {body} {density}", lambda: {"blocks": near_field(body, arcs, depth, density)})
+    near = partial(cached, f"near field 10 {body} {density}", lambda: {"blocks": near_field(body, arcs, density)})
 
     def solved(kind: str) -> np.ndarray:
         def compute() -> Arrays:
-            return {"blocks": beside_half_plane(body, arcs, axial, line, density, near()["blocks"], kind)}
+            return {"blocks": corrected(body, arcs, axial, line, density, near()["blocks"], kind)}
 
-        return cached(f"solid 9 {body} {density} {loaded} {kind}", compute)["blocks"]
+        return cached(f"solid 10 {body} {density} {loaded} {kind}", compute)["blocks"]
 
     places = np.concatenate([-axial[:0:-1], axial]) if whole or gear.beta else axial
     if gear.beta:
         means = solved("whole")[:, :: int(copysign(1, gear.beta)), :, :: int(copysign(1, gear.beta))]
     else:
         means = both_halves(solved("even"), solved("odd")) if whole else solved("even")
+    own = means[:1] - half_space(gear, arcs, places)
     across, along = values_of_means(places), values_of_means(arcs)
-    values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, means, across, along, optimize=True)
-    return Compliance(arcs, places, depth, values[: density.teeth + 1], values[density.teeth + 1 :])
+    blocks = np.concatenate([own, means[1:]])
+    values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True)
+    return Compliance(arcs, places, gear.b / 2, values[: density.teeth + 1], values[density.teeth + 1 :])
 
 
-def near_field(gear: Gear, arcs: np.ndarray, depth: float, density: Density) -> np.ndarray:
-    """(n_reading, n_hat, n_hat) what plane strain on the refined section adds to that on the coarse one [m^2/N].
-
-    On the loaded tooth itself the half-plane held at depth is taken out.
-    """
+def near_field(gear: Gear, arcs: np.ndarray, density: Density) -> np.ndarray:
+    """(n_reading, n_hat, n_hat) what plane strain on the refined section adds to that on the coarse one [m^2/N]."""
     coarse, finer = meshes.section(gear, density), meshes.section(gear, density.refined(2))
     added = plane_strain(gear, arcs, Basis(finer, ElementQuad2()), density)
     added -= plane_strain(gear, arcs, Basis(coarse, ElementQuad1()), density)
-    added /= cos(gear.beta_b)
-    added[0] -= cos(gear.beta_b) * half_plane(gear, arcs, depth)
-    return added
+    return added / cos(gear.beta_b)
 
 
-def beside_half_plane(gear: Gear, arcs, axial, half: MeshLine, density: Density, near, kind: str) -> np.ndarray:
+def corrected(gear: Gear, arcs, axial, half: MeshLine, density: Density, near, kind: str) -> np.ndarray:
     """`Compliance.blocks` and `slide`, one after the other, of a gear with beta >= 0, as means over the hats.
 
     kind        "whole" width, or half of it with loads on the other half that are alike, "even", or opposite, "odd"
@@ -112,7 +106,7 @@ def beside_half_plane(gear: Gear, arcs, axial, half: MeshLine, density: Density,
         axial = np.concatenate([-axial[:0:-1], axial])
     across = Basis(half, ElementLineP2())
     found = solid(gear, arcs, axial, across, density, kind)
-    return found + np.einsum("yz,dhk->dyhzk", overlap(across, axial), near)
+    return found + np.einsum("yz,dhk->dyhzk", overlap(axial), near)
 
 
 def both_halves(even: np.ndarray, odd: np.ndarray) -> np.ndarray:
@@ -127,33 +121,6 @@ def both_halves(even: np.ndarray, odd: np.ndarray) -> np.ndarray:
     joined[np.arange(n), np.arange(n)] = joined[np.arange(n) + n - 1, np.arange(n) + n] = 1.0
     joined[n - 1] /= 2
     return np.einsum("yi,dihjk,zj->dyhzk", joined, halves, joined, optimize=True)
-
-
-def half_plane(gear: Gear, arcs: np.ndarray, depth: float) -> np.ndarray:
-    """(n_hat, n_hat) mean displacement over hats per line load on hats of a half-plane held at depth [m^2/N]."""
-    strips = meshes.divided(arcs, STRIPS_PER_INTERVAL)
-    centres, widths = (strips[1:] + strips[:-1]) / 2, np.diff(strips)
-    share = hats(arcs, centres) * widths
-    share /= share.sum(axis=1, keepdims=True)
-    mean = log_mean(centres[:, None] - centres, widths[:, None], widths) + log(depth)
-    return flattening(gear.material) * share @ mean @ share.T
-
-
-def hat(at: np.ndarray, tops: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Sum of hat functions with the given tops, weighted by values; 0 outside."""
-    return np.interp(at, tops, values, left=0.0, right=0.0)
-
-
-def hats(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """(n_hat, ...) values of the hat functions with the given tops; the outer two go on beyond them."""
-    return np.stack([np.interp(at, tops, row) for row in np.eye(tops.size)])
-
-
-def values_of_means(tops: np.ndarray) -> np.ndarray:
-    """(n, n) values at the tops of the sum of hats which has given means over the hats (projection in L2)."""
-    size = np.diff(tops)
-    mass = np.diag(np.append(size, 0.0) + np.append(0.0, size)) / 3 + (np.diag(size, 1) + np.diag(size, -1)) / 6
-    return np.linalg.solve(mass, np.diag(mass.sum(axis=1)))
 
 
 def flank_loads(gear: Gear, basis: Basis, arcs: np.ndarray, tooth: int) -> np.ndarray:
@@ -241,10 +208,3 @@ def _axial_loads(across: Basis, axial: np.ndarray) -> np.ndarray:
     forms = [LinearForm(lambda v, w, row=row: hat(w.x[0], axial, row) * v) for row in np.eye(axial.size)]
     loads = np.stack([form.assemble(across) for form in forms], axis=1)
     return loads / loads.sum(axis=0)
-
-
-def overlap(across: Basis, axial: np.ndarray) -> np.ndarray:
-    """(n_axial, n_axial) mean over one hat of the line load of a unit force spread as another [1/m]."""
-    values = np.stack([hat(across.global_coordinates()[0], axial, row) for row in np.eye(axial.size)])
-    total = np.einsum("yeg,eg->y", values, across.dx)
-    return np.einsum("yeg,zeg,eg->yz", values, values, across.dx) / np.outer(total, total)

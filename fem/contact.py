@@ -1,19 +1,23 @@
 """Frictionless unilateral contact of strips: compliance of all cells together, active set."""
 
+from collections import defaultdict
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from math import cos, log
+from math import cos
 
 import numpy as np
 
 from fem.compliance import Compliance
 from fem.gap import Cells
+from fem.half_space import along_line
 from fem.hertz import flattening, log_mean
 
 STRIPS = 21
 #: Strips reach this many Hertzian half-widths to either side.
 WINDOW = 1.5
+#: Every load on strips presses a half-plane down that is held at this share of their whole width, or deeper.
+CAPACITY = 1 / 4
 #: (STRIPS, STRIPS) mean of -ln of the distance between two of equal strips of unit width
 BETWEEN_STRIPS = log_mean(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS)), 1.0, 1.0)
 
@@ -171,14 +175,13 @@ def means(values: np.ndarray) -> np.ndarray:
 
 
 def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Compliance, tilts=None) -> np.ndarray:
-    """(n, m, n, m) displacement between the flanks per force at places arcs (2, n, m), half-planes apart.
+    """(n, m, n, m) displacement between the flanks per force at places arcs (2, n, m), half-spaces apart [m/N].
 
     tilts       (2, n, m) of the direction of contact against the normals of pinion and wheel [rad]; none: 0
     """
     n, m = arcs.shape[1:]
     total = np.zeros((n * m, n * m))
-    numbers, first, count = np.unique(cells.number, return_index=True, return_counts=True)
-    groups = [(k, slice(i * m, (i + c) * m)) for k, i, c in zip(numbers.tolist(), first, count, strict=True)]
+    groups = [(k, slice(own.start * m, own.stop * m)) for k, own in pairs_of(cells)]
     tilts = np.zeros(arcs.shape) if tilts is None else tilts
     for side, body in enumerate((pinion, wheel)):
         shift = side * cells.meeting.axial
@@ -192,6 +195,30 @@ def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Complian
                 moved -= tilted[:, here].T @ body.slide_ahead(ahead)
             total[here, there] += moved @ weights[:, there]
     return ((total + total.T) / 2).reshape(n, m, n, m)
+
+
+def pairs_of(cells: Cells) -> list[tuple[int, slice]]:
+    """Pairs of teeth by number, and which of the cells are theirs."""
+    numbers, first, count = np.unique(cells.number, return_index=True, return_counts=True)
+    return [(k, slice(i, i + c)) for k, i, c in zip(numbers.tolist(), first, count, strict=True)]
+
+
+def along_contact(cells: Cells, depth: float, pinion: Compliance, wheel: Compliance) -> np.ndarray:
+    """(n, n) displacement between the flanks per force in cells as of half-spaces, beside half-planes [m/N].
+
+    depth       at which the half-planes are held [m]
+
+    The cells of a pair of teeth adjoin, from low to high.
+    """
+    pair, axial = cells.meeting.pair, cells.meeting.axial
+    found, inclined = np.zeros((cells.low.size, cells.low.size)), cos(pair.beta_b)
+    softness: dict[tuple[float, float], float] = defaultdict(float)
+    for gear, body, shift in ((pair.pinion, pinion, 0.0), (pair.wheel, wheel, axial)):
+        softness[body.end, shift] += flattening(gear.material)
+    for (_, own), ((end, shift), factor) in product(pairs_of(cells), softness.items()):
+        edges = np.append(cells.low[own], cells.high[own][-1]) - shift
+        found[own, own] += factor * along_line(edges / inclined, end / inclined, depth, mirrored=pinion.share < 1)
+    return found
 
 
 def across_weights(body: Compliance, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -211,18 +238,19 @@ def _lines(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
     return np.stack([np.ones_like(at), at, *np.maximum(at - tops[1:-1, None], 0)])
 
 
-def half_planes(cells: Cells, pinion: Compliance, wheel: Compliance) -> tuple[np.ndarray, np.ndarray]:
-    """Flattening of both flanks per force in a cell (n,) [m/N], and that times the logarithm of the depths (n,)."""
+def flattening_of(cells: Cells) -> np.ndarray:
+    """(n,) flattening of both flanks per force in a cell [m/N]."""
     pair = cells.meeting.pair
-    inclined = cos(pair.beta_b) / (cells.high - cells.low)
-    one, other = flattening(pair.pinion.material), flattening(pair.wheel.material)
-    return inclined * (one + other), inclined * (one * log(pinion.depth) + other * log(wheel.depth))
+    both = flattening(pair.pinion.material) + flattening(pair.wheel.material)
+    return cos(pair.beta_b) / (cells.high - cells.low) * both
 
 
 def assemble(cells: Cells, strips: Strips, pinion: Compliance, wheel: Compliance, misalignment) -> Contact:
     """Contact of all strips."""
+    depth = CAPACITY * STRIPS * strips.width.max()
     smooth = coupling(cells, strips.arcs[:, :, PLACES], pinion, wheel, strips.tilts[:, :, PLACES])
-    factor, constant = (x[:, None, None] for x in half_planes(cells, pinion, wheel))
-    local = factor * (BETWEEN_STRIPS - np.log(strips.width)[:, None, None]) + constant
+    smooth += along_contact(cells, depth, pinion, wheel)[:, None, :, None]
+    factor, width = (x[:, None, None] for x in (flattening_of(cells), strips.width))
     gap = strips.gap + (cos(cells.meeting.pair.beta_b) * misalignment * cells.middle)[:, None]
+    local = factor * (BETWEEN_STRIPS - np.log(width / depth))
     return Contact(local, smooth, gap, strips.approach, strips.expected > 0)

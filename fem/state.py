@@ -7,9 +7,10 @@ from math import ceil, cos, sqrt
 import numpy as np
 
 from fem.compliance import Compliance
-from fem.contact import Strips, assemble, coupling, half_planes, strips_of
+from fem.contact import Strips, along_contact, assemble, coupling, flattening_of, strips_of
 from fem.gap import Cells
 from fem.hertz import flattening
+from fem.loaded_width import Ranges, overlap, wider
 from fem.meeting import Meeting
 from fem.slices import line_contact
 
@@ -23,18 +24,15 @@ SHORT, SPARE = 0.02, 0.1
 LEAST = 0.05
 #: The loaded width is found again until it settles, after GROWING rounds the wider one of two.
 ROUNDS, GROWING = 24, 6
+#: Half-planes under whole slices are held at this depth, in modules: no less than half of what the width gets to.
+DEPTH = 1 / 2
 #: Overlap of the flanks, in modules, over which their compliance is taken as linear.
 OVERLAP = 1 / 250
 #: So often strips that are full to the edge are widened.
 WIDENINGS = 12
-#: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
-BEYOND = 1e-3
 #: Rounds in which the place that touches first is found among sections around the last one, four times closer each.
 CLOSER, AROUND = 3, np.linspace(-1, 1, 9)
 TINY = np.finfo(float).tiny
-
-#: Axial ends [m] of the part of the face that counts, by number of the pair of teeth
-Ranges = dict[int, tuple[float, float]]
 
 
 @dataclass(frozen=True)
@@ -108,11 +106,14 @@ class Encounter:
         return (1 + np.sign(side) * (1 - (1 - np.minimum(np.abs(side), 1)) ** (1 / GRADING))) / 2
 
     def sliced(self, ranges: Ranges, slices: int, te: float = 0.0) -> Cells:
-        """Slices of pairs of teeth over ranges of the face, as many as the root of their share of it demands."""
-        edges = {}
-        for number, ends in ranges.items():
-            start, end = self.shares(np.array(ends))
-            edges[number] = self.graded(np.linspace(start, end, max(1, ceil(slices * sqrt(end - start))) + 1))
+        """Slices of pairs of teeth over ranges of the face.
+
+        On the widest as many as the fourth root of its share of the face demands, on others as the root of theirs.
+        """
+        edges, shares = {}, {number: self.shares(np.array(ends)) for number, ends in ranges.items()}
+        even = slices / max(map(np.ptp, shares.values()), default=1.0) ** 0.25
+        for number, (start, end) in shares.items():
+            edges[number] = self.graded(np.linspace(start, end, max(1, ceil(even * sqrt(end - start))) + 1))
         none = np.zeros(0)
         numbers = np.concatenate([none.astype(int), *(np.full(e.size - 1, k) for k, e in edges.items())])
         low, high = (np.concatenate([none, *(e[part] for e in edges.values())]) for part in (slice(-1), slice(1, None)))
@@ -128,6 +129,11 @@ class Encounter:
         """(n_pair, slices + 1) equidistant shares of the face, for all pairs."""
         return np.tile(np.linspace(0, 1, self.slices + 1), (len(self.meeting.numbers()), 1))
 
+    @property
+    def depth(self) -> float:
+        """At which half-planes under whole slices are held [m]."""
+        return DEPTH * self.meeting.pair.pinion.m_n
+
     @cached_property
     def stations(self) -> Cells:
         """Sections at the ends of equal slices."""
@@ -142,12 +148,12 @@ class Encounter:
     def whole_coupling(self) -> tuple[np.ndarray, np.ndarray]:
         """(n, n) compliance between the whole slices where they are closest [m/N], its change per te [1/N].
 
-        Half-planes apart.
+        Half-planes held at `depth` apart.
         """
         step = OVERLAP * self.meeting.pair.pinion.m_n
         arcs = np.concatenate([cells.touching for cells in (self.whole, replace(self.whole, te=step))], axis=2)
         rest, overlapping = np.einsum("pmqm->mpq", coupling(self.whole, arcs, self.pinion, self.wheel))
-        return rest, (overlapping - rest) / step
+        return rest + along_contact(self.whole, self.depth, self.pinion, self.wheel), (overlapping - rest) / step
 
     def gaps(self, cells: Cells, misalignment) -> tuple[np.ndarray, np.ndarray]:
         """Normal gap [m] and approach per transmission error where the flanks of cells are closest, each (n,)."""
@@ -156,8 +162,8 @@ class Encounter:
 
     def hertz(self, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
         """Factor and constant of the flattening of cells under one line load, as `fem.slices` takes them."""
-        factor, constant = half_planes(cells, self.pinion, self.wheel)
-        return factor, constant / factor + 0.5 + np.log(2 / self.half_width(cells, 1 / (cells.high - cells.low)))
+        width = self.half_width(cells, 1 / (cells.high - cells.low))
+        return flattening_of(cells), 0.5 + np.log(2 * self.depth / width)
 
     def line_contact(self, force: np.ndarray, misalignment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Transmission errors (m,) [m] and forces on the whole slices (m, n) [N], one line load in each."""
@@ -256,32 +262,6 @@ class Encounter:
                 return State(te, cells, load.sum(axis=1), pressure, strips, load, self.pinion.share < 1)
             half_width = np.where(spilt, 1.6 * half_width, half_width)
         raise RuntimeError("contact is a hundred times wider than Hertz says; reduce the load or take more slices")
-
-
-def wider(one: Ranges, other: Ranges) -> Ranges:
-    """Ranges that hold both."""
-    ends = {k: np.array([ranges[k] for ranges in (one, other) if k in ranges]) for k in one.keys() | other.keys()}
-    return {k: (float(both[:, 0].min()), float(both[:, 1].max())) for k, both in sorted(ends.items())}
-
-
-def overlap(axial: np.ndarray, clear: np.ndarray) -> tuple[float, float]:
-    """Ends of the range in which clear (n,) at places axial (n,), increasing, is positive."""
-    inside = np.flatnonzero(clear > 0)
-    first, last, end = int(inside[0]), int(inside[-1]), axial.size - 1
-    low = axial[0] if first == 0 else _root(axial, clear, first + 1, first, first - 1)
-    high = axial[end] if last == end else _root(axial, clear, last - 1, last, last + 1)
-    return float(low), float(high)
-
-
-def _root(x: np.ndarray, y: np.ndarray, before: int, inside: int, outside: int) -> float:
-    """Where the parabola through three points, or the line through two, falls to 0 between the last two."""
-    step, fall, bend = x[outside] - x[inside], y[outside] - y[inside], 0.0
-    if 0 <= before < x.size:
-        behind = (x[inside] - x[before]) / step
-        bend = (y[before] - y[inside] + behind * fall) / (behind**2 + behind)
-    slope = fall - bend
-    share = 2 * y[inside] / (sqrt(max(slope**2 - 4 * bend * y[inside], 0.0)) - slope)
-    return x[inside] + step * max(share, BEYOND)
 
 
 def _loads_at(cells: Cells, guess: dict, force: float) -> np.ndarray:

@@ -4,7 +4,10 @@ import numpy as np
 from skfem import Basis, ElementQuad2
 
 import fem
-from fem.compliance import Compliance, half_plane, plane_strain, values_of_means
+from fem.compliance import Compliance, plane_strain
+from fem.half_space import along_line, half_plane
+from fem.hats import values_of_means
+from fem.hertz import flattening
 from fem.meeting import Meeting
 from fem.mesh import Density, flank_hats, section
 from fem.state import Encounter
@@ -18,7 +21,8 @@ def plane_twin(gear: fem.Gear, density: Density, refined: int) -> Compliance:
     blocks[0] -= half_plane(gear, arcs, depth)
     values = values_of_means(arcs)
     blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values)[:, None, :, None, :] / half * np.ones((1, 2, 1, 2, 1))
-    return Compliance(arcs, np.array([0.0, half]), depth, blocks[: density.teeth + 1], blocks[density.teeth + 1 :])
+    blocks[0] -= flattening(gear.material) * along_line(np.array([0.0, half]), half, depth, mirrored=True)[0, 0]
+    return Compliance(arcs, np.array([0.0, half]), half, blocks[: density.teeth + 1], blocks[density.teeth + 1 :])
 
 
 def twin_te(pair: fem.GearPair, twin: Compliance, phase: float, force: float) -> float:

@@ -1,0 +1,31 @@
+"""Hat functions on a line with given tops, of which loads and displacements along and across a flank are sums."""
+
+import numpy as np
+
+
+def hat(at: np.ndarray, tops: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Sum of hat functions with the given tops, weighted by values; 0 outside."""
+    return np.interp(at, tops, values, left=0.0, right=0.0)
+
+
+def hats(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(n_hat, ...) values of the hat functions with the given tops; the outer two go on beyond them."""
+    return np.stack([np.interp(at, tops, row) for row in np.eye(tops.size)])
+
+
+def products(tops: np.ndarray) -> np.ndarray:
+    """(n, n) integrals of products of two of the hats; their sums are the integrals of the hats."""
+    size = np.diff(tops)
+    return np.diag(np.append(size, 0.0) + np.append(0.0, size)) / 3 + (np.diag(size, 1) + np.diag(size, -1)) / 6
+
+
+def overlap(tops: np.ndarray) -> np.ndarray:
+    """(n, n) mean over one hat of the line load of a unit force spread as another [1/m]."""
+    both = products(tops)
+    return both / np.outer(both.sum(axis=0), both.sum(axis=0))
+
+
+def values_of_means(tops: np.ndarray) -> np.ndarray:
+    """(n, n) values at the tops of the sum of hats which has given means over the hats (projection in L2)."""
+    both = products(tops)
+    return np.linalg.solve(both, np.diag(both.sum(axis=1)))

@@ -1,0 +1,37 @@
+"""Parts of the face on which the pairs of teeth overlap, and so carry load."""
+
+from math import sqrt
+
+import numpy as np
+
+#: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
+BEYOND = 1e-3
+
+#: Axial ends [m] of the part of the face that counts, by number of the pair of teeth
+Ranges = dict[int, tuple[float, float]]
+
+
+def wider(one: Ranges, other: Ranges) -> Ranges:
+    """Ranges that hold both."""
+    ends = {k: np.array([ranges[k] for ranges in (one, other) if k in ranges]) for k in one.keys() | other.keys()}
+    return {k: (float(both[:, 0].min()), float(both[:, 1].max())) for k, both in sorted(ends.items())}
+
+
+def overlap(axial: np.ndarray, clear: np.ndarray) -> tuple[float, float]:
+    """Ends of the range in which clear (n,) at places axial (n,), increasing, is positive."""
+    inside = np.flatnonzero(clear > 0)
+    first, last, end = int(inside[0]), int(inside[-1]), axial.size - 1
+    low = axial[0] if first == 0 else _root(axial, clear, first + 1, first, first - 1)
+    high = axial[end] if last == end else _root(axial, clear, last - 1, last, last + 1)
+    return float(low), float(high)
+
+
+def _root(x: np.ndarray, y: np.ndarray, before: int, inside: int, outside: int) -> float:
+    """Where the parabola through three points, or the line through two, falls to 0 between the last two."""
+    step, fall, bend = x[outside] - x[inside], y[outside] - y[inside], 0.0
+    if 0 <= before < x.size:
+        behind = (x[inside] - x[before]) / step
+        bend = (y[before] - y[inside] + behind * fall) / (behind**2 + behind)
+    slope = fall - bend
+    share = 2 * y[inside] / (sqrt(max(slope**2 - 4 * bend * y[inside], 0.0)) - slope)
+    return x[inside] + step * max(share, BEYOND)
