@@ -15,7 +15,7 @@ from fem.hats import hats, overlap
 from fem.hertz import flattening, log_mean
 from fem.mesh import divided
 
-#: Of the half-planes under hats and slices, small against their distances and large against strips [modules].
+#: Depth at which half-planes under hats are held, over the least distance of the hats across the width.
 DEPTH = 0.1
 PARTS_PER_INTERVAL = 12
 
@@ -51,7 +51,7 @@ def half_plane(gear: Gear, arcs: np.ndarray, depth: float) -> np.ndarray:
 
 def half_space(gear: Gear, arcs: np.ndarray, axial: np.ndarray) -> np.ndarray:
     """(n_axial, n_hat, n_axial, n_hat) mean displacement over hats per force on hats of a half-space [m/N]."""
-    inclined, depth = cos(gear.beta_b), DEPTH * gear.m_n
+    inclined, depth = cos(gear.beta_b), DEPTH * np.diff(axial).min()
     edges = divided(axial, PARTS_PER_INTERVAL)
     share = shares(axial, edges)
     far = along_line(edges / inclined, gear.b / 2 / inclined, depth, mirrored=axial[0] == 0)

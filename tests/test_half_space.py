@@ -99,6 +99,17 @@ def test_crowned_flanks_press_as_hertz_says_of_points():
     assert (np.abs(beside - beside[-1]) * force < 0.005 * approach).all()
 
 
+def test_narrow_gears_take_as_many_slices_as_one_likes():
+    """1.2 mm wide, misaligned: slices shorter than the contact is wide."""
+    narrow = paper_gear(b=1.2 * mm)
+    pair, offsets = fem.GearPair(narrow, narrow, a=150 * mm), fem.Offsets(misalignment=2e-3)
+    few, many = (
+        fem.static_transmission_error(pair, [8, 20], 8, offsets=offsets, accuracy=Resolution(slices=n), progress=False)
+        for n in (10, 60)
+    )
+    assert few["te"].values == pytest.approx(many["te"].values, rel=1e-3)
+
+
 def test_elements_across_the_width_need_not_resolve_short_patches():
     """Deflection under a thousandth of the load, on patches a fourth as long as the widest element."""
     few, many = (_deflection(Resolution(Density(width=n))) for n in (2, 5))
