@@ -14,6 +14,7 @@ from fem.solver import factorize
 from fem.units import mm, um
 
 DENSITY, ELEMENTS, SLICES = Density(teeth=2, behind=0), 12, 24
+FINER = fem.Resolution(Density(width=5, fillet=5))
 WINDOW, FARTHEST = 0.55 * mm, 80 * um
 
 
@@ -141,7 +142,7 @@ def contact(matrix: np.ndarray, gap: np.ndarray, approach: np.ndarray, force: fl
 def test_helical_pair_is_its_twin(pair):
     """The twin's peak to peak still grows by 2 % at 150 N m with twice the elements and slices across the width."""
     twin, phases, torque = Twin(pair), np.arange(6) / 10, np.array([150, 350])
-    ours = fem.static_transmission_error(pair, torque, phases, progress=False)["te"].values
+    ours = fem.static_transmission_error(pair, torque, phases, accuracy=FINER, progress=False)["te"].values
     other = np.transpose([twin.te(phase, torque / pair.pinion.r_b) for phase in phases])
     assert ours == pytest.approx(other, rel=0.005)
     assert np.ptp(ours, axis=1) == pytest.approx(np.ptp(other, axis=1), rel=0.03)
@@ -157,7 +158,6 @@ def neighbours_only(monkeypatch):
 @pytest.mark.slow
 def test_reference_without_coupling_of_teeth_two_pitches_apart(pair, neighbours_only):
     """On a finer mesh means and peaks to peaks agree. Those of all teeth are 0.72 and 1.36 um peak to peak."""
-    finer = fem.Resolution(Density(width=5, fillet=5))
-    te = fem.static_transmission_error(pair, [150, 350], 30, accuracy=finer, progress=False)["te"].values
+    te = fem.static_transmission_error(pair, [150, 350], 30, accuracy=FINER, progress=False)["te"].values
     assert te.mean(axis=1) == pytest.approx([8.59 * um, 19.34 * um], rel=0.006)
     assert np.ptp(te, axis=1) == pytest.approx([0.671 * um, 1.17 * um], rel=0.01)
