@@ -46,7 +46,7 @@ class Body:
         dim = self.solid.places.shape[1]
         diagonal = np.repeat(mass + np.zeros(len(self.solid.places)), dim)
         matrix = (stiffness(self.solid) + sp.diags_array(diagonal)).tocsr()
-        solve = factorize(matrix[self.free][:, self.free])
+        solve = factorize(matrix[self.free][:, self.free], self.columns[self.free // dim] if dim == 3 else None)
 
         def answer(force: np.ndarray) -> np.ndarray:
             u = np.zeros((self.solid.places.size, force[0, 0].size))
@@ -54,6 +54,12 @@ class Body:
             return u.reshape(force.shape)
 
         return answer
+
+    @property
+    def columns(self) -> np.ndarray:
+        """(n_dofs,) number of the place in the transverse section over which each dof lies."""
+        places = np.round(self.solid.places[:, :2] / (1e-6 * np.ptp(self.solid.places)))
+        return np.unique(places, axis=0, return_inverse=True)[1].ravel()
 
     def in_plane(self, nodes: np.ndarray) -> np.ndarray:
         """Flat numbers (..., 2) of the in-plane displacements of nodes (...)."""

@@ -180,15 +180,15 @@ def plane_strain(gear: Gear, arcs: np.ndarray, basis: Basis, density: Density) -
 def solid(gear: Gear, arcs, axial, across: Basis, density: Density, kind: str) -> np.ndarray:
     """(n_reading, n_axial, n_hat, n_axial, n_hat) displacements that `readings` say per force on tooth 0 [m/N]."""
     basis = Basis(meshes.section(gear, density), ElementQuad1())
-    matrix = prism.stiffness(basis, across, gear.material, tan(gear.beta) / gear.r)
     free = np.flatnonzero(~_clamped(basis, across, kind))
+    matrix = prism.stiffness(basis, across, gear.material, tan(gear.beta) / gear.r)[free][:, free]
     spread = _axial_loads(across, axial)
     loads = []
     for pressed in readings(gear, basis, arcs, density):
-        full = np.einsum("cnh,ms->cnmsh", pressed, spread).reshape(matrix.shape[0], -1)
+        full = np.einsum("cnh,ms->cnmsh", pressed, spread).reshape(-1, axial.size * arcs.size)
         loads.append(sp.csr_matrix(full[free]))
-    column = (free // across.N) % basis.N
-    moved = factorize(matrix[free][:, free], column, prism.section_graph(basis))(loads[0].toarray())
+    column, pressed = (free // across.N) % basis.N, np.unique(sp.hstack(loads).tocoo().row)
+    moved = factorize(matrix, column, wanted=pressed)(loads[0].toarray())
     shape = (axial.size, arcs.size)
     return np.stack([(load.T @ moved).reshape(shape + shape) for load in loads])
 

@@ -109,8 +109,7 @@ def _clamped(gear: Gear, section: Basis, axis: Basis | None) -> Body:
     dim, n = (2, 1) if axis is None else (3, axis.N)
     hub = np.hypot(*section.doflocs) < gear.d_bore / 2 * (1 + 1e-6)
     free = np.flatnonzero(~np.tile(np.repeat(hub, n), dim))
-    columns = () if axis is None else (free // n % section.N, prism.section_graph(section))
-    solve = factorize(stiffness[free][:, free], *columns)
+    solve = factorize(stiffness[free][:, free], None if axis is None else free // n % section.N)
     return Body(gear, section, axis, stiffness, free, solve)
 
 

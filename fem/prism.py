@@ -8,7 +8,6 @@ component, plus twist e_z x U; nothing else knows of the twist, and every sectio
 from collections import defaultdict
 from itertools import product
 
-import numpy as np
 import scipy.sparse as sp
 from skfem import Basis, BilinearForm
 
@@ -85,9 +84,3 @@ def stiffness(section: Basis, axis: Basis | None, material: Material, twist: flo
     for (i, j, a, b), matrix in sums.items():
         blocks[i][j] = blocks[i][j] + sp.kron(matrix, along[a][b], "csr")
     return sp.csr_matrix(sp.bmat(blocks))
-
-
-def section_graph(basis: Basis) -> sp.csr_matrix:
-    """Positive definite matrix that couples the section dofs which share an element."""
-    pattern = BilinearForm(lambda u, v, w: u * v).assemble(basis)
-    return pattern + sp.diags_array(np.asarray(pattern.sum(axis=1)).ravel())

@@ -1,61 +1,28 @@
-"""Direct solution of symmetric positive definite sparse systems: PARDISO where installed, SuperLU everywhere."""
+"""Direct solution of symmetric positive definite sparse systems: fronts where unknowns come in groups, else SuperLU."""
 
-import weakref
 from collections.abc import Callable
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
+from fem import fronts
+
 Solve = Callable[[np.ndarray], np.ndarray]
 
 
-def factorize(matrix: sp.csr_matrix, group: np.ndarray | None = None, graph: sp.csr_matrix | None = None) -> Solve:
+def factorize(matrix: sp.csr_matrix, group: np.ndarray | None = None, wanted: np.ndarray | None = None) -> Solve:
     """Function that solves matrix x = b for b (n, k).
 
-    group       (n,) number of the group of unknowns that each belongs to, for instance its node of a prism's section
-    graph       matrix whose pattern couples the groups; both together let SuperLU order groups instead of unknowns
+    group       (n,) number of a group of coupled unknowns that each belongs to, for instance those over a section's dof
+    wanted      numbers of the unknowns that are loaded or read, which saves memory with groups; x may be nan elsewhere
     """
-    try:
-        from pypardiso import PyPardisoSolver
-    except (ImportError, OSError):
-        return superlu(matrix) if group is None or graph is None else superlu_by_groups(matrix, group, graph)
-    return pardiso(matrix, PyPardisoSolver)
-
-
-def _symmetric_lu(matrix, ordering: str):
-    options = {"SymmetricMode": True}
-    return splu(sp.csc_matrix(matrix), permc_spec=ordering, diag_pivot_thresh=0.0, options=options)
+    if group is None:
+        return superlu(matrix)
+    return fronts.factorize(matrix, np.unique(group, return_inverse=True)[1], wanted)
 
 
 def superlu(matrix: sp.csr_matrix) -> Solve:
     """SuperLU in its symmetric mode; with the default ordering it takes ten times as long."""
-    return _symmetric_lu(matrix, "MMD_AT_PLUS_A").solve
-
-
-def superlu_by_groups(matrix: sp.csr_matrix, group: np.ndarray, graph: sp.csr_matrix) -> Solve:
-    """SuperLU after ordering whole groups by the fill of their graph: up to five times faster on a prism."""
-    position = _symmetric_lu(graph, "MMD_AT_PLUS_A").perm_c
-    order = np.argsort(position[group], kind="stable")
-    solve = _symmetric_lu(matrix[order][:, order], "NATURAL").solve
-
-    def solve_in_order(b: np.ndarray) -> np.ndarray:
-        x = np.empty_like(b)
-        x[order] = solve(np.ascontiguousarray(b[order]))
-        return x
-
-    return solve_in_order
-
-
-def pardiso(matrix: sp.csr_matrix, solver_type) -> Solve:
-    """Cholesky factors by MKL PARDISO, which reads the upper triangle."""
-    positive_definite = 2
-    solver = solver_type(mtype=positive_definite)
-    upper = sp.triu(matrix, format="csr")
-    solver.factorize(upper)
-
-    def solve(b: np.ndarray) -> np.ndarray:
-        return solver.solve(upper, b)
-
-    weakref.finalize(solve, solver.free_memory, everything=True)
-    return solve
+    options = {"SymmetricMode": True}
+    return splu(sp.csc_matrix(matrix), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve

@@ -3,12 +3,11 @@
 from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from functools import cache, partial
+from functools import partial
 from itertools import product
 from math import floor
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 from tqdm import tqdm
 
 from fem.compliance import Compliance, flank_compliance
@@ -18,6 +17,7 @@ from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.offsets import ANGLES, in_plane_of_action
 from fem.state import Encounter, State
+from fem.threads import one_thread
 
 #: The tooth behind the loaded one is drawn; further ones move te by less than 0.1 %.
 BEHIND = 1
@@ -111,18 +111,12 @@ def _column(bodies, slices: int, resolved: bool, forces: np.ndarray, values: dic
     angles = np.meshgrid(*(values[name] for name in ANGLES), indexing="ij")
     misalignment = angles[0] + in_plane_of_action(meeting.alpha, *angles[1:])
     force, angle = (x.ravel() for x in np.broadcast_arrays(forces[:, None, None, None], misalignment[None]))
-    with _threads().limit(limits=1):
+    with one_thread():
         if resolved:
             states = [encounter.state(*one) for one in zip(force.tolist(), angle.tolist(), strict=True)]
         else:
             states = encounter.slice_states(force, angle)
     return kept(states).reshape(forces.shape + misalignment.shape)
-
-
-@cache
-def _threads() -> ThreadpoolController:
-    """The thread pools of this process, which take long to find."""
-    return ThreadpoolController()
 
 
 def kept(states: list[State]) -> np.ndarray:

@@ -1,0 +1,80 @@
+"""Cholesky factors by fronts: any matrix, any groups, and no more fill than the order of elimination makes."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fem import fronts
+
+
+def grid(n: int, m: int) -> sp.csr_matrix:
+    """Positive definite matrix that couples the neighbours of a grid."""
+    line = [sp.diags_array([-1.0, 2.1, -1.0], offsets=[-1, 0, 1], shape=(k, k)) for k in (n, m)]
+    return sp.csr_matrix(sp.kron(line[0], sp.eye_array(m)) + sp.kron(sp.eye_array(n), line[1]))
+
+
+def blocks(graph: sp.csr_matrix, size: np.ndarray, rng) -> tuple[sp.csr_matrix, np.ndarray]:
+    """Random positive definite matrix with groups of these sizes, coupled as in the graph, and their unknowns."""
+    group = rng.permutation(np.repeat(np.arange(size.size), size))
+    coupled = graph.toarray()[np.ix_(group, group)] != 0
+    matrix = np.where(coupled, rng.standard_normal(coupled.shape), 0)
+    matrix = matrix + matrix.T
+    return sp.csr_matrix(matrix + np.diag(np.abs(matrix).sum(axis=0) + 1)), group
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.integers(1, 7), st.integers(1, 7), st.integers(0, 10**6))
+def test_any_groups_are_solved(n, m, seed):
+    rng = np.random.default_rng(seed)
+    matrix, group = blocks(grid(n, m), rng.integers(1, 6, n * m), rng)
+    x = rng.standard_normal((group.size, 3))
+    assert fronts.factorize(matrix, group)(matrix @ x) == pytest.approx(x, abs=1e-10)
+
+
+def test_parts_that_are_not_coupled_are_solved():
+    matrix = sp.csr_matrix(sp.block_diag([grid(3, 4), grid(2, 5), grid(1, 1)]))
+    x = np.random.default_rng(0).standard_normal((23, 1))
+    assert fronts.factorize(matrix, np.arange(23))(matrix @ x) == pytest.approx(x, abs=1e-12)
+
+
+def test_every_group_is_eliminated_once_and_before_all_it_touches():
+    found, done = fronts.eliminated(grid(12, 30)), set()
+    for front in found:
+        done |= set(front.groups)
+        assert not done & front.later
+    assert sorted(group for front in found for group in front.groups) == list(range(360))
+    assert len(found) < 300
+
+
+def test_fill_is_that_of_the_order():
+    """Dense Cholesky in the same order has as many entries: joined groups add none."""
+    graph = grid(9, 14)
+    found = fronts.eliminated(graph)
+    order = [group for front in found for group in front.groups]
+    dense = np.linalg.cholesky(graph.toarray()[np.ix_(order, order)])
+    stored = sum(len(f.groups) * (len(f.groups) + 1) // 2 + len(f.groups) * len(f.later) for f in found)
+    assert stored == np.count_nonzero(np.abs(dense) > 1e-14)
+
+
+def test_what_is_not_wanted_is_left_out():
+    rng = np.random.default_rng(0)
+    matrix, group = blocks(grid(20, 6), np.full(120, 3), rng)
+    wanted = np.flatnonzero(group < 5)
+    b = np.zeros((360, 2))
+    b[wanted] = rng.standard_normal((wanted.size, 2))
+    x = fronts.factorize(matrix, group, wanted)(b)
+    assert x[wanted] == pytest.approx(np.linalg.solve(matrix.toarray(), b)[wanted], abs=1e-12)
+    assert np.isnan(np.delete(x, wanted, axis=0)).all()
+
+
+def test_loads_beside_the_wanted_are_refused():
+    solve = fronts.factorize(grid(3, 3), np.arange(9), wanted=np.array([2, 4]))
+    with pytest.raises(ValueError, match="b must be zero where nothing is wanted"):
+        solve(np.ones((9, 1)))
+
+
+def test_matrix_must_be_positive_definite():
+    with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
+        fronts.factorize(sp.csr_matrix(grid(3, 3) - 3 * sp.eye_array(9)), np.arange(9))
