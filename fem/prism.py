@@ -48,8 +48,8 @@ def energy(dim: int, twist: float, lame: float, mu: float) -> dict:
     return factors
 
 
-def section_products(basis: Basis) -> dict[tuple[int, int], sp.csr_matrix]:
-    """Integrals of m(v) n(u) over the section for the operators m, n."""
+def section_products(basis: Basis, wanted: set[tuple[int, int]]) -> dict[tuple[int, int], sp.csr_matrix]:
+    """Integrals of m(v) n(u) over the section for the wanted operators (m, n)."""
     operators = [
         lambda u, w: u.grad[0],
         lambda u, w: u.grad[1],
@@ -57,7 +57,7 @@ def section_products(basis: Basis) -> dict[tuple[int, int], sp.csr_matrix]:
         lambda u, w: u,
     ]
     found: dict[tuple[int, int], sp.csr_matrix] = {}
-    for m, n in product(range(4), range(4)):
+    for m, n in sorted(wanted):
         form = BilinearForm(lambda u, v, w, m=m, n=n: operators[m](v, w) * operators[n](u, w))
         found[m, n] = found[n, m].T if (n, m) in found else form.assemble(basis)
     return found
@@ -75,10 +75,11 @@ def stiffness(section: Basis, axis: Basis | None, material: Material, twist: flo
     twist       turn of the section per length along the axis [1/m]
     """
     dim = 2 if axis is None else 3
-    plane = section_products(section)
+    factors = energy(dim, twist, *lame_parameters(material))
+    plane = section_products(section, {key[-2:] for key in factors})
     along = [[sp.csr_matrix([[1.0]])]] if axis is None else axis_products(axis)
     sums: dict = defaultdict(lambda: 0)
-    for (i, j, a, b, m, n), factor in energy(dim, twist, *lame_parameters(material)).items():
+    for (i, j, a, b, m, n), factor in factors.items():
         sums[i, j, a, b] = sums[i, j, a, b] + factor * plane[m, n]
     blocks = [[sp.csr_matrix((section.N * along[0][0].shape[0],) * 2) for _ in range(dim)] for _ in range(dim)]
     for (i, j, a, b), matrix in sums.items():
