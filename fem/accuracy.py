@@ -11,9 +11,9 @@ import numpy as np
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
 from fem.ste import at_phases, compliance_at
-from fem.sweep import Resolution, each, sweep
+from fem.sweep import Resolution, across_width, each, sweep
 
-#: From the coarsest to the finest that is tried.
+#: From the coarsest to the finest that is tried for every pair.
 LEVELS = (Resolution(resolved=False), Resolution(), Resolution().finer())
 #: A mesh is off by this much of what one coarser by 2/3 changes: 1 / (1.5^p - 1) at an order p of 1.26.
 #: Measured were 1.45 on helical pairs, and more.
@@ -21,6 +21,8 @@ FROM_COARSER = 1.5
 #: Half-way is not always where an interpolation is furthest off.
 FROM_HALFWAY = 1.5
 CHECKED_PHASES, CHECKED_TORQUES, FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 8, 5, 12, 400, 40
+#: Slices are off most where a corner touches, for some hundredths of the mesh cycle; meshes at some light load.
+MESHED_PHASES, MESHED_TORQUES = 24, 9
 
 
 @dataclass(frozen=True)
@@ -59,23 +61,38 @@ def mesh_error(pair: GearPair, torque, phase, values: dict, resolution: Resoluti
 
     In the slice mode also what resolving the strips changes on that coarser mesh.
     """
-    some = np.asarray(phase)[:: max(1, len(phase) // CHECKED_PHASES)]
+    torque, phase = np.asarray(torque), np.asarray(phase)
+    few, some = _few(torque, MESHED_TORQUES), phase[:: max(1, phase.size // MESHED_PHASES)]
     coarser = resolution.coarser()
     meshed, sliced = replace(resolution, density=coarser.density), replace(resolution, slices=coarser.slices)
-    te, coarse, wide = (curves(pair, torque, some, values, each) for each in (resolution, meshed, sliced))
+    te, coarse, wide = (curves(pair, few, some, values, each) for each in (resolution, meshed, sliced))
     error = FROM_COARSER * (rms(te - coarse) + rms(te - wide))
     if not resolution.resolved:
-        error = error + rms(curves(pair, torque, some, values, replace(meshed, resolved=True)) - coarse)
-    return error
+        error = error + rms(curves(pair, few, some, values, replace(meshed, resolved=True)) - coarse)
+    return _at_all(torque, few, error)
 
 
 def phase_error(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> np.ndarray:
     """(n_torque,) error [m] of the periodic cubic spline through the phases, seen half-way in the slice mode."""
-    phase = np.asarray(phase)
-    halfway = phase + np.diff(np.append(phase, phase[0] + 1)) / 2
-    fast = replace(resolution, resolved=False)
-    te = curves(pair, torque, np.concatenate([phase, halfway]), values, fast)
-    return FROM_HALFWAY * rms(at_phases(phase, te[:, : phase.size], halfway) - te[:, phase.size :])
+    torque, phase = np.asarray(torque), np.asarray(phase)
+    few, halfway = _few(torque, CHECKED_TORQUES), phase + np.diff(np.append(phase, phase[0] + 1)) / 2
+    te = curves(pair, few, np.concatenate([phase, halfway]), values, replace(resolution, resolved=False))
+    error = FROM_HALFWAY * rms(at_phases(phase, te[:, : phase.size], halfway) - te[:, phase.size :])
+    return _at_all(torque, few, error)
+
+
+def _few(torque: np.ndarray, number: int) -> np.ndarray:
+    """No torque, where that is among them, and a number of others with the first and the last."""
+    loaded = torque[torque > 0]
+    some = np.unique(np.linspace(0, loaded.size - 1, number).round().astype(int))
+    return np.concatenate([torque[torque == 0], loaded[some]])
+
+
+def _at_all(torque: np.ndarray, few: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Errors at all torques from those at few of them, along straight lines between logarithms."""
+    least, loaded = 1e-15, few > 0
+    known = np.log(np.maximum(error[loaded], least))
+    return np.append(error[~loaded], np.exp(np.interp(np.log(torque[torque > 0]), np.log(few[loaded]), known)))
 
 
 def torque_error(pair: GearPair, torque, values: dict, resolution: Resolution) -> np.ndarray:
@@ -103,55 +120,66 @@ def errors(pair: GearPair, torque, phase, values: dict, resolution: Resolution) 
     return found
 
 
-def _allowed(pair, torque, phase, values, accuracy: float) -> np.ndarray:
-    """(n_torque,) error [m] that is the requested share of the deflection, or of a tenth of the largest."""
-    te = curves(pair, np.append(0.0, torque), phase, values, LEVELS[0])
-    found = deflection(te[1:], te[0])
-    return accuracy * np.maximum(found, 0.1 * found.max())
+def choose(
+    pair: GearPair, torque: np.ndarray | UpTo, phase: np.ndarray | None, values: dict, accuracy: float
+) -> tuple[np.ndarray, np.ndarray, Resolution, dict[str, np.ndarray]]:
+    """Torques and phases where they are not given, the coarsest level and its errors [m], within the share accuracy.
 
-
-def resolution_within(pair: GearPair, torque, values: dict, accuracy: float) -> Resolution:
-    """The first of the levels whose estimated error is within accuracy.
-
-    Raises RuntimeError where none is.
+    Raises RuntimeError where no level does, or too many torques or phases would be needed.
     """
-    phase = np.arange(CHECKED_PHASES) / CHECKED_PHASES
-    loaded = np.asarray(torque)[np.asarray(torque) > 0][[0, -1]]
-    allowed = _allowed(pair, loaded, phase, values, accuracy)
     worst = np.inf
-    for level in LEVELS:
-        worst = (mesh_error(pair, loaded, phase, values, level) / allowed).max()
+    for level in _levels(pair, values):
+        fast = replace(level, resolved=False)
+        torques = chosen_torques(pair, torque.torque, values, accuracy, fast) if isinstance(torque, UpTo) else torque
+        allowed = _allowed(pair, torques, values, accuracy, fast)
+        ends, even = [np.flatnonzero(torques)[0], -1], np.arange(MESHED_PHASES) / MESHED_PHASES
+        worst = (mesh_error(pair, torques[ends], even, values, level) / allowed[ends]).max()
+        if worst > 1:
+            continue
+        phases = chosen_phases(pair, torques, values, accuracy, fast) if phase is None else phase
+        found = errors(pair, torques, phases, values, level)
+        worst = (found["error_mesh"] / allowed).max()
         if worst <= 1:
-            return level
+            return torques, phases, level, found
     short = f"the finest mesh tried is within {worst * accuracy:.2g} of the deflection"
     raise RuntimeError(f"{short}, accuracy {accuracy:g} was asked; ask for less or pass a finer fem.Resolution")
 
 
-def chosen_phases(pair: GearPair, torque, values: dict, accuracy: float) -> np.ndarray:
+def _levels(pair: GearPair, values: dict) -> tuple[Resolution, ...]:
+    """Those that are tried: a finer one where the halves of the width are alike, which takes 2.6 GB (else 8 GB)."""
+    _, whole = across_width(pair, values)
+    return LEVELS if whole else (*LEVELS, LEVELS[-1].finer())
+
+
+def _allowed(pair, torque, values, accuracy: float, fast: Resolution) -> np.ndarray:
+    """(n_torque,) error [m] that is the requested share of the deflection, or of a tenth of the largest."""
+    phase = np.arange(CHECKED_PHASES) / CHECKED_PHASES
+    te = curves(pair, np.append(0.0, torque), phase, values, fast)
+    found = deflection(te[1:], te[0])
+    return accuracy * np.maximum(found, 0.1 * found.max())
+
+
+def chosen_phases(pair: GearPair, torque, values: dict, accuracy: float, fast: Resolution) -> np.ndarray:
     """As few equidistant phases as keep the error between them within accuracy; RuntimeError beyond MOST_PHASES."""
-    loaded = np.asarray(torque)[np.asarray(torque) > 0]
-    loaded = loaded[np.unique(np.linspace(0, loaded.size - 1, CHECKED_TORQUES).round().astype(int))]
-    number, some = FEWEST_PHASES, np.arange(CHECKED_PHASES) / CHECKED_PHASES
-    allowed = _allowed(pair, loaded, some, values, accuracy)
+    number, allowed = FEWEST_PHASES, _allowed(pair, torque, values, accuracy, fast)
     while number <= MOST_PHASES:
         phase = np.arange(number) / number
-        if (phase_error(pair, loaded, phase, values, LEVELS[0]) <= allowed).all():
+        if (phase_error(pair, torque, phase, values, fast) <= allowed).all():
             return phase
         number = 2 * round(number * 0.75)
     raise RuntimeError(f"more than {MOST_PHASES} phases for accuracy {accuracy:g}; ask for less, or pass phases=")
 
 
-def chosen_torques(pair: GearPair, largest: float, values: dict, accuracy: float) -> np.ndarray:
+def chosen_torques(pair: GearPair, largest: float, values: dict, accuracy: float, fast: Resolution) -> np.ndarray:
     """Torques from 0 to the largest [N m] that keep the error between them within accuracy.
 
     Raises RuntimeError beyond MOST_TORQUES.
     """
     limit = largest_torque(pair)
     require(largest < limit, f"torque must be below {limit:.4g} N m, where Hertz pressure passes E/20, got {largest:g}")
-    torque, phase = np.append(0.0, largest / np.array([64, 16, 4, 1])), np.arange(CHECKED_PHASES) / CHECKED_PHASES
+    torque = np.append(0.0, largest / np.array([64, 16, 4, 1]))
     while torque.size <= MOST_TORQUES:
-        allowed = _allowed(pair, torque, phase, values, accuracy)
-        wide = torque_error(pair, torque, values, LEVELS[0]) > allowed
+        wide = torque_error(pair, torque, values, fast) > _allowed(pair, torque, values, accuracy, fast)
         if not wide.any():
             return torque
         between = [np.sqrt(torque[i] * torque[i + 1]) for i in range(1, torque.size - 1) if wide[i] or wide[i + 1]]

@@ -83,7 +83,7 @@ def sweep(
 
 def bodies_of(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tuple[Compliance, Compliance], int]:
     """Compliances of pinion and wheel, and the number of slices of what they span."""
-    varies, whole = _across_width(pair, values)
+    varies, whole = across_width(pair, values)
     closest = GearPair(pair.pinion, pair.wheel, a=float(values["a"].min()))
     teeth = floor(closest.eps_alpha + closest.eps_beta) + 1
     density = resolution.density.with_teeth(teeth, behind=BEHIND)
@@ -93,7 +93,7 @@ def bodies_of(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tup
     return (pinion, wheel), slices if pinion.share == 1 else slices // 2
 
 
-def _across_width(pair: GearPair, values: dict) -> tuple[bool, bool]:
+def across_width(pair: GearPair, values: dict) -> tuple[bool, bool]:
     """Whether the gap varies across the width, and whether the two halves of the width differ."""
     axial, added = np.linspace(-pair.b / 2, pair.b / 2, 101)[:, None], np.zeros(1)
     for gear in (pair.pinion, pair.wheel):

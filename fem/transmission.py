@@ -7,7 +7,7 @@ from math import ceil
 import numpy as np
 import xarray as xr
 
-from fem.accuracy import UpTo, chosen_phases, chosen_torques, errors, resolution_within
+from fem.accuracy import UpTo, choose
 from fem.deviation import PitchDeviation
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
@@ -58,17 +58,12 @@ def static_transmission_error(
     values = offsets.values(pair)
     check_places(pair, values["a"], values["axial"])
     pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair
-    share, resolution = _checked_accuracy(accuracy, torque, phases)
-    torque = chosen_torques(pair, torque.torque, values, share) if isinstance(torque, UpTo) else torque
-    torque = checked_torque(pair, torque)
-    phase = chosen_phases(pair, torque, values, share) if phases is None else checked_phases(phases, pair)
-    resolution = resolution_within(pair, torque, values, share) if share else resolution
+    torque, phase, resolution, found = _states(pair, torque, phases, values, accuracy)
     states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor, progress=progress)
     axes = {name: values[name] for name in offsets.axes()}
     fixed = {name: float(values[name][0]) for name in ORDER[1:] if name not in axes}
     attributes = {"resolution": str(resolution), "pitches": max(1, ceil(phase[-1]))} | fixed
-    data = _labelled(pair, torque, phase, axes, states, attributes)
-    return data.assign(_estimates(errors(pair, torque, phase, values, resolution))) if share else data
+    return _labelled(pair, torque, phase, axes, states, attributes).assign(_estimates(found))
 
 
 def _estimates(found: dict[str, np.ndarray]) -> dict:
@@ -83,17 +78,19 @@ def _estimates(found: dict[str, np.ndarray]) -> dict:
     }
 
 
-def _checked_accuracy(accuracy, torque, phases) -> tuple[float, Resolution]:
-    """The requested share, 0 for none, and the resolution where there is none."""
+def _states(pair, torque, phases, values: dict, accuracy) -> tuple[np.ndarray, np.ndarray, Resolution, dict]:
+    """Torques, phases and resolution of a map, given or chosen; then with estimated errors by kind (n_torque,) [m]."""
     if accuracy is None or isinstance(accuracy, Resolution):
         given = phases is not None and not isinstance(torque, UpTo)
         require(given, "phases=None and torque=fem.UpTo(...) need an accuracy to choose by, say accuracy=0.005")
-        return 0.0, accuracy or Resolution()
+        return checked_torque(pair, torque), checked_phases(phases, pair), accuracy or Resolution(), {}
     share = "accuracy must lie in [1e-4, 0.1] (share of the deflection, say 0.005) or be a fem.Resolution"
     require(1e-4 <= accuracy <= 0.1, f"{share}, got {accuracy}")
     loaded = isinstance(torque, UpTo) or np.max(torque) > 0
     require(bool(loaded), f"accuracy needs a torque > 0 to be a share of its deflection, got {torque}")
-    return float(accuracy), Resolution()
+    torque = torque if isinstance(torque, UpTo) else checked_torque(pair, torque)
+    phase = None if phases is None else checked_phases(phases, pair)
+    return choose(pair, torque, phase, values, float(accuracy))
 
 
 def _labelled(pair, torque, phase, axes: dict, states: np.ndarray, attributes: dict) -> xr.Dataset:
