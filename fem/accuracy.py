@@ -146,9 +146,12 @@ def choose(
 
 
 def _levels(pair: GearPair, values: dict) -> tuple[Resolution, ...]:
-    """Those that are tried: a finer one where the halves of the width are alike, which takes 2.6 GB (else 8 GB)."""
+    """Those that are tried: a finer one where at most two pairs of teeth touch and the halves of the width are alike.
+
+    It takes 2.6 GB there; with three pairs 3.2 GB, with halves that differ 8 GB.
+    """
     _, whole = across_width(pair, values)
-    return LEVELS if whole else (*LEVELS, LEVELS[-1].finer())
+    return LEVELS if whole or pair.eps_alpha > 2 else (*LEVELS, LEVELS[-1].finer())
 
 
 def _allowed(pair, torque, values, accuracy: float, fast: Resolution) -> np.ndarray:
