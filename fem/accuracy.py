@@ -56,19 +56,19 @@ def rms(te: np.ndarray) -> np.ndarray:
     return np.sqrt((te**2).mean(axis=-1))
 
 
-def mesh_error(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> np.ndarray:
-    """(n_torque,) estimated error [m] by mesh and slices: what a coarser mesh and wider slices change at some phases.
+def mesh_error(pair: GearPair, torque, values: dict, resolution: Resolution) -> np.ndarray:
+    """(n_torque,) estimated error [m] by mesh and slices: what a coarser mesh and wider slices change.
 
     In the slice mode also what resolving the strips changes on that coarser mesh.
     """
-    torque, phase = np.asarray(torque), np.asarray(phase)
-    few, some = _few(torque, MESHED_TORQUES), phase[:: max(1, phase.size // MESHED_PHASES)]
+    torque, phase = np.asarray(torque), np.arange(MESHED_PHASES) / MESHED_PHASES
+    few = _few(torque, MESHED_TORQUES)
     coarser = resolution.coarser()
     meshed, sliced = replace(resolution, density=coarser.density), replace(resolution, slices=coarser.slices)
-    te, coarse, wide = (curves(pair, few, some, values, each) for each in (resolution, meshed, sliced))
+    te, coarse, wide = (curves(pair, few, phase, values, each) for each in (resolution, meshed, sliced))
     error = FROM_COARSER * (rms(te - coarse) + rms(te - wide))
     if not resolution.resolved:
-        error = error + rms(curves(pair, few, some, values, replace(meshed, resolved=True)) - coarse)
+        error = error + rms(curves(pair, few, phase, values, replace(meshed, resolved=True)) - coarse)
     return _at_all(torque, few, error)
 
 
@@ -109,10 +109,9 @@ def torque_error(pair: GearPair, torque, values: dict, resolution: Resolution) -
     return np.maximum(np.append(0.0, error), np.append(error, 0.0))
 
 
-def errors(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> dict[str, np.ndarray]:
-    """Estimated errors [m] of each kind that can be told, (n_torque,)."""
-    torque, phase = np.asarray(torque), np.asarray(phase)
-    found = {"error_mesh": mesh_error(pair, torque, phase, values, resolution)}
+def interpolation_errors(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> dict[str, np.ndarray]:
+    """Estimated errors [m] over phase and over torque where they can be told, (n_torque,)."""
+    torque, phase, found = np.asarray(torque), np.asarray(phase), {}
     if phase.size >= 4 and np.allclose(np.diff(phase), 1 / phase.size, atol=1e-9):
         found["error_phase"] = phase_error(pair, torque, phase, values, resolution)
     if torque.size >= 3 and torque[0] == 0:
@@ -131,15 +130,11 @@ def choose(
     for level in _levels(pair, values):
         fast = replace(level, resolved=False)
         torques = chosen_torques(pair, torque.torque, values, accuracy, fast) if isinstance(torque, UpTo) else torque
-        allowed = _allowed(pair, torques, values, accuracy, fast)
-        ends, even = [np.flatnonzero(torques)[0], -1], np.arange(MESHED_PHASES) / MESHED_PHASES
-        worst = (mesh_error(pair, torques[ends], even, values, level) / allowed[ends]).max()
-        if worst > 1:
-            continue
-        phases = chosen_phases(pair, torques, values, accuracy, fast) if phase is None else phase
-        found = errors(pair, torques, phases, values, level)
-        worst = (found["error_mesh"] / allowed).max()
+        mesh = mesh_error(pair, torques, values, level)
+        worst = (mesh / _allowed(pair, torques, values, accuracy, fast)).max()
         if worst <= 1:
+            phases = chosen_phases(pair, torques, values, accuracy, fast) if phase is None else phase
+            found = {"error_mesh": mesh} | interpolation_errors(pair, torques, phases, values, level)
             return torques, phases, level, found
     short = f"the finest mesh tried is within {worst * accuracy:.2g} of the deflection"
     raise RuntimeError(f"{short}, accuracy {accuracy:g} was asked; ask for less or pass a finer fem.Resolution")
