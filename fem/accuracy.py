@@ -42,7 +42,8 @@ def edges_of(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 def curves(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> np.ndarray:
     """(n_torque, n_phase) transmission errors [m] at the offsets furthest from nominal."""
-    states = sweep(pair, np.asarray(torque) / pair.pinion.r_b, np.asarray(phase), edges_of(values), resolution)
+    forces, offsets = np.asarray(torque) / pair.pinion.r_b, edges_of(values)
+    states = sweep(pair, forces, np.asarray(phase), offsets, resolution, what="estimating errors")
     return each(states, lambda state: state[0]).reshape(len(torque), len(phase))
 
 

@@ -12,12 +12,12 @@ import numpy as np
 import xarray as xr
 from skfem import ElementQuad1
 from skfem.element import Element
-from tqdm import tqdm
 
 from fem.body import clamped_pair
 from fem.gear import GearPair, require
 from fem.mesh import Density
 from fem.nonlinear import Meshing, check, correction, factorized, rows
+from fem.progress import bar, shown
 from fem.solid import internal_force, lumped_mass
 from fem.ste import pair_attributes
 from fem.touch import quarter_turn
@@ -134,9 +134,10 @@ def transmission_error(
     state = (still, still, still, still)
     phase, spin, _ = np.array([run.motion(t, pitch) for t in times]).T
     te, rate = np.zeros((2, times.size))
-    for i, t in enumerate(tqdm(times[1:], "time integration", disable=not progress, delay=1.0, leave=False), start=1):
-        state = system.step(state, t)
-        te[i], rate[i] = state[0].te, state[1].te
+    with shown(progress):
+        for i, t in enumerate(bar(times[1:], "time integration"), start=1):
+            state = system.step(state, t)
+            te[i], rate[i] = state[0].te, state[1].te
     of_moment = system.load * (spin * pair.pinion.r_b - rate) * pair.pinion.r_b
     attributes = {**pair_attributes(pair), "torque": torque, "method": "HHT-alpha", "density": str(density)}
     return over_time(times, te, phase, of_moment).assign_attrs(attributes)

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 from skfem import ElementQuad1
-from tqdm import tqdm
 
 from fem.body import TEETH, Body, clamped_pair
 from fem.compiled import fast
@@ -20,6 +19,7 @@ from fem.mesh import Density
 from fem.nonlinear import Meshing, check
 from fem.penalty import Law, Side, Teeth, press, teeth_of
 from fem.prism import lame_parameters
+from fem.progress import bar, shown
 from fem.solid import add_plane_force, lumped_mass, stiffness, strain_energy
 from fem.ste import pair_attributes
 
@@ -73,7 +73,8 @@ def transmission_error(
     bodies = clamped_pair(pair, replace(density, edges=density.edges or ()), ElementQuad1())
     gears = tuple(rotor(body, scheme) for body in bodies)
     times = run.times(2 * np.pi / pair.pinion.z)
-    records = integrated(pair, bodies, gears, torque / pair.pinion.r_b, times, (run, scheme), progress)
+    with shown(progress):
+        records = integrated(pair, bodies, gears, torque / pair.pinion.r_b, times, (run, scheme))
     mass = sum(lumped_mass(body.solid).sum() for body in bodies)
     added = sum(float(gear.mass.sum()) for gear in gears) / mass - 1
     attributes = {**pair_attributes(pair), "torque": torque, "method": "central differences", "added_mass": added}
@@ -158,7 +159,7 @@ class Drive(NamedTuple):
     damping: float
 
 
-def integrated(pair: GearPair, bodies, gears, force: float, times, options, progress: bool) -> np.ndarray:
+def integrated(pair: GearPair, bodies, gears, force: float, times, options) -> np.ndarray:
     """(n_time, 10) records at times [s]: transmission error, phase, torque of the load, energies, works."""
     run, scheme = options
     pitch, meshing = 2 * np.pi / pair.pinion.z, Meshing(pair, bodies, (), (), lag=1.0)  # type: ignore[arg-type]
@@ -173,7 +174,7 @@ def integrated(pair: GearPair, bodies, gears, force: float, times, options, prog
     state = State((rest[0], rest[1]), (rest[2], rest[3]), np.zeros(2), np.zeros((2, 3, hats)), np.zeros(4))
     records = np.zeros((times.size, 10))
     records[0, 1] = run.start
-    for i, t in enumerate(tqdm(times[:-1], "explicit", disable=not progress, delay=1.0, leave=False), start=1):
+    for i, t in enumerate(bar(times[:-1], "explicit"), start=1):
         motion = np.array([run.motion(t + k * law.step, pitch) for k in range(between)])
         touches = numbered(meshing, float(motion[between // 2, 0]))
         energies = advance(gears, state, drive, law, motion, touches)
@@ -181,8 +182,7 @@ def integrated(pair: GearPair, bodies, gears, force: float, times, options, prog
         phase, spin, _ = run.motion(times[i], pitch)
         torque = load * (spin * pair.pinion.r_b - state.error[1]) * pair.pinion.r_b
         records[i] = state.error[0], phase, torque, energies[0], strain, energies[1], *state.work
-        stable = np.isfinite(records[i]).all()
-        if not stable:
+        if not np.isfinite(records[i]).all():
             raise RuntimeError(f"not stable at phase {phase:g}; take a smaller step or penalty")
     return records
 

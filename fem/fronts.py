@@ -15,6 +15,7 @@ from scipy.linalg import cholesky
 from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.sparse.linalg import splu
 
+from fem.progress import bar
 from fem.threads import one_thread
 
 
@@ -142,7 +143,8 @@ def _factor(lower: sp.csc_matrix, unknowns: list[tuple[np.ndarray, np.ndarray]],
     owner = np.repeat(np.arange(len(unknowns)), [pivots.size for pivots, _ in unknowns])
     waiting: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)
     place, needed, found = np.empty(lower.shape[0], int), set(), []
-    for number, (pivots, rows) in enumerate(unknowns):
+    costs = [pivots.size * (pivots.size + rows.size) ** 2 for pivots, rows in unknowns]
+    for number, (pivots, rows) in enumerate(bar(unknowns, "finite elements", costs)):
         n = pivots.size
         place[pivots], place[rows] = np.arange(n), n + np.arange(rows.size)
         panel, rest = _panel(lower, pivots, place, n + rows.size), np.zeros((rows.size, rows.size), order="F")

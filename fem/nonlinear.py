@@ -13,7 +13,6 @@ import xarray as xr
 from scipy.linalg import cho_factor, cho_solve
 from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 from skfem.element import Element
-from tqdm import tqdm
 
 from fem.body import TEETH, Body, clamped_pair, flexibility
 from fem.deviation import PitchDeviation
@@ -21,6 +20,7 @@ from fem.flank import removed
 from fem.gear import GearPair, require
 from fem.mesh import Density
 from fem.profile import flank
+from fem.progress import bar, shown
 from fem.solid import internal_force
 from fem.solver import Solve
 from fem.ste import ste_map
@@ -62,8 +62,9 @@ def static_transmission_error(
     phase = np.arange(phases) / phases if np.ndim(phases) == 0 else np.asarray(phases, float)
     meshing = assembled(pair, density, element, penalty=penalty)
     te = np.empty((torque.size, phase.size))
-    for i, at in enumerate(tqdm(phase, "nonlinear statics", disable=not progress, delay=1.0, leave=False)):
-        te[:, i] = [equilibrium(meshing, at, one / pair.pinion.r_b).te for one in torque]
+    with shown(progress):
+        for i, at in enumerate(bar(phase, "nonlinear statics")):
+            te[:, i] = [equilibrium(meshing, at, one / pair.pinion.r_b).te for one in torque]
     return ste_map(pair, torque, phase, te, method="nonlinear", density=str(density), penalty=penalty)
 
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import xarray as xr
-from tqdm import tqdm
 
 from fem import elastic
 from fem.elastic import Body
@@ -10,6 +9,8 @@ from fem.gear import Gear, GearPair
 from fem.loads import LEAST_INCLINATION, FlankLoad, encounters, flank_loads, inclination, outline, with_loaded_teeth
 from fem.mesh import Density, rotated
 from fem.offsets import Offsets
+from fem.progress import bar, shown
+from fem.state import Encounter
 from fem.ste import PHASE, TORQUE
 from fem.sweep import Resolution
 from fem.transmission import checked_phases, checked_torque
@@ -45,15 +46,23 @@ def root_stress(
     Raises ValueError for bad input, RuntimeError where the contact does not settle.
     """
     torque, phase = checked_torque(pair, torque), checked_phases(phases, pair)
-    met, misalignment = encounters(pair, phase, offsets, resolution)
-    peaks, loads = np.zeros((torque.size, phase.size)), []
-    for j, encounter in enumerate(tqdm(met, "root stress", disable=not progress, delay=1.0, leave=False)):
-        states = [encounter.state(float(force), misalignment) for force in torque / pair.pinion.r_b]
+    gears = pair.pinion, pair.wheel
+    with shown(progress):
+        met, misalignment = encounters(pair, phase, offsets, resolution)
+        peaks, loads = _contacts(met, torque / pair.pinion.r_b, misalignment)
+        sides = [[[both[side] for both in column] for column in loads] for side in (0, 1)]
+        found = [_both_stresses(gear, density, side) for gear, side in zip(gears, sides, strict=True)]
+    return _cycle(torque, phase, np.stack(found), peaks)
+
+
+def _contacts(met: list[Encounter], forces, misalignment: float) -> tuple[np.ndarray, list[list[tuple]]]:
+    """(n_torque, n_phase) peak pressures [Pa] of meetings, and by phase and torque what presses on both gears."""
+    peaks, loads = np.zeros((forces.size, len(met))), []
+    for j, encounter in enumerate(bar(met, "contact")):
+        states = [encounter.state(float(force), misalignment) for force in forces]
         peaks[:, j] = [state.peak_pressure() for state in states]
         loads.append([flank_loads(encounter, state) for state in states])
-    sides = [[[both[side] for both in column] for column in loads] for side in (0, 1)]
-    found = [_both_stresses(gear, density, side) for gear, side in zip((pair.pinion, pair.wheel), sides, strict=True)]
-    return _cycle(torque, phase, np.stack(found), peaks)
+    return peaks, loads
 
 
 def _both_stresses(gear: Gear, density: Density, columns: list[list[list[FlankLoad]]]) -> np.ndarray:
@@ -62,7 +71,8 @@ def _both_stresses(gear: Gear, density: Density, columns: list[list[list[FlankLo
     if not every:
         return np.zeros((2, len(columns[0]), len(columns)))
     body = elastic.quadratic_body(gear, with_loaded_teeth(density, every))
-    return np.stack([largest_in_roots(body, column) for column in columns], axis=2)
+    found = [largest_in_roots(body, column) for column in bar(columns, "root stress")]
+    return np.stack(found, axis=2)
 
 
 def largest_in_roots(body: Body, cases: list[list[FlankLoad]]) -> np.ndarray:

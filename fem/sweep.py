@@ -8,7 +8,6 @@ from itertools import product
 from math import floor
 
 import numpy as np
-from tqdm import tqdm
 
 from fem.compliance import Compliance, flank_compliance
 from fem.flank import removed
@@ -16,6 +15,7 @@ from fem.gear import GearPair, require
 from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.offsets import ANGLES, in_plane_of_action
+from fem.progress import bar
 from fem.state import Encounter, State
 from fem.threads import one_thread
 
@@ -63,13 +63,14 @@ def sweep(
     resolution: Resolution,
     *,
     executor: Executor | None = None,
-    progress: bool = False,
+    what: str = "transmission error",
 ) -> np.ndarray:
     """(n_force, n_a, n_axial, n_misalignment, n_f_sigma_delta, n_f_sigma_beta, n_phase) what `kept` keeps of states.
 
     forces      (n_force,) mesh forces >= 0 [N]
     phase       (n_phase,) positions in the mesh cycle
     values      of each offset, as `Offsets.values` gives them
+    what        the bar says is computed
 
     Raises RuntimeError where a contact does not settle.
     """
@@ -77,8 +78,8 @@ def sweep(
     column = partial(_column, bodies, slices, resolution.resolved, forces, values)
     meetings = [Meeting(pair, *place) for place in product(values["a"], values["axial"], phase)]
     columns: Iterable[np.ndarray] = (map if executor is None else executor.map)(column, meetings)
-    bar = tqdm(columns, "transmission error", len(meetings), disable=not progress, delay=1.0, leave=False)
-    return _ordered(list(bar), [forces.size, *(values[name].size for name in ORDER), phase.size])
+    found = list(bar(columns, what, np.ones(len(meetings))))
+    return _ordered(found, [forces.size, *(values[name].size for name in ORDER), phase.size])
 
 
 def bodies_of(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tuple[Compliance, Compliance], int]:

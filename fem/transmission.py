@@ -12,6 +12,7 @@ from fem.deviation import PitchDeviation
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
 from fem.offsets import Offsets, check_places
+from fem.progress import shown
 from fem.ste import PHASE, TORQUE, ste_map
 from fem.sweep import ORDER, Resolution, each, sweep
 
@@ -48,7 +49,7 @@ def static_transmission_error(
                     carries what is estimated of each torque, "error_mesh", "error_phase", "error_torque" [m]; or a
                     `Resolution`, without estimates (by default one within 0.3 % of the converged mean of spur gears)
     executor        any `concurrent.futures.Executor` to spread phases and places over; finite elements are solved here
-    progress        show a bar with time left
+    progress        show bars with the time left
 
     The compliance of each different gear is kept in the cache (see `fem.cache.folder`).
     Raises ValueError for bad input, RuntimeError where a contact does not settle or the accuracy is not reached.
@@ -58,8 +59,9 @@ def static_transmission_error(
     values = offsets.values(pair)
     check_places(pair, values["a"], values["axial"])
     pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair
-    torque, phase, resolution, found = _states(pair, torque, phases, values, accuracy)
-    states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor, progress=progress)
+    with shown(progress):
+        torque, phase, resolution, found = _states(pair, torque, phases, values, accuracy)
+        states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor)
     axes = {name: values[name] for name in offsets.axes()}
     fixed = {name: float(values[name][0]) for name in ORDER[1:] if name not in axes}
     attributes = {"resolution": str(resolution), "pitches": max(1, ceil(phase[-1]))} | fixed

@@ -12,6 +12,7 @@ FLOORS = {
     "fem.cache": 0,
     "fem.compiled": 0,
     "fem.threads": 0,
+    "fem.progress": 0,
     "fem.fronts": 0.2,
     "fem.solver": 0.4,
     "fem.modification": 0,
