@@ -19,9 +19,12 @@ from fem import prism
 from fem.cache import Arrays, cached
 from fem.gear import Gear
 from fem.half_space import half_space
-from fem.hats import hat, hats, overlap, values_of_means
+from fem.hats import hat, hats, overlap, spread, values_of_means
 from fem.mesh import BORE, Density
 from fem.solver import factorize
+
+#: Elements that deform far from the load too, and how much finer they are where only the rest is missed.
+INSIDE, FINER_INSIDE = ("tooth", "fillet", "rim", "body"), 3
 
 
 @dataclass(frozen=True)
@@ -67,13 +70,13 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     body = replace(gear, flank=(), beta=abs(gear.beta))
     arcs, line = meshes.flank_hats(gear, density), meshes.half_width(gear.b, loaded, density.width)
     axial = np.sort(line.p[0])[: density.width + 1]
-    near = partial(cached, f"near field 10 {body} {density}", lambda: {"blocks": near_field(body, arcs, density)})
+    near = partial(cached, f"near field 11 {body} {density}", lambda: missed_by_section(body, arcs, density))
 
     def solved(kind: str) -> np.ndarray:
         def compute() -> Arrays:
-            return {"blocks": corrected(body, arcs, axial, line, density, near()["blocks"], kind)}
+            return {"blocks": corrected(body, arcs, axial, line, density, near(), kind)}
 
-        return cached(f"solid 10 {body} {density} {loaded} {kind}", compute)["blocks"]
+        return cached(f"solid 11 {body} {density} {loaded} {kind}", compute)["blocks"]
 
     places = np.concatenate([-axial[:0:-1], axial]) if whole or gear.beta else axial
     if gear.beta:
@@ -87,17 +90,24 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     return Compliance(arcs, places, gear.b / 2, values[: density.teeth + 1], values[density.teeth + 1 :])
 
 
-def near_field(gear: Gear, arcs: np.ndarray, density: Density) -> np.ndarray:
-    """(n_reading, n_hat, n_hat) what plane strain on the refined section adds to that on the coarse one [m^2/N]."""
-    coarse, finer = meshes.section(gear, density), meshes.section(gear, density.refined(2))
-    added = plane_strain(gear, arcs, Basis(finer, ElementQuad2()), density)
-    added -= plane_strain(gear, arcs, Basis(coarse, ElementQuad1()), density)
-    return added / cos(gear.beta_b)
+def missed_by_section(gear: Gear, arcs: np.ndarray, density: Density) -> Arrays:
+    """(n_reading, n_hat, n_hat) what plane strain on refined sections adds to that on the coarse one [m^2/N].
+
+    "far" adds what elements of tooth, root and body miss, which bend with forces elsewhere on the width; "near" the
+    rest, close to the load.
+    """
+    deeper = replace(density, **{name: FINER_INSIDE * getattr(density, name) for name in INSIDE})
+    coarse, inside = (
+        plane_strain(gear, arcs, Basis(meshes.section(gear, one), ElementQuad1()), one) for one in (density, deeper)
+    )
+    fine = plane_strain(gear, arcs, Basis(meshes.section(gear, density.refined(2)), ElementQuad2()), density)
+    return {"near": (fine - inside) / cos(gear.beta_b), "far": (inside - coarse) / cos(gear.beta_b)}
 
 
-def corrected(gear: Gear, arcs, axial, half: MeshLine, density: Density, near, kind: str) -> np.ndarray:
+def corrected(gear: Gear, arcs, axial, half: MeshLine, density: Density, missed: Arrays, kind: str) -> np.ndarray:
     """`Compliance.blocks` and `slide`, one after the other, of a gear with beta >= 0, as means over the hats.
 
+    missed      by the coarse section, from `missed_by_section`
     kind        "whole" width, or half of it with loads on the other half that are alike, "even", or opposite, "odd"
     """
     nodes = np.sort(half.p[0])
@@ -106,7 +116,8 @@ def corrected(gear: Gear, arcs, axial, half: MeshLine, density: Density, near, k
         axial = np.concatenate([-axial[:0:-1], axial])
     across = Basis(half, ElementLineP2())
     found = solid(gear, arcs, axial, across, density, kind)
-    return found + np.einsum("yz,dhk->dyhzk", overlap(axial), near)
+    along = {"near": overlap(axial), "far": spread(axial, gear.r_a - meshes.rim_radius(gear), odd=kind == "odd")}
+    return found + sum(np.einsum("yz,dhk->dyhzk", along[part], missed[part]) for part in along)
 
 
 def both_halves(even: np.ndarray, odd: np.ndarray) -> np.ndarray:

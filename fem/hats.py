@@ -25,6 +25,20 @@ def overlap(tops: np.ndarray) -> np.ndarray:
     return both / np.outer(both.sum(axis=0), both.sum(axis=0))
 
 
+def spread(tops: np.ndarray, reach: float, *, odd: bool = False) -> np.ndarray:
+    """(n, n) as `overlap`, of what a line load moves as far along the line as exp(-distance / reach) [1/m].
+
+    odd         whether the loads beyond the first top are opposite, else they are alike; none lie beyond the last
+
+    A uniform load is left as it is, as by `overlap`, which is the limit of no reach.
+    """
+    both, size, free = products(tops), np.diff(tops), slice(1 if odd else 0, None)
+    slopes = np.diff(np.eye(tops.size), axis=0)
+    decaying = both + reach**2 * slopes.T @ (slopes / size[:, None])
+    moved = both[:, free] @ np.linalg.solve(decaying[free, free], both[free])
+    return moved / np.outer(both.sum(axis=0), both.sum(axis=0))
+
+
 def values_of_means(tops: np.ndarray) -> np.ndarray:
     """(n, n) values at the tops of the sum of hats which has given means over the hats (projection in L2)."""
     both = products(tops)
