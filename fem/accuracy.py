@@ -11,10 +11,8 @@ import numpy as np
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
 from fem.ste import at_phases, compliance_at
-from fem.sweep import Resolution, across_width, each, sweep
+from fem.sweep import Resolution, each, sweep
 
-#: From the coarsest to the finest that is tried for every pair.
-LEVELS = (Resolution(resolved=False), Resolution(), Resolution().finer())
 #: A mesh is off by this much of what one coarser by 2/3 changes: 1 / (1.5^p - 1) at an order p of 1.26.
 #: Measured were 1.45 on helical pairs, and more.
 FROM_COARSER = 1.5
@@ -128,7 +126,7 @@ def choose(
     Raises RuntimeError where no level does, or too many torques or phases would be needed.
     """
     worst = np.inf
-    for level in _levels(pair, values):
+    for level in _levels(pair):
         fast = replace(level, resolved=False)
         torques = chosen_torques(pair, torque.torque, values, accuracy, fast) if isinstance(torque, UpTo) else torque
         mesh = mesh_error(pair, torques, values, level)
@@ -141,13 +139,11 @@ def choose(
     raise RuntimeError(f"{short}, accuracy {accuracy:g} was asked; ask for less or pass a finer fem.Resolution")
 
 
-def _levels(pair: GearPair, values: dict) -> tuple[Resolution, ...]:
-    """Those that are tried: a finer one where at most two pairs of teeth touch and the halves of the width are alike.
-
-    It takes 2.6 GB there; with three pairs 3.2 GB, with halves that differ 8 GB.
-    """
-    _, whole = across_width(pair, values)
-    return LEVELS if whole or pair.eps_alpha > 2 else (*LEVELS, LEVELS[-1].finer())
+def _levels(pair: GearPair) -> tuple[Resolution, ...]:
+    """From the coarsest to the finest that is tried, which takes 2 GB: helical gears have no half width to solve on."""
+    default = Resolution()
+    finer = (default.finer_inside(),) if pair.beta_b else (default.finer(), default.finer().finer_across())
+    return replace(default, resolved=False), default, *finer
 
 
 def _allowed(pair, torque, values, accuracy: float, fast: Resolution) -> np.ndarray:

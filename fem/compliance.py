@@ -70,13 +70,13 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     body = replace(gear, flank=(), beta=abs(gear.beta))
     arcs, line = meshes.flank_hats(gear, density), meshes.half_width(gear.b, loaded, density.width)
     axial = np.sort(line.p[0])[: density.width + 1]
-    near = partial(cached, f"near field 11 {body} {density}", lambda: missed_by_section(body, arcs, density))
+    near = partial(cached, f"near field 12 {body} {density}", lambda: missed_by_section(body, arcs, density))
 
     def solved(kind: str) -> np.ndarray:
         def compute() -> Arrays:
             return {"blocks": corrected(body, arcs, axial, line, density, near(), kind)}
 
-        return cached(f"solid 11 {body} {density} {loaded} {kind}", compute)["blocks"]
+        return cached(f"solid 12 {body} {density} {loaded} {kind}", compute)["blocks"]
 
     places = np.concatenate([-axial[:0:-1], axial]) if whole or gear.beta else axial
     if gear.beta:
@@ -91,17 +91,17 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
 
 
 def missed_by_section(gear: Gear, arcs: np.ndarray, density: Density) -> Arrays:
-    """(n_reading, n_hat, n_hat) what plane strain on refined sections adds to that on the coarse one [m^2/N].
+    """(n_reading, n_hat, n_hat) what uniform line loads on refined sections add to that on the coarse one [m^2/N].
 
     "far" adds what elements of tooth, root and body miss, which bend with forces elsewhere on the width; "near" the
     rest, close to the load.
     """
     deeper = replace(density, **{name: FINER_INSIDE * getattr(density, name) for name in INSIDE})
     coarse, inside = (
-        plane_strain(gear, arcs, Basis(meshes.section(gear, one), ElementQuad1()), one) for one in (density, deeper)
+        along_helix(gear, arcs, Basis(meshes.section(gear, one), ElementQuad1()), one) for one in (density, deeper)
     )
-    fine = plane_strain(gear, arcs, Basis(meshes.section(gear, density.refined(2)), ElementQuad2()), density)
-    return {"near": (fine - inside) / cos(gear.beta_b), "far": (inside - coarse) / cos(gear.beta_b)}
+    fine = along_helix(gear, arcs, Basis(meshes.section(gear, density.refined(2)), ElementQuad2()), density)
+    return {"near": fine - inside, "far": inside - coarse}
 
 
 def corrected(gear: Gear, arcs, axial, half: MeshLine, density: Density, missed: Arrays, kind: str) -> np.ndarray:
@@ -178,12 +178,17 @@ def readings(gear: Gear, basis: Basis, arcs: np.ndarray, density: Density) -> li
     return [normal * pushes[tooth] for tooth in range(density.teeth + 1)] + along
 
 
-def plane_strain(gear: Gear, arcs: np.ndarray, basis: Basis, density: Density) -> np.ndarray:
-    """(n_reading, n_hat, n_hat) displacements that `readings` say per line load on tooth 0 [m^2/N]."""
-    clamped = basis.get_dofs(BORE).all()
-    free = np.setdiff1d(np.arange(2 * basis.N), np.concatenate([clamped, clamped + basis.N]))
-    matrix = prism.stiffness(basis, None, gear.material)[free][:, free]
-    loads = [load[:2].reshape(2 * basis.N, -1)[free] for load in readings(gear, basis, arcs, density)]
+def along_helix(gear: Gear, arcs: np.ndarray, basis: Basis, density: Density) -> np.ndarray:
+    """(n_reading, n_hat, n_hat) displacements that `readings` say per uniform line load on tooth 0 [m^2/N].
+
+    In plane strain, and what this is along a helix.
+    """
+    matrix = prism.uniform_stiffness(basis, gear.material, tan(gear.beta) / gear.r)
+    free = np.setdiff1d(
+        np.arange(matrix.shape[0]), np.arange(0, matrix.shape[0], basis.N)[:, None] + basis.get_dofs(BORE).all()
+    )
+    loads = [load.reshape(3 * basis.N, -1)[free] for load in readings(gear, basis, arcs, density)]
+    matrix = matrix[free][:, free]
     moved = factorize(matrix)(loads[0])
     return np.stack([load.T @ moved for load in loads])
 

@@ -15,6 +15,8 @@ from fem.gear import Material
 
 D_X, D_Y, D_TURN, VALUE = range(4)
 ALONG, ACROSS = 1, 0
+#: Integrals of values along the axis per length, where all sections do the same.
+UNIFORM = [[sp.csr_matrix([[1.0]])]]
 Term = tuple[int, int, int, float]
 
 
@@ -74,10 +76,23 @@ def stiffness(section: Basis, axis: Basis | None, material: Material, twist: flo
 
     twist       turn of the section per length along the axis [1/m]
     """
-    dim = 2 if axis is None else 3
-    factors = energy(dim, twist, *lame_parameters(material))
+    if axis is None:
+        return _assembled(2, energy(2, twist, *lame_parameters(material)), section, UNIFORM)
+    return _assembled(3, energy(3, twist, *lame_parameters(material)), section, axis_products(axis))
+
+
+def uniform_stiffness(section: Basis, material: Material, twist: float = 0.0) -> sp.csr_matrix:
+    """Stiffness matrix [N/m^2] of a prism of which every section does the same; dofs by component, section dof.
+
+    Two components of a straight one, plane strain; of a twisted one also that along the axis.
+    """
+    factors = energy(3 if twist else 2, twist, *lame_parameters(material))
+    alike = {key: factor for key, factor in factors.items() if key[2:4] == (ACROSS, ACROSS)}
+    return _assembled(3 if twist else 2, alike, section, UNIFORM)
+
+
+def _assembled(dim: int, factors: dict, section: Basis, along: list[list[sp.csr_matrix]]) -> sp.csr_matrix:
     plane = section_products(section, {key[-2:] for key in factors})
-    along = [[sp.csr_matrix([[1.0]])]] if axis is None else axis_products(axis)
     sums: dict = defaultdict(lambda: 0)
     for (i, j, a, b, m, n), factor in factors.items():
         sums[i, j, a, b] = sums[i, j, a, b] + factor * plane[m, n]

@@ -33,7 +33,7 @@ class Resolution:
     resolved    strips along the profile in every slice (True), or one line load, pressed as Hertz says (False)
     """
 
-    density: Density = field(default=Density())
+    density: Density = field(default=Density(width=4))
     slices: int = 20
     resolved: bool = True
 
@@ -48,6 +48,16 @@ class Resolution:
     def finer(self) -> "Resolution":
         """Half as fine again in every direction."""
         return self.scaled(3 / 2)
+
+    def finer_across(self) -> "Resolution":
+        """Half as fine again across the width."""
+        finer = self.finer()
+        return replace(finer, density=replace(self.density, width=finer.density.width))
+
+    def finer_inside(self) -> "Resolution":
+        """Half as fine again but for the elements across the width."""
+        finer = self.finer()
+        return replace(finer, density=replace(finer.density, width=self.density.width))
 
     def scaled(self, factor: float) -> "Resolution":
         """Numbers of elements and slices times a factor."""

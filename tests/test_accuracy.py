@@ -5,11 +5,12 @@ import pytest
 from conftest import paper_gear
 
 import fem
-from fem.accuracy import LEVELS, MESHED_PHASES, chosen_torques, curves, interpolation_errors, mesh_error, rms
+from fem.accuracy import MESHED_PHASES, chosen_torques, curves, interpolation_errors, mesh_error, rms
 from fem.mesh import Density
 from fem.ste import at_phases, compliance_at
 from fem.units import deg, mm, um
 
+SLICES, STRIPS = fem.Resolution(resolved=False), fem.Resolution()
 ROUGH = fem.Resolution(Density(flank=10, fillet=2, tooth=2, rim=2, body=3, width=2), 8)
 
 
@@ -65,7 +66,7 @@ def test_estimates_are_honest():
     for _ in range(30):
         pair = random_pair(rng)
         torque = rng.uniform(50e3, 400e3) * pair.b * pair.pinion.r_b * np.array([0, 0.1, 1])
-        estimate, truth = stated(pair, torque, 8, ROUGH), true_errors(pair, torque, 8, ROUGH, LEVELS[1])
+        estimate, truth = stated(pair, torque, 8, ROUGH), true_errors(pair, torque, 8, ROUGH, STRIPS)
         ratios.append([estimate[kind].max() / truth[kind].max() for kind in truth])
     assert np.mean(np.array(ratios) >= 1) >= 0.95
     assert np.min(ratios) > 0.5
@@ -79,8 +80,8 @@ def test_estimates_of_slices_hold_over_all_phases():
     for _ in range(12):
         pair = random_pair(rng)
         torque = rng.uniform(50e3, 400e3) * pair.b * pair.pinion.r_b
-        estimate = mesh_error(pair, [torque], fem.Offsets().values(pair), LEVELS[0])
-        slices, strips = (te_of(pair, torque, 42, level)[0] for level in LEVELS[:2])
+        estimate = mesh_error(pair, [torque], fem.Offsets().values(pair), SLICES)
+        slices, strips = (te_of(pair, torque, 42, mode)[0] for mode in (SLICES, STRIPS))
         assert estimate > rms(slices - strips)
 
 
@@ -89,7 +90,7 @@ def test_requested_accuracy_chooses_and_is_kept():
     ste = fem.static_transmission_error(pair, fem.UpTo(350), None, accuracy=0.02, progress=False)
     assert ste["torque"].values[[0, -1]] == pytest.approx([0, 350])
     te = ste["te"].values
-    truth = te_of(pair, 350, ste["phase"].size, LEVELS[1])[0]
+    truth = te_of(pair, 350, ste["phase"].size, STRIPS)[0]
     assert rms(te[-1] - truth) < 0.02 * te[-1].mean()
     finer = fem.static_transmission_error(pair, fem.UpTo(350), None, accuracy=0.005, progress=False)
     assert finer["phase"].size > ste["phase"].size
@@ -114,7 +115,7 @@ CROWNED = fem.GearPair(paper_gear(flank=(fem.LeadCrowning(10 * um),)), paper_gea
 
 def test_slice_mode_has_no_jump_at_vanishing_torque():
     """Slices touch where the middle of one is closest, under no load as under little."""
-    te = te_of(CROWNED, [0, 1e-3, 2e-3], 4, LEVELS[0])
+    te = te_of(CROWNED, [0, 1e-3, 2e-3], 4, SLICES)
     assert te[1] == pytest.approx(te[0] + (te[2] - te[1]), abs=0.2e-9)
 
 
@@ -128,17 +129,17 @@ def test_little_load_presses_as_small_a_part_of_crowned_flanks_as_more_slices_fi
 @pytest.mark.parametrize("accuracy", [0.02, 0.005])
 def test_torques_are_found_for_flanks_that_touch_in_a_point_first(accuracy):
     values, phase = fem.Offsets().values(CROWNED), np.arange(8) / 8
-    torque = chosen_torques(CROWNED, 350, values, accuracy, LEVELS[0])
-    te = curves(CROWNED, torque, phase, values, LEVELS[0])
+    torque = chosen_torques(CROWNED, 350, values, accuracy, SLICES)
+    te = curves(CROWNED, torque, phase, values, SLICES)
     between = np.sqrt(torque[1:-1] * torque[2:])
     compliance = compliance_at(torque[1:], (te[1:] - te[0]) / torque[1:, None], between)
-    error = rms(te[0] + compliance * between[:, None] - curves(CROWNED, between, phase, values, LEVELS[0]))
+    error = rms(te[0] + compliance * between[:, None] - curves(CROWNED, between, phase, values, SLICES))
     assert (error < accuracy * np.maximum(te[2:] - te[0], 0.1 * (te[-1] - te[0])).mean(axis=1)).all()
 
 
 def test_slice_mode_is_within_half_a_percent():
     pair = fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
-    fast, resolved = (te_of(pair, [150, 350], 30, LEVELS[i]) for i in (0, 1))
+    fast, resolved = (te_of(pair, [150, 350], 30, mode) for mode in (SLICES, STRIPS))
     assert fast.mean(axis=1) == pytest.approx(resolved.mean(axis=1), rel=0.005)
     assert np.ptp(fast, axis=1) == pytest.approx(np.ptp(resolved, axis=1), rel=0.005)
 

@@ -4,7 +4,7 @@ import numpy as np
 from skfem import Basis, ElementQuad2
 
 import fem
-from fem.compliance import Compliance, plane_strain
+from fem.compliance import Compliance, along_helix
 from fem.half_space import along_line, half_plane
 from fem.hats import values_of_means
 from fem.hertz import flattening
@@ -17,7 +17,7 @@ from fem.units import mm
 def plane_twin(gear: fem.Gear, density: Density, refined: int) -> Compliance:
     """Compliance of the refined section in plane strain."""
     arcs, half, depth = flank_hats(gear, density), gear.b / 2, 1 * mm
-    blocks = plane_strain(gear, arcs, Basis(section(gear, density.refined(refined)), ElementQuad2()), density)
+    blocks = along_helix(gear, arcs, Basis(section(gear, density.refined(refined)), ElementQuad2()), density)
     blocks[0] -= half_plane(gear, arcs, depth)
     values = values_of_means(arcs)
     blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values)[:, None, :, None, :] / half * np.ones((1, 2, 1, 2, 1))
