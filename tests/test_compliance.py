@@ -30,6 +30,19 @@ def test_products_of_section_and_width_equal_hexahedra():
     assert abs(ours - reference[order][:, order]).max() < 1e-12 * abs(reference).max()
 
 
+@pytest.mark.parametrize("twist", [0.0, 4.0])
+def test_sections_that_all_do_the_same_yield_as_one(twist):
+    """Work per length, of displacements of which the prism's axis knows nothing; without twist in the plane."""
+    plane, line = Basis(section(GEAR, TINY), ElementQuad1()), half_width(GEAR.b, GEAR.b, 2)
+    one = prism.uniform_stiffness(plane, STEEL, twist)
+    u = np.random.default_rng(0).standard_normal(one.shape[0])
+    width = Basis(line, ElementLineP2())
+    alike = np.zeros((3, plane.N, width.N))
+    alike[: u.size // plane.N] = u.reshape(-1, plane.N, 1)
+    work = alike.ravel() @ prism.stiffness(plane, width, STEEL, twist) @ alike.ravel()
+    assert work == pytest.approx(u @ one @ u * GEAR.b / 2, rel=1e-12)
+
+
 def turned(x, y, angle):
     return np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y
 

@@ -116,6 +116,18 @@ def test_elements_across_the_width_need_not_resolve_short_patches():
     assert few == pytest.approx(many, rel=0.015)
 
 
+def test_elements_of_the_section_need_not_resolve_what_bends_far_from_short_patches():
+    """Contact over a fourth of the face: what coarse elements of rim and body miss is not all under the load."""
+    flank = (fem.LeadCrowning(30 * um),)
+    pair, torque = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm), [0, 5, 15, 60]
+    coarse, fine = Density(width=5), Density(flank=22, fillet=5, tooth=6, rim=8, body=12, width=5)
+    few, many = (
+        fem.static_transmission_error(pair, torque, 6, accuracy=Resolution(density), progress=False)["te"].values
+        for density in (coarse, fine)
+    )
+    assert (few - few[0])[1:].mean(axis=1) == pytest.approx((many - many[0])[1:].mean(axis=1), rel=0.003)
+
+
 def _deflection(resolution: Resolution) -> np.ndarray:
     torque = [0, 0.02, 0.1]
     te = fem.static_transmission_error(CROWNED, torque, 4, accuracy=resolution, progress=False)["te"].values
