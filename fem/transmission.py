@@ -47,7 +47,7 @@ def static_transmission_error(
     offsets         of the wheel; those with several values are axes of the map
     accuracy        share of the deflection that each kind of error may be, say 0.005: it chooses the mesh, and the map
                     carries what is estimated of each torque, "error_mesh", "error_phase", "error_torque" [m]; or a
-                    `Resolution`, without estimates (by default one within 0.3 % of the converged mean of spur gears)
+                    `Resolution`, without estimates (by default within 0.3 % of the converged mean of aligned spurs)
     executor        any `concurrent.futures.Executor` to spread phases and places over; finite elements are solved here
     progress        show bars with the time left
 
