@@ -184,7 +184,7 @@ def along_helix(gear: Gear, arcs: np.ndarray, basis: Basis, density: Density) ->
 
     In plane strain, and what this is along a helix.
     """
-    matrix = prism.uniform_stiffness(basis, gear.material, tan(gear.beta) / gear.r)
+    matrix = prism.uniform_stiffness(basis, gear.material, tan(gear.beta) / gear.r).matrix
     clamped = np.zeros((matrix.shape[0] // basis.N, basis.N), bool)
     clamped[:, basis.get_dofs(BORE).all()] = True
     free = np.flatnonzero(~clamped)
@@ -196,15 +196,15 @@ def along_helix(gear: Gear, arcs: np.ndarray, basis: Basis, density: Density) ->
 def solid(gear: Gear, arcs, axial, across: Basis, density: Density, kind: str) -> np.ndarray:
     """(n_reading, n_axial, n_hat, n_axial, n_hat) displacements that `readings` say per force on tooth 0 [m/N]."""
     basis = Basis(meshes.section(gear, density), ElementQuad1())
-    free = np.flatnonzero(~_clamped(basis, across, kind))
-    matrix = prism.stiffness(basis, across, gear.material, tan(gear.beta) / gear.r)[free][:, free]
+    free = ~_clamped(basis, across, kind)
+    matrix = prism.stiffness(basis, across, gear.material, tan(gear.beta) / gear.r).part(free)
     spread = _axial_loads(across, axial)
     loads = []
     for pressed in readings(gear, basis, arcs, density):
         full = np.einsum("cnh,ms->cnmsh", pressed, spread).reshape(-1, axial.size * arcs.size)
         loads.append(sp.csr_matrix(full[free]))
-    column, pressed = (free // across.N) % basis.N, np.unique(sp.hstack(loads).tocoo().row)
-    moved = factorize(matrix, column, wanted=pressed)(loads[0].toarray())
+    pressed = np.unique(sp.hstack(loads).tocoo().row)
+    moved = factorize(matrix, wanted=pressed)(loads[0].toarray())
     shape = (axial.size, arcs.size)
     return np.stack([(load.T @ moved).reshape(shape + shape) for load in loads])
 

@@ -28,6 +28,7 @@ from skfem import (
 from fem import mesh as meshes
 from fem import prism
 from fem.gear import Gear
+from fem.groups import Products
 from fem.loads import FlankLoad, arcs_of, flank_ends, flank_points, flank_shares, gathered, outline, push, strip_means
 from fem.mesh import Density
 from fem.solver import Solve, factorize
@@ -48,7 +49,7 @@ class Body:
     gear: Gear
     section: Basis
     axis: Basis | None
-    stiffness: sp.csr_matrix
+    stiffness: Products
     free: np.ndarray
     solve: Solve
 
@@ -108,9 +109,9 @@ def _clamped(gear: Gear, section: Basis, axis: Basis | None) -> Body:
     stiffness = prism.stiffness(section, axis, gear.material, tan(gear.beta) / gear.r)
     dim, n = (2, 1) if axis is None else (3, axis.N)
     hub = np.hypot(*section.doflocs) < gear.d_bore / 2 * (1 + 1e-6)
-    free = np.flatnonzero(~np.tile(np.repeat(hub, n), dim))
-    solve = factorize(stiffness[free][:, free], None if axis is None else free // n % section.N)
-    return Body(gear, section, axis, stiffness, free, solve)
+    free = ~np.tile(np.repeat(hub, n), dim)
+    part = stiffness.part(free)
+    return Body(gear, section, axis, stiffness, np.flatnonzero(free), factorize(part.matrix if axis is None else part))
 
 
 def graded(gear: Gear, density: Density, loads: list[FlankLoad], share: float) -> MeshTri:

@@ -15,6 +15,7 @@ from scipy.linalg import cholesky
 from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.sparse.linalg import splu
 
+from fem.groups import Panel, Products, Sparse
 from fem.progress import bar
 from fem.threads import one_thread
 
@@ -44,25 +45,22 @@ class Columns:
     below: np.ndarray
 
 
-def factorize(
-    matrix: sp.csr_matrix, group: np.ndarray, wanted: np.ndarray | None = None
-) -> Callable[[np.ndarray], np.ndarray]:
+def factorize(matrix: Sparse | Products, wanted: np.ndarray | None = None) -> Callable[[np.ndarray], np.ndarray]:
     """Function that solves matrix x = b for b (n, k).
 
-    matrix      (n, n) symmetric, positive definite; LinAlgError where it is not
-    group       (n,) number of the group of each unknown, from 0 on without a gap
+    matrix      symmetric, positive definite; LinAlgError where it is not
     wanted      numbers of the unknowns that are loaded or read: x is nan elsewhere, what gives it is not kept
     """
-    size = np.bincount(group)
-    fronts = eliminated(coupling(matrix, group))
+    size = np.bincount(matrix.group)
+    fronts = eliminated(matrix.coupled)
     sequence = np.concatenate([front.groups for front in fronts])
     rank = np.argsort(sequence)
-    order = np.argsort(rank[group], kind="stable")
+    order = np.argsort(rank[matrix.group], kind="stable")
     ends = np.append(0, np.cumsum(size[sequence]))
     unknowns = [(_of(front.groups, rank, ends), _of(front.later, rank, ends)) for front in fronts]
     keep = np.ones(order.size, bool) if wanted is None else np.isin(order, wanted)
     with one_thread():
-        columns = _factor(sp.csc_matrix(sp.tril(matrix[order][:, order])), unknowns, keep)
+        columns = _factor(matrix.panels(order), unknowns, keep)
 
     def solve(b: np.ndarray) -> np.ndarray:
         ordered = b.astype(float, copy=False)[order]
@@ -77,14 +75,6 @@ def factorize(
     return solve
 
 
-def coupling(matrix: sp.csr_matrix, group: np.ndarray) -> sp.csr_matrix:
-    """Positive definite matrix whose pattern says which groups the matrix couples."""
-    ones = sp.csr_matrix((np.ones(matrix.nnz), matrix.indices, matrix.indptr), matrix.shape)
-    member = sp.csr_matrix((np.ones(group.size), group, np.arange(group.size + 1)))
-    pattern = member.T @ (ones @ member)
-    return sp.csr_matrix(pattern + sp.diags_array(pattern @ np.ones(pattern.shape[1])))
-
-
 def _of(groups, rank: np.ndarray, ends: np.ndarray) -> np.ndarray:
     """Unknowns of groups, in the order of elimination."""
     places = np.sort(rank[list(groups)])
@@ -94,8 +84,9 @@ def _of(groups, rank: np.ndarray, ends: np.ndarray) -> np.ndarray:
 def eliminated(graph: sp.csr_matrix) -> list[Front]:
     """Fronts in an order of little fill, each soon after those that leave something to it.
 
-    Groups are eliminated together where this adds no fill.
+    graph       whose pattern says which groups are coupled; they are eliminated together where this adds no fill
     """
+    graph = abs(graph) + sp.diags_array(abs(graph) @ np.ones(graph.shape[1]))
     order = splu(sp.csc_matrix(graph), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).perm_c.argsort()
     waiting: dict[int, list[Front]] = defaultdict(list)
     last: list[Front] = []
@@ -135,19 +126,19 @@ def _touched(graph: sp.csr_matrix) -> list[set[int]]:
     return later
 
 
-def _factor(lower: sp.csc_matrix, unknowns: list[tuple[np.ndarray, np.ndarray]], keep: np.ndarray) -> list[Columns]:
+def _factor(panels: Panel, unknowns: list[tuple[np.ndarray, np.ndarray]], keep: np.ndarray) -> list[Columns]:
     """Columns of the factor that solutions at `keep` (n,) need, front by front.
 
     What a front leaves to later ones waits for the next that it touches.
     """
     owner = np.repeat(np.arange(len(unknowns)), [pivots.size for pivots, _ in unknowns])
     waiting: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)
-    place, needed, found = np.empty(lower.shape[0], int), set(), []
+    place, needed, found = np.empty(keep.size, int), set(), []
     costs = [pivots.size * (pivots.size + rows.size) ** 2 for pivots, rows in unknowns]
     for number, (pivots, rows) in enumerate(bar(unknowns, "finite elements", costs)):
         n = pivots.size
         place[pivots], place[rows] = np.arange(n), n + np.arange(rows.size)
-        panel, rest = _panel(lower, pivots, place, n + rows.size), np.zeros((rows.size, rows.size), order="F")
+        panel, rest = panels(pivots, rows), np.zeros((rows.size, rows.size), order="F")
         for touched, left in waiting.pop(number, []):
             _add(left, place[touched], panel, rest)
         square = cholesky(panel[:n], lower=True, check_finite=False)
@@ -158,15 +149,6 @@ def _factor(lower: sp.csc_matrix, unknowns: list[tuple[np.ndarray, np.ndarray]],
             needed.update(owner[rows[:1]])
             found.append(Columns(slice(pivots[0], pivots[0] + n), rows, square, below))
     return found
-
-
-def _panel(lower: sp.csc_matrix, pivots: np.ndarray, place: np.ndarray, height: int) -> np.ndarray:
-    """(height, n) columns of the matrix, its rows where they stand in the front."""
-    start, end = lower.indptr[[pivots[0], pivots[-1] + 1]]
-    panel = np.zeros((height, pivots.size), order="F")
-    counts = np.diff(lower.indptr[pivots[0] : pivots[-1] + 2])
-    panel[place[lower.indices[start:end]], np.repeat(np.arange(pivots.size), counts)] = lower.data[start:end]
-    return panel
 
 
 def _add(left: np.ndarray, place: np.ndarray, panel: np.ndarray, rest: np.ndarray) -> None:

@@ -8,15 +8,17 @@ component, plus twist e_z x U; nothing else knows of the twist, and every sectio
 from collections import defaultdict
 from itertools import product
 
+import numpy as np
 import scipy.sparse as sp
 from skfem import Basis, BilinearForm
 
 from fem.gear import Material
+from fem.groups import Products
 
 D_X, D_Y, D_TURN, VALUE = range(4)
 ALONG, ACROSS = 1, 0
 #: Integrals of values along the axis per length, where all sections do the same.
-UNIFORM = [[sp.csr_matrix([[1.0]])]]
+UNIFORM = np.ones((1, 1, 1, 1))
 Term = tuple[int, int, int, float]
 
 
@@ -65,38 +67,40 @@ def section_products(basis: Basis, wanted: set[tuple[int, int]]) -> dict[tuple[i
     return found
 
 
-def axis_products(basis: Basis) -> list[list[sp.csr_matrix]]:
-    """Integrals of a(v) b(u) along the axis, a, b: 0 the value, 1 the derivative."""
+def axis_products(basis: Basis) -> np.ndarray:
+    """(2, 2, n, n) integrals of a(v) b(u) along the axis, a, b: 0 the value, 1 the derivative."""
     parts = [lambda u: u, lambda u: u.grad[0]]
-    return [[BilinearForm(lambda u, v, w, a=a, b=b: a(v) * b(u)).assemble(basis) for b in parts] for a in parts]
+    forms = [[BilinearForm(lambda u, v, w, a=a, b=b: a(v) * b(u)) for b in parts] for a in parts]
+    return np.array([[form.assemble(basis).toarray() for form in row] for row in forms])
 
 
-def stiffness(section: Basis, axis: Basis | None, material: Material, twist: float = 0.0) -> sp.csr_matrix:
-    """Stiffness matrix [N/m], or of plane strain where axis is None [N/m^2]; dofs by component, section dof, axis dof.
+def stiffness(section: Basis, axis: Basis | None, material: Material, twist: float = 0.0) -> Products:
+    """Stiffness [N/m], or of plane strain where axis is None [N/m^2]; unknowns by component, section dof, axis dof.
 
     twist       turn of the section per length along the axis [1/m]
     """
     if axis is None:
-        return _assembled(2, energy(2, twist, *lame_parameters(material)), section, UNIFORM)
-    return _assembled(3, energy(3, twist, *lame_parameters(material)), section, axis_products(axis))
+        return _summed(2, energy(2, twist, *lame_parameters(material)), section, UNIFORM)
+    return _summed(3, energy(3, twist, *lame_parameters(material)), section, axis_products(axis))
 
 
-def uniform_stiffness(section: Basis, material: Material, twist: float = 0.0) -> sp.csr_matrix:
-    """Stiffness matrix [N/m^2] of a prism of which every section does the same; dofs by component, section dof.
+def uniform_stiffness(section: Basis, material: Material, twist: float = 0.0) -> Products:
+    """Stiffness [N/m^2] of a prism of which every section does the same; unknowns by component, section dof.
 
     Two components of a straight one, plane strain; of a twisted one also that along the axis.
     """
     factors = energy(3 if twist else 2, twist, *lame_parameters(material))
     alike = {key: factor for key, factor in factors.items() if key[2:4] == (ACROSS, ACROSS)}
-    return _assembled(3 if twist else 2, alike, section, UNIFORM)
+    return _summed(3 if twist else 2, alike, section, UNIFORM)
 
 
-def _assembled(dim: int, factors: dict, section: Basis, along: list[list[sp.csr_matrix]]) -> sp.csr_matrix:
-    plane = section_products(section, {key[-2:] for key in factors})
-    sums: dict = defaultdict(lambda: 0)
-    for (i, j, a, b, m, n), factor in factors.items():
-        sums[i, j, a, b] = sums[i, j, a, b] + factor * plane[m, n]
-    blocks = [[sp.csr_matrix((section.N * along[0][0].shape[0],) * 2) for _ in range(dim)] for _ in range(dim)]
-    for (i, j, a, b), matrix in sums.items():
-        blocks[i][j] = blocks[i][j] + sp.kron(matrix, along[a][b], "csr")
-    return sp.csr_matrix(sp.bmat(blocks))
+def _summed(dim: int, factors: dict, section: Basis, along: np.ndarray) -> Products:
+    plane, n = section_products(section, {key[-2:] for key in factors}), along.shape[-1]
+    inside = {pair: np.zeros((dim, n, dim, n)) for pair in plane}
+    for (i, j, a, b, *pair), factor in factors.items():
+        inside[tuple(pair)][i, :, j] += factor * along[a, b]
+    coupled = sp.coo_matrix(sum(abs(one) for one in plane.values()))
+    places = np.stack([coupled.row, coupled.col])
+    values = np.stack([np.asarray(one[coupled.row, coupled.col]).ravel() for one in plane.values()], axis=1)
+    members = np.arange(dim * section.N * n).reshape(dim, section.N, n).swapaxes(0, 1).reshape(section.N, -1)
+    return Products(places, values, np.stack(list(inside.values())).reshape(-1, dim * n, dim * n), members)

@@ -7,19 +7,24 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from fem import fronts
+from fem.groups import Products, Sparse
 
 Solve = Callable[[np.ndarray], np.ndarray]
 
 
-def factorize(matrix: sp.csr_matrix, group: np.ndarray | None = None, wanted: np.ndarray | None = None) -> Solve:
+def factorize(
+    matrix: sp.csr_matrix | Products, group: np.ndarray | None = None, wanted: np.ndarray | None = None
+) -> Solve:
     """Function that solves matrix x = b for b (n, k).
 
-    group       (n,) number of a group of coupled unknowns that each belongs to, for instance those over a section's dof
+    group       (n,) number of a group of coupled unknowns that each belongs to, unless the matrix knows its groups
     wanted      numbers of the unknowns that are loaded or read, which saves memory with groups; x may be nan elsewhere
     """
+    if isinstance(matrix, Products):
+        return fronts.factorize(matrix, wanted)
     if group is None:
         return superlu(matrix)
-    return fronts.factorize(matrix, np.unique(group, return_inverse=True)[1], wanted)
+    return fronts.factorize(Sparse(matrix, np.unique(group, return_inverse=True)[1]), wanted)
 
 
 def superlu(matrix: sp.csr_matrix) -> Solve:

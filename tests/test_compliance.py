@@ -25,7 +25,7 @@ def test_products_of_section_and_width_equal_hexahedra():
     solid = Basis(extruded(quads, line), ElementVector(ElementHex1()), intorder=8)
     reference = linear_elasticity(*prism.lame_parameters(STEEL)).assemble(solid)
     plane, width = Basis(quads, ElementQuad1(), intorder=8), Basis(line, ElementLineP1(), intorder=8)
-    ours = prism.stiffness(plane, width, STEEL)
+    ours = prism.stiffness(plane, width, STEEL).matrix
     order = np.concatenate(list(solid.nodal_dofs))
     assert abs(ours - reference[order][:, order]).max() < 1e-12 * abs(reference).max()
 
@@ -34,12 +34,12 @@ def test_products_of_section_and_width_equal_hexahedra():
 def test_sections_that_all_do_the_same_yield_as_one(twist):
     """Work per length, of displacements of which the prism's axis knows nothing; without twist in the plane."""
     plane, line = Basis(section(GEAR, TINY), ElementQuad1()), half_width(GEAR.b, GEAR.b, 2)
-    one = prism.uniform_stiffness(plane, STEEL, twist)
+    one = prism.uniform_stiffness(plane, STEEL, twist).matrix
     u = np.random.default_rng(0).standard_normal(one.shape[0])
     width = Basis(line, ElementLineP2())
     alike = np.zeros((3, plane.N, width.N))
     alike[: u.size // plane.N] = u.reshape(-1, plane.N, 1)
-    work = alike.ravel() @ prism.stiffness(plane, width, STEEL, twist) @ alike.ravel()
+    work = alike.ravel() @ prism.stiffness(plane, width, STEEL, twist).matrix @ alike.ravel()
     assert work == pytest.approx(u @ one @ u * GEAR.b / 2, rel=1e-12)
 
 
@@ -50,7 +50,7 @@ def turned(x, y, angle):
 @pytest.mark.parametrize("twist", [0.0, 4.0])
 def test_rigid_motion_is_free_of_force(twist):
     plane, width = Basis(section(GEAR, TINY), ElementQuad1()), Basis(half_width(GEAR.b, GEAR.b, 4), ElementLineP2())
-    stiffness = prism.stiffness(plane, width, STEEL, twist)
+    stiffness = prism.stiffness(plane, width, STEEL, twist).matrix
     z = np.tile(width.doflocs[0], plane.N)
     x, y = turned(*(np.repeat(c, width.N) for c in plane.doflocs), twist * z)
     zero = np.zeros_like(x)
@@ -64,7 +64,7 @@ def test_twisted_prism_yields_like_twisted_hexahedra():
     twist, tiny = 6.0, Density(flank=2, fillet=1, tooth=1, rim=1, body=1, teeth=0, behind=0, width=1)
     quads, line = section(GEAR, tiny), MeshLine(np.linspace(0, 10 * mm, 17))
     basis, axis = Basis(quads, ElementQuad1()), Basis(line, ElementLineP1())
-    ours = prism.stiffness(basis, axis, STEEL, twist)
+    ours = prism.stiffness(basis, axis, STEEL, twist).matrix
     mesh = extruded(quads, line)
     x, y = turned(mesh.p[0], mesh.p[1], twist * mesh.p[2])
     solid = Basis(type(mesh)(np.stack([x, y, mesh.p[2]]), mesh.t), ElementVector(ElementHex1()))

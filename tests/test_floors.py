@@ -13,6 +13,7 @@ FLOORS = {
     "fem.compiled": 0,
     "fem.threads": 0,
     "fem.progress": 0,
+    "fem.groups": 0.1,
     "fem.fronts": 0.2,
     "fem.solver": 0.4,
     "fem.modification": 0,

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fem import fronts
+from fem.groups import Products, Sparse
 
 
 def grid(n: int, m: int) -> sp.csr_matrix:
@@ -30,13 +31,13 @@ def test_any_groups_are_solved(n, m, seed):
     rng = np.random.default_rng(seed)
     matrix, group = blocks(grid(n, m), rng.integers(1, 6, n * m), rng)
     x = rng.standard_normal((group.size, 3))
-    assert fronts.factorize(matrix, group)(matrix @ x) == pytest.approx(x, abs=1e-10)
+    assert fronts.factorize(Sparse(matrix, group))(matrix @ x) == pytest.approx(x, abs=1e-10)
 
 
 def test_parts_that_are_not_coupled_are_solved():
     matrix = sp.csr_matrix(sp.block_diag([grid(3, 4), grid(2, 5), grid(1, 1)]))
     x = np.random.default_rng(0).standard_normal((23, 1))
-    assert fronts.factorize(matrix, np.arange(23))(matrix @ x) == pytest.approx(x, abs=1e-12)
+    assert fronts.factorize(Sparse(matrix, np.arange(23)))(matrix @ x) == pytest.approx(x, abs=1e-12)
 
 
 def test_every_group_is_eliminated_once_and_before_all_it_touches():
@@ -64,17 +65,59 @@ def test_what_is_not_wanted_is_left_out():
     wanted = np.flatnonzero(group < 5)
     b = np.zeros((360, 2))
     b[wanted] = rng.standard_normal((wanted.size, 2))
-    x = fronts.factorize(matrix, group, wanted)(b)
+    x = fronts.factorize(Sparse(matrix, group), wanted)(b)
     assert x[wanted] == pytest.approx(np.linalg.solve(matrix.toarray(), b)[wanted], abs=1e-12)
     assert np.isnan(np.delete(x, wanted, axis=0)).all()
 
 
 def test_loads_beside_the_wanted_are_refused():
-    solve = fronts.factorize(grid(3, 3), np.arange(9), wanted=np.array([2, 4]))
+    solve = fronts.factorize(Sparse(grid(3, 3), np.arange(9)), wanted=np.array([2, 4]))
     with pytest.raises(ValueError, match="b must be zero where nothing is wanted"):
         solve(np.ones((9, 1)))
 
 
 def test_matrix_must_be_positive_definite():
     with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
-        fronts.factorize(sp.csr_matrix(grid(3, 3) - 3 * sp.eye_array(9)), np.arange(9))
+        fronts.factorize(Sparse(sp.csr_matrix(grid(3, 3) - 3 * sp.eye_array(9)), np.arange(9)))
+
+
+def products(n: int, m: int, size: int, rng) -> Products:
+    """Positive definite sum of two products over a grid, its unknowns numbered at random."""
+    between = [grid(n, m), sp.csr_matrix(sp.eye_array(n * m))]
+    places = np.stack(sp.coo_matrix(between[0]).coords)
+    values = np.stack([np.asarray(one[tuple(places)]).ravel() for one in between], axis=1)
+    root = rng.standard_normal((2, size, size))
+    inside = root @ root.swapaxes(1, 2) + np.eye(size)
+    return Products(places, values, inside, np.sort(rng.permutation(n * m * size).reshape(n * m, size)))
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(1, 6), st.integers(1, 6), st.integers(1, 5), st.integers(0, 10**6))
+def test_products_are_solved_as_the_matrix_that_they_make(n, m, size, seed):
+    rng = np.random.default_rng(seed)
+    summed = products(n, m, size, rng)
+    x = rng.standard_normal((summed.members.size, 2))
+    whole = np.zeros((summed.members.size,) * 2)
+    for (i, j), factors in zip(summed.places.T, summed.values, strict=True):
+        whole[np.ix_(summed.members[i], summed.members[j])] = np.tensordot(factors, summed.inside, 1)
+    assert summed.matrix.toarray() == pytest.approx(whole, abs=1e-12)
+    assert fronts.factorize(summed)(whole @ x) == pytest.approx(x, abs=1e-9)
+
+
+def test_part_of_products_is_that_of_their_matrix():
+    summed, free = products(4, 5, 3, np.random.default_rng(0)), np.ones(60, bool)
+    free[summed.members[[2, 7]]], free[summed.members[:, 1]] = False, False
+    part = summed.part(free)
+    assert part.matrix.toarray() == pytest.approx(summed.matrix.toarray()[np.ix_(free, free)], abs=1e-12)
+    assert fronts.factorize(part)(np.ones((36, 1))) == pytest.approx(
+        np.linalg.solve(summed.matrix.toarray()[np.ix_(free, free)], np.ones((36, 1))), abs=1e-9
+    )
+
+
+def test_members_that_differ_between_groups_are_refused():
+    summed, free = products(2, 2, 3, np.random.default_rng(0)), np.ones(12, bool)
+    with pytest.raises(ValueError, match="members must increase"):
+        Products(summed.places, summed.values, summed.inside, summed.members[:, ::-1])
+    free[summed.members[1, 2]] = False
+    with pytest.raises(ValueError, match="of every group the same members must be free"):
+        summed.part(free)

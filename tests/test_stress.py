@@ -73,7 +73,7 @@ def test_the_hub_carries_force_moment_and_thrust(level, bodies):
     """
     body, on_teeth = bodies[level], TWO_TEETH if level == "plane" else [in_slices(load) for load in TWO_TEETH]
     gear, forces = body.gear, elastic.forces(body, on_teeth)
-    hub = body.in_fixed_axes(body.stiffness @ body.displacement(forces) - forces)
+    hub = body.in_fixed_axes(body.stiffness.matrix @ body.displacement(forces) - forces)
     applied, total = body.in_fixed_axes(forces), sum(load.force.sum() for load in on_teeth)
     assert hub.sum(axis=1) == pytest.approx(-applied.sum(axis=1), abs=(2e-5 if gear.beta else 1e-9) * total)
     corners = np.repeat(body.section.doflocs, body.axial.size, axis=1)
