@@ -13,7 +13,7 @@ from math import copysign, cos, sin, tan
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import Basis, ElementLineP2, ElementQuad1, ElementQuad2, LinearForm, MeshLine
+from skfem import Basis, ElementLineP2, ElementQuad2, LinearForm, MeshLine
 
 from fem import mesh as meshes
 from fem import prism
@@ -25,7 +25,7 @@ from fem.mesh import BORE, Density
 from fem.solver import factorize
 
 #: Elements that deform far from the load too, and how much finer they are in the twin that misses only the rest.
-INSIDE, FINER_INSIDE = ("tooth", "fillet", "rim", "body"), 3
+INSIDE, FINER_INSIDE = ("tooth", "fillet", "rim", "body"), 2
 
 
 @dataclass(frozen=True)
@@ -71,13 +71,13 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     body = replace(gear, flank=(), beta=abs(gear.beta))
     arcs, line = meshes.flank_hats(gear, density), meshes.half_width(gear.b, loaded, density.width)
     axial = np.sort(line.p[0])[: density.width + 1]
-    near = partial(cached, f"near field 12 {body} {density}", lambda: missed_by_section(body, arcs, density))
+    near = partial(cached, f"near field 13 {body} {density}", lambda: missed_by_section(body, arcs, density))
 
     def solved(kind: str) -> np.ndarray:
         def compute() -> Arrays:
             return {"blocks": corrected(body, arcs, axial, line, density, near(), kind)}
 
-        return cached(f"solid 12 {body} {density} {loaded} {kind}", compute)["blocks"]
+        return cached(f"solid 13 {body} {density} {loaded} {kind}", compute)["blocks"]
 
     places = np.concatenate([-axial[:0:-1], axial]) if whole or gear.beta else axial
     if gear.beta:
@@ -94,14 +94,12 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
 def missed_by_section(gear: Gear, arcs: np.ndarray, density: Density) -> Arrays:
     """(n_reading, n_hat, n_hat) what uniform line loads on refined sections add to that on the coarse one [m^2/N].
 
-    "far" adds what elements inside tooth, root, rim and body miss, which is felt along the width as far as these are
-    deep; "near" the rest, under the load. Taken as near it all, crowned flanks would yield 2 % too much.
+    "far" adds what elements inside tooth, root, rim and body miss, which is felt along the width half as far as tooth
+    and rim layer are deep; "near" the rest, under the load.
     """
-    deeper = replace(density, **{name: FINER_INSIDE * getattr(density, name) for name in INSIDE})
-    coarse, inside = (
-        along_helix(gear, arcs, Basis(meshes.section(gear, one), ElementQuad1()), one) for one in (density, deeper)
-    )
-    fine = along_helix(gear, arcs, Basis(meshes.section(gear, density.refined(2)), ElementQuad2()), density)
+    pairs = density.paired()
+    deeper = replace(pairs, **{name: FINER_INSIDE * getattr(pairs, name) for name in INSIDE})
+    coarse, inside, fine = (along_helix(gear, arcs, one) for one in (pairs, deeper, density.refined(2)))
     return {"near": fine - inside, "far": inside - coarse}
 
 
@@ -117,7 +115,7 @@ def corrected(gear: Gear, arcs, axial, half: MeshLine, density: Density, missed:
         axial = np.concatenate([-axial[:0:-1], axial])
     across = Basis(half, ElementLineP2())
     found = solid(gear, arcs, axial, across, density, kind)
-    along = {"near": overlap(axial), "far": spread(axial, gear.r_a - meshes.rim_radius(gear), odd=kind == "odd")}
+    along = {"near": overlap(axial), "far": spread(axial, (gear.r_a - meshes.rim_radius(gear)) / 2, odd=kind == "odd")}
     return found + sum(np.einsum("yz,dhk->dyhzk", along[part], missed[part]) for part in along)
 
 
@@ -179,11 +177,12 @@ def readings(gear: Gear, basis: Basis, arcs: np.ndarray, density: Density) -> li
     return [normal * pushes[tooth] for tooth in range(density.teeth + 1)] + along
 
 
-def along_helix(gear: Gear, arcs: np.ndarray, basis: Basis, density: Density) -> np.ndarray:
+def along_helix(gear: Gear, arcs: np.ndarray, density: Density) -> np.ndarray:
     """(n_reading, n_hat, n_hat) displacements that `readings` say per uniform line load on tooth 0 [m^2/N].
 
     In plane strain, and what this is along a helix.
     """
+    basis = Basis(meshes.section(gear, density), ElementQuad2())
     matrix = prism.uniform_stiffness(basis, gear.material, tan(gear.beta) / gear.r).matrix
     clamped = np.zeros((matrix.shape[0] // basis.N, basis.N), bool)
     clamped[:, basis.get_dofs(BORE).all()] = True
@@ -195,7 +194,7 @@ def along_helix(gear: Gear, arcs: np.ndarray, basis: Basis, density: Density) ->
 
 def solid(gear: Gear, arcs, axial, across: Basis, density: Density, kind: str) -> np.ndarray:
     """(n_reading, n_axial, n_hat, n_axial, n_hat) displacements that `readings` say per force on tooth 0 [m/N]."""
-    basis = Basis(meshes.section(gear, density), ElementQuad1())
+    basis = Basis(meshes.section(gear, density.paired()), ElementQuad2())
     free = ~_clamped(basis, across, kind)
     matrix = prism.stiffness(basis, across, gear.material, tan(gear.beta) / gear.r).part(free)
     spread = _axial_loads(across, axial)

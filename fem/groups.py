@@ -74,11 +74,10 @@ class Products:
     @property
     def matrix(self) -> sp.csr_matrix:
         """The assembled matrix."""
-        total, shape = sp.csr_matrix((self.members.size,) * 2), (len(self.members),) * 2
-        for values, inside in zip(self.values.T, self.inside, strict=True):
-            total = total + sp.kron(sp.csr_matrix((values, self.places), shape), sp.csr_matrix(inside), "csr")
-        order = np.argsort(self.members.ravel())
-        return total[order][:, order]
+        one, other = np.nonzero(self.inside.any(axis=0))
+        row, column = self.members[self.places]
+        at = row[:, one].ravel(), column[:, other].ravel()
+        return sp.csr_matrix(((self.values @ self.inside[:, one, other]).ravel(), at), (self.members.size,) * 2)
 
     def part(self, free: np.ndarray) -> "Products":
         """Matrix of the unknowns that are free (n_unknown,), of some groups the same members in each."""

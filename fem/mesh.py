@@ -14,13 +14,13 @@ from fem.gear import Gear, require
 from fem.profile import Polar
 
 BORE = "bore"
-#: Numbers of elements of a density that `Density.scaled` scales.
-SIZES = ("flank", "fillet", "land", "tooth", "rim", "body", "width")
+#: Parts of the section of which a density says the numbers of elements.
+PARTS = ("flank", "fillet", "land", "tooth", "rim", "body")
 
 
 @dataclass(frozen=True)
 class Density:
-    """Numbers of elements of the coarse section; `refined(q)` divides each of them into q.
+    """Numbers of elements of the section; `refined(q)` divides each of them into q, `paired` joins two and two.
 
     flank, fillet, land     along the profile: involute, upper and lower half of the fillet each, root land
     tooth, rim, body        half across the tooth, in the layer below the root, from there to the bore
@@ -48,20 +48,24 @@ class Density:
         if self.edges is not None:
             object.__setattr__(self, "edges", tuple(float(edge) for edge in self.edges))
             require(self.edges == tuple(sorted(set(self.edges))), f"edges must increase; sort them, got {self.edges}")
-        for name in (*SIZES, "teeth", "behind", "divide"):
+        for name in (*PARTS, "width", "teeth", "behind", "divide"):
             number, least = getattr(self, name), 0 if name in ("teeth", "behind") else 1
             whole = f"{name} must be a whole number of elements >= {least}, got {number}"
             require(number == int(number) and number >= least, whole)
         require(1 <= self.rim_power <= 3, f"rim_power must lie in [1, 3], got {self.rim_power}")
-        require(self.flank % 2 == 0, f"flank must be an even number of elements, got {self.flank}")
 
     def refined(self, q: int) -> "Density":
         return replace(self, divide=self.divide * q)
 
+    def paired(self) -> "Density":
+        """One element instead of two: quadratic ones then have about as many dofs. ValueError where flank is odd."""
+        require(self.flank % 2 == 0, f"flank must be an even number of elements, got {self.flank}")
+        return replace(self, **{name: -(-getattr(self, name) // 2) for name in PARTS})
+
     def scaled(self, factor: float) -> "Density":
-        """Numbers of elements times a factor, at least one; the same teeth."""
-        numbers = {name: max(1, round(getattr(self, name) * factor)) for name in SIZES}
-        return replace(self, **numbers | {"flank": max(2, 2 * round(self.flank * factor / 2))})
+        """Numbers of pairs of elements, and of those across the width, times a factor, at least one; the same teeth."""
+        numbers = {name: 2 * max(1, round(getattr(self, name) * factor / 2)) for name in PARTS}
+        return replace(self, **numbers, width=max(1, round(self.width * factor)))
 
     def with_teeth(self, teeth: int, behind: int) -> "Density":
         return replace(self, teeth=teeth, behind=behind)

@@ -52,19 +52,20 @@ def energy(dim: int, twist: float, lame: float, mu: float) -> dict:
     return factors
 
 
-def section_products(basis: Basis, wanted: set[tuple[int, int]]) -> dict[tuple[int, int], sp.csr_matrix]:
-    """Integrals of m(v) n(u) over the section for the wanted operators (m, n)."""
-    operators = [
-        lambda u, w: u.grad[0],
-        lambda u, w: u.grad[1],
-        lambda u, w: w.x[0] * u.grad[1] - w.x[1] * u.grad[0],
-        lambda u, w: u,
-    ]
-    found: dict[tuple[int, int], sp.csr_matrix] = {}
-    for m, n in sorted(wanted):
-        form = BilinearForm(lambda u, v, w, m=m, n=n: operators[m](v, w) * operators[n](u, w))
-        found[m, n] = found[n, m].T if (n, m) in found else form.assemble(basis)
-    return found
+def section_products(basis: Basis, wanted: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
+    """Places (2, m) and values (m, k) of the integrals over the section of m(v) n(u) for k wanted operators m, n."""
+    shapes = np.stack([np.broadcast_to(one, basis.dx.shape) for (one,) in basis.basis], axis=-1)
+    d_x, d_y = (np.stack([one.grad[i] for (one,) in basis.basis], axis=-1) for i in range(2))
+    x, y = np.asarray(basis.global_coordinates())[..., None]
+    operators = np.stack([d_x, d_y, x * d_y - y * d_x, shapes], axis=-1)
+    flat = operators.reshape(*basis.dx.shape, -1)
+    local = (flat * basis.dx[..., None]).swapaxes(1, 2) @ flat
+    local = local.reshape(len(flat), *operators.shape[2:], *operators.shape[2:])
+    each = np.stack([local[:, :, m, :, n] for m, n in wanted], axis=-1).reshape(-1, len(wanted))
+    dofs = basis.element_dofs.T.astype(np.int64)
+    key, entry = np.unique((dofs[:, :, None] * basis.N + dofs[:, None, :]).ravel(), return_inverse=True)
+    summing = sp.csr_matrix((np.ones(entry.size), (entry, np.arange(entry.size))))
+    return np.stack(np.divmod(key, basis.N)), summing @ each
 
 
 def axis_products(basis: Basis) -> np.ndarray:
@@ -95,12 +96,10 @@ def uniform_stiffness(section: Basis, material: Material, twist: float = 0.0) ->
 
 
 def _summed(dim: int, factors: dict, section: Basis, along: np.ndarray) -> Products:
-    plane, n = section_products(section, {key[-2:] for key in factors}), along.shape[-1]
-    inside = {pair: np.zeros((dim, n, dim, n)) for pair in plane}
+    n, wanted = along.shape[-1], sorted({key[-2:] for key in factors})
+    inside = np.zeros((len(wanted), dim, n, dim, n))
     for (i, j, a, b, *pair), factor in factors.items():
-        inside[tuple(pair)][i, :, j] += factor * along[a, b]
-    coupled = sp.coo_matrix(sum(abs(one) for one in plane.values()))
-    places = np.stack([coupled.row, coupled.col])
-    values = np.stack([np.asarray(one[coupled.row, coupled.col]).ravel() for one in plane.values()], axis=1)
+        inside[wanted.index(tuple(pair)), i, :, j] += factor * along[a, b]
     members = np.arange(dim * section.N * n).reshape(dim, section.N, n).swapaxes(0, 1).reshape(section.N, -1)
-    return Products(places, values, np.stack(list(inside.values())).reshape(-1, dim * n, dim * n), members)
+    places, values = section_products(section, wanted)
+    return Products(places, values, inside.reshape(-1, dim * n, dim * n), members)

@@ -40,6 +40,7 @@ class Resolution:
     def __post_init__(self):
         whole = f"slices must be an even number, at least 2, got {self.slices}"
         require(self.slices == int(self.slices) and self.slices >= 2 and self.slices % 2 == 0, whole)
+        self.density.paired()
 
     def coarser(self) -> "Resolution":
         """Two thirds as fine in every direction."""

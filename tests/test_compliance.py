@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from conftest import paper_gear
-from skfem import Basis, ElementHex1, ElementLineP1, ElementLineP2, ElementQuad1, ElementVector, MeshLine
+from skfem import Basis, ElementHex1, ElementLineP1, ElementLineP2, ElementQuad1, ElementQuad2, ElementVector, MeshLine
 from skfem.models.elasticity import linear_elasticity
 
 from fem import hertz, prism
@@ -14,6 +14,7 @@ from fem.half_space import along_line
 from fem.hertz import flattening
 from fem.mesh import Density, extruded, flank_arcs, half_width, hexahedra, section
 from fem.solver import factorize
+from fem.sweep import Resolution
 from fem.units import mm
 
 GEAR = paper_gear()
@@ -57,6 +58,15 @@ def test_rigid_motion_is_free_of_force(twist):
     for motion in ((zero + 1, zero, zero), (-y, x, zero), (zero, zero, zero + 1), (zero, -z, y)):
         u = np.concatenate([*turned(*motion[:2], -twist * z), motion[2]])
         assert np.abs(stiffness @ u).max() < (1e-8 if twist else 1e-12) * np.abs(stiffness).max() * np.abs(u).max()
+
+
+def test_rigid_motion_of_a_large_section_is_free_of_force():
+    """Places of its entries, numbered row by row, pass 32 bits."""
+    plane = Basis(section(GEAR, Density().refined(3)), ElementQuad2())
+    assert int(plane.N) ** 2 > 2**31
+    stiffness = prism.uniform_stiffness(plane, STEEL).matrix
+    turning = np.concatenate([-plane.doflocs[1], plane.doflocs[0]])
+    assert np.abs(stiffness @ turning).max() < 1e-11 * np.abs(stiffness).max() * np.abs(turning).max()
 
 
 def test_twisted_prism_yields_like_twisted_hexahedra():
@@ -119,7 +129,7 @@ def test_densities_are_whole_numbers():
     with pytest.raises(ValueError, match="fillet must be a whole number"):
         Density(fillet=0)
     with pytest.raises(ValueError, match="flank must be an even number"):
-        Density(flank=7)
+        Resolution(Density(flank=7))
 
 
 def test_compliance_converges():

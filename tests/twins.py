@@ -1,7 +1,6 @@
 """A gear as its transverse section in plane strain, for the contact of `fem.state`."""
 
 import numpy as np
-from skfem import Basis, ElementQuad2
 
 import fem
 from fem.compliance import Compliance, along_helix
@@ -9,7 +8,7 @@ from fem.half_space import along_line, half_plane
 from fem.hats import values_of_means
 from fem.hertz import flattening
 from fem.meeting import Meeting
-from fem.mesh import Density, flank_hats, section
+from fem.mesh import Density, flank_hats
 from fem.state import Encounter
 from fem.units import mm
 
@@ -17,7 +16,7 @@ from fem.units import mm
 def plane_twin(gear: fem.Gear, density: Density, refined: int) -> Compliance:
     """Compliance of the refined section in plane strain."""
     arcs, half, depth = flank_hats(gear, density), gear.b / 2, 1 * mm
-    blocks = along_helix(gear, arcs, Basis(section(gear, density.refined(refined)), ElementQuad2()), density)
+    blocks = along_helix(gear, arcs, density.refined(refined))
     blocks[0] -= half_plane(gear, arcs, depth)
     values = values_of_means(arcs)
     blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values)[:, None, :, None, :] / half * np.ones((1, 2, 1, 2, 1))
