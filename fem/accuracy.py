@@ -14,7 +14,7 @@ from fem.ste import at_phases, compliance_at
 from fem.sweep import Resolution, each, sweep
 
 #: A mesh is off by this much of what one coarser by 2/3 changes: 1 / (1.5^p - 1) at an order p of 1.26.
-#: So low is it at least: helical pairs of large angles just meet it, spur pairs have some to spare.
+#: So low is it at least across the width, where loads are light and flanks crowned; of the section it is higher.
 FROM_COARSER = 1.5
 #: Half-way is not always where an interpolation is furthest off.
 FROM_HALFWAY = 1.5

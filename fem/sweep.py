@@ -43,7 +43,7 @@ class Resolution:
         self.density.paired()
 
     def coarser(self) -> "Resolution":
-        """Two thirds as fine in every direction."""
+        """At most two thirds as fine in every direction."""
         return self.scaled(2 / 3)
 
     def finer(self) -> "Resolution":
