@@ -51,6 +51,16 @@ class Compliance:
         """Share of the face width, and of the load, that lies on the slices."""
         return 0.5 if self.axial[0] == 0 else 1.0
 
+    @property
+    def teeth(self) -> int:
+        """How many pitches away from the loaded tooth displacements are known; beyond they are left out."""
+        return len(self.blocks) - 1
+
+    def within(self, pitches: int | None) -> "Compliance":
+        """The same without displacements further away; None: all."""
+        n = self.teeth + 1 if pitches is None else pitches + 1
+        return replace(self, blocks=self.blocks[:n], slide=self.slide[: len(self.slide) - len(self.blocks) + n])
+
     def ahead(self, teeth: int) -> np.ndarray:
         """(n_axial n_hat, n_axial n_hat) displacement into a tooth so many teeth ahead of the loaded one [m/N]."""
         block = self.blocks[abs(teeth)].reshape(self.axial.size * self.arcs.size, -1)
@@ -58,7 +68,7 @@ class Compliance:
 
     def slide_ahead(self, teeth: int) -> np.ndarray:
         """Likewise along the profile; as far behind as was computed, there it hardly depends on the tooth."""
-        found = self.slide[max(0, teeth + self.slide.shape[0] - self.blocks.shape[0])]
+        found = self.slide[max(0, teeth + len(self.slide) - len(self.blocks))]
         return found.reshape(self.axial.size * self.arcs.size, -1)
 
 

@@ -190,6 +190,8 @@ def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Complian
         tilted = weights * 2 * tilts[side].ravel()
         for (k, here), (j, there) in product(groups, repeat=2):
             ahead = (k - j) * (-1) ** side
+            if abs(ahead) > body.teeth:
+                continue
             moved = weights[:, here].T @ body.ahead(ahead)
             if tilted[:, here].any():
                 moved -= tilted[:, here].T @ body.slide_ahead(ahead)

@@ -31,13 +31,18 @@ class Resolution:
     density     of the FE mesh; `teeth` is taken from the contact ratio
     slices      of the face width where gap or lines of contact vary across it; elsewhere half of the width has 3
     resolved    strips along the profile in every slice (True), or one line load, pressed as Hertz says (False)
+    neighbours  teeth up to so many pitches apart move one another, as programs have it that read the next ones only;
+                None: all in contact, which are two pitches apart where three pairs are
     """
 
     density: Density = field(default=Density(width=4))
     slices: int = 20
     resolved: bool = True
+    neighbours: int | None = None
 
     def __post_init__(self):
+        pitches = f"neighbours must be a whole number of pitches >= 0, or None for all teeth, got {self.neighbours}"
+        require(self.neighbours is None or (self.neighbours == int(self.neighbours) >= 0), pitches)
         whole = f"slices must be an even number, at least 2, got {self.slices}"
         require(self.slices == int(self.slices) and self.slices >= 2 and self.slices % 2 == 0, whole)
         self.density.paired()
@@ -100,7 +105,8 @@ def bodies_of(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tup
     teeth = floor(closest.eps_alpha + closest.eps_beta) + 1
     density = resolution.density.with_teeth(teeth, behind=BEHIND)
     loaded = pair.b + 2 * float(np.abs(values["axial"]).max())
-    pinion, wheel = (flank_compliance(g, density, min(g.b, loaded), whole=whole) for g in (pair.pinion, pair.wheel))
+    bodies = (flank_compliance(g, density, min(g.b, loaded), whole=whole) for g in (pair.pinion, pair.wheel))
+    pinion, wheel = (body.within(resolution.neighbours) for body in bodies)
     slices = resolution.slices if varies else 6
     return (pinion, wheel), slices if pinion.share == 1 else slices // 2
 

@@ -1,6 +1,7 @@
 """STE of the paper's pair against independent finite elements; symmetry, balance, limits; bad input is refused."""
 
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 
 import numpy as np
@@ -205,6 +206,17 @@ def test_helical_reference(helical_pair):
     assert mean_and_peak_to_peak(ste, 350)[0] == pytest.approx(19.34 * um, rel=0.006)
 
 
+def test_teeth_yield_less_the_fewer_of_their_neighbours_move_them(helical_pair):
+    """The next teeth take a tenth of the deflection, those two pitches apart a few thousandths."""
+    none, one, two, every = (
+        fem.static_transmission_error(helical_pair, 150, 5, accuracy=replace(ROUGH, neighbours=n), progress=False)["te"]
+        for n in (0, 1, 2, None)
+    )
+    assert float((one - none).mean()) > 0.05 * float(every.mean())
+    assert 0.001 < float((two - one).mean() / every.mean()) < 0.01
+    assert every.values == pytest.approx(two.values, rel=1e-12)
+
+
 def test_mirrored_hands_mirror_the_centroid(helical_pair):
     mirrored = fem.GearPair(helical_pair.wheel, helical_pair.pinion, a=150 * mm)
     one, other = (fem.static_transmission_error(p, 150, 8, progress=False) for p in (helical_pair, mirrored))
@@ -251,6 +263,7 @@ def test_parallelism_errors_act_in_the_plane_of_action(paper_pair):
         (lambda: fem.Offsets(misalignment=0.5), "pass radians"),
         (lambda: fem.Offsets(axial=float("nan")), "axial must be a number"),
         (lambda: fem.Resolution(slices=5), "slices must be an even number"),
+        (lambda: fem.Resolution(neighbours=-1), "neighbours must be a whole number of pitches"),
     ],
 )
 def test_bad_offsets_are_refused(call, message):
