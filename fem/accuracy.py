@@ -140,7 +140,7 @@ def choose(
 
 
 def _levels(pair: GearPair) -> tuple[Resolution, ...]:
-    """From the coarsest to the finest that is tried, which takes 2 to 2.5 GB; helical gears have no half width."""
+    """From the coarsest to the finest that is tried, which takes 1.9 to 2.3 GB; helical gears have no half width."""
     default = Resolution()
     finer = (default.finer_inside(),) if pair.beta_b else (default.finer(), default.finer().finer_across())
     return replace(default, resolved=False), default, *finer

@@ -1,10 +1,10 @@
 """Flank compliance of one gear by one factorization, with all that is local to a load split off.
 
 A load on the flank of tooth 0 is a sum of hats along the profile times hats across the width. The 3D solution sits on a
-coarse mesh; twins of its section under uniform line loads (plane strain, or what that is along a helix), on the same
-mesh and on refined ones, tell what it misses near the load and further inside. What remains beside a half-space under
-the same load is smooth both ways and is tabulated here. The half-space itself is closed form (`half_space`), so that
-the contact may be as fine as it likes in both directions.
+coarse mesh of quadratic elements; twins of its section under uniform line loads (plane strain, or what that is along
+a helix), on the same mesh and on refined ones, tell what it misses near the load and further inside. What remains
+beside a half-space under the same load is smooth both ways and is tabulated here. The half-space itself is closed form
+(`half_space`), so that the contact may be as fine as it likes in both directions.
 """
 
 from dataclasses import dataclass, replace

@@ -28,7 +28,7 @@ ORDER = ("a", "axial", *ANGLES)
 class Resolution:
     """How finely a map is solved.
 
-    density     of the FE mesh; `teeth` is taken from the contact ratio
+    density     of the FE mesh, whose quadratic elements are made of two `paired`; `teeth` come from the contact ratio
     slices      of the face width where gap or lines of contact vary across it; elsewhere half of the width has 3
     resolved    strips along the profile in every slice (True), or one line load, pressed as Hertz says (False)
     neighbours  teeth up to so many pitches apart move one another, as programs have it that read the next ones only;
