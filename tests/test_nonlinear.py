@@ -338,7 +338,7 @@ def test_hexahedra_are_their_linear_twin(paper_pair):
 @pytest.mark.slow
 def test_quadratic_hexahedra_confirm_the_compliance(paper_pair):
     """Large displacements in space; what so coarse a section misses is taken from plane strain (measured: 0.1 %)."""
-    density = Density(flank=24, fillet=2, tooth=2, rim=2, body=3, width=2, teeth=1, behind=1)
+    density = Density(flank=24, fillet=3, tooth=3, rim=3, body=4, width=3, teeth=1, behind=1)
     space, plane = (assembled(paper_pair, density, element) for element in (ElementHex2(), ElementQuad2()))
     twin, phases = plane_twin(paper_pair.pinion, Density(flank=44), 4), np.arange(16) / 30
     ste = fem.static_transmission_error(paper_pair, [150, 350], phases, progress=False)["te"]
