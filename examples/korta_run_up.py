@@ -21,7 +21,7 @@ import fem
 from exugear import plots
 from exugear.spectrum import Resonances
 from fem import iso6336
-from fem.mesh import Density, hexahedra, section
+from fem.mesh import hexahedra, section
 from fem.units import deg, mm, rpm, um
 
 TORQUES = (150.0, 350.0)
@@ -128,9 +128,9 @@ def compute(folder: Path, d_bore: float, damping_ratio: float, fit: bool, clock:
 
 def draw(folder: Path, curves, ste, runs) -> None:
     """Mesh, STE and run-ups as PNG."""
-    gear = fem.ste.pair_of(ste).pinion
+    gear, density = fem.ste.pair_of(ste).pinion, fem.Resolution().density.paired()
     figure = plots.figure(columns=2, spatial=(0,))
-    solid, plane = hexahedra(gear, Density()), section(gear, Density())
+    solid, plane = hexahedra(gear, density), section(gear, density)
     plots.plot_solid(solid.p, solid.facets[:, solid.boundary_facets()], figure.axes[0])
     plots.plot_section(plane.p, plane.t, figure.axes[1], height=12 * mm)
     figure.savefig(folder / "mesh.png", dpi=150)
