@@ -9,7 +9,7 @@ beside a half-space under the same load is smooth both ways and is tabulated her
 
 from dataclasses import dataclass, replace
 from functools import partial
-from math import copysign, cos, sin, tan
+from math import copysign, cos, inf, sin, tan
 
 import numpy as np
 import scipy.sparse as sp
@@ -38,6 +38,7 @@ class Compliance:
     blocks      (teeth + 1, n_axial, n_hat, n_axial, n_hat) displacement into tooth d per force on tooth 0 [m/N]; from
                 mid-plane on: the same forces act on both halves of the width
     slide       (behind + 1 + teeth, ...) likewise the displacement along the profile towards the tip, from -behind on
+    pitches     how far apart teeth may be to move one another
     """
 
     arcs: np.ndarray
@@ -45,21 +46,12 @@ class Compliance:
     end: float
     blocks: np.ndarray
     slide: np.ndarray
+    pitches: float = inf
 
     @property
     def share(self) -> float:
         """Share of the face width, and of the load, that lies on the slices."""
         return 0.5 if self.axial[0] == 0 else 1.0
-
-    @property
-    def teeth(self) -> int:
-        """How many pitches away from the loaded tooth displacements are known; beyond they are left out."""
-        return len(self.blocks) - 1
-
-    def within(self, pitches: int | None) -> "Compliance":
-        """The same without displacements further away; None: all."""
-        n = self.teeth + 1 if pitches is None else pitches + 1
-        return replace(self, blocks=self.blocks[:n], slide=self.slide[: len(self.slide) - len(self.blocks) + n])
 
     def ahead(self, teeth: int) -> np.ndarray:
         """(n_axial n_hat, n_axial n_hat) displacement into a tooth so many teeth ahead of the loaded one [m/N]."""

@@ -190,7 +190,7 @@ def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Complian
         tilted = weights * 2 * tilts[side].ravel()
         for (k, here), (j, there) in product(groups, repeat=2):
             ahead = (k - j) * (-1) ** side
-            if abs(ahead) > body.teeth:
+            if abs(ahead) > body.pitches:
                 continue
             moved = weights[:, here].T @ body.ahead(ahead)
             if tilted[:, here].any():

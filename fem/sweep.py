@@ -5,7 +5,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
-from math import floor
+from math import floor, inf
 
 import numpy as np
 
@@ -106,7 +106,8 @@ def bodies_of(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tup
     density = resolution.density.with_teeth(teeth, behind=BEHIND)
     loaded = pair.b + 2 * float(np.abs(values["axial"]).max())
     bodies = (flank_compliance(g, density, min(g.b, loaded), whole=whole) for g in (pair.pinion, pair.wheel))
-    pinion, wheel = (body.within(resolution.neighbours) for body in bodies)
+    pitches = inf if resolution.neighbours is None else resolution.neighbours
+    pinion, wheel = (replace(body, pitches=pitches) for body in bodies)
     slices = resolution.slices if varies else 6
     return (pinion, wheel), slices if pinion.share == 1 else slices // 2
 
