@@ -5,17 +5,19 @@ where a pair of teeth just joins, te bends sharply, and there they are larger.
 """
 
 from dataclasses import dataclass, replace
+from math import sqrt
 
 import numpy as np
 
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
+from fem.mesh import Density
 from fem.ste import at_phases, compliance_at
 from fem.sweep import Resolution, each, sweep
 
-#: A mesh is off by this much of what one coarser by 2/3 changes: 1 / (1.5^p - 1) at an order p of 1.26.
-#: So low is it at least across the width, where loads are light and flanks crowned; of the section it is higher.
-FROM_COARSER = 1.5
+#: Errors fall with these powers of the number of elements along the section, and of those and slices across the width,
+#: at least; so slowly where loads are light and flanks crowned.
+SECTION_ORDER, WIDTH_ORDER = 1.5, 1.26
 #: Half-way is not always where an interpolation is furthest off.
 FROM_HALFWAY = 1.5
 CHECKED_PHASES, CHECKED_TORQUES, FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 8, 5, 12, 400, 40
@@ -56,19 +58,36 @@ def rms(te: np.ndarray) -> np.ndarray:
 
 
 def mesh_error(pair: GearPair, torque, values: dict, resolution: Resolution) -> np.ndarray:
-    """(n_torque,) estimated error [m] by mesh and slices: what a coarser mesh and wider slices change.
+    """(n_torque,) estimated error [m]: by elements of the section together with those across the width, and by slices.
 
-    In the slice mode also what resolving the strips changes on that coarser mesh.
+    Each by what others than these change: fewer, or more where there is but one. In the slice mode also what
+    resolving the strips changes.
     """
     torque, phase = np.asarray(torque), np.arange(MESHED_PHASES) / MESHED_PHASES
-    few = _few(torque, MESHED_TORQUES)
-    coarser = resolution.coarser()
-    meshed, sliced = replace(resolution, density=coarser.density), replace(resolution, slices=coarser.slices)
-    te, coarse, wide = (curves(pair, few, phase, values, each) for each in (resolution, meshed, sliced))
-    error = FROM_COARSER * (rms(te - coarse) + rms(te - wide))
+    few, fine, other = _few(torque, MESHED_TORQUES), resolution.density, resolution.compared()
+    both, sliced = replace(resolution, density=other.density), replace(resolution, slices=other.slices)
+    section = replace(resolution, density=replace(other.density, width=fine.width))
+    te, by_both, by_slices, by_section = (
+        curves(pair, few, phase, values, each) for each in (resolution, both, sliced, section)
+    )
+    inside = left(te - by_section, along(fine) / along(other.density), SECTION_ORDER)
+    across = left(by_section - by_both, fine.width / other.density.width, WIDTH_ORDER)
+    in_slices = left(te - by_slices, resolution.slices / other.slices, WIDTH_ORDER)
+    error = rms(inside + across) + rms(in_slices)
     if not resolution.resolved:
-        error = error + rms(curves(pair, few, phase, values, replace(meshed, resolved=True)) - coarse)
+        error += rms(curves(pair, few, phase, values, replace(both, resolved=True)) - by_both)
     return _at_all(torque, few, error)
+
+
+def along(density: Density) -> float:
+    """Elements along a line through the tooth, either way in its section: the root of their number."""
+    pairs = density.paired()
+    return sqrt(pairs.flank * pairs.tooth)
+
+
+def left(change: np.ndarray, finer: float, order: float) -> np.ndarray:
+    """Error left after a change by so many times as many elements, of which it falls with a power (Richardson)."""
+    return change / (1 - finer**order)
 
 
 def phase_error(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> np.ndarray:

@@ -73,7 +73,8 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     body = replace(gear, flank=(), beta=abs(gear.beta))
     arcs, line = meshes.flank_hats(gear, density), meshes.half_width(gear.b, loaded, density.width)
     axial = np.sort(line.p[0])[: density.width + 1]
-    near = partial(cached, f"near field 13 {body} {density}", lambda: missed_by_section(body, arcs, density))
+    section = replace(density, width=1)
+    near = partial(cached, f"near field 13 {body} {section}", lambda: missed_by_section(body, arcs, section))
 
     def solved(kind: str) -> np.ndarray:
         def compute() -> Arrays:

@@ -47,9 +47,11 @@ class Resolution:
         require(self.slices == int(self.slices) and self.slices >= 2 and self.slices % 2 == 0, whole)
         self.density.paired()
 
-    def coarser(self) -> "Resolution":
-        """At most two thirds as fine in every direction."""
-        return self.scaled(2 / 3)
+    def compared(self) -> "Resolution":
+        """About two thirds as fine in every direction, or half as fine again where nothing coarser is left in one."""
+        coarser = self.scaled(2 / 3)
+        left = self.slices > coarser.slices and self.density.flank > coarser.density.flank
+        return coarser if left and self.density.width > coarser.density.width else self.finer()
 
     def finer(self) -> "Resolution":
         """Half as fine again in every direction."""

@@ -1,11 +1,13 @@
 """Requested accuracy: what is chosen, and that estimated errors hold against refined runs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import paper_gear
 
 import fem
-from fem.accuracy import MESHED_PHASES, chosen_torques, curves, interpolation_errors, mesh_error, rms
+from fem.accuracy import MESHED_PHASES, chosen_torques, curves, interpolation_errors, left, mesh_error, rms
 from fem.mesh import Density
 from fem.ste import at_phases, compliance_at
 from fem.units import deg, mm, um
@@ -57,6 +59,12 @@ def random_pair(rng) -> fem.GearPair:
             return fem.GearPair(pinion, wheel, a=fem.GearPair(pinion, wheel).a + 0.02 * m_n)
         except ValueError:
             continue
+
+
+@pytest.mark.parametrize("other", [2, 3, 6, 9])
+def test_what_is_left_of_an_error_that_falls_with_a_power_is_exact(other):
+    """Out of fewer elements and out of more, with its sign."""
+    assert left(1e-6 * (4**-1.5 - other**-1.5), 4 / other, 1.5) == pytest.approx(1e-6 * 4**-1.5, rel=1e-12)
 
 
 @pytest.mark.slow
@@ -111,6 +119,19 @@ def test_no_stated_error_passes_the_request(flank):
 
 
 CROWNED = fem.GearPair(paper_gear(flank=(fem.LeadCrowning(10 * um),)), paper_gear(), a=150 * mm)
+
+
+@pytest.mark.parametrize("slices", [2, 8])
+def test_a_single_element_across_the_width_is_compared_with_two(slices):
+    """Nothing coarser is left there; the error it makes is stated all the same."""
+    torque, values = np.array([0.0, 20.0, 350.0]), fem.Offsets().values(CROWNED)
+    single = fem.Resolution(replace(ROUGH.density, width=1), slices)
+    truth = te_of(CROWNED, torque, MESHED_PHASES, fem.Resolution(replace(ROUGH.density, width=4), 20))
+    error = rms(te_of(CROWNED, torque, MESHED_PHASES, single) - truth)
+    stated = mesh_error(CROWNED, torque, values, single)
+    assert (error[1:] > 1e-8).all()
+    assert (stated[1:] > error[1:]).all()
+    assert (stated < 0.5 * truth.mean(axis=1))[1:].all()
 
 
 def test_slice_mode_has_no_jump_at_vanishing_torque():
