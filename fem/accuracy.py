@@ -144,25 +144,29 @@ def choose(
 
     Raises RuntimeError where no level does, or too many torques or phases would be needed.
     """
-    worst = np.inf
+    least = np.inf
     for level in _levels(pair):
         fast = replace(level, resolved=False)
         torques = chosen_torques(pair, torque.torque, values, accuracy, fast) if isinstance(torque, UpTo) else torque
         mesh = mesh_error(pair, torques, values, level)
-        worst = (mesh / _allowed(pair, torques, values, accuracy, fast)).max()
-        if worst <= 1:
+        over = (mesh / _allowed(pair, torques, values, accuracy, fast)).max()
+        if over <= 1:
             phases = chosen_phases(pair, torques, values, accuracy, fast) if phase is None else phase
             found = {"error_mesh": mesh} | interpolation_errors(pair, torques, phases, values, level)
             return torques, phases, level, found
-    short = f"the finest mesh tried is within {worst * accuracy:.2g} of the deflection"
+        least = min(least, over)
+    short = f"the best mesh tried is within {least * accuracy:.3g} of the deflection"
     raise RuntimeError(f"{short}, accuracy {accuracy:g} was asked; ask for less or pass a finer fem.Resolution")
 
 
 def _levels(pair: GearPair) -> tuple[Resolution, ...]:
-    """From the coarsest to the finest that is tried, which takes 1.9 to 2.3 GB; helical gears have no half width."""
+    """From the coarsest to the finest that is tried, which takes 1.6 to 2.3 GB.
+
+    Helical gears, which have no half width, get finer in their section, else across the width.
+    """
     default = Resolution()
-    finer = (default.finer_inside(),) if pair.beta_b else (default.finer(), default.finer().finer_across())
-    return replace(default, resolved=False), default, *finer
+    either, both = (default.finer_inside(), default.finer_across()), (default.finer(), default.finer().finer_across())
+    return replace(default, resolved=False), default, *(either if pair.beta_b else both)
 
 
 def _allowed(pair, torque, values, accuracy: float, fast: Resolution) -> np.ndarray:
