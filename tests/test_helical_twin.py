@@ -15,7 +15,7 @@ from fem.solver import factorize
 from fem.units import mm, um
 
 DENSITY, ELEMENTS, SLICES = Density(teeth=2, behind=0), 12, 24
-FINER = fem.Resolution(Density(flank=22, width=6))
+FINER = fem.Resolution().finer_inside()
 WINDOW, FARTHEST = 0.55 * mm, 80 * um
 
 
