@@ -6,7 +6,7 @@ stands at theta - gamma on the pinion and at theta + pi - gamma on the wheel (pi
 for clockwise), gamma = thickness(r_w) / (2 r_w) of each gear: `meshing_angles`.
 """
 
-from math import ceil, cos, pi, tan
+from math import ceil, cos, pi
 from typing import Any
 
 import numpy as np
@@ -38,10 +38,10 @@ def gear_graphics(
     require(points_per_tooth % 2 == 0 and points_per_tooth >= 8, enough)
     outline, bore = pitch_section(gear, points_per_tooth)
     pitch, sizes = np.r_[outline, bore], (gear.z, outline.size, bore.size)
-    layers = max(1, ceil(gear.b * abs(tan(gear.beta)) / gear.r / TWIST))
+    layers = max(1, ceil(gear.b * abs(gear.twist) / TWIST))
     heights = np.linspace(-gear.b / 2, gear.b / 2, layers + 1)[:, None]
     teeth = np.repeat(2 * pi / gear.z * np.arange(gear.z), pitch.size)
-    turned = np.tile(pitch, gear.z) * np.exp(1j * (phase_angle + tan(gear.beta) / gear.r * heights + teeth))
+    turned = np.tile(pitch, gear.z) * np.exp(1j * (phase_angle + gear.twist * heights + teeth))
     points = np.stack([turned.real, turned.imag, np.broadcast_to(axial + heights, turned.shape)], axis=-1)
     data = graphics.FromPointsAndTrigs(points.reshape(-1, 3), gear_triangles(*sizes, layers), list(color))
     rim = np.c_[loops(*sizes)[0], np.roll(loops(*sizes)[0], -1)]

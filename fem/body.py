@@ -2,39 +2,45 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
-from skfem import Basis, MeshQuad
+from skfem import Basis, ElementQuad1, ElementQuad2
 from skfem.element import Element
 
 from fem import mesh as meshes
 from fem import profile
-from fem.flank import edges
+from fem.flank import edges, removed
 from fem.gear import Gear, GearPair
 from fem.mesh import Density
 from fem.solid import Solid, solid, stiffness
 from fem.solver import Solve, factorize
 from fem.touch import Flank, Width, shape_functions
 
-TEETH = (-1, 0, 1)
+#: Gears that bend meet so much earlier and later, in pitches.
+EARLIER = 1 / 4
 #: Edges of the mesh keep this distance from one another and from the ends of the flank, in modules.
 APART = 1 / 100
+#: Flanks are alike that differ by less [m].
+ALIKE = 1e-9
 
 
 @dataclass(frozen=True)
 class Body:
-    """Displacements of a body are arrays (n_dofs, dim); the hub and, in space, the cut in mid-plane hold some of them.
+    """Displacements of a body are arrays (n_dofs, dim); the hub and a cut in mid-plane hold some of them.
 
-    share       of the face width that is modelled: one half in space
+    share       of the face width that is modelled: in space one half where both are alike
     solid       the elements
+    columns     (n_dofs,) number of the dof of the transverse section over which each lies, or along whose helix
     free        (n_free,) flat numbers of the displacements that nothing holds
-    flanks      of the teeth TEETH
+    flanks      of the teeth that may touch
     """
 
     share: float
     solid: Solid
+    columns: np.ndarray
     free: np.ndarray
     flanks: dict[int, Flank]
 
@@ -55,20 +61,15 @@ class Body:
 
         return answer
 
-    @property
-    def columns(self) -> np.ndarray:
-        """(n_dofs,) number of the place in the transverse section over which each dof lies."""
-        places = np.round(self.solid.places[:, :2] / (1e-6 * np.ptp(self.solid.places)))
-        return np.unique(places, axis=0, return_inverse=True)[1].ravel()
-
-    def in_plane(self, nodes: np.ndarray) -> np.ndarray:
-        """Flat numbers (..., 2) of the in-plane displacements of nodes (...)."""
-        return self.solid.places.shape[1] * nodes[..., None] + np.arange(2)
-
-    @property
-    def flank_dofs(self) -> np.ndarray:
-        """Flat numbers of the in-plane displacements of all flanks, tooth by tooth."""
-        return np.concatenate([self.in_plane(self.flanks[tooth].nodes).ravel() for tooth in TEETH])
+    @cached_property
+    def transverse(self) -> sp.csr_matrix:
+        """Displacements of the flanks in transverse planes, as `Flank.transverse`, tooth by tooth, of flat ones."""
+        dim = self.solid.places.shape[1]
+        maps = np.concatenate([flank.transverse[..., :dim].reshape(-1, 2, dim) for flank in self.flanks.values()])
+        nodes = np.concatenate([flank.nodes.ravel() for flank in self.flanks.values()])
+        columns = np.broadcast_to(dim * nodes[:, None, None] + np.arange(dim), maps.shape)
+        starts = np.arange(0, maps.size + 1, dim)
+        return sp.csr_matrix((maps.ravel(), columns.ravel(), starts), (starts.size - 1, self.solid.places.size))
 
     def reshaped(self, gear: Gear) -> "Body":
         """The same finite elements with the flank modifications of another gear."""
@@ -77,11 +78,33 @@ class Body:
 
 def clamped_pair(pair: GearPair, density: Density, element: Element) -> tuple[Body, Body]:
     """Pinion and wheel as `clamped` makes them on the mesh of `with_edges`; like gears share their solid."""
-    densities = with_edges(pair, density)
-    pinion = clamped(pair.pinion, densities[0], element)
+    n, whole = farthest_tooth(pair), not all(map(alike_halves, (pair.pinion, pair.wheel)))
+    density = density.with_teeth(max(density.teeth, n), max(density.behind, n))
+    densities, of = with_edges(pair, density), partial(clamped, element=element, teeth=range(-n, n + 1), whole=whole)
+    pinion = of(pair.pinion, densities[0])
     if densities[0] == densities[1] and replace(pair.wheel, flank=()) == replace(pair.pinion, flank=()):
         return pinion, pinion.reshaped(pair.wheel)
-    return pinion, clamped(pair.wheel, densities[1], element)
+    return pinion, of(pair.wheel, densities[1])
+
+
+def farthest_tooth(pair: GearPair) -> int:
+    """Number of the last tooth that may touch within half a mesh cycle from the pitch point, either way."""
+    rolls = (pair.pinion.roll_tip, pair.wheel.roll_tip)
+    pitch_points = (pair.roll_pitch, pair.wheel.r_b * np.tan(pair.alpha_wt))
+    path = max(np.subtract(rolls, pitch_points)) + pair.b / 2 * np.tan(abs(pair.beta_b))
+    return max(1, int(path / pair.p_bt + 1 / 2 + EARLIER))
+
+
+def alike_halves(gear: Gear) -> bool:
+    """Whether the gear is symmetric about mid-plane."""
+    added = added_across(gear)
+    return gear.beta == 0 and bool(np.abs(added - added[:, ::-1]).max() < ALIKE)
+
+
+def added_across(gear: Gear) -> np.ndarray:
+    """(9, 9) material removed of the driving flank along the profile and from end face to end face [m]."""
+    roll = np.linspace(gear.roll_form, gear.roll_tip, 9)[:, None]
+    return removed(gear.drive_flank, gear.face, roll, np.linspace(-gear.b / 2, gear.b / 2, 9))
 
 
 def with_edges(pair: GearPair, density: Density) -> tuple[Density, Density]:
@@ -104,27 +127,47 @@ def distinct(gear: Gear, rolls: Iterable[float]) -> tuple[float, ...]:
     return tuple(found[1:])
 
 
-def clamped(gear: Gear, density: Density, element: Element) -> Body:
-    """Gear on quadrilaterals (plane strain) or on hexahedra from mid-plane to end face, as the element wants."""
+def clamped(gear: Gear, density: Density, element: Element, *, teeth=range(-1, 2), whole: bool = False) -> Body:
+    """Gear on quadrilaterals (plane strain) or on hexahedra, as the element wants.
+
+    teeth       numbers of those that may touch
+    whole       hexahedra from end face to end face instead of from mid-plane on
+    """
     mesh, degree = meshes.section(gear, density), element.maxdeg // element.dim
+    section = Basis(mesh, ElementQuad1() if degree == 1 else ElementQuad2(), intorder=2 * degree + 1)
     if element.dim == 2:
-        width = Width(np.zeros(1), np.array([gear.b]), np.ones((1, 1)), np.ones((1, 1)))
-        elements = solid(Basis(mesh, element, intorder=2 * degree + 1), gear.material, gear.b)
+        width, elements = plane(gear.b), solid(section, gear.material, gear.b)
     else:
-        line = meshes.half_width(gear.b, gear.b, density.width)
+        half = meshes.half_width(gear.b, gear.b, density.width)
+        line = meshes.both_sides(half) if whole else half
         width = stations(meshes.divided(np.sort(line.p[0]), degree), degree)
-        elements = solid(Basis(meshes.extruded(mesh, line), element, intorder=2 * degree + 1), gear.material)
-    flanks = {tooth: flank_of(gear, mesh, elements.places, tooth, width, degree) for tooth in TEETH}
-    return Body(1.0 if element.dim == 2 else 0.5, elements, np.flatnonzero(~held(gear, elements.places)), flanks)
+        in_space = Basis(meshes.extruded(mesh, line, gear.twist), element, intorder=2 * degree + 1)
+        elements = solid(in_space, gear.material)
+    columns = columns_over(section, elements.places, gear.twist)
+    stacks = np.lexsort((*elements.places.T[2:], columns)).reshape(section.N, -1)
+    flanks = {tooth: flank_of(gear, section, stacks, tooth, width, degree) for tooth in teeth}
+    free = np.flatnonzero(~held(gear, elements.places, whole))
+    return Body(1.0 if element.dim == 2 or whole else 0.5, elements, columns, free, flanks)
 
 
-def held(gear: Gear, places: np.ndarray) -> np.ndarray:
+def columns_over(section: Basis, places: np.ndarray, twist: float) -> np.ndarray:
+    """(n_dofs,) number of the dof of the section over which each of places (n_dofs, dim) lies, or along whose helix."""
+    turn = -twist * places[:, 2:].sum(axis=1)
+    return cKDTree(section.doflocs.T).query(meshes.rotated(places[:, :2].T, turn).T)[1]
+
+
+def held(gear: Gear, places: np.ndarray, whole: bool) -> np.ndarray:
     """(n_dofs, dim) whether the hub or the symmetry about mid-plane holds a displacement."""
     found = np.zeros(places.shape, bool)
     found[np.hypot(places[:, 0], places[:, 1]) < gear.d_bore / 2 * (1 + 1e-6)] = True
-    if places.shape[1] == 3:
+    if places.shape[1] == 3 and not whole:
         found[places[:, 2] < gear.b * 1e-9, 2] = True
     return found
+
+
+def plane(b: float) -> Width:
+    """One station for the width b [m]."""
+    return Width(np.zeros(1), np.zeros(1), np.array([b]), np.ones((1, 1)), np.ones((1, 1)))
 
 
 def stations(nodes: np.ndarray, degree: int) -> Width:
@@ -133,27 +176,22 @@ def stations(nodes: np.ndarray, degree: int) -> Width:
     long = np.diff(nodes)[:, None]
     places = (nodes[:-1, None] + long * (points + 1) / 2).ravel()
     hats = np.stack([np.interp(places, nodes, one) for one in np.eye(nodes.size)], axis=1)
-    return Width(places, (long * weights / 2).ravel(), hats, shape_functions(nodes, degree)(places))
+    return Width(nodes, places, (long * weights / 2).ravel(), hats, shape_functions(nodes, degree)(places))
 
 
-def flank_of(gear: Gear, section: MeshQuad, places: np.ndarray, tooth: int, width: Width, degree: int) -> Flank:
-    """Flank of a tooth on the dofs at places (n_dofs, dim) of elements of that degree above the mesh of a section."""
-    line = meshes.divided(meshes.flank_nodes(gear, section, tooth), degree)
-    off, place = cKDTree(line.T).query(places[:, :2])
-    nodes = np.flatnonzero(off < 1e-6 * gear.m_n)
-    across = places[nodes, 2] if places.shape[1] == 3 else 0.0 * nodes
-    order = nodes[np.lexsort((across, place[nodes]))].reshape(-1, width.hats.shape[1])
+def flank_of(gear: Gear, section: Basis, stacks: np.ndarray, tooth: int, width: Width, degree: int) -> Flank:
+    """Flank of a tooth on dofs that stand in stacks (section.N, n_across) over those of the section."""
+    line = meshes.divided(meshes.flank_nodes(gear, section.mesh, tooth), degree)
+    nodes = stacks[cKDTree(section.doflocs.T).query(line.T)[1]]
     arcs = profile.arc_length(gear, np.sqrt(np.maximum((line**2).sum(axis=0) - gear.r_b**2, 0)))
-    return Flank(gear, tooth, arcs, order, width, degree)
+    return Flank(gear, tooth, arcs, nodes, width, degree)
 
 
 def flexibility(body: Body, solve: Solve, block: int = 64) -> np.ndarray:
-    """(n, n) displacement of the flanks' dofs per force on them under solve [m/N]."""
-    dofs, columns = body.flank_dofs, []
-    for start in range(0, dofs.size, block):
-        some = dofs[start : start + block]
-        force = np.zeros((body.solid.places.size, some.size))
-        force[some, np.arange(some.size)] = 1.0
-        columns.append(solve(force.reshape(*body.solid.places.shape, -1)).reshape(force.shape)[dofs])
+    """(n, n) displacement of the flanks in transverse planes per force on them under solve [m/N]."""
+    pressed, columns = body.transverse, []
+    for start in range(0, pressed.shape[0], block):
+        force = pressed[start : start + block].T.toarray()
+        columns.append(pressed @ solve(force.reshape(*body.solid.places.shape, -1)).reshape(force.shape))
     matrix = np.hstack(columns)
     return (matrix + matrix.T) / 2

@@ -9,7 +9,7 @@ beside a half-space under the same load is smooth both ways and is tabulated her
 
 from dataclasses import dataclass, replace
 from functools import partial
-from math import copysign, cos, inf, sin, tan
+from math import copysign, cos, inf, sin
 
 import numpy as np
 import scipy.sparse as sp
@@ -112,9 +112,8 @@ def corrected(gear: Gear, arcs, axial, half: MeshLine, density: Density, missed:
     missed      by the coarse section, from `missed_by_section`
     kind        "whole" width, or half of it with loads on the other half that are alike, "even", or opposite, "odd"
     """
-    nodes = np.sort(half.p[0])
     if kind == "whole":
-        half = MeshLine(np.concatenate([-nodes[:0:-1], nodes]))
+        half = meshes.both_sides(half)
         axial = np.concatenate([-axial[:0:-1], axial])
     across = Basis(half, ElementLineP2())
     found = solid(gear, arcs, axial, across, density, kind)
@@ -186,7 +185,7 @@ def along_helix(gear: Gear, arcs: np.ndarray, density: Density) -> np.ndarray:
     In plane strain, and what this is along a helix.
     """
     basis = Basis(meshes.section(gear, density), ElementQuad2())
-    matrix = prism.uniform_stiffness(basis, gear.material, tan(gear.beta) / gear.r).matrix
+    matrix = prism.uniform_stiffness(basis, gear.material, gear.twist).matrix
     clamped = np.zeros((matrix.shape[0] // basis.N, basis.N), bool)
     clamped[:, basis.get_dofs(BORE).all()] = True
     free = np.flatnonzero(~clamped)
@@ -199,7 +198,7 @@ def solid(gear: Gear, arcs, axial, across: Basis, density: Density, kind: str) -
     """(n_reading, n_axial, n_hat, n_axial, n_hat) displacements that `readings` say per force on tooth 0 [m/N]."""
     basis = Basis(meshes.section(gear, density.paired()), ElementQuad2())
     free = ~_clamped(basis, across, kind)
-    matrix = prism.stiffness(basis, across, gear.material, tan(gear.beta) / gear.r).part(free)
+    matrix = prism.stiffness(basis, across, gear.material, gear.twist).part(free)
     spread = _axial_loads(across, axial)
     loads = []
     for pressed in readings(gear, basis, arcs, density):

@@ -146,6 +146,11 @@ class Gear:
         """Base helix angle [rad]."""
         return asin(sin(self.beta) * cos(self.alpha_n))
 
+    @property
+    def twist(self) -> float:
+        """Turn of the transverse section per length along the axis [1/m]."""
+        return tan(self.beta) / self.r
+
     @cached_property
     def r(self) -> float:
         """Reference radius [m]."""

@@ -232,7 +232,5 @@ class System:
     def _contact(self, here, f: np.ndarray) -> Motion:
         found = []
         for body, by in zip(self.meshing.bodies, here.by, strict=True):
-            load = np.zeros(body.solid.places.size)
-            load[body.flank_dofs] = f @ by
-            found.append(load.reshape(body.solid.places.shape))
+            found.append((body.transverse.T @ (f @ by)).reshape(body.solid.places.shape))
         return Motion((found[0], found[1]), -float(here.closing @ f))

@@ -6,7 +6,6 @@ axis; those of a helical gear are components along axes that turn with the secti
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import tan
 
 import numpy as np
 import scipy.sparse as sp
@@ -62,17 +61,12 @@ class Body:
         """(n_axis,) axial places of the dofs over each dof of the section [m]; 0 in plane strain."""
         return np.zeros(1) if self.axis is None else self.axis.doflocs[0]
 
-    @property
-    def twist(self) -> float:
-        """Turn of the section per length [1/m]."""
-        return tan(self.gear.beta) / self.gear.r
-
     @cached_property
     def basis(self) -> Basis:
         """Scalar basis on the mesh: triangles, or hexahedra along the helix; of linear solids it has the same dofs."""
         if self.axis is None:
             return self.section
-        return Basis(meshes.extruded(self.section.mesh, self.axis.mesh, self.twist), ElementHex1(), intorder=3)
+        return Basis(meshes.extruded(self.section.mesh, self.axis.mesh, self.gear.twist), ElementHex1(), intorder=3)
 
     def displacement(self, forces: np.ndarray) -> np.ndarray:
         """Displacement of the dofs [m] under forces (n_dofs,) or (n_dofs, k)."""
@@ -83,7 +77,7 @@ class Body:
     def in_fixed_axes(self, u: np.ndarray) -> np.ndarray:
         """(dim, n) components along axes that do not turn with the section, of unknowns u (n_dofs,)."""
         parts = u.reshape(self.dim, -1, self.axial.size).copy()
-        parts[:2] = meshes.rotated(parts[:2], self.twist * self.axial)
+        parts[:2] = meshes.rotated(parts[:2], self.gear.twist * self.axial)
         return parts.reshape(self.dim, -1)
 
 
@@ -100,13 +94,12 @@ def solid_body(gear: Gear, density: Density) -> Body:
 
 def quadratic_body(gear: Gear, density: Density) -> Body:
     """Quadratic elements of the whole width, which resolve the root."""
-    half = np.sort(meshes.half_width(gear.b, gear.b, density.width).p[0])
-    line = meshes.MeshLine(np.concatenate([-half[:0:-1], half]))
+    line = meshes.both_sides(meshes.half_width(gear.b, gear.b, density.width))
     return _clamped(gear, Basis(meshes.section(gear, density), ElementQuad2()), Basis(line, ElementLineP2()))
 
 
 def _clamped(gear: Gear, section: Basis, axis: Basis | None) -> Body:
-    stiffness = prism.stiffness(section, axis, gear.material, tan(gear.beta) / gear.r)
+    stiffness = prism.stiffness(section, axis, gear.material, gear.twist)
     dim, n = (2, 1) if axis is None else (3, axis.N)
     hub = np.hypot(*section.doflocs) < gear.d_bore / 2 * (1 + 1e-6)
     free = ~np.tile(np.repeat(hub, n), dim)

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from skfem import ElementQuad1
 
-from fem.body import TEETH, Body, clamped_pair
+from fem.body import Body, clamped_pair
 from fem.compiled import fast
 from fem.dynamic import RunUp, over_time
 from fem.gear import GearPair, require
@@ -132,7 +132,7 @@ def stable_step(body: Body, penalty: float) -> float:
 class State(NamedTuple):
     """Displacements and velocities (n_dofs, 2) in the hubs' frames; te and its rate; friction; works.
 
-    stick       (2, 3, n_hat) friction under the hats of a gear's tooth [Pa]
+    stick       (2, n_tooth, n_hat) friction under the hats of a gear's tooth [Pa]
     """
 
     u: tuple[np.ndarray, np.ndarray]
@@ -170,8 +170,8 @@ def integrated(pair: GearPair, bodies, gears, force: float, times, options) -> n
     between = int(np.ceil((times[1] - times[0]) / scheme.step))
     law = Law(scheme.penalty, scheme.friction, (times[1] - times[0]) / between)
     rest = [np.zeros_like(gear.places) for gear in gears * 2]
-    hats = max(gear.teeth.arcs.size for gear in gears)
-    state = State((rest[0], rest[1]), (rest[2], rest[3]), np.zeros(2), np.zeros((2, 3, hats)), np.zeros(4))
+    hats, teeth = max(gear.teeth.arcs.size for gear in gears), len(bodies[0].flanks)
+    state = State((rest[0], rest[1]), (rest[2], rest[3]), np.zeros(2), np.zeros((2, teeth, hats)), np.zeros(4))
     records = np.zeros((times.size, 10))
     records[0, 1] = run.start
     for i, t in enumerate(bar(times[:-1], "explicit"), start=1):
@@ -188,11 +188,11 @@ def integrated(pair: GearPair, bodies, gears, force: float, times, options) -> n
 
 
 def numbered(meshing: Meshing, phase: float) -> np.ndarray:
-    """(n, 5) own gear, its tooth and the mate's among TEETH, first and last hat of all that may touch."""
+    """(n, 5) own gear, its tooth and the mate's among the flanks, first and last hat of all that may touch."""
     found = []
     for touch in meshing.touches(phase):
         own, chosen = touch.own, touch.sample.chosen
-        teeth = [TEETH.index(touch.teeth[side]) for side in (own, 1 - own)]
+        teeth = [list(meshing.bodies[side].flanks).index(touch.teeth[side]) for side in (own, 1 - own)]
         found.append((own, *teeth, chosen[0], chosen[-1]))
     return np.array(found, dtype=np.int64).reshape(-1, 5)
 

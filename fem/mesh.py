@@ -4,7 +4,6 @@ Tooth 0 points along y; teeth count counter-clockwise; the flank that faces coun
 """
 
 from dataclasses import dataclass, replace
-from math import tan
 
 import numpy as np
 from skfem import MeshHex, MeshLine, MeshQuad
@@ -277,15 +276,20 @@ def half_width(b: float, loaded: float, n: int) -> MeshLine:
     return MeshLine(np.concatenate([inner, inner[-1] + rest * np.arange(1, beyond + 1) / beyond]))
 
 
+def both_sides(half: MeshLine) -> MeshLine:
+    """Mesh from end face to end face, of that from mid-plane on."""
+    nodes = np.sort(half.p[0])
+    return MeshLine(np.concatenate([-nodes[:0:-1], nodes]))
+
+
 def whole_width(gear: Gear, density: Density) -> MeshLine:
     """Mesh from end face to end face, finer towards both: 4 `width` elements."""
-    half = np.sort(half_width(gear.b, gear.b, 2 * density.width).p[0])
-    return MeshLine(np.concatenate([-half[:0:-1], half]))
+    return both_sides(half_width(gear.b, gear.b, 2 * density.width))
 
 
 def hexahedra(gear: Gear, density: Density) -> MeshHex:
     """The whole width as hexahedra, along the helix, with the boundary "bore"; for pictures and export."""
-    mesh = extruded(section(gear, density), whole_width(gear, density), tan(gear.beta) / gear.r)
+    mesh = extruded(section(gear, density), whole_width(gear, density), gear.twist)
     limit = gear.d_bore / 2 * (1 + 1e-6)
     return mesh.with_boundaries({BORE: lambda x: np.hypot(x[0], x[1]) < limit})
 

@@ -6,6 +6,7 @@ three digits, and one factorization serves all phases and torques.
 """
 
 from dataclasses import dataclass
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -14,9 +15,8 @@ from scipy.linalg import cho_factor, cho_solve
 from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 from skfem.element import Element
 
-from fem.body import TEETH, Body, clamped_pair, flexibility
+from fem.body import ALIKE, Body, added_across, clamped_pair, farthest_tooth, flexibility
 from fem.deviation import PitchDeviation
-from fem.flank import removed
 from fem.gear import GearPair, require
 from fem.mesh import Density
 from fem.profile import flank
@@ -41,7 +41,7 @@ def static_transmission_error(
     penalty: float = np.inf,
     progress: bool = True,
 ) -> xr.Dataset:
-    """STE map of a spur pair as `fem.static_transmission_error` makes it, by the nonlinear reference method.
+    """STE map of a pair as `fem.static_transmission_error` makes it, by the nonlinear reference method.
 
     torque      pinion torque F r_b1 [N m], one or several increasing values > 0
     phases      number of equidistant phases from 0, or their values
@@ -51,8 +51,8 @@ def static_transmission_error(
                 or ElementHex2() in space
     penalty     contact stiffness [Pa/m]; infinite: no penetration at all
 
-    Raises ValueError for helical pairs, unequal face widths and flanks that the mesh cannot tell apart, RuntimeError
-    where a phase does not converge.
+    Raises ValueError for unequal face widths and, in plane strain, for helical pairs and flanks that vary across the
+    width, RuntimeError where a phase does not converge.
     """
     element, density = element or ElementQuad2(), density or Density()
     check(pair, element)
@@ -69,20 +69,21 @@ def static_transmission_error(
 
 
 def check(pair: GearPair, element: Element) -> None:
-    """ValueError unless teeth of the pair are alike and as symmetric across the width as the mesh of the element."""
+    """ValueError unless teeth of the pair are alike, and in plane strain the same across the width."""
     names = ", ".join(f"{one.__name__}()" for one in ELEMENTS)
     require(isinstance(element, ELEMENTS), f"element must be one of {names}, got {element}")
-    require(pair.pinion.beta == 0, f"beta must be 0, got {pair.pinion.beta:g} rad; only spur pairs are solved")
+    in_space = "in plane strain; take hexahedra, with fem.nonlinear"
+    straight = pair.pinion.beta == 0 or element.dim == 3
+    require(straight, f"beta must be 0 {in_space}, got {pair.pinion.beta:g} rad")
     widths = pair.pinion.b, pair.wheel.b
     require(widths[0] == widths[1], f"b of pinion and wheel must be equal, got {widths}; cut the wider one")
+    touching, fewest = 2 * farthest_tooth(pair) + 1, min(pair.pinion.z, pair.wheel.z)
+    require(touching <= fewest, f"z must be at least the {touching} teeth that may touch, got {fewest}; reduce b")
     for gear in (pair.pinion, pair.wheel):
         alike = not any(isinstance(part, PitchDeviation) for part in gear.drive_flank)
         require(alike, "teeth must be alike, got pitch deviations; take fem.static_transmission_error for them")
-        roll = np.linspace(gear.roll_form, gear.roll_tip, 9)[:, None]
-        added = removed(gear.drive_flank, gear.face, roll, np.linspace(-gear.b / 2, gear.b / 2, 9))
-        other = added[:, ::-1] if element.dim == 3 else added[:, :1]
-        wanted = "symmetric about mid-plane" if element.dim == 3 else "the same across the width; or take ElementHex1()"
-        require(np.abs(added - other).max() < 1e-9, f"flanks must be {wanted}, got {gear.drive_flank}")
+        varies = np.ptp(added_across(gear), axis=1).max() > ALIKE and element.dim == 2
+        require(not varies, f"flanks must be the same across the width {in_space}, got {gear.drive_flank}")
 
 
 @dataclass(frozen=True)
@@ -115,18 +116,20 @@ class Meshing:
     def gaps(self, touch: Touch, places: tuple[Placement, Placement], u) -> Gaps:
         own, mate = touch.own, 1 - touch.own
         flanks = [body.flanks[tooth] for body, tooth in zip(self.bodies, touch.teeth, strict=True)]
-        return gaps(flanks[own], flanks[mate], (places[own], places[mate]), (u[own], u[mate]), touch.sample)
+        return gaps(flanks[own], flanks[mate], (places[own], places[mate]), (u[own], u[mate]), touch)
 
     def touches(self, phase: float) -> list[Touch]:
         """Hats of all teeth that come within REACH; they lie on the gear that is nearer to its tip."""
-        found, rest = [], [body.rest() for body in self.bodies]
-        for k in TEETH:
-            own = 1 if phase + k < 0 else 0
+        found, rest, pair = [], [body.rest() for body in self.bodies], self.pair
+        for k, own in product(self.bodies[0].flanks, (0, 1)):
             flank = self.bodies[own].flanks[(k, -k)[own]]
-            everywhere = Touch(own, (k, -k), sampling(flank, np.arange(flank.arcs.size)))
-            gap = self.gaps(everywhere, self.places(phase, 0.0), rest).gap.reshape(flank.arcs.size, -1)
-            near = np.flatnonzero(gap.min(axis=1) < REACH * flank.gear.m_n)
-            found += [Touch(own, (k, -k), sampling(flank, near))] if near.size else []
+            past = (phase + k) * pair.p_bt + flank.width.nodes * np.tan(pair.beta_b) >= 0
+            near = np.tile(past if own == 0 else ~past, (flank.arcs.size, 1))
+            if near.any():
+                everywhere = Touch(own, (k, -k), sampling(flank, np.arange(flank.arcs.size)), near)
+                near[near] = self.gaps(everywhere, self.places(phase, 0.0), rest).gap < REACH * flank.gear.m_n
+                chosen = np.flatnonzero(near.any(axis=1))
+                found += [Touch(own, (k, -k), sampling(flank, chosen), near[chosen])] if chosen.size else []
         return found
 
 
@@ -147,7 +150,7 @@ def factorized(pair: GearPair, bodies: tuple[Body, Body], masses, *, penalty: fl
 
 @dataclass(frozen=True)
 class Rows:
-    """Gaps under all hats: values (n,), closing per transmission error (n,), derivatives (n, n_flank_dofs) per gear."""
+    """Gaps under all hats: values (n,), closing per transmission error (n,), by `Body.transverse` of either gear."""
 
     gap: np.ndarray
     area: np.ndarray
@@ -166,7 +169,7 @@ def rows(meshing: Meshing, touches: list[Touch], phase: float, te: float, u) -> 
         last = first + one.gap.size
         for gear in (0, 1):
             part = (one.by_own if gear == touch.own else one.by_mate).reshape(one.gap.size, -1)
-            start = TEETH.index(touch.teeth[gear]) * part.shape[1]
+            start = list(meshing.bodies[gear].flanks).index(touch.teeth[gear]) * part.shape[1]
             by[gear][first:last, start : start + part.shape[1]] = part
         first = last
     return Rows(gap, area, closing, (by[0], by[1]))
@@ -185,19 +188,23 @@ def correction(meshing: Meshing, here: Rows, te: float, residual, force: float, 
 
     residual    per gear (n_dofs, dim) forces other than contact that are not balanced yet [N]
     """
-    dofs = [body.flank_dofs for body in meshing.bodies]
+    flanks = [body.transverse for body in meshing.bodies]
     free = [solve(r[..., None])[..., 0] for solve, r in zip(meshing.solve, residual, strict=True)]
-    moved = sum(g @ z.ravel()[d] for g, z, d in zip(here.by, free, dofs, strict=True))
-    matrix = sum(g @ s @ g.T for g, s in zip(here.by, meshing.flexible, strict=True))
-    matrix = matrix + np.diag(1 / (meshing.penalty * here.area))
+    moved = sum(g @ (p @ z.ravel()) for g, z, p in zip(here.by, free, flanks, strict=True))
+    matrix = sum(under_hats(g, s) for g, s in zip(here.by, meshing.flexible, strict=True))
+    matrix = matrix + np.diag(1 / (meshing.penalty * np.cos(meshing.pair.beta_b) * here.area))
     ahead = here.gap + here.closing * te + moved
     te, f = complementarity(matrix, ahead, here.closing, force + inertia * te, inertia)
     du = []
-    for solve, g, z, d in zip(meshing.solve, here.by, free, dofs, strict=True):
-        load = np.zeros(z.size)
-        load[d] = f @ g
-        du.append(z + solve(load.reshape(*z.shape, 1))[..., 0])
+    for solve, g, z, p in zip(meshing.solve, here.by, free, flanks, strict=True):
+        du.append(z + solve((p.T @ (f @ g)).reshape(*z.shape, 1))[..., 0])
     return Correction(te, (du[0], du[1]), f)
+
+
+def under_hats(by: np.ndarray, flexible: np.ndarray) -> np.ndarray:
+    """(n, n) by flexible by^T [m/N]; most columns of by are zero."""
+    some = np.flatnonzero(by.any(axis=0))
+    return by[:, some] @ flexible[np.ix_(some, some)] @ by[:, some].T
 
 
 def complementarity(matrix, gap, closing, force: float, inertia: float = 0.0) -> tuple[float, np.ndarray]:

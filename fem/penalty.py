@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem.body import TEETH, Body
+from fem.body import Body
 from fem.compiled import fast
 from fem.profile import LEAST_ROLL
 
@@ -62,8 +62,8 @@ def teeth_of(body: Body) -> Teeth:
     flank = body.flanks[0]
     arcs, gear = flank.arcs, flank.gear
     places = np.linspace(arcs[0], arcs[-1], RELIEF_STEPS + 1)
-    nodes = np.stack([body.flanks[tooth].nodes[:, 0] for tooth in TEETH])
-    turn = np.array([body.flanks[tooth].turn for tooth in TEETH])
+    nodes = np.stack([flank.nodes[:, 0] for flank in body.flanks.values()])
+    turn = np.array([flank.turn for flank in body.flanks.values()])
     relief = flank.removed(places[:, None])[:, 0]
     return Teeth(gear.r_b, flank.base, gear.b, arcs, nodes, turn, flank.smooth.c.T.copy(), relief)
 
@@ -207,7 +207,7 @@ def _means(touch, points, values, n):
 def press(own, mate, touch, place, law, stick):
     """Adds contact forces of two teeth to those of own and mate.
 
-    touch       numbers: own gear, its tooth and the mate's among TEETH, first and last hat
+    touch       numbers: own gear, its tooth and the mate's among the flanks, first and last hat
     place       own's centre and turn in the mate's frame
     stick       (n_hat,) friction of one step before [Pa], is overwritten
 

@@ -103,8 +103,8 @@ def along_root(body: Body, u: np.ndarray, tooth: int) -> np.ndarray:
     grown = np.zeros_like(middle)
     if body.dim == 3:
         grown = np.gradient(middle, z, axis=2, edge_order=2)
-        grown[:2] += body.twist * rotated(middle[:2], np.pi / 2)
-    along = np.vstack([body.twist * rotated((start + end) / 2, np.pi / 2), np.ones(one.size)])
+        grown[:2] += body.gear.twist * rotated(middle[:2], np.pi / 2)
+    along = np.vstack([body.gear.twist * rotated((start + end) / 2, np.pi / 2), np.ones(one.size)])
     across = np.vstack([end - start, np.zeros(one.size)])
     strain, along_helix = surface_strain(across, along, parts[:, other] - parts[:, one], grown)
     E, nu = body.gear.material.E, body.gear.material.nu

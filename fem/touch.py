@@ -1,8 +1,9 @@
 """Contact of two flanks where they are now: mean gaps over hats on one, closest points on the other (mortar method).
 
 A flank is the exact involute plus the displacement of the elements beneath, so that straight edges do not touch. `own`
-carries the hats, which end at its tip corner; `mate` is looked up. Each gear has a frame of its own, in which its hub
-rests; vectors are (2, ...).
+carries the hats, which end at its tip corner; `mate` is looked up. Both are cut by transverse planes; where a helical
+tooth moves along its axis, a plane cuts another section of it. Each gear has a frame of its own, in which its hub rests
+and which turns with the sections along a helix; vectors are (2, ...).
 """
 
 from dataclasses import dataclass
@@ -18,8 +19,9 @@ from fem.gear import Gear
 
 
 class Width(NamedTuple):
-    """Stations across the width: places (n,) [m], widths (n,) [m]; hats and shapes of the nodes (n, n_across)."""
+    """Nodes across the width (n_across,) [m]; stations: places, widths (n,) [m], nodes' hats, shapes (n, n_across)."""
 
+    nodes: np.ndarray
     places: np.ndarray
     widths: np.ndarray
     hats: np.ndarray
@@ -43,6 +45,11 @@ class Flank:
         return 2 * np.pi * self.tooth / self.gear.z
 
     @property
+    def turns(self) -> np.ndarray:
+        """(n_station,) angles of the sections at the stations from mid-plane's [rad]."""
+        return self.gear.twist * self.width.places
+
+    @property
     def base(self) -> float:
         """Angle where the involute of tooth 0 begins [rad]."""
         return np.pi / 2 + float(profile.flank(self.gear, [0.0]).psi[0])
@@ -64,9 +71,23 @@ class Flank:
         normal, radius = quarter_turn(tangent), np.maximum(roll, profile.LEAST_ROLL * self.gear.roll_tip)
         return self.gear.r_b * tangent + roll * normal, tangent, -normal / radius
 
+    @cached_property
+    def transverse(self) -> np.ndarray:
+        """(n, n_across, 2, dim) displacement in the transverse plane per displacement of the nodes.
+
+        A helical flank that moves along the axis is cut elsewhere, where it is turned.
+        """
+        turn, around = self.gear.twist * self.width.nodes, quarter_turn(self.involute(self.arcs)[0])
+        found = np.zeros((*self.nodes.shape, 2, 3))
+        found[:, :, 0, :2] = direction(turn).T
+        found[:, :, 1, :2] = quarter_turn(direction(turn)).T
+        found[:, :, :, 2] = -self.gear.twist * around.T[:, None]
+        return found
+
     def at_stations(self, u: np.ndarray) -> np.ndarray:
-        """(2, n, n_station) displacement of the nodes' lines at the stations."""
-        return np.einsum("akc,zk->caz", u[self.nodes][:, :, :2], self.width.shapes)
+        """(2, n, n_station) displacement in the transverse plane of the nodes' lines at the stations."""
+        moved = np.einsum("akci,aki->cak", self.transverse[..., : u.shape[1]], u[self.nodes])
+        return moved @ self.width.shapes.T
 
     def removed(self, arc: np.ndarray) -> np.ndarray:
         """Material removed at arcs (n, 1 or n_station) [m]."""
@@ -102,7 +123,7 @@ def cross(v: np.ndarray, w: np.ndarray) -> np.ndarray:
     return v[0] * w[1] - v[1] * w[0]
 
 
-def turned(v: np.ndarray, angle: float) -> np.ndarray:
+def turned(v: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
     """v turned counter-clockwise."""
     return np.cos(angle) * v + np.sin(angle) * quarter_turn(v)
 
@@ -135,10 +156,23 @@ def sampling(flank: Flank, chosen: np.ndarray) -> Sampling:
     return Sampling(arcs, flank.shapes(arcs), hats * (long * weights / 2).reshape(-1, 1), chosen)
 
 
+@dataclass(frozen=True)
+class Touch:
+    """Two teeth that may touch, numbered on pinion and wheel; own is the gear (0: pinion, 1: wheel) with the hats.
+
+    near        (n_chosen, n_across) which of the hats along the profile may touch where across the width
+    """
+
+    own: int
+    teeth: tuple[int, int]
+    sample: Sampling
+    near: np.ndarray
+
+
 class Gaps(NamedTuple):
     """Mean gaps under the hats (n,) [m], their area [m^2], closing per transmission error, and their derivatives.
 
-    by_own, by_mate     (n, n_node, n_across, 2) derivatives with respect to the flanks' nodal displacements
+    by_own, by_mate     (n, n_node, n_across, 2) derivatives by the nodes' displacements in the transverse plane
     """
 
     gap: np.ndarray
@@ -165,13 +199,15 @@ def closest(mate: Flank, x: np.ndarray, moved: np.ndarray) -> np.ndarray:
     return arc
 
 
-def gaps(own: Flank, mate: Flank, places: tuple[Placement, Placement], u: tuple, sample: Sampling) -> Gaps:
+def gaps(own: Flank, mate: Flank, places: tuple[Placement, Placement], u: tuple, touch: Touch) -> Gaps:
     """Gaps between own and mate, placed at places and displaced by u = (own's, mate's) (n_dofs, dim)."""
+    sample = touch.sample
     at_own, at_mate = own.at_stations(u[0]), mate.at_stations(u[1])
     inside = own.involute(sample.arcs[:, None])[0] + np.einsum("qa,caz->cqz", sample.shapes, at_own)
     there, here = places
-    arm = turned(inside, there.angle - here.angle)
-    x = arm + turned(there.centre - here.centre, -here.angle)[:, None, None]
+    ahead, angle = there.angle - here.angle + own.turns - mate.turns, here.angle + mate.turns
+    arm = turned(inside, ahead)
+    x = arm + turned((there.centre - here.centre)[:, None], -angle)[:, None]
     arc = closest(mate, x, at_mate)
     y, tangent, second = position(mate, arc, at_mate)
     normal = quarter_turn(tangent) / np.sqrt(dot(tangent, tangent))
@@ -183,16 +219,17 @@ def gaps(own: Flank, mate: Flank, places: tuple[Placement, Placement], u: tuple,
     push = normal + along * tangent
     closing = here.per_error * cross(y, push) - there.per_error * cross(arm, push)
     values = distance + own.removed(sample.arcs[:, None]) + mate.removed(arc)
-    area, mean = averages(sample, own.width)
-    by_own = np.einsum("cqz,qa,zk->qzakc", turned(push, here.angle - there.angle), sample.shapes, own.width.shapes)
+    area, mean = averages(touch, own.width)
+    by_own = np.einsum("cqz,qa,zk->qzakc", turned(push, -ahead), sample.shapes, own.width.shapes)
     by_mate = np.einsum("cqz,qza,zk->qzakc", -push, mate.smooth(arc), mate.width.shapes)
     return Gaps(mean(values), area, mean(closing), mean(by_own), mean(by_mate))
 
 
-def averages(sample: Sampling, width: Width):
+def averages(touch: Touch, width: Width):
     """Areas under the hats (n,) [m^2]; function that turns values (n_point, n_station, ...) into means (n, ...)."""
-    weights = np.einsum("qh,zl,z->hlqz", sample.hats, width.hats, width.widths)
-    area = weights.sum(axis=(2, 3)).ravel()
+    along, across = np.nonzero(touch.near)
+    weights = np.einsum("hq,hz->hqz", touch.sample.hats.T[along], (width.hats.T * width.widths)[across])
+    area = weights.sum(axis=(1, 2))
     weights = weights.reshape(area.size, -1) / area[:, None]
 
     def mean(values: np.ndarray) -> np.ndarray:
@@ -200,12 +237,3 @@ def averages(sample: Sampling, width: Width):
         return (weights @ values.reshape(weights.shape[1], -1)).reshape(area.size, *shape)
 
     return area, mean
-
-
-@dataclass(frozen=True)
-class Touch:
-    """Two teeth that may touch, numbered on pinion and wheel; own is the gear (0: pinion, 1: wheel) with the hats."""
-
-    own: int
-    teeth: tuple[int, int]
-    sample: Sampling

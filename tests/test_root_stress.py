@@ -134,11 +134,13 @@ def hands_fixture():
 def test_moved_as_a_whole_a_root_has_no_stress(hands):
     """Turned by 1e-3 about each axis, and displaced: less than 1e-4 of that strain, by steps along z."""
     for body in hands:
-        x, y = mesh.rotated(np.repeat(body.section.doflocs[:, :, None], body.axial.size, 2), body.twist * body.axial)
+        x, y = mesh.rotated(
+            np.repeat(body.section.doflocs[:, :, None], body.axial.size, 2), body.gear.twist * body.axial
+        )
         z, one = np.broadcast_to(body.axial, x.shape), np.ones_like(x)
         for motion in ((-y, x, 0 * one), (0 * one, -z, y), (z, 0 * one, -x), (one * mm, one * mm, one * mm)):
             u = 1e-3 * np.stack(motion)
-            u[:2] = mesh.rotated(u[:2], -body.twist * body.axial)
+            u[:2] = mesh.rotated(u[:2], -body.gear.twist * body.axial)
             assert np.abs(root_stress.along_root(body, u.ravel(), 0)).max() < 1e-4 * 1e-3 * 210e9
 
 

@@ -77,7 +77,7 @@ def test_the_hub_carries_force_moment_and_thrust(level, bodies):
     applied, total = body.in_fixed_axes(forces), sum(load.force.sum() for load in on_teeth)
     assert hub.sum(axis=1) == pytest.approx(-applied.sum(axis=1), abs=(2e-5 if gear.beta else 1e-9) * total)
     corners = np.repeat(body.section.doflocs, body.axial.size, axis=1)
-    x, y = mesh.rotated(corners, body.twist * np.tile(body.axial, body.section.N))
+    x, y = mesh.rotated(corners, body.gear.twist * np.tile(body.axial, body.section.N))
     moment, transverse = x @ applied[1] - y @ applied[0], total * np.cos(gear.beta_b)
     assert x @ hub[1] - y @ hub[0] == pytest.approx(-moment, rel=1e-9)
     assert moment == pytest.approx(-gear.r_b * transverse, rel=1e-5 if level == "plane" else 3e-3)
@@ -98,7 +98,7 @@ def test_uniform_strain_gives_uniform_stress(level, bodies):
     rate[0, 1], rate[1, 2] = 2e-4, 5e-4 * (body.dim == 3)
     strain = ((rate + rate.T) / 2)[:dim, :dim]
     moved = (rate[:dim, :dim] @ body.basis.doflocs).reshape(dim, -1, body.axial.size)
-    moved[:2] = mesh.rotated(moved[:2], -body.twist * body.axial)
+    moved[:2] = mesh.rotated(moved[:2], -body.gear.twist * body.axial)
     lame, mu = 210e9 * 0.3 / 1.3 / 0.4, 210e9 / 2.6
     expected = np.zeros((3, 3))
     expected[:dim, :dim] = 2 * mu * strain
