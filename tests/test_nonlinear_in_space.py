@@ -12,7 +12,7 @@ from test_transmission import helical
 import fem
 from fem.body import clamped
 from fem.mesh import Density
-from fem.nonlinear import assembled, equilibrium, factorized, rows
+from fem.nonlinear import assembled, equilibrium, factorized, rows, static_transmission_error
 from fem.units import deg, mm, um
 
 COARSE = Density(flank=10, fillet=1, tooth=1, rim=1, body=1, width=3, teeth=1, behind=1)
@@ -137,3 +137,15 @@ def test_helical_hexahedra_are_their_linear_twin(pair):
     force = 350 / pair.pinion.r_b
     for phase in (0.0, 0.25, 0.5):
         assert equilibrium(meshing, phase, force).te == pytest.approx(twin.te(phase, force), rel=2e-3)
+
+
+@pytest.mark.slow
+def test_helical_pair_on_hexahedra_confirms_the_compliance(pair):
+    """Nothing is left out of what teeth do to one another. Without those two pitches apart the two phases differ by
+    1.04 um instead of 1.34; here by 1.32.
+    """
+    density = Density(flank=12, fillet=2, tooth=2, rim=2, body=3, width=4, teeth=1, behind=1)
+    te = static_transmission_error(pair, 350, [0.0, 0.5], density=density, element=ElementHex2(), progress=False)["te"]
+    ours = fem.static_transmission_error(pair, 350, [0.0, 0.5], progress=False)["te"]
+    assert te.values == pytest.approx(ours.values, rel=0.01)
+    assert np.ptp(te.values) == pytest.approx(np.ptp(ours.values), rel=0.04)
