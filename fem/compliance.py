@@ -8,7 +8,7 @@ beside a half-space under the same load is smooth both ways and is tabulated her
 """
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from math import copysign, cos, inf, sin
 
 import numpy as np
@@ -20,7 +20,7 @@ from fem import prism
 from fem.cache import Arrays, cached
 from fem.gear import Gear
 from fem.half_space import half_space
-from fem.hats import hat, hats, overlap, spread, values_of_means
+from fem.hats import hat, hats, lines, overlap, spread, values_of_means
 from fem.mesh import BORE, Density
 from fem.solver import factorize
 
@@ -52,6 +52,12 @@ class Compliance:
     def share(self) -> float:
         """Share of the face width, and of the load, that lies on the slices."""
         return 0.5 if self.axial[0] == 0 else 1.0
+
+    @cached_property
+    def hats_of_lines(self) -> tuple[np.ndarray, np.ndarray]:
+        """(n_axial, n_axial) and (n_hat, n_hat) the hats across and along, as sums of `fem.hats.lines`."""
+        across, along = (np.linalg.inv(lines(tops, tops)) for tops in (self.axial, self.arcs))
+        return across, along
 
     def ahead(self, teeth: int) -> np.ndarray:
         """(n_axial n_hat, n_axial n_hat) displacement into a tooth so many teeth ahead of the loaded one [m/N]."""

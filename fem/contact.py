@@ -11,6 +11,7 @@ import numpy as np
 from fem.compliance import Compliance
 from fem.gap import Cells
 from fem.half_space import along_line
+from fem.hats import lines
 from fem.hertz import flattening, log_mean
 
 STRIPS = 21
@@ -227,17 +228,12 @@ def across_weights(body: Compliance, low: np.ndarray, high: np.ndarray) -> np.nd
     """(n_axial, n) mean values of the hats across the width over the slices between low and high (n,) [m]."""
     kinks = body.axial[1:-1, None]
     below, above = (np.stack([at, at**2 / 2, *np.maximum(at - kinks, 0) ** 2 / 2]) for at in (low, high))
-    return np.linalg.solve(_lines(body.axial, body.axial), (above - below) / (high - low))
+    return body.hats_of_lines[0] @ ((above - below) / (high - low))
 
 
 def along_weights(body: Compliance, arcs: np.ndarray) -> np.ndarray:
     """(n_hat, n m) values at places arcs (n, m) of the hats along the profile; straight on beyond the ends."""
-    return np.linalg.solve(_lines(body.arcs, body.arcs), _lines(body.arcs, arcs.ravel()))
-
-
-def _lines(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """(n_hat, n) values at places at (n,) of lines with kinks that span the hats with given tops."""
-    return np.stack([np.ones_like(at), at, *np.maximum(at - tops[1:-1, None], 0)])
+    return body.hats_of_lines[1] @ lines(body.arcs, arcs.ravel())
 
 
 def flattening_of(cells: Cells) -> np.ndarray:

@@ -57,8 +57,10 @@ def removed(flank: Flank, face: Face, roll, axial, *, tooth: int | np.ndarray = 
     Beyond root form and tip, where there is no flank, as at these ends: a power law goes on to millimetres there.
     """
     roll, axial = np.clip(np.asarray(roll, float), face.roll_form, face.roll_tip), np.asarray(axial, float)
-    face = face._replace(tooth=tooth)
-    return sum((part.removed(face, roll, axial) for part in flank), 0 * roll + 0 * axial)
+    face, found = face._replace(tooth=tooth), np.zeros(np.broadcast_shapes(roll.shape, axial.shape))
+    for part in flank:
+        found = found + part.removed(face, roll, axial)
+    return found
 
 
 def edges(flank: Flank, face: Face) -> list[float]:

@@ -13,8 +13,10 @@ from fem.flank import removed
 from fem.meeting import Meeting
 from fem.profile import LEAST_ROLL
 
-SAMPLES = 41
-GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
+#: Places among which the closest one is found, and rounds of more of them between the neighbours of the last one.
+SAMPLES, ROUNDS, AROUND = 41, 3, 17
+#: Points and weights across a slice, and of a section of no width
+GAUSS, MIDDLE = (np.polynomial.legendre.leggauss(points) for points in (3, 1))
 #: Newton steps to the mate's tip corner; the last one is shorter than this share of the roll at the tip.
 NEWTONS, SHORT = 12, 1e-8
 #: Gap of flanks that cannot touch [m].
@@ -100,7 +102,7 @@ class Cells:
         The lever is that of own's normal about the mate over its base radius.
         """
         r_mate, (x, y, mate_roll, lever) = self.radii[1], self._arm(roll)
-        turn = np.arctan2(y, x) - np.arctan2(mate_roll, r_mate) + self.meeting.alpha
+        turn = np.arctan2(y * r_mate - x * mate_roll, x * r_mate + y * mate_roll) + self.meeting.alpha
         return r_mate * turn + mate_roll - self.mate_nominal, mate_roll, lever
 
     @cached_property
@@ -148,11 +150,13 @@ class Cells:
         if not self.modified:
             return 0 * roll
         beta_b, own_is_pinion = self.meeting.pair.beta_b, self.own_is_pinion[:, None]
-        ahead = (GAUSS_POINTS[:, None] * (self.high - self.low) / 2)[..., None]
+        width = self.high - self.low
+        points, weights = GAUSS if width.any() else MIDDLE
+        ahead = (points[:, None] * width / 2)[..., None]
         axial, shift = self.middle[:, None] + ahead, ahead * tan(beta_b)
-        pinion_roll, wheel_roll = np.where(own_is_pinion, [roll, mate_roll], [mate_roll, roll])
+        pinion_roll, wheel_roll = (np.where(own_is_pinion, *two) for two in ((roll, mate_roll), (mate_roll, roll)))
         one, other = self._removed(pinion_roll + shift, wheel_roll - shift, axial)
-        return cos(beta_b) * np.tensordot(GAUSS_WEIGHTS / 2, one + other, 1)
+        return cos(beta_b) * np.tensordot(weights / 2, one + other, 1)
 
     def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray):
         """(..., n, m) material removed from pinion, and from wheel, in the transverse section [m]."""
@@ -206,12 +210,12 @@ class Cells:
         nominal = np.clip(self.nominal, low, high)
         if not self.modified:
             return nominal
-        roll, step = low + (high - low) * np.linspace(0, 1, SAMPLES), (high - low) / (SAMPLES - 1)
-        best = nominal
-        for _ in range(3):
-            roll = np.clip(np.concatenate([roll, best], axis=1), low, high)
+        share, step = np.linspace(0, 1, SAMPLES) * np.ones_like(low), 1 / (SAMPLES - 1)
+        places, best = low + (high - low) * share, nominal
+        for _ in range(ROUNDS + 1):
+            roll = np.clip(np.concatenate([places, best], axis=1), low, high)
             best = np.take_along_axis(roll, np.argmin(self.clear(roll)[0], axis=1)[:, None], axis=1)
-            roll, step = best + step * np.linspace(-1, 1, SAMPLES), step * 2 / (SAMPLES - 1)
+            places, step = best + step * (high - low) * np.linspace(-1, 1, AROUND), step * 2 / (AROUND - 1)
         return best
 
     @cached_property

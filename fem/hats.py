@@ -13,6 +13,11 @@ def hats(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(at, tops, row) for row in np.eye(tops.size)])
 
 
+def lines(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """(n_hat, n) values at places at (n,) of lines with kinks that span the hats with given tops, and go on beyond."""
+    return np.stack([np.ones_like(at), at, *np.maximum(at - tops[1:-1, None], 0)])
+
+
 def products(tops: np.ndarray) -> np.ndarray:
     """(n, n) integrals of products of two of the hats; their sums are the integrals of the hats."""
     size = np.diff(tops)

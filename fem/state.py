@@ -144,16 +144,25 @@ class Encounter:
         """Slices of all pairs over the whole face."""
         return self.sliced(dict.fromkeys(self.meeting.numbers(), self.face), self.slices)
 
-    @cached_property
-    def whole_coupling(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n, n) compliance between the whole slices where they are closest [m/N], its change per te [1/N].
+    def coupled(self, te: float) -> np.ndarray:
+        """(n, n) compliance between the whole slices where they are closest at te [m/N].
 
         Half-planes held at `depth` apart.
         """
+        arcs = replace(self.whole, te=te).touching if te else self.whole.touching
+        smooth = coupling(self.whole, arcs, self.pinion, self.wheel)[:, 0, :, 0]
+        return smooth + along_contact(self.whole, self.depth, self.pinion, self.wheel)
+
+    @cached_property
+    def rest_coupling(self) -> np.ndarray:
+        """(n, n) compliance between the whole slices before they deflect [m/N]."""
+        return self.coupled(0.0)
+
+    @cached_property
+    def softening(self) -> np.ndarray:
+        """(n, n) change of that compliance per transmission error [1/N]."""
         step = OVERLAP * self.meeting.pair.pinion.m_n
-        arcs = np.concatenate([cells.touching for cells in (self.whole, replace(self.whole, te=step))], axis=2)
-        rest, overlapping = np.einsum("pmqm->mpq", coupling(self.whole, arcs, self.pinion, self.wheel))
-        return rest + along_contact(self.whole, self.depth, self.pinion, self.wheel), (overlapping - rest) / step
+        return (self.coupled(step) - self.rest_coupling) / step
 
     def gaps(self, cells: Cells, misalignment) -> tuple[np.ndarray, np.ndarray]:
         """Normal gap [m] and approach per transmission error where the flanks of cells are closest, each (n,)."""
@@ -165,11 +174,14 @@ class Encounter:
         width = self.half_width(cells, 1 / (cells.high - cells.low))
         return flattening_of(cells), 0.5 + np.log(2 * self.depth / width)
 
-    def line_contact(self, force: np.ndarray, misalignment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Transmission errors (m,) [m] and forces on the whole slices (m, n) [N], one line load in each."""
+    def line_contact(self, force: np.ndarray, misalignment: np.ndarray, change) -> tuple[np.ndarray, np.ndarray]:
+        """Transmission errors (m,) [m] and forces on the whole slices (m, n) [N], one line load in each.
+
+        change      of `rest_coupling` per transmission error [1/N]
+        """
         cells = self.whole
         gap, per_error = self.gaps(cells, misalignment[:, None])
-        return line_contact(*self.whole_coupling, self.hertz(cells), gap, per_error, force)
+        return line_contact(self.rest_coupling, change, self.hertz(cells), gap, per_error, force)
 
     def slice_states(self, force: np.ndarray, misalignment: np.ndarray) -> list[State]:
         """Contacts under mesh forces (m,) >= 0 [N] and misalignments (m,) [rad] with one line load in each slice."""
@@ -177,7 +189,8 @@ class Encounter:
         gap, per_error = self.gaps(cells, misalignment[:, None])
         te, loads = (gap / per_error).min(axis=1), np.zeros(gap.shape)
         if loaded.any():
-            te[loaded], loads[loaded] = self.line_contact(force[loaded] * self.pinion.share, misalignment[loaded])
+            shared = force[loaded] * self.pinion.share
+            te[loaded], loads[loaded] = self.line_contact(shared, misalignment[loaded], self.softening)
         width = self.half_width(cells, np.maximum(loads, TINY) / (cells.high - cells.low))
         pressure = 2 * loads / (np.pi * width * cells.length)
         half = self.pinion.share < 1
@@ -218,8 +231,7 @@ class Encounter:
         if force == 0:
             return State(self.unloaded(misalignment), self.sliced({}, 0), np.zeros(0), np.zeros(0))
         force, cells = force * self.pinion.share, self.whole
-        te, loads = (found[0] for found in self.line_contact(np.array([force]), np.array([misalignment])))
-        te = float(te)
+        (te,), (loads,) = self.line_contact(np.array([force]), np.array([misalignment]), change=0.0)
         ranges = self.ranges(te, misalignment, cells, loads)
         for step in range(ROUNDS):
             line_load = loads / (cells.high - cells.low)
