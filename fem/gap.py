@@ -113,8 +113,8 @@ class Cells:
     @cached_property
     def apart(self) -> np.ndarray:
         """(n, 1) whether all of own's flank is beyond the mate's tip, so that the two cannot touch."""
-        form, tip = (self._arm(self._own(name)[:, None])[2] for name in ("roll_form", "roll_tip"))
-        return np.minimum(form, tip) > self.mate_tip
+        ends = np.stack([self._own("roll_form"), self._own("roll_tip")], axis=1)
+        return self._arm(ends)[2].min(axis=1, keepdims=True) > self.mate_tip
 
     @cached_property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
@@ -210,18 +210,25 @@ class Cells:
         nominal = np.clip(self.nominal, low, high)
         if not self.modified:
             return nominal
-        share, step = np.linspace(0, 1, SAMPLES) * np.ones_like(low), 1 / (SAMPLES - 1)
-        places, best = low + (high - low) * share, nominal
-        for _ in range(ROUNDS + 1):
-            roll = np.clip(np.concatenate([places, best], axis=1), low, high)
-            best = np.take_along_axis(roll, np.argmin(self.clear(roll)[0], axis=1)[:, None], axis=1)
-            places, step = best + step * (high - low) * np.linspace(-1, 1, AROUND), step * 2 / (AROUND - 1)
-        return best
+        step, around = (high - low) / (SAMPLES - 1), np.linspace(-1, 1, AROUND)
+        roll = np.concatenate([low + step * np.arange(SAMPLES), nominal], axis=1)
+        for _ in range(ROUNDS):
+            best = self._closest_of(roll)
+            roll, step = np.clip(best + step * around, low, high), step * 2 / (AROUND - 1)
+        return self._closest_of(roll)
+
+    def _closest_of(self, roll: np.ndarray) -> np.ndarray:
+        """(n, 1) that one of roll (n, m) where the two are closest."""
+        return np.take_along_axis(roll, np.argmin(self.clear(roll)[0], axis=1)[:, None], axis=1)
+
+    @cached_property
+    def _at_closest(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.clear(self.closest)
 
     @cached_property
     def nearest(self) -> tuple[np.ndarray, np.ndarray]:
         """Normal gap, aligned [m], and approach per transmission error where the flanks are closest, each (n,)."""
-        gap, foot = self.clear(self.closest)
+        gap, foot = self._at_closest
         none, there = np.zeros_like(foot), np.ones_like(foot)
         per_error = self.approach(self.closest, foot, self.tilts(self.closest, foot, none, there))
         return (gap + per_error * self.te)[:, 0], per_error[:, 0]
@@ -229,7 +236,7 @@ class Cells:
     @property
     def touching(self) -> np.ndarray:
         """(2, n, 1) arc lengths on pinion and wheel where the two are closest [m]."""
-        return self.arcs(self.closest, np.minimum(self.clear(self.closest)[1], self.mate_tip))
+        return self.arcs(self.closest, np.minimum(self._at_closest[1], self.mate_tip))
 
     @cached_property
     def radius(self) -> np.ndarray:
