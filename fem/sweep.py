@@ -5,7 +5,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
-from math import floor, inf
+from math import ceil, floor, inf, sqrt
 
 import numpy as np
 
@@ -95,7 +95,9 @@ def sweep(
     bodies, slices = bodies_of(pair, values, resolution)
     column = partial(_column, bodies, slices, resolution.resolved, forces, values)
     meetings = [Meeting(pair, *place) for place in product(values["a"], values["axial"], phase)]
-    columns: Iterable[np.ndarray] = (map if executor is None else executor.map)(column, meetings)
+    at_once = ceil(sqrt(len(meetings)) / 2)
+    spread = map if executor is None else partial(executor.map, chunksize=at_once)
+    columns: Iterable[np.ndarray] = spread(column, meetings)
     found = list(bar(columns, what, np.ones(len(meetings))))
     return _ordered(found, [forces.size, *(values[name].size for name in ORDER), phase.size])
 
