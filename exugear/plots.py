@@ -102,9 +102,9 @@ def _mark(ax: Axes, outline: Envelope, found: Resonances) -> None:
     for place in found.place:
         height = np.interp(place, outline.place, outline.high) / um
         ax.plot(place, height, "v", color=MARK, markersize=5)
-        text = ax.annotate(f"{place:.0f} Hz", (place, height), (-2, 6), textcoords="offset points", color=MARK)
-        text.set(rotation=60, fontsize="small")
-    ax.margins(y=0.18)
+        text = ax.annotate(f"{place:.0f} Hz", (place, height), (0, 7), textcoords="offset points", color=MARK)
+        text.set(rotation=90, ha="center", fontsize="small")
+    ax.margins(y=0.2)
 
 
 def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float = 3.2) -> Axes:

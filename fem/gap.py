@@ -156,7 +156,7 @@ class Cells:
         axial, shift = self.middle[:, None] + ahead, ahead * tan(beta_b)
         pinion_roll, wheel_roll = (np.where(own_is_pinion, *two) for two in ((roll, mate_roll), (mate_roll, roll)))
         one, other = self._removed(pinion_roll + shift, wheel_roll - shift, axial)
-        return cos(beta_b) * np.tensordot(weights / 2, one + other, 1)
+        return cos(beta_b) / 2 * np.einsum("p,pnm->nm", weights, one + other)
 
     def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray):
         """(..., n, m) material removed from pinion, and from wheel, in the transverse section [m]."""

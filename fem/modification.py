@@ -82,7 +82,7 @@ def _check_on_flank(length: float, face: Face) -> None:
 
 def _share(inside, length: float, power: float) -> np.ndarray:
     """0 up to where the relief begins, 1 at its end; inside counts from the beginning [m]."""
-    return np.clip(inside / length, 0, None) ** power
+    return np.maximum(inside / length, 0.0) ** power
 
 
 def _if_sharp(edge: float, power: float) -> tuple[float, ...]:
