@@ -39,14 +39,12 @@ class Contact:
     smooth      (n, NODES, n, NODES) all other compliance, between places of the cells that `SHAPES` interpolate [m/N]
     gap         (n, m) [m]
     approach    (n, m) normal approach per transmission error
-    expected    (n, m) whether a strip lies where Hertz expects the contact
     """
 
     local: np.ndarray
     smooth: np.ndarray
     gap: np.ndarray
     approach: np.ndarray
-    expected: np.ndarray
 
     @cached_property
     def pressed(self) -> np.ndarray:
@@ -66,12 +64,14 @@ class Contact:
         smooth = self.smooth.reshape(n * NODES, -1) @ (f @ SHAPES.T).ravel()
         return (self.local @ f[..., None])[..., 0] + smooth.reshape(n, NODES) @ SHAPES
 
-    def solve(self, force: float) -> tuple[float, np.ndarray]:
+    def solve(self, force: float, active: np.ndarray) -> tuple[float, np.ndarray]:
         """Transmission error [m] and strip forces (n, m) [N] with sum(approach f) = force (primal-dual active set).
+
+        active      (n, m) strips that are taken to touch at first
 
         Raises RuntimeError where no active set settles.
         """
-        active, moved = self.expected, self._moved(self.expected)
+        moved = self._moved(active)
         for _ in range(ACTIVE_SETS):
             delta, f = self._coupled(moved, force)
             slack = self.displacement(f) + self.gap - self.approach * delta
@@ -251,4 +251,4 @@ def assemble(cells: Cells, strips: Strips, pinion: Compliance, wheel: Compliance
     factor, width = (x[:, None, None] for x in (flattening_of(cells), strips.width))
     gap = strips.gap + (cos(cells.meeting.pair.beta_b) * misalignment * cells.middle)[:, None]
     local = factor * (BETWEEN_STRIPS - np.log(width / depth))
-    return Contact(local, smooth, gap, strips.approach, strips.expected > 0)
+    return Contact(local, smooth, gap, strips.approach)

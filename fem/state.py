@@ -7,7 +7,7 @@ from math import ceil, cos, sqrt
 import numpy as np
 
 from fem.compliance import Compliance
-from fem.contact import Strips, along_contact, assemble, coupling, flattening_of, strips_of
+from fem.contact import STRIPS, Strips, along_contact, assemble, coupling, flattening_of, strips_of
 from fem.gap import Cells
 from fem.hertz import flattening
 from fem.loaded_width import Ranges, overlap, wider
@@ -264,15 +264,18 @@ class Encounter:
         return bool(outwards.min() > -SHORT and outwards.max() < spare)
 
     def pressed(self, cells: Cells, force: float, misalignment: float, half_width: np.ndarray) -> State:
-        """Contact of cells on strips wide enough to hold it."""
+        """Contact of cells on strips wide enough to hold it; those that already are touch where they did."""
+        spilt, touching = np.ones(cells.low.size, bool), np.zeros((cells.low.size, STRIPS), bool)
         for _ in range(WIDENINGS):
             strips = strips_of(cells, half_width)
-            te, load = assemble(cells, strips, self.pinion, self.wheel, misalignment).solve(force)
-            spilt = (strips.open & (load[:, [0, -1]].T > 0)).any(axis=0)
+            touching = np.where(spilt[:, None], strips.expected > 0, touching)
+            te, load = assemble(cells, strips, self.pinion, self.wheel, misalignment).solve(force, touching)
+            first, last = strips.open & (load[:, [0, -1]].T > 0)
+            spilt = first | last
             if not spilt.any():
                 pressure = load.max(axis=1) / (strips.width * cells.length)
                 return State(te, cells, load.sum(axis=1), pressure, strips, load, self.pinion.share < 1)
-            half_width = np.where(spilt, 1.6 * half_width, half_width)
+            half_width, touching = np.where(spilt, 1.6 * half_width, half_width), load > 0
         raise RuntimeError("contact is a hundred times wider than Hertz says; reduce the load or take more slices")
 
 
