@@ -10,24 +10,16 @@ import argparse
 from pathlib import Path
 
 import numpy as np
+from korta_run_up import paper_pair
 
-import fem
 from exugear import pictures, plots
 from fem import root_stress, stress
-from fem.units import MPa, deg, mm, um
+from fem.units import MPa, mm, um
 
 TORQUE = 150.0
 PHASES = {"one pair of teeth": 0.0, "two pairs of teeth": 0.5}
 TORQUES = (50.0, 150.0, 350.0)
 EXAGGERATION = 150
-
-
-def paper_pair(d_bore: float = 60 * mm) -> fem.GearPair:
-    """Table I; the contact ratio 1.45 fixes the centre distance."""
-    gear = fem.Gear(
-        z=57, m_n=2.6 * mm, b=23 * mm, alpha_n=20 * deg, d_a=154.5 * mm, d_f=141.7 * mm, s_n=3.78 * mm, d_bore=d_bore
-    )
-    return fem.GearPair(gear, gear, a=150 * mm)
 
 
 def contacts(field) -> list[np.ndarray]:
