@@ -264,7 +264,7 @@ class Encounter:
         return bool(outwards.min() > -SHORT and outwards.max() < spare)
 
     def pressed(self, cells: Cells, force: float, misalignment: float, half_width: np.ndarray) -> State:
-        """Contact of cells on strips wide enough to hold it; those that already are touch where they did."""
+        """Contact of cells on strips wide enough to hold it; when some are widened, the rest start as they ended."""
         spilt, touching = np.ones(cells.low.size, bool), np.zeros((cells.low.size, STRIPS), bool)
         for _ in range(WIDENINGS):
             strips = strips_of(cells, half_width)

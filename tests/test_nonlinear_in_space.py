@@ -160,9 +160,10 @@ def moving_next_teeth_only(meshing: Meshing) -> Meshing:
 
 @pytest.mark.slow
 def test_helical_pair_on_hexahedra_confirms_the_compliance(pair):
-    """Nothing is left out of what teeth do to one another, and those two pitches apart do as much here as in ours.
+    """Nothing is left out of what teeth do to one another; those two pitches apart do as much here as in ours.
 
-    At 150 N m these elements are too coarse for differences of te over the phase, not for what the far teeth do.
+    That at the pitch point. At 150 N m these elements are too coarse for differences of te over the phase, and for the
+    little that far teeth do at phase 0.2.
     """
     density = Density(flank=12, fillet=2, tooth=2, rim=2, body=3, width=4, teeth=1, behind=1)
     meshing, phases = assembled(pair, density, ElementHex2()), (0.0, 0.2, 0.5)
