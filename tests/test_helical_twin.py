@@ -1,5 +1,6 @@
 """A helical pair by a second method: nodal forces on twisted hexahedra, gaps by closest points, plain active set."""
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -118,6 +119,12 @@ class Twin:
                 total = total + found + (found.T if ahead else 0.0)
         return total
 
+    def moving_next_teeth_only(self) -> "Twin":
+        """The same without what teeth two pitches apart do to one another."""
+        other = copy(self)
+        other.blocks, other.near = ([*blocks[:2], 0 * blocks[2]] for blocks in (self.blocks, self.near))
+        return other
+
     def te(self, phase: float, forces: list[float]) -> list[float]:
         """Transmission errors [m] under mesh forces [N]: primal-dual active set."""
         rows = self.candidates(phase)
@@ -141,12 +148,24 @@ def contact(matrix: np.ndarray, gap: np.ndarray, approach: np.ndarray, force: fl
 
 @pytest.mark.slow
 def test_helical_pair_is_its_twin(pair):
-    """The twin's peak to peak still grows by 2 % at 150 N m with twice the elements and slices across the width."""
+    """Also in what teeth two pitches apart do to one another: 0.11 and 0.30 um of te at the pitch point.
+
+    The twin's peak to peak still grows by 2 % at 150 N m with twice the elements and slices across the width.
+    """
     twin, phases, torque = Twin(pair), np.arange(6) / 10, np.array([150, 350])
-    ours = fem.static_transmission_error(pair, torque, phases, accuracy=FINER, progress=False)["te"].values
-    other = np.transpose([twin.te(phase, torque / pair.pinion.r_b) for phase in phases])
+    ours, ours_without = (
+        fem.static_transmission_error(pair, torque, phases, accuracy=model, progress=False)["te"].values
+        for model in (FINER, replace(FINER, neighbours=1))
+    )
+    other, without = (
+        np.transpose([one.te(phase, torque / pair.pinion.r_b) for phase in phases])
+        for one in (twin, twin.moving_next_teeth_only())
+    )
     assert ours == pytest.approx(other, rel=0.005)
     assert np.ptp(ours, axis=1) == pytest.approx(np.ptp(other, axis=1), rel=0.03)
+    assert (ours - ours_without)[:, :2] == pytest.approx((other - without)[:, :2], rel=0.05)
+    assert (ours - ours_without)[:, 3:] == pytest.approx(0.0, abs=1e-6 * um)
+    assert (other - without)[:, 3:] == pytest.approx(0.0, abs=1e-6 * um)
 
 
 @pytest.mark.slow
