@@ -69,6 +69,11 @@ def edges(flank: Flank, face: Face) -> list[float]:
     return [edge for part in flank if hasattr(part, "edges") for edge in part.edges(face)]
 
 
+def edges_across(flank: Flank, face: Face) -> list[float]:
+    """Axial places where the slope of a modification jumps [m]."""
+    return [edge for part in flank if hasattr(part, "edges_across") for edge in part.edges_across(face)]
+
+
 def check(flank: Flank, face: Face) -> None:
     """ValueError unless all modifications suit the face, and leave it a flank."""
     for part in flank:

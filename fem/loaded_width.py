@@ -1,14 +1,40 @@
 """Parts of the face on which the pairs of teeth overlap, and so carry load."""
 
-from math import sqrt
+from math import sin, sqrt, tan
 
 import numpy as np
+
+from fem.flank import edges, edges_across
+from fem.meeting import Meeting
 
 #: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
 BEYOND = 1e-3
 
+#: Kinks replace edges of slices that are nearer than this share of the width of a slice.
+NEAR = 0.3
+
 #: Axial ends [m] of the part of the face that counts, by number of the pair of teeth
 Ranges = dict[int, tuple[float, float]]
+
+
+def kinks(meeting: Meeting) -> np.ndarray:
+    """(n_pair, n) axial places where the slope of a modification jumps along the line of contact of each pair [m]."""
+    pair, across = meeting.pair, meeting.a * sin(meeting.alpha)
+    pinion, wheel = ((gear.drive_flank, gear.face) for gear in (pair.pinion, pair.wheel))
+    places = np.array([*edges_across(*pinion), *(meeting.axial + place for place in edges_across(*wheel))])
+    rolls = np.array([*edges(*pinion), *(across - roll for roll in edges(*wheel))])
+    start = meeting.nominal(np.array(meeting.numbers())[:, None], 0.0)
+    along = (rolls - start) / tan(pair.beta_b) if pair.beta_b else np.zeros((start.size, 0))
+    return np.concatenate([np.tile(places, (start.size, 1)), along], axis=1)
+
+
+def with_kinks(edges: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Equidistant edges and those of the places that lie among them, instead of inner edges that are NEAR."""
+    among = places[(places > edges[0]) & (places < edges[-1])]
+    if not among.size:
+        return edges
+    apart = np.abs(edges[1:-1, None] - among).min(axis=1) > NEAR * (edges[1] - edges[0])
+    return np.unique(np.concatenate([edges[[0, -1]], edges[1:-1][apart], among]))
 
 
 def wider(one: Ranges, other: Ranges) -> Ranges:

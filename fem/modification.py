@@ -43,6 +43,7 @@ class Modification(Protocol):
 
     check(face)     raises ValueError where the modification does not suit the face
     edges(face)     roll lengths where the slope along the profile jumps [m]
+    edges_across(face)  likewise axial places [m]
     """
 
     def removed(self, face: Face, roll: np.ndarray, axial: np.ndarray) -> np.ndarray:
@@ -207,6 +208,10 @@ class EndRelief:
     def check(self, face: Face) -> None:
         """ValueError unless both ends fit on the face."""
         check_within("length", self.length, 1e-6, face.width / 2 * (1 + 1e-9), "m (up to half the face width)")
+
+    def edges_across(self, face: Face) -> tuple[float, ...]:
+        inside = _if_sharp(face.width / 2 - self.length, self.power)
+        return (*inside, *(-edge for edge in inside))
 
     def removed(self, face: Face, roll, axial):
         inside = np.abs(axial) - (face.width / 2 - self.length)

@@ -10,7 +10,7 @@ from fem.compliance import Compliance
 from fem.contact import STRIPS, Strips, along_contact, assemble, coupling, flattening_of, strips_of
 from fem.gap import Cells
 from fem.hertz import flattening
-from fem.loaded_width import Ranges, overlap, wider
+from fem.loaded_width import Ranges, kinks, overlap, wider, with_kinks
 from fem.meeting import Meeting
 from fem.slices import line_contact
 
@@ -109,11 +109,13 @@ class Encounter:
         """Slices of pairs of teeth over ranges of the face.
 
         On the widest as many as the fourth root of its share of the face demands, on others as the root of theirs.
+        None has a kink inside.
         """
         edges, shares = {}, {number: self.shares(np.array(ends)) for number, ends in ranges.items()}
         even = slices / max(map(np.ptp, shares.values()), default=1.0) ** 0.25
         for number, (start, end) in shares.items():
-            edges[number] = self.graded(np.linspace(start, end, max(1, ceil(even * sqrt(end - start))) + 1))
+            n = max(1, ceil(even * sqrt(end - start)))
+            edges[number] = self.graded(with_kinks(np.linspace(start, end, n + 1), self.kinked_shares[number]))
         none = np.zeros(0)
         numbers = np.concatenate([none.astype(int), *(np.full(e.size - 1, k) for k, e in edges.items())])
         low, high = (np.concatenate([none, *(e[part] for e in edges.values())]) for part in (slice(-1), slice(1, None)))
@@ -124,10 +126,17 @@ class Encounter:
         numbers, places = np.array(self.meeting.numbers()), self.graded(shares)
         return Cells(self.meeting, np.repeat(numbers, shares.shape[1]), places.ravel(), places.ravel())
 
-    @property
-    def even_shares(self) -> np.ndarray:
-        """(n_pair, slices + 1) equidistant shares of the face, for all pairs."""
-        return np.tile(np.linspace(0, 1, self.slices + 1), (len(self.meeting.numbers()), 1))
+    @cached_property
+    def kinked_shares(self) -> dict[int, np.ndarray]:
+        """(n,) shares of the face where the gap may have a kink, by number of the pair."""
+        shares = self.shares(np.clip(kinks(self.meeting), *self.face))
+        return dict(zip(self.meeting.numbers(), shares, strict=True))
+
+    @cached_property
+    def station_shares(self) -> np.ndarray:
+        """(n_pair, n) these and equidistant ones."""
+        even = np.linspace(0, 1, self.slices + 1)
+        return np.stack([np.append(even, kinked) for kinked in self.kinked_shares.values()])
 
     @property
     def depth(self) -> float:
@@ -136,8 +145,8 @@ class Encounter:
 
     @cached_property
     def stations(self) -> Cells:
-        """Sections at the ends of equal slices."""
-        return self.sections(self.even_shares)
+        """Sections at these shares."""
+        return self.sections(self.station_shares)
 
     @cached_property
     def whole(self) -> Cells:
@@ -246,7 +255,7 @@ class Encounter:
 
     def unloaded(self, misalignment: float) -> float:
         """Transmission error at which the first pair touches [m], which is closest beside its closest section."""
-        shares, cells, step = self.even_shares, self.stations, 1 / self.slices
+        shares, cells, step = self.station_shares, self.stations, 1 / self.slices
         for _ in range(CLOSER):
             clear = np.divide(*self.gaps(cells, misalignment)).reshape(shares.shape)
             closest = np.take_along_axis(shares, np.argmin(clear, axis=1)[:, None], axis=1)

@@ -1,5 +1,7 @@
 """Modified and misaligned flanks: gap in metres, references of independent finite elements, no new finite elements."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import paper_gear
@@ -9,6 +11,7 @@ import fem
 from fem import cache, flank
 from fem.compliance import flank_compliance
 from fem.contact import across_weights
+from fem.loaded_width import kinks, with_kinks
 from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.state import Encounter
@@ -129,6 +132,40 @@ def test_unloaded_error_is_the_smallest_gap():
     assert te[0].min() > -1e-12 * um
     assert 0.3 * um < np.ptp(te[0]) < 5 * um
     assert te[1] == pytest.approx(te[0], abs=0.01 * um)
+
+
+def end_relieved(beta: float) -> fem.GearPair:
+    changes = {"d_a": None, "d_f": None, "s_n": None} if beta else {}
+    relief = (fem.EndRelief(30 * um, 4 * mm),)
+    pinion, wheel = (paper_gear(beta=hand * beta, flank=relief, **changes) for hand in (1, -1))
+    return fem.GearPair(pinion, wheel, a=None if beta else 150 * mm)
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.26])
+def test_light_loads_on_edges_across_the_width(beta):
+    """Where end reliefs begin teeth touch first, and narrowly: some 3 % were missed with slices across such edges."""
+    pair = end_relieved(beta)
+    few, many = (
+        fem.static_transmission_error(pair, [5], 5, accuracy=fem.Resolution(slices=n), progress=False)["te"].values
+        for n in (20, 60)
+    )
+    assert few == pytest.approx(many, rel=4e-3)
+
+
+def test_kinks_are_where_reliefs_begin_along_the_line_of_contact():
+    pair = end_relieved(0.26)
+    relieved = replace(pair, pinion=replace(pair.pinion, flank=(fem.TipRelief(15 * um, 2.5 * mm),)))
+    meeting = Meeting(relieved, relieved.a, 1 * mm, 0.3)
+    found = dict(zip(meeting.numbers(), kinks(meeting), strict=True))
+    for number, (high, low, along) in found.items():
+        assert np.array([low, high]) == pytest.approx(np.array([-7.5, 7.5]) * mm + 1 * mm)
+        assert meeting.nominal(number, along) == pytest.approx(relieved.pinion.roll_tip - 2.5 * mm)
+
+
+def test_slices_end_at_kinks():
+    edges, kinked = np.linspace(0, 1, 6), np.array([-1.0, 0.25, 0.5, 2.0])
+    assert with_kinks(edges, kinked) == pytest.approx([0, 0.25, 0.4, 0.5, 0.6, 0.8, 1])
+    assert with_kinks(edges, np.array([0.01, 0.3])) == pytest.approx([0, 0.01, 0.2, 0.3, 0.4, 0.6, 0.8, 1])
 
 
 def test_modifications_need_no_new_finite_elements(monkeypatch, tmp_path):

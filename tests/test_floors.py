@@ -34,7 +34,7 @@ FLOORS = {
     "fem.mesh": 3,
     "fem.hertz": 3,
     "fem.hats": 0,
-    "fem.loaded_width": 0,
+    "fem.loaded_width": 3,
     "fem.half_space": 3.5,
     "fem.gap": 3,
     "fem.prism": 3,
