@@ -10,8 +10,8 @@ from fem.meeting import Meeting
 #: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
 BEYOND = 1e-3
 
-#: Kinks replace edges of slices that are nearer than this share of the width of a slice.
-NEAR = 0.3
+#: Kinks replace edges of slices that are nearer than this share of a slice, others join them.
+NEAR = 0.02
 
 #: Axial ends [m] of the part of the face that counts, by number of the pair of teeth
 Ranges = dict[int, tuple[float, float]]
