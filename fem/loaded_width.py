@@ -10,7 +10,7 @@ from fem.meeting import Meeting
 #: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
 BEYOND = 1e-3
 
-#: Kinks replace edges of slices that are nearer than this share of a slice, others join them.
+#: Edges of slices keep this distance from one another, as a share of an even slice.
 NEAR = 0.02
 
 #: Axial ends [m] of the part of the face that counts, by number of the pair of teeth
@@ -28,13 +28,18 @@ def kinks(meeting: Meeting) -> np.ndarray:
     return np.concatenate([np.tile(places, (start.size, 1)), along], axis=1)
 
 
-def with_kinks(edges: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Equidistant edges and those of the places that lie among them, instead of inner edges that are NEAR."""
-    among = places[(places > edges[0]) & (places < edges[-1])]
+def with_kinks(stops: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Equidistant stops (n,) and the places that lie among them; of any that are NEAR one another only one is left.
+
+    The first and the last stay, then places come before stops.
+    """
+    near = NEAR * (stops[1] - stops[0])
+    among = np.unique(places[(places > stops[0] + near) & (places < stops[-1] - near)])
     if not among.size:
-        return edges
-    apart = np.abs(edges[1:-1, None] - among).min(axis=1) > NEAR * (edges[1] - edges[0])
-    return np.unique(np.concatenate([edges[[0, -1]], edges[1:-1][apart], among]))
+        return stops
+    among = among[np.diff(among, prepend=stops[0]) > near]
+    apart = np.abs(stops[:, None] - among).min(axis=1) > near
+    return np.sort(np.concatenate([stops[apart], among]))
 
 
 def wider(one: Ranges, other: Ranges) -> Ranges:

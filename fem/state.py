@@ -109,7 +109,7 @@ class Encounter:
         """Slices of pairs of teeth over ranges of the face.
 
         On the widest as many as the fourth root of its share of the face demands, on others as the root of theirs.
-        None has a kink inside.
+        They end at kinks.
         """
         edges, shares = {}, {number: self.shares(np.array(ends)) for number, ends in ranges.items()}
         even = slices / max(map(np.ptp, shares.values()), default=1.0) ** 0.25

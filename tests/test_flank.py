@@ -163,9 +163,34 @@ def test_kinks_are_where_reliefs_begin_along_the_line_of_contact():
 
 
 def test_slices_end_at_kinks():
-    edges = np.linspace(0, 1, 6)
-    assert with_kinks(edges, np.array([-1.0, 2.0])) == pytest.approx(edges)
-    assert with_kinks(edges, np.array([-1.0, 0.25, 0.599, 2.0])) == pytest.approx([0, 0.2, 0.25, 0.4, 0.599, 0.8, 1])
+    stops = np.linspace(0, 1, 6)
+    assert with_kinks(stops, np.array([-1.0, 2.0])) == pytest.approx(stops)
+    assert with_kinks(stops, np.array([-1.0, 0.25, 0.599, 2.0])) == pytest.approx([0, 0.2, 0.25, 0.4, 0.599, 0.8, 1])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_slice_is_a_sliver(seed):
+    """Kinks of both gears may be one but for rounding, or lie on an end or on another edge."""
+    rng = np.random.default_rng(seed)
+    stops = np.linspace(*np.sort(rng.random(2)), rng.integers(2, 12))
+    some = np.concatenate([stops, rng.random(5)])
+    for tiny in (1e-18, 1e-12, 1e-4):
+        found = with_kinks(stops, np.append(some, some + tiny))
+        assert found[[0, -1]] == pytest.approx(stops[[0, -1]], abs=0)
+        assert np.diff(found).min() > 0.019 * (stops[1] - stops[0])
+
+
+def test_kinks_of_both_gears_may_be_one():
+    """End reliefs of gears of unequal width that begin at one place, but for rounding or a nanometre."""
+    pinion, offsets = paper_gear(flank=(fem.EndRelief(20 * um, 4 * mm),)), fem.Offsets(misalignment=1e-4)
+    wheels = (paper_gear(b=25 * mm, flank=(fem.EndRelief(20 * um, long),)) for long in (5 * mm, 5 * mm + 1e-9))
+    one, other = (
+        fem.static_transmission_error(
+            fem.GearPair(pinion, wheel, a=150 * mm), [5, 350], 4, offsets=offsets, progress=False
+        )
+        for wheel in wheels
+    )
+    assert one["te"].values == pytest.approx(other["te"].values, abs=1e-9)
 
 
 def test_modifications_need_no_new_finite_elements(monkeypatch, tmp_path):
