@@ -121,9 +121,9 @@ def test_no_stated_error_passes_the_request(flank):
 @pytest.mark.slow
 def test_light_contact_of_flanks_crowned_both_ways_is_answered():
     """Little load on narrow crowned spurs asks for more of the section than of the width."""
-    both = {"m_n": 2.73 * mm, "b": 12.7 * mm}
-    pinion = fem.Gear(z=41, x=0.07, d_bore=56 * mm, flank=(fem.LeadCrowning(15.7 * um),), **both)
-    wheel = fem.Gear(z=50, x=-0.09, d_bore=68 * mm, flank=(fem.ProfileCrowning(7.8 * um),), **both)
+    common = {"m_n": 2.73 * mm, "b": 12.7 * mm}
+    pinion = fem.Gear(z=41, x=0.07, d_bore=56 * mm, flank=(fem.LeadCrowning(15.7 * um),), **common)
+    wheel = fem.Gear(z=50, x=-0.09, d_bore=68 * mm, flank=(fem.ProfileCrowning(7.8 * um),), **common)
     pair = fem.GearPair(pinion, wheel, a=fem.GearPair(pinion, wheel).a + 0.05 * mm)
     ste = fem.static_transmission_error(pair, [0, 2], 8, accuracy=0.005, progress=False)
     allowed = 0.005 * float((ste["te"][1] - ste["te"][0]).mean())
