@@ -203,40 +203,43 @@ class Cells:
         """Whether a flank that drives is modified."""
         return bool(self.meeting.pair.pinion.drive_flank or self.meeting.pair.wheel.drive_flank)
 
-    @cached_property
+    @property
     def closest(self) -> np.ndarray:
         """(n, 1) roll lengths of own where the two are closest [m]."""
-        low, high = self.limits
-        nominal = np.clip(self.nominal, low, high)
-        if not self.modified:
-            return nominal
-        step, around = (high - low) / (SAMPLES - 1), np.linspace(-1, 1, AROUND)
-        roll = np.concatenate([low + step * np.arange(SAMPLES), nominal], axis=1)
-        for _ in range(ROUNDS):
-            best = self._closest_of(roll)
-            roll, step = np.clip(best + step * around, low, high), step * 2 / (AROUND - 1)
-        return self._closest_of(roll)
-
-    def _closest_of(self, roll: np.ndarray) -> np.ndarray:
-        """(n, 1) that one of roll (n, m) where the two are closest."""
-        return np.take_along_axis(roll, np.argmin(self.clear(roll)[0], axis=1)[:, None], axis=1)
+        return self._at_closest[0]
 
     @cached_property
-    def _at_closest(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.clear(self.closest)
+    def _at_closest(self) -> list[np.ndarray]:
+        """Those, and what `clear` finds there, each (n, 1)."""
+        low, high = self.limits
+        roll = np.clip(self.nominal, low, high)
+        if self.modified:
+            step, around = (high - low) / (SAMPLES - 1), np.linspace(-1, 1, AROUND)
+            roll = np.concatenate([low + step * np.arange(SAMPLES), roll], axis=1)
+            for _ in range(ROUNDS):
+                roll = np.clip(self._closest_of(roll)[0] + step * around, low, high)
+                step = step * 2 / (AROUND - 1)
+        return self._closest_of(roll)
+
+    def _closest_of(self, roll: np.ndarray) -> list[np.ndarray]:
+        """That one of roll (n, m) where the two are closest, and what `clear` finds there, each (n, 1)."""
+        gap, foot = self.clear(roll)
+        best = np.argmin(gap, axis=1)[:, None]
+        return [np.take_along_axis(each, best, axis=1) for each in (roll, gap, foot)]
 
     @cached_property
     def nearest(self) -> tuple[np.ndarray, np.ndarray]:
         """Normal gap, aligned [m], and approach per transmission error where the flanks are closest, each (n,)."""
-        gap, foot = self._at_closest
+        roll, gap, foot = self._at_closest
         none, there = np.zeros_like(foot), np.ones_like(foot)
-        per_error = self.approach(self.closest, foot, self.tilts(self.closest, foot, none, there))
+        per_error = self.approach(roll, foot, self.tilts(roll, foot, none, there))
         return (gap + per_error * self.te)[:, 0], per_error[:, 0]
 
     @property
     def touching(self) -> np.ndarray:
         """(2, n, 1) arc lengths on pinion and wheel where the two are closest [m]."""
-        return self.arcs(self.closest, np.minimum(self._at_closest[1], self.mate_tip))
+        roll, _, foot = self._at_closest
+        return self.arcs(roll, np.minimum(foot, self.mate_tip))
 
     @cached_property
     def radius(self) -> np.ndarray:
