@@ -52,15 +52,20 @@ def energy(dim: int, twist: float, lame: float, mu: float) -> dict:
     return factors
 
 
-def section_products(basis: Basis, wanted: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
-    """Places (2, m) and values (m, k) of the integrals over the section of m(v) n(u) for k wanted operators m, n."""
+def operators(basis: Basis) -> np.ndarray:
+    """(n_element, n_point, n_shape, 4) what D_X, D_Y, D_TURN and VALUE make of the shape functions of a section."""
     shapes = np.stack([np.broadcast_to(one, basis.dx.shape) for (one,) in basis.basis], axis=-1)
     d_x, d_y = (np.stack([one.grad[i] for (one,) in basis.basis], axis=-1) for i in range(2))
     x, y = np.asarray(basis.global_coordinates())[..., None]
-    operators = np.stack([d_x, d_y, x * d_y - y * d_x, shapes], axis=-1)
-    flat = operators.reshape(*basis.dx.shape, -1)
+    return np.stack([d_x, d_y, x * d_y - y * d_x, shapes], axis=-1)
+
+
+def section_products(basis: Basis, wanted: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
+    """Places (2, m) and values (m, k) of the integrals over the section of m(v) n(u) for k wanted operators m, n."""
+    parts = operators(basis)
+    flat = parts.reshape(*basis.dx.shape, -1)
     local = (flat * basis.dx[..., None]).swapaxes(1, 2) @ flat
-    local = local.reshape(len(flat), *operators.shape[2:], *operators.shape[2:])
+    local = local.reshape(len(flat), *parts.shape[2:], *parts.shape[2:])
     each = np.stack([local[:, :, m, :, n] for m, n in wanted], axis=-1).reshape(-1, len(wanted))
     dofs = basis.element_dofs.T.astype(np.int64)
     key, entry = np.unique((dofs[:, :, None] * basis.N + dofs[:, None, :]).ravel(), return_inverse=True)

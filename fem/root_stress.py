@@ -70,7 +70,7 @@ def _both_stresses(gear: Gear, density: Density, columns: list[list[list[FlankLo
     every = [load for column in columns for loads in column for load in loads]
     if not every:
         return np.zeros((2, len(columns[0]), len(columns)))
-    body = elastic.quadratic_body(gear, with_loaded_teeth(density, every))
+    body = elastic.solid_body(gear, with_loaded_teeth(density, every))
     found = [largest_in_roots(body, column) for column in bar(columns, "root stress")]
     return np.stack(found, axis=2)
 

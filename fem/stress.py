@@ -13,9 +13,9 @@ import meshio
 import numpy as np
 from skfem.io.meshio import to_meshio
 
-from fem import elastic
+from fem import elastic, recovery
 from fem import mesh as meshes
-from fem.elastic import FINE, Body
+from fem.elastic import FINE, SOLID, Body
 from fem.gear import Gear, GearPair, require
 from fem.loads import FlankLoad, bent_root, encounters, flank_loads, with_loaded_teeth
 from fem.meeting import Meeting
@@ -100,18 +100,19 @@ def solid_fields(
     phase: float,
     *,
     offsets: Offsets | None = None,
-    density: Density | None = None,
+    density: Density = SOLID,
     resolution: Resolution | None = None,
 ) -> tuple[Field, Field]:
-    """Fields of pinion and wheel on the hexahedra of `mesh.hexahedra`, spur or helical; arguments as in `plane_fields`.
+    """Fields of pinion and wheel on hexahedra of the whole width, spur or helical; arguments as in `plane_fields`.
 
     The contact is smaller than an element: forces, bending and root stress are there, the stress under it is not. Lines
-    of contact of helical gears cross the width in steps: in each slice the load lies as in its middle.
+    of contact of helical gears cross the width in steps: in each slice the load lies as in its middle. Elements are
+    quadratic; each is two hexahedra of the fields, one beside the other across the width.
     """
     encounter, state = _contact(pair, torque, phase, offsets, resolution)
     fields = []
     for loads, place in zip(flank_loads(encounter, state), places(encounter.meeting, state.te), strict=True):
-        body = elastic.solid_body(place.gear, with_loaded_teeth(density or Density(), loads))
+        body = elastic.solid_body(place.gear, with_loaded_teeth(density, loads))
         fields.append(_field(body, loads, place))
     return fields[0], fields[1]
 
@@ -151,9 +152,9 @@ def places(meeting: Meeting, te: float) -> tuple[Place, Place]:
 
 def _field(body: Body, loads: list[FlankLoad], place: Place) -> Field:
     """Solution of one gear, turned and moved to its place."""
-    mesh, dim, section = body.basis.mesh, body.dim, body.section.mesh
+    mesh, dim, section = body.mesh, body.dim, body.section.mesh
     u = body.displacement(elastic.forces(body, loads))
-    stress = elastic.stress(body, u)
+    stress = recovery.stress(body, u)
     turned, root = np.eye(dim), np.zeros(section.p.shape[1], bool)
     turned[:2, :2] = meshes.rotated(np.eye(2), place.angle)
     for load in loads:
@@ -161,7 +162,7 @@ def _field(body: Body, loads: list[FlankLoad], place: Place) -> Field:
     return Field(
         turned @ mesh.p + place.centre[:dim, None],
         to_meshio(mesh).cells[0].data.T,
-        turned @ body.in_fixed_axes(u)[:, body.basis.dofs.nodal_dofs[0]],
+        turned @ body.at_vertices(u),
         von_mises(stress),
         np.linalg.eigvalsh(stress.transpose(2, 0, 1))[:, -1],
         elastic.contact_pressure(body, loads),

@@ -55,6 +55,7 @@ FLOORS = {
     "fem.explicit": 6.3,
     "fem.loads": 5.8,
     "fem.elastic": 5.9,
+    "fem.recovery": 6,
     "fem.stress": 6.2,
     "fem.root_stress": 6.3,
     "fem": 6.5,
@@ -109,8 +110,8 @@ EXUDYN = (
 )
 FENCES = {
     "skfem": {
-        *("fem.mesh", "fem.prism", "fem.compliance", "fem.loads", "fem.elastic", "fem.stress", "fem.root_stress"),
-        *("fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic", "fem.explicit"),
+        *("fem.mesh", "fem.prism", "fem.compliance", "fem.loads", "fem.elastic", "fem.recovery", "fem.stress"),
+        *("fem.root_stress", "fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic", "fem.explicit"),
     },
     "exudyn": {f"exugear.{name}" for name in EXUDYN},
     "matplotlib": {"exugear.plots", "exugear.pictures"},

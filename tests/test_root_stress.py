@@ -94,7 +94,7 @@ def test_default_solid_resolves_the_root(gear, share, error):
     few = {"teeth": 1, "behind": 1, "width": 1}
     coarse = replace(root_stress.ROOT, **few)
     fine = Density(flank=6, fillet=12, land=3, tooth=8, rim=8, body=6, rim_power=2, **few)
-    found = [largest(elastic.quadratic_body(gear, density), [narrow(arc)])[:, 0] for density in (coarse, fine)]
+    found = [largest(elastic.solid_body(gear, density), [narrow(arc)])[:, 0] for density in (coarse, fine)]
     assert found[0] == pytest.approx(found[1], rel=error)
 
 
@@ -103,7 +103,7 @@ def test_contact_near_the_fillet_is_no_bending_of_the_root():
     arc, found = profile.arc_length(SHIFTED, SHIFTED.roll_form) + 0.8 * mm, []
     for flank in (4, 16):
         density = Density(flank=flank, fillet=12, tooth=8, rim=2, body=2, teeth=0, behind=0, width=1)
-        body = elastic.quadratic_body(SHIFTED, density)
+        body = elastic.solid_body(SHIFTED, density)
         u = body.displacement(elastic.forces(body, [narrow(arc)]))
         found.append([root_stress.along_root(body, u, 0).max(), largest(body, [narrow(arc)])[0, 0]])
     (spike, coarse), (_, fine) = found
@@ -118,7 +118,7 @@ def across_width(load: FlankLoad, low, high) -> FlankLoad:
 
 def test_middle_of_a_wide_tooth_is_in_plane_strain():
     wide, load = paper_gear(b=80 * mm), hertz_load(93.65e3)[0]
-    body = elastic.quadratic_body(wide, SMALL)
+    body = elastic.solid_body(wide, SMALL)
     forces = elastic.forces(body, [across_width(load, -40 * mm, 40 * mm)])
     (middle,) = np.flatnonzero(np.sort(body.axial) == 0)
     found = root_stress.along_root(body, body.displacement(forces), 0).max(axis=0)[middle]
@@ -128,7 +128,7 @@ def test_middle_of_a_wide_tooth_is_in_plane_strain():
 
 @pytest.fixture(scope="module", name="hands")
 def hands_fixture():
-    return [elastic.quadratic_body(helical(hand), SMALL) for hand in (1, -1)]
+    return [elastic.solid_body(helical(hand), SMALL) for hand in (1, -1)]
 
 
 def test_moved_as_a_whole_a_root_has_no_stress(hands):

@@ -10,7 +10,7 @@ import pytest
 from conftest import few_teeth, paper_gear, paper_pair
 
 import fem
-from fem import elastic, hertz, loads, mesh, profile, stress
+from fem import elastic, hertz, loads, mesh, profile, recovery, root_stress, stress
 from fem.elastic import Body
 from fem.gear import STEEL
 from fem.loads import FlankLoad
@@ -61,11 +61,10 @@ def bodies_fixture(plane) -> dict[str, Body]:
         "plane": plane,
         "solid": elastic.solid_body(GEAR, TINY),
         "helical": elastic.solid_body(helical(), TINY),
-        "quadratic": elastic.quadratic_body(helical(-1), replace(TINY, flank=2, width=1)),
     }
 
 
-@pytest.mark.parametrize("level", ["plane", "solid", "helical", "quadratic"])
+@pytest.mark.parametrize("level", ["plane", "solid", "helical"])
 def test_the_hub_carries_force_moment_and_thrust(level, bodies):
     """With F the transverse force: moment F r_b, axial force F tan(beta_b).
 
@@ -91,20 +90,23 @@ def test_the_hub_carries_force_moment_and_thrust(level, bodies):
         )
 
 
-@pytest.mark.parametrize("level", ["plane", "helical"])
-def test_uniform_strain_gives_uniform_stress(level, bodies):
+@pytest.mark.parametrize(("level", "error"), [("plane", 1e-7), ("solid", 1e-7), ("helical", 1e-4)])
+def test_uniform_strain_gives_uniform_stress(level, error, bodies):
+    """Along axes that turn it is no polynomial."""
     body = bodies[level]
     dim, rate = body.dim, np.diag([1e-3, -3e-4, 2e-4])
     rate[0, 1], rate[1, 2] = 2e-4, 5e-4 * (body.dim == 3)
     strain = ((rate + rate.T) / 2)[:dim, :dim]
-    moved = (rate[:dim, :dim] @ body.basis.doflocs).reshape(dim, -1, body.axial.size)
+    places = np.stack([*np.repeat(body.section.doflocs, body.axial.size, axis=1), np.tile(body.axial, body.section.N)])
+    places[:2] = mesh.rotated(places[:2], body.gear.twist * places[2])
+    moved = (rate[:dim, :dim] @ places[:dim]).reshape(dim, -1, body.axial.size)
     moved[:2] = mesh.rotated(moved[:2], -body.gear.twist * body.axial)
     lame, mu = 210e9 * 0.3 / 1.3 / 0.4, 210e9 / 2.6
     expected = np.zeros((3, 3))
     expected[:dim, :dim] = 2 * mu * strain
     expected += lame * np.trace(strain) * np.eye(3)
-    found = elastic.stress(body, moved.ravel())
-    assert found == pytest.approx(np.broadcast_to(expected[..., None], found.shape), rel=1e-6, abs=10.0)
+    found = recovery.stress(body, moved.ravel())
+    assert np.abs(found - expected[..., None]).max() < error * expected.max()
 
 
 def test_von_mises_of_tension_and_shear():
@@ -116,9 +118,9 @@ def test_stress_under_a_small_contact_is_that_of_a_half_plane():
     """Von Mises 0.5575 p0 at depth 0.70 a (Johnson, Contact Mechanics, 4.2: line contact, nu 0.3)."""
     load, half, peak = hertz_load(93.65e3 / 400)
     body = elastic.plane_body(GEAR, elastic.graded(GEAR, COARSE, [load], 1 / 6))
-    equivalent = stress.von_mises(elastic.stress(body, body.displacement(elastic.forces(body, [load]))))
+    equivalent = stress.von_mises(recovery.stress(body, body.displacement(elastic.forces(body, [load]))))
     middle = load.extent[:1]
-    depth = loads.push(GEAR, 0, middle)[:2, 0] @ (body.basis.mesh.p - loads.flank_points(GEAR, 0, middle))
+    depth = loads.push(GEAR, 0, middle)[:2, 0] @ (body.mesh.p - loads.flank_points(GEAR, 0, middle))
     worst = np.argmax(equivalent)
     assert equivalent[worst] / peak == pytest.approx(0.5575, rel=0.01)
     assert depth[worst] / half == pytest.approx(0.70, abs=0.07)
@@ -270,13 +272,29 @@ def solids_fixture():
 
 
 def test_solid_bends_like_the_section(solids, one_pair):
-    """Linear hexahedra, coarse: 0.94 of the root stress, 0.95 of the deflection of the resolved section."""
+    """The middle of the width is nearly in plane strain."""
     for solid, section in zip(solids, one_pair, strict=True):
-        assert solid.root_stress == pytest.approx(section.root_stress, rel=0.15)
+        assert solid.root_stress == pytest.approx(section.root_stress, rel=0.03)
         largest = np.hypot(*solid.displacement[:2]).max()
-        assert largest == pytest.approx(np.hypot(*section.displacement).max(), rel=0.1)
+        assert largest == pytest.approx(np.hypot(*section.displacement).max(), rel=0.01)
         lower, upper = (solid.von_mises[np.isclose(solid.points[2], z)].max() for z in (-11.5 * mm, 11.5 * mm))
         assert lower == pytest.approx(upper, rel=1e-6)
+
+
+@pytest.mark.parametrize(("gear", "share"), [(GEAR, 0.8), (few_teeth(), 0.5)], ids=["many teeth", "few"])
+def test_default_solid_resolves_the_root(gear, share):
+    """Against strains of the surface on finer elements, which need no recovery. Linear elements were 6 to 8 % off."""
+    few = {"teeth": 1, "behind": 1, "width": 1}
+    fine = Density(flank=6, fillet=12, land=3, tooth=8, rim=8, body=6, rim_power=2, **few)
+    arc = np.interp(share, [0, 1], profile.arc_length(gear, np.array([gear.roll_form, gear.roll_tip])))
+    ends = np.array([[-1], [1]]) * gear.b / 2
+    load = FlankLoad(0, (arc + np.linspace(-50, 50, 3) * um)[None], *ends, np.full((1, 2), 1000.0))
+    coarse, finer = (elastic.solid_body(gear, density) for density in (replace(elastic.SOLID, **few), fine))
+    found = recovery.stress(coarse, coarse.displacement(elastic.forces(coarse, [load])))
+    principal = np.linalg.eigvalsh(found.transpose(2, 0, 1))[:, -1].reshape(-1, coarse.axial.size)
+    section = coarse.section.mesh
+    largest = principal[section.facets[:, loads.bent_root(gear, section, 0)]].max()
+    assert largest == pytest.approx(root_stress.largest_in_roots(finer, [[load]])[0, 0], rel=0.03)
 
 
 @pytest.fixture(scope="module", name="hands")
@@ -335,7 +353,7 @@ def test_pressure_over_the_flank_is_the_force(bodies):
         pressure = elastic.contact_pressure(body, [load]).reshape(-1, body.axial.size)
         facets = body.section.mesh.facets[:, loads.outline(body.gear, body.section.mesh, 0)[0]]
         arcs = loads.arcs_of(body.gear, body.section.mesh.p[:, facets])
-        line = np.trapezoid(pressure, body.axial, axis=1) / np.cos(body.gear.beta_b)
+        line = np.trapezoid(pressure, np.sort(body.axial), axis=1) / np.cos(body.gear.beta_b)
         force = (line[facets].sum(axis=0) / 2 * np.abs(arcs[1] - arcs[0])).sum()
         assert force == pytest.approx(load.force.sum(), rel=1e-9)
 
