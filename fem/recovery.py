@@ -26,20 +26,19 @@ def stress(body: Body, u: np.ndarray) -> np.ndarray:
     turned = np.zeros((3, 3, body.axial.size))
     turned[2, 2] = 1.0
     turned[:2, :2] = rotated(np.eye(2)[..., None], body.gear.twist * body.axial)
-    order = np.argsort(body.axial)
     fixed = np.einsum("iaz,jbz,abnz->ijnz", turned, turned, nodal, optimize=True)
-    return fixed[..., order].reshape(3, 3, -1)
+    return fixed[..., body.upwards].reshape(3, 3, -1)
 
 
 def displacement_gradient(body: Body, section: Basis, along: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """(3, 3, n_element, n_point, n_place) d_j u_i, along axes that turn, at points of the section over places along."""
+    """(3, 3, n_point, n_place) d_j u_i, along axes that turn, at points of the section over places along."""
     parts = u.reshape(body.dim, body.section.N, -1)[:, section.element_dofs.T]
     in_section = np.einsum("eqno,cenz->coeqz", prism.operators(section), parts, optimize=True)
     gradient = np.zeros((3, 3, *section.dx.shape, along.shape[1]))
     for entry, terms in prism.displacement_gradient(body.dim, body.gear.twist).items():
         for component, operator, axial, factor in terms:
             gradient[entry] += factor * in_section[component, operator] @ along[axial].T
-    return gradient
+    return gradient.reshape(3, 3, -1, along.shape[1])
 
 
 def hooke(body: Body, gradient: np.ndarray) -> np.ndarray:
@@ -67,13 +66,13 @@ def _along(body: Body) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _on_vertices(section: Basis, values: np.ndarray) -> np.ndarray:
-    """(..., n_vertex, k) values whose linear interpolation is closest to values (..., n_element, n_point, k)."""
+    """(3, 3, n_vertex, k) values whose linear interpolation is closest to values (3, 3, n_point, k)."""
     linear = section.with_element(ElementTriP1() if isinstance(section.mesh, MeshTri) else ElementQuad1())
     shapes = np.stack([np.broadcast_to(shape, linear.dx.shape) for (shape,) in linear.basis], axis=-1)
     points = np.broadcast_to(np.arange(linear.dx.size).reshape(linear.dx.shape)[..., None], shapes.shape)
     dofs = np.broadcast_to(linear.element_dofs.T[:, None], shapes.shape)
     at_points = sp.csr_matrix((shapes.ravel(), (points.ravel(), dofs.ravel())))
     weighted = at_points.T @ sp.diags_array(linear.dx.ravel())
-    flat = np.moveaxis(values.reshape(-1, linear.dx.size, values.shape[-1]), 1, 0)
-    nodal = factorize(weighted @ at_points)(weighted @ flat.reshape(linear.dx.size, -1))
-    return np.moveaxis(nodal.reshape(-1, *flat.shape[1:]), 0, 1).reshape(*values.shape[:-3], -1, values.shape[-1])
+    by_point = np.moveaxis(values, 2, 0)
+    nodal = factorize(weighted @ at_points)(weighted @ by_point.reshape(len(by_point), -1))
+    return np.moveaxis(nodal.reshape(-1, *by_point.shape[1:]), 0, 2)

@@ -95,7 +95,7 @@ def along_root(body: Body, u: np.ndarray, tooth: int) -> np.ndarray:
     """
     place = outline(body.gear, body.section.mesh, tooth)[1]
     one, other = body.section.dofs.nodal_dofs[0][body.section.mesh.facets[:, place]]
-    order = np.argsort(body.axial)
+    order = body.upwards
     parts = np.zeros((3, body.section.N, order.size))
     parts[: body.dim] = u.reshape(body.dim, body.section.N, -1)[:, :, order]
     start, end = body.section.doflocs[:, one], body.section.doflocs[:, other]

@@ -10,7 +10,7 @@ from test_stress import GEAR, ROUGH, helical, hertz_load
 
 import fem
 from exugear import pictures, plots
-from fem import elastic, loads, mesh, profile, root_stress
+from fem import elastic, loads, mesh, profile, recovery, root_stress
 from fem.elastic import FINE
 from fem.gear import involute
 from fem.loads import FlankLoad
@@ -27,6 +27,14 @@ def plane_fixture():
 
 def largest(body, *cases):
     return root_stress.largest_in_roots(body, list(cases))
+
+
+def in_field(body, load: FlankLoad) -> float:
+    """Largest principal stress in the root, recovered; on linear elements it was 6 to 8 % too high."""
+    found = recovery.stress(body, body.displacement(elastic.forces(body, [load])))
+    principal = np.linalg.eigvalsh(found.transpose(2, 0, 1))[:, -1].reshape(-1, body.axial.size)
+    section = body.section.mesh
+    return float(principal[section.facets[:, loads.bent_root(body.gear, section, load.tooth)]].max())
 
 
 def iso_root_stress(line_load: float, arc: float) -> float:
@@ -80,15 +88,15 @@ SHIFTED = fem.Gear(z=30, m_n=2 * mm, x=0.5, b=10 * mm, d_bore=30 * mm)
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("gear", "share", "error"),
+    ("gear", "share", "error", "error_in_field"),
     [
-        (fem.Gear(z=20, m_n=2 * mm, x=0.2, b=10 * mm, d_bore=20 * mm), 0.6, 0.01),
-        (SHIFTED, 0.8, 0.01),
-        (fem.Gear(z=12, m_n=2 * mm, x=0.1, b=10 * mm, d_bore=12 * mm), 0.5, 0.025),
+        (fem.Gear(z=20, m_n=2 * mm, x=0.2, b=10 * mm, d_bore=20 * mm), 0.6, 0.01, 0.01),
+        (SHIFTED, 0.8, 0.01, 0.01),
+        (fem.Gear(z=12, m_n=2 * mm, x=0.1, b=10 * mm, d_bore=12 * mm), 0.5, 0.025, 0.04),
     ],
     ids=["plain", "shifted", "undercut"],
 )
-def test_default_solid_resolves_the_root(gear, share, error):
+def test_default_solids_resolve_the_root(gear, share, error, error_in_field):
     """With even layers below the root the fillet's stress jumped by 5 to 10 % in its middle, and was 2 to 10 % off."""
     arc = np.interp(share, [0, 1], profile.arc_length(gear, np.array([gear.roll_form, gear.roll_tip])))
     few = {"teeth": 1, "behind": 1, "width": 1}
@@ -96,6 +104,8 @@ def test_default_solid_resolves_the_root(gear, share, error):
     fine = Density(flank=6, fillet=12, land=3, tooth=8, rim=8, body=6, rim_power=2, **few)
     found = [largest(elastic.solid_body(gear, density), [narrow(arc)])[:, 0] for density in (coarse, fine)]
     assert found[0] == pytest.approx(found[1], rel=error)
+    recovered = in_field(elastic.solid_body(gear, replace(elastic.SOLID, **few)), narrow(arc))
+    assert recovered == pytest.approx(found[1][0], rel=error_in_field)
 
 
 def test_contact_near_the_fillet_is_no_bending_of_the_root():
