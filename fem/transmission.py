@@ -105,11 +105,17 @@ def _labelled(pair, torque, phase, axes: dict, states: np.ndarray, attributes: d
         name: (grid, values, dict(zip(("units", "long_name"), QUANTITIES[name], strict=True)))
         for name, values in found.items()
     }
-    return data.assign(variables).assign(_shares(states, grid))
+    return data.assign(variables).assign(_shares(states, grid, lengths(phase, attributes["pitches"])))
 
 
-def _shares(states: np.ndarray, grid: tuple[str, ...]) -> dict:
-    """What the pairs of teeth carry, and how many do."""
+def lengths(phase: np.ndarray, pitches: int) -> np.ndarray:
+    """(n_phase,) share of the mesh cycles around each phase, half-way to its neighbours."""
+    ahead = np.diff(phase, append=phase[0] + pitches)
+    return (ahead + np.roll(ahead, 1)) / (2 * pitches)
+
+
+def _shares(states: np.ndarray, grid: tuple[str, ...], length: np.ndarray) -> dict:
+    """What the pairs of teeth carry, and how many do; on average over phases of these lengths."""
     numbers = sorted({k for state in states.ravel() for k, share in state[4].items() if share > 0})
     columns = [each(states, lambda s, k=k: s[4].get(k, 0.0)) for k in numbers]
     shares = np.stack(columns, axis=-1) if numbers else np.zeros((*states.shape, 0))
@@ -117,7 +123,7 @@ def _shares(states: np.ndarray, grid: tuple[str, ...]) -> dict:
     return {
         "load_share": ((*grid, "pair"), shares, {"units": "1", "long_name": "share of the load on a pair of teeth"}),
         "pairs_in_contact": (grid, count, {"units": "1", "long_name": "pairs of teeth in contact"}),
-        "contact_ratio": (grid[:-1], count.mean(axis=-1), {"units": "1", "long_name": "contact ratio under load"}),
+        "contact_ratio": (grid[:-1], count @ length, {"units": "1", "long_name": "contact ratio under load"}),
         "pair": ("pair", numbers, {"long_name": "number of the pair of teeth, ahead of pair 0"}),
     }
 

@@ -136,6 +136,18 @@ def test_share_of_the_cycle_with_one_pair_alone(paper_pair, torque, alone):
     assert (ste["centroid"] == 0).all()
 
 
+def test_contact_ratio_under_load(paper_pair):
+    """At little load nearly the nominal one, then more; the same however the phases lie."""
+    uneven = np.append(np.linspace(0, 0.3, 100), np.linspace(0.31, 0.99, 69))
+    found = [
+        fem.static_transmission_error(paper_pair, [0.01, 350], phases, progress=False)["contact_ratio"].values
+        for phases in (200, uneven)
+    ]
+    assert found[0][0] == pytest.approx(paper_pair.eps_alpha, abs=0.01)
+    assert found[0][1] == pytest.approx(2 - 0.200, abs=0.01)
+    assert found[1] == pytest.approx(found[0], abs=0.01)
+
+
 def test_misaligned_force_moves_to_the_closed_side(paper_pair):
     ste = fem.static_transmission_error(
         paper_pair, [50, 350], 4, offsets=fem.Offsets(misalignment=0.5e-3), progress=False
