@@ -20,9 +20,10 @@ from fem.sweep import Resolution, each, sweep
 SECTION_ORDER, WIDTH_ORDER = 1.5, 1.26
 #: Half-way is not always where an interpolation is furthest off.
 FROM_HALFWAY = 1.5
-CHECKED_PHASES, CHECKED_TORQUES, FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 8, 5, 12, 400, 40
-#: Slices are off most where a corner touches, for some hundredths of the mesh cycle; meshes at some light load.
-MESHED_PHASES, MESHED_TORQUES = 24, 9
+CHECKED_TORQUES, FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 5, 12, 400, 40
+#: Slices and torques are off most where a corner touches, for some hundredths of the mesh cycle; meshes at some light
+#: load.
+MESHED_PHASES, CHECKED_PHASES, MESHED_TORQUES = 24, 48, 9
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,7 @@ def torque_error(pair: GearPair, torque, values: dict, resolution: Resolution) -
 
     torque      at least three values, the first of them 0
     """
-    torque, phase = np.asarray(torque), np.arange(CHECKED_PHASES) / CHECKED_PHASES
+    torque, phase = np.asarray(torque), (np.arange(CHECKED_PHASES) + 1 / 4) / CHECKED_PHASES
     halfway = np.append(torque[1] / 4, np.sqrt(torque[1:-1] * torque[2:]))
     te = curves(pair, np.append(torque, halfway), phase, values, replace(resolution, resolved=False))
     given, between = te[1 : torque.size] - te[0], te[torque.size :] - te[0]
@@ -174,7 +175,7 @@ def _levels(pair: GearPair) -> tuple[Resolution, ...]:
 
 def _allowed(pair, torque, values, accuracy: float, fast: Resolution) -> np.ndarray:
     """(n_torque,) error [m] that is the requested share of the deflection, or of a tenth of the largest."""
-    phase = np.arange(CHECKED_PHASES) / CHECKED_PHASES
+    phase = (np.arange(CHECKED_PHASES) + 1 / 4) / CHECKED_PHASES
     te = curves(pair, np.append(0.0, torque), phase, values, fast)
     found = deflection(te[1:], te[0])
     return accuracy * np.maximum(found, 0.1 * found.max())
