@@ -9,6 +9,7 @@ from math import cos, sin, tan
 
 import numpy as np
 
+from fem import hertz
 from fem.flank import removed
 from fem.meeting import Meeting
 from fem.profile import LEAST_ROLL
@@ -23,6 +24,7 @@ NEWTONS, SHORT = 12, 1e-8
 FAR = 1.0
 #: Normals with a shorter lever about the mate count as if they had that one: flanks do not touch there.
 LEAST_LEVER = 0.1
+TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True)
@@ -81,6 +83,16 @@ class Cells:
     def mate_nominal(self) -> np.ndarray:
         """(n, 1) roll lengths of the mate on the line of action [m]; they overlap by te."""
         return self.meeting.a * sin(self.meeting.alpha) - self.nominal + self.te
+
+    def half_width(self, line_load: np.ndarray) -> np.ndarray:
+        """Hertzian half-widths (n,) [m] under forces per axial length (..., n) [N/m]."""
+        pair = self.meeting.pair
+        return hertz.half_width(line_load, self.radius, pair.pinion.material, pair.wheel.material)
+
+    def hertz_pressure(self, force: np.ndarray) -> np.ndarray:
+        """(..., n) largest pressures [Pa] under forces (..., n) [N] by Hertz, on the curvature of the involutes."""
+        width = self.half_width(np.maximum(force, TINY) / (self.high - self.low))
+        return 2 * force / (np.pi * width * self.length)
 
     def _arm(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Own's points at roll (n, m) as the mate's centre sees them (x, y) [m], mate's roll length [m], its lever.

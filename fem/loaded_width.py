@@ -10,8 +10,8 @@ from fem.meeting import Meeting
 #: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
 BEYOND = 1e-3
 
-#: Edges of slices keep this distance from one another, as a share of an even slice.
-NEAR = 0.02
+#: Kinks keep this distance from one another and from the ends, even stops from kinks, as shares of an even slice.
+NEAR, APART = 0.02, 0.2
 
 #: Axial ends [m] of the part of the face that counts, by number of the pair of teeth
 Ranges = dict[int, tuple[float, float]]
@@ -29,17 +29,19 @@ def kinks(meeting: Meeting) -> np.ndarray:
 
 
 def with_kinks(stops: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Equidistant stops (n,) and the places that lie among them; of any that are NEAR one another only one is left.
+    """Equidistant stops (n,) and the places that lie among them.
 
-    The first and the last stay, then places come before stops.
+    The first and the last stay, places not NEAR these and one another, and of the other stops those APART from places:
+    beside a narrow slice the load on it would be off.
     """
-    near = NEAR * (stops[1] - stops[0])
+    near, distance = (share * (stops[1] - stops[0]) for share in (NEAR, APART))
     among = np.unique(places[(places > stops[0] + near) & (places < stops[-1] - near)])
     if not among.size:
         return stops
     among = among[np.diff(among, prepend=stops[0]) > near]
-    apart = np.abs(stops[:, None] - among).min(axis=1) > near
-    return np.sort(np.concatenate([stops[apart], among]))
+    kept = np.abs(stops[:, None] - among).min(axis=1) > distance
+    kept[[0, -1]] = True
+    return np.sort(np.concatenate([stops[kept], among]))
 
 
 def wider(one: Ranges, other: Ranges) -> Ranges:

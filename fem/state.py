@@ -9,7 +9,6 @@ import numpy as np
 from fem.compliance import Compliance
 from fem.contact import STRIPS, Strips, along_contact, assemble, coupling, flattening_of, strips_of
 from fem.gap import Cells
-from fem.hertz import flattening
 from fem.loaded_width import Ranges, kinks, overlap, wider, with_kinks
 from fem.meeting import Meeting
 from fem.slices import line_contact
@@ -66,6 +65,10 @@ class State:
     def peak_pressure(self) -> float:
         """Largest contact pressure [Pa]."""
         return float(self.pressure.max(initial=0.0))
+
+    def hertz_pressure(self) -> float:
+        """Largest pressure of the line loads by Hertz, on the curvature of the involutes [Pa]."""
+        return float(self.cells.hertz_pressure(self.force).max(initial=0.0))
 
     def centroid(self) -> float:
         """Axial place of the resultant force [m]; 0 without load and where both halves carry the same."""
@@ -180,7 +183,7 @@ class Encounter:
 
     def hertz(self, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
         """Factor and constant of the flattening of cells under one line load, as `fem.slices` takes them."""
-        width = self.half_width(cells, 1 / (cells.high - cells.low))
+        width = cells.half_width(1 / (cells.high - cells.low))
         return flattening_of(cells), 0.5 + np.log(2 * self.depth / width)
 
     def line_contact(self, force: np.ndarray, misalignment: np.ndarray, change) -> tuple[np.ndarray, np.ndarray]:
@@ -200,16 +203,9 @@ class Encounter:
         if loaded.any():
             shared = force[loaded] * self.pinion.share
             te[loaded], loads[loaded] = self.line_contact(shared, misalignment[loaded], self.softening)
-        width = self.half_width(cells, np.maximum(loads, TINY) / (cells.high - cells.low))
-        pressure = 2 * loads / (np.pi * width * cells.length)
+        pressure = cells.hertz_pressure(loads)
         half = self.pinion.share < 1
         return [State(float(t), cells, f, p, mirrored=half) for t, f, p in zip(te, loads, pressure, strict=True)]
-
-    def half_width(self, cells: Cells, line_load: np.ndarray) -> np.ndarray:
-        """Hertzian half-widths of cells (n,) [m] under forces per axial length (n,) [N/m]."""
-        pair = self.meeting.pair
-        both = flattening(pair.pinion.material) + flattening(pair.wheel.material)
-        return np.sqrt(2 * both * cells.radius * line_load)
 
     def ranges(self, te: float, misalignment: float, cells: Cells, loads: np.ndarray) -> Ranges:
         """Axial ends between which the flanks of each pair of teeth overlap under a transmission error te [m].
@@ -246,7 +242,7 @@ class Encounter:
             line_load = loads / (cells.high - cells.low)
             guess = {k: (cells.middle[cells.number == k], line_load[cells.number == k]) for k in ranges}
             cells = self.sliced(ranges, self.slices, te)
-            state = self.pressed(cells, force, misalignment, self.half_width(cells, _loads_at(cells, guess, force)))
+            state = self.pressed(cells, force, misalignment, cells.half_width(_loads_at(cells, guess, force)))
             loads, touched = state.force, self.ranges(state.te, misalignment, cells, state.force)
             if self.covered(touched, ranges, SPARE if step < GROWING else np.inf):
                 return state

@@ -22,6 +22,13 @@ from fem.threads import one_thread
 #: The tooth behind the loaded one is drawn; further ones move te by less than 0.1 %.
 BEHIND = 1
 ORDER = ("a", "axial", *ANGLES)
+#: What a map keeps of a state beside te and load shares, with units.
+QUANTITIES = {
+    "peak_pressure": ("Pa", "largest contact pressure"),
+    "hertz_pressure": ("Pa", "largest contact pressure by Hertz of the line load"),
+    "line_load": ("N/m", "largest force per length of contact line"),
+    "centroid": ("m", "axial place of the resultant force"),
+}
 
 
 @dataclass(frozen=True)
@@ -143,11 +150,11 @@ def _column(bodies, slices: int, resolved: bool, forces: np.ndarray, values: dic
 
 
 def kept(states: list[State]) -> np.ndarray:
-    """What a map keeps of each state: te, peak pressure, line load, centroid, shares by number of the pair of teeth."""
+    """What a map keeps of each state: te, `QUANTITIES` in their order, shares by number of the pair of teeth."""
     found = np.empty(len(states), object)
     for i, state in enumerate(states):
         shares = {int(k): state.share(k) for k in np.unique(state.cells.number)}
-        found[i] = (state.te, state.peak_pressure(), state.line_load(), state.centroid(), shares)
+        found[i] = (state.te, *(getattr(state, name)() for name in QUANTITIES), shares)
     return found
 
 

@@ -14,14 +14,7 @@ from fem.hertz import largest_torque
 from fem.offsets import Offsets, check_places
 from fem.progress import shown
 from fem.ste import PHASE, TORQUE, ste_map
-from fem.sweep import ORDER, Resolution, each, sweep
-
-QUANTITIES = {
-    "te": ("m", "static transmission error"),
-    "peak_pressure": ("Pa", "largest contact pressure"),
-    "line_load": ("N/m", "largest force per length of contact line"),
-    "centroid": ("m", "axial place of the resultant force"),
-}
+from fem.sweep import ORDER, QUANTITIES, Resolution, each, sweep
 
 
 def static_transmission_error(
@@ -37,7 +30,10 @@ def static_transmission_error(
     """STE map of a spur or helical pair: "te" [m] in mid-plane on the line of action over (torque, offsets, phase).
 
     Beside it stand "centroid" of the force across the width [m], "peak_pressure" [Pa], "line_load" [N/m], the
-    "load_share" of every pair of teeth, "pairs_in_contact", and over the torque "contact_ratio", that under load.
+    "load_share" of every pair of teeth, "pairs_in_contact", and over the torque "contact_ratio", that under load, as
+    finely as phases lie. Where the corner of an unrelieved tip or of a face touches, or a relief begins with a kink,
+    pressure has no limit: there "peak_pressure" is a mean over one strip, and "hertz_pressure" [Pa], of the line load
+    on the curvature of the involutes, what to compare with ISO 6336-2. In the slice mode both are that.
 
     torque          pinion torque F r_b1 [N m], one or several increasing values >= 0; 0: unloaded transmission error;
                     `UpTo(350)`: as many from 0 to 350 N m as the accuracy takes
@@ -99,11 +95,11 @@ def _labelled(pair, torque, phase, axes: dict, states: np.ndarray, attributes: d
     """The map with all its variables; offsets of one value are no axis."""
     grid = (TORQUE, *(name for name in ORDER if name in axes), PHASE)
     states = states.reshape([torque.size, *(axes[name].size for name in grid[1:-1]), phase.size])
-    found = {name: each(states, lambda s, i=i: s[i]) for i, name in enumerate(QUANTITIES)}
-    data = ste_map(pair, torque, phase, found.pop("te"), {name: axes[name] for name in grid[1:-1]}, **attributes)
+    te = each(states, lambda state: state[0])
+    data = ste_map(pair, torque, phase, te, {name: axes[name] for name in grid[1:-1]}, **attributes)
     variables = {
-        name: (grid, values, dict(zip(("units", "long_name"), QUANTITIES[name], strict=True)))
-        for name, values in found.items()
+        name: (grid, each(states, lambda state, i=i: state[i]), {"units": units, "long_name": described})
+        for i, (name, (units, described)) in enumerate(QUANTITIES.items(), start=1)
     }
     return data.assign(variables).assign(_shares(states, grid, lengths(phase, attributes["pitches"])))
 
@@ -116,8 +112,8 @@ def lengths(phase: np.ndarray, pitches: int) -> np.ndarray:
 
 def _shares(states: np.ndarray, grid: tuple[str, ...], length: np.ndarray) -> dict:
     """What the pairs of teeth carry, and how many do; on average over phases of these lengths."""
-    numbers = sorted({k for state in states.ravel() for k, share in state[4].items() if share > 0})
-    columns = [each(states, lambda s, k=k: s[4].get(k, 0.0)) for k in numbers]
+    numbers = sorted({k for state in states.ravel() for k, share in state[-1].items() if share > 0})
+    columns = [each(states, lambda s, k=k: s[-1].get(k, 0.0)) for k in numbers]
     shares = np.stack(columns, axis=-1) if numbers else np.zeros((*states.shape, 0))
     count = (shares > 0).sum(axis=-1)
     return {

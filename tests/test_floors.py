@@ -32,7 +32,7 @@ FLOORS = {
     "fem.iso6336": 2,
     "fem.meeting": 2,
     "fem.mesh": 3,
-    "fem.hertz": 3,
+    "fem.hertz": 2,
     "fem.hats": 0,
     "fem.loaded_width": 3,
     "fem.half_space": 3.5,

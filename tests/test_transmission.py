@@ -74,7 +74,7 @@ def test_identical_gears_give_a_symmetric_curve(paper_pair):
 def test_contact_balances_the_load_and_never_pulls_nor_penetrates(paper_pair, bodies):
     meeting = encounter(paper_pair, bodies, 0.45)
     cells = meeting.sliced({-1: meeting.face, 0: meeting.face}, 3)
-    half_width = meeting.half_width(cells, np.full(cells.low.size, 90e3))
+    half_width = cells.half_width(np.full(cells.low.size, 90e3))
     strips = strips_of(cells, half_width)
     contact = assemble(cells, strips, *bodies, 0.0)
     delta, f = contact.solve(1000.0, strips.expected > 0)
@@ -101,8 +101,9 @@ def test_peak_pressure_is_that_of_hertz(paper_pair, bodies):
     meeting = encounter(paper_pair, bodies, 0.0)
     state = meeting.state(2000.0)
     line_load = state.force / state.cells.length
-    hertz = 2 * line_load / (np.pi * meeting.half_width(state.cells, line_load))
+    hertz = 2 * line_load / (np.pi * state.cells.half_width(line_load))
     assert state.pressure == pytest.approx(hertz, rel=0.01)
+    assert state.hertz_pressure() == pytest.approx(hertz.max(), rel=1e-12)
 
 
 def test_slices_pressed_as_hertz_says_are_the_resolved_contact_away_from_the_tips(paper_pair, bodies):
