@@ -10,11 +10,8 @@ from functools import cached_property
 import numpy as np
 from skfem import (
     Basis,
-    ElementLineP1,
     ElementLineP2,
-    ElementQuad1,
     ElementQuad2,
-    ElementTriP1,
     ElementTriP2,
     MeshHex,
     MeshLine,
@@ -25,7 +22,7 @@ from fem import mesh as meshes
 from fem import prism
 from fem.gear import Gear
 from fem.groups import Products
-from fem.loads import FlankLoad, arcs_of, flank_ends, flank_points, flank_shares, gathered, outline, push, strip_means
+from fem.loads import FlankLoad, arcs_of, flank_points, flank_shares, gathered, outline, push, strip_means
 from fem.mesh import Density
 from fem.solver import Solve, factorize
 
@@ -160,17 +157,27 @@ def axial_shares(axis: Basis | None, low: np.ndarray, high: np.ndarray) -> np.nd
 
 
 def contact_pressure(body: Body, loads: list[FlankLoad]) -> np.ndarray:
-    """(n_vertex,) pressure on the flanks [Pa], averaged over the hats of `body.mesh`: their areas give the force."""
-    plane = body.axis is None
-    section = body.section.with_element(ElementTriP1() if plane else ElementQuad1())
-    axis = None if plane else Basis(body.line, ElementLineP1())
-    ends = np.array([0.0, 1.0] if plane else [body.axial.min(), body.axial.max()])
-    width = axial_shares(axis, ends[:1], ends[1:])[:, 0] * (ends[1] - ends[0]) / np.cos(body.gear.beta_b)
-    pressure, flank = np.zeros((section.N, width.size)), flank_ends(body.gear)
+    """(n_vertex,) largest pressure on the flanks [Pa] nearer to a vertex of `body.mesh` than to the next ones."""
+    section, across = body.section.mesh, _around(body.axial[body.upwards])
+    pressure = np.zeros((section.p.shape[1], body.axial.size))
     for load in loads:
-        low, high = load.edges[:, :-1], load.edges[:, 1:]
-        shares = flank_shares(body.gear, section, load.tooth, low.ravel(), high.ravel()).reshape(-1, *low.shape)
-        nodal = np.einsum("ncs,cs->nc", shares, load.force) @ axial_shares(axis, load.low, load.high).T
-        length = flank_shares(body.gear, section, load.tooth, flank[:1], flank[1:]) * (flank[1] - flank[0])
-        pressure += np.divide(nodal, length * width, out=np.zeros_like(nodal), where=length > 0)
+        nodes = np.unique(section.facets[:, outline(body.gear, section, load.tooth)[0]])
+        arcs = arcs_of(body.gear, section.p[:, nodes])
+        nodes, along = nodes[np.argsort(arcs)], _around(np.sort(arcs))
+        area = np.diff(load.edges, axis=1) * (load.high - load.low)[:, None] / np.cos(body.gear.beta_b)
+        on_strips = np.divide(load.force, area, out=np.zeros_like(area), where=area > 0)
+        touched = _overlap(load.edges[:, :-1], load.edges[:, 1:], along)
+        by_cell = np.where(touched, on_strips[:, :, None], 0.0).max(axis=1)
+        found = np.where(_overlap(load.low, load.high, across)[:, None], by_cell[:, :, None], 0.0).max(axis=0)
+        pressure[nodes] = np.maximum(pressure[nodes], found)
     return pressure.ravel()
+
+
+def _around(places: np.ndarray) -> np.ndarray:
+    """(n + 1,) ends of what is nearest to increasing places (n,)."""
+    return np.concatenate([[-np.inf], (places[1:] + places[:-1]) / 2, [np.inf]])
+
+
+def _overlap(low: np.ndarray, high: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """(..., n) whether ranges from low to high (...) reach into those between ends (n + 1,)."""
+    return (low[..., None] < ends[1:]) & (high[..., None] > ends[:-1])

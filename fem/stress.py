@@ -33,7 +33,8 @@ class Field:
     points          (dim, n) without load, turned by phase and transmission error [m]
     cells           (n_corner, n_cell) triangles or hexahedra, corners in meshio's order
     displacement    (dim, n) elastic, seen from the hub [m]; points + displacement is what touches the mate
-    von_mises, principal, pressure      (n,) equivalent stress, largest principal stress, contact pressure [Pa]
+    von_mises, principal    (n,) equivalent stress, largest principal stress [Pa]
+    pressure        (n,) contact pressure, the largest nearer to a point than to others [Pa]
     fillet          (n,) whether a node lies on the tensile root of a loaded tooth, where bending rules the stress
     centre, turn    (dim,) of the hub [m]; how far it turned from no load [rad]
     """
@@ -105,9 +106,9 @@ def solid_fields(
 ) -> tuple[Field, Field]:
     """Fields of pinion and wheel on hexahedra of the whole width, spur or helical; arguments as in `plane_fields`.
 
-    The contact is smaller than an element: forces, bending and root stress are there, the stress under it is not. Lines
-    of contact of helical gears cross the width in steps: in each slice the load lies as in its middle. Elements are
-    quadratic; each is two hexahedra of the fields, one beside the other across the width.
+    The contact is smaller than an element: pressure, bending and root stress are there, the stress under it is not.
+    Lines of contact of helical gears cross the width in steps: in each slice the load lies as in its middle. Elements
+    are quadratic; each is two hexahedra of the fields, one beside the other across the width.
     """
     encounter, state = _contact(pair, torque, phase, offsets, resolution)
     fields = []

@@ -334,18 +334,21 @@ def test_an_interrupted_file_leaves_the_old_one(solids, tmp_path, monkeypatch):
     assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
 
 
-def test_pressure_over_the_flank_is_the_force(bodies):
-    """Nodal pressures times the areas of their hats, on the flanks of the solids."""
-    edges = hertz_load(93e3)[0].edges
-    for level in ("solid", "helical"):
-        body = bodies[level]
-        load = FlankLoad(0, edges, np.array([-9.0]) * mm, np.array([2.0]) * mm, np.full((1, 12), 85.0))
-        pressure = elastic.contact_pressure(body, [load]).reshape(-1, body.axial.size)
-        facets = body.section.mesh.facets[:, loads.outline(body.gear, body.section.mesh, 0)[0]]
-        arcs = loads.arcs_of(body.gear, body.section.mesh.p[:, facets])
-        line = np.trapezoid(pressure, body.line.p[0], axis=1) / np.cos(body.gear.beta_b)
-        force = (line[facets].sum(axis=0) / 2 * np.abs(arcs[1] - arcs[0])).sum()
-        assert force == pytest.approx(load.force.sum(), rel=1e-9)
+@pytest.mark.parametrize("level", ["plane", "solid", "helical"])
+def test_pressure_of_every_strip_shows_at_the_point_next_to_it(level, bodies):
+    """However small it is against an element; nowhere else on the flanks."""
+    body, low, high = bodies[level], np.array([-9.0, -2.0]) * mm, np.array([-2.0, 2.0]) * mm
+    arcs = np.add.outer([0.0, 1 * mm], hertz_load(93e3)[0].edges[0])
+    load = FlankLoad(0, arcs, low, high, np.add.outer([85.0, 60.0], np.arange(12.0)))
+    load = load.section(-3 * mm) if level == "plane" else load
+    pressure = elastic.contact_pressure(body, [load]).reshape(-1, body.axial.size)
+    strips = load.force / np.diff(load.edges) / (load.high - load.low)[:, None] * np.cos(body.gear.beta_b)
+    assert pressure.max() == pytest.approx(strips.max(), rel=1e-12)
+    facets = body.section.mesh.facets[:, loads.outline(body.gear, body.section.mesh, 0)[0]]
+    ends = loads.arcs_of(body.gear, body.section.mesh.p[:, facets])
+    far = np.abs(ends[:, :, None] - load.middle.ravel()).min(axis=2) > np.abs(ends[1] - ends[0]).max()
+    assert far.sum() > 4 and not pressure[facets[far]].any()
+    assert level == "plane" or not pressure[:, np.abs(body.line.p[0] + 3.5 * mm) > 9 * mm].any()
 
 
 def test_contacts_like_the_papers_figure(one_pair, two_pairs):
