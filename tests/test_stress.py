@@ -347,7 +347,7 @@ def test_pressure_of_every_strip_shows_at_the_point_next_to_it(level, bodies):
     facets = body.section.mesh.facets[:, loads.outline(body.gear, body.section.mesh, 0)[0]]
     ends = loads.arcs_of(body.gear, body.section.mesh.p[:, facets])
     far = np.abs(ends[:, :, None] - load.middle.ravel()).min(axis=2) > np.abs(ends[1] - ends[0]).max()
-    assert far.sum() > 4 and not pressure[facets[far]].any()
+    assert far.any() and not pressure[facets[far]].any()
     assert level == "plane" or not pressure[:, np.abs(body.line.p[0] + 3.5 * mm) > 9 * mm].any()
 
 
