@@ -266,9 +266,9 @@ def merged(points: np.ndarray, cells: np.ndarray, tolerance: float) -> tuple[np.
     return np.ascontiguousarray(points[:, first]), np.ascontiguousarray(inverse.reshape(-1)[cells])
 
 
-def half_width(b: float, loaded: float, n: int) -> MeshLine:
+def half_width(b: float, loaded: float, n: int, grading: float = 1.3) -> MeshLine:
     """Mesh of [0, b/2] from mid-plane to free end face: n elements up to loaded/2, then some beyond."""
-    inner = loaded / 2 * (1 - np.linspace(1, 0, n + 1) ** 1.3)
+    inner = loaded / 2 * (1 - np.linspace(1, 0, n + 1) ** grading)
     rest = b / 2 - inner[-1]
     if rest <= 1e-9 * b:
         return MeshLine(inner)
