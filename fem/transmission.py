@@ -2,7 +2,7 @@
 
 from concurrent.futures import Executor
 from dataclasses import replace
-from math import ceil
+from math import floor
 
 import numpy as np
 import xarray as xr
@@ -64,7 +64,7 @@ def static_transmission_error(
         states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor)
     axes = {name: values[name] for name in offsets.axes()}
     fixed = {name: float(values[name][0]) for name in ORDER[1:] if name not in axes}
-    attributes = {"resolution": str(resolution), "pitches": max(1, ceil(phase[-1]))} | fixed
+    attributes = {"resolution": str(resolution), "pitches": floor(phase[-1]) + 1} | fixed
     return _labelled(pair, torque, phase, axes, states, attributes).assign(_estimates(found))
 
 

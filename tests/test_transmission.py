@@ -313,6 +313,16 @@ def test_pitch_deviation_parts_the_teeth_of_its_pitches():
         fem.ste.over_torque_and_phase(ste)
 
 
+def test_phases_may_end_on_a_whole_pitch():
+    """From pitch point to pitch point; the end belongs to the pitch that begins there."""
+    gear = paper_gear(flank=fem.PitchDeviation(np.linspace(0, 5 * um, 57)))
+    pair, plain = fem.GearPair(gear, paper_gear(), a=150 * mm), fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
+    ste = fem.static_transmission_error(pair, [0, 150], [0, 0.5, 1], accuracy=ROUGH, progress=False)
+    assert ste.attrs["pitches"] == 2
+    one = fem.static_transmission_error(plain, 0, [0, 0.5], accuracy=ROUGH, progress=False)
+    assert one.attrs["pitches"] == 1
+
+
 def test_only_the_driving_flanks_count():
     relief = fem.TipRelief(15 * um, 2.5 * mm)
     gears = paper_gear(), paper_gear(flank=fem.Sides(right=relief)), paper_gear(flank=fem.Sides(left=relief))
