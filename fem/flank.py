@@ -30,8 +30,8 @@ PLACES = 201
 def parts_of(flank) -> Flank:
     """The modifications as a tuple; ValueError for what is none."""
     parts = tuple(flank) if isinstance(flank, Iterable) else (flank,)
-    if not all(hasattr(part, "removed") for part in parts):
-        raise ValueError(f"flank must hold modifications such as fem.TipRelief, got {flank}")
+    if not all(hasattr(part, "removed") and not isinstance(part, type) for part in parts):
+        raise ValueError(f"flank must hold modifications such as fem.TipRelief(15*um, 2.5*mm), got {flank}")
     return parts
 
 
