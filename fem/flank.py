@@ -64,6 +64,11 @@ def removed(flank: Flank, face: Face, roll, axial, *, tooth: int | np.ndarray = 
     return found
 
 
+def alike(flank: Flank) -> bool:
+    """Whether all teeth have the same flank."""
+    return not any(isinstance(part, PitchDeviation) and len(set(part.values)) > 1 for part in flank)
+
+
 def edges(flank: Flank, face: Face) -> list[float]:
     """Roll lengths where the slope of a modification jumps [m]."""
     return [edge for part in flank if hasattr(part, "edges") for edge in part.edges(face)]

@@ -43,8 +43,8 @@ def static_transmission_error(
     torque          pinion torque F r_b1 [N m], one or several increasing values >= 0; 0: unloaded transmission error;
                     `UpTo(350)`: as many from 0 to 350 N m as the accuracy takes
     phases          number of equidistant phases from 0 (pair 0 at the pitch point), or their values in [0, 1); with
-                    pitch deviations values up to any number of pitches, as each tooth differs; None: as many as the
-                    accuracy takes
+                    pitch deviations values up to any number of pitches, as each tooth differs (a number of phases maps
+                    the first pitch only, which makes no `exugear.MeshForce`); None: as many as the accuracy takes
     offsets         of the wheel; those with several values are axes of the map
     accuracy        share of the deflection that each kind of error may be, say 0.005: it chooses the mesh, and the map
                     carries what is estimated of each torque, "error_mesh", "error_phase", "error_torque" [m]; or a
