@@ -41,6 +41,11 @@ class Sides:
 
     Seen from positive z with the tooth pointing up, the left flank faces counter-clockwise. It is the one that carries
     the load, on pinion and wheel, while the pinion drives counter-clockwise.
+
+    A map is of the left flanks; the right ones are checked and kept, but change nothing. For theirs map the pair as a
+    mirror shows it: both gears with left and right exchanged and beta of opposite sign, and of pitch deviations
+    values[-k] for tooth k of the pinion, values[1 - k] of the wheel; all else stays, but for the sign of
+    `Offsets.f_sigma_beta`. Phases of that map are `GearPair.back_phase` minus those of the left flanks.
     """
 
     left: Flank = ()
