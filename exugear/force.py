@@ -120,9 +120,12 @@ class MeshForce:
 
         ste   Dataset of `fem.ste`: te [m] over torque from 0 [N m], offsets and phase, smooth and periodic in phase;
               its centroid, where it has one, is where the force acts.
+        The map is of the driving, left flanks; the law takes the right ones for their mirror image, also where
+        `fem.Sides` differ, which says how to map them.
         Below the lowest torque the compliance grows with -ln F, as that of a Hertzian line contact does.
 
-        Raises ValueError for a map that does not start at torque 0 or whose te does not grow with the torque.
+        Raises ValueError for a map that does not start at torque 0, whose te does not grow with the torque, or whose
+        one pitch does not stand for all (`fem.PitchDeviation`).
         """
         pair = pair_of(check(ste))
         offsets = offset_axes(ste)

@@ -9,6 +9,7 @@ from math import sqrt
 
 import numpy as np
 
+from fem.checks import as_floats
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
 from fem.mesh import Density
@@ -33,6 +34,7 @@ class UpTo:
     torque: float
 
     def __post_init__(self):
+        as_floats(self)
         require(0 < self.torque < np.inf, f"torque must be > 0 N m, got {self.torque}")
 
 

@@ -7,7 +7,7 @@ from math import acos, asin, atan, cos, hypot, pi, sin, sqrt, tan
 import numpy as np
 
 from fem import flank as flanks
-from fem.checks import require, require_within
+from fem.checks import as_floats, number, require, require_within
 from fem.flank import Face, Flank, Sides
 from fem.material import STEEL, Material
 from fem.root import Arc, Trochoid, involute
@@ -52,27 +52,32 @@ class Gear:
     flank: Flank | Sides = ()
 
     def __post_init__(self, h_fP: float | None):
-        require(
-            5 <= self.z < 1e4 and self.z == int(self.z), f"z must be a whole number of teeth, at least 5, got {self.z}"
-        )
+        as_floats(self)
+        self._check_teeth_and_material()
         require_within("m_n", self.m_n, 0, 100 * mm, unit=mm, remedy="mm (pass metres: 2.6*mm)")
         require_within("alpha_n", self.alpha_n, 10 * deg, 35 * deg, unit=deg, remedy="deg (pass radians: 20*deg)")
         require_within("beta", self.beta, -45 * deg, 45 * deg, unit=deg, remedy="deg (pass radians: 15*deg)")
-        self._fill_defaults(h_fP)
+        self._fill_defaults(None if h_fP is None else number("h_fP", h_fP))
         self._check_widths()
         self._check_root()
         self._check_teeth()
         for side in (self.drive_flank, self.coast_flank):
             flanks.check(side, self.face)
 
+    def _check_teeth_and_material(self) -> None:
+        z, steel = number("z", self.z), "material must be a fem.Material, say fem.Material(E=210*GPa)"
+        require(5 <= z < 1e4 and z == int(z), f"z must be a whole number of teeth, at least 5, got {self.z}")
+        object.__setattr__(self, "z", int(z))
+        require(isinstance(self.material, Material), f"{steel}, got {self.material!r}")
+
     def _fill(self, name: str, value) -> None:
         if getattr(self, name) is None:
             object.__setattr__(self, name, value)
 
     def _fill_defaults(self, h_fP: float | None) -> None:
-        object.__setattr__(self, "z", int(self.z))
-        self._fill("x", 0.0 if self.s_n is None else (self.s_n / self.m_n - pi / 2) / (2 * tan(self.alpha_n)))
-        require_within("x", self.x, -2, 2, remedy="(profile shift in modules; s_n is in metres: 3.78*mm)")
+        if self.x is None:
+            object.__setattr__(self, "x", self._shift())
+        require_within("x", self.x, -2, 2, remedy="(profile shift in modules)")
         self._fill("s_n", self.m_n * (pi / 2 + 2 * self.x * tan(self.alpha_n)))
         self._fill("d_a", 2 * self.r + 2 * self.m_n * (1 + self.x))
         require(h_fP is None or self.d_f is None, f"give h_fP or d_f, not both: got {h_fP} and {self.d_f}")
@@ -85,6 +90,15 @@ class Gear:
             self._fill("rho_f", min(0.38 * self.m_n, roundest) if roundest > 0 else 0.38 * self.m_n)
         if not isinstance(self.flank, Sides):
             object.__setattr__(self, "flank", flanks.parts_of(self.flank))
+
+    def _shift(self) -> float:
+        """Profile shift coefficient that gives s_n."""
+        if self.s_n is None:
+            return 0.0
+        middle, reach = self.m_n * pi / 2, 4 * self.m_n * tan(self.alpha_n)
+        low, high = max(0.0, middle - reach), min(2 * middle, middle + reach)
+        require_within("s_n", self.s_n, low, high, unit=mm, remedy="mm (x within 2; pass metres: 3.78*mm)")
+        return (self.s_n / self.m_n - pi / 2) / (2 * tan(self.alpha_n))
 
     def _check_widths(self) -> None:
         m_n, d = self.m_n, 2 * self.r

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fem.checks import numbers
 from fem.modification import Face, check_amount, check_within
 
 
@@ -20,7 +21,10 @@ class PitchDeviation:
     values: tuple[float, ...]
 
     def __post_init__(self):
-        object.__setattr__(self, "values", tuple(float(value) for value in self.values))
+        values = numbers("values", self.values)
+        if values.ndim != 1:
+            raise ValueError(f"values must be one pitch deviation [m] for each tooth, got {self.values!r}")
+        object.__setattr__(self, "values", tuple(values.tolist()))
         for value in self.values:
             check_amount("values", value)
 
@@ -48,13 +52,13 @@ class Grid:
 
     def __post_init__(self):
         for name, high, low in (("roll", 10.0, 0.0), ("axial", 10.0, -10.0)):
-            lines = np.asarray(getattr(self, name), float)
+            lines = numbers(name, getattr(self, name))
             if lines.ndim != 1 or lines.size < 2 or not (np.diff(lines) > 0).all():
                 raise ValueError(f"{name} must hold two or more increasing grid lines, got {getattr(self, name)}")
             check_within(name, lines[0], low, high, "m (pass metres)")
             check_within(name, lines[-1], low, high, "m (pass metres)")
             object.__setattr__(self, name, tuple(lines.tolist()))
-        values, shape = np.asarray(self.values, float), (len(self.roll), len(self.axial))
+        values, shape = numbers("values", self.values), (len(self.roll), len(self.axial))
         if values.shape != shape:
             raise ValueError(f"values must have the shape (roll, axial) = {shape}, got {values.shape}; transpose them?")
         if not np.isfinite(values).all():

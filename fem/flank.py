@@ -30,8 +30,8 @@ PLACES = 201
 def parts_of(flank) -> Flank:
     """The modifications as a tuple; ValueError for what is none."""
     parts = tuple(flank) if isinstance(flank, Iterable) else (flank,)
-    if not all(hasattr(part, "removed") for part in parts):
-        raise ValueError(f"flank must hold modifications such as fem.TipRelief, got {flank}")
+    if not all(hasattr(part, "removed") and not isinstance(part, type) for part in parts):
+        raise ValueError(f"flank must hold modifications such as fem.TipRelief(15*um, 2.5*mm), got {flank}")
     return parts
 
 
@@ -41,6 +41,11 @@ class Sides:
 
     Seen from positive z with the tooth pointing up, the left flank faces counter-clockwise. It is the one that carries
     the load, on pinion and wheel, while the pinion drives counter-clockwise.
+
+    A map is of the left flanks; the right ones are checked and kept, but change nothing. For theirs map the pair as a
+    mirror shows it: both gears with left and right exchanged and beta of opposite sign, and of pitch deviations
+    values[-k] for tooth k of the pinion, values[1 - k] of the wheel; all else stays, but for the sign of
+    `Offsets.f_sigma_beta`. Phases of that map are `GearPair.back_phase` minus those of the left flanks.
     """
 
     left: Flank = ()
@@ -62,6 +67,11 @@ def removed(flank: Flank, face: Face, roll, axial, *, tooth: int | np.ndarray = 
     for part in flank:
         found = found + part.removed(face, roll, axial)
     return found
+
+
+def alike(flank: Flank) -> bool:
+    """Whether all teeth have the same flank."""
+    return not any(isinstance(part, PitchDeviation) and len(set(part.values)) > 1 for part in flank)
 
 
 def edges(flank: Flank, face: Face) -> list[float]:

@@ -22,10 +22,12 @@ def single_stiffness(pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD) -
 
     line_load   F_t K_A / b [N/m]; below 100 N/mm the stiffness falls with its fourth root
 
+    Index 1 of the standard is the smaller gear, whichever drives.
+
     Source: ISO 6336-1, 9.3; 1 N/(mm um) = 1e9 N/m^2. Raises ValueError for a line load <= 0.
     """
     require(line_load > 0, f"line_load must be > 0 N/m (pass 100e3 for 100 N/mm), got {line_load}")
-    pinion, wheel = pair.pinion, pair.wheel
+    pinion, wheel = sorted((pair.pinion, pair.wheel), key=lambda gear: (gear.z, gear.d_a))
     one, other = 1 / virtual_teeth(pinion), 1 / virtual_teeth(wheel)
     x_1, x_2 = pinion.x, wheel.x
     terms = (1, one, other, x_1, x_1 * one, x_2, x_2 * other, x_1**2, x_2**2)

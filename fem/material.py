@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from fem.checks import require_within
+from fem.checks import as_floats, require_within
 from fem.units import GPa
 
 
@@ -15,6 +15,7 @@ class Material:
     density: float = 7850.0
 
     def __post_init__(self):
+        as_floats(self)
         require_within("E", self.E, 0.01 * GPa, 2000 * GPa, unit=GPa, remedy="GPa (pass pascal)")
         require_within("nu", self.nu, -1.0, 0.5, remedy="(Poisson's ratio)")
         require_within("density", self.density, 1.0, 50e3, remedy="kg/m^3")

@@ -9,6 +9,7 @@ import numpy as np
 from skfem import MeshHex, MeshLine, MeshQuad
 
 from fem import grading, profile
+from fem.checks import as_floats, number
 from fem.gear import Gear, require
 from fem.profile import Polar
 
@@ -44,13 +45,15 @@ class Density:
     edges: tuple[float, ...] | None = None
 
     def __post_init__(self):
+        as_floats(self)
         if self.edges is not None:
             object.__setattr__(self, "edges", tuple(float(edge) for edge in self.edges))
             require(self.edges == tuple(sorted(set(self.edges))), f"edges must increase; sort them, got {self.edges}")
         for name in (*PARTS, "width", "teeth", "behind", "divide"):
-            number, least = getattr(self, name), 0 if name in ("teeth", "behind") else 1
-            whole = f"{name} must be a whole number of elements >= {least}, got {number}"
-            require(number == int(number) and number >= least, whole)
+            elements, least = number(name, getattr(self, name)), 0 if name in ("teeth", "behind") else 1
+            whole = f"{name} must be a whole number of elements >= {least}, got {elements:g}"
+            require(elements % 1 == 0 and elements >= least, whole)
+            object.__setattr__(self, name, int(elements))
         require(1 <= self.rim_power <= 3, f"rim_power must lie in [1, 3], got {self.rim_power}")
 
     def refined(self, q: int) -> "Density":

@@ -10,6 +10,8 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from fem.checks import as_floats
+
 MM = 1e-3
 
 
@@ -29,12 +31,12 @@ class Face(NamedTuple):
     z: int = 1
     tooth: int | np.ndarray = 0
 
-    def roll_at(self, d: float) -> float:
-        """Roll length on the circle of diameter d [m]; ValueError unless it crosses the flank."""
+    def roll_at(self, d: float, name: str = "d") -> float:
+        """Roll length on the circle of diameter d [m]; ValueError, with its name, unless it crosses the flank."""
         low, high = (2 * sqrt(roll**2 + self.r_b**2) for roll in (self.roll_form, self.roll_tip))
         if not low * (1 - 1e-9) <= d <= high * (1 + 1e-9):
             limits = f"[{low / MM:.6g}, {high / MM:.6g}] mm, from root form to tip circle"
-            raise ValueError(f"diameter where a relief begins must lie in {limits}, got {d / MM:g} mm")
+            raise ValueError(f"{name}, where a relief begins, must lie in {limits}, got {d / MM:g} mm")
         return sqrt(max(d * d / 4 - self.r_b**2, 0.0))
 
 
@@ -77,7 +79,10 @@ def _check_profile_relief(name: str, amount: float, length: float | None, power:
     _check_relief(name, amount, 1.0 if length is None else length, power)
 
 
-def _check_on_flank(length: float, face: Face) -> None:
+def _check_on_flank(length: float, face: Face, name_d: str, d: float | None) -> None:
+    if d is not None and length < 1e-6:
+        ends = f"{name_d}, where a relief begins, must lie away from the circle where it ends"
+        raise ValueError(f"{ends}, got {d / MM:g} mm; that is a relief of no length")
     check_within("length", length, 1e-6, (face.roll_tip - face.roll_form) * (1 + 1e-9), "m, the roll of the flank")
 
 
@@ -105,15 +110,16 @@ class TipRelief:
     d_Ca: float | None = None
 
     def __post_init__(self):
+        as_floats(self)
         _check_profile_relief("C_a", self.C_a, self.length, self.power, self.d_Ca)
 
     def reach(self, face: Face) -> float:
         """Roll length from the relief's beginning to the tip [m]."""
-        return self.length if self.d_Ca is None else face.roll_tip - face.roll_at(self.d_Ca)  # type: ignore[return-value]
+        return self.length if self.d_Ca is None else face.roll_tip - face.roll_at(self.d_Ca, "d_Ca")  # type: ignore[return-value]
 
     def check(self, face: Face) -> None:
         """ValueError unless the relief begins on the flank."""
-        _check_on_flank(self.reach(face), face)
+        _check_on_flank(self.reach(face), face, "d_Ca", self.d_Ca)
 
     def edges(self, face: Face) -> tuple[float, ...]:
         return _if_sharp(face.roll_tip - self.reach(face), self.power)
@@ -136,15 +142,16 @@ class RootRelief:
     d_Cf: float | None = None
 
     def __post_init__(self):
+        as_floats(self)
         _check_profile_relief("C_f", self.C_f, self.length, self.power, self.d_Cf)
 
     def reach(self, face: Face) -> float:
         """Roll length from the root form circle to the relief's end [m]."""
-        return self.length if self.d_Cf is None else face.roll_at(self.d_Cf) - face.roll_form  # type: ignore[return-value]
+        return self.length if self.d_Cf is None else face.roll_at(self.d_Cf, "d_Cf") - face.roll_form  # type: ignore[return-value]
 
     def check(self, face: Face) -> None:
         """ValueError unless the relief ends on the flank."""
-        _check_on_flank(self.reach(face), face)
+        _check_on_flank(self.reach(face), face, "d_Cf", self.d_Cf)
 
     def edges(self, face: Face) -> tuple[float, ...]:
         return _if_sharp(face.roll_form + self.reach(face), self.power)
@@ -161,6 +168,7 @@ class ProfileCrowning:
     C_alpha: float
 
     def __post_init__(self):
+        as_floats(self)
         check_amount("C_alpha", self.C_alpha)
 
     def removed(self, face: Face, roll, axial):
@@ -175,6 +183,7 @@ class LeadCrowning:
     C_beta: float
 
     def __post_init__(self):
+        as_floats(self)
         check_amount("C_beta", self.C_beta)
 
     def removed(self, face: Face, roll, axial):
@@ -188,6 +197,7 @@ class HelixSlope:
     C_Hbeta: float
 
     def __post_init__(self):
+        as_floats(self)
         check_amount("C_Hbeta", self.C_Hbeta)
 
     def removed(self, face: Face, roll, axial):
@@ -203,6 +213,7 @@ class EndRelief:
     power: float = 1.0
 
     def __post_init__(self):
+        as_floats(self)
         _check_relief("C_e", self.C_e, self.length, self.power)
 
     def check(self, face: Face) -> None:

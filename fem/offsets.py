@@ -5,6 +5,7 @@ from math import cos, sin
 
 import numpy as np
 
+from fem.checks import numbers
 from fem.gear import GearPair, require
 from fem.units import mm
 
@@ -34,15 +35,16 @@ class Offsets:
 
     def __post_init__(self):
         for part in fields(self):
-            if getattr(self, part.name) is not None:
-                self._check(part.name, np.asarray(getattr(self, part.name), float))
+            value = getattr(self, part.name)
+            if part.name != "a" or value is not None:
+                require(value is not None, f"{part.name} must be a number or increasing numbers (0: none), got None")
+                self._check(part.name, numbers(part.name, value))
 
     def _check(self, name: str, values: np.ndarray) -> None:
         usable = values.ndim <= 1 and values.size and np.isfinite(values).all()
         rising = bool(usable) and bool((np.diff(values.ravel()) > 0).all())
         require(rising, f"{name} must be a number or increasing numbers, got {getattr(self, name)}")
-        if values.ndim:
-            object.__setattr__(self, name, tuple(values.tolist()))
+        object.__setattr__(self, name, tuple(values.tolist()) if values.ndim else float(values))
         if name in ANGLES:
             largest = np.abs(values).max()
             slope = f"{name} must lie within {LARGEST_ANGLE} rad, got {largest}; pass radians: 0.5e-3"

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import acos, cos, pi, sin, tan
 
-from fem.checks import require, require_within
+from fem.checks import as_floats, require, require_within
 from fem.cylindrical import Gear
 from fem.interference import root_clearance
 from fem.units import deg, mm
@@ -22,6 +22,7 @@ class GearPair:
     a: float = None  # type: ignore[assignment]
 
     def __post_init__(self):
+        as_floats(self)
         pinion, wheel = self.pinion, self.wheel
         for name in ("m_n", "alpha_n"):
             one, other = getattr(pinion, name), getattr(wheel, name)

@@ -9,7 +9,7 @@ import scipy
 import xarray as xr
 
 from fem.cache import whole
-from fem.flank import from_text, to_text
+from fem.flank import alike, from_text, to_text
 from fem.gear import Gear, GearPair, Material, require
 
 SIZES = [f.name for f in fields(Gear) if f.name not in ("material", "flank")]
@@ -83,11 +83,24 @@ def _described(name: str) -> dict[str, str]:
     return dict(zip(("units", "long_name"), OFFSETS[name], strict=True))
 
 
-def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:
-    """Transmission error (torque, phase) of a map; ValueError where it has further axes: select one value of each."""
-    te = check(data)[TE]
+def _check_one_for_all(data: xr.Dataset) -> None:
+    """ValueError unless the one pitch of the map stands for all."""
     pitches = data.attrs.get("pitches", 1)
-    require(pitches == 1, f"the map runs over {pitches} pitches, each of its own; average them or select one")
+    remedy = "average them or select one, as fem.ste_map of the pair without its PitchDeviation"
+    require(pitches == 1, f"the map runs over {pitches} pitches, each of its own; {remedy}")
+    pair = pair_of(data) if "pinion_flank" in data.attrs else None
+    one = "the map is of one pitch, but no two are alike under the PitchDeviation of its flanks"
+    either = "map the pair without it, or map all pitches and average them as fem.ste_map of that pair"
+    require(pair is None or all(alike(gear.drive_flank) for gear in (pair.pinion, pair.wheel)), f"{one}; {either}")
+
+
+def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:
+    """Transmission error (torque, phase) of a map.
+
+    ValueError where it has further axes, of which select one value each, or its one pitch does not stand for all.
+    """
+    te = check(data)[TE]
+    _check_one_for_all(data)
     further = [name for name in te.dims if name not in (TORQUE, PHASE)]
     chosen = ", ".join(f"{name}={data[name].values[0]:g}" for name in further)
     require(not further, f"the map also has the axes {further}; select one value of each: ste.sel({chosen})")
@@ -106,8 +119,7 @@ def offset_axes(data: xr.Dataset) -> dict[str, np.ndarray]:
 
 def over_offsets(data: xr.Dataset, name: str) -> xr.DataArray:
     """A variable of a map over (torque, a, misalignment, axial, phase), axes of one value dropped."""
-    pitches = data.attrs.get("pitches", 1)
-    require(pitches == 1, f"the map runs over {pitches} pitches, each of its own; average them or select one")
+    _check_one_for_all(data)
     return (
         data[name]
         .squeeze([d for d in data[name].dims if d in LAW_OFFSETS and data[d].size == 1])

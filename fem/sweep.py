@@ -9,6 +9,7 @@ from math import ceil, floor, inf, sqrt
 
 import numpy as np
 
+from fem.checks import number
 from fem.compliance import Compliance, flank_compliance
 from fem.flank import removed
 from fem.gear import GearPair, require
@@ -48,10 +49,17 @@ class Resolution:
     neighbours: int | None = None
 
     def __post_init__(self):
-        pitches = f"neighbours must be a whole number of pitches >= 0, or None for all teeth, got {self.neighbours}"
-        require(self.neighbours is None or (self.neighbours == int(self.neighbours) >= 0), pitches)
+        if self.neighbours is not None:
+            pitches = f"neighbours must be a whole number of pitches >= 0, or None for all teeth, got {self.neighbours}"
+            require(number("neighbours", self.neighbours) % 1 == 0 and self.neighbours >= 0, pitches)
+            object.__setattr__(self, "neighbours", int(self.neighbours))
         whole = f"slices must be an even number, at least 2, got {self.slices}"
-        require(self.slices == int(self.slices) and self.slices >= 2 and self.slices % 2 == 0, whole)
+        require(number("slices", self.slices) % 2 == 0 and self.slices >= 2, whole)
+        object.__setattr__(self, "slices", int(self.slices))
+        mode = f"resolved must be True (strips) or False (one line load), got {self.resolved!r}"
+        require(isinstance(self.resolved, bool | np.bool_), mode)
+        object.__setattr__(self, "resolved", bool(self.resolved))
+        require(isinstance(self.density, Density), f"density must be a fem.mesh.Density, got {self.density!r}")
         self.density.paired()
 
     def compared(self) -> "Resolution":

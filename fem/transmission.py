@@ -2,12 +2,13 @@
 
 from concurrent.futures import Executor
 from dataclasses import replace
-from math import ceil
+from math import floor
 
 import numpy as np
 import xarray as xr
 
 from fem.accuracy import UpTo, choose
+from fem.checks import number, numbers
 from fem.deviation import PitchDeviation
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
@@ -38,8 +39,8 @@ def static_transmission_error(
     torque          pinion torque F r_b1 [N m], one or several increasing values >= 0; 0: unloaded transmission error;
                     `UpTo(350)`: as many from 0 to 350 N m as the accuracy takes
     phases          number of equidistant phases from 0 (pair 0 at the pitch point), or their values in [0, 1); with
-                    pitch deviations values up to any number of pitches, as each tooth differs; None: as many as the
-                    accuracy takes
+                    pitch deviations values up to any number of pitches, as each tooth differs (a number of phases maps
+                    the first pitch only, which makes no `exugear.MeshForce`); None: as many as the accuracy takes
     offsets         of the wheel; those with several values are axes of the map
     accuracy        share of the deflection that each kind of error may be, say 0.005: it chooses the mesh, and the map
                     carries what is estimated of each torque, "error_mesh", "error_phase", "error_torque" [m]; or a
@@ -51,7 +52,9 @@ def static_transmission_error(
     Raises ValueError for bad input, RuntimeError where a contact does not settle or the accuracy is not reached.
     Source: Korta et al., section IV; TE = theta_P r_b1 + theta_G r_b2.
     """
-    offsets = offsets or Offsets()
+    offsets = Offsets() if offsets is None else offsets
+    where = f"offsets must be fem.Offsets, say fem.Offsets(misalignment=0.5e-3), got {offsets!r}"
+    require(isinstance(offsets, Offsets), where)
     values = offsets.values(pair)
     check_places(pair, values["a"], values["axial"])
     pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair
@@ -60,7 +63,7 @@ def static_transmission_error(
         states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor)
     axes = {name: values[name] for name in offsets.axes()}
     fixed = {name: float(values[name][0]) for name in ORDER[1:] if name not in axes}
-    attributes = {"resolution": str(resolution), "pitches": max(1, ceil(phase[-1]))} | fixed
+    attributes = {"resolution": str(resolution), "pitches": floor(phase[-1]) + 1} | fixed
     return _labelled(pair, torque, phase, axes, states, attributes).assign(_estimates(found))
 
 
@@ -83,8 +86,8 @@ def _states(pair, torque, phases, values: dict, accuracy) -> tuple[np.ndarray, n
         require(given, "phases=None and torque=fem.UpTo(...) need an accuracy to choose by, say accuracy=0.005")
         return checked_torque(pair, torque), checked_phases(phases, pair), accuracy or Resolution(), {}
     share = "accuracy must lie in [1e-4, 0.1] (share of the deflection, say 0.005) or be a fem.Resolution"
-    require(1e-4 <= accuracy <= 0.1, f"{share}, got {accuracy}")
-    loaded = isinstance(torque, UpTo) or np.max(torque) > 0
+    require(1e-4 <= number("accuracy", accuracy) <= 0.1, f"{share}, got {accuracy}")
+    loaded = isinstance(torque, UpTo) or numbers("torque", torque).max(initial=0.0) > 0
     require(bool(loaded), f"accuracy needs a torque > 0 to be a share of its deflection, got {torque}")
     torque = torque if isinstance(torque, UpTo) else checked_torque(pair, torque)
     phase = None if phases is None else checked_phases(phases, pair)
@@ -125,7 +128,7 @@ def _shares(states: np.ndarray, grid: tuple[str, ...], length: np.ndarray) -> di
 
 
 def checked_torque(pair: GearPair, torque) -> np.ndarray:
-    values = np.atleast_1d(np.asarray(torque, float))
+    values = np.atleast_1d(numbers("torque", torque))
     rising = values.ndim == 1 and values.size > 0 and bool((np.diff(values) > 0).all())
     require(rising and values[0] >= 0, f"torque must increase from 0 or above [N m]; sort it, got {torque}")
     largest = largest_torque(pair)
@@ -135,12 +138,13 @@ def checked_torque(pair: GearPair, torque) -> np.ndarray:
 
 
 def checked_phases(phases, pair: GearPair) -> np.ndarray:
-    if np.ndim(phases) == 0:
-        require(4 <= phases < 1e6 and phases == int(phases), f"phases must be a whole number, at least 4, got {phases}")
-        return np.arange(int(phases)) / int(phases)
-    values = np.asarray(phases, float)
+    values = numbers("phases", phases)
+    if values.ndim == 0:
+        require(bool(4 <= values < 1e6 and values % 1 == 0), f"phases must be a whole number, at least 4, got {phases}")
+        return np.arange(int(values)) / int(values)
     parts = (*pair.pinion.drive_flank, *pair.wheel.drive_flank)
     end = 1e6 if any(isinstance(part, PitchDeviation) for part in parts) else 1
-    rising = values.size > 0 and bool((np.diff(values) > 0).all()) and values.min() >= 0 and values.max() < end
-    require(rising, f"phases must increase within [0, 1) as share of a pitch, got {phases}")
+    rising = values.ndim == 1 and values.size > 0 and bool((np.diff(values) > 0).all())
+    within = rising and bool(values[0] >= 0 and values[-1] < end)
+    require(within, f"phases must increase within [0, {end:g}) as share of a pitch, got {phases}")
     return values

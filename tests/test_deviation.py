@@ -159,6 +159,13 @@ def test_flanks_of_own_making_join_in():
     assert both == pytest.approx(1 * um * np.sin(ROLL / mm) + 2 * um * AXIAL / (23 * mm), abs=1e-18)
 
 
+def test_pitch_deviations_are_python_numbers():
+    values = np.linspace(0, 5, 57).astype(np.float32) * np.float32(um)
+    part = fem.PitchDeviation(values)
+    assert part == fem.PitchDeviation(float(value) for value in values) == fem.PitchDeviation(values.tolist())
+    assert flank.from_text(flank.to_text((part,))) == (part,)
+
+
 def with_flank(*parts) -> fem.Gear:
     return paper_gear(flank=parts)
 
@@ -169,12 +176,20 @@ def with_flank(*parts) -> fem.Gear:
         (lambda: fem.TipRelief(15 * um), "begins at a roll length or at a diameter"),
         (lambda: fem.TipRelief(15 * um, 2 * mm, d_Ca=150 * mm), "begins at a roll length or at a diameter"),
         (lambda: fem.RootRelief(15 * um, d_Cf=150), "d_Cf must lie .*150\\*mm"),
-        (lambda: with_flank(fem.TipRelief(15 * um, d_Ca=155 * mm)), "from root form to tip circle, got 155 mm"),
-        (lambda: with_flank(fem.RootRelief(15 * um, d_Cf=130 * mm)), "from root form to tip circle, got 130 mm"),
+        (lambda: with_flank(fem.TipRelief(15 * um, d_Ca=155 * mm)), "d_Ca, .*from root form to tip circle, got 155 mm"),
+        (
+            lambda: with_flank(fem.RootRelief(15 * um, d_Cf=130 * mm)),
+            "d_Cf, .*from root form to tip circle, got 130 mm",
+        ),
+        (lambda: with_flank(fem.TipRelief(15 * um, d_Ca=154.5 * mm)), "d_Ca, .*got 154.5 mm; .*no length"),
+        (lambda: with_flank(fem.RootRelief(15 * um, d_Cf=2 * paper_gear().r_form)), "d_Cf, .*no length"),
         (lambda: with_flank(fem.TipRelief(15 * um, 30 * mm)), "length must lie"),
         (lambda: with_flank(fem.EndRelief(15 * um, 12 * mm)), "up to half the face width"),
         (lambda: with_flank(fem.PitchDeviation(np.zeros(56))), "one pitch deviation a tooth, z = 57, got 56"),
         (lambda: fem.PitchDeviation([np.nan]), "values must lie"),
+        (lambda: fem.PitchDeviation(5 * um), "values must be one pitch deviation"),
+        (lambda: fem.PitchDeviation(np.zeros((57, 2))), "values must be one pitch deviation"),
+        (lambda: fem.PitchDeviation(["5"]), "values must hold real numbers"),
         (lambda: fem.PitchDeviation([5]), "values must lie .*15\\*um"),
         (lambda: fem.Grid([18, 33], [-10 * mm, 10 * mm], np.zeros((2, 2))), "roll must lie .*pass metres"),
         (lambda: fem.Grid([0, 0.1], [0.1, 0.0], np.zeros((2, 2))), "axial must hold two or more increasing"),
@@ -184,6 +199,9 @@ def with_flank(*parts) -> fem.Gear:
         (lambda: fem.Grid([0, 0.1], [0, 0.1], [[0, 5], [0, 0]]), "values must lie .*15\\*um"),
         (lambda: with_flank(fem.Grid([0, 0.001], [-0.01, 0.01], np.zeros((2, 2)))), "roll misses the flank"),
         (lambda: with_flank(fem.Grid([0, 0.1], [0.02, 0.03], np.zeros((2, 2)))), "axial misses the flank"),
+        (lambda: fem.Grid([0, 0.1], [0, 0.1], [[0, 0], [0]]), "values must hold .*rows of equal length"),
+        (lambda: fem.Grid([0, [0.1]], [0, 0.1], np.zeros((2, 2))), "roll must hold .*rows of equal length"),
+        (lambda: paper_gear(flank=[fem.TipRelief]), "flank must hold modifications such as fem.TipRelief\\(15"),
         (lambda: fem.Sides(15 * um), "flank must hold modifications"),
         (lambda: paper_gear(flank=15 * um), "flank must hold modifications"),
     ],

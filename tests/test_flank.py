@@ -261,6 +261,9 @@ def test_modifications_survive_the_file():
         (lambda: fem.TipRelief(15, 2.5 * mm), "C_a must lie .*15\\*um"),
         (lambda: fem.TipRelief(15 * um, 2.5), "length must lie .*2.5\\*mm"),
         (lambda: fem.TipRelief(15 * um, 2.5 * mm, power=0.5), "power must lie"),
+        (lambda: fem.TipRelief(15 * um, 2.5 * mm, power="arc"), "power must be one real number .*got 'arc'"),
+        (lambda: fem.TipRelief(None, 2.5 * mm), "C_a must be one real number .*got None"),
+        (lambda: fem.LeadCrowning([5 * um]), "C_beta must be one real number"),
         (lambda: fem.LeadCrowning(np.nan), "C_beta must lie"),
         (lambda: fem.EndRelief(1 * um, -1 * mm), "length must lie"),
         (lambda: modified(15 * um), "flank must hold modifications"),
@@ -271,6 +274,18 @@ def test_modifications_survive_the_file():
 def test_bad_modifications_are_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_numbers_of_any_library_are_kept_in_the_file():
+    length = np.float32(2 * mm)
+    parts = (
+        fem.TipRelief(np.float32(15e-6), length, power=np.int64(2)),
+        fem.RootRelief(np.float64(8 * um), d_Cf=np.array(145 * mm)),
+        fem.LeadCrowning(np.array(5e-6)),
+        fem.EndRelief(np.float32(12 * um), length),
+    )
+    assert parts[0] == fem.TipRelief(float(np.float32(15e-6)), float(length), 2.0)
+    assert flank.from_text(flank.to_text(parts)) == parts
 
 
 def test_modifications_end_with_the_flank():

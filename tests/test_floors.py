@@ -16,7 +16,7 @@ FLOORS = {
     "fem.groups": 0.1,
     "fem.fronts": 0.2,
     "fem.solver": 0.4,
-    "fem.modification": 0,
+    "fem.modification": 0.1,
     "fem.deviation": 0.2,
     "fem.flank": 0.4,
     "fem.checks": 0,

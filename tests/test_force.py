@@ -1,5 +1,7 @@
 """The mesh force against the map it comes from, its limits and its refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scenes import linear_law, paper_pair, smooth_map
@@ -8,8 +10,9 @@ from scipy.interpolate import PchipInterpolator
 from exugear import MeshForce
 from exugear.loaded import loaded_deflection
 from exugear.monotone import monotone_cubic
+from fem import PitchDeviation, Sides
 from fem.compiled import kept
-from fem.ste import ste_map
+from fem.ste import over_torque_and_phase, pair_of, ste_map
 from fem.units import um
 
 
@@ -147,6 +150,26 @@ def test_maps_that_are_no_force_law_are_refused():
         MeshForce.from_ste(falling, damping=0.0)
     with pytest.raises(ValueError, match="torque needs 0 and two loads"):
         MeshForce.from_ste(smooth_map((0, 50)), damping=0.0)
+
+
+def with_flank(ste, flank):
+    """The same map, said to be of a pair whose pinion has this flank."""
+    pair = pair_of(ste)
+    pair = replace(pair, pinion=replace(pair.pinion, flank=flank))
+    return ste_map(pair, ste["torque"].values, ste["phase"].values, ste["te"].values)
+
+
+def test_one_pitch_does_not_stand_for_all_where_teeth_differ(law):
+    """Its end and its beginning would meet in a jump that no gear has; what teeth have in common makes none."""
+    worn = PitchDeviation(np.linspace(0, 8 * um, 57))
+    for make in (MeshForce.from_ste, lambda ste: MeshForce.secant(ste, 150)):
+        with pytest.raises(ValueError, match=r"one pitch, but no two are alike .* map the pair without it"):
+            make(with_flank(smooth_map(), worn))
+    with pytest.raises(ValueError, match="no two are alike"):
+        over_torque_and_phase(with_flank(smooth_map(), Sides(left=worn)))
+    for harmless in (PitchDeviation(np.full(57, 3 * um)), Sides(right=worn)):
+        same = MeshForce.from_ste(with_flank(smooth_map(), harmless), damping=1000.0)
+        assert np.array_equal(same.law, law.law, equal_nan=True)
 
 
 @pytest.mark.parametrize("argument", [(np.nan, 1e-6, 0.0), (0.1, np.nan, 0.0), (0.1, 1e-6, np.inf)])

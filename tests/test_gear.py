@@ -159,7 +159,16 @@ def test_attributes_hold_all_inputs(paper_pair):
         ({"beta": 18}, "beta .*pass radians"),
         ({"b": -1 * mm}, "b must lie"),
         ({"b": nan}, "b must lie"),
-        ({"s_n": 3.78}, "x must lie in .*s_n is in metres"),
+        ({"s_n": 3.78}, "s_n must lie in .*pass metres: 3.78\\*mm.*got 3780"),
+        ({"s_n": 0}, "s_n must lie in .*got 0"),
+        ({"z": "25"}, "z must be one real number .*got '25'"),
+        ({"m_n": None}, "m_n must be one real number .*got None"),
+        ({"b": [23 * mm]}, "b must be one real number"),
+        ({"d_a": 154.5j * mm}, "d_a must be one real number"),
+        ({"h_fP": "3.25", "d_f": None}, "h_fP must be one real number .*got '3.25'"),
+        ({"material": 210 * GPa}, "material must be a fem.Material, .*E=210\\*GPa.*got 210"),
+        ({"material": "steel"}, "material must be a fem.Material"),
+        ({"material": None}, "material must be a fem.Material"),
         ({"d_bore": 141 * mm}, "d_bore .*leave a rim"),
         ({"d_a": 130 * mm}, "d_a must lie .*above the base circle"),
         ({"d_f": 160 * mm}, "d_f must lie"),
@@ -186,6 +195,7 @@ def test_impossible_gears_are_refused(changes, message):
     ("wheel", "a", "message"),
     [
         ({}, 150, "pass metres: 150\\*mm"),
+        ({}, "88", "a must be one real number .*got '88'"),
         ({}, 100 * mm, "base circles touch below"),
         ({}, 154 * mm, "contact ratio must exceed 1"),
         ({}, 148.2 * mm, "interference"),
@@ -214,6 +224,22 @@ def test_materials_are_checked():
         fem.Material(E=210)
     with pytest.raises(ValueError, match="nu"):
         fem.Material(nu=0.5)
+    with pytest.raises(ValueError, match=r"E must be one real number .*got '210e9'"):
+        fem.Material(E="210e9")
+
+
+def test_numbers_of_any_library_are_pythons():
+    """Also in single precision: what is computed from them takes the same way as with Python's."""
+    sizes = {"m_n": 2.6 * mm, "b": 23 * mm, "d_bore": 60 * mm, "s_n": 3.78 * mm, "rho_f": 0.9 * mm, "fillet": None}
+    for kind in (np.float32, np.float64, np.array):
+        given = {name: None if size is None else kind(size) for name, size in sizes.items()}
+        plain = {name: None if size is None else float(size) for name, size in given.items()}
+        gear = paper_gear(z=np.int64(57), material=fem.Material(E=kind(200e9)), **given)
+        assert gear == paper_gear(z=57, material=fem.Material(E=float(kind(200e9))), **plain)
+        assert {type(getattr(gear, name)) for name in sizes} == {float, type(None)} and type(gear.z) is int
+        assert type(fem.GearPair(gear, gear, a=kind(150 * mm)).a) is float
+    with_int = fem.Gear(z=20, m_n=2 * mm, b=20 * mm, d_bore=20 * mm, x=0, beta=0)
+    assert repr(with_int) == repr(fem.Gear(z=20, m_n=2 * mm, b=20 * mm, d_bore=20 * mm, x=0.0, beta=0.0))
 
 
 def test_what_a_gear_has_computed_is_no_part_of_what_it_is():

@@ -27,6 +27,16 @@ def test_published_example():
     assert iso6336.mesh_stiffness(pair) == pytest.approx(17.46485e9, rel=1e-4)
 
 
+@pytest.mark.parametrize("z, x", [((20, 100), (0.0, 0.0)), ((17, 103), (0.145, 0.0)), ((30, 30), (0.3, -0.1))])
+def test_it_does_not_matter_which_gear_drives(z, x):
+    one, other = (
+        fem.Gear(z=teeth, x=shift, m_n=3 * mm, b=30 * mm, d_bore=15 * mm) for teeth, shift in zip(z, x, strict=True)
+    )
+    down, up = fem.GearPair(one, other), fem.GearPair(other, one)
+    for stiffness in (iso6336.single_stiffness, iso6336.mesh_stiffness):
+        assert stiffness(up) == pytest.approx(stiffness(down), rel=1e-12)
+
+
 def test_light_loads_are_softer(paper_pair):
     full, light = (iso6336.single_stiffness(paper_pair, q) for q in (200e3, 50e3))
     assert light == pytest.approx(full * 0.5**0.25)

@@ -193,6 +193,11 @@ def test_map_survives_the_disk(paper_pair, tmp_path):
         (150, 7.5, "phases must be a whole number"),
         (150, [0.5, 0.2], "phases must increase"),
         (150, [0.5, 1.0], "phases must increase"),
+        (150, [[0.1, 0.2]], "phases must increase"),
+        (150, [[0.1, 0.2], [0.3]], "phases must hold real numbers"),
+        (150, "30", "phases must hold real numbers"),
+        ("150", 30, "torque must hold real numbers"),
+        (None, 30, "torque must hold real numbers"),
     ],
 )
 def test_bad_input_is_refused(paper_pair, torque, phases, message):
@@ -277,6 +282,14 @@ def test_parallelism_errors_act_in_the_plane_of_action(paper_pair):
         (lambda: fem.Offsets(a=(0.151, 0.150)), "a must be a number or increasing"),
         (lambda: fem.Offsets(misalignment=0.5), "pass radians"),
         (lambda: fem.Offsets(axial=float("nan")), "axial must be a number"),
+        (lambda: fem.Offsets(axial=None), "axial must be a number or increasing numbers .*0: none.*got None"),
+        (lambda: fem.Offsets(misalignment=None), "misalignment must be a number .*got None"),
+        (lambda: fem.Offsets(axial="1e-3"), "axial must hold real numbers"),
+        (lambda: fem.Resolution(resolved="no"), "resolved must be True .* or False .*got 'no'"),
+        (lambda: fem.Resolution(density=4), "density must be a fem.mesh.Density"),
+        (lambda: fem.Resolution(slices="20"), "slices must be one real number"),
+        (lambda: fem.Resolution(slices=float("inf")), "slices must be an even number"),
+        (lambda: fem.UpTo("350"), "torque must be one real number"),
         (lambda: fem.Resolution(slices=5), "slices must be an even number"),
         (lambda: fem.Resolution(neighbours=-1), "neighbours must be a whole number of pitches"),
     ],
@@ -284,6 +297,21 @@ def test_parallelism_errors_act_in_the_plane_of_action(paper_pair):
 def test_bad_offsets_are_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_offsets_are_said_in_their_class(paper_pair):
+    for offsets in ({"misalignment": 1e-4}, {}, 1e-4):
+        with pytest.raises(ValueError, match=r"offsets must be fem.Offsets, say fem.Offsets\(misalignment"):
+            fem.static_transmission_error(paper_pair, 150, 4, offsets=offsets, progress=False)
+
+
+def test_options_of_any_library_are_pythons():
+    offsets = fem.Offsets(a=np.float32(0.15), misalignment=np.array([0, 1e-4], np.float32), axial=np.int64(0))
+    assert offsets == fem.Offsets(a=float(np.float32(0.15)), misalignment=(0.0, float(np.float32(1e-4))))
+    assert offsets.axes() == ("misalignment",) and type(offsets.a) is type(offsets.axial) is float
+    assert fem.Offsets(a=None) == fem.Offsets()
+    given = fem.Resolution(Density(flank=np.int64(8), width=np.int32(2)), np.int64(6), np.bool_(False), np.int8(1))
+    assert repr(given) == repr(fem.Resolution(Density(flank=8, width=2), 6, resolved=False, neighbours=1))
 
 
 def test_offsets_beyond_the_gears_are_refused(paper_pair):
@@ -312,6 +340,16 @@ def test_pitch_deviation_parts_the_teeth_of_its_pitches():
     assert te[1, -4:] == pytest.approx(plain["te"].values[0] / um, rel=1e-3)
     with pytest.raises(ValueError, match="each of its own"):
         fem.ste.over_torque_and_phase(ste)
+
+
+def test_phases_may_end_on_a_whole_pitch():
+    """From pitch point to pitch point; the end belongs to the pitch that begins there."""
+    gear = paper_gear(flank=fem.PitchDeviation(np.linspace(0, 5 * um, 57)))
+    pair, plain = fem.GearPair(gear, paper_gear(), a=150 * mm), fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
+    ste = fem.static_transmission_error(pair, [0, 150], [0, 0.5, 1], accuracy=ROUGH, progress=False)
+    assert ste.attrs["pitches"] == 2
+    one = fem.static_transmission_error(plain, 0, [0, 0.5], accuracy=ROUGH, progress=False)
+    assert one.attrs["pitches"] == 1
 
 
 def test_only_the_driving_flanks_count():
