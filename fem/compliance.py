@@ -80,13 +80,13 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     arcs, line = meshes.flank_hats(gear, density), meshes.half_width(gear.b, loaded, density.width)
     axial = np.sort(line.p[0])[: density.width + 1]
     section = replace(density, width=1)
-    near = partial(cached, f"near field 13 {body} {section}", lambda: missed_by_section(body, arcs, section))
+    near = partial(cached, f"near field 14 {body} {section}", lambda: missed_by_section(body, arcs, section))
 
     def solved(kind: str) -> np.ndarray:
         def compute() -> Arrays:
             return {"blocks": corrected(body, arcs, axial, line, density, near(), kind)}
 
-        return cached(f"solid 13 {body} {density} {loaded} {kind}", compute)["blocks"]
+        return cached(f"solid 14 {body} {density} {loaded} {kind}", compute)["blocks"]
 
     places = np.concatenate([-axial[:0:-1], axial]) if whole or gear.beta else axial
     if gear.beta:

@@ -28,7 +28,8 @@ class Gear:
     s_n         normal circular tooth thickness at the reference circle; by default the one that x gives
     d_a, d_f    tip and root diameter; by default m_n (1 + x) above and h_fP - x m_n below the reference circle
     h_fP        addendum of the generating rack as input instead of d_f; by default 1.25 m_n (ISO 53, profile A)
-    rho_f       tip radius of the generating rack, which leaves the fillet; by default 0.38 m_n or what fits
+    rho_f       tip radius rho_fP of the generating rack in its normal section (ISO 53), which leaves the fillet; by
+                default 0.38 m_n or what fits
     fillet      radius of a circular root fillet in the transverse section, instead of the rack's trochoid
     flank       modifications of the flanks (`fem.flank`), which add up: the same on both sides, or `fem.Sides`
 
@@ -111,15 +112,15 @@ class Gear:
 
     @property
     def _roundest_rack_tip(self) -> float:
-        """Tip radius of a rack without a land [m]; <= 0 where its flanks meet above the root circle."""
-        floor = self.m_t * pi - self.s_t - 2 * self.h_rack * tan(self.alpha_t)
-        return floor / 2 * cos(self.alpha_t) / (1 - sin(self.alpha_t))
+        """Tip radius of a rack without a land, in the normal section [m]; <= 0 where its flanks meet above that."""
+        floor = self.m_n * pi - self.s_n - 2 * self.h_rack * tan(self.alpha_n)
+        return floor / 2 * cos(self.alpha_n) / (1 - sin(self.alpha_n))
 
     def _check_root(self) -> None:
         if self.rho_f is not None:
             largest = self._roundest_rack_tip
             require(largest > 0, f"d_f = {self.d_f / mm:g} mm is too deep: the generating rack's flanks meet above it")
-            fits = "mm, the roundest tip that fits between the flanks of the generating rack"
+            fits = "mm, the roundest tip that fits between the flanks of the generating rack in its normal section"
             require_within("rho_f", self.rho_f, 0, largest * (1 + 1e-9), unit=mm, remedy=fits)
         if self.fillet is not None:
             require_within("fillet", self.fillet, 0, 4 * self.m_n, unit=mm, remedy="mm (pass metres: 1*mm)")
@@ -210,7 +211,8 @@ class Gear:
         """Outline between involute and root circle."""
         if self.fillet is not None:
             return Arc(self.r_b, self.r_f, self.psi_b, self.fillet)
-        return Trochoid(self.z, self.r, self.alpha_t, self.psi_b, self.h_rack, self.rho_f)  # type: ignore[arg-type]
+        rack = self.alpha_t, self.beta, self.psi_b, self.h_rack, self.rho_f
+        return Trochoid(self.z, self.r, *rack)  # type: ignore[arg-type]
 
     @property
     def undercut(self) -> bool:

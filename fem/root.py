@@ -21,15 +21,20 @@ def involute(alpha: float) -> float:
 class Trochoid:
     """What a generating rack leaves, undercut or not.
 
+    The rounding of its tip is a circle in the normal section (ISO 53). In the transverse section, where all else here
+    is, that is an ellipse, longer by 1 / cos(beta) along the pitch line.
+
     z, r, alpha_t   number of teeth, reference radius [m], transverse pressure angle [rad]
+    beta            helix angle at the reference circle [rad]
     psi_b           half angle of the tooth at the base circle [rad]
     depth           depth of the rack's tip below the reference circle [m]
-    rho             radius of the rack's tip rounding [m]
+    rho             radius of the rack's tip rounding in the normal section [m]
     """
 
     z: int
     r: float
     alpha_t: float
+    beta: float
     psi_b: float
     depth: float
     rho: float
@@ -43,12 +48,17 @@ class Trochoid:
     def tip_centre(self) -> float:
         """Distance of the centre of the rounding from the middle of the rack's tooth [m]; negative: too round."""
         half_space = self.r * (pi / self.z - self.psi_b + involute(self.alpha_t))
-        return half_space - (self.depth - self.rho) * tan(self.alpha_t) - self.rho / cos(self.alpha_t)
+        cos_n, _ = self._in_normal_section(self.alpha_t)
+        return half_space - (self.depth - self.rho) * tan(self.alpha_t) - self.rho / float(cos_n) / cos(self.beta)
 
     @property
     def straight_roll(self) -> float:
-        """Roll length that the end of the rack's straight flank generates [m]; negative: it undercuts."""
-        straight = self.depth - self.rho * (1 - sin(self.alpha_t))
+        """Roll length that the end of the rack's straight flank generates [m]; negative: it undercuts.
+
+        That end lies depth - rho (1 - sin(alpha_n)) below the reference circle: h_FfP of ISO 53 less the shift.
+        """
+        _, sin_n = self._in_normal_section(self.alpha_t)
+        straight = self.depth - self.rho * (1 - float(sin_n))
         return self.r * sin(self.alpha_t) - straight / sin(self.alpha_t)
 
     @property
@@ -81,11 +91,20 @@ class Trochoid:
         """Angle where the root circle begins [rad]."""
         return pi / self.z - self.tip_centre / self.r
 
+    def _in_normal_section(self, theta) -> tuple[np.ndarray, np.ndarray]:
+        """Cosine and sine of the inclination that theta has in the normal section, tangent cos(beta) tan(theta)."""
+        length = np.sqrt(1 - (sin(self.beta) * np.sin(theta)) ** 2)
+        return np.cos(theta) / length, cos(self.beta) * np.sin(theta) / length
+
     def at(self, theta) -> tuple[np.ndarray, np.ndarray]:
-        """r [m] and psi [rad] where the rack's normal has the inclination theta: pi/2 on the root circle."""
-        depth = self.depth - self.rho
-        offset = depth / np.tan(theta)
-        across, up = offset + self.rho * np.cos(theta), self.r - depth - self.rho * np.sin(theta)
+        """r [m] and psi [rad] where the rack's normal has the inclination theta: pi/2 on the root circle.
+
+        The normal runs through the pitch point, but beside the centre of the ellipse: offset is between the two.
+        """
+        cos_n, sin_n = self._in_normal_section(theta)
+        depth, reach = self.depth - self.rho, self.rho * cos_n / cos(self.beta)
+        offset = depth / np.tan(theta) - reach * sin(self.beta) ** 2
+        across, up = offset + reach, self.r - depth - self.rho * sin_n
         turn = (offset - self.tip_centre) / self.r
         return np.hypot(across, up), pi / self.z - (np.arctan2(across, up) - turn)
 

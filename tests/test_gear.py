@@ -2,7 +2,7 @@
 
 import pickle
 from dataclasses import replace
-from math import asin, atan, cos, nan, pi, sin, tan
+from math import asin, atan, cos, hypot, nan, pi, sin, tan
 
 import numpy as np
 import pytest
@@ -71,6 +71,22 @@ def test_addendum_of_the_tool_is_another_name_of_the_root_diameter():
     assert gear.d_f == pytest.approx(2 * gear.r + 0.4 * 2.6 * mm - 2.8 * 2.6 * mm)
     assert replace(gear, b=10 * mm).d_f == gear.d_f
     assert paper_gear(d_f=None, h_fP=1.25 * 2.6 * mm) == paper_gear(d_f=None)
+
+
+@pytest.mark.parametrize(
+    ("z", "beta", "x", "d_Ff"), [(25, 0, 0, 70.942), (25, 30, 0, 81.857), (40, -40, 0, 151.177), (20, 15, 0.4, 59.291)]
+)
+def test_root_form_diameter_of_the_standard(z, beta, x, d_Ff):
+    """d_Ff^2 = d_b^2 + (d sin alpha_t - 2 (h_FfP - x m_n) / sin alpha_t)^2 (ISO 21771) without undercut.
+
+    h_FfP = h_fP - rho_fP (1 - sin alpha_n), in the normal section of the basic rack (ISO 53).
+    """
+    gear = fem.Gear(z=z, m_n=3 * mm, b=20 * mm, beta=beta * deg, x=x, d_bore=30 * mm, rho_f=1.14 * mm)
+    h_FfP = 3.75 * mm - 1.14 * mm * (1 - sin(20 * deg))
+    roll = gear.r * sin(gear.alpha_t) - (h_FfP - x * 3 * mm) / sin(gear.alpha_t)
+    assert not gear.undercut
+    assert gear.r_form == pytest.approx(hypot(gear.r_b, roll), rel=1e-12)
+    assert 2 * gear.r_form == pytest.approx(d_Ff * mm, abs=0.5e-3 * mm)
 
 
 def test_transverse_section_of_a_helical_gear():
