@@ -15,7 +15,7 @@ from fem.ste import PHASE, TORQUE
 from fem.sweep import Resolution
 from fem.transmission import checked_phases, checked_torque
 
-#: Root stress within 1 % of finer sections (2.5 % of an undercut one), and within 3 % of a finer width where a line of
+#: Root stress within 1 % of finer sections (2.5 % of an undercut one), and within 4 % of a finer width where a line of
 #: contact of a helix of 28 deg begins at an end face.
 ROOT = Density(flank=6, fillet=6, land=2, tooth=4, rim=3, body=4, width=3, rim_power=1.5)
 
@@ -39,7 +39,7 @@ def root_stress(
     torque          pinion torques F r_b1 >= 0 [N m], increasing
     phases          number of equidistant phases, or their values in [0, 1)
     offsets         of the wheel, one value each
-    density         of the solid on which the roots are solved; the default's stress is within 1 to 3 % of finer ones
+    density         of the solid on which the roots are solved; the default's stress is within 1 to 4 % of finer ones
     resolution      of the contact, as of a map
 
     The factorized solids are not kept: some 10 s for each spur gear, 15 s for each helical one, 0.2 s per state.

@@ -110,7 +110,7 @@ def test_default_solids_resolve_the_root(gear, share, error, error_in_field):
 
 @pytest.mark.slow
 def test_default_solids_resolve_what_presses_on_an_end_of_the_face():
-    """Lines of contact begin and end there; with even, wider elements the stress was up to 10 % too high."""
+    """Lines of contact begin and end there; with even, wider elements the stress was up to 13 % too high."""
     common = {"m_n": 3 * mm, "rho_f": 0.75 * mm}
     pinion = fem.Gear(z=20, b=30 * mm, beta=28 * deg, x=0.3, d_bore=25 * mm, **common)
     wheel = fem.Gear(z=45, b=25 * mm, beta=-28 * deg, x=-0.1, d_bore=60 * mm, **common)
@@ -120,7 +120,7 @@ def test_default_solids_resolve_what_presses_on_an_end_of_the_face():
     densities = root_stress.ROOT, replace(root_stress.ROOT, width=5)
     bodies = (elastic.solid_body(wheel, loads.with_loaded_teeth(density, every)) for density in densities)
     found, fine = (largest(body, *cases) for body in bodies)
-    assert found == pytest.approx(fine, rel=0.03)
+    assert found == pytest.approx(fine, rel=0.04)
 
 
 def test_contact_near_the_fillet_is_no_bending_of_the_root():
