@@ -57,8 +57,10 @@ def removed(flank: Flank, face: Face, roll, axial, *, tooth: int | np.ndarray = 
     Beyond root form and tip, where there is no flank, as at these ends: a power law goes on to millimetres there.
     """
     roll, axial = np.asarray(roll, float), np.asarray(axial, float)
-    roll = np.minimum(np.maximum(roll, face.roll_form), face.roll_tip)
-    face, found = face._replace(tooth=tooth), np.zeros(np.broadcast_shapes(roll.shape, axial.shape))
+    found = np.zeros(np.broadcast_shapes(roll.shape, axial.shape))
+    if not flank:
+        return found
+    face, roll = face._replace(tooth=tooth), np.minimum(np.maximum(roll, face.roll_form), face.roll_tip)
     for part in flank:
         found = found + part.removed(face, roll, axial)
     return found

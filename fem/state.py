@@ -254,13 +254,17 @@ class Encounter:
         raise RuntimeError("the loaded width did not settle; try a neighbouring phase or more slices")
 
     def unloaded(self, misalignment: float) -> float:
-        """Transmission error at which the first pair touches [m], which is closest beside its closest section."""
+        """Transmission error at which the first pair touches [m], which is closest beside its closest section.
+
+        Sections around it are compared as the gears stand once the closest one of all touches.
+        """
         shares, cells, step = self.station_shares, self.stations, 1 / self.slices
         for _ in range(CLOSER):
             clear = np.divide(*self.gaps(cells, misalignment)).reshape(shares.shape)
             closest = np.take_along_axis(shares, np.argmin(clear, axis=1)[:, None], axis=1)
             shares, step = np.clip(closest + step * AROUND, 0, 1), step / 4
             cells = self.sections(shares)
+            cells = replace(cells, te=clear.min() - misalignment * cells.middle[:, None])
         return float(np.divide(*self.gaps(cells, misalignment)).min())
 
     def covered(self, touched: Ranges, ranges: Ranges, spare: float) -> bool:
