@@ -76,6 +76,11 @@ def edges_across(flank: Flank, face: Face) -> list[float]:
     return [edge for part in flank if hasattr(part, "edges_across") for edge in part.edges_across(face)]
 
 
+def lines_across(flank: Flank, face: Face) -> list[float]:
+    """Axial places where what a modification adds may be highest [m], of those with many lines across the width."""
+    return [line for part in flank if hasattr(part, "lines_across") for line in part.lines_across(face)]
+
+
 def check(flank: Flank, face: Face) -> None:
     """ValueError unless all modifications suit the face, and leave it a flank."""
     for part in flank:

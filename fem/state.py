@@ -8,9 +8,10 @@ import numpy as np
 
 from fem.compliance import Compliance
 from fem.contact import STRIPS, Strips, along_contact, assemble, coupling, flattening_of, strips_of
+from fem.flank import lines_across
 from fem.gap import Cells
 from fem.hertz import flattening
-from fem.loaded_width import Ranges, kinks, overlap, wider, with_kinks
+from fem.loaded_width import Ranges, across, kinks, overlap, wider, with_kinks
 from fem.meeting import Meeting
 from fem.slices import line_contact
 
@@ -258,7 +259,9 @@ class Encounter:
 
         Sections around it are compared as the gears stand once the closest one of all touches.
         """
-        shares, cells, step = self.station_shares, self.stations, 1 / self.slices
+        lines = self.shares(np.clip(across(self.meeting, lines_across), *self.face))
+        shares, step = np.stack([np.append(at, lines) for at in self.station_shares]), 1 / self.slices
+        cells = self.sections(shares) if lines.size else self.stations
         for _ in range(CLOSER):
             clear = np.divide(*self.gaps(cells, misalignment)).reshape(shares.shape)
             closest = np.take_along_axis(shares, np.argmin(clear, axis=1)[:, None], axis=1)
