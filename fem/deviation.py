@@ -8,6 +8,9 @@ import numpy as np
 from fem.checks import numbers
 from fem.modification import Face, check_amount, check_within
 
+#: Lines of a grid that are nearer to a neighbour than by this share of their mean distance describe something narrow.
+NARROW = 0.5
+
 
 @dataclass(frozen=True)
 class PitchDeviation:
@@ -73,6 +76,15 @@ class Grid:
             if not (first < high and last > low):
                 flank = f"the flank reaches from {low:.6g} to {high:.6g} m"
                 raise ValueError(f"{name} misses the flank: lines from {first:g} to {last:g} m, {flank}")
+
+    def lines_across(self, face: Face) -> tuple[float, ...]:
+        return self.axial
+
+    def edges_across(self, face: Face) -> tuple[float, ...]:
+        """Lines where the grid is finer than elsewhere; what all of an even one hold is left to the slices."""
+        apart = np.diff(self.axial)
+        nearest = np.minimum(np.append(apart, np.inf), np.insert(apart, 0, np.inf))
+        return tuple(np.array(self.axial)[nearest < NARROW * apart.mean()].tolist())
 
     @cached_property
     def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

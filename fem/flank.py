@@ -62,8 +62,10 @@ def removed(flank: Flank, face: Face, roll, axial, *, tooth: int | np.ndarray = 
     Beyond root form and tip, where there is no flank, as at these ends: a power law goes on to millimetres there.
     """
     roll, axial = np.asarray(roll, float), np.asarray(axial, float)
-    roll = np.minimum(np.maximum(roll, face.roll_form), face.roll_tip)
-    face, found = face._replace(tooth=tooth), np.zeros(np.broadcast_shapes(roll.shape, axial.shape))
+    found = np.zeros(np.broadcast_shapes(roll.shape, axial.shape))
+    if not flank:
+        return found
+    face, roll = face._replace(tooth=tooth), np.minimum(np.maximum(roll, face.roll_form), face.roll_tip)
     for part in flank:
         found = found + part.removed(face, roll, axial)
     return found
@@ -82,6 +84,11 @@ def edges(flank: Flank, face: Face) -> list[float]:
 def edges_across(flank: Flank, face: Face) -> list[float]:
     """Axial places where the slope of a modification jumps [m]."""
     return [edge for part in flank if hasattr(part, "edges_across") for edge in part.edges_across(face)]
+
+
+def lines_across(flank: Flank, face: Face) -> list[float]:
+    """Axial places where what a modification adds may be highest [m], of those with many lines across the width."""
+    return [line for part in flank if hasattr(part, "lines_across") for line in part.lines_across(face)]
 
 
 def check(flank: Flank, face: Face) -> None:

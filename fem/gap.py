@@ -31,7 +31,8 @@ TINY = np.finfo(float).tiny
 class Cells:
     """Slices of pairs of teeth: number of the pair, axial ends low and high [m], each (n,).
 
-    te is the transmission error [m] at which flanks are compared: there the gap is exact, and linear about it.
+    te is the transmission error [m] at which flanks are compared, or (n, 1) of each cell: there the gap is exact, and
+    linear about it.
 
     The flank of `own` gear carries the strips of a cell, whose normals are the directions of contact: the pinion before
     the pitch point, the wheel behind it, so that only the mate's tip can end the strips.
@@ -41,7 +42,7 @@ class Cells:
     number: np.ndarray
     low: np.ndarray
     high: np.ndarray
-    te: float = 0.0
+    te: float | np.ndarray = 0.0
 
     @property
     def middle(self) -> np.ndarray:
@@ -94,15 +95,28 @@ class Cells:
         width = self.half_width(np.maximum(force, TINY) / (self.high - self.low))
         return 2 * force / (np.pi * width * self.length)
 
+    @cached_property
+    def set_back(self) -> np.ndarray:
+        """(2, n, 1) material removed mid-way from own on the line of action, and from the mate at its tip [m].
+
+        All of both flanks counts as turned back by it, so that corners stay on their tip circles; the rest is removed,
+        like misalignment.
+        """
+        if not self.modified:
+            return np.zeros((2, *self.nominal.shape))
+        pinion_roll, wheel_roll = self.by_gear(np.stack([self.nominal, self.mate_tip]))
+        return self.by_gear(np.stack(self._removed(pinion_roll, wheel_roll, np.zeros(1))))
+
     def _arm(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Own's points at roll (n, m) as the mate's centre sees them (x, y) [m], mate's roll length [m], its lever.
 
-        The lever is that of the normal about the mate over its base radius.
+        Roll lengths of own are as made, those of the mate as set back. The lever is that of the normal about the mate
+        over its base radius.
         """
-        a, (r_own, r_mate) = self.meeting.a, self.radii
+        a, (r_own, r_mate), arm = self.meeting.a, self.radii, roll - self.set_back[0]
         beta = -self.meeting.alpha - (roll - self.nominal) / r_own
         n_x, n_y = -np.sin(beta), np.cos(beta)
-        x, y = a - r_own * n_y - roll * n_x, r_own * n_x - roll * n_y
+        x, y = a - r_own * n_y - arm * n_x, r_own * n_x - arm * n_y
         mate_roll = np.sqrt(np.maximum(x**2 + y**2 - r_mate**2, 0.0))
         return x, y, mate_roll, np.maximum((a * n_y - r_own) / r_mate, LEAST_LEVER)
 
@@ -115,6 +129,7 @@ class Cells:
         """
         r_mate, (x, y, mate_roll, lever) = self.radii[1], self._arm(roll)
         turn = np.arctan2(y * r_mate - x * mate_roll, x * r_mate + y * mate_roll) + self.meeting.alpha
+        mate_roll = mate_roll + self.set_back[1]
         return r_mate * turn + mate_roll - self.mate_nominal, mate_roll, lever
 
     @cached_property
@@ -152,13 +167,13 @@ class Cells:
         """
         turn, mate_roll, lever = self.against(roll)
         foot = mate_roll - turn
-        smooth = foot < self.mate_tip
+        smooth = foot < self.mate_tip + self.set_back[1]
         gap = cos(self.meeting.pair.beta_b) * np.where(smooth, 1.0, lever) * turn
         gap += self.deviation(roll, np.where(smooth, foot, mate_roll))
         return np.where(self.apart, FAR, gap), foot
 
     def deviation(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
-        """(n, m) normal gap by material removed from both flanks [m], mean over slices along the line of contact."""
+        """(n, m) normal gap by material removed beside what is `set_back` [m], mean along the line of contact."""
         if not self.modified:
             return 0 * roll
         beta_b, own_is_pinion = self.meeting.pair.beta_b, self.own_is_pinion[:, None]
@@ -168,7 +183,7 @@ class Cells:
         axial, shift = self.middle[:, None] + ahead, ahead * tan(beta_b)
         pinion_roll, wheel_roll = (np.where(own_is_pinion, *two) for two in ((roll, mate_roll), (mate_roll, roll)))
         one, other = self._removed(pinion_roll + shift, wheel_roll - shift, axial)
-        return cos(beta_b) / 2 * np.einsum("p,pnm->nm", weights, one + other)
+        return cos(beta_b) * (np.einsum("p,pnm->nm", weights / 2, one + other) - self.set_back.sum(axis=0))
 
     def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray):
         """(..., n, m) material removed from pinion, and from wheel, in the transverse section [m]."""
@@ -267,7 +282,7 @@ class Cells:
         return self.by_gear(np.stack([roll**2 / (2 * r_own), mate_roll**2 / (2 * r_mate)]))
 
     def by_gear(self, both: np.ndarray) -> np.ndarray:
-        """(2, n, m) of pinion and wheel out of those of own and mate."""
+        """(2, n, m) of pinion and wheel out of those of own and mate, or these out of those."""
         return np.where(self.own_is_pinion[:, None], both, both[::-1])
 
 

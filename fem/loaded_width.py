@@ -17,12 +17,18 @@ NEAR, APART = 0.02, 0.2
 Ranges = dict[int, tuple[float, float]]
 
 
+def across(meeting: Meeting, places_of) -> np.ndarray:
+    """(n,) axial places on the flanks of both gears [m]; places_of: a flank and a face, as `edges_across`."""
+    pinion, wheel = ((gear.drive_flank, gear.face) for gear in (meeting.pair.pinion, meeting.pair.wheel))
+    return np.array([*places_of(*pinion), *(meeting.axial + place for place in places_of(*wheel))])
+
+
 def kinks(meeting: Meeting) -> np.ndarray:
     """(n_pair, n) axial places where the slope of a modification jumps along the line of contact of each pair [m]."""
-    pair, across = meeting.pair, meeting.a * sin(meeting.alpha)
+    pair, length = meeting.pair, meeting.a * sin(meeting.alpha)
     pinion, wheel = ((gear.drive_flank, gear.face) for gear in (pair.pinion, pair.wheel))
-    places = np.array([*edges_across(*pinion), *(meeting.axial + place for place in edges_across(*wheel))])
-    rolls = np.array([*edges(*pinion), *(across - roll for roll in edges(*wheel))])
+    places = across(meeting, edges_across)
+    rolls = np.array([*edges(*pinion), *(length - roll for roll in edges(*wheel))])
     start = meeting.nominal(np.array(meeting.numbers())[:, None], 0.0)
     along = (rolls - start) / tan(pair.beta_b) if pair.beta_b else np.zeros((start.size, 0))
     return np.concatenate([np.tile(places, (start.size, 1)), along], axis=1)

@@ -46,6 +46,7 @@ class Modification(Protocol):
     check(face)     raises ValueError where the modification does not suit the face
     edges(face)     roll lengths where the slope along the profile jumps [m]
     edges_across(face)  likewise axial places [m]
+    lines_across(face)  axial places between which it is straight across the width [m], if there are many
     """
 
     def removed(self, face: Face, roll: np.ndarray, axial: np.ndarray) -> np.ndarray:

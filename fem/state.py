@@ -8,8 +8,9 @@ import numpy as np
 
 from fem.compliance import Compliance
 from fem.contact import STRIPS, Strips, along_contact, assemble, coupling, flattening_of, strips_of
+from fem.flank import lines_across
 from fem.gap import Cells
-from fem.loaded_width import Ranges, kinks, overlap, wider, with_kinks
+from fem.loaded_width import Ranges, across, kinks, overlap, wider, with_kinks
 from fem.meeting import Meeting
 from fem.slices import line_contact
 
@@ -250,13 +251,19 @@ class Encounter:
         raise RuntimeError("the loaded width did not settle; try a neighbouring phase or more slices")
 
     def unloaded(self, misalignment: float) -> float:
-        """Transmission error at which the first pair touches [m], which is closest beside its closest section."""
-        shares, cells, step = self.station_shares, self.stations, 1 / self.slices
+        """Transmission error at which the first pair touches [m], which is closest beside its closest section.
+
+        Sections around it are compared as the gears stand once the closest one of all touches.
+        """
+        lines = self.shares(np.clip(across(self.meeting, lines_across), *self.face))
+        shares, step = np.stack([np.append(at, lines) for at in self.station_shares]), 1 / self.slices
+        cells = self.sections(shares) if lines.size else self.stations
         for _ in range(CLOSER):
             clear = np.divide(*self.gaps(cells, misalignment)).reshape(shares.shape)
             closest = np.take_along_axis(shares, np.argmin(clear, axis=1)[:, None], axis=1)
             shares, step = np.clip(closest + step * AROUND, 0, 1), step / 4
             cells = self.sections(shares)
+            cells = replace(cells, te=clear.min() - misalignment * cells.middle[:, None])
         return float(np.divide(*self.gaps(cells, misalignment)).min())
 
     def covered(self, touched: Ranges, ranges: Ranges, spare: float) -> bool:

@@ -137,6 +137,42 @@ def test_grid_of_a_smooth_flank_converges_with_the_square_of_its_spacing():
     assert np.array(errors[:-1]) / errors[1:] == pytest.approx(4, rel=0.02)
 
 
+def raised(lines, place: float) -> fem.GearPair:
+    """One line of the pinion's grid stands 6 um out."""
+    data = {"m_n": 3 * mm, "b": 20 * mm}
+    values = np.where(np.isclose(lines, place), -6 * um, 0.0)
+    grid = fem.Grid([1 * mm, 40 * mm], lines, np.stack([values, values]))
+    return fem.GearPair(fem.Gear(z=25, d_bore=30 * mm, flank=grid, **data), fem.Gear(z=40, d_bore=50 * mm, **data))
+
+
+@pytest.mark.parametrize("half", [0.2 * mm, 0.45 * mm])
+def test_a_narrow_ridge_carries_the_first_load(half):
+    """Unloaded it touches alone; then te grows with the torque, as with slices that are narrower than the ridge."""
+    pair = raised([-10 * mm, 3.5 * mm - half, 3.5 * mm, 3.5 * mm + half, 10 * mm], 3.5 * mm)
+    coarse, fine = (
+        fem.static_transmission_error(
+            pair, [0, 0.5, 5, 20, 200], [0.1, 0.6], accuracy=fem.Resolution(slices=slices), progress=False
+        )["te"].values
+        for slices in (20, 80)
+    )
+    assert coarse[0] == pytest.approx(-6 * um, abs=1e-9 * um)
+    assert (np.diff(coarse, axis=0) > 0.5 * um).all()
+    assert coarse - coarse[0] == pytest.approx(fine - fine[0], rel=0.05)
+
+
+@pytest.mark.parametrize("place", [-3.6 * mm, 0.4 * mm, 9.2 * mm])
+def test_every_line_of_an_even_grid_may_touch_first(place):
+    pair = raised(np.linspace(-10, 10, 51) * mm, place)
+    te = fem.static_transmission_error(pair, [0], [0.1, 0.6], accuracy=fem.Resolution(), progress=False)["te"].values
+    assert te == pytest.approx(-6 * um, abs=1e-9 * um)
+
+
+@pytest.mark.parametrize(("lines", "edges"), [(range(9), ()), ((0, 6, 6.5, 7, 14), (6, 6.5, 7)), ((0, 1), ())])
+def test_edges_of_a_grid_are_its_narrow_lines(lines, edges):
+    grid = fem.Grid([18 * mm, 33 * mm], np.array(lines) * mm, np.zeros((2, len(lines))))
+    assert flank.edges_across((grid,), FACE) == pytest.approx(np.array(edges) * mm)
+
+
 def test_files_hold_gears_of_every_kind(tmp_path):
     rng = np.random.default_rng(1)
     grid = fem.Grid(

@@ -7,6 +7,7 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 from conftest import paper_gear
+from scipy.optimize import brentq
 
 import fem
 from fem.compliance import flank_compliance
@@ -353,6 +354,59 @@ def test_phases_may_end_on_a_whole_pitch():
     assert ste.attrs["pitches"] == 2
     one = fem.static_transmission_error(plain, 0, [0, 0.5], accuracy=ROUGH, progress=False)
     assert one.attrs["pitches"] == 1
+
+
+def hunting(pinion=(), wheel=()) -> fem.GearPair:
+    data = {"m_n": 3 * mm, "b": 20 * mm, "d_bore": 25 * mm}
+    gears = fem.Gear(z=21, x=0.25, flank=pinion, **data), fem.Gear(z=37, x=-0.1, flank=wheel, **data)
+    return fem.GearPair(*gears, a=fem.GearPair(*gears).a + 0.1 * mm)
+
+
+def touching_at_the_corner(pair: fem.GearPair, roll: float, removed: tuple[float, float]) -> float:
+    """Transmission error at which a wheel's tip touches the pinion's flank, two rigid involutes turned back [m].
+
+    roll        length of the pinion, before the path of contact, where they would touch on the line of action [m]
+    """
+    (r_1, r_2), tip = (pair.pinion.r_b, pair.wheel.r_b), pair.wheel.roll_tip
+    alpha = np.arccos((r_1 + r_2) / pair.a)
+
+    def beside(te):
+        ends = roll + te / 2 - removed[0], pair.a * np.sin(alpha) - roll + te / 2 - removed[1]
+        turned = alpha + (tip - ends[1]) / r_2 - np.arctan(tip / r_2)
+        corner = pair.a - np.hypot(r_2, tip) * np.exp(1j * turned)
+        at = np.sqrt(abs(corner) ** 2 - r_1**2)
+        return np.angle(corner) - (alpha + (at - ends[0]) / r_1 - np.arctan(at / r_1))
+
+    return brentq(beside, -100 * um, 100 * um, xtol=1e-15)
+
+
+@pytest.mark.parametrize("amount", [10 * um, 20 * um, 40 * um])
+@pytest.mark.parametrize("thicker", ["pinion", "wheel"])
+def test_rigid_tip_of_a_thicker_tooth_touches_before_the_path_of_contact(thicker, amount):
+    z = {"pinion": 21, "wheel": 37}[thicker]
+    pair = hunting(**{thicker: fem.PitchDeviation([-amount] + [0.0] * (z - 1))})
+    phase = z - np.array([0.78, 0.75, 0.72, 0.69])
+    te = fem.static_transmission_error(pair, 0, phase, accuracy=ROUGH, progress=False)["te"].values[0]
+    rolls, removed = pair.roll_pitch + (phase - z) * pair.p_bt, (-amount * (z == 21), -amount * (z == 37))
+    exact = [touching_at_the_corner(pair, roll, removed) for roll in rolls]
+    assert min(exact) < -amount / 2
+    assert te == pytest.approx(np.minimum(exact, 0.0), abs=1e-4 * amount)
+
+
+@pytest.mark.parametrize(("pinion", "wheel"), [(40 * um, 0.0), (0.0, 40 * um), (10 * um, -30 * um)])
+def test_the_same_deviation_of_all_teeth_only_turns_the_gear(pinion, wheel):
+    """Loaded too, and where tips touch: te(phase) moves by the difference along the line of action.
+
+    But for the compliance, which is where the flank was before: 40 um of it are 0.1 %.
+    """
+    made = hunting(fem.PitchDeviation([pinion] * 21), fem.PitchDeviation([wheel] * 37))
+    phase = np.linspace(0.04, 0.96, 12)
+    turned = phase + (wheel - pinion) / (2 * made.p_bt)
+    maps = [
+        fem.static_transmission_error(pair, [0, 300], at, accuracy=ROUGH, progress=False)["te"].values
+        for pair, at in ((made, phase), (hunting(), turned))
+    ]
+    assert maps[0] - pinion - wheel == pytest.approx(maps[1], abs=0.06 * um)
 
 
 def test_only_the_driving_flanks_count():
