@@ -10,7 +10,7 @@ from math import cos, sin, tan
 import numpy as np
 
 from fem import hertz
-from fem.flank import removed
+from fem.flank import pitch_deviations, removed
 from fem.meeting import Meeting
 from fem.profile import LEAST_ROLL
 
@@ -97,15 +97,14 @@ class Cells:
 
     @cached_property
     def set_back(self) -> np.ndarray:
-        """(2, n, 1) material removed mid-way from own on the line of action, and from the mate at its tip [m].
+        """(2, n, 1) material that pitch deviations remove from own and mate [m].
 
-        All of both flanks counts as turned back by it, so that corners stay on their tip circles; the rest is removed,
-        like misalignment.
+        They turn a flank as a whole, and its corner stays on the tip circle; the rest is removed, like misalignment.
         """
         if not self.modified:
             return np.zeros((2, *self.nominal.shape))
-        pinion_roll, wheel_roll = self.by_gear(np.stack([self.nominal, self.mate_tip]))
-        return self.by_gear(np.stack(self._removed(pinion_roll, wheel_roll, np.zeros(1))))
+        none = np.zeros(self.nominal.shape)
+        return self.by_gear(np.stack(self._removed(none, none, none, pitch_deviations)))
 
     def _arm(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Own's points at roll (n, m) as the mate's centre sees them (x, y) [m], mate's roll length [m], its lever.
@@ -185,11 +184,12 @@ class Cells:
         one, other = self._removed(pinion_roll + shift, wheel_roll - shift, axial)
         return cos(beta_b) * (np.einsum("p,pnm->nm", weights / 2, one + other) - self.set_back.sum(axis=0))
 
-    def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray):
-        """(..., n, m) material removed from pinion, and from wheel, in the transverse section [m]."""
+    def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray, parts_of=tuple):
+        """(..., n, m) material removed from pinion, and from wheel, in the transverse section [m], by parts of each."""
         pinion, wheel, tooth = self.meeting.pair.pinion, self.meeting.pair.wheel, self.number[:, None]
-        one = removed(pinion.drive_flank, pinion.face, pinion_roll, axial, tooth=tooth)
-        other = removed(wheel.drive_flank, wheel.face, wheel_roll, axial - self.meeting.axial, tooth=-tooth)
+        one = removed(parts_of(pinion.drive_flank), pinion.face, pinion_roll, axial, tooth=tooth)
+        behind = axial - self.meeting.axial
+        other = removed(parts_of(wheel.drive_flank), wheel.face, wheel_roll, behind, tooth=-tooth)
         return one, other
 
     def tilts(self, roll: np.ndarray, foot: np.ndarray, slopes: np.ndarray, load: np.ndarray) -> np.ndarray:
