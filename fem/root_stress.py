@@ -42,7 +42,7 @@ def root_stress(
     density         of the solid on which the roots are solved; the default's stress is within 1 to 4 % of finer ones
     resolution      of the contact, as of a map
 
-    The factorized solids are not kept: some 10 s for each spur gear, 15 s for each helical one, 0.2 s per state.
+    The factorized solids are not kept: some 7 s for each spur gear, 13 s for each helical one, 0.2 s per state.
     Where the sharp corner of an unrelieved tip touches, the pressure is a mean over one strip of what has no limit.
     Raises ValueError for bad input, RuntimeError where the contact does not settle.
     """
