@@ -24,7 +24,9 @@ FROM_HALFWAY = 1.5
 CHECKED_TORQUES, FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 5, 12, 400, 40
 #: Slices and torques are off most where a corner touches, for some hundredths of the mesh cycle; meshes at some light
 #: load.
-MESHED_PHASES, CHECKED_PHASES, MESHED_TORQUES = 24, 48, 9
+MESHED_PHASES, MESHED_TORQUES = 24, 9
+#: Not mirror images of one another, as those of equal gears about the pitch point would be the same again.
+CHECKED_PHASES = (np.arange(48) + 1 / 4) / 48
 
 
 @dataclass(frozen=True)
@@ -121,7 +123,7 @@ def torque_error(pair: GearPair, torque, values: dict, resolution: Resolution) -
 
     torque      at least three values, the first of them 0
     """
-    torque, phase = np.asarray(torque), (np.arange(CHECKED_PHASES) + 1 / 4) / CHECKED_PHASES
+    torque, phase = np.asarray(torque), CHECKED_PHASES
     halfway = np.append(torque[1] / 4, np.sqrt(torque[1:-1] * torque[2:]))
     te = curves(pair, np.append(torque, halfway), phase, values, replace(resolution, resolved=False))
     given, between = te[1 : torque.size] - te[0], te[torque.size :] - te[0]
@@ -177,7 +179,7 @@ def _levels(pair: GearPair) -> tuple[Resolution, ...]:
 
 def _allowed(pair, torque, values, accuracy: float, fast: Resolution) -> np.ndarray:
     """(n_torque,) error [m] that is the requested share of the deflection, or of a tenth of the largest."""
-    phase = (np.arange(CHECKED_PHASES) + 1 / 4) / CHECKED_PHASES
+    phase = CHECKED_PHASES
     te = curves(pair, np.append(0.0, torque), phase, values, fast)
     found = deflection(te[1:], te[0])
     return accuracy * np.maximum(found, 0.1 * found.max())

@@ -71,14 +71,14 @@ def removed(flank: Flank, face: Face, roll, axial, *, tooth: int | np.ndarray = 
     return found
 
 
-def pitch_deviations(flank: Flank) -> Flank:
+def pitch_deviations(flank: Flank) -> tuple[PitchDeviation, ...]:
     """Those of a flank's modifications that turn the whole flank of a tooth."""
     return tuple(part for part in flank if isinstance(part, PitchDeviation))
 
 
 def alike(flank: Flank) -> bool:
     """Whether all teeth have the same flank."""
-    return not any(isinstance(part, PitchDeviation) and len(set(part.values)) > 1 for part in flank)
+    return all(len(set(part.values)) == 1 for part in pitch_deviations(flank))
 
 
 def edges(flank: Flank, face: Face) -> list[float]:

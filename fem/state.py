@@ -9,7 +9,7 @@ import numpy as np
 from fem.compliance import Compliance
 from fem.contact import STRIPS, Strips, along_contact, assemble, coupling, flattening_of, strips_of
 from fem.flank import lines_across
-from fem.gap import Cells
+from fem.gap import TINY, Cells
 from fem.loaded_width import Ranges, across, kinks, overlap, wider, with_kinks
 from fem.meeting import Meeting
 from fem.slices import line_contact
@@ -32,7 +32,6 @@ OVERLAP = 1 / 250
 WIDENINGS = 12
 #: Rounds in which the place that touches first is found among sections around the last one, four times closer each.
 CLOSER, AROUND = 3, np.linspace(-1, 1, 9)
-TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True)

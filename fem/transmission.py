@@ -9,7 +9,7 @@ import xarray as xr
 
 from fem.accuracy import UpTo, choose
 from fem.checks import number, numbers
-from fem.deviation import PitchDeviation
+from fem.flank import pitch_deviations
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
 from fem.offsets import Offsets, check_places
@@ -143,7 +143,7 @@ def checked_phases(phases, pair: GearPair) -> np.ndarray:
         require(bool(4 <= values < 1e6 and values % 1 == 0), f"phases must be a whole number, at least 4, got {phases}")
         return np.arange(int(values)) / int(values)
     parts = (*pair.pinion.drive_flank, *pair.wheel.drive_flank)
-    end = 1e6 if any(isinstance(part, PitchDeviation) for part in parts) else 1
+    end = 1e6 if pitch_deviations(parts) else 1
     rising = values.ndim == 1 and values.size > 0 and bool((np.diff(values) > 0).all())
     within = rising and bool(values[0] >= 0 and values[-1] < end)
     require(within, f"phases must increase within [0, {end:g}) as share of a pitch, got {phases}")
