@@ -166,12 +166,3 @@ def test_helical_pair_is_its_twin(pair):
     assert (ours - ours_without)[:, :2] == pytest.approx((other - without)[:, :2], rel=0.05)
     assert (ours - ours_without)[:, 3:] == pytest.approx(0.0, abs=1e-6 * um)
     assert (other - without)[:, 3:] == pytest.approx(0.0, abs=1e-6 * um)
-
-
-@pytest.mark.slow
-def test_reference_without_coupling_of_teeth_two_pitches_apart(pair):
-    """Independent finite elements that read teeth -1, 0 and 1. Those of all teeth are 0.72 and 1.35 um peak to peak."""
-    resolution = replace(FINER, neighbours=1)
-    te = fem.static_transmission_error(pair, [150, 350], 30, accuracy=resolution, progress=False)["te"].values
-    assert te.mean(axis=1) == pytest.approx([8.59 * um, 19.34 * um], rel=0.006)
-    assert np.ptp(te, axis=1) == pytest.approx([0.671 * um, 1.17 * um], rel=0.01)
