@@ -19,6 +19,11 @@ def require_within(name: str, value: float, low: float, high: float, *, unit: fl
     require(low < value < high, f"{name} must lie in ({low_:g}, {high_:g}) {remedy}, got {value_:g}")
 
 
+def require_kind(name: str, value, kind: type) -> None:
+    """ValueError unless the value is an instance of that class."""
+    require(isinstance(value, kind), f"{name} must be a {kind.__module__}.{kind.__name__}, got {value!r}")
+
+
 def number(name: str, value) -> float:
     """The value as a Python float; ValueError unless it is one real number."""
     one = value.item() if getattr(value, "shape", None) == () else value

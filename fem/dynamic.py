@@ -5,7 +5,8 @@ the inertia of the turning body back. The pinion's hub turns as prescribed, the 
 load torque. Implicit in time (HHT-alpha: Hilber, Hughes, Taylor 1977), contact as in `fem.nonlinear`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -14,9 +15,10 @@ from skfem import ElementQuad1
 from skfem.element import Element
 
 from fem.body import clamped_pair
+from fem.checks import as_floats, number, require_kind
 from fem.gear import GearPair, require
 from fem.mesh import Density
-from fem.nonlinear import Meshing, check, correction, factorized, rows
+from fem.nonlinear import Meshing, Rows, check, correction, factorized, loads, rows
 from fem.progress import bar, shown
 from fem.solid import internal_force, lumped_mass
 from fem.ste import pair_attributes
@@ -44,12 +46,13 @@ class RunUp:
     alpha: float = -0.1
 
     def __post_init__(self):
-        require(self.speed > 0, f"speed must be > 0 [rad/s], got {self.speed}")
+        as_floats(self)
+        require(0 < self.speed < np.inf, f"speed must be > 0 and finite [rad/s], got {self.speed}")
         inside = -0.75 <= self.start < self.start + self.run_up < self.stop <= 0.75 and self.run_up > 0
         require(inside, f"start, start + run_up and stop must increase within [-0.75, 0.75], got {self}")
         require(-1 / 3 <= self.alpha <= 0, f"alpha must lie in [-1/3, 0], got {self.alpha}")
-        require(self.steps >= 20, f"steps must be at least 20 a pitch, got {self.steps}")
-        require(self.damping >= 0, f"damping must be >= 0 [1/s], got {self.damping}")
+        require(20 <= number("steps", self.steps) < 1e9, f"steps must be at least 20 a pitch, got {self.steps}")
+        require(0 <= self.damping < np.inf, f"damping must be >= 0 and finite [1/s], got {self.damping}")
 
     def motion(self, t: float, pitch: float) -> tuple[float, float, float]:
         """Phase, speed and acceleration [rad/s, rad/s^2] of the pinion's hub at time t; pitch [rad]."""
@@ -119,17 +122,18 @@ def transmission_error(
                 te slows down and speeds up: it is the load of the moment that the statics must be compared under
     density     of the FE mesh, element of scikit-fem: ElementQuad1() by default (plane strain)
 
-    Raises ValueError for bad input, RuntimeError where a step does not converge.
+    Raises ValueError for bad input, RuntimeError where a step does not converge or the gears part beyond the backlash.
     """
     element = element or ElementQuad1()
     require(element.dim == 2, f"element must be a quadrilateral (plane strain), got {type(element).__name__}")
-    check(pair, element)
-    require(torque > 0, f"torque must be > 0 [N m], got {torque}")
-    run = run or RunUp()
+    density, run = Density() if density is None else density, RunUp() if run is None else run
+    check(pair, element, density)
+    require_kind("run", run, RunUp)
+    torque = float(loads(pair, number("torque", torque))[0])
     pitch = 2 * np.pi / pair.pinion.z
     times = run.times(pitch)
     rule = Newmark(run.alpha, times[1] - times[0])
-    system = turning_gears(pair, torque, run, rule, density or Density(), element)
+    system = turning_gears(pair, torque, run, rule, density, element)
     still = Motion((system.meshing.bodies[0].rest(), system.meshing.bodies[1].rest()), 0.0)
     state = (still, still, still, still)
     phase, spin, _ = np.array([run.motion(t, pitch) for t in times]).T
@@ -138,9 +142,17 @@ def transmission_error(
         for i, t in enumerate(bar(times[1:], "time integration"), start=1):
             state = system.step(state, t)
             te[i], rate[i] = state[0].te, state[1].te
+            check_play(pair, te[i], phase[i])
     of_moment = system.load * (spin * pair.pinion.r_b - rate) * pair.pinion.r_b
     attributes = {**pair_attributes(pair), "torque": torque, "method": "HHT-alpha", "density": str(density)}
     return over_time(times, te, phase, of_moment).assign_attrs(attributes)
+
+
+def check_play(pair: GearPair, te: float, phase: float) -> None:
+    """RuntimeError where back flanks would touch, which are not modelled."""
+    if te < -pair.backlash:
+        apart = f"at phase {phase:g} the gears have parted by more than their backlash, {pair.backlash:.3g} m"
+        raise RuntimeError(f"{apart}; back flanks are not modelled: take a longer run_up, less speed or more torque")
 
 
 def over_time(times, te, phase, torque) -> xr.Dataset:
@@ -153,12 +165,16 @@ def over_time(times, te, phase, torque) -> xr.Dataset:
     return xr.Dataset(columns, {"time": ("time", times, {"units": "s", "long_name": "time"})})
 
 
+def heavy(rule: Newmark, run: RunUp) -> float:
+    """Force of inertia and damping per mass and step [1/s^2]."""
+    return rule.per_place / (1 + run.alpha) + run.damping * rule.per_speed
+
+
 def turning_gears(pair, torque: float, run: RunUp, rule: Newmark, density: Density, element: Element) -> "System":
     """Both gears with their masses, factorized for a time step."""
     bodies = clamped_pair(pair, density, element)
     masses = tuple(lumped_mass(body.solid) for body in bodies)
-    heavy = (rule.per_place / (1 + run.alpha)) + run.damping * rule.per_speed
-    added = tuple(heavy * mass for mass in masses)
+    added = tuple(heavy(rule, run) * mass for mass in masses)
     meshing = factorized(pair, bodies, added, penalty=np.inf, lag=1.0)
     return System(meshing, masses, torque / pair.pinion.r_b, run, rule)  # type: ignore[arg-type]
 
@@ -205,23 +221,41 @@ class System:
         """Motion, velocity, acceleration and all forces at time t after those one step before."""
         pair, alpha = self.meshing.pair, self.run.alpha
         phase, spin, euler = self.run.motion(t, 2 * np.pi / pair.pinion.z)
-        drive, touches = spin * pair.pinion.r_b, self.meshing.touches(phase)
+        drive, touches = spin * pair.pinion.r_b, self.meshing.touches(phase, state[0].te)
         at, speed, rate = self.rule.predicted(*state[:3])
         for _ in range(40):
             applied = self.applied(at, speed, drive)
             moving = self.inertia(at, speed, rate, spin, euler).plus(state[3], alpha)
             rest = applied.plus(moving, -1 / (1 + alpha))
             here = rows(self.meshing, touches, phase, at.te, at.u)
-            new = correction(self.meshing, here, at.te, rest.u, rest.te, self._inertia_of_error)
-            change = Motion(new.du, new.te - at.te)
+            change, f = self._change(here, at.te, rest)
             at, speed = at.plus(change, 1.0), speed.plus(change, self.rule.per_speed)
             rate = rate.plus(change, self.rule.per_place)
             if max(np.abs(du).max() for du in change.u) < tolerance * max(np.abs(at.u[0]).max(), 1e-9):
-                contact = self._contact(here, new.f)
+                contact = self._contact(here, f)
                 return at, speed, rate, self.applied(at, speed, drive).plus(contact, 1.0)
-        raise RuntimeError(f"no balance at phase {phase:g} after 40 iterations; use more steps per pitch")
+        longer = "use more steps per pitch or a longer run_up"
+        raise RuntimeError(f"no balance at phase {phase:g} after 40 iterations; {longer}")
 
-    @property
+    def _change(self, here: Rows, te: float, rest: Motion) -> tuple[Motion, np.ndarray]:
+        """Newton step towards the balance of what is at rest, and forces under the hats (n,) [N].
+
+        The wheel's nodes ride on its hub: by a step of te they move as `_riding` says, if nothing else presses them.
+        """
+        pushed, riding = self._riding
+        moved = here.by[1] @ (self.meshing.bodies[1].transverse @ riding.ravel())
+        inertia, force = self._inertia_of_error - (pushed * riding).sum(), rest.te - (riding * rest.u[1]).sum()
+        new = correction(self.meshing, replace(here, closing=here.closing + moved), te, rest.u, force, inertia)
+        return Motion((new.du[0], new.du[1] - riding * (new.te - te)), new.te - te), new.f
+
+    @cached_property
+    def _riding(self) -> tuple[np.ndarray, np.ndarray]:
+        """Forces of inertia and damping on the wheel's nodes per te [N/m], how these lag behind, each (n_dofs, 2)."""
+        turning = quarter_turn(self.meshing.bodies[1].solid.places.T).T / self.meshing.pair.wheel.r_b
+        pushed = (heavy(self.rule, self.run) * self.masses[1])[:, None] * turning
+        return pushed, self.meshing.solve[1](pushed[..., None])[..., 0]
+
+    @cached_property
     def _inertia_of_error(self) -> float:
         """Derivative of the balance on the line of action by the transmission error [N/m]."""
         places = self.meshing.bodies[1].solid.places

@@ -12,11 +12,12 @@ import xarray as xr
 from skfem import ElementQuad1
 
 from fem.body import Body, clamped_pair
+from fem.checks import as_floats, number, require_kind
 from fem.compiled import fast
-from fem.dynamic import RunUp, over_time
+from fem.dynamic import RunUp, check_play, over_time
 from fem.gear import GearPair, require
 from fem.mesh import Density
-from fem.nonlinear import Meshing, check
+from fem.nonlinear import Meshing, check, loads
 from fem.penalty import Law, Side, Teeth, press, teeth_of
 from fem.prism import lame_parameters
 from fem.progress import bar, shown
@@ -32,7 +33,8 @@ DRIVE, LOAD, DAMPED, SLIPPED = range(4)
 class CentralDifferences:
     """How to integrate.
 
-    step        time step [s]; nodes get the mass that it takes to be stable
+    step        time step [s]; nodes get the mass that it takes to be stable. Slow gears do not feel that; where they
+                vibrate take a step so short that attrs["added_mass"] stays below some hundredths
     penalty     contact pressure per penetration, and friction per slip [Pa/m]
     friction    Coulomb's coefficient
     """
@@ -42,8 +44,9 @@ class CentralDifferences:
     friction: float = 0.0
 
     def __post_init__(self):
-        require(self.step > 0, f"step must be > 0 [s], got {self.step}")
-        require(self.penalty > 0, f"penalty must be > 0 [Pa/m], got {self.penalty}")
+        as_floats(self)
+        require(0 < self.step < np.inf, f"step must be > 0 and finite [s], got {self.step}")
+        require(0 < self.penalty < np.inf, f"penalty must be > 0 and finite [Pa/m], got {self.penalty}")
         require(0 <= self.friction < 1, f"friction must lie in [0, 1), got {self.friction}")
 
 
@@ -63,13 +66,17 @@ def transmission_error(
     density     of the FE mesh; without `edges` unless it has some: the step must follow every small element
 
     "energy": kinetic, strain and contact energy [J]; "work": done by the pinion's hub, taken by load, damping and slip
-    [J]. attrs["added_mass"]: mass scaling as share of the gears' mass.
-    Raises ValueError for bad input, RuntimeError where the integration is not stable.
+    [J]; damping, which acts against steady rotation, gives where the gears lag behind that. attrs["added_mass"]: mass
+    scaling as share of the gears' mass.
+    Raises ValueError for bad input, RuntimeError where the integration is not stable or the gears part beyond the
+    backlash.
     """
-    check(pair, ElementQuad1())
-    require(torque > 0, f"torque must be > 0 [N m], got {torque}")
-    run, scheme = run or RunUp(), scheme or CentralDifferences()
-    density = density or Density()
+    density, run = Density() if density is None else density, RunUp() if run is None else run
+    scheme = CentralDifferences() if scheme is None else scheme
+    check(pair, ElementQuad1(), density)
+    require_kind("run", run, RunUp)
+    require_kind("scheme", scheme, CentralDifferences)
+    torque = float(loads(pair, number("torque", torque))[0])
     bodies = clamped_pair(pair, replace(density, edges=density.edges or ()), ElementQuad1())
     gears = tuple(rotor(body, scheme) for body in bodies)
     times = run.times(2 * np.pi / pair.pinion.z)
@@ -176,7 +183,7 @@ def integrated(pair: GearPair, bodies, gears, force: float, times, options) -> n
     records[0, 1] = run.start
     for i, t in enumerate(bar(times[:-1], "explicit"), start=1):
         motion = np.array([run.motion(t + k * law.step, pitch) for k in range(between)])
-        touches = numbered(meshing, float(motion[between // 2, 0]))
+        touches = numbered(meshing, float(motion[between // 2, 0]), state.error[0])
         energies = advance(gears, state, drive, law, motion, touches)
         strain = sum(strain_energy(body.solid, u) for body, u in zip(bodies, state.u, strict=True))
         phase, spin, _ = run.motion(times[i], pitch)
@@ -184,13 +191,14 @@ def integrated(pair: GearPair, bodies, gears, force: float, times, options) -> n
         records[i] = state.error[0], phase, torque, energies[0], strain, energies[1], *state.work
         if not np.isfinite(records[i]).all():
             raise RuntimeError(f"not stable at phase {phase:g}; take a smaller step or penalty")
+        check_play(pair, state.error[0], phase)
     return records
 
 
-def numbered(meshing: Meshing, phase: float) -> np.ndarray:
+def numbered(meshing: Meshing, phase: float, te: float = 0.0) -> np.ndarray:
     """(n, 5) own gear, its tooth and the mate's among the flanks, first and last hat of all that may touch."""
     found = []
-    for touch in meshing.touches(phase):
+    for touch in meshing.touches(phase, te):
         own, chosen = touch.own, touch.sample.chosen
         teeth = [list(meshing.bodies[side].flanks).index(touch.teeth[side]) for side in (own, 1 - own)]
         found.append((own, *teeth, chosen[0], chosen[-1]))
@@ -244,14 +252,14 @@ def _move(gears, state, drive, step, forces, torques, spins):
     """Displacements, velocities and works after a step; kinetic energy half a step before."""
     spin, euler, spin_2 = spins
     r_b = gears[1].teeth.r_b
-    damped = np.zeros(2)
-    balance, inertia = np.zeros(2), np.zeros(2)
+    balance, inertia, damped = np.zeros(2), np.zeros(2), np.zeros(2)
     for side in range(2):
         beyond = side * state.error[1] / r_b
         balance[side], inertia[side], damped[side], lost = _balance(
             gears[side], state.u[side], state.v[side], forces[side], drive.damping, beyond
         )
-        state.work[DAMPED] += lost * step
+        steady = spin if side == 0 else drive.ratio * spin
+        state.work[DAMPED] += (lost - damped[side] * steady) * step
     lag = drive.load * (spin * gears[0].teeth.r_b - state.error[1])
     euler_2 = (torques[1] + damped[1] - balance[1] + lag * r_b) / inertia[1]
     driving = inertia[0] * euler + balance[0] - torques[0] - damped[0]

@@ -10,6 +10,7 @@ import numpy as np
 from skfem import Basis, Mesh
 
 from fem import profile
+from fem.checks import require_kind
 from fem.gear import Gear, GearPair, require
 from fem.meeting import Meeting
 from fem.mesh import Density, rotated
@@ -20,8 +21,6 @@ from fem.units import deg
 
 #: Of the root to the tooth's centre line; where it is steeper the contact beside it rules rather than bending.
 LEAST_INCLINATION = 20 * deg
-#: Strips of less than this share of the mean width have none.
-NO_WIDTH = 1e-3
 
 
 @dataclass(frozen=True)
@@ -70,12 +69,15 @@ def encounters(
     pair: GearPair, phases, offsets: Offsets | None, resolution: Resolution | None
 ) -> tuple[list[Encounter], float]:
     """Meetings of the pair at phases, with the compliances that a map has, and their misalignment [rad]."""
-    offsets = offsets or Offsets()
+    offsets = Offsets() if offsets is None else offsets
+    resolution = Resolution() if resolution is None else resolution
+    require_kind("offsets", offsets, Offsets)
+    require_kind("resolution", resolution, Resolution)
     axes = ", ".join(offsets.axes())
     require(not axes, f"offsets must have one value each, got several of {axes}; take one after the other")
     values = offsets.values(pair)
     check_places(pair, values["a"], values["axial"])
-    (pinion, wheel), slices = bodies_of(pair, values, resolution or Resolution())
+    (pinion, wheel), slices = bodies_of(pair, values, resolution)
     a, axial, misalignment, *errors = (float(values[name][0]) for name in ("a", "axial", *ANGLES))
     meetings = [Meeting(pair, a, axial, float(phase)) for phase in phases]
     in_plane = in_plane_of_action(GearPair(pair.pinion, pair.wheel, a=a).alpha_wt, *errors)
@@ -92,7 +94,7 @@ def flank_loads(encounter: Encounter, state: State) -> tuple[list[FlankLoad], li
     for number in np.unique(cells.number[state.force > 0]):
         own = np.flatnonzero((cells.number == number) & (state.force > 0))
         for side, gear in enumerate((meeting.pair.pinion, meeting.pair.wheel)):
-            edges, force = _sorted_strips(gear, state.strips.arcs[side, own], state.load[own])
+            edges, force = _sorted_strips(gear, state.strips.arcs[side, own], state.load[own], state.strips.width[own])
             low, high = (ends[own] - side * meeting.axial for ends in (cells.low, cells.high))
             load = FlankLoad(-int(number) if side else int(number), edges, low, high, force)
             found[side].append(_on_both_halves(load) if encounter.pinion.share < 1 else load)
@@ -111,22 +113,20 @@ def with_loaded_teeth(density: Density, loads: list[FlankLoad]) -> Density:
     return density.with_teeth(max([0, *teeth]) + 1, 1 - min([0, *teeth]))
 
 
-def _sorted_strips(gear: Gear, arcs: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _sorted_strips(gear: Gear, arcs: np.ndarray, force: np.ndarray, width) -> tuple[np.ndarray, np.ndarray]:
     """Edges (n, m + 1) of strips around arcs (n, m), no wider than the flank, and their forces, from root to tip.
 
-    Where the tip's corner touches, several strips may lie there: the last that has a width carries their forces.
+    Where the tip's corner touches, several strips may lie there: each takes the width (n,) it has on the mate.
     """
     order = np.argsort(arcs, axis=1)
     arcs, force = (np.take_along_axis(x, order, axis=1) for x in (arcs, force))
     between = (arcs[:, 1:] + arcs[:, :-1]) / 2
     first, last = 2 * arcs[:, :1] - between[:, :1], 2 * arcs[:, -1:] - between[:, -1:]
-    edges = np.clip(np.hstack([first, between, last]), *flank_ends(gear))
-    width = np.diff(edges, axis=1)
-    thin = width < NO_WIDTH * width.mean(axis=1, keepdims=True)
-    carrying = thin.shape[1] - 1 - np.argmin(thin[:, ::-1], axis=1)
-    at_corner = np.where(thin, force, 0.0)
-    force = force - at_corner
-    force[np.arange(len(force)), carrying] += at_corner.sum(axis=1)
+    start, end = flank_ends(gear)
+    edges = np.clip(np.hstack([first, between, last]), start, end)
+    loaded = width[:, None] * (force > 0)
+    edges[:, 1:] = np.maximum(edges[:, 1:], start + np.cumsum(loaded, axis=1))
+    edges[:, :-1] = np.minimum(edges[:, :-1], end - np.cumsum(loaded[:, ::-1], axis=1)[:, ::-1])
     return edges, force
 
 

@@ -5,7 +5,8 @@ multipliers for its pressure. Newton's tangent of the solids is the one at rest,
 three digits, and one factorization serves all phases and torques.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 from skfem.element import Element
 
 from fem.body import ALIKE, Body, added_across, clamped_pair, farthest_tooth, flexibility
+from fem.checks import number, require_kind
 from fem.deviation import PitchDeviation
 from fem.gear import GearPair, require
 from fem.mesh import Density
@@ -25,9 +27,12 @@ from fem.solid import internal_force
 from fem.solver import Solve
 from fem.ste import ste_map
 from fem.touch import Gaps, Placement, Touch, gaps, sampling
+from fem.transmission import checked_phases, checked_torque
 
-#: Reach of the contact search before the gears deflect, in modules.
+#: Hats may touch whose gap at rest exceeds the smallest one by less than this, in modules, or by te where that is more.
 REACH = 1 / 25
+#: Halves of a path of contact count as equal within this share of a pitch.
+ROUNDING = 1e-9
 ELEMENTS = ElementQuad1, ElementQuad2, ElementHex1, ElementHex2
 
 
@@ -44,7 +49,7 @@ def static_transmission_error(
     """STE map of a pair as `fem.static_transmission_error` makes it, by the nonlinear reference method.
 
     torque      pinion torque F r_b1 [N m], one or several increasing values > 0
-    phases      number of equidistant phases from 0, or their values
+    phases      number of equidistant phases from 0, or their values in [0, 1)
     density     of the FE mesh; `Density(flank=66).refined(2)` is within 0.1 % of the converged mean and peak to peak;
                 its `edges` are by default where reliefs begin, as in `fem.body.with_edges`
     element     of scikit-fem: ElementQuad1() or ElementQuad2() in plane strain (the latter by default), ElementHex1()
@@ -55,11 +60,9 @@ def static_transmission_error(
     width, RuntimeError where a phase does not converge.
     """
     element, density = element or ElementQuad2(), density or Density()
-    check(pair, element)
-    torque = np.atleast_1d(np.asarray(torque, float))
-    rising = torque.size > 0 and torque[0] > 0 and bool((np.diff(torque) > 0).all())
-    require(rising, f"torque must increase from above 0 [N m]; sort it, got {torque}")
-    phase = np.arange(phases) / phases if np.ndim(phases) == 0 else np.asarray(phases, float)
+    check(pair, element, density)
+    require(number("penalty", penalty) > 0, f"penalty must be > 0 [Pa/m]; leave it out for none, got {penalty}")
+    torque, phase = loads(pair, torque), checked_phases(phases, pair)
     meshing = assembled(pair, density, element, penalty=penalty)
     te = np.empty((torque.size, phase.size))
     with shown(progress):
@@ -68,8 +71,16 @@ def static_transmission_error(
     return ste_map(pair, torque, phase, te, method="nonlinear", density=str(density), penalty=penalty)
 
 
-def check(pair: GearPair, element: Element) -> None:
+def loads(pair: GearPair, torque) -> np.ndarray:
+    """(n,) pinion torques; ValueError unless they increase from above 0, to what elastic gears may carry [N m]."""
+    values = checked_torque(pair, torque)
+    require(values[0] > 0, f"torque must be > 0 [N m], got {torque}")
+    return values
+
+
+def check(pair: GearPair, element: Element, density: Density) -> None:
     """ValueError unless teeth of the pair are alike, and in plane strain the same across the width."""
+    require_kind("density", density, Density)
     names = ", ".join(f"{one.__name__}()" for one in ELEMENTS)
     require(isinstance(element, ELEMENTS), f"element must be one of {names}, got {element}")
     in_space = "in plane strain; take hexahedra, with fem.nonlinear"
@@ -118,19 +129,29 @@ class Meshing:
         flanks = [body.flanks[tooth] for body, tooth in zip(self.bodies, touch.teeth, strict=True)]
         return gaps(flanks[own], flanks[mate], (places[own], places[mate]), (u[own], u[mate]), touch)
 
-    def touches(self, phase: float) -> list[Touch]:
-        """Hats of all teeth that come within REACH; they lie on the gear that is nearer to its tip."""
-        found, rest, pair = [], [body.rest() for body in self.bodies], self.pair
+    def touches(self, phase: float, te: float = 0.0) -> list[Touch]:
+        """Hats of all teeth that come within REACH, or te; they lie on the gear that is nearer to its tip."""
+        found, rest = [], [body.rest() for body in self.bodies]
+        possible = [touch for touch in self._everywhere(phase) if touch.near.any()]
+        at_rest = [self.gaps(touch, self.places(phase, 0.0), rest).gap for touch in possible]
+        reach = min(gap.min() for gap in at_rest) + max(REACH * self.pair.pinion.m_n, te)
+        for touch, gap in zip(possible, at_rest, strict=True):
+            touch.near[touch.near] = gap < reach
+            chosen = np.flatnonzero(touch.near.any(axis=1))
+            if chosen.size:
+                sample = sampling(self.bodies[touch.own].flanks[touch.teeth[touch.own]], chosen)
+                found.append(replace(touch, sample=sample, near=touch.near[chosen]))
+        return found
+
+    def _everywhere(self, phase: float) -> Iterator[Touch]:
+        """All hats of all teeth: on the pinion from the middle of the path of contact on, on the wheel before."""
+        pair = self.pair
+        middle = (pair.roll_start + pair.roll_end) / 2 - pair.roll_pitch - ROUNDING * pair.p_bt
         for k, own in product(self.bodies[0].flanks, (0, 1)):
             flank = self.bodies[own].flanks[(k, -k)[own]]
-            past = (phase + k) * pair.p_bt + flank.width.nodes * np.tan(pair.beta_b) >= 0
+            past = (phase + k) * pair.p_bt + flank.width.nodes * np.tan(pair.beta_b) >= middle
             near = np.tile(past if own == 0 else ~past, (flank.arcs.size, 1))
-            if near.any():
-                everywhere = Touch(own, (k, -k), sampling(flank, np.arange(flank.arcs.size)), near)
-                near[near] = self.gaps(everywhere, self.places(phase, 0.0), rest).gap < REACH * flank.gear.m_n
-                chosen = np.flatnonzero(near.any(axis=1))
-                found += [Touch(own, (k, -k), sampling(flank, chosen), near[chosen])] if chosen.size else []
-        return found
+            yield Touch(own, (k, -k), sampling(flank, np.arange(flank.arcs.size)), near)
 
 
 def assembled(pair: GearPair, density: Density, element: Element, *, penalty=np.inf, lag=0.5) -> Meshing:
@@ -245,7 +266,14 @@ def equilibrium(meshing: Meshing, phase: float, force: float, tolerance: float =
     Raises RuntimeError where Newton's steps do not fall below tolerance times the displacement.
     """
     phase = phase - round(phase)
-    touches = meshing.touches(phase)
+    state = _settled(meshing, phase, meshing.touches(phase), force, tolerance)
+    if state.te <= REACH * meshing.pair.pinion.m_n:
+        return state
+    return _settled(meshing, phase, meshing.touches(phase, state.te), force, tolerance)
+
+
+def _settled(meshing: Meshing, phase: float, touches: list[Touch], force: float, tolerance: float) -> State:
+    """The same where no other hats touch."""
     te, u = 0.0, tuple(body.rest() for body in meshing.bodies)
     for _ in range(30):
         residual = [-internal_force(body.solid, v) for body, v in zip(meshing.bodies, u, strict=True)]

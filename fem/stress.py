@@ -5,6 +5,7 @@ an element. Both carry the pressure that the contact found; what acts on one gea
 """
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -15,6 +16,7 @@ from skfem.io.meshio import to_meshio
 
 from fem import elastic, recovery
 from fem import mesh as meshes
+from fem.checks import number, require_kind
 from fem.elastic import FINE, SOLID, Body
 from fem.gear import Gear, GearPair, require
 from fem.loads import FlankLoad, bent_root, encounters, flank_loads, with_loaded_teeth
@@ -83,7 +85,9 @@ def plane_fields(
 
     Raises ValueError for bad input and helical pairs, RuntimeError where the contact does not settle.
     """
-    require(refine >= 4 and refine == int(refine), f"refine must be a whole number >= 4, got {refine}")
+    whole = 4 <= number("refine", refine) < 1e3 and refine % 1 == 0
+    require(whole, f"refine must be a whole number >= 4, got {refine}")
+    require_kind("density", density, Density)
     require(pair.beta_b == 0, "beta must be 0 for plane fields; take solid_fields for helical pairs")
     encounter, state = _contact(pair, torque, phase, offsets, resolution)
     worst = state.cells.middle[np.argmax(state.pressure)]
@@ -110,6 +114,7 @@ def solid_fields(
     Lines of contact of helical gears cross the width in steps: in each slice the load lies as in its middle. Elements
     are quadratic; each is two hexahedra of the fields, one beside the other across the width.
     """
+    require_kind("density", density, Density)
     encounter, state = _contact(pair, torque, phase, offsets, resolution)
     fields = []
     for loads, place in zip(flank_loads(encounter, state), places(encounter.meeting, state.te), strict=True):
@@ -130,8 +135,8 @@ class Place(NamedTuple):
 def _contact(
     pair: GearPair, torque: float, phase: float, offsets: Offsets | None, resolution: Resolution | None
 ) -> tuple[Encounter, State]:
-    require(torque > 0, f"torque must be > 0 N m for a field, got {torque}")
-    checked_torque(pair, torque), checked_phases([phase], pair)
+    require(number("torque", torque) > 0, f"torque must be > 0 N m for a field, got {torque}")
+    checked_torque(pair, torque), checked_phases([number("phase", phase)], pair)
     (encounter,), misalignment = encounters(pair, [phase], offsets, resolution)
     return encounter, encounter.state(torque / pair.pinion.r_b, misalignment)
 
@@ -184,7 +189,9 @@ def save_vtu(fields, path) -> Path:
 
     Point data: displacement [m], von_mises, principal, pressure [Pa].
     """
-    fields, path = tuple(fields), Path(path)
+    listed = isinstance(fields, Sequence) and len(fields) > 0 and all(isinstance(one, Field) for one in fields)
+    require(listed, "fields must be one or two in a tuple, as plane_fields and solid_fields give them")
+    path = Path(path)
     require(path.suffix == ".vtu", f"path must end in .vtu, got {path}")
     first = np.cumsum([0] + [field.points.shape[1] for field in fields])
     kind = {3: "triangle", 8: "hexahedron"}

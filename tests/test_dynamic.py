@@ -5,12 +5,16 @@ import pytest
 from scipy.integrate import quad
 from skfem import ElementQuad1
 
+import fem
+from fem import explicit
 from fem.dynamic import Motion, Newmark, RunUp, transmission_error
+from fem.explicit import CentralDifferences
 from fem.mesh import Density
 from fem.nonlinear import assembled, equilibrium
 from fem.units import rpm
 
 COARSE = Density(flank=30)
+TINY = Density(flank=8, fillet=1, land=1, tooth=2, rim=1, body=2)
 
 
 def static(pair, ran, at: np.ndarray, density: Density) -> np.ndarray:
@@ -30,6 +34,17 @@ def short(paper_pair):
 def test_slow_gears_pass_through_static_equilibria(paper_pair, short):
     settled = np.flatnonzero(short["phase"].values > 0.02)[::3]
     assert short["te"].values[settled] == pytest.approx(static(paper_pair, short, settled, COARSE), rel=2e-3)
+
+
+def test_gears_at_speed_vibrate_as_by_explicit_integration(paper_pair):
+    """Where inertia counts, by nodes that ride on the wheel's hub as by forces alone."""
+    run, scheme = RunUp(300 * rpm, 0.0, 0.3, 0.1, steps=600, alpha=0.0), CentralDifferences(4e-8)
+    ours = transmission_error(paper_pair, 150, run, density=TINY, progress=False)
+    other = explicit.transmission_error(paper_pair, 150, run, scheme, density=TINY, progress=False)
+    te = ours["te"].values
+    assert other.attrs["added_mass"] < 0.02
+    assert np.abs(te - other["te"].values).max() < 0.01 * te.max()
+    assert te.max() > 1.2 * np.abs(static(paper_pair, ours, [len(te) - 1], TINY)).max()
 
 
 def test_load_and_error_rise_from_rest(short):
@@ -90,7 +105,14 @@ def test_a_cycle_at_10_rpm_is_the_static_curve(paper_pair):
         (lambda pair: RunUp(alpha=0.1), "alpha must lie"),
         (lambda pair: RunUp(steps=3), "steps must be at least 20"),
         (lambda pair: RunUp(damping=-1.0), "damping must be >= 0"),
+        (lambda pair: RunUp(speed=np.inf), "speed must be > 0 and finite"),
+        (lambda pair: RunUp(steps="many"), "steps must be one real number"),
+        (lambda pair: RunUp(start=None), "start must be one real number"),
         (lambda pair: transmission_error(pair, 0.0), "torque must be > 0"),
+        (lambda pair: transmission_error(pair, [100, 150]), "torque must be one real number"),
+        (lambda pair: transmission_error(pair, 1e9), "torque must be finite and below"),
+        (lambda pair: transmission_error(pair, 150, {"speed": 1.0}), "run must be a fem.dynamic.RunUp"),
+        (lambda pair: transmission_error(pair, 150, density=fem.Resolution()), "density must be a fem.mesh.Density"),
     ],
 )
 def test_bad_input_is_refused(paper_pair, call, message):

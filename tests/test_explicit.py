@@ -142,6 +142,22 @@ def test_energy_is_kept(short, rubbing):
         assert np.abs(unaccounted(found)).max() < 2e-3 * found["energy"].values.sum(axis=1).max()
 
 
+def test_energy_is_kept_where_damping_takes_some():
+    """It acts against steady rotation, behind which the wheel lags while teeth deflect."""
+    run = RunUp(20 * rpm, 0.02, 0.14, 0.06, steps=200, damping=5000.0)
+    found = transmission_error(paper_pair(), 150, run, CentralDifferences(1e-6), density=COARSE, progress=False)
+    stored = found["energy"].values.sum(axis=1).max()
+    assert np.abs(unaccounted(found)).max() < 2e-3 * stored
+    assert np.abs(found["work"].values[:, 2]).max() > 5e-3 * stored
+
+
+def test_gears_that_part_by_more_than_their_backlash_are_refused():
+    gear = fem.Gear(z=30, m_n=2 * mm, b=10 * mm, d_bore=30 * mm)
+    run = RunUp(1000 * rpm, -0.3, 0.3, 0.1)
+    with pytest.raises(RuntimeError, match=r"parted by more than their backlash, .* take a longer run_up"):
+        transmission_error(fem.GearPair(gear, gear), 5, run, CentralDifferences(1e-6), density=COARSE, progress=False)
+
+
 def test_friction_changes_the_force_as_sliding_says(rubbing):
     """Behind the pitch point it drives the wheel, before it brakes: rigid wheel F (r_b +- mu rho) = torque."""
     pair, force = paper_pair(), []
@@ -217,7 +233,11 @@ def test_a_cycle_at_10_rpm_is_the_static_curve():
         (lambda: CentralDifferences(step=0), "step must be > 0"),
         (lambda: CentralDifferences(penalty=-1), "penalty must be > 0"),
         (lambda: CentralDifferences(friction=2), "friction must lie"),
+        (lambda: CentralDifferences(step=np.inf), "step must be > 0 and finite"),
+        (lambda: CentralDifferences(penalty="stiff"), "penalty must be one real number"),
         (lambda: transmission_error(paper_pair(), 0.0), "torque must be > 0"),
+        (lambda: transmission_error(paper_pair(), np.inf), "torque must be finite"),
+        (lambda: transmission_error(paper_pair(), 150, scheme={"step": 1e-6}), "scheme must be a fem.explicit"),
     ],
 )
 def test_bad_input_is_refused(call, message):

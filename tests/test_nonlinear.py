@@ -22,7 +22,7 @@ from skfem.models.elasticity import linear_elasticity
 from twins import plane_twin, twin_te
 
 import fem
-from fem import solid
+from fem import nonlinear, solid
 from fem.body import clamped, with_edges
 from fem.gap import Cells
 from fem.gear import STEEL
@@ -184,6 +184,44 @@ def test_flank_may_begin_on_the_base_circle():
     pair, twin, phases = fem.GearPair(gear, gear), plane_twin(gear, COARSE, 1), [0.0, 0.3]
     te = static_transmission_error(pair, 30, phases, density=COARSE, progress=False)["te"].values[0]
     assert te == pytest.approx([twin_te(pair, twin, phase, 30 / gear.r_b) for phase in phases], rel=0.03)
+
+
+def uniform(removed: float, **changes) -> tuple[fem.Gear, fem.Gear]:
+    """Small gears whose flanks stand back."""
+    flank = fem.Grid([0.0, 1.0], [-1.0, 1.0], np.full((2, 2), removed))
+    sizes = {"m_n": mm, "b": 5 * mm, "flank": (flank,)} | changes
+    return tuple(fem.Gear(z=z, x=x, d_bore=0.4 * z * mm, **sizes) for z, x in ((20, 0.2), (40, 0.0)))
+
+
+def test_material_removed_everywhere_turns_the_gears():
+    """Also by more than contact is searched within."""
+    (none, back), options = (fem.GearPair(*uniform(v)) for v in (0.0, 25 * um)), {"density": COARSE, "progress": False}
+    te, behind = (static_transmission_error(pair, 2, [0.3, 0.5], **options)["te"].values for pair in (none, back))
+    assert behind - te == pytest.approx(50 * um, abs=0.05 * um)
+
+
+def test_soft_gears_touch_as_far_as_they_yield(monkeypatch):
+    soft, te = fem.GearPair(*uniform(0.0, material=fem.Material(E=1e9, nu=0.38))), []
+    for reach in (nonlinear.REACH, 1 / 4):
+        monkeypatch.setattr(nonlinear, "REACH", reach)
+        density = Density(flank=16)
+        te.append(static_transmission_error(soft, 0.6, [0.0], density=density, progress=False)["te"].item())
+    assert te[0] == pytest.approx(te[1], rel=1e-9)
+    assert te[0] > 0.12 * mm
+
+
+def test_pair_with_its_pitch_point_beside_the_path_of_contact():
+    """Contact then only recedes, or approaches, according to which gear drives."""
+    wheel, pinion = (
+        fem.Gear(z=z, m_n=2 * mm, x=x, b=10 * mm, d_bore=0.8 * z * mm, d_a=d_a * mm)
+        for z, x, d_a in ((60, -0.95, 119.8), (30, 0.95, 67.2))
+    )
+    recess, approach = fem.GearPair(pinion, wheel), fem.GearPair(wheel, pinion)
+    assert recess.roll_start > recess.roll_pitch and approach.roll_end < approach.roll_pitch
+    options = {"density": Density(flank=24), "progress": False}
+    te = static_transmission_error(recess, 50, [0.02, 0.2], **options)["te"].values[0]
+    other = static_transmission_error(approach, 100, [0.8, 0.98], **options)["te"].values[0]
+    assert other[::-1] == pytest.approx(te, rel=1e-3)
 
 
 def test_softer_contact_gives_more(paper_pair):
@@ -408,8 +446,17 @@ def test_bad_input_is_refused(paper_pair):
         static_transmission_error(sloped, 150, 4)
     with pytest.raises(ValueError, match="element must be one of ElementQuad1"):
         static_transmission_error(wider, 150, 4, element=ElementTriP2())
-    with pytest.raises(ValueError, match="torque must"):
-        static_transmission_error(paper_pair, 0, 4)
+    for torque in (0, [150, 100], np.inf, 1e9, "150"):
+        with pytest.raises(ValueError, match="torque must"):
+            static_transmission_error(paper_pair, torque, 4)
+    for phases in (2.5, 0, np.nan, [0.5, 0.2], [0.3, 1.0], [[0.1, 0.2]], "a", None):
+        with pytest.raises(ValueError, match="phases must"):
+            static_transmission_error(paper_pair, 150, phases)
+    for penalty in (-1e16, 0.0, np.nan):
+        with pytest.raises(ValueError, match="penalty must be > 0"):
+            static_transmission_error(paper_pair, 150, 4, penalty=penalty)
+    with pytest.raises(ValueError, match=r"density must be a fem\.mesh\.Density"):
+        static_transmission_error(paper_pair, 150, 4, density=fem.Resolution())
     long = fem.Gear(z=17, m_n=2 * mm, b=300 * mm, d_bore=15 * mm, beta=0.6)
     with pytest.raises(ValueError, match=r"z must be at least the \d+ teeth that may touch, got 17; reduce b"):
         static_transmission_error(fem.GearPair(long, replace(long, beta=-0.6)), 150, 4, element=ElementHex1())

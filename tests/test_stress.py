@@ -214,6 +214,17 @@ def test_force_on_a_tips_corner_is_on_the_flank(phase):
     assert pinion == pytest.approx(150 / gear.r_b, rel=5e-3)
 
 
+@pytest.mark.parametrize("phase", [0.2, 0.8])
+def test_corner_presses_both_gears_alike(phase):
+    """The largest pressure of the map, which a corner puts on one strip, is on both gears, in plane and in space."""
+    options = {"density": COARSE, "resolution": ROUGH}
+    peak = fem.static_transmission_error(paper_pair(), 350, [phase], accuracy=ROUGH, progress=False)["peak_pressure"]
+    for fields in (stress.plane_fields, stress.solid_fields):
+        for field in fields(paper_pair(), 350.0, phase, **options):
+            assert field.pressure.max() == pytest.approx(peak.item(), rel=0.005)
+    assert peak > 2500 * MPa
+
+
 def places_of_strips(place: stress.Place, on_teeth: list[FlankLoad]) -> np.ndarray:
     """(3, n) middles of all strips that carry load, where the gear stands; in order of z and y."""
     points = []
@@ -373,6 +384,10 @@ def test_figure_like_the_papers(one_pair, two_pairs, tmp_path):
         ({"phase": np.nan}, "phases must increase"),
         ({"offsets": fem.Offsets(misalignment=(0.0, 1e-4))}, "one value each"),
         ({"refine": 2}, "refine must be"),
+        ({"refine": np.inf}, "refine must be"),
+        ({"density": None}, r"density must be a fem\.mesh\.Density"),
+        ({"resolution": COARSE}, r"resolution must be a fem\.sweep\.Resolution"),
+        ({"offsets": {"misalignment": 1e-4}}, r"offsets must be a fem\.offsets\.Offsets"),
         ({"pair": fem.GearPair(helical(), helical(-1))}, "take solid_fields"),
     ],
 )
@@ -384,6 +399,9 @@ def test_bad_input_is_refused(changes, told):
 def test_bad_loads_and_files_are_refused(one_pair, plane, tmp_path):
     with pytest.raises(ValueError, match=r"\.vtu"):
         stress.save_vtu(one_pair, tmp_path / "pair.png")
+    for fields in (one_pair[0], (), None):
+        with pytest.raises(ValueError, match="fields must be"):
+            stress.save_vtu(fields, tmp_path / "pair.vtu")
     zero, one = np.zeros(1), np.ones(1)
     with pytest.raises(ValueError, match="shape"):
         FlankLoad(0, np.array([[0.0, 1]]), zero, one, np.zeros((2, 2)))
