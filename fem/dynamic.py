@@ -25,6 +25,9 @@ from fem.ste import pair_attributes
 from fem.touch import quarter_turn
 from fem.units import rpm
 
+#: Newton steps in a time step, and te by which none moves that converges, in modules.
+ITERATIONS, FARTHEST = 40, 1.0
+
 
 @dataclass(frozen=True)
 class RunUp:
@@ -223,19 +226,21 @@ class System:
         phase, spin, euler = self.run.motion(t, 2 * np.pi / pair.pinion.z)
         drive, touches = spin * pair.pinion.r_b, self.meshing.touches(phase, state[0].te)
         at, speed, rate = self.rule.predicted(*state[:3])
-        for _ in range(40):
+        for _ in range(ITERATIONS):
             applied = self.applied(at, speed, drive)
             moving = self.inertia(at, speed, rate, spin, euler).plus(state[3], alpha)
             rest = applied.plus(moving, -1 / (1 + alpha))
             here = rows(self.meshing, touches, phase, at.te, at.u)
             change, f = self._change(here, at.te, rest)
+            if not abs(change.te) < FARTHEST * pair.pinion.m_n:
+                break
             at, speed = at.plus(change, 1.0), speed.plus(change, self.rule.per_speed)
             rate = rate.plus(change, self.rule.per_place)
             if max(np.abs(du).max() for du in change.u) < tolerance * max(np.abs(at.u[0]).max(), 1e-9):
                 contact = self._contact(here, f)
                 return at, speed, rate, self.applied(at, speed, drive).plus(contact, 1.0)
-        longer = "use more steps per pitch or a longer run_up"
-        raise RuntimeError(f"no balance at phase {phase:g} after 40 iterations; {longer}")
+        longer = "use more steps per pitch, a longer run_up or alpha nearer -1/3"
+        raise RuntimeError(f"no balance at phase {phase:g}; {longer}")
 
     def _change(self, here: Rows, te: float, rest: Motion) -> tuple[Motion, np.ndarray]:
         """Newton step towards the balance of what is at rest, and forces under the hats (n,) [N].

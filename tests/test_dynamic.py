@@ -38,13 +38,20 @@ def test_slow_gears_pass_through_static_equilibria(paper_pair, short):
 
 def test_gears_at_speed_vibrate_as_by_explicit_integration(paper_pair):
     """Where inertia counts, by nodes that ride on the wheel's hub as by forces alone."""
-    run, scheme = RunUp(300 * rpm, 0.0, 0.3, 0.1, steps=600, alpha=0.0), CentralDifferences(4e-8)
+    run, scheme = RunUp(300 * rpm, 0.0, 0.3, 0.1, steps=1200), CentralDifferences(4e-8)
     ours = transmission_error(paper_pair, 150, run, density=TINY, progress=False)
     other = explicit.transmission_error(paper_pair, 150, run, scheme, density=TINY, progress=False)
     te = ours["te"].values
     assert other.attrs["added_mass"] < 0.02
     assert np.abs(te - other["te"].values).max() < 0.01 * te.max()
     assert te.max() > 1.2 * np.abs(static(paper_pair, ours, [len(te) - 1], TINY)).max()
+
+
+def test_steps_without_balance_are_told_in_words(paper_pair):
+    """From rest to 1000 rpm within a fifth of a pitch, and no damping of what chatters."""
+    run = RunUp(1000 * rpm, 0.0, 0.3, 0.1, steps=600, alpha=0.0)
+    with pytest.raises(RuntimeError, match=r"no balance at phase 0\.\d+; use more steps per pitch, .* alpha nearer"):
+        transmission_error(paper_pair, 150, run, density=TINY, progress=False)
 
 
 def test_load_and_error_rise_from_rest(short):
