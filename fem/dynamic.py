@@ -25,8 +25,8 @@ from fem.ste import pair_attributes
 from fem.touch import quarter_turn
 from fem.units import rpm
 
-#: Newton steps in a time step, and te by which none moves that converges, in modules.
-ITERATIONS, FARTHEST = 40, 1.0
+#: Newton steps in a time step, te by which none moves that converges, and by which backlash is rounded, in modules.
+ITERATIONS, FARTHEST, ROUNDING = 40, 1.0, 1e-4
 
 
 @dataclass(frozen=True)
@@ -152,10 +152,11 @@ def transmission_error(
 
 
 def check_play(pair: GearPair, te: float, phase: float) -> None:
-    """RuntimeError where back flanks would touch, which are not modelled."""
-    if te < -pair.backlash:
-        apart = f"at phase {phase:g} the gears have parted by more than their backlash, {pair.backlash:.3g} m"
-        raise RuntimeError(f"{apart}; back flanks are not modelled: take a longer run_up, less speed or more torque")
+    """RuntimeError where back flanks would touch, which are not modelled; rounding as of `GearPair` may pass."""
+    if te < -pair.backlash - ROUNDING * pair.pinion.m_n:
+        apart = f"at phase {phase:g} the gears have parted by {-te:.3g} m, their backlash is {pair.backlash:.3g} m"
+        less = "take a longer run_up, less speed, more torque or a larger a"
+        raise RuntimeError(f"{apart}; back flanks are not modelled: {less}")
 
 
 def over_time(times, te, phase, torque) -> xr.Dataset:

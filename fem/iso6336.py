@@ -5,6 +5,7 @@ It knows neither rim nor hub: a gear clamped at its bore is softer by what its b
 
 from math import cos, degrees
 
+from fem.checks import number
 from fem.gear import STEEL, Gear, GearPair, require
 
 LINE_LOAD_OF_STANDARD = 100e3
@@ -26,7 +27,7 @@ def single_stiffness(pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD) -
 
     Source: ISO 6336-1, 9.3; 1 N/(mm um) = 1e9 N/m^2. Raises ValueError for a line load <= 0.
     """
-    require(line_load > 0, f"line_load must be > 0 N/m (pass 100e3 for 100 N/mm), got {line_load}")
+    require(number("line_load", line_load) > 0, f"line_load must be > 0 N/m (pass 100e3 for 100 N/mm), got {line_load}")
     pinion, wheel = sorted((pair.pinion, pair.wheel), key=lambda gear: (gear.z, gear.d_a))
     one, other = 1 / virtual_teeth(pinion), 1 / virtual_teeth(wheel)
     x_1, x_2 = pinion.x, wheel.x
@@ -49,6 +50,6 @@ def mesh_stiffness(pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD) -> 
 
 
 def _softness(pair: GearPair) -> float:
-    """Young's modulus of the pair over that of steel."""
+    """Young's modulus of the pair over that of `STEEL`, to which the standard's stiffness of steel gears belongs."""
     one, other = pair.pinion.material.E, pair.wheel.material.E
     return 2 * one * other / (one + other) / STEEL.E
