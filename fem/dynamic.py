@@ -18,15 +18,16 @@ from fem.body import clamped_pair
 from fem.checks import as_floats, number, require_kind
 from fem.gear import GearPair, require
 from fem.mesh import Density
-from fem.nonlinear import Meshing, Rows, check, correction, factorized, loads, rows
+from fem.nonlinear import Meshing, Rows, check, checked_load, correction, factorized, rows
+from fem.pair import ROUNDING
 from fem.progress import bar, shown
 from fem.solid import internal_force, lumped_mass
 from fem.ste import pair_attributes
 from fem.touch import quarter_turn
 from fem.units import rpm
 
-#: Newton steps in a time step, te by which none moves that converges, and by which backlash is rounded, in modules.
-ITERATIONS, FARTHEST, ROUNDING = 40, 1.0, 1e-4
+#: Newton steps in a time step; no step that converges moves te so far [modules].
+ITERATIONS, FARTHEST = 40, 1.0
 
 
 @dataclass(frozen=True)
@@ -129,10 +130,7 @@ def transmission_error(
     """
     element = element or ElementQuad1()
     require(element.dim == 2, f"element must be a quadrilateral (plane strain), got {type(element).__name__}")
-    density, run = Density() if density is None else density, RunUp() if run is None else run
-    check(pair, element, density)
-    require_kind("run", run, RunUp)
-    torque = float(loads(pair, number("torque", torque))[0])
+    torque, run, density = checked(pair, torque, run, density, element)
     pitch = 2 * np.pi / pair.pinion.z
     times = run.times(pitch)
     rule = Newmark(run.alpha, times[1] - times[0])
@@ -149,6 +147,14 @@ def transmission_error(
     of_moment = system.load * (spin * pair.pinion.r_b - rate) * pair.pinion.r_b
     attributes = {**pair_attributes(pair), "torque": torque, "method": "HHT-alpha", "density": str(density)}
     return over_time(times, te, phase, of_moment).assign_attrs(attributes)
+
+
+def checked(pair: GearPair, torque, run: RunUp | None, density: Density | None, element: Element):
+    """Torque, run-up and density, those not given by default; ValueError for what time integration does not take."""
+    density, run = Density() if density is None else density, RunUp() if run is None else run
+    check(pair, element, density)
+    require_kind("run", run, RunUp)
+    return float(checked_load(pair, number("torque", torque))[0]), run, density
 
 
 def check_play(pair: GearPair, te: float, phase: float) -> None:
@@ -169,7 +175,7 @@ def over_time(times, te, phase, torque) -> xr.Dataset:
     return xr.Dataset(columns, {"time": ("time", times, {"units": "s", "long_name": "time"})})
 
 
-def heavy(rule: Newmark, run: RunUp) -> float:
+def stiffness_per_mass(rule: Newmark, run: RunUp) -> float:
     """Force of inertia and damping per mass and step [1/s^2]."""
     return rule.per_place / (1 + run.alpha) + run.damping * rule.per_speed
 
@@ -178,7 +184,7 @@ def turning_gears(pair, torque: float, run: RunUp, rule: Newmark, density: Densi
     """Both gears with their masses, factorized for a time step."""
     bodies = clamped_pair(pair, density, element)
     masses = tuple(lumped_mass(body.solid) for body in bodies)
-    added = tuple(heavy(rule, run) * mass for mass in masses)
+    added = tuple(stiffness_per_mass(rule, run) * mass for mass in masses)
     meshing = factorized(pair, bodies, added, penalty=np.inf, lag=1.0)
     return System(meshing, masses, torque / pair.pinion.r_b, run, rule)  # type: ignore[arg-type]
 
@@ -258,7 +264,7 @@ class System:
     def _riding(self) -> tuple[np.ndarray, np.ndarray]:
         """Forces of inertia and damping on the wheel's nodes per te [N/m], how these lag behind, each (n_dofs, 2)."""
         turning = quarter_turn(self.meshing.bodies[1].solid.places.T).T / self.meshing.pair.wheel.r_b
-        pushed = (heavy(self.rule, self.run) * self.masses[1])[:, None] * turning
+        pushed = (stiffness_per_mass(self.rule, self.run) * self.masses[1])[:, None] * turning
         return pushed, self.meshing.solve[1](pushed[..., None])[..., 0]
 
     @cached_property

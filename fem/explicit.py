@@ -12,12 +12,12 @@ import xarray as xr
 from skfem import ElementQuad1
 
 from fem.body import Body, clamped_pair
-from fem.checks import as_floats, number, require_kind
+from fem.checks import as_floats, require_kind
 from fem.compiled import fast
-from fem.dynamic import RunUp, check_play, over_time
+from fem.dynamic import RunUp, check_play, checked, over_time
 from fem.gear import GearPair, require
 from fem.mesh import Density
-from fem.nonlinear import Meshing, check, loads
+from fem.nonlinear import Meshing
 from fem.penalty import Law, Side, Teeth, press, teeth_of
 from fem.prism import lame_parameters
 from fem.progress import bar, shown
@@ -71,12 +71,9 @@ def transmission_error(
     Raises ValueError for bad input, RuntimeError where the integration is not stable or the gears part beyond the
     backlash.
     """
-    density, run = Density() if density is None else density, RunUp() if run is None else run
+    torque, run, density = checked(pair, torque, run, density, ElementQuad1())
     scheme = CentralDifferences() if scheme is None else scheme
-    check(pair, ElementQuad1(), density)
-    require_kind("run", run, RunUp)
     require_kind("scheme", scheme, CentralDifferences)
-    torque = float(loads(pair, number("torque", torque))[0])
     bodies = clamped_pair(pair, replace(density, edges=density.edges or ()), ElementQuad1())
     gears = tuple(rotor(body, scheme) for body in bodies)
     times = run.times(2 * np.pi / pair.pinion.z)

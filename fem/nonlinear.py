@@ -18,7 +18,7 @@ from skfem.element import Element
 
 from fem.body import ALIKE, Body, added_across, clamped_pair, farthest_tooth, flexibility
 from fem.checks import number, require_kind
-from fem.deviation import PitchDeviation
+from fem.flank import pitch_deviations
 from fem.gear import GearPair, require
 from fem.mesh import Density
 from fem.profile import flank
@@ -59,10 +59,10 @@ def static_transmission_error(
     Raises ValueError for unequal face widths and, in plane strain, for helical pairs and flanks that vary across the
     width, RuntimeError where a phase does not converge.
     """
-    element, density = element or ElementQuad2(), density or Density()
+    element, density = element or ElementQuad2(), Density() if density is None else density
     check(pair, element, density)
     require(number("penalty", penalty) > 0, f"penalty must be > 0 [Pa/m]; leave it out for none, got {penalty}")
-    torque, phase = loads(pair, torque), checked_phases(phases, pair)
+    torque, phase = checked_load(pair, torque), checked_phases(phases, pair)
     meshing = assembled(pair, density, element, penalty=penalty)
     te = np.empty((torque.size, phase.size))
     with shown(progress):
@@ -71,7 +71,7 @@ def static_transmission_error(
     return ste_map(pair, torque, phase, te, method="nonlinear", density=str(density), penalty=penalty)
 
 
-def loads(pair: GearPair, torque) -> np.ndarray:
+def checked_load(pair: GearPair, torque) -> np.ndarray:
     """(n,) pinion torques; ValueError unless they increase from above 0, to what elastic gears may carry [N m]."""
     values = checked_torque(pair, torque)
     require(values[0] > 0, f"torque must be > 0 [N m], got {torque}")
@@ -91,8 +91,10 @@ def check(pair: GearPair, element: Element, density: Density) -> None:
     touching, fewest = 2 * farthest_tooth(pair) + 1, min(pair.pinion.z, pair.wheel.z)
     require(touching <= fewest, f"z must be at least the {touching} teeth that may touch, got {fewest}; reduce b")
     for gear in (pair.pinion, pair.wheel):
-        alike = not any(isinstance(part, PitchDeviation) for part in gear.drive_flank)
-        require(alike, "teeth must be alike, got pitch deviations; take fem.static_transmission_error for them")
+        require(
+            not pitch_deviations(gear.drive_flank),
+            "teeth must be alike, got pitch deviations; take fem.static_transmission_error for them",
+        )
         varies = np.ptp(added_across(gear), axis=1).max() > ALIKE and element.dim == 2
         require(not varies, f"flanks must be the same across the width {in_space}, got {gear.drive_flank}")
 
@@ -136,11 +138,12 @@ class Meshing:
         at_rest = [self.gaps(touch, self.places(phase, 0.0), rest).gap for touch in possible]
         reach = min(gap.min() for gap in at_rest) + max(REACH * self.pair.pinion.m_n, te)
         for touch, gap in zip(possible, at_rest, strict=True):
-            touch.near[touch.near] = gap < reach
-            chosen = np.flatnonzero(touch.near.any(axis=1))
+            near = touch.near.copy()
+            near[near] = gap < reach
+            chosen = np.flatnonzero(near.any(axis=1))
             if chosen.size:
                 sample = sampling(self.bodies[touch.own].flanks[touch.teeth[touch.own]], chosen)
-                found.append(replace(touch, sample=sample, near=touch.near[chosen]))
+                found.append(replace(touch, sample=sample, near=near[chosen]))
         return found
 
     def _everywhere(self, phase: float) -> Iterator[Touch]:

@@ -8,6 +8,9 @@ from fem.cylindrical import Gear
 from fem.interference import root_clearance
 from fem.units import deg, mm
 
+#: Backlash is as exact as the data of drawings [modules].
+ROUNDING = 1e-4
+
 
 @dataclass(frozen=True)
 class GearPair:
@@ -57,7 +60,7 @@ class GearPair:
             deeper = f"raise a = {self.a / mm:g} mm or reduce d_f of the {name}"
             got = f"got {clearance / mm:g} mm; {deeper}"
             require(clearance > 0, f"tip clearance at the {name}'s root must be > 0, {got}")
-        j, rounding = self._backlash_at(self.a), 1e-4 * self.pinion.m_n
+        j, rounding = self._backlash_at(self.a), ROUNDING * self.pinion.m_n
         looser = f"raise a = {self.a / mm:.6g} mm or reduce s_n"
         require(j > -rounding, f"backlash must be >= 0, got {j / mm:.4g} mm on the line of action; {looser}")
 
@@ -102,7 +105,7 @@ class GearPair:
 
     @property
     def backlash(self) -> float:
-        """Play along the line of action j_bt [m]; less than 1e-4 m_n below zero counts as rounded data, so as zero."""
+        """Play along the line of action j_bt [m]; less than ROUNDING below zero counts as rounded data, so as zero."""
         return max(0.0, self._backlash_at(self.a))
 
     @property
