@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 FLOORS = {
     "fem.units": 0,
-    "fem.cache": 0,
+    "fem.cache": 0.1,
     "fem.compiled": 0,
     "fem.threads": 0,
     "fem.progress": 0,
