@@ -8,6 +8,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
+from exugear.derivatives import jacobian
 from exugear.force import MeshForce, beyond_map
 from exugear.kernels import PLANAR, SPATIAL, SPIN, kernel_of
 from exugear.kinematics import reference_line, rotational_frame, spatial_frame
@@ -19,7 +20,7 @@ from fem.units import mm
 
 #: For derivatives by coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences move an angle by 1e-7
 #: of itself, which after a thousand revolutions is more than any mesh deflects.
-NUDGE, NUDGE_T = 1e-9, 1e-3
+NUDGES = 1e-9, 1e-3
 
 
 def CreateGearContact(
@@ -162,17 +163,10 @@ def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorde
             raise RuntimeError(beyond_map(*error.args)) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        n, state = len(q), np.array([*q, *q_t])
-        jacobian = np.zeros((n, n))
-        for i in range(2 * n):
-            nudge = np.zeros(2 * n)
-            nudge[i] = NUDGE if i < n else NUDGE_T
-            try:
-                ahead, behind = (np.array(kernel(one, two, none, t, *x)) for x in (state + nudge, state - nudge))
-            except ValueError as error:
-                raise RuntimeError(beyond_map(*error.args)) from None
-            jacobian[:, i % n] -= (factor if i < n else factor_t) * (ahead - behind) / (2 * nudge[i])
-        return jacobian
+        try:
+            return jacobian(partial(kernel, one, two, none, t), q, q_t, (factor, factor_t), NUDGES)
+        except ValueError as error:
+            raise RuntimeError(beyond_map(*error.args)) from None
 
     gear_contact.arrays = (law, frame, recorder, nobody)  # type: ignore[attr-defined]
     return gear_contact, gear_jacobian

@@ -79,6 +79,7 @@ FLOORS = {
     "exugear.plots": 7.5,
     "exugear.pictures": 7.5,
     "exugear.graphics": 7.5,
+    "exugear.derivatives": 8,
     "exugear.kinematics": 8,
     "exugear.recorder": 8,
     "exugear.kernels": 8.5,

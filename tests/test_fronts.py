@@ -78,7 +78,7 @@ def test_loads_beside_the_wanted_are_refused():
 
 @pytest.mark.parametrize("shift", [3.0, np.nan])
 def test_matrix_must_be_positive_definite(shift):
-    with pytest.raises(np.linalg.LinAlgError, match="matrix must be positive definite, .*; hold what moves"):
+    with pytest.raises(np.linalg.LinAlgError, match=r"matrix must be positive definite, .*; hold what moves"):
         fronts.factorize(Sparse(sp.csr_matrix(grid(3, 3) - shift * sp.eye_array(9)), np.arange(9)))
 
 
