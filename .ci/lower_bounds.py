@@ -2,12 +2,13 @@
 
 import re
 import tomllib
+from itertools import chain
 from pathlib import Path
 
 
 def lower_bounds(project: dict) -> list[str]:
     """Of all requirements; ValueError for those without."""
-    requirements = [*project["dependencies"], *sum(project["optional-dependencies"].values(), [])]
+    requirements = [*project["dependencies"], *chain(*project["optional-dependencies"].values())]
     strange = [text for text in requirements if not re.fullmatch(r"[\w-]+>=[\d.]+", text)]
     if strange:
         raise ValueError(f"requirements must have a lower bound alone, as numpy>=2.2, got {strange}")
