@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 CI = ROOT / ".ci"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-SHIM = "#!/bin/sh\n[ \"$PYENV_VERSION\" = {version} ] || exit 127\nexec {python} \"$@\"\n"
+SHIM = '#!/bin/sh\n[ "$PYENV_VERSION" = {version} ] || exit 127\nexec {python} "$@"\n'
 
 
 def test_constraints_are_the_lower_bounds_of_the_project():
