@@ -50,7 +50,7 @@ def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float | None = No
     default, most = (2, 1000) if mapped == 1 else (mapped, mapped)
     shown = default if pitches is None else pitches
     require(0 < shown <= most, f"pitches must lie in (0, {most}], got {pitches}")
-    repeats = np.arange(np.ceil(shown) if mapped == 1 else 1)
+    repeats = np.arange(np.ceil(shown) + 1 if mapped == 1 else 1)
     phase, torque = te[PHASE].values, te[TORQUE].values
     at = (phase + repeats[:, None]).ravel()
     curves = te.values - _cycle_mean(phase, te.values, mapped) if alternating else te.values
@@ -157,7 +157,8 @@ def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float
     limits = {"vmin": top - decibels, "vmax": top}
     picture = ax.pcolormesh(shaft / rpm, orders, level.T, cmap="magma_r", rasterized=True, **limits)
     ax.figure.colorbar(picture, ax=ax, label="DTE amplitude [dB re 1 µm]")
-    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="order of the mesh frequency", title=_title(data))
+    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="order of the mesh frequency")
+    ax.set_title(f"order map, {_title(data)}")
     return ax
 
 

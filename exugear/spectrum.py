@@ -80,10 +80,10 @@ def _joined(edges: np.ndarray, cycles: np.ndarray) -> np.ndarray:
 def _between_samples(signal: np.ndarray) -> np.ndarray:
     """The signal with its extremes where parabolas through three samples have them."""
     before, at, behind = signal[:-2], signal[1:-1], signal[2:]
-    extreme = (at - before) * (behind - at) < 0
+    bend = before - 2 * at + behind
+    extreme = ((at - before) * (behind - at) <= 0) & (bend != 0)
     found = signal.copy()
-    bend = np.where(extreme, before - 2 * at + behind, 1.0)
-    found[1:-1] -= np.where(extreme, (before - behind) ** 2 / (8 * bend), 0.0)
+    found[1:-1] -= np.where(extreme, (before - behind) ** 2 / (8 * np.where(extreme, bend, 1.0)), 0.0)
     return found
 
 
