@@ -270,9 +270,10 @@ def exponent(sizes, times) -> float:
 
 def mark_times(ax, seconds: dict[str, float]) -> None:
     """Dotted lines at the times of others."""
+    frame = ax.get_xaxis_transform()
     for name, at in seconds.items():
         ax.axvline(at, color="0.6", ls=":")
-        ax.text(at, 0.02, f" {name}", rotation=90, fontsize=8, transform=ax.get_xaxis_transform())
+        ax.text(at, 0.98, f"{name} ", rotation=90, fontsize=8, ha="right", va="top", transform=frame)
 
 
 def draw_growth(ax, grown: dict) -> None:
