@@ -273,7 +273,7 @@ def mark_times(ax, seconds: dict[str, float]) -> None:
     frame = ax.get_xaxis_transform()
     for name, at in seconds.items():
         ax.axvline(at, color="0.6", ls=":")
-        ax.text(at, 0.98, f"{name} ", rotation=90, fontsize=8, ha="right", va="top", transform=frame)
+        ax.text(at, 0.02, name, rotation=90, fontsize=8, ha="right", transform=frame)
 
 
 def draw_growth(ax, grown: dict) -> None:
