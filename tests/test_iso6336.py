@@ -12,6 +12,7 @@ from fem.units import GPa, deg, mm
 #: ISO 6336 takes 206 GPa as steel.
 STEEL = fem.Material(E=206 * GPa)
 
+
 def example_one() -> fem.GearPair:
     def gear(z: int, beta: float, x: float, d_a: float) -> fem.Gear:
         d_f = z * 8 * mm / cos(beta) - 2 * 8 * mm * (1.4 - x)
