@@ -34,6 +34,7 @@ from . import (
     state,
     ste,
     stress,
+    strips,
     sweep,
     touch,
     transmission,
@@ -43,7 +44,7 @@ from .accuracy import UpTo
 from .deviation import Grid, PitchDeviation
 from .flank import Sides
 from .gear import STEEL, Gear, GearPair, Material
-from .modification import EndRelief, HelixSlope, LeadCrowning, ProfileCrowning, RootRelief, TipRelief
+from .modification import EdgeBreak, EndRelief, HelixSlope, LeadCrowning, ProfileCrowning, RootRelief, TipRelief
 from .offsets import Offsets
 from .ste import load, save, ste_map
 from .sweep import Resolution
@@ -51,6 +52,7 @@ from .transmission import static_transmission_error
 
 __all__ = [
     "STEEL",
+    "EdgeBreak",
     "EndRelief",
     "Gear",
     "GearPair",
@@ -105,6 +107,7 @@ __all__ = [
     "ste",
     "ste_map",
     "stress",
+    "strips",
     "sweep",
     "touch",
     "transmission",

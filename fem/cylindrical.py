@@ -243,7 +243,7 @@ class Gear:
     @cached_property
     def face(self) -> Face:
         """Extent of a flank."""
-        return Face(self.roll_form, self.roll_tip, self.b, self.r_b, self.z)
+        return Face(self.roll_form, self.roll_tip, self.b, self.r_b, self.z, land=self.thickness(self.r_a))
 
     def thickness(self, r: float) -> float:
         """Transverse tooth thickness on the circle of radius r >= r_b [m]."""

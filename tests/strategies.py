@@ -24,6 +24,7 @@ def modifications(draw, z: int) -> tuple:
     kinds = [
         st.builds(fem.TipRelief, amount, floats(0.05 * mm, 0.3 * mm), power),
         st.builds(fem.RootRelief, amount, floats(0.05 * mm, 0.3 * mm), power),
+        st.builds(fem.EdgeBreak, floats(0.01 * mm, 0.1 * mm)),
         st.builds(fem.ProfileCrowning, amount),
         st.builds(fem.LeadCrowning, amount),
         st.builds(fem.HelixSlope, amount),
