@@ -109,7 +109,7 @@ def without_roundings(flank: Flank) -> Flank:
 
 def rounding(flank: Flank, face: Face) -> tuple[float, float]:
     """Roll length where the tip edge begins, and the radius of its `EdgeBreak` [m]; a sharp one: the tip's, and 0."""
-    edges = [part.rounding(face) for part in roundings(flank)]
+    edges = [part.rounding(face) for part in flank if hasattr(part, "rounding")]
     return min(edges, default=(face.roll_tip, 0.0))
 
 
