@@ -28,7 +28,11 @@ LAG, LAG_1, LAG_2 = 12, 13, 19
 #: Acceleration per mesh force [1/kg]; mesh force that holds the load while the bearings are at rest [N].
 MOBILITY, HELD = 25, 26
 REFERENCE_1, REFERENCE_2 = 27, 33
-FRAME = 39
+#: 0 where coordinates count the turns of both bodies, else the base pitch [m], which the lead is known within.
+BASE_PITCH = 39
+#: Where the contact frame is not the global one (`exugear.contact_frame`): its axes (9), numbers of both bodies (15).
+CONTACT_AXES, BODY_1, BODY_2 = 40, 49, 64
+FRAME = 79
 #: Over which the static force's rise is taken [s].
 INSTANT = 1e-9
 
@@ -46,7 +50,7 @@ def spatial_frame(pair, phase: float, direction: int, axial, reference) -> np.nd
     """The same for two Rxyz nodes: axial (2,) places of the gears on their bodies [m], reference (2, 6) coordinates."""
     frame = rotational_frame(pair, phase, direction)
     frame[[AXIAL_1, AXIAL_2]] = axial
-    frame[REFERENCE_1:REFERENCE_2], frame[REFERENCE_2:] = reference
+    frame[REFERENCE_1:REFERENCE_2], frame[REFERENCE_2:BASE_PITCH] = reference
     none = (0.0,) * 6
     x, y, *_ = line_of_centres(frame, none, none)
     frame[[E_X, E_Y]] = np.array([x, y]) * np.sign(pair.a)
@@ -170,6 +174,13 @@ def unwound(d, r_1, r_2, q_1, q_2, turned):
     return turned + 2.0 * pi * floor((r_1 * (q_1 - turned) + r_2 * (q_2 - turned)) / whole + 0.5)
 
 
+@compiled
+def nearest_teeth(law, pitch, lead):
+    """The lead [m] of the teeth that lie nearest to each other, of bodies whose whole turns are unknown."""
+    middle = -0.5 * law[BACKLASH] if law[BACKLASH] < pitch else 0.0
+    return lead - pitch * floor((lead - middle) / pitch + 0.5)
+
+
 @compiled(forceinline=True)
 def meeting(law, frame, q_1, q_2):
     """The flank of two Rxyz bodies that is nearest to contact, and where it lies.
@@ -190,6 +201,8 @@ def meeting(law, frame, q_1, q_2):
     opening = (r_1 + r_2) * (tan(alpha) - alpha - frame[INV_0])
     raised = height(frame, q_1, q_2, (x, y), r_w) - frame[HEIGHT]
     lead = d * (r_1 * (q_1[5] - turned) + r_2 * (q_2[5] - turned) - tan_b * raised)
+    if frame[BASE_PITCH] != 0.0:
+        lead = nearest_teeth(law, frame[BASE_PITCH], lead)
     pitch = d * frame[TURNS] * (q_1[5] - turned) + frame[PHASE]
     side, deflection, phase = flank_of(law, lead, opening, pitch)
     side_d = side * d
