@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from enum import Enum
-from math import acos
+from math import acos, isfinite
 
+from exugear.alignment import stage_offsets
 from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
 from exugear.stage import Stage
@@ -33,13 +34,19 @@ MOVED_BY = {
 }
 #: Static offsets that a map without the axis may ignore: gap at the ends of the face, distance [m], share of the face.
 IGNORED = {"misalignment": 0.01 * um, "a": 1 * um, "axial": 2e-3}
+#: Static offsets [m, rad] that count as equal.
+ROUNDING = 1e-12
 MEANING = {"a": "centre distance", "misalignment": "misalignment", "axial": "axial offset"}
 
 
-def static_offsets(gearbox: Gearbox, stage: Stage) -> dict[str, float]:
-    """Static offsets of a stage as its map counts them: along z where the pinion drives counter-clockwise, else -z."""
-    found, turn = gearbox.offsets(stage), gearbox.turns[stage.fast.name]
-    return {"a": found["a"], "misalignment": turn * found["misalignment"], "axial": turn * found["axial"]}
+def static_offsets(gearbox: Gearbox, stage: Stage, side: int = 1) -> dict[str, float]:
+    """Static offsets of a stage as its map counts them, on the driving flank or the other (side -1).
+
+    Its z runs along z where the mesh force turns the pinion clockwise, else against it.
+    """
+    z = side * gearbox.turns[stage.fast.name]
+    offsets = stage_offsets(stage, gearbox.places, z)
+    return {"a": offsets["a"], "misalignment": z * offsets["misalignment"], "axial": z * offsets["axial"]}
 
 
 def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates]) -> tuple[MeshForce, str]:
@@ -50,9 +57,12 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     _check_excited(stage, static)
     _check_reached(stage, static)
     _check_play(stage, static["a"])
-    fixed = {name: static[name] for name in law.offsets if name not in moving}
-    lines = ["map over " + ", ".join(["phase", "force", *(MEANING[name] for name in law.offsets if name in moving)])]
+    behind = static_offsets(gearbox, stage, -1) if isfinite(law.backlash) else static
+    alike = [name for name in law.offsets if abs(static[name] - behind[name]) < ROUNDING]
+    fixed = {name: static[name] for name in alike if name not in moving}
+    lines = ["map over " + ", ".join(["phase", "force", *(MEANING[name] for name in law.offsets if name not in fixed)])]
     lines += [f"{MEANING[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
+    lines += [f"{MEANING[name]} kept: it differs between the flanks" for name in law.offsets if name not in alike]
     lines += [f"{MEANING[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
     return law.at(**fixed), "; ".join(lines)
 

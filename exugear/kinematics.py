@@ -5,8 +5,8 @@ gear has a negative base radius and a negative centre distance (ISO 21771), so t
 For direction +1 the deflection is positive where the pinion leads counter-clockwise; 0 takes the gears out of mesh. On
 the flank side = direction the line of action is n = side cos(alpha) e_t + sin(alpha) e_r - side tan(beta_b) e_z; F n
 pushes the wheel and -F n the pinion in one common point, the pitch point at the centroid. F, the transverse force, is
-what a torque F r_b1 needs, and generalized forces are -F row, the rate is row . velocity (virtual work). Map and
-centroid count z along side z.
+what a torque F r_b1 needs, and generalized forces are -F row, the rate is row . velocity (virtual work). The law
+counts z along side z, records along z (`exugear.recorder.Recorder`).
 
 Offsets as in `fem.Offsets`: the centre distance is that in the pinion's mid-plane, the misalignment the angle of the
 axes in the plane of action by which the gap opens along side z, the axial offset that of the wheel.
@@ -224,7 +224,10 @@ def at_rest(law, frame):
 
 @compiled
 def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
-    """(deflection [m], force [N], generalized forces (6), (6), offsets (3), centroid [m]) of two Rxyz bodies."""
+    """(deflection [m], force [N], generalized forces (6), (6), offsets (3), centroid [m]) of two Rxyz bodies.
+
+    Offsets and centroid as `Recorder` says, along z.
+    """
     leads, (side, deflection, phase), (x, y, distance, r_w), n, offsets, bodies = meeting(law, frame, q_1, q_2)
     (pole_1, a_1, b_1, z_1, centre_1), (pole_2, a_2, b_2, _, _) = bodies
     side_d = side * frame[DIRECTION]
@@ -254,7 +257,8 @@ def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
         one = added(one, scaled(row_of(pole_1, centre_1, e_t, a_1, b_1), -torque / distance))
         one = added(one, (0.0, 0.0, 0.0, 0.0, -sin(a_1) * torque, -z_1[2] * torque))
         other = added(other, scaled(row_of(pole_2, far, e_t, a_2, b_2), torque / distance))
-    return leads[0] - leads[1], side * force, one, other, offsets, centroid
+    along_z = offsets[0], side_d * offsets[1], side_d * offsets[2]
+    return leads[0] - leads[1], side * force, one, other, along_z, side_d * centroid
 
 
 def phase_of(frame: np.ndarray, spin: float) -> float:
