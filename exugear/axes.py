@@ -34,8 +34,6 @@ MOVED_BY = {
 }
 #: Static offsets that a map without the axis may ignore: gap at the ends of the face, distance [m], share of the face.
 IGNORED = {"misalignment": 0.01 * um, "a": 1 * um, "axial": 2e-3}
-#: Static offsets [m, rad] that count as equal.
-ROUNDING = 1e-12
 MEANING = {"a": "centre distance", "misalignment": "misalignment", "axial": "axial offset"}
 
 
@@ -58,7 +56,7 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     _check_reached(stage, static)
     _check_play(stage, static["a"])
     behind = static_offsets(gearbox, stage, -1) if isfinite(law.backlash) else static
-    alike = [name for name in law.offsets if abs(static[name] - behind[name]) < ROUNDING]
+    alike = [name for name in law.offsets if _is_slight(stage, name, static[name] - behind[name])]
     fixed = {name: static[name] for name in alike if name not in moving}
     lines = ["map over " + ", ".join(["phase", "force", *(MEANING[name] for name in law.offsets if name not in fixed)])]
     lines += [f"{MEANING[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
@@ -67,17 +65,20 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     return law.at(**fixed), "; ".join(lines)
 
 
+def _is_slight(stage: Stage, name: str, difference: float) -> bool:
+    """Whether a map without the axis may ignore a difference of offsets."""
+    scale = {"misalignment": stage.pair.b / 2, "a": 1.0, "axial": 1 / stage.pair.b}
+    return abs(difference) * scale[name] <= IGNORED[name]
+
+
 def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
     """Require the axes along which the shafts are displaced."""
-    sizes = {
-        "misalignment": abs(static["misalignment"]) * stage.pair.b / 2,
-        "a": abs(static["a"] - stage.pair.a),
-        "axial": abs(static["axial"]) / stage.pair.b,
-    }
-    for name, size in sizes.items():
+    nominal = {"misalignment": 0.0, "a": stage.pair.a, "axial": 0.0}
+    for name, value in nominal.items():
         missing = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, its map has no such axis"
         remedy = f"map it with fem.Offsets({name}=(...))"
-        require(name in stage.force.offsets or size <= IGNORED[name], f"{missing}; {remedy}")
+        ignored = _is_slight(stage, name, static[name] - value)
+        require(name in stage.force.offsets or ignored, f"{missing}; {remedy}")
 
 
 def _check_reached(stage: Stage, static: Mapping[str, float]) -> None:

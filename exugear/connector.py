@@ -108,8 +108,9 @@ def _check_kinds(kinds: tuple[str, ...], force: MeshForce) -> None:
 
 def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.ndarray:
     """What the kernels know of the gears on two bodies; ValueError where the bodies and the pair do not fit."""
-    given = zip(items, positions, axes, strict=False)
-    pinion, wheel = (gear_body(mbs, item, position, axis) for item, position, axis in given)
+    for name, value in {"localPositions": positions, "localAxes": axes}.items():
+        require(len(value) == 2, f"{name} must name pinion and wheel, got {value}")
+    pinion, wheel = (gear_body(mbs, *given) for given in zip(items[:2], positions, axes, strict=True))
     if all(kind_of(mbs, item) == SPIN for item in items):
         return rotational_frame(pair, phase, direction)
     return frame_between(pair, phase, direction, (pinion, wheel))
@@ -122,22 +123,21 @@ def is_turned(frame: np.ndarray) -> bool:
 
 def gear_body(mbs, item, position, axis) -> GearBody:
     """A body with the gear's centre and axis on it."""
-    kind = kind_of(mbs, item)
-    z = axis_of(axis)
+    kind, centre, z = kind_of(mbs, item), vector("localPositions", position), vector("localAxes", axis)
+    require(bool(z.any()), f"localAxes must be directions, got {axis}")
+    z = z / np.linalg.norm(z)
     flat = f"localAxes of a {kind} body must be [0, 0, 1], got {axis}; use CreateRigidBody for other axes"
     require(kind not in (SPIN, PLANAR) or z[2] == 1, flat)
-    centre = np.array(position, float)
     off = f"localPositions must lie on the gear's axis {axis} of the body, got {position}; move the body instead"
     require(bool(np.linalg.norm(centre - centre @ z * z) < OFF_AXIS), off)
     return GearBody(CODES[kind], np.array(reference_of(mbs, item)), z, centre)
 
 
-def axis_of(axis) -> np.ndarray:
-    """(3,) unit vector; ValueError for what is no direction."""
-    z = np.array(axis, float)
-    usable = z.shape == (3,) and bool(np.isfinite(z).all()) and bool(z.any())
-    require(usable, f"localAxes must be one direction (x, y, z) for each gear, got {axis}")
-    return z / np.linalg.norm(z)
+def vector(name: str, value) -> np.ndarray:
+    """(3,) array; ValueError for what is none."""
+    three = np.size(value) == 3 and np.ndim(value) == 1
+    require(three and bool(np.isfinite(value).all()), f"{name} must be x, y, z for each gear, got {value}")
+    return np.array(value, float)
 
 
 def reference_of(mbs, item) -> list[float]:

@@ -6,7 +6,7 @@ import exudyn as exu
 import numpy as np
 import pytest
 from exudyn.rigidBodyUtilities import InertiaCuboid, RigidBodyInertia
-from scenes import linear_law, paper_pair, smooth_map
+from scenes import K, linear_law, paper_pair, smooth_map
 from scipy.spatial.transform import Rotation
 from test_friction import friction_for
 from test_mesh_in_space import PAIRS, bodies_of_kinds, law_of
@@ -227,6 +227,24 @@ def test_an_axis_may_have_either_sense():
     assert recorder.samples[0][0] == pytest.approx(told, rel=1e-8, abs=1e-15)
 
 
+def test_a_body_in_the_plane_meshes_with_one_of_any_rotation():
+    """Displaced along the line of centres, which opens both flanks."""
+    pair, mbs, recorder, apart = paper_pair(), exu.SystemContainer().AddSystem(), exugear.Recorder(), 20 * um
+    pinion = bodies_of_kinds(mbs, ("planar", "spin"))[0]
+    wheel = bodies_along(mbs, pair, FRAMES["z"], EULER, UP)[1]
+    number = mbs.CreateGearContact(
+        itemNumbers=[pinion, wheel], pair=pair, force=linear_law(reach=9e-3), recorder=recorder
+    )
+    recorder.start(1.0, 1)
+    lead = 30 * um / pair.pinion.r_b
+    kernel = partial(mbs.variables[contact_key(number)], recorder.header.ctypes.data, 0.0)
+    forces = kernel(0.0, 0.0, lead, apart, *[0.0] * 16)
+    depth = 30 * um - apart * np.sin(pair.alpha_wt)
+    assert recorder.force[0] == pytest.approx(K * depth, rel=1e-3)
+    assert forces[2] == pytest.approx(-recorder.force[0] * pair.pinion.r_b, rel=1e-9)
+    assert 0.5 * forces[9] == pytest.approx(-recorder.force[0] * pair.wheel.r_b, rel=1e-9)
+
+
 def test_bodies_whose_axes_do_not_fit_are_refused():
     pair, mbs = paper_pair(), exu.SystemContainer().AddSystem()
     given = {"pair": pair, "force": linear_law()}
@@ -240,8 +258,8 @@ def test_bodies_whose_axes_do_not_fit_are_refused():
         mbs.CreateGearContact(
             itemNumbers=bodies_along(mbs, pair, FRAMES["y"], RXYZ, ASIDE), **given, localAxes=[ASIDE] * 2
         )
-    for axes in ([UP, (0, 0, 0)], [UP, 1.0], [(0, np.nan, 1), UP]):
-        with pytest.raises(ValueError, match="localAxes must be one direction"):
+    for axes in ([UP, (0, 0, 0)], [UP, 1.0], [(0, np.nan, 1), UP], [UP]):
+        with pytest.raises(ValueError, match="localAxes must"):
             mbs.CreateGearContact(itemNumbers=bodies_along(mbs, pair, FRAMES["z"], RXYZ, UP), **given, localAxes=axes)
     planar = bodies_of_kinds(mbs, ("planar", "spin"))
     with pytest.raises(ValueError, match=r"localAxes of a planar body must be \[0, 0, 1\]"):
