@@ -21,16 +21,16 @@ from fem.gear import require, require_within
 from fem.ste import pair_attributes, save
 from fem.units import mm
 
-#: Variables over stage and time: what the recorder calls them, unit, long name
+#: Variables over stage and time: what the recorder calls them (signs: `Recorder`), unit, long name
 RECORDED = {
     "dte": ("deflection", "m", "dynamic transmission error"),
     "mesh_force": ("force", "N", "mesh force"),
 }
 MOVING = {
     "centre_distance": ("a", "m", "centre distance"),
-    "misalignment": ("misalignment", "rad", "misalignment in the plane of action"),
-    "axial_offset": ("axial", "m", "axial offset of the wheel"),
-    "centroid": ("centroid", "m", "axial place of the mesh force"),
+    "misalignment": ("misalignment", "rad", "angle by which the gap of the flank in contact opens towards +z"),
+    "axial_offset": ("axial", "m", "z of the wheel less that of the pinion"),
+    "centroid": ("centroid", "m", "z of the mesh force from the pinion's mid-plane"),
 }
 Course = float | tuple[float, float] | Callable[[float], float]
 

@@ -81,6 +81,8 @@ FLOORS = {
     "exugear.pictures": 7.5,
     "exugear.graphics": 7.5,
     "exugear.kinematics": 8,
+    "exugear.attitude": 8,
+    "exugear.contact_frame": 8.2,
     "exugear.recorder": 8,
     "exugear.kernels": 8.5,
     "exugear.sliding": 8.6,
