@@ -19,9 +19,10 @@ from exugear.shaft import Coupling, Disc, Placement, Shaft
 from exugear.spectrum import envelope, order_spectrum, resonances
 from exugear.stage import Stage
 from exugear.viewer import draw
+from fem.version import __version__
 
 #: Modules that only pictures need, imported when they are first asked for.
-__getattr__, __dir__, _ = lazy_loader.attach(__name__, ["graphics", "plots"])
+__getattr__, _, _ = lazy_loader.attach(__name__, ["graphics", "plots"])
 
 __all__ = [
     "Bearing",
@@ -41,6 +42,7 @@ __all__ = [
     "Run",
     "Shaft",
     "Stage",
+    "__version__",
     "build",
     "draw",
     "envelope",
@@ -51,4 +53,9 @@ __all__ = [
     "plots",
     "resonances",
     "run_up",
+    "spectrum",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

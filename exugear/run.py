@@ -16,6 +16,8 @@ from exugear.model import Mesh, Model, measured, quiet
 from exugear.pieces import Solver
 from exugear.seats import reactions
 from fem.gear import require, require_within
+from fem.progress import shown
+from fem.representation import short
 from fem.ste import pair_attributes, save
 from fem.units import mm
 
@@ -33,6 +35,7 @@ MOVING = {
 Course = float | tuple[float, float] | Callable[[float], float]
 
 
+@short(wall_time="s", step="s")
 @dataclass(frozen=True, eq=False)
 class Run:
     """What came out of a run.
@@ -91,7 +94,7 @@ def run_up(
     every = max(1, int(sample / h * (1 + 1e-9)))
     samples = ceil(duration / (every * h) * (1 - 1e-9))
     h = summable(duration / (samples * every), duration)
-    with quiet(), imposed(model, speed_of, load_of):
+    with shown(progress), quiet(), imposed(model, speed_of, load_of):
         start(model, finite(load_of(0.0), 0.0), float(speed_of(0.0)))
         for mesh in model.meshes:
             mesh.recorder.start(every * h, samples + 1, steps=every, motion=on_bearings(model, mesh))
