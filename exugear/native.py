@@ -69,5 +69,5 @@ def _tried() -> bool:
     surroundings = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONWARNINGS": "ignore"}
     fast, folder = exu.Help.__module__.endswith("fast"), str(Path(trampoline.__file__).parent)
     command = [sys.executable, "-P", "-c", SCRIPT.format(fast=fast, folder=folder)]
-    with announced("trying whether Exudyn may call the compiled contact without Python, once after an installation"):
+    with announced("trying whether Exudyn may call the compiled contact without Python", once=True):
         return not subprocess.run(command, env=surroundings, capture_output=True, timeout=PATIENCE).returncode

@@ -16,7 +16,6 @@ from fem.progress import announced
 compiled = njit
 #: What `kept` was given.
 KEPT: set[Callable] = set()
-COMPILING = "compiling the contact, once after an installation"
 
 
 @cache
@@ -46,7 +45,7 @@ class Announcer(event.Listener):
             self.depth += 1
             if self.depth == 1:
                 self.began = perf_counter()
-                self.line.enter_context(announced(COMPILING, self.spent))
+                self.line.enter_context(announced("compiling the contact", before=self.spent, once=True))
 
     def on_end(self, event) -> None:
         if event.data["dispatcher"].py_func in KEPT:

@@ -8,7 +8,7 @@ from threading import Event, Thread
 import numpy as np
 from tqdm import tqdm
 
-#: Where nobody has said, lines are shown but bars are not.
+#: None: nobody has said.
 _WANTED: ContextVar[bool | None] = ContextVar("wanted", default=None)
 #: Shorter work shows no bar and no line [s].
 DELAY = 1.0
@@ -38,12 +38,15 @@ def bar(steps, what: str, costs=None) -> Iterator:
 
 
 @contextmanager
-def announced(what: str, before: float = 0.0) -> Iterator[None]:
+def announced(what: str, *, before: float = 0.0, once: bool = False) -> Iterator[None]:
     """A line that says what is being done and for how long, gone afterwards; none for work of less than a second.
 
     before      what was spent on it before [s]
+    once        after an installation: shown unless somebody has said that nothing is wanted
     """
-    style = {"bar_format": "{desc}: {elapsed}", "delay": DELAY, "leave": False, "disable": _WANTED.get() is False}
+    hidden = _WANTED.get() is False if once else not _WANTED.get()
+    style = {"bar_format": "{desc}: {elapsed}", "delay": DELAY, "leave": False, "disable": hidden}
+    what = f"{what}, once after an installation" if once else what
     with tqdm(desc=what, miniters=0, mininterval=0, **style) as line:
         if line.disable:
             yield

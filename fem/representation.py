@@ -32,13 +32,18 @@ def short(**units: str) -> Callable[[Kind], Kind]:
 
 
 def exact(value) -> str:
-    """What `dataclasses` would show of a value, all fields to the last digit: two that are unlike never read alike."""
+    """What `dataclasses` would show of a value, all fields to the last digit: two that are unlike never read alike.
+
+    Raises TypeError for what shows itself cut short, such as arrays.
+    """
     if is_dataclass(value) and not isinstance(value, type):
         parts = (f"{part.name}={exact(getattr(value, part.name))}" for part in fields(value) if part.repr)
         return f"{type(value).__qualname__}({', '.join(parts)})"
     if isinstance(value, tuple):
         return f"({', '.join(map(exact, value))}{',' * (len(value) == 1)})"
-    return repr(value)
+    if value is None or isinstance(value, str | int | float):
+        return repr(value)
+    raise TypeError(f"no exact text of a {type(value).__name__}; pass numbers, texts, tuples and dataclasses of them")
 
 
 def field_text(kind: type, name: str, value) -> str:

@@ -115,8 +115,8 @@ def sweep(
     at_once = ceil(sqrt(len(meetings)) / 2)
     spread = map if executor is None else partial(executor.map, chunksize=at_once)
     columns: Iterable[np.ndarray] = spread(column, meetings)
-    each = forces.size * int(np.prod([values[name].size for name in ANGLES]))
-    found = list(bar(columns, f"{what}: {each * len(meetings)} states", np.ones(len(meetings))))
+    states = len(meetings) * forces.size * int(np.prod([values[name].size for name in ANGLES]))
+    found = list(bar(columns, f"{what}: {states} states", np.ones(len(meetings))))
     return _ordered(found, [forces.size, *(values[name].size for name in ORDER), phase.size])
 
 

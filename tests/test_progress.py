@@ -42,16 +42,21 @@ def test_choosing_an_accuracy_shows_what_takes_long(monkeypatch, tmp_path, capsy
 
 
 def test_what_takes_long_is_announced_while_it_lasts(capsys):
-    with announced("compiling", before=61.0):
+    with shown(True), announced("factorizing", before=61.0):
         sleep(0.1)
-    assert "compiling: 01:01" in capsys.readouterr().err
+    with announced("compiling", once=True):
+        sleep(0.1)
+    told = capsys.readouterr().err
+    assert "factorizing: 01:01" in told and "compiling, once after an installation: 00:00" in told
 
 
 def test_short_work_and_unwanted_words_are_left_out(monkeypatch, capsys):
-    with shown(False), announced("compiling"):
+    with shown(False), announced("compiling", once=True):
+        sleep(0.1)
+    with announced("factorizing"):
         sleep(0.1)
     monkeypatch.setattr(progress, "DELAY", 10.0)
-    with announced("compiling"):
+    with shown(True), announced("factorizing"):
         sleep(0.1)
     assert capsys.readouterr().err == ""
 

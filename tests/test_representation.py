@@ -84,6 +84,8 @@ def test_keys_tell_apart_what_looks_alike():
         assert exact(bare(unlike)) != exact(bare(gear))
     many, more = (fem.PitchDeviation([0.0] * 5 + [x]) for x in (1e-9, 1.0000001e-9))
     assert repr(many) == repr(more) and exact((many,)) != exact((more,))
+    with pytest.raises(TypeError, match="ndarray"):
+        exact((1.0, np.zeros(2)))
 
 
 def test_maps_keep_their_resolution_whole():
