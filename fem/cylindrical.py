@@ -8,7 +8,7 @@ import numpy as np
 
 from fem import flank as flanks
 from fem.checks import as_floats, number, require, require_within
-from fem.data_sheet import DataSheet
+from fem.data_sheet import GEAR, DataSheet, listed
 from fem.flank import Face, Flank, Sides
 from fem.inspection import Teeth, measures
 from fem.material import STEEL, Material
@@ -258,27 +258,13 @@ class Gear:
         """
         r, beta_a = self.r, atan(self.twist * self.r_a)
         teeth = Teeth(self.z, self.r_b, self.psi_b, self.beta_b, self.b, self.r_f, (self.roll_form, self.roll_tip))
-        rows = [
-            ("z", self.z, "1", "number of teeth"),
-            ("m_n", self.m_n, "m", "normal module"),
-            ("m_t", self.m_t, "m", "transverse module"),
-            ("alpha_n", self.alpha_n, "rad", "normal pressure angle"),
-            ("alpha_t", self.alpha_t, "rad", "transverse pressure angle"),
-            ("beta", self.beta, "rad", "helix angle, > 0 right-hand"),
-            ("beta_b", self.beta_b, "rad", "base helix angle"),
-            ("x", self.x, "1", "profile shift coefficient"),
-            ("b", self.b, "m", "face width"),
-            ("d", 2 * r, "m", "reference diameter"),
-            ("d_b", 2 * self.r_b, "m", "base diameter"),
-            ("d_a", self.d_a, "m", "tip diameter"),
-            ("d_f", self.d_f, "m", "root diameter"),
-            ("d_Ff", 2 * self.r_form, "m", "root form diameter"),
-            ("h", self.r_a - self.r_f, "m", "tooth depth"),
-            ("p_bt", self.p_bt, "m", "transverse base pitch"),
-            ("p_bn", teeth.p_bn, "m", "normal base pitch"),
-            ("s_n", self.s_n, "m", "normal tooth thickness on the reference circle"),
-            ("s_t", self.s_t, "m", "transverse tooth thickness on the reference circle"),
-            ("s_an", self.thickness(self.r_a) * cos(beta_a), "m", "normal tooth thickness on the tip circle"),
-            ("s_bn", teeth.s_bn, "m", "normal tooth thickness on the base circle"),
-        ]
-        return DataSheet(repr(self), rows + measures(teeth, k, D_M, r + self.x * self.m_n))
+        sizes = {
+            "d": 2 * r,
+            "d_b": 2 * self.r_b,
+            "d_Ff": 2 * self.r_form,
+            "h": self.r_a - self.r_f,
+            "p_bn": teeth.p_bn,
+            "s_an": self.thickness(self.r_a) * cos(beta_a),
+            "s_bn": teeth.s_bn,
+        }
+        return DataSheet(repr(self), listed(GEAR, self, sizes) + measures(teeth, k, D_M, r + self.x * self.m_n))

@@ -5,7 +5,7 @@ from math import acos, cos, hypot, inf, pi, sin, tan
 
 from fem.checks import as_floats, require, require_within
 from fem.cylindrical import Gear
-from fem.data_sheet import DataSheet
+from fem.data_sheet import PAIR, DataSheet, listed
 from fem.interference import root_clearance
 from fem.representation import short
 from fem.units import deg, mm
@@ -155,36 +155,30 @@ class GearPair:
         pinion, wheel, j_wt = self.pinion, self.wheel, self.backlash / cos(self.alpha_wt)
         r_w1, r_w2, u = pinion.r_b / cos(self.alpha_wt), wheel.r_b / cos(self.alpha_wt), wheel.z / pinion.z
         length, start, end = self.a * sin(self.alpha_wt), self.roll_start, self.roll_end
-        rows = [
-            ("u", u, "1", "gear ratio"),
-            ("a", self.a, "m", "working centre distance"),
-            ("a_0", self.a_without_backlash, "m", "centre distance without backlash"),
-            ("alpha_wt", self.alpha_wt, "rad", "working transverse pressure angle"),
-            ("d_w1", 2 * r_w1, "m", "working pitch diameter of the pinion"),
-            ("d_w2", 2 * r_w2, "m", "working pitch diameter of the wheel"),
-            ("p_bt", self.p_bt, "m", "transverse base pitch"),
-            ("g_alpha", end - start, "m", "length of the path of contact"),
-            ("eps_alpha", self.eps_alpha, "1", "transverse contact ratio"),
-            ("eps_beta", self.eps_beta, "1", "overlap ratio"),
-            ("eps_gamma", self.eps_gamma, "1", "total contact ratio"),
-            ("j_bt", self.backlash, "m", "backlash along the line of action"),
-            ("j_wt", j_wt, "m", "circumferential backlash on the working pitch circles"),
-            ("j_bn", self.backlash * cos(self.beta_b), "m", "normal backlash"),
-            ("j_r", j_wt / (2 * tan(self.alpha_wt)), "m", "radial backlash"),
-            ("c_1", self.a - pinion.r_a - wheel.r_f, "m", "clearance of the pinion's tip"),
-            ("c_2", self.a - wheel.r_a - pinion.r_f, "m", "clearance of the wheel's tip"),
-            ("d_Ff1", 2 * pinion.r_form, "m", "root form diameter of the pinion"),
-            ("d_Nf1", 2 * hypot(pinion.r_b, start), "m", "active root diameter of the pinion"),
-            ("d_Na1", 2 * hypot(pinion.r_b, end), "m", "active tip diameter of the pinion"),
-            ("d_Ff2", 2 * wheel.r_form, "m", "root form diameter of the wheel"),
-            ("d_Nf2", 2 * hypot(wheel.r_b, length - end), "m", "active root diameter of the wheel"),
-            ("d_Na2", 2 * hypot(wheel.r_b, length - start), "m", "active tip diameter of the wheel"),
-            ("K_gf", (self.roll_pitch - start) * (1 / r_w1 + 1 / r_w2), "1", "sliding factor at the pinion's root"),
-            ("K_ga", (end - self.roll_pitch) * (1 / r_w1 + 1 / r_w2), "1", "sliding factor at the pinion's tip"),
-            ("zeta_f1", specific_sliding(start, length - start, u), "1", "specific sliding at the pinion's root"),
-            ("zeta_f2", specific_sliding(length - end, end, 1 / u), "1", "specific sliding at the wheel's root"),
-        ]
-        return DataSheet(repr(self), rows)
+        sizes = {
+            "u": u,
+            "a_0": self.a_without_backlash,
+            "d_w1": 2 * r_w1,
+            "d_w2": 2 * r_w2,
+            "g_alpha": end - start,
+            "j_bt": self.backlash,
+            "j_wt": j_wt,
+            "j_bn": self.backlash * cos(self.beta_b),
+            "j_r": j_wt / (2 * tan(self.alpha_wt)),
+            "c_1": self.a - pinion.r_a - wheel.r_f,
+            "c_2": self.a - wheel.r_a - pinion.r_f,
+            "d_Ff1": 2 * pinion.r_form,
+            "d_Nf1": 2 * hypot(pinion.r_b, start),
+            "d_Na1": 2 * hypot(pinion.r_b, end),
+            "d_Ff2": 2 * wheel.r_form,
+            "d_Nf2": 2 * hypot(wheel.r_b, length - end),
+            "d_Na2": 2 * hypot(wheel.r_b, length - start),
+            "K_gf": (self.roll_pitch - start) * (1 / r_w1 + 1 / r_w2),
+            "K_ga": (end - self.roll_pitch) * (1 / r_w1 + 1 / r_w2),
+            "zeta_f1": specific_sliding(start, length - start, u),
+            "zeta_f2": specific_sliding(length - end, end, 1 / u),
+        }
+        return DataSheet(repr(self), listed(PAIR, self, sizes))
 
 
 def specific_sliding(roll: float, mate: float, u: float) -> float:
