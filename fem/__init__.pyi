@@ -5,7 +5,9 @@ from . import (
     checks,
     compliance,
     contact,
+    cost,
     cylindrical,
+    data_sheet,
     deviation,
     dynamic,
     elastic,
@@ -14,6 +16,7 @@ from . import (
     gap,
     gear,
     hertz,
+    inspection,
     interference,
     iso6336,
     loads,
@@ -41,6 +44,8 @@ from . import (
     units,
 )
 from .accuracy import UpTo
+from .cost import MapCost, map_cost
+from .data_sheet import DataSheet, Quantity
 from .deviation import Grid, PitchDeviation
 from .flank import Sides
 from .gear import STEEL, Gear, GearPair, Material
@@ -49,9 +54,11 @@ from .offsets import Offsets
 from .ste import load, save, ste_map
 from .sweep import Resolution
 from .transmission import static_transmission_error
+from .version import __version__
 
 __all__ = [
     "STEEL",
+    "DataSheet",
     "EdgeBreak",
     "EndRelief",
     "Gear",
@@ -59,22 +66,27 @@ __all__ = [
     "Grid",
     "HelixSlope",
     "LeadCrowning",
+    "MapCost",
     "Material",
     "Offsets",
     "PitchDeviation",
     "ProfileCrowning",
+    "Quantity",
     "Resolution",
     "RootRelief",
     "Sides",
     "TipRelief",
     "UpTo",
+    "__version__",
     "accuracy",
     "body",
     "cache",
     "checks",
     "compliance",
     "contact",
+    "cost",
     "cylindrical",
+    "data_sheet",
     "deviation",
     "dynamic",
     "elastic",
@@ -83,10 +95,12 @@ __all__ = [
     "gap",
     "gear",
     "hertz",
+    "inspection",
     "interference",
     "iso6336",
     "load",
     "loads",
+    "map_cost",
     "material",
     "mesh",
     "modification",

@@ -19,6 +19,7 @@ from fem.modification import (
     RootRelief,
     TipRelief,
 )
+from fem.representation import short
 
 DESIGNED = (TipRelief, RootRelief, ProfileCrowning, LeadCrowning, HelixSlope, EndRelief, EdgeBreak)
 KINDS = {kind.__name__: kind for kind in (*DESIGNED, PitchDeviation, Grid)}
@@ -36,6 +37,7 @@ def parts_of(flank) -> Flank:
     return parts
 
 
+@short()
 @dataclass(frozen=True)
 class Sides:
     """Modifications of left and right flanks (ISO 21771).
