@@ -135,7 +135,6 @@ class TipRelief:
         return self.C_a * _share(roll - (face.roll_tip - length), length, self.power) + 0 * axial
 
 
-@short(C_f="um", length="mm", d_Cf="mm")
 @short(radius="mm")
 @dataclass(frozen=True)
 class EdgeBreak:
@@ -175,6 +174,7 @@ class EdgeBreak:
         return along**2 / (radius + np.sqrt(radius**2 - along**2)) + 0 * axial
 
 
+@short(C_f="um", length="mm", d_Cf="mm")
 @dataclass(frozen=True)
 class RootRelief:
     """C_f [m] at the root form circle, over the first length of roll [m] or inside the diameter d_Cf [m].

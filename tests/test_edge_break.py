@@ -116,6 +116,8 @@ def test_where_tip_edges_touch_is_in_the_map():
 
 def test_edges_survive_the_file_and_are_checked():
     edge = fem.EdgeBreak(0.2 * mm)
+    assert repr(edge) == "EdgeBreak(radius=0.2 mm)"
+    assert repr(fem.RootRelief(8 * um, 2 * mm)) == "RootRelief(C_f=8 um, length=2 mm)"
     assert flank.from_text(flank.to_text((edge,))) == (edge,)
     with pytest.raises(ValueError, match=r"radius must lie .*pass metres: 0.2\*mm"):
         fem.EdgeBreak(0.2)
