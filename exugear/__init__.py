@@ -13,7 +13,7 @@ from exugear.model import Model, build
 from exugear.plan import Plan, plan
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
-from exugear.run import Run, run_up
+from exugear.run import Run, RunStopped, run_up
 from exugear.sensor import CreateGearSensor
 from exugear.shaft import Coupling, Disc, Placement, Shaft
 from exugear.spectrum import envelope, order_spectrum, resonances
@@ -39,6 +39,7 @@ __all__ = [
     "Recorder",
     "RingPair",
     "Run",
+    "RunStopped",
     "Shaft",
     "Stage",
     "build",

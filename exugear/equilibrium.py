@@ -138,4 +138,4 @@ def explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
         left = re.search(SAID, str(error))
         reason = left.group(0) if left else f"Newton's iteration failed; {remedy}"
-        raise RuntimeError(f"{where}: {reason}") from error
+        raise RuntimeError(f"{where}: {reason}") from None

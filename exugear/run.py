@@ -1,9 +1,10 @@
 """Operating conditions: imposed speed and load torque over time, integrated from static equilibrium."""
 
 import time as clock
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import ceil, pi, ulp
+from math import pi
 
 import numpy as np
 import xarray as xr
@@ -15,6 +16,7 @@ from exugear.integrator import BETA, STABLE, Rule
 from exugear.model import Mesh, Model, measured, quiet
 from exugear.pieces import Solver
 from exugear.seats import reactions
+from exugear.steps import Steps, filling
 from fem.gear import require, require_within
 from fem.ste import pair_attributes, save
 from fem.units import mm
@@ -53,6 +55,17 @@ class Run:
         return save(self.data, path)
 
 
+class RunStopped(RuntimeError):
+    """A run that left its map, whose bearings yielded until the teeth part, or whose Newton iteration failed.
+
+    run   what was computed until then; its data's attribute "stopped" says what the message says
+    """
+
+    def __init__(self, message: str, run: Run):
+        super().__init__(message)
+        self.run = run
+
+
 def run_up(
     model: Model,
     *,
@@ -62,6 +75,7 @@ def run_up(
     tolerance: float = 1e-3,
     step: float | Rule | None = None,
     sample: float = 4e-5,
+    sensor_period: float | None = None,
     progress: bool = True,
     checks: int = 3,
 ) -> Run:
@@ -73,51 +87,71 @@ def run_up(
     tolerance   relative error wanted of the rms of the DTE in windows of time; chooses the step
     step        [s] of the fourth-order integrator, instead of what tolerance chooses; or an integrator with its step
     sample      time between two recorded samples [s], rounded down to whole steps
-    progress    bar with the time left; False solves in one piece, so that your own sensors keep all their data
+    sensor_period   time between two samples of your own sensors [s], rounded down to whole steps; by default sample
+    progress    bar with the time left
     checks      so many hundredths of the run, the liveliest among them, are solved again at half the step; what that
-                changes stands as step_error in the data. None without progress, or with 0
+                changes stands as step_error in the data, unless they are short
 
     The run starts from static equilibrium under the initial load. Raises ValueError for input out of range and a step
-    beyond the stability limit; RuntimeError where the run leaves the map, bearings yield until the teeth part, or
-    Newton's iteration fails.
+    beyond the stability limit; RunStopped, a RuntimeError with what was computed, where the run leaves the map,
+    bearings yield until the teeth part, or Newton's iteration fails. Ctrl-C raises KeyboardInterrupt with the same
+    attribute run.
     """
     model = measured(model)
     require_within("duration", duration, 0, 1e5, remedy="s")
     require(0 < sample <= duration, f"sample must lie in (0, duration] s, got {sample}")
+    period = sample if sensor_period is None else sensor_period
+    require(0 < period < np.inf, f"sensor_period must be > 0 s, got {sensor_period}")
     speed_of = Curve(speed, duration) if callable(speed) else line("speed", speed, duration)
     load_of = load if callable(load) else line("load", load, duration)
     rule = _rule(model, tolerance, step, _fastest(model, speed_of, duration))
-    h = rule.step
-    every = max(1, int(sample / h * (1 + 1e-9)))
-    samples = ceil(duration / (every * h) * (1 - 1e-9))
-    h = summable(duration / (samples * every), duration)
+    steps = filling(duration, rule.step, sample)
     with quiet(), imposed(model, speed_of, load_of):
         start(model, finite(load_of(0.0), 0.0), float(speed_of(0.0)))
         for mesh in model.meshes:
-            mesh.recorder.start(every * h, samples + 1, steps=every, motion=on_bearings(model, mesh))
+            mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, motion=on_bearings(model, mesh))
         began = clock.perf_counter()
-        solver = Solver(model, replace(rule, step=h), tolerance, speed_of, every)
-        pieces = solver.run(samples * every, progress)
+        sensor_steps = max(1, int(period / steps.size * (1 + 1e-9)))
+        solver = Solver(model, replace(rule, step=steps.size), tolerance, speed_of, steps, sensor_steps)
+        pieces, stop = solver.run(progress)
         wall_time = clock.perf_counter() - began
-        _require_in_mesh(model)
-        again = solver.telling(pieces, checks) if progress and checks else []
+        stop = _keep_valid(model, steps, stop)
+        again = [] if stop or not checks else solver.telling(pieces, checks)
         errors = solver.errors(again)
     told = {name: getattr(value, "__name__", str(value)) for name, value in (("speed", speed), ("load", load))}
-    inputs = told | {"duration": duration, "tolerance": tolerance, "sample": every * h}
-    data = _labelled(model, np.arange(samples + 1) * every * h, speed_of)
-    used = {"step": h, "integrator": str(rule), "plan": str(model.plan)}
+    inputs = told | {"duration": duration, "tolerance": tolerance, "sample": steps.interval}
+    data = _labelled(model, steps.time[: model.meshes[0].recorder.deflection.size], speed_of)
+    used = {"step": steps.size, "integrator": str(rule), "plan": str(model.plan)}
     data.attrs |= {"title": "run-up"} | inputs | used | _inputs(model)
-    data = data.assign(_step_error(again, errors, h)) if again else data
-    return Run(data, wall_time, h)
+    data = data.assign(_step_error(again, errors, steps.size)) if again else data
+    run = Run(data, wall_time, steps.size)
+    if stop:
+        raise _stopped(stop, run) from None
+    return run
 
 
-def summable(step: float, duration: float) -> float:
-    """The step [s] rounded down so that sums of it, and of its half, up to a duration are exact.
+def _stopped(stop: BaseException, run: Run) -> BaseException:
+    """What to raise where a run stopped early."""
+    reason = "interrupted" if isinstance(stop, KeyboardInterrupt) else str(stop)
+    run.data.attrs["stopped"] = reason
+    if isinstance(stop, KeyboardInterrupt):
+        stop.run = run  # type: ignore[attr-defined]
+        return stop
+    return RunStopped(reason, run)
 
-    Exudyn sums its steps up, and makes one more where 1e-10 s are missing at the end.
-    """
-    unit = 2 * ulp(duration)
-    return step // unit * unit
+
+def _keep_valid(model: Model, steps: Steps, stop: BaseException | None) -> BaseException | None:
+    """Cut the samples from what stopped the run on, which may be that bearings yielded."""
+    blocks = [mesh.recorder.samples for mesh in model.meshes]
+    lost = np.isnan([samples[0][:, 0] for samples in blocks]).any(axis=0)
+    if stop:
+        lost |= steps.time >= model.mbs.systemData.GetTime()
+    number = int(lost.argmax()) if lost.any() else lost.size
+    apart, words = _out_of_mesh(model, number)
+    number, stop = (apart, RuntimeError(f"at t = {steps.time[apart]:.6g} s: {words}")) if words else (number, stop)
+    for samples in blocks:
+        samples[:] = [block[:number] for block in samples]
+    return stop
 
 
 def _fastest(model: Model, speed_of, duration: float) -> float:
@@ -139,16 +173,25 @@ def _rule(model: Model, tolerance: float, step: float | Rule | None, mesh_freque
     return Rule(BETA, step)
 
 
-def _require_in_mesh(model: Model) -> None:
-    """RuntimeError where bearings yielded so far that the teeth no longer hand over."""
+def _out_of_mesh(model: Model, number: int) -> tuple[int, str]:
+    """The first of so many samples whose bearings yielded until the teeth no longer hand over, and words; or none."""
     for mesh in model.meshes:
         if on_bearings(model, mesh):
-            a = float(mesh.recorder.a.max())
-            try:
-                replace(mesh.stage.pair, a=max(a, mesh.stage.pair.a))
-            except ValueError as error:
-                far = f"bearings of {mesh.stage.name} yield to a centre distance of {a / mm:.6g} mm"
-                raise RuntimeError(f"{far}, where the pair cannot run; try less load or stiffer bearings") from error
+            pair, peaks = mesh.stage.pair, np.maximum.accumulate(mesh.recorder.a[:number])
+            apart = bisect_left(peaks, True, key=lambda a, pair=pair: not _runs(pair, a))
+            if apart < number:
+                far = f"bearings of {mesh.stage.name} yield to a centre distance of {peaks[apart] / mm:.6g} mm"
+                return apart, f"{far}, where the pair cannot run; try less load or stiffer bearings"
+    return number, ""
+
+
+def _runs(pair, a: float) -> bool:
+    """Whether a pair may be mounted at a centre distance [m] that is no smaller than its own."""
+    try:
+        replace(pair, a=max(float(a), pair.a))
+    except ValueError:
+        return False
+    return True
 
 
 def _step_error(pieces, errors: np.ndarray, h: float) -> dict:

@@ -93,6 +93,8 @@ FLOORS = {
     "exugear.bodies": 9.4,
     "exugear.friction_connector": 9.1,
     "exugear.integrator": 9.6,
+    "exugear.steps": 7,
+    "exugear.jumps": 6.9,
     "exugear.plan": 10,
     "exugear.model": 11,
     "exugear.equilibrium": 11.5,

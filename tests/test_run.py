@@ -15,7 +15,7 @@ from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, s
 import exugear
 from exugear.course import Curve, line
 from exugear.pieces import Solver
-from exugear.run import summable
+from exugear.steps import summable
 from fem.units import mm, rpm, um
 
 LOAD = 350.0
