@@ -8,9 +8,10 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.force import MeshForce, beyond_map
+from exugear.force import MeshForce
 from exugear.kernels import PLANAR, SPATIAL, SPIN, kernel_of
-from exugear.kinematics import reference_line, rotational_frame, spatial_frame
+from exugear.kinematics import R_B1, reference_line, rotational_frame, spatial_frame
+from exugear.map_range import beyond_map
 from exugear.native import native
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
@@ -159,7 +160,7 @@ def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorde
         try:
             return kernel(one, two, three, t, *q, *q_t)
         except ValueError as error:
-            raise RuntimeError(beyond_map(*error.args)) from None
+            raise RuntimeError(beyond_map(law, error.args, float(frame[R_B1]))) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         n, state = len(q), np.array([*q, *q_t])
@@ -170,7 +171,7 @@ def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorde
             try:
                 ahead, behind = (np.array(kernel(one, two, none, t, *x)) for x in (state + nudge, state - nudge))
             except ValueError as error:
-                raise RuntimeError(beyond_map(*error.args)) from None
+                raise RuntimeError(beyond_map(law, error.args, float(frame[R_B1]))) from None
             jacobian[:, i % n] -= (factor if i < n else factor_t) * (ahead - behind) / (2 * nudge[i])
         return jacobian
 

@@ -12,12 +12,12 @@ import numpy as np
 SHARE, WIDTH = 0.45, 1 / 256
 #: Phases at which that is looked for; ranges below this share of the force are none.
 FINE, FLAT = 4096, 1e-3
-#: Steps in a mesh period at a tolerance of 1e-3; the error falls with the square of their number.
-PERIOD_STEPS = 40
+#: Steps in a mesh period at a tolerance of 1e-3, measured; the error falls with the square of their number.
+PERIOD_STEPS = 100
 #: By how much of a pitch steps may miss a jump.
 MISS = 5e-4
-#: Steps in a period above which jumps that steps miss move the rms by less than some 1 %.
-MANY = 100
+#: Steps in a period above which jumps that they miss move the rms by less than some 1 %.
+MANY = 150
 
 
 def jumps(force) -> np.ndarray:
@@ -46,13 +46,16 @@ def dividing(step: float, meshes: Sequence[tuple[float, np.ndarray]]) -> float:
     """
     period = meshes[0][0]
     fewest = int(np.ceil(period / step * (1 - 1e-9)))
-    numbers = np.arange(fewest, 2 * fewest + 1)
-    missed = np.array([sum(_missed(n * other / period, phases) for other, phases in meshes) for n in numbers])
-    good = np.flatnonzero(missed < MISS)
-    return period / float(numbers[good[0] if good.size else missed.argmin()])
+    sizes = period / np.arange(fewest, 2 * fewest + 1)
+    misses = np.array([missed(size, meshes) for size in sizes])
+    good = np.flatnonzero(misses < MISS)
+    return float(sizes[good[0] if good.size else misses.argmin()])
 
 
-def _missed(steps: float, phases: np.ndarray) -> float:
-    """By how much of a pitch steps, so many in a period, miss the end of the period or a jump after the first."""
-    places = np.r_[1.0, phases - phases[0]] * steps
-    return float(np.abs(places - np.round(places)).max() / steps)
+def missed(step: float, meshes: Sequence[tuple[float, np.ndarray]]) -> float:
+    """By how much of a pitch steps [s] miss the end of a mesh period or, after the first one, a jump."""
+    worst = 0.0
+    for period, phases in meshes:
+        places = np.r_[1.0, phases - phases[0]] * period / step
+        worst = max(worst, float(np.abs(places - np.round(places)).max()) * step / period)
+    return worst

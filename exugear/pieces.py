@@ -72,7 +72,7 @@ class Solver:
             mbs.systemData.SetSystemState(mbs.systemData.GetSystemState(CURRENT), INITIAL)
 
     def solve(self, piece: Piece, engine, settings: exu.SimulationSettings) -> None:
-        """Let Exudyn's solver go on to the end of a piece; the sample of its sensors at the start is written already."""
+        """Let Exudyn's solver go on to the end of a piece; sensors have written its start already."""
         h = self.rule.step
         engine.it.endTime = piece.last * h
         if piece.first:
@@ -84,7 +84,8 @@ class Solver:
     def _engine(self) -> Iterator[tuple[Any, exu.SimulationSettings]]:
         """Exudyn's solver over the whole run, and its settings."""
         h, mbs = self.rule.step, self.model.mbs
-        settings, engine = settings_for(self.rule, h, self.tolerance), exu.MainSolverImplicitSecondOrder()
+        settings = settings_for(self.rule, h, self.tolerance)
+        engine: Any = exu.MainSolverImplicitSecondOrder()
         settings.timeIntegration.endTime = self.steps.number * h
         settings.timeIntegration.numberOfSteps = self.steps.number
         settings.solution.sensors.writePeriod = self.sensor_steps * h

@@ -1,10 +1,9 @@
 """Operating conditions: imposed speed and load torque over time, integrated from static equilibrium."""
 
 import time as clock
-from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import pi
+from math import pi, sqrt
 
 import numpy as np
 import xarray as xr
@@ -13,10 +12,12 @@ from exugear.course import Curve, line
 from exugear.equilibrium import start
 from exugear.imposed import finite, imposed
 from exugear.integrator import BETA, STABLE, Rule
-from exugear.model import Mesh, Model, measured, quiet
+from exugear.jumps import PERIOD_STEPS
+from exugear.model import Model, measured, on_bearings, quiet
 from exugear.pieces import Solver
 from exugear.seats import reactions
-from exugear.steps import Steps, filling
+from exugear.steps import steps_of
+from exugear.valid_samples import keep_valid
 from fem.gear import require, require_within
 from fem.ste import pair_attributes, save
 from fem.units import mm
@@ -87,7 +88,8 @@ def run_up(
     tolerance   relative error wanted of the rms of the DTE in windows of time; chooses the step
     step        [s] of the fourth-order integrator, instead of what tolerance chooses; or an integrator with its step
     sample      time between two recorded samples [s], rounded down to whole steps
-    sensor_period   time between two samples of your own sensors [s], rounded down to whole steps; by default sample
+    sensor_period
+                time between two samples of your own sensors [s], rounded down to whole steps; by default sample
     progress    bar with the time left
     checks      so many hundredths of the run, the liveliest among them, are solved again at half the step; what that
                 changes stands as step_error in the data, unless they are short
@@ -105,7 +107,7 @@ def run_up(
     speed_of = Curve(speed, duration) if callable(speed) else line("speed", speed, duration)
     load_of = load if callable(load) else line("load", load, duration)
     rule = _rule(model, tolerance, step, _fastest(model, speed_of, duration))
-    steps = filling(duration, rule.step, sample)
+    steps, jumps = _steps(model, rule.step, duration, sample, speed_of, tolerance if step is None else None)
     with quiet(), imposed(model, speed_of, load_of):
         start(model, finite(load_of(0.0), 0.0), float(speed_of(0.0)))
         for mesh in model.meshes:
@@ -115,15 +117,15 @@ def run_up(
         solver = Solver(model, replace(rule, step=steps.size), tolerance, speed_of, steps, sensor_steps)
         pieces, stop = solver.run(progress)
         wall_time = clock.perf_counter() - began
-        stop = _keep_valid(model, steps, stop)
+        stop = keep_valid(model, steps, stop)
         again = [] if stop or not checks else solver.telling(pieces, checks)
         errors = solver.errors(again)
     told = {name: getattr(value, "__name__", str(value)) for name, value in (("speed", speed), ("load", load))}
-    inputs = told | {"duration": duration, "tolerance": tolerance, "sample": steps.interval}
+    inputs = told | {"duration": duration, "tolerance": tolerance, "sample": steps.interval, "step": steps.size}
+    used = {"integrator": str(rule), "plan": str(model.plan)} | ({"jumps": jumps} if jumps else {})
     data = _labelled(model, steps.time[: model.meshes[0].recorder.deflection.size], speed_of)
-    used = {"step": steps.size, "integrator": str(rule), "plan": str(model.plan)}
+    data = data.assign(_beyond_maps(model, steps.interval) | (_step_error(again, errors, steps.size) if again else {}))
     data.attrs |= {"title": "run-up"} | inputs | used | _inputs(model)
-    data = data.assign(_step_error(again, errors, steps.size)) if again else data
     run = Run(data, wall_time, steps.size)
     if stop:
         raise _stopped(stop, run) from None
@@ -138,20 +140,6 @@ def _stopped(stop: BaseException, run: Run) -> BaseException:
         stop.run = run  # type: ignore[attr-defined]
         return stop
     return RunStopped(reason, run)
-
-
-def _keep_valid(model: Model, steps: Steps, stop: BaseException | None) -> BaseException | None:
-    """Cut the samples from what stopped the run on, which may be that bearings yielded."""
-    blocks = [mesh.recorder.samples for mesh in model.meshes]
-    lost = np.isnan([samples[0][:, 0] for samples in blocks]).any(axis=0)
-    if stop:
-        lost |= steps.time >= model.mbs.systemData.GetTime()
-    number = int(lost.argmax()) if lost.any() else lost.size
-    apart, words = _out_of_mesh(model, number)
-    number, stop = (apart, RuntimeError(f"at t = {steps.time[apart]:.6g} s: {words}")) if words else (number, stop)
-    for samples in blocks:
-        samples[:] = [block[:number] for block in samples]
-    return stop
 
 
 def _fastest(model: Model, speed_of, duration: float) -> float:
@@ -173,25 +161,29 @@ def _rule(model: Model, tolerance: float, step: float | Rule | None, mesh_freque
     return Rule(BETA, step)
 
 
-def _out_of_mesh(model: Model, number: int) -> tuple[int, str]:
-    """The first of so many samples whose bearings yielded until the teeth no longer hand over, and words; or none."""
-    for mesh in model.meshes:
-        if on_bearings(model, mesh):
-            pair, peaks = mesh.stage.pair, np.maximum.accumulate(mesh.recorder.a[:number])
-            apart = bisect_left(peaks, True, key=lambda a, pair=pair: not _runs(pair, a))
-            if apart < number:
-                far = f"bearings of {mesh.stage.name} yield to a centre distance of {peaks[apart] / mm:.6g} mm"
-                return apart, f"{far}, where the pair cannot run; try less load or stiffer bearings"
-    return number, ""
+def _steps(model: Model, size: float, duration: float, sample: float, speed_of, tolerance: float | None):
+    """Steps and words about the laws that jump: as many in their mesh periods as a tolerance asks for, if any."""
+    speeds = np.abs(speed_of(np.linspace(0, duration, 1001)))
+    turns, jumping = speeds.max() / (2 * pi), {}
+    for label, mesh in zip(model.gearbox.labels, model.meshes, strict=True):
+        frequency = turns * abs(model.gearbox.ratios[mesh.stage.fast.name]) * mesh.stage.pair.pinion.z
+        if frequency > 0 and mesh.law.jumps.size:
+            jumping[label] = 1 / frequency, mesh.law.jumps
+            size = size if tolerance is None else min(size, 1 / frequency / PERIOD_STEPS * sqrt(tolerance / 1e-3))
+    return steps_of(duration, size, sample, jumping, steady=bool(np.ptp(speeds) <= 1e-9 * speeds.max()))
 
 
-def _runs(pair, a: float) -> bool:
-    """Whether a pair may be mounted at a centre distance [m] that is no smaller than its own."""
-    try:
-        replace(pair, a=max(float(a), pair.a))
-    except ValueError:
-        return False
-    return True
+def _beyond_maps(model: Model, interval: float) -> dict:
+    """For how long and how far meshes went where their laws are continued beyond the map; nothing where none is."""
+    ends = np.array([mesh.law.mapped_force for mesh in model.meshes])
+    if np.isinf(ends).all():
+        return {}
+    shares = np.abs([mesh.recorder.force for mesh in model.meshes]) / ends[:, None]
+    long, far = "time of the samples beyond the map", "largest mesh force of the samples over the map's largest"
+    return {
+        "beyond_map_time": ("stage", (shares > 1).sum(axis=1) * interval, {"units": "s", "long_name": long}),
+        "beyond_map_force": ("stage", shares.max(axis=1, initial=0.0), {"units": "1", "long_name": far}),
+    }
 
 
 def _step_error(pieces, errors: np.ndarray, h: float) -> dict:
@@ -200,11 +192,6 @@ def _step_error(pieces, errors: np.ndarray, h: float) -> dict:
     middle = {"units": "s", "long_name": "middle of what was solved again at half the step"}
     places = ("checked", [(piece.first + piece.last) / 2 * h for piece in pieces], middle)
     return {"step_error": (("stage", "checked"), errors.T, about), "checked": places}
-
-
-def on_bearings(model: Model, mesh: Mesh) -> bool:
-    """Whether a shaft of a mesh stands on bearings that are built."""
-    return any(model.plan.shafts[shaft.name].on_bearings for shaft in (mesh.stage.fast, mesh.stage.slow))
 
 
 def _labelled(model: Model, time: np.ndarray, speed_of) -> xr.Dataset:

@@ -1,9 +1,16 @@
-"""Steps and samples of a run: how many, how long."""
+"""Steps and samples of a run: how many, how long, and whether they meet the jumps of force laws."""
 
+import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil, ulp
 
 import numpy as np
+
+from exugear.jumps import MANY, MISS, dividing, missed
+
+#: Steps of a run over which a table is to be smoothed so that they need not meet its jumps.
+SMOOTH = 2
 
 
 @dataclass(frozen=True)
@@ -51,3 +58,28 @@ def summable(step: float, duration: float) -> float:
     """
     unit = 2 * ulp(duration)
     return step // unit * unit
+
+
+def steps_of(
+    duration: float, step: float, sample: float, jumping: Mapping[str, tuple[float, np.ndarray]], *, steady: bool
+) -> tuple[Steps, str]:
+    """Steps of at most the given size [s], and words about the laws that jump; warns where steps may miss the jumps.
+
+    jumping   shortest mesh period of the run [s] and phases of the jumps by the label of the stage
+    steady    the mesh periods stay as they are: steps divide them
+    """
+    if not jumping:
+        return filling(duration, step, sample), ""
+    meshes = list(jumping.values())
+    steps = within(duration, dividing(step, meshes), sample) if steady else filling(duration, step, sample)
+    period = min(period for period, _ in meshes)
+    at = [f"{label} at phase {', '.join(f'{x:.3f}' for x in phases)}" for label, (_, phases) in jumping.items()]
+    words = f"the mesh force jumps: {'; '.join(at)}; {period / steps.size:.4g} steps in a mesh period"
+    if steady and missed(steps.size, meshes) < MISS:
+        return steps, words
+    words += " miss the jumps" + ("" if steady else " while the speed changes")
+    remedy = f"smooth the table over {SMOOTH * steps.size / period:.2g} of a pitch, or take step={period / MANY:.2g}"
+    words += f" and excite subharmonics of the mesh frequency that are not there; {remedy} or less"
+    if period / steps.size < MANY:
+        warnings.warn(words, stacklevel=4)
+    return steps, words
