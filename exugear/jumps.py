@@ -12,6 +12,8 @@ import numpy as np
 SHARE, WIDTH = 0.45, 1 / 256
 #: Phases at which that is looked for; ranges below this share of the force are none.
 FINE, FLAT = 4096, 1e-3
+#: Share of the table's deflections that stays unused at the phase of the largest force.
+UNUSED = 0.1
 #: Steps in a mesh period at a tolerance of 1e-3, measured; the error falls with the square of their number.
 PERIOD_STEPS = 100
 #: By how much of a pitch steps may miss a jump.
@@ -25,8 +27,9 @@ def jumps(force) -> np.ndarray:
     if force.offsets:
         return jumps(force.at(**{name: float(values[values.size // 2]) for name, values in force.offsets.items()}))
     phase, window = np.arange(FINE) / FINE, round(WIDTH * FINE)
-    shape = force.force_table.shape
-    values = force(phase, 0.9 * float(np.broadcast_to(force.deflection, shape)[..., -1].min()))
+    deflection = np.broadcast_to(force.deflection, force.force_table.shape)
+    span = float((deflection[:, -1] - deflection[:, 0]).min())
+    values = force(phase, float(deflection[:, -1].min()) - UNUSED * span)
     least = max(SHARE * np.ptp(values), FLAT * np.abs(values).max())
     steep = np.abs(np.roll(values, -window) - values) > least
     if not steep.any() or steep.all():

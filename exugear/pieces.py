@@ -89,8 +89,9 @@ class Solver:
         settings.timeIntegration.endTime = self.steps.number * h
         settings.timeIntegration.numberOfSteps = self.steps.number
         settings.solution.sensors.writePeriod = self.sensor_steps * h
+        if not engine.InitializeSolver(mbs, settings):
+            raise RuntimeError("no start")
         try:
-            engine.InitializeSolver(mbs, settings)
             yield engine, settings
         finally:
             engine.FinalizeSolver(mbs, settings)

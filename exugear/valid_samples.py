@@ -1,4 +1,4 @@
-"""Samples of a run that count: until it stopped, or until bearings yielded until the teeth part."""
+"""Samples of a run that count: until it stopped, or until bearings let the teeth part."""
 
 from bisect import bisect_left
 from dataclasses import replace
