@@ -64,7 +64,8 @@ def test_jumps_are_where_they_are():
     steps = linear_law((1e8, 1e8, 2e8, 2e8, 3e8, 3e8), (0.0, 0.2999, 0.3, 0.6999, 0.7, 0.9999))
     assert steps.jumps == pytest.approx([0.3, 0.7, 1.0], abs=1e-3)
     late = np.where(np.arange(1000) < 250, -40 * um, -35 * um)[:, None]
-    pitch = MeshForce(np.arange(1000) / 1000, late + [0.0, 30 * um], np.outer(np.ones(1000), [0.0, 1e4]), backlash=1e-3)
+    deflection, table = late + np.array([0.0, 30 * um]), np.outer(np.ones(1000), [0.0, 1e4])
+    pitch = MeshForce(np.arange(1000) / 1000, deflection, table, backlash=1e-3)
     assert pitch.jumps == pytest.approx([0.25, 1.0], abs=1e-3)
 
 
