@@ -30,6 +30,7 @@ from exugear.map_range import beyond_map
 from exugear.table import PHASES, PHASES_WITH_OFFSETS, U, tabulate
 from fem.compiled import kept
 from fem.gear import require
+from fem.representation import short
 from fem.ste import TORQUE, check, offset_axes, pair_of
 
 
@@ -57,6 +58,7 @@ def mesh_forces(moves: bool):
     return forces
 
 
+@short(deflection="um", force_table="N", damping="N s/m", backlash="um", centroid="mm", mapped_force="N")
 @dataclass(frozen=True, eq=False)
 class MeshForce:
     """Force law of one gear mesh; the table holds the driving flank, the other is its mirror image.
