@@ -14,15 +14,16 @@ from exugear.plan import Plan, plan
 from exugear.recorded import dte_envelope
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
-from exugear.run import Run, run_up
+from exugear.run import Run, RunStopped, run_up
 from exugear.sensor import CreateGearSensor
 from exugear.shaft import Coupling, Disc, Placement, Shaft
 from exugear.spectrum import envelope, order_spectrum, resonances
 from exugear.stage import Stage
 from exugear.viewer import draw
+from fem.version import __version__
 
 #: Modules that only pictures need, imported when they are first asked for.
-__getattr__, __dir__, _ = lazy_loader.attach(__name__, ["graphics", "plots"])
+__getattr__, _, _ = lazy_loader.attach(__name__, ["graphics", "plots"])
 
 __all__ = [
     "Bearing",
@@ -40,8 +41,10 @@ __all__ = [
     "Recorder",
     "RingPair",
     "Run",
+    "RunStopped",
     "Shaft",
     "Stage",
+    "__version__",
     "build",
     "draw",
     "dte_envelope",
@@ -53,4 +56,9 @@ __all__ = [
     "plots",
     "resonances",
     "run_up",
+    "spectrum",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -98,6 +98,9 @@ class Model:
     drive: int
     load: int
 
+    def __repr__(self) -> str:
+        return f"Model of {self.gearbox!r}\n{self.plan}"
+
 
 def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     """The assembled system of a gearbox, by default after `exugear.plan(gearbox)`.
@@ -283,3 +286,8 @@ def seats(model: Model, secants: Mapping[str, Mapping[float, float]] | None = No
                 at = model.spins[shaft.name] - 5
                 total[at : at + 6, at : at + 6] += radial_part(k, axial - shaft.centre)
     return total
+
+
+def on_bearings(model: Model, mesh: Mesh) -> bool:
+    """Whether a shaft of a mesh stands on bearings that are built."""
+    return any(model.plan.shafts[shaft.name].on_bearings for shaft in (mesh.stage.fast, mesh.stage.slow))

@@ -17,6 +17,7 @@ import numpy as np
 
 from exugear import trampoline
 from fem.cache import cached
+from fem.progress import announced
 
 #: For the trial [s], which takes three.
 PATIENCE = 60
@@ -80,6 +81,7 @@ def _tried() -> str:
     surroundings = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONWARNINGS": "ignore"}
     fast, folder = exu.Help.__module__.endswith("fast"), str(Path(trampoline.__file__).parent)
     command = [sys.executable, "-P", "-c", SCRIPT.format(fast=fast, folder=folder)]
-    ended = subprocess.run(command, env=surroundings, capture_output=True, text=True, timeout=PATIENCE)
+    with announced("trying whether Exudyn may call the compiled contact without Python", once=True):
+        ended = subprocess.run(command, env=surroundings, capture_output=True, text=True, timeout=PATIENCE)
     said = " ".join(ended.stderr.split())[-LONGEST:] or "no words"
     return f"its trial ended with {ended.returncode}: {said}" if ended.returncode else ""

@@ -5,7 +5,9 @@ from . import (
     checks,
     compliance,
     contact,
+    cost,
     cylindrical,
+    data_sheet,
     deviation,
     dynamic,
     elastic,
@@ -14,6 +16,7 @@ from . import (
     gap,
     gear,
     hertz,
+    inspection,
     interference,
     iso6336,
     loads,
@@ -34,45 +37,56 @@ from . import (
     state,
     ste,
     stress,
+    strips,
     sweep,
     touch,
     transmission,
     units,
 )
 from .accuracy import UpTo
+from .cost import MapCost, map_cost
+from .data_sheet import DataSheet, Quantity
 from .deviation import Grid, PitchDeviation
 from .flank import Sides
 from .gear import STEEL, Gear, GearPair, Material
-from .modification import EndRelief, HelixSlope, LeadCrowning, ProfileCrowning, RootRelief, TipRelief
+from .modification import EdgeBreak, EndRelief, HelixSlope, LeadCrowning, ProfileCrowning, RootRelief, TipRelief
 from .offsets import Offsets
 from .ste import load, save, ste_map
 from .sweep import Resolution
 from .transmission import static_transmission_error
+from .version import __version__
 
 __all__ = [
     "STEEL",
+    "DataSheet",
+    "EdgeBreak",
     "EndRelief",
     "Gear",
     "GearPair",
     "Grid",
     "HelixSlope",
     "LeadCrowning",
+    "MapCost",
     "Material",
     "Offsets",
     "PitchDeviation",
     "ProfileCrowning",
+    "Quantity",
     "Resolution",
     "RootRelief",
     "Sides",
     "TipRelief",
     "UpTo",
+    "__version__",
     "accuracy",
     "body",
     "cache",
     "checks",
     "compliance",
     "contact",
+    "cost",
     "cylindrical",
+    "data_sheet",
     "deviation",
     "dynamic",
     "elastic",
@@ -81,10 +95,12 @@ __all__ = [
     "gap",
     "gear",
     "hertz",
+    "inspection",
     "interference",
     "iso6336",
     "load",
     "loads",
+    "map_cost",
     "material",
     "mesh",
     "modification",
@@ -105,6 +121,7 @@ __all__ = [
     "ste",
     "ste_map",
     "stress",
+    "strips",
     "sweep",
     "touch",
     "transmission",

@@ -27,7 +27,7 @@ def cached(inputs: str, compute: Callable[[], Arrays]) -> Arrays:
     Raises ValueError for arrays of Python objects, and for a file that is damaged or holds something else: remove it
     and run again.
     """
-    path = folder() / f"{hashlib.sha256(inputs.encode()).hexdigest()[:32]}.npz"
+    path = _path(inputs)
     if path.exists():
         return _read(path, inputs)
     arrays = compute()
@@ -35,6 +35,15 @@ def cached(inputs: str, compute: Callable[[], Arrays]) -> Arrays:
     require(not kinds, f"cached arrays must hold numbers or text, got {kinds}; convert them")
     _write(path, arrays | {"inputs": np.array(inputs)})
     return arrays
+
+
+def known(inputs: str) -> bool:
+    """Whether the cache has what `cached` gives for these inputs."""
+    return _path(inputs).exists()
+
+
+def _path(inputs: str) -> Path:
+    return folder() / f"{hashlib.sha256(inputs.encode()).hexdigest()[:32]}.npz"
 
 
 def _read(path: Path, inputs: str) -> Arrays:

@@ -1,12 +1,20 @@
 """Compilation by numba: `compiled` functions call one another; `kept` ones are called from Python and stay on disk."""
 
+from collections.abc import Callable
+from contextlib import ExitStack
 from functools import cache, partial
 from pathlib import Path
+from time import perf_counter
 from zlib import crc32
 
 from numba import njit
+from numba.core import event
+
+from fem.progress import announced
 
 compiled = njit
+#: What `kept` was given.
+KEPT: set[Callable] = set()
 
 
 @cache
@@ -16,12 +24,37 @@ def stamp(folder: Path) -> int:
     return crc32(b"".join(source for source in sources if b"fem.compiled" in source))
 
 
+class Announcer(event.Listener):
+    """Tells of compilation, which takes long together, though each function takes a second."""
+
+    def __init__(self):
+        self.depth, self.spent, self.line = 0, 0.0, ExitStack()
+
+    def on_start(self, event) -> None:
+        if event.data["dispatcher"].py_func in KEPT:
+            self.depth += 1
+            if self.depth == 1:
+                self.began = perf_counter()
+                self.line.enter_context(announced("compiling the contact", before=self.spent, once=True))
+
+    def on_end(self, event) -> None:
+        if event.data["dispatcher"].py_func in KEPT:
+            self.depth -= 1
+            if self.depth == 0:
+                self.spent += perf_counter() - self.began
+                self.line.close()
+
+
+event.register("numba:compile", Announcer())
+
+
 def kept(function, **options):
     """Compiled and, where a folder can be written, kept on disk with all that it calls, until any of that changes.
 
     Numba's cache knows a function's own file, but not those of the functions that it calls. The names below are
     numba's private ones: where they differ, or no folder can be written, every process compiles for itself.
     """
+    KEPT.add(function)
     try:
         dispatcher = njit(function, cache=True, **options)
         on_disk, folder = dispatcher._cache, Path(function.__code__.co_filename).parent
