@@ -47,6 +47,8 @@ FLOORS = {
     "fem.slices": 3,
     "fem.state": 5.5,
     "fem.sweep": 5.6,
+    "fem.load_interpolation": 0,
+    "fem.error_estimation": 5.65,
     "fem.accuracy": 5.7,
     "fem.transmission": 6,
     "fem.nonlinear": 6.1,
@@ -103,7 +105,7 @@ FLOORS = {
     "exugear": 13,
 }
 #: `fem.profile` is the outline that `exugear.graphics` draws.
-DOORS_TO_FEM = {"fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"}
+DOORS_TO_FEM = {"fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"} | {"fem.load_interpolation"}
 EXUDYN = (
     *("bodies", "connector", "equilibrium", "friction_connector", "graphics"),
     *("imposed", "integrator", "model", "native", "pieces", "plan", "run", "seats", "sensor", "trampoline", "trial"),
