@@ -11,6 +11,7 @@ from exugear.gearbox import Gearbox
 from exugear.integrator import integrator
 from exugear.model import Model, build
 from exugear.plan import Plan, plan
+from exugear.recorded import dte_envelope
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
 from exugear.run import Run, run_up
@@ -19,9 +20,10 @@ from exugear.shaft import Coupling, Disc, Placement, Shaft
 from exugear.spectrum import envelope, order_spectrum, resonances
 from exugear.stage import Stage
 from exugear.viewer import draw
+from fem.version import __version__
 
 #: Modules that only pictures need, imported when they are first asked for.
-__getattr__, __dir__, _ = lazy_loader.attach(__name__, ["graphics", "plots"])
+__getattr__, _, _ = lazy_loader.attach(__name__, ["graphics", "plots"])
 
 __all__ = [
     "Bearing",
@@ -41,8 +43,10 @@ __all__ = [
     "Run",
     "Shaft",
     "Stage",
+    "__version__",
     "build",
     "draw",
+    "dte_envelope",
     "envelope",
     "graphics",
     "integrator",
@@ -51,4 +55,9 @@ __all__ = [
     "plots",
     "resonances",
     "run_up",
+    "spectrum",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

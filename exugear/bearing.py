@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 
 from fem.gear import require
+from fem.representation import short
 
 UNITS = {"radial": "N/m", "axial": "N/m", "tilt": "N m/rad", "damping": "s", "clearance": "m"}
 #: Stiffness [N/m, N m/rad] from which on somebody means a rigid bearing.
@@ -14,6 +15,7 @@ RIGID, RIGID_TILT = 1e13, 1e11
 ROUNDING = 1e-9
 
 
+@short(**UNITS | {"clearance": "um"})
 @dataclass(frozen=True)
 class Bearing:
     """Bearing at one axial place of a shaft; it lets the shaft spin.

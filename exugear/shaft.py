@@ -8,6 +8,7 @@ import numpy as np
 
 from exugear.bearing import Bearing
 from fem.gear import Gear, require
+from fem.representation import short
 from fem.units import mm
 
 #: Least eigenvalue of a support of unit diagonal that holds.
@@ -21,6 +22,7 @@ def require_all(owner: str, values: object, names: Mapping[str, str], low: float
         require(low < value < inf, f"{name} of {owner} must be > {low:g} {unit} and finite, got {value}")
 
 
+@short(mass="kg", inertia="kg m^2", transverse="kg m^2")
 @dataclass(frozen=True)
 class Disc:
     """Inertia that turns with the shaft.
@@ -51,6 +53,7 @@ class Disc:
         return cls(mass, inertia, inertia / 2 + mass * length**2 / 12)
 
 
+@short(torsion="N m/rad", damping="N m s/rad", inertia="kg m^2")
 @dataclass(frozen=True)
 class Coupling:
     """Torsional spring and damper to an outside rotor, motor or brake, on which speed or load then act.
@@ -69,6 +72,7 @@ class Coupling:
         require(0 <= self.damping < inf, f"damping of a coupling must be >= 0 N m s/rad, got {self.damping}")
 
 
+@short(x="um", y="um", z="um", tilt_x="mrad", tilt_y="mrad", pivot="mm")
 @dataclass(frozen=True)
 class Placement:
     """Static displacement of a whole shaft with its bearings from its nominal place.
@@ -109,6 +113,7 @@ Part = Gear | Bearing | Disc | Coupling
 NOWHERE = Placement()
 
 
+@short(parts="mm", inertia="kg m^2", mass="kg", transverse="kg m^2", length="mm")
 @dataclass(frozen=True)
 class Shaft:
     """A rigid shaft along z. Without bearings it only spins; with them it moves in space.

@@ -1,9 +1,10 @@
 """Mesh, phases and torques that keep the errors of a map within a requested share.
 
-Each kind of error is held twice, at every torque. Its root mean square over the mesh cycle is a share of the deflection,
-the mean of te under load minus te without (where loads are light: of a tenth of the largest one). Its effect on the peak
-to peak is three times that share of the peak to peak there (0.02: half a decibel), or of a tenth of the deflection where
-that is more: a pair whose te varies by less is quiet, its peak to peak a small difference of large numbers.
+Each kind of error is held twice, at every torque. Its root mean square over the mesh cycle is a share of the
+deflection, the mean of te under load minus te without (at light loads: of a tenth of the largest one). Its effect on
+the peak to peak is three times that share of the peak to peak (0.02: half a decibel; at light loads: of a tenth of the
+largest one), or of a tenth of the deflection where that is more: a pair whose te varies by less is quiet, and its peak
+to peak a small difference of large numbers.
 """
 
 from dataclasses import dataclass, replace
@@ -15,26 +16,35 @@ from fem.error_estimation import (
     CHECKED_PHASES,
     LoadedCurves,
     MapError,
+    MeshErrors,
     halfway_torques,
     interpolation_errors,
     interval_error,
-    mesh_error,
+    mesh_errors,
     peak_to_peak,
     phase_error,
 )
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
-from fem.sweep import Resolution, across_width
+from fem.representation import short
+from fem.sweep import Resolution
 
 FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 12, 400, 40
-#: Of a deflection counts at least this share of the largest one, of its peak to peak this share of the deflection.
+#: Of a deflection and of a peak to peak counts at least this share of the largest one, of a peak to peak also this
+#: share of the deflection.
 LIGHTEST, QUIETEST = 0.1, 0.1
 #: Allowed error of the peak to peak over that of te, as shares of each.
 SWING = 3.0
-#: Slices across a width over which the gap varies, for what is chosen in the slice mode.
-FEWEST_SLICES = 40
+#: Slices for what is chosen in the slice mode, and most ones of a map.
+FEWEST_SLICES, MOST_SLICES = 40, 80
+#: Square of the elements along the flank times those across half the width, up to which a mesh takes 1.6 to 2.3 GB; of
+#: spurs most have the half width only.
+LARGEST_HELICAL, LARGEST_SPUR = 24**2 * 4, 36**2 * 6
+#: Share of an allowed error from which on its cause is refined.
+NEGLIGIBLE = 0.2
 
 
+@short(torque="N m")
 @dataclass(frozen=True)
 class UpTo:
     """Torques from 0 to a largest one [N m], as many as the requested accuracy takes."""
@@ -49,40 +59,50 @@ class UpTo:
 def choose(
     pair: GearPair, torque: np.ndarray | UpTo, phase: np.ndarray | None, values: dict, accuracy: float
 ) -> tuple[np.ndarray, np.ndarray, Resolution, dict[str, MapError]]:
-    """Torques and phases where they are not given, the coarsest level and its errors, within the share accuracy.
+    """Torques and phases where they are not given, the coarsest resolution and its errors, within the share accuracy.
 
-    Raises RuntimeError where no level does, or too many torques or phases would be needed.
+    What adds most to an error beyond the allowed one is refined, until the mesh has its largest size. Raises
+    RuntimeError where that does not do, or too many torques or phases would be needed.
     """
-    least = np.inf
-    for level in _levels(pair, values):
-        fast = replace(level, slices=max(level.slices, FEWEST_SLICES))
-        loaded = LoadedCurves(pair, values, fast)
+    resolution, least = replace(Resolution(), resolved=False), np.inf
+    while True:
+        loaded = LoadedCurves(pair, values, replace(resolution, slices=max(resolution.slices, FEWEST_SLICES)))
         torques = chosen_torques(loaded, torque.torque, accuracy) if isinstance(torque, UpTo) else torque
-        mesh = mesh_error(pair, torques, values, level)
-        over = _excess(mesh, allowed_error(loaded, torques, accuracy)).max()
-        if over <= 1:
-            phases = chosen_phases(loaded, torques, accuracy) if phase is None else phase
-            errors = {"error_mesh": mesh} | interpolation_errors(pair, torques, phases, values, fast)
-            return torques, phases, level, errors
-        least = min(least, over)
-    short = f"the best mesh tried is within {least * accuracy:.3g} of the deflection and of the peak to peak"
-    raise RuntimeError(f"{short}, accuracy {accuracy:g} was asked; ask for less or pass a finer fem.Resolution")
+        allowed, errors = allowed_error(loaded, torques, accuracy), mesh_errors(pair, torques, values, resolution)
+        excess = _excess(errors.total, allowed).max()
+        if excess <= 1:
+            break
+        least, finer = min(least, excess), _refined(pair, resolution, errors, allowed)
+        if finer is None:
+            short = f"the best mesh tried is within {least * accuracy:.3g} of the deflection and of the peak to peak"
+            raise RuntimeError(f"{short}, accuracy {accuracy:g} was asked; ask for less or pass a finer fem.Resolution")
+        resolution = finer
+    phases = chosen_phases(loaded, torques, accuracy) if phase is None else phase
+    interpolation = interpolation_errors(pair, torques, phases, values, loaded.resolution)
+    return torques, phases, resolution, {"error_mesh": errors.total} | interpolation
 
 
-def _levels(pair: GearPair, values: dict) -> tuple[Resolution, ...]:
-    """From the coarsest to the finest that is tried, which takes 1.6 to 2.3 GB.
+def _refined(pair: GearPair, resolution: Resolution, errors: MeshErrors, allowed: MapError) -> Resolution | None:
+    """The resolution finer in what errs most of what can be refined; None where that is too little to matter."""
+    excess = {name: _excess(error, allowed).max() for name, error in errors.by_cause.items()}
+    largest = LARGEST_HELICAL if pair.beta_b else LARGEST_SPUR
+    for name in sorted(excess, key=excess.__getitem__, reverse=True):
+        finer = _finer_in(resolution, name)
+        small = finer.density.flank**2 * finer.density.width <= largest and finer.slices <= MOST_SLICES
+        if excess[name] > NEGLIGIBLE and finer != resolution and small:
+            return finer
+    return None
 
-    The last two are finer in the section, or across the width: of helical gears, which have no half width, than the
-    default, of spurs than one that is finer in both.
-    """
-    default = Resolution()
-    sliced = (default, replace(default, slices=FEWEST_SLICES)) if across_width(pair, values)[0] else (default,)
-    coarse = (*(replace(level, resolved=False) for level in sliced), *sliced)
-    if pair.beta_b:
-        finer = default.finer_inside(), default.finer_across()
-    else:
-        finer = default.finer(), default.finer().finer_across(), default.finer().finer_inside()
-    return (*coarse, *(replace(level, slices=max(level.slices, sliced[-1].slices)) for level in finer))
+
+def _finer_in(resolution: Resolution, cause: str) -> Resolution:
+    """Twice the slices, strips resolved, or half as many elements again."""
+    density, finer = resolution.density, resolution.density.scaled(3 / 2)
+    return {
+        "slices": replace(resolution, slices=2 * resolution.slices),
+        "strips": replace(resolution, resolved=True),
+        "width": replace(resolution, density=replace(density, width=finer.width)),
+        "section": replace(resolution, density=replace(finer, width=density.width)),
+    }[cause]
 
 
 def allowed_error(loaded: LoadedCurves, torque: np.ndarray, accuracy: float) -> MapError:
@@ -90,7 +110,8 @@ def allowed_error(loaded: LoadedCurves, torque: np.ndarray, accuracy: float) -> 
     (unloaded, *te), _ = loaded.at(np.append(0.0, torque))
     deflection = np.mean(te - unloaded, axis=1)
     counted = np.maximum(deflection, LIGHTEST * deflection.max())
-    swing = np.maximum(peak_to_peak(CHECKED_PHASES, np.array(te)), QUIETEST * counted)
+    swing = peak_to_peak(CHECKED_PHASES, np.array(te))
+    swing = np.maximum(np.maximum(swing, LIGHTEST * swing.max()), QUIETEST * counted)
     return MapError(accuracy * counted, SWING * accuracy * swing)
 
 

@@ -1,10 +1,10 @@
 """Deflection under loads between those of a map, at one phase and offset.
 
-Three ways were measured against direct solves of 21 pairs, spur and helical, plain and modified, at loads between torques
-4, 2 and 2^0.5 times apart. Error of the peak to peak next to the largest torque, median over the pairs in per cent:
-compliance by PCHIP over ln F 5.8, 3.6, 0.5; cubic Hermite of the deflection over F^(2/3), with tangents, 7.9, 1.8, 1.0;
-rational cubic over F, with tangents, 3.7, 1.0, 0.3. Where a further pair of teeth joins, the deflection bends sharply:
-the rational cubic stays concave there, a polynomial swings through.
+Three ways were measured against direct solves of 21 pairs, spur and helical, plain and modified, at loads between
+torques 4, 2 and 2^0.5 times apart. Error of the peak to peak next to the largest torque, median over the pairs in per
+cent: compliance by PCHIP over ln F 5.8, 3.6, 0.5; cubic Hermite of the deflection over F^(2/3), with tangents, 7.9,
+1.8, 1.0; rational cubic over F, with tangents, 3.7, 1.0, 0.3. Where a further pair of teeth joins, the deflection bends
+sharply: the rational cubic stays concave there, a polynomial swings through.
 """
 
 import numpy as np

@@ -189,7 +189,7 @@ class Encounter:
         return flattening_of(cells), 0.5 + np.log(2 * self.depth / width)
 
     def line_contact(self, force: np.ndarray, misalignment: np.ndarray, change) -> tuple[np.ndarray, ...]:
-        """Transmission errors (m,) [m], stiffnesses (m,) [N/m], forces on the whole slices (m, n) [N], each a line load.
+        """Transmission errors (m,) [m], stiffnesses (m,) [N/m] and line loads on the whole slices (m, n) [N].
 
         change      of `rest_coupling` per transmission error [1/N]
         """

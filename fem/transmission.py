@@ -15,6 +15,7 @@ from fem.gear import GearPair, require
 from fem.hertz import largest_torque
 from fem.offsets import Offsets, check_places
 from fem.progress import shown
+from fem.representation import exact
 from fem.ste import PHASE, TORQUE, ste_map
 from fem.sweep import ORDER, QUANTITIES, Resolution, each, sweep
 
@@ -32,8 +33,9 @@ def static_transmission_error(
     """STE map of a spur or helical pair: "te" [m] in mid-plane on the line of action over (torque, offsets, phase).
 
     Beside it stand the tangent "stiffness" of the mesh [N/m], by which loads between the torques are interpolated,
-    "centroid" of the force across the width [m], "peak_pressure" [Pa], "line_load" [N/m], the "load_share" of every pair of teeth, "pairs_in_contact", and over the torque "contact_ratio", that under load, as
-    finely as phases lie. Where the corner of an unrelieved tip or of a face touches, or a relief begins with a kink,
+    "centroid" of the force across the width [m], "peak_pressure" [Pa], "line_load" [N/m], the "load_share" of every
+    pair of teeth, "pairs_in_contact", and over the torque "contact_ratio", that under load, as finely as phases lie (at
+    0 N m the nominal one). Where the corner of an unrelieved tip or of a face touches, or a relief begins with a kink,
     pressure has no limit: there "peak_pressure" is a mean over one strip, and "hertz_pressure" [Pa], of the line load
     on the curvature of the involutes, what to compare with ISO 6336-2. In the slice mode both are that.
 
@@ -66,7 +68,7 @@ def static_transmission_error(
         states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor)
     axes = {name: values[name] for name in offsets.axes()}
     fixed = {name: float(values[name][0]) for name in ORDER[1:] if name not in axes}
-    attributes = {"resolution": str(resolution), "pitches": floor(phase[-1]) + 1} | fixed
+    attributes = {"resolution": exact(resolution), "pitches": floor(phase[-1]) + 1} | fixed
     return _labelled(pair, torque, phase, axes, states, attributes).assign(_estimates(errors))
 
 
@@ -89,16 +91,26 @@ def _estimates(errors: dict[str, MapError]) -> dict:
 def _states(pair, torque, phases, values: dict, accuracy) -> tuple[np.ndarray, np.ndarray, Resolution, dict]:
     """Torques, phases and resolution of a map, given or chosen; then with estimated errors by kind (n_torque,) [m]."""
     if accuracy is None or isinstance(accuracy, Resolution):
-        given = phases is not None and not isinstance(torque, UpTo)
-        require(given, "phases=None and torque=fem.UpTo(...) need an accuracy to choose by, say accuracy=0.005")
-        return checked_torque(pair, torque), checked_phases(phases, pair), accuracy or Resolution(), {}
-    share = "accuracy must lie in [1e-4, 0.1] (share of the deflection, say 0.005) or be a fem.Resolution"
-    require(1e-4 <= number("accuracy", accuracy) <= 0.1, f"{share}, got {accuracy}")
+        return *given(pair, torque, phases), accuracy or Resolution(), {}
+    accuracy = checked_share(accuracy)
     loaded = isinstance(torque, UpTo) or numbers("torque", torque).max(initial=0.0) > 0
     require(bool(loaded), f"accuracy needs a torque > 0 to be a share of its deflection, got {torque}")
     torque = torque if isinstance(torque, UpTo) else checked_torque(pair, torque)
     phase = None if phases is None else checked_phases(phases, pair)
-    return choose(pair, torque, phase, values, float(accuracy))
+    return choose(pair, torque, phase, values, accuracy)
+
+
+def checked_share(accuracy) -> float:
+    share = "accuracy must lie in [1e-4, 0.1] (share of the deflection, say 0.005) or be a fem.Resolution"
+    require(1e-4 <= number("accuracy", accuracy) <= 0.1, f"{share}, got {accuracy}")
+    return float(accuracy)
+
+
+def given(pair: GearPair, torque, phases) -> tuple[np.ndarray, np.ndarray]:
+    """Torques and phases of a map that are not left to an accuracy."""
+    listed = phases is not None and not isinstance(torque, UpTo)
+    require(listed, "phases=None and torque=fem.UpTo(...) need an accuracy to choose by, say accuracy=0.005")
+    return checked_torque(pair, torque), checked_phases(phases, pair)
 
 
 def _labelled(pair, torque, phase, axes: dict, states: np.ndarray, attributes: dict) -> xr.Dataset:
@@ -111,7 +123,17 @@ def _labelled(pair, torque, phase, axes: dict, states: np.ndarray, attributes: d
         name: (grid, each(states, lambda state, i=i: state[i]), {"units": units, "long_name": described})
         for i, (name, (units, described)) in enumerate(QUANTITIES.items(), start=1)
     }
-    return data.assign(variables).assign(_shares(states, grid, lengths(phase, attributes["pitches"])))
+    data = data.assign(variables).assign(_shares(states, grid, lengths(phase, attributes["pitches"])))
+    return data.assign(contact_ratio=_nominal_unloaded(data["contact_ratio"], pair))
+
+
+def _nominal_unloaded(contact_ratio: xr.DataArray, pair: GearPair) -> xr.DataArray:
+    """Without load one point touches at a time: there the contact ratio of the involutes at that centre distance."""
+    nominal: float | xr.DataArray = pair.eps_gamma
+    if "a" in contact_ratio.dims:
+        at_distance = [replace(pair, a=float(a)).eps_gamma for a in contact_ratio["a"]]
+        nominal = xr.DataArray(at_distance, dims="a", coords={"a": contact_ratio["a"]})
+    return contact_ratio.where(contact_ratio[TORQUE] > 0, nominal).transpose(*contact_ratio.dims)
 
 
 def lengths(phase: np.ndarray, pitches: int) -> np.ndarray:

@@ -9,8 +9,12 @@ import pytest
 ROOT = Path(__file__).parents[1]
 FLOORS = {
     "fem.units": 0,
+    "fem.version": 0,
+    "fem.representation": 0,
+    "fem.data_sheet": 0.1,
+    "fem.inspection": 0.5,
     "fem.cache": 0,
-    "fem.compiled": 0,
+    "fem.compiled": 0.1,
     "fem.threads": 0,
     "fem.progress": 0,
     "fem.groups": 0.1,
@@ -51,6 +55,7 @@ FLOORS = {
     "fem.error_estimation": 5.65,
     "fem.accuracy": 5.7,
     "fem.transmission": 6,
+    "fem.cost": 6.1,
     "fem.nonlinear": 6.1,
     "fem.dynamic": 6.2,
     "fem.penalty": 4.5,
@@ -78,10 +83,13 @@ FLOORS = {
     "exugear.gearbox": 7.5,
     "exugear.course": 7,
     "exugear.spectrum": 7,
+    "exugear.recorded": 7.1,
     "exugear.plots": 7.5,
     "exugear.pictures": 7.5,
     "exugear.graphics": 7.5,
     "exugear.kinematics": 8,
+    "exugear.attitude": 8,
+    "exugear.contact_frame": 8.2,
     "exugear.recorder": 8,
     "exugear.kernels": 8.5,
     "exugear.sliding": 8.6,
@@ -105,7 +113,10 @@ FLOORS = {
     "exugear": 13,
 }
 #: `fem.profile` is the outline that `exugear.graphics` draws.
-DOORS_TO_FEM = {"fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"} | {"fem.load_interpolation"}
+DOORS_TO_FEM = {
+    *("fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"),
+    *("fem.progress", "fem.representation", "fem.version", "fem.load_interpolation"),
+}
 EXUDYN = (
     *("bodies", "connector", "equilibrium", "friction_connector", "graphics"),
     *("imposed", "integrator", "model", "native", "pieces", "plan", "run", "seats", "sensor", "trampoline", "trial"),
