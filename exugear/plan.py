@@ -18,6 +18,7 @@ COST = {Coordinates.SPIN: 4e-6, Coordinates.PLANAR: 8e-6, Coordinates.BEARINGS: 
 SAMPLE = 48
 SAMPLE_ON_BEARINGS = 130
 ROUNDING = 1e-9
+JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,9 @@ class Plan:
     def __str__(self) -> str:
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
+        for label, law in self.laws.items():
+            if law.jumps.size:
+                lines.append(f"{label}: {JUMPS.format(', '.join(f'{x:.3f}' for x in law.jumps))}")
         if self.omega:
             lines.append(f"integrator: {self.rule()}")
             resolved = f"{self.omega_mesh / 2 / pi:.4g} Hz with meshes in them"

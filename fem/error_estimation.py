@@ -86,8 +86,7 @@ class MeshErrors(NamedTuple):
     @property
     def total(self) -> MapError:
         """Sum of those by elements, slices and strips."""
-        rms, swing = (sum(parts) for parts in zip(self.elements, self.slices, self.strips, strict=True))
-        return MapError(rms, swing)
+        return MapError(*(np.sum(parts, axis=0) for parts in zip(self.elements, self.slices, self.strips, strict=True)))
 
     @property
     def by_cause(self) -> dict[str, MapError]:
