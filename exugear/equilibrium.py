@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from math import isfinite
 
 import exudyn as exu
+import exudyn.itemInterface as eii
 import numpy as np
 
 from exugear.axes import static_offsets
@@ -24,28 +25,51 @@ ROUNDS, SETTLED = 30, 1e-14
 SAID = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
 
 
-def start(model: Model, load: float, speed: float) -> None:
-    """Put the system into static equilibrium under a load [N m], all shafts turning as the driving one makes them."""
+def start(model: Model, load: float, speed: float, acceleration: float = 0.0) -> None:
+    """Put the system into equilibrium under a load [N m], all shafts turning as the driving one makes them.
+
+    acceleration   of the driving shaft [rad/s^2]: the inertia torques of all shafts and rotors take part in the
+                   equilibrium. Their gyroscopic moments do not: the axes stand still, tilted by some 1e-4 rad
+    """
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
-    forces = np.array(model.gearbox.static_forces(load))
-    q = _displaced(model, forces)
-    torques = -forces @ np.array([mesh.row for mesh in model.meshes])
-    driving, driven = model.gearbox.driving, model.gearbox.driven
-    if driving.coupling:
-        q[model.spins[driving.name]] = torques[model.spins[driving.name]] / driving.coupling.torsion
-    q = _pressed(model, forces, q)
-    if driving.coupling:
-        q[model.rotors[driving.name]] = 0.0
-    if driven.coupling:
-        q[model.rotors[driven.name]] -= model.gearbox.turns[driven.name] * load / driven.coupling.torsion
-    system.SetODE2Coordinates(q, initial)
-    system.SetODE2Coordinates_t(np.zeros(q.size), initial)
+    turning = _turning(model)
+    try:
+        q = _laid_out(model, load, acceleration)
+    except ValueError as error:
+        cause = f"; of it inertia torques at {acceleration:.4g} rad/s^2: let the speed rise more slowly at the start"
+        raise ValueError(f"{error}{cause if acceleration else ''}") from None
     if _yields(model):
-        _settle(model, speed)
-    velocity = np.zeros(q.size)
+        q = _settled(model, q, speed, acceleration * turning)
+    system.SetODE2Coordinates(q, initial)
+    system.SetODE2Coordinates_t(speed * turning, initial)
+    system.SetODE2Coordinates_tt(acceleration * turning, initial)
+
+
+def _turning(model: Model) -> np.ndarray:
+    """(n_coordinates,) speed of each coordinate over that of the driving shaft: the ratios of the spins."""
+    turning = np.zeros(model.mbs.systemData.ODE2Size())
     for name, ratio in model.gearbox.ratios.items():
-        velocity[[model.spins[name], model.rotors.get(name, model.spins[name])]] = ratio * speed
-    system.SetODE2Coordinates_t(velocity, initial)
+        turning[[model.spins[name], model.rotors.get(name, model.spins[name])]] = ratio
+    return turning
+
+
+def _laid_out(model: Model, load: float, acceleration: float) -> np.ndarray:
+    """Coordinates that carry the load and the inertia torques, the phases as the shafts' static displacement is."""
+    box = model.gearbox
+    forces = np.array(box.static_forces(load, acceleration))
+    q = _displaced(model, forces)
+    driving, spin = box.driving, model.spins[box.driving.name]
+    if driving.coupling:
+        torques = -forces @ np.array([mesh.row for mesh in model.meshes])
+        q[spin] = (torques[spin] - driving.inertia * acceleration) / driving.coupling.torsion
+    q = _pressed(model, forces, q)
+    couplings = {shaft.name: shaft.coupling for shaft in box.shafts if shaft.coupling}
+    for name, coupling in couplings.items():
+        rotor = model.rotors[name]
+        outer = -box.turns[name] * load if name == box.driven.name else 0.0
+        twist = (outer - coupling.inertia * box.ratios[name] * acceleration) / coupling.torsion
+        q[rotor] = 0.0 if name == driving.name else q[rotor] + twist
+    return q
 
 
 def _yields(model: Model) -> bool:
@@ -54,13 +78,45 @@ def _yields(model: Model) -> bool:
     return elastic or bool(model.rotors) or len(model.meshes) >= len(model.bodies)
 
 
-def _settle(model: Model, speed: float) -> None:
+def _settled(model: Model, q: np.ndarray, speed: float, accelerations: np.ndarray) -> np.ndarray:
+    """The coordinates in equilibrium, from near ones on, while all coordinates have these accelerations."""
+    system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     settings.staticSolver.newton.relativeTolerance = 1e-8
     settings.staticSolver.loadStepDuration = INSTANT
-    with explained(model, STUCK, lambda t: speed):
+    with _inertia_torques(model, accelerations), explained(model, STUCK, lambda t: speed):
+        system.SetODE2Coordinates(q, initial)
+        system.SetODE2Coordinates_t(np.zeros(q.size), initial)
         model.mbs.SolveStatic(settings, updateInitialValues=True)
+        return system.GetODE2Coordinates(initial)
+
+
+def _turning_masses(model: Model) -> list[tuple[int, int, float]]:
+    """Place of the spin among all coordinates and among those of its node, and inertia, of every shaft and rotor."""
+    shafts, kinds = model.gearbox.shafts, model.plan.shafts
+    turning = [(model.spins[shaft.name], SPIN_PLACE[kinds[shaft.name]], shaft.inertia) for shaft in shafts]
+    return turning + [(model.rotors[s.name], 0, s.coupling.inertia) for s in shafts if s.coupling]
+
+
+@contextmanager
+def _inertia_torques(model: Model, accelerations: np.ndarray) -> Iterator[None]:
+    """Loads on the spins of shafts and rotors, as accelerations (n_coordinates,) ask for; none without them."""
+    mbs, loads = model.mbs, []
+    nodes = {mbs.GetNodeODE2Index(n): n for n in range(mbs.systemData.NumberOfNodes())}
+    for spin, place, inertia in _turning_masses(model) if accelerations.any() else ():
+        marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=nodes[spin - place], coordinate=place))
+        load = eii.LoadCoordinate(markerNumber=marker, load=-inertia * accelerations[spin])
+        loads.append(mbs.AddLoad(load))
+    try:
+        if loads:
+            mbs.Assemble()
+        yield
+    finally:
+        for load in reversed(loads):
+            mbs.DeleteLoad(load, suppressWarnings=True)
+        if loads:
+            mbs.Assemble()
 
 
 def _displaced(model: Model, forces: np.ndarray) -> np.ndarray:

@@ -46,9 +46,21 @@ class Solver:
         integration, h = settings.timeIntegration, self.rule.step
         integration.startTime, integration.endTime = piece.first * h, piece.last * h
         integration.numberOfSteps = round((piece.last - piece.first) * h / rule.step)
+        # Exudyn's initial accelerations leave out the slope of an imposed speed; those of the state hold it.
+        integration.generalizedAlpha.computeInitialAccelerations = self.speed_of.steady
         remedy = f"try step={h / 2:.2g} or more damping"
         with integrated(self.model, rule), explained(self.model, remedy, self.speed_of):
+            if piece.first == 0 and not self.speed_of.steady:
+                self._evaluate(settings)
             self.model.mbs.SolveDynamic(settings, updateInitialValues=True)
+
+    def _evaluate(self, settings: exu.SimulationSettings) -> None:
+        """All forces in the initial state: their first samples."""
+        mbs = self.model.mbs
+        solver: Any = exu.MainSolverStatic()
+        solver.InitializeSolver(mbs, settings)
+        solver.ComputeODE2RHS(mbs)
+        solver.FinalizeSolver(mbs, settings)
 
     def run(self, steps: int, progress: bool) -> list[Piece]:
         """All pieces, between which the bar moves; they restart from the very state that they reached."""

@@ -77,9 +77,9 @@ def run_up(
     checks      so many hundredths of the run, the liveliest among them, are solved again at half the step; what that
                 changes stands as step_error in the data. None without progress, or with 0
 
-    The run starts from static equilibrium under the initial load. Raises ValueError for input out of range and a step
-    beyond the stability limit; RuntimeError where the run leaves the map, bearings yield until the teeth part, or
-    Newton's iteration fails.
+    The run starts from equilibrium under the initial load and the inertia torques of the speed's initial slope.
+    Raises ValueError for input out of range and a step beyond the stability limit; RuntimeError where the run leaves
+    the map, bearings yield until the teeth part, or Newton's iteration fails.
     """
     model = measured(model)
     require_within("duration", duration, 0, 1e5, remedy="s")
@@ -92,7 +92,7 @@ def run_up(
     samples = ceil(duration / (every * h) * (1 - 1e-9))
     h = summable(duration / (samples * every), duration)
     with quiet(), imposed(model, speed_of, load_of):
-        start(model, finite(load_of(0.0), 0.0), float(speed_of(0.0)))
+        start(model, finite(load_of(0.0), 0.0), float(speed_of(0.0)), speed_of.slope)
         for mesh in model.meshes:
             mesh.recorder.start(every * h, samples + 1, steps=every, motion=on_bearings(model, mesh))
         began = clock.perf_counter()

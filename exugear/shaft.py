@@ -220,6 +220,11 @@ class Shaft:
         return next((part for _, part in self._placed(Coupling)), None)
 
     @property
+    def turning_inertia(self) -> float:
+        """Inertia about z of the shaft and of the rotor behind its coupling [kg m^2]."""
+        return self.inertia + (self.coupling.inertia if self.coupling else 0.0)
+
+    @property
     def support(self) -> np.ndarray:
         """(6, 6) stiffness of all bearings about the centre of mass, over x, y, z and about x, y, z."""
         return sum((bearing.at(axial - self.centre) for axial, bearing in self.bearings.items()), np.zeros((6, 6)))
