@@ -13,6 +13,7 @@ from exugear.axes import static_offsets
 from exugear.bodies import SPIN_PLACE
 from exugear.kinematics import DIRECTION, TURNS
 from exugear.model import Mesh, Model, lay, open_system, seats
+from exugear.plan import UNDAMPED
 from exugear.seats import radial_table
 from fem.gear import require
 from fem.units import rpm
@@ -194,4 +195,9 @@ def explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
         left = re.search(SAID, str(error))
         reason = left.group(0) if left else f"Newton's iteration failed; {remedy}"
-        raise RuntimeError(f"{where}: {reason}") from error
+        raise RuntimeError(f"{where}: {reason}{without_damping(model, t)}") from error
+
+
+def without_damping(model: Model, t: float) -> str:
+    """What a run that fails at t [s] is told where no mesh, bearing or coupling is damped."""
+    return f" ({UNDAMPED})" if model.plan.undamped and t > INSTANT else ""

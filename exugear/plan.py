@@ -18,6 +18,7 @@ COST = {Coordinates.SPIN: 4e-6, Coordinates.PLANAR: 8e-6, Coordinates.BEARINGS: 
 SAMPLE = 48
 SAMPLE_ON_BEARINGS = 130
 ROUNDING = 1e-9
+UNDAMPED = "damping: none, vibrations do not decay; give Stage(damping_ratio=0.06)"
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,7 @@ class Plan:
     why         reason per shaft
     laws        force law of every stage by its label, with the axes that the scene needs
     axes        reason per stage
+    undamped    whether no mesh, bearing or coupling is damped
     omega       bound on the highest eigenfrequency of the built model, meshes at their stiffest [rad/s]; 0: not built
     omega_mesh  the same of those in which meshes take part: what the step resolves [rad/s]; 0: not built
     """
@@ -36,6 +38,7 @@ class Plan:
     why: Mapping[str, str]
     laws: Mapping[str, MeshForce]
     axes: Mapping[str, str]
+    undamped: bool = False
     omega: float = 0.0
     omega_mesh: float = 0.0
 
@@ -78,6 +81,7 @@ class Plan:
     def __str__(self) -> str:
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
+        lines += [UNDAMPED] * self.undamped
         if self.omega:
             lines.append(f"integrator: {self.rule()}")
             resolved = f"{self.omega_mesh / 2 / pi:.4g} Hz with meshes in them"
@@ -100,7 +104,13 @@ def plan(gearbox: Gearbox) -> Plan:
     laws = {label: stage_law(gearbox, stage, shafts) for label, stage in labelled}
     why = {name: reason for name, (_, reason) in found.items()}
     axes = {label: text for label, (_, text) in laws.items()}
-    return Plan(shafts, why, {label: law for label, (law, _) in laws.items()}, axes)
+    return Plan(shafts, why, {label: law for label, (law, _) in laws.items()}, axes, _undamped(gearbox))
+
+
+def _undamped(gearbox: Gearbox) -> bool:
+    """Whether no mesh, bearing or coupling is damped."""
+    parts = [part for shaft in gearbox.shafts for part in (shaft.coupling, *shaft.bearings.values()) if part]
+    return not any(part.damping for part in (*parts, *(stage.force for stage in gearbox.stages)))
 
 
 def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:

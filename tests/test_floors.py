@@ -69,6 +69,7 @@ FLOORS = {
     "exugear.bearing": 7,
     "exugear.walk": 7,
     "exugear.shaft": 7.1,
+    "exugear.damping": 7.15,
     "exugear.stage": 7.2,
     "exugear.layout": 7.3,
     "exugear.alignment": 7.3,
