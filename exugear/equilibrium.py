@@ -15,13 +15,17 @@ from exugear.kinematics import DIRECTION, TURNS
 from exugear.model import Mesh, Model, lay, open_system, seats
 from exugear.plan import UNDAMPED
 from exugear.seats import radial_table
+from exugear.shaft import Shaft
 from fem.gear import require
-from fem.units import rpm
+from fem.units import mm, rpm
 
 INSTANT = 1e-12
 STUCK = "no static equilibrium; try a load under which teeth and bearings touch, less load or stiffer bearings"
 #: Rounds in which nonlinear bearings find their secant stiffness, and meshes their phases to within [m, rad].
 ROUNDS, SETTLED = 30, 1e-14
+#: Static displacement of a shaft [m, rad] and twist of a coupling [rad] beyond which data are in another unit.
+LARGEST_SHIFT, LARGEST_TILT, LARGEST_TWIST = 0.01, 0.05, 2.0
+UNIT = "(in N/m: 200 N/um are 200e6)"
 #: What the user functions say.
 SAID = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
 
@@ -62,15 +66,24 @@ def _laid_out(model: Model, load: float, acceleration: float) -> np.ndarray:
     driving, spin = box.driving, model.spins[box.driving.name]
     if driving.coupling:
         torques = -forces @ np.array([mesh.row for mesh in model.meshes])
-        q[spin] = (torques[spin] - driving.inertia * acceleration) / driving.coupling.torsion
+        q[spin] = _twist(driving, torques[spin] - driving.inertia * acceleration)
     q = _pressed(model, forces, q)
-    couplings = {shaft.name: shaft.coupling for shaft in box.shafts if shaft.coupling}
-    for name, coupling in couplings.items():
-        rotor = model.rotors[name]
-        outer = -box.turns[name] * load if name == box.driven.name else 0.0
-        twist = (outer - coupling.inertia * box.ratios[name] * acceleration) / coupling.torsion
-        q[rotor] = 0.0 if name == driving.name else q[rotor] + twist
+    for shaft in box.shafts:
+        if shaft.coupling:
+            outer = -box.turns[shaft.name] * load if shaft.name == box.driven.name else 0.0
+            torque = outer - shaft.coupling.inertia * box.ratios[shaft.name] * acceleration
+            rotor = model.rotors[shaft.name]
+            q[rotor] = 0.0 if shaft.name == driving.name else q[rotor] + _twist(shaft, torque)
     return q
+
+
+def _twist(shaft: Shaft, torque: float) -> float:
+    """Twist [rad] of a shaft's coupling under a torque [N m]; ValueError beyond what couplings stand."""
+    torsion = shaft.coupling.torsion  # type: ignore[union-attr]
+    far = f"the coupling of shaft {shaft.name!r} twists by {torque / torsion:.3g} rad under {torque:.4g} N m"
+    units = "pass its torsion in N m/rad (8 kN m/rad are 8e3), or less load"
+    require(abs(torque) < LARGEST_TWIST * torsion, f"{far}; {units}")
+    return torque / torsion
 
 
 def _yields(model: Model) -> bool:
@@ -136,7 +149,20 @@ def _displaced(model: Model, forces: np.ndarray) -> np.ndarray:
         secants = _secants(model, q, secants)
         if not any(secants.values()):
             break
+    _check_yield(model, forces, q)
     return q
+
+
+def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
+    """Bearings hold their shafts in mesh under forces (n_stage,) [N], or are given in another unit: RuntimeError."""
+    for mesh, force in zip(model.meshes, forces, strict=True):
+        shafts = [s.name for s in (mesh.stage.fast, mesh.stage.slow) if model.plan.shafts[s.name].on_bearings]
+        displaced = [q[model.spins[s] - SPIN_PLACE[model.plan.shafts[s]] : model.spins[s]] for s in shafts]
+        shift = max((np.abs(x[:3]).max() for x in displaced), default=0.0)
+        tilt = max((np.abs(x[3:]).max(initial=0.0) for x in displaced), default=0.0)
+        if shift > LARGEST_SHIFT or tilt > LARGEST_TILT:
+            far = f"bearings of {mesh.stage.name} yield by {shift / mm:.3g} mm, {tilt:.2g} rad under {abs(force):.4g} N"
+            raise RuntimeError(f"{far}; try less load or stiffer bearings {UNIT}")
 
 
 def _secants(model: Model, q: np.ndarray, before) -> Mapping[str, Mapping[float, float]]:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.course import Curve, line
-from exugear.equilibrium import start
+from exugear.equilibrium import UNIT, start
 from exugear.imposed import finite, imposed
 from exugear.integrator import BETA, STABLE, Rule
 from exugear.model import Mesh, Model, measured, quiet
@@ -148,7 +148,9 @@ def _require_in_mesh(model: Model) -> None:
                 replace(mesh.stage.pair, a=max(a, mesh.stage.pair.a))
             except ValueError as error:
                 far = f"bearings of {mesh.stage.name} yield to a centre distance of {a / mm:.6g} mm"
-                raise RuntimeError(f"{far}, where the pair cannot run; try less load or stiffer bearings") from error
+                raise RuntimeError(
+                    f"{far}, where the pair cannot run; try less load or stiffer bearings {UNIT}"
+                ) from error
 
 
 def _step_error(pieces, errors: np.ndarray, h: float) -> dict:

@@ -6,7 +6,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 from numba import carray
 
-from exugear.bearing import Bearing
+from exugear.bearing import Bearing, about_pole
 from exugear.kernels import PLANAR, SPATIAL
 from exugear.recorder import at
 from exugear.shaft import Shaft
@@ -32,13 +32,12 @@ def linear_part(bearing: Bearing, lever: float) -> np.ndarray:
     """(6, 6) stiffness about a pole lever [m] below, without the radial one of a nonlinear bearing."""
     if bearing.linear:
         return bearing.at(lever)
-    rest = bearing.axial or bearing.tilt
-    return Bearing(axial=bearing.axial, tilt=bearing.tilt).at(lever) if rest else np.zeros((6, 6))
+    return about_pole(np.diag([0.0, 0.0, bearing.axial, bearing.tilt, bearing.tilt, 0.0]), lever)
 
 
 def radial_part(k: float, lever: float) -> np.ndarray:
     """(6, 6) stiffness about a pole lever [m] below of a radial spring k [N/m]."""
-    return Bearing(radial=k).at(lever) if k else np.zeros((6, 6))
+    return about_pole(np.diag([k, k, 0.0, 0.0, 0.0, 0.0]), lever)
 
 
 def add_bearings(mbs, node: int, shaft: Shaft, kind: str) -> None:

@@ -15,8 +15,8 @@ from fem.units import mm, rpm
 R_B = paper_pair().pinion.r_b
 
 
-def shaft(name: str, inertia: float = INERTIA, **parts) -> exugear.Shaft:
-    return exugear.Shaft(name, {30 * mm: paper_gear(), **{0.0: part for part in parts.values()}}, inertia=inertia)
+def shaft(name: str, inertia: float = INERTIA, *parts) -> exugear.Shaft:
+    return exugear.Shaft(name, {30 * mm: [paper_gear(), *parts]}, inertia=inertia)
 
 
 def stage(law=None, **changes) -> exugear.Stage:
@@ -28,7 +28,7 @@ def stage(law=None, **changes) -> exugear.Stage:
 def test_free_vibrations_decay_with_the_ratio(ratio):
     """Two shafts free to spin on a linear mesh: the soft coupling hardly holds the fast one."""
     soft = exugear.Coupling(200.0, inertia=1.0)
-    fast, slow = shaft("fast", coupling=soft), shaft("slow", 3 * INERTIA)
+    fast, slow = shaft("fast", INERTIA, soft), shaft("slow", 3 * INERTIA)
     given = {"pair": paper_pair(), "damping_ratio": ratio}
     model = exugear.build(exugear.Gearbox([exugear.Stage(fast, slow, linear_law(), **given)]))
     load = lambda t: 150.0 if t < 1e-5 else 140.0  # noqa: E731
@@ -87,8 +87,9 @@ def test_a_run_without_damping_says_so():
         exugear.run_up(model, speed=1950 * rpm, load=300.0, duration=0.3, progress=False)
 
 
-@pytest.mark.parametrize(
-    "part", [exugear.Bearing(1e9, 1e9, 1e6, 1e-6), exugear.Coupling(1e4, 2.0, inertia=0.1), exugear.Bearing(1e9, 1e9, 1e6)]
-)
+DAMPED = [exugear.Bearing(1e9, 1e9, 1e6, 1e-6), exugear.Coupling(1e4, 2.0, inertia=0.1)]
+
+
+@pytest.mark.parametrize("part", [*DAMPED, *(replace(part, damping=0.0) for part in DAMPED)])
 def test_damping_anywhere_counts(part):
     assert ("damping: none" in str(exugear.plan(smooth_box(part, damping=0.0)))) == (part.damping == 0)

@@ -100,3 +100,18 @@ def test_curves_know_their_slope():
     curve = Curve(lambda t: 3 + 2 * np.sin(5 * t), 1.0)
     assert curve.slope == pytest.approx(10, rel=1e-6) and not curve.steady
     assert Curve(lambda t: 3.0, 1.0).steady and Line(3.0, 0.0).steady and not Line(3.0, 1.0).steady
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        (exugear.Bearing(2e5, 1e5, 1e5), "bearings of fast-slow yield to .* stiffer bearings .*200e6"),
+        (exugear.Bearing(5e4, 5e4, 1e4), "bearings of fast-slow yield by 40 mm, 0 rad under 2154 N.*200e6"),
+        (exugear.Coupling(8.0, inertia=1.0), "coupling of shaft 'fast' twists by -18.7 rad under -150 N m.*8e3"),
+    ],
+)
+def test_units_that_a_load_brings_to_light(part, message):
+    """200 N/um given as 200e3, 50 as 50e3, 8 kN m/rad given as 8."""
+    model = exugear.build(smooth_box(parts={30 * mm: [paper_gear(), part]}))
+    with pytest.raises((ValueError, RuntimeError), match=message):
+        exugear.run_up(model, speed=0.0, load=150.0, duration=1e-3)
