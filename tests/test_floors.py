@@ -98,6 +98,7 @@ FLOORS = {
     "exugear.model": 11,
     "exugear.equilibrium": 11.5,
     "exugear.imposed": 11.6,
+    "exugear.eigenfrequencies": 11.7,
     "exugear.pieces": 11.7,
     "exugear.viewer": 12,
     "exugear.run": 12,
@@ -106,7 +107,7 @@ FLOORS = {
 #: `fem.profile` is the outline that `exugear.graphics` draws.
 DOORS_TO_FEM = {"fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"}
 EXUDYN = (
-    *("bodies", "connector", "equilibrium", "friction_connector", "graphics"),
+    *("bodies", "connector", "eigenfrequencies", "equilibrium", "friction_connector", "graphics"),
     *("imposed", "integrator", "model", "native", "pieces", "plan", "run", "seats", "sensor", "trampoline", "trial"),
 )
 FENCES = {
