@@ -8,7 +8,8 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.force import MeshForce, beyond_map
+from exugear.divergence import stopped
+from exugear.force import MeshForce
 from exugear.kernels import PLANAR, SPATIAL, SPIN, kernel_of
 from exugear.kinematics import reference_line, rotational_frame, spatial_frame
 from exugear.native import native
@@ -159,7 +160,7 @@ def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorde
         try:
             return kernel(one, two, three, t, *q, *q_t)
         except ValueError as error:
-            raise RuntimeError(beyond_map(*error.args)) from None
+            raise RuntimeError(stopped(*error.args)) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         n, state = len(q), np.array([*q, *q_t])
@@ -170,7 +171,7 @@ def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorde
             try:
                 ahead, behind = (np.array(kernel(one, two, none, t, *x)) for x in (state + nudge, state - nudge))
             except ValueError as error:
-                raise RuntimeError(beyond_map(*error.args)) from None
+                raise RuntimeError(stopped(*error.args)) from None
             jacobian[:, i % n] -= (factor if i < n else factor_t) * (ahead - behind) / (2 * nudge[i])
         return jacobian
 

@@ -10,6 +10,7 @@ from exugear.axes import Coordinates, stage_law
 from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
 from exugear.integrator import ANGLE_AT_1E3, ANGLE_ON_BEARINGS_AT_1E3, BOUND_MARGIN, STABLE, Rule, rule
+from exugear.reach import missing_axes
 from exugear.shaft import Shaft
 from exugear.stage import Stage
 
@@ -93,8 +94,11 @@ class Plan:
         return "\n".join(lines)
 
 
-def plan(gearbox: Gearbox) -> Plan:
+def plan(gearbox: Gearbox, *, load: float | None = None) -> Plan:
     """Coordinates and axes of the maps that the scene needs, and why: what is absent is skipped.
+
+    load   on the driven shaft [N m], under which the plan tells how far gears move along axes that their maps lack; by
+           default the largest that all maps carry
 
     Raises ValueError for displaced shafts whose map lacks the axis.
     """
@@ -103,7 +107,8 @@ def plan(gearbox: Gearbox) -> Plan:
     labelled = zip(gearbox.labels, gearbox.stages, strict=True)
     laws = {label: stage_law(gearbox, stage, shafts) for label, stage in labelled}
     why = {name: reason for name, (_, reason) in found.items()}
-    axes = {label: text for label, (_, text) in laws.items()}
+    lacking = dict(zip(laws, missing_axes(gearbox, shafts, load), strict=True))
+    axes = {label: "; ".join(filter(None, (text, lacking[label]))) for label, (_, text) in laws.items()}
     return Plan(shafts, why, {label: law for label, (law, _) in laws.items()}, axes, _undamped(gearbox))
 
 

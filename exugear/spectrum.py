@@ -77,13 +77,16 @@ def order_spectrum(time, speed, signal, *, orders: float, revolutions: int = 8) 
     revolutions     per line: the resolution is 1 / revolutions orders (Hann window)
 
     The signal is resampled over the angle; revolutions too slow or too fast to be sampled are left out: fewer than
-    2.2 samples per period of the highest order. Raises ValueError where no revolution remains.
+    2.2 samples per period of the highest order. Raises ValueError for signals shorter than a line,
+    and where no line remains.
     """
     time, speed, signal = (np.asarray(x, float) for x in (time, speed, signal))
     _check_signal(time, signal)
     _check_signal(time, speed)
     require(orders > 0 and revolutions >= 1, f"orders must be > 0, revolutions >= 1, got {orders}, {revolutions}")
     turns = scipy.integrate.cumulative_trapezoid(np.abs(speed), time, initial=0) / (2 * np.pi)
+    short = f"the signal holds {turns[-1]:.3g} revolutions, a line takes {revolutions}"
+    require(turns[-1] >= revolutions, f"{short}; record longer, or pass fewer revolutions")
     per_line = OVERSAMPLING * int(np.ceil(2.56 * orders)) * revolutions
     lines = _sampled_lines(time, turns, orders, revolutions)
     require(lines.size > 0, f"no {revolutions} revolutions are sampled well enough for order {orders:g}; sample finer")

@@ -83,12 +83,21 @@ class Stage:
         return MeshForce.from_ste(self.mesh, damping=self.damping or 0.0, backlash=self.backlash)
 
     def _find_gears(self) -> tuple[float, float]:
+        self._check_order()
         pinions = carried(self.fast, self.pair.pinion, "pinion")
         wheels = carried(self.slow, self.pair.wheel, "wheel")
         facing = [(s, t) for s in pinions for t in wheels if abs(s - t) < 1e-6]
         where = f"{[s / mm for s in pinions]} mm, wheel at {[t / mm for t in wheels]} mm"
         require(bool(facing), f"pinion and wheel must face each other at one axial place, got pinion at {where}")
         return facing[0]
+
+    def _check_order(self) -> None:
+        """Require the pinion on the fast shaft, where the shafts carry the pair at all."""
+        fast, slow, pair = self.fast.gears.values(), self.slow.gears.values(), self.pair
+        swapped = pair.wheel in fast and pair.pinion in slow and pair.pinion not in fast
+        meant = f"fast shaft {self.fast.name!r} carries the pair's wheel, slow shaft {self.slow.name!r} its pinion"
+        remedy = "map the pair the other way round, fem.GearPair(wheel, pinion, a=...), or swap fast and slow"
+        require(not swapped, f"{meant}; the pinion drives, also where it is the larger gear: {remedy}")
 
     @property
     def name(self) -> str:
