@@ -58,7 +58,7 @@ def sweep(law: exugear.MeshForce, tilts, duration: float, **changes) -> tuple[ex
 
 def outline(run: exugear.Run, windows: int = 150) -> exugear.spectrum.Envelope:
     """Envelope of the DTE over mesh frequency."""
-    return exugear.envelope(run.data["mesh_frequency"].values, run.data["dte"].values[0], windows)
+    return exugear.dte_envelope(run, windows=windows)
 
 
 def figures(ste, run: exugear.Run) -> dict[str, float]:

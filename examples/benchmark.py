@@ -21,6 +21,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 from korta_run_up import MAP_PHASES, MAP_TORQUES, gearbox, paper_pair
+from matplotlib import rc_context
 from numba import njit
 from skfem import ElementHex1
 
@@ -56,7 +57,6 @@ class Points:
         for (method, rows), marker in zip(self.found.items(), "os^Dvp<>*hX", strict=False):
             ax.plot([row[2] for row in rows], [row[1] for row in rows], marker + "-", ms=5, label=method)
         ax.set(xscale="log", yscale="log")
-        ax.legend(frameon=False, fontsize=7)
 
 
 def timed(call: Callable):
@@ -110,7 +110,7 @@ def outline(run: exugear.Run) -> tuple[np.ndarray, Resonances]:
     """rms of the DTE about its mean in windows of time; resonances of its envelope over the mesh frequency."""
     time, dte = run.data["time"].values, run.data["dte"].values[-1]
     wide, narrow = (np.split(dte, np.searchsorted(time, np.linspace(0, time[-1], n + 1)[1:-1])) for n in (56, 281))
-    frequency = np.interp((np.arange(281) + 0.5) / 281 * time[-1], time, run.data["mesh_frequency"].values)
+    frequency = np.interp((np.arange(281) + 0.5) / 281 * time[-1], time, run.data["mesh_frequency"].values[-1])
     return np.array([x.std() for x in wide]), exugear.resonances(frequency, [np.ptp(x) / 2 for x in narrow])
 
 
@@ -268,29 +268,50 @@ def exponent(sizes, times) -> float:
     return float(np.polyfit(np.log(sizes), np.log(times), 1)[0])
 
 
-def draw(path: Path, ste: Points, runs: Points, floor: dict[str, float], grown: dict) -> None:
-    """Error over time of STE and run-up, and the growth."""
-    figure = plots.figure(columns=3)
-    left, middle, right = figure.axes
-    ste.draw(left)
-    for name in ("implicit FE", "explicit FE"):
-        left.axvline(PAPER[name], color="0.6", ls=":")
-        left.text(PAPER[name], 0.02, f" paper, {name}", rotation=90, fontsize=7, transform=left.get_xaxis_transform())
-    left.set(xlabel="time of 30 phases, cold [s]", ylabel="error of the STE [% of its mean]")
-    runs.draw(middle)
-    for name, seconds in (floor | {"paper": PAPER["run-up"]}).items():
-        if name != "exugear":
-            middle.axvline(seconds, color="0.6", ls=":")
-            middle.text(seconds, 0.02, f" {name}", rotation=90, fontsize=7, transform=middle.get_xaxis_transform())
-    middle.set(xlabel="time of a 70 s run-up [s]", ylabel="error of the rms of the DTE [%], median of windows")
+def mark_times(ax, seconds: dict[str, float]) -> None:
+    """Dotted lines at the times of others."""
+    frame = ax.get_xaxis_transform()
+    for name, at in seconds.items():
+        ax.axvline(at, color="0.6", ls=":")
+        ax.text(at, 0.02, name, rotation=90, fontsize=8, ha="right", transform=frame)
+
+
+def draw_growth(ax, grown: dict) -> None:
+    """Time over size, both over the smallest."""
     for name, (sizes, times) in grown.items():
-        label = f"{name}: exponent {exponent(sizes, times):.2f}"
-        right.loglog(np.array(sizes) / sizes[0], np.array(times) / times[0], "o-", label=label)
-    right.set(xlabel="size over the smallest", ylabel="time over the smallest")
-    right.set_yticks([1, 2, 4, 8], ["1", "2", "4", "8"])
-    right.minorticks_off()
-    right.legend(frameon=False, fontsize=7)
-    figure.savefig(path, dpi=130)
+        label = f"{name}: {exponent(sizes, times):.2f}"
+        ax.loglog(np.array(sizes) / sizes[0], np.array(times) / times[0], "o-", ms=5, label=label)
+    ax.set(xlabel="size over the smallest", ylabel="time over the smallest")
+    ax.set_yticks([1, 2, 4, 8], ["1", "2", "4", "8"])
+    ax.minorticks_off()
+
+
+def draw_legends(ax, panels: dict) -> None:
+    """Those of all panels below one another, instead of a panel."""
+    ax.axis("off")
+    top = 1.0
+    for title, panel in panels.items():
+        handles, labels = panel.get_legend_handles_labels()
+        options = {"loc": "upper left", "labelspacing": 0.15, "borderpad": 0, "alignment": "left", "frameon": False}
+        ax.add_artist(ax.legend(handles, labels, title=title, bbox_to_anchor=(0, top), **options))
+        top -= (len(labels) + 1.3) / 19.5
+
+
+def draw(path: Path, ste: Points, runs: Points, floor: dict[str, float], grown: dict) -> None:
+    """Error over time of STE and run-up, and the growth; 9 pt where it is printed 18 cm wide."""
+    with rc_context({"font.size": 9}):
+        figure = plots.figure(rows=2, columns=2)
+        figure.set_size_inches(7.1, 6.6)
+        upper, beside, lower, legends = figure.axes
+        ste.draw(upper)
+        mark_times(upper, {f"paper, {name}": PAPER[name] for name in ("implicit FE", "explicit FE")})
+        upper.set(xlabel="time of 30 phases, cold [s]", ylabel="error of the STE [% of its mean]")
+        runs.draw(beside)
+        mark_times(beside, {name: x for name, x in (floor | {"paper": PAPER["run-up"]}).items() if name != "exugear"})
+        beside.set(xlabel="time of a 70 s run-up [s]", ylabel="error of the rms of the DTE [%], median")
+        draw_growth(lower, grown)
+        draw_legends(legends, {"STE": upper, "run-up": beside, "growth, exponent": lower})
+        figure.savefig(path, dpi=200)
 
 
 def main() -> None:

@@ -79,8 +79,8 @@ def draw(runs: dict[str, dict[float, exugear.Run]], path: Path) -> None:
     """Envelopes of the DTE by law, one panel a torque."""
     figure = plots.figure(rows=2)
     for ax, load in zip(figure.axes, TORQUES, strict=True):
-        outlines = {name: by_load[load].data for name, by_load in runs.items()}
-        plots.plot_envelopes(outlines, ax).set_title(f"{load:g} N m")
+        at_load = {name: by_load[load] for name, by_load in runs.items()}
+        plots.plot_envelopes(at_load, ax).set_title(f"{load:g} N m")
     figure.savefig(path, dpi=150)
 
 

@@ -12,6 +12,7 @@ from exugear.gearbox import Gearbox
 from exugear.integrator import integrator
 from exugear.model import Model, build
 from exugear.plan import Plan, plan
+from exugear.recorded import dte_envelope
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
 from exugear.run import Run, run_up
@@ -44,6 +45,7 @@ __all__ = [
     "Stage",
     "build",
     "draw",
+    "dte_envelope",
     "eigenfrequencies",
     "envelope",
     "graphics",

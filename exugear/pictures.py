@@ -82,7 +82,7 @@ def _curves(ax: Axes, data: xr.DataArray, line: str, name: str) -> None:
     phase = np.append(data[PHASE], 1 + data[PHASE][0])
     colours = colormaps["viridis"](np.linspace(0, 0.85, data[TORQUE].size))
     for row, torque, colour in zip(data.values, data[TORQUE].values, colours, strict=True):
-        ax.plot(phase, np.append(row, row[0]) / MPa, line, color=colour, label=f"{name}{torque:g} N m")
+        ax.plot(phase, np.append(row, row[0]) / MPa, line, color=colour, label=f"{name}{torque:.4g} N m")
     ax.set(xlabel="phase of the mesh cycle [pitches]", xlim=(phase[0], phase[-1]), ylim=(0, None))
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     ax.grid(alpha=0.3)

@@ -10,12 +10,16 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from exugear.spectrum import Envelope, Resonances, envelope, order_spectrum
-from fem.ste import PHASE, TORQUE, over_torque_and_phase, pair_of
+from exugear.recorded import dte_envelope, stage_data
+from exugear.spectrum import Envelope, Resonances, order_spectrum
+from fem.gear import require
+from fem.ste import PHASE, TORQUE, over_torque_and_phase, over_torque_and_phases, pair_of
 from fem.units import mm, rpm, um
 
 STEEL = "#c9d3dc"
 TRACE, EDGE, MARK = "#9ecae1", "#08519c", "#cb181d"
+#: Mesh cycles of a line of an order map, and its largest share of a run.
+CYCLES, SHARE = 400, 1 / 20
 
 
 def _axes(ax: Axes | None, **projection) -> Axes:
@@ -34,18 +38,35 @@ def figure(rows: int = 1, columns: int = 1, spatial: tuple[int, ...] = ()) -> Fi
     return made
 
 
-def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float = 2.0) -> Axes:
-    """Transmission error over some pitches, a curve per torque."""
+def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float | None = None, alternating: bool = False) -> Axes:
+    """Transmission error over some pitches, a curve per torque.
+
+    pitches         two by default; of a map that runs over several, all of them
+    alternating     less the mean over the mesh cycle, which is what excites vibration
+    """
     ax = _axes(ax)
-    phase, torque = ste[PHASE].values, ste[TORQUE].values
-    repeats = np.arange(np.ceil(pitches))
+    mapped = int(ste.attrs.get("pitches", 1))
+    te = over_torque_and_phase(ste) if mapped == 1 else over_torque_and_phases(ste)
+    default, most = (2, 1000) if mapped == 1 else (mapped, mapped)
+    shown = default if pitches is None else pitches
+    require(0 < shown <= most, f"pitches must lie in (0, {most}], got {pitches}")
+    repeats = np.arange(np.ceil(shown) + 1 if mapped == 1 else 1)
+    phase, torque = te[PHASE].values, te[TORQUE].values
     at = (phase + repeats[:, None]).ravel()
-    for row, load, colour in zip(over_torque_and_phase(ste).values, torque, _colours(torque), strict=True):
-        ax.plot(at, np.tile(row, repeats.size) / um, color=colour, label=f"{load:g} N m", marker=".", markersize=3)
-    ax.set(xlabel="phase of the mesh cycle [pitches]", ylabel="static transmission error [µm]", xlim=(0, pitches))
+    curves = te.values - _cycle_mean(phase, te.values, mapped) if alternating else te.values
+    for row, load, colour in zip(curves, torque, _colours(torque), strict=True):
+        ax.plot(at, np.tile(row, repeats.size) / um, color=colour, label=f"{load:.4g} N m", marker=".", markersize=3)
+    name = "alternating part of the STE [µm]" if alternating else "static transmission error [µm]"
+    ax.set(xlabel="phase of the mesh cycle [pitches]", ylabel=name, xlim=(0, shown))
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     ax.grid(alpha=0.3)
     return ax
+
+
+def _cycle_mean(phase: np.ndarray, te: np.ndarray, pitches: int) -> np.ndarray:
+    """(n_torque, 1) means of te (n_torque, n_phase) over so many pitches."""
+    closed = np.append(te, te[:, :1], axis=1)
+    return np.trapezoid(closed, np.append(phase, phase[0] + pitches), axis=1)[:, None] / pitches
 
 
 def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -56,7 +77,7 @@ def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None) -> Axes:
     torque = loaded[TORQUE].values
     for row, load, colour in zip(over_torque_and_phase(loaded).values, torque, _colours(torque), strict=True):
         at, te = np.append(loaded[PHASE], 1 + loaded[PHASE][0]), np.append(row, row[0])
-        ax.plot(at, load / r_b / te * um, color=colour, label=f"{load:g} N m")
+        ax.plot(at, load / r_b / te * um, color=colour, label=f"{load:.4g} N m")
     ax.set(xlabel="phase of the mesh cycle [pitches]", ylabel="mesh stiffness F / STE [N/µm]")
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     ax.grid(alpha=0.3)
@@ -68,61 +89,80 @@ def _colours(torque: np.ndarray) -> np.ndarray:
 
 
 def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances | None = None) -> Axes:
-    """Dynamic transmission error of one stage over mesh frequency with its envelope and the resonances found in it."""
-    ax = _axes(ax)
-    frequency, dte = run.data["mesh_frequency"].values, run.data["dte"].values[stage]
-    outline = envelope(frequency, dte)
-    ax.plot(frequency, dte / um, color=TRACE, linewidth=0.2, rasterized=True)
-    _draw_outline(ax, outline)
+    """Dynamic transmission error of one stage over its mesh frequency, and the resonances found in its envelope.
+
+    run     an `exugear.Run` or its data, as in all plots of runs
+    """
+    ax, data = _axes(ax), stage_data(run, stage)
+    outline = dte_envelope(run, stage)
+    ax.fill_between(outline.place, outline.low / um, outline.high / um, color=TRACE, linewidth=0)
+    for side in (outline.high, outline.low):
+        ax.plot(outline.place, side / um, color=EDGE, linewidth=1.2)
     if found is not None:
         _mark(ax, outline, found)
-    ax.set(xlabel="mesh frequency [Hz]", ylabel="dynamic transmission error [µm]", xlim=(0, frequency.max()))
+    ends = outline.place.min(), outline.place.max()
+    ax.set(xlabel="mesh frequency [Hz]", ylabel="dynamic transmission error [µm]", title=_title(data))
+    ax.set_xlim(*ends if ends[0] < ends[1] else (None, None))
     ax.grid(alpha=0.3)
     return ax
 
 
+def _title(data: xr.Dataset) -> str:
+    """Stage, and load where it is constant."""
+    stage = str(data["stage"].item())
+    try:
+        return f"{stage}, {float(data.attrs['load']):.4g} N m"
+    except (KeyError, ValueError):
+        return stage
+
+
 def plot_envelopes(runs, ax: Axes | None = None, stage: int = 0) -> Axes:
-    """Half peak to peak of the DTE of several runs over mesh frequency; runs: name -> `Run.data`."""
+    """Half peak to peak of the DTE of several runs over mesh frequency; runs: name -> `exugear.Run` or its data."""
     ax = _axes(ax)
-    for (name, data), style in zip(runs.items(), cycle(("-", "--", ":")), strict=False):
-        outline = envelope(data["mesh_frequency"].values, data["dte"].values[stage])
-        ax.plot(outline.place, (outline.high - outline.low) / 2 / um, style, linewidth=1.4, label=name)
+    for (name, run), style in zip(runs.items(), cycle(("-", "--", ":")), strict=False):
+        outline = dte_envelope(run, stage)
+        ax.plot(outline.place, outline.amplitude / um, style, linewidth=1.4, label=name)
     ax.set(xlabel="mesh frequency [Hz]", ylabel="half peak to peak of the DTE [µm]", ylim=(0, None))
     ax.legend()
     ax.grid(alpha=0.3)
     return ax
 
 
-def _draw_outline(ax: Axes, outline: Envelope) -> None:
-    ax.plot(outline.place, outline.high / um, color=EDGE, linewidth=1.2, label="envelope")
-    ax.plot(outline.place, outline.low / um, color=EDGE, linewidth=1.2)
-
-
 def _mark(ax: Axes, outline: Envelope, found: Resonances) -> None:
-    for place in found.place:
-        height = np.interp(place, outline.place, outline.high) / um
-        ax.plot(place, height, "v", color=MARK, markersize=5)
+    """Resonances on the envelope, with room for their frequencies inside the frame."""
+    order = np.argsort(outline.place)
+    heights = np.interp(found.place, outline.place[order], outline.high[order]) / um
+    ax.plot(found.place, heights, "v", color=MARK, markersize=5)
+    low, high = outline.low.min() / um, outline.high.max() / um
+    ax.set_ylim(low - 0.05 * (high - low), high + 0.3 * (high - low))
+    for place, height in zip(found.place, heights, strict=True):
         text = ax.annotate(f"{place:.0f} Hz", (place, height), (0, 7), textcoords="offset points", color=MARK)
         text.set(rotation=90, ha="center", fontsize="small")
-    ax.margins(y=0.2)
 
 
-def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float = 3.2) -> Axes:
-    """Amplitude of the DTE over speed and order of the mesh (Campbell diagram)."""
-    ax = _axes(ax)
-    data = run.data
-    speed, frequency = data["speed"].values, data["mesh_frequency"].values
-    teeth = float(2 * np.pi * frequency[-1] / abs(speed[-1]))
-    spectrum = order_spectrum(data["time"].values, speed, data["dte"].values[stage], orders=harmonics * teeth)
-    orders, amplitude = _visible(spectrum.order / teeth, spectrum.amplitude)
-    level = 20 * np.log10(np.maximum(amplitude / um, 1e-4))
-    picture = ax.pcolormesh(spectrum.speed / rpm, orders, level.T, cmap="magma", vmin=-50, rasterized=True)
+def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float = 3.2, decibels: float = 60.0) -> Axes:
+    """Order map of the DTE of one stage: amplitude over speed and order of its mesh, so far below the highest.
+
+    Lines that run across the orders are harmonics that the steps of the run fold; a smaller `tolerance` of
+    `exugear.run_up` makes them vanish.
+    """
+    ax, data = _axes(ax), stage_data(run, stage)
+    time, speed, frequency = (data[name].values for name in ("time", "speed", "mesh_frequency"))
+    cycles = max(1, min(CYCLES, int(SHARE * np.trapezoid(frequency, time))))
+    spectrum = order_spectrum(time, 2 * np.pi * frequency, data["dte"].values, orders=harmonics, revolutions=cycles)
+    shaft = spectrum.speed * np.abs(speed).max() / (2 * np.pi * frequency.max())
+    orders, amplitude = _visible(spectrum.order, spectrum.amplitude)
+    level = 20 * np.log10(np.maximum(amplitude / um, 1e-9))
+    top = level.max()
+    limits = {"vmin": top - decibels, "vmax": top}
+    picture = ax.pcolormesh(shaft / rpm, orders, level.T, cmap="magma_r", rasterized=True, **limits)
     ax.figure.colorbar(picture, ax=ax, label="DTE amplitude [dB re 1 µm]")
-    ax.set(xlabel="speed [rpm]", ylabel="order of the mesh frequency")
+    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="order of the mesh frequency")
+    ax.set_title(f"order map, {_title(data)}")
     return ax
 
 
-def _visible(order: np.ndarray, amplitude: np.ndarray, lines: int = 240) -> tuple[np.ndarray, np.ndarray]:
+def _visible(order: np.ndarray, amplitude: np.ndarray, lines: int = 120) -> tuple[np.ndarray, np.ndarray]:
     """Largest amplitudes of neighbouring orders, so that no line is thinner than a picture shows."""
     share = max(1, order.size // lines)
     n = order.size // share * share

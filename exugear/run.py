@@ -3,7 +3,7 @@
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import ceil, pi, ulp
+from math import ceil, nan, pi, ulp
 
 import numpy as np
 import xarray as xr
@@ -14,7 +14,9 @@ from exugear.imposed import finite, imposed
 from exugear.integrator import BETA, STABLE, Rule
 from exugear.model import Mesh, Model, measured, quiet
 from exugear.pieces import Solver
+from exugear.recorded import stored
 from exugear.seats import reactions
+from exugear.stage import Stage
 from fem.gear import require, require_within
 from fem.ste import pair_attributes, save
 from fem.units import mm
@@ -37,8 +39,8 @@ Course = float | tuple[float, float] | Callable[[float], float]
 class Run:
     """What came out of a run.
 
-    data        Dataset over time [s] and stage: speed of the driving shaft [rad/s], mesh_frequency of the first stage
-                [Hz], dte (stage, time) [m], mesh_force (stage, time) [N]; with bearings also bearing_force (bearing,
+    data        Dataset over time [s] and stage: speed of the driving shaft [rad/s], mesh_frequency (stage, time) [Hz],
+                dte (stage, time) [m], mesh_force (stage, time) [N]; with bearings also bearing_force (bearing,
                 direction, time) [N] and how the gears stand to each other; all inputs in the attributes
     wall_time   of the integration [s], without what was solved again
     step        of the integrator [s]
@@ -49,8 +51,14 @@ class Run:
     step: float
 
     def save(self, path):
-        """Write the data as netCDF, whole or not at all."""
-        return save(self.data, path)
+        """Write the run as netCDF, whole or not at all; `load` reads it back."""
+        return save(self.data.assign_attrs(wall_time=self.wall_time, step=self.step), path)
+
+    @classmethod
+    def load(cls, path) -> "Run":
+        """Read what `save` wrote; wall_time is NaN where a file does not tell. ValueError for a file of no run."""
+        data = stored(path)
+        return cls(data, float(data.attrs.pop("wall_time", nan)), float(data.attrs["step"]))
 
 
 def run_up(
@@ -124,8 +132,12 @@ def _fastest(model: Model, speed_of, duration: float) -> float:
     """Highest mesh frequency [Hz]; ValueError for speeds that are none."""
     top = float(np.abs(speed_of(np.linspace(0, duration, 1001))).max())
     require(top < 1e5, f"speed must stay below 1e5 rad/s, got {top:g}; pass 3500*rpm")
-    ratios = model.gearbox.ratios
-    return max(abs(ratios[s.fast.name]) * s.pair.pinion.z * top / (2 * pi) for s in model.gearbox.stages)
+    return max(_cycles(model, stage) for stage in model.gearbox.stages) * top
+
+
+def _cycles(model: Model, stage: Stage) -> float:
+    """Mesh cycles of a stage per radian of the driving shaft."""
+    return abs(model.gearbox.ratios[stage.fast.name]) * stage.pair.pinion.z / (2 * pi)
 
 
 def _rule(model: Model, tolerance: float, step: float | Rule | None, mesh_frequency: float) -> Rule:
@@ -168,11 +180,11 @@ def on_bearings(model: Model, mesh: Mesh) -> bool:
 
 def _labelled(model: Model, time: np.ndarray, speed_of) -> xr.Dataset:
     turning, over = speed_of(time), ("stage", "time")
-    frequency = np.abs(turning) * model.gearbox.stages[0].pair.pinion.z / (2 * pi)
+    cycles = np.array([_cycles(model, stage) for stage in model.gearbox.stages])
     data = xr.Dataset(
         {
             "speed": ("time", turning, {"units": "rad/s", "long_name": "speed of the driving shaft"}),
-            "mesh_frequency": ("time", frequency, {"units": "Hz", "long_name": "mesh frequency of the first stage"}),
+            "mesh_frequency": (over, np.outer(cycles, np.abs(turning)), {"units": "Hz", "long_name": "mesh frequency"}),
         },
         coords={
             "time": ("time", time, {"units": "s", "long_name": "time"}),

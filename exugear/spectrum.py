@@ -7,8 +7,12 @@ import scipy
 
 from fem.gear import require
 
-#: Samples per revolution over what the highest order needs, so that still higher ones are not folded onto it.
-OVERSAMPLING = 4
+#: Half the width of the Gaussian that spreads samples over a grid [cells]: amplitudes to 1e-6.
+SPREAD = 6
+#: Fewest samples per period of the highest order, anywhere in a line: the two of Nyquist, and room for the window.
+SAMPLES_PER_PERIOD = 2.05
+#: Peaks must stand out by so many times the scatter of an envelope.
+SCATTERS = 6.0
 
 
 class Envelope(NamedTuple):
@@ -40,73 +44,135 @@ class OrderSpectrum(NamedTuple):
     amplitude: np.ndarray
 
 
-def envelope(place, signal, windows: int = 280) -> Envelope:
+def envelope(place, signal, windows: int = 280, *, cycles=None) -> Envelope:
     """Envelope of signal (n,) over place (n,) (time, speed or mesh frequency) in equally long windows.
 
-    A remainder shorter than a window is left out at the end. Raises ValueError for NaN and too few samples.
+    cycles      (n,) mesh cycles passed up to each sample, if given: windows are joined until each holds a whole one
+
+    Extremes between samples lie on parabolas through three. A remainder shorter than a window is left out at the end.
+    Raises ValueError for NaN and too few samples.
     """
     place, signal = np.asarray(place, float), np.asarray(signal, float)
     _check_signal(place, signal)
     require(windows >= 1 and signal.size >= 2 * windows, f"windows must be 1 to {signal.size // 2}, got {windows}")
-    length = signal.size // windows
-    cut = signal[: length * windows].reshape(windows, length)
-    middle = place[: length * windows].reshape(windows, length).mean(axis=1)
-    return Envelope(middle, cut.min(axis=1), cut.max(axis=1), cut.std(axis=1))
+    edges = np.arange(windows + 1) * (signal.size // windows)
+    if cycles is not None:
+        _check_signal(place, cycles := np.asarray(cycles, float))
+        edges = _joined(edges, cycles)
+    first, length, end = edges[:-1], np.diff(edges), edges[-1]
+    mean = lambda values: np.add.reduceat(values[:end], first) / length  # noqa: E731
+    about = signal[:end] - np.repeat(mean(signal), length)
+    extremes = _between_samples(signal)[:end]
+    low, high = np.minimum.reduceat(extremes, first), np.maximum.reduceat(extremes, first)
+    return Envelope(mean(place), low, high, np.sqrt(np.add.reduceat(about**2, first) / length))
+
+
+def _joined(edges: np.ndarray, cycles: np.ndarray) -> np.ndarray:
+    """Those edges of windows between which a whole cycle passes; the last window takes what is left."""
+    passed = cycles[np.minimum(edges, cycles.size - 1)]
+    kept = [0]
+    for i in range(1, edges.size):
+        if passed[i] - passed[kept[-1]] >= 1:
+            kept.append(i)
+    return edges[np.append(kept[: max(len(kept) - 1, 1)], edges.size - 1)]
+
+
+def _between_samples(signal: np.ndarray) -> np.ndarray:
+    """The signal with its extremes where parabolas through three samples have them."""
+    before, at, behind = signal[:-2], signal[1:-1], signal[2:]
+    bend = before - 2 * at + behind
+    extreme = ((at - before) * (behind - at) <= 0) & (bend != 0)
+    found = signal.copy()
+    found[1:-1] -= np.where(extreme, (before - behind) ** 2 / (8 * np.where(extreme, bend, 1.0)), 0.0)
+    return found
 
 
 def resonances(place, amplitude, prominence: float = 0.05) -> Resonances:
     """Peaks of amplitude (n,) over place (n,) that stand out by prominence times the largest amplitude.
 
+    They must also stand out of the scatter of the amplitudes, and lie within the range: what rises to its end is none.
     The places are refined by parabolas through three points. Raises ValueError for NaN and a prominence outside (0, 1).
     """
     place, amplitude = np.asarray(place, float), np.asarray(amplitude, float)
     _check_signal(place, amplitude)
     require(0 < prominence < 1, f"prominence must lie in (0, 1) as share of the largest amplitude, got {prominence}")
-    peaks, _ = scipy.signal.find_peaks(amplitude, prominence=prominence * amplitude.max())
+    peaks, _ = scipy.signal.find_peaks(amplitude, prominence=max(prominence * amplitude.max(), _scatter(amplitude)))
     before, at, behind = amplitude[peaks - 1], amplitude[peaks], amplitude[peaks + 1]
     shift = (before - behind) / (2 * (before - 2 * at + behind))
     places = np.interp(peaks + shift, np.arange(place.size), place)
     return Resonances(places, at - (before - behind) * shift / 4)
 
 
-def order_spectrum(time, speed, signal, *, orders: float, revolutions: int = 8) -> OrderSpectrum:
+def _scatter(amplitude: np.ndarray) -> float:
+    """By how much a peak must stand out of what neighbouring values scatter about a smooth curve."""
+    return SCATTERS * float(np.median(np.abs(np.diff(amplitude, 2)))) / (0.6745 * np.sqrt(6))
+
+
+def order_spectrum(time, speed, signal, *, orders: float, revolutions: int = 8, overlap: float = 0.75) -> OrderSpectrum:
     """Amplitudes of a signal (n,) over the orders of a shaft that turns with speed (n,) [rad/s].
 
     time            (n,) [s]
     orders          highest order wanted, for instance five times the number of teeth
     revolutions     per line: the resolution is 1 / revolutions orders (Hann window)
+    overlap         of neighbouring lines, as share of their length
 
-    The signal is resampled over the angle; revolutions too slow or too fast to be sampled are left out: fewer than
-    2.2 samples per period of the highest order. Raises ValueError for signals shorter than a line,
-    and where no line remains.
+    Each line is a Fourier integral over the angle, from the samples at the angles where they lie: nothing is
+    interpolated, and what lies above the highest order is not folded below it. Lines with fewer than 2.05 samples per
+    period of the highest order are left out. With speed = 2 pi mesh_frequency orders are those of the mesh, revolutions
+    mesh cycles. Raises ValueError for signals shorter than a line, and where no line remains.
     """
     time, speed, signal = (np.asarray(x, float) for x in (time, speed, signal))
     _check_signal(time, signal)
     _check_signal(time, speed)
     require(orders > 0 and revolutions >= 1, f"orders must be > 0, revolutions >= 1, got {orders}, {revolutions}")
+    require(0 <= overlap < 1, f"overlap must lie in [0, 1) as share of a line, got {overlap}")
     turns = scipy.integrate.cumulative_trapezoid(np.abs(speed), time, initial=0) / (2 * np.pi)
     short = f"the signal holds {turns[-1]:.3g} revolutions, a line takes {revolutions}"
-    require(turns[-1] >= revolutions, f"{short}; record longer, or pass fewer revolutions")
-    per_line = OVERSAMPLING * int(np.ceil(2.56 * orders)) * revolutions
-    lines = _sampled_lines(time, turns, orders, revolutions)
-    require(lines.size > 0, f"no {revolutions} revolutions are sampled well enough for order {orders:g}; sample finer")
-    at = (lines[:, None] + np.arange(per_line) / per_line) * revolutions
-    moment = np.interp(at, turns, time)
-    window = scipy.signal.windows.hann(per_line, sym=False)
-    values = np.interp(moment, time, signal)
-    values -= values.mean(axis=1, keepdims=True)
-    amplitude = np.abs(np.fft.rfft(values * window, axis=1)) * 2 / window.sum()
-    order = np.arange(amplitude.shape[1]) / revolutions
-    kept = order <= orders
-    return OrderSpectrum(np.interp(moment.mean(axis=1), time, speed), order[kept], amplitude[:, kept])
+    require(turns[-1] * (1 + 1e-9) > revolutions, f"{short}; record longer, or pass fewer revolutions")
+    passed = np.abs(speed) * np.gradient(time) / (2 * np.pi)
+    lines = _sampled_lines(turns, passed, orders, revolutions, overlap)
+    require(bool(lines), f"no {revolutions} revolutions are sampled well enough for order {orders:g}; sample finer")
+    order = np.arange(int(orders * revolutions * (1 + 1e-9)) + 1) / revolutions
+    shares = [(turns[part] - start) / revolutions for start, part in lines]
+    found = [_line(x, passed[part], signal[part], order.size) for x, (_, part) in zip(shares, lines, strict=True)]
+    speeds = [weight @ speed[part] for (weight, _), (_, part) in zip(found, lines, strict=True)]
+    return OrderSpectrum(np.array(speeds), order, np.array([amplitude for _, amplitude in found]))
 
 
-def _sampled_lines(time, turns, orders: float, revolutions: int) -> np.ndarray:
-    """Numbers of the stretches of whole revolutions in which the signal is sampled finely enough."""
-    lines = np.arange(int(turns[-1] / revolutions))
-    start, end = (np.interp((lines + k) * revolutions, turns, time) for k in (0, 1))
-    samples = (end - start) / np.diff(time).max()
-    return lines[samples >= 2.2 * orders * revolutions]
+def _sampled_lines(turns, passed, orders: float, revolutions: int, overlap: float) -> list[tuple[float, slice]]:
+    """Start [revolutions] and samples of every line in which the signal is sampled finely enough."""
+    starts = np.arange(0, turns[-1] * (1 + 1e-9) - revolutions, (1 - overlap) * revolutions)
+    bounds = (np.searchsorted(turns, starts + k * revolutions).tolist() for k in (0, 1))
+    lines = [(start, slice(first, end)) for start, first, end in zip(starts.tolist(), *bounds, strict=True)]
+    lines = [(start, part) for start, part in lines if part.stop > part.start]
+    return [(start, part) for start, part in lines if passed[part].max() * orders * SAMPLES_PER_PERIOD <= 1]
+
+
+def _line(share: np.ndarray, passed: np.ndarray, signal: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Weights of samples at shares of a line, each for the angle passed, and the amplitudes of n orders."""
+    weight = np.sin(np.pi * share) ** 2 * passed
+    weight /= weight.sum()
+    return weight, 2 * np.abs(fourier_sum(share, weight * (signal - weight @ signal), n))
+
+
+def fourier_sum(share: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
+    """(n,) sums of values exp(-2 pi i k share), k = 0 to n - 1, over samples at any share of a period in [0, 1].
+
+    Spread by a Gaussian over a grid, to 1e-6 of the sum of the values' magnitudes. Source: Greengard and Lee, SIAM
+    Review 46 (2004).
+    """
+    size = 4 * n
+    tau, cell = SPREAD * np.pi / (12 * n**2), 2 * np.pi / size
+    nearest = np.floor(share * size)
+    off = 2 * np.pi * share - nearest * cell
+    nearest = nearest.astype(int) % size
+    growth = np.exp(off * cell / (2 * tau))
+    spread = values * np.exp(-(off**2) / (4 * tau)) * growth ** (1 - SPREAD)
+    grid = np.zeros(size)
+    for k in range(1 - SPREAD, 1 + SPREAD):
+        grid += np.exp(-((k * cell) ** 2) / (4 * tau)) * np.roll(np.bincount(nearest, spread, size), k)
+        spread *= growth
+    return np.sqrt(np.pi / tau) / size * np.exp(tau * np.arange(n) ** 2) * np.fft.rfft(grid)[:n]
 
 
 def _check_signal(place: np.ndarray, signal: np.ndarray) -> None:

@@ -99,8 +99,13 @@ def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:
 
     ValueError where it has further axes, of which select one value each, or its one pitch does not stand for all.
     """
+    _check_one_for_all(check(data))
+    return over_torque_and_phases(data)
+
+
+def over_torque_and_phases(data: xr.Dataset) -> xr.DataArray:
+    """The same of a map that may run over several pitches."""
     te = check(data)[TE]
-    _check_one_for_all(data)
     further = [name for name in te.dims if name not in (TORQUE, PHASE)]
     chosen = ", ".join(f"{name}={data[name].values[0]:g}" for name in further)
     require(not further, f"the map also has the axes {further}; select one value of each: ste.sel({chosen})")
@@ -186,11 +191,15 @@ def save(data: xr.Dataset, path) -> Path:
 
 def load(path) -> xr.Dataset:
     """Read and check an STE map that `save` or Dataset.to_netcdf wrote; ValueError for a file that is none."""
+    return check(read(path, "make the map again"))
+
+
+def read(path, remedy: str) -> xr.Dataset:
+    """The data of a netCDF file, in memory; ValueError with a remedy for a file that is none."""
     try:
         with xr.open_dataset(path, engine="h5netcdf") as data:
-            found = data.load()
+            return data.load()
     except (FileNotFoundError, PermissionError):
         raise
     except Exception as error:
-        raise ValueError(f"{path} is damaged or no netCDF file; make the map again ({error})") from None
-    return check(found)
+        raise ValueError(f"{path} is damaged or no netCDF file; {remedy} ({error})") from None

@@ -32,9 +32,10 @@ def static_transmission_error(
 
     Beside it stand "centroid" of the force across the width [m], "peak_pressure" [Pa], "line_load" [N/m], the
     "load_share" of every pair of teeth, "pairs_in_contact", and over the torque "contact_ratio", that under load, as
-    finely as phases lie. Where the corner of an unrelieved tip or of a face touches, or a relief begins with a kink,
-    pressure has no limit: there "peak_pressure" is a mean over one strip, and "hertz_pressure" [Pa], of the line load
-    on the curvature of the involutes, what to compare with ISO 6336-2. In the slice mode both are that.
+    finely as phases lie (at 0 N m the nominal one). Where the corner of an unrelieved tip or of a face touches, or a
+    relief begins with a kink, pressure has no limit: there "peak_pressure" is a mean over one strip, and
+    "hertz_pressure" [Pa], of the line load on the curvature of the involutes, what to compare with ISO 6336-2. In the
+    slice mode both are that.
 
     torque          pinion torque F r_b1 [N m], one or several increasing values >= 0; 0: unloaded transmission error;
                     `UpTo(350)`: as many from 0 to 350 N m as the accuracy takes
@@ -104,7 +105,17 @@ def _labelled(pair, torque, phase, axes: dict, states: np.ndarray, attributes: d
         name: (grid, each(states, lambda state, i=i: state[i]), {"units": units, "long_name": described})
         for i, (name, (units, described)) in enumerate(QUANTITIES.items(), start=1)
     }
-    return data.assign(variables).assign(_shares(states, grid, lengths(phase, attributes["pitches"])))
+    data = data.assign(variables).assign(_shares(states, grid, lengths(phase, attributes["pitches"])))
+    return data.assign(contact_ratio=_nominal_unloaded(data["contact_ratio"], pair))
+
+
+def _nominal_unloaded(contact_ratio: xr.DataArray, pair: GearPair) -> xr.DataArray:
+    """Without load one point touches at a time: there the contact ratio of the involutes at that centre distance."""
+    nominal: float | xr.DataArray = pair.eps_gamma
+    if "a" in contact_ratio.dims:
+        at_distance = [replace(pair, a=float(a)).eps_gamma for a in contact_ratio["a"]]
+        nominal = xr.DataArray(at_distance, dims="a", coords={"a": contact_ratio["a"]})
+    return contact_ratio.where(contact_ratio[TORQUE] > 0, nominal).transpose(*contact_ratio.dims)
 
 
 def lengths(phase: np.ndarray, pitches: int) -> np.ndarray:

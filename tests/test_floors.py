@@ -78,6 +78,7 @@ FLOORS = {
     "exugear.gearbox": 7.5,
     "exugear.course": 7,
     "exugear.spectrum": 7,
+    "exugear.recorded": 7.1,
     "exugear.plots": 7.5,
     "exugear.pictures": 7.5,
     "exugear.graphics": 7.5,

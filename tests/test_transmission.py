@@ -6,7 +6,7 @@ from multiprocessing import get_context
 
 import numpy as np
 import pytest
-from conftest import paper_gear
+from conftest import few_teeth, paper_gear
 from scipy.optimize import brentq
 
 import fem
@@ -148,6 +148,18 @@ def test_contact_ratio_under_load(paper_pair):
     assert found[0][0] == pytest.approx(paper_pair.eps_alpha, abs=0.01)
     assert found[0][1] == pytest.approx(2 - 0.200, abs=0.01)
     assert found[1] == pytest.approx(found[0], abs=0.01)
+
+
+def test_contact_ratio_without_load_is_the_nominal_one_at_each_centre_distance(paper_pair):
+    apart = (paper_pair.a, paper_pair.a + 0.3 * mm)
+    options = {"accuracy": fem.Resolution(resolved=False), "progress": False}
+    ste = fem.static_transmission_error(paper_pair, [0, 150], 12, offsets=fem.Offsets(a=apart), **options)
+    nominal = [replace(paper_pair, a=a).eps_gamma for a in apart]
+    assert ste["contact_ratio"].dims == ("torque", "a")
+    assert ste["contact_ratio"].sel(torque=0).values == pytest.approx(nominal, rel=1e-12)
+    helical = fem.GearPair(few_teeth(beta=15 * deg), few_teeth(beta=-15 * deg))
+    (unloaded,) = fem.static_transmission_error(helical, 0, 6, **options)["contact_ratio"].values
+    assert unloaded == pytest.approx(helical.eps_alpha + helical.eps_beta)
 
 
 def test_misaligned_force_moves_to_the_closed_side(paper_pair):
