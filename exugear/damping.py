@@ -11,8 +11,8 @@ from fem.gear import GearPair, require
 PHASES = np.arange(256) / 256
 #: Share of the deflection over which the slope is taken.
 END = 1e-3
-#: Damping [N s/m] below which, and ratio below which, somebody means a ratio; ratio from which on no gears mesh.
-MEANT_AS_RATIO, LEAST_RATIO, LARGEST_RATIO = 1.0, 1e-3, 10.0
+#: Damping [N s/m] between which a ratio is meant where the ratio itself is below the least; ratio beyond that of gears.
+MEANT_AS_RATIO, LEAST_RATIO, LARGEST_RATIO = (1e-3, 1.0), 1e-3, 10.0
 
 
 def reduced_mass(pair: GearPair, fast: Shaft, slow: Shaft) -> float:
@@ -37,7 +37,8 @@ def damping_of(ratio: float, stiffness: float, mass: float) -> float:
 def check_damping(force: MeshForce, mass: float) -> None:
     """Require a damping that is no ratio and that lets the mass [kg] vibrate on the mesh."""
     c, critical = force.damping, damping_of(1.0, force.stiffness_max, mass)
-    least, got = min(MEANT_AS_RATIO, LEAST_RATIO * critical), f"got {c:g} of a critical {critical:.3g} N s/m"
-    require(not 0 < c < least, f"damping is meant as ratio, {got}; pass damping_ratio={c:g}")
+    (low, high), got = MEANT_AS_RATIO, f"got {c:g} of a critical {critical:.3g} N s/m"
+    meant = low <= c < min(high, LEAST_RATIO * critical)
+    require(not meant, f"damping is meant as ratio, {got}; pass damping_ratio={c:g}")
     remedy = "pass N s/m, or damping_ratio=0.06"
     require(c <= LARGEST_RATIO * critical, f"damping holds the gears as if they were stuck together, {got}; {remedy}")

@@ -11,6 +11,7 @@ import numpy as np
 
 from exugear.axes import static_offsets
 from exugear.bodies import SPIN_PLACE
+from exugear.divergence import DIVERGED
 from exugear.kinematics import DIRECTION, TURNS
 from exugear.model import Mesh, Model, lay, open_system, seats
 from exugear.plan import UNDAMPED
@@ -26,6 +27,8 @@ ROUNDS, SETTLED = 30, 1e-14
 #: Static displacement of a shaft [m, rad] and twist of a coupling [rad] beyond which data are in another unit.
 LARGEST_SHIFT, LARGEST_TILT, LARGEST_TWIST = 0.01, 0.05, 2.0
 UNIT = "(in N/m: 200 N/um are 200e6)"
+#: Share of a map's largest force from which on inertia takes part.
+LEAST = 1e-6
 #: What the user functions say.
 SAID = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
 
@@ -38,16 +41,23 @@ def start(model: Model, load: float, speed: float, acceleration: float = 0.0) ->
     """
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     turning = _turning(model)
+    felt = acceleration if _matters(model, acceleration) else 0.0
     try:
-        q = _laid_out(model, load, acceleration)
+        q = _laid_out(model, load, felt)
     except ValueError as error:
         cause = f"; of it inertia torques at {acceleration:.4g} rad/s^2: let the speed rise more slowly at the start"
-        raise ValueError(f"{error}{cause if acceleration else ''}") from None
+        raise ValueError(f"{error}{cause if felt else ''}") from None
     if _yields(model):
-        q = _settled(model, q, speed, acceleration * turning)
+        q = _settled(model, q, speed, felt * turning)
     system.SetODE2Coordinates(q, initial)
     system.SetODE2Coordinates_t(speed * turning, initial)
     system.SetODE2Coordinates_tt(acceleration * turning, initial)
+
+
+def _matters(model: Model, acceleration: float) -> bool:
+    """Whether inertia loads a mesh by more than a share of its map so small that no static solve would find it."""
+    forces = np.abs(model.gearbox.static_forces(0.0, acceleration))
+    return any(f > LEAST * mesh.law.force_table.max() for f, mesh in zip(forces, model.meshes, strict=True))
 
 
 def _turning(model: Model) -> np.ndarray:
@@ -220,7 +230,7 @@ def explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
         t = model.mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
         left = re.search(SAID, str(error))
-        reason = left.group(0) if left else f"Newton's iteration failed; {remedy}"
+        reason = left.group(0).replace(DIVERGED, remedy) if left else f"Newton's iteration failed; {remedy}"
         raise RuntimeError(f"{where}: {reason}{without_damping(model, t)}") from error
 
 
