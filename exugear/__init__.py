@@ -21,9 +21,10 @@ from exugear.shaft import Coupling, Disc, Placement, Shaft
 from exugear.spectrum import envelope, order_spectrum, resonances
 from exugear.stage import Stage
 from exugear.viewer import draw
+from fem.version import __version__
 
 #: Modules that only pictures need, imported when they are first asked for.
-__getattr__, __dir__, _ = lazy_loader.attach(__name__, ["graphics", "plots"])
+__getattr__, _, _ = lazy_loader.attach(__name__, ["graphics", "plots"])
 
 __all__ = [
     "Bearing",
@@ -43,6 +44,7 @@ __all__ = [
     "Run",
     "Shaft",
     "Stage",
+    "__version__",
     "build",
     "draw",
     "dte_envelope",
@@ -55,4 +57,9 @@ __all__ = [
     "plots",
     "resonances",
     "run_up",
+    "spectrum",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from enum import Enum
-from math import acos
+from math import acos, isfinite
 
+from exugear.alignment import stage_offsets
 from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
 from exugear.stage import Stage
@@ -36,10 +37,14 @@ IGNORED = {"misalignment": 0.01 * um, "a": 1 * um, "axial": 2e-3}
 MEANING = {"a": "centre distance", "misalignment": "misalignment", "axial": "axial offset"}
 
 
-def static_offsets(gearbox: Gearbox, stage: Stage) -> dict[str, float]:
-    """Static offsets of a stage as its map counts them: along z where the pinion drives counter-clockwise, else -z."""
-    found, turn = gearbox.offsets(stage), gearbox.turns[stage.fast.name]
-    return {"a": found["a"], "misalignment": turn * found["misalignment"], "axial": turn * found["axial"]}
+def static_offsets(gearbox: Gearbox, stage: Stage, side: int = 1) -> dict[str, float]:
+    """Static offsets of a stage as its map counts them, on the driving flank or the other (side -1).
+
+    Its z runs along z where the mesh force turns the pinion clockwise, else against it.
+    """
+    z = side * gearbox.turns[stage.fast.name]
+    offsets = stage_offsets(stage, gearbox.places, z)
+    return {"a": offsets["a"], "misalignment": z * offsets["misalignment"], "axial": z * offsets["axial"]}
 
 
 def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates]) -> tuple[MeshForce, str]:
@@ -50,24 +55,30 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     _check_excited(stage, static)
     _check_reached(stage, static)
     _check_play(stage, static["a"])
-    fixed = {name: static[name] for name in law.offsets if name not in moving}
-    lines = ["map over " + ", ".join(["phase", "force", *(MEANING[name] for name in law.offsets if name in moving)])]
+    behind = static_offsets(gearbox, stage, -1) if isfinite(law.backlash) else static
+    alike = [name for name in law.offsets if is_slight(stage, name, static[name] - behind[name])]
+    fixed = {name: static[name] for name in alike if name not in moving}
+    lines = ["map over " + ", ".join(["phase", "force", *(MEANING[name] for name in law.offsets if name not in fixed)])]
     lines += [f"{MEANING[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
+    lines += [f"{MEANING[name]} kept: it differs between the flanks" for name in law.offsets if name not in alike]
     lines += [f"{MEANING[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
     return law.at(**fixed), "; ".join(lines)
 
 
+def is_slight(stage: Stage, name: str, difference: float) -> bool:
+    """Whether a map without the axis may ignore a difference of offsets."""
+    scale = {"misalignment": stage.pair.b / 2, "a": 1.0, "axial": 1 / stage.pair.b}
+    return abs(difference) * scale[name] <= IGNORED[name]
+
+
 def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
     """Require the axes along which the shafts are displaced."""
-    sizes = {
-        "misalignment": abs(static["misalignment"]) * stage.pair.b / 2,
-        "a": abs(static["a"] - stage.pair.a),
-        "axial": abs(static["axial"]) / stage.pair.b,
-    }
-    for name, size in sizes.items():
+    nominal = {"misalignment": 0.0, "a": stage.pair.a, "axial": 0.0}
+    for name, value in nominal.items():
         missing = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, its map has no such axis"
         remedy = f"map it with fem.Offsets({name}=(...))"
-        require(name in stage.force.offsets or size <= IGNORED[name], f"{missing}; {remedy}")
+        ignored = is_slight(stage, name, static[name] - value)
+        require(name in stage.force.offsets or ignored, f"{missing}; {remedy}")
 
 
 def _check_reached(stage: Stage, static: Mapping[str, float]) -> None:

@@ -7,6 +7,7 @@ from math import inf
 import numpy as np
 
 from fem.gear import require
+from fem.representation import short
 
 UNITS = {"radial": "N/m", "axial": "N/m", "tilt": "N m/rad", "damping": "s", "clearance": "m"}
 #: Stiffness [N/m, N m/rad] from which on somebody means a rigid bearing.
@@ -17,6 +18,7 @@ SOFT, SOFT_TILT = 1e4, 1.0
 ROUNDING = 1e-9
 
 
+@short(**UNITS | {"clearance": "um"})
 @dataclass(frozen=True)
 class Bearing:
     """Bearing at one axial place of a shaft; it lets the shaft spin.

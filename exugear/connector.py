@@ -1,26 +1,29 @@
 """The gear contact in Exudyn: one ObjectGenericODE2 on the nodes of both gears, one user function, one kernel call."""
 
 from functools import partial
-from math import hypot
 
 import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
+from exugear.contact_frame import GearBody, frame_between
 from exugear.divergence import stopped
 from exugear.force import MeshForce
-from exugear.kernels import PLANAR, SPATIAL, SPIN, kernel_of
-from exugear.kinematics import reference_line, rotational_frame, spatial_frame
+from exugear.kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN, kernel_of
+from exugear.kinematics import BODY_1, CONTACT_AXES, rotational_frame
 from exugear.native import native
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
 from fem.gear import GearPair, require
-from fem.units import mm
 
 #: For derivatives by coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences move an angle by 1e-7
 #: of itself, which after a thousand revolutions is more than any mesh deflects.
 NUDGE, NUDGE_T = 1e-9, 1e-3
+#: How far a gear's centre may lie off its axis [m].
+OFF_AXIS = 1e-9
+#: Rigid bodies in space by Exudyn's names of their nodes.
+NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG": ROTATION_VECTOR}
 
 
 def CreateGearContact(
@@ -30,20 +33,27 @@ def CreateGearContact(
     pair: GearPair | RingPair = None,  # type: ignore[assignment]
     force: MeshForce = None,  # type: ignore[assignment]
     localPositions=((0, 0, 0), (0, 0, 0)),
+    localAxes=((0, 0, 1), (0, 0, 1)),
     phase: float = 0.0,
     direction: int = 1,
     recorder: Recorder | None = None,
 ):
-    """Contact of a gear pair between two bodies that turn about z; also mbs.CreateGearContact.
+    """Contact of a gear pair between two bodies that turn about parallel axes; also mbs.CreateGearContact.
 
-    itemNumbers      pinion and wheel: rigid bodies on Rxyz nodes, ObjectRigidBody2D or ObjectRotationalMass1D (positive
-                     about +z, at its referencePosition), in any mixture; with two ObjectRotationalMass1D a third one
-                     may carry both (planet carrier)
+    itemNumbers      pinion and wheel: rigid bodies, ObjectRigidBody2D or ObjectRotationalMass1D (both positive about
+                     global z, the latter at its referencePosition), in any mixture; with two ObjectRotationalMass1D a
+                     third one may carry both (planet carrier)
     pair, force      `fem.GearPair` or `RingPair`, and `MeshForce`
-    localPositions   gear centres on the bodies' z axes [m]
+    localPositions   gear centres on these axes of the bodies [m]
+    localAxes        directions of the gears' axes on the bodies
     phase            phase [1] in the reference configuration, where the driving flanks just touch (deflection 0)
     direction        +1: the pinion drives counter-clockwise (positive deflection); -1: clockwise
     recorder         `Recorder` of what the contact does
+
+    z of the contact is global z where the axes lie along it within 0.05 rad, else the pinion's axis in the reference
+    configuration; the wheel's axis may have either sense. Rxyz nodes about global z cost least. Shafts along global x:
+    bodies without reference rotation and localAxes=[[1, 0, 0], [1, 0, 0]], or nodeType=RotationRotationVector; an Rxyz
+    node is singular where its z axis points there.
 
     Centre distance, misalignment and axial offset follow from the bodies as they move; where the force has such an axis
     it is looked up. Helical gears push along their axes, and every force acts at the centroid that the map gives.
@@ -58,8 +68,9 @@ def CreateGearContact(
     require(len(itemNumbers) in (2, 3), f"itemNumbers must be [pinion, wheel] (and a carrier), got {itemNumbers}")
     kinds = tuple(kind_of(mbs, item) for item in itemNumbers)
     _check_kinds(kinds, force)
-    frame = frame_of(mbs, itemNumbers, pair, localPositions, phase=phase, direction=direction)
-    return add_contact(mbs, name, itemNumbers, kernel_of(kinds), force, frame, recorder or Recorder())
+    frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
+    kernel = kernel_of(kinds, turned=is_turned(frame))
+    return add_contact(mbs, name, itemNumbers, kernel, force, frame, recorder or Recorder())
 
 
 def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.ndarray, recorder: Recorder) -> int:
@@ -96,23 +107,47 @@ def _check_kinds(kinds: tuple[str, ...], force: MeshForce) -> None:
     require(not (spins and force.offsets), fixed)
 
 
-def frame_of(mbs, items, pair, positions, *, phase: float, direction: int) -> np.ndarray:
+def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.ndarray:
     """What the kernels know of the gears on two bodies; ValueError where the bodies and the pair do not fit."""
+    for name, value in {"localPositions": positions, "localAxes": axes}.items():
+        require(len(value) == 2, f"{name} must name pinion and wheel, got {value}")
+    pinion, wheel = (gear_body(mbs, *given) for given in zip(items[:2], positions, axes, strict=True))
     if all(kind_of(mbs, item) == SPIN for item in items):
         return rotational_frame(pair, phase, direction)
-    axial = [axial_of(position) for position in positions]
-    reference = [reference_of(mbs, item) for item in items]
-    check_distance(pair, reference_line(axial, reference))
-    return spatial_frame(pair, phase, direction, axial, reference)
+    return frame_between(pair, phase, direction, (pinion, wheel))
+
+
+def is_turned(frame: np.ndarray) -> bool:
+    """Whether a contact has a frame of its own."""
+    return bool(frame[CONTACT_AXES:BODY_1].any())
+
+
+def gear_body(mbs, item, position, axis) -> GearBody:
+    """A body with the gear's centre and axis on it."""
+    kind, centre, z = kind_of(mbs, item), vector("localPositions", position), vector("localAxes", axis)
+    require(bool(z.any()), f"localAxes must be directions, got {axis}")
+    z = z / np.linalg.norm(z)
+    flat = f"localAxes of a {kind} body must be [0, 0, 1], got {axis}; use CreateRigidBody for other axes"
+    require(kind not in (SPIN, PLANAR) or z[2] == 1, flat)
+    off = f"localPositions must lie on the gear's axis {axis} of the body, got {position}; move the body instead"
+    require(bool(np.linalg.norm(centre - centre @ z * z) < OFF_AXIS), off)
+    return GearBody(CODES[kind], np.array(reference_of(mbs, item)), z, centre)
+
+
+def vector(name: str, value) -> np.ndarray:
+    """(3,) array; ValueError for what is none."""
+    three = np.size(value) == 3 and np.ndim(value) == 1
+    require(three and bool(np.isfinite(value).all()), f"{name} must be x, y, z for each gear, got {value}")
+    return np.array(value, float)
 
 
 def reference_of(mbs, item) -> list[float]:
-    """Reference coordinates (6) of a body."""
+    """Reference coordinates (6, or 7 with Euler parameters) of a body."""
     kind, body = kind_of(mbs, item), mbs.GetObject(item)
     if kind == SPIN:
         return [*body["referencePosition"], 0.0, 0.0, 0.0]
     coordinates = list(mbs.GetNode(body["nodeNumber"])["referenceCoordinates"])
-    return coordinates if kind == SPATIAL else [*coordinates[:2], 0.0, 0.0, 0.0, coordinates[2]]
+    return [*coordinates[:2], 0.0, 0.0, 0.0, coordinates[2]] if kind == PLANAR else coordinates
 
 
 def kind_of(mbs, item) -> str:
@@ -123,9 +158,9 @@ def kind_of(mbs, item) -> str:
     kind = str(mbs.GetNode(body["nodeNumber"])["nodeType"])
     if kind == "1D" and "Rotational" in str(body["objectType"]):
         return SPIN
-    if "Rxyz" in kind:
-        return SPATIAL
-    remedy = "use nodeType=exu.NodeType.RotationRxyz in CreateRigidBody, or ObjectRotationalMass1D on Node1D"
+    if kind in NODES:
+        return NODES[kind]
+    remedy = "use CreateRigidBody, or ObjectRotationalMass1D on Node1D"
     require("2D" in kind and "Rigid" in kind, f"gears cannot live on a {kind} ({body['objectType']}); {remedy}")
     return PLANAR
 
@@ -133,22 +168,6 @@ def kind_of(mbs, item) -> str:
 def node_of(mbs, item):
     """The node that carries the body's coordinates."""
     return mbs.GetObject(item)["nodeNumber"]
-
-
-def axial_of(position) -> float:
-    x, y, z = position
-    require(x == 0 and y == 0, f"localPositions must lie on the body's z axis, got {position}; move the body instead")
-    return float(z)
-
-
-def check_distance(pair, line: np.ndarray) -> None:
-    distance, shift = hypot(line[0], line[1]), line[2]
-    a = abs(pair.a)
-    agree = abs(distance - a) < 1e-6 * a
-    remedy = f"the pair's a = {a / mm:.6g} mm; move the bodies or change a"
-    require(agree, f"reference distance of the gear centres, {distance / mm:.6g} mm, must be {remedy}")
-    apart = f"gear centres are {shift / mm:g} mm apart along z (face width {pair.b / mm:g} mm)"
-    require(abs(shift) < pair.b, f"{apart}; move the bodies or localPositions")
 
 
 def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorder):

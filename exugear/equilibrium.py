@@ -210,7 +210,8 @@ def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
     """Static deflection of a mesh [m] where its pinion has turned; ValueError for loads beyond the map."""
     law = mesh.law
     phase = mesh.phase + mesh.frame[DIRECTION] * mesh.frame[TURNS] * q[model.spins[mesh.stage.fast.name]]
-    offsets = {n: x for n, x in static_offsets(model.gearbox, mesh.stage).items() if n in law.offsets}
+    static = static_offsets(model.gearbox, mesh.stage, 1 if force >= 0 else -1)
+    offsets = {n: x for n, x in static.items() if n in law.offsets}
     if force >= 0:
         return law.deflection_at(phase, force, **offsets)
     other = f"backlash must be finite for a load that lies on the other flank, got {law.backlash}"

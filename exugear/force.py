@@ -28,6 +28,7 @@ from exugear.loaded import loaded_centroid, loaded_deflection, te_under
 from exugear.table import PHASES, PHASES_WITH_OFFSETS, U, tabulate
 from fem.compiled import kept
 from fem.gear import require
+from fem.representation import short
 from fem.ste import check, offset_axes, pair_of
 from fem.units import um
 
@@ -70,6 +71,7 @@ def beyond_map(deflection: float, largest: float, high: float = nan, axis: float
     )
 
 
+@short(deflection="um", force_table="N", damping="N s/m", backlash="um", centroid="mm")
 @dataclass(frozen=True, eq=False)
 class MeshForce:
     """Force law of one gear mesh; the table holds the driving flank, the other is its mirror image.

@@ -12,6 +12,7 @@ from math import ceil, cos, floor, tan
 import numpy as np
 
 from fem.gear import GearPair, require
+from fem.representation import short
 from fem.ste import PHASE, TORQUE, over_torque_and_phase, pair_of
 
 STEPS = 512
@@ -19,6 +20,7 @@ SHARE, PAIR = "load_share", "pair"
 LEAST_SPEED = 0.01
 
 
+@short(lever="mm", speed="rad/s")
 @dataclass(frozen=True, eq=False)
 class MeshFriction:
     """Friction of one gear mesh; the tables hold the driving flank, the other is its mirror image.

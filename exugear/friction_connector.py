@@ -4,7 +4,7 @@ import exudyn as exu
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.connector import add_forces, frame_of, kind_of
+from exugear.connector import add_forces, frame_of, is_turned, kind_of
 from exugear.force import MeshForce
 from exugear.friction import MeshFriction
 from exugear.kernels import SPIN
@@ -22,13 +22,15 @@ def CreateGearFriction(
     force: MeshForce = None,  # type: ignore[assignment]
     friction: MeshFriction = None,  # type: ignore[assignment]
     localPositions=((0, 0, 0), (0, 0, 0)),
+    localAxes=((0, 0, 1), (0, 0, 1)),
     phase: float = 0.0,
     direction: int = 1,
 ):
     """Coulomb friction of a gear contact; also mbs.CreateGearFriction.
 
-    itemNumbers, pair, force, localPositions, phase, direction   those of the `CreateGearContact` that it goes with
-    friction                                                     `MeshFriction`
+    itemNumbers, pair, force   those of the `CreateGearContact` that it goes with; so are localPositions, localAxes,
+                               phase and direction
+    friction                   `MeshFriction`
 
     The teeth rub with the static force of the mesh, without its damping. Its torques jump where the teeth pass the
     pitch point, so that a mesh cycle takes some hundred steps.
@@ -46,9 +48,9 @@ def CreateGearFriction(
     kinds = tuple(kind_of(mbs, item) for item in itemNumbers)
     fixed = f"bodies that only spin need a force without offsets, got {list(force.offsets)}; take force.at(...)"
     require(not (set(kinds) == {SPIN} and force.offsets), fixed)
-    frame = frame_of(mbs, itemNumbers, pair, localPositions, phase=phase, direction=direction)
-    numbers = np.r_[frame, friction.numbers(pair)]
-    return add_forces(mbs, name, itemNumbers, friction_of(kinds), force.law, numbers, Recorder())
+    frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
+    numbers, kernel = np.r_[frame, friction.numbers(pair)], friction_of(kinds, is_turned(frame))
+    return add_forces(mbs, name, itemNumbers, kernel, force.law, numbers, Recorder())
 
 
 extends(exu.MainSystem, "CreateGearFriction")(CreateGearFriction)

@@ -50,6 +50,10 @@ class Gearbox:
         self._check_flanks()
         object.__setattr__(self, "phases", phases(self.stages, self.turns))
 
+    def __repr__(self) -> str:
+        pairs = [(label, stage.pair) for label, stage in zip(self.labels, self.stages, strict=True)]
+        return f"Gearbox({', '.join(f'{label}: {pair.pinion.z}/{pair.wheel.z} teeth' for label, pair in pairs)})"
+
     @property
     def shafts(self) -> tuple[Shaft, ...]:
         """In the order of the stages, each once."""

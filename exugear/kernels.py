@@ -4,12 +4,15 @@ from functools import cache
 
 from numba import carray
 
+from exugear.attitude import EULER, IN_PLANE, RXYZ, SPIN_ALONE, VECTOR
+from exugear.contact_frame import bodies_seen, given_back
 from exugear.kinematics import FRAME, rotational_mesh, spatial_mesh
 from exugear.law import HEADER, SIZE
 from exugear.recorder import at, sample_of, write, write_motion
 from fem.compiled import compiled, kept
 
 SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
+PARAMETERS, ROTATION_VECTOR = "Euler parameters", "rotation vector"
 
 
 @compiled
@@ -36,16 +39,19 @@ def bodies_of(x, n_1, n_2):
 
 
 #: Number of coordinates
-SIZES = {SPIN: 1, PLANAR: 3, SPATIAL: 6}
+SIZES = {SPIN: 1, PLANAR: 3, SPATIAL: 6, PARAMETERS: 7, ROTATION_VECTOR: 6}
+CODES = {SPIN: SPIN_ALONE, PLANAR: IN_PLANE, SPATIAL: RXYZ, PARAMETERS: EULER, ROTATION_VECTOR: VECTOR}
 
 
 @cache
-def kernel_of(kinds: tuple[str, ...], displaced: bool = False):
+def kernel_of(kinds: tuple[str, ...], displaced: bool = False, turned: bool = False):
     """The function (law, frame, record, t, *coordinates, *velocities) -> generalized forces of two bodies.
 
     Addresses of law, frame and record; a third body that only spins carries two that only spin. Displaced bodies that
-    only spin need their places.
+    only spin need their places; turned ones have a contact frame of their own.
     """
+    if turned:
+        return _turned(*(CODES[kind] for kind in kinds), *(SIZES[kind] for kind in kinds))
     if kinds == (SPIN, SPIN) and not displaced:
         return rotational
     return carried if kinds == (SPIN, SPIN, SPIN) else _general(*(SIZES[kind] for kind in kinds))
@@ -85,3 +91,24 @@ def _general(n_1: int, n_2: int):
         return one + other
 
     return general
+
+
+def _turned(kind_1: int, kind_2: int, n_1: int, n_2: int):
+    """The same of bodies that stand in a contact frame of their own."""
+
+    @kept
+    def turned(law, frame, record, t, *x):
+        numbers = carray(at(frame), FRAME)
+        (q_1, q_2, v_1, v_2), standing_1, standing_2 = bodies_seen(numbers, kind_1, kind_2, n_1, n_2, x)
+        deflection, force, row_1, row_2, offsets, centroid = spatial_mesh(table(law), numbers, q_1, q_2, v_1, v_2)
+        k = sample_of(record, t)
+        if k >= 0:
+            write(record, k, deflection, force, offsets, centroid)
+            write_motion(record, k, q_1, q_2, v_1, v_2)
+        back_1 = given_back(numbers, kind_1, standing_1, row_1)
+        back_2 = given_back(numbers, kind_2, standing_2, row_2)
+        one = (back_1[5],) if n_1 == 1 else (back_1[0], back_1[1], back_1[5]) if n_1 == 3 else back_1[:n_1]
+        other = (back_2[5],) if n_2 == 1 else (back_2[0], back_2[1], back_2[5]) if n_2 == 3 else back_2[:n_2]
+        return one + other
+
+    return turned

@@ -5,8 +5,8 @@ gear has a negative base radius and a negative centre distance (ISO 21771), so t
 For direction +1 the deflection is positive where the pinion leads counter-clockwise; 0 takes the gears out of mesh. On
 the flank side = direction the line of action is n = side cos(alpha) e_t + sin(alpha) e_r - side tan(beta_b) e_z; F n
 pushes the wheel and -F n the pinion in one common point, the pitch point at the centroid. F, the transverse force, is
-what a torque F r_b1 needs, and generalized forces are -F row, the rate is row . velocity (virtual work). Map and
-centroid count z along side z.
+what a torque F r_b1 needs, and generalized forces are -F row, the rate is row . velocity (virtual work). The law
+counts z along side z, records along z (`exugear.recorder.Recorder`).
 
 Offsets as in `fem.Offsets`: the centre distance is that in the pinion's mid-plane, the misalignment the angle of the
 axes in the plane of action by which the gap opens along side z, the axial offset that of the wheel.
@@ -28,7 +28,11 @@ LAG, LAG_1, LAG_2 = 12, 13, 19
 #: Acceleration per mesh force [1/kg]; mesh force that holds the load while the bearings are at rest [N].
 MOBILITY, HELD = 25, 26
 REFERENCE_1, REFERENCE_2 = 27, 33
-FRAME = 39
+#: 0 where coordinates count the turns of both bodies, else the base pitch [m], which the lead is known within.
+BASE_PITCH = 39
+#: Where the contact frame is not the global one (`exugear.contact_frame`): its axes (9), numbers of both bodies (15).
+CONTACT_AXES, BODY_1, BODY_2 = 40, 49, 64
+FRAME = 79
 #: Over which the static force's rise is taken [s].
 INSTANT = 1e-9
 
@@ -46,7 +50,7 @@ def spatial_frame(pair, phase: float, direction: int, axial, reference) -> np.nd
     """The same for two Rxyz nodes: axial (2,) places of the gears on their bodies [m], reference (2, 6) coordinates."""
     frame = rotational_frame(pair, phase, direction)
     frame[[AXIAL_1, AXIAL_2]] = axial
-    frame[REFERENCE_1:REFERENCE_2], frame[REFERENCE_2:] = reference
+    frame[REFERENCE_1:REFERENCE_2], frame[REFERENCE_2:BASE_PITCH] = reference
     none = (0.0,) * 6
     x, y, *_ = line_of_centres(frame, none, none)
     frame[[E_X, E_Y]] = np.array([x, y]) * np.sign(pair.a)
@@ -170,6 +174,13 @@ def unwound(d, r_1, r_2, q_1, q_2, turned):
     return turned + 2.0 * pi * floor((r_1 * (q_1 - turned) + r_2 * (q_2 - turned)) / whole + 0.5)
 
 
+@compiled
+def nearest_teeth(law, pitch, lead):
+    """The lead [m] of the teeth that lie nearest to each other, of bodies whose whole turns are unknown."""
+    middle = -0.5 * law[BACKLASH] if law[BACKLASH] < pitch else 0.0
+    return lead - pitch * floor((lead - middle) / pitch + 0.5)
+
+
 @compiled(forceinline=True)
 def meeting(law, frame, q_1, q_2):
     """The flank of two Rxyz bodies that is nearest to contact, and where it lies.
@@ -190,6 +201,8 @@ def meeting(law, frame, q_1, q_2):
     opening = (r_1 + r_2) * (tan(alpha) - alpha - frame[INV_0])
     raised = height(frame, q_1, q_2, (x, y), r_w) - frame[HEIGHT]
     lead = d * (r_1 * (q_1[5] - turned) + r_2 * (q_2[5] - turned) - tan_b * raised)
+    if frame[BASE_PITCH] != 0.0:
+        lead = nearest_teeth(law, frame[BASE_PITCH], lead)
     pitch = d * frame[TURNS] * (q_1[5] - turned) + frame[PHASE]
     side, deflection, phase = flank_of(law, lead, opening, pitch)
     side_d = side * d
@@ -218,7 +231,10 @@ def offsets_at(law, frame, q_1, q_2):
 
 @compiled
 def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
-    """(deflection [m], force [N], generalized forces (6), (6), offsets (3), centroid [m]) of two Rxyz bodies."""
+    """(deflection [m], force [N], generalized forces (6), (6), offsets (3), centroid [m]) of two Rxyz bodies.
+
+    Offsets and centroid as `Recorder` says, along z.
+    """
     leads, (side, deflection, phase), (x, y, distance, r_w), n, offsets, bodies = meeting(law, frame, q_1, q_2)
     (pole_1, a_1, b_1, z_1, centre_1), (pole_2, a_2, b_2, _, _) = bodies
     side_d = side * frame[DIRECTION]
@@ -248,7 +264,8 @@ def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
         one = added(one, scaled(row_of(pole_1, centre_1, e_t, a_1, b_1), -torque / distance))
         one = added(one, (0.0, 0.0, 0.0, 0.0, -sin(a_1) * torque, -z_1[2] * torque))
         other = added(other, scaled(row_of(pole_2, far, e_t, a_2, b_2), torque / distance))
-    return leads[0] - leads[1], side * force, one, other, offsets, centroid
+    along_z = offsets[0], side_d * offsets[1], side_d * offsets[2]
+    return leads[0] - leads[1], side * force, one, other, along_z, side_d * centroid
 
 
 def phase_of(frame: np.ndarray, spin: float) -> float:

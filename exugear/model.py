@@ -97,6 +97,9 @@ class Model:
     drive: int
     load: int
 
+    def __repr__(self) -> str:
+        return f"Model of {self.gearbox!r}\n{self.plan}"
+
 
 def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     """The assembled system of a gearbox, by default after `exugear.plan(gearbox)`.

@@ -17,6 +17,7 @@ import numpy as np
 
 from exugear import trampoline
 from fem.cache import cached
+from fem.progress import announced
 
 #: For the trial [s], which takes three.
 PATIENCE = 60
@@ -68,4 +69,5 @@ def _tried() -> bool:
     surroundings = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONWARNINGS": "ignore"}
     fast, folder = exu.Help.__module__.endswith("fast"), str(Path(trampoline.__file__).parent)
     command = [sys.executable, "-P", "-c", SCRIPT.format(fast=fast, folder=folder)]
-    return not subprocess.run(command, env=surroundings, capture_output=True, timeout=PATIENCE).returncode
+    with announced("trying whether Exudyn may call the compiled contact without Python", once=True):
+        return not subprocess.run(command, env=surroundings, capture_output=True, timeout=PATIENCE).returncode

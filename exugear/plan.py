@@ -93,6 +93,8 @@ class Plan:
             lines.append("integrator and step: known once the model is built (build(box).plan)")
         return "\n".join(lines)
 
+    __repr__ = __str__
+
 
 def plan(gearbox: Gearbox, *, load: float | None = None) -> Plan:
     """Coordinates and axes of the maps that the scene needs, and why: what is absent is skipped.

@@ -5,7 +5,7 @@ from math import ceil, floor, hypot, isfinite, log10
 
 import numpy as np
 
-from exugear.axes import IGNORED, MEANING, MOVED_BY, Coordinates, static_offsets
+from exugear.axes import MEANING, MOVED_BY, Coordinates, is_slight, static_offsets
 from exugear.bodies import TAKEN, pose
 from exugear.gearbox import Gearbox
 from exugear.kinematics import R_B1, offsets_at, spatial_frame, spatial_row
@@ -80,8 +80,7 @@ def _advice(gearbox: Gearbox, stage: Stage, shafts, load: float, moved: Mapping[
     if lacking and max(np.abs(moved[shaft.name]).max() for shaft in (stage.fast, stage.slow)) > LARGEST:
         return f"under {load:.4g} N m the bearings yield farther than gears mesh: stiffer ones (in N/m), or less load"
     static, reached = static_offsets(gearbox, stage), _reached(gearbox, stage, moved)
-    scale = {"a": 1.0, "misalignment": stage.pair.b / 2, "axial": 1 / stage.pair.b}
-    far = [name for name in lacking if abs(reached[name] - static[name]) * scale[name] > IGNORED[name]]
+    far = [name for name in lacking if not is_slight(stage, name, reached[name] - static[name])]
     if not far:
         return f"under {load:.4g} N m it moves too little to matter" if lacking else ""
     offsets = ", ".join(f"{name} = {reached[name]:.6g}" for name in far)

@@ -84,9 +84,18 @@ class Recorder:
 
     `start` it before a solve; then these hold the samples at t = 0, interval, ..., each (number,):
 
-    deflection      dynamic transmission error [m]
-    force           mesh force [N], < 0 on the other flank
-    a, misalignment, axial, centroid   where bodies move: as in `fem.Offsets` [m, rad], axial place of the force [m]
+    deflection     dynamic transmission error [m], > 0 where the pinion is ahead in the contact's direction
+    force          mesh force [N], > 0 on the driving flank, < 0 on the other
+    a              centre distance in the pinion's mid-plane [m]
+    misalignment   angle in the plane of action of the flank in contact by which the gap opens towards +z [rad]
+    axial          z of the wheel's mid-plane less that of the pinion's [m]
+    centroid       z of the mesh force less that of the pinion's mid-plane [m]; 0 without contact
+
+    The last four are 0 of shafts that only spin about their nominal axes. z is that of the contact: the global one or,
+    where the axes lie along another direction, the pinion's axis; it is the same whichever flank carries and whichever
+    way the pinion turns. An STE map, `fem.Offsets` and `exugear.MeshForce` count z the other way round where the mesh
+    force turns the pinion counter-clockwise (back flank, second stage): there change the signs of misalignment, axial
+    and centroid to look them up.
     """
 
     header: np.ndarray = field(default_factory=lambda: np.zeros(HEADER), init=False, repr=False)

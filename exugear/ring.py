@@ -4,9 +4,11 @@ from dataclasses import dataclass
 from math import acos, cos, inf, pi
 
 from fem.gear import Gear, require
+from fem.representation import short
 from fem.units import mm
 
 
+@short(r_b="mm", b="mm", beta="deg")
 @dataclass(frozen=True)
 class Ring:
     """Internal gear with z < 0 teeth; r_b base radius < 0 [m], b face width [m], beta helix angle [rad]."""
@@ -17,6 +19,7 @@ class Ring:
     beta: float
 
 
+@short(a="mm", backlash="um")
 @dataclass(frozen=True)
 class RingPair:
     """A pinion that meshes with a ring gear of z < 0 teeth at the centre distance a < 0 [m] (ISO 21771).

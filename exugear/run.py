@@ -18,23 +18,26 @@ from exugear.recorded import stored
 from exugear.seats import reactions
 from exugear.stage import Stage
 from fem.gear import require, require_within
+from fem.progress import shown
+from fem.representation import short
 from fem.ste import pair_attributes, save
 from fem.units import mm
 
-#: Variables over stage and time: what the recorder calls them, unit, long name
+#: Variables over stage and time: what the recorder calls them (signs: `Recorder`), unit, long name
 RECORDED = {
     "dte": ("deflection", "m", "dynamic transmission error"),
     "mesh_force": ("force", "N", "mesh force"),
 }
 MOVING = {
     "centre_distance": ("a", "m", "centre distance"),
-    "misalignment": ("misalignment", "rad", "misalignment in the plane of action"),
-    "axial_offset": ("axial", "m", "axial offset of the wheel"),
-    "centroid": ("centroid", "m", "axial place of the mesh force"),
+    "misalignment": ("misalignment", "rad", "angle by which the gap of the flank in contact opens towards +z"),
+    "axial_offset": ("axial", "m", "z of the wheel less that of the pinion"),
+    "centroid": ("centroid", "m", "z of the mesh force from the pinion's mid-plane"),
 }
 Course = float | tuple[float, float] | Callable[[float], float]
 
 
+@short(wall_time="s", step="s")
 @dataclass(frozen=True, eq=False)
 class Run:
     """What came out of a run.
@@ -99,7 +102,7 @@ def run_up(
     every = max(1, int(sample / h * (1 + 1e-9)))
     samples = ceil(duration / (every * h) * (1 - 1e-9))
     h = summable(duration / (samples * every), duration)
-    with quiet(), imposed(model, speed_of, load_of):
+    with shown(progress), quiet(), imposed(model, speed_of, load_of):
         start(model, finite(load_of(0.0), 0.0), float(speed_of(0.0)), speed_of.slope)
         for mesh in model.meshes:
             mesh.recorder.start(every * h, samples + 1, steps=every, motion=on_bearings(model, mesh))

@@ -17,8 +17,9 @@ def CreateGearSensor(mbs, contact: int, name: str = "", fileName: str = "", stor
 
     contact   number that CreateGearContact returned
 
-    Its values are those of `Recorder`: deflection (DTE) [m], mesh force [N], centre distance [m], misalignment [rad],
-    axial offset [m], centroid [m]. Returns the sensor's number. Where every step is wanted a `Recorder` costs less.
+    Its values and their signs are those of `Recorder`: deflection (DTE) [m], mesh force [N], centre distance [m],
+    misalignment [rad], axial offset [m], centroid [m]. Returns the sensor's number. Where every step is wanted a
+    `Recorder` costs less.
     """
     known = contact_key(contact) in dict(mbs.variables)
     require(known, f"contact must be what CreateGearContact returned, got object {contact}")

@@ -8,6 +8,7 @@ import numpy as np
 
 from exugear.bearing import Bearing
 from fem.gear import Gear, require
+from fem.representation import short
 from fem.units import mm
 
 #: Radius of gyration of discs [m], and relaxation time of couplings [s], beyond which another unit is meant; stiffness
@@ -24,6 +25,7 @@ def require_all(owner: str, values: object, names: Mapping[str, str], low: float
         require(low < value < inf, f"{name} of {owner} must be > {low:g} {unit} and finite, got {value}")
 
 
+@short(mass="kg", inertia="kg m^2", transverse="kg m^2")
 @dataclass(frozen=True)
 class Disc:
     """Inertia that turns with the shaft.
@@ -58,6 +60,7 @@ class Disc:
         return cls(mass, inertia, inertia / 2 + mass * length**2 / 12)
 
 
+@short(torsion="N m/rad", damping="N m s/rad", inertia="kg m^2")
 @dataclass(frozen=True)
 class Coupling:
     """Torsional spring and damper to an outside rotor, motor or brake, on which speed or load then act.
@@ -80,6 +83,7 @@ class Coupling:
         require(self.damping < RELAXATION * self.torsion, f"{slow}; pass N m s/rad and N m/rad: 20 kN m/rad are 20e3")
 
 
+@short(x="um", y="um", z="um", tilt_x="mrad", tilt_y="mrad", pivot="mm")
 @dataclass(frozen=True)
 class Placement:
     """Static displacement of a whole shaft with its bearings from its nominal place.
@@ -120,6 +124,7 @@ Part = Gear | Bearing | Disc | Coupling
 NOWHERE = Placement()
 
 
+@short(parts="mm", inertia="kg m^2", mass="kg", transverse="kg m^2", length="mm")
 @dataclass(frozen=True)
 class Shaft:
     """A rigid shaft along z. Without bearings it only spins; with them it moves in space.

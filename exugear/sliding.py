@@ -5,7 +5,8 @@ from math import cos, floor, sin, tanh
 
 from numba import carray
 
-from exugear.kernels import SIZES, SPIN, bodies_of, table
+from exugear.contact_frame import bodies_seen, given_back
+from exugear.kernels import CODES, SIZES, SPIN, bodies_of, table
 from exugear.kinematics import (
     DIRECTION,
     FRAME,
@@ -78,11 +79,13 @@ def turn_of(a, b):
 
 
 @cache
-def friction_of(kinds: tuple[str, ...]):
+def friction_of(kinds: tuple[str, ...], turned: bool = False):
     """The function (law, frame, record, t, *coordinates, *velocities) -> generalized forces of two bodies.
 
-    Addresses of law, and frame with the friction's numbers behind it.
+    Addresses of law, and frame with the friction's numbers behind it; turned bodies have a contact frame of their own.
     """
+    if turned:
+        return _turned(*(CODES[kind] for kind in kinds), *(SIZES[kind] for kind in kinds))
     return rotational if kinds == (SPIN, SPIN) else _general(*(SIZES[kind] for kind in kinds))
 
 
@@ -101,3 +104,20 @@ def _general(n_1: int, n_2: int):
         return one + other
 
     return general
+
+
+def _turned(kind_1: int, kind_2: int, n_1: int, n_2: int):
+    """The same of bodies that stand in a contact frame of their own."""
+
+    @kept
+    def turned(law, frame, record, t, *x):
+        numbers = framed(frame)
+        motion, standing_1, standing_2 = bodies_seen(numbers, kind_1, kind_2, n_1, n_2, x)
+        row_1, row_2 = spatial_friction(table(law), numbers, *motion)
+        back_1 = given_back(numbers, kind_1, standing_1, row_1)
+        back_2 = given_back(numbers, kind_2, standing_2, row_2)
+        one = (back_1[5],) if n_1 == 1 else (back_1[0], back_1[1], back_1[5]) if n_1 == 3 else back_1[:n_1]
+        other = (back_2[5],) if n_2 == 1 else (back_2[0], back_2[1], back_2[5]) if n_2 == 3 else back_2[:n_2]
+        return one + other
+
+    return turned

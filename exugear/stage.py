@@ -9,10 +9,12 @@ from exugear.damping import check_damping, damping_of, mean_stiffness, reduced_m
 from exugear.force import MeshForce
 from exugear.shaft import Shaft
 from fem.gear import Gear, GearPair, require, require_within
+from fem.representation import field_text, short
 from fem.ste import pair_of
 from fem.units import mm
 
 
+@short(damping="N s/m", backlash="um", angle="deg")
 @dataclass(frozen=True, eq=False)
 class Stage:
     """One mesh: the pinion on shaft fast drives the wheel on shaft slow.
@@ -122,4 +124,5 @@ def carried(shaft: Shaft, gear: Gear, role: str) -> list[float]:
 
 def _differences(own: Gear, wanted: Gear) -> list[str]:
     names = [part.name for part in fields(Gear) if getattr(own, part.name) != getattr(wanted, part.name)]
-    return [f"{name} {getattr(own, name)} instead of {getattr(wanted, name)}" for name in names]
+    values = [[field_text(Gear, name, getattr(gear, name)) for gear in (own, wanted)] for name in names]
+    return [f"{name} {has} instead of {needs}" for name, (has, needs) in zip(names, values, strict=True)]

@@ -5,7 +5,9 @@ from . import (
     checks,
     compliance,
     contact,
+    cost,
     cylindrical,
+    data_sheet,
     deviation,
     dynamic,
     elastic,
@@ -14,6 +16,7 @@ from . import (
     gap,
     gear,
     hertz,
+    inspection,
     interference,
     iso6336,
     loads,
@@ -40,6 +43,8 @@ from . import (
     units,
 )
 from .accuracy import UpTo
+from .cost import MapCost, map_cost
+from .data_sheet import DataSheet, Quantity
 from .deviation import Grid, PitchDeviation
 from .flank import Sides
 from .gear import STEEL, Gear, GearPair, Material
@@ -48,31 +53,38 @@ from .offsets import Offsets
 from .ste import load, save, ste_map
 from .sweep import Resolution
 from .transmission import static_transmission_error
+from .version import __version__
 
 __all__ = [
     "STEEL",
+    "DataSheet",
     "EndRelief",
     "Gear",
     "GearPair",
     "Grid",
     "HelixSlope",
     "LeadCrowning",
+    "MapCost",
     "Material",
     "Offsets",
     "PitchDeviation",
     "ProfileCrowning",
+    "Quantity",
     "Resolution",
     "RootRelief",
     "Sides",
     "TipRelief",
     "UpTo",
+    "__version__",
     "accuracy",
     "body",
     "cache",
     "checks",
     "compliance",
     "contact",
+    "cost",
     "cylindrical",
+    "data_sheet",
     "deviation",
     "dynamic",
     "elastic",
@@ -81,10 +93,12 @@ __all__ = [
     "gap",
     "gear",
     "hertz",
+    "inspection",
     "interference",
     "iso6336",
     "load",
     "loads",
+    "map_cost",
     "material",
     "mesh",
     "modification",

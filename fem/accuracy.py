@@ -13,6 +13,7 @@ from fem.checks import as_floats
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
 from fem.mesh import Density
+from fem.representation import short
 from fem.ste import at_phases, compliance_at
 from fem.sweep import Resolution, each, sweep
 
@@ -29,6 +30,7 @@ MESHED_PHASES, MESHED_TORQUES = 24, 9
 CHECKED_PHASES = (np.arange(48) + 1 / 4) / 48
 
 
+@short(torque="N m")
 @dataclass(frozen=True)
 class UpTo:
     """Torques from 0 to a largest one [N m], as many as the requested accuracy takes."""

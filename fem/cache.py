@@ -24,12 +24,21 @@ def cached(inputs: str, compute: Callable[[], Arrays]) -> Arrays:
 
     Raises ValueError for a file that is damaged or holds something else: remove it and run again.
     """
-    path = folder() / f"{hashlib.sha256(inputs.encode()).hexdigest()[:32]}.npz"
+    path = _path(inputs)
     if path.exists():
         return _read(path, inputs)
     arrays = compute()
     _write(path, arrays | {"inputs": np.array(inputs)})
     return arrays
+
+
+def known(inputs: str) -> bool:
+    """Whether the cache has what `cached` gives for these inputs."""
+    return _path(inputs).exists()
+
+
+def _path(inputs: str) -> Path:
+    return folder() / f"{hashlib.sha256(inputs.encode()).hexdigest()[:32]}.npz"
 
 
 def _read(path: Path, inputs: str) -> Arrays:

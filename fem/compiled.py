@@ -1,14 +1,21 @@
 """Compilation by numba: `compiled` functions call one another; `kept` ones are called from Python and stay on disk."""
 
-from contextlib import suppress
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
 from functools import cache, partial
 from pathlib import Path
+from time import perf_counter
 from zlib import crc32
 
 from numba import njit
+from numba.core import event
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
+from fem.progress import announced
+
 compiled = njit
+#: What `kept` was given.
+KEPT: set[Callable] = set()
 
 
 @cache
@@ -27,8 +34,33 @@ class Kept(FunctionCache):
         self._cache_file = IndexDataCacheFile(self.cache_path, self._impl.filename_base, stamp(folder))
 
 
+class Announcer(event.Listener):
+    """Tells of compilation, which takes long together, though each function takes a second."""
+
+    def __init__(self):
+        self.depth, self.spent, self.line = 0, 0.0, ExitStack()
+
+    def on_start(self, event) -> None:
+        if event.data["dispatcher"].py_func in KEPT:
+            self.depth += 1
+            if self.depth == 1:
+                self.began = perf_counter()
+                self.line.enter_context(announced("compiling the contact", before=self.spent, once=True))
+
+    def on_end(self, event) -> None:
+        if event.data["dispatcher"].py_func in KEPT:
+            self.depth -= 1
+            if self.depth == 0:
+                self.spent += perf_counter() - self.began
+                self.line.close()
+
+
+event.register("numba:compile", Announcer())
+
+
 def kept(function, **options):
     """Compiled and, where a folder can be written, kept on disk with all that it calls, until any of that changes."""
+    KEPT.add(function)
     dispatcher = njit(function, **options)
     with suppress(RuntimeError):
         dispatcher._cache = Kept(function)

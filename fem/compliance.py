@@ -22,10 +22,13 @@ from fem.gear import Gear
 from fem.half_space import half_space
 from fem.hats import hat, hats, lines, overlap, spread, values_of_means
 from fem.mesh import BORE, Density
+from fem.progress import announced
+from fem.representation import exact
 from fem.solver import factorize
 
 #: Elements that deform far from the load too, and how much finer they are in the twin that misses only the rest.
 INSIDE, FINER_INSIDE = ("tooth", "fillet", "rim", "body"), 2
+NEAR, WHOLE = "near field", "whole"
 
 
 @dataclass(frozen=True)
@@ -76,21 +79,22 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     loaded      width of the part of the face that can carry load, in its middle [m]
     whole       from end face to end face, for loads that differ on the two halves; helical gears always are
     """
-    body = replace(gear, flank=(), beta=abs(gear.beta))
+    body, names = bare(gear), solutions(gear, density, loaded, whole=whole)
     arcs, line = meshes.flank_hats(gear, density), meshes.half_width(gear.b, loaded, density.width)
     axial = np.sort(line.p[0])[: density.width + 1]
     section = replace(density, width=1)
-    near = partial(cached, f"near field 14 {body} {section}", lambda: missed_by_section(body, arcs, section))
+    near = partial(cached, names[NEAR], lambda: missed_by_section(body, arcs, section))
 
     def solved(kind: str) -> np.ndarray:
         def compute() -> Arrays:
-            return {"blocks": corrected(body, arcs, axial, line, density, near(), kind)}
+            with announced(f"compliance of the gear of {gear.z} teeth, kept for later"):
+                return {"blocks": corrected(body, arcs, axial, line, density, near(), kind)}
 
-        return cached(f"solid 14 {body} {density} {loaded} {kind}", compute)["blocks"]
+        return cached(names[kind], compute)["blocks"]
 
     places = np.concatenate([-axial[:0:-1], axial]) if whole or gear.beta else axial
     if gear.beta:
-        means = solved("whole")[:, :: int(copysign(1, gear.beta)), :, :: int(copysign(1, gear.beta))]
+        means = solved(WHOLE)[:, :: int(copysign(1, gear.beta)), :, :: int(copysign(1, gear.beta))]
     else:
         means = both_halves(solved("even"), solved("odd")) if whole else solved("even")
     own = means[:1] - half_space(gear, arcs, places)
@@ -98,6 +102,19 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     blocks = np.concatenate([own, means[1:]])
     values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True)
     return Compliance(arcs, places, gear.b / 2, values[: density.teeth + 1], values[density.teeth + 1 :])
+
+
+def bare(gear: Gear) -> Gear:
+    """The gear whose finite elements stand for this one: right-hand, its flanks unmodified."""
+    return replace(gear, flank=(), beta=abs(gear.beta))
+
+
+def solutions(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> dict[str, str]:
+    """Names in the cache of what `flank_compliance` takes, by kind: the near field and each solid."""
+    body, section = exact(bare(gear)), exact(replace(density, width=1))
+    kinds = (WHOLE,) if gear.beta else ("even", "odd") if whole else ("even",)
+    solids = {kind: f"solid 14 {body} {exact(density)} {loaded} {kind}" for kind in kinds}
+    return {NEAR: f"near field 14 {body} {section}"} | solids
 
 
 def missed_by_section(gear: Gear, arcs: np.ndarray, density: Density) -> Arrays:

@@ -8,12 +8,16 @@ import numpy as np
 
 from fem import flank as flanks
 from fem.checks import as_floats, number, require, require_within
+from fem.data_sheet import GEAR, DataSheet, listed
 from fem.flank import Face, Flank, Sides
+from fem.inspection import Teeth, measures
 from fem.material import STEEL, Material
+from fem.representation import short
 from fem.root import Arc, Trochoid, involute
 from fem.units import deg, mm
 
 
+@short(**dict.fromkeys(("m_n", "b", "d_bore", "s_n", "d_a", "d_f", "rho_f", "fillet"), "mm"), alpha_n="deg", beta="deg")
 @dataclass(frozen=True, kw_only=True)
 class Gear:
     """One external involute gear; lengths in metres, angles in radians (ISO 21771 symbols).
@@ -242,3 +246,25 @@ class Gear:
     def thickness(self, r: float) -> float:
         """Transverse tooth thickness on the circle of radius r >= r_b [m]."""
         return 2 * r * (self.s_t / (2 * self.r) + involute(self.alpha_t) - involute(acos(self.r_b / r)))
+
+    def data_sheet(self, *, k: int | None = None, D_M: float | None = None) -> DataSheet:
+        """Quantities of ISO 21771 by symbol, in SI units; print it for a table in mm and degrees.
+
+        k       number of teeth in the span measurement
+        D_M     diameter of balls that lie in opposite spaces [m]
+
+        By default span and balls touch near the diameter d + 2 x m_n, and are left out where none measure.
+        Raises ValueError for k and D_M that miss the flanks.
+        """
+        r, beta_a = self.r, atan(self.twist * self.r_a)
+        teeth = Teeth(self.z, self.r_b, self.psi_b, self.beta_b, self.b, self.r_f, (self.roll_form, self.roll_tip))
+        sizes = {
+            "d": 2 * r,
+            "d_b": 2 * self.r_b,
+            "d_Ff": 2 * self.r_form,
+            "h": self.r_a - self.r_f,
+            "p_bn": teeth.p_bn,
+            "s_an": self.thickness(self.r_a) * cos(beta_a),
+            "s_bn": teeth.s_bn,
+        }
+        return DataSheet(repr(self), listed(GEAR, self, sizes) + measures(teeth, k, D_M, r + self.x * self.m_n))

@@ -7,11 +7,13 @@ import numpy as np
 
 from fem.checks import numbers
 from fem.modification import Face, check_amount, check_within
+from fem.representation import short
 
 #: Lines of a grid that are nearer to a neighbour than by this share of their mean distance describe something narrow.
 NARROW = 0.5
 
 
+@short(values="um")
 @dataclass(frozen=True)
 class PitchDeviation:
     """Index deviation [m] of every tooth, counter-clockwise from tooth 0; > 0 removes material from the whole flank.
@@ -40,6 +42,7 @@ class PitchDeviation:
         return np.take(self.values, face.tooth, mode="wrap") + 0 * roll + 0 * axial
 
 
+@short(roll="mm", axial="mm", values="um")
 @dataclass(frozen=True)
 class Grid:
     """Measured or computed deviations, bilinear between grid lines and constant beyond the outermost ones.

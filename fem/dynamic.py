@@ -21,6 +21,7 @@ from fem.mesh import Density
 from fem.nonlinear import Meshing, Rows, check, checked_load, correction, factorized, rows
 from fem.pair import ROUNDING
 from fem.progress import bar, shown
+from fem.representation import exact
 from fem.solid import internal_force, lumped_mass
 from fem.ste import pair_attributes
 from fem.touch import quarter_turn
@@ -145,7 +146,7 @@ def transmission_error(
             te[i], rate[i] = state[0].te, state[1].te
             check_play(pair, te[i], phase[i])
     of_moment = system.load * (spin * pair.pinion.r_b - rate) * pair.pinion.r_b
-    attributes = {**pair_attributes(pair), "torque": torque, "method": "HHT-alpha", "density": str(density)}
+    attributes = {**pair_attributes(pair), "torque": torque, "method": "HHT-alpha", "density": exact(density)}
     return over_time(times, te, phase, of_moment).assign_attrs(attributes)
 
 

@@ -24,6 +24,7 @@ from fem.gear import Gear
 from fem.groups import Products
 from fem.loads import FlankLoad, arcs_of, flank_points, flank_shares, gathered, outline, push, strip_means
 from fem.mesh import Density
+from fem.progress import announced
 from fem.solver import Solve, factorize
 
 #: Section for stress: root stress within 0.5 % of that with four times as many elements along the fillet.
@@ -102,7 +103,8 @@ def plane_body(gear: Gear, mesh: MeshTri) -> Body:
 def solid_body(gear: Gear, density: Density) -> Body:
     """Quadratic elements of the whole width, which resolve the root and not the contact."""
     line = meshes.both_sides(meshes.half_width(gear.b, gear.b, density.width, GRADING))
-    return _clamped(gear, Basis(meshes.section(gear, density), ElementQuad2()), Basis(line, ElementLineP2()))
+    with announced(f"finite elements of the gear of {gear.z} teeth"):
+        return _clamped(gear, Basis(meshes.section(gear, density), ElementQuad2()), Basis(line, ElementLineP2()))
 
 
 def _clamped(gear: Gear, section: Basis, axis: Basis | None) -> Body:

@@ -18,6 +18,7 @@ from fem.modification import (
     RootRelief,
     TipRelief,
 )
+from fem.representation import short
 
 DESIGNED = (TipRelief, RootRelief, ProfileCrowning, LeadCrowning, HelixSlope, EndRelief)
 KINDS = {kind.__name__: kind for kind in (*DESIGNED, PitchDeviation, Grid)}
@@ -35,6 +36,7 @@ def parts_of(flank) -> Flank:
     return parts
 
 
+@short()
 @dataclass(frozen=True)
 class Sides:
     """Modifications of left and right flanks (ISO 21771).

@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 
 from fem.checks import as_floats, require_within
+from fem.representation import short
 from fem.units import GPa
 
 
+@short(E="GPa", density="kg/m^3")
 @dataclass(frozen=True)
 class Material:
     """Isotropic linear elasticity: E [Pa], nu [1], density [kg/m^3]."""

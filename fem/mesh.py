@@ -12,12 +12,14 @@ from fem import grading, profile
 from fem.checks import as_floats, number
 from fem.gear import Gear, require
 from fem.profile import Polar
+from fem.representation import short
 
 BORE = "bore"
 #: Parts of the section of which a density says the numbers of elements.
 PARTS = ("flank", "fillet", "land", "tooth", "rim", "body")
 
 
+@short()
 @dataclass(frozen=True)
 class Density:
     """Numbers of elements of the section; `refined(q)` divides each of them into q, `paired` joins two and two.

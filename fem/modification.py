@@ -11,6 +11,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from fem.checks import as_floats
+from fem.representation import short
 
 MM = 1e-3
 
@@ -97,6 +98,7 @@ def _if_sharp(edge: float, power: float) -> tuple[float, ...]:
     return (edge,) if power < 2 else ()
 
 
+@short(C_a="um", length="mm", d_Ca="mm")
 @dataclass(frozen=True)
 class TipRelief:
     """C_a [m] at the tip, over the last length of roll [m] or outside the diameter d_Ca [m].
@@ -130,6 +132,7 @@ class TipRelief:
         return self.C_a * _share(roll - (face.roll_tip - length), length, self.power) + 0 * axial
 
 
+@short(C_f="um", length="mm", d_Cf="mm")
 @dataclass(frozen=True)
 class RootRelief:
     """C_f [m] at the root form circle, over the first length of roll [m] or inside the diameter d_Cf [m].
@@ -162,6 +165,7 @@ class RootRelief:
         return self.C_f * _share(face.roll_form + length - roll, length, self.power) + 0 * axial
 
 
+@short(C_alpha="um")
 @dataclass(frozen=True)
 class ProfileCrowning:
     """C_alpha [m] at tip and root form, 0 in the middle of the roll between them."""
@@ -177,6 +181,7 @@ class ProfileCrowning:
         return self.C_alpha * ((roll - middle) / half) ** 2 + 0 * axial
 
 
+@short(C_beta="um")
 @dataclass(frozen=True)
 class LeadCrowning:
     """C_beta [m] at both end faces, 0 in the middle."""
@@ -191,6 +196,7 @@ class LeadCrowning:
         return self.C_beta * (2 * axial / face.width) ** 2 + 0 * roll
 
 
+@short(C_Hbeta="um")
 @dataclass(frozen=True)
 class HelixSlope:
     """C_Hbeta [m] from end face to end face, 0 in the middle; > 0 removes material on the side of positive z."""
@@ -205,6 +211,7 @@ class HelixSlope:
         return self.C_Hbeta * axial / face.width + 0 * roll
 
 
+@short(C_e="um", length="mm")
 @dataclass(frozen=True)
 class EndRelief:
     """C_e [m] at both end faces, over the outer length of face width [m]; power as in TipRelief."""

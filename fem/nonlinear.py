@@ -23,6 +23,7 @@ from fem.gear import GearPair, require
 from fem.mesh import Density
 from fem.profile import flank
 from fem.progress import bar, shown
+from fem.representation import exact
 from fem.solid import internal_force
 from fem.solver import Solve
 from fem.ste import ste_map
@@ -68,7 +69,7 @@ def static_transmission_error(
     with shown(progress):
         for i, at in enumerate(bar(phase, "nonlinear statics")):
             te[:, i] = [equilibrium(meshing, at, one / pair.pinion.r_b).te for one in torque]
-    return ste_map(pair, torque, phase, te, method="nonlinear", density=str(density), penalty=penalty)
+    return ste_map(pair, torque, phase, te, method="nonlinear", density=exact(density), penalty=penalty)
 
 
 def checked_load(pair: GearPair, torque) -> np.ndarray:

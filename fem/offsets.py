@@ -7,12 +7,14 @@ import numpy as np
 
 from fem.checks import numbers
 from fem.gear import GearPair, require
+from fem.representation import short
 from fem.units import mm
 
 LARGEST_ANGLE = 0.01
 ANGLES = ("misalignment", "f_sigma_delta", "f_sigma_beta")
 
 
+@short(a="mm", axial="mm", misalignment="mrad", f_sigma_delta="mrad", f_sigma_beta="mrad")
 @dataclass(frozen=True)
 class Offsets:
     """Values that the offsets take; a sequence of increasing values makes an axis of the map, a number does not.

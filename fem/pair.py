@@ -1,17 +1,20 @@
 """Two external gears in mesh (ISO 21771), checked when born."""
 
 from dataclasses import dataclass
-from math import acos, cos, pi, sin, tan
+from math import acos, cos, hypot, inf, pi, sin, tan
 
 from fem.checks import as_floats, require, require_within
 from fem.cylindrical import Gear
+from fem.data_sheet import PAIR, DataSheet, listed
 from fem.interference import root_clearance
+from fem.representation import short
 from fem.units import deg, mm
 
 #: Backlash is as exact as the data of drawings [modules].
 ROUNDING = 1e-4
 
 
+@short(a="mm")
 @dataclass(frozen=True)
 class GearPair:
     """Two external gears in mesh at working centre distance a [m]; by default the one without backlash.
@@ -143,3 +146,41 @@ class GearPair:
         """Sum of the phases of driving and back flank: the back flank's phase is this minus the driving flank's."""
         r_w1 = self.pinion.r_b / cos(self.alpha_wt)
         return (self.pinion.thickness(r_w1) * self.pinion.z / (2 * pi * r_w1)) % 1.0
+
+    def data_sheet(self) -> DataSheet:
+        """Quantities of ISO 21771 by symbol, in SI units; print it for a table in mm and degrees.
+
+        1: pinion, 2: wheel. Sliding is given at the ends of the path of contact, where it is largest.
+        """
+        pinion, wheel, j_wt = self.pinion, self.wheel, self.backlash / cos(self.alpha_wt)
+        r_w1, r_w2, u = pinion.r_b / cos(self.alpha_wt), wheel.r_b / cos(self.alpha_wt), wheel.z / pinion.z
+        length, start, end = self.a * sin(self.alpha_wt), self.roll_start, self.roll_end
+        sizes = {
+            "u": u,
+            "a_0": self.a_without_backlash,
+            "d_w1": 2 * r_w1,
+            "d_w2": 2 * r_w2,
+            "g_alpha": end - start,
+            "j_bt": self.backlash,
+            "j_wt": j_wt,
+            "j_bn": self.backlash * cos(self.beta_b),
+            "j_r": j_wt / (2 * tan(self.alpha_wt)),
+            "c_1": self.a - pinion.r_a - wheel.r_f,
+            "c_2": self.a - wheel.r_a - pinion.r_f,
+            "d_Ff1": 2 * pinion.r_form,
+            "d_Nf1": 2 * hypot(pinion.r_b, start),
+            "d_Na1": 2 * hypot(pinion.r_b, end),
+            "d_Ff2": 2 * wheel.r_form,
+            "d_Nf2": 2 * hypot(wheel.r_b, length - end),
+            "d_Na2": 2 * hypot(wheel.r_b, length - start),
+            "K_gf": (self.roll_pitch - start) * (1 / r_w1 + 1 / r_w2),
+            "K_ga": (end - self.roll_pitch) * (1 / r_w1 + 1 / r_w2),
+            "zeta_f1": specific_sliding(start, length - start, u),
+            "zeta_f2": specific_sliding(length - end, end, 1 / u),
+        }
+        return DataSheet(repr(self), listed(PAIR, self, sizes))
+
+
+def specific_sliding(roll: float, mate: float, u: float) -> float:
+    """Sliding per rolling speed of a flank at a roll length [m], its mate at another, with u times as many teeth."""
+    return 1 - mate / (u * roll) if roll > 0 else -inf

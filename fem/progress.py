@@ -1,21 +1,25 @@
-"""Bars with the time left, shown while the caller wants them."""
+"""Bars with the time left, shown while the caller wants them; lines that say what else takes long."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from threading import Event, Thread
 
 import numpy as np
 from tqdm import tqdm
 
-_WANTED: ContextVar[bool] = ContextVar("wanted", default=False)
-#: Shorter work shows no bar [s].
+#: None: nobody has said.
+_WANTED: ContextVar[bool | None] = ContextVar("wanted", default=None)
+#: Shorter work shows no bar and no line [s].
 DELAY = 1.0
+#: Between two looks at the clock [s].
+TICK = 0.5
 STYLE = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
 
 
 @contextmanager
 def shown(wanted: bool) -> Iterator[None]:
-    """Context in which bars are shown, or not."""
+    """Context in which bars and lines are shown, or neither."""
     before = _WANTED.set(wanted)
     try:
         yield
@@ -31,3 +35,33 @@ def bar(steps, what: str, costs=None) -> Iterator:
         for step, cost in zip(steps, costs, strict=True):
             yield step
             moving.update(cost)
+
+
+@contextmanager
+def announced(what: str, *, before: float = 0.0, once: bool = False) -> Iterator[None]:
+    """A line that says what is being done and for how long, gone afterwards; none for work of less than a second.
+
+    before      what was spent on it before [s]
+    once        after an installation: shown unless somebody has said that nothing is wanted
+    """
+    hidden = _WANTED.get() is False if once else not _WANTED.get()
+    style = {"bar_format": "{desc}: {elapsed}", "delay": DELAY, "leave": False, "disable": hidden}
+    what = f"{what}, once after an installation" if once else what
+    with tqdm(desc=what, miniters=0, mininterval=0, **style) as line:
+        if line.disable:
+            yield
+            return
+        line.start_t -= before
+        done = Event()
+        ticking = Thread(target=_tick, args=(line, done), daemon=True)
+        ticking.start()
+        try:
+            yield
+        finally:
+            done.set()
+            ticking.join()
+
+
+def _tick(line: tqdm, done: Event) -> None:
+    while not done.wait(TICK):
+        line.update(0)

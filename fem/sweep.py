@@ -12,11 +12,12 @@ import numpy as np
 from fem.checks import number
 from fem.compliance import Compliance, flank_compliance
 from fem.flank import removed
-from fem.gear import GearPair, require
+from fem.gear import Gear, GearPair, require
 from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.offsets import ANGLES, in_plane_of_action
 from fem.progress import bar
+from fem.representation import short
 from fem.state import Encounter, State
 from fem.threads import one_thread
 
@@ -32,6 +33,7 @@ QUANTITIES = {
 }
 
 
+@short()
 @dataclass(frozen=True)
 class Resolution:
     """How finely a map is solved.
@@ -113,22 +115,28 @@ def sweep(
     at_once = ceil(sqrt(len(meetings)) / 2)
     spread = map if executor is None else partial(executor.map, chunksize=at_once)
     columns: Iterable[np.ndarray] = spread(column, meetings)
-    found = list(bar(columns, what, np.ones(len(meetings))))
+    states = len(meetings) * forces.size * int(np.prod([values[name].size for name in ANGLES]))
+    found = list(bar(columns, f"{what}: {states} states", np.ones(len(meetings))))
     return _ordered(found, [forces.size, *(values[name].size for name in ORDER), phase.size])
 
 
 def bodies_of(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tuple[Compliance, Compliance], int]:
     """Compliances of pinion and wheel, and the number of slices of what they span."""
     varies, whole = across_width(pair, values)
-    closest = GearPair(pair.pinion, pair.wheel, a=float(values["a"].min()))
-    teeth = floor(closest.eps_alpha + closest.eps_beta) + 1
-    density = resolution.density.with_teeth(teeth, behind=BEHIND)
-    loaded = pair.b + 2 * float(np.abs(values["axial"]).max())
-    bodies = (flank_compliance(g, density, min(g.b, loaded), whole=whole) for g in (pair.pinion, pair.wheel))
+    bodies = (flank_compliance(*gear, whole=whole) for gear in elastic(pair, values, resolution))
     pitches = inf if resolution.neighbours is None else resolution.neighbours
     pinion, wheel = (replace(body, pitches=pitches) for body in bodies)
     slices = resolution.slices if varies else 6
     return (pinion, wheel), slices if pinion.share == 1 else slices // 2
+
+
+def elastic(pair: GearPair, values: dict, resolution: Resolution) -> list[tuple[Gear, Density, float]]:
+    """Pinion and wheel, each with the density of its finite elements and the width that can carry load [m]."""
+    closest = GearPair(pair.pinion, pair.wheel, a=float(values["a"].min()))
+    teeth = floor(closest.eps_alpha + closest.eps_beta) + 1
+    density = resolution.density.with_teeth(teeth, behind=BEHIND)
+    loaded = pair.b + 2 * float(np.abs(values["axial"]).max())
+    return [(gear, density, min(gear.b, loaded)) for gear in (pair.pinion, pair.wheel)]
 
 
 def across_width(pair: GearPair, values: dict) -> tuple[bool, bool]:

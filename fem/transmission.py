@@ -14,6 +14,7 @@ from fem.gear import GearPair, require
 from fem.hertz import largest_torque
 from fem.offsets import Offsets, check_places
 from fem.progress import shown
+from fem.representation import exact
 from fem.ste import PHASE, TORQUE, ste_map
 from fem.sweep import ORDER, QUANTITIES, Resolution, each, sweep
 
@@ -64,7 +65,7 @@ def static_transmission_error(
         states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor)
     axes = {name: values[name] for name in offsets.axes()}
     fixed = {name: float(values[name][0]) for name in ORDER[1:] if name not in axes}
-    attributes = {"resolution": str(resolution), "pitches": floor(phase[-1]) + 1} | fixed
+    attributes = {"resolution": exact(resolution), "pitches": floor(phase[-1]) + 1} | fixed
     return _labelled(pair, torque, phase, axes, states, attributes).assign(_estimates(found))
 
 
@@ -83,16 +84,26 @@ def _estimates(found: dict[str, np.ndarray]) -> dict:
 def _states(pair, torque, phases, values: dict, accuracy) -> tuple[np.ndarray, np.ndarray, Resolution, dict]:
     """Torques, phases and resolution of a map, given or chosen; then with estimated errors by kind (n_torque,) [m]."""
     if accuracy is None or isinstance(accuracy, Resolution):
-        given = phases is not None and not isinstance(torque, UpTo)
-        require(given, "phases=None and torque=fem.UpTo(...) need an accuracy to choose by, say accuracy=0.005")
-        return checked_torque(pair, torque), checked_phases(phases, pair), accuracy or Resolution(), {}
-    share = "accuracy must lie in [1e-4, 0.1] (share of the deflection, say 0.005) or be a fem.Resolution"
-    require(1e-4 <= number("accuracy", accuracy) <= 0.1, f"{share}, got {accuracy}")
+        return *given(pair, torque, phases), accuracy or Resolution(), {}
+    accuracy = checked_share(accuracy)
     loaded = isinstance(torque, UpTo) or numbers("torque", torque).max(initial=0.0) > 0
     require(bool(loaded), f"accuracy needs a torque > 0 to be a share of its deflection, got {torque}")
     torque = torque if isinstance(torque, UpTo) else checked_torque(pair, torque)
     phase = None if phases is None else checked_phases(phases, pair)
-    return choose(pair, torque, phase, values, float(accuracy))
+    return choose(pair, torque, phase, values, accuracy)
+
+
+def checked_share(accuracy) -> float:
+    share = "accuracy must lie in [1e-4, 0.1] (share of the deflection, say 0.005) or be a fem.Resolution"
+    require(1e-4 <= number("accuracy", accuracy) <= 0.1, f"{share}, got {accuracy}")
+    return float(accuracy)
+
+
+def given(pair: GearPair, torque, phases) -> tuple[np.ndarray, np.ndarray]:
+    """Torques and phases of a map that are not left to an accuracy."""
+    listed = phases is not None and not isinstance(torque, UpTo)
+    require(listed, "phases=None and torque=fem.UpTo(...) need an accuracy to choose by, say accuracy=0.005")
+    return checked_torque(pair, torque), checked_phases(phases, pair)
 
 
 def _labelled(pair, torque, phase, axes: dict, states: np.ndarray, attributes: dict) -> xr.Dataset:

@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import fem.compiled
+import fem.progress
 
 SOURCE = """
 from helper import doubled
@@ -32,6 +33,21 @@ def entry_in(folder: Path, monkeypatch):
         monkeypatch.setitem(sys.modules, name, module)
         spec.loader.exec_module(module)
     return module.entry
+
+
+def test_compiling_is_announced_as_long_as_all_of_it_takes(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("sys.dont_write_bytecode", True)
+    monkeypatch.setattr(fem.progress, "DELAY", 1e-9)
+    monkeypatch.setattr(fem.progress, "TICK", 1e-3)
+    (tmp_path / "module.py").write_text(SOURCE)
+    (tmp_path / "helper.py").write_text(HELPER.format(factor=2.0))
+    for told in (True, False):
+        entry_in(tmp_path, monkeypatch)(1.0)
+        assert ("compiling the contact, once after an installation: 0" in capsys.readouterr().err) == told
+    (tmp_path / "helper.py").write_text(HELPER.format(factor=3.0))
+    with fem.progress.shown(False):
+        entry_in(tmp_path, monkeypatch)(1.0)
+    assert capsys.readouterr().err == ""
 
 
 def test_kept_functions_are_compiled_anew_when_one_that_they_call_changes(tmp_path, monkeypatch):

@@ -9,8 +9,12 @@ import pytest
 ROOT = Path(__file__).parents[1]
 FLOORS = {
     "fem.units": 0,
+    "fem.version": 0,
+    "fem.representation": 0,
+    "fem.data_sheet": 0.1,
+    "fem.inspection": 0.5,
     "fem.cache": 0,
-    "fem.compiled": 0,
+    "fem.compiled": 0.1,
     "fem.threads": 0,
     "fem.progress": 0,
     "fem.groups": 0.1,
@@ -49,6 +53,7 @@ FLOORS = {
     "fem.sweep": 5.6,
     "fem.accuracy": 5.7,
     "fem.transmission": 6,
+    "fem.cost": 6.1,
     "fem.nonlinear": 6.1,
     "fem.dynamic": 6.2,
     "fem.penalty": 4.5,
@@ -83,6 +88,8 @@ FLOORS = {
     "exugear.pictures": 7.5,
     "exugear.graphics": 7.5,
     "exugear.kinematics": 8,
+    "exugear.attitude": 8,
+    "exugear.contact_frame": 8.2,
     "exugear.recorder": 8,
     "exugear.kernels": 8.5,
     "exugear.sliding": 8.6,
@@ -108,7 +115,10 @@ FLOORS = {
     "exugear": 13,
 }
 #: `fem.profile` is the outline that `exugear.graphics` draws.
-DOORS_TO_FEM = {"fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"}
+DOORS_TO_FEM = {
+    *("fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"),
+    *("fem.progress", "fem.representation", "fem.version"),
+}
 EXUDYN = (
     *("bodies", "connector", "eigenfrequencies", "equilibrium", "friction_connector", "graphics"),
     *("imposed", "integrator", "model", "native", "pieces", "plan", "run", "seats", "sensor", "trampoline", "trial"),

@@ -1,7 +1,10 @@
 """What an import costs: nothing that the scene does not use."""
 
+import pydoc
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -39,6 +42,26 @@ def test_public_names_are_there():
 
     for package in (fem, exugear):
         assert all(hasattr(package, name) for name in package.__all__)
+        assert set(package.__all__) <= set(dir(package))
     assert exugear.plots.__name__ == "exugear.plots"
     with pytest.raises(AttributeError, match="nothing"):
         _ = fem.nothing
+
+
+def test_help_lists_what_there_is():
+    """As somebody meets it who types help(exugear) or presses the tabulator."""
+    import exugear
+    import fem
+
+    told = pydoc.plaintext.document(exugear)
+    for name in ("class Gearbox", "class Stage", "build(gearbox", "run_up(model", "resonances(", "CreateGearContact"):
+        assert name in told
+    assert {"Gear", "GearPair", "static_transmission_error", "map_cost", "units"} <= set(dir(fem))
+
+
+def test_one_version():
+    import exugear
+    import fem
+
+    project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
+    assert fem.__version__ == exugear.__version__ == project["version"]
