@@ -157,7 +157,7 @@ def report(curves, box, runs, fit: bool, clock: Clock) -> str:
         te = curves["te"].sel(torque=load).values / um
         lines.append(f"{load:>12g} N m              {te.mean():9.3f}{np.ptp(te):12.3f}")
     pair = fem.ste.pair_of(curves)
-    standard = iso6336.mesh_stiffness(pair, 150.0 / pair.pinion.r_b / pair.b) * pair.b
+    standard = iso6336.mesh_stiffness(pair, 150.0 / pair.pinion.r / pair.b) * pair.b
     ours = " and ".join(f"{mean_stiffness(curves, load) * um:.1f}" for load in TORQUES)
     lines += ["", f"mean of F / STE {ours} N/um; ISO 6336 gives {standard * um:.0f} N/um, which knows no rim and hub"]
     found = {load: superharmonics(resonances(result)) for load, result in runs.items()}

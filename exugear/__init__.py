@@ -15,7 +15,7 @@ from exugear.plan import Plan, plan
 from exugear.recorded import dte_envelope
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
-from exugear.run import Run, run_up
+from exugear.run import Run, RunStopped, run_up
 from exugear.sensor import CreateGearSensor
 from exugear.shaft import Coupling, Disc, Placement, Shaft
 from exugear.spectrum import envelope, order_spectrum, resonances
@@ -42,6 +42,7 @@ __all__ = [
     "Recorder",
     "RingPair",
     "Run",
+    "RunStopped",
     "Shaft",
     "Stage",
     "__version__",

@@ -13,6 +13,7 @@ from exugear.axes import static_offsets
 from exugear.bodies import SPIN_PLACE
 from exugear.divergence import DIVERGED
 from exugear.kinematics import DIRECTION, TURNS
+from exugear.map_range import larger_torque
 from exugear.model import Mesh, Model, lay, open_system, seats
 from exugear.plan import UNDAMPED
 from exugear.seats import radial_table
@@ -29,6 +30,9 @@ LARGEST_SHIFT, LARGEST_TILT, LARGEST_TWIST = 0.01, 0.05, 2.0
 UNIT = "(in N/m: 200 N/um are 200e6)"
 #: Share of a map's largest force from which on inertia takes part.
 LEAST = 1e-6
+#: What other functions of a system say.
+FAILED = r"USER FUNCTION '([^']*)':\s*([^\n]+)"
+ITERATION = "Newton's iteration failed; {}"
 #: What the user functions say.
 SAID = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
 
@@ -211,13 +215,22 @@ def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
     law = mesh.law
     phase = mesh.phase + mesh.frame[DIRECTION] * mesh.frame[TURNS] * q[model.spins[mesh.stage.fast.name]]
     static = static_offsets(model.gearbox, mesh.stage, 1 if force >= 0 else -1)
-    offsets = {n: x for n, x in static.items() if n in law.offsets}
+    law = law.at(**{n: x for n, x in static.items() if n in law.offsets})
     if force >= 0:
-        return law.deflection_at(phase, force, **offsets)
+        return _under(mesh, law, phase, force)
     other = f"backlash must be finite for a load that lies on the other flank, got {law.backlash}"
     require(isfinite(law.backlash), other)
     behind = law.backlash + 2 * mesh.opening
-    return -behind - law.deflection_at(law.back_phase - phase, -force, **offsets)
+    return -behind - _under(mesh, law, law.back_phase - phase, -force)
+
+
+def _under(mesh: Mesh, law, phase: float, force: float) -> float:
+    """Static deflection [m] under a force >= 0 [N]; ValueError with the torque to map beyond the law."""
+    try:
+        return law.deflection_at(phase, force)
+    except ValueError:
+        reason = larger_torque(law.law, force, mesh.stage.pair.pinion.r_b)
+        raise ValueError(f"load: in stage {mesh.stage.name} {reason}") from None
 
 
 @contextmanager
@@ -230,9 +243,10 @@ def explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
             raise KeyboardInterrupt from None
         t = model.mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
-        left = re.search(SAID, str(error))
-        reason = left.group(0).replace(DIVERGED, remedy) if left else f"Newton's iteration failed; {remedy}"
-        raise RuntimeError(f"{where}: {reason}{without_damping(model, t)}") from error
+        left, failed = re.search(SAID, str(error)), re.search(FAILED, str(error))
+        reason = f"user function {failed.group(1)} failed, {failed.group(2)}" if failed else ITERATION.format(remedy)
+        reason = left.group(0).replace(DIVERGED, remedy) if left else reason
+        raise RuntimeError(f"{where}: {reason}{without_damping(model, t)}") from None
 
 
 def without_damping(model: Model, t: float) -> str:

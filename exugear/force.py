@@ -6,11 +6,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
-from math import inf, isfinite, nan
+from functools import cache, cached_property
+from math import inf, isfinite
 
 import numpy as np
 
+from exugear.jumps import jumps
 from exugear.law import (
     AXES,
     BACK_PHASE,
@@ -25,12 +26,12 @@ from exugear.law import (
     weights_along,
 )
 from exugear.loaded import loaded_centroid, loaded_deflection, te_under
+from exugear.map_range import beyond_map
 from exugear.table import PHASES, PHASES_WITH_OFFSETS, U, tabulate
 from fem.compiled import kept
 from fem.gear import require
 from fem.representation import short
-from fem.ste import check, offset_axes, pair_of
-from fem.units import um
+from fem.ste import TORQUE, check, offset_axes, pair_of
 
 
 @cache
@@ -57,21 +58,7 @@ def mesh_forces(moves: bool):
     return forces
 
 
-def beyond_map(deflection: float, largest: float, high: float = nan, axis: float = nan) -> str:
-    """What to say when a deflection [m] leaves the map, or an offset its axis: (offset, low, high, number)."""
-    if isfinite(axis):
-        name = OFFSETS[int(axis)]
-        ends = f"the map's axis from {largest:.6g} to {high:.6g}"
-        return f"{name} {deflection:.6g} lies beyond {ends}; extend the axis fem.Offsets({name}=...)"
-    if not isfinite(deflection):
-        return f"deflection must be finite, got {deflection}; use a smaller step"
-    return (
-        f"deflection {deflection / um:.4g} um lies beyond the map, which ends at {largest / um:.4g} um at this phase; "
-        f"extend the map to a larger torque (or the table's deflection), some {1.5 * deflection / largest:.2g} times"
-    )
-
-
-@short(deflection="um", force_table="N", damping="N s/m", backlash="um", centroid="mm")
+@short(deflection="um", force_table="N", damping="N s/m", backlash="um", centroid="mm", mapped_force="N")
 @dataclass(frozen=True, eq=False)
 class MeshForce:
     """Force law of one gear mesh; the table holds the driving flank, the other is its mirror image.
@@ -85,6 +72,7 @@ class MeshForce:
     back_phase   phase + phase of the mirrored contact on the other flank (`fem.GearPair.back_phase`)
     centroid     like force_table: axial place of the force [m], from the pinion's mid-plane
     offsets      axes of the table before phase, in the order a [m], misalignment [rad], axial [m] (`fem.Offsets`)
+    mapped_force [N] from which on the table is no longer measured, but continued
     conserves    whether force and torques follow from one potential U(phase, deflection); needs a table without offsets
 
     Uniform phases i / n are kept, others are resampled. Raises ValueError for what is no such law.
@@ -99,6 +87,7 @@ class MeshForce:
     centroid: np.ndarray | float = field(default=0.0, kw_only=True)
     offsets: Mapping[str, np.ndarray] = field(default_factory=dict, kw_only=True)
     conserves: bool = field(default=False, kw_only=True)
+    mapped_force: float = field(default=inf, kw_only=True)
     law: np.ndarray = field(init=False, repr=False)
     stiffness_max: float = field(init=False)
 
@@ -116,12 +105,20 @@ class MeshForce:
 
     @classmethod
     def from_ste(
-        cls, ste, *, damping: float = 0.0, backlash: float | None = None, conserves: bool = False
+        cls,
+        ste,
+        *,
+        damping: float = 0.0,
+        backlash: float | None = None,
+        conserves: bool = False,
+        extend: float = 1.0,
     ) -> "MeshForce":
         """The law whose static deflection is the map; backlash is the pair's unless given.
 
         ste   Dataset of `fem.ste`: te [m] over torque from 0 [N m], offsets and phase, smooth and periodic in phase;
               its centroid, where it has one, is where the force acts.
+        extend   continue the law with its last stiffness to so many times the largest torque: for impacts, which the
+                 data of a run then measure (beyond_map_time, beyond_map_force)
         The map is of the driving, left flanks; the law takes the right ones for their mirror image, also where
         `fem.Sides` differ, which says how to map them.
         Below the lowest torque the compliance grows with -ln F, as that of a Hertzian line contact does.
@@ -133,9 +130,10 @@ class MeshForce:
         offsets = offset_axes(ste)
         n = PHASES_WITH_OFFSETS if offsets else PHASES
         phase = np.arange(n) / n
-        force, deflection = loaded_deflection(ste, pair.pinion.r_b, phase)
+        force, deflection = loaded_deflection(ste, pair.pinion.r_b, phase, extend=extend)
         backlash = pair.backlash if backlash is None else backlash
-        play = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase}
+        mapped = float(ste[TORQUE][-1]) / pair.pinion.r_b if extend > 1 else inf
+        play = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase, "mapped_force": mapped}
         centroid = loaded_centroid(ste, pair.pinion.r_b, phase, force)
         table = np.broadcast_to(force, deflection.shape)
         return cls(phase, deflection, table, **play, centroid=centroid, offsets=offsets, conserves=conserves)
@@ -155,6 +153,11 @@ class MeshForce:
         table = np.outer(k, reach)
         return cls(phase, reach, table, damping=damping, backlash=backlash, back_phase=pair.back_phase)
 
+    @cached_property
+    def jumps(self) -> np.ndarray:
+        """(n,) phases at which the force jumps: by 45 % of its range or more within 1/256 of a pitch."""
+        return jumps(self)
+
     def __call__(self, phase, deflection, rate=0.0, **offsets) -> np.ndarray:
         """Mesh force [N] at phase [1], deflection [m], rate [m/s] and the table's offsets by name, broadcast.
 
@@ -170,7 +173,7 @@ class MeshForce:
             flat = (np.ascontiguousarray(x).ravel() for x in values)
             return mesh_forces(bool(self.offsets))(self.law, *flat).reshape(values[0].shape)
         except ValueError as error:
-            raise ValueError(beyond_map(*error.args)) from None
+            raise ValueError(beyond_map(self.law, error.args)) from None
 
     def at(self, **offsets: float) -> "MeshForce":
         """The law at one value of some of its offsets, which are axes no longer; ValueError beyond them."""
@@ -204,7 +207,7 @@ class MeshForce:
         try:
             return weights_along(self.law, axis, float(value))
         except ValueError as error:
-            raise ValueError(beyond_map(*error.args)) from None
+            raise ValueError(beyond_map(self.law, error.args)) from None
 
     def deflection_at(self, phase: float, force: float, **offsets: float) -> float:
         """Static deflection [m] on the driving flank under force >= 0 [N] (bisection); ValueError beyond the table."""

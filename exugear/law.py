@@ -20,6 +20,8 @@ HEADER = 16
 PHASE_STEPS, PENETRATION_STEPS, BACKLASH, DAMPING, RAMP, BACK_PHASE, SIZE, BLOCK, AXES, CONSERVES = range(10)
 #: Numbers of places of the offsets: centre distance, misalignment, axial offset.
 N_A, N_MISALIGNMENT, N_AXIAL = 10, 11, 12
+#: Force [N] and tangent stiffness [N/m] at the end of the table, mean over phase.
+LAST_FORCE, LAST_STIFFNESS = 13, 14
 OFFSETS = ("a", "misalignment", "axial")
 MANY_PITCHES = 1e12
 BEYOND = 1e-9

@@ -11,8 +11,13 @@ from fem.units import um
 LEAST, BELOW, BETWEEN = 1e-4, 40, 161
 
 
-def loaded_deflection(ste, r_b: float, phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Forces (n,) from 0 [N] and deflections (*n_offset, n_phase, n) under them [m]."""
+def loaded_deflection(ste, r_b: float, phase: np.ndarray, *, extend: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Forces (n,) from 0 [N] and deflections (*n_offset, n_phase, n) under them [m].
+
+    extend   continues them with their last stiffness to so many times the largest torque
+    """
+    range_of = f"extend must lie in [1, 10] times the largest torque, got {extend}; map larger torques instead"
+    require(1 <= extend <= 10, range_of)
     te = over_offsets(ste, TE).values
     torque, coarse = ste[TORQUE].values, ste[PHASE].values
     require(coarse.size >= 3, f"phase needs at least 3 values as share of a pitch, got {coarse.size}")
@@ -26,7 +31,18 @@ def loaded_deflection(ste, r_b: float, phase: np.ndarray) -> tuple[np.ndarray, n
     force[[BELOW, -1]] = given[[0, -1]]
     column = (slice(None),) + (None,) * (te.ndim - 1)
     deflection = te[0] + force[column] * compliance_at(given, (te[1:] - te[0]) / given[column], force)
-    return np.r_[0, force], np.moveaxis(np.concatenate([te[:1], deflection]), 0, -1)
+    force, deflection = np.r_[0, force], np.moveaxis(np.concatenate([te[:1], deflection]), 0, -1)
+    return (force, deflection) if extend == 1 else _continued(force, deflection, extend)
+
+
+def _continued(force: np.ndarray, deflection: np.ndarray, extend: float) -> tuple[np.ndarray, np.ndarray]:
+    """The same with further forces, spaced as the last ones, along the tangent at the largest one."""
+    curve = scipy.interpolate.PchipInterpolator(np.log(force[-5:]), deflection[..., -5:], axis=-1)
+    compliance = curve(np.log(force[-1]), 1)[..., None] / force[-1]
+    number = max(2, round(np.log(extend) / np.log(force[-1] / force[-2])))
+    more = force[-1] * np.geomspace(1, extend, number + 1)[1:]
+    further = deflection[..., -1:] + compliance * (more - force[-1])
+    return np.r_[force, more], np.concatenate([deflection, further], axis=-1)
 
 
 def _require_rising(torque: np.ndarray, te: np.ndarray, phase: np.ndarray) -> None:

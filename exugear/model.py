@@ -284,3 +284,8 @@ def seats(model: Model, secants: Mapping[str, Mapping[float, float]] | None = No
                 at = model.spins[shaft.name] - 5
                 total[at : at + 6, at : at + 6] += radial_part(k, axial - shaft.centre)
     return total
+
+
+def on_bearings(model: Model, mesh: Mesh) -> bool:
+    """Whether a shaft of a mesh stands on bearings that are built."""
+    return any(model.plan.shafts[shaft.name].on_bearings for shaft in (mesh.stage.fast, mesh.stage.slow))

@@ -69,20 +69,34 @@ def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root
     return ax
 
 
+def plot_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Hertz's pressure on the flanks over the mesh cycle, a colour per torque above 0; thin where a tip edge touches.
+
+    What the edge itself bears is `plot_peak_pressure`.
+    """
+    ax = _axes(ax)
+    flanks = data["hertz_pressure"]
+    _curves(ax, flanks, "-", "", linewidth=0.8)
+    _curves(ax, flanks.where(data["tip_contact"] == 0), "-", None, linewidth=2.4)
+    ax.set(ylabel="contact pressure by Hertz [MPa]", title="thin: a tip edge touches")
+    return ax
+
+
 def plot_peak_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Largest contact pressure over the mesh cycle, a colour per torque above 0."""
+    """Largest contact pressure over the mesh cycle, on tip edges too, a colour per torque above 0."""
     ax = _axes(ax)
     _curves(ax, data["peak_pressure"], "-", "")
     ax.set(ylabel="peak contact pressure [MPa]")
     return ax
 
 
-def _curves(ax: Axes, data: xr.DataArray, line: str, name: str) -> None:
+def _curves(ax: Axes, data: xr.DataArray, line: str, name: str | None, linewidth: float = 1.5) -> None:
     data = data.sel({TORQUE: data[TORQUE] > 0}).transpose(TORQUE, PHASE)
     phase = np.append(data[PHASE], 1 + data[PHASE][0])
     colours = colormaps["viridis"](np.linspace(0, 0.85, data[TORQUE].size))
     for row, torque, colour in zip(data.values, data[TORQUE].values, colours, strict=True):
-        ax.plot(phase, np.append(row, row[0]) / MPa, line, color=colour, label=f"{name}{torque:.4g} N m")
+        label = None if name is None else f"{name}{torque:.4g} N m"
+        ax.plot(phase, np.append(row, row[0]) / MPa, line, color=colour, linewidth=linewidth, label=label)
     ax.set(xlabel="phase of the mesh cycle [pitches]", xlim=(phase[0], phase[-1]), ylim=(0, None))
     ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     ax.grid(alpha=0.3)

@@ -1,6 +1,7 @@
 """A run in pieces, some of which are solved again at half the step: what the step does to the result."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -12,6 +13,7 @@ from tqdm import tqdm
 from exugear.equilibrium import explained
 from exugear.integrator import Rule, settings_for
 from exugear.model import Model, integrated
+from exugear.steps import Steps
 
 PIECES = 100
 BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
@@ -19,6 +21,9 @@ BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remain
 REST = 16 / 15
 #: Shorter pieces say little [samples].
 FEWEST = 50
+#: rms of the DTE of gears that do not vibrate, but for rounding [m].
+STILL = 1e-12
+INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 
 
 @dataclass(frozen=True)
@@ -32,66 +37,115 @@ class Piece:
 
 @dataclass(frozen=True)
 class Solver:
-    """Solves pieces of a run of a model; speed_of(t) [rad/s] explains what stops it, every so many steps one sample."""
+    """Solves a run of a model in pieces; speed_of(t) [rad/s] explains what stops it.
+
+    The sensors of the system are written every so many steps.
+    """
 
     model: Model
     rule: Rule
     tolerance: float
     speed_of: Any
-    every: int
+    steps: Steps
+    sensor_steps: int
 
-    def solve(self, piece: Piece, rule: Rule) -> None:
-        """Integrate one piece from the state that the system is in."""
-        settings = settings_for(rule, rule.step, self.tolerance)
-        integration, h = settings.timeIntegration, self.rule.step
-        integration.startTime, integration.endTime = piece.first * h, piece.last * h
-        integration.numberOfSteps = round((piece.last - piece.first) * h / rule.step)
-        # Exudyn's initial accelerations leave out the slope of an imposed speed; those of the state hold it.
-        integration.generalizedAlpha.computeInitialAccelerations = self.speed_of.steady
-        remedy = f"try step={h / 2:.2g} or more damping"
-        with integrated(self.model, rule), explained(self.model, remedy, self.speed_of):
-            if piece.first == 0 and not self.speed_of.steady:
-                self._evaluate(settings)
-            self.model.mbs.SolveDynamic(settings, updateInitialValues=True)
+    def run(self, progress: bool) -> tuple[list[Piece], BaseException | None]:
+        """The pieces, between which the bar moves, and what stopped them: RuntimeError, Ctrl-C or None."""
+        pieces: list[Piece] = []
+        try:
+            self._solve_all(pieces, progress)
+            self._require_samples()
+        except (RuntimeError, KeyboardInterrupt) as error:
+            return pieces, error
+        return pieces, None
 
-    def _evaluate(self, settings: exu.SimulationSettings) -> None:
+    def _solve_all(self, pieces: list[Piece], progress: bool) -> None:
+        """One solve of Exudyn, halted at the end of each piece: it goes on as if there were none."""
+        h, mbs = self.rule.step, self.model.mbs
+        style = {"bar_format": BAR, "unit_scale": h, "leave": False, "disable": not progress}
+        with tqdm(total=self.steps.number, desc="run-up", **style) as bar, self._explained(self.rule):
+            with self._engine() as (engine, settings):
+                for first, last in pairwise(self.bounds):
+                    pieces.append(Piece(first, last, mbs.systemData.GetSystemState(CURRENT if first else INITIAL)))
+                    self.solve(pieces[-1], engine, settings)
+                    bar.update(last - first)
+            mbs.systemData.SetSystemState(mbs.systemData.GetSystemState(CURRENT), INITIAL)
+
+    def solve(self, piece: Piece, engine, settings: exu.SimulationSettings) -> None:
+        """Let Exudyn's solver go on to the end of a piece; sensors have written its start already."""
+        h = self.rule.step
+        engine.it.endTime = piece.last * h
+        if piece.first:
+            engine.output.lastSensorsWritten = (piece.first + self.sensor_steps - 0.5) * h
+        if not engine.SolveSteps(self.model.mbs, settings):
+            raise RuntimeError("no convergence")
+
+    @contextmanager
+    def _engine(self) -> Iterator[tuple[Any, exu.SimulationSettings]]:
+        """Exudyn's solver over the whole run, and its settings."""
+        h, mbs = self.rule.step, self.model.mbs
+        settings = settings_for(self.rule, h, self.tolerance)
+        if not self.speed_of.steady:
+            # Exudyn's initial accelerations leave out the slope of an imposed speed; those of the state hold it.
+            settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
+            self._evaluate()
+        engine: Any = exu.MainSolverImplicitSecondOrder()
+        settings.timeIntegration.endTime = self.steps.number * h
+        settings.timeIntegration.numberOfSteps = self.steps.number
+        settings.solution.sensors.writePeriod = self.sensor_steps * h
+        if not engine.InitializeSolver(mbs, settings):
+            raise RuntimeError("no start")
+        try:
+            yield engine, settings
+        finally:
+            engine.FinalizeSolver(mbs, settings)
+
+    def _evaluate(self) -> None:
         """All forces in the initial state: their first samples."""
-        mbs = self.model.mbs
+        settings, mbs = settings_for(self.rule, self.rule.step, self.tolerance), self.model.mbs
+        settings.solution.sensors.active = False
         solver: Any = exu.MainSolverStatic()
         solver.InitializeSolver(mbs, settings)
         solver.ComputeODE2RHS(mbs)
         solver.FinalizeSolver(mbs, settings)
 
-    def run(self, steps: int, progress: bool) -> list[Piece]:
-        """All pieces, between which the bar moves; they restart from the very state that they reached."""
-        h, pieces = self.rule.step, []
-        bounds = np.linspace(0, steps, (min(PIECES, steps) if progress else 1) + 1).astype(int)
-        style = {"bar_format": BAR, "unit_scale": h, "leave": False, "disable": not progress}
-        with tqdm(total=steps, desc="run-up", **style) as bar:
-            for first, last in pairwise(bounds.tolist()):
-                pieces.append(Piece(first, last, self.state))
-                self.solve(pieces[-1], self.rule)
-                bar.update(last - first)
-        self._require_samples()
-        return pieces
+    @contextmanager
+    def _explained(self, rule: Rule) -> Iterator[None]:
+        remedy = f"try step={self.rule.step / 2:.2g} or more damping"
+        with integrated(self.model, rule), explained(self.model, remedy, self.speed_of):
+            yield
+
+    @property
+    def bounds(self) -> list[int]:
+        """Steps at which pieces end, each with a sample of the sensors: Exudyn writes one wherever it halts."""
+        unit = max(self.steps.every, self.sensor_steps)
+        parts = max(1, min(PIECES, self.steps.number // unit))
+        inner = np.linspace(0, self.steps.number // unit, parts + 1).astype(int)[:-1] * unit
+        return [*inner.tolist(), self.steps.number]
+
+    def solve_again(self, piece: Piece, rule: Rule) -> None:
+        """Integrate one piece from its state on, unseen by sensors."""
+        settings = settings_for(rule, rule.step, self.tolerance)
+        settings.solution.sensors.active = False
+        integration, h = settings.timeIntegration, self.rule.step
+        integration.startTime, integration.endTime = piece.first * h, piece.last * h
+        integration.numberOfSteps = round((piece.last - piece.first) * h / rule.step)
+        self.model.mbs.systemData.SetSystemState(piece.state, INITIAL)
+        with self._explained(rule):
+            self.model.mbs.SolveDynamic(settings)
 
     def _require_samples(self) -> None:
         """Where Newton's iteration fails Exudyn cuts the step, and may then miss the times of the samples."""
         for mesh in self.model.meshes:
             lost = np.flatnonzero(np.isnan(mesh.recorder.deflection))
             if lost.size:
-                where = f"at t = {lost[0] * self.every * self.rule.step:.6g} s"
+                where = f"at t = {lost[0] * self.steps.interval:.6g} s"
                 cause = f"Newton's iteration failed, {lost.size} samples are lost"
                 raise RuntimeError(f"{where}: {cause}; try step={self.rule.step / 2:.2g} or more damping")
 
-    @property
-    def state(self) -> Any:
-        """What the next piece starts from."""
-        return self.model.mbs.systemData.GetSystemState(exu.ConfigurationType.Initial)
-
     def samples(self, piece: Piece) -> slice:
         """The samples that fall into a piece."""
-        return slice(-(-piece.first // self.every), piece.last // self.every + 1)
+        return slice(-(-piece.first // self.steps.every), piece.last // self.steps.every + 1)
 
     def liveliness(self, piece: Piece) -> np.ndarray:
         """(n_stage,) rms of the DTE about its mean in a piece [m]."""
@@ -105,10 +159,10 @@ class Solver:
         before, recorded = self.liveliness(piece), [mesh.recorder.samples for mesh in self.model.meshes]
         within = self.samples(piece)
         kept = [[block[within].copy() for block in blocks] for blocks in recorded]
-        self.model.mbs.systemData.SetSystemState(piece.state, exu.ConfigurationType.Initial)
         try:
-            self.solve(piece, replace(self.rule, step=self.rule.step / 2))
-            return REST * np.abs(before / self.liveliness(piece) - 1)
+            self.solve_again(piece, replace(self.rule, step=self.rule.step / 2))
+            after = self.liveliness(piece)
+            return REST * np.abs(before - after) / np.maximum(after, STILL)
         except RuntimeError:
             return np.full(before.size, np.nan)
         finally:
@@ -118,14 +172,16 @@ class Solver:
 
     def errors(self, pieces: Sequence[Piece]) -> np.ndarray:
         """(n, n_stage) errors of some pieces; the system ends in the state that it was in."""
-        end = self.state
-        found = np.array([self.error(piece) for piece in pieces])
-        self.model.mbs.systemData.SetSystemState(end, exu.ConfigurationType.Initial)
-        return found
+        system, kinds = self.model.mbs.systemData, (INITIAL, CURRENT)
+        ends = [system.GetSystemState(kind) for kind in kinds]
+        errors = np.array([self.error(piece) for piece in pieces])
+        for end, kind in zip(ends, kinds, strict=True):
+            system.SetSystemState(end, kind)
+        return errors
 
     def telling(self, pieces: Sequence[Piece], number: int) -> list[Piece]:
         """The liveliest piece, and others spread over the run; none of too short ones."""
-        if pieces[0].last - pieces[0].first < FEWEST * self.every:
+        if pieces[0].last - pieces[0].first < FEWEST * self.steps.every:
             return []
         rms = np.array([self.liveliness(piece) for piece in pieces])
         liveliest = int(np.argmax((rms / np.maximum(rms.max(axis=0), np.finfo(float).tiny)).max(axis=1)))

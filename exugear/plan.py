@@ -20,6 +20,7 @@ SAMPLE = 48
 SAMPLE_ON_BEARINGS = 130
 ROUNDING = 1e-9
 UNDAMPED = "damping: none, vibrations do not decay; give Stage(damping_ratio=0.06)"
+JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
 
 
 @dataclass(frozen=True)
@@ -83,6 +84,9 @@ class Plan:
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
         lines += [UNDAMPED] * self.undamped
+        for label, law in self.laws.items():
+            if law.jumps.size:
+                lines.append(f"{label}: {JUMPS.format(', '.join(f'{x:.3f}' for x in law.jumps))}")
         if self.omega:
             lines.append(f"integrator: {self.rule()}")
             resolved = f"{self.omega_mesh / 2 / pi:.4g} Hz with meshes in them"

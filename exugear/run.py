@@ -3,20 +3,23 @@
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import ceil, nan, pi, ulp
+from math import nan, pi, sqrt
 
 import numpy as np
 import xarray as xr
 
 from exugear.course import Curve, line
-from exugear.equilibrium import UNIT, start
+from exugear.equilibrium import start
 from exugear.imposed import finite, imposed
 from exugear.integrator import BETA, STABLE, Rule
-from exugear.model import Mesh, Model, measured, quiet
+from exugear.jumps import PERIOD_STEPS
+from exugear.model import Model, measured, on_bearings, quiet
 from exugear.pieces import Solver
 from exugear.recorded import stored
 from exugear.seats import reactions
 from exugear.stage import Stage
+from exugear.steps import steps_of
+from exugear.valid_samples import keep_valid
 from fem.gear import require, require_within
 from fem.progress import shown
 from fem.representation import short
@@ -64,6 +67,17 @@ class Run:
         return cls(data, float(data.attrs.pop("wall_time", nan)), float(data.attrs["step"]))
 
 
+class RunStopped(RuntimeError):
+    """A run that left its map, whose bearings yielded until the teeth part, or whose Newton iteration failed.
+
+    run   what was computed until then; its data's attribute "stopped" says what the message says
+    """
+
+    def __init__(self, message: str, run: Run):
+        super().__init__(message)
+        self.run = run
+
+
 def run_up(
     model: Model,
     *,
@@ -73,6 +87,7 @@ def run_up(
     tolerance: float = 1e-3,
     step: float | Rule | None = None,
     sample: float = 4e-5,
+    sensor_period: float | None = None,
     progress: bool = True,
     checks: int = 3,
 ) -> Run:
@@ -84,51 +99,58 @@ def run_up(
     tolerance   relative error wanted of the rms of the DTE in windows of time; chooses the step
     step        [s] of the fourth-order integrator, instead of what tolerance chooses; or an integrator with its step
     sample      time between two recorded samples [s], rounded down to whole steps
-    progress    bar with the time left; False solves in one piece, so that your own sensors keep all their data
+    sensor_period
+                time between two samples of your own sensors [s], rounded down to whole steps; by default sample
+    progress    bar with the time left
     checks      so many hundredths of the run, the liveliest among them, are solved again at half the step; what that
-                changes stands as step_error in the data. None without progress, or with 0
+                changes stands as step_error in the data, unless they are short
 
-    The run starts from equilibrium under the initial load and the inertia torques of the speed's initial slope.
-    Raises ValueError for input out of range and a step beyond the stability limit; RuntimeError where the run leaves
-    the map, bearings yield until the teeth part, or Newton's iteration fails.
+    The run starts from equilibrium under the initial load and the inertia torques of the speed's initial slope. Raises
+    ValueError for input out of range and a step beyond the stability limit; RunStopped, a RuntimeError with what was
+    computed, where the run leaves the map, bearings yield until the teeth part, or Newton's iteration fails. Ctrl-C
+    raises KeyboardInterrupt with the same attribute run.
     """
     model = measured(model)
     require_within("duration", duration, 0, 1e5, remedy="s")
     require(0 < sample <= duration, f"sample must lie in (0, duration] s, got {sample}")
+    period = sample if sensor_period is None else sensor_period
+    require(0 < period < np.inf, f"sensor_period must be > 0 s, got {sensor_period}")
     speed_of = Curve(speed, duration) if callable(speed) else line("speed", speed, duration)
     load_of = load if callable(load) else line("load", load, duration)
     rule = _rule(model, tolerance, step, _fastest(model, speed_of, duration))
-    h = rule.step
-    every = max(1, int(sample / h * (1 + 1e-9)))
-    samples = ceil(duration / (every * h) * (1 - 1e-9))
-    h = summable(duration / (samples * every), duration)
+    steps, jumps = _steps(model, rule.step, duration, sample, speed_of, tolerance if step is None else None)
     with shown(progress), quiet(), imposed(model, speed_of, load_of):
         start(model, finite(load_of(0.0), 0.0), float(speed_of(0.0)), speed_of.slope)
         for mesh in model.meshes:
-            mesh.recorder.start(every * h, samples + 1, steps=every, motion=on_bearings(model, mesh))
+            mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, motion=on_bearings(model, mesh))
         began = clock.perf_counter()
-        solver = Solver(model, replace(rule, step=h), tolerance, speed_of, every)
-        pieces = solver.run(samples * every, progress)
+        sensor_steps = max(1, int(period / steps.size * (1 + 1e-9)))
+        solver = Solver(model, replace(rule, step=steps.size), tolerance, speed_of, steps, sensor_steps)
+        pieces, stop = solver.run(progress)
         wall_time = clock.perf_counter() - began
-        _require_in_mesh(model)
-        again = solver.telling(pieces, checks) if progress and checks else []
+        stop = keep_valid(model, steps, stop)
+        again = [] if stop or not checks else solver.telling(pieces, checks)
         errors = solver.errors(again)
     told = {name: getattr(value, "__name__", str(value)) for name, value in (("speed", speed), ("load", load))}
-    inputs = told | {"duration": duration, "tolerance": tolerance, "sample": every * h}
-    data = _labelled(model, np.arange(samples + 1) * every * h, speed_of)
-    used = {"step": h, "integrator": str(rule), "plan": str(model.plan)}
+    inputs = told | {"duration": duration, "tolerance": tolerance, "sample": steps.interval, "step": steps.size}
+    used = {"integrator": str(rule), "plan": str(model.plan)} | ({"jumps": jumps} if jumps else {})
+    data = _labelled(model, steps.time[: model.meshes[0].recorder.deflection.size], speed_of)
+    data = data.assign(_beyond_maps(model, steps.interval) | (_step_error(again, errors, steps.size) if again else {}))
     data.attrs |= {"title": "run-up"} | inputs | used | _inputs(model)
-    data = data.assign(_step_error(again, errors, h)) if again else data
-    return Run(data, wall_time, h)
+    run = Run(data, wall_time, steps.size)
+    if stop:
+        raise _stopped(stop, run) from None
+    return run
 
 
-def summable(step: float, duration: float) -> float:
-    """The step [s] rounded down so that sums of it, and of its half, up to a duration are exact.
-
-    Exudyn sums its steps up, and makes one more where 1e-10 s are missing at the end.
-    """
-    unit = 2 * ulp(duration)
-    return step // unit * unit
+def _stopped(stop: BaseException, run: Run) -> BaseException:
+    """What to raise where a run stopped early."""
+    reason = "interrupted" if isinstance(stop, KeyboardInterrupt) else str(stop)
+    run.data.attrs["stopped"] = reason
+    if isinstance(stop, KeyboardInterrupt):
+        stop.run = run  # type: ignore[attr-defined]
+        return stop
+    return RunStopped(reason, run)
 
 
 def _fastest(model: Model, speed_of, duration: float) -> float:
@@ -154,18 +176,29 @@ def _rule(model: Model, tolerance: float, step: float | Rule | None, mesh_freque
     return Rule(BETA, step)
 
 
-def _require_in_mesh(model: Model) -> None:
-    """RuntimeError where bearings yielded so far that the teeth no longer hand over."""
-    for mesh in model.meshes:
-        if on_bearings(model, mesh):
-            a = float(mesh.recorder.a.max())
-            try:
-                replace(mesh.stage.pair, a=max(a, mesh.stage.pair.a))
-            except ValueError as error:
-                far = f"bearings of {mesh.stage.name} yield to a centre distance of {a / mm:.6g} mm"
-                raise RuntimeError(
-                    f"{far}, where the pair cannot run; try less load or stiffer bearings {UNIT}"
-                ) from error
+def _steps(model: Model, size: float, duration: float, sample: float, speed_of, tolerance: float | None):
+    """Steps and words about the laws that jump: as many in their mesh periods as a tolerance asks for, if any."""
+    speeds = np.abs(speed_of(np.linspace(0, duration, 1001)))
+    jumping = {}
+    for label, mesh in zip(model.gearbox.labels, model.meshes, strict=True):
+        frequency = speeds.max() * _cycles(model, mesh.stage)
+        if frequency > 0 and mesh.law.jumps.size:
+            jumping[label] = 1 / frequency, mesh.law.jumps
+            size = size if tolerance is None else min(size, 1 / frequency / PERIOD_STEPS * sqrt(tolerance / 1e-3))
+    return steps_of(duration, size, sample, jumping, steady=bool(np.ptp(speeds) <= 1e-9 * speeds.max()))
+
+
+def _beyond_maps(model: Model, interval: float) -> dict:
+    """For how long and how far meshes went where their laws are continued beyond the map; nothing where none is."""
+    ends = np.array([mesh.law.mapped_force for mesh in model.meshes])
+    if np.isinf(ends).all():
+        return {}
+    shares = np.abs([mesh.recorder.force for mesh in model.meshes]) / ends[:, None]
+    long, far = "time of the samples beyond the map", "largest mesh force of the samples over the map's largest"
+    return {
+        "beyond_map_time": ("stage", (shares > 1).sum(axis=1) * interval, {"units": "s", "long_name": long}),
+        "beyond_map_force": ("stage", shares.max(axis=1, initial=0.0), {"units": "1", "long_name": far}),
+    }
 
 
 def _step_error(pieces, errors: np.ndarray, h: float) -> dict:
@@ -174,11 +207,6 @@ def _step_error(pieces, errors: np.ndarray, h: float) -> dict:
     middle = {"units": "s", "long_name": "middle of what was solved again at half the step"}
     places = ("checked", [(piece.first + piece.last) / 2 * h for piece in pieces], middle)
     return {"step_error": (("stage", "checked"), errors.T, about), "checked": places}
-
-
-def on_bearings(model: Model, mesh: Mesh) -> bool:
-    """Whether a shaft of a mesh stands on bearings that are built."""
-    return any(model.plan.shafts[shaft.name].on_bearings for shaft in (mesh.stage.fast, mesh.stage.slow))
 
 
 def _labelled(model: Model, time: np.ndarray, speed_of) -> xr.Dataset:

@@ -3,7 +3,7 @@
 import numpy as np
 import scipy
 
-from exugear.law import HEADER, OFFSETS
+from exugear.law import HEADER, LAST_FORCE, LAST_STIFFNESS, OFFSETS
 from exugear.monotone import monotone_cubic
 from fem.gear import require
 from fem.units import um
@@ -24,7 +24,7 @@ def tabulate(force) -> tuple[np.ndarray, float]:
     n = phase.size if kept else 2 * PHASES
     deflection, centroid = (np.broadcast_to(x, shape) for x in (force.deflection, force.centroid))
     tables = [x.reshape(places, *shape[-2:]) for x in (deflection, force.force_table, centroid)]
-    blocks, tangents, jams = zip(
+    blocks, tangents, lasts, jams = zip(
         *(_block(phase, n, x, force.conserves) for x in zip(*tables, strict=True)), strict=True
     )
     room = f"backlash must be >= {max(jams):.4g} m, or the unloaded error jams the teeth, got {force.backlash}"
@@ -36,11 +36,12 @@ def tabulate(force) -> tuple[np.ndarray, float]:
     total = size + sum(axis.size for axis in axes)
     numbers = (*scalars, total, blocks[0].size, size, force.conserves, *(axis.size for axis in axes))
     header[: len(numbers)] = numbers
+    header[[LAST_FORCE, LAST_STIFFNESS]] = tables[1][..., -1].mean(), np.mean(lasts)
     return np.concatenate([header, *blocks, *axes]), max(tangents)
 
 
-def _block(phase, n: int, tables, conserves: bool) -> tuple[np.ndarray, float, float]:
-    """One block from deflection, force and centroid over phase; its largest tangent stiffness [N/m]; its jam [m].
+def _block(phase, n: int, tables, conserves: bool) -> tuple[np.ndarray, float, float, float]:
+    """One block from deflection, force and centroid over phase; largest and last tangent stiffness [N/m]; its jam [m].
 
     Below the jam the backlash makes the teeth jam.
     """
@@ -53,7 +54,8 @@ def _block(phase, n: int, tables, conserves: bool) -> tuple[np.ndarray, float, f
     tangent = _periodic(phase, tangent, uniform)[0]
     patches = np.stack([k, k_p, k_u, k_pu], axis=-1)
     middle = _periodic(phase, middle, uniform)[0]
-    return np.concatenate([edge.ravel(), patches.ravel(), middle.ravel()]), float(tangent.max()), -2 * edge[:, 0].min()
+    block = np.concatenate([edge.ravel(), patches.ravel(), middle.ravel()])
+    return block, float(tangent.max()), float(tangent[:, -1].mean()), -2 * edge[:, 0].min()
 
 
 def _over_penetration(deflection: np.ndarray, force: np.ndarray, centroid: np.ndarray, over):

@@ -37,6 +37,7 @@ from . import (
     state,
     ste,
     stress,
+    strips,
     sweep,
     touch,
     transmission,
@@ -48,7 +49,7 @@ from .data_sheet import DataSheet, Quantity
 from .deviation import Grid, PitchDeviation
 from .flank import Sides
 from .gear import STEEL, Gear, GearPair, Material
-from .modification import EndRelief, HelixSlope, LeadCrowning, ProfileCrowning, RootRelief, TipRelief
+from .modification import EdgeBreak, EndRelief, HelixSlope, LeadCrowning, ProfileCrowning, RootRelief, TipRelief
 from .offsets import Offsets
 from .ste import load, save, ste_map
 from .sweep import Resolution
@@ -58,6 +59,7 @@ from .version import __version__
 __all__ = [
     "STEEL",
     "DataSheet",
+    "EdgeBreak",
     "EndRelief",
     "Gear",
     "GearPair",
@@ -119,6 +121,7 @@ __all__ = [
     "ste",
     "ste_map",
     "stress",
+    "strips",
     "sweep",
     "touch",
     "transmission",

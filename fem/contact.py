@@ -1,7 +1,7 @@
 """Frictionless unilateral contact of strips: compliance of all cells together, active set."""
 
 from collections import defaultdict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from math import cos
@@ -12,23 +12,14 @@ from fem.compliance import Compliance
 from fem.gap import Cells
 from fem.half_space import along_line
 from fem.hats import lines
-from fem.hertz import flattening, log_mean
+from fem.hertz import flattening
+from fem.strips import NODES, SHAPES, Strips
 
-STRIPS = 21
-#: Strips reach this many Hertzian half-widths to either side.
-WINDOW = 1.5
 #: Every load on strips presses a half-plane down that is held at this share of their whole width, or deeper.
 CAPACITY = 1 / 4
-#: (STRIPS, STRIPS) mean of -ln of the distance between two of equal strips of unit width
-BETWEEN_STRIPS = log_mean(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS)), 1.0, 1.0)
-
 ACTIVE_SETS = 40
 #: Share of the force that counts as none, and penetration that does [m], where strips join and leave one by one.
 FORCELESS, PENETRATION = 1e-14, 1e-14
-#: Strips between which the smooth compliance is quadratic, and their shape functions (NODES, STRIPS)
-PLACES = [0, STRIPS // 2, STRIPS - 1]
-NODES = len(PLACES)
-SHAPES = np.linalg.solve(np.vander(PLACES, increasing=True).T, np.vander(np.arange(STRIPS), NODES, increasing=True).T)
 
 
 @dataclass(frozen=True)
@@ -36,20 +27,22 @@ class Contact:
     """Potential contact of m strips in each of n cells.
 
     local       (n, m, m) compliance between the strips of a cell as of half-planes [m/N]
-    smooth      (n, NODES, n, NODES) all other compliance, between places of the cells that `SHAPES` interpolate [m/N]
+    smooth      (n, NODES, n, NODES) all other compliance, between strips of the cells that the shapes interpolate [m/N]
     gap         (n, m) [m]
     approach    (n, m) normal approach per transmission error
+    shapes      (NODES, m) shape functions of the strips, or (n, NODES, m) of those of each cell
     """
 
     local: np.ndarray
     smooth: np.ndarray
     gap: np.ndarray
     approach: np.ndarray
+    shapes: np.ndarray = field(default_factory=lambda: SHAPES)
 
     @cached_property
     def pressed(self) -> np.ndarray:
         """(n, m, 2 + NODES) displacements that transmission error, gap and smooth compliance ask of the strips."""
-        shapes = np.broadcast_to(SHAPES.T, (*self.gap.shape, NODES))
+        shapes = np.broadcast_to(self.shapes.swapaxes(-1, -2), (*self.gap.shape, NODES))
         return np.concatenate([self.approach[..., None], self.gap[..., None], shapes], axis=2)
 
     @property
@@ -61,8 +54,8 @@ class Contact:
     def displacement(self, f: np.ndarray) -> np.ndarray:
         """(n, m) normal displacement of the strips under their forces f (n, m) [m]."""
         n = len(f)
-        smooth = self.smooth.reshape(n * NODES, -1) @ (f @ SHAPES.T).ravel()
-        return (self.local @ f[..., None])[..., 0] + smooth.reshape(n, NODES) @ SHAPES
+        smooth = self.smooth.reshape(n * NODES, -1) @ (self.shapes @ f[..., None]).ravel()
+        return (self.local @ f[..., None])[..., 0] + (smooth.reshape(n, 1, NODES) @ self.shapes)[:, 0]
 
     def solve(self, force: float, active: np.ndarray) -> tuple[float, np.ndarray]:
         """Transmission error [m] and strip forces (n, m) [N] with sum(approach f) = force (primal-dual active set).
@@ -129,50 +122,6 @@ class Contact:
         delta = float((force + total[0, 1]) / total[0, 0])
         levels = (reaction @ [delta, -1.0]).reshape(n, NODES, 1)
         return delta, (moved[..., :2] @ [delta, -1.0]) - (moved[..., 2:] @ levels)[..., 0]
-
-
-@dataclass(frozen=True)
-class Strips:
-    """Equal strips along the profile in every cell.
-
-    arcs        (2, n, m) arc lengths of their middles on pinion and wheel [m]
-    width       (n,) their width [m]
-    gap         (n, m) mean normal gap, aligned [m]
-    approach    (n, m) normal approach per transmission error
-    tilts       (2, n, m) of the direction of contact against the normals of pinion and wheel [rad]
-    open        (2, n) whether there is more flank beside the first, and the last strip
-    expected    (n, m) pressure that Hertz expects on each, up to a factor
-    """
-
-    arcs: np.ndarray
-    width: np.ndarray
-    gap: np.ndarray
-    approach: np.ndarray
-    tilts: np.ndarray
-    open: np.ndarray
-    expected: np.ndarray
-
-
-def strips_of(cells: Cells, half_width: np.ndarray) -> Strips:
-    """Strips as far as WINDOW times half_width (n,) [m] on either side of where the flanks are closest."""
-    r_own, reach = cells.radii[0], WINDOW * half_width
-    low, high, centre = (roll**2 / (2 * r_own) for roll in (*cells.limits, cells.closest))
-    start, end = np.maximum(low, centre - reach[:, None]), np.minimum(high, centre + reach[:, None])
-    width = (end - start) / STRIPS
-    roll = np.sqrt(2 * r_own * (start + width * np.linspace(0, STRIPS, 2 * STRIPS + 1)))
-    gap, foot = cells.clear(roll)
-    gap, slopes, roll, foot = means(gap), cells.slopes(roll[:, ::2]), roll[:, 1::2], foot[:, 1::2]
-    rise = cos(cells.meeting.pair.beta_b) * half_width**2 / (2 * cells.radius)
-    expected = np.sqrt(np.maximum(rise[:, None] - (gap - gap.min(axis=1, keepdims=True)), 0.0))
-    tilts = cells.tilts(roll, foot, slopes, expected)
-    per_error = cells.approach(roll, foot, tilts)
-    arcs, beside = cells.arcs(roll, np.minimum(foot, cells.mate_tip)), np.stack([start > low, end < high])[..., 0]
-    return Strips(arcs, width[:, 0], gap + per_error * cells.te, per_error, cells.by_gear(tilts), beside, expected)
-
-
-def means(values: np.ndarray) -> np.ndarray:
-    """(n, m) means over strips of values (n, 2 m + 1) at their edges and middles (Simpson)."""
-    return (values[:, :-1:2] + 4 * values[:, 1::2] + values[:, 2::2]) / 6
 
 
 def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Compliance, tilts=None) -> np.ndarray:
@@ -245,10 +194,9 @@ def flattening_of(cells: Cells) -> np.ndarray:
 
 def assemble(cells: Cells, strips: Strips, pinion: Compliance, wheel: Compliance, misalignment) -> Contact:
     """Contact of all strips."""
-    depth = CAPACITY * STRIPS * strips.width.max()
-    smooth = coupling(cells, strips.arcs[:, :, PLACES], pinion, wheel, strips.tilts[:, :, PLACES])
+    depth, nodes = CAPACITY * strips.reach, strips.nodes
+    smooth = coupling(cells, strips.arcs[:, :, nodes], pinion, wheel, strips.tilts[:, :, nodes])
     smooth += along_contact(cells, depth, pinion, wheel)[:, None, :, None]
-    factor, width = (x[:, None, None] for x in (flattening_of(cells), strips.width))
     gap = strips.gap + (cos(cells.meeting.pair.beta_b) * misalignment * cells.middle)[:, None]
-    local = factor * (BETWEEN_STRIPS - np.log(width / depth))
-    return Contact(local, smooth, gap, strips.approach)
+    local = flattening_of(cells)[:, None, None] * strips.between(depth)
+    return Contact(local, smooth, gap, strips.approach, strips.shapes)

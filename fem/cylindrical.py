@@ -28,7 +28,8 @@ class Gear:
     d_bore      diameter where the body is clamped: the bore on a stiff shaft, or the inside of the rim on a web
     alpha_n     normal pressure angle
     beta        helix angle at the reference circle, > 0 right-hand
-    x           profile shift coefficient; by default the one that gives s_n, or 0
+    x           profile shift coefficient, as far as pointed teeth and undercut let it; by default the one that gives
+                s_n, or 0
     s_n         normal circular tooth thickness at the reference circle; by default the one that x gives
     d_a, d_f    tip and root diameter; by default m_n (1 + x) above and h_fP - x m_n below the reference circle
     h_fP        addendum of the generating rack as input instead of d_f; by default 1.25 m_n (ISO 53, profile A)
@@ -64,8 +65,9 @@ class Gear:
         require_within("beta", self.beta, -45 * deg, 45 * deg, unit=deg, remedy="deg (pass radians: 15*deg)")
         self._fill_defaults(None if h_fP is None else number("h_fP", h_fP))
         self._check_widths()
+        self._check_tip()
         self._check_root()
-        self._check_teeth()
+        require(self.r_a > self.r_form, f"no involute between root form and tip circle d_a = {self.d_a / mm:g} mm")
         for side in (self.drive_flank, self.coast_flank):
             flanks.check(side, self.face)
 
@@ -82,7 +84,8 @@ class Gear:
     def _fill_defaults(self, h_fP: float | None) -> None:
         if self.x is None:
             object.__setattr__(self, "x", self._shift())
-        require_within("x", self.x, -2, 2, remedy="(profile shift in modules)")
+        shift = "(profile shift in modules, less than the reference radius; for one in metres divide by m_n)"
+        require_within("x", self.x, -self.z / 2, self.z / 2, remedy=shift)
         self._fill("s_n", self.m_n * (pi / 2 + 2 * self.x * tan(self.alpha_n)))
         self._fill("d_a", 2 * self.r + 2 * self.m_n * (1 + self.x))
         require(h_fP is None or self.d_f is None, f"give h_fP or d_f, not both: got {h_fP} and {self.d_f}")
@@ -100,19 +103,27 @@ class Gear:
         """Profile shift coefficient that gives s_n."""
         if self.s_n is None:
             return 0.0
-        middle, reach = self.m_n * pi / 2, 4 * self.m_n * tan(self.alpha_n)
-        low, high = max(0.0, middle - reach), min(2 * middle, middle + reach)
-        require_within("s_n", self.s_n, low, high, unit=mm, remedy="mm (x within 2; pass metres: 3.78*mm)")
+        pitch = pi * self.m_n
+        require_within("s_n", self.s_n, 0, 2 * pitch, unit=mm, remedy="mm (two pitches; pass metres: 3.78*mm)")
         return (self.s_n / self.m_n - pi / 2) / (2 * tan(self.alpha_n))
 
     def _check_widths(self) -> None:
-        m_n, d = self.m_n, 2 * self.r
+        m_n, shifted = self.m_n, f"circle shifted by x = {self.x:.4g} modules"
+        none, middle = 2 * self.x * m_n * tan(self.alpha_n), 2 * self.r + 2 * self.x * m_n
         require_within("b", self.b, 0.1 * m_n, 200 * m_n, unit=mm, remedy="mm (pass metres: 23*mm)")
-        require_within("s_n", self.s_n, 0, pi * m_n, unit=mm, remedy="mm (between nothing and a whole pitch)")
-        require_within("d_a", self.d_a, 2 * self.r_b, d + 8 * m_n, unit=mm, remedy="mm (above the base circle)")
-        require_within("d_f", self.d_f, d - 8 * m_n, self.d_a, unit=mm, remedy="mm (below the tip circle)")
+        thick = f"mm (between nothing and a whole pitch on the {shifted})"
+        require_within("s_n", self.s_n, none, none + pi * m_n, unit=mm, remedy=thick)
+        tip = f"mm (above the base circle, within 4 modules of the {shifted})"
+        require_within("d_a", self.d_a, 2 * self.r_b, middle + 8 * m_n, unit=mm, remedy=tip)
+        root = f"mm (below the tip circle, within 4 modules of the {shifted})"
+        require_within("d_f", self.d_f, middle - 8 * m_n, self.d_a, unit=mm, remedy=root)
         rim = f"mm (leave a rim of one module below the root circle {self.d_f / mm:g} mm)"
         require_within("d_bore", self.d_bore, 0, self.d_f - 2 * m_n, unit=mm, remedy=rim)
+
+    def _check_tip(self) -> None:
+        s_a = self.thickness(self.r_a)
+        tip = f"tip thickness {s_a / mm:.3g} mm at d_a = {self.d_a / mm:g} mm"
+        require(s_a > 0, f"teeth are pointed: {tip}; reduce d_a or x = {self.x:.4g} modules")
 
     @property
     def _roundest_rack_tip(self) -> float:
@@ -123,22 +134,17 @@ class Gear:
     def _check_root(self) -> None:
         if self.rho_f is not None:
             largest = self._roundest_rack_tip
-            require(largest > 0, f"d_f = {self.d_f / mm:g} mm is too deep: the generating rack's flanks meet above it")
+            deep = f"d_f = {self.d_f / mm:g} mm is too deep for s_n = {self.s_n / mm:.4g} mm (x = {self.x:.4g})"
+            require(largest > 0, f"{deep}: the generating rack's flanks meet above it; raise d_f or reduce x")
             fits = "mm, the roundest tip that fits between the flanks of the generating rack in its normal section"
             require_within("rho_f", self.rho_f, 0, largest * (1 + 1e-9), unit=mm, remedy=fits)
         if self.fillet is not None:
             require_within("fillet", self.fillet, 0, 4 * self.m_n, unit=mm, remedy="mm (pass metres: 1*mm)")
-            fits = f"fillet {self.fillet / mm:g} mm does not fit between two teeth; reduce it or raise d_f"
+            fits = f"fillet {self.fillet / mm:g} mm does not fit between two teeth; reduce it or x, or raise d_f"
             require(self.root.psi_f <= pi / self.z * (1 + 1e-9), fits)
         waist = 2 * min(r * psi for r, psi in zip(*self.root.points(np.linspace(0, 1, 33)), strict=True))
         thin = f"z = {self.z}, x = {self.x:.4g} leave teeth {waist / mm:.3g} mm thick at the root"
         require(waist > 0.1 * self.m_n, f"{thin}; the generating rack undercuts them: raise x, z, rho_f or d_f")
-
-    def _check_teeth(self) -> None:
-        s_a = self.thickness(self.r_a)
-        tip = f"tip thickness {s_a / mm:.3g} mm at d_a = {self.d_a / mm:g} mm"
-        require(s_a > 0, f"teeth are pointed: {tip}; reduce d_a or x")
-        require(self.r_a > self.r_form, f"no involute between root form and tip circle d_a = {self.d_a / mm:g} mm")
 
     @property
     def drive_flank(self) -> Flank:
@@ -241,7 +247,7 @@ class Gear:
     @cached_property
     def face(self) -> Face:
         """Extent of a flank."""
-        return Face(self.roll_form, self.roll_tip, self.b, self.r_b, self.z)
+        return Face(self.roll_form, self.roll_tip, self.b, self.r_b, self.z, land=self.thickness(self.r_a))
 
     def thickness(self, r: float) -> float:
         """Transverse tooth thickness on the circle of radius r >= r_b [m]."""

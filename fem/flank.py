@@ -9,6 +9,7 @@ import numpy as np
 from fem.deviation import Grid, PitchDeviation
 from fem.modification import (
     MM,
+    EdgeBreak,
     EndRelief,
     Face,
     HelixSlope,
@@ -20,7 +21,7 @@ from fem.modification import (
 )
 from fem.representation import short
 
-DESIGNED = (TipRelief, RootRelief, ProfileCrowning, LeadCrowning, HelixSlope, EndRelief)
+DESIGNED = (TipRelief, RootRelief, ProfileCrowning, LeadCrowning, HelixSlope, EndRelief, EdgeBreak)
 KINDS = {kind.__name__: kind for kind in (*DESIGNED, PitchDeviation, Grid)}
 Flank = tuple[Modification, ...]
 #: Added material may rise by this much per length of profile.
@@ -96,6 +97,22 @@ def edges_across(flank: Flank, face: Face) -> list[float]:
 def lines_across(flank: Flank, face: Face) -> list[float]:
     """Axial places where what a modification adds may be highest [m], of those with many lines across the width."""
     return [line for part in flank if hasattr(part, "lines_across") for line in part.lines_across(face)]
+
+
+def roundings(flank: Flank) -> Flank:
+    """Those of a flank's modifications that round its tip edge."""
+    return tuple(part for part in flank if hasattr(part, "rounding"))
+
+
+def without_roundings(flank: Flank) -> Flank:
+    """The others."""
+    return tuple(part for part in flank if not hasattr(part, "rounding"))
+
+
+def rounding(flank: Flank, face: Face) -> tuple[float, float]:
+    """Roll length where the tip edge begins, and the radius of its `EdgeBreak` [m]; a sharp one: the tip's, and 0."""
+    edges = [part.rounding(face) for part in flank if hasattr(part, "rounding")]
+    return min(edges, default=(face.roll_tip, 0.0))
 
 
 def check(flank: Flank, face: Face) -> None:

@@ -10,7 +10,7 @@ from math import cos, sin, tan
 import numpy as np
 
 from fem import hertz
-from fem.flank import pitch_deviations, removed
+from fem.flank import pitch_deviations, removed, roundings, without_roundings
 from fem.meeting import Meeting
 from fem.profile import LEAST_ROLL
 
@@ -149,14 +149,19 @@ class Cells:
         Flanks that cannot touch have their whole length.
         """
         low, high = self._own("roll_form")[:, None], self._own("roll_tip")[:, None]
+        return np.where(self.apart, low, self.facing(self.mate_tip)), high
+
+    def facing(self, mate_roll: np.ndarray) -> np.ndarray:
+        """(n, 1) roll lengths of own whose normals meet the mate at roll lengths (n, 1) [m], within its flank."""
+        low, high = self._own("roll_form")[:, None], self._own("roll_tip")[:, None]
         roll, (r_own, r_mate) = np.clip(self.nominal, low, high), self.radii
         for _ in range(NEWTONS):
-            *_, mate_roll, lever = self._arm(roll)
-            square = roll**2 + (mate_roll**2 - self.mate_tip**2) * r_own / (lever * r_mate)
+            *_, met, lever = self._arm(roll)
+            square = roll**2 + (met**2 - mate_roll**2) * r_own / (lever * r_mate)
             last, roll = roll, np.sqrt(np.clip(square, low**2, high**2))
             if (np.abs(roll - last) < SHORT * high).all():
                 break
-        return np.where(self.apart, low, roll), high
+        return roll
 
     def clear(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Normal gap under the transmission error te [m] and mate's roll length on own's normal [m], at roll (n, m).
@@ -172,7 +177,10 @@ class Cells:
         return np.where(self.apart, FAR, gap), foot
 
     def deviation(self, roll: np.ndarray, mate_roll: np.ndarray) -> np.ndarray:
-        """(n, m) normal gap by material removed beside what is `set_back` [m], mean along the line of contact."""
+        """(n, m) normal gap by material removed beside what is `set_back` [m], mean along the line of contact.
+
+        Rounded edges, which lines of contact run over on less than a slice, are as in the middle.
+        """
         if not self.modified:
             return 0 * roll
         beta_b, own_is_pinion = self.meeting.pair.beta_b, self.own_is_pinion[:, None]
@@ -181,8 +189,9 @@ class Cells:
         ahead = (points[:, None] * width / 2)[..., None]
         axial, shift = self.middle[:, None] + ahead, ahead * tan(beta_b)
         pinion_roll, wheel_roll = (np.where(own_is_pinion, *two) for two in ((roll, mate_roll), (mate_roll, roll)))
-        one, other = self._removed(pinion_roll + shift, wheel_roll - shift, axial)
-        return cos(beta_b) * (np.einsum("p,pnm->nm", weights / 2, one + other) - self.set_back.sum(axis=0))
+        one, other = self._removed(pinion_roll + shift, wheel_roll - shift, axial, without_roundings)
+        gap = np.einsum("p,pnm->nm", weights / 2, one + other) - self.set_back.sum(axis=0)
+        return cos(beta_b) * (gap + sum(self._removed(pinion_roll, wheel_roll, self.middle[:, None], roundings)))
 
     def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray, parts_of=tuple):
         """(..., n, m) material removed from pinion, and from wheel, in the transverse section [m], by parts of each."""

@@ -1,10 +1,11 @@
-"""Whether the mate's tip passes an undercut root without touching it."""
+"""Whether the mate's tip passes an undercut root without touching it, and what helps where it does not."""
 
 from math import acos, atan, hypot, pi
 
 import numpy as np
 
 from fem.cylindrical import Gear
+from fem.units import mm
 
 
 def tip_path(gear: Gear, mate: Gear, a: float, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -27,3 +28,11 @@ def root_clearance(gear: Gear, mate: Gear, a: float) -> float:
     root_r, root_psi = gear.root.points(np.linspace(1, 0, 201))
     inside = r < gear.r_form
     return float((r * (psi - np.interp(r, root_r, root_psi)))[inside].min(initial=np.inf))
+
+
+def ways_out(gear: Gear, mate: Gear, name: str) -> str:
+    """What keeps the mate's tip off the root of the gear of that name."""
+    rounding = "fillet" if gear.rho_f is None else "rho_f"
+    radius = f"{rounding} = {getattr(gear, rounding) / mm:.4g} mm"
+    deeper = f"d_f = {gear.d_f / mm:.6g} mm (deepen it by the tool's addendum h_fP)"
+    return f"reduce {radius} or {deeper} of the {name}, or the mate's d_a = {mate.d_a / mm:.6g} mm, or raise a"

@@ -6,9 +6,12 @@ It knows neither rim nor hub: a gear clamped at its bore is softer by what its b
 from math import cos, degrees
 
 from fem.checks import number
-from fem.gear import STEEL, Gear, GearPair, require
+from fem.gear import Gear, GearPair, require
+from fem.units import GPa
 
 LINE_LOAD_OF_STANDARD = 100e3
+#: Young's modulus E_St of steel, to which the coefficients belong; other materials scale the stiffness with E.
+STEEL_OF_STANDARD = 206 * GPa
 COEFFICIENTS = (0.04723, 0.15551, 0.25791, -0.00635, -0.11654, -0.00193, -0.24188, 0.00529, 0.00182)
 PER_MM_UM = 1e9
 
@@ -18,24 +21,30 @@ def virtual_teeth(gear: Gear) -> float:
     return gear.z / (cos(gear.beta_b) ** 2 * cos(gear.beta))
 
 
-def single_stiffness(pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD) -> float:
-    """Largest stiffness c' of one pair of teeth per face width [N/m^2] (solid discs, C_R = 1).
+def single_stiffness(
+    pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD, *, C_R: float = 1.0, C_M: float = 0.8
+) -> float:
+    """Largest stiffness c' of one pair of teeth per face width [N/m^2].
 
-    line_load   F_t K_A / b [N/m]; below 100 N/mm the stiffness falls with its fourth root
+    line_load   F_t K_A / b [N/m], F_t at the reference circle; below 100 N/mm the stiffness falls with its fourth root
+    C_R         gear blank factor of web and rim; 1: solid discs
+    C_M         correction factor of measurements against theory
 
-    Index 1 of the standard is the smaller gear, whichever drives.
+    Index 1 of the standard is the smaller gear, whichever drives. With the `Material` by default, E = 210 GPa, it is
+    210 / 206 of what the standard gives steel.
 
-    Source: ISO 6336-1, 9.3; 1 N/(mm um) = 1e9 N/m^2. Raises ValueError for a line load <= 0.
+    Source: ISO 6336-1, 9.3; 1 N/(mm um) = 1e9 N/m^2. Raises ValueError for a line load <= 0, factors outside (0, 1].
     """
     require(number("line_load", line_load) > 0, f"line_load must be > 0 N/m (pass 100e3 for 100 N/mm), got {line_load}")
-    pinion, wheel = sorted((pair.pinion, pair.wheel), key=lambda gear: (gear.z, gear.d_a))
-    one, other = 1 / virtual_teeth(pinion), 1 / virtual_teeth(wheel)
-    x_1, x_2 = pinion.x, wheel.x
-    terms = (1, one, other, x_1, x_1 * one, x_2, x_2 * other, x_1**2, x_2**2)
+    for name, factor in (("C_R", C_R), ("C_M", C_M)):
+        require(0 < number(name, factor) <= 1, f"{name} must lie in (0, 1] (solid discs: C_R = 1), got {factor}")
+    smaller, larger = sorted((pair.pinion, pair.wheel), key=lambda gear: (gear.z, gear.d_a))
+    z_1, z_2, x_1, x_2 = virtual_teeth(smaller), virtual_teeth(larger), smaller.x, larger.x
+    terms = (1, 1 / z_1, 1 / z_2, x_1, x_1 / z_1, x_2, x_2 / z_2, x_1**2, x_2**2)
     theoretical = PER_MM_UM / sum(c * term for c, term in zip(COEFFICIENTS, terms, strict=True))
-    rack = (basic_rack_factor(pinion) + basic_rack_factor(wheel)) / 2
+    rack = (basic_rack_factor(smaller) + basic_rack_factor(larger)) / 2
     light = min(1.0, line_load / LINE_LOAD_OF_STANDARD) ** 0.25
-    return theoretical * 0.8 * rack * cos(pinion.beta) * light * _softness(pair)
+    return theoretical * C_M * C_R * rack * cos(smaller.beta) * light * _softness(pair)
 
 
 def basic_rack_factor(gear: Gear) -> float:
@@ -44,12 +53,21 @@ def basic_rack_factor(gear: Gear) -> float:
     return (1 + 0.5 * (1.2 - dedendum)) * (1 - 0.02 * (20 - degrees(gear.alpha_n)))
 
 
-def mesh_stiffness(pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD) -> float:
+def mesh_stiffness(
+    pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD, *, C_R: float = 1.0, C_M: float = 0.8
+) -> float:
     """Mean mesh stiffness c_gamma_alpha per face width [N/m^2], for eps_alpha >= 1.2 (ISO 6336-1, 9.3)."""
-    return single_stiffness(pair, line_load) * (0.75 * pair.eps_alpha + 0.25)
+    return single_stiffness(pair, line_load, C_R=C_R, C_M=C_M) * (0.75 * pair.eps_alpha + 0.25)
+
+
+def face_load_stiffness(
+    pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD, *, C_R: float = 1.0, C_M: float = 0.8
+) -> float:
+    """Mesh stiffness c_gamma_beta per face width [N/m^2], against which the face load factor counts misalignment."""
+    return 0.85 * mesh_stiffness(pair, line_load, C_R=C_R, C_M=C_M)
 
 
 def _softness(pair: GearPair) -> float:
-    """Young's modulus of the pair over that of `STEEL`, to which the standard's stiffness of steel gears belongs."""
-    one, other = pair.pinion.material.E, pair.wheel.material.E
-    return 2 * one * other / (one + other) / STEEL.E
+    """Young's modulus of the pair over that of the standard's steel."""
+    E_1, E_2 = pair.pinion.material.E, pair.wheel.material.E
+    return 2 * E_1 * E_2 / (E_1 + E_2) / STEEL_OF_STANDARD

@@ -5,6 +5,7 @@ from math import sin, sqrt, tan
 import numpy as np
 
 from fem.flank import edges, edges_across
+from fem.gap import Cells
 from fem.meeting import Meeting
 
 #: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
@@ -12,6 +13,9 @@ BEYOND = 1e-3
 
 #: Kinks keep this distance from one another and from the ends, even stops from kinks, as shares of an even slice.
 NEAR, APART = 0.02, 0.2
+
+#: Strips are as wide as for this share of the largest line load where there is less.
+LEAST = 0.05
 
 #: Axial ends [m] of the part of the face that counts, by number of the pair of teeth
 Ranges = dict[int, tuple[float, float]]
@@ -74,3 +78,17 @@ def _root(x: np.ndarray, y: np.ndarray, before: int, inside: int, outside: int) 
     slope = fall - bend
     share = 2 * y[inside] / (sqrt(max(slope**2 - 4 * bend * y[inside], 0.0)) - slope)
     return x[inside] + step * max(share, BEYOND)
+
+
+def loads_at(cells: Cells, guess: dict, force: float) -> np.ndarray:
+    """(n,) line loads of cells out of those of other cells by pair, none below a share of the largest [N/m].
+
+    They carry the force [N] together, at least, if they are fewer.
+    """
+    found = np.zeros(cells.low.size)
+    for number, (axial, load) in guess.items():
+        own = cells.number == number
+        found[own] = np.interp(cells.middle[own], axial, load) if axial.size else 0.0
+    least = LEAST * max(found.max(initial=0.0), max(load.max(initial=0.0) for _, load in guess.values()))
+    found = np.maximum(found, least)
+    return found * max(1.0, force / float(found @ (cells.high - cells.low)))

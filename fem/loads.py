@@ -116,15 +116,15 @@ def with_loaded_teeth(density: Density, loads: list[FlankLoad]) -> Density:
 def _sorted_strips(gear: Gear, arcs: np.ndarray, force: np.ndarray, width) -> tuple[np.ndarray, np.ndarray]:
     """Edges (n, m + 1) of strips around arcs (n, m), no wider than the flank, and their forces, from root to tip.
 
-    Where the tip's corner touches, several strips may lie there: each takes the width (n,) it has on the mate.
+    Where the tip's corner touches, several strips may lie there: each takes the width (n, m) it has on the mate.
     """
     order = np.argsort(arcs, axis=1)
-    arcs, force = (np.take_along_axis(x, order, axis=1) for x in (arcs, force))
+    arcs, force, width = (np.take_along_axis(x, order, axis=1) for x in (arcs, force, width))
     between = (arcs[:, 1:] + arcs[:, :-1]) / 2
     first, last = 2 * arcs[:, :1] - between[:, :1], 2 * arcs[:, -1:] - between[:, -1:]
     start, end = flank_ends(gear)
     edges = np.clip(np.hstack([first, between, last]), start, end)
-    loaded = width[:, None] * (force > 0)
+    loaded = width * (force > 0)
     edges[:, 1:] = np.maximum(edges[:, 1:], start + np.cumsum(loaded, axis=1))
     edges[:, :-1] = np.minimum(edges[:, :-1], end - np.cumsum(loaded[:, ::-1], axis=1)[:, ::-1])
     return edges, force

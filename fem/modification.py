@@ -5,7 +5,7 @@ is a small frozen object; `fem.flank` adds them up.
 """
 
 from dataclasses import dataclass
-from math import sqrt
+from math import atan, inf, pi, sqrt, tan
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -23,6 +23,7 @@ class Face(NamedTuple):
     width                   face width [m]; axial places count from its middle
     r_b                     base radius [m]
     z, tooth                number of teeth and of this tooth, counter-clockwise from tooth 0
+    land                    length of the tip circle on a tooth in the transverse section [m]
     """
 
     roll_form: float
@@ -31,6 +32,7 @@ class Face(NamedTuple):
     r_b: float = 0.0
     z: int = 1
     tooth: int | np.ndarray = 0
+    land: float = inf
 
     def roll_at(self, d: float, name: str = "d") -> float:
         """Roll length on the circle of diameter d [m]; ValueError, with its name, unless it crosses the flank."""
@@ -45,9 +47,10 @@ class Modification(Protocol):
     """What a flank may carry; some have more methods.
 
     check(face)     raises ValueError where the modification does not suit the face
-    edges(face)     roll lengths where the slope along the profile jumps [m]
+    edges(face)     roll lengths where the slope along the profile jumps, or rises steeply [m]
     edges_across(face)  likewise axial places [m]
     lines_across(face)  axial places between which it is straight across the width [m], if there are many
+    rounding(face)  roll length where a rounded edge begins [m], and its radius [m]
     """
 
     def removed(self, face: Face, roll: np.ndarray, axial: np.ndarray) -> np.ndarray:
@@ -130,6 +133,45 @@ class TipRelief:
     def removed(self, face: Face, roll, axial):
         length = self.reach(face)
         return self.C_a * _share(roll - (face.roll_tip - length), length, self.power) + 0 * axial
+
+
+@short(radius="mm")
+@dataclass(frozen=True)
+class EdgeBreak:
+    """Tip edge rounded with a radius [m] in the transverse section, tangent to the flank and to the tip circle.
+
+    It takes the radius times tan(45 deg - alpha_a / 2) of the profile, alpha_a the pressure angle at the tip;
+    `GearPair.eps_alpha` stays that of the tip circle. What touches beyond the path of contact is the rounding, with a
+    peak pressure that finer strips, slices and finite elements change by less than 3 % of its largest value over the
+    cycle, also in helical gears of 20 slices, where any one phase is within 5 %.
+    """
+
+    radius: float
+
+    def __post_init__(self):
+        as_floats(self)
+        check_within("radius", self.radius, 1e-6, 0.1, "m (pass metres: 0.2*mm)")
+
+    def length(self, face: Face) -> float:
+        """Length of the profile from where the rounding begins to the tip circle [m]."""
+        return self.radius * tan(pi / 4 - atan(face.roll_tip / face.r_b) / 2)
+
+    def check(self, face: Face) -> None:
+        """ValueError unless the roundings of both flanks fit on the tip, and the flank keeps half of its profile."""
+        largest = min(face.land, (face.roll_tip**2 - face.roll_form**2) / (2 * face.r_b)) / 2
+        largest *= self.radius / self.length(face)
+        check_within("radius", self.radius, 1e-6, largest, "m (half the tip, half the profile)")
+
+    def edges(self, face: Face) -> tuple[float, ...]:
+        return (self.rounding(face)[0],)
+
+    def rounding(self, face: Face) -> tuple[float, float]:
+        return sqrt(face.roll_tip**2 - 2 * face.r_b * self.length(face)), self.radius
+
+    def removed(self, face: Face, roll, axial):
+        begin, radius = self.rounding(face)
+        along = np.clip((roll**2 - begin**2) / (2 * face.r_b), 0.0, radius)
+        return along**2 / (radius + np.sqrt(radius**2 - along**2)) + 0 * axial
 
 
 @short(C_f="um", length="mm", d_Cf="mm")

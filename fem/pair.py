@@ -6,7 +6,7 @@ from math import acos, cos, hypot, inf, pi, sin, tan
 from fem.checks import as_floats, require, require_within
 from fem.cylindrical import Gear
 from fem.data_sheet import PAIR, DataSheet, listed
-from fem.interference import root_clearance
+from fem.interference import root_clearance, ways_out
 from fem.representation import short
 from fem.units import deg, mm
 
@@ -57,7 +57,7 @@ class GearPair:
             require(
                 lowest > gear.roll_form or passes,
                 f"interference: the mate's tip reaches roll length {lowest / mm:.4g} mm of the {name}, whose involute "
-                f"begins at {gear.roll_form / mm:.4g} mm; reduce the mate's d_a = {mate.d_a / mm:g} mm or raise a",
+                f"begins at {gear.roll_form / mm:.4g} mm; {ways_out(gear, mate, name)}",
             )
             clearance = self.a - gear.r_f - mate.r_a
             deeper = f"raise a = {self.a / mm:g} mm or reduce d_f of the {name}"

@@ -12,12 +12,15 @@ from fem.offsets import Offsets
 from fem.progress import bar, shown
 from fem.state import Encounter
 from fem.ste import PHASE, TORQUE
-from fem.sweep import Resolution
+from fem.sweep import QUANTITIES, Resolution
 from fem.transmission import checked_phases, checked_torque
 
 #: Root stress within 1 % of finer sections (2.5 % of an undercut one), and within 4 % of a finer width where a line of
 #: contact of a helix of 28 deg begins at an end face.
 ROOT = Density(flank=6, fillet=6, land=2, tooth=4, rim=3, body=4, width=3, rim_power=1.5)
+
+#: What stands beside the stress of the roots.
+CONTACT = ("hertz_pressure", "peak_pressure", "tip_contact")
 
 
 def root_stress(
@@ -34,7 +37,8 @@ def root_stress(
 
     "root_stress" [Pa] over (gear, torque, phase): largest tensile stress in the roots of all loaded teeth, as of
     `along_root`, where the fillet is inclined by 20 degrees or more to the tooth's centre line; "tangent_stress" that
-    at its 30 degree tangent (ISO 6336-3); "peak_pressure" [Pa] over (torque, phase).
+    at its 30 degree tangent (ISO 6336-3); "hertz_pressure" [Pa], "tip_contact" and "peak_pressure" [Pa] over (torque,
+    phase), as of `fem.static_transmission_error`.
 
     torque          pinion torques F r_b1 >= 0 [N m], increasing
     phases          number of equidistant phases, or their values in [0, 1)
@@ -43,27 +47,26 @@ def root_stress(
     resolution      of the contact, as of a map
 
     The factorized solids are not kept: some 7 s for each spur gear, 13 s for each helical one, 0.2 s per state.
-    Where the sharp corner of an unrelieved tip touches, the pressure is a mean over one strip of what has no limit.
     Raises ValueError for bad input, RuntimeError where the contact does not settle.
     """
     torque, phase = checked_torque(pair, torque), checked_phases(phases, pair)
     gears = pair.pinion, pair.wheel
     with shown(progress):
         met, misalignment = encounters(pair, phase, offsets, resolution)
-        peaks, loads = _contacts(met, torque / pair.pinion.r_b, misalignment)
+        contact, loads = _contacts(met, torque / pair.pinion.r_b, misalignment)
         sides = [[[both[side] for both in column] for column in loads] for side in (0, 1)]
         found = [_both_stresses(gear, density, side) for gear, side in zip(gears, sides, strict=True)]
-    return _cycle(torque, phase, np.stack(found), peaks)
+    return _cycle(torque, phase, np.stack(found), contact)
 
 
 def _contacts(met: list[Encounter], forces, misalignment: float) -> tuple[np.ndarray, list[list[tuple]]]:
-    """(n_torque, n_phase) peak pressures [Pa] of meetings, and by phase and torque what presses on both gears."""
-    peaks, loads = np.zeros((forces.size, len(met))), []
+    """(CONTACT, n_torque, n_phase) numbers of contacts, and by phase and torque what presses on both gears."""
+    found, loads = np.zeros((len(CONTACT), forces.size, len(met))), []
     for j, encounter in enumerate(bar(met, "contact")):
         states = [encounter.state(float(force), misalignment) for force in forces]
-        peaks[:, j] = [state.peak_pressure() for state in states]
+        found[:, :, j] = [[getattr(state, name)() for state in states] for name in CONTACT]
         loads.append([flank_loads(encounter, state) for state in states])
-    return peaks, loads
+    return found, loads
 
 
 def _both_stresses(gear: Gear, density: Density, columns: list[list[list[FlankLoad]]]) -> np.ndarray:
@@ -127,7 +130,7 @@ def at_tangent(inclined: np.ndarray, stress: np.ndarray) -> np.ndarray:
     return np.array([np.interp(np.pi / 6, inclined[order], column[order]) for column in stress.T])
 
 
-def _cycle(torque: np.ndarray, phase: np.ndarray, found: np.ndarray, peaks: np.ndarray) -> xr.Dataset:
+def _cycle(torque: np.ndarray, phase: np.ndarray, found: np.ndarray, contact: np.ndarray) -> xr.Dataset:
     grid, said = (TORQUE, PHASE), "tensile stress in the tooth root"
     axes = {
         "gear": ["pinion", "wheel"],
@@ -137,6 +140,7 @@ def _cycle(torque: np.ndarray, phase: np.ndarray, found: np.ndarray, peaks: np.n
     values = {
         "root_stress": (("gear", *grid), found[:, 0], {"units": "Pa", "long_name": f"largest {said}"}),
         "tangent_stress": (("gear", *grid), found[:, 1], {"units": "Pa", "long_name": f"{said}, 30 degree tangent"}),
-        "peak_pressure": (grid, peaks, {"units": "Pa", "long_name": "largest contact pressure"}),
     }
-    return xr.Dataset(values, axes, {"title": "tooth root stress and contact pressure over the mesh cycle"})
+    described = {name: {"units": QUANTITIES[name][0], "long_name": QUANTITIES[name][1]} for name in CONTACT}
+    beside = {name: (grid, contact[i], described[name]) for i, name in enumerate(CONTACT)}
+    return xr.Dataset(values | beside, axes, {"title": "tooth root stress and contact pressure over the mesh cycle"})

@@ -7,12 +7,13 @@ from math import ceil, cos, sqrt
 import numpy as np
 
 from fem.compliance import Compliance
-from fem.contact import STRIPS, Strips, along_contact, assemble, coupling, flattening_of, strips_of
+from fem.contact import along_contact, assemble, coupling, flattening_of
 from fem.flank import lines_across
 from fem.gap import TINY, Cells
-from fem.loaded_width import Ranges, across, kinks, overlap, wider, with_kinks
+from fem.loaded_width import Ranges, across, kinks, loads_at, overlap, wider, with_kinks
 from fem.meeting import Meeting
 from fem.slices import line_contact
+from fem.strips import Strips, at_tip_edge, strips_of
 
 #: Slices are narrower towards the end faces by this power.
 GRADING = 1.6
@@ -20,8 +21,6 @@ GRADING = 1.6
 NEAR = 4e-7
 #: Loaded widths have settled that fall short of what touches, or exceed it, by less than these shares of the widest.
 SHORT, SPARE = 0.02, 0.1
-#: Strips are as wide as for this share of the largest line load where there is less.
-LEAST = 0.05
 #: The loaded width is found again until it settles, after GROWING rounds the wider one of two.
 ROUNDS, GROWING = 24, 6
 #: Half-planes under whole slices are held at this depth, in modules: no less than half of what the width gets to.
@@ -69,6 +68,10 @@ class State:
     def hertz_pressure(self) -> float:
         """Largest pressure of the line loads by Hertz, on the curvature of the involutes [Pa]."""
         return float(self.cells.hertz_pressure(self.force).max(initial=0.0))
+
+    def tip_contact(self) -> float:
+        """Share of the load that slices carry whose contact reaches a tip edge; 0 without load."""
+        return float(self.force[at_tip_edge(self.cells, self.force)].sum() / max(self.force.sum(), TINY))
 
     def centroid(self) -> float:
         """Axial place of the resultant force [m]; 0 without load and where both halves carry the same."""
@@ -242,7 +245,7 @@ class Encounter:
             line_load = loads / (cells.high - cells.low)
             guess = {k: (cells.middle[cells.number == k], line_load[cells.number == k]) for k in ranges}
             cells = self.sliced(ranges, self.slices, te)
-            state = self.pressed(cells, force, misalignment, cells.half_width(_loads_at(cells, guess, force)))
+            state = self.pressed(cells, force, misalignment, cells.half_width(loads_at(cells, guess, force)))
             loads, touched = state.force, self.ranges(state.te, misalignment, cells, state.force)
             if self.covered(touched, ranges, SPARE if step < GROWING else np.inf):
                 return state
@@ -276,7 +279,7 @@ class Encounter:
 
     def pressed(self, cells: Cells, force: float, misalignment: float, half_width: np.ndarray) -> State:
         """Contact of cells on strips wide enough to hold it; when some are widened, the rest start as they ended."""
-        spilt, touching = np.ones(cells.low.size, bool), np.zeros((cells.low.size, STRIPS), bool)
+        spilt, touching = np.ones(cells.low.size, bool), np.zeros((cells.low.size, 1), bool)
         for _ in range(WIDENINGS):
             strips = strips_of(cells, half_width)
             touching = np.where(spilt[:, None], strips.expected > 0, touching)
@@ -284,21 +287,7 @@ class Encounter:
             first, last = strips.open & (load[:, [0, -1]].T > 0)
             spilt = first | last
             if not spilt.any():
-                pressure = load.max(axis=1) / (strips.width * cells.length)
+                pressure = (load / (strips.width * cells.length[:, None])).max(axis=1)
                 return State(te, cells, load.sum(axis=1), pressure, strips, load, self.pinion.share < 1)
             half_width, touching = np.where(spilt, 1.6 * half_width, half_width), load > 0
         raise RuntimeError("contact is a hundred times wider than Hertz says; reduce the load or take more slices")
-
-
-def _loads_at(cells: Cells, guess: dict, force: float) -> np.ndarray:
-    """(n,) line loads of cells out of those of other cells by pair, none below a share of the largest [N/m].
-
-    They carry the force [N] together, at least, if they are fewer.
-    """
-    found = np.zeros(cells.low.size)
-    for number, (axial, load) in guess.items():
-        own = cells.number == number
-        found[own] = np.interp(cells.middle[own], axial, load) if axial.size else 0.0
-    least = LEAST * max(found.max(initial=0.0), max(load.max(initial=0.0) for _, load in guess.values()))
-    found = np.maximum(found, least)
-    return found * max(1.0, force / float(found @ (cells.high - cells.low)))

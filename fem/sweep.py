@@ -26,8 +26,9 @@ BEHIND = 1
 ORDER = ("a", "axial", *ANGLES)
 #: What a map keeps of a state beside te and load shares, with units.
 QUANTITIES = {
-    "peak_pressure": ("Pa", "largest contact pressure"),
     "hertz_pressure": ("Pa", "largest contact pressure by Hertz of the line load"),
+    "peak_pressure": ("Pa", "largest contact pressure, on tip edges too"),
+    "tip_contact": ("1", "share of the load where the contact reaches a tip edge"),
     "line_load": ("N/m", "largest force per length of contact line"),
     "centroid": ("m", "axial place of the resultant force"),
 }

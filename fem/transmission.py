@@ -31,12 +31,12 @@ def static_transmission_error(
 ) -> xr.Dataset:
     """STE map of a spur or helical pair: "te" [m] in mid-plane on the line of action over (torque, offsets, phase).
 
-    Beside it stand "centroid" of the force across the width [m], "peak_pressure" [Pa], "line_load" [N/m], the
-    "load_share" of every pair of teeth, "pairs_in_contact", and over the torque "contact_ratio", that under load, as
-    finely as phases lie (at 0 N m the nominal one). Where the corner of an unrelieved tip or of a face touches, or a
-    relief begins with a kink, pressure has no limit: there "peak_pressure" is a mean over one strip, and
-    "hertz_pressure" [Pa], of the line load on the curvature of the involutes, what to compare with ISO 6336-2. In the
-    slice mode both are that.
+    Beside it stand "centroid" of the force across the width [m], "hertz_pressure" [Pa], of the line load on the
+    curvature of the involutes, as ISO 6336-2 has it, "line_load" [N/m], the "load_share" of every pair of teeth,
+    "pairs_in_contact", and over the torque "contact_ratio", that under load, as finely as phases lie (at 0 N m the
+    nominal one). "tip_contact" is the share of the load where the contact reaches a tip edge. There, where the corner
+    of a face touches, or a relief begins with a kink, "peak_pressure" [Pa] is far more: it has no limit on sharp edges,
+    and is a mean over one strip; `fem.EdgeBreak` rounds the tip's. In the slice mode it is that of Hertz.
 
     torque          pinion torque F r_b1 [N m], one or several increasing values >= 0; 0: unloaded transmission error;
                     `UpTo(350)`: as many from 0 to 350 N m as the accuracy takes

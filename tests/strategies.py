@@ -24,6 +24,7 @@ def modifications(draw, z: int) -> tuple:
     kinds = [
         st.builds(fem.TipRelief, amount, floats(0.05 * mm, 0.3 * mm), power),
         st.builds(fem.RootRelief, amount, floats(0.05 * mm, 0.3 * mm), power),
+        st.builds(fem.EdgeBreak, floats(0.01 * mm, 0.1 * mm)),
         st.builds(fem.ProfileCrowning, amount),
         st.builds(fem.LeadCrowning, amount),
         st.builds(fem.HelixSlope, amount),
@@ -53,7 +54,7 @@ def rough_data() -> st.SearchStrategy[dict]:
             "d_bore": floats(0.1 * mm, 2000 * mm),
             "alpha_n": floats(10 * deg, 35 * deg),
             "beta": floats(-45 * deg, 45 * deg),
-            "x": floats(-2, 2),
+            "x": floats(-2, 2) | floats(-12, 12),
         }
     )
     return st.tuples(sizes, roots, depths, tips).map(lambda parts: parts[0] | parts[1] | parts[2] | parts[3])

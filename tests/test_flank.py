@@ -96,7 +96,7 @@ def test_force_is_normal_to_both_flanks_on_the_edge_of_a_relief():
     )
     tooth = state.cells.number == 0
     share, (pinion, wheel) = (state.load / state.force.sum())[tooth], state.strips.tilts[:, tooth]
-    arcs, step = state.strips.arcs[0, tooth], state.strips.width[tooth, None] / 2
+    arcs, step = state.strips.arcs[0, tooth], state.strips.width[tooth] / 2
     ahead, behind = (relief.removed(gear.face, np.sqrt(2 * gear.r_b * (arcs + s)), 0.0) for s in (step, -step))
     slope = (ahead - behind) / (2 * step)
     assert share.sum() == pytest.approx(1)

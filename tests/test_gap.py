@@ -5,9 +5,10 @@ import pytest
 from conftest import paper_gear, paper_pair
 
 import fem
-from fem.contact import NODES, STRIPS, WINDOW, Contact, strips_of
+from fem.contact import Contact
 from fem.gap import Cells
 from fem.meeting import Meeting
+from fem.strips import NODES, STRIPS, WINDOW, strips_of
 from fem.units import deg, mm, um
 
 
@@ -120,7 +121,7 @@ def test_gaps_of_strips_are_means_over_them(flank):
     reach = np.array([0.4 * mm])
     strips, r_b = strips_of(cells, reach / WINDOW), cells.radii[0]
     arcs = cells.closest**2 / (2 * r_b) + reach * np.linspace(-1, 1, 100 * STRIPS + 1)[50::100]
-    within = arcs[..., None] + strips.width[:, None, None] * ((np.arange(100) + 0.5) / 100 - 0.5)
+    within = arcs[..., None] + strips.width[..., None] * ((np.arange(100) + 0.5) / 100 - 0.5)
     gap = cells.clear(np.sqrt(2 * r_b * within.reshape(1, -1)))[0].reshape(*arcs.shape, 100).mean(axis=-1)
     assert strips.gap == pytest.approx(gap, abs=1e-12)
     assert np.abs(cells.clear(np.sqrt(2 * r_b * arcs))[0] - gap).max() > 3e-9

@@ -18,7 +18,7 @@ from fem.gear import involute
 from fem.interference import root_clearance
 from fem.mesh import Density
 from fem.ste import pair_attributes, pair_of, ste_map
-from fem.units import GPa, deg, mm
+from fem.units import GPa, deg, mm, um
 
 
 def test_paper_pair(paper_pair):
@@ -37,6 +37,35 @@ def test_published_helical_pair():
     pair = fem.GearPair(pinion, wheel, a=91.5 * mm)
     assert pair.eps_alpha == pytest.approx(1.4599, abs=5e-5)
     assert pair.eps_beta == pytest.approx(0.5414, abs=5e-5)
+
+
+def test_published_gear_with_shifts_of_two_modules():
+    """FZG H951: eps_alpha 0.93, eps_beta 1.00; with 0.38 m_n at the tool's tip the fillets would stand in the way."""
+    data = {"m_n": 1.75 * mm, "b": 21.2418 * mm, "d_bore": 30 * mm}
+    sizes = [{"d_a": 2 * r_a * mm, "d_f": 2 * r_f * mm} for r_a, r_f in ((38.115, 35.196), (55.867, 52.947))]
+    pinion = fem.Gear(z=38, beta=15 * deg, x=1.6915, **data, **sizes[0])
+    wheel = fem.Gear(z=57, beta=-15 * deg, x=2.0003, **data, **sizes[1])
+    with pytest.raises(
+        ValueError, match=r"interference.* reduce rho_f = 0.665 mm or d_f = 70.392 mm .* h_fP.* or raise a"
+    ):
+        fem.GearPair(pinion, wheel, a=91.5 * mm)
+    pair = fem.GearPair(*(replace(gear, rho_f=0.5 * mm) for gear in (pinion, wheel)), a=91.5 * mm)
+    assert [pair.eps_alpha, pair.eps_beta] == pytest.approx([0.93, 1.00], abs=0.005)
+    rough = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1)
+    slices = fem.Resolution(density=rough, slices=8, resolved=False)
+    ste = fem.static_transmission_error(pair, [0, 100], 4, accuracy=slices, progress=False)
+    te = ste["te"].values
+    assert te[0] == pytest.approx(0, abs=1e-9) and (te[1] > 1 * um).all()
+
+
+@pytest.mark.parametrize("x", [-3.0, -2.3, 2.3])
+def test_large_shifts_are_gears_of_more_or_fewer_teeth(x):
+    """Limited by pointed teeth and undercut only; the same tool leaves the same space at its tip."""
+    gear = fem.Gear(z=150, m_n=2 * mm, b=20 * mm, x=x, d_bore=20 * mm)
+    assert gear.r_b < gear.r_form < gear.r_a
+    assert gear.root.psi_f < pi / gear.z
+    assert replace(gear, b=10 * mm).s_n == gear.s_n == pytest.approx(2 * mm * (pi / 2 + 2 * x * tan(20 * deg)))
+    assert fem.GearPair(gear, replace(gear, x=-x, s_n=None, d_a=None, d_f=None)).a == pytest.approx(300 * mm)
 
 
 def test_centre_distance_without_backlash_obeys_the_profile_shifts():
@@ -200,6 +229,15 @@ def test_attributes_hold_all_inputs(paper_pair):
         ({"fillet": 2.5 * mm}, "fillet 2.5 mm does not fit"),
         ({"fillet": 1 * mm, "rho_f": 1 * mm}, "not both"),
         ({"d_f": 133 * mm}, "d_f = 133 mm is too deep"),
+        ({"d_f": 128 * mm}, "d_f = 128 mm is too deep for s_n = 3.78 mm .*raise d_f or reduce x"),
+        ({"s_n": None, "d_a": None, "d_f": None, "x": 3.5}, "teeth are pointed: .* reduce d_a or x = 3.5 modules"),
+        (
+            {"s_n": None, "d_a": None, "d_f": None, "x": -3.5},
+            "d_a must lie .*above the base circle, .*x = -3.5 modules",
+        ),
+        ({"s_n": None, "x": 3.5}, "d_f must lie .*shifted by x = 3.5 modules"),
+        ({"s_n": None, "x": 300}, "x must lie .*profile shift in modules"),
+        ({"x": 2.1}, "s_n must lie .*whole pitch on the circle shifted by x = 2.1 modules"),
     ],
 )
 def test_impossible_gears_are_refused(changes, message):

@@ -9,12 +9,13 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import fem
-from fem.contact import BETWEEN_STRIPS, CAPACITY, STRIPS
+from fem.contact import CAPACITY
 from fem.half_space import along_line
 from fem.hertz import flattening
 from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.state import Encounter
+from fem.strips import BETWEEN_STRIPS, STRIPS
 from fem.sweep import Resolution, bodies_of
 from fem.units import mm, um
 

@@ -34,7 +34,7 @@ OUTCOMES: Counter = Counter()
 
 def is_in_words(error: Exception) -> bool:
     """Whether exugear itself says what is wrong and what to do, rather than a library below it."""
-    return type(error) in (ValueError, RuntimeError) and bool(REMEDY.search(str(error)))
+    return type(error) in (ValueError, RuntimeError, exugear.RunStopped) and bool(REMEDY.search(str(error)))
 
 
 def solved(scene: Scene) -> tuple[exugear.Model, exugear.Run, exugear.Run, float] | None:

@@ -238,3 +238,11 @@ def test_curves_are_drawn_over_one_pitch(cycle):
     assert wheel[:3, 1] == pytest.approx(cycle["root_stress"].sel(gear="wheel", torque=150).values / MPa)
     (pressure,) = pictures.plot_peak_pressure(cycle, plots.figure().axes[0]).lines
     assert pressure.get_ydata()[-1] == pytest.approx(float(cycle["peak_pressure"][1, 0]) / MPa)
+
+
+def test_pressure_is_drawn_as_hertz_has_it_and_thin_where_a_tip_edge_touches(cycle):
+    thin, thick = (line.get_ydata()[:3] for line in pictures.plot_pressure(cycle, plots.figure().axes[0]).lines)
+    row = cycle.sel(torque=150)
+    assert thin == pytest.approx(row["hertz_pressure"].values / MPa)
+    assert (np.isnan(thick) == (row["tip_contact"].values > 0)).all()
+    assert np.isnan(thick).any() and not np.isnan(thick).all()

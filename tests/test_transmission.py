@@ -11,11 +11,12 @@ from scipy.optimize import brentq
 
 import fem
 from fem.compliance import flank_compliance
-from fem.contact import STRIPS, assemble, strips_of
+from fem.contact import assemble
 from fem.hertz import flattening
 from fem.meeting import Meeting
 from fem.mesh import Density
 from fem.state import Encounter
+from fem.strips import STRIPS, strips_of
 from fem.units import deg, mm, um
 
 
