@@ -2,7 +2,7 @@
 
 Each kind of error is held twice, at every torque. Its root mean square over the mesh cycle is a share of the
 deflection, the mean of te under load minus te without (at light loads: of a tenth of the largest one). Its effect on
-the peak to peak is three times that share of the peak to peak (0.02: half a decibel; at light loads: of a tenth of the
+the peak to peak is five times that share of the peak to peak (0.01: half a decibel; at light loads: of a tenth of the
 largest one), or of a tenth of the deflection where that is more: a pair whose te varies by less is quiet, and its peak
 to peak a small difference of large numbers.
 """
@@ -34,7 +34,7 @@ FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 12, 400, 40
 #: share of the deflection.
 LIGHTEST, QUIETEST = 0.1, 0.1
 #: Allowed error of the peak to peak over that of te, as shares of each.
-SWING = 3.0
+SWING = 5.0
 #: Slices for what is chosen in the slice mode, and most ones of a map.
 FEWEST_SLICES, MOST_SLICES = 40, 80
 #: Square of the elements along the flank times those across half the width, up to which a mesh takes 1.6 to 2.3 GB; of
