@@ -9,10 +9,10 @@ from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.contact_frame import GearBody, frame_between
 from exugear.derivatives import jacobian
+from exugear.divergence import stopped
 from exugear.force import MeshForce
 from exugear.kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN, kernel_of
 from exugear.kinematics import BODY_1, CONTACT_AXES, R_B1, rotational_frame
-from exugear.map_range import beyond_map
 from exugear.native import native
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
@@ -180,13 +180,13 @@ def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorde
         try:
             return kernel(one, two, three, t, *q, *q_t)
         except ValueError as error:
-            raise RuntimeError(beyond_map(law, error.args, float(frame[R_B1]))) from None
+            raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         try:
             return jacobian(partial(kernel, one, two, none, t), q, q_t, (factor, factor_t), NUDGES)
         except ValueError as error:
-            raise RuntimeError(beyond_map(law, error.args, float(frame[R_B1]))) from None
+            raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
 
     gear_contact.arrays = (law, frame, recorder, nobody)  # type: ignore[attr-defined]
     return gear_contact, gear_jacobian

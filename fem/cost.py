@@ -6,19 +6,18 @@ from math import ceil
 
 import numpy as np
 
-from fem.accuracy import (
-    CHECKED_PHASES,
-    CHECKED_TORQUES,
-    FEWEST_PHASES,
-    MESHED_PHASES,
-    MESHED_TORQUES,
-    UpTo,
-    along,
-    edges_of,
-)
+from fem.accuracy import FEWEST_PHASES, UpTo
 from fem.cache import known
 from fem.checks import require_kind
 from fem.compliance import NEAR, WHOLE, solutions
+from fem.error_estimation import (
+    CHECKED_PHASES,
+    CHECKED_TORQUES,
+    MESHED_PHASES,
+    MESHED_TORQUES,
+    along,
+    edges_of,
+)
 from fem.gear import GearPair
 from fem.mesh import Density
 from fem.offsets import Offsets, check_places

@@ -52,6 +52,8 @@ FLOORS = {
     "fem.slices": 3,
     "fem.state": 5.5,
     "fem.sweep": 5.6,
+    "fem.load_interpolation": 0,
+    "fem.error_estimation": 5.65,
     "fem.accuracy": 5.7,
     "fem.transmission": 6,
     "fem.cost": 6.1,
@@ -71,11 +73,13 @@ FLOORS = {
     "exugear.map_range": 6.7,
     "exugear.table": 6.8,
     "exugear.force": 7,
+    "exugear.divergence": 7.05,
     "exugear.friction": 7,
     "exugear.ring": 7,
     "exugear.bearing": 7,
     "exugear.walk": 7,
     "exugear.shaft": 7.1,
+    "exugear.damping": 7.15,
     "exugear.stage": 7.2,
     "exugear.layout": 7.3,
     "exugear.alignment": 7.3,
@@ -103,6 +107,7 @@ FLOORS = {
     "exugear.seats": 9.2,
     "exugear.bodies": 9.4,
     "exugear.friction_connector": 9.1,
+    "exugear.reach": 9.5,
     "exugear.integrator": 9.6,
     "exugear.steps": 7,
     "exugear.jumps": 6.9,
@@ -110,6 +115,7 @@ FLOORS = {
     "exugear.model": 11,
     "exugear.equilibrium": 11.5,
     "exugear.imposed": 11.6,
+    "exugear.eigenfrequencies": 11.7,
     "exugear.pieces": 11.7,
     "exugear.valid_samples": 11.8,
     "exugear.viewer": 12,
@@ -119,10 +125,10 @@ FLOORS = {
 #: `fem.profile` is the outline that `exugear.graphics` draws.
 DOORS_TO_FEM = {
     *("fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"),
-    *("fem.progress", "fem.representation", "fem.version"),
+    *("fem.progress", "fem.representation", "fem.version", "fem.load_interpolation"),
 }
 EXUDYN = (
-    *("bodies", "connector", "equilibrium", "friction_connector", "graphics"),
+    *("bodies", "connector", "eigenfrequencies", "equilibrium", "friction_connector", "graphics"),
     *("imposed", "integrator", "model", "native", "pieces", "plan", "run", "seats", "sensor", "trampoline", "trial"),
 )
 FENCES = {
