@@ -141,9 +141,9 @@ def chosen_torques(loaded: LoadedCurves, largest: float, accuracy: float) -> np.
     require(largest < limit, f"torque must be below {limit:.4g} N m, where Hertz pressure passes E/20, got {largest:g}")
     torque = np.append(0.0, largest / np.array([64, 16, 4, 1]))
     while torque.size <= MOST_TORQUES:
-        halfway = halfway_torques(torque)
-        wide = _excess(interval_error(loaded, torque), allowed_error(loaded, halfway, accuracy)) > 1
+        allowed = (np.minimum(part[:-1], part[1:]) for part in allowed_error(loaded, torque, accuracy))
+        wide = _excess(interval_error(loaded, torque), MapError(*allowed)) > 1
         if not wide.any():
             return torque
-        torque = np.sort(np.append(torque, halfway[wide]))
+        torque = np.sort(np.append(torque, halfway_torques(torque)[wide]))
     raise RuntimeError(f"more than {MOST_TORQUES} torques for accuracy {accuracy:g}; ask for less, or pass torques")
