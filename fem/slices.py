@@ -5,8 +5,11 @@ import numpy as np
 STEPS, CYCLING = 120, 30
 #: Share of the mesh force by which the forces may still move.
 SETTLED = 1e-9
-#: Least flattening by one more unit of force, over the factor of its logarithm.
+#: Least flattening by one more unit of force, over the factor of its logarithm: by Hertz's formula slices so overloaded
+#: that they are no half-planes would push back.
 LEAST = 0.1
+#: By which a transmission error under load may fall short of the first touch [m]: rounding.
+SHORT = 1e-9
 
 
 def line_contact(matrix, change, hertz, gap, approach, force) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -25,15 +28,17 @@ def line_contact(matrix, change, hertz, gap, approach, force) -> tuple[np.ndarra
     factor, constant = hertz
     f = np.broadcast_to(force[:, None] / gap.shape[1], gap.shape)
     active = gap / approach <= (gap / approach).min(axis=1, keepdims=True) + matrix.mean() * force[:, None]
-    rng, te = np.random.default_rng(0), np.zeros(force.size)
+    rng, touching = np.random.default_rng(0), (gap / approach).min(axis=1)
+    te = np.zeros(force.size)
     for step in range(STEPS):
-        coupled = matrix + te[:, None, None] * change
+        coupled = matrix + np.maximum(te, touching)[:, None, None] * change
         te, new = _newton_step(coupled, (factor, constant), gap, approach, force, f, active)
         slack = np.matmul(new[:, None], coupled)[:, 0] + gap - approach * te[:, None]
         wanted = np.where(active, new > 0, slack < 0)
         moved = np.abs(np.where(active, new - f, 0.0)).max(axis=1)
         f = np.maximum(np.where(new > 0, new, 0.2 * f), SETTLED * force[:, None])
-        if (wanted == active).all() and (moved < SETTLED * force).all():
+        settled = (wanted == active).all() and (moved < SETTLED * force).all()
+        if settled and (te > touching - SHORT).all():
             moving = approach - (np.broadcast_to(change, matrix.shape) @ new[..., None])[..., 0]
             return te, _stiffness(coupled, hertz, approach, moving, f, active), np.where(active, new, 0.0)
         active = wanted if step < CYCLING else np.where(rng.random(active.shape) < 0.5, wanted, active)
@@ -44,7 +49,8 @@ def _newton_step(matrix, hertz, gap, approach, force, f, active) -> tuple[np.nda
     """Transmission errors (m,) and forces (m, n) of the active cells, linear about the forces f."""
     factor, constant = hertz
     system, softness = _system(matrix, hertz, approach, approach, f, active)
-    start = factor * f * (constant - np.log(f) / 2) - softness * f
+    below = _hertzian(constant, f)
+    start = factor * (below * (constant - np.log(below) / 2) + LEAST * (f - below)) - softness * f
     right = np.append(np.where(active, -gap - start, 0.0), force[:, None], axis=1)
     solution = np.linalg.solve(system, right[..., None])[..., 0]
     return solution[:, -1], solution[:, :-1]
@@ -64,10 +70,15 @@ def _system(matrix, hertz, approach, moving, f, active) -> tuple[np.ndarray, np.
     moving      (n,) or (m, n) normal displacement per transmission error
     """
     (factor, constant), (m, n) = hertz, f.shape
-    softness = factor * np.maximum(constant - np.log(f) / 2 - 0.5, LEAST)
+    softness = factor * (constant - np.log(_hertzian(constant, f)) / 2 - 0.5)
     system, cells = np.zeros((m, n + 1, n + 1)), np.arange(n)
     system[:, :n, :n] = np.where(active[:, :, None], matrix, 0.0)
     system[:, cells, cells] = np.where(active, matrix[:, cells, cells] + softness, 1.0)
     system[:, :n, n] = np.where(active, -moving, 0.0)
     system[:, n, :n] = approach
     return system, softness
+
+
+def _hertzian(constant, f):
+    """The forces f, up to where their flattening by one more unit has fallen to the least."""
+    return np.minimum(f, np.exp(2 * (constant - 0.5 - LEAST)))
