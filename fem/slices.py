@@ -31,54 +31,40 @@ def line_contact(matrix, change, hertz, gap, approach, force) -> tuple[np.ndarra
     rng, touching = np.random.default_rng(0), (gap / approach).min(axis=1)
     te = np.zeros(force.size)
     for step in range(STEPS):
-        coupled = matrix + np.maximum(te, touching)[:, None, None] * change
-        te, new = _newton_step(coupled, (factor, constant), gap, approach, force, f, active)
+        softened = np.maximum(te, touching)
+        coupled, moved_by = matrix + softened[:, None, None] * change, _times(change, np.where(active, f, 0.0))
+        pressed = gap - softened[:, None] * moved_by, approach - moved_by
+        te, stiffness, new = _newton_step(coupled, (factor, constant), pressed, approach, force, f, active)
         slack = np.matmul(new[:, None], coupled)[:, 0] + gap - approach * te[:, None]
         wanted = np.where(active, new > 0, slack < 0)
         moved = np.abs(np.where(active, new - f, 0.0)).max(axis=1)
         f = np.maximum(np.where(new > 0, new, 0.2 * f), SETTLED * force[:, None])
         settled = (wanted == active).all() and (moved < SETTLED * force).all()
         if settled and (te > touching - SHORT).all():
-            moving = approach - (np.broadcast_to(change, matrix.shape) @ new[..., None])[..., 0]
-            return te, _stiffness(coupled, hertz, approach, moving, f, active), np.where(active, new, 0.0)
+            return te, stiffness, np.where(active, new, 0.0)
         active = wanted if step < CYCLING else np.where(rng.random(active.shape) < 0.5, wanted, active)
     raise RuntimeError("line contact did not settle; try the resolved mode (a smaller accuracy) or other slices")
 
 
-def _newton_step(matrix, hertz, gap, approach, force, f, active) -> tuple[np.ndarray, np.ndarray]:
-    """Transmission errors (m,) and forces (m, n) of the active cells, linear about the forces f."""
-    factor, constant = hertz
-    system, softness = _system(matrix, hertz, approach, approach, f, active)
-    below = _hertzian(constant, f)
-    start = factor * (below * (constant - np.log(below) / 2) + LEAST * (f - below)) - softness * f
-    right = np.append(np.where(active, -gap - start, 0.0), force[:, None], axis=1)
-    solution = np.linalg.solve(system, right[..., None])[..., 0]
-    return solution[:, -1], solution[:, :-1]
+def _times(change, f: np.ndarray) -> np.ndarray:
+    """(m, n) change (n, n) times forces (m, n); nothing without a change."""
+    return np.zeros(f.shape) if np.ndim(change) == 0 else f @ change.T
 
 
-def _stiffness(matrix, hertz, approach, moving, f, active) -> np.ndarray:
-    """(m,) change of the mesh force per transmission error [N/m]; moving (m, n): approach less what softening takes."""
-    system, _ = _system(matrix, hertz, approach, moving, f, active)
-    right = np.zeros((*system.shape[:2], 1))
-    right[:, -1] = 1.0
-    return 1 / np.linalg.solve(system, right)[:, -1, 0]
+def _newton_step(matrix, hertz, pressed, approach, force, f, active) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Transmission errors (m,), stiffnesses (m,) and forces (m, n) of the active cells, linear about the forces f.
 
-
-def _system(matrix, hertz, approach, moving, f, active) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix (m, n + 1, n + 1) over forces and transmission error about the forces f, and softness (m, n) of the cells.
-
-    moving      (n,) or (m, n) normal displacement per transmission error
+    pressed     gap (m, n) and normal displacement per transmission error (m, n), as the softening changes them
     """
-    (factor, constant), (m, n) = hertz, f.shape
-    softness = factor * (constant - np.log(_hertzian(constant, f)) / 2 - 0.5)
-    system, cells = np.zeros((m, n + 1, n + 1)), np.arange(n)
+    (factor, constant), (gap, moving), (m, n) = hertz, pressed, f.shape
+    below = np.minimum(f, np.exp(2 * (constant - 0.5 - LEAST)))
+    softness = factor * (constant - np.log(below) / 2 - 0.5)
+    start = factor * (below * (constant - np.log(below) / 2) + LEAST * (f - below)) - softness * f
+    system, right, cells = np.zeros((m, n + 1, n + 1)), np.zeros((m, n + 1, 2)), np.arange(n)
     system[:, :n, :n] = np.where(active[:, :, None], matrix, 0.0)
     system[:, cells, cells] = np.where(active, matrix[:, cells, cells] + softness, 1.0)
     system[:, :n, n] = np.where(active, -moving, 0.0)
     system[:, n, :n] = approach
-    return system, softness
-
-
-def _hertzian(constant, f):
-    """The forces f, up to where their flattening by one more unit has fallen to the least."""
-    return np.minimum(f, np.exp(2 * (constant - 0.5 - LEAST)))
+    right[:, :n, 0], right[:, n, 0], right[:, n, 1] = np.where(active, -gap - start, 0.0), force, 1.0
+    solution = np.linalg.solve(system, right)
+    return solution[:, n, 0], 1 / solution[:, n, 1], solution[:, :n, 0]
