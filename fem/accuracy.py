@@ -2,9 +2,9 @@
 
 Each kind of error is held twice, at every torque. Its root mean square over the mesh cycle is a share of the
 deflection, the mean of te under load minus te without (at light loads: of a tenth of the largest one). Its effect on
-the peak to peak is five times that share of the peak to peak (0.01: half a decibel; at light loads: of a tenth of the
-largest one), or of a tenth of the deflection where that is more: a pair whose te varies by less is quiet, and its peak
-to peak a small difference of large numbers.
+the peak to peak is five times that share of the peak to peak (0.01: half a decibel), or of a quarter of the largest
+one. Pairs whose te hardly varies are held less strictly, by shares of the deflection: their peak to peak is a small
+difference of large numbers, for which finite elements, unlike torques and phases, soon grow too large.
 """
 
 from dataclasses import dataclass, replace
@@ -30,9 +30,10 @@ from fem.representation import short
 from fem.sweep import Resolution
 
 FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 12, 400, 40
-#: Of a deflection and of a peak to peak counts at least this share of the largest one, of a peak to peak also this
-#: share of the deflection.
-LIGHTEST, QUIETEST = 0.1, 0.1
+#: Of a deflection counts at least this share of the largest one, of a peak to peak that share of the largest one.
+LIGHTEST, SMALLEST = 0.1, 0.25
+#: Of a peak to peak counts at least so much of the deflection: for the mesh, and between phases and torques.
+QUIET_MESH, QUIET_BETWEEN = 0.08, 0.02
 #: Allowed error of the peak to peak over that of te, as shares of each.
 SWING = 5.0
 #: Slices for what is chosen in the slice mode, and most ones of a map.
@@ -68,7 +69,8 @@ def choose(
     while True:
         loaded = LoadedCurves(pair, values, replace(resolution, slices=max(resolution.slices, FEWEST_SLICES)))
         torques = chosen_torques(loaded, torque.torque, accuracy) if isinstance(torque, UpTo) else torque
-        allowed, errors = allowed_error(loaded, torques, accuracy), mesh_errors(pair, torques, values, resolution)
+        allowed = allowed_error(loaded, torques, accuracy, QUIET_MESH)
+        errors = mesh_errors(pair, torques, values, resolution)
         excess = _excess(errors.total, allowed).max()
         if excess <= 1:
             break
@@ -105,13 +107,13 @@ def _finer_in(resolution: Resolution, cause: str) -> Resolution:
     }[cause]
 
 
-def allowed_error(loaded: LoadedCurves, torque: np.ndarray, accuracy: float) -> MapError:
-    """Errors of each torque that are the requested shares."""
+def allowed_error(loaded: LoadedCurves, torque: np.ndarray, accuracy: float, quiet: float = QUIET_BETWEEN) -> MapError:
+    """Errors of each torque that are the requested shares; quiet: what counts of a deflection as peak to peak."""
     (unloaded, *te), _ = loaded.at(np.append(0.0, torque))
     deflection = np.mean(te - unloaded, axis=1)
     counted = np.maximum(deflection, LIGHTEST * deflection.max())
     swing = peak_to_peak(CHECKED_PHASES, np.array(te))
-    swing = np.maximum(np.maximum(swing, LIGHTEST * swing.max()), QUIETEST * counted)
+    swing = np.max([swing, np.full(swing.size, SMALLEST * swing.max()), quiet * counted], axis=0)
     return MapError(accuracy * counted, SWING * accuracy * swing)
 
 
