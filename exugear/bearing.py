@@ -6,6 +6,7 @@ from math import inf
 
 import numpy as np
 
+from fem.arguments import Numbers, checked
 from fem.gear import require
 from fem.representation import short
 
@@ -15,6 +16,7 @@ RIGID, RIGID_TILT = 1e13, 1e11
 ROUNDING = 1e-9
 
 
+@checked
 @short(**UNITS | {"clearance": "um"})
 @dataclass(frozen=True)
 class Bearing:
@@ -114,13 +116,15 @@ class Bearing:
         slope = self.radial if self.table is None else (np.diff(self.table[1]) / np.diff(self.table[0])).max()
         return np.diag([slope, slope, self.axial, self.tilt, self.tilt, 0.0])
 
+    @checked
     def at(self, lever: float) -> np.ndarray:
         """(6, 6) stiffness over the motion of a pole that lies lever [m] below the bearing on the shaft's axis."""
         motion = np.eye(6)
         motion[0, 4], motion[1, 3] = lever, -lever
         return motion.T @ self.stiffness @ motion
 
-    def radial_force(self, r):
+    @checked
+    def radial_force(self, r: Numbers):
         """Force [N] against a radial displacement r >= 0 [m], scalar or array; ValueError beyond the table."""
         require(self.matrix is None, "a matrix has no one radial force; multiply it with the displacement")
         r = np.asarray(r, float)

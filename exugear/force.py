@@ -10,6 +10,7 @@ from functools import cache, cached_property
 from math import inf, isfinite
 
 import numpy as np
+import xarray as xr
 
 from exugear.jumps import jumps
 from exugear.law import (
@@ -28,6 +29,7 @@ from exugear.law import (
 from exugear.loaded import loaded_centroid, loaded_deflection, te_under
 from exugear.map_range import beyond_map
 from exugear.table import PHASES, PHASES_WITH_OFFSETS, U, tabulate
+from fem.arguments import checked
 from fem.compiled import kept
 from fem.gear import require
 from fem.representation import short
@@ -58,6 +60,7 @@ def mesh_forces(moves: bool):
     return forces
 
 
+@checked
 @short(deflection="um", force_table="N", damping="N s/m", backlash="um", centroid="mm", mapped_force="N")
 @dataclass(frozen=True, eq=False)
 class MeshForce:
@@ -104,9 +107,10 @@ class MeshForce:
         object.__setattr__(self, "stiffness_max", stiffness_max)
 
     @classmethod
+    @checked
     def from_ste(
         cls,
-        ste,
+        ste: xr.Dataset,
         *,
         damping: float = 0.0,
         backlash: float | None = None,
@@ -139,7 +143,10 @@ class MeshForce:
         return cls(phase, deflection, table, **play, centroid=centroid, offsets=offsets, conserves=conserves)
 
     @classmethod
-    def secant(cls, ste, torque: float, *, damping: float = 0.0, backlash: float | None = None) -> "MeshForce":
+    @checked
+    def secant(
+        cls, ste: xr.Dataset, torque: float, *, damping: float = 0.0, backlash: float | None = None
+    ) -> "MeshForce":
         """The law F = k(phase) deflection with the secant stiffness k = F / te at one torque [N m] of the map.
 
         Source: Palermo et al. 2013, Shweiki et al. (ISMA 2016); F and k along the line of action. Where the map ends,
@@ -175,6 +182,7 @@ class MeshForce:
         except ValueError as error:
             raise ValueError(beyond_map(self.law, error.args)) from None
 
+    @checked
     def at(self, **offsets: float) -> "MeshForce":
         """The law at one value of some of its offsets, which are axes no longer; ValueError beyond them."""
         unknown = set(offsets) - set(self.offsets)
@@ -209,6 +217,7 @@ class MeshForce:
         except ValueError as error:
             raise ValueError(beyond_map(self.law, error.args)) from None
 
+    @checked
     def deflection_at(self, phase: float, force: float, **offsets: float) -> float:
         """Static deflection [m] on the driving flank under force >= 0 [N] (bisection); ValueError beyond the table."""
         if self.offsets or offsets:
@@ -222,6 +231,7 @@ class MeshForce:
             low, top = (middle, top) if float(self(phase, middle)) < force else (low, middle)
         return top
 
+    @checked
     def unloaded(self, phase: float) -> tuple[float, float]:
         """Deflections at loss of contact and at the end of the map [m], of a law without offsets."""
         n = int(self.law[PHASE_STEPS])

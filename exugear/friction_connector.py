@@ -1,5 +1,7 @@
 """Friction between the teeth in Exudyn: one ObjectGenericODE2 beside that of the contact, on the same nodes."""
 
+from collections.abc import Sequence
+
 import exudyn as exu
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
@@ -11,18 +13,20 @@ from exugear.kernels import SPIN
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
 from exugear.sliding import friction_of
+from fem.arguments import Item, checked
 from fem.gear import GearPair, require
 
 
+@checked
 def CreateGearFriction(
-    mbs,
+    mbs: exu.MainSystem,
     name: str = "",
-    itemNumbers=(None, None),
+    itemNumbers: Sequence[Item] = (None, None),  # type: ignore[assignment]
     pair: GearPair | RingPair = None,  # type: ignore[assignment]
     force: MeshForce = None,  # type: ignore[assignment]
     friction: MeshFriction = None,  # type: ignore[assignment]
-    localPositions=((0, 0, 0), (0, 0, 0)),
-    localAxes=((0, 0, 1), (0, 0, 1)),
+    localPositions: Sequence[Sequence[float]] = ((0, 0, 0), (0, 0, 0)),
+    localAxes: Sequence[Sequence[float]] = ((0, 0, 1), (0, 0, 1)),
     phase: float = 0.0,
     direction: int = 1,
 ):

@@ -40,6 +40,7 @@ from exugear.recorder import Recorder
 from exugear.seats import radial_part
 from exugear.shaft import NOWHERE, Shaft
 from exugear.stage import Stage
+from fem.arguments import checked
 from fem.gear import require
 
 #: Share of a mode's strain energy in the meshes from which on it is to be resolved.
@@ -77,6 +78,7 @@ class Mesh:
     held: float = 0.0
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Model:
     """A gearbox in an assembled Exudyn system `mbs`, open to further items (call mbs.Assemble() after adding).
@@ -101,12 +103,12 @@ class Model:
         return f"Model of {self.gearbox!r}\n{self.plan}"
 
 
+@checked
 def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     """The assembled system of a gearbox, by default after `exugear.plan(gearbox)`.
 
     Raises ValueError for what is no gearbox, and a plan of another one.
     """
-    require(isinstance(gearbox, Gearbox), f"gearbox must be an exugear.Gearbox, got {type(gearbox).__name__}")
     plan = plan_of(gearbox) if plan is None else plan
     names = [shaft.name for shaft in gearbox.shafts]
     require(list(plan.shafts) == names, f"plan is for the shafts {list(plan.shafts)}, the gearbox has {names}")

@@ -12,6 +12,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.tri import Triangulation
 
+from fem.arguments import checked
 from fem.ste import PHASE, TORQUE
 from fem.units import MPa, mm
 
@@ -26,6 +27,7 @@ def _axes(ax: Axes | None) -> Axes:
     return pyplot.figure(figsize=(8, 4.5), layout="constrained").add_subplot()
 
 
+@checked
 def plot_gears(bodies, touching=(), ax: Axes | None = None) -> Axes:
     """Plain gears with their meshes; touching: points (2, n) [m] of each contact, marked."""
     ax = _axes(ax)
@@ -39,6 +41,7 @@ def plot_gears(bodies, touching=(), ax: Axes | None = None) -> Axes:
     return plot_outlines(bodies, ax)
 
 
+@checked
 def plot_field(bodies, label: str, ax: Axes | None = None, *, top: float | None = None, colours="viridis") -> Axes:
     """Values of all bodies on one scale from 0 to top, by default the largest value; label: of the colour bar."""
     ax = _axes(ax)
@@ -50,6 +53,7 @@ def plot_field(bodies, label: str, ax: Axes | None = None, *, top: float | None 
     return plot_outlines(bodies, ax)
 
 
+@checked
 def plot_outlines(bodies, ax: Axes | None = None, colour: str = OUTLINE, width: float = 0.8) -> Axes:
     """Boundaries of the bodies; equal axes in millimetres."""
     ax = _axes(ax)
@@ -60,6 +64,7 @@ def plot_outlines(bodies, ax: Axes | None = None, colour: str = OUTLINE, width: 
     return ax
 
 
+@checked
 def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root_stress") -> Axes:
     """Root stress of pinion (full) and wheel (dashed) over the mesh cycle, a colour per torque above 0."""
     ax = _axes(ax)
@@ -69,6 +74,7 @@ def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root
     return ax
 
 
+@checked
 def plot_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Hertz's pressure on the flanks over the mesh cycle, a colour per torque above 0; thin where a tip edge touches.
 
@@ -82,6 +88,7 @@ def plot_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked
 def plot_peak_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Largest contact pressure over the mesh cycle, on tip edges too, a colour per torque above 0."""
     ax = _axes(ax)

@@ -12,6 +12,7 @@ from exugear.gearbox import Gearbox
 from exugear.integrator import ANGLE_AT_1E3, ANGLE_ON_BEARINGS_AT_1E3, BOUND_MARGIN, STABLE, Rule, rule
 from exugear.shaft import Shaft
 from exugear.stage import Stage
+from fem.arguments import checked
 
 #: Wall time of a step per mesh on a two-core machine [s], bytes per sample and mesh.
 COST = {Coordinates.SPIN: 4e-6, Coordinates.PLANAR: 8e-6, Coordinates.BEARINGS: 13e-6, Coordinates.JOINT: 13e-6}
@@ -57,16 +58,19 @@ class Plan:
         """Step at which the integrator loses stability [s]."""
         return STABLE / self.omega
 
+    @checked
     def rule(self, tolerance: float = 1e-3, mesh_frequency: float = 0.0) -> Rule:
         """Integrator and step for a tolerance of the windowed rms of the DTE up to a mesh frequency [Hz]."""
         elastic = any(kind.on_bearings for kind in self.shafts.values())
         angle = ANGLE_ON_BEARINGS_AT_1E3 if elastic else ANGLE_AT_1E3
         return rule(self.omega_mesh, BOUND_MARGIN * self.largest_step, tolerance, mesh_frequency, angle)
 
+    @checked
     def step(self, tolerance: float = 1e-3, mesh_frequency: float = 0.0) -> float:
         """Step [s] of that rule."""
         return self.rule(tolerance, mesh_frequency).step
 
+    @checked
     def cost(self, duration: float, step: float, sample: float = 4e-5) -> str:
         """Number of steps, estimated wall time and memory."""
         kinds, meshes = set(self.shafts.values()), len(self.laws)
@@ -95,6 +99,7 @@ class Plan:
     __repr__ = __str__
 
 
+@checked
 def plan(gearbox: Gearbox) -> Plan:
     """Coordinates and axes of the maps that the scene needs, and why: what is absent is skipped.
 

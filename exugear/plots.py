@@ -1,6 +1,8 @@
 """Pictures for a report: each takes data and an axes (or makes one) and returns the axes."""
 
+from collections.abc import Mapping
 from itertools import cycle
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,6 +14,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from exugear.recorded import dte_envelope, stage_data
 from exugear.spectrum import Envelope, Resonances, order_spectrum
+from fem.arguments import Numbers, checked
 from fem.gear import require
 from fem.ste import PHASE, TORQUE, over_torque_and_phase, over_torque_and_phases, pair_of
 from fem.units import mm, rpm, um
@@ -30,6 +33,7 @@ def _axes(ax: Axes | None, **projection) -> Axes:
     return pyplot.figure(figsize=(8, 4.5), layout="constrained").add_subplot(**projection)
 
 
+@checked
 def figure(rows: int = 1, columns: int = 1, spatial: tuple[int, ...] = ()) -> Figure:
     """Empty figure for a report; the axes numbered in spatial are three-dimensional."""
     made = Figure(figsize=(7.5 * columns, 4.8 * rows), layout="constrained")
@@ -38,6 +42,7 @@ def figure(rows: int = 1, columns: int = 1, spatial: tuple[int, ...] = ()) -> Fi
     return made
 
 
+@checked
 def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float | None = None, alternating: bool = False) -> Axes:
     """Transmission error over some pitches, a curve per torque.
 
@@ -69,6 +74,7 @@ def _cycle_mean(phase: np.ndarray, te: np.ndarray, pitches: int) -> np.ndarray:
     return np.trapezoid(closed, np.append(phase, phase[0] + pitches), axis=1)[:, None] / pitches
 
 
+@checked
 def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Secant mesh stiffness F / STE over the phase, a curve per torque above 0."""
     ax = _axes(ax)
@@ -88,6 +94,7 @@ def _colours(torque: np.ndarray) -> np.ndarray:
     return colormaps["viridis"](np.linspace(0, 0.85, torque.size))
 
 
+@checked
 def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances | None = None) -> Axes:
     """Dynamic transmission error of one stage over its mesh frequency, and the resonances found in its envelope.
 
@@ -116,7 +123,8 @@ def _title(data: xr.Dataset) -> str:
         return stage
 
 
-def plot_envelopes(runs, ax: Axes | None = None, stage: int = 0) -> Axes:
+@checked
+def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int = 0) -> Axes:
     """Half peak to peak of the DTE of several runs over mesh frequency; runs: name -> `exugear.Run` or its data."""
     ax = _axes(ax)
     for (name, run), style in zip(runs.items(), cycle(("-", "--", ":")), strict=False):
@@ -140,6 +148,7 @@ def _mark(ax: Axes, outline: Envelope, found: Resonances) -> None:
         text.set(rotation=90, ha="center", fontsize="small")
 
 
+@checked
 def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float = 3.2, decibels: float = 60.0) -> Axes:
     """Order map of the DTE of one stage: amplitude over speed and order of its mesh, so far below the highest.
 
@@ -170,7 +179,8 @@ def _visible(order: np.ndarray, amplitude: np.ndarray, lines: int = 120) -> tupl
     return middle, amplitude[:, :n].reshape(len(amplitude), -1, share).max(axis=2)
 
 
-def plot_section(points, quads, ax: Axes | None = None, height: float | None = None) -> Axes:
+@checked
+def plot_section(points: Numbers, quads: Numbers, ax: Axes | None = None, height: float | None = None) -> Axes:
     """Transverse section of a mesh, points (2, n) [m] and quads (4, n); height: only that much below the tip [m]."""
     ax = _axes(ax)
     points, quads = np.asarray(points) / mm, np.asarray(quads)
@@ -184,7 +194,8 @@ def plot_section(points, quads, ax: Axes | None = None, height: float | None = N
     return ax
 
 
-def plot_solid(points, facets, ax: Axes | None = None) -> Axes:
+@checked
+def plot_solid(points: Numbers, facets: Numbers, ax: Axes | None = None) -> Axes:
     """Surface of a solid mesh in space, points (3, n) [m] and the rings of its outer facets (4, n)."""
     ax = _axes(ax, projection="3d")
     corners = np.asarray(points)[:, np.asarray(facets)].transpose(2, 1, 0) / mm

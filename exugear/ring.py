@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import acos, cos, inf, pi
 
+from fem.arguments import checked
 from fem.gear import Gear, require
 from fem.representation import short
 from fem.units import mm
@@ -19,6 +20,7 @@ class Ring:
     beta: float
 
 
+@checked
 @short(a="mm", backlash="um")
 @dataclass(frozen=True)
 class RingPair:

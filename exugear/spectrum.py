@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from fem.arguments import Numbers, checked
 from fem.gear import require
 
 #: Half the width of the Gaussian that spreads samples over a grid [cells]: amplitudes to 1e-6.
@@ -44,7 +45,8 @@ class OrderSpectrum(NamedTuple):
     amplitude: np.ndarray
 
 
-def envelope(place, signal, windows: int = 280, *, cycles=None) -> Envelope:
+@checked
+def envelope(place: Numbers, signal: Numbers, windows: int = 280, *, cycles: Numbers | None = None) -> Envelope:
     """Envelope of signal (n,) over place (n,) (time, speed or mesh frequency) in equally long windows.
 
     cycles      (n,) mesh cycles passed up to each sample, if given: windows are joined until each holds a whole one
@@ -87,7 +89,8 @@ def _between_samples(signal: np.ndarray) -> np.ndarray:
     return found
 
 
-def resonances(place, amplitude, prominence: float = 0.05) -> Resonances:
+@checked
+def resonances(place: Numbers, amplitude: Numbers, prominence: float = 0.05) -> Resonances:
     """Peaks of amplitude (n,) over place (n,) that stand out by prominence times the largest amplitude.
 
     They must also stand out of the scatter of the amplitudes, and lie within the range: what rises to its end is none.
@@ -108,7 +111,10 @@ def _scatter(amplitude: np.ndarray) -> float:
     return SCATTERS * float(np.median(np.abs(np.diff(amplitude, 2)))) / (0.6745 * np.sqrt(6))
 
 
-def order_spectrum(time, speed, signal, *, orders: float, revolutions: int = 8, overlap: float = 0.75) -> OrderSpectrum:
+@checked
+def order_spectrum(
+    time: Numbers, speed: Numbers, signal: Numbers, *, orders: float, revolutions: int = 8, overlap: float = 0.75
+) -> OrderSpectrum:
     """Amplitudes of a signal (n,) over the orders of a shaft that turns with speed (n,) [rad/s].
 
     time            (n,) [s]

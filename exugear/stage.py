@@ -7,12 +7,14 @@ import xarray as xr
 
 from exugear.force import MeshForce
 from exugear.shaft import Shaft
+from fem.arguments import checked
 from fem.gear import Gear, GearPair, require
 from fem.representation import field_text, short
 from fem.ste import pair_of
 from fem.units import mm
 
 
+@checked
 @short(damping="N s/m", backlash="um", angle="deg")
 @dataclass(frozen=True, eq=False)
 class Stage:
@@ -60,11 +62,9 @@ class Stage:
         return self.mesh  # type: ignore[return-value]
 
     def _from_map(self) -> MeshForce:
-        kind = type(self.mesh).__name__
-        require(isinstance(self.mesh, xr.Dataset), f"mesh must be an STE map or a MeshForce, got {kind}")
         if self.pair is None:
-            object.__setattr__(self, "pair", pair_of(self.mesh))
-        return MeshForce.from_ste(self.mesh, damping=self.damping or 0.0, backlash=self.backlash)
+            object.__setattr__(self, "pair", pair_of(self.mesh))  # type: ignore[arg-type]
+        return MeshForce.from_ste(self.mesh, damping=self.damping or 0.0, backlash=self.backlash)  # type: ignore[arg-type]
 
     def _find_gears(self) -> tuple[float, float]:
         pinions = carried(self.fast, self.pair.pinion, "pinion")

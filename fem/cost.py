@@ -16,8 +16,8 @@ from fem.accuracy import (
     along,
     edges_of,
 )
+from fem.arguments import Numbers, checked
 from fem.cache import known
-from fem.checks import require_kind
 from fem.compliance import NEAR, WHOLE, solutions
 from fem.gear import GearPair
 from fem.mesh import Density
@@ -69,17 +69,21 @@ class MapCost:
         return f"{self.states} states{checks} of {each}, {finite}: {about}, {self.memory / 1e6:.2g} MB of map"
 
 
+@checked
 def map_cost(
-    pair: GearPair, torque, phases=30, *, offsets: Offsets | None = None, accuracy: float | Resolution | None = None
+    pair: GearPair,
+    torque: Numbers | UpTo,
+    phases: Numbers | None = 30,
+    *,
+    offsets: Offsets | None = None,
+    accuracy: float | Resolution | None = None,
 ) -> MapCost:
     """What `fem.static_transmission_error` of the same arguments costs, before it runs.
 
     With an accuracy to choose by it is the cost of the coarsest mesh, fewest phases and torques: at least that.
     Raises ValueError for bad input.
     """
-    require_kind("pair", pair, GearPair)
     offsets = Offsets() if offsets is None else offsets
-    require_kind("offsets", offsets, Offsets)
     values = offsets.values(pair)
     check_places(pair, values["a"], values["axial"])
     if accuracy is None or isinstance(accuracy, Resolution):

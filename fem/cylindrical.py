@@ -7,6 +7,7 @@ from math import acos, asin, atan, cos, hypot, pi, sin, sqrt, tan
 import numpy as np
 
 from fem import flank as flanks
+from fem.arguments import checked
 from fem.checks import as_floats, number, require, require_within
 from fem.data_sheet import GEAR, DataSheet, listed
 from fem.flank import Face, Flank, Sides
@@ -249,6 +250,7 @@ class Gear:
         """Extent of a flank."""
         return Face(self.roll_form, self.roll_tip, self.b, self.r_b, self.z, land=self.thickness(self.r_a))
 
+    @checked
     def thickness(self, r: float) -> float:
         """Transverse tooth thickness on the circle of radius r >= r_b [m]."""
         return 2 * r * (self.s_t / (2 * self.r) + involute(self.alpha_t) - involute(acos(self.r_b / r)))

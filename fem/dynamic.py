@@ -14,6 +14,7 @@ import xarray as xr
 from skfem import ElementQuad1
 from skfem.element import Element
 
+from fem.arguments import checked
 from fem.body import clamped_pair
 from fem.checks import as_floats, number, require_kind
 from fem.gear import GearPair, require
@@ -112,6 +113,7 @@ class Newmark:
         return ahead, slower, Motion((0 * rate.u[0], 0 * rate.u[1]), 0.0)
 
 
+@checked
 def transmission_error(
     pair: GearPair,
     torque: float,
@@ -131,7 +133,7 @@ def transmission_error(
     """
     element = element or ElementQuad1()
     require(element.dim == 2, f"element must be a quadrilateral (plane strain), got {type(element).__name__}")
-    torque, run, density = checked(pair, torque, run, density, element)
+    torque, run, density = checked_run(pair, torque, run, density, element)
     pitch = 2 * np.pi / pair.pinion.z
     times = run.times(pitch)
     rule = Newmark(run.alpha, times[1] - times[0])
@@ -150,7 +152,7 @@ def transmission_error(
     return over_time(times, te, phase, of_moment).assign_attrs(attributes)
 
 
-def checked(pair: GearPair, torque, run: RunUp | None, density: Density | None, element: Element):
+def checked_run(pair: GearPair, torque, run: RunUp | None, density: Density | None, element: Element):
     """Torque, run-up and density, those not given by default; ValueError for what time integration does not take."""
     density, run = Density() if density is None else density, RunUp() if run is None else run
     check(pair, element, density)

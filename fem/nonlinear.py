@@ -16,6 +16,7 @@ from scipy.linalg import cho_factor, cho_solve
 from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 from skfem.element import Element
 
+from fem.arguments import checked
 from fem.body import ALIKE, Body, added_across, clamped_pair, farthest_tooth, flexibility
 from fem.checks import number, require_kind
 from fem.flank import pitch_deviations
@@ -37,6 +38,7 @@ ROUNDING = 1e-9
 ELEMENTS = ElementQuad1, ElementQuad2, ElementHex1, ElementHex2
 
 
+@checked
 def static_transmission_error(
     pair: GearPair,
     torque,

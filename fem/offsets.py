@@ -5,6 +5,7 @@ from math import cos, sin
 
 import numpy as np
 
+from fem.arguments import checked
 from fem.checks import numbers
 from fem.gear import GearPair, require
 from fem.representation import short
@@ -52,6 +53,7 @@ class Offsets:
             slope = f"{name} must lie within {LARGEST_ANGLE} rad, got {largest}; pass radians: 0.5e-3"
             require(bool(largest < LARGEST_ANGLE), slope)
 
+    @checked
     def values(self, pair: GearPair) -> dict[str, np.ndarray]:
         """Values of each offset of a pair, (n,)."""
         found = {part.name: np.atleast_1d(getattr(self, part.name)) for part in fields(self) if part.name != "a"}

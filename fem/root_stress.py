@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from fem import elastic
+from fem.arguments import Numbers, checked
 from fem.elastic import Body
 from fem.gear import Gear, GearPair
 from fem.loads import LEAST_INCLINATION, FlankLoad, encounters, flank_loads, inclination, outline, with_loaded_teeth
@@ -23,10 +24,11 @@ ROOT = Density(flank=6, fillet=6, land=2, tooth=4, rim=3, body=4, width=3, rim_p
 CONTACT = ("hertz_pressure", "peak_pressure", "tip_contact")
 
 
+@checked
 def root_stress(
     pair: GearPair,
-    torque,
-    phases=30,
+    torque: Numbers,
+    phases: Numbers = 30,
     *,
     offsets: Offsets | None = None,
     density: Density = ROOT,

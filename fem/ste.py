@@ -8,6 +8,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
+from fem.arguments import FilePath, Numbers, checked
 from fem.cache import whole
 from fem.flank import alike, from_text, to_text
 from fem.gear import Gear, GearPair, Material, require
@@ -27,7 +28,10 @@ OFFSETS = {
 LAW_OFFSETS = ("a", "misalignment", "axial")
 
 
-def ste_map(pair: GearPair, torque, phase, te, offsets: dict | None = None, **attributes) -> xr.Dataset:
+@checked
+def ste_map(
+    pair: GearPair, torque: Numbers, phase: Numbers, te: Numbers, offsets: dict | None = None, **attributes
+) -> xr.Dataset:
     """Dataset with te [m] over torque [N m], offsets and phase [1]; pair and further inputs stand in the attributes.
 
     torque      (n_torque,) pinion torque F r_b1 of the mesh force F, increasing from 0 (unloaded transmission error)
@@ -169,6 +173,7 @@ def _gear(attributes, name: str) -> Gear:
     return Gear(material=material, flank=flank, **sizes)  # type: ignore[arg-type]
 
 
+@checked
 def pair_of(data: xr.Dataset) -> GearPair:
     """The gear pair whose inputs stand in the map's attributes; ValueError where they are not there."""
     try:
@@ -179,7 +184,8 @@ def pair_of(data: xr.Dataset) -> GearPair:
         raise ValueError(f"the map's attributes are no gear pair: {error}; make the map with fem.ste_map") from error
 
 
-def save(data: xr.Dataset, path) -> Path:
+@checked
+def save(data: xr.Dataset, path: FilePath) -> Path:
     """Write compressed netCDF whole or not at all, from memory: HDF5 itself does not survive a full disk."""
     path, content = Path(path), BytesIO()
     packed = {name: {"zlib": True, "complevel": 1} for name, values in data.variables.items() if values.dtype == float}
@@ -189,7 +195,8 @@ def save(data: xr.Dataset, path) -> Path:
     return path
 
 
-def load(path) -> xr.Dataset:
+@checked
+def load(path: FilePath) -> xr.Dataset:
     """Read and check an STE map that `save` or Dataset.to_netcdf wrote; ValueError for a file that is none."""
     return check(read(path, "make the map again"))
 

@@ -16,6 +16,7 @@ from skfem.io.meshio import to_meshio
 
 from fem import elastic, recovery
 from fem import mesh as meshes
+from fem.arguments import checked
 from fem.checks import number, require_kind
 from fem.elastic import FINE, SOLID, Body
 from fem.gear import Gear, GearPair, require
@@ -56,6 +57,7 @@ class Field:
         """Largest principal stress in the fillets of the loaded teeth [Pa]."""
         return float(self.principal[self.fillet].max(initial=0.0))
 
+    @checked
     def deformed(self, scale: float) -> np.ndarray:
         """(dim, n) points with displacement and turn of the hub scaled; what touches, touches at any scale."""
         x, y = self.points[:2] - self.centre[:2, None]
@@ -64,6 +66,7 @@ class Field:
         return moved
 
 
+@checked
 def plane_fields(
     pair: GearPair,
     torque: float,
@@ -99,6 +102,7 @@ def plane_fields(
     return fields[0], fields[1]
 
 
+@checked
 def solid_fields(
     pair: GearPair,
     torque: float,
@@ -184,6 +188,7 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
     return np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1)))
 
 
+@checked
 def save_vtu(fields, path) -> Path:
     """Write the fields of one or both gears as one VTU file, whole or not at all.
 
