@@ -17,7 +17,7 @@ from exugear.map_range import beyond_map
 from exugear.native import native
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
-from fem.arguments import Item, checked
+from fem.arguments import checked
 from fem.gear import GearPair, require
 
 #: For derivatives by coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences move an angle by 1e-7
@@ -33,7 +33,7 @@ NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG
 def CreateGearContact(
     mbs: exu.MainSystem,
     name: str = "",
-    itemNumbers: Sequence[Item] = (None, None),  # type: ignore[assignment]
+    itemNumbers: Sequence[int] = (None, None),  # type: ignore[assignment]
     pair: GearPair | RingPair = None,  # type: ignore[assignment]
     force: MeshForce = None,  # type: ignore[assignment]
     localPositions: Sequence[Sequence[float]] = ((0, 0, 0), (0, 0, 0)),
@@ -98,7 +98,7 @@ def add_forces(mbs, name: str, items, kernel, law: np.ndarray, frame: np.ndarray
     return mbs.AddObject(item)
 
 
-def contact_key(number: Item) -> str:
+def contact_key(number: int) -> str:
     """Under which mbs.variables keeps the kernel of a contact, for its sensors."""
     return f"gear contact {int(number)}"
 

@@ -13,7 +13,7 @@ from exugear.kernels import SPIN
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
 from exugear.sliding import friction_of
-from fem.arguments import Item, checked
+from fem.arguments import checked
 from fem.gear import GearPair, require
 
 
@@ -21,7 +21,7 @@ from fem.gear import GearPair, require
 def CreateGearFriction(
     mbs: exu.MainSystem,
     name: str = "",
-    itemNumbers: Sequence[Item] = (None, None),  # type: ignore[assignment]
+    itemNumbers: Sequence[int] = (None, None),  # type: ignore[assignment]
     pair: GearPair | RingPair = None,  # type: ignore[assignment]
     force: MeshForce = None,  # type: ignore[assignment]
     friction: MeshFriction = None,  # type: ignore[assignment]

@@ -16,7 +16,7 @@ from exudyn import graphics
 
 from exugear.items import object_of
 from fem import profile
-from fem.arguments import Item, checked
+from fem.arguments import checked
 from fem.gear import Gear, GearPair, require
 from fem.units import mm
 
@@ -84,13 +84,13 @@ def meshing_angles(pair: GearPair, theta: float = 0.0, direction: int = 1) -> tu
 
 
 @checked
-def add_gear_graphics(mbs: exu.MainSystem, body: Item, gear: Gear, **options) -> None:
+def add_gear_graphics(mbs: exu.MainSystem, body: int, gear: Gear, **options) -> None:
     """Let a body of a hand-built model be drawn with a gear, besides what it shows; options of `gear_graphics`."""
     add_graphics(mbs, body, gear_graphics(gear, **options))
 
 
 @checked
-def add_graphics(mbs: exu.MainSystem, body: Item, data: dict[str, Any]) -> None:
+def add_graphics(mbs: exu.MainSystem, body: int, data: dict[str, Any]) -> None:
     """Let a body be drawn with graphics data besides what it shows; ValueError where it cannot."""
     known = object_of(mbs, "body", body, addGraphicsData=True)
     require(

@@ -9,13 +9,13 @@ from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.connector import contact_key
 from exugear.recorder import COLUMNS, Recorder
-from fem.arguments import Item, checked
+from fem.arguments import checked
 from fem.gear import require
 
 
 @checked
 def CreateGearSensor(
-    mbs: exu.MainSystem, contact: Item, name: str = "", fileName: str = "", storeInternal: bool = False
+    mbs: exu.MainSystem, contact: int, name: str = "", fileName: str = "", storeInternal: bool = False
 ) -> int:
     """Sensor of a gear contact; also mbs.CreateGearSensor.
 
@@ -34,7 +34,7 @@ def CreateGearSensor(
     return mbs.AddSensor(item)
 
 
-def reading(measured: Callable, contact: Item) -> Callable:
+def reading(measured: Callable, contact: int) -> Callable:
     """Exudyn's user function: one call of the contact's kernel with a record of its own."""
     recorder = Recorder()
     recorder.start(1.0, 1)

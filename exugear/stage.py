@@ -63,7 +63,7 @@ class Stage:
 
     def _from_map(self) -> MeshForce:
         if self.pair is None:
-            object.__setattr__(self, "pair", pair_of(self.mesh))  # type: ignore[arg-type]
+            object.__setattr__(self, "pair", pair_of(self.mesh))
         return MeshForce.from_ste(self.mesh, damping=self.damping or 0.0, backlash=self.backlash)  # type: ignore[arg-type]
 
     def _find_gears(self) -> tuple[float, float]:

@@ -6,17 +6,16 @@ from functools import cache, wraps
 from inspect import Parameter, signature
 from os import PathLike
 from types import UnionType
-from typing import Annotated, Any, SupportsIndex, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from fem.checks import kind_name, number, numbers, told, whole_number
 
 Made = TypeVar("Made", bound=Callable)
-#: Hints of arguments that take a number or arrays of numbers, the name of a file, or a number that Exudyn gave.
+#: Hints of arguments that take a number or arrays of numbers, and of those that take the name of a file.
 Numbers = Annotated[Any, numbers]
 FilePath = str | PathLike[str]
-Item = SupportsIndex
 #: Checks of what a hint stands for, raising ValueError, and how the hints read.
 CHECKS: dict[Any, Callable] = {float: number, int: whole_number, np.ndarray: numbers}
 WORDS = {
@@ -25,7 +24,6 @@ WORDS = {
     np.ndarray: "real numbers",
     bool: "True or False",
     str: "a string",
-    SupportsIndex: "a number that Exudyn gave",
     PathLike: "a path",
     Callable: "a function",
     type(None): "None",

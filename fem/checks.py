@@ -4,6 +4,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import fields
 from numbers import Real
+from typing import SupportsIndex
 
 import numpy as np
 
@@ -57,10 +58,11 @@ def number(name: str, value) -> float:
 
 
 def whole_number(name: str, value) -> int:
-    """The value as a Python int; ValueError unless it is one whole number."""
-    if number(name, value) % 1 != 0:
+    """The value as a Python int, also of Exudyn's numbers of items; ValueError unless it is one whole number."""
+    plain = int(value) if isinstance(value, SupportsIndex) else value
+    if number(name, plain) % 1 != 0:
         raise ValueError(f"{name} must be a whole number, got {told(value)}")
-    return int(value)
+    return int(plain)
 
 
 def numbers(name: str, values) -> np.ndarray:
