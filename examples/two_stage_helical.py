@@ -1,4 +1,4 @@
-"""A two-stage helical gearbox on elastic bearings: STE maps of both pairs, forces at rest, a run-up.
+"""A two-stage helical gearbox on elastic bearings: STE maps of both pairs, forces at the start, a run-up.
 
     python examples/two_stage_helical.py results
 
@@ -70,14 +70,19 @@ def laws(maps: dict) -> dict[str, exugear.MeshForce]:
     return {name: exugear.MeshForce.from_ste(ste, damping=DAMPING) for name, ste in maps.items()}
 
 
-def axial_forces(box: exugear.Gearbox) -> dict[str, float]:
-    """Of the bearings on every shaft [N]: against the sum of F_bt tan(beta_b) of its gears, by the load alone."""
+def axial_forces(box: exugear.Gearbox, data) -> dict[str, float]:
+    """Of the bearings on every shaft [N]: against the sum of F_bt tan(beta_b) of its gears, at a run's start."""
     found = dict.fromkeys((shaft.name for shaft in box.shafts), 0.0)
-    for stage, force in zip(box.stages, box.static_forces(LOAD), strict=True):
+    for stage, force in zip(box.stages, starting_forces(box, data), strict=True):
         along = box.turns[stage.fast.name] * force * tan(stage.pair.beta_b)
         found[stage.fast.name] -= along
         found[stage.slow.name] += along
     return found
+
+
+def starting_forces(box: exugear.Gearbox, data) -> list[float]:
+    """Mesh forces [N] by the load, and by the inertia of what a run accelerates from its start on."""
+    return box.static_forces(LOAD, float(data["speed"].differentiate("time")[0]))
 
 
 def axial_reactions(data) -> dict[str, float]:
@@ -105,12 +110,12 @@ def varying(run: exugear.Run) -> tuple[np.ndarray, dict[str, np.ndarray]]:
 
 
 def report(model: exugear.Model, opposed: exugear.Gearbox, done: exugear.Run) -> str:
-    """Phases, forces at rest, forces in the run-up."""
+    """Phases, forces at the start, forces in the run-up."""
     box, data = model.gearbox, done.data
     lines = ["phases of the meshes at rest: " + ", ".join(f"{phase:.3f}" for phase in box.phases)]
     lines += ["", "axial force of the bearings [N]  by F_bt tan(beta_b)  in the model  with opposite hands"]
-    measured, other = axial_reactions(data), axial_forces(opposed)
-    for name, force in axial_forces(box).items():
+    measured, other = axial_reactions(data), axial_forces(opposed, data)
+    for name, force in axial_forces(box, data).items():
         lines.append(f"{name:30s}{force:16.1f}{measured[name]:18.1f}{other[name]:18.1f}")
     _, radial = varying(done)
     lines += ["", "radial force of the bearings [N]  at the start   largest rms of its variation"]

@@ -4,6 +4,7 @@ import lazy_loader
 
 from exugear.bearing import Bearing
 from exugear.connector import CreateGearContact
+from exugear.eigenfrequencies import eigenfrequencies
 from exugear.force import MeshForce
 from exugear.friction import MeshFriction
 from exugear.friction_connector import CreateGearFriction
@@ -48,6 +49,7 @@ __all__ = [
     "build",
     "draw",
     "dte_envelope",
+    "eigenfrequencies",
     "envelope",
     "graphics",
     "integrator",

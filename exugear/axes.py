@@ -56,7 +56,7 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     _check_reached(stage, static)
     _check_play(stage, static["a"])
     behind = static_offsets(gearbox, stage, -1) if isfinite(law.backlash) else static
-    alike = [name for name in law.offsets if _is_slight(stage, name, static[name] - behind[name])]
+    alike = [name for name in law.offsets if is_slight(stage, name, static[name] - behind[name])]
     fixed = {name: static[name] for name in alike if name not in moving}
     lines = ["map over " + ", ".join(["phase", "force", *(MEANING[name] for name in law.offsets if name not in fixed)])]
     lines += [f"{MEANING[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
@@ -65,7 +65,7 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     return law.at(**fixed), "; ".join(lines)
 
 
-def _is_slight(stage: Stage, name: str, difference: float) -> bool:
+def is_slight(stage: Stage, name: str, difference: float) -> bool:
     """Whether a map without the axis may ignore a difference of offsets."""
     scale = {"misalignment": stage.pair.b / 2, "a": 1.0, "axial": 1 / stage.pair.b}
     return abs(difference) * scale[name] <= IGNORED[name]
@@ -77,7 +77,7 @@ def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
     for name, value in nominal.items():
         missing = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, its map has no such axis"
         remedy = f"map it with fem.Offsets({name}=(...))"
-        ignored = _is_slight(stage, name, static[name] - value)
+        ignored = is_slight(stage, name, static[name] - value)
         require(name in stage.force.offsets or ignored, f"{missing}; {remedy}")
 
 

@@ -13,6 +13,9 @@ from fem.representation import short
 UNITS = {"radial": "N/m", "axial": "N/m", "tilt": "N m/rad", "damping": "s", "clearance": "m"}
 #: Stiffness [N/m, N m/rad] from which on somebody means a rigid bearing.
 RIGID, RIGID_TILT = 1e13, 1e11
+#: Stiffness below which another unit is meant. Rolling bearings have 10 to 10,000 N/um, the softest rubber mounts 1e4
+#: N/m: on less, a shaft of 1 kg sags by a millimetre. Tilt: two such mounts a centimetre beside the pole.
+SOFT, SOFT_TILT = 1e4, 1.0
 ROUNDING = 1e-9
 
 
@@ -31,7 +34,8 @@ class Bearing:
                 directions; instead of radial and clearance
     matrix      stiffness (6, 6) over x, y, z and about x, y, z [N/m, N/rad, N, N m/rad]; instead of all but damping
 
-    Raises ValueError for stiffness below zero or meant as rigid, tables that fall, matrices that cannot be a stiffness.
+    Raises ValueError for stiffness below zero, meant as rigid or in another unit (0 < k < 1e4 N/m), tables that fall,
+    matrices that cannot be a stiffness.
     """
 
     radial: float = 0.0
@@ -93,10 +97,15 @@ class Bearing:
     def _check_size(self) -> None:
         size = np.diag(self.stiffness)
         require(bool(size.any()), "the bearing holds nothing; give it a stiffness or leave it out")
-        for name, largest, limit in (("stiffness", size[:3].max(), RIGID), ("tilt", size[3:].max(), RIGID_TILT)):
-            unit = "N m/rad" if name == "tilt" else "N/m"
-            rigid = "leave the bearings out for ideal ones"
-            require(largest < limit, f"{name} {largest:.3g} {unit} is meant as rigid (from {limit:g} on); {rigid}")
+        radial = "steepest slope of the table" if self.table is not None else "radial"
+        for i, name in enumerate((radial, radial, "axial", "tilt", "tilt")):
+            name = name if self.matrix is None else f"matrix[{i}, {i}]"
+            soft, rigid, unit = (SOFT, RIGID, "N/m") if i < 3 else (SOFT_TILT, RIGID_TILT, "N m/rad")
+            ideal = f"is meant as rigid (from {rigid:g} on); leave the bearings out for ideal ones"
+            require(size[i] < rigid, f"{name} {size[i]:.3g} {unit} {ideal}")
+            units = f"200 N/um are 200e6 {unit}" if i < 3 else f"200 kN m/rad are 200e3 {unit}"
+            low = f"{name} must be 0 or from {soft:g} {unit} on, got {size[i]:g}; pass {unit}: {units}"
+            require(size[i] == 0 or size[i] >= soft, low)
 
     @property
     def linear(self) -> bool:
@@ -119,9 +128,7 @@ class Bearing:
     @checked
     def at(self, lever: float) -> np.ndarray:
         """(6, 6) stiffness over the motion of a pole that lies lever [m] below the bearing on the shaft's axis."""
-        motion = np.eye(6)
-        motion[0, 4], motion[1, 3] = lever, -lever
-        return motion.T @ self.stiffness @ motion
+        return about_pole(self.stiffness, lever)
 
     @checked
     def radial_force(self, r: Numbers):
@@ -133,3 +140,10 @@ class Bearing:
         if self.table is not None:
             return np.interp(r, *self.table)
         return self.radial * np.maximum(r - self.clearance, 0.0)
+
+
+def about_pole(stiffness: np.ndarray, lever: float) -> np.ndarray:
+    """(6, 6) stiffness over the motion of a pole that lies lever [m] below on the shaft's axis."""
+    motion = np.eye(6)
+    motion[0, 4], motion[1, 3] = lever, -lever
+    return motion.T @ stiffness @ motion

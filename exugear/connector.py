@@ -9,11 +9,11 @@ import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.contact_frame import GearBody, frame_between
+from exugear.divergence import stopped
 from exugear.force import MeshForce
 from exugear.items import object_of
 from exugear.kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN, kernel_of
 from exugear.kinematics import BODY_1, CONTACT_AXES, R_B1, rotational_frame
-from exugear.map_range import beyond_map
 from exugear.native import native
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
@@ -183,7 +183,7 @@ def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorde
         try:
             return kernel(one, two, three, t, *q, *q_t)
         except ValueError as error:
-            raise RuntimeError(beyond_map(law, error.args, float(frame[R_B1]))) from None
+            raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         n, state = len(q), np.array([*q, *q_t])
@@ -194,7 +194,7 @@ def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorde
             try:
                 ahead, behind = (np.array(kernel(one, two, none, t, *x)) for x in (state + nudge, state - nudge))
             except ValueError as error:
-                raise RuntimeError(beyond_map(law, error.args, float(frame[R_B1]))) from None
+                raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
             jacobian[:, i % n] -= (factor if i < n else factor_t) * (ahead - behind) / (2 * nudge[i])
         return jacobian
 

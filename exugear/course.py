@@ -16,6 +16,8 @@ class Line:
 
     def __init__(self, a: float, b: float):
         self.a, self.b = a, b
+        #: At t = 0, and whether the value never changes
+        self.slope, self.steady = b, b == 0
 
     def __call__(self, t):
         return self.a + self.b * t
@@ -31,6 +33,7 @@ class Curve:
         spline = _spline_through(function, duration)
         self.dt, self._value = spline.x[1] - spline.x[0], spline
         self._values, self._integrals = spline.c.T.tolist(), spline.antiderivative().c.T.tolist()
+        self.slope, self.steady = float(spline.c[-2, 0]), np.ptp(spline.c[-1]) == 0
 
     def __call__(self, t):
         return self._value(t) if isinstance(t, np.ndarray) else self._at(self._values, t)

@@ -89,12 +89,16 @@ class Gearbox:
         return rows
 
     @checked
-    def static_forces(self, load: float) -> list[float]:
+    def static_forces(self, load: float, acceleration: float = 0.0) -> list[float]:
         """Mesh forces [N] under a load [N m] against the driven shaft's motion, > 0 on the driving flanks.
+
+        acceleration   of the driving shaft [rad/s^2]; all shafts and the rotors behind their couplings follow it at
+                       their ratios, and their inertia torques add to the load
 
         Loops share the load so that the elastic energy is least, all meshes at their largest stiffness.
         """
         torque = np.array([-self.turns[shaft.name] * load * (shaft.name == self.driven.name) for shaft in self.shafts])
+        torque -= [shaft.turning_inertia * self.ratios[shaft.name] * acceleration for shaft in self.shafts]
         root = np.sqrt([stage.force.stiffness_max for stage in self.stages])
         balance = (self.rows * root[:, None]).T[1:]
         return (root * np.linalg.lstsq(balance, torque[1:])[0]).tolist()

@@ -222,6 +222,13 @@ def at_rest(law, frame):
     return lead - opening, opening, phase if side > 0.0 else law[BACK_PHASE] - phase
 
 
+@kept
+def offsets_at(law, frame, q_1, q_2):
+    """Offsets (3) as the map counts them of two Rxyz bodies with displacements q (6)."""
+    _, _, _, _, offsets, _ = meeting(law, frame, q_1, q_2)
+    return offsets
+
+
 @compiled
 def spatial_mesh(law, frame, q_1, q_2, v_1, v_2):
     """(deflection [m], force [N], generalized forces (6), (6), offsets (3), centroid [m]) of two Rxyz bodies.

@@ -85,6 +85,10 @@ class Solver:
         """Exudyn's solver over the whole run, and its settings."""
         h, mbs = self.rule.step, self.model.mbs
         settings = settings_for(self.rule, h, self.tolerance)
+        if not self.speed_of.steady:
+            # Exudyn's initial accelerations leave out the slope of an imposed speed; those of the state hold it.
+            settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
+            self._evaluate()
         engine: Any = exu.MainSolverImplicitSecondOrder()
         settings.timeIntegration.endTime = self.steps.number * h
         settings.timeIntegration.numberOfSteps = self.steps.number
@@ -95,6 +99,15 @@ class Solver:
             yield engine, settings
         finally:
             engine.FinalizeSolver(mbs, settings)
+
+    def _evaluate(self) -> None:
+        """All forces in the initial state: their first samples."""
+        settings, mbs = settings_for(self.rule, self.rule.step, self.tolerance), self.model.mbs
+        settings.solution.sensors.active = False
+        solver: Any = exu.MainSolverStatic()
+        solver.InitializeSolver(mbs, settings)
+        solver.ComputeODE2RHS(mbs)
+        solver.FinalizeSolver(mbs, settings)
 
     @contextmanager
     def _explained(self, rule: Rule) -> Iterator[None]:

@@ -10,6 +10,7 @@ from exugear.axes import Coordinates, stage_law
 from exugear.force import MeshForce
 from exugear.gearbox import Gearbox
 from exugear.integrator import ANGLE_AT_1E3, ANGLE_ON_BEARINGS_AT_1E3, BOUND_MARGIN, STABLE, Rule, rule
+from exugear.reach import missing_axes
 from exugear.shaft import Shaft
 from exugear.stage import Stage
 from fem.arguments import checked
@@ -19,6 +20,7 @@ COST = {Coordinates.SPIN: 4e-6, Coordinates.PLANAR: 8e-6, Coordinates.BEARINGS: 
 SAMPLE = 48
 SAMPLE_ON_BEARINGS = 130
 ROUNDING = 1e-9
+UNDAMPED = "damping: none, vibrations do not decay; give Stage(damping_ratio=0.06)"
 JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
 
 
@@ -30,6 +32,7 @@ class Plan:
     why         reason per shaft
     laws        force law of every stage by its label, with the axes that the scene needs
     axes        reason per stage
+    undamped    whether no mesh, bearing or coupling is damped
     omega       bound on the highest eigenfrequency of the built model, meshes at their stiffest [rad/s]; 0: not built
     omega_mesh  the same of those in which meshes take part: what the step resolves [rad/s]; 0: not built
     """
@@ -38,6 +41,7 @@ class Plan:
     why: Mapping[str, str]
     laws: Mapping[str, MeshForce]
     axes: Mapping[str, str]
+    undamped: bool = False
     omega: float = 0.0
     omega_mesh: float = 0.0
 
@@ -83,6 +87,7 @@ class Plan:
     def __str__(self) -> str:
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
+        lines += [UNDAMPED] * self.undamped
         for label, law in self.laws.items():
             if law.jumps.size:
                 lines.append(f"{label}: {JUMPS.format(', '.join(f'{x:.3f}' for x in law.jumps))}")
@@ -100,8 +105,11 @@ class Plan:
 
 
 @checked
-def plan(gearbox: Gearbox) -> Plan:
+def plan(gearbox: Gearbox, *, load: float | None = None) -> Plan:
     """Coordinates and axes of the maps that the scene needs, and why: what is absent is skipped.
+
+    load   on the driven shaft [N m], under which the plan tells how far gears move along axes that their maps lack; by
+           default the largest that all maps carry
 
     Raises ValueError for displaced shafts whose map lacks the axis.
     """
@@ -110,8 +118,15 @@ def plan(gearbox: Gearbox) -> Plan:
     labelled = zip(gearbox.labels, gearbox.stages, strict=True)
     laws = {label: stage_law(gearbox, stage, shafts) for label, stage in labelled}
     why = {name: reason for name, (_, reason) in found.items()}
-    axes = {label: text for label, (_, text) in laws.items()}
-    return Plan(shafts, why, {label: law for label, (law, _) in laws.items()}, axes)
+    lacking = dict(zip(laws, missing_axes(gearbox, shafts, load), strict=True))
+    axes = {label: "; ".join(filter(None, (text, lacking[label]))) for label, (_, text) in laws.items()}
+    return Plan(shafts, why, {label: law for label, (law, _) in laws.items()}, axes, _undamped(gearbox))
+
+
+def _undamped(gearbox: Gearbox) -> bool:
+    """Whether no mesh, bearing or coupling is damped."""
+    parts = [part for shaft in gearbox.shafts for part in (shaft.coupling, *shaft.bearings.values()) if part]
+    return not any(part.damping for part in (*parts, *(stage.force for stage in gearbox.stages)))
 
 
 def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:

@@ -110,10 +110,10 @@ def run_up(
     checks      so many hundredths of the run, the liveliest among them, are solved again at half the step; what that
                 changes stands as step_error in the data, unless they are short
 
-    The run starts from static equilibrium under the initial load. Raises ValueError for input out of range and a step
-    beyond the stability limit; RunStopped, a RuntimeError with what was computed, where the run leaves the map,
-    bearings yield until the teeth part, or Newton's iteration fails. Ctrl-C raises KeyboardInterrupt with the same
-    attribute run.
+    The run starts from equilibrium under the initial load and the inertia torques of the speed's initial slope. Raises
+    ValueError for input out of range and a step beyond the stability limit; RunStopped, a RuntimeError with what was
+    computed, where the run leaves the map, bearings yield until the teeth part, or Newton's iteration fails. Ctrl-C
+    raises KeyboardInterrupt with the same attribute run.
     """
     model = measured(model)
     require_within("duration", duration, 0, 1e5, remedy="s")
@@ -125,7 +125,7 @@ def run_up(
     rule = _rule(model, tolerance, step, _fastest(model, speed_of, duration))
     steps, jumps = _steps(model, rule.step, duration, sample, speed_of, tolerance if step is None else None)
     with shown(progress), quiet(), imposed(model, speed_of, load_of):
-        start(model, finite(load_of(0.0), 0.0), float(speed_of(0.0)))
+        start(model, finite(load_of(0.0), 0.0), float(speed_of(0.0)), speed_of.slope)
         for mesh in model.meshes:
             mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, motion=on_bearings(model, mesh))
         began = clock.perf_counter()

@@ -6,7 +6,8 @@ import exudyn.itemInterface as eii
 import numpy as np
 from numba import carray
 
-from exugear.bearing import Bearing
+from exugear.bearing import Bearing, about_pole
+from exugear.divergence import DIVERGED, FAR
 from exugear.kernels import PLANAR, SPATIAL
 from exugear.recorder import at
 from exugear.shaft import Shaft
@@ -15,7 +16,7 @@ from fem.compiled import compiled, kept
 SIZE, LEVER, DAMPING = range(3)
 HEADER = 3
 #: Past the clearance the force grows in proportion, this far [m].
-FAR = 1.0
+REACH = 1.0
 NUDGE, NUDGE_T = 1e-9, 1e-6
 #: Coordinates of a body among displacements and tilts
 TAKEN = {PLANAR: [0, 1, 5], SPATIAL: [0, 1, 2, 3, 4, 5]}
@@ -25,20 +26,19 @@ def radial_table(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
     """Radial displacement [m] and force [N] of a nonlinear bearing, linear in between."""
     if bearing.table is not None:
         return np.array(bearing.table[0]), np.array(bearing.table[1])
-    return np.array([0.0, bearing.clearance, bearing.clearance + FAR]), np.array([0.0, 0.0, bearing.radial * FAR])
+    return np.array([0.0, bearing.clearance, bearing.clearance + REACH]), np.array([0.0, 0.0, bearing.radial * REACH])
 
 
 def linear_part(bearing: Bearing, lever: float) -> np.ndarray:
     """(6, 6) stiffness about a pole lever [m] below, without the radial one of a nonlinear bearing."""
     if bearing.linear:
         return bearing.at(lever)
-    rest = bearing.axial or bearing.tilt
-    return Bearing(axial=bearing.axial, tilt=bearing.tilt).at(lever) if rest else np.zeros((6, 6))
+    return about_pole(np.diag([0.0, 0.0, bearing.axial, bearing.tilt, bearing.tilt, 0.0]), lever)
 
 
 def radial_part(k: float, lever: float) -> np.ndarray:
     """(6, 6) stiffness about a pole lever [m] below of a radial spring k [N/m]."""
-    return Bearing(radial=k).at(lever) if k else np.zeros((6, 6))
+    return about_pole(np.diag([k, k, 0.0, 0.0, 0.0, 0.0]), lever)
 
 
 def add_bearings(mbs, node: int, shaft: Shaft, kind: str) -> None:
@@ -98,8 +98,8 @@ def user_functions(bearing: Bearing, lever: float):
             return seat_forces(address, *q, *q_t)
         except ValueError as error:
             r, end = error.args
-            grow = f"displacement {r:.4g} m of a bearing lies beyond its table, which ends at {end:.4g} m; extend it"
-            raise RuntimeError(grow) from None
+            grow = f"displacement {r:.4g} m of a bearing lies beyond its table, which ends at {end:.4g} m"
+            raise RuntimeError(f"{grow}; {'extend it' if r < FAR else DIVERGED}") from None
 
     def bearing_force(mbs, t, item, q, q_t):
         return called(q, q_t)

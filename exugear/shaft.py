@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import inf, isfinite, pi
+from math import inf, isfinite, pi, sqrt
 from typing import Annotated
 
 import numpy as np
@@ -13,6 +13,9 @@ from fem.gear import Gear, number, require, told
 from fem.representation import short
 from fem.units import mm
 
+#: Radius of gyration of discs [m], and relaxation time of couplings [s], beyond which another unit is meant; stiffness
+#: of a coupling [N m/rad] from which on somebody means a rigid one.
+GYRATION, RELAXATION, RIGID = (1e-5, 5.0), 1.0, 1e12
 #: Least eigenvalue of a support of unit diagonal that holds.
 LEAST_HOLD = 1e-12
 
@@ -44,6 +47,10 @@ class Disc:
         possible = self.inertia <= 2 * self.transverse * (1 + 1e-9)
         got = f"got {self.inertia:g} and {self.transverse:g} kg m^2"
         require(possible, f"inertia of a disc cannot exceed twice its transverse one, {got}")
+        gyration = sqrt(self.inertia / self.mass)
+        far = f"a disc of {self.mass:g} kg and {self.inertia:g} kg m^2 has a radius of gyration of {gyration:.3g} m"
+        least, largest = GYRATION
+        require(least < gyration < largest, f"{far}; pass kg and kg m^2: 85 kg cm^2 are 85e-4")
 
     @classmethod
     @checked
@@ -74,7 +81,11 @@ class Coupling:
 
     def __post_init__(self):
         require_all("a coupling", self, {"torsion": "N m/rad", "inertia": "kg m^2"})
+        rigid = f"torsion {self.torsion:g} N m/rad is meant as rigid (from {RIGID:g} on)"
+        require(self.torsion < RIGID, f"{rigid}; leave the coupling out and add a Disc")
         require(0 <= self.damping < inf, f"damping of a coupling must be >= 0 N m s/rad, got {self.damping}")
+        slow = f"damping / torsion of a coupling must stay below {RELAXATION:g} s, got {self.damping / self.torsion:g}"
+        require(self.damping < RELAXATION * self.torsion, f"{slow}; pass N m s/rad and N m/rad: 20 kN m/rad are 20e3")
 
 
 @checked
@@ -236,6 +247,11 @@ class Shaft:
     def coupling(self) -> Coupling | None:
         """The coupling to an outside rotor, if there is one."""
         return next((part for _, part in self._placed(Coupling)), None)
+
+    @property
+    def turning_inertia(self) -> float:
+        """Inertia about z of the shaft and of the rotor behind its coupling [kg m^2]."""
+        return self.inertia + (self.coupling.inertia if self.coupling else 0.0)
 
     @property
     def support(self) -> np.ndarray:

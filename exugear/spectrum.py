@@ -125,7 +125,7 @@ def order_spectrum(
     Each line is a Fourier integral over the angle, from the samples at the angles where they lie: nothing is
     interpolated, and what lies above the highest order is not folded below it. Lines with fewer than 2.05 samples per
     period of the highest order are left out. With speed = 2 pi mesh_frequency orders are those of the mesh, revolutions
-    mesh cycles. Raises ValueError where no line remains.
+    mesh cycles. Raises ValueError for signals shorter than a line, and where no line remains.
     """
     time, speed, signal = (np.asarray(x, float) for x in (time, speed, signal))
     _check_signal(time, signal)
@@ -133,6 +133,8 @@ def order_spectrum(
     require(orders > 0 and revolutions >= 1, f"orders must be > 0, revolutions >= 1, got {orders}, {revolutions}")
     require(0 <= overlap < 1, f"overlap must lie in [0, 1) as share of a line, got {overlap}")
     turns = scipy.integrate.cumulative_trapezoid(np.abs(speed), time, initial=0) / (2 * np.pi)
+    short = f"the signal holds {turns[-1]:.3g} revolutions, a line takes {revolutions}"
+    require(turns[-1] * (1 + 1e-9) > revolutions, f"{short}; record longer, or pass fewer revolutions")
     passed = np.abs(speed) * np.gradient(time) / (2 * np.pi)
     lines = _sampled_lines(turns, passed, orders, revolutions, overlap)
     require(bool(lines), f"no {revolutions} revolutions are sampled well enough for order {orders:g}; sample finer")

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from exugear.equilibrium import UNIT
 from exugear.model import Model, on_bearings
 from exugear.steps import Steps
 from fem.units import mm
@@ -33,7 +34,7 @@ def _out_of_mesh(model: Model, number: int) -> tuple[int, str]:
             apart = bisect_left(peaks, True, key=partial(_is_apart, pair))
             if apart < number:
                 far = f"bearings of {mesh.stage.name} yield to a centre distance of {peaks[apart] / mm:.6g} mm"
-                return apart, f"{far}, where the pair cannot run; try less load or stiffer bearings"
+                return apart, f"{far}, where the pair cannot run; try less load or stiffer bearings {UNIT}"
     return number, ""
 
 

@@ -62,6 +62,13 @@ def test_linear_bearings_are_positional_and_comparable():
     ("changes", "message"),
     [
         ({}, "holds nothing"),
+        ({"radial": 200}, r"radial must be 0 or from 10000 N/m on, got 200; pass N/m: 200 N/um are 200e6"),
+        ({"radial": 2e8, "axial": 100}, "axial must be 0 or from 10000 N/m on, got 100"),
+        ({"radial": 2e8, "axial": 1e8, "tilt": 0.2}, r"tilt must be 0 or from 1 N m/rad on, got 0.2"),
+        ({"radial": 200, "clearance": 5e-6}, "200 N/um are 200e6"),
+        ({"table": ([0, 1e-5, 2e-5], [0, 1e-3, 4e-3])}, "slope of the table must be 0 or from 10000 N/m on, got 300"),
+        ({"matrix": LOOSE_SPIN * 1e-6}, r"matrix\[0, 0\] must be 0 or from 10000 N/m on, got 300"),
+        ({"matrix": LOOSE_SPIN * [1, 1, 1, 1e-6, 1, 0]}, r"matrix\[3, 3\] must be 0 or from 1 N m/rad on, got 0.4"),
         ({"radial": 1e13}, "meant as rigid"),
         ({"tilt": 1e11}, "meant as rigid"),
         ({"radial": 1e8, "clearance": -1e-6}, "clearance must be >= 0"),
@@ -89,6 +96,11 @@ def test_linear_bearings_are_positional_and_comparable():
 def test_bearings_that_cannot_be_are_refused(changes, message):
     with pytest.raises(ValueError, match=message):
         Bearing(**changes)
+
+
+def test_rubber_mounts_are_bearings():
+    """Shear mounts of machines: 1e4 to 1e5 N/m."""
+    assert Bearing(2e4, 1e4, 5.0).stiffness[0, 0] == 2e4
 
 
 def test_a_matrix_has_no_one_radial_force():

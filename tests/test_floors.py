@@ -72,12 +72,14 @@ FLOORS = {
     "exugear.map_range": 6.7,
     "exugear.table": 6.8,
     "exugear.force": 7,
+    "exugear.divergence": 7.05,
     "exugear.friction": 7,
     "exugear.items": 7,
     "exugear.ring": 7,
     "exugear.bearing": 7,
     "exugear.walk": 7,
     "exugear.shaft": 7.1,
+    "exugear.damping": 7.15,
     "exugear.stage": 7.2,
     "exugear.layout": 7.3,
     "exugear.alignment": 7.3,
@@ -104,6 +106,7 @@ FLOORS = {
     "exugear.seats": 9.2,
     "exugear.bodies": 9.4,
     "exugear.friction_connector": 9.1,
+    "exugear.reach": 9.5,
     "exugear.integrator": 9.6,
     "exugear.steps": 7,
     "exugear.jumps": 6.9,
@@ -111,6 +114,7 @@ FLOORS = {
     "exugear.model": 11,
     "exugear.equilibrium": 11.5,
     "exugear.imposed": 11.6,
+    "exugear.eigenfrequencies": 11.7,
     "exugear.pieces": 11.7,
     "exugear.valid_samples": 11.8,
     "exugear.viewer": 12,
@@ -123,7 +127,7 @@ DOORS_TO_FEM = {
     *("fem.progress", "fem.representation", "fem.version"),
 }
 EXUDYN = (
-    *("bodies", "connector", "equilibrium", "friction_connector", "graphics"),
+    *("bodies", "connector", "eigenfrequencies", "equilibrium", "friction_connector", "graphics"),
     *("imposed", "integrator", "model", "native", "pieces", "plan", "run", "seats", "sensor", "trampoline", "trial"),
 )
 FENCES = {

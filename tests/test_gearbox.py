@@ -321,9 +321,18 @@ def other_hand() -> Stage:
     return Stage(on("fast", left), on("slow", left), STIFF, pair=loose_pair(left, right))
 
 
+def speed_increaser() -> Stage:
+    small, large = gear(25), gear(40)
+    return Stage(on("fast", large), on("slow", small), STIFF, pair=loose_pair(small, large))
+
+
 @pytest.mark.parametrize(
     ("build", "message"),
     [
+        (
+            speed_increaser,
+            r"fast shaft 'fast' carries the pair's wheel, .*GearPair\(wheel, pinion, a=...\), or swap fast and slow",
+        ),
         (lambda: square(50 * deg + 0.01), "assembly"),
         (lambda: square(phase=0.25) and square(phase=np.nan), "phase must be finite"),
         (

@@ -46,7 +46,7 @@ def solved(scene: Scene) -> tuple[exugear.Model, exugear.Run, exugear.Run, float
         model = exugear.build(scene.box())
         load, h = scene.load(model.gearbox), model.plan.step()
         top = scene.speed * model.plan.omega_mesh / model.gearbox.stages[0].pair.pinion.z
-        course = {"speed": (top, 1.02 * top), "duration": STEPS * h, "sample": h}
+        course = {"speed": (top, faster(model.gearbox, top, STEPS * h)), "duration": STEPS * h, "sample": h}
         exact = {"step": model.plan.rule(), "tolerance": 1e-8}
         rest = exugear.run_up(model, load=load, speed=0.0, duration=2 * h, sample=h, **exact, progress=False)
         run = exugear.run_up(model, load=load, **course, **exact, progress=False)
@@ -56,6 +56,13 @@ def solved(scene: Scene) -> tuple[exugear.Model, exugear.Run, exugear.Run, float
         return None
     OUTCOMES["run"] += 1
     return model, rest, run, load
+
+
+def faster(box: exugear.Gearbox, speed: float, duration: float) -> float:
+    """2 % more speed [rad/s], or what a hundredth of the maps' largest forces accelerates the inertia by."""
+    asked = np.abs(box.static_forces(0.0, 1.0))
+    gentle = 0.01 * min(top_force(stage.pair) / force for stage, force in zip(box.stages, asked, strict=True))
+    return speed + np.sign(speed) * min(0.02 * abs(speed), gentle * duration)
 
 
 def torques(model: exugear.Model, forces: np.ndarray, load: float) -> tuple[np.ndarray, float]:

@@ -90,6 +90,10 @@ def test_orders_that_are_sampled_too_coarsely_are_left_out():
         order_spectrum(t, 1000 + 0 * t, np.sin(t), orders=600)
 
 
+#: One second, in which 20.1 rad/s turn 3.2 times.
+FINE = np.linspace(0, 1, 20001)
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -99,6 +103,7 @@ def test_orders_that_are_sampled_too_coarsely_are_left_out():
         (lambda: resonances(np.arange(9.0), np.zeros(9), prominence=5), "prominence must"),
         (lambda: order_spectrum(np.arange(9.0), np.ones(9), np.ones(9), orders=-1), "orders must"),
         (lambda: order_spectrum(np.arange(9.0), np.ones(9), np.ones(9), orders=1, overlap=1), "overlap must"),
+        (lambda: order_spectrum(FINE, 20.1 + 0 * FINE, np.sin(FINE), orders=5), "3.2 revolutions, a line takes 8"),
     ],
 )
 def test_bad_signals_are_refused(call, message):
