@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from fem.arguments import Numbers, checked
+from fem.arguments import Finite, Numbers, checked
 from fem.gear import require
 from fem.representation import short
 
@@ -126,7 +126,7 @@ class Bearing:
         return np.diag([slope, slope, self.axial, self.tilt, self.tilt, 0.0])
 
     @checked
-    def at(self, lever: float) -> np.ndarray:
+    def at(self, lever: Finite) -> np.ndarray:
         """(6, 6) stiffness over the motion of a pole that lies lever [m] below the bearing on the shaft's axis."""
         return about_pole(self.stiffness, lever)
 

@@ -29,7 +29,7 @@ from exugear.law import (
 from exugear.loaded import loaded_centroid, loaded_deflection, te_under
 from exugear.map_range import beyond_map
 from exugear.table import PHASES, PHASES_WITH_OFFSETS, U, tabulate
-from fem.arguments import checked
+from fem.arguments import Finite, checked
 from fem.compiled import kept
 from fem.gear import require
 from fem.representation import short
@@ -98,6 +98,7 @@ class MeshForce:
         for name in ("phase", "deflection", "force_table", "centroid"):
             object.__setattr__(self, name, _frozen(np.array(getattr(self, name), float)))
         object.__setattr__(self, "offsets", {name: _frozen(np.array(x, float)) for name, x in self.offsets.items()})
+        require(self.mapped_force > 0, f"mapped_force must be > 0 N (inf: all is measured), got {self.mapped_force}")
         _check_scalars(self.damping, self.backlash, self.back_phase)
         _check_offsets(self.offsets, self.conserves)
         _check_table(self.phase, self.deflection, self.force_table, [x.size for x in self.offsets.values()])
@@ -218,7 +219,7 @@ class MeshForce:
             raise ValueError(beyond_map(self.law, error.args)) from None
 
     @checked
-    def deflection_at(self, phase: float, force: float, **offsets: float) -> float:
+    def deflection_at(self, phase: Finite, force: float, **offsets: float) -> float:
         """Static deflection [m] on the driving flank under force >= 0 [N] (bisection); ValueError beyond the table."""
         if self.offsets or offsets:
             return self.at(**offsets).deflection_at(phase, force)
@@ -232,7 +233,7 @@ class MeshForce:
         return top
 
     @checked
-    def unloaded(self, phase: float) -> tuple[float, float]:
+    def unloaded(self, phase: Finite) -> tuple[float, float]:
         """Deflections at loss of contact and at the end of the map [m], of a law without offsets."""
         n = int(self.law[PHASE_STEPS])
         x = (phase % 1.0) * n
@@ -262,7 +263,9 @@ def _check_offsets(offsets: Mapping[str, np.ndarray], conserves: bool) -> None:
     require(named, f"offsets must be of {list(OFFSETS)} in this order, got {list(offsets)}")
     for name, values in offsets.items():
         rising = values.ndim == 1 and values.size > 1 and bool((np.diff(values) > 0).all())
-        require(rising and bool(np.isfinite(values).all()), f"offset {name} needs two increasing values, got {values}")
+        require(
+            rising and bool(np.isfinite(values).all()), f"offsets: {name} needs two increasing values, got {values}"
+        )
     require(not (conserves and offsets), f"a conserving law takes no offsets, got {list(offsets)}; use MeshForce.at")
 
 

@@ -13,6 +13,7 @@ from typing import Annotated
 import numpy as np
 import xarray as xr
 
+from exugear.ring import RingPair
 from fem.arguments import checked
 from fem.gear import GearPair, require
 from fem.representation import short
@@ -92,12 +93,14 @@ class MeshFriction:
         pull, lever = ((share * x).sum(axis=0) / share.sum(axis=0) for x in (pull, lever))
         return cls(coefficient, pull, lever * pair.p_bt, speed=speed)
 
-    def loss(self, pair) -> float:
+    @checked
+    def loss(self, pair: GearPair | RingPair) -> float:
         """Share of the power that a steady mesh of the pair loses, by a constant mesh force."""
         turns = abs(1 / pair.pinion.r_b + 1 / pair.wheel.r_b)
         return float(self.coefficient / cos(pair.beta_b) * self.lever.mean() * turns)
 
-    def numbers(self, pair) -> np.ndarray:
+    @checked
+    def numbers(self, pair: GearPair | RingPair) -> np.ndarray:
         """What the kernels of `exugear.sliding` read, for a pair."""
         scalars = self.coefficient / cos(pair.beta_b), self.speed, tan(pair.alpha_wt), self.pull.size
         return np.r_[scalars, self.pull, self.lever]

@@ -10,7 +10,7 @@ from exugear.clocking import phases
 from exugear.layout import shaft_places, speed_ratios, walk_over_shafts
 from exugear.shaft import Shaft
 from exugear.stage import Stage
-from fem.arguments import checked
+from fem.arguments import Finite, checked
 from fem.gear import require
 from fem.units import mm
 
@@ -89,7 +89,7 @@ class Gearbox:
         return rows
 
     @checked
-    def static_forces(self, load: float, acceleration: float = 0.0) -> list[float]:
+    def static_forces(self, load: Finite, acceleration: Finite = 0.0) -> list[float]:
         """Mesh forces [N] under a load [N m] against the driven shaft's motion, > 0 on the driving flanks.
 
         acceleration   of the driving shaft [rad/s^2]; all shafts and the rotors behind their couplings follow it at

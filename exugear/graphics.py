@@ -16,9 +16,11 @@ from exudyn import graphics
 
 from exugear.items import object_of
 from fem import profile
-from fem.arguments import checked
+from fem.arguments import Finite, checked
 from fem.gear import Gear, GearPair, require
 from fem.units import mm
+
+__all__ = ["add_gear_graphics", "gear_graphics", "meshing_angles", "shaft_graphics"]
 
 STEEL_GREY, EDGE = (0.55, 0.58, 0.62, 1.0), (0.2, 0.2, 0.2, 1.0)
 #: Largest twist of one layer of a helical gear [rad].
@@ -30,8 +32,8 @@ BORE_CORNERS = 120
 def gear_graphics(
     gear: Gear,
     *,
-    phase_angle: float = 0.0,
-    axial: float = 0.0,
+    phase_angle: Finite = 0.0,
+    axial: Finite = 0.0,
     color: Sequence[float] = STEEL_GREY,
     points_per_tooth: int = 24,
 ) -> dict[str, Any]:
@@ -58,7 +60,7 @@ def shaft_graphics(
     length: float,
     d: float,
     *,
-    axial: float = 0.0,
+    axial: Finite = 0.0,
     d_bore: float = 0.0,
     color: Sequence[float] = STEEL_GREY,
     tiles: int = 48,
@@ -72,7 +74,7 @@ def shaft_graphics(
 
 
 @checked
-def meshing_angles(pair: GearPair, theta: float = 0.0, direction: int = 1) -> tuple[float, float]:
+def meshing_angles(pair: GearPair, theta: Finite = 0.0, direction: int = 1) -> tuple[float, float]:
     """Angles of a tooth of pinion and wheel [rad] whose driving flanks touch at the pitch point (phase 0).
 
     theta       direction from the pinion's to the wheel's centre [rad]

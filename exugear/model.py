@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import cos, sin, sqrt
-from typing import Any
+from typing import Annotated, Any
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -41,7 +42,7 @@ from exugear.seats import radial_part
 from exugear.shaft import NOWHERE, Shaft
 from exugear.stage import Stage
 from fem.arguments import checked
-from fem.gear import require
+from fem.gear import require, require_kind
 
 #: Share of a mode's strain energy in the meshes from which on it is to be resolved.
 PART = 0.02
@@ -90,8 +91,8 @@ class Model:
 
     gearbox: Gearbox
     plan: Plan
-    mbs: Any
-    container: Any
+    mbs: Annotated[Any, partial(require_kind, kind=exu.MainSystem)]
+    container: Annotated[Any, partial(require_kind, kind=exu.SystemContainer)]
     bodies: Mapping[str, int]
     spins: Mapping[str, int]
     rotors: Mapping[str, int]

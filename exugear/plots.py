@@ -14,10 +14,21 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from exugear.recorded import dte_envelope, stage_data
 from exugear.spectrum import Envelope, Resonances, order_spectrum
-from fem.arguments import Numbers, checked
+from fem.arguments import Finite, Numbers, checked
 from fem.gear import require
 from fem.ste import PHASE, TORQUE, over_torque_and_phase, over_torque_and_phases, pair_of
 from fem.units import mm, rpm, um
+
+__all__ = [
+    "figure",
+    "plot_envelopes",
+    "plot_run_up",
+    "plot_section",
+    "plot_solid",
+    "plot_ste",
+    "plot_stiffness",
+    "plot_waterfall",
+]
 
 STEEL = "#c9d3dc"
 TRACE, EDGE, MARK = "#9ecae1", "#08519c", "#cb181d"
@@ -149,7 +160,9 @@ def _mark(ax: Axes, outline: Envelope, found: Resonances) -> None:
 
 
 @checked
-def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float = 3.2, decibels: float = 60.0) -> Axes:
+def plot_waterfall(
+    run, ax: Axes | None = None, stage: int = 0, harmonics: Finite = 3.2, decibels: Finite = 60.0
+) -> Axes:
     """Order map of the DTE of one stage: amplitude over speed and order of its mesh, so far below the highest.
 
     Lines that run across the orders are harmonics that the steps of the run fold; a smaller `tolerance` of
@@ -180,10 +193,10 @@ def _visible(order: np.ndarray, amplitude: np.ndarray, lines: int = 120) -> tupl
 
 
 @checked
-def plot_section(points: Numbers, quads: Numbers, ax: Axes | None = None, height: float | None = None) -> Axes:
+def plot_section(points: Numbers, quads: Numbers, ax: Axes | None = None, height: Finite | None = None) -> Axes:
     """Transverse section of a mesh, points (2, n) [m] and quads (4, n); height: only that much below the tip [m]."""
+    points, quads = _coordinates(points, 2) / mm, _corners("quads", quads)
     ax = _axes(ax)
-    points, quads = np.asarray(points) / mm, np.asarray(quads)
     ax.add_collection(PolyCollection(points[:, quads].T, facecolor=STEEL, edgecolor="k", linewidth=0.3))
     top = points[1].max()
     if height is None:
@@ -197,8 +210,8 @@ def plot_section(points: Numbers, quads: Numbers, ax: Axes | None = None, height
 @checked
 def plot_solid(points: Numbers, facets: Numbers, ax: Axes | None = None) -> Axes:
     """Surface of a solid mesh in space, points (3, n) [m] and the rings of its outer facets (4, n)."""
+    corners = _coordinates(points, 3)[:, _corners("facets", facets)].transpose(2, 1, 0) / mm
     ax = _axes(ax, projection="3d")
-    corners = np.asarray(points)[:, np.asarray(facets)].transpose(2, 1, 0) / mm
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     shade = 0.55 + 0.45 * np.abs(normal @ np.array([0.3, 0.4, 0.86]))
@@ -211,3 +224,17 @@ def plot_solid(points: Numbers, facets: Numbers, ax: Axes | None = None) -> Axes
     ax.view_init(elev=32, azim=68)  # type: ignore[attr-defined]
     ax.set_axis_off()
     return ax
+
+
+def _coordinates(points, dim: int) -> np.ndarray:
+    points = np.asarray(points, float)
+    fits = points.ndim == 2 and len(points) == dim and bool(np.isfinite(points).all())
+    require(fits, f"points must be ({dim}, n) finite coordinates [m], got an array of shape {points.shape}")
+    return points
+
+
+def _corners(name: str, cells) -> np.ndarray:
+    cells = np.asarray(cells)
+    fits = cells.ndim == 2 and len(cells) == 4 and cells.dtype.kind in "iu"
+    require(fits, f"{name} must be (4, n) numbers of points, got {cells.dtype} of shape {cells.shape}")
+    return cells

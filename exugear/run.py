@@ -20,7 +20,7 @@ from exugear.seats import reactions
 from exugear.stage import Stage
 from exugear.steps import steps_of
 from exugear.valid_samples import keep_valid
-from fem.arguments import FilePath, checked
+from fem.arguments import FilePath, Finite, checked
 from fem.gear import require, require_within
 from fem.progress import shown
 from fem.representation import short
@@ -56,7 +56,7 @@ class Run:
 
     data: xr.Dataset
     wall_time: float
-    step: float
+    step: Finite
 
     @checked
     def save(self, path: FilePath):
@@ -77,6 +77,7 @@ class RunStopped(RuntimeError):
     run   what was computed until then; its data's attribute "stopped" says what the message says
     """
 
+    @checked
     def __init__(self, message: str, run: Run):
         super().__init__(message)
         self.run = run

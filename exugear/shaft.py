@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from exugear.bearing import Bearing
-from fem.arguments import checked
+from fem.arguments import Finite, checked
 from fem.gear import Gear, number, require, told
 from fem.representation import short
 from fem.units import mm
@@ -121,7 +121,8 @@ class Placement:
         sin_x, sin_y, cos_x, cos_y = *np.sin([self.tilt_x, self.tilt_y]), *np.cos([self.tilt_x, self.tilt_y])
         return np.array([sin_y, -sin_x * cos_y, cos_x * cos_y])
 
-    def at(self, axial: float) -> np.ndarray:
+    @checked
+    def at(self, axial: Finite) -> np.ndarray:
         """(3,) displaced place of the axis's point at an axial place [m], from the nominal one of the axial place 0."""
         return np.array([self.x, self.y, self.z + self.pivot]) + (axial - self.pivot) * self.axis
 

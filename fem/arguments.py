@@ -10,16 +10,19 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_typ
 
 import numpy as np
 
-from fem.checks import kind_name, number, numbers, told, whole_number
+from fem.checks import finite, kind_name, number, numbers, told, whole_number
 
 Made = TypeVar("Made", bound=Callable)
-#: Hints of arguments that take a number or arrays of numbers, and of those that take the name of a file.
+#: Hints of arguments that take numbers in arrays of any shape, a finite number, or the name of a file.
 Numbers = Annotated[Any, numbers]
+Finite = Annotated[float, finite]
 FilePath = str | PathLike[str]
 #: Checks of what a hint stands for, raising ValueError, and how the hints read.
 CHECKS: dict[Any, Callable] = {float: number, int: whole_number, np.ndarray: numbers}
 WORDS = {
     float: "a real number",
+    finite: "a finite number",
+    numbers: "real numbers",
     int: "a whole number",
     np.ndarray: "real numbers",
     bool: "True or False",
@@ -106,11 +109,13 @@ def _suits(value, hint) -> bool:
 
 
 def _is_row(value, parts: tuple) -> bool:
-    """Whether it is a sequence of what the parts of a hint say; how many stand in it is not asked."""
+    """Whether it is a sequence of what the parts of a hint say; of parts alike any number."""
     if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
         return False
     if isinstance(value, Iterator):
         return True
+    if len(set(parts) - {...}) > 1:
+        return isinstance(value, tuple | list) and len(value) == len(parts) and all(map(_suits, value, parts))
     return _suits(value, Numbers) if parts[0] is float else all(_suits(x, parts[0]) for x in value)
 
 
@@ -121,7 +126,7 @@ def _words(hint) -> str:
         *first, last = [_words(part) for part in parts]
         return f"{', '.join(first)} or {last}"
     if origin is Annotated:
-        return "real numbers"
+        return WORDS[hint.__metadata__[0]]
     if hint in WORDS or origin in WORDS:
         return WORDS.get(hint) or WORDS[origin]
     if origin is None:

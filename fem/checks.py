@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator
 from dataclasses import fields
+from math import isfinite
 from numbers import Real
 from typing import SupportsIndex
 
@@ -55,6 +56,12 @@ def number(name: str, value) -> float:
     except OverflowError:
         pass
     raise ValueError(f"{name} must be one real number in SI units, got {told(value)}")
+
+
+def finite(name: str, value) -> float:
+    """The value as a Python float; ValueError unless it is one finite number."""
+    require(isfinite(number(name, value)), f"{name} must be finite, got {value}")
+    return float(value)
 
 
 def whole_number(name: str, value) -> int:

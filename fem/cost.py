@@ -16,7 +16,7 @@ from fem.accuracy import (
     along,
     edges_of,
 )
-from fem.arguments import Numbers, checked
+from fem.arguments import Finite, Numbers, checked
 from fem.cache import known
 from fem.compliance import NEAR, WHOLE, solutions
 from fem.gear import GearPair
@@ -37,6 +37,7 @@ LEAST_TORQUES = 5
 Part = tuple[int, dict[str, np.ndarray], Resolution]
 
 
+@checked
 @dataclass(frozen=True)
 class MapCost:
     """What a map costs on a two-core machine in one process; print it.
@@ -51,8 +52,8 @@ class MapCost:
 
     states: int
     checks: int
-    contact: float
-    compliances: float
+    contact: Finite
+    compliances: Finite
     memory: int
     at_least: bool
 

@@ -25,6 +25,8 @@ from fem.progress import bar, shown
 from fem.solid import add_plane_force, lumped_mass, stiffness, strain_energy
 from fem.ste import pair_attributes
 
+__all__ = ["CentralDifferences", "transmission_error"]
+
 #: Largest sum of stiffness by a penalty on a node over penalty and area: its own hats, or a mate's splines.
 CROWDED = 3.0
 DRIVE, LOAD, DAMPED, SLIPPED = range(4)

@@ -10,6 +10,8 @@ from fem.checks import number
 from fem.gear import Gear, GearPair, require
 from fem.units import GPa
 
+__all__ = ["basic_rack_factor", "face_load_stiffness", "mesh_stiffness", "single_stiffness", "virtual_teeth"]
+
 LINE_LOAD_OF_STANDARD = 100e3
 #: Young's modulus E_St of steel, to which the coefficients belong; other materials scale the stiffness with E.
 STEEL_OF_STANDARD = 206 * GPa

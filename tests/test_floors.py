@@ -73,7 +73,7 @@ FLOORS = {
     "exugear.table": 6.8,
     "exugear.force": 7,
     "exugear.divergence": 7.05,
-    "exugear.friction": 7,
+    "exugear.friction": 7.05,
     "exugear.items": 7,
     "exugear.ring": 7,
     "exugear.bearing": 7,

@@ -1,0 +1,172 @@
+"""Public functions and classes refuse arguments of a wrong kind in words, before any work starts.
+
+The walk takes all that stands in `__all__` of both packages and of their public modules. An argument at a time gets a
+wrong value, all others are valid. A refusal counts where a `raise` of these packages made it a ValueError or TypeError
+and its message holds the argument's name; what a library raises, or Python where an attribute is missing, does not.
+"""
+
+import importlib
+import inspect
+import linecache
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import partial
+from inspect import Parameter
+from math import nan
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+import pytest
+import xarray as xr
+from valid_arguments import RING, instances, valid
+
+import fem
+
+HOME = Path(fem.__file__).parents[1]
+MODULES = (
+    *("fem", "fem.nonlinear", "fem.dynamic", "fem.explicit", "fem.stress", "fem.root_stress", "fem.iso6336"),
+    *("exugear", "exugear.plots", "exugear.pictures", "exugear.spectrum", "exugear.graphics"),
+)
+#: Only solvers make them: a face of a flank, and fields of stress.
+ONLY_INSIDE = {"face"}, {"fem.stress.Field"}
+WRONG: dict[str, Any] = {
+    "None": None,
+    "object": object(),
+    "string": "abc",
+    "strings": ["a", "b"],
+    "dict": {"a": 1.0},
+    "huge": 10**400,
+    "nan": nan,
+    "dataset": xr.Dataset({"x": ("y", [1.0, 2.0])}),
+    "ring": RING,
+}
+#: Which of those values arguments of these names take.
+TAKEN = {
+    **dict.fromkeys(("name", "title", "label", "message", "unit", "meaning", "fileName"), "string"),
+    **dict.fromkeys(("colour", "colours", "path"), "string"),
+    **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
+    **dict.fromkeys(("save.data", "Run.data"), "dataset"),
+    **dict.fromkeys(("Model.bodies", "Model.spins", "Model.rotors"), "dict"),
+    **dict.fromkeys(("Run.wall_time", "Quantity.value"), "nan"),
+    **dict.fromkeys((f"Envelope.{name}" for name in ("place", "low", "high", "rms")), "nan"),
+    **dict.fromkeys((f"OrderSpectrum.{name}" for name in ("speed", "order", "amplitude")), "nan"),
+    **dict.fromkeys((f"Resonances.{name}" for name in ("place", "height")), "nan"),
+    **dict.fromkeys(("CreateGearContact.pair", "CreateGearFriction.pair", "loss.pair", "numbers.pair"), "ring"),
+}
+#: What arguments are called in messages, where not by their names.
+CALLED = {"ste": "map", "mesh": "map", "runs": "run"}
+#: Where work starts: no refusal comes from there or later.
+WORK = {
+    "fem.transmission": "sweep",
+    "fem.accuracy": "sweep",
+    "fem.stress": "encounters",
+    "fem.root_stress": "encounters",
+    "fem.nonlinear": "assembled",
+    "fem.dynamic": "turning_gears",
+    "fem.explicit": "clamped_pair",
+    "exugear.run": "start",
+    "exugear.eigenfrequencies": "start",
+}
+
+
+class Started(BaseException):
+    """Work has started."""
+
+
+def public() -> Iterator[tuple[str, Any]]:
+    """(name, function, class or method) of all that is public."""
+    for module in map(importlib.import_module, MODULES):
+        for name in module.__all__:
+            value, path = getattr(module, name), f"{module.__name__}.{name}"
+            if inspect.isfunction(value) or inspect.isclass(value):
+                yield path, value
+            for method in vars(value) if inspect.isclass(value) else ():
+                static = inspect.getattr_static(value, method)
+                if not method.startswith("_") and isinstance(static, FunctionType | classmethod):
+                    yield f"{path}.{method}", getattr(value, method)
+
+
+def named(value) -> dict[str, Parameter]:
+    """Arguments that have names, but for self."""
+    parts = inspect.signature(value).parameters.items()
+    return {name: part for name, part in parts if name != "self" and part.kind is not Parameter.VAR_KEYWORD}
+
+
+def listed() -> dict[str, Any]:
+    """All that is public and takes arguments which somebody else than a solver passes."""
+    faces, fields = ONLY_INSIDE
+    taking = {path: value for path, value in public() if named(value) and path not in fields}
+    return {path: value for path, value in taking.items() if not faces & set(named(value))}
+
+
+LISTED = listed()
+
+
+def bound(path: str):
+    """The function or class, or the method of a valid instance."""
+    owner = path.split(".")[-2]
+    value = LISTED[path]
+    is_method = owner in instances() and not inspect.ismethod(value)
+    return partial(value, instances()[owner]) if is_method else value
+
+
+def arguments(path: str) -> dict[str, Any]:
+    """Valid ones; those that are left out by default stay out."""
+    values = {name: valid(path, name) for name in named(LISTED[path])}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def wrong(path: str, name: str) -> dict[str, Any]:
+    """Values that the argument must not take."""
+    default = named(LISTED[path])[name].default
+    ends = [f"{'.'.join(path.split('.')[i:])}.{name}" for i in range(path.count(".") + 1)]
+    taken = {TAKEN[end] for end in (name, *ends) if end in TAKEN} | ({"None"} if default is None else set())
+    return {kind: value for kind, value in WRONG.items() if kind not in taken}
+
+
+def objection(call, name: str) -> str | None:
+    """What is wrong with how a call refuses an argument, or None: see above."""
+    try:
+        call()
+    except Exception as error:
+        frames = inspect.getinnerframes(error.__traceback__)
+        last = frames[-1]
+        ours = Path(last.filename).is_relative_to(HOME) and "tests" not in Path(last.filename).parts
+        line = linecache.getline(last.filename, last.lineno).strip()
+        is_named = re.search(rf"\b({name}|{CALLED.get(name, name)})\b", str(error))
+        if type(error) in (ValueError, TypeError) and ours and line.startswith("raise") and is_named:
+            return None
+        return f"{type(error).__name__}: {str(error)[:150]} ({Path(last.filename).name}: {line[:60]})"
+    except Started:
+        return "work has started"
+    return "taken"
+
+
+@pytest.fixture(autouse=True)
+def no_work(monkeypatch):
+    instances()
+
+    def started(*args, **options):
+        raise Started
+
+    for module, name in WORK.items():
+        monkeypatch.setattr(importlib.import_module(module), name, started)
+
+
+@pytest.mark.parametrize("path", LISTED)
+def test_wrong_kinds_are_refused_in_words(path):
+    call, given = bound(path), arguments(path)
+    found = {}
+    for name in named(LISTED[path]):
+        for kind, value in wrong(path, name).items():
+            found[name, kind] = objection(partial(call, **given | {name: value}), name)
+    assert {case: words for case, words in found.items() if words} == {}
+
+
+@pytest.mark.parametrize("path", LISTED)
+def test_the_other_arguments_are_valid(path):
+    """A call without a wrong argument returns, or reaches the work that it is for."""
+    with suppress(Started):
+        bound(path)(**arguments(path))
