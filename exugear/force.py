@@ -31,7 +31,7 @@ from exugear.map_range import beyond_map
 from exugear.table import PHASES, PHASES_WITH_OFFSETS, U, tabulate
 from fem.arguments import Finite, checked
 from fem.compiled import kept
-from fem.gear import require
+from fem.gear import numbers, require
 from fem.representation import short
 from fem.ste import TORQUE, check, offset_axes, pair_of
 
@@ -174,7 +174,7 @@ class MeshForce:
         unknown = set(offsets) ^ set(self.offsets)
         require(not unknown, f"offsets must be {list(self.offsets)}, got {list(offsets)}; give each a value")
         arguments = {"phase": phase, "deflection": deflection, "rate": rate} | dict.fromkeys(OFFSETS, 0.0) | offsets
-        values = np.broadcast_arrays(*(np.asarray(x, float) for x in arguments.values()))
+        values = np.broadcast_arrays(*(numbers(name, x) for name, x in arguments.items()))
         for name, value in zip(arguments, values, strict=True):
             require(bool(np.isfinite(value).all()), f"{name} must be finite, got {value}")
         try:

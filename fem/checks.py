@@ -36,7 +36,7 @@ def kind_name(kind: type) -> str:
     package = kind.__module__.split(".")[0]
     public = getattr(sys.modules.get(package), kind.__name__, None) is kind
     name = f"{package if public else kind.__module__}.{kind.__name__}".removeprefix("builtins.")
-    return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+    return f"{'an' if name[0] in 'aeioux' else 'a'} {name}"
 
 
 def told(value) -> str:

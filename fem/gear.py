@@ -1,6 +1,6 @@
 """The door to the macro-geometry: gears, pairs, materials, and the checks of their input."""
 
-from fem.checks import number, require, require_kind, require_within, told
+from fem.checks import number, numbers, require, require_kind, require_within, told
 from fem.cylindrical import Gear
 from fem.material import STEEL, Material
 from fem.pair import GearPair
@@ -13,6 +13,7 @@ __all__ = [
     "Material",
     "involute",
     "number",
+    "numbers",
     "require",
     "require_kind",
     "require_within",

@@ -22,7 +22,9 @@ import pytest
 import xarray as xr
 from valid_arguments import RING, instances, valid
 
+import exugear
 import fem
+from fem.arguments import checked
 
 HOME = Path(fem.__file__).parents[1]
 MODULES = (
@@ -55,8 +57,8 @@ TAKEN = {
     **dict.fromkeys((f"Resonances.{name}" for name in ("place", "height")), "nan"),
     **dict.fromkeys(("CreateGearContact.pair", "CreateGearFriction.pair", "loss.pair", "numbers.pair"), "ring"),
 }
-#: What arguments are called in messages, where not by their names.
-CALLED = {"ste": "map", "mesh": "map", "runs": "run"}
+#: What arguments are called in messages, where not by their names; "a" is also an article.
+CALLED = {"ste": "ste|map", "mesh": "mesh|map", "runs": "runs?", "a": "a must"}
 #: Where work starts: no refusal comes from there or later.
 WORK = {
     "fem.transmission": "sweep",
@@ -68,6 +70,8 @@ WORK = {
     "fem.explicit": "clamped_pair",
     "exugear.run": "start",
     "exugear.eigenfrequencies": "start",
+    "exugear.connector": "add_forces",
+    "exugear.friction_connector": "add_forces",
 }
 
 
@@ -135,7 +139,7 @@ def objection(call, name: str) -> str | None:
         last = frames[-1]
         ours = Path(last.filename).is_relative_to(HOME) and "tests" not in Path(last.filename).parts
         line = linecache.getline(last.filename, last.lineno).strip()
-        is_named = re.search(rf"\b({name}|{CALLED.get(name, name)})\b", str(error))
+        is_named = re.search(rf"\b({CALLED.get(name, name)})\b", str(error))
         if type(error) in (ValueError, TypeError) and ours and line.startswith("raise") and is_named:
             return None
         return f"{type(error).__name__}: {str(error)[:150]} ({Path(last.filename).name}: {line[:60]})"
@@ -170,3 +174,94 @@ def test_the_other_arguments_are_valid(path):
     """A call without a wrong argument returns, or reaches the work that it is for."""
     with suppress(Started):
         bound(path)(**arguments(path))
+
+
+def unguarded(pair):
+    return pair.pinion
+
+
+def from_a_library(torque):
+    return xr.Dataset({"torque": ("torque", torque)})
+
+
+def nameless(torque):
+    raise ValueError(f"must be a number, got {torque}")
+
+
+def careless(torque):
+    return torque
+
+
+def slow(torque):
+    return fem.static_transmission_error(valid("", "pair"), 1.0, progress=False)
+
+
+@checked
+def guarded(pair: fem.GearPair, *, torque: float | None = None, parts: tuple[fem.Gear, ...] = (), **options: float):
+    return pair
+
+
+@pytest.mark.parametrize(
+    ("function", "name", "words"),
+    [
+        (unguarded, "pair", "AttributeError"),
+        (from_a_library, "torque", "Error"),
+        (nameless, "torque", "must be a number"),
+        (careless, "torque", "taken"),
+        (slow, "torque", "work has started"),
+    ],
+)
+def test_the_walk_finds_what_is_not_refused_in_words(function, name, words):
+    assert words in str(objection(partial(function, **{name: object()}), name))
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"pair": None}, "pair must be a fem.GearPair, got None"),
+        ({"pair": RING}, r"pair must be a fem.GearPair, got RingPair\("),
+        ({"torque": "1"}, "torque must be a real number or None, got '1'"),
+        ({"torque": 10**400}, "torque must be a real number or None, got a number beyond those of floats"),
+        ({"torque": WRONG["dataset"]}, "torque must be a real number or None, got an xarray.Dataset"),
+        ({"parts": [1.0]}, "parts must be a list, each a fem.Gear, got"),
+        ({"further": "1"}, "further must be one real number in SI units, got '1'"),
+    ],
+)
+def test_words(given, words):
+    pair = valid("", "pair")
+    assert guarded(pair, torque=1, parts=[pair.pinion], further=2) is guarded(pair) is pair
+    with pytest.raises(ValueError, match=words):
+        guarded(**{"pair": pair} | given)
+
+
+def test_what_users_met():
+    ring, model, data = RING, valid("", "model"), xr.Dataset()
+    for call, words in (
+        (lambda: fem.static_transmission_error(ring, 100.0), "pair must be a fem.GearPair"),
+        (lambda: fem.iso6336.mesh_stiffness(ring), "pair must be a fem.GearPair"),
+        (lambda: exugear.draw(model.mbs), "model must be an exugear.Model"),
+        (lambda: exugear.plots.plot_run_up(data), "run must be an exugear.Run or its data"),
+        (lambda: fem.GearPair(None, valid("", "gear")), "pinion must be a fem.Gear, got None"),
+        (lambda: fem.static_transmission_error(valid("", "pair"), 10**400), "torque must be real numbers or a fem.UpTo"),
+        (lambda: fem.UpTo(10**5000), "torque must be one real number in SI units"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            call()
+
+
+@pytest.mark.parametrize("value", [None, "100", 10**400, nan])
+def test_functions_of_time_that_give_no_numbers(value):
+    options = {"speed": 50.0, "load": 100.0, "duration": 0.01, "progress": False}
+    for name in ("speed", "load"):
+        with pytest.raises(ValueError, match=rf"{name}\(t\) must be"):
+            exugear.run_up(valid("", "model"), **options | {name: lambda t: value})
+
+
+@pytest.mark.parametrize("value", [None, "abc", [1e-6, "abc"], 10**400, nan])
+def test_laws_are_asked_for_numbers(value):
+    law = valid("", "force")
+    for name in ("phase", "deflection", "rate"):
+        with pytest.raises(ValueError, match=f"{name} must"):
+            law(**{"phase": 0.1, "deflection": 1e-6, "rate": 0.0} | {name: value})
+    with pytest.raises(ValueError, match="misalignment must"):
+        law.at(misalignment=None)
