@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -33,7 +34,7 @@ NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG
 def CreateGearContact(
     mbs: exu.MainSystem,
     name: str = "",
-    itemNumbers: Sequence[int] = (None, None),  # type: ignore[assignment]
+    itemNumbers: Sequence[Any] = (None, None),
     pair: GearPair | RingPair = None,  # type: ignore[assignment]
     force: MeshForce = None,  # type: ignore[assignment]
     localPositions: Sequence[Sequence[float]] = ((0, 0, 0), (0, 0, 0)),

@@ -1,6 +1,7 @@
 """Friction between the teeth in Exudyn: one ObjectGenericODE2 beside that of the contact, on the same nodes."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import exudyn as exu
 import numpy as np
@@ -21,7 +22,7 @@ from fem.gear import GearPair, require
 def CreateGearFriction(
     mbs: exu.MainSystem,
     name: str = "",
-    itemNumbers: Sequence[int] = (None, None),  # type: ignore[assignment]
+    itemNumbers: Sequence[Any] = (None, None),
     pair: GearPair | RingPair = None,  # type: ignore[assignment]
     force: MeshForce = None,  # type: ignore[assignment]
     friction: MeshFriction = None,  # type: ignore[assignment]

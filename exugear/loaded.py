@@ -4,7 +4,8 @@ import numpy as np
 import scipy
 
 from fem.gear import require
-from fem.ste import CENTROID, PHASE, TE, TORQUE, at_phases, compliance_at, over_offsets, pair_of
+from fem.load_interpolation import deflection_under
+from fem.ste import CENTROID, PHASE, STIFFNESS, TE, TORQUE, at_phases, over_offsets, pair_of
 from fem.units import um
 
 #: Loads below the map's lowest one, down to this share of it, and between the others.
@@ -14,24 +15,29 @@ LEAST, BELOW, BETWEEN = 1e-4, 40, 161
 def loaded_deflection(ste, r_b: float, phase: np.ndarray, *, extend: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Forces (n,) from 0 [N] and deflections (*n_offset, n_phase, n) under them [m].
 
+    Between the torques at each phase of the map, by its tangent stiffness where it has one, then between the phases.
+
     extend   continues them with their last stiffness to so many times the largest torque
     """
     range_of = f"extend must lie in [1, 10] times the largest torque, got {extend}; map larger torques instead"
     require(1 <= extend <= 10, range_of)
-    te = over_offsets(ste, TE).values
     torque, coarse = ste[TORQUE].values, ste[PHASE].values
     require(coarse.size >= 3, f"phase needs at least 3 values as share of a pitch, got {coarse.size}")
     few = f"torque needs 0 and two loads or more, got {torque} N m"
     require(torque.size >= 3, f"{few}; map more, or take MeshForce.secant, which needs one")
     require(torque[0] == 0, f"torque must start at 0 (unloaded transmission error), got {torque[0]} N m; add it")
-    te = at_phases(coarse, te, phase)
+    te, stiffness = over_offsets(ste, TE).values, None
+    _require_rising(torque, at_phases(coarse, te, phase), phase)
+    if STIFFNESS in ste:
+        stiffness = over_offsets(ste, STIFFNESS).values[1:]
+        stiff = f"stiffness must be > 0 N/m under load, got {stiffness.min():g}; drop it: ste.drop_vars('stiffness')"
+        require(bool((stiffness > 0).all()), stiff)
     given = torque[1:] / r_b
-    _require_rising(torque, te, phase)
     force = np.r_[given[0] * np.geomspace(LEAST, 1, BELOW + 1)[:-1], np.geomspace(given[0], given[-1], BETWEEN)]
     force[[BELOW, -1]] = given[[0, -1]]
-    column = (slice(None),) + (None,) * (te.ndim - 1)
-    deflection = te[0] + force[column] * compliance_at(given, (te[1:] - te[0]) / given[column], force)
-    force, deflection = np.r_[0, force], np.moveaxis(np.concatenate([te[:1], deflection]), 0, -1)
+    loaded = at_phases(coarse, te[:1] + deflection_under(given, te[1:] - te[0], force, stiffness), phase)
+    deflection = np.moveaxis(np.concatenate([at_phases(coarse, te[:1], phase), loaded]), 0, -1)
+    force = np.r_[0, force]
     return (force, deflection) if extend == 1 else _continued(force, deflection, extend)
 
 

@@ -71,13 +71,13 @@ def _hints(made: Callable) -> tuple[dict[str, tuple[Any, Any]], tuple[Any, Any]]
 
 
 def check_kind(name: str, value, hint) -> None:
-    """ValueError unless the value is what a type hint says."""
-    check = _check_of(hint)
-    if check is None:
-        if not _suits(value, hint):
-            raise ValueError(f"{name} must be {_words(hint)}, got {told(value)}")
-    else:
+    """ValueError unless the value is what a type hint says, in the words of its own check if there is one."""
+    if _suits(value, hint):
+        return
+    annotated = [part for part in get_args(hint) if get_origin(part) is Annotated]
+    for check in filter(None, map(_check_of, [hint, *annotated])):
         check(name, value)
+    raise ValueError(f"{name} must be {_words(hint)}, got {told(value)}")
 
 
 def _check_of(hint) -> Callable | None:
@@ -126,7 +126,7 @@ def _words(hint) -> str:
         *first, last = [_words(part) for part in parts]
         return f"{', '.join(first)} or {last}"
     if origin is Annotated:
-        return WORDS[hint.__metadata__[0]]
+        return WORDS.get(hint.__metadata__[0]) or _words(parts[0])
     if hint in WORDS or origin in WORDS:
         return WORDS.get(hint) or WORDS[origin]
     if origin is None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 from math import cos
+from typing import NamedTuple
 
 import numpy as np
 
@@ -57,8 +58,8 @@ class Contact:
         smooth = self.smooth.reshape(n * NODES, -1) @ (self.shapes @ f[..., None]).ravel()
         return (self.local @ f[..., None])[..., 0] + (smooth.reshape(n, 1, NODES) @ self.shapes)[:, 0]
 
-    def solve(self, force: float, active: np.ndarray) -> tuple[float, np.ndarray]:
-        """Transmission error [m] and strip forces (n, m) [N] with sum(approach f) = force (primal-dual active set).
+    def solve(self, force: float, active: np.ndarray) -> "Solution":
+        """Equilibrium with sum(approach f) = force (primal-dual active set).
 
         active      (n, m) strips that are taken to touch at first
 
@@ -66,18 +67,22 @@ class Contact:
         """
         moved = self._moved(active)
         for _ in range(ACTIVE_SETS):
-            delta, f = self._coupled(moved, force)
-            slack = self.displacement(f) + self.gap - self.approach * delta
+            solution = self._coupled(moved, force)
+            f, slack = solution.force, self.slack(solution)
             wanted = np.where(active, f > 0, slack < 0)
             if (wanted == active).all():
-                return delta, f
+                return solution
             if not wanted.any():
                 wanted[np.unravel_index(np.argmin(slack), slack.shape)] = True
             changed = (wanted != active).any(axis=1)
             active, moved[changed] = wanted, self._moved(wanted, changed)
         return self._one_by_one(np.where(f > 0, f, 0.0) if (f > 0).any() else self.nearest, force)
 
-    def _one_by_one(self, f: np.ndarray, force: float) -> tuple[float, np.ndarray]:
+    def slack(self, solution: "Solution") -> np.ndarray:
+        """(n, m) gap that is left between the strips [m]."""
+        return self.displacement(solution.force) + self.gap - self.approach * solution.te
+
+    def _one_by_one(self, f: np.ndarray, force: float) -> "Solution":
         """The same where active sets cycle: strips join one at a time, and leave as they run out of force.
 
         f       (n, m) forces >= 0 to start from [N]
@@ -86,20 +91,20 @@ class Contact:
         """
         f = f * force / (self.approach * f).sum()
         for _ in range(3 * f.size):
-            delta, new = self._with_active(f > 0, force)
-            while (new[f > 0] <= 0).any():
+            solution = self._with_active(f > 0, force)
+            while ((new := solution.force)[f > 0] <= 0).any():
                 falling = (f > 0) & (new <= 0)
                 share = (f[falling] / (f - new)[falling]).min()
                 f = np.where((f + share * (new - f) > FORCELESS * force) & (f > 0), f + share * (new - f), 0.0)
-                delta, new = self._with_active(f > 0, force)
-            slack = np.where(new > 0, 0.0, self.displacement(new) + self.gap - self.approach * delta)
+                solution = self._with_active(f > 0, force)
+            slack = np.where(new > 0, 0.0, self.slack(solution))
             if slack.min() >= -PENETRATION:
-                return delta, new
+                return solution
             f = np.where(slack == slack.min(), 2 * FORCELESS * force, new)
         raise RuntimeError("contact did not settle; try a neighbouring phase or a finer density")
 
-    def _with_active(self, active: np.ndarray, force: float) -> tuple[float, np.ndarray]:
-        """Transmission error and forces where only the active strips touch."""
+    def _with_active(self, active: np.ndarray, force: float) -> "Solution":
+        """Equilibrium where only the active strips touch."""
         return self._coupled(self._moved(active), force)
 
     def _moved(self, active: np.ndarray, cells=slice(None)) -> np.ndarray:
@@ -110,8 +115,8 @@ class Contact:
         local[:, each, each] += ~active
         return np.linalg.solve(local, self.pressed[cells] * active[..., None])
 
-    def _coupled(self, moved: np.ndarray, force: float) -> tuple[float, np.ndarray]:
-        """Transmission error and forces out of those of the cells by themselves."""
+    def _coupled(self, moved: np.ndarray, force: float) -> "Solution":
+        """Equilibrium from the forces of uncoupled cells."""
         n = len(moved)
         condensed = self.pressed.transpose(0, 2, 1) @ moved
         free, smooth = condensed[:, 2:, :2].reshape(-1, 2), self.smooth.reshape(n * NODES, -1)
@@ -121,7 +126,22 @@ class Contact:
         total = condensed[:, :2, :2].sum(axis=0) - free.T @ reaction
         delta = float((force + total[0, 1]) / total[0, 0])
         levels = (reaction @ [delta, -1.0]).reshape(n, NODES, 1)
-        return delta, (moved[..., :2] @ [delta, -1.0]) - (moved[..., 2:] @ levels)[..., 0]
+        strip_force = (moved[..., :2] @ [delta, -1.0]) - (moved[..., 2:] @ levels)[..., 0]
+        return Solution(delta, float(total[0, 0]), strip_force)
+
+
+class Solution(NamedTuple):
+    """Equilibrium of the strips.
+
+    te          transmission error [m]
+    stiffness   change of the total force per transmission error while the same strips touch [N/m]: as pressure vanishes
+                at the edges of the contact, that is the tangent stiffness of the mesh
+    force       (n, m) of the strips [N]
+    """
+
+    te: float
+    stiffness: float
+    force: np.ndarray
 
 
 def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Compliance, tilts=None) -> np.ndarray:

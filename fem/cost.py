@@ -3,25 +3,25 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import ceil
+from typing import Annotated
 
 import numpy as np
 
-from fem.accuracy import (
-    CHECKED_PHASES,
-    CHECKED_TORQUES,
-    FEWEST_PHASES,
-    MESHED_PHASES,
-    MESHED_TORQUES,
-    UpTo,
-    along,
-    edges_of,
-)
+from fem.accuracy import FEWEST_PHASES, UpTo
 from fem.arguments import Finite, Numbers, checked
 from fem.cache import known
 from fem.compliance import NEAR, WHOLE, solutions
+from fem.error_estimation import (
+    CHECKED_PHASES,
+    CHECKED_TORQUES,
+    MESHED_PHASES,
+    MESHED_TORQUES,
+    along,
+    edges_of,
+)
 from fem.gear import GearPair
 from fem.mesh import Density
-from fem.offsets import Offsets, check_places
+from fem.offsets import Offsets, check_offsets, check_places
 from fem.sweep import ORDER, QUANTITIES, Resolution, across_width, elastic
 from fem.transmission import checked_phases, checked_share, checked_torque, given
 
@@ -76,7 +76,7 @@ def map_cost(
     torque: Numbers | UpTo,
     phases: Numbers | None = 30,
     *,
-    offsets: Offsets | None = None,
+    offsets: Annotated[Offsets, check_offsets] | None = None,
     accuracy: float | Resolution | None = None,
 ) -> MapCost:
     """What `fem.static_transmission_error` of the same arguments costs, before it runs.

@@ -56,8 +56,8 @@ class Sides:
     right: Flank = ()
 
     def __post_init__(self):
-        object.__setattr__(self, "left", parts_of(self.left, "left"))
-        object.__setattr__(self, "right", parts_of(self.right, "right"))
+        object.__setattr__(self, "left", parts_of(self.left, "left flank"))
+        object.__setattr__(self, "right", parts_of(self.right, "right flank"))
 
 
 def removed(flank: Flank, face: Face, roll, axial, *, tooth: int | np.ndarray = 0) -> np.ndarray:

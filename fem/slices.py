@@ -9,8 +9,8 @@ SETTLED = 1e-9
 LEAST = 0.1
 
 
-def line_contact(matrix, change, hertz, gap, approach, force) -> tuple[np.ndarray, np.ndarray]:
-    """Transmission errors (m,) [m] and forces of the cells (m, n) [N] of m states.
+def line_contact(matrix, change, hertz, gap, approach, force) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Transmission errors (m,) [m], tangent stiffnesses (m,) [N/m] and forces of the cells (m, n) [N] of m states.
 
     matrix      (n, n) compliance between the cells, half-planes apart [m/N]
     change      (n, n) its change per transmission error [1/N]
@@ -34,22 +34,40 @@ def line_contact(matrix, change, hertz, gap, approach, force) -> tuple[np.ndarra
         moved = np.abs(np.where(active, new - f, 0.0)).max(axis=1)
         f = np.maximum(np.where(new > 0, new, 0.2 * f), SETTLED * force[:, None])
         if (wanted == active).all() and (moved < SETTLED * force).all():
-            return te, np.where(active, new, 0.0)
+            moving = approach - (np.broadcast_to(change, matrix.shape) @ new[..., None])[..., 0]
+            return te, _stiffness(coupled, hertz, approach, moving, f, active), np.where(active, new, 0.0)
         active = wanted if step < CYCLING else np.where(rng.random(active.shape) < 0.5, wanted, active)
     raise RuntimeError("line contact did not settle; try the resolved mode (a smaller accuracy) or other slices")
 
 
 def _newton_step(matrix, hertz, gap, approach, force, f, active) -> tuple[np.ndarray, np.ndarray]:
     """Transmission errors (m,) and forces (m, n) of the active cells, linear about the forces f."""
-    (factor, constant), (m, n) = hertz, gap.shape
-    softness = factor * np.maximum(constant - np.log(f) / 2 - 0.5, LEAST)
-    system = np.zeros((m, n + 1, n + 1))
-    system[:, :n, :n] = np.where(active[:, :, None], matrix, 0.0)
-    each = np.arange(n)
-    system[:, each, each] = np.where(active, matrix[:, each, each] + softness, 1.0)
-    system[:, :n, n] = np.where(active, -approach, 0.0)
-    system[:, n, :n] = approach
+    factor, constant = hertz
+    system, softness = _system(matrix, hertz, approach, approach, f, active)
     start = factor * f * (constant - np.log(f) / 2) - softness * f
     right = np.append(np.where(active, -gap - start, 0.0), force[:, None], axis=1)
     solution = np.linalg.solve(system, right[..., None])[..., 0]
-    return solution[:, n], solution[:, :n]
+    return solution[:, -1], solution[:, :-1]
+
+
+def _stiffness(matrix, hertz, approach, moving, f, active) -> np.ndarray:
+    """(m,) change of the mesh force per transmission error [N/m]; moving (m, n): approach less what softening takes."""
+    system, _ = _system(matrix, hertz, approach, moving, f, active)
+    right = np.zeros((*system.shape[:2], 1))
+    right[:, -1] = 1.0
+    return 1 / np.linalg.solve(system, right)[:, -1, 0]
+
+
+def _system(matrix, hertz, approach, moving, f, active) -> tuple[np.ndarray, np.ndarray]:
+    """Matrix (m, n + 1, n + 1) over forces and transmission error about the forces f, and softness (m, n) of the cells.
+
+    moving      (n,) or (m, n) normal displacement per transmission error
+    """
+    (factor, constant), (m, n) = hertz, f.shape
+    softness = factor * np.maximum(constant - np.log(f) / 2 - 0.5, LEAST)
+    system, cells = np.zeros((m, n + 1, n + 1)), np.arange(n)
+    system[:, :n, :n] = np.where(active[:, :, None], matrix, 0.0)
+    system[:, cells, cells] = np.where(active, matrix[:, cells, cells] + softness, 1.0)
+    system[:, :n, n] = np.where(active, -moving, 0.0)
+    system[:, n, :n] = approach
+    return system, softness

@@ -41,6 +41,7 @@ class State:
     cells       slices of pairs of teeth that were considered
     force       (n,) normal forces on the cells [N]
     pressure    (n,) largest contact pressure in each [Pa]
+    stiffness   tangent stiffness of the mesh: change of the mesh force per te [N/m]; 0 without load
     strips      strips of the cells, and load (n, STRIPS) their forces [N]; None in the slice mode
     mirrored    whether the lower half of the face, which has no cells, carries the same
     """
@@ -49,6 +50,7 @@ class State:
     cells: Cells
     force: np.ndarray
     pressure: np.ndarray
+    stiffness: float = 0.0
     strips: Strips | None = None
     load: np.ndarray | None = None
     mirrored: bool = False
@@ -189,8 +191,8 @@ class Encounter:
         width = cells.half_width(1 / (cells.high - cells.low))
         return flattening_of(cells), 0.5 + np.log(2 * self.depth / width)
 
-    def line_contact(self, force: np.ndarray, misalignment: np.ndarray, change) -> tuple[np.ndarray, np.ndarray]:
-        """Transmission errors (m,) [m] and forces on the whole slices (m, n) [N], one line load in each.
+    def line_contact(self, force: np.ndarray, misalignment: np.ndarray, change) -> tuple[np.ndarray, ...]:
+        """Transmission errors (m,) [m], stiffnesses (m,) [N/m] and line loads on the whole slices (m, n) [N].
 
         change      of `rest_coupling` per transmission error [1/N]
         """
@@ -202,13 +204,13 @@ class Encounter:
         """Contacts under mesh forces (m,) >= 0 [N] and misalignments (m,) [rad] with one line load in each slice."""
         cells, loaded = self.whole, force > 0
         gap, per_error = self.gaps(cells, misalignment[:, None])
-        te, loads = (gap / per_error).min(axis=1), np.zeros(gap.shape)
+        te, stiffness, loads = (gap / per_error).min(axis=1), np.zeros(force.size), np.zeros(gap.shape)
+        share = self.pinion.share
         if loaded.any():
-            shared = force[loaded] * self.pinion.share
-            te[loaded], loads[loaded] = self.line_contact(shared, misalignment[loaded], self.softening)
-        pressure = cells.hertz_pressure(loads)
-        half = self.pinion.share < 1
-        return [State(float(t), cells, f, p, mirrored=half) for t, f, p in zip(te, loads, pressure, strict=True)]
+            solved = self.line_contact(force[loaded] * share, misalignment[loaded], self.softening)
+            te[loaded], stiffness[loaded], loads[loaded] = solved
+        columns = te.tolist(), loads, cells.hertz_pressure(loads), (stiffness / share).tolist()
+        return [State(t, cells, f, p, k, mirrored=share < 1) for t, f, p, k in zip(*columns, strict=True)]
 
     def ranges(self, te: float, misalignment: float, cells: Cells, loads: np.ndarray) -> Ranges:
         """Axial ends between which the flanks of each pair of teeth overlap under a transmission error te [m].
@@ -239,7 +241,7 @@ class Encounter:
         if force == 0:
             return State(self.unloaded(misalignment), self.sliced({}, 0), np.zeros(0), np.zeros(0))
         force, cells = force * self.pinion.share, self.whole
-        (te,), (loads,) = self.line_contact(np.array([force]), np.array([misalignment]), change=0.0)
+        (te,), _, (loads,) = self.line_contact(np.array([force]), np.array([misalignment]), change=0.0)
         ranges = self.ranges(te, misalignment, cells, loads)
         for step in range(ROUNDS):
             line_load = loads / (cells.high - cells.low)
@@ -283,11 +285,12 @@ class Encounter:
         for _ in range(WIDENINGS):
             strips = strips_of(cells, half_width)
             touching = np.where(spilt[:, None], strips.expected > 0, touching)
-            te, load = assemble(cells, strips, self.pinion, self.wheel, misalignment).solve(force, touching)
+            te, stiffness, load = assemble(cells, strips, self.pinion, self.wheel, misalignment).solve(force, touching)
             first, last = strips.open & (load[:, [0, -1]].T > 0)
             spilt = first | last
             if not spilt.any():
                 pressure = (load / (strips.width * cells.length[:, None])).max(axis=1)
-                return State(te, cells, load.sum(axis=1), pressure, strips, load, self.pinion.share < 1)
+                stiffness /= self.pinion.share
+                return State(te, cells, load.sum(axis=1), pressure, stiffness, strips, load, self.pinion.share < 1)
             half_width, touching = np.where(spilt, 1.6 * half_width, half_width), load > 0
         raise RuntimeError("contact is a hundred times wider than Hertz says; reduce the load or take more slices")

@@ -17,7 +17,7 @@ from fem.gear import Gear, GearPair, Material, require
 SIZES = [f.name for f in fields(Gear) if f.name not in ("material", "flank")]
 #: Of these a gear has one.
 ROOTS = ("rho_f", "fillet")
-TORQUE, PHASE, TE, CENTROID = "torque", "phase", "te", "centroid"
+TORQUE, PHASE, TE, CENTROID, STIFFNESS = "torque", "phase", "te", "centroid", "stiffness"
 OFFSETS = {
     "a": ("m", "working centre distance"),
     "axial": ("m", "axial place of the wheel"),
@@ -143,19 +143,6 @@ def at_phases(phase: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarr
     """Values (..., n_at) between values (..., n_phase) over a mesh cycle, by a periodic cubic spline."""
     closed = np.concatenate([values, values[..., :1]], axis=-1)
     return scipy.interpolate.CubicSpline(np.append(phase, phase[0] + 1), closed, axis=-1, bc_type="periodic")(at)
-
-
-def compliance_at(given: np.ndarray, compliance: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """(n_force, ...) compliance deflection/force between that of given forces > 0 (n_given, ...), at least two.
-
-    Monotone cubic over ln F; below the lowest given force it grows with -ln F, as that of a line contact does.
-    """
-    across = (slice(None),) + (None,) * (compliance.ndim - 1)
-    slope = (compliance[0] - compliance[1]) / np.log(given[1] / given[0])
-    below = compliance[0] + np.clip(slope, 0, 0.9 * compliance[0]) * np.log(given[0] / force)[across]
-    inside = np.log(np.clip(force, given[0], given[-1]))
-    between = scipy.interpolate.PchipInterpolator(np.log(given), compliance)(inside)
-    return np.where((force < given[0])[across], below, between)
 
 
 def pair_attributes(pair: GearPair) -> dict[str, float | str]:

@@ -3,6 +3,7 @@
 from concurrent.futures import Executor
 from dataclasses import replace
 from math import floor
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
@@ -10,10 +11,11 @@ import xarray as xr
 from fem.accuracy import UpTo, choose
 from fem.arguments import Numbers, checked
 from fem.checks import number, numbers
+from fem.error_estimation import MapError
 from fem.flank import pitch_deviations
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
-from fem.offsets import Offsets, check_places
+from fem.offsets import Offsets, check_offsets, check_places
 from fem.progress import shown
 from fem.representation import exact
 from fem.ste import PHASE, TORQUE, ste_map
@@ -26,19 +28,20 @@ def static_transmission_error(
     torque: Numbers | UpTo,
     phases: Numbers | None = 30,
     *,
-    offsets: Offsets | None = None,
+    offsets: Annotated[Offsets, check_offsets] | None = None,
     accuracy: float | Resolution | None = None,
     executor: Executor | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
     """STE map of a spur or helical pair: "te" [m] in mid-plane on the line of action over (torque, offsets, phase).
 
-    Beside it stand "centroid" of the force across the width [m], "hertz_pressure" [Pa], of the line load on the
-    curvature of the involutes, as ISO 6336-2 has it, "line_load" [N/m], the "load_share" of every pair of teeth,
-    "pairs_in_contact", and over the torque "contact_ratio", that under load, as finely as phases lie (at 0 N m the
-    nominal one). "tip_contact" is the share of the load where the contact reaches a tip edge. There, where the corner
-    of a face touches, or a relief begins with a kink, "peak_pressure" [Pa] is far more: it has no limit on sharp edges,
-    and is a mean over one strip; `fem.EdgeBreak` rounds the tip's. In the slice mode it is that of Hertz.
+    Beside it stand the tangent "stiffness" of the mesh [N/m], by which loads between the torques are interpolated,
+    "centroid" of the force across the width [m], "hertz_pressure" [Pa], of the line load on the curvature of the
+    involutes, as ISO 6336-2 has it, "line_load" [N/m], the "load_share" of every pair of teeth, "pairs_in_contact", and
+    over the torque "contact_ratio", that under load, as finely as phases lie (at 0 N m the nominal one). "tip_contact"
+    is the share of the load where the contact reaches a tip edge. There, where the corner of a face touches, or a
+    relief begins with a kink, "peak_pressure" [Pa] is far more: it has no limit on sharp edges, and is a mean over one
+    strip; `fem.EdgeBreak` rounds the tip's. In the slice mode it is that of Hertz.
 
     torque          pinion torque F r_b1 [N m], one or several increasing values >= 0; 0: unloaded transmission error;
                     `UpTo(350)`: as many from 0 to 350 N m as the accuracy takes
@@ -46,9 +49,11 @@ def static_transmission_error(
                     pitch deviations values up to any number of pitches, as each tooth differs (a number of phases maps
                     the first pitch only, which makes no `exugear.MeshForce`); None: as many as the accuracy takes
     offsets         of the wheel; those with several values are axes of the map
-    accuracy        share of the deflection that each kind of error may be, say 0.005: it chooses the mesh, and the map
-                    carries what is estimated of each torque, "error_mesh", "error_phase", "error_torque" [m]; or a
-                    `Resolution`, without estimates (by default within 0.3 % of the converged mean of aligned spurs)
+    accuracy        share of the deflection that each kind of error may be, and of the largest peak to peak (see
+                    `fem.accuracy`), say 0.005: it chooses the mesh, and the map carries what is estimated of each
+                    torque, "error_mesh", "error_phase", "error_torque", and of the peak to peak by all together
+                    "error_p2p" [m]; or a `Resolution`, without estimates (by default within 0.3 % of the converged mean
+                    of aligned spurs)
     executor        any `concurrent.futures.Executor` to spread phases and places over; finite elements are solved here
     progress        show bars with the time left
 
@@ -61,24 +66,28 @@ def static_transmission_error(
     check_places(pair, values["a"], values["axial"])
     pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair
     with shown(progress):
-        torque, phase, resolution, found = _states(pair, torque, phases, values, accuracy)
+        torque, phase, resolution, errors = _states(pair, torque, phases, values, accuracy)
         states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor)
     axes = {name: values[name] for name in offsets.axes()}
     fixed = {name: float(values[name][0]) for name in ORDER[1:] if name not in axes}
     attributes = {"resolution": exact(resolution), "pitches": floor(phase[-1]) + 1} | fixed
-    return _labelled(pair, torque, phase, axes, states, attributes).assign(_estimates(found))
+    return _labelled(pair, torque, phase, axes, states, attributes).assign(_estimates(errors))
 
 
-def _estimates(found: dict[str, np.ndarray]) -> dict:
+def _estimates(errors: dict[str, MapError]) -> dict:
+    """Estimated errors of each torque: root mean squares by kind, and of the peak to peak by all kinds together."""
+    if not errors:
+        return {}
     kinds = {
         "error_mesh": "mesh",
         "error_phase": "interpolation over phase",
         "error_torque": "interpolation over torque",
     }
-    return {
-        name: (TORQUE, error, {"units": "m", "long_name": f"estimated root mean square error by {kinds[name]}"})
-        for name, error in found.items()
-    }
+    described = {name: f"estimated root mean square error by {kinds[name]}" for name in errors}
+    values = {name: error.rms for name, error in errors.items()}
+    values["error_p2p"] = np.sum([error.peak_to_peak for error in errors.values()], axis=0)
+    described["error_p2p"] = "estimated error of the peak to peak over the mesh cycle"
+    return {name: (TORQUE, values[name], {"units": "m", "long_name": text}) for name, text in described.items()}
 
 
 def _states(pair, torque, phases, values: dict, accuracy) -> tuple[np.ndarray, np.ndarray, Resolution, dict]:

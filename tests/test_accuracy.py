@@ -7,9 +7,13 @@ import pytest
 from conftest import paper_gear
 
 import fem
-from fem.accuracy import (
+from exugear.loaded import loaded_deflection
+from fem.accuracy import chosen_torques
+from fem.error_estimation import (
+    DENSE,
     MESHED_PHASES,
-    chosen_torques,
+    LoadedCurves,
+    MapError,
     curves,
     interpolation_errors,
     left,
@@ -17,16 +21,21 @@ from fem.accuracy import (
     rms,
     torque_error,
 )
+from fem.load_interpolation import deflection_under
 from fem.mesh import Density
-from fem.ste import at_phases, compliance_at
+from fem.ste import at_phases
 from fem.units import deg, mm, um
 
 SLICES, STRIPS = fem.Resolution(resolved=False), fem.Resolution()
 ROUGH = fem.Resolution(Density(flank=10, fillet=2, tooth=2, rim=2, body=3, width=2), 8)
 
 
+def map_of(pair, torque, phases, resolution):
+    return fem.static_transmission_error(pair, torque, phases, accuracy=resolution, progress=False)
+
+
 def te_of(pair, torque, phases, resolution) -> np.ndarray:
-    return fem.static_transmission_error(pair, torque, phases, accuracy=resolution, progress=False)["te"].values
+    return map_of(pair, torque, phases, resolution)["te"].values
 
 
 def true_errors(pair, torque, phases: int, resolution, truth) -> dict[str, np.ndarray]:
@@ -44,17 +53,17 @@ def true_torque_errors(pair, torque, phases: int, resolution) -> np.ndarray:
     """(n_torque,) as stated: the larger one of those half-way to the neighbours, over all phases."""
     torque = np.asarray(torque, float)
     halfway = np.append(torque[1] / 4, np.sqrt(torque[1:-1] * torque[2:]))
-    every, given = np.unique(np.concatenate([torque, halfway])), slice(None, None, 2)
-    te = te_of(pair, every, phases, resolution)
-    compliance = compliance_at(torque[1:], (te[given][1:] - te[0]) / torque[1:, None], halfway)
-    error = rms(te[0] + compliance * halfway[:, None] - te[1::2])
+    ste = map_of(pair, np.unique(np.concatenate([torque, halfway])), phases, resolution)
+    te, stiffness, r_b = ste["te"].values, ste["stiffness"].values, pair.pinion.r_b
+    deflection = deflection_under(torque[1:] / r_b, te[2::2] - te[0], halfway / r_b, stiffness[2::2])
+    error = rms(te[0] + deflection - te[1::2])
     return np.maximum(np.append(0.0, error), np.append(error, 0.0))
 
 
-def stated(pair, torque, phases: int, resolution) -> dict[str, np.ndarray]:
+def estimated(pair, torque, phases: int, resolution) -> dict[str, MapError]:
     values = fem.Offsets().values(pair)
-    found = interpolation_errors(pair, torque, np.arange(phases) / phases, values, resolution)
-    return {"error_mesh": mesh_error(pair, torque, values, resolution)} | found
+    errors = interpolation_errors(pair, torque, np.arange(phases) / phases, values, resolution)
+    return errors | {"error_mesh": mesh_error(pair, torque, values, resolution)}
 
 
 def random_pair(rng) -> fem.GearPair:
@@ -84,18 +93,32 @@ def test_what_is_left_of_an_error_that_falls_with_a_power_is_exact(other):
     assert left(1e-6 * (4**-1.5 - other**-1.5), 4 / other, 1.5) == pytest.approx(1e-6 * 4**-1.5, rel=1e-12)
 
 
+def true_peak_to_peak_error(pair, torque, phases: int, resolution, truth) -> np.ndarray:
+    """(2,) of the law through a map of 0 and two torques: at the larger one, and between the two."""
+    ste = map_of(pair, torque, phases, resolution)
+    loads = np.array([torque[2], np.sqrt(torque[1] * torque[2])])
+    force, deflection = loaded_deflection(ste, pair.pinion.r_b, DENSE)
+    law = np.array([[np.interp(load / pair.pinion.r_b, force, row) for row in deflection] for load in loads])
+    return np.abs(np.ptp(law, axis=1) - np.ptp(te_of(pair, np.sort(loads), 48, truth), axis=1)[::-1])
+
+
 @pytest.mark.slow
 def test_estimates_are_honest():
-    """Of 90 estimates at least 95 % are above the true error, none far below; and they are of its size."""
-    rng, ratios = np.random.default_rng(1), []
-    for _ in range(30):
+    """Of 60 pairs at least 95 % of each estimate are above the true error, none far below; and they are of its size."""
+    rng, ratios, swings = np.random.default_rng(1), [], []
+    for _ in range(60):
         pair = random_pair(rng)
         torque = rng.uniform(50e3, 400e3) * pair.b * pair.pinion.r_b * np.array([0, 0.1, 1])
-        estimate, truth = stated(pair, torque, 8, ROUGH), true_errors(pair, torque, 8, ROUGH, STRIPS)
-        ratios.append([estimate[kind].max() / truth[kind].max() for kind in truth])
+        errors = estimated(pair, torque, 8, ROUGH)
+        truth = true_errors(pair, torque, 8, ROUGH, STRIPS)
+        ratios.append([errors[kind].rms.max() / truth[kind].max() for kind in truth])
+        swing = sum(error.peak_to_peak for error in errors.values())
+        swings.append(swing[1:].max() / true_peak_to_peak_error(pair, torque, 8, ROUGH, STRIPS))
     assert np.mean(np.array(ratios) >= 1) >= 0.95
     assert np.min(ratios) > 0.5
     assert np.median(ratios) < 6
+    assert np.mean(np.array(swings) >= 1) >= 0.95
+    assert np.median(swings) < 10
 
 
 @pytest.mark.slow
@@ -105,7 +128,7 @@ def test_estimates_of_slices_hold_over_all_phases():
     for _ in range(12):
         pair = random_pair(rng)
         torque = rng.uniform(50e3, 400e3) * pair.b * pair.pinion.r_b
-        estimate = mesh_error(pair, [torque], fem.Offsets().values(pair), SLICES)
+        estimate = mesh_error(pair, [torque], fem.Offsets().values(pair), SLICES).rms
         slices, strips = (te_of(pair, torque, 42, mode)[0] for mode in (SLICES, STRIPS))
         assert estimate > rms(slices - strips)
 
@@ -128,11 +151,13 @@ def test_requested_accuracy_chooses_and_is_kept():
 def test_no_stated_error_passes_the_request(flank):
     """At any torque; the deflection is here that of the map, for the choice that of slices."""
     pair = fem.GearPair(paper_gear(flank=(flank,)), paper_gear(), a=150 * mm)
-    ste = fem.static_transmission_error(pair, fem.UpTo(350), None, accuracy=0.01, progress=False)
+    ste = fem.static_transmission_error(pair, fem.UpTo(350), None, accuracy=0.02, progress=False)
     found = (ste["te"] - ste["te"].sel(torque=0)).mean("phase").values
-    allowed = 0.01 * np.maximum(found, 0.1 * found[-1])
+    allowed = 0.02 * np.maximum(found, 0.1 * found[-1])
     for name in ("error_mesh", "error_phase", "error_torque"):
         assert (ste[name].values <= 1.01 * allowed).all()
+    swing = np.ptp(ste["te"].values, axis=1)
+    assert (ste["error_p2p"].values <= 3.1 * 5 * 0.02 * np.maximum(swing, 0.1 * swing.max())).all()
 
 
 @pytest.mark.slow
@@ -145,7 +170,7 @@ def test_light_contact_of_flanks_crowned_both_ways_is_answered():
     ste = fem.static_transmission_error(pair, [0, 2], 8, accuracy=0.005, progress=False)
     allowed = 0.005 * float((ste["te"][1] - ste["te"][0]).mean())
     assert float(ste["error_mesh"][1]) <= 1.01 * allowed
-    stated = mesh_error(pair, [2], fem.Offsets().values(pair), STRIPS)
+    stated = mesh_error(pair, [2], fem.Offsets().values(pair), STRIPS).rms
     assert 0 < rms(te_of(pair, 2, 8, STRIPS)[0] - ste["te"].values[1]) < stated
 
 
@@ -159,7 +184,7 @@ def test_a_single_element_across_the_width_is_compared_with_two(slices):
     single = fem.Resolution(replace(ROUGH.density, width=1), slices)
     truth = te_of(CROWNED, torque, MESHED_PHASES, fem.Resolution(replace(ROUGH.density, width=4), 20))
     error = rms(te_of(CROWNED, torque, MESHED_PHASES, single) - truth)
-    stated = mesh_error(CROWNED, torque, values, single)
+    stated = mesh_error(CROWNED, torque, values, single).rms
     assert (error[1:] > 1e-8).all()
     assert (stated[1:] > error[1:]).all()
     assert (stated < 0.5 * truth.mean(axis=1))[1:].all()
@@ -185,7 +210,7 @@ def test_errors_between_torques_are_seen_where_a_corner_touches():
     pairs = [fem.GearPair(gear, gear, a=150 * mm) for gear in (paper_gear(), sharp)]
     for pair in pairs + [random_pair(rng) for _ in range(4)]:
         torque = 350e3 * pair.b * pair.pinion.r_b * np.array([0, 1 / 64, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1])
-        estimate = torque_error(pair, torque, fem.Offsets().values(pair), fast)
+        estimate = torque_error(pair, torque, fem.Offsets().values(pair), fast).rms
         ratios.append(estimate / true_torque_errors(pair, torque, 240, fast))
     assert np.mean(np.array(ratios) >= 1) >= 0.95
     assert np.min(ratios) > 0.5
@@ -195,11 +220,11 @@ def test_errors_between_torques_are_seen_where_a_corner_touches():
 @pytest.mark.parametrize("accuracy", [0.02, 0.005])
 def test_torques_are_found_for_flanks_that_touch_in_a_point_first(accuracy):
     values, phase = fem.Offsets().values(CROWNED), np.arange(60) / 60
-    torque = chosen_torques(CROWNED, 350, values, accuracy, SLICES)
-    te = curves(CROWNED, torque, phase, values, SLICES)
-    between = np.sqrt(torque[1:-1] * torque[2:])
-    compliance = compliance_at(torque[1:], (te[1:] - te[0]) / torque[1:, None], between)
-    error = rms(te[0] + compliance * between[:, None] - curves(CROWNED, between, phase, values, SLICES))
+    torque = chosen_torques(LoadedCurves(CROWNED, values, SLICES), 350, accuracy)
+    te, stiffness = curves(CROWNED, torque, phase, values, SLICES)
+    between, r_b = np.sqrt(torque[1:-1] * torque[2:]), CROWNED.pinion.r_b
+    deflection = deflection_under(torque[1:] / r_b, te[1:] - te[0], between / r_b, stiffness[1:])
+    error = rms(te[0] + deflection - curves(CROWNED, between, phase, values, SLICES)[0])
     assert (error < accuracy * np.maximum(te[2:] - te[0], 0.1 * (te[-1] - te[0])).mean(axis=1)).all()
 
 

@@ -20,7 +20,7 @@ from typing import Any
 
 import pytest
 import xarray as xr
-from valid_arguments import RING, instances, valid
+from valid_arguments import RING, by_name, instances, valid
 
 import exugear
 import fem
@@ -150,7 +150,7 @@ def objection(call, name: str) -> str | None:
 
 @pytest.fixture(autouse=True)
 def no_work(monkeypatch):
-    instances()
+    instances(), by_name()
 
     def started(*args, **options):
         raise Started
@@ -242,14 +242,17 @@ def test_what_users_met():
         (lambda: exugear.draw(model.mbs), "model must be an exugear.Model"),
         (lambda: exugear.plots.plot_run_up(data), "run must be an exugear.Run or its data"),
         (lambda: fem.GearPair(None, valid("", "gear")), "pinion must be a fem.Gear, got None"),
-        (lambda: fem.static_transmission_error(valid("", "pair"), 10**400), "torque must be real numbers or a fem.UpTo"),
+        (
+            lambda: fem.static_transmission_error(valid("", "pair"), 10**400),
+            "torque must be real numbers or a fem.UpTo",
+        ),
         (lambda: fem.UpTo(10**5000), "torque must be one real number in SI units"),
     ):
         with pytest.raises(ValueError, match=words):
             call()
 
 
-@pytest.mark.parametrize("value", [None, "100", 10**400, nan])
+@pytest.mark.parametrize("value", [None, "100", 10**400, nan], ids=["None", "string", "huge", "nan"])
 def test_functions_of_time_that_give_no_numbers(value):
     options = {"speed": 50.0, "load": 100.0, "duration": 0.01, "progress": False}
     for name in ("speed", "load"):
@@ -257,7 +260,9 @@ def test_functions_of_time_that_give_no_numbers(value):
             exugear.run_up(valid("", "model"), **options | {name: lambda t: value})
 
 
-@pytest.mark.parametrize("value", [None, "abc", [1e-6, "abc"], 10**400, nan])
+@pytest.mark.parametrize(
+    "value", [None, "abc", [1e-6, "abc"], 10**400, nan], ids=["None", "string", "mixed", "huge", "nan"]
+)
 def test_laws_are_asked_for_numbers(value):
     law = valid("", "force")
     for name in ("phase", "deflection", "rate"):

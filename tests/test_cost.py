@@ -4,6 +4,7 @@ import pytest
 from conftest import few_teeth, paper_pair
 
 import fem
+from fem.sweep import QUANTITIES
 from fem.units import deg, mm
 
 QUICK = fem.Resolution(resolved=False)
@@ -19,7 +20,7 @@ def test_states_are_those_of_the_map(paper_pair):
     cost = fem.map_cost(paper_pair, [0, 50, 150], 5, offsets=TILTED, accuracy=QUICK)
     ste = fem.static_transmission_error(paper_pair, [0, 50, 150], 5, offsets=TILTED, accuracy=QUICK, progress=False)
     assert cost.states == ste["te"].size == 90 and cost.checks == 0 and not cost.at_least
-    parts = ("te", "peak_pressure", "hertz_pressure", "line_load", "centroid", "load_share", "pairs_in_contact")
+    parts = ("te", *QUANTITIES, "load_share", "pairs_in_contact")
     assert cost.memory == pytest.approx(sum(ste[name].nbytes for name in parts), rel=0.3)
 
 

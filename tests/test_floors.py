@@ -53,6 +53,8 @@ FLOORS = {
     "fem.slices": 3,
     "fem.state": 5.5,
     "fem.sweep": 5.6,
+    "fem.load_interpolation": 0,
+    "fem.error_estimation": 5.65,
     "fem.accuracy": 5.7,
     "fem.transmission": 6,
     "fem.cost": 6.1,
@@ -124,7 +126,7 @@ FLOORS = {
 #: `fem.profile` is the outline that `exugear.graphics` draws.
 DOORS_TO_FEM = {
     *("fem.arguments", "fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"),
-    *("fem.progress", "fem.representation", "fem.version"),
+    *("fem.progress", "fem.representation", "fem.version", "fem.load_interpolation"),
 }
 EXUDYN = (
     *("bodies", "connector", "eigenfrequencies", "equilibrium", "friction_connector", "graphics"),

@@ -49,7 +49,7 @@ def test_misaligned_line_of_springs(tilt, delta, tangent, k_h_beta):
     springs = np.tile(np.eye(STRIPS) * STRIPS * n / (c * b), (n, 1, 1))
     gap = (np.arange(n * STRIPS).reshape(n, STRIPS) + 0.5) / (n * STRIPS) * tilt * um
     every, uncoupled = np.ones_like(gap, bool), np.zeros((n, NODES, n, NODES))
-    te, f = Contact(springs, uncoupled, gap, np.ones_like(gap)).solve(force, every)
+    te, _, f = Contact(springs, uncoupled, gap, np.ones_like(gap)).solve(force, every)
     line_load = f * n * STRIPS / b
     assert te == pytest.approx(exact, rel=1e-6)
     assert te / um == pytest.approx(delta, abs=1e-3)
@@ -64,8 +64,8 @@ def test_strips_that_join_one_by_one_find_the_same_contact():
     local = np.tile(2e-9 * np.exp(-np.abs(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS))) / 5), (n, 1, 1))
     gap = rng.uniform(0, 5 * um, (n, STRIPS))
     contact = Contact(local, smooth, gap, np.ones_like(gap))
-    te, f = contact.solve(2000.0, np.ones_like(gap, bool))
-    other, g = contact._one_by_one(np.ones_like(gap), 2000.0)
+    te, _, f = contact.solve(2000.0, np.ones_like(gap, bool))
+    other, _, g = contact._one_by_one(np.ones_like(gap), 2000.0)
     assert other == pytest.approx(te, rel=1e-12)
     assert g == pytest.approx(f, abs=1e-8)
     assert 0 < (f > 0).mean() < 1

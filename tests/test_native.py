@@ -157,7 +157,7 @@ def test_python_may_look_at_it(law, monkeypatch):
     assert "gear_contact" in repr(function)
     forces = function(mbs, 0.0, contact, [1e-4, 0.0], [0.0, 0.0])
     assert forces[0] == pytest.approx(-law(0.0, 1e-4 * PAIR.pinion.r_b) * PAIR.pinion.r_b)
-    with pytest.raises(RuntimeError, match="lies beyond the map"):
+    with pytest.raises(RuntimeError, match="lies far beyond the map"):
         function(mbs, 0.0, contact, [0.1, 0.0], [0.0, 0.0])
     with pytest.raises(TypeError, match="pickle"):
         pickle.dumps(function)

@@ -56,7 +56,7 @@ def test_it_names_the_torque_to_map(stopped):
     assert np.isfinite(further.data["dte"]).all()
     words = r"stage fast-slow the map ends .* of 400 N m, 500 N m are asked for; .* 750 N m"
     with pytest.raises(ValueError, match=words):
-        exugear.run_up(exugear.build(box_of(smooth_map(SMALL))), **RUN | {"load": 500.0})
+        exugear.run_up(exugear.build(box_of(smooth_map(SMALL))), **RUN | {"load": 500.0, "speed": 100 * rpm})
 
 
 def test_it_names_the_offsets_to_map():
