@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import ceil
-from typing import Annotated
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from fem.error_estimation import (
 )
 from fem.gear import GearPair
 from fem.mesh import Density
-from fem.offsets import Offsets, check_offsets, check_places
+from fem.offsets import Offsets, check_places
 from fem.sweep import ORDER, QUANTITIES, Resolution, across_width, elastic
 from fem.transmission import checked_phases, checked_share, checked_torque, given
 
@@ -76,7 +75,7 @@ def map_cost(
     torque: Numbers | UpTo,
     phases: Numbers | None = 30,
     *,
-    offsets: Annotated[Offsets, check_offsets] | None = None,
+    offsets: Offsets | None = None,
     accuracy: float | Resolution | None = None,
 ) -> MapCost:
     """What `fem.static_transmission_error` of the same arguments costs, before it runs.

@@ -9,6 +9,7 @@ import importlib
 import inspect
 import linecache
 import re
+import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import partial
@@ -60,19 +61,10 @@ TAKEN = {
 #: What arguments are called in messages, where not by their names; "a" is also an article.
 CALLED = {"ste": "ste|map", "mesh": "mesh|map", "runs": "runs?", "a": "a must"}
 #: Where work starts: no refusal comes from there or later.
-WORK = {
-    "fem.transmission": "sweep",
-    "fem.accuracy": "sweep",
-    "fem.stress": "encounters",
-    "fem.root_stress": "encounters",
-    "fem.nonlinear": "assembled",
-    "fem.dynamic": "turning_gears",
-    "fem.explicit": "clamped_pair",
-    "exugear.run": "start",
-    "exugear.eigenfrequencies": "start",
-    "exugear.connector": "add_forces",
-    "exugear.friction_connector": "add_forces",
-}
+WORK = (
+    *("fem.sweep.sweep", "fem.loads.encounters", "fem.nonlinear.assembled", "fem.dynamic.turning_gears"),
+    *("fem.body.clamped_pair", "exugear.equilibrium.start", "exugear.connector.add_forces"),
+)
 
 
 class Started(BaseException):
@@ -155,8 +147,11 @@ def no_work(monkeypatch):
     def started(*args, **options):
         raise Started
 
-    for module, name in WORK.items():
-        monkeypatch.setattr(importlib.import_module(module), name, started)
+    for path in WORK:
+        home, name = path.rsplit(".", 1)
+        function = getattr(importlib.import_module(home), name)
+        for module in [x for x in sys.modules.values() if getattr(x, "__dict__", {}).get(name) is function]:
+            monkeypatch.setattr(module, name, started)
 
 
 @pytest.mark.parametrize("path", LISTED)
