@@ -7,7 +7,6 @@ from math import acos, asin, atan, cos, hypot, inf, pi, sin, sqrt, tan
 import numpy as np
 
 from fem import flank as flanks
-from fem.arguments import checked
 from fem.checks import as_floats, number, require, require_within
 from fem.data_sheet import GEAR, DataSheet, listed
 from fem.flank import Face, Flank, Sides
@@ -250,11 +249,10 @@ class Gear:
         """Extent of a flank."""
         return Face(self.roll_form, self.roll_tip, self.b, self.r_b, self.z, land=self.thickness(self.r_a))
 
-    @checked
     def thickness(self, r: float) -> float:
         """Transverse tooth thickness on the circle of radius r >= r_b [m]; ValueError for others."""
-        within = f"r must be at least the base radius {self.r_b / mm:.6g} mm, got {r / mm:.6g} mm"
-        require(self.r_b <= r < inf, within)
+        if not self.r_b <= number("r", r) < inf:
+            raise ValueError(f"r must be at least the base radius {self.r_b / mm:.6g} mm, got {r / mm:.6g} mm")
         return 2 * r * (self.s_t / (2 * self.r) + involute(self.alpha_t) - involute(acos(self.r_b / r)))
 
     def data_sheet(self, *, k: int | None = None, D_M: float | None = None) -> DataSheet:

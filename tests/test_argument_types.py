@@ -26,6 +26,7 @@ from valid_arguments import RING, by_name, instances, valid
 import exugear
 import fem
 from fem.arguments import checked
+from fem.mesh import Density
 
 HOME = Path(fem.__file__).parents[1]
 MODULES = (
@@ -72,7 +73,8 @@ class Started(BaseException):
 
 
 def public() -> Iterator[tuple[str, Any]]:
-    """(name, function, class or method) of all that is public."""
+    """(name, function, class or method) of all that is public, and the class of their argument density."""
+    yield "fem.mesh.Density", Density
     for module in map(importlib.import_module, MODULES):
         for name in module.__all__:
             value, path = getattr(module, name), f"{module.__name__}.{name}"
