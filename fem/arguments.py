@@ -49,7 +49,7 @@ def checked(made: Made) -> Made:
         hints, further = _hints(made)
         for name, value in (*zip(hints, args, strict=False), *kwargs.items()):
             hint, default = hints.get(name, further)
-            if value is not default and type(value) is not hint:
+            if value is not default and (type(value) is not hint or hint is int):
                 check_kind(name, value, hint)
         return made(*args, **kwargs)
 
