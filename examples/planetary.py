@@ -26,6 +26,8 @@ PUBLISHED = (0, 743.2, 743.2, 1102.4, 1102.4, 1475.7, 1896.0, 1896.0, 1930.3, 22
 MESH, BEARING, RING_TORSION = 5e8, 1e8, 1e9
 #: Mass [kg], inertia over the squared base radius (carrier: squared centre distance) [kg]
 SUN, RING, CARRIER, PLANET = (0.4, 0.39), (2.35, 3.0), (5.43, 6.29), (0.66, 0.61)
+#: How deep the teeth press for natural frequencies [m], which it moves by 2e-6; 0.2 um by 2e-5, 10 um by 1e-3.
+DEPTH, LEAST = 0.02 * um, 1e-9
 DAMPING_TIME, MESH_DAMPING = 2e-5, 1500.0
 SPEED, LOAD = 1000 * rpm, (500.0, 2500.0)
 
@@ -106,18 +108,21 @@ def build(error: float = 0.0, planets: int = 3, sun_bearing: float = BEARING) ->
     return made
 
 
-def put_into_mesh(made: Set, depth: float = 10 * um) -> None:
-    """Sun and ring turned until all teeth press."""
+def put_into_mesh(made: Set, depth: float = DEPTH) -> None:
+    """Sun and ring turned until all teeth press to a depth [m]; ValueError where they hardly touch."""
+    if not depth >= LEAST:
+        why = "below, the least motion parts the teeth"
+        raise ValueError(f"depth must be >= {LEAST:g} m, got {depth:g}: {why}; take {DEPTH:g}, and more under load")
     q = np.zeros(made.mbs.systemData.ODE2Size())
     q[[made.place("sun") + 2, made.place("ring") + 2]] = depth / R_SUN, depth / R_RING
     made.mbs.systemData.SetODE2Coordinates(q, exu.ConfigurationType.Initial)
 
 
-def natural_frequencies() -> np.ndarray:
-    """In rising order [Hz]: all coordinates free, all teeth in contact."""
-    made = build()
+def natural_frequencies(planets: int = 3, depth: float = DEPTH) -> np.ndarray:
+    """In rising order [Hz]: all coordinates free, all teeth in contact to a depth [m]."""
+    made = build(planets=planets)
     made.mbs.Assemble()
-    put_into_mesh(made)
+    put_into_mesh(made, depth)
     squares, _ = made.mbs.ComputeODE2Eigenvalues()
     return np.sqrt(np.abs(np.sort(squares))) / (2 * np.pi)
 

@@ -10,6 +10,7 @@ import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.contact_frame import GearBody, frame_between
+from exugear.derivatives import jacobian
 from exugear.divergence import stopped
 from exugear.force import MeshForce
 from exugear.items import object_of
@@ -23,7 +24,7 @@ from fem.gear import GearPair, require
 
 #: For derivatives by coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences move an angle by 1e-7
 #: of itself, which after a thousand revolutions is more than any mesh deflects.
-NUDGE, NUDGE_T = 1e-9, 1e-3
+NUDGES = 1e-9, 1e-3
 #: How far a gear's centre may lie off its axis [m].
 OFF_AXIS = 1e-9
 #: Rigid bodies in space by Exudyn's names of their nodes.
@@ -187,17 +188,10 @@ def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorde
             raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        n, state = len(q), np.array([*q, *q_t])
-        jacobian = np.zeros((n, n))
-        for i in range(2 * n):
-            nudge = np.zeros(2 * n)
-            nudge[i] = NUDGE if i < n else NUDGE_T
-            try:
-                ahead, behind = (np.array(kernel(one, two, none, t, *x)) for x in (state + nudge, state - nudge))
-            except ValueError as error:
-                raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
-            jacobian[:, i % n] -= (factor if i < n else factor_t) * (ahead - behind) / (2 * nudge[i])
-        return jacobian
+        try:
+            return jacobian(partial(kernel, one, two, none, t), q, q_t, (factor, factor_t), NUDGES)
+        except ValueError as error:
+            raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
 
     gear_contact.arrays = (law, frame, recorder, nobody)  # type: ignore[attr-defined]
     return gear_contact, gear_jacobian

@@ -198,9 +198,9 @@ class MeshForce:
         values = values.reshape(*(axis.size for axis in left.values()), *values.shape[-2:])
         unloaded, largest, stiffness, centroid = np.split(values, [1, 2, 2 + U.size], axis=-1)
         penetration, phase = largest * U**4, np.arange(values.shape[-2]) / values.shape[-2]
-        table = {"deflection": unloaded + penetration, "force_table": np.exp(stiffness) * penetration}
+        deflection, force = unloaded + penetration, np.exp(stiffness) * penetration
         middle = centroid if centroid.any() else 0.0
-        return replace(self, phase=phase, centroid=middle, offsets=left, **table)
+        return replace(self, phase=phase, deflection=deflection, force_table=force, centroid=middle, offsets=left)
 
     def _places(self) -> np.ndarray:
         """(*places, n_phase, 2 + 2 U.size) unloaded deflection, largest penetration, ln k and centroid over u."""

@@ -35,6 +35,7 @@ from exugear.kinematics import (
     spatial_frame,
     spatial_row,
 )
+from exugear.native import way
 from exugear.plan import Plan
 from exugear.plan import plan as plan_of
 from exugear.recorder import Recorder
@@ -126,6 +127,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     rotors = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in ends.items() if rotor is not None}
     meshes = tuple(_mesh(mbs, contact, start, plan) for contact in contacts)
     spins = {name: start[name] + SPIN_PLACE[plan.shafts[name]] for name in names}
+    plan = replace(plan, contact=way())
     return measured(Model(gearbox, plan, mbs, container, bodies, spins, rotors, meshes, drive, load))
 
 

@@ -29,6 +29,8 @@ sys.modules["exugear"].__path__ = [{folder!r}]
 from exugear.trial import trial
 trial()
 """
+#: Where it may work, and the longest of a trial's last words.
+SYSTEM, LONGEST = ("linux", "x86_64", "CPython"), 200
 PACKAGES = "exudyn", "numba", "llvmlite", "numpy"
 
 
@@ -38,21 +40,31 @@ def native(portable, kernel, addresses: tuple[int, ...], n: int):
     portable            (mbs, t, item, q, q_t) -> forces of n coordinates; raises RuntimeError
     kernel, addresses   the compiled kernel(*addresses, t, *q, *q_t) that it calls, and the addresses
     """
-    if os.environ.get("EXUGEAR_PORTABLE", "") not in ("", "0") or not _works():
-        return portable
-    return trampoline.forged(portable, kernel, addresses, n)
+    return portable if obstacle() else trampoline.forged(portable, kernel, addresses, n)
+
+
+def way() -> str:
+    """How Exudyn calls contacts, in words."""
+    return f"by way of Python ({obstacle()})" if obstacle() else "called without Python"
+
+
+def obstacle() -> str:
+    """Why Exudyn calls contacts by way of Python; empty where it calls them without."""
+    asked = os.environ.get("EXUGEAR_PORTABLE", "") not in ("", "0")
+    return "EXUGEAR_PORTABLE asks for it" if asked else _obstacle()
 
 
 @cache
-def _works() -> bool:
-    if (sys.platform, platform.machine(), platform.python_implementation()) != ("linux", "x86_64", "CPython"):
-        return False
+def _obstacle() -> str:
+    system = sys.platform, platform.machine(), platform.python_implementation()
+    if system != SYSTEM:
+        return f"only {' '.join(SYSTEM)} can do without, this is {' '.join(system)}"
     if "python" not in Path(sys.executable).name:
-        return False
+        return f"the trial needs python as a process of its own, not {sys.executable}"
     try:
-        return bool(cached(_circumstances(), lambda: {"works": np.array(_tried())})["works"])
-    except (OSError, subprocess.TimeoutExpired):
-        return False
+        return str(cached(_circumstances(), lambda: {"obstacle": np.array(_tried())})["obstacle"])
+    except (AttributeError, OSError, subprocess.TimeoutExpired) as error:
+        return f"no trial of the other way: {error}"
 
 
 def _circumstances() -> str:
@@ -61,13 +73,15 @@ def _circumstances() -> str:
     sources = [Path(trampoline.__file__).with_name(name) for name in ("trampoline.py", "trial.py")]
     source = str(crc32(b"".join(path.read_bytes() for path in sources)))
     system = sys.version, *platform.libc_ver(), os.environ.get("LD_PRELOAD", "")
-    return "\n".join(["native", source, exu.Help.__module__, *packages, *system])
+    return "\n".join(["native trial", source, exu.Help.__module__, *packages, *system])
 
 
-def _tried() -> bool:
-    """Whether `exugear.trial` ends well, in a package without what exugear imports."""
+def _tried() -> str:
+    """What `exugear.trial` ends with in a package without what exugear imports; empty where all is well."""
     surroundings = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONWARNINGS": "ignore"}
     fast, folder = exu.Help.__module__.endswith("fast"), str(Path(trampoline.__file__).parent)
     command = [sys.executable, "-P", "-c", SCRIPT.format(fast=fast, folder=folder)]
     with announced("trying whether Exudyn may call the compiled contact without Python", once=True):
-        return not subprocess.run(command, env=surroundings, capture_output=True, timeout=PATIENCE).returncode
+        ended = subprocess.run(command, env=surroundings, capture_output=True, text=True, timeout=PATIENCE)
+    said = " ".join(ended.stderr.split())[-LONGEST:] or "no words"
+    return f"its trial ended with {ended.returncode}: {said}" if ended.returncode else ""

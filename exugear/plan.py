@@ -36,6 +36,7 @@ class Plan:
     undamped    whether no mesh, bearing or coupling is damped
     omega       bound on the highest eigenfrequency of the built model, meshes at their stiffest [rad/s]; 0: not built
     omega_mesh  the same of those in which meshes take part: what the step resolves [rad/s]; 0: not built
+    contact     how Exudyn calls the contacts of the built model: without Python, or by way of it and why
     """
 
     shafts: Mapping[str, Coordinates]
@@ -45,6 +46,7 @@ class Plan:
     undamped: bool = False
     omega: Finite = 0.0
     omega_mesh: Finite = 0.0
+    contact: str = ""
 
     def with_joints(self) -> "Plan":
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
@@ -98,6 +100,7 @@ class Plan:
             lines.append(f"eigenfrequencies: below {self.omega / 2 / pi:.4g} Hz, {resolved}")
             lines.append(f"largest stable step: {self.largest_step:.3g} s")
             lines.append(f"tolerance 1e-3: {self.cost(1.0, self.step())}")
+            lines.append(f"contact: {self.contact}")
         else:
             lines.append("integrator and step: known once the model is built (build(box).plan)")
         return "\n".join(lines)

@@ -211,19 +211,19 @@ def plot_section(points: Numbers, quads: Numbers, ax: Axes | None = None, height
 def plot_solid(points: Numbers, facets: Numbers, ax: Axes | None = None) -> Axes:
     """Surface of a solid mesh in space, points (3, n) [m] and the rings of its outer facets (4, n)."""
     corners = _coordinates(points, 3)[:, _corners("facets", facets)].transpose(2, 1, 0) / mm
-    ax = _axes(ax, projection="3d")
+    space: Any = _axes(ax, projection="3d")
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     shade = 0.55 + 0.45 * np.abs(normal @ np.array([0.3, 0.4, 0.86]))
     faces = Poly3DCollection(corners, facecolors=colormaps["bone"](shade), edgecolors="k", linewidths=0.1)
-    ax.add_collection3d(faces)  # type: ignore[attr-defined]
+    space.add_collection3d(faces)
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     for name, a, b in zip("xyz", low, high, strict=True):
-        getattr(ax, f"set_{name}lim")(a, b)
-    ax.set_box_aspect(high - low, zoom=1.25)  # type: ignore[call-arg]
-    ax.view_init(elev=32, azim=68)  # type: ignore[attr-defined]
-    ax.set_axis_off()
-    return ax
+        getattr(space, f"set_{name}lim")(a, b)
+    space.set_box_aspect(high - low, zoom=1.25)
+    space.view_init(elev=32, azim=68)
+    space.set_axis_off()
+    return space
 
 
 def _coordinates(points, dim: int) -> np.ndarray:

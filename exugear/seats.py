@@ -7,6 +7,7 @@ import numpy as np
 from numba import carray
 
 from exugear.bearing import Bearing, about_pole
+from exugear.derivatives import jacobian
 from exugear.divergence import DIVERGED, FAR
 from exugear.kernels import PLANAR, SPATIAL
 from exugear.recorder import at
@@ -17,7 +18,8 @@ SIZE, LEVER, DAMPING = range(3)
 HEADER = 3
 #: Past the clearance the force grows in proportion, this far [m].
 REACH = 1.0
-NUDGE, NUDGE_T = 1e-9, 1e-6
+#: Differences of coordinates [m, rad] and velocities [m/s, rad/s] for derivatives.
+NUDGES = 1e-9, 1e-6
 #: Coordinates of a body among displacements and tilts
 TAKEN = {PLANAR: [0, 1, 5], SPATIAL: [0, 1, 2, 3, 4, 5]}
 
@@ -93,25 +95,19 @@ def user_functions(bearing: Bearing, lever: float):
     table = np.concatenate([[displacement.size, lever, bearing.damping], displacement, force])
     address = table.ctypes.data
 
-    def called(q, q_t):
+    def called(*state):
         try:
-            return seat_forces(address, *q, *q_t)
+            return seat_forces(address, *state)
         except ValueError as error:
             r, end = error.args
             grow = f"displacement {r:.4g} m of a bearing lies beyond its table, which ends at {end:.4g} m"
             raise RuntimeError(f"{grow}; {'extend it' if r < FAR else DIVERGED}") from None
 
     def bearing_force(mbs, t, item, q, q_t):
-        return called(q, q_t)
+        return called(*q, *q_t)
 
     def bearing_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        state, jacobian = np.array([*q, *q_t]), np.zeros((6, 6))
-        for i in range(12):
-            nudge = np.zeros(12)
-            nudge[i] = NUDGE if i < 6 else NUDGE_T
-            ahead, behind = (np.array(called(*np.split(x, 2))) for x in (state + nudge, state - nudge))
-            jacobian[:, i % 6] -= (factor if i < 6 else factor_t) * (ahead - behind) / (2 * nudge[i])
-        return jacobian
+        return jacobian(called, q, q_t, (factor, factor_t), NUDGES)
 
     bearing_force.table = table  # type: ignore[attr-defined]
     return bearing_force, bearing_jacobian

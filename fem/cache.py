@@ -10,6 +10,8 @@ from typing import BinaryIO
 
 import numpy as np
 
+from fem.checks import require
+
 Arrays = dict[str, np.ndarray]
 
 
@@ -22,12 +24,15 @@ def folder() -> Path:
 def cached(inputs: str, compute: Callable[[], Arrays]) -> Arrays:
     """The arrays that compute() gives, from disk where they were computed from the same inputs before.
 
-    Raises ValueError for a file that is damaged or holds something else: remove it and run again.
+    Raises ValueError for arrays of Python objects, and for a file that is damaged or holds something else: remove it
+    and run again.
     """
     path = _path(inputs)
     if path.exists():
         return _read(path, inputs)
     arrays = compute()
+    kinds = {name: array.dtype for name, array in arrays.items() if array.dtype.hasobject}
+    require(not kinds, f"cached arrays must hold numbers or text, got {kinds}; convert them")
     _write(path, arrays | {"inputs": np.array(inputs)})
     return arrays
 

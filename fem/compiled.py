@@ -1,7 +1,7 @@
 """Compilation by numba: `compiled` functions call one another; `kept` ones are called from Python and stay on disk."""
 
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from functools import cache, partial
 from pathlib import Path
 from time import perf_counter
@@ -9,7 +9,6 @@ from zlib import crc32
 
 from numba import njit
 from numba.core import event
-from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 from fem.progress import announced
 
@@ -23,15 +22,6 @@ def stamp(folder: Path) -> int:
     """Of all modules in a folder that hold such functions."""
     sources = (path.read_bytes() for path in sorted(folder.glob("*.py")))
     return crc32(b"".join(source for source in sources if b"fem.compiled" in source))
-
-
-class Kept(FunctionCache):
-    """Numba's cache, which knows a function's own file, but not those of the functions that it calls."""
-
-    def __init__(self, function):
-        super().__init__(function)
-        folder = Path(function.__code__.co_filename).parent
-        self._cache_file = IndexDataCacheFile(self.cache_path, self._impl.filename_base, stamp(folder))
 
 
 class Announcer(event.Listener):
@@ -59,11 +49,20 @@ event.register("numba:compile", Announcer())
 
 
 def kept(function, **options):
-    """Compiled and, where a folder can be written, kept on disk with all that it calls, until any of that changes."""
+    """Compiled and, where a folder can be written, kept on disk with all that it calls, until any of that changes.
+
+    Numba's cache knows a function's own file, but not those of the functions that it calls. The names below are
+    numba's private ones: where they differ, or no folder can be written, every process compiles for itself.
+    """
     KEPT.add(function)
-    dispatcher = njit(function, **options)
-    with suppress(RuntimeError):
-        dispatcher._cache = Kept(function)
+    try:
+        dispatcher = njit(function, cache=True, **options)
+        on_disk, folder = dispatcher._cache, Path(function.__code__.co_filename).parent
+        index = type(on_disk._cache_file)
+        names = {"cache_path": on_disk.cache_path, "filename_base": on_disk._impl.filename_base}
+        on_disk._cache_file = index(**names, source_stamp=stamp(folder))
+    except (AttributeError, TypeError, RuntimeError):
+        return njit(function, **options)
     return dispatcher
 
 

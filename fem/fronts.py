@@ -11,8 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.linalg import cholesky
 from scipy.linalg.blas import dsyrk, dtrsm
+from scipy.linalg.lapack import dpotrf
 from scipy.sparse.linalg import splu
 
 from fem.groups import Panel, Products, Sparse
@@ -141,7 +141,7 @@ def _factor(panels: Panel, unknowns: list[tuple[np.ndarray, np.ndarray]], keep: 
         panel, rest = panels(pivots, rows), np.zeros((rows.size, rows.size), order="F")
         for touched, left in waiting.pop(number, []):
             _add(left, place[touched], panel, rest)
-        square = cholesky(panel[:n], lower=True, check_finite=False)
+        square = _cholesky(panel[:n])
         below = dtrsm(1.0, square, np.asfortranarray(panel[n:]), side=1, lower=1, trans_a=1, overwrite_b=1)
         if rows.size:
             waiting[owner[rows[0]]].append((rows, dsyrk(-1.0, below, beta=1.0, c=rest, lower=1, overwrite_c=1)))
@@ -149,6 +149,15 @@ def _factor(panels: Panel, unknowns: list[tuple[np.ndarray, np.ndarray]], keep: 
             needed.update(owner[rows[:1]])
             found.append(Columns(slice(pivots[0], pivots[0] + n), rows, square, below))
     return found
+
+
+def _cholesky(matrix: np.ndarray) -> np.ndarray:
+    """Lower triangle L of L L^T; LinAlgError where there is none."""
+    lower, failed = dpotrf(matrix, lower=1)
+    if failed or not (lower.diagonal() > 0).all():
+        remedy = "hold what moves as a rigid body, and check the mesh for elements turned inside out"
+        raise np.linalg.LinAlgError(f"matrix must be positive definite, got a pivot that is not > 0; {remedy}")
+    return lower
 
 
 def _add(left: np.ndarray, place: np.ndarray, panel: np.ndarray, rest: np.ndarray) -> None:

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from functools import cache
 from threading import Lock
 
-from threadpoolctl import OpenBLASController, ThreadpoolController
+from threadpoolctl import ThreadpoolController
 
 
 class _Limit:
@@ -51,9 +51,14 @@ def _shared() -> list:
 
 
 def _set(numbers: list[int]) -> None:
-    """Numbers of threads of the shared pools, whichever thread threadpoolctl (from 3.8 on) takes for their owner."""
-    disown = getattr(OpenBLASController, "clear_controlling_thread", lambda force: None)
-    disown(force=True)
+    """Numbers of threads of the shared pools."""
     for pool, number in zip(_shared(), numbers, strict=True):
+        _disown(pool)
         pool.set_num_threads(number)
-    disown(force=True)
+        _disown(pool)
+
+
+def _disown(pool) -> None:
+    """Any thread may set the pool's threads: threadpoolctl lets its first caller alone do so, from 3.8 on."""
+    if hasattr(pool, "clear_controlling_thread"):
+        pool.clear_controlling_thread(force=True)

@@ -17,8 +17,11 @@ matplotlib.use("Agg")
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_of_this_session(tmp_path_factory):
+    """Its workers, which have folders side by side, share it."""
+    folder = tmp_path_factory.getbasetemp()
+    shared = folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("EXUGEAR_CACHE", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("EXUGEAR_CACHE", str(shared / "cache"))
         yield
 
 

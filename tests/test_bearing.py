@@ -6,6 +6,7 @@ from hypothesis import given
 from strategies import floats
 
 from exugear import Bearing
+from exugear.seats import user_functions
 from fem.units import um
 
 LOOSE_SPIN = np.diag([3e8, 2e8, 1e8, 4e5, 5e5, 0.0])
@@ -41,6 +42,14 @@ def test_clearance_comes_before_the_stiffness():
     assert bearing.radial_force([0, 10 * um, 30 * um]) == pytest.approx([0, 0, 2000])
     assert (bearing.linear, bearing.reach) == (False, np.inf)
     assert bearing.stiffness[0, 0] == 1e8
+
+
+def test_bearings_are_as_stiff_just_beyond_their_clearance():
+    """Derivatives do not reach back into it; within it they are 0."""
+    _, jacobian = user_functions(Bearing(1e8, clearance=10 * um), 0.0)
+    for x, stiffness in ((10 * um + 1e-11, 1e8), (10 * um - 2e-9, 0.0)):
+        matrix = jacobian(None, 0.0, 0, [x, 0, 0, 0, 0, 0], [0] * 6, 1.0, 0.0)
+        assert matrix[0, 0] == pytest.approx(stiffness, rel=1e-6)
 
 
 def test_tables_end_where_they_end():

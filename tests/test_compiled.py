@@ -4,6 +4,8 @@ import importlib.util
 import sys
 from pathlib import Path
 
+import numba
+
 import fem.compiled
 import fem.progress
 
@@ -59,3 +61,16 @@ def test_kept_functions_are_compiled_anew_when_one_that_they_call_changes(tmp_pa
         entry = entry_in(tmp_path, monkeypatch)
         results.append((entry(1.0), sum(entry.stats.cache_hits.values())))
     assert results == [(3.0, 0), (3.0, 1), (4.0, 0)]
+
+
+def test_nothing_is_kept_where_numbas_cache_has_other_names(tmp_path, monkeypatch):
+    """Compiled in every process: slow, never out of date."""
+    monkeypatch.setattr("sys.dont_write_bytecode", True)
+    monkeypatch.setattr(fem.compiled, "njit", lambda function, cache=False: numba.njit(function))
+    (tmp_path / "module.py").write_text(SOURCE)
+    for factor in (2.0, 3.0):
+        (tmp_path / "helper.py").write_text(HELPER.format(factor=factor))
+        entry = entry_in(tmp_path, monkeypatch)
+        assert entry(1.0) == factor + 1.0
+        assert not entry.stats.cache_hits
+    assert {path.name for path in tmp_path.iterdir()} == {"module.py", "helper.py"}

@@ -76,9 +76,10 @@ def test_loads_beside_the_wanted_are_refused():
         solve(np.ones((9, 1)))
 
 
-def test_matrix_must_be_positive_definite():
-    with pytest.raises(np.linalg.LinAlgError, match="not positive definite"):
-        fronts.factorize(Sparse(sp.csr_matrix(grid(3, 3) - 3 * sp.eye_array(9)), np.arange(9)))
+@pytest.mark.parametrize("shift", [3.0, np.nan])
+def test_matrix_must_be_positive_definite(shift):
+    with pytest.raises(np.linalg.LinAlgError, match=r"matrix must be positive definite, .*; hold what moves"):
+        fronts.factorize(Sparse(sp.csr_matrix(grid(3, 3) - shift * sp.eye_array(9)), np.arange(9)))
 
 
 def products(n: int, m: int, size: int, rng) -> Products:

@@ -6,6 +6,7 @@ from threading import Barrier, Event
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
+import fem.threads
 from fem.threads import one_thread
 
 
@@ -62,3 +63,24 @@ def test_limit_ends_with_an_error():
     with pytest.raises(RuntimeError), one_thread():
         raise RuntimeError
     assert threads() == {2}
+
+
+@pytest.mark.parametrize("owned", [False, True])
+def test_threads_are_set_with_and_without_owners_of_a_pool(monkeypatch, owned):
+    """From threadpoolctl 3.8 on a pool has an owner, its first caller, whom others must depose."""
+
+    class Pool:
+        num_threads, deposed = 2, 0
+
+        def set_num_threads(self, number):
+            self.num_threads = number
+
+    class OwnedPool(Pool):
+        def clear_controlling_thread(self, force):
+            self.deposed += force
+
+    pool = OwnedPool() if owned else Pool()
+    monkeypatch.setattr(fem.threads, "_shared", lambda: [pool])
+    with one_thread():
+        assert pool.num_threads == 1
+    assert (pool.num_threads, pool.deposed) == (2, 4 * owned)
