@@ -72,7 +72,7 @@ class Field:
 def plane_fields(
     pair: GearPair,
     torque: float,
-    phase: Finite,
+    phase: float,
     *,
     offsets: Offsets | None = None,
     density: Density = FINE,
@@ -108,7 +108,7 @@ def plane_fields(
 def solid_fields(
     pair: GearPair,
     torque: float,
-    phase: Finite,
+    phase: float,
     *,
     offsets: Offsets | None = None,
     density: Density = SOLID,

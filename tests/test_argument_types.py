@@ -61,7 +61,7 @@ TAKEN = {
     **dict.fromkeys(("CreateGearContact.pair", "CreateGearFriction.pair", "loss.pair", "numbers.pair"), "ring"),
 }
 #: What arguments are called in messages, where not by their names; "a" is also an article.
-CALLED = {"ste": "ste|map", "mesh": "mesh|map", "runs": "runs?", "a": "a must"}
+CALLED = {"ste": "ste|map", "mesh": "mesh|map", "runs": "runs?", "phase": "phases?", "a": "a must"}
 #: Where work starts: no refusal comes from there or later.
 WORK = (
     *("fem.sweep.sweep", "fem.loads.encounters", "fem.nonlinear.assembled", "fem.dynamic.turning_gears"),
@@ -246,6 +246,8 @@ def test_what_users_met():
             lambda: fem.static_transmission_error(valid("", "pair"), 10**400),
             "torque must hold real numbers",
         ),
+        (lambda: exugear.CreateGearContact(model.mbs), "pair must be a fem.GearPair"),
+        (lambda: exugear.CreateGearFriction(model.mbs, pair=ring, force=valid("", "force")), "friction must be"),
         (lambda: fem.UpTo(10**5000), "torque must be one real number in SI units"),
     ):
         with pytest.raises(ValueError, match=words):
