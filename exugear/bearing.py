@@ -6,6 +6,7 @@ from math import inf
 
 import numpy as np
 
+from fem.arguments import Finite, Numbers, checked
 from fem.gear import require
 from fem.representation import short
 
@@ -18,6 +19,7 @@ SOFT, SOFT_TILT = 1e4, 1.0
 ROUNDING = 1e-9
 
 
+@checked
 @short(**UNITS | {"clearance": "um"})
 @dataclass(frozen=True)
 class Bearing:
@@ -123,11 +125,13 @@ class Bearing:
         slope = self.radial if self.table is None else (np.diff(self.table[1]) / np.diff(self.table[0])).max()
         return np.diag([slope, slope, self.axial, self.tilt, self.tilt, 0.0])
 
-    def at(self, lever: float) -> np.ndarray:
+    @checked
+    def at(self, lever: Finite) -> np.ndarray:
         """(6, 6) stiffness over the motion of a pole that lies lever [m] below the bearing on the shaft's axis."""
         return about_pole(self.stiffness, lever)
 
-    def radial_force(self, r):
+    @checked
+    def radial_force(self, r: Numbers):
         """Force [N] against a radial displacement r >= 0 [m], scalar or array; ValueError beyond the table."""
         require(self.matrix is None, "a matrix has no one radial force; multiply it with the displacement")
         r = np.asarray(r, float)

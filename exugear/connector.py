@@ -1,6 +1,8 @@
 """The gear contact in Exudyn: one ObjectGenericODE2 on the nodes of both gears, one user function, one kernel call."""
 
+from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -11,11 +13,13 @@ from exugear.contact_frame import GearBody, frame_between
 from exugear.derivatives import jacobian
 from exugear.divergence import stopped
 from exugear.force import MeshForce
+from exugear.items import object_of
 from exugear.kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN, kernel_of
 from exugear.kinematics import BODY_1, CONTACT_AXES, R_B1, rotational_frame
 from exugear.native import native
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
+from fem.arguments import checked
 from fem.gear import GearPair, require
 
 #: For derivatives by coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences move an angle by 1e-7
@@ -27,14 +31,15 @@ OFF_AXIS = 1e-9
 NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG": ROTATION_VECTOR}
 
 
+@checked
 def CreateGearContact(
-    mbs,
+    mbs: exu.MainSystem,
     name: str = "",
-    itemNumbers=(None, None),
+    itemNumbers: Sequence[Any] = (None, None),
     pair: GearPair | RingPair = None,  # type: ignore[assignment]
     force: MeshForce = None,  # type: ignore[assignment]
-    localPositions=((0, 0, 0), (0, 0, 0)),
-    localAxes=((0, 0, 1), (0, 0, 1)),
+    localPositions: Sequence[Sequence[float]] = ((0, 0, 0), (0, 0, 0)),
+    localAxes: Sequence[Sequence[float]] = ((0, 0, 1), (0, 0, 1)),
     phase: float = 0.0,
     direction: int = 1,
     recorder: Recorder | None = None,
@@ -97,7 +102,7 @@ def add_forces(mbs, name: str, items, kernel, law: np.ndarray, frame: np.ndarray
 
 def contact_key(number: int) -> str:
     """Under which mbs.variables keeps the kernel of a contact, for its sensors."""
-    return f"gear contact {number}"
+    return f"gear contact {int(number)}"
 
 
 def _check_kinds(kinds: tuple[str, ...], force: MeshForce) -> None:
@@ -154,7 +159,7 @@ def reference_of(mbs, item) -> list[float]:
 def kind_of(mbs, item) -> str:
     """How the body moves; ValueError where a gear cannot live on it."""
     require(item is not None, "itemNumbers must name two bodies, got None; pass [pinion, wheel]")
-    body = mbs.GetObject(item)
+    body = object_of(mbs, "itemNumbers", item)
     require("nodeNumber" in body, f"itemNumbers must be bodies with one node, got {body['objectType']}")
     kind = str(mbs.GetNode(body["nodeNumber"])["nodeType"])
     if kind == "1D" and "Rotational" in str(body["objectType"]):

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from fem.gear import require
+from fem.gear import number, require
 
 FINEST = 2**20
 
@@ -63,7 +63,7 @@ def _spline_through(function: Callable[[float], float], duration: float) -> Any:
 
 
 def _sampled(function: Callable[[float], float], duration: float, n: int) -> np.ndarray:
-    values = np.array([float(function(t)) for t in np.linspace(0, duration, n + 1).tolist()])
+    values = np.array([number("speed(t)", function(t)) for t in np.linspace(0, duration, n + 1).tolist()])
     require(bool(np.isfinite(values).all()), f"speed(t) must be finite for 0 <= t <= {duration:g} s")
     return values
 

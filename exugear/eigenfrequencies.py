@@ -13,9 +13,11 @@ from exugear.equilibrium import start
 from exugear.imposed import OFFSETS, drive_by, imposed
 from exugear.kinematics import HELD
 from exugear.model import Model, measured, quiet
+from fem.arguments import checked
 from fem.gear import require
 
 
+@checked
 def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
     """Eigenfrequencies [Hz] (n,), rising, about the equilibrium under a load [N m], undamped, the shafts at rest.
 

@@ -10,6 +10,7 @@ from functools import cache, cached_property
 from math import inf, isfinite
 
 import numpy as np
+import xarray as xr
 
 from exugear.jumps import jumps
 from exugear.law import (
@@ -28,8 +29,9 @@ from exugear.law import (
 from exugear.loaded import loaded_centroid, loaded_deflection, te_under
 from exugear.map_range import beyond_map
 from exugear.table import PHASES, PHASES_WITH_OFFSETS, U, tabulate
+from fem.arguments import Finite, checked
 from fem.compiled import kept
-from fem.gear import require
+from fem.gear import numbers, require
 from fem.representation import short
 from fem.ste import TORQUE, check, offset_axes, pair_of
 
@@ -58,6 +60,7 @@ def mesh_forces(moves: bool):
     return forces
 
 
+@checked
 @short(deflection="um", force_table="N", damping="N s/m", backlash="um", centroid="mm", mapped_force="N")
 @dataclass(frozen=True, eq=False)
 class MeshForce:
@@ -95,6 +98,7 @@ class MeshForce:
         for name in ("phase", "deflection", "force_table", "centroid"):
             object.__setattr__(self, name, _frozen(np.array(getattr(self, name), float)))
         object.__setattr__(self, "offsets", {name: _frozen(np.array(x, float)) for name, x in self.offsets.items()})
+        require(self.mapped_force > 0, f"mapped_force must be > 0 N (inf: all is measured), got {self.mapped_force}")
         _check_scalars(self.damping, self.backlash, self.back_phase)
         _check_offsets(self.offsets, self.conserves)
         _check_table(self.phase, self.deflection, self.force_table, [x.size for x in self.offsets.values()])
@@ -104,9 +108,10 @@ class MeshForce:
         object.__setattr__(self, "stiffness_max", stiffness_max)
 
     @classmethod
+    @checked
     def from_ste(
         cls,
-        ste,
+        ste: xr.Dataset,
         *,
         damping: float = 0.0,
         backlash: float | None = None,
@@ -139,7 +144,10 @@ class MeshForce:
         return cls(phase, deflection, table, **play, centroid=centroid, offsets=offsets, conserves=conserves)
 
     @classmethod
-    def secant(cls, ste, torque: float, *, damping: float = 0.0, backlash: float | None = None) -> "MeshForce":
+    @checked
+    def secant(
+        cls, ste: xr.Dataset, torque: float, *, damping: float = 0.0, backlash: float | None = None
+    ) -> "MeshForce":
         """The law F = k(phase) deflection with the secant stiffness k = F / te at one torque [N m] of the map.
 
         Source: Palermo et al. 2013, Shweiki et al. (ISMA 2016); F and k along the line of action. Where the map ends,
@@ -166,7 +174,7 @@ class MeshForce:
         unknown = set(offsets) ^ set(self.offsets)
         require(not unknown, f"offsets must be {list(self.offsets)}, got {list(offsets)}; give each a value")
         arguments = {"phase": phase, "deflection": deflection, "rate": rate} | dict.fromkeys(OFFSETS, 0.0) | offsets
-        values = np.broadcast_arrays(*(np.asarray(x, float) for x in arguments.values()))
+        values = np.broadcast_arrays(*(numbers(name, x) for name, x in arguments.items()))
         for name, value in zip(arguments, values, strict=True):
             require(bool(np.isfinite(value).all()), f"{name} must be finite, got {value}")
         try:
@@ -175,6 +183,7 @@ class MeshForce:
         except ValueError as error:
             raise ValueError(beyond_map(self.law, error.args)) from None
 
+    @checked
     def at(self, **offsets: float) -> "MeshForce":
         """The law at one value of some of its offsets, which are axes no longer; ValueError beyond them."""
         unknown = set(offsets) - set(self.offsets)
@@ -209,7 +218,8 @@ class MeshForce:
         except ValueError as error:
             raise ValueError(beyond_map(self.law, error.args)) from None
 
-    def deflection_at(self, phase: float, force: float, **offsets: float) -> float:
+    @checked
+    def deflection_at(self, phase: Finite, force: float, **offsets: float) -> float:
         """Static deflection [m] on the driving flank under force >= 0 [N] (bisection); ValueError beyond the table."""
         if self.offsets or offsets:
             return self.at(**offsets).deflection_at(phase, force)
@@ -222,7 +232,8 @@ class MeshForce:
             low, top = (middle, top) if float(self(phase, middle)) < force else (low, middle)
         return top
 
-    def unloaded(self, phase: float) -> tuple[float, float]:
+    @checked
+    def unloaded(self, phase: Finite) -> tuple[float, float]:
         """Deflections at loss of contact and at the end of the map [m], of a law without offsets."""
         n = int(self.law[PHASE_STEPS])
         x = (phase % 1.0) * n
@@ -252,7 +263,9 @@ def _check_offsets(offsets: Mapping[str, np.ndarray], conserves: bool) -> None:
     require(named, f"offsets must be of {list(OFFSETS)} in this order, got {list(offsets)}")
     for name, values in offsets.items():
         rising = values.ndim == 1 and values.size > 1 and bool((np.diff(values) > 0).all())
-        require(rising and bool(np.isfinite(values).all()), f"offset {name} needs two increasing values, got {values}")
+        require(
+            rising and bool(np.isfinite(values).all()), f"offsets: {name} needs two increasing values, got {values}"
+        )
     require(not (conserves and offsets), f"a conserving law takes no offsets, got {list(offsets)}; use MeshForce.at")
 
 

@@ -8,9 +8,13 @@ roll at the pitch point the push does no work, so that friction takes the power 
 
 from dataclasses import dataclass, field
 from math import ceil, cos, floor, tan
+from typing import Annotated
 
 import numpy as np
+import xarray as xr
 
+from exugear.ring import RingPair
+from fem.arguments import checked
 from fem.gear import GearPair, require
 from fem.representation import short
 from fem.ste import PHASE, TORQUE, over_torque_and_phase, pair_of
@@ -20,6 +24,13 @@ SHARE, PAIR = "load_share", "pair"
 LEAST_SPEED = 0.01
 
 
+def with_path(name: str, pair) -> None:
+    """ValueError unless the path of contact of the pair is known."""
+    remedy = "a ring has no path of contact: pass the tables, MeshFriction(coefficient, pull, lever)"
+    require(isinstance(pair, GearPair), f"{name} must be a fem.GearPair, got {type(pair).__name__}; {remedy}")
+
+
+@checked
 @short(lever="mm", speed="rad/s")
 @dataclass(frozen=True, eq=False)
 class MeshFriction:
@@ -49,14 +60,13 @@ class MeshFriction:
         _check_tables(self.pull, self.lever)
 
     @classmethod
-    def of_pair(cls, pair: GearPair, coefficient: float, *, speed: float = 1.0) -> "MeshFriction":
+    @checked
+    def of_pair(cls, pair: Annotated[GearPair, with_path], coefficient: float, *, speed: float = 1.0) -> "MeshFriction":
         """Equal shares: of the width, and in each section of the pairs of teeth on the path of contact there.
 
         Its loss is that of Ohlendorf's tooth loss factor. Helical gears rather load all lines of contact alike and lose
         more: take `from_ste`. Raises ValueError for a ring, whose path is not known.
         """
-        remedy = "a ring has no path of contact: pass the tables, MeshFriction(coefficient, pull, lever)"
-        require(isinstance(pair, GearPair), f"pair must be a fem.GearPair, got {type(pair).__name__}; {remedy}")
         start, end = _contact(_places(pair), pair)
         total = np.zeros((3, STEPS))
         for low, high, number in _sections(pair):
@@ -65,7 +75,8 @@ class MeshFriction:
         return cls(coefficient, pull / width, lever / width * pair.p_bt, speed=speed)
 
     @classmethod
-    def from_ste(cls, ste, coefficient: float, *, torque: float, speed: float = 1.0) -> "MeshFriction":
+    @checked
+    def from_ste(cls, ste: xr.Dataset, coefficient: float, *, torque: float, speed: float = 1.0) -> "MeshFriction":
         """The shares of an STE map at one pinion torque [N m]; each pair of teeth spreads its own evenly.
 
         A pair whose teeth bend into contact before the path begins, or keep it beyond, touches at the path's end.
@@ -82,12 +93,14 @@ class MeshFriction:
         pull, lever = ((share * x).sum(axis=0) / share.sum(axis=0) for x in (pull, lever))
         return cls(coefficient, pull, lever * pair.p_bt, speed=speed)
 
-    def loss(self, pair) -> float:
+    @checked
+    def loss(self, pair: GearPair | RingPair) -> float:
         """Share of the power that a steady mesh of the pair loses, by a constant mesh force."""
         turns = abs(1 / pair.pinion.r_b + 1 / pair.wheel.r_b)
         return float(self.coefficient / cos(pair.beta_b) * self.lever.mean() * turns)
 
-    def numbers(self, pair) -> np.ndarray:
+    @checked
+    def numbers(self, pair: GearPair | RingPair) -> np.ndarray:
         """What the kernels of `exugear.sliding` read, for a pair."""
         scalars = self.coefficient / cos(pair.beta_b), self.speed, tan(pair.alpha_wt), self.pull.size
         return np.r_[scalars, self.pull, self.lever]

@@ -1,5 +1,8 @@
 """Friction between the teeth in Exudyn: one ObjectGenericODE2 beside that of the contact, on the same nodes."""
 
+from collections.abc import Sequence
+from typing import Annotated, Any
+
 import exudyn as exu
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
@@ -11,18 +14,26 @@ from exugear.kernels import SPIN
 from exugear.recorder import Recorder
 from exugear.ring import RingPair
 from exugear.sliding import friction_of
+from fem.arguments import checked
 from fem.gear import GearPair, require
 
 
+def check_friction(name: str, value) -> None:
+    """ValueError unless it is a `MeshFriction`."""
+    given = f"{name} must be an exugear.MeshFriction, got {type(value).__name__}"
+    require(isinstance(value, MeshFriction), f"{given}; say MeshFriction.of_pair")
+
+
+@checked
 def CreateGearFriction(
-    mbs,
+    mbs: exu.MainSystem,
     name: str = "",
-    itemNumbers=(None, None),
+    itemNumbers: Sequence[Any] = (None, None),
     pair: GearPair | RingPair = None,  # type: ignore[assignment]
     force: MeshForce = None,  # type: ignore[assignment]
-    friction: MeshFriction = None,  # type: ignore[assignment]
-    localPositions=((0, 0, 0), (0, 0, 0)),
-    localAxes=((0, 0, 1), (0, 0, 1)),
+    friction: Annotated[MeshFriction, check_friction] = None,  # type: ignore[assignment]
+    localPositions: Sequence[Sequence[float]] = ((0, 0, 0), (0, 0, 0)),
+    localAxes: Sequence[Sequence[float]] = ((0, 0, 1), (0, 0, 1)),
     phase: float = 0.0,
     direction: int = 1,
 ):
@@ -39,8 +50,7 @@ def CreateGearFriction(
     """
     require(isinstance(pair, GearPair | RingPair), f"pair must be a fem.GearPair, got {type(pair).__name__}")
     require(isinstance(force, MeshForce), f"force must be an exugear.MeshForce, got {type(force).__name__}")
-    given = f"friction must be an exugear.MeshFriction, got {type(friction).__name__}; say MeshFriction.of_pair"
-    require(isinstance(friction, MeshFriction), given)
+    check_friction("friction", friction)
     require(direction in (1, -1), f"direction must be +1 or -1, got {direction}")
     require(bool(np.isfinite(phase)), f"phase must be finite, a share of a pitch, got {phase}")
     both = f"itemNumbers must be [pinion, wheel], got {itemNumbers}; leave a carrier out and let the bodies move"

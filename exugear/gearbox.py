@@ -10,6 +10,7 @@ from exugear.clocking import phases
 from exugear.layout import shaft_places, speed_ratios, walk_over_shafts
 from exugear.shaft import Shaft
 from exugear.stage import Stage
+from fem.arguments import Finite, checked
 from fem.gear import require
 from fem.units import mm
 
@@ -87,7 +88,8 @@ class Gearbox:
             row[column[stage.slow.name]] = direction * stage.pair.wheel.r_b
         return rows
 
-    def static_forces(self, load: float, acceleration: float = 0.0) -> list[float]:
+    @checked
+    def static_forces(self, load: Finite, acceleration: Finite = 0.0) -> list[float]:
         """Mesh forces [N] under a load [N m] against the driven shaft's motion, > 0 on the driving flanks.
 
         acceleration   of the driving shaft [rad/s^2]; all shafts and the rotors behind their couplings follow it at
@@ -101,6 +103,7 @@ class Gearbox:
         balance = (self.rows * root[:, None]).T[1:]
         return (root * np.linalg.lstsq(balance, torque[1:])[0]).tolist()
 
+    @checked
     def offsets(self, stage: Stage) -> dict[str, float]:
         """a [m], misalignment [rad] and axial [m] of a stage by its shafts' static displacement (see `fem.Offsets`)."""
         return stage_offsets(stage, self.places, self.turns[stage.fast.name])

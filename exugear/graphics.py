@@ -6,15 +6,21 @@ stands at theta - gamma on the pinion and at theta + pi - gamma on the wheel (pi
 for clockwise), gamma = thickness(r_w) / (2 r_w) of each gear: `meshing_angles`.
 """
 
+from collections.abc import Sequence
 from math import ceil, cos, pi
 from typing import Any
 
+import exudyn as exu
 import numpy as np
 from exudyn import graphics
 
+from exugear.items import object_of
 from fem import profile
+from fem.arguments import Finite, checked
 from fem.gear import Gear, GearPair, require
 from fem.units import mm
+
+__all__ = ["add_gear_graphics", "gear_graphics", "meshing_angles", "shaft_graphics"]
 
 STEEL_GREY, EDGE = (0.55, 0.58, 0.62, 1.0), (0.2, 0.2, 0.2, 1.0)
 #: Largest twist of one layer of a helical gear [rad].
@@ -22,12 +28,13 @@ TWIST = 0.02
 BORE_CORNERS = 120
 
 
+@checked
 def gear_graphics(
     gear: Gear,
     *,
-    phase_angle: float = 0.0,
-    axial: float = 0.0,
-    color=STEEL_GREY,
+    phase_angle: Finite = 0.0,
+    axial: Finite = 0.0,
+    color: Sequence[float] = STEEL_GREY,
     points_per_tooth: int = 24,
 ) -> dict[str, Any]:
     """Exudyn's GraphicsData of the toothed gear with open bore, mid-plane at axial [m], tooth 0 at phase_angle [rad].
@@ -48,7 +55,16 @@ def gear_graphics(
     return data | {"edges": np.concatenate([rim, layers * teeth.size + rim]), "edgeColor": np.array(EDGE)}
 
 
-def shaft_graphics(length: float, d: float, *, axial: float = 0.0, d_bore: float = 0.0, color=STEEL_GREY, tiles=48):
+@checked
+def shaft_graphics(
+    length: float,
+    d: float,
+    *,
+    axial: Finite = 0.0,
+    d_bore: float = 0.0,
+    color: Sequence[float] = STEEL_GREY,
+    tiles: int = 48,
+):
     """GraphicsData of a cylinder about z, centred at axial [m]; d and d_bore are diameters [m]."""
     require(length > 0, f"length must be > 0 m, got {length}")
     require(0 <= d_bore < d, f"d_bore must lie in [0, d = {d / mm:g} mm), got {d_bore / mm:g} mm")
@@ -57,7 +73,8 @@ def shaft_graphics(length: float, d: float, *, axial: float = 0.0, d_bore: float
     return graphics.Cylinder(start, along, d / 2, color=list(color), nTiles=tiles, **hollow)
 
 
-def meshing_angles(pair: GearPair, theta: float = 0.0, direction: int = 1) -> tuple[float, float]:
+@checked
+def meshing_angles(pair: GearPair, theta: Finite = 0.0, direction: int = 1) -> tuple[float, float]:
     """Angles of a tooth of pinion and wheel [rad] whose driving flanks touch at the pitch point (phase 0).
 
     theta       direction from the pinion's to the wheel's centre [rad]
@@ -68,16 +85,20 @@ def meshing_angles(pair: GearPair, theta: float = 0.0, direction: int = 1) -> tu
     return theta - direction * gamma_1, theta + pi - direction * gamma_2
 
 
-def add_gear_graphics(mbs, body: int, gear: Gear, **options) -> None:
+@checked
+def add_gear_graphics(mbs: exu.MainSystem, body: int, gear: Gear, **options) -> None:
     """Let a body of a hand-built model be drawn with a gear, besides what it shows; options of `gear_graphics`."""
     add_graphics(mbs, body, gear_graphics(gear, **options))
 
 
-def add_graphics(mbs, body: int, data: dict[str, Any]) -> None:
+@checked
+def add_graphics(mbs: exu.MainSystem, body: int, data: dict[str, Any]) -> None:
     """Let a body be drawn with graphics data besides what it shows; ValueError where it cannot."""
-    shown = mbs.GetObject(body, addGraphicsData=True).get("VgraphicsData")
-    require(shown is not None, f"object {body} cannot carry graphics; pass a rigid body or an ObjectRotationalMass1D")
-    mbs.SetObjectParameter(body, "VgraphicsData", [*shown, data])
+    known = object_of(mbs, "body", body, addGraphicsData=True)
+    require(
+        "VgraphicsData" in known, f"object {body} cannot carry graphics; pass a rigid body or an ObjectRotationalMass1D"
+    )
+    mbs.SetObjectParameter(body, "VgraphicsData", [*known["VgraphicsData"], data])
 
 
 def half_outline(gear: Gear, n: int) -> profile.Polar:

@@ -9,7 +9,7 @@ from exudyn.utilities import CreateSymbolicUserFunction
 from exugear.course import Curve, Line
 from exugear.kinematics import HELD
 from exugear.model import Model
-from fem.gear import require
+from fem.gear import number, require
 
 OFFSETS = "offsetUserFunction", "offsetUserFunction_t"
 
@@ -69,5 +69,6 @@ def _load(model: Model, load_of: Callable[[float], float]) -> None:
 
 def finite(load: float, t: float) -> float:
     """The load [N m]; ValueError where it is none."""
+    load = number("load(t)", load)
     require(isfinite(load), f"load(t) must be finite, got {load} at t = {t:.6g} s")
-    return float(load)
+    return load

@@ -6,6 +6,7 @@ from math import ceil, pi, sqrt
 import exudyn as exu
 import numpy as np
 
+from fem.arguments import checked
 from fem.gear import require, require_within
 
 #: Newmark beta = 1/12, gamma = 1/2 (Fox & Goodwin 1949): fourth order, stable for omega h below this.
@@ -91,7 +92,10 @@ def highest_frequency(mbs) -> float:
     return sqrt(max(squares.real.max(), 0.0)) / (2 * pi)
 
 
-def integrator(mbs, duration: float, frequency: float, *, tolerance: float = 1e-3) -> exu.SimulationSettings:
+@checked
+def integrator(
+    mbs: exu.MainSystem, duration: float, frequency: float, *, tolerance: float = 1e-3
+) -> exu.SimulationSettings:
     """Settings for mbs.SolveDynamic on a hand-built model: flexible bodies, whatever stands beside the gears.
 
     duration    [s]

@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import cos, sin, sqrt
-from typing import Any
+from typing import Annotated, Any
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -41,7 +42,8 @@ from exugear.recorder import Recorder
 from exugear.seats import radial_part
 from exugear.shaft import NOWHERE, Shaft
 from exugear.stage import Stage
-from fem.gear import require
+from fem.arguments import checked
+from fem.gear import require, require_kind
 
 #: Share of a mode's strain energy in the meshes from which on it is to be resolved.
 PART = 0.02
@@ -78,6 +80,7 @@ class Mesh:
     held: float = 0.0
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class Model:
     """A gearbox in an assembled Exudyn system `mbs`, open to further items (call mbs.Assemble() after adding).
@@ -89,8 +92,8 @@ class Model:
 
     gearbox: Gearbox
     plan: Plan
-    mbs: Any
-    container: Any
+    mbs: Annotated[Any, partial(require_kind, kind=exu.MainSystem)]
+    container: Annotated[Any, partial(require_kind, kind=exu.SystemContainer)]
     bodies: Mapping[str, int]
     spins: Mapping[str, int]
     rotors: Mapping[str, int]
@@ -102,12 +105,12 @@ class Model:
         return f"Model of {self.gearbox!r}\n{self.plan}"
 
 
+@checked
 def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     """The assembled system of a gearbox, by default after `exugear.plan(gearbox)`.
 
     Raises ValueError for what is no gearbox, and a plan of another one.
     """
-    require(isinstance(gearbox, Gearbox), f"gearbox must be an exugear.Gearbox, got {type(gearbox).__name__}")
     plan = plan_of(gearbox) if plan is None else plan
     names = [shaft.name for shaft in gearbox.shafts]
     require(list(plan.shafts) == names, f"plan is for the shafts {list(plan.shafts)}, the gearbox has {names}")

@@ -4,6 +4,8 @@ A body is a tuple (points (2, n) [m], cells (3, n_cell)) or (points, cells, valu
 share its colours.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib import colormaps
@@ -12,9 +14,14 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.tri import Triangulation
 
+from fem.arguments import Finite, Numbers, checked
+from fem.gear import require
 from fem.ste import PHASE, TORQUE
 from fem.units import MPa, mm
 
+__all__ = ["plot_field", "plot_gears", "plot_outlines", "plot_peak_pressure", "plot_pressure", "plot_root_stress"]
+
+Body = Sequence[Numbers]
 STEEL, OUTLINE, MARK = "#dde3e9", "#30363c", "#cb181d"
 
 
@@ -26,7 +33,8 @@ def _axes(ax: Axes | None) -> Axes:
     return pyplot.figure(figsize=(8, 4.5), layout="constrained").add_subplot()
 
 
-def plot_gears(bodies, touching=(), ax: Axes | None = None) -> Axes:
+@checked
+def plot_gears(bodies: Sequence[Body], touching: Sequence[Numbers] = (), ax: Axes | None = None) -> Axes:
     """Plain gears with their meshes; touching: points (2, n) [m] of each contact, marked."""
     ax = _axes(ax)
     for points, cells, *_ in bodies:
@@ -39,7 +47,10 @@ def plot_gears(bodies, touching=(), ax: Axes | None = None) -> Axes:
     return plot_outlines(bodies, ax)
 
 
-def plot_field(bodies, label: str, ax: Axes | None = None, *, top: float | None = None, colours="viridis") -> Axes:
+@checked
+def plot_field(
+    bodies: Sequence[Body], label: str, ax: Axes | None = None, *, top: Finite | None = None, colours: str = "viridis"
+) -> Axes:
     """Values of all bodies on one scale from 0 to top, by default the largest value; label: of the colour bar."""
     ax = _axes(ax)
     top = max(np.max(values) for *_, values in bodies) if top is None else top
@@ -50,7 +61,8 @@ def plot_field(bodies, label: str, ax: Axes | None = None, *, top: float | None 
     return plot_outlines(bodies, ax)
 
 
-def plot_outlines(bodies, ax: Axes | None = None, colour: str = OUTLINE, width: float = 0.8) -> Axes:
+@checked
+def plot_outlines(bodies: Sequence[Body], ax: Axes | None = None, colour: str = OUTLINE, width: Finite = 0.8) -> Axes:
     """Boundaries of the bodies; equal axes in millimetres."""
     ax = _axes(ax)
     for points, cells, *_ in bodies:
@@ -60,8 +72,10 @@ def plot_outlines(bodies, ax: Axes | None = None, colour: str = OUTLINE, width: 
     return ax
 
 
+@checked
 def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root_stress") -> Axes:
     """Root stress of pinion (full) and wheel (dashed) over the mesh cycle, a colour per torque above 0."""
+    _check_map(data, name)
     ax = _axes(ax)
     for gear, line in (("pinion", "-"), ("wheel", "--")):
         _curves(ax, data[name].sel(gear=gear), line, f"{gear}, ")
@@ -69,11 +83,13 @@ def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root
     return ax
 
 
+@checked
 def plot_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Hertz's pressure on the flanks over the mesh cycle, a colour per torque above 0; thin where a tip edge touches.
 
     What the edge itself bears is `plot_peak_pressure`.
     """
+    _check_map(data, "hertz_pressure", "tip_contact")
     ax = _axes(ax)
     flanks = data["hertz_pressure"]
     _curves(ax, flanks, "-", "", linewidth=0.8)
@@ -82,12 +98,19 @@ def plot_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@checked
 def plot_peak_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Largest contact pressure over the mesh cycle, on tip edges too, a colour per torque above 0."""
+    _check_map(data, "peak_pressure")
     ax = _axes(ax)
     _curves(ax, data["peak_pressure"], "-", "")
     ax.set(ylabel="peak contact pressure [MPa]")
     return ax
+
+
+def _check_map(data: xr.Dataset, *names: str) -> None:
+    missing = [name for name in (*names, TORQUE, PHASE) if name not in data.variables]
+    require(not missing, f"data must have {missing}; make them with fem.root_stress or fem.static_transmission_error")
 
 
 def _curves(ax: Axes, data: xr.DataArray, line: str, name: str | None, linewidth: float = 1.5) -> None:

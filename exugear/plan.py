@@ -13,6 +13,7 @@ from exugear.integrator import ANGLE_AT_1E3, ANGLE_ON_BEARINGS_AT_1E3, BOUND_MAR
 from exugear.reach import missing_axes
 from exugear.shaft import Shaft
 from exugear.stage import Stage
+from fem.arguments import Finite, checked
 
 #: Wall time of a step per mesh on a two-core machine [s], bytes per sample and mesh.
 COST = {Coordinates.SPIN: 4e-6, Coordinates.PLANAR: 8e-6, Coordinates.BEARINGS: 13e-6, Coordinates.JOINT: 13e-6}
@@ -23,6 +24,7 @@ UNDAMPED = "damping: none, vibrations do not decay; give Stage(damping_ratio=0.0
 JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
 
 
+@checked
 @dataclass(frozen=True)
 class Plan:
     """How a gearbox becomes a model; print it.
@@ -42,8 +44,8 @@ class Plan:
     laws: Mapping[str, MeshForce]
     axes: Mapping[str, str]
     undamped: bool = False
-    omega: float = 0.0
-    omega_mesh: float = 0.0
+    omega: Finite = 0.0
+    omega_mesh: Finite = 0.0
     contact: str = ""
 
     def with_joints(self) -> "Plan":
@@ -63,17 +65,20 @@ class Plan:
         """Step at which the integrator loses stability [s]."""
         return STABLE / self.omega
 
-    def rule(self, tolerance: float = 1e-3, mesh_frequency: float = 0.0) -> Rule:
+    @checked
+    def rule(self, tolerance: float = 1e-3, mesh_frequency: Finite = 0.0) -> Rule:
         """Integrator and step for a tolerance of the windowed rms of the DTE up to a mesh frequency [Hz]."""
         elastic = any(kind.on_bearings for kind in self.shafts.values())
         angle = ANGLE_ON_BEARINGS_AT_1E3 if elastic else ANGLE_AT_1E3
         return rule(self.omega_mesh, BOUND_MARGIN * self.largest_step, tolerance, mesh_frequency, angle)
 
-    def step(self, tolerance: float = 1e-3, mesh_frequency: float = 0.0) -> float:
+    @checked
+    def step(self, tolerance: float = 1e-3, mesh_frequency: Finite = 0.0) -> float:
         """Step [s] of that rule."""
         return self.rule(tolerance, mesh_frequency).step
 
-    def cost(self, duration: float, step: float, sample: float = 4e-5) -> str:
+    @checked
+    def cost(self, duration: Finite, step: Finite, sample: Finite = 4e-5) -> str:
         """Number of steps, estimated wall time and memory."""
         kinds, meshes = set(self.shafts.values()), len(self.laws)
         steps, per_step = duration / step, meshes * max(COST[kind] for kind in kinds)
@@ -103,6 +108,7 @@ class Plan:
     __repr__ = __str__
 
 
+@checked
 def plan(gearbox: Gearbox, *, load: float | None = None) -> Plan:
     """Coordinates and axes of the maps that the scene needs, and why: what is absent is skipped.
 

@@ -1,5 +1,6 @@
 """Pictures for a report: each takes data and an axes (or makes one) and returns the axes."""
 
+from collections.abc import Mapping
 from itertools import cycle
 from typing import Any
 
@@ -13,9 +14,21 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from exugear.recorded import dte_envelope, stage_data
 from exugear.spectrum import Envelope, Resonances, order_spectrum
+from fem.arguments import Finite, Numbers, checked
 from fem.gear import require
 from fem.ste import PHASE, TORQUE, over_torque_and_phase, over_torque_and_phases, pair_of
 from fem.units import mm, rpm, um
+
+__all__ = [
+    "figure",
+    "plot_envelopes",
+    "plot_run_up",
+    "plot_section",
+    "plot_solid",
+    "plot_ste",
+    "plot_stiffness",
+    "plot_waterfall",
+]
 
 STEEL = "#c9d3dc"
 TRACE, EDGE, MARK = "#9ecae1", "#08519c", "#cb181d"
@@ -31,6 +44,7 @@ def _axes(ax: Axes | None, **projection) -> Axes:
     return pyplot.figure(figsize=(8, 4.5), layout="constrained").add_subplot(**projection)
 
 
+@checked
 def figure(rows: int = 1, columns: int = 1, spatial: tuple[int, ...] = ()) -> Figure:
     """Empty figure for a report; the axes numbered in spatial are three-dimensional."""
     made = Figure(figsize=(7.5 * columns, 4.8 * rows), layout="constrained")
@@ -39,6 +53,7 @@ def figure(rows: int = 1, columns: int = 1, spatial: tuple[int, ...] = ()) -> Fi
     return made
 
 
+@checked
 def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float | None = None, alternating: bool = False) -> Axes:
     """Transmission error over some pitches, a curve per torque.
 
@@ -70,6 +85,7 @@ def _cycle_mean(phase: np.ndarray, te: np.ndarray, pitches: int) -> np.ndarray:
     return np.trapezoid(closed, np.append(phase, phase[0] + pitches), axis=1)[:, None] / pitches
 
 
+@checked
 def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Secant mesh stiffness F / STE over the phase, a curve per torque above 0."""
     ax = _axes(ax)
@@ -89,6 +105,7 @@ def _colours(torque: np.ndarray) -> np.ndarray:
     return colormaps["viridis"](np.linspace(0, 0.85, torque.size))
 
 
+@checked
 def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances | None = None) -> Axes:
     """Dynamic transmission error of one stage over its mesh frequency, and the resonances found in its envelope.
 
@@ -117,7 +134,8 @@ def _title(data: xr.Dataset) -> str:
         return stage
 
 
-def plot_envelopes(runs, ax: Axes | None = None, stage: int = 0) -> Axes:
+@checked
+def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int = 0) -> Axes:
     """Half peak to peak of the DTE of several runs over mesh frequency; runs: name -> `exugear.Run` or its data."""
     ax = _axes(ax)
     for (name, run), style in zip(runs.items(), cycle(("-", "--", ":")), strict=False):
@@ -141,7 +159,10 @@ def _mark(ax: Axes, outline: Envelope, found: Resonances) -> None:
         text.set(rotation=90, ha="center", fontsize="small")
 
 
-def plot_waterfall(run, ax: Axes | None = None, stage: int = 0, harmonics: float = 3.2, decibels: float = 60.0) -> Axes:
+@checked
+def plot_waterfall(
+    run, ax: Axes | None = None, stage: int = 0, harmonics: Finite = 3.2, decibels: Finite = 60.0
+) -> Axes:
     """Order map of the DTE of one stage: amplitude over speed and order of its mesh, so far below the highest.
 
     Lines that run across the orders are harmonics that the steps of the run fold; a smaller `tolerance` of
@@ -171,10 +192,11 @@ def _visible(order: np.ndarray, amplitude: np.ndarray, lines: int = 120) -> tupl
     return middle, amplitude[:, :n].reshape(len(amplitude), -1, share).max(axis=2)
 
 
-def plot_section(points, quads, ax: Axes | None = None, height: float | None = None) -> Axes:
+@checked
+def plot_section(points: Numbers, quads: Numbers, ax: Axes | None = None, height: Finite | None = None) -> Axes:
     """Transverse section of a mesh, points (2, n) [m] and quads (4, n); height: only that much below the tip [m]."""
+    points, quads = _coordinates(points, 2) / mm, _corners("quads", quads)
     ax = _axes(ax)
-    points, quads = np.asarray(points) / mm, np.asarray(quads)
     ax.add_collection(PolyCollection(points[:, quads].T, facecolor=STEEL, edgecolor="k", linewidth=0.3))
     top = points[1].max()
     if height is None:
@@ -185,10 +207,11 @@ def plot_section(points, quads, ax: Axes | None = None, height: float | None = N
     return ax
 
 
-def plot_solid(points, facets, ax: Axes | None = None) -> Axes:
+@checked
+def plot_solid(points: Numbers, facets: Numbers, ax: Axes | None = None) -> Axes:
     """Surface of a solid mesh in space, points (3, n) [m] and the rings of its outer facets (4, n)."""
+    corners = _coordinates(points, 3)[:, _corners("facets", facets)].transpose(2, 1, 0) / mm
     space: Any = _axes(ax, projection="3d")
-    corners = np.asarray(points)[:, np.asarray(facets)].transpose(2, 1, 0) / mm
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     shade = 0.55 + 0.45 * np.abs(normal @ np.array([0.3, 0.4, 0.86]))
@@ -201,3 +224,17 @@ def plot_solid(points, facets, ax: Axes | None = None) -> Axes:
     space.view_init(elev=32, azim=68)
     space.set_axis_off()
     return space
+
+
+def _coordinates(points, dim: int) -> np.ndarray:
+    points = np.asarray(points, float)
+    fits = points.ndim == 2 and len(points) == dim and bool(np.isfinite(points).all())
+    require(fits, f"points must be ({dim}, n) finite coordinates [m], got an array of shape {points.shape}")
+    return points
+
+
+def _corners(name: str, cells) -> np.ndarray:
+    cells = np.asarray(cells)
+    fits = cells.ndim == 2 and len(cells) == 4 and cells.dtype.kind in "iu"
+    require(fits, f"{name} must be (4, n) numbers of points, got {cells.dtype} of shape {cells.shape}")
+    return cells

@@ -4,6 +4,7 @@ import scipy
 import xarray as xr
 
 from exugear.spectrum import Envelope, envelope
+from fem.arguments import checked
 from fem.gear import require
 from fem.ste import read
 
@@ -26,6 +27,7 @@ def stage_data(run, stage: int = 0) -> xr.Dataset:
     return data.isel(stage=stage)
 
 
+@checked
 def dte_envelope(run, stage: int = 0, windows: int = 280) -> Envelope:
     """Envelope of the DTE of a stage [m] over its mesh frequency [Hz]; every window holds a whole mesh cycle.
 

@@ -7,6 +7,7 @@ import numpy as np
 from numba import carray, types
 from numba.extending import intrinsic
 
+from fem.arguments import checked
 from fem.compiled import compiled
 from fem.gear import require
 
@@ -101,6 +102,7 @@ class Recorder:
     header: np.ndarray = field(default_factory=lambda: np.zeros(HEADER), init=False, repr=False)
     samples: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
 
+    @checked
     def start(self, interval: float, number: int, *, steps: int = 250, motion: bool = False) -> None:
         """Make room for number samples, NaN until written; interval [s] must be a whole multiple of the step.
 
@@ -122,6 +124,7 @@ class Recorder:
         require(bool(self.samples), "the recorder holds nothing yet; start it before the solve")
         return self.samples[0][:, NAMES.index(name)]
 
+    @checked
     def motion(self, side: int) -> tuple[np.ndarray, np.ndarray]:
         """Displacements and tilts (number, 5) [m, rad] of pinion (0) or wheel (1), and their rates."""
         require(len(self.samples) == 2, "the recorder holds no motion; start it with motion=True")

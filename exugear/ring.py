@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import acos, cos, inf, pi
 
+from fem.arguments import checked
 from fem.gear import Gear, require
 from fem.representation import short
 from fem.units import mm
@@ -19,6 +20,7 @@ class Ring:
     beta: float
 
 
+@checked
 @short(a="mm", backlash="um")
 @dataclass(frozen=True)
 class RingPair:
@@ -37,6 +39,7 @@ class RingPair:
     def __post_init__(self):
         more = f"z must be a whole number below -{self.pinion.z} (a ring has z < 0), got {self.z}"
         require(self.z == int(self.z) and self.z < -self.pinion.z, more)
+        require(self.backlash >= 0, f"backlash must be >= 0 m (inf: no other flank), got {self.backlash}")
         base = self.pinion.r_b + self.wheel.r_b
         require(self.a < 0, f"a must be < 0 m for a ring gear, got {self.a}; change its sign")
         apart = f"a must lie beyond {base / mm:.6g} mm, where the base circles touch, got {self.a / mm:.6g} mm"

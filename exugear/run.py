@@ -20,6 +20,7 @@ from exugear.seats import reactions
 from exugear.stage import Stage
 from exugear.steps import steps_of
 from exugear.valid_samples import keep_valid
+from fem.arguments import FilePath, Finite, checked
 from fem.gear import require, require_within
 from fem.progress import shown
 from fem.representation import short
@@ -40,6 +41,7 @@ MOVING = {
 Course = float | tuple[float, float] | Callable[[float], float]
 
 
+@checked
 @short(wall_time="s", step="s")
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -54,14 +56,16 @@ class Run:
 
     data: xr.Dataset
     wall_time: float
-    step: float
+    step: Finite
 
-    def save(self, path):
+    @checked
+    def save(self, path: FilePath):
         """Write the run as netCDF, whole or not at all; `load` reads it back."""
         return save(self.data.assign_attrs(wall_time=self.wall_time, step=self.step), path)
 
     @classmethod
-    def load(cls, path) -> "Run":
+    @checked
+    def load(cls, path: FilePath) -> "Run":
         """Read what `save` wrote; wall_time is NaN where a file does not tell. ValueError for a file of no run."""
         data = stored(path)
         return cls(data, float(data.attrs.pop("wall_time", nan)), float(data.attrs["step"]))
@@ -73,11 +77,13 @@ class RunStopped(RuntimeError):
     run   what was computed until then; its data's attribute "stopped" says what the message says
     """
 
+    @checked
     def __init__(self, message: str, run: Run):
         super().__init__(message)
         self.run = run
 
 
+@checked
 def run_up(
     model: Model,
     *,

@@ -9,10 +9,14 @@ from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.connector import contact_key
 from exugear.recorder import COLUMNS, Recorder
+from fem.arguments import checked
 from fem.gear import require
 
 
-def CreateGearSensor(mbs, contact: int, name: str = "", fileName: str = "", storeInternal: bool = False) -> int:
+@checked
+def CreateGearSensor(
+    mbs: exu.MainSystem, contact: int, name: str = "", fileName: str = "", storeInternal: bool = False
+) -> int:
     """Sensor of a gear contact; also mbs.CreateGearSensor.
 
     contact   number that CreateGearContact returned

@@ -3,11 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite, pi, sqrt
+from typing import Annotated
 
 import numpy as np
 
 from exugear.bearing import Bearing
-from fem.gear import Gear, require
+from fem.arguments import Finite, checked
+from fem.gear import Gear, number, require, told
 from fem.representation import short
 from fem.units import mm
 
@@ -25,6 +27,7 @@ def require_all(owner: str, values: object, names: Mapping[str, str], low: float
         require(low < value < inf, f"{name} of {owner} must be > {low:g} {unit} and finite, got {value}")
 
 
+@checked
 @short(mass="kg", inertia="kg m^2", transverse="kg m^2")
 @dataclass(frozen=True)
 class Disc:
@@ -50,6 +53,7 @@ class Disc:
         require(least < gyration < largest, f"{far}; pass kg and kg m^2: 85 kg cm^2 are 85e-4")
 
     @classmethod
+    @checked
     def cylinder(cls, length: float, d: float, d_bore: float = 0.0, density: float = 7850.0) -> "Disc":
         """Round body of length and diameters [m], by default of steel [kg/m^3]."""
         sizes = f"got length {length:g}, d {d:g}, d_bore {d_bore:g} m; pass metres: 30*mm"
@@ -60,6 +64,7 @@ class Disc:
         return cls(mass, inertia, inertia / 2 + mass * length**2 / 12)
 
 
+@checked
 @short(torsion="N m/rad", damping="N m s/rad", inertia="kg m^2")
 @dataclass(frozen=True)
 class Coupling:
@@ -83,6 +88,7 @@ class Coupling:
         require(self.damping < RELAXATION * self.torsion, f"{slow}; pass N m s/rad and N m/rad: 20 kN m/rad are 20e3")
 
 
+@checked
 @short(x="um", y="um", z="um", tilt_x="mrad", tilt_y="mrad", pivot="mm")
 @dataclass(frozen=True)
 class Placement:
@@ -115,7 +121,8 @@ class Placement:
         sin_x, sin_y, cos_x, cos_y = *np.sin([self.tilt_x, self.tilt_y]), *np.cos([self.tilt_x, self.tilt_y])
         return np.array([sin_y, -sin_x * cos_y, cos_x * cos_y])
 
-    def at(self, axial: float) -> np.ndarray:
+    @checked
+    def at(self, axial: Finite) -> np.ndarray:
         """(3,) displaced place of the axis's point at an axial place [m], from the nominal one of the axial place 0."""
         return np.array([self.x, self.y, self.z + self.pivot]) + (axial - self.pivot) * self.axis
 
@@ -124,6 +131,19 @@ Part = Gear | Bearing | Disc | Coupling
 NOWHERE = Placement()
 
 
+def check_parts(name: str, parts) -> None:
+    """ValueError unless these are what a shaft may carry, by its axial places."""
+    if not isinstance(parts, Mapping):
+        raise ValueError(f"{name} must map axial places to gears and bearings, got {told(parts)}")
+    for axial, part in parts.items():
+        number(f"axial places of {name}", axial)
+        group = part if isinstance(part, list | tuple) else (part,)
+        wrong = [x for x in group if not isinstance(x, Part)]
+        kinds = f"{name} holds fem.Gear, Bearing, Disc and Coupling"
+        require(not wrong, f"{kinds}, got {told(wrong[0]) if wrong else wrong} at {axial:g} m")
+
+
+@checked
 @short(parts="mm", inertia="kg m^2", mass="kg", transverse="kg m^2", length="mm")
 @dataclass(frozen=True)
 class Shaft:
@@ -141,7 +161,7 @@ class Shaft:
     """
 
     name: str
-    parts: Mapping[float, Part | Sequence[Part]]
+    parts: Annotated[Mapping[float, Part | Sequence[Part]], check_parts]
     inertia: float = field(default=None, kw_only=True)  # type: ignore[assignment]
     mass: float = field(default=None, kw_only=True)  # type: ignore[assignment]
     transverse: float = field(default=None, kw_only=True)  # type: ignore[assignment]
@@ -150,21 +170,15 @@ class Shaft:
     centre: float = field(init=False, repr=False)
 
     def __post_init__(self):
-        require(isinstance(self.parts, Mapping), f"parts must map axial places to gears and bearings, got {self.parts}")
         listed = {axial: tuple(x) if isinstance(x, list) else x for axial, x in sorted(self.parts.items())}
         object.__setattr__(self, "parts", listed)
         self._check_parts()
         self._check_places()
-        wrong = f"offset of shaft {self.name!r} must be an exugear.Placement, got {self.offset}"
-        require(isinstance(self.offset, Placement), wrong)
         self._fill_defaults()
         require_all(f"shaft {self.name!r}", self, {"inertia": "kg m^2", "mass": "kg", "transverse": "kg m^2"})
         self._check_support()
 
     def _check_parts(self) -> None:
-        for axial, part in self._placed(object):
-            kinds = "parts holds fem.Gear, Bearing, Disc and Coupling"
-            require(isinstance(part, Part), f"{kinds}, got {part} at {axial:g} m")
         require(bool(self.gears), f"shaft {self.name!r} carries no gear; add one to parts")
         for kind in (Gear, Bearing):
             places = [axial for axial, _ in self._placed(kind)]

@@ -5,7 +5,10 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from fem.arguments import Numbers, checked
 from fem.gear import require
+
+__all__ = ["Envelope", "OrderSpectrum", "Resonances", "envelope", "order_spectrum", "resonances"]
 
 #: Half the width of the Gaussian that spreads samples over a grid [cells]: amplitudes to 1e-6.
 SPREAD = 6
@@ -15,6 +18,7 @@ SAMPLES_PER_PERIOD = 2.05
 SCATTERS = 6.0
 
 
+@checked
 class Envelope(NamedTuple):
     """Per window: place of its middle, smallest and largest value, rms about the mean; each (n_window,)."""
 
@@ -29,6 +33,7 @@ class Envelope(NamedTuple):
         return (self.high - self.low) / 2
 
 
+@checked
 class Resonances(NamedTuple):
     """Peaks of an envelope in rising order: place and height; each (n_peak,)."""
 
@@ -36,6 +41,7 @@ class Resonances(NamedTuple):
     height: np.ndarray
 
 
+@checked
 class OrderSpectrum(NamedTuple):
     """Amplitudes (n_line, n_order) of the orders (n_order,) of shaft rotation at the speeds (n_line,) [rad/s]."""
 
@@ -44,7 +50,8 @@ class OrderSpectrum(NamedTuple):
     amplitude: np.ndarray
 
 
-def envelope(place, signal, windows: int = 280, *, cycles=None) -> Envelope:
+@checked
+def envelope(place: Numbers, signal: Numbers, windows: int = 280, *, cycles: Numbers | None = None) -> Envelope:
     """Envelope of signal (n,) over place (n,) (time, speed or mesh frequency) in equally long windows.
 
     cycles      (n,) mesh cycles passed up to each sample, if given: windows are joined until each holds a whole one
@@ -53,11 +60,11 @@ def envelope(place, signal, windows: int = 280, *, cycles=None) -> Envelope:
     Raises ValueError for NaN and too few samples.
     """
     place, signal = np.asarray(place, float), np.asarray(signal, float)
-    _check_signal(place, signal)
+    _check_signal(place=place, signal=signal)
     require(windows >= 1 and signal.size >= 2 * windows, f"windows must be 1 to {signal.size // 2}, got {windows}")
     edges = np.arange(windows + 1) * (signal.size // windows)
     if cycles is not None:
-        _check_signal(place, cycles := np.asarray(cycles, float))
+        _check_signal(place=place, cycles=(cycles := np.asarray(cycles, float)))
         edges = _joined(edges, cycles)
     first, length, end = edges[:-1], np.diff(edges), edges[-1]
     mean = lambda values: np.add.reduceat(values[:end], first) / length  # noqa: E731
@@ -87,14 +94,15 @@ def _between_samples(signal: np.ndarray) -> np.ndarray:
     return found
 
 
-def resonances(place, amplitude, prominence: float = 0.05) -> Resonances:
+@checked
+def resonances(place: Numbers, amplitude: Numbers, prominence: float = 0.05) -> Resonances:
     """Peaks of amplitude (n,) over place (n,) that stand out by prominence times the largest amplitude.
 
     They must also stand out of the scatter of the amplitudes, and lie within the range: what rises to its end is none.
     The places are refined by parabolas through three points. Raises ValueError for NaN and a prominence outside (0, 1).
     """
     place, amplitude = np.asarray(place, float), np.asarray(amplitude, float)
-    _check_signal(place, amplitude)
+    _check_signal(place=place, amplitude=amplitude)
     require(0 < prominence < 1, f"prominence must lie in (0, 1) as share of the largest amplitude, got {prominence}")
     peaks, _ = scipy.signal.find_peaks(amplitude, prominence=max(prominence * amplitude.max(), _scatter(amplitude)))
     before, at, behind = amplitude[peaks - 1], amplitude[peaks], amplitude[peaks + 1]
@@ -108,7 +116,10 @@ def _scatter(amplitude: np.ndarray) -> float:
     return SCATTERS * float(np.median(np.abs(np.diff(amplitude, 2)))) / (0.6745 * np.sqrt(6))
 
 
-def order_spectrum(time, speed, signal, *, orders: float, revolutions: int = 8, overlap: float = 0.75) -> OrderSpectrum:
+@checked
+def order_spectrum(
+    time: Numbers, speed: Numbers, signal: Numbers, *, orders: float, revolutions: int = 8, overlap: float = 0.75
+) -> OrderSpectrum:
     """Amplitudes of a signal (n,) over the orders of a shaft that turns with speed (n,) [rad/s].
 
     time            (n,) [s]
@@ -122,8 +133,7 @@ def order_spectrum(time, speed, signal, *, orders: float, revolutions: int = 8, 
     mesh cycles. Raises ValueError for signals shorter than a line, and where no line remains.
     """
     time, speed, signal = (np.asarray(x, float) for x in (time, speed, signal))
-    _check_signal(time, signal)
-    _check_signal(time, speed)
+    _check_signal(time=time, speed=speed, signal=signal)
     require(orders > 0 and revolutions >= 1, f"orders must be > 0, revolutions >= 1, got {orders}, {revolutions}")
     require(0 <= overlap < 1, f"overlap must lie in [0, 1) as share of a line, got {overlap}")
     turns = scipy.integrate.cumulative_trapezoid(np.abs(speed), time, initial=0) / (2 * np.pi)
@@ -175,7 +185,10 @@ def fourier_sum(share: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
     return np.sqrt(np.pi / tau) / size * np.exp(tau * np.arange(n) ** 2) * np.fft.rfft(grid)[:n]
 
 
-def _check_signal(place: np.ndarray, signal: np.ndarray) -> None:
-    fits = signal.ndim == 1 and place.shape == signal.shape and signal.size >= 3
-    require(fits, f"place and signal must be of one length (n,), at least 3, got {place.shape} and {signal.shape}")
-    require(bool(np.isfinite(signal).all() and np.isfinite(place).all()), "signal and place must be finite, got NaN")
+def _check_signal(**columns: np.ndarray) -> None:
+    """ValueError unless all are finite and of one length (n,), at least 3."""
+    names, shapes = " and ".join(columns), [column.shape for column in columns.values()]
+    fits = len(set(shapes)) == 1 and len(shapes[0]) == 1 and shapes[0][0] >= 3
+    require(fits, f"{names} must be of one length (n,), at least 3, got {' and '.join(map(str, shapes))}")
+    for name, column in columns.items():
+        require(bool(np.isfinite(column).all()), f"{name} must be finite, got NaN")

@@ -8,12 +8,14 @@ import xarray as xr
 from exugear.damping import check_damping, damping_of, mean_stiffness, reduced_mass
 from exugear.force import MeshForce
 from exugear.shaft import Shaft
+from fem.arguments import checked
 from fem.gear import Gear, GearPair, require, require_within
 from fem.representation import field_text, short
 from fem.ste import pair_of
 from fem.units import mm
 
 
+@checked
 @short(damping="N s/m", backlash="um", angle="deg")
 @dataclass(frozen=True, eq=False)
 class Stage:
@@ -78,11 +80,9 @@ class Stage:
         check_damping(self.force, mass)
 
     def _from_map(self) -> MeshForce:
-        kind = type(self.mesh).__name__
-        require(isinstance(self.mesh, xr.Dataset), f"mesh must be an STE map or a MeshForce, got {kind}")
         if self.pair is None:
             object.__setattr__(self, "pair", pair_of(self.mesh))
-        return MeshForce.from_ste(self.mesh, damping=self.damping or 0.0, backlash=self.backlash)
+        return MeshForce.from_ste(self.mesh, damping=self.damping or 0.0, backlash=self.backlash)  # type: ignore[arg-type]
 
     def _find_gears(self) -> tuple[float, float]:
         self._check_order()

@@ -6,11 +6,13 @@ from exugear.axes import Coordinates
 from exugear.graphics import add_gear_graphics, add_graphics, meshing_angles, shaft_graphics
 from exugear.model import Model
 from exugear.shaft import Shaft
+from fem.arguments import checked
 
 #: Diameter of a drawn shaft over the smallest bore of its gears.
 SLIMMER = 0.8
 
 
+@checked
 def draw(model: Model) -> None:
     """Give all bodies of the model their graphics; then mbs.SolveDynamic or exudyn's SolutionViewer shows them.
 

@@ -1,10 +1,16 @@
 """Checks of input: ValueError with argument, value and remedy; numbers of any library become Python's."""
 
+import sys
 from collections.abc import Iterator
 from dataclasses import fields
+from math import isfinite
 from numbers import Real
+from typing import SupportsIndex
 
 import numpy as np
+
+#: Longer values are told by their kind.
+LONGEST = 120
 
 
 def require(condition: bool, message: str) -> None:
@@ -21,26 +27,62 @@ def require_within(name: str, value: float, low: float, high: float, *, unit: fl
 
 def require_kind(name: str, value, kind: type) -> None:
     """ValueError unless the value is an instance of that class."""
-    require(isinstance(value, kind), f"{name} must be a {kind.__module__}.{kind.__name__}, got {value!r}")
+    if not isinstance(value, kind):
+        raise ValueError(f"{name} must be {kind_name(kind)}, got {told(value)}")
+
+
+def kind_name(kind: type) -> str:
+    """Name of a class as the user imports it, with its article: a fem.GearPair."""
+    package = kind.__module__.split(".")[0]
+    public = getattr(sys.modules.get(package), kind.__name__, None) is kind
+    name = f"{package if public else kind.__module__}.{kind.__name__}".removeprefix("builtins.")
+    return f"{'an' if name[0] in 'aeioux' else 'a'} {name}"
+
+
+def told(value) -> str:
+    """A value in an error message, cut short where it is long."""
+    if isinstance(value, int) and value.bit_length() > 1024:
+        return "a number beyond those of floats"
+    text = repr(value)
+    return text if len(text) <= LONGEST else kind_name(type(value))
 
 
 def number(name: str, value) -> float:
-    """The value as a Python float; ValueError unless it is one real number."""
-    one = value.item() if getattr(value, "shape", None) == () else value
-    require(isinstance(one, Real), f"{name} must be one real number in SI units, got {value!r}")
-    return float(one)
+    """The value as a Python float; ValueError unless it is one real number, within the range of floats."""
+    plain = value.item() if getattr(value, "shape", None) == () else value
+    try:
+        if isinstance(plain, Real):
+            return float(plain)
+    except OverflowError:
+        pass
+    raise ValueError(f"{name} must be one real number in SI units, got {told(value)}")
+
+
+def finite(name: str, value) -> float:
+    """The value as a Python float; ValueError unless it is one finite number."""
+    require(isfinite(number(name, value)), f"{name} must be finite, got {value}")
+    return float(value)
+
+
+def whole_number(name: str, value) -> int:
+    """The value as a Python int, also of Exudyn's numbers of items; ValueError unless it is one whole number."""
+    plain = int(value) if isinstance(value, SupportsIndex) else value
+    if number(name, plain) % 1 != 0:
+        raise ValueError(f"{name} must be a whole number, got {told(value)}")
+    return int(plain)
 
 
 def numbers(name: str, values) -> np.ndarray:
     """The values as an array of floats; ValueError where they are no numbers, or rows of unlike lengths."""
     given = list(values) if isinstance(values, Iterator) else values
     try:
-        found = np.asarray(given)
-    except ValueError:
-        found = np.empty(0, object)
-    one = f"{name} must hold real numbers, in rows of equal length if there are several"
-    require(found.dtype.kind in "fiu", f"{one}, got {values!r}")
-    return found.astype(float)
+        array = np.asarray(given)
+    except (TypeError, ValueError):
+        array = np.empty(0, object)
+    if array.dtype.kind not in "fiu":
+        rows = f"{name} must hold real numbers, in rows of equal length if there are several"
+        raise ValueError(f"{rows}, got {told(values)}")
+    return array.astype(float)
 
 
 def as_floats(instance) -> None:

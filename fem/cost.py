@@ -7,8 +7,8 @@ from math import ceil
 import numpy as np
 
 from fem.accuracy import FEWEST_PHASES, UpTo
+from fem.arguments import Finite, Numbers, checked
 from fem.cache import known
-from fem.checks import require_kind
 from fem.compliance import NEAR, WHOLE, solutions
 from fem.error_estimation import (
     CHECKED_PHASES,
@@ -36,6 +36,7 @@ LEAST_TORQUES = 5
 Part = tuple[int, dict[str, np.ndarray], Resolution]
 
 
+@checked
 @dataclass(frozen=True)
 class MapCost:
     """What a map costs on a two-core machine in one process; print it.
@@ -50,8 +51,8 @@ class MapCost:
 
     states: int
     checks: int
-    contact: float
-    compliances: float
+    contact: Finite
+    compliances: Finite
     memory: int
     at_least: bool
 
@@ -68,17 +69,21 @@ class MapCost:
         return f"{self.states} states{checks} of {each}, {finite}: {about}, {self.memory / 1e6:.2g} MB of map"
 
 
+@checked
 def map_cost(
-    pair: GearPair, torque, phases=30, *, offsets: Offsets | None = None, accuracy: float | Resolution | None = None
+    pair: GearPair,
+    torque: Numbers | UpTo,
+    phases: Numbers | None = 30,
+    *,
+    offsets: Offsets | None = None,
+    accuracy: float | Resolution | None = None,
 ) -> MapCost:
     """What `fem.static_transmission_error` of the same arguments costs, before it runs.
 
     With an accuracy to choose by it is the cost of the coarsest mesh, fewest phases and torques: at least that.
     Raises ValueError for bad input.
     """
-    require_kind("pair", pair, GearPair)
     offsets = Offsets() if offsets is None else offsets
-    require_kind("offsets", offsets, Offsets)
     values = offsets.values(pair)
     check_places(pair, values["a"], values["axial"])
     if accuracy is None or isinstance(accuracy, Resolution):

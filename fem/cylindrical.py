@@ -2,7 +2,7 @@
 
 from dataclasses import InitVar, dataclass, field
 from functools import cached_property
-from math import acos, asin, atan, cos, hypot, pi, sin, sqrt, tan
+from math import acos, asin, atan, cos, hypot, inf, pi, sin, sqrt, tan
 
 import numpy as np
 
@@ -250,7 +250,9 @@ class Gear:
         return Face(self.roll_form, self.roll_tip, self.b, self.r_b, self.z, land=self.thickness(self.r_a))
 
     def thickness(self, r: float) -> float:
-        """Transverse tooth thickness on the circle of radius r >= r_b [m]."""
+        """Transverse tooth thickness on the circle of radius r >= r_b [m]; ValueError for others."""
+        if not self.r_b <= number("r", r) < inf:
+            raise ValueError(f"r must be at least the base radius {self.r_b / mm:.6g} mm, got {r / mm:.6g} mm")
         return 2 * r * (self.s_t / (2 * self.r) + involute(self.alpha_t) - involute(acos(self.r_b / r)))
 
     def data_sheet(self, *, k: int | None = None, D_M: float | None = None) -> DataSheet:

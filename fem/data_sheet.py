@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from html import escape
 from typing import NamedTuple
 
+from fem.arguments import checked
 from fem.representation import quantity
 
 #: Units of the table in place of SI.
@@ -64,6 +65,7 @@ PAIR = {
 Row = tuple[str, float, str, str]
 
 
+@checked
 class Quantity(NamedTuple):
     """A value in SI units ("1": none) and what it is."""
 
@@ -75,6 +77,7 @@ class Quantity(NamedTuple):
         return quantity(self.value, DRAWN.get(self.unit, self.unit))
 
 
+@checked
 class DataSheet(Mapping[str, Quantity]):
     """Quantities by symbol; print it, or show it in a notebook, as a table.
 

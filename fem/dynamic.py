@@ -14,6 +14,7 @@ import xarray as xr
 from skfem import ElementQuad1
 from skfem.element import Element
 
+from fem.arguments import Finite, checked
 from fem.body import clamped_pair
 from fem.checks import as_floats, number, require_kind
 from fem.gear import GearPair, require
@@ -26,6 +27,8 @@ from fem.solid import internal_force, lumped_mass
 from fem.ste import pair_attributes
 from fem.touch import quarter_turn
 from fem.units import rpm
+
+__all__ = ["RunUp", "transmission_error"]
 
 #: Newton steps in a time step; no step that converges moves te so far [modules].
 ITERATIONS, FARTHEST = 40, 1.0
@@ -59,7 +62,8 @@ class RunUp:
         require(20 <= number("steps", self.steps) < 1e9, f"steps must be at least 20 a pitch, got {self.steps}")
         require(0 <= self.damping < np.inf, f"damping must be >= 0 and finite [1/s], got {self.damping}")
 
-    def motion(self, t: float, pitch: float) -> tuple[float, float, float]:
+    @checked
+    def motion(self, t: Finite, pitch: Finite) -> tuple[float, float, float]:
         """Phase, speed and acceleration [rad/s, rad/s^2] of the pinion's hub at time t; pitch [rad]."""
         ramp = 2 * self.run_up * pitch / self.speed
         if t >= ramp:
@@ -69,7 +73,8 @@ class RunUp:
         rate = np.pi / ramp * self.speed / 2 * np.sin(angle)
         return self.start + turned / pitch, self.speed / 2 * (1 - np.cos(angle)), rate
 
-    def times(self, pitch: float) -> np.ndarray:
+    @checked
+    def times(self, pitch: Finite) -> np.ndarray:
         """All time steps [s]; pitch [rad]."""
         seconds = (self.stop - self.start + self.run_up) * pitch / self.speed
         return np.linspace(0, seconds, int(np.ceil((self.stop - self.start + self.run_up) * self.steps)) + 1)
@@ -112,6 +117,7 @@ class Newmark:
         return ahead, slower, Motion((0 * rate.u[0], 0 * rate.u[1]), 0.0)
 
 
+@checked
 def transmission_error(
     pair: GearPair,
     torque: float,
@@ -131,7 +137,7 @@ def transmission_error(
     """
     element = element or ElementQuad1()
     require(element.dim == 2, f"element must be a quadrilateral (plane strain), got {type(element).__name__}")
-    torque, run, density = checked(pair, torque, run, density, element)
+    torque, run, density = checked_run(pair, torque, run, density, element)
     pitch = 2 * np.pi / pair.pinion.z
     times = run.times(pitch)
     rule = Newmark(run.alpha, times[1] - times[0])
@@ -150,7 +156,7 @@ def transmission_error(
     return over_time(times, te, phase, of_moment).assign_attrs(attributes)
 
 
-def checked(pair: GearPair, torque, run: RunUp | None, density: Density | None, element: Element):
+def checked_run(pair: GearPair, torque, run: RunUp | None, density: Density | None, element: Element):
     """Torque, run-up and density, those not given by default; ValueError for what time integration does not take."""
     density, run = Density() if density is None else density, RunUp() if run is None else run
     check(pair, element, density)

@@ -11,10 +11,11 @@ import numpy as np
 import xarray as xr
 from skfem import ElementQuad1
 
+from fem.arguments import checked
 from fem.body import Body, clamped_pair
 from fem.checks import as_floats, require_kind
 from fem.compiled import fast
-from fem.dynamic import RunUp, check_play, checked, over_time
+from fem.dynamic import RunUp, check_play, checked_run, over_time
 from fem.gear import GearPair, require
 from fem.mesh import Density
 from fem.nonlinear import Meshing
@@ -23,6 +24,8 @@ from fem.prism import lame_parameters
 from fem.progress import bar, shown
 from fem.solid import add_plane_force, lumped_mass, stiffness, strain_energy
 from fem.ste import pair_attributes
+
+__all__ = ["CentralDifferences", "transmission_error"]
 
 #: Largest sum of stiffness by a penalty on a node over penalty and area: its own hats, or a mate's splines.
 CROWDED = 3.0
@@ -50,6 +53,7 @@ class CentralDifferences:
         require(0 <= self.friction < 1, f"friction must lie in [0, 1), got {self.friction}")
 
 
+@checked
 def transmission_error(
     pair: GearPair,
     torque: float,
@@ -71,7 +75,7 @@ def transmission_error(
     Raises ValueError for bad input, RuntimeError where the integration is not stable or the gears part beyond the
     backlash.
     """
-    torque, run, density = checked(pair, torque, run, density, ElementQuad1())
+    torque, run, density = checked_run(pair, torque, run, density, ElementQuad1())
     scheme = CentralDifferences() if scheme is None else scheme
     require_kind("scheme", scheme, CentralDifferences)
     bodies = clamped_pair(pair, replace(density, edges=density.edges or ()), ElementQuad1())

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from fem.checks import told
 from fem.deviation import Grid, PitchDeviation
 from fem.modification import (
     MM,
@@ -29,11 +30,11 @@ STEEPEST = 0.3
 PLACES = 201
 
 
-def parts_of(flank) -> Flank:
+def parts_of(flank, name: str = "flank") -> Flank:
     """The modifications as a tuple; ValueError for what is none."""
     parts = tuple(flank) if isinstance(flank, Iterable) else (flank,)
     if not all(hasattr(part, "removed") and not isinstance(part, type) for part in parts):
-        raise ValueError(f"flank must hold modifications such as fem.TipRelief(15*um, 2.5*mm), got {flank}")
+        raise ValueError(f"{name} must hold modifications such as fem.TipRelief(15*um, 2.5*mm), got {told(flank)}")
     return parts
 
 
@@ -55,8 +56,8 @@ class Sides:
     right: Flank = ()
 
     def __post_init__(self):
-        object.__setattr__(self, "left", parts_of(self.left))
-        object.__setattr__(self, "right", parts_of(self.right))
+        object.__setattr__(self, "left", parts_of(self.left, "left flank"))
+        object.__setattr__(self, "right", parts_of(self.right, "right flank"))
 
 
 def removed(flank: Flank, face: Face, roll, axial, *, tooth: int | np.ndarray = 0) -> np.ndarray:

@@ -5,9 +5,12 @@ It knows neither rim nor hub: a gear clamped at its bore is softer by what its b
 
 from math import cos, degrees
 
+from fem.arguments import checked
 from fem.checks import number
 from fem.gear import Gear, GearPair, require
 from fem.units import GPa
+
+__all__ = ["basic_rack_factor", "face_load_stiffness", "mesh_stiffness", "single_stiffness", "virtual_teeth"]
 
 LINE_LOAD_OF_STANDARD = 100e3
 #: Young's modulus E_St of steel, to which the coefficients belong; other materials scale the stiffness with E.
@@ -16,11 +19,13 @@ COEFFICIENTS = (0.04723, 0.15551, 0.25791, -0.00635, -0.11654, -0.00193, -0.2418
 PER_MM_UM = 1e9
 
 
+@checked
 def virtual_teeth(gear: Gear) -> float:
     """Number of teeth z_n of the virtual spur gear."""
     return gear.z / (cos(gear.beta_b) ** 2 * cos(gear.beta))
 
 
+@checked
 def single_stiffness(
     pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD, *, C_R: float = 1.0, C_M: float = 0.8
 ) -> float:
@@ -47,12 +52,14 @@ def single_stiffness(
     return theoretical * C_M * C_R * rack * cos(smaller.beta) * light * _softness(pair)
 
 
+@checked
 def basic_rack_factor(gear: Gear) -> float:
     """C_B from dedendum and pressure angle of the generating rack."""
     dedendum = gear.h_rack / gear.m_n + gear.x
     return (1 + 0.5 * (1.2 - dedendum)) * (1 - 0.02 * (20 - degrees(gear.alpha_n)))
 
 
+@checked
 def mesh_stiffness(
     pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD, *, C_R: float = 1.0, C_M: float = 0.8
 ) -> float:
@@ -60,6 +67,7 @@ def mesh_stiffness(
     return single_stiffness(pair, line_load, C_R=C_R, C_M=C_M) * (0.75 * pair.eps_alpha + 0.25)
 
 
+@checked
 def face_load_stiffness(
     pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD, *, C_R: float = 1.0, C_M: float = 0.8
 ) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from skfem import MeshHex, MeshLine, MeshQuad
 
 from fem import grading, profile
-from fem.checks import as_floats, number
+from fem.checks import as_floats, number, numbers
 from fem.gear import Gear, require
 from fem.profile import Polar
 from fem.representation import short
@@ -49,8 +49,10 @@ class Density:
     def __post_init__(self):
         as_floats(self)
         if self.edges is not None:
-            object.__setattr__(self, "edges", tuple(float(edge) for edge in self.edges))
-            require(self.edges == tuple(sorted(set(self.edges))), f"edges must increase; sort them, got {self.edges}")
+            edges = numbers("edges", self.edges)
+            rising = edges.ndim == 1 and bool((np.diff(edges) > 0).all())
+            require(rising, f"edges must increase; sort them, got {self.edges}")
+            object.__setattr__(self, "edges", tuple(edges.tolist()))
         for name in (*PARTS, "width", "teeth", "behind", "divide"):
             elements, least = number(name, getattr(self, name)), 0 if name in ("teeth", "behind") else 1
             whole = f"{name} must be a whole number of elements >= {least}, got {elements:g}"

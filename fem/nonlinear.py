@@ -16,6 +16,7 @@ from scipy.linalg import cho_factor, cho_solve
 from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 from skfem.element import Element
 
+from fem.arguments import Numbers, checked
 from fem.body import ALIKE, Body, added_across, clamped_pair, farthest_tooth, flexibility
 from fem.checks import number, require_kind
 from fem.flank import pitch_deviations
@@ -30,6 +31,8 @@ from fem.ste import ste_map
 from fem.touch import Gaps, Placement, Touch, gaps, sampling
 from fem.transmission import checked_phases, checked_torque
 
+__all__ = ["static_transmission_error"]
+
 #: Hats may touch whose gap at rest exceeds the smallest one by less than this, in modules, or by te where that is more.
 REACH = 1 / 25
 #: Halves of a path of contact count as equal within this share of a pitch.
@@ -37,10 +40,11 @@ ROUNDING = 1e-9
 ELEMENTS = ElementQuad1, ElementQuad2, ElementHex1, ElementHex2
 
 
+@checked
 def static_transmission_error(
     pair: GearPair,
-    torque,
-    phases=30,
+    torque: Numbers,
+    phases: Numbers = 30,
     *,
     density: Density | None = None,
     element: Element | None = None,

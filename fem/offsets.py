@@ -5,7 +5,8 @@ from math import cos, sin
 
 import numpy as np
 
-from fem.checks import numbers
+from fem.arguments import checked
+from fem.checks import numbers, told
 from fem.gear import GearPair, require
 from fem.representation import short
 from fem.units import mm
@@ -52,6 +53,7 @@ class Offsets:
             slope = f"{name} must lie within {LARGEST_ANGLE} rad, got {largest}; pass radians: 0.5e-3"
             require(bool(largest < LARGEST_ANGLE), slope)
 
+    @checked
     def values(self, pair: GearPair) -> dict[str, np.ndarray]:
         """Values of each offset of a pair, (n,)."""
         found = {part.name: np.atleast_1d(getattr(self, part.name)) for part in fields(self) if part.name != "a"}
@@ -60,6 +62,12 @@ class Offsets:
     def axes(self) -> tuple[str, ...]:
         """Names of the offsets that are an axis of the map."""
         return tuple(part.name for part in fields(self) if isinstance(getattr(self, part.name), tuple))
+
+
+def check_offsets(name: str, value) -> None:
+    """ValueError unless these are `Offsets`."""
+    example = f"{name} must be fem.Offsets, say fem.Offsets(misalignment=0.5e-3)"
+    require(isinstance(value, Offsets), f"{example}, got {told(value)}")
 
 
 def in_plane_of_action(alpha_wt: float, f_sigma_delta, f_sigma_beta):

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import acos, cos, hypot, inf, pi, sin, tan
 
+from fem.arguments import checked
 from fem.checks import as_floats, require, require_within
 from fem.cylindrical import Gear
 from fem.data_sheet import PAIR, DataSheet, listed
@@ -14,6 +15,7 @@ from fem.units import deg, mm
 ROUNDING = 1e-4
 
 
+@checked
 @short(a="mm")
 @dataclass(frozen=True)
 class GearPair:

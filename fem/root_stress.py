@@ -4,6 +4,7 @@ import numpy as np
 import xarray as xr
 
 from fem import elastic
+from fem.arguments import Numbers, checked
 from fem.elastic import Body
 from fem.gear import Gear, GearPair
 from fem.loads import LEAST_INCLINATION, FlankLoad, encounters, flank_loads, inclination, outline, with_loaded_teeth
@@ -15,6 +16,8 @@ from fem.ste import PHASE, TORQUE
 from fem.sweep import QUANTITIES, Resolution
 from fem.transmission import checked_phases, checked_torque
 
+__all__ = ["root_stress"]
+
 #: Root stress within 1 % of finer sections (2.5 % of an undercut one), and within 4 % of a finer width where a line of
 #: contact of a helix of 28 deg begins at an end face.
 ROOT = Density(flank=6, fillet=6, land=2, tooth=4, rim=3, body=4, width=3, rim_power=1.5)
@@ -23,10 +26,11 @@ ROOT = Density(flank=6, fillet=6, land=2, tooth=4, rim=3, body=4, width=3, rim_p
 CONTACT = ("hertz_pressure", "peak_pressure", "tip_contact")
 
 
+@checked
 def root_stress(
     pair: GearPair,
-    torque,
-    phases=30,
+    torque: Numbers,
+    phases: Numbers = 30,
     *,
     offsets: Offsets | None = None,
     density: Density = ROOT,

@@ -8,7 +8,9 @@ import numpy as np
 import scipy
 import xarray as xr
 
+from fem.arguments import FilePath, Numbers, checked
 from fem.cache import whole
+from fem.checks import numbers, told
 from fem.flank import alike, from_text, to_text
 from fem.gear import Gear, GearPair, Material, require
 
@@ -23,11 +25,15 @@ OFFSETS = {
     "f_sigma_delta": ("rad", "parallelism error in the plane of the axes"),
     "f_sigma_beta": ("rad", "parallelism error across the plane of the axes"),
 }
+AXES = {TORQUE: ("N m", "pinion torque"), **OFFSETS, PHASE: ("1", "phase of the mesh cycle")}
 #: Offsets that a force law follows, in this order.
 LAW_OFFSETS = ("a", "misalignment", "axial")
 
 
-def ste_map(pair: GearPair, torque, phase, te, offsets: dict | None = None, **attributes) -> xr.Dataset:
+@checked
+def ste_map(
+    pair: GearPair, torque: Numbers, phase: Numbers, te: Numbers, offsets: dict | None = None, **attributes
+) -> xr.Dataset:
     """Dataset with te [m] over torque [N m], offsets and phase [1]; pair and further inputs stand in the attributes.
 
     torque      (n_torque,) pinion torque F r_b1 of the mesh force F, increasing from 0 (unloaded transmission error)
@@ -35,15 +41,16 @@ def ste_map(pair: GearPair, torque, phase, te, offsets: dict | None = None, **at
     te          (n_torque, *n_offset, n_phase) transmission error on the line of action, > 0: the pinion leads
     offsets     axes between torque and phase: their names (see OFFSETS) and increasing values
     """
-    offsets = offsets or {}
-    grid = (TORQUE, *offsets, PHASE)
+    axes = {TORQUE: torque, **(offsets or {}), PHASE: phase}
+    values, grid = {name: numbers(name, at) for name, at in axes.items()}, tuple(axes)
+    for name, at in values.items():
+        axis = f"{name} of the offsets" if name in OFFSETS else name
+        require(at.ndim == 1, f"{axis} must be increasing values (n,), got {told(axes[name])}")
+    te, shape = numbers(TE, te), tuple(at.size for at in values.values())
+    require(te.shape == shape, f"te must have the shape {shape} over {grid}, got {te.shape}")
     data = xr.Dataset(
-        {TE: (grid, np.asarray(te, float), {"units": "m", "long_name": "static transmission error"})},
-        coords={
-            **{name: (name, np.asarray(at, float), _described(name)) for name, at in offsets.items()},
-            TORQUE: (TORQUE, np.asarray(torque, float), {"units": "N m", "long_name": "pinion torque"}),
-            PHASE: (PHASE, np.asarray(phase, float), {"units": "1", "long_name": "phase of the mesh cycle"}),
-        },
+        {TE: (grid, te, {"units": "m", "long_name": "static transmission error"})},
+        coords={name: (name, at, _described(name)) for name, at in values.items()},
         attrs={"title": "static transmission error map", **pair_attributes(pair), **attributes},
     )
     check(data)
@@ -79,8 +86,8 @@ def _check_kinds(data: xr.Dataset) -> None:
 
 
 def _described(name: str) -> dict[str, str]:
-    require(name in OFFSETS, f"offsets may be {list(OFFSETS)}, got {name}")
-    return dict(zip(("units", "long_name"), OFFSETS[name], strict=True))
+    require(name in AXES, f"offsets may be {list(OFFSETS)}, got {name}")
+    return dict(zip(("units", "long_name"), AXES[name], strict=True))
 
 
 def _check_one_for_all(data: xr.Dataset) -> None:
@@ -156,6 +163,7 @@ def _gear(attributes, name: str) -> Gear:
     return Gear(material=material, flank=flank, **sizes)  # type: ignore[arg-type]
 
 
+@checked
 def pair_of(data: xr.Dataset) -> GearPair:
     """The gear pair whose inputs stand in the map's attributes; ValueError where they are not there."""
     try:
@@ -166,7 +174,8 @@ def pair_of(data: xr.Dataset) -> GearPair:
         raise ValueError(f"the map's attributes are no gear pair: {error}; make the map with fem.ste_map") from error
 
 
-def save(data: xr.Dataset, path) -> Path:
+@checked
+def save(data: xr.Dataset, path: FilePath) -> Path:
     """Write compressed netCDF whole or not at all, from memory: HDF5 itself does not survive a full disk."""
     path, content = Path(path), BytesIO()
     packed = {name: {"zlib": True, "complevel": 1} for name, values in data.variables.items() if values.dtype == float}
@@ -176,7 +185,8 @@ def save(data: xr.Dataset, path) -> Path:
     return path
 
 
-def load(path) -> xr.Dataset:
+@checked
+def load(path: FilePath) -> xr.Dataset:
     """Read and check an STE map that `save` or Dataset.to_netcdf wrote; ValueError for a file that is none."""
     return check(read(path, "make the map again"))
 

@@ -16,6 +16,7 @@ from skfem.io.meshio import to_meshio
 
 from fem import elastic, recovery
 from fem import mesh as meshes
+from fem.arguments import FilePath, Finite, checked
 from fem.checks import number, require_kind
 from fem.elastic import FINE, SOLID, Body
 from fem.gear import Gear, GearPair, require
@@ -26,6 +27,8 @@ from fem.offsets import Offsets
 from fem.state import Encounter, State
 from fem.sweep import Resolution
 from fem.transmission import checked_phases, checked_torque
+
+__all__ = ["Field", "plane_fields", "save_vtu", "solid_fields"]
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,8 @@ class Field:
         """Largest principal stress in the fillets of the loaded teeth [Pa]."""
         return float(self.principal[self.fillet].max(initial=0.0))
 
-    def deformed(self, scale: float) -> np.ndarray:
+    @checked
+    def deformed(self, scale: Finite) -> np.ndarray:
         """(dim, n) points with displacement and turn of the hub scaled; what touches, touches at any scale."""
         x, y = self.points[:2] - self.centre[:2, None]
         moved = self.points + scale * self.displacement
@@ -64,6 +68,7 @@ class Field:
         return moved
 
 
+@checked
 def plane_fields(
     pair: GearPair,
     torque: float,
@@ -99,6 +104,7 @@ def plane_fields(
     return fields[0], fields[1]
 
 
+@checked
 def solid_fields(
     pair: GearPair,
     torque: float,
@@ -184,13 +190,13 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
     return np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1)))
 
 
-def save_vtu(fields, path) -> Path:
+@checked
+def save_vtu(fields: Sequence[Field], path: FilePath) -> Path:
     """Write the fields of one or both gears as one VTU file, whole or not at all.
 
     Point data: displacement [m], von_mises, principal, pressure [Pa].
     """
-    listed = isinstance(fields, Sequence) and len(fields) > 0 and all(isinstance(one, Field) for one in fields)
-    require(listed, "fields must be one or two in a tuple, as plane_fields and solid_fields give them")
+    require(len(fields) > 0, "fields must be one or two in a tuple, as plane_fields and solid_fields give them")
     path = Path(path)
     require(path.suffix == ".vtu", f"path must end in .vtu, got {path}")
     first = np.cumsum([0] + [field.points.shape[1] for field in fields])

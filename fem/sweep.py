@@ -9,6 +9,7 @@ from math import ceil, floor, inf, sqrt
 
 import numpy as np
 
+from fem.arguments import Finite, checked
 from fem.checks import number
 from fem.compliance import Compliance, flank_compliance
 from fem.flank import removed
@@ -87,7 +88,8 @@ class Resolution:
         finer = self.finer()
         return replace(finer, density=replace(finer.density, width=self.density.width))
 
-    def scaled(self, factor: float) -> "Resolution":
+    @checked
+    def scaled(self, factor: Finite) -> "Resolution":
         """Numbers of elements and slices times a factor."""
         slices = max(2, 2 * round(self.slices * factor / 2))
         return replace(self, density=self.density.scaled(factor), slices=slices)

@@ -3,29 +3,32 @@
 from concurrent.futures import Executor
 from dataclasses import replace
 from math import floor
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
 
 from fem.accuracy import UpTo, choose
+from fem.arguments import Numbers, checked
 from fem.checks import number, numbers
 from fem.error_estimation import MapError
 from fem.flank import pitch_deviations
 from fem.gear import GearPair, require
 from fem.hertz import largest_torque
-from fem.offsets import Offsets, check_places
+from fem.offsets import Offsets, check_offsets, check_places
 from fem.progress import shown
 from fem.representation import exact
 from fem.ste import PHASE, TORQUE, ste_map
 from fem.sweep import ORDER, QUANTITIES, Resolution, each, sweep
 
 
+@checked
 def static_transmission_error(
     pair: GearPair,
-    torque,
-    phases=30,
+    torque: Numbers | UpTo,
+    phases: Numbers | None = 30,
     *,
-    offsets: Offsets | None = None,
+    offsets: Annotated[Offsets, check_offsets] | None = None,
     accuracy: float | Resolution | None = None,
     executor: Executor | None = None,
     progress: bool = True,
@@ -59,8 +62,6 @@ def static_transmission_error(
     Source: Korta et al., section IV; TE = theta_P r_b1 + theta_G r_b2.
     """
     offsets = Offsets() if offsets is None else offsets
-    where = f"offsets must be fem.Offsets, say fem.Offsets(misalignment=0.5e-3), got {offsets!r}"
-    require(isinstance(offsets, Offsets), where)
     values = offsets.values(pair)
     check_places(pair, values["a"], values["axial"])
     pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair

@@ -24,6 +24,7 @@ FLOORS = {
     "fem.deviation": 0.2,
     "fem.flank": 0.4,
     "fem.checks": 0,
+    "fem.arguments": 0.05,
     "fem.grading": 0,
     "fem.root": 0,
     "fem.material": 0.4,
@@ -74,7 +75,8 @@ FLOORS = {
     "exugear.table": 6.8,
     "exugear.force": 7,
     "exugear.divergence": 7.05,
-    "exugear.friction": 7,
+    "exugear.friction": 7.05,
+    "exugear.items": 7,
     "exugear.ring": 7,
     "exugear.bearing": 7,
     "exugear.walk": 7,
@@ -124,7 +126,7 @@ FLOORS = {
 }
 #: `fem.profile` is the outline that `exugear.graphics` draws.
 DOORS_TO_FEM = {
-    *("fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"),
+    *("fem.arguments", "fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"),
     *("fem.progress", "fem.representation", "fem.version", "fem.load_interpolation"),
 }
 EXUDYN = (

@@ -386,8 +386,8 @@ def test_figure_like_the_papers(one_pair, two_pairs, tmp_path):
         ({"refine": 2}, "refine must be"),
         ({"refine": np.inf}, "refine must be"),
         ({"density": None}, r"density must be a fem\.mesh\.Density"),
-        ({"resolution": COARSE}, r"resolution must be a fem\.sweep\.Resolution"),
-        ({"offsets": {"misalignment": 1e-4}}, r"offsets must be a fem\.offsets\.Offsets"),
+        ({"resolution": COARSE}, r"resolution must be a fem\.Resolution"),
+        ({"offsets": {"misalignment": 1e-4}}, r"offsets must be a fem\.Offsets"),
         ({"pair": fem.GearPair(helical(), helical(-1))}, "take solid_fields"),
     ],
 )
