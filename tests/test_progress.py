@@ -1,9 +1,11 @@
 """Bars with the time left: where they are wanted, and by what they move."""
 
+from functools import partial
 from time import sleep
 
 import pytest
 from conftest import paper_pair
+from tqdm import tqdm
 
 import fem
 from fem import progress
@@ -14,6 +16,7 @@ from fem.progress import announced, bar, shown
 def at_once(monkeypatch):
     monkeypatch.setattr(progress, "DELAY", 1e-9)
     monkeypatch.setattr(progress, "TICK", 1e-3)
+    monkeypatch.setattr(progress, "tqdm", partial(tqdm, mininterval=0))
 
 
 def test_a_bar_moves_by_costs(capsys):
