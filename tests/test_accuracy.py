@@ -1,5 +1,6 @@
 """Requested accuracy: what is chosen, and that estimated errors hold against refined runs."""
 
+import os
 from dataclasses import replace
 
 import numpy as np
@@ -104,9 +105,9 @@ def true_peak_to_peak_error(pair, torque, phases: int, resolution, truth) -> np.
 
 @pytest.mark.slow
 def test_estimates_are_honest():
-    """Of 60 pairs at least 95 % of each estimate are above the true error, none far below; and they are of its size."""
+    """At least 95 % of each estimate are above the true error, none far below; and they are of its size."""
     rng, ratios, swings = np.random.default_rng(1), [], []
-    for _ in range(60):
+    for _ in range(int(os.environ.get("EXUGEAR_CASES", 30))):
         pair = random_pair(rng)
         torque = rng.uniform(50e3, 400e3) * pair.b * pair.pinion.r_b * np.array([0, 0.1, 1])
         errors = estimated(pair, torque, 8, ROUGH)
