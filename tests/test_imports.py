@@ -54,7 +54,7 @@ def test_help_lists_what_there_is():
     import fem
 
     told = pydoc.plaintext.document(exugear)
-    for name in ("class Gearbox", "class Stage", "build(gearbox", "run_up(model", "resonances(", "CreateGearContact"):
+    for name in ("class Gearbox", "class Stage", "build(", "run_up(", "resonances(", "CreateGearContact"):
         assert name in told
     assert {"Gear", "GearPair", "static_transmission_error", "map_cost", "units"} <= set(dir(fem))
 
