@@ -1,8 +1,9 @@
 """A run in pieces, some of which are solved again at half the step: what the step does to the result."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -60,18 +61,47 @@ class Solver:
         return pieces, None
 
     def _solve_all(self, pieces: list[Piece], progress: bool) -> None:
-        """One solve of Exudyn, halted at the end of each piece: it goes on as if there were none."""
         h, mbs = self.rule.step, self.model.mbs
         style = {"bar_format": BAR, "unit_scale": h, "leave": False, "disable": not progress}
         with tqdm(total=self.steps.number, desc="run-up", **style) as bar, self._explained(self.rule):
-            with self._engine() as (engine, settings):
+            with self._advancing() as advance:
                 for first, last in pairwise(self.bounds):
                     pieces.append(Piece(first, last, mbs.systemData.GetSystemState(CURRENT if first else INITIAL)))
-                    self.solve(pieces[-1], engine, settings)
+                    advance(pieces[-1])
                     bar.update(last - first)
             mbs.systemData.SetSystemState(mbs.systemData.GetSystemState(CURRENT), INITIAL)
 
-    def solve(self, piece: Piece, engine, settings: exu.SimulationSettings) -> None:
+    @contextmanager
+    def _advancing(self) -> Iterator[Callable[[Piece], None]]:
+        """What solves the next piece: each a solve of its own, or one solve that halts where sensors must go on.
+
+        A solver that can be halted is one of Python's, which Exudyn asks for overrides in every step: 0.7 us each.
+        """
+        if not self.speed_of.steady:
+            self._evaluate()
+        if self.model.mbs.systemData.NumberOfSensors():
+            with self._engine() as (engine, settings):
+                yield partial(self._go_on, engine, settings)
+        else:
+            yield self._solve
+
+    def _settings(self, rule: Rule) -> exu.SimulationSettings:
+        """Settings of the run, or of its pieces."""
+        settings = settings_for(rule, rule.step, self.tolerance)
+        if not self.speed_of.steady:
+            # Exudyn's initial accelerations leave out the slope of an imposed speed; those of the state hold it.
+            settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
+        return settings
+
+    def _solve(self, piece: Piece) -> None:
+        """One piece from the state on that the one before it left."""
+        settings, h = self._settings(self.rule), self.rule.step
+        integration = settings.timeIntegration
+        integration.startTime, integration.endTime = piece.first * h, piece.last * h
+        integration.numberOfSteps = piece.last - piece.first
+        self.model.mbs.SolveDynamic(settings, updateInitialValues=True)
+
+    def _go_on(self, engine, settings: exu.SimulationSettings, piece: Piece) -> None:
         """Let Exudyn's solver go on to the end of a piece; sensors have written its start already."""
         h = self.rule.step
         engine.it.endTime = piece.last * h
@@ -84,11 +114,7 @@ class Solver:
     def _engine(self) -> Iterator[tuple[Any, exu.SimulationSettings]]:
         """Exudyn's solver over the whole run, and its settings."""
         h, mbs = self.rule.step, self.model.mbs
-        settings = settings_for(self.rule, h, self.tolerance)
-        if not self.speed_of.steady:
-            # Exudyn's initial accelerations leave out the slope of an imposed speed; those of the state hold it.
-            settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
-            self._evaluate()
+        settings = self._settings(self.rule)
         engine: Any = exu.MainSolverImplicitSecondOrder()
         settings.timeIntegration.endTime = self.steps.number * h
         settings.timeIntegration.numberOfSteps = self.steps.number
