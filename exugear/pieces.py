@@ -83,7 +83,7 @@ class Solver:
             with self._engine() as (engine, settings):
                 yield partial(self._go_on, engine, settings)
         else:
-            yield self._solve
+            yield self.solve
 
     def _settings(self, rule: Rule) -> exu.SimulationSettings:
         """Settings of the run, or of its pieces."""
@@ -93,7 +93,7 @@ class Solver:
             settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
         return settings
 
-    def _solve(self, piece: Piece) -> None:
+    def solve(self, piece: Piece) -> None:
         """One piece from the state on that the one before it left."""
         settings, h = self._settings(self.rule), self.rule.step
         integration = settings.timeIntegration
