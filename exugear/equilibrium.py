@@ -132,8 +132,8 @@ def _inertia_torques(model: Model, accelerations: np.ndarray) -> Iterator[None]:
     """Loads on the spins of shafts and rotors, as accelerations (n_coordinates,) ask for; none without them."""
     mbs, loads = model.mbs, []
     nodes = {mbs.GetNodeODE2Index(n): n for n in range(mbs.systemData.NumberOfNodes())}
-    for spin, place, inertia in _turning_masses(model) if accelerations.any() else ():
-        marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=nodes[spin - place], coordinate=place))
+    for spin, coordinate, inertia in _turning_masses(model) if accelerations.any() else ():
+        marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=nodes[spin - coordinate], coordinate=coordinate))
         load = eii.LoadCoordinate(markerNumber=marker, load=-inertia * accelerations[spin])
         loads.append(mbs.AddLoad(load))
     try:

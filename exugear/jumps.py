@@ -59,6 +59,6 @@ def missed(step: float, meshes: Sequence[tuple[float, np.ndarray]]) -> float:
     """By how much of a pitch steps [s] miss the end of a mesh period or, after the first one, a jump."""
     worst = 0.0
     for period, phases in meshes:
-        places = np.r_[1.0, phases - phases[0]] * period / step
-        worst = max(worst, float(np.abs(places - np.round(places)).max()) * step / period)
+        step_counts = np.r_[1.0, phases - phases[0]] * period / step
+        worst = max(worst, float(np.abs(step_counts - np.round(step_counts)).max()) * step / period)
     return worst
