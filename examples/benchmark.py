@@ -28,11 +28,12 @@ from skfem import ElementHex1
 import exugear
 import fem
 from exugear import plots
-from exugear.integrator import BETA, TRAPEZOIDAL_BETA, Rule, settings_for
-from exugear.law import damping, spinning_force
-from exugear.spectrum import Resonances
+from exugear.mesh_force.force_kernels import damping, spinning_force
+from exugear.plan.integrator import BETA, TRAPEZOIDAL_BETA, Rule
+from exugear.post.spectrum import Resonances
+from exugear.simulation.solver_settings import settings_for
 from fem import nonlinear
-from fem.mesh import Density
+from fem.elasticity.mesh_density import Density
 from fem.units import mm, rpm
 
 TORQUE, TOP_SPEED, LONG = 150.0, 3500 * rpm, 70.0

@@ -25,9 +25,9 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 import exugear
 import fem
 from exugear import plots
-from exugear.graphics import add_gear_graphics, meshing_angles
+from exugear.post.graphics import add_gear_graphics, meshing_angles
 from fem import STEEL, Gear, GearPair
-from fem.mesh import extruded
+from fem.elasticity.extrusion import extruded
 from fem.units import mm, rpm, um
 
 LENGTH, DIAMETER, TORQUE, SPEED = 300 * mm, 40 * mm, 150.0, 1000 * rpm

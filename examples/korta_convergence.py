@@ -15,7 +15,8 @@ from skfem.element import Element
 import fem
 from exugear import plots
 from fem import nonlinear
-from fem.mesh import Density, flank_arcs
+from fem.elasticity.mesh_density import Density
+from fem.elasticity.section_mesh import flank_arcs
 from fem.units import mm, um
 
 TORQUE = 350.0

@@ -12,8 +12,10 @@ from pathlib import Path
 import numpy as np
 from korta_run_up import paper_pair
 
-from exugear import pictures, plots
-from fem import root_stress, stress
+from exugear import plots
+from exugear.post import stress_plots
+from fem import stress
+from fem.stress import root_stress
 from fem.units import MPa, mm, um
 
 TORQUE = 150.0
@@ -47,12 +49,12 @@ def draw_fields(found, path: Path) -> None:
         above, middle, below = places[column:6:2]
         touching = contacts(fields[0])
         meshes = [(field.points, field.cells) for field in fields]
-        pictures.plot_gears(meshes, touching, above)
+        stress_plots.plot_gears(meshes, touching, above)
         bent = [(f.deformed(EXAGGERATION), f.cells, np.hypot(*f.displacement) / um) for f in fields]
-        pictures.plot_field(bent, "displacement [µm]", middle, top=deflection / um)
-        pictures.plot_outlines([(f.deformed(0), f.cells) for f in fields], middle, colour="0.6", width=0.6)
+        stress_plots.plot_field(bent, "displacement [µm]", middle, top=deflection / um)
+        stress_plots.plot_outlines([(f.deformed(0), f.cells) for f in fields], middle, colour="0.6", width=0.6)
         stressed = [(f.points, f.cells, f.von_mises / MPa) for f in fields]
-        pictures.plot_field(stressed, "von Mises stress [MPa]", below, top=peak / MPa, colours="inferno")
+        stress_plots.plot_field(stressed, "von Mises stress [MPa]", below, top=peak / MPa, colours="inferno")
         above.set_title(f"{'AB'[column]}  {title} in contact")
         middle.set_title(f"{'CD'[column]}  deflection, drawn {EXAGGERATION} times; grey: without load")
         below.set_title(f"{'EF'[column]}  stress under the contact")
@@ -93,8 +95,8 @@ def main() -> None:
     cycle = root_stress.root_stress(pair, TORQUES, 30)
     cycle.to_netcdf(folder / "root_stress.nc", engine="h5netcdf")
     figure = plots.figure(columns=2)
-    pictures.plot_root_stress(cycle, figure.axes[0])
-    pictures.plot_pressure(cycle, figure.axes[1])
+    stress_plots.plot_root_stress(cycle, figure.axes[0])
+    stress_plots.plot_pressure(cycle, figure.axes[1])
     figure.savefig(folder / "root_stress.png", dpi=150)
     print(report(pair, found, cycle))
 

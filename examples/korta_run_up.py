@@ -19,9 +19,10 @@ import numpy as np
 import exugear
 import fem
 from exugear import plots
-from exugear.spectrum import Resonances
+from exugear.post.spectrum import Resonances
 from fem import iso6336
-from fem.mesh import hexahedra, section
+from fem.elasticity.extrusion import hexahedra
+from fem.elasticity.section_mesh import section
 from fem.units import deg, mm, rpm, um
 
 TORQUES = (150.0, 350.0)
@@ -43,7 +44,7 @@ def paper_pair(d_bore: float = 60 * mm) -> fem.GearPair:
 
 def gearbox(ste, damping_ratio: float, inertia: float | None = None) -> exugear.Gearbox:
     """Two shafts that only spin, each with a gear of Table I; damping as share of critical at 150 N m."""
-    pair = fem.ste.pair_of(ste)
+    pair = fem.pair_of(ste)
     fast = exugear.Shaft("driving", parts={0.0: pair.pinion}, inertia=inertia)
     slow = exugear.Shaft("driven", parts={0.0: pair.wheel}, inertia=inertia)
     mass = slow.inertia / pair.wheel.r_b**2
@@ -53,7 +54,7 @@ def gearbox(ste, damping_ratio: float, inertia: float | None = None) -> exugear.
 
 def mean_stiffness(ste, torque: float) -> float:
     """Mean of F / STE over the mesh cycle [N/m]."""
-    force = torque / fem.ste.pair_of(ste).pinion.r_b
+    force = torque / fem.pair_of(ste).pinion.r_b
     return float((force / ste["te"].sel(torque=torque)).mean())
 
 
@@ -130,7 +131,7 @@ def compute(folder: Path, d_bore: float, damping_ratio: float, fit: bool, clock:
 
 def draw(folder: Path, curves, ste, runs) -> None:
     """Mesh, STE and run-ups as PNG."""
-    gear, density = fem.ste.pair_of(ste).pinion, fem.Resolution().density.paired()
+    gear, density = fem.pair_of(ste).pinion, fem.Resolution().density.paired()
     figure = plots.figure(columns=2, spatial=(0,))
     solid, plane = hexahedra(gear, density), section(gear, density)
     plots.plot_solid(solid.p, solid.facets[:, solid.boundary_facets()], figure.axes[0])
@@ -156,7 +157,7 @@ def report(curves, box, runs, fit: bool, clock: Clock) -> str:
     for load in TORQUES:
         te = curves["te"].sel(torque=load).values / um
         lines.append(f"{load:>12g} N m              {te.mean():9.3f}{np.ptp(te):12.3f}")
-    pair = fem.ste.pair_of(curves)
+    pair = fem.pair_of(curves)
     standard = iso6336.mesh_stiffness(pair, 150.0 / pair.pinion.r / pair.b) * pair.b
     ours = " and ".join(f"{mean_stiffness(curves, load) * um:.1f}" for load in TORQUES)
     lines += ["", f"mean of F / STE {ours} N/um; ISO 6336 gives {standard * um:.0f} N/um, which knows no rim and hub"]

@@ -18,7 +18,7 @@ from skfem import ElementQuad1
 
 from exugear import plots
 from fem import GearPair, dynamic, nonlinear
-from fem.mesh import Density
+from fem.elasticity.mesh_density import Density
 from fem.units import um
 
 TORQUE = 150.0

@@ -39,7 +39,7 @@ def laws(ste, load: float, damping: float) -> dict[str, exugear.MeshForce]:
 
 def gearbox(ste, force: exugear.MeshForce) -> exugear.Gearbox:
     """Two shafts that only spin."""
-    pair = fem.ste.pair_of(ste)
+    pair = fem.pair_of(ste)
     shafts = exugear.Shaft("driving", {0.0: pair.pinion}), exugear.Shaft("driven", {0.0: pair.wheel})
     return exugear.Gearbox([exugear.Stage(*shafts, force, pair=pair)])
 

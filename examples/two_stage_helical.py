@@ -18,7 +18,7 @@ from matplotlib.image import imsave
 import exugear
 import fem
 from exugear import plots
-from fem.mesh import Density
+from fem.elasticity.mesh_density import Density
 from fem.units import deg, mm, rpm, um
 
 LOAD, SPEED, DAMPING = 600.0, (300 * rpm, 6000 * rpm), 3000.0

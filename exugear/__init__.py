@@ -2,29 +2,29 @@
 
 import lazy_loader
 
-from exugear.bearing import Bearing
-from exugear.connector import CreateGearContact
-from exugear.eigenfrequencies import eigenfrequencies
-from exugear.force import MeshForce
-from exugear.friction import MeshFriction
-from exugear.friction_connector import CreateGearFriction
-from exugear.gearbox import Gearbox
-from exugear.integrator import integrator
-from exugear.model import Model, build
-from exugear.plan import Plan, plan
-from exugear.recorded import dte_envelope
-from exugear.recorder import Recorder
-from exugear.ring import RingPair
-from exugear.run import Run, RunStopped, run_up
-from exugear.sensor import CreateGearSensor
-from exugear.shaft import Coupling, Disc, Placement, Shaft
-from exugear.spectrum import envelope, order_spectrum, resonances
-from exugear.stage import Stage
-from exugear.viewer import draw
-from fem.version import __version__
+from exugear.elements.gear_contact import CreateGearContact
+from exugear.elements.gear_friction import CreateGearFriction
+from exugear.elements.gear_sensor import CreateGearSensor
+from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
+from exugear.gearbox.stage import Stage
+from exugear.kernels.recorder import Recorder
+from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.friction import MeshFriction
+from exugear.mesh_force.ring_pair import RingPair
+from exugear.plan.plan import Plan, plan
+from exugear.post import spectrum
+from exugear.post.spectrum import dte_envelope, envelope, order_spectrum, resonances
+from exugear.post.viewer import draw
+from exugear.simulation.eigenfrequencies import eigenfrequencies
+from exugear.simulation.model import Model, build
+from exugear.simulation.run import Run, RunStopped, run_up
+from exugear.simulation.solver_settings import integrator
+from fem.support.version import __version__
 
 #: Modules that only pictures need, imported when they are first asked for.
-__getattr__, _, _ = lazy_loader.attach(__name__, ["graphics", "plots"])
+__getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs={"post": ["graphics", "plots"]})
 
 __all__ = [
     "Bearing",

@@ -1,64 +1,35 @@
-from . import (
-    accuracy,
-    body,
-    cache,
-    checks,
-    compliance,
-    contact,
-    cost,
-    cylindrical,
-    data_sheet,
-    deviation,
-    dynamic,
-    elastic,
-    explicit,
-    flank,
-    gap,
-    gear,
-    hertz,
-    inspection,
-    interference,
-    iso6336,
-    loads,
-    material,
-    mesh,
-    modification,
-    nonlinear,
-    offsets,
-    pair,
-    penalty,
-    prism,
-    profile,
-    root,
-    root_stress,
-    slices,
-    solid,
-    solver,
-    state,
-    ste,
-    stress,
-    strips,
-    sweep,
-    touch,
-    transmission,
-    units,
+from . import stress, units
+from .contact.resolution import Resolution
+from .elasticity.mesh_density import Density
+from .gear.data_sheet import DataSheet, Quantity
+from .gear.gear import Gear
+from .gear.material import STEEL, Material
+from .microgeometry.deviation import Grid, PitchDeviation
+from .microgeometry.flank import Sides
+from .microgeometry.modification import (
+    EdgeBreak,
+    EndRelief,
+    HelixSlope,
+    LeadCrowning,
+    ProfileCrowning,
+    RootRelief,
+    TipRelief,
 )
-from .accuracy import UpTo
-from .cost import MapCost, map_cost
-from .data_sheet import DataSheet, Quantity
-from .deviation import Grid, PitchDeviation
-from .flank import Sides
-from .gear import STEEL, Gear, GearPair, Material
-from .modification import EdgeBreak, EndRelief, HelixSlope, LeadCrowning, ProfileCrowning, RootRelief, TipRelief
-from .offsets import Offsets
-from .ste import load, save, ste_map
-from .sweep import Resolution
-from .transmission import static_transmission_error
-from .version import __version__
+from .pair import iso6336
+from .pair.offsets import Offsets
+from .pair.pair import GearPair
+from .reference import dynamic, explicit, nonlinear
+from .ste.accuracy import UpTo
+from .ste.cost import MapCost, map_cost
+from .ste.ste_map import load, pair_of, save, ste_map
+from .ste.transmission import static_transmission_error
+from .stress.root_stress import root_stress
+from .support.version import __version__
 
 __all__ = [
     "STEEL",
     "DataSheet",
+    "Density",
     "EdgeBreak",
     "EndRelief",
     "Gear",
@@ -78,52 +49,17 @@ __all__ = [
     "TipRelief",
     "UpTo",
     "__version__",
-    "accuracy",
-    "body",
-    "cache",
-    "checks",
-    "compliance",
-    "contact",
-    "cost",
-    "cylindrical",
-    "data_sheet",
-    "deviation",
     "dynamic",
-    "elastic",
     "explicit",
-    "flank",
-    "gap",
-    "gear",
-    "hertz",
-    "inspection",
-    "interference",
     "iso6336",
     "load",
-    "loads",
     "map_cost",
-    "material",
-    "mesh",
-    "modification",
     "nonlinear",
-    "offsets",
-    "pair",
-    "penalty",
-    "prism",
-    "profile",
-    "root",
+    "pair_of",
     "root_stress",
     "save",
-    "slices",
-    "solid",
-    "solver",
-    "state",
     "static_transmission_error",
-    "ste",
     "ste_map",
     "stress",
-    "strips",
-    "sweep",
-    "touch",
-    "transmission",
     "units",
 ]

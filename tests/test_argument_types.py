@@ -26,13 +26,13 @@ from valid_arguments import RING, by_name, instances, valid
 
 import exugear
 import fem
-from fem.arguments import checked
-from fem.mesh import Density
+from exugear.post import stress_plots
+from fem.support.arguments import checked
 
 HOME = Path(fem.__file__).parents[1]
 MODULES = (
-    *("fem", "fem.nonlinear", "fem.dynamic", "fem.explicit", "fem.stress", "fem.root_stress", "fem.iso6336"),
-    *("exugear", "exugear.plots", "exugear.pictures", "exugear.spectrum", "exugear.graphics"),
+    *("fem", "fem.nonlinear", "fem.dynamic", "fem.explicit", "fem.stress", "fem.iso6336"),
+    *("exugear", "exugear.plots", "stress_plots", "exugear.spectrum", "exugear.graphics"),
 )
 #: Only solvers make them: a face of a flank, and fields of stress.
 ONLY_INSIDE = {"face"}, {"fem.stress.Field"}
@@ -64,8 +64,17 @@ TAKEN = {
 CALLED = {"ste": "ste|map", "mesh": "mesh|map", "runs": "runs?", "phase": "phases?", "a": "a must"}
 #: Where work starts: no refusal comes from there or later.
 WORK = (
-    *("fem.sweep.sweep", "fem.loads.encounters", "fem.nonlinear.assembled", "fem.dynamic.turning_gears"),
-    *("fem.body.clamped_pair", "exugear.equilibrium.start", "exugear.connector.add_forces"),
+    *(
+        "fem.ste.map_solver.sweep",
+        "fem.stress.flank_loads.encounters",
+        "fem.reference.nonlinear.assembled",
+        "fem.reference.dynamic.turning_gears",
+    ),
+    *(
+        "fem.reference.deformable_gear.clamped_pair",
+        "exugear.simulation.equilibrium.start",
+        "exugear.elements.gear_contact.add_forces",
+    ),
 )
 
 
@@ -74,11 +83,11 @@ class Started(BaseException):
 
 
 def public() -> Iterator[tuple[str, Any]]:
-    """(name, function, class or method) of all that is public, and the class of their argument density."""
-    yield "fem.mesh.Density", Density
-    for module in map(importlib.import_module, MODULES):
+    """(name, function, class or method) of all that is public."""
+    for home in MODULES:
+        module = eval(home, {"fem": fem, "exugear": exugear, "stress_plots": stress_plots})
         for name in module.__all__:
-            value, path = getattr(module, name), f"{module.__name__}.{name}"
+            value, path = getattr(module, name), f"{home}.{name}"
             if inspect.isfunction(value) or inspect.isclass(value):
                 yield path, value
             for method in vars(value) if inspect.isclass(value) else ():
@@ -132,7 +141,7 @@ def objection(call, name: str) -> str | None:
     except Exception as error:
         *_, last = traceback.walk_tb(error.__traceback__)
         file = Path(last[0].f_code.co_filename)
-        ours = file.parent in (HOME / "fem", HOME / "exugear")
+        ours = any(file.is_relative_to(HOME / package) for package in ("fem", "exugear"))
         line = linecache.getline(str(file), last[1]).strip()
         is_named = re.search(rf"\b({CALLED.get(name, name)})\b", str(error))
         if type(error) in (ValueError, TypeError) and ours and line.startswith("raise") and is_named:

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from conftest import paper_pair
+from paper_gears import paper_pair
 
 import fem
-from fem import cache
+from fem.support import cache
 
 ROOT = Path(__file__).parents[1]
 SIZE = 200_000
@@ -27,14 +27,14 @@ import numpy as np
 import fem
 from fem import cache
 from pathlib import Path
-sys.path.insert(0, {str(ROOT / "tests")!r})
+sys.path.insert(0, {str(ROOT / "tests" / "cases")!r})
 place = Path(os.environ["EXUGEAR_CACHE"])
 
 def of(i):
     return cache.cached(f"key {{i}}", lambda: {{"a": np.full({SIZE}, float(i))}})["a"]
 
 def map_of(i):
-    from conftest import paper_pair
+    from paper_gears import paper_pair
     te = np.random.default_rng(i).random((500, 40))
     return fem.ste_map(paper_pair(), np.arange(500.0), np.arange(40) / 40, te)
 """
@@ -204,7 +204,7 @@ def test_maps_with_foreign_attributes_are_refused(attributes):
     data = foreign()
     data.attrs = data.attrs | attributes if attributes else {}
     with pytest.raises(ValueError, match="map's attributes"):
-        fem.ste.pair_of(data)
+        fem.pair_of(data)
 
 
 def test_what_is_no_file_is_refused(folder):

@@ -1,146 +1,50 @@
-"""The plan of the house: every module has a floor and imports only from lower ones."""
+"""The plan of the house: folders import from earlier folders only; inside a folder imports make no circle."""
 
 import ast
 import subprocess
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
-FLOORS = {
-    "fem.units": 0,
-    "fem.version": 0,
-    "fem.representation": 0,
-    "fem.data_sheet": 0.1,
-    "fem.inspection": 0.5,
-    "fem.cache": 0.1,
-    "fem.compiled": 0.1,
-    "fem.threads": 0,
-    "fem.progress": 0,
-    "fem.groups": 0.1,
-    "fem.fronts": 0.2,
-    "fem.solver": 0.4,
-    "fem.modification": 0.1,
-    "fem.deviation": 0.2,
-    "fem.flank": 0.4,
-    "fem.checks": 0,
-    "fem.arguments": 0.05,
-    "fem.grading": 0,
-    "fem.root": 0,
-    "fem.material": 0.4,
-    "fem.cylindrical": 0.6,
-    "fem.interference": 0.7,
-    "fem.pair": 0.8,
-    "fem.gear": 1,
-    "fem.profile": 2,
-    "fem.ste": 2,
-    "fem.iso6336": 2,
-    "fem.meeting": 2,
-    "fem.mesh": 3,
-    "fem.hertz": 2,
-    "fem.hats": 0,
-    "fem.loaded_width": 3.2,
-    "fem.half_space": 3.5,
-    "fem.gap": 3,
-    "fem.strips": 4,
-    "fem.prism": 3,
-    "fem.solid": 3.2,
-    "fem.touch": 3,
-    "fem.body": 4,
-    "fem.compliance": 4,
-    "fem.offsets": 2,
-    "fem.contact": 5,
-    "fem.slices": 3,
-    "fem.state": 5.5,
-    "fem.sweep": 5.6,
-    "fem.load_interpolation": 0,
-    "fem.error_estimation": 5.65,
-    "fem.accuracy": 5.7,
-    "fem.transmission": 6,
-    "fem.cost": 6.1,
-    "fem.nonlinear": 6.1,
-    "fem.dynamic": 6.2,
-    "fem.penalty": 4.5,
-    "fem.explicit": 6.3,
-    "fem.loads": 5.8,
-    "fem.elastic": 5.9,
-    "fem.recovery": 6,
-    "fem.stress": 6.2,
-    "fem.root_stress": 6.3,
-    "fem": 6.5,
-    "exugear.law": 6.6,
-    "exugear.loaded": 6.6,
-    "exugear.monotone": 6.7,
-    "exugear.map_range": 6.7,
-    "exugear.table": 6.8,
-    "exugear.force": 7,
-    "exugear.divergence": 7.05,
-    "exugear.friction": 7.05,
-    "exugear.items": 7,
-    "exugear.ring": 7,
-    "exugear.bearing": 7,
-    "exugear.walk": 7,
-    "exugear.shaft": 7.1,
-    "exugear.damping": 7.15,
-    "exugear.stage": 7.2,
-    "exugear.layout": 7.3,
-    "exugear.alignment": 7.3,
-    "exugear.clocking": 7.4,
-    "exugear.gearbox": 7.5,
-    "exugear.course": 7,
-    "exugear.spectrum": 7,
-    "exugear.recorded": 7.1,
-    "exugear.plots": 7.5,
-    "exugear.pictures": 7.5,
-    "exugear.graphics": 7.5,
-    "exugear.derivatives": 8,
-    "exugear.kinematics": 8,
-    "exugear.attitude": 8,
-    "exugear.contact_frame": 8.2,
-    "exugear.recorder": 8,
-    "exugear.kernels": 8.5,
-    "exugear.sliding": 8.6,
-    "exugear.trampoline": 8.6,
-    "exugear.trial": 8.7,
-    "exugear.native": 8.7,
-    "exugear.connector": 9,
-    "exugear.sensor": 9.1,
-    "exugear.axes": 9.2,
-    "exugear.seats": 9.2,
-    "exugear.bodies": 9.4,
-    "exugear.friction_connector": 9.1,
-    "exugear.reach": 9.5,
-    "exugear.integrator": 9.6,
-    "exugear.steps": 7,
-    "exugear.jumps": 6.9,
-    "exugear.plan": 10,
-    "exugear.model": 11,
-    "exugear.equilibrium": 11.5,
-    "exugear.imposed": 11.6,
-    "exugear.eigenfrequencies": 11.7,
-    "exugear.pieces": 11.7,
-    "exugear.valid_samples": 11.8,
-    "exugear.viewer": 12,
-    "exugear.run": 12,
-    "exugear": 13,
-}
-#: `fem.profile` is the outline that `exugear.graphics` draws.
-DOORS_TO_FEM = {
-    *("fem.arguments", "fem.units", "fem.cache", "fem.compiled", "fem.gear", "fem.ste", "fem.offsets", "fem.profile"),
-    *("fem.progress", "fem.representation", "fem.version", "fem.load_interpolation"),
-}
-EXUDYN = (
-    *("bodies", "connector", "eigenfrequencies", "equilibrium", "friction_connector", "graphics"),
-    *("imposed", "integrator", "model", "native", "pieces", "plan", "run", "seats", "sensor", "trampoline", "trial"),
+#: Folders in the order of the pipeline: each imports from those before it.
+FOLDERS = (
+    "fem/support",
+    "fem/linalg",
+    "fem/microgeometry",
+    "fem/gear",
+    "fem/pair",
+    "fem/elasticity",
+    "fem/contact",
+    "fem/ste",
+    "fem/stress",
+    "fem/reference",
+    "exugear/mesh_force",
+    "exugear/gearbox",
+    "exugear/kernels",
+    "exugear/plan",
+    "exugear/elements/native",
+    "exugear/elements",
+    "exugear/simulation",
+    "exugear/post",
 )
-FENCES = {
-    "skfem": {
-        *("fem.mesh", "fem.prism", "fem.compliance", "fem.loads", "fem.elastic", "fem.recovery", "fem.stress"),
-        *("fem.root_stress", "fem.solid", "fem.body", "fem.nonlinear", "fem.dynamic", "fem.explicit"),
-    },
-    "exudyn": {f"exugear.{name}" for name in EXUDYN},
-    "matplotlib": {"exugear.plots", "exugear.pictures"},
+#: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
+FIRST, LAST = {"fem.units"}, {"fem", "exugear"}
+MODULES_OF_FEM, MODULES_OF_EXUGEAR = 62, 55
+MOST_IN_A_FOLDER = 9
+APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
+#: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.graphics` draws.
+DOORS_TO_FEM = {
+    *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.tooth_root", "fem.gear.tooth_profile"),
+    *("fem.pair.pair", "fem.pair.offsets", "fem.ste.ste_map", "fem.ste.load_interpolation"),
 }
+FENCES = {
+    "skfem": {"fem/elasticity", "fem/stress", "fem/reference"},
+    "exudyn": {"exugear/elements", "exugear/elements/native", "exugear/simulation", "exugear/post"},
+    "matplotlib": {"exugear/post"},
+}
+MODULES_OF_POST = {"exudyn": {"graphics", "viewer"}, "matplotlib": {"plots", "stress_plots"}}
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}
 
 
@@ -148,43 +52,79 @@ def module_name(path: Path) -> str:
     return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
+MODULES = {module_name(path): path for package in ("fem", "exugear") for path in (ROOT / package).rglob("*.py")}
+
+
 def imported(path: Path) -> set[str]:
     """Absolute names of all that a module imports; ``from a import b`` counts as ``a.b`` where that is a module."""
-    package = path.parent.name
     names = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            base = ".".join(filter(None, [package if node.level else "", node.module or ""]))
-            modules = {f"{base}.{alias.name}" for alias in node.names} & FLOORS.keys()
-            names |= modules or {base}
+            assert node.level == 0, f"{path} imports by dots: write the whole name"
+            names |= {f"{node.module}.{alias.name}" for alias in node.names} & MODULES.keys() or {node.module}
     return names
 
 
-MODULES = {module_name(path): path for package in ("fem", "exugear") for path in (ROOT / package).glob("*.py")}
+def folder_of(module: str) -> str:
+    path = MODULES[module]
+    return path.parent.relative_to(ROOT).as_posix()
 
 
-def test_every_module_has_a_floor():
-    assert MODULES.keys() <= FLOORS.keys()
+ORDINARY = sorted(MODULES.keys() - FIRST - LAST)
 
 
-@pytest.mark.parametrize("module", sorted(MODULES))
-def test_imports_point_down(module):
-    ours = {name for name in imported(MODULES[module]) if name in FLOORS}
-    assert {name for name in ours if FLOORS[name] >= FLOORS[module]} == set()
+def test_all_modules_are_seen():
+    """A glob that misses folders would let all other tests here pass."""
+    counted = [name for name, path in MODULES.items() if path.name != "__init__.py"]
+    of_fem = sum(name.startswith("fem.") for name in counted)
+    assert (of_fem, len(counted) - of_fem) == (MODULES_OF_FEM, MODULES_OF_EXUGEAR)
+    assert {folder_of(name) for name in MODULES} == {*FOLDERS, "fem", "exugear"}
 
 
-@pytest.mark.parametrize("module", sorted(name for name in MODULES if name.startswith("exugear")))
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_a_folder_is_small_and_says_what_it_holds(folder):
+    modules = [path for path in (ROOT / folder).glob("*.py") if path.name != "__init__.py"]
+    assert 3 <= len(modules) <= MOST_IN_A_FOLDER
+    docstring = ast.get_docstring(ast.parse((ROOT / folder / "__init__.py").read_text(encoding="utf-8")))
+    assert docstring.endswith(".")
+    assert "\n" not in docstring
+
+
+@pytest.mark.parametrize("module", ORDINARY)
+def test_imports_point_to_earlier_folders(module):
+    home = folder_of(module)
+    folders = {folder_of(name) for name in imported(MODULES[module]) if name in MODULES and name not in FIRST}
+    later = {folder for folder in folders - {home} if FOLDERS.index(folder) > FOLDERS.index(home)}
+    assert later == set()
+    assert not {(home, folder) for folder in folders} & APART
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_imports_inside_a_folder_make_no_circle(folder):
+    inside = {name for name in MODULES if folder_of(name) == folder}
+    TopologicalSorter({name: imported(MODULES[name]) & inside for name in inside}).prepare()
+
+
+@pytest.mark.parametrize("module", [name for name in ORDINARY if name.startswith("exugear")])
 def test_exugear_enters_fem_by_its_doors(module):
-    assert {name for name in imported(MODULES[module]) if name.split(".")[0] == "fem"} <= DOORS_TO_FEM
+    ours = {name for name in imported(MODULES[module]) if name.split(".")[0] == "fem"}
+    assert {name for name in ours if name not in DOORS_TO_FEM and not name.startswith("fem.support.")} == set()
 
 
-@pytest.mark.parametrize("module", sorted(MODULES))
+def test_fem_does_not_import_exugear():
+    names = {name for module, path in MODULES.items() if module.startswith("fem") for name in imported(path)}
+    assert "exugear" not in {name.split(".")[0] for name in names}
+
+
+@pytest.mark.parametrize("module", ORDINARY)
 def test_big_libraries_stay_behind_their_fences(module):
-    for library, allowed in FENCES.items():
+    for library, folders in FENCES.items():
         if any(name.split(".")[0] == library for name in imported(MODULES[module])):
-            assert module in allowed
+            assert folder_of(module) in folders
+            if folder_of(module) == "exugear/post":
+                assert module.split(".")[-1] in MODULES_OF_POST[library]
 
 
 def test_top_level_holds_nothing_else():

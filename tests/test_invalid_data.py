@@ -3,9 +3,9 @@
 from math import inf, nan
 
 import pytest
-from conftest import paper_gear, paper_pair
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from paper_gears import paper_gear, paper_pair
 from scenes import linear_law
 
 import exugear

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from skfem import ElementQuad1, ElementQuad2
 
-from fem.dynamic import RunUp
-from fem.mesh import Density
+from fem.elasticity.mesh_density import Density
+from fem.reference.time_integration import RunUp
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 import korta_convergence

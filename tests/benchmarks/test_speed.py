@@ -11,10 +11,11 @@ from scenes import INERTIA, smooth_box
 
 import exugear
 import fem
-from exugear.integrator import BETA, Rule, settings_for
-from exugear.model import quiet
-from fem.compliance import flank_compliance
-from fem.mesh import Density
+from exugear.plan.integrator import BETA, Rule
+from exugear.simulation.model import quiet
+from exugear.simulation.solver_settings import settings_for
+from fem.elasticity.flank_compliance import flank_compliance
+from fem.elasticity.mesh_density import Density
 from fem.units import mm, rpm, um
 
 pytestmark = pytest.mark.slow

@@ -1,0 +1,1 @@
+"""Gear contacts, friction, sensors, shafts and bearings as objects of an Exudyn system."""

@@ -1,0 +1,117 @@
+"""Bearings in Exudyn: linear ones of a shaft as one matrix, nonlinear ones by their radial force."""
+
+from math import sqrt
+
+import exudyn.itemInterface as eii
+import numpy as np
+from numba import carray
+
+from exugear.elements.difference_jacobian import jacobian
+from exugear.elements.divergence import DIVERGED, FAR
+from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.bearing_stiffness import linear_part, radial_table
+from exugear.gearbox.shaft import Shaft
+from exugear.kernels.contact_kernels import TAKEN
+from exugear.kernels.recorder import at
+from fem.support.numba_cache import compiled, kept
+
+SIZE, LEVER, DAMPING = range(3)
+HEADER = 3
+#: Differences of coordinates [m, rad] and velocities [m/s, rad/s] for derivatives.
+NUDGES = 1e-9, 1e-6
+
+
+def add_bearings(mbs, node: int, shaft: Shaft, kind: str) -> None:
+    """The bearings of a shaft on its body's node."""
+    stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
+    for axial, bearing in shaft.bearings.items():
+        k = linear_part(bearing, axial - shaft.centre)
+        stiffness, damping = stiffness + k, damping + bearing.damping * k
+    taken = np.ix_(TAKEN[kind], TAKEN[kind])
+    items = [eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=stiffness[taken], dampingMatrix=damping[taken])]
+    for axial, bearing in shaft.bearings.items():
+        if not bearing.linear:
+            force, jacobian = user_functions(bearing, axial - shaft.centre)
+            item = eii.ObjectGenericODE2(nodeNumbers=[node], forceUserFunction=force, jacobianUserFunction=jacobian)
+            items.append(item)
+    for item in items:
+        item.visualization["show"] = False
+        mbs.AddObject(item)
+
+
+@compiled
+def between(table, r):
+    """Force and slope of a table at r >= 0; ValueError(r, end) beyond."""
+    n = int(table[SIZE])
+    if not r <= table[HEADER + n - 1]:
+        raise ValueError(r, table[HEADER + n - 1])
+    i = 0
+    while i < n - 2 and r > table[HEADER + i + 1]:
+        i += 1
+    slope = (table[HEADER + n + i + 1] - table[HEADER + n + i]) / (table[HEADER + i + 1] - table[HEADER + i])
+    return table[HEADER + n + i] + slope * (r - table[HEADER + i]), slope
+
+
+@kept
+def seat_forces(address, x, y, z, a, b, c, u, v, w, d, e, f):
+    """Generalized forces (6) of a bearing on a shaft that is displaced and tilted a little."""
+    table = carray(at(address), int(carray(at(address), HEADER)[SIZE]) * 2 + HEADER)
+    lever = table[LEVER]
+    x, y, u, v = x + lever * b, y - lever * a, u + lever * e, v - lever * d
+    r = sqrt(x * x + y * y)
+    if r == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    force, slope = between(table, r)
+    total = force + table[DAMPING] * slope * (x * u + y * v) / r
+    p, q = -total * x / r, -total * y / r
+    return p, q, 0.0, -lever * q, lever * p, 0.0
+
+
+def user_functions(bearing: Bearing, lever: float):
+    """Force and Jacobian of a nonlinear bearing that Exudyn calls."""
+    displacement, force = radial_table(bearing)
+    table = np.concatenate([[displacement.size, lever, bearing.damping], displacement, force])
+    address = table.ctypes.data
+
+    def called(*state):
+        try:
+            return seat_forces(address, *state)
+        except ValueError as error:
+            r, end = error.args
+            grow = f"displacement {r:.4g} m of a bearing lies beyond its table, which ends at {end:.4g} m"
+            raise RuntimeError(f"{grow}; {'extend it' if r < FAR else DIVERGED}") from None
+
+    def bearing_force(mbs, t, item, q, q_t):
+        return called(*q, *q_t)
+
+    def bearing_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        return jacobian(called, q, q_t, (factor, factor_t), NUDGES)
+
+    bearing_force.table = table  # type: ignore[attr-defined]
+    return bearing_force, bearing_jacobian
+
+
+def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray) -> dict[float, np.ndarray]:
+    """Force of each bearing on its shaft (n, 3) [N] by axial place; q, q_t (n, 5) displacements, tilts and rates."""
+    found = {}
+    for axial, bearing in shaft.bearings.items():
+        lever = axial - shaft.centre
+        motion = np.eye(6)[:, :5]
+        motion[0, 4], motion[1, 3] = lever, -lever
+        own = linear_part(bearing, 0.0)[:3] @ motion
+        force = -(q + bearing.damping * q_t) @ own.T
+        if not bearing.linear:
+            force[:, :2] += _radial_reaction(bearing, q @ motion[:2].T, q_t @ motion[:2].T)
+        found[axial] = force
+    return found
+
+
+def _radial_reaction(bearing: Bearing, place: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """(n, 2) radial force of a nonlinear bearing."""
+    displacement, force = radial_table(bearing)
+    r = np.linalg.norm(place, axis=1)
+    unit = place / np.maximum(r, 1e-300)[:, None]
+    slope = np.diff(force) / np.diff(displacement)
+    tangent = slope[np.clip(np.searchsorted(displacement, r) - 1, 0, slope.size - 1)]
+    total = np.interp(r, displacement, force) + bearing.damping * tangent * (unit * rate).sum(axis=1)
+    return -total[:, None] * unit

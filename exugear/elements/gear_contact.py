@@ -1,0 +1,202 @@
+"""The gear contact in Exudyn: one ObjectGenericODE2 on the nodes of both gears, one user function, one kernel call."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+from exudyn.misc.extensionRegistry import extends, install
+
+from exugear.elements.difference_jacobian import jacobian
+from exugear.elements.divergence import stopped
+from exugear.elements.exudyn_objects import object_of
+from exugear.elements.native.native import native
+from exugear.kernels.contact_frame import GearBody, frame_between
+from exugear.kernels.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN, kernel_of
+from exugear.kernels.kinematics import BODY_1, CONTACT_AXES, R_B1, rotational_frame
+from exugear.kernels.recorder import Recorder
+from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.ring_pair import RingPair
+from fem.pair.pair import GearPair
+from fem.support.arguments import checked
+from fem.support.validation import require
+
+#: For derivatives by coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences move an angle by 1e-7
+#: of itself, which after a thousand revolutions is more than any mesh deflects.
+NUDGES = 1e-9, 1e-3
+#: How far a gear's centre may lie off its axis [m].
+OFF_AXIS = 1e-9
+#: Rigid bodies in space by Exudyn's names of their nodes.
+NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG": ROTATION_VECTOR}
+
+
+@checked
+def CreateGearContact(
+    mbs: exu.MainSystem,
+    name: str = "",
+    itemNumbers: Sequence[Any] = (None, None),
+    pair: GearPair | RingPair = None,  # type: ignore[assignment]
+    force: MeshForce = None,  # type: ignore[assignment]
+    localPositions: Sequence[Sequence[float]] = ((0, 0, 0), (0, 0, 0)),
+    localAxes: Sequence[Sequence[float]] = ((0, 0, 1), (0, 0, 1)),
+    phase: float = 0.0,
+    direction: int = 1,
+    recorder: Recorder | None = None,
+):
+    """Contact of a gear pair between two bodies that turn about parallel axes; also mbs.CreateGearContact.
+
+    itemNumbers      pinion and wheel: rigid bodies, ObjectRigidBody2D or ObjectRotationalMass1D (both positive about
+                     global z, the latter at its referencePosition), in any mixture; with two ObjectRotationalMass1D a
+                     third one may carry both (planet carrier)
+    pair, force      `fem.GearPair` or `RingPair`, and `MeshForce`
+    localPositions   gear centres on these axes of the bodies [m]
+    localAxes        directions of the gears' axes on the bodies
+    phase            phase [1] in the reference configuration, where the driving flanks just touch (deflection 0)
+    direction        +1: the pinion drives counter-clockwise (positive deflection); -1: clockwise
+    recorder         `Recorder` of what the contact does
+
+    z of the contact is global z where the axes lie along it within 0.05 rad, else the pinion's axis in the reference
+    configuration; the wheel's axis may have either sense. Rxyz nodes about global z cost least. Shafts along global x:
+    bodies without reference rotation and localAxes=[[1, 0, 0], [1, 0, 0]], or nodeType=RotationRotationVector; an Rxyz
+    node is singular where its z axis points there.
+
+    Centre distance, misalignment and axial offset follow from the bodies as they move; where the force has such an axis
+    it is looked up. Helical gears push along their axes, and every force acts at the centroid that the map gives.
+
+    Returns the number of the ObjectGenericODE2. Raises ValueError for bodies that cannot carry a gear, and a reference
+    distance that is not the pair's. A solve that leaves the map's range stops and says so.
+    """
+    require(isinstance(pair, GearPair | RingPair), f"pair must be a fem.GearPair, got {type(pair).__name__}")
+    require(isinstance(force, MeshForce), f"force must be an exugear.MeshForce, got {type(force).__name__}")
+    require(direction in (1, -1), f"direction must be +1 or -1, got {direction}")
+    require(np.isfinite(phase), f"phase must be finite, a share of a pitch, got {phase}")
+    require(len(itemNumbers) in (2, 3), f"itemNumbers must be [pinion, wheel] (and a carrier), got {itemNumbers}")
+    kinds = tuple(kind_of(mbs, item) for item in itemNumbers)
+    _check_kinds(kinds, force)
+    frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
+    kernel = kernel_of(kinds, turned=is_turned(frame))
+    return add_contact(mbs, name, itemNumbers, kernel, force, frame, recorder or Recorder())
+
+
+def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.ndarray, recorder: Recorder) -> int:
+    """The contact as ObjectGenericODE2 on the nodes of its bodies."""
+    number = add_forces(mbs, name, items, kernel, force.law, frame, recorder)
+    addresses = force.law.ctypes.data, frame.ctypes.data
+    mbs.variables[contact_key(number)] = partial(kernel, *addresses)
+    return number
+
+
+def add_forces(mbs, name: str, items, kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorder) -> int:
+    """What a kernel gives as ObjectGenericODE2 on the nodes of its bodies; called without Python where that works."""
+    function, jacobian = user_functions(kernel, law, frame, recorder)
+    nodes = [node_of(mbs, item) for item in items]
+    addresses = law.ctypes.data, frame.ctypes.data, recorder.header.ctypes.data
+    function = native(function, kernel, addresses, sum(len(mbs.GetNode(n)["referenceCoordinates"]) for n in nodes))
+    item = eii.ObjectGenericODE2(
+        name=name, nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=jacobian
+    )
+    item.visualization["show"] = False
+    return mbs.AddObject(item)
+
+
+def contact_key(number: int) -> str:
+    """Under which mbs.variables keeps the kernel of a contact, for its sensors."""
+    return f"gear contact {int(number)}"
+
+
+def _check_kinds(kinds: tuple[str, ...], force: MeshForce) -> None:
+    spins = set(kinds) == {SPIN}
+    carried = "a third body carries ObjectRotationalMass1D alone; bodies that move know where they are: leave it out"
+    require(len(kinds) == 2 or spins, carried)
+    fixed = f"bodies that only spin need a force without offsets, got {list(force.offsets)}; take force.at(...)"
+    require(not (spins and force.offsets), fixed)
+
+
+def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.ndarray:
+    """What the kernels know of the gears on two bodies; ValueError where the bodies and the pair do not fit."""
+    for name, value in {"localPositions": positions, "localAxes": axes}.items():
+        require(len(value) == 2, f"{name} must name pinion and wheel, got {value}")
+    pinion, wheel = (gear_body(mbs, *given) for given in zip(items[:2], positions, axes, strict=True))
+    if all(kind_of(mbs, item) == SPIN for item in items):
+        return rotational_frame(pair, phase, direction)
+    return frame_between(pair, phase, direction, (pinion, wheel))
+
+
+def is_turned(frame: np.ndarray) -> bool:
+    """Whether a contact has a frame of its own."""
+    return bool(frame[CONTACT_AXES:BODY_1].any())
+
+
+def gear_body(mbs, item, position, axis) -> GearBody:
+    """A body with the gear's centre and axis on it."""
+    kind, centre, z = kind_of(mbs, item), vector("localPositions", position), vector("localAxes", axis)
+    require(bool(z.any()), f"localAxes must be directions, got {axis}")
+    z = z / np.linalg.norm(z)
+    flat = f"localAxes of a {kind} body must be [0, 0, 1], got {axis}; use CreateRigidBody for other axes"
+    require(kind not in (SPIN, PLANAR) or z[2] == 1, flat)
+    off = f"localPositions must lie on the gear's axis {axis} of the body, got {position}; move the body instead"
+    require(bool(np.linalg.norm(centre - centre @ z * z) < OFF_AXIS), off)
+    return GearBody(CODES[kind], np.array(reference_of(mbs, item)), z, centre)
+
+
+def vector(name: str, value) -> np.ndarray:
+    """(3,) array; ValueError for what is none."""
+    three = np.size(value) == 3 and np.ndim(value) == 1
+    require(three and bool(np.isfinite(value).all()), f"{name} must be x, y, z for each gear, got {value}")
+    return np.array(value, float)
+
+
+def reference_of(mbs, item) -> list[float]:
+    """Reference coordinates (6, or 7 with Euler parameters) of a body."""
+    kind, body = kind_of(mbs, item), mbs.GetObject(item)
+    if kind == SPIN:
+        return [*body["referencePosition"], 0.0, 0.0, 0.0]
+    coordinates = list(mbs.GetNode(body["nodeNumber"])["referenceCoordinates"])
+    return [*coordinates[:2], 0.0, 0.0, 0.0, coordinates[2]] if kind == PLANAR else coordinates
+
+
+def kind_of(mbs, item) -> str:
+    """How the body moves; ValueError where a gear cannot live on it."""
+    require(item is not None, "itemNumbers must name two bodies, got None; pass [pinion, wheel]")
+    body = object_of(mbs, "itemNumbers", item)
+    require("nodeNumber" in body, f"itemNumbers must be bodies with one node, got {body['objectType']}")
+    kind = str(mbs.GetNode(body["nodeNumber"])["nodeType"])
+    if kind == "1D" and "Rotational" in str(body["objectType"]):
+        return SPIN
+    if kind in NODES:
+        return NODES[kind]
+    remedy = "use CreateRigidBody, or ObjectRotationalMass1D on Node1D"
+    require("2D" in kind and "Rigid" in kind, f"gears cannot live on a {kind} ({body['objectType']}); {remedy}")
+    return PLANAR
+
+
+def node_of(mbs, item):
+    """The node that carries the body's coordinates."""
+    return mbs.GetObject(item)["nodeNumber"]
+
+
+def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorder):
+    """Force and Jacobian that Exudyn calls; the force owns the arrays whose addresses it hands over."""
+    nobody = np.zeros_like(recorder.header)
+    one, two, three, none = (x.ctypes.data for x in (law, frame, recorder.header, nobody))
+
+    def gear_contact(mbs, t, item, q, q_t):
+        try:
+            return kernel(one, two, three, t, *q, *q_t)
+        except ValueError as error:
+            raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
+
+    def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        try:
+            return jacobian(partial(kernel, one, two, none, t), q, q_t, (factor, factor_t), NUDGES)
+        except ValueError as error:
+            raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
+
+    gear_contact.arrays = (law, frame, recorder, nobody)  # type: ignore[attr-defined]
+    return gear_contact, gear_jacobian
+
+
+extends(exu.MainSystem, "CreateGearContact")(CreateGearContact)
+install()

@@ -1,0 +1,55 @@
+"""What a gear contact does, as a sensor of Exudyn."""
+
+from collections.abc import Callable
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+from exudyn.misc.extensionRegistry import extends, install
+
+from exugear.elements.gear_contact import contact_key
+from exugear.kernels.recorder import COLUMNS, Recorder
+from fem.support.arguments import checked
+from fem.support.validation import require
+
+
+@checked
+def CreateGearSensor(
+    mbs: exu.MainSystem, contact: int, name: str = "", fileName: str = "", storeInternal: bool = False
+) -> int:
+    """Sensor of a gear contact; also mbs.CreateGearSensor.
+
+    contact   number that CreateGearContact returned
+
+    Its values and their signs are those of `Recorder`: deflection (DTE) [m], mesh force [N], centre distance [m],
+    misalignment [rad], axial offset [m], centroid [m]. Returns the sensor's number. Where every step is wanted a
+    `Recorder` costs less.
+    """
+    known = contact_key(contact) in dict(mbs.variables)
+    require(known, f"contact must be what CreateGearContact returned, got object {contact}")
+    measured = mbs.variables[contact_key(contact)]
+    item = eii.SensorUserFunction(
+        name=name, fileName=fileName, storeInternal=storeInternal, sensorUserFunction=reading(measured, contact)
+    )
+    return mbs.AddSensor(item)
+
+
+def reading(measured: Callable, contact: int) -> Callable:
+    """Exudyn's user function: one call of the contact's kernel with a record of its own."""
+    recorder = Recorder()
+    recorder.start(1.0, 1)
+
+    def gear_sensor(mbs, t, sensors, factors, configuration):
+        nodes = mbs.GetObject(contact)["nodeNumbers"]
+        kinds = exu.OutputVariableType.Coordinates, exu.OutputVariableType.Coordinates_t
+        q, q_t = (
+            np.concatenate([np.atleast_1d(mbs.GetNodeOutput(n, kind, configuration)) for n in nodes]) for kind in kinds
+        )
+        measured(recorder.header.ctypes.data, 0.0, *q.tolist(), *q_t.tolist())
+        return list(recorder.samples[0][0, :COLUMNS])
+
+    return gear_sensor
+
+
+extends(exu.MainSystem, "CreateGearSensor")(CreateGearSensor)
+install()

@@ -1,0 +1,1 @@
+"""Gearboxes as data: bearings, shafts, stages, the gear train they form."""

@@ -1,0 +1,149 @@
+"""A bearing as data: linear, with radial clearance, by a table of forces, or as a full stiffness matrix."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import inf
+
+import numpy as np
+
+from fem.support.arguments import Finite, Numbers, checked
+from fem.support.representation import short
+from fem.support.validation import require
+
+UNITS = {"radial": "N/m", "axial": "N/m", "tilt": "N m/rad", "damping": "s", "clearance": "m"}
+#: Stiffness [N/m, N m/rad] from which on somebody means a rigid bearing.
+RIGID, RIGID_TILT = 1e13, 1e11
+#: Stiffness below which another unit is meant. Rolling bearings have 10 to 10,000 N/um, the softest rubber mounts 1e4
+#: N/m: on less, a shaft of 1 kg sags by a millimetre. Tilt: two such mounts a centimetre beside the pole.
+SOFT, SOFT_TILT = 1e4, 1.0
+ROUNDING = 1e-9
+
+
+@checked
+@short(**UNITS | {"clearance": "um"})
+@dataclass(frozen=True)
+class Bearing:
+    """Bearing at one axial place of a shaft; it lets the shaft spin.
+
+    radial      stiffness in x and y [N/m]
+    axial       stiffness in z [N/m]
+    tilt        stiffness about x and y [N m/rad]
+    damping     time by which the damping follows the stiffness [s]: force = stiffness (displacement + damping velocity)
+    clearance   radial play [m], half the diametral one: no radial force up to this radial displacement
+    table       radial displacement (n,) [m] from 0 and radial force (n,) [N] from 0, linear in between, the same in all
+                directions; instead of radial and clearance
+    matrix      stiffness (6, 6) over x, y, z and about x, y, z [N/m, N/rad, N, N m/rad]; instead of all but damping
+
+    Raises ValueError for stiffness below zero, meant as rigid or in another unit (0 < k < 1e4 N/m), tables that fall,
+    matrices that cannot be a stiffness.
+    """
+
+    radial: float = 0.0
+    axial: float = 0.0
+    tilt: float = 0.0
+    damping: float = 0.0
+    clearance: float = field(default=0.0, kw_only=True)
+    table: tuple[Sequence[float], Sequence[float]] | None = field(default=None, kw_only=True)
+    matrix: Sequence[Sequence[float]] | None = field(default=None, kw_only=True)
+
+    def __post_init__(self):
+        for name, unit in UNITS.items():
+            value = getattr(self, name)
+            require(0 <= value < inf, f"{name} must be >= 0 {unit} and finite, got {value}")
+        require(self.damping < 0.1, f"damping must be below 0.1 s, got {self.damping}; pass damping / stiffness")
+        require(self.clearance < 1e-2, f"clearance must be below 0.01 m, got {self.clearance}; pass metres: 20*um")
+        if self.table is not None:
+            self._take_table()
+        if self.matrix is not None:
+            self._take_matrix()
+        self._check_alone("matrix", ("radial", "axial", "tilt", "clearance", "table"))
+        self._check_alone("table", ("radial", "clearance"))
+        require(self.clearance == 0 or self.radial > 0, "clearance needs a radial stiffness behind it, got radial = 0")
+        self._check_size()
+
+    def _check_alone(self, name: str, others: tuple[str, ...]) -> None:
+        given = [other for other in others if getattr(self, other)] if getattr(self, name) is not None else []
+        require(not given, f"{name} stands instead of {', '.join(others)}; leave {', '.join(given)} out")
+
+    def _take_table(self) -> None:
+        columns = [np.asarray(column, float) for column in self.table]  # type: ignore[union-attr]
+        shapes = [column.shape for column in columns]
+        fits = len(columns) == 2 and columns[0].ndim == 1 and shapes[0] == shapes[-1] and columns[0].size >= 2
+        require(fits, f"table must be (displacement, force), each (n,) with n >= 2, got {shapes}")
+        displacement, force = columns
+        require(bool(np.isfinite(columns).all()), "table must be finite everywhere")
+        starts = displacement[0] == 0 and force[0] == 0
+        require(bool(starts), f"table must start at (0, 0), got ({displacement[0]:g}, {force[0]:g})")
+        require(bool((np.diff(displacement) > 0).all()), "displacements of the table must increase [m]")
+        require(displacement[-1] < 1e-2, f"table ends at {displacement[-1]:g} m; pass metres: 20*um")
+        rises = bool((np.diff(force) >= 0).all() and force[-1] > 0)
+        require(rises, "forces of the table must not fall and must end above 0 N; a falling one would be unstable")
+        object.__setattr__(self, "table", tuple(tuple(column.tolist()) for column in columns))
+
+    def _take_matrix(self) -> None:
+        k = np.asarray(self.matrix, float)
+        require(k.shape == (6, 6), f"matrix must be (6, 6) over x, y, z and about x, y, z, got {k.shape}")
+        require(bool(np.isfinite(k).all()), "matrix must be finite everywhere")
+        scale = np.sqrt(np.maximum(np.diag(k), 0))
+        scale[scale == 0] = 1
+        k_1 = k / np.outer(scale, scale)
+        twin = bool(np.abs(k_1 - k_1.T).max() < ROUNDING)
+        require(twin, "matrix must be symmetric: a bearing stores energy; pass (matrix + matrix.T) / 2")
+        require(not k[5].any(), "row and column of the matrix about z must be 0: a bearing lets the shaft spin")
+        least = np.linalg.eigvalsh(k_1)[0]
+        require(least > -ROUNDING, f"matrix must be positive semi-definite, its least eigenvalue is {least:.3g}")
+        object.__setattr__(self, "matrix", tuple(map(tuple, ((k + k.T) / 2).tolist())))
+
+    def _check_size(self) -> None:
+        size = np.diag(self.stiffness)
+        require(bool(size.any()), "the bearing holds nothing; give it a stiffness or leave it out")
+        radial = "steepest slope of the table" if self.table is not None else "radial"
+        for i, name in enumerate((radial, radial, "axial", "tilt", "tilt")):
+            name = name if self.matrix is None else f"matrix[{i}, {i}]"
+            soft, rigid, unit = (SOFT, RIGID, "N/m") if i < 3 else (SOFT_TILT, RIGID_TILT, "N m/rad")
+            ideal = f"is meant as rigid (from {rigid:g} on); leave the bearings out for ideal ones"
+            require(size[i] < rigid, f"{name} {size[i]:.3g} {unit} {ideal}")
+            units = f"200 N/um are 200e6 {unit}" if i < 3 else f"200 kN m/rad are 200e3 {unit}"
+            low = f"{name} must be 0 or from {soft:g} {unit} on, got {size[i]:g}; pass {unit}: {units}"
+            require(size[i] == 0 or size[i] >= soft, low)
+
+    @property
+    def linear(self) -> bool:
+        """Whether the force follows the displacement in proportion."""
+        return self.clearance == 0 and self.table is None
+
+    @property
+    def reach(self) -> float:
+        """Largest radial displacement [m] that the data cover; inf without a table."""
+        return inf if self.table is None else self.table[0][-1]
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """(6, 6) stiffness over x, y, z and about x, y, z; of nonlinear bearings the steepest in all directions."""
+        if self.matrix is not None:
+            return np.array(self.matrix)
+        slope = self.radial if self.table is None else (np.diff(self.table[1]) / np.diff(self.table[0])).max()
+        return np.diag([slope, slope, self.axial, self.tilt, self.tilt, 0.0])
+
+    @checked
+    def at(self, lever: Finite) -> np.ndarray:
+        """(6, 6) stiffness over the motion of a pole that lies lever [m] below the bearing on the shaft's axis."""
+        return about_pole(self.stiffness, lever)
+
+    @checked
+    def radial_force(self, r: Numbers):
+        """Force [N] against a radial displacement r >= 0 [m], scalar or array; ValueError beyond the table."""
+        require(self.matrix is None, "a matrix has no one radial force; multiply it with the displacement")
+        r = np.asarray(r, float)
+        require(bool((r >= 0).all()), f"r must be >= 0 m, got {r.min()}")
+        require(bool((r <= self.reach).all()), f"r = {r.max():g} m lies beyond the table's {self.reach:g} m; extend it")
+        if self.table is not None:
+            return np.interp(r, *self.table)
+        return self.radial * np.maximum(r - self.clearance, 0.0)
+
+
+def about_pole(stiffness: np.ndarray, lever: float) -> np.ndarray:
+    """(6, 6) stiffness over the motion of a pole that lies lever [m] below on the shaft's axis."""
+    motion = np.eye(6)
+    motion[0, 4], motion[1, 3] = lever, -lever
+    return motion.T @ stiffness @ motion

@@ -1,0 +1,146 @@
+"""The gearbox as data: stages that couple shafts, in trees and in loops."""
+
+from dataclasses import dataclass, field
+from math import isfinite
+
+import numpy as np
+
+from exugear.gearbox.gear_train import shaft_places, speed_ratios, walk_over_shafts
+from exugear.gearbox.mesh_phasing import phases
+from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.stage import Stage
+from exugear.gearbox.static_offsets import stage_offsets
+from fem.support.arguments import Finite, checked
+from fem.support.validation import require
+from fem.units import mm
+
+ROUNDING = 1e-9
+#: Of the pitch, within which the loaded flanks of a loop touch together.
+TOGETHER = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Gearbox:
+    """Stages that couple parallel shafts. The first stage's fast shaft drives, the last stage's slow one is driven.
+
+    ratios     speed of every shaft over that of the driving one
+    turns      +1 or -1 per shaft: sense of rotation about z, +1 for the driving shaft
+    places     x, y of every shaft [m], the driving one at 0
+    phases     of every stage in the reference configuration, where all driving flanks touch, as share of a pitch
+
+    Raises ValueError for gears without mate, shafts that are not coupled, two shafts of one name, and loops that do not
+    close, jam, do not assemble, or whose loaded flanks do not touch together.
+    """
+
+    stages: tuple[Stage, ...]
+    ratios: dict[str, float] = field(init=False, repr=False)
+    turns: dict[str, int] = field(init=False, repr=False)
+    places: dict[str, tuple[float, float]] = field(init=False, repr=False)
+    phases: tuple[float, ...] = field(init=False, repr=False)
+
+    def __post_init__(self):
+        listed = isinstance(self.stages, list | tuple) and all(isinstance(stage, Stage) for stage in self.stages)
+        require(listed, f"stages must be a list of Stage, got {type(self.stages).__name__}; write Gearbox([stage])")
+        object.__setattr__(self, "stages", tuple(self.stages))
+        require(bool(self.stages), "stages must hold at least one Stage, got none")
+        self._check_names()
+        self._check_mates()
+        ends = f"shaft {self.driving.name!r} drives and is driven; list the stage of the driven shaft last"
+        require(self.driving.name != self.driven.name, ends)
+        self._lay_out()
+        self._check_flanks()
+        object.__setattr__(self, "phases", phases(self.stages, self.turns))
+
+    def __repr__(self) -> str:
+        pairs = [(label, stage.pair) for label, stage in zip(self.labels, self.stages, strict=True)]
+        return f"Gearbox({', '.join(f'{label}: {pair.pinion.z}/{pair.wheel.z} teeth' for label, pair in pairs)})"
+
+    @property
+    def shafts(self) -> tuple[Shaft, ...]:
+        """In the order of the stages, each once."""
+        return tuple({shaft.name: shaft for stage in self.stages for shaft in (stage.fast, stage.slow)}.values())
+
+    @property
+    def driving(self) -> Shaft:
+        """Shaft whose speed is imposed."""
+        return self.stages[0].fast
+
+    @property
+    def driven(self) -> Shaft:
+        """Shaft that carries the load torque."""
+        return self.stages[-1].slow
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the stages, with the axial place where two couple the same shafts."""
+        names = [stage.name for stage in self.stages]
+        where = [f"{stage.name} at {stage.places[0] / mm:g} mm" for stage in self.stages]
+        return tuple(x if names.count(name) > 1 else name for name, x in zip(names, where, strict=True))
+
+    @property
+    def rows(self) -> np.ndarray:
+        """(n_stage, n_shaft) deflection per spin of the shafts: deflections = rows @ spins [m/rad]."""
+        column = {shaft.name: j for j, shaft in enumerate(self.shafts)}
+        rows = np.zeros((len(self.stages), len(column)))
+        for row, stage in zip(rows, self.stages, strict=True):
+            direction = self.turns[stage.fast.name]
+            row[column[stage.fast.name]] = direction * stage.pair.pinion.r_b
+            row[column[stage.slow.name]] = direction * stage.pair.wheel.r_b
+        return rows
+
+    @checked
+    def static_forces(self, load: Finite, acceleration: Finite = 0.0) -> list[float]:
+        """Mesh forces [N] under a load [N m] against the driven shaft's motion, > 0 on the driving flanks.
+
+        acceleration   of the driving shaft [rad/s^2]; all shafts and the rotors behind their couplings follow it at
+                       their ratios, and their inertia torques add to the load
+
+        Loops share the load so that the elastic energy is least, all meshes at their largest stiffness.
+        """
+        torque = np.array([-self.turns[shaft.name] * load * (shaft.name == self.driven.name) for shaft in self.shafts])
+        torque -= [shaft.turning_inertia * self.ratios[shaft.name] * acceleration for shaft in self.shafts]
+        root = np.sqrt([stage.force.stiffness_max for stage in self.stages])
+        balance = (self.rows * root[:, None]).T[1:]
+        return (root * np.linalg.lstsq(balance, torque[1:])[0]).tolist()
+
+    @checked
+    def offsets(self, stage: Stage) -> dict[str, float]:
+        """a [m], misalignment [rad] and axial [m] of a stage by its shafts' static displacement (see `fem.Offsets`)."""
+        return stage_offsets(stage, self.places, self.turns[stage.fast.name])
+
+    def _check_names(self) -> None:
+        for stage in self.stages:
+            for shaft in (stage.fast, stage.slow):
+                same = [other for other in self.shafts if other.name == shaft.name]
+                require(same[0] == shaft, f"two different shafts are named {shaft.name!r}; rename one")
+
+    def _check_mates(self) -> None:
+        meshes = [frozenset(stage.ends) for stage in self.stages]
+        for stage, mesh in zip(self.stages, meshes, strict=True):
+            twice = f"gears of shafts {stage.fast.name!r} and {stage.slow.name!r} are coupled twice; drop a stage"
+            require(meshes.count(mesh) == 1, twice)
+        mated = {end for mesh in meshes for end in mesh}
+        for shaft in self.shafts:
+            alone = [axial / mm for axial in shaft.gears if (shaft.name, axial) not in mated]
+            remedy = "add a stage or remove the gear"
+            require(not alone, f"gear without mate on shaft {shaft.name!r} at {alone} mm; {remedy}")
+
+    def _lay_out(self) -> None:
+        found = walk_over_shafts(self.stages)
+        ratios = speed_ratios(self.stages, found)
+        turns = {name: 1 if ratio > 0 else -1 for name, ratio in ratios.items()}
+        object.__setattr__(self, "ratios", {name: float(ratio) for name, ratio in ratios.items()})
+        object.__setattr__(self, "turns", turns)
+        object.__setattr__(self, "places", shaft_places(self.stages, found))
+
+    def _check_flanks(self) -> None:
+        """Driving flanks touch in the reference configuration; where a loop loads others, these must touch as well."""
+        forces = np.array(self.static_forces(1.0))
+        plays = [stage.force.backlash if isfinite(stage.force.backlash) else 0.0 for stage in self.stages]
+        lead = np.where(forces < -ROUNDING * np.abs(forces).max(), -np.array(plays), 0.0)
+        others = self.rows[:, 1:]
+        apart = np.abs(lead - others @ np.linalg.lstsq(others, lead)[0]).max()
+        back = [stage.name for stage, x in zip(self.stages, lead, strict=True) if x]
+        loose = f"loaded flanks of a loop do not touch together: stages {back} are driven from their slow shafts"
+        remedy = "name the shaft of the driving gear fast"
+        require(apart < TOGETHER * min(stage.pair.p_bt for stage in self.stages), f"{loose}; {remedy}")

@@ -1,0 +1,266 @@
+"""A shaft as data: what sits where on it, its inertia, what its bearings hold, and how far it was mounted off place."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import inf, isfinite, pi, sqrt
+from typing import Annotated
+
+import numpy as np
+
+from exugear.gearbox.bearing import Bearing
+from fem.gear.gear import Gear
+from fem.support.arguments import Finite, checked
+from fem.support.representation import short
+from fem.support.validation import number, require, told
+from fem.units import mm
+
+#: Radius of gyration of discs [m], and relaxation time of couplings [s], beyond which another unit is meant; stiffness
+#: of a coupling [N m/rad] from which on somebody means a rigid one.
+GYRATION, RELAXATION, RIGID = (1e-5, 5.0), 1.0, 1e12
+#: Least eigenvalue of a support of unit diagonal that holds.
+LEAST_HOLD = 1e-12
+
+
+def require_all(owner: str, values: object, names: Mapping[str, str], low: float = 0.0) -> None:
+    """Require low < value < inf of named attributes; names map to units."""
+    for name, unit in names.items():
+        value = getattr(values, name)
+        require(low < value < inf, f"{name} of {owner} must be > {low:g} {unit} and finite, got {value}")
+
+
+@checked
+@short(mass="kg", inertia="kg m^2", transverse="kg m^2")
+@dataclass(frozen=True)
+class Disc:
+    """Inertia that turns with the shaft.
+
+    mass         [kg]
+    inertia      about z [kg m^2]
+    transverse   inertia about x and y at the disc's own centre [kg m^2]
+    """
+
+    mass: float
+    inertia: float
+    transverse: float
+
+    def __post_init__(self):
+        require_all("a disc", self, {"mass": "kg", "inertia": "kg m^2", "transverse": "kg m^2"})
+        possible = self.inertia <= 2 * self.transverse * (1 + 1e-9)
+        got = f"got {self.inertia:g} and {self.transverse:g} kg m^2"
+        require(possible, f"inertia of a disc cannot exceed twice its transverse one, {got}")
+        gyration = sqrt(self.inertia / self.mass)
+        far = f"a disc of {self.mass:g} kg and {self.inertia:g} kg m^2 has a radius of gyration of {gyration:.3g} m"
+        least, largest = GYRATION
+        require(least < gyration < largest, f"{far}; pass kg and kg m^2: 85 kg cm^2 are 85e-4")
+
+    @classmethod
+    @checked
+    def cylinder(cls, length: float, d: float, d_bore: float = 0.0, density: float = 7850.0) -> "Disc":
+        """Round body of length and diameters [m], by default of steel [kg/m^3]."""
+        sizes = f"got length {length:g}, d {d:g}, d_bore {d_bore:g} m; pass metres: 30*mm"
+        require(0 < length < 10 and 0 <= d_bore < d < 10, f"a cylinder needs length > 0 and d > d_bore >= 0, {sizes}")
+        require(1 < density < 50e3, f"density must lie in (1, 50000) kg/m^3, got {density:g}")
+        mass = density * length * pi / 4 * (d**2 - d_bore**2)
+        inertia = mass * (d**2 + d_bore**2) / 8
+        return cls(mass, inertia, inertia / 2 + mass * length**2 / 12)
+
+
+@checked
+@short(torsion="N m/rad", damping="N m s/rad", inertia="kg m^2")
+@dataclass(frozen=True)
+class Coupling:
+    """Torsional spring and damper to an outside rotor, motor or brake, on which speed or load then act.
+
+    torsion   stiffness [N m/rad]
+    damping   [N m s/rad]
+    inertia   of the outside rotor [kg m^2]
+    """
+
+    torsion: float
+    damping: float = 0.0
+    inertia: float = field(kw_only=True)
+
+    def __post_init__(self):
+        require_all("a coupling", self, {"torsion": "N m/rad", "inertia": "kg m^2"})
+        rigid = f"torsion {self.torsion:g} N m/rad is meant as rigid (from {RIGID:g} on)"
+        require(self.torsion < RIGID, f"{rigid}; leave the coupling out and add a Disc")
+        require(0 <= self.damping < inf, f"damping of a coupling must be >= 0 N m s/rad, got {self.damping}")
+        slow = f"damping / torsion of a coupling must stay below {RELAXATION:g} s, got {self.damping / self.torsion:g}"
+        require(self.damping < RELAXATION * self.torsion, f"{slow}; pass N m s/rad and N m/rad: 20 kN m/rad are 20e3")
+
+
+@checked
+@short(x="um", y="um", z="um", tilt_x="mrad", tilt_y="mrad", pivot="mm")
+@dataclass(frozen=True)
+class Placement:
+    """Static displacement of a whole shaft with its bearings from its nominal place.
+
+    x, y, z          of its point at the pivot [m]
+    tilt_x, tilt_y   then about x and y through that point [rad]
+    pivot            axial place [m]
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    tilt_x: float = 0.0
+    tilt_y: float = 0.0
+    z: float = 0.0
+    pivot: float = 0.0
+
+    def __post_init__(self):
+        require(abs(self.pivot) < 10, f"pivot must lie within 10 m, got {self.pivot:g}; pass metres: 30*mm")
+        for name in ("x", "y", "z"):
+            value = getattr(self, name)
+            require(abs(value) < 0.01, f"{name} of a placement must lie within 0.01 m, got {value}; pass metres: 20*um")
+        for name in ("tilt_x", "tilt_y"):
+            value = getattr(self, name)
+            require(abs(value) < 0.05, f"{name} must lie within 0.05 rad, got {value}; pass radians: 0.5e-3")
+
+    @property
+    def axis(self) -> np.ndarray:
+        """(3,) direction of the displaced shaft."""
+        sin_x, sin_y, cos_x, cos_y = *np.sin([self.tilt_x, self.tilt_y]), *np.cos([self.tilt_x, self.tilt_y])
+        return np.array([sin_y, -sin_x * cos_y, cos_x * cos_y])
+
+    @checked
+    def at(self, axial: Finite) -> np.ndarray:
+        """(3,) displaced place of the axis's point at an axial place [m], from the nominal one of the axial place 0."""
+        return np.array([self.x, self.y, self.z + self.pivot]) + (axial - self.pivot) * self.axis
+
+
+Part = Gear | Bearing | Disc | Coupling
+NOWHERE = Placement()
+
+
+def check_parts(name: str, parts) -> None:
+    """ValueError unless these are what a shaft may carry, by its axial places."""
+    if not isinstance(parts, Mapping):
+        raise ValueError(f"{name} must map axial places to gears and bearings, got {told(parts)}")
+    for axial, part in parts.items():
+        number(f"axial places of {name}", axial)
+        group = part if isinstance(part, list | tuple) else (part,)
+        wrong = [x for x in group if not isinstance(x, Part)]
+        kinds = f"{name} holds fem.Gear, Bearing, Disc and Coupling"
+        require(not wrong, f"{kinds}, got {told(wrong[0]) if wrong else wrong} at {axial:g} m")
+
+
+@checked
+@short(parts="mm", inertia="kg m^2", mass="kg", transverse="kg m^2", length="mm")
+@dataclass(frozen=True)
+class Shaft:
+    """A rigid shaft along z. Without bearings it only spins; with them it moves in space.
+
+    parts        axial place [m] -> fem.Gear, Bearing, Disc or Coupling, or several of them
+    inertia      about z [kg m^2]; by default that of its discs and of its gears as solid steel discs: up to the mean of
+                 tip and root circle, the bore filled by the shaft over the face width
+    mass         [kg], by default of the same
+    transverse   inertia about x and y at the centre of mass [kg m^2]; by default inertia / 2 and the widths and places
+    length       [m]; all parts must then lie within [0, length]
+    offset       static displacement from the nominal place
+
+    Raises ValueError for shafts without gears, parts outside the shaft, negative inertia, bearings that leave it loose.
+    """
+
+    name: str
+    parts: Annotated[Mapping[float, Part | Sequence[Part]], check_parts]
+    inertia: float = field(default=None, kw_only=True)  # type: ignore[assignment]
+    mass: float = field(default=None, kw_only=True)  # type: ignore[assignment]
+    transverse: float = field(default=None, kw_only=True)  # type: ignore[assignment]
+    length: float | None = field(default=None, kw_only=True)
+    offset: Placement = field(default=NOWHERE, kw_only=True)
+    centre: float = field(init=False, repr=False)
+
+    def __post_init__(self):
+        listed = {axial: tuple(x) if isinstance(x, list) else x for axial, x in sorted(self.parts.items())}
+        object.__setattr__(self, "parts", listed)
+        self._check_parts()
+        self._check_places()
+        self._fill_defaults()
+        require_all(f"shaft {self.name!r}", self, {"inertia": "kg m^2", "mass": "kg", "transverse": "kg m^2"})
+        self._check_support()
+
+    def _check_parts(self) -> None:
+        require(bool(self.gears), f"shaft {self.name!r} carries no gear; add one to parts")
+        for kind in (Gear, Bearing):
+            places = [axial for axial, _ in self._placed(kind)]
+            twice = f"shaft {self.name!r} carries two of a kind at one place: {kind.__name__} at {places} m; move one"
+            require(len(set(places)) == len(places), twice)
+        ends = len(self._placed(Coupling))
+        require(ends <= 1, f"shaft {self.name!r} carries {ends} couplings; a shaft has one at most")
+
+    def _check_places(self) -> None:
+        for axial in self.parts:
+            place = f"axial places must lie within 10 m, got {axial:g}; pass metres: 30*mm"
+            require(isfinite(axial) and abs(axial) < 10, place)
+        if self.length is None:
+            return
+        require(0 < self.length < 10, f"length must lie in (0, 10) m, got {self.length:g}; pass metres: 300*mm")
+        outside = [axial / mm for axial in self.parts if not 0 <= axial <= self.length]
+        where = f"{outside} mm of [0, {self.length / mm:g}] mm; move the parts or lengthen the shaft"
+        require(not outside, f"positions outside the shaft {self.name!r}: {where}")
+
+    def _fill_defaults(self) -> None:
+        turning = self._placed(Disc) + [(axial, blank(gear)) for axial, gear in self.gears.items()]
+        total = sum(disc.mass for _, disc in turning)
+        object.__setattr__(self, "centre", sum(disc.mass * axial for axial, disc in turning) / total)
+        if self.mass is None:
+            object.__setattr__(self, "mass", total)
+        if self.inertia is None:
+            object.__setattr__(self, "inertia", sum(disc.inertia for _, disc in turning))
+        if self.transverse is None:
+            levers = [disc.mass * (axial - self.centre) ** 2 for axial, disc in turning]
+            widths = [disc.transverse - disc.inertia / 2 for _, disc in turning]
+            object.__setattr__(self, "transverse", self.inertia / 2 + self.mass * (sum(levers) + sum(widths)) / total)
+
+    def _check_support(self) -> None:
+        """Rank 5: all but the spin held."""
+        if not self.bearings:
+            return
+        support = self.support[:5, :5]
+        size = np.diag(support)
+        held = bool((size[:3] > 0).all())
+        require(held, f"bearings of shaft {self.name!r} need radial and axial stiffness in all")
+        scale = np.sqrt(np.where(size > 0, size, 1.0))
+        holds = np.linalg.eigvalsh(support / np.outer(scale, scale))[0] > LEAST_HOLD
+        remedy = "give its bearing tilt stiffness or add a second one"
+        require(bool(holds), f"shaft {self.name!r} is free to tilt; {remedy}")
+
+    def _placed(self, kind) -> list:
+        """All parts of a kind as (axial place [m], part), several at one place included."""
+        several = ((axial, part if isinstance(part, tuple) else (part,)) for axial, part in self.parts.items())
+        return [(axial, part) for axial, group in several for part in group if isinstance(part, kind)]
+
+    @property
+    def gears(self) -> dict[float, Gear]:
+        """Axial place [m] -> gear."""
+        return dict(self._placed(Gear))
+
+    @property
+    def bearings(self) -> dict[float, Bearing]:
+        """Axial place [m] -> bearing."""
+        return dict(self._placed(Bearing))
+
+    @property
+    def discs(self) -> list[tuple[float, Disc]]:
+        """(axial place [m], disc) of each."""
+        return self._placed(Disc)
+
+    @property
+    def coupling(self) -> Coupling | None:
+        """The coupling to an outside rotor, if there is one."""
+        return next((part for _, part in self._placed(Coupling)), None)
+
+    @property
+    def turning_inertia(self) -> float:
+        """Inertia about z of the shaft and of the rotor behind its coupling [kg m^2]."""
+        return self.inertia + (self.coupling.inertia if self.coupling else 0.0)
+
+    @property
+    def support(self) -> np.ndarray:
+        """(6, 6) stiffness of all bearings about the centre of mass, over x, y, z and about x, y, z."""
+        return sum((bearing.at(axial - self.centre) for axial, bearing in self.bearings.items()), np.zeros((6, 6)))
+
+
+def blank(gear: Gear) -> Disc:
+    """Solid disc of the gear's steel up to the mean of tip and root circle."""
+    return Disc.cylinder(gear.b, gear.r_a + gear.r_f, density=gear.material.density)

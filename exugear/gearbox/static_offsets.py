@@ -1,0 +1,35 @@
+"""How far the gears of a stage stand off their nominal places, as offsets of the wheel in the pinion's frame."""
+
+from collections.abc import Mapping
+from math import acos
+
+import numpy as np
+
+from exugear.gearbox.stage import Stage
+from fem.pair.offsets import in_plane_of_action
+from fem.support.validation import require
+from fem.units import mm
+
+
+def stage_offsets(stage: Stage, places: Mapping[str, tuple[float, float]], direction: int) -> dict[str, float]:
+    """a [m], misalignment [rad] and axial [m] by the shafts' static displacement, with the signs of `fem.Offsets`.
+
+    Raises ValueError where no involutes can meet.
+
+    places      x, y of the shafts [m]
+    direction   sense of the pinion's rotation
+    """
+    shafts, axes = (stage.fast, stage.slow), (stage.fast.offset.axis, stage.slow.offset.axis)
+    ends = zip(shafts, stage.places, strict=True)
+    one, other = (np.array([*places[shaft.name], 0.0]) + shaft.offset.at(axial) for shaft, axial in ends)
+    axial = (other - one) @ axes[0]
+    line = other - one - axial * axes[0]
+    a = float(np.linalg.norm(line))
+    e_r = line / a
+    e_t = direction * np.cross(axes[0], e_r)
+    r_b = stage.pair.pinion.r_b + stage.pair.wheel.r_b
+    near = f"shafts of stage {stage.name!r} must stand further apart than {r_b / mm:.6g} mm, got {a / mm:.6g} mm"
+    require(r_b < a, f"{near}; make the offsets smaller")
+    alpha = acos(r_b / a)
+    misalignment = in_plane_of_action(alpha, axes[1] @ e_r, axes[1] @ e_t)
+    return {"a": a, "misalignment": float(misalignment), "axial": float(axial)}

@@ -1,0 +1,172 @@
+"""Coulomb friction between the teeth as data: what the pairs in contact add up to over the mesh cycle.
+
+A pair of teeth that touches at s beyond the pitch point along the line of action n slides with (omega_1 - omega_2) s
+along t = z x n and rubs with its share w of the force. All together push the wheel with mu F A along t in the pitch
+point, A = sum w sign(s), and turn it with mu F B about z, B = sum w |s|; the pinion feels the opposite. Where the gears
+roll at the pitch point the push does no work, so that friction takes the power mu F B |omega_1 - omega_2|.
+"""
+
+from dataclasses import dataclass, field
+from math import ceil, cos, floor, tan
+from typing import Annotated
+
+import numpy as np
+import xarray as xr
+
+from exugear.mesh_force.ring_pair import RingPair
+from fem.pair.pair import GearPair
+from fem.ste.ste_map import PHASE, TORQUE, over_torque_and_phase, pair_of
+from fem.support.arguments import checked
+from fem.support.representation import short
+from fem.support.validation import require
+
+STEPS = 512
+SHARE, PAIR = "load_share", "pair"
+LEAST_SPEED = 0.01
+
+
+def with_path(name: str, pair) -> None:
+    """ValueError unless the path of contact of the pair is known."""
+    remedy = "a ring has no path of contact: pass the tables, MeshFriction(coefficient, pull, lever)"
+    require(isinstance(pair, GearPair), f"{name} must be a fem.GearPair, got {type(pair).__name__}; {remedy}")
+
+
+@checked
+@short(lever="mm", speed="rad/s")
+@dataclass(frozen=True, eq=False)
+class MeshFriction:
+    """Friction of one gear mesh; the tables hold the driving flank, the other is its mirror image.
+
+    coefficient  of friction mu, of the normal force
+    pull         (n,) sum of the shares of the load behind the pitch point less those before it, over phases i / n
+    lever        (n,) mean distance of the load from the pitch point [m], over phases i / n
+    speed        below a few of these speeds omega_1 - omega_2 friction fades: tanh((omega_1 - omega_2) / speed) [rad/s]
+
+    Between the phases the tables are linear; they stay those of the nominal centre distance. Which way a pair slides is
+    decided by omega_1 - omega_2 alone: where teeth vibrate faster along their flanks than they slide, next to the pitch
+    point, their friction does not turn. Raises ValueError for what is no such table.
+    """
+
+    coefficient: float
+    pull: np.ndarray
+    lever: np.ndarray
+    speed: float = field(default=1.0, kw_only=True)
+
+    def __post_init__(self):
+        for name in ("pull", "lever"):
+            table = np.array(getattr(self, name), float)
+            table.setflags(write=False)
+            object.__setattr__(self, name, table)
+        _check_scalars(self.coefficient, self.speed)
+        _check_tables(self.pull, self.lever)
+
+    @classmethod
+    @checked
+    def of_pair(cls, pair: Annotated[GearPair, with_path], coefficient: float, *, speed: float = 1.0) -> "MeshFriction":
+        """Equal shares: of the width, and in each section of the pairs of teeth on the path of contact there.
+
+        Its loss is that of Ohlendorf's tooth loss factor. Helical gears rather load all lines of contact alike and lose
+        more: take `from_ste`. Raises ValueError for a ring, whose path is not known.
+        """
+        start, end = _contact(_places(pair), pair)
+        total = np.zeros((3, STEPS))
+        for low, high, number in _sections(pair):
+            total += np.sum(_integrals(start, end, low, high), axis=1) / number
+        width, pull, lever = total
+        return cls(coefficient, pull / width, lever / width * pair.p_bt, speed=speed)
+
+    @classmethod
+    @checked
+    def from_ste(cls, ste: xr.Dataset, coefficient: float, *, torque: float, speed: float = 1.0) -> "MeshFriction":
+        """The shares of an STE map at one pinion torque [N m]; each pair of teeth spreads its own evenly.
+
+        A pair whose teeth bend into contact before the path begins, or keep it beyond, touches at the path's end.
+        Raises ValueError for a map without load_share or with further axes, and a torque outside it.
+        """
+        over_torque_and_phase(ste)
+        pair = pair_of(ste)
+        place = _places(pair)
+        share = _shares(ste, torque, place)
+        width, pull, lever = _integrals(*_contact(place, pair), *_path(pair))
+        on, end = width > 0, np.clip(place, *_path(pair))
+        width = np.where(on, width, 1.0)
+        pull, lever = np.where(on, pull / width, np.sign(end)), np.where(on, lever / width, np.abs(end))
+        pull, lever = ((share * x).sum(axis=0) / share.sum(axis=0) for x in (pull, lever))
+        return cls(coefficient, pull, lever * pair.p_bt, speed=speed)
+
+    @checked
+    def loss(self, pair: GearPair | RingPair) -> float:
+        """Share of the power that a steady mesh of the pair loses, by a constant mesh force."""
+        turns = abs(1 / pair.pinion.r_b + 1 / pair.wheel.r_b)
+        return float(self.coefficient / cos(pair.beta_b) * self.lever.mean() * turns)
+
+    @checked
+    def numbers(self, pair: GearPair | RingPair) -> np.ndarray:
+        """What the kernels of `exugear.kernels.friction_kernels` read, for a pair."""
+        scalars = self.coefficient / cos(pair.beta_b), self.speed, tan(pair.alpha_wt), self.pull.size
+        return np.r_[scalars, self.pull, self.lever]
+
+
+def _path(pair: GearPair) -> tuple[float, float]:
+    """Ends of the path of contact, in pitches beyond the pitch point."""
+    return (pair.roll_start - pair.roll_pitch) / pair.p_bt, (pair.roll_end - pair.roll_pitch) / pair.p_bt
+
+
+def _places(pair: GearPair) -> np.ndarray:
+    """(n_pair, STEPS) places of the pairs of teeth in mid-plane, in pitches beyond the pitch point."""
+    low, high = _path(pair)
+    number = np.arange(floor(low - pair.eps_beta) - 1, ceil(high + pair.eps_beta) + 2)
+    return number[:, None] + np.arange(STEPS) / STEPS
+
+
+def _contact(place: np.ndarray, pair: GearPair) -> tuple[np.ndarray, np.ndarray]:
+    """Places at both ends of the width; those of a spur gear while a step of the table passes."""
+    half = max(pair.eps_beta, 1 / STEPS) / 2
+    return place - half, place + half
+
+
+def _sections(pair: GearPair) -> list[tuple[float, float, float]]:
+    """Sections of the path of contact, as (start, end, number of pairs of teeth on the path at once)."""
+    low, high = _path(pair)
+    pitches = np.arange(ceil(high - low) + 1)
+    ends = np.unique(np.r_[low + pitches, high - pitches].clip(low, high))
+    middle = (ends[:-1] + ends[1:]) / 2
+    number = np.floor(high - middle) + np.floor(middle - low) + 1
+    return list(zip(ends[:-1], ends[1:], number, strict=True))
+
+
+def _integrals(start: np.ndarray, end: np.ndarray, low: float, high: float) -> tuple[np.ndarray, ...]:
+    """Of 1, sign(x) and |x| from start to end, as far as that lies between low and high."""
+    p, q = np.clip(start, low, high), np.clip(end, low, high)
+    return q - p, np.abs(q) - np.abs(p), (q * np.abs(q) - p * np.abs(p)) / 2
+
+
+def _shares(ste, torque: float, place: np.ndarray) -> np.ndarray:
+    """Shares of the load at places in mid-plane, in pitches beyond the pitch point, linear between those of the map."""
+    require(SHARE in ste, f"the map must have {SHARE}; make it with fem.static_transmission_error, or use of_pair")
+    given, phase = ste[TORQUE].values, ste[PHASE].values
+    within = f"torque must lie in ({max(0.0, given[0]):g}, {given[-1]:g}] N m of the map, got {torque}"
+    require(torque > 0 and given[0] <= torque <= given[-1], f"{within}; extend the map")
+    near = np.array([np.interp(torque, given, hat) for hat in np.eye(given.size)])
+    known = np.tensordot(near, ste[SHARE].transpose(TORQUE, PHASE, PAIR).values, 1)
+    pairs = ste[PAIR].values
+    number = np.arange(pairs.min() - 1, pairs.max() + 2)
+    share = np.zeros((number.size, phase.size))
+    share[pairs - number[0]] = known.T
+    return np.interp(place, (number[:, None] + phase).ravel(), share.ravel(), left=0.0, right=0.0)
+
+
+def _check_scalars(coefficient: float, speed: float) -> None:
+    require(0 <= coefficient < 1, f"coefficient must lie in [0, 1), say 0.05, got {coefficient}")
+    slow = f"speed must be at least {LEAST_SPEED} rad/s and finite, got {speed}; take a hundredth of the shafts'"
+    require(LEAST_SPEED <= speed < np.inf, slow)
+
+
+def _check_tables(pull: np.ndarray, lever: np.ndarray) -> None:
+    fits = pull.ndim == 1 and pull.shape == lever.shape and pull.size > 0
+    require(fits, f"pull and lever must be (n,) over the same phases i / n, got {pull.shape} and {lever.shape}")
+    most = np.abs(pull).max()
+    require(bool(most <= 1 + 1e-9), f"pull must lie in [-1, 1], as the shares add up to 1, got {most:g}")
+    low, high = lever.min(), lever.max()
+    arm = f"lever must lie in [0, 1) m, a distance, got {low:g} to {high:g}; pass metres: 5*mm"
+    require(bool(low >= 0 and high < 1), arm)

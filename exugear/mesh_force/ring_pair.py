@@ -1,0 +1,73 @@
+"""A pinion in an internal ring gear, as far as kinematics goes (ISO 21771: z, a and r_b of a ring are < 0)."""
+
+from dataclasses import dataclass
+from math import acos, cos, inf, pi
+
+from fem.gear.gear import Gear
+from fem.support.arguments import checked
+from fem.support.representation import short
+from fem.support.validation import require
+from fem.units import mm
+
+
+@short(r_b="mm", b="mm", beta="deg")
+@dataclass(frozen=True)
+class Ring:
+    """Internal gear with z < 0 teeth; r_b base radius < 0 [m], b face width [m], beta helix angle [rad]."""
+
+    z: int
+    r_b: float
+    b: float
+    beta: float
+
+
+@checked
+@short(a="mm", backlash="um")
+@dataclass(frozen=True)
+class RingPair:
+    """A pinion that meshes with a ring gear of z < 0 teeth at the centre distance a < 0 [m] (ISO 21771).
+
+    It has no finite elements: its `MeshForce` is a table, say of a constant stiffness.
+
+    Raises ValueError for signs, sizes that do not fit.
+    """
+
+    pinion: Gear
+    z: int
+    a: float
+    backlash: float = inf
+
+    def __post_init__(self):
+        more = f"z must be a whole number below -{self.pinion.z} (a ring has z < 0), got {self.z}"
+        require(self.z == int(self.z) and self.z < -self.pinion.z, more)
+        require(self.backlash >= 0, f"backlash must be >= 0 m (inf: no other flank), got {self.backlash}")
+        base = self.pinion.r_b + self.wheel.r_b
+        require(self.a < 0, f"a must be < 0 m for a ring gear, got {self.a}; change its sign")
+        apart = f"a must lie beyond {base / mm:.6g} mm, where the base circles touch, got {self.a / mm:.6g} mm"
+        require(-10 < self.a < base, f"{apart} (pass metres)")
+
+    @property
+    def wheel(self) -> Ring:
+        """The ring gear."""
+        return Ring(self.z, self.pinion.r_b * self.z / self.pinion.z, self.pinion.b, self.pinion.beta)
+
+    @property
+    def alpha_wt(self) -> float:
+        """Working transverse pressure angle [rad]."""
+        return acos((self.pinion.r_b + self.wheel.r_b) / self.a)
+
+    @property
+    def beta_b(self) -> float:
+        """Base helix angle of the pinion [rad]."""
+        return self.pinion.beta_b
+
+    @property
+    def b(self) -> float:
+        """Face width [m]."""
+        return self.pinion.b
+
+    @property
+    def back_phase(self) -> float:
+        """Sum of the phases of driving and back flank."""
+        r_w1 = self.pinion.r_b / cos(self.alpha_wt)
+        return (self.pinion.thickness(r_w1) * self.pinion.z / (2 * pi * r_w1)) % 1.0

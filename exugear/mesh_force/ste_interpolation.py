@@ -1,0 +1,88 @@
+"""What an STE map says of deflection and centroid under any load."""
+
+import numpy as np
+import scipy
+
+from fem.ste.load_interpolation import deflection_under
+from fem.ste.ste_map import CENTROID, PHASE, STIFFNESS, TE, TORQUE, at_phases, over_offsets, pair_of
+from fem.support.validation import require
+from fem.units import um
+
+#: Loads below the map's lowest one, down to this share of it, and between the others.
+LEAST, BELOW, BETWEEN = 1e-4, 40, 161
+
+
+def loaded_deflection(ste, r_b: float, phase: np.ndarray, *, extend: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Forces (n,) from 0 [N] and deflections (*n_offset, n_phase, n) under them [m].
+
+    Between the torques at each phase of the map, by its tangent stiffness where it has one, then between the phases.
+
+    extend   continues them with their last stiffness to so many times the largest torque
+    """
+    range_of = f"extend must lie in [1, 10] times the largest torque, got {extend}; map larger torques instead"
+    require(1 <= extend <= 10, range_of)
+    torque, coarse = ste[TORQUE].values, ste[PHASE].values
+    require(coarse.size >= 3, f"phase needs at least 3 values as share of a pitch, got {coarse.size}")
+    few = f"torque needs 0 and two loads or more, got {torque} N m"
+    require(torque.size >= 3, f"{few}; map more, or take MeshForce.secant, which needs one")
+    require(torque[0] == 0, f"torque must start at 0 (unloaded transmission error), got {torque[0]} N m; add it")
+    te, stiffness = over_offsets(ste, TE).values, None
+    _require_rising(torque, at_phases(coarse, te, phase), phase)
+    if STIFFNESS in ste:
+        stiffness = over_offsets(ste, STIFFNESS).values[1:]
+        stiff = f"stiffness must be > 0 N/m under load, got {stiffness.min():g}; drop it: ste.drop_vars('stiffness')"
+        require(bool((stiffness > 0).all()), stiff)
+    given = torque[1:] / r_b
+    force = np.r_[given[0] * np.geomspace(LEAST, 1, BELOW + 1)[:-1], np.geomspace(given[0], given[-1], BETWEEN)]
+    force[[BELOW, -1]] = given[[0, -1]]
+    loaded = at_phases(coarse, te[:1] + deflection_under(given, te[1:] - te[0], force, stiffness), phase)
+    deflection = np.moveaxis(np.concatenate([at_phases(coarse, te[:1], phase), loaded]), 0, -1)
+    force = np.r_[0, force]
+    return (force, deflection) if extend == 1 else _continued(force, deflection, extend)
+
+
+def _continued(force: np.ndarray, deflection: np.ndarray, extend: float) -> tuple[np.ndarray, np.ndarray]:
+    """The same with further forces, spaced as the last ones, along the tangent at the largest one."""
+    curve = scipy.interpolate.PchipInterpolator(np.log(force[-5:]), deflection[..., -5:], axis=-1)
+    compliance = curve(np.log(force[-1]), 1)[..., None] / force[-1]
+    number = max(2, round(np.log(extend) / np.log(force[-1] / force[-2])))
+    more = force[-1] * np.geomspace(1, extend, number + 1)[1:]
+    further = deflection[..., -1:] + compliance * (more - force[-1])
+    return np.r_[force, more], np.concatenate([deflection, further], axis=-1)
+
+
+def _require_rising(torque: np.ndarray, te: np.ndarray, phase: np.ndarray) -> None:
+    """te (n_torque, ..., n_phase) [m] over torque [N m]."""
+    step, *_, at = np.unravel_index(np.diff(te, axis=0).argmin(), te[1:].shape)
+    least = np.diff(te, axis=0).min()
+    where = f"{least / um:.3g} um from {torque[step]:g} to {torque[step + 1]:g} N m at phase {phase[at]:.3f}"
+    remedy = "check its sign, map more phases, smooth what was measured or drop torques that lie too close"
+    require(bool(least > 0), f"te must grow with the torque at every phase, got {where}; {remedy}")
+
+
+def loaded_centroid(ste, r_b: float, phase: np.ndarray, force: np.ndarray) -> np.ndarray | float:
+    """Centroids (*n_offset, n_phase, n) under forces (n,) [m], below the lowest load as there; 0 if there are none."""
+    if CENTROID not in ste:
+        return 0.0
+    centroid = at_phases(ste[PHASE].values, over_offsets(ste, CENTROID).values[1:], phase)
+    given = np.log(ste[TORQUE].values[1:] / r_b)
+    at = np.clip(np.log(np.maximum(force, 1e-300)), given[0], given[-1])
+    return np.moveaxis(scipy.interpolate.PchipInterpolator(given, centroid)(at), 0, -1)
+
+
+def te_under(ste, torque: float, phase: np.ndarray) -> np.ndarray:
+    """(n_phase,) transmission error [m] under a torque [N m] of the map's range; ValueError outside it.
+
+    A torque of the map is taken from there, and may be its only one.
+    """
+    low, high = float(ste[TORQUE][0]), float(ste[TORQUE][-1])
+    within = torque > 0 and low <= torque <= high
+    require(within, f"torque must be > 0 and lie in [{low:g}, {high:g}] N m of the map, got {torque}")
+    require(
+        list(ste[TE].dims) == [TORQUE, PHASE], f"te must have no further axes, got {ste[TE].dims}; select one value"
+    )
+    if torque in ste[TORQUE].values:
+        return at_phases(ste[PHASE].values, over_offsets(ste, TE).sel({TORQUE: torque}).values, phase)
+    r_b = pair_of(ste).pinion.r_b
+    force, deflection = loaded_deflection(ste, r_b, phase)
+    return scipy.interpolate.PchipInterpolator(force, deflection, axis=-1)(torque / r_b)

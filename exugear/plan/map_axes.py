@@ -1,0 +1,85 @@
+"""Which axes of a map a scene needs: those along which its bodies move; the others stand at their static value."""
+
+from collections.abc import Mapping
+from math import acos, isfinite
+
+from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.stage import Stage
+from exugear.gearbox.static_offsets import stage_offsets
+from exugear.mesh_force.force import MeshForce
+from exugear.plan.coordinates import Coordinates
+from fem.gear.tooth_root import involute
+from fem.support.validation import require
+from fem.units import um
+
+#: Kinds of motion that change an offset.
+MOVED_BY = {
+    "a": (Coordinates.PLANAR, Coordinates.BEARINGS),
+    "misalignment": (Coordinates.BEARINGS,),
+    "axial": (Coordinates.BEARINGS,),
+}
+#: Static offsets that a map without the axis may ignore: gap at the ends of the face, distance [m], share of the face.
+IGNORED = {"misalignment": 0.01 * um, "a": 1 * um, "axial": 2e-3}
+MEANING = {"a": "centre distance", "misalignment": "misalignment", "axial": "axial offset"}
+
+
+def static_offsets(gearbox: Gearbox, stage: Stage, side: int = 1) -> dict[str, float]:
+    """Static offsets of a stage as its map counts them, on the driving flank or the other (side -1).
+
+    Its z runs along z where the mesh force turns the pinion clockwise, else against it.
+    """
+    z = side * gearbox.turns[stage.fast.name]
+    offsets = stage_offsets(stage, gearbox.places, z)
+    return {"a": offsets["a"], "misalignment": z * offsets["misalignment"], "axial": z * offsets["axial"]}
+
+
+def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates]) -> tuple[MeshForce, str]:
+    """The law with the axes that the scene needs, and why; ValueError for a map without one that it excites."""
+    kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
+    static, law = static_offsets(gearbox, stage), stage.force
+    moving = [name for name, movers in MOVED_BY.items() if kinds & set(movers)]
+    _check_excited(stage, static)
+    _check_reached(stage, static)
+    _check_play(stage, static["a"])
+    behind = static_offsets(gearbox, stage, -1) if isfinite(law.backlash) else static
+    alike = [name for name in law.offsets if is_slight(stage, name, static[name] - behind[name])]
+    fixed = {name: static[name] for name in alike if name not in moving}
+    lines = ["map over " + ", ".join(["phase", "force", *(MEANING[name] for name in law.offsets if name not in fixed)])]
+    lines += [f"{MEANING[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
+    lines += [f"{MEANING[name]} kept: it differs between the flanks" for name in law.offsets if name not in alike]
+    lines += [f"{MEANING[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
+    return law.at(**fixed), "; ".join(lines)
+
+
+def is_slight(stage: Stage, name: str, difference: float) -> bool:
+    """Whether a map without the axis may ignore a difference of offsets."""
+    scale = {"misalignment": stage.pair.b / 2, "a": 1.0, "axial": 1 / stage.pair.b}
+    return abs(difference) * scale[name] <= IGNORED[name]
+
+
+def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
+    """Require the axes along which the shafts are displaced."""
+    nominal = {"misalignment": 0.0, "a": stage.pair.a, "axial": 0.0}
+    for name, value in nominal.items():
+        missing = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, its map has no such axis"
+        remedy = f"map it with fem.Offsets({name}=(...))"
+        ignored = is_slight(stage, name, static[name] - value)
+        require(name in stage.force.offsets or ignored, f"{missing}; {remedy}")
+
+
+def _check_reached(stage: Stage, static: Mapping[str, float]) -> None:
+    """Require axes that reach to where the shafts stand."""
+    for name, axis in stage.force.offsets.items():
+        beyond = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, beyond the map's axis"
+        ends = f"from {axis[0]:.6g} to {axis[-1]:.6g}"
+        require(axis[0] <= static[name] <= axis[-1], f"{beyond} {ends}; extend the axis fem.Offsets({name}=...)")
+
+
+def _check_play(stage: Stage, a: float) -> None:
+    """Require backlash to be left: one flank at a time can press."""
+    pair = stage.pair
+    r_b = pair.pinion.r_b + pair.wheel.r_b
+    play = stage.force.backlash + 2 * r_b * (involute(acos(r_b / a)) - involute(pair.alpha_wt))
+    jam = f"shafts of stage {stage.name!r} stand {(pair.a - a) / um:.4g} um too close for its backlash"
+    ends = f"of {stage.force.backlash / um:.4g} um: {-play / um:.4g} um are missing"
+    require(play >= -IGNORED["a"], f"{jam} {ends}; give more backlash or make the offsets smaller")

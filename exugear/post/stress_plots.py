@@ -1,0 +1,137 @@
+"""Pictures of stress: fields of meshing gears on their meshes, root stress and pressure over the mesh cycle.
+
+A body is a tuple (points (2, n) [m], cells (3, n_cell)) or (points, cells, values (n,)); all bodies of one picture
+share its colours.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap
+from matplotlib.tri import Triangulation
+
+from fem.ste.ste_map import PHASE, TORQUE
+from fem.support.arguments import Finite, Numbers, checked
+from fem.support.validation import require
+from fem.units import MPa, mm
+
+__all__ = ["plot_field", "plot_gears", "plot_outlines", "plot_peak_pressure", "plot_pressure", "plot_root_stress"]
+
+Body = Sequence[Numbers]
+STEEL, OUTLINE, MARK = "#dde3e9", "#30363c", "#cb181d"
+
+
+def _axes(ax: Axes | None) -> Axes:
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot
+
+    return pyplot.figure(figsize=(8, 4.5), layout="constrained").add_subplot()
+
+
+@checked
+def plot_gears(bodies: Sequence[Body], touching: Sequence[Numbers] = (), ax: Axes | None = None) -> Axes:
+    """Plain gears with their meshes; touching: points (2, n) [m] of each contact, marked."""
+    ax = _axes(ax)
+    for points, cells, *_ in bodies:
+        mesh = _triangulation(points, cells)
+        ax.tripcolor(mesh, np.zeros(mesh.x.size), cmap=ListedColormap([STEEL]), rasterized=True)
+        ax.triplot(mesh, color=OUTLINE, linewidth=0.12, alpha=0.6)
+    for places in touching:
+        x, y = np.asarray(places).mean(axis=1) / mm
+        ax.plot(x, y, "o", markersize=17, markerfacecolor="none", markeredgecolor=MARK, markeredgewidth=1.8)
+    return plot_outlines(bodies, ax)
+
+
+@checked
+def plot_field(
+    bodies: Sequence[Body], label: str, ax: Axes | None = None, *, top: Finite | None = None, colours: str = "viridis"
+) -> Axes:
+    """Values of all bodies on one scale from 0 to top, by default the largest value; label: of the colour bar."""
+    ax = _axes(ax)
+    top = max(np.max(values) for *_, values in bodies) if top is None else top
+    for points, cells, values in bodies:
+        mesh = _triangulation(points, cells)
+        shown = ax.tripcolor(mesh, values, shading="gouraud", cmap=colours, vmin=0, vmax=top, rasterized=True)
+    ax.figure.colorbar(shown, ax=ax, label=label, shrink=0.9)
+    return plot_outlines(bodies, ax)
+
+
+@checked
+def plot_outlines(bodies: Sequence[Body], ax: Axes | None = None, colour: str = OUTLINE, width: Finite = 0.8) -> Axes:
+    """Boundaries of the bodies; equal axes in millimetres."""
+    ax = _axes(ax)
+    for points, cells, *_ in bodies:
+        ends = (np.asarray(points) / mm)[:, _boundary(np.asarray(cells))]
+        ax.add_collection(LineCollection(list(ends.T), colors=colour, linewidths=width))
+    ax.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
+    return ax
+
+
+@checked
+def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root_stress") -> Axes:
+    """Root stress of pinion (full) and wheel (dashed) over the mesh cycle, a colour per torque above 0."""
+    _check_map(data, name)
+    ax = _axes(ax)
+    for gear, line in (("pinion", "-"), ("wheel", "--")):
+        _curves(ax, data[name].sel(gear=gear), line, f"{gear}, ")
+    ax.set(ylabel="tooth root stress [MPa]")
+    return ax
+
+
+@checked
+def plot_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Hertz's pressure on the flanks over the mesh cycle, a colour per torque above 0; thin where a tip edge touches.
+
+    What the edge itself bears is `plot_peak_pressure`.
+    """
+    _check_map(data, "hertz_pressure", "tip_contact")
+    ax = _axes(ax)
+    flanks = data["hertz_pressure"]
+    _curves(ax, flanks, "-", "", linewidth=0.8)
+    _curves(ax, flanks.where(data["tip_contact"] == 0), "-", None, linewidth=2.4)
+    ax.set(ylabel="contact pressure by Hertz [MPa]", title="thin: a tip edge touches")
+    return ax
+
+
+@checked
+def plot_peak_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Largest contact pressure over the mesh cycle, on tip edges too, a colour per torque above 0."""
+    _check_map(data, "peak_pressure")
+    ax = _axes(ax)
+    _curves(ax, data["peak_pressure"], "-", "")
+    ax.set(ylabel="peak contact pressure [MPa]")
+    return ax
+
+
+def _check_map(data: xr.Dataset, *names: str) -> None:
+    missing = [name for name in (*names, TORQUE, PHASE) if name not in data.variables]
+    require(not missing, f"data must have {missing}; make them with fem.root_stress or fem.static_transmission_error")
+
+
+def _curves(ax: Axes, data: xr.DataArray, line: str, name: str | None, linewidth: float = 1.5) -> None:
+    data = data.sel({TORQUE: data[TORQUE] > 0}).transpose(TORQUE, PHASE)
+    phase = np.append(data[PHASE], 1 + data[PHASE][0])
+    colours = colormaps["viridis"](np.linspace(0, 0.85, data[TORQUE].size))
+    for row, torque, colour in zip(data.values, data[TORQUE].values, colours, strict=True):
+        label = None if name is None else f"{name}{torque:.4g} N m"
+        ax.plot(phase, np.append(row, row[0]) / MPa, line, color=colour, linewidth=linewidth, label=label)
+    ax.set(xlabel="phase of the mesh cycle [pitches]", xlim=(phase[0], phase[-1]), ylim=(0, None))
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    ax.grid(alpha=0.3)
+
+
+def _triangulation(points, cells) -> Triangulation:
+    x, y = np.asarray(points) / mm
+    return Triangulation(x, y, np.asarray(cells).T)
+
+
+def _boundary(cells: np.ndarray) -> np.ndarray:
+    """(2, n) edges that belong to one triangle only."""
+    edges = np.sort(np.hstack([cells[[0, 1]], cells[[1, 2]], cells[[2, 0]]]), axis=0)
+    unique, count = np.unique(edges, axis=1, return_counts=True)
+    return unique[:, count == 1]

@@ -1,0 +1,1 @@
+"""From the gearbox to a run: Exudyn model, static equilibrium, drive and load, time integration, its data."""

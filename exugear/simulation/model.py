@@ -1,0 +1,296 @@
+"""From the scene to the assembled Exudyn system."""
+
+from collections.abc import Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import partial
+from math import cos, sin, sqrt
+from typing import Annotated, Any
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+import scipy
+
+from exugear.elements.gear_contact import add_contact, kind_of, node_of
+from exugear.elements.native.native import way
+from exugear.elements.shaft_bodies import add_body, add_rotor, spin_marker
+from exugear.gearbox.bearing_stiffness import radial_part
+from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.shaft import NOWHERE, Shaft
+from exugear.gearbox.stage import Stage
+from exugear.kernels.contact_kernels import SPIN, kernel_of
+from exugear.kernels.kinematics import (
+    DIRECTION,
+    E_X,
+    E_Y,
+    HEIGHT,
+    LAG,
+    LAG_1,
+    MOBILITY,
+    REFERENCE_1,
+    at_rest,
+    phase_of,
+    rotational_frame,
+    rotational_row,
+    spatial_frame,
+    spatial_row,
+)
+from exugear.kernels.recorder import Recorder
+from exugear.mesh_force.force import MeshForce
+from exugear.plan.coordinates import SPIN_PLACE, TAKEN, Coordinates, pose
+from exugear.plan.integrator import Rule
+from exugear.plan.plan import Plan
+from exugear.plan.plan import plan as plan_of
+from fem.support.arguments import checked
+from fem.support.validation import require, require_kind
+
+#: Share of a mode's strain energy in the meshes from which on it is to be resolved.
+PART = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """One stage in the built system.
+
+    law        force law with the axes that the scene needs
+    contact    object number of the gear contact
+    recorder   samples of its deflection and force
+    frame      numbers of its kinematics
+    row        (n_coordinates,) deflection = rest + row . coordinates, about the reference configuration
+    rest       deflection in the reference configuration [m]: displaced shafts
+    opening    of either flank there [m]
+    phase      there
+    mobility   acceleration of the bodies along the line of action per mesh force, the drive held [1/kg]
+    bearings   (12,) the same per displacement of pinion and wheel, by their bearings if all are linear [1/s^2]
+    held       mesh force that holds a load of 1 N m while the bearings are not yet displaced [1/m]
+    """
+
+    stage: Stage
+    law: MeshForce
+    contact: int
+    recorder: Recorder
+    frame: np.ndarray
+    row: np.ndarray
+    rest: float
+    opening: float
+    phase: float
+    mobility: float = 0.0
+    bearings: np.ndarray = field(default_factory=lambda: np.zeros(12))
+    held: float = 0.0
+
+
+@checked
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A gearbox in an assembled Exudyn system `mbs`, open to further items (call mbs.Assemble() after adding).
+
+    bodies, spins   per shaft: object number, place of its spin among the system's coordinates
+    rotors          per shaft with a coupling: place of the outside rotor's spin
+    drive, load     object number of the constraint that imposes the speed, number of the load torque
+    """
+
+    gearbox: Gearbox
+    plan: Plan
+    mbs: Annotated[Any, partial(require_kind, kind=exu.MainSystem)]
+    container: Annotated[Any, partial(require_kind, kind=exu.SystemContainer)]
+    bodies: Mapping[str, int]
+    spins: Mapping[str, int]
+    rotors: Mapping[str, int]
+    meshes: tuple[Mesh, ...]
+    drive: int
+    load: int
+
+    def __repr__(self) -> str:
+        return f"Model of {self.gearbox!r}\n{self.plan}"
+
+
+@checked
+def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
+    """The assembled system of a gearbox, by default after `exugear.plan(gearbox)`.
+
+    Raises ValueError for what is no gearbox, and a plan of another one.
+    """
+    plan = plan_of(gearbox) if plan is None else plan
+    names = [shaft.name for shaft in gearbox.shafts]
+    require(list(plan.shafts) == names, f"plan is for the shafts {list(plan.shafts)}, the gearbox has {names}")
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    ground = mbs.CreateGround()
+    bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, plan.shafts[shaft.name]) for shaft in gearbox.shafts}
+    contacts = [_contact(mbs, gearbox, i, plan, bodies) for i in range(len(gearbox.stages))]
+    ends = {name: add_rotor(mbs, gearbox, bodies[name], plan.shafts[name], name) for name in names}
+    drive, load = _drive_and_load(mbs, gearbox, bodies, plan, ends)
+    with quiet():
+        mbs.Assemble()
+    start = {name: mbs.GetNodeODE2Index(node_of(mbs, body)) for name, body in bodies.items()}
+    rotors = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in ends.items() if rotor is not None}
+    meshes = tuple(_mesh(mbs, contact, start, plan) for contact in contacts)
+    spins = {name: start[name] + SPIN_PLACE[plan.shafts[name]] for name in names}
+    plan = replace(plan, contact=way())
+    return measured(Model(gearbox, plan, mbs, container, bodies, spins, rotors, meshes, drive, load))
+
+
+def measured(model: Model) -> Model:
+    """The model with the eigenfrequencies of its system as it is assembled now, further items included."""
+    more = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
+    meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(more))) for mesh in model.meshes)
+    model = replace(model, meshes=meshes)
+    mass, stiffness = open_system(model)
+    omega, omega_mesh = _frequencies(model, mass, stiffness)
+    meshes = tuple(_accelerated(model, mesh, mass, stiffness) for mesh in meshes)
+    return replace(model, plan=replace(model.plan, omega=omega, omega_mesh=omega_mesh), meshes=meshes)
+
+
+@contextmanager
+def integrated(model: Model, rule: Rule):
+    """Damping as the true velocities ask for, which the rule's lag behind; in loops the load leaves forces open."""
+    loops = len(model.meshes) >= len(model.bodies)
+    for mesh in model.meshes:
+        mesh.frame[LAG], mesh.frame[LAG_1:MOBILITY] = rule.lag * mesh.mobility, rule.lag * mesh.bearings
+        mesh.frame[MOBILITY] = 0.0 if loops else mesh.mobility
+    try:
+        yield
+    finally:
+        for mesh in model.meshes:
+            mesh.frame[LAG:MOBILITY] = 0.0
+
+
+@contextmanager
+def quiet():
+    """Exudyn's console output off, and on again as it was."""
+    before = exu.config.printToConsole
+    exu.config.printToConsole = False
+    try:
+        yield
+    finally:
+        exu.config.printToConsole = before
+
+
+def _contact(mbs, gearbox: Gearbox, number: int, plan: Plan, bodies: Mapping[str, int]):
+    """Stage, contact's object number, recorder, frame, law, and what `at_rest` says of the reference configuration."""
+    stage, phase, label = gearbox.stages[number], gearbox.phases[number], gearbox.labels[number]
+    items = [bodies[stage.fast.name], bodies[stage.slow.name]]
+    kinds, direction = tuple(kind_of(mbs, item) for item in items), gearbox.turns[stage.fast.name]
+    law, recorder = plan.laws[label], Recorder()
+    displaced = any(shaft.offset != NOWHERE for shaft in (stage.fast, stage.slow))
+    if set(kinds) == {SPIN} and not displaced:
+        frame = rotational_frame(stage.pair, phase, direction)
+    else:
+        axial = [s - shaft.centre for s, shaft in zip(stage.places, (stage.fast, stage.slow), strict=True)]
+        poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
+        frame = spatial_frame(stage.pair, phase, direction, axial, poses)
+        frame[[E_X, E_Y, HEIGHT]] = cos(stage.angle), sin(stage.angle), 0.0
+    kernel = kernel_of(kinds, displaced)
+    contact = add_contact(mbs, label, items, kernel, law, frame, recorder)
+    rest = at_rest(law.law, frame) if frame[REFERENCE_1:].any() else (0.0, 0.0, phase_of(frame, 0.0))
+    return stage, contact, recorder, frame, law, rest
+
+
+def _drive_and_load(mbs, gearbox: Gearbox, bodies, plan: Plan, ends) -> tuple[int, int]:
+    def marker(shaft: Shaft) -> int:
+        rotor = ends[shaft.name]
+        place = SPIN_PLACE[plan.shafts[shaft.name]] if rotor is None else 0
+        return spin_marker(mbs, bodies[shaft.name] if rotor is None else rotor, place)
+
+    fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
+    drive = mbs.AddObject(eii.CoordinateConstraint(name="drive", markerNumbers=[fixed, marker(gearbox.driving)]))
+    return drive, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=marker(gearbox.driven), load=0.0))
+
+
+def _mesh(mbs, built, start: Mapping[str, int], plan: Plan) -> Mesh:
+    stage, contact, recorder, frame, law, rest = built
+    row, taken = np.zeros(mbs.systemData.ODE2Size()), [TAKEN[plan.shafts[s.name]] for s in (stage.fast, stage.slow)]
+    spatial = bool(frame[REFERENCE_1:].any())
+    entries = spatial_row(frame) if spatial else np.insert(np.zeros(10), [5, 10], rotational_row(frame))
+    for shaft, part, own in zip((stage.fast, stage.slow), np.split(entries, 2), taken, strict=True):
+        row[start[shaft.name] : start[shaft.name] + len(own)] = part[own]
+    return Mesh(stage, law, contact, recorder, frame, row, *rest)
+
+
+def lay(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
+    """The same coordinates with spins such that the meshes stand at deflections (n_stage,), to first order.
+
+    The driving shaft keeps its spin; loops come as near as they can.
+    """
+    q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
+    spins = [spin for name, spin in model.spins.items() if name != model.gearbox.driving.name]
+    rest = np.array([mesh.rest for mesh in model.meshes])
+    q[spins] += np.linalg.lstsq(rows[:, spins], deflections - rest - rows @ q)[0]
+    for name, rotor in model.rotors.items():
+        q[rotor] = q[model.spins[name]]
+    return q
+
+
+def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
+    """Mass and stiffness matrix of the built system, taken out of mesh."""
+    system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
+    before, directions = system.GetODE2Coordinates(initial), [mesh.frame[DIRECTION] for mesh in model.meshes]
+    try:
+        system.SetODE2Coordinates(np.zeros(len(before)), initial)
+        for mesh in model.meshes:
+            mesh.frame[DIRECTION] = 0.0
+        with quiet():
+            mass, stiffness, *_ = model.mbs.ComputeLinearizedSystem()
+    finally:
+        system.SetODE2Coordinates(before, initial)
+        for mesh, direction in zip(model.meshes, directions, strict=True):
+            mesh.frame[DIRECTION] = direction
+    return np.array(mass), np.array(stiffness)
+
+
+def _accelerated(model: Model, mesh: Mesh, mass: np.ndarray, stiffness: np.ndarray) -> Mesh:
+    """The mesh with what accelerates its bodies along the line of action."""
+    name = model.gearbox.driving.name
+    held = np.append(held_by_joints(model), model.rotors.get(name, model.spins[name]))
+    free = np.setdiff1d(np.arange(len(mass)), held)
+    moved, force = np.zeros(len(mass)), np.array(model.gearbox.static_forces(1.0))
+    moved[free] = np.linalg.solve(mass[np.ix_(free, free)], mesh.row[free])
+    back, bearings = stiffness @ moved, np.zeros((2, 6))
+    mobility, holds = float(mesh.row @ moved), float(force[model.meshes.index(mesh)])
+    pushed = force @ np.array([other.row for other in model.meshes])
+    for own, shaft in zip(bearings, (mesh.stage.fast, mesh.stage.slow), strict=True):
+        if all(bearing.linear for bearing in shaft.bearings.values()):
+            taken = TAKEN[model.plan.shafts[shaft.name]][:-1]
+            seat = slice(model.spins[shaft.name] - len(taken), model.spins[shaft.name])
+            own[taken] = back[seat]
+            holds -= float(moved[seat] @ pushed[seat]) / mobility
+    return replace(mesh, mobility=mobility, bearings=bearings.ravel(), held=holds)
+
+
+def _frequencies(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> tuple[float, float]:
+    """Upper bounds of all eigenfrequencies, and of those that meshes take part in [rad/s].
+
+    Every mesh at its stiffest, the driving shaft free to turn.
+    """
+    stiffness = stiffness + seats(model)
+    free = np.setdiff1d(np.arange(len(mass)), held_by_joints(model))
+    mass, stiffness = mass[np.ix_(free, free)], stiffness[np.ix_(free, free)]
+    rows = np.array([np.sqrt(mesh.law.stiffness_max) * mesh.row[free] for mesh in model.meshes])
+    stiffness += rows.T @ rows
+    squares, modes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, mass)
+    strained = ((rows @ modes) ** 2).sum(axis=0) > PART * np.maximum(squares, 0)
+    return sqrt(squares[-1]), sqrt(squares[strained][-1])
+
+
+def held_by_joints(model: Model) -> np.ndarray:
+    """Places of the coordinates that ideal joints hold."""
+    spins = [model.spins[name] for name, kind in model.plan.shafts.items() if kind is Coordinates.JOINT]
+    return np.array([spin - k for spin in spins for k in range(1, 6)], int)
+
+
+def seats(model: Model, secants: Mapping[str, Mapping[float, float]] | None = None) -> np.ndarray:
+    """Stiffness matrix of the nonlinear bearings, at their steepest or with secant stiffnesses by shaft and place."""
+    total = np.zeros((model.mbs.systemData.ODE2Size(),) * 2)
+    for shaft in model.gearbox.shafts:
+        for axial, bearing in shaft.bearings.items():
+            if not bearing.linear:
+                k = float(bearing.stiffness[0, 0]) if secants is None else secants[shaft.name][axial]
+                at = model.spins[shaft.name] - 5
+                total[at : at + 6, at : at + 6] += radial_part(k, axial - shaft.centre)
+    return total
+
+
+def on_bearings(model: Model, mesh: Mesh) -> bool:
+    """Whether a shaft of a mesh stands on bearings that are built."""
+    return any(model.plan.shafts[shaft.name].on_bearings for shaft in (mesh.stage.fast, mesh.stage.slow))

@@ -1,0 +1,110 @@
+"""Linear elasticity of a prism, straight or twisted: Kronecker products of matrices of its section and of its axis.
+
+The unknowns are displacement components along axes that turn with the twist, over section coordinates that turn with
+it too: x = R(twist z) X, u = R(twist z) U. There a derivative along z is d_Z - twist (X d_Y - Y d_X) on every
+component, plus twist e_z x U; nothing else knows of the twist, and every section has the same mesh.
+"""
+
+from collections import defaultdict
+from itertools import product
+
+import numpy as np
+import scipy.sparse as sp
+from skfem import Basis, BilinearForm
+
+from fem.gear.material import Material
+from fem.linalg.block_matrix import Products
+
+D_X, D_Y, D_TURN, VALUE = range(4)
+ALONG, ACROSS = 1, 0
+#: Integrals of values along the axis per length, where all sections do the same.
+UNIFORM = np.ones((1, 1, 1, 1))
+Term = tuple[int, int, int, float]
+
+
+def lame_parameters(material: Material) -> tuple[float, float]:
+    """Lame's parameters lambda and mu [Pa]."""
+    E, nu = material.E, material.nu
+    return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+
+
+def displacement_gradient(dim: int, twist: float) -> dict[tuple[int, int], list[Term]]:
+    """Entries d_j u_i as terms (component, operator on the section, derivatives along the axis, factor)."""
+    gradient = {(i, j): [(i, (D_X, D_Y)[j], ACROSS, 1.0)] for i, j in product(range(dim), range(2))}
+    for i in range(dim if dim == 3 else 0):
+        gradient[i, 2] = [(i, VALUE, ALONG, 1.0)] + ([(i, D_TURN, ACROSS, -twist)] if twist else [])
+    if dim == 3 and twist:
+        gradient[0, 2].append((1, VALUE, ACROSS, -twist))
+        gradient[1, 2].append((0, VALUE, ACROSS, twist))
+    return gradient
+
+
+def energy(dim: int, twist: float, lame: float, mu: float) -> dict:
+    """Factors of products of two gradient terms: lambda tr(G)^2 + mu (G:G + G:G^T)."""
+    gradient = displacement_gradient(dim, twist)
+    factors: dict[tuple, float] = defaultdict(float)
+    axes = range(dim)
+    pairs = [(lame, (i, i), (j, j)) for i in axes for j in axes]
+    pairs += [(mu, (i, j), other) for i in axes for j in axes for other in ((i, j), (j, i))]
+    for modulus, one, other in pairs:
+        for (i, m, a, s), (j, n, b, t) in product(gradient[one], gradient[other]):
+            factors[i, j, a, b, m, n] += modulus * s * t
+    return factors
+
+
+def operators(basis: Basis) -> np.ndarray:
+    """(n_element, n_point, n_shape, 4) what D_X, D_Y, D_TURN and VALUE make of the shape functions of a section."""
+    shapes = np.stack([np.broadcast_to(one, basis.dx.shape) for (one,) in basis.basis], axis=-1)
+    d_x, d_y = (np.stack([one.grad[i] for (one,) in basis.basis], axis=-1) for i in range(2))
+    x, y = np.asarray(basis.global_coordinates())[..., None]
+    return np.stack([d_x, d_y, x * d_y - y * d_x, shapes], axis=-1)
+
+
+def section_products(basis: Basis, wanted: list[tuple[int, int]]) -> tuple[np.ndarray, np.ndarray]:
+    """Places (2, m) and values (m, k) of the integrals over the section of m(v) n(u) for k wanted operators m, n."""
+    parts = operators(basis)
+    flat = parts.reshape(*basis.dx.shape, -1)
+    local = (flat * basis.dx[..., None]).swapaxes(1, 2) @ flat
+    local = local.reshape(len(flat), *parts.shape[2:], *parts.shape[2:])
+    each = np.stack([local[:, :, m, :, n] for m, n in wanted], axis=-1).reshape(-1, len(wanted))
+    dofs = basis.element_dofs.T.astype(np.int64)
+    key, entry = np.unique((dofs[:, :, None] * basis.N + dofs[:, None, :]).ravel(), return_inverse=True)
+    summing = sp.csr_matrix((np.ones(entry.size), (entry, np.arange(entry.size))))
+    return np.stack(np.divmod(key, basis.N)), summing @ each
+
+
+def axis_products(basis: Basis) -> np.ndarray:
+    """(2, 2, n, n) integrals of a(v) b(u) along the axis, a, b: 0 the value, 1 the derivative."""
+    parts = [lambda u: u, lambda u: u.grad[0]]
+    forms = [[BilinearForm(lambda u, v, w, a=a, b=b: a(v) * b(u)) for b in parts] for a in parts]
+    return np.array([[form.assemble(basis).toarray() for form in row] for row in forms])
+
+
+def stiffness(section: Basis, axis: Basis | None, material: Material, twist: float = 0.0) -> Products:
+    """Stiffness [N/m], or of plane strain where axis is None [N/m^2]; unknowns by component, section dof, axis dof.
+
+    twist       turn of the section per length along the axis [1/m]
+    """
+    if axis is None:
+        return _summed(2, energy(2, twist, *lame_parameters(material)), section, UNIFORM)
+    return _summed(3, energy(3, twist, *lame_parameters(material)), section, axis_products(axis))
+
+
+def uniform_stiffness(section: Basis, material: Material, twist: float = 0.0) -> Products:
+    """Stiffness [N/m^2] of a prism of which every section does the same; unknowns by component, section dof.
+
+    Two components of a straight one, plane strain; of a twisted one also that along the axis.
+    """
+    factors = energy(3 if twist else 2, twist, *lame_parameters(material))
+    alike = {key: factor for key, factor in factors.items() if key[2:4] == (ACROSS, ACROSS)}
+    return _summed(3 if twist else 2, alike, section, UNIFORM)
+
+
+def _summed(dim: int, factors: dict, section: Basis, along: np.ndarray) -> Products:
+    n, wanted = along.shape[-1], sorted({key[-2:] for key in factors})
+    inside = np.zeros((len(wanted), dim, n, dim, n))
+    for (i, j, a, b, *pair), factor in factors.items():
+        inside[wanted.index(tuple(pair)), i, :, j] += factor * along[a, b]
+    members = np.arange(dim * section.N * n).reshape(dim, section.N, n).swapaxes(0, 1).reshape(section.N, -1)
+    places, values = section_products(section, wanted)
+    return Products(places, values, inside.reshape(-1, dim * n, dim * n), members)

@@ -1,0 +1,47 @@
+"""Line meshes across the face width, and the extrusion of the section to hexahedra along the helix."""
+
+import numpy as np
+from skfem import MeshHex, MeshLine, MeshQuad
+
+from fem.elasticity.mesh_density import Density
+from fem.elasticity.section_mesh import BORE, rotated, section
+from fem.gear.gear import Gear
+
+
+def half_width(b: float, loaded: float, n: int, grading: float = 1.3) -> MeshLine:
+    """Mesh of [0, b/2] from mid-plane to free end face: n elements up to loaded/2, then some beyond."""
+    inner = loaded / 2 * (1 - np.linspace(1, 0, n + 1) ** grading)
+    rest = b / 2 - inner[-1]
+    if rest <= 1e-9 * b:
+        return MeshLine(inner)
+    beyond = max(1, round(rest / inner[1]))
+    return MeshLine(np.concatenate([inner, inner[-1] + rest * np.arange(1, beyond + 1) / beyond]))
+
+
+def both_sides(half: MeshLine) -> MeshLine:
+    """Mesh from end face to end face, of that from mid-plane on."""
+    nodes = np.sort(half.p[0])
+    return MeshLine(np.concatenate([-nodes[:0:-1], nodes]))
+
+
+def whole_width(gear: Gear, density: Density) -> MeshLine:
+    """Mesh from end face to end face, finer towards both: 4 `width` elements."""
+    return both_sides(half_width(gear.b, gear.b, 2 * density.width))
+
+
+def hexahedra(gear: Gear, density: Density) -> MeshHex:
+    """The whole width as hexahedra, along the helix, with the boundary "bore"; for pictures and export."""
+    mesh = extruded(section(gear, density), whole_width(gear, density), gear.twist)
+    limit = gear.d_bore / 2 * (1 + 1e-6)
+    return mesh.with_boundaries({BORE: lambda x: np.hypot(x[0], x[1]) < limit})
+
+
+def extruded(quads: MeshQuad, line: MeshLine, twist: float = 0.0) -> MeshHex:
+    """Prism over quads along line, turned by twist [1/m]; node of section node i and line node j: i * n_line + j."""
+    z = line.p[0]
+    n = z.size
+    x, y = rotated(quads.p[:, :, None], twist * z)
+    points = np.stack([x.ravel(), y.ravel(), np.tile(z, quads.p.shape[1])])
+    low, high = (quads.t[:, :, None] * n + end[None, None, :] for end in line.t)
+    (a, b, c, d), (e, f, g, h) = low.reshape(4, -1), high.reshape(4, -1)
+    return MeshHex(points, np.stack([a, e, d, b, h, f, c, g]))

@@ -1,0 +1,41 @@
+"""Local flattening of a line contact: half-planes under strips of pressure (Johnson, Contact Mechanics, ch. 2, 4)."""
+
+import numpy as np
+
+from fem.gear.material import Material
+from fem.pair.pair import GearPair
+
+
+def flattening(material: Material) -> float:
+    """2 (1 - nu^2) / (pi E) [m^2/N]: displacement per line load and per unit of -ln(distance), plane strain."""
+    return 2 * (1 - material.nu**2) / (np.pi * material.E)
+
+
+def half_width(line_load, radius, one: Material, other: Material):
+    """Half-width of the contact of two cylinders [m] under line_load [N/m], radius = R1 R2 / (R1 + R2) [m]."""
+    return np.sqrt(2 * line_load * radius * (flattening(one) + flattening(other)))
+
+
+def log_mean(x, width_one, width_other):
+    """Mean of -ln|s - t| over two strips of given widths whose centres lie x apart; broadcasts."""
+    ends = [x + a * width_one / 2 + b * width_other / 2 for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
+    one, two, three, four = (_log_integral(end) for end in ends)
+    return -(one - two - three + four) / (width_one * width_other)
+
+
+def _log_integral(x):
+    """Second antiderivative of ln|x|."""
+    x = np.asarray(x, float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        log = np.where(x == 0, 0.0, np.log(np.abs(x)))
+    return x * x * (log / 2 - 0.75)
+
+
+def largest_torque(pair: GearPair) -> float:
+    """Pinion torque at which Hertz pressure at the pitch point reaches E/20, far beyond any elastic gear [N m]."""
+    one, other = pair.pinion.material, pair.wheel.material
+    roll = pair.roll_pitch, pair.wheel.r_b * pair.roll_pitch / pair.pinion.r_b
+    curvature = 1 / roll[0] + 1 / roll[1]
+    modulus = 2 / (np.pi * (flattening(one) + flattening(other)))
+    pressure = min(one.E, other.E) / 20
+    return pair.pinion.r_b * pair.b * np.pi * pressure**2 / (modulus * curvature)

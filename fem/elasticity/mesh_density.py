@@ -1,0 +1,79 @@
+"""How fine the FE mesh of a gear is: numbers of elements along each part of the section and across the width."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fem.support.arguments import Finite, checked
+from fem.support.representation import short
+from fem.support.validation import as_floats, number, numbers, require
+
+#: Parts of the section of which a density says the numbers of elements.
+PARTS = ("flank", "fillet", "land", "tooth", "rim", "body")
+
+
+@short()
+@dataclass(frozen=True)
+class Density:
+    """Numbers of elements of the section; `refined(q)` divides each of them into q, `paired` joins two and two.
+
+    flank, fillet, land     along the profile: involute, upper and lower half of the fillet each, root land
+    tooth, rim, body        half across the tooth, in the layer below the root, from there to the bore
+    width                   quadratic elements over half the face width
+    teeth, behind           toothed pitches ahead of tooth 0 (counter-clockwise) and behind it
+    rim_power               above 1: rim elements are smaller beside the root, which root stress asks for
+    edges                   roll lengths on the flank [m], increasing, where elements are smaller, nodes lie and layers
+                            below are thin; None: none, and with `nonlinear` and `dynamic` where reliefs begin
+    """
+
+    flank: int = 16
+    fillet: int = 3
+    land: int = 1
+    tooth: int = 4
+    rim: int = 4
+    body: int = 7
+    width: int = 3
+    teeth: int = 2
+    behind: int = 2
+    divide: int = 1
+    rim_power: float = 1.0
+    edges: tuple[float, ...] | None = None
+
+    def __post_init__(self):
+        as_floats(self)
+        if self.edges is not None:
+            edges = numbers("edges", self.edges)
+            rising = edges.ndim == 1 and bool((np.diff(edges) > 0).all())
+            require(rising, f"edges must increase; sort them, got {self.edges}")
+            object.__setattr__(self, "edges", tuple(edges.tolist()))
+        for name in (*PARTS, "width", "teeth", "behind", "divide"):
+            elements, least = number(name, getattr(self, name)), 0 if name in ("teeth", "behind") else 1
+            whole = f"{name} must be a whole number of elements >= {least}, got {elements:g}"
+            require(elements % 1 == 0 and elements >= least, whole)
+            object.__setattr__(self, name, int(elements))
+        require(1 <= self.rim_power <= 3, f"rim_power must lie in [1, 3], got {self.rim_power}")
+
+    @checked
+    def refined(self, q: int) -> "Density":
+        return replace(self, divide=self.divide * q)
+
+    def paired(self) -> "Density":
+        """One element instead of two: quadratic ones then have about as many dofs. ValueError where flank is odd."""
+        require(self.flank % 2 == 0, f"flank must be an even number of elements, got {self.flank}")
+        return replace(self, **{name: -(-getattr(self, name) // 2) for name in PARTS})
+
+    @checked
+    def scaled(self, factor: Finite) -> "Density":
+        """Numbers of pairs of elements, and of those across the width, times a factor, at least one; the same teeth."""
+        numbers = {name: 2 * max(1, round(getattr(self, name) * factor / 2)) for name in PARTS}
+        return replace(self, **numbers, width=max(1, round(self.width * factor)))
+
+    @checked
+    def with_teeth(self, teeth: int, behind: int) -> "Density":
+        return replace(self, teeth=teeth, behind=behind)
+
+    @checked
+    def steps(self, name: str) -> np.ndarray:
+        """(n + 1,) equidistant stations in [0, 1] along the part called name."""
+        require(name in PARTS, f"name must be one of {PARTS}, got {name!r}")
+        return np.linspace(0, 1, getattr(self, name) * self.divide + 1)

@@ -1,0 +1,124 @@
+"""What a workshop measures of a gear's teeth: the span over several, the dimension over two balls (ISO 21771)."""
+
+from contextlib import nullcontext, suppress
+from math import cos, hypot, pi, sin, sqrt, tan
+from typing import NamedTuple
+
+from fem.gear.tooth_root import involute
+from fem.support.validation import number, require
+from fem.units import mm
+
+
+class Teeth(NamedTuple):
+    """What these measures depend on: numbers as in `fem.Gear`, roll lengths of the ends of the flank [m]."""
+
+    z: int
+    r_b: float
+    psi_b: float
+    beta_b: float
+    b: float
+    r_f: float
+    rolls: tuple[float, float]
+
+    @property
+    def p_bn(self) -> float:
+        """Normal base pitch [m]."""
+        return 2 * pi * self.r_b / self.z * cos(self.beta_b)
+
+    @property
+    def s_bn(self) -> float:
+        """Normal base thickness [m]."""
+        return 2 * self.r_b * self.psi_b * cos(self.beta_b)
+
+    def touches(self, roll: float) -> bool:
+        """Whether there is a flank at a roll length [m]."""
+        return self.rolls[0] <= roll <= self.rolls[1]
+
+
+def span(teeth: Teeth, k: int) -> float:
+    """Span measurement W_k over k teeth [m]; ValueError where it misses the flanks or is wider than the gear."""
+    number_of = f"k must be a whole number of teeth from 1 to {teeth.z}, got {k}"
+    require(number("k", k) % 1 == 0 and 1 <= k <= teeth.z, number_of)
+    w = (k - 1) * teeth.p_bn + teeth.s_bn
+    roll, low, high = w * cos(teeth.beta_b) / 2, *teeth.rolls
+    off = f"touches at roll length {roll / mm:.4g} mm, the flanks reach from {low / mm:.4g} to {high / mm:.4g} mm"
+    require(teeth.touches(roll), f"the span over k = {k} teeth {off}; choose another k")
+    tilted = w * abs(sin(teeth.beta_b))
+    narrow = f"the span over k = {k} teeth takes {tilted / mm:.4g} mm of face width, there are {teeth.b / mm:.4g} mm"
+    require(tilted < teeth.b, f"{narrow}; choose fewer teeth, or measure over balls")
+    return w
+
+
+def spanned(teeth: Teeth, r: float) -> int:
+    """Number of teeth k over which the span touches nearest to the circle of radius r, at least 2."""
+    w = 2 * _roll(teeth, r) / cos(teeth.beta_b)
+    return min(max(2, round(1 + (w - teeth.s_bn) / teeth.p_bn)), teeth.z)
+
+
+def _roll(teeth: Teeth, r: float) -> float:
+    """Roll length on the circle of radius r, or in the middle of the flank where that circle misses it [m]."""
+    roll = sqrt(max(r**2 - teeth.r_b**2, 0.0))
+    return roll if teeth.touches(roll) else sum(teeth.rolls) / 2
+
+
+def over_balls(teeth: Teeth, d_m: float) -> float:
+    """Dimension M_dK over two balls of diameter D_M = d_m in opposite spaces [m].
+
+    A ball rests on two flanks: inv(alpha_K) = D_M / (d_b cos beta_b) less half the space on the base circle.
+    Raises ValueError for balls that rest elsewhere, or below the tips.
+    """
+    require(number("D_M", d_m) > 0, f"D_M must be > 0 m, got {d_m}")
+    half_space = pi / teeth.z - teeth.psi_b
+    sought = d_m / (2 * teeth.r_b * cos(teeth.beta_b)) - half_space
+    off = f"balls of D_M = {d_m / mm:.4g} mm do not rest on the flanks; choose other ones"
+    require(sought > 0, off)
+    alpha = angle_of(sought)
+    d_k = 2 * teeth.r_b / cos(alpha)
+    require(teeth.touches(teeth.r_b * tan(alpha) - d_m / 2 * cos(teeth.beta_b)), off)
+    d_a = 2 * hypot(teeth.r_b, teeth.rolls[1])
+    require(d_k + d_m > d_a, f"balls of D_M = {d_m / mm:.4g} mm stay below the tips; choose larger ones")
+    require(d_k - d_m > 2 * teeth.r_f, f"balls of D_M = {d_m / mm:.4g} mm rest on the root circle; choose larger ones")
+    return d_k * (cos(pi / (2 * teeth.z)) if teeth.z % 2 else 1.0) + d_m
+
+
+def ball(teeth: Teeth, r: float) -> float:
+    """Diameter [m] of a ball that touches near the circle of radius r, to two digits."""
+    contact = _roll(teeth, r) / teeth.r_b
+    d_m = 2 * teeth.r_b * cos(teeth.beta_b) * (tan(pi / teeth.z - teeth.psi_b + contact) - contact)
+    return float(f"{d_m:.2g}")
+
+
+def fitting(teeth: Teeth, r: float) -> float | None:
+    """Diameter [m] of a ball that touches near the circle of radius r, or farther out if it must; None: none does."""
+    r_tip = hypot(teeth.r_b, teeth.rolls[1])
+    for share in (0.0, 0.25, 0.5, 0.75, 0.9):
+        d_m = ball(teeth, r + share * (r_tip - r))
+        with suppress(ValueError):
+            over_balls(teeth, d_m)
+            return d_m
+    return None
+
+
+def angle_of(involute_value: float) -> float:
+    """The angle [rad] whose involute is the value > 0 (Newton's method)."""
+    alpha = min((3 * involute_value) ** (1 / 3), 1.4)
+    for _ in range(60):
+        alpha -= (involute(alpha) - involute_value) / tan(alpha) ** 2
+    return alpha
+
+
+def measures(teeth: Teeth, k: int | None, d_m: float | None, r: float) -> list[tuple[str, float, str, str]]:
+    """Rows of a data sheet; span and balls that are not given and cannot measure are left out.
+
+    r       radius near which span and balls that are not given touch [m]
+    """
+    rows: list[tuple[str, float, str, str]] = []
+    with suppress(ValueError) if k is None else nullcontext():
+        number_of = spanned(teeth, r) if k is None else k
+        w = span(teeth, number_of)
+        rows += [("k", number_of, "1", "teeth in the span"), ("W_k", w, "m", "span measurement over k teeth")]
+    size = fitting(teeth, r) if d_m is None else d_m
+    if size is not None:
+        over = over_balls(teeth, size)
+        rows += [("D_M", size, "m", "diameter of balls"), ("M_dK", over, "m", "dimension over two balls")]
+    return rows

@@ -1,0 +1,55 @@
+"""Transverse tooth outline: involute flank, root fillet, root circle (ISO 21771).
+
+Polar coordinates about the gear's centre: radius r [m] and angle psi [rad] from the tooth's centre line, psi >= 0 on
+the flank that faces counter-clockwise. A point of the flank is named by its roll length rho, the radius of curvature.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fem.gear.gear import Gear
+
+#: Rolls shorter than this share of that at the tip count as that long: at the base circle there is no curvature.
+LEAST_ROLL = 0.01
+
+
+class Polar(NamedTuple):
+    """Points in polar coordinates: r (n,) [m], psi (n,) [rad]."""
+
+    r: np.ndarray
+    psi: np.ndarray
+
+
+def flank(gear: Gear, roll) -> Polar:
+    """Involute at roll lengths roll (n,) [m]."""
+    roll = np.asarray(roll, float)
+    alpha = np.arctan(roll / gear.r_b)
+    return Polar(np.hypot(gear.r_b, roll), gear.psi_b - (np.tan(alpha) - alpha))
+
+
+def fillet(gear: Gear, share) -> Polar:
+    """Root fillet at shares (n,) of the way: 0 at the end of the involute, 1 on the root circle."""
+    return Polar(*gear.root.points(share))
+
+
+def root_land(gear: Gear, n: int) -> Polar:
+    """n equal steps on the root circle from the end of the fillet (excluded) to the middle of the space (included)."""
+    psi = np.linspace(gear.root.psi_f, np.pi / gear.z, n + 1)[1:]
+    return Polar(np.full(n, gear.r_f), psi)
+
+
+def arc_length(gear: Gear, roll):
+    """Length of the flank between base circle and roll length roll [m]."""
+    return np.square(roll) / (2 * gear.r_b)
+
+
+def roll_at(gear: Gear, arc):
+    """Inverse of `arc_length`."""
+    return np.sqrt(2 * gear.r_b * np.asarray(arc))
+
+
+def cartesian(polar: Polar, turn=0.0) -> np.ndarray:
+    """(2, n) points; psi is measured from the y axis, counter-clockwise, after turning the tooth by turn [rad]."""
+    angle = polar.psi + turn
+    return np.stack([-polar.r * np.sin(angle), polar.r * np.cos(angle)])

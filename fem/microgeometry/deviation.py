@@ -1,0 +1,106 @@
+"""Deviations of a made flank: pitch error of every tooth (ISO 1328-1), and any deviation given on a grid."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fem.microgeometry.modification import Face, check_amount, check_within
+from fem.support.representation import short
+from fem.support.validation import numbers
+
+#: Lines of a grid that are nearer to a neighbour than by this share of their mean distance describe something narrow.
+NARROW = 0.5
+
+
+@short(values="um")
+@dataclass(frozen=True)
+class PitchDeviation:
+    """Index deviation [m] of every tooth, counter-clockwise from tooth 0; > 0 removes material from the whole flank.
+
+    In the flanks common to both sides it thins or thickens the teeth; give each side its own (`fem.Sides`) otherwise.
+
+    values      (z,) displacement of each tooth's flank along its normal in the transverse section [m]
+    """
+
+    values: tuple[float, ...]
+
+    def __post_init__(self):
+        values = numbers("values", self.values)
+        if values.ndim != 1:
+            raise ValueError(f"values must be one pitch deviation [m] for each tooth, got {self.values!r}")
+        object.__setattr__(self, "values", tuple(values.tolist()))
+        for value in self.values:
+            check_amount("values", value)
+
+    def check(self, face: Face) -> None:
+        """ValueError unless every tooth has its value."""
+        if len(self.values) != face.z:
+            raise ValueError(f"values must hold one pitch deviation a tooth, z = {face.z}, got {len(self.values)}")
+
+    def removed(self, face: Face, roll, axial):
+        return np.take(self.values, face.tooth, mode="wrap") + 0 * roll + 0 * axial
+
+
+@short(roll="mm", axial="mm", values="um")
+@dataclass(frozen=True)
+class Grid:
+    """Measured or computed deviations, bilinear between grid lines and constant beyond the outermost ones.
+
+    roll        (n,) roll lengths, increasing [m]
+    axial       (m,) axial places from the middle of the face, increasing [m]
+    values      (n, m) material removed [m]
+    """
+
+    roll: tuple[float, ...]
+    axial: tuple[float, ...]
+    values: tuple[tuple[float, ...], ...]
+
+    def __post_init__(self):
+        for name, high, low in (("roll", 10.0, 0.0), ("axial", 10.0, -10.0)):
+            lines = numbers(name, getattr(self, name))
+            if lines.ndim != 1 or lines.size < 2 or not (np.diff(lines) > 0).all():
+                raise ValueError(f"{name} must hold two or more increasing grid lines, got {getattr(self, name)}")
+            check_within(name, lines[0], low, high, "m (pass metres)")
+            check_within(name, lines[-1], low, high, "m (pass metres)")
+            object.__setattr__(self, name, tuple(lines.tolist()))
+        values, shape = numbers("values", self.values), (len(self.roll), len(self.axial))
+        if values.shape != shape:
+            raise ValueError(f"values must have the shape (roll, axial) = {shape}, got {values.shape}; transpose them?")
+        if not np.isfinite(values).all():
+            raise ValueError("values must be finite everywhere; fill the missing points of the measurement")
+        check_amount("values", float(values.flat[np.abs(values).argmax()]))
+        object.__setattr__(self, "values", tuple(map(tuple, values.tolist())))
+
+    def check(self, face: Face) -> None:
+        """ValueError unless the grid covers some of the flank."""
+        for name, low, high in (("roll", face.roll_form, face.roll_tip), ("axial", -face.width / 2, face.width / 2)):
+            first, last = getattr(self, name)[0], getattr(self, name)[-1]
+            if not (first < high and last > low):
+                flank = f"the flank reaches from {low:.6g} to {high:.6g} m"
+                raise ValueError(f"{name} misses the flank: lines from {first:g} to {last:g} m, {flank}")
+
+    def lines_across(self, face: Face) -> tuple[float, ...]:
+        return self.axial
+
+    def edges_across(self, face: Face) -> tuple[float, ...]:
+        """Lines where the grid is finer than elsewhere; what all of an even one hold is left to the slices."""
+        apart = np.diff(self.axial)
+        nearest = np.minimum(np.append(apart, np.inf), np.insert(apart, 0, np.inf))
+        return tuple(np.array(self.axial)[nearest < NARROW * apart.mean()].tolist())
+
+    @cached_property
+    def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return np.array(self.roll), np.array(self.axial), np.array(self.values)
+
+    def removed(self, face: Face, roll, axial):
+        lines, places, values = self._arrays
+        (i, u), (j, v) = _between(lines, roll), _between(places, axial)
+        low = values[i, j] * (1 - v) + values[i, j + 1] * v
+        return low * (1 - u) + (values[i + 1, j] * (1 - v) + values[i + 1, j + 1] * v) * u
+
+
+def _between(lines: np.ndarray, at) -> tuple[np.ndarray, np.ndarray]:
+    """Number of the grid line below at, and the share of the way to the next one."""
+    i = np.clip(np.searchsorted(lines, at, side="right") - 1, 0, lines.size - 2)
+    return i, np.clip((at - lines[i]) / (lines[i + 1] - lines[i]), 0, 1)

@@ -1,0 +1,3 @@
+from . import iso6336
+
+__all__ = ["iso6336"]

@@ -1,0 +1,38 @@
+"""Whether the mate's tip passes an undercut root without touching it, and what helps where it does not."""
+
+from math import acos, atan, hypot, pi
+
+import numpy as np
+
+from fem.gear.gear import Gear
+from fem.units import mm
+
+
+def tip_path(gear: Gear, mate: Gear, a: float, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """r [m] and psi [rad] of the mate's tip corner beside tooth 0 of the gear, at centre distance a [m].
+
+    turn        (n,) angle that the gear has turned since the corner was on the line of action [rad]
+    """
+    alpha_wt = acos((gear.r_b + mate.r_b) / a)
+    roll = (a**2 - (gear.r_b + mate.r_b) ** 2) ** 0.5 - mate.roll_tip
+    base = gear.psi_b - roll / gear.r_b
+    corner = hypot(gear.r_b, roll) * np.exp(1j * (base + atan(roll / gear.r_b)))
+    centre = a * np.exp(1j * (base + alpha_wt))
+    path = np.exp(-1j * turn) * (centre + (corner - centre) * np.exp(-1j * turn * gear.z / mate.z))
+    return np.abs(path), np.angle(path)
+
+
+def root_clearance(gear: Gear, mate: Gear, a: float) -> float:
+    """Least distance along the circle between the mate's tip corner and the root [m]; negative where they overlap."""
+    r, psi = tip_path(gear, mate, a, np.linspace(-2, 2, 4001) * pi / gear.z)
+    root_r, root_psi = gear.root.points(np.linspace(1, 0, 201))
+    inside = r < gear.r_form
+    return float((r * (psi - np.interp(r, root_r, root_psi)))[inside].min(initial=np.inf))
+
+
+def ways_out(gear: Gear, mate: Gear, name: str) -> str:
+    """What keeps the mate's tip off the root of the gear of that name."""
+    rounding = "fillet" if gear.rho_f is None else "rho_f"
+    radius = f"{rounding} = {getattr(gear, rounding) / mm:.4g} mm"
+    deeper = f"d_f = {gear.d_f / mm:.6g} mm (deepen it by the tool's addendum h_fP)"
+    return f"reduce {radius} or {deeper} of the {name}, or the mate's d_a = {mate.d_a / mm:.6g} mm, or raise a"

@@ -1,0 +1,188 @@
+"""Two external gears in mesh (ISO 21771), checked when born."""
+
+from dataclasses import dataclass
+from math import acos, cos, hypot, inf, pi, sin, tan
+
+from fem.gear.data_sheet import PAIR, DataSheet, listed
+from fem.gear.gear import Gear
+from fem.pair.interference import root_clearance, ways_out
+from fem.support.arguments import checked
+from fem.support.representation import short
+from fem.support.validation import as_floats, require, require_within
+from fem.units import deg, mm
+
+#: Backlash is as exact as the data of drawings [modules].
+ROUNDING = 1e-4
+
+
+@checked
+@short(a="mm")
+@dataclass(frozen=True)
+class GearPair:
+    """Two external gears in mesh at working centre distance a [m]; by default the one without backlash.
+
+    Raises ValueError where the two cannot run together: unlike base pitch, no contact, contact ratio below 1,
+    interference at the root, tip touching the mate's root, negative backlash.
+    """
+
+    pinion: Gear
+    wheel: Gear
+    a: float = None  # type: ignore[assignment]
+
+    def __post_init__(self):
+        as_floats(self)
+        pinion, wheel = self.pinion, self.wheel
+        for name in ("m_n", "alpha_n"):
+            one, other = getattr(pinion, name), getattr(wheel, name)
+            require(abs(one - other) < 1e-9, f"{name} of pinion and wheel must be equal, got {one:g} and {other:g}")
+        opposite = abs(pinion.beta + wheel.beta) < 1e-9
+        hands = f"{pinion.beta / deg:g} and {wheel.beta / deg:g} deg"
+        require(opposite, f"beta of pinion and wheel must be equal and opposite, got {hands}; change the hand of one")
+        if self.a is None:
+            object.__setattr__(self, "a", self.a_without_backlash)
+        self._check_contact()
+        self._check_clearances()
+
+    def _check_contact(self) -> None:
+        base, tips = self.pinion.r_b + self.wheel.r_b, self.pinion.r_a + self.wheel.r_a
+        span = "mm (base circles touch below, tip circles part above; pass metres: 150*mm)"
+        require_within("a", self.a, base, tips, unit=mm, remedy=span)
+        eps = f"{self.eps_gamma:.4g}"
+        require(
+            self.eps_gamma > 1, f"contact ratio must exceed 1, got {eps}; reduce a = {self.a / mm:g} mm or raise d_a"
+        )
+
+    def _check_clearances(self) -> None:
+        for gear, mate, name in ((self.pinion, self.wheel, "pinion"), (self.wheel, self.pinion, "wheel")):
+            lowest = self.a * sin(self.alpha_wt) - mate.roll_tip
+            passes = gear.undercut and root_clearance(gear, mate, self.a) > 0
+            require(
+                lowest > gear.roll_form or passes,
+                f"interference: the mate's tip reaches roll length {lowest / mm:.4g} mm of the {name}, whose involute "
+                f"begins at {gear.roll_form / mm:.4g} mm; {ways_out(gear, mate, name)}",
+            )
+            clearance = self.a - gear.r_f - mate.r_a
+            deeper = f"raise a = {self.a / mm:g} mm or reduce d_f of the {name}"
+            got = f"got {clearance / mm:g} mm; {deeper}"
+            require(clearance > 0, f"tip clearance at the {name}'s root must be > 0, {got}")
+        j, rounding = self._backlash_at(self.a), ROUNDING * self.pinion.m_n
+        looser = f"raise a = {self.a / mm:.6g} mm or reduce s_n"
+        require(j > -rounding, f"backlash must be >= 0, got {j / mm:.4g} mm on the line of action; {looser}")
+
+    @property
+    def a_without_backlash(self) -> float:
+        """Centre distance at which the teeth fill each other's spaces [m] (bisection of the backlash)."""
+        low = (self.pinion.r_b + self.wheel.r_b) * (1 + 1e-12)
+        high = self.pinion.r_a + self.wheel.r_a
+        for _ in range(200):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self._backlash_at(middle) < 0 else (low, middle)
+        return high
+
+    def _alpha_at(self, a: float) -> float:
+        return acos((self.pinion.r_b + self.wheel.r_b) / a)
+
+    def _backlash_at(self, a: float) -> float:
+        alpha = self._alpha_at(a)
+        r_w1, r_w2 = self.pinion.r_b / cos(alpha), self.wheel.r_b / cos(alpha)
+        gap = 2 * pi * r_w1 / self.pinion.z - self.pinion.thickness(r_w1) - self.wheel.thickness(r_w2)
+        return gap * cos(alpha)
+
+    @property
+    def alpha_wt(self) -> float:
+        """Working transverse pressure angle [rad]."""
+        return self._alpha_at(self.a)
+
+    @property
+    def beta_b(self) -> float:
+        """Base helix angle of the pinion [rad]."""
+        return self.pinion.beta_b
+
+    @property
+    def p_bt(self) -> float:
+        """Transverse base pitch [m]."""
+        return self.pinion.p_bt
+
+    @property
+    def b(self) -> float:
+        """Common face width [m]."""
+        return min(self.pinion.b, self.wheel.b)
+
+    @property
+    def backlash(self) -> float:
+        """Play along the line of action j_bt [m]; less than ROUNDING below zero counts as rounded data, so as zero."""
+        return max(0.0, self._backlash_at(self.a))
+
+    @property
+    def roll_pitch(self) -> float:
+        """Roll length of the pinion at the pitch point [m]."""
+        return self.pinion.r_b * tan(self.alpha_wt)
+
+    @property
+    def roll_start(self) -> float:
+        """Roll length of the pinion where contact begins: the wheel's tip, or the undercut end of its flank [m]."""
+        return max(self.a * sin(self.alpha_wt) - self.wheel.roll_tip, self.pinion.roll_form)
+
+    @property
+    def roll_end(self) -> float:
+        """Roll length of the pinion where contact ends: its tip, or the undercut end of the wheel's flank [m]."""
+        return min(self.pinion.roll_tip, self.a * sin(self.alpha_wt) - self.wheel.roll_form)
+
+    @property
+    def eps_alpha(self) -> float:
+        """Transverse contact ratio."""
+        return (self.roll_end - self.roll_start) / self.p_bt
+
+    @property
+    def eps_beta(self) -> float:
+        """Overlap ratio."""
+        return self.b * abs(tan(self.beta_b)) / self.p_bt
+
+    @property
+    def eps_gamma(self) -> float:
+        """Total contact ratio."""
+        return self.eps_alpha + self.eps_beta
+
+    @property
+    def back_phase(self) -> float:
+        """Sum of the phases of driving and back flank: the back flank's phase is this minus the driving flank's."""
+        r_w1 = self.pinion.r_b / cos(self.alpha_wt)
+        return (self.pinion.thickness(r_w1) * self.pinion.z / (2 * pi * r_w1)) % 1.0
+
+    def data_sheet(self) -> DataSheet:
+        """Quantities of ISO 21771 by symbol, in SI units; print it for a table in mm and degrees.
+
+        1: pinion, 2: wheel. Sliding is given at the ends of the path of contact, where it is largest.
+        """
+        pinion, wheel, j_wt = self.pinion, self.wheel, self.backlash / cos(self.alpha_wt)
+        r_w1, r_w2, u = pinion.r_b / cos(self.alpha_wt), wheel.r_b / cos(self.alpha_wt), wheel.z / pinion.z
+        length, start, end = self.a * sin(self.alpha_wt), self.roll_start, self.roll_end
+        sizes = {
+            "u": u,
+            "a_0": self.a_without_backlash,
+            "d_w1": 2 * r_w1,
+            "d_w2": 2 * r_w2,
+            "g_alpha": end - start,
+            "j_bt": self.backlash,
+            "j_wt": j_wt,
+            "j_bn": self.backlash * cos(self.beta_b),
+            "j_r": j_wt / (2 * tan(self.alpha_wt)),
+            "c_1": self.a - pinion.r_a - wheel.r_f,
+            "c_2": self.a - wheel.r_a - pinion.r_f,
+            "d_Ff1": 2 * pinion.r_form,
+            "d_Nf1": 2 * hypot(pinion.r_b, start),
+            "d_Na1": 2 * hypot(pinion.r_b, end),
+            "d_Ff2": 2 * wheel.r_form,
+            "d_Nf2": 2 * hypot(wheel.r_b, length - end),
+            "d_Na2": 2 * hypot(wheel.r_b, length - start),
+            "K_gf": (self.roll_pitch - start) * (1 / r_w1 + 1 / r_w2),
+            "K_ga": (end - self.roll_pitch) * (1 / r_w1 + 1 / r_w2),
+            "zeta_f1": specific_sliding(start, length - start, u),
+            "zeta_f2": specific_sliding(length - end, end, 1 / u),
+        }
+        return DataSheet(repr(self), listed(PAIR, self, sizes))
+
+
+def specific_sliding(roll: float, mate: float, u: float) -> float:
+    """Sliding per rolling speed of a flank at a roll length [m], its mate at another, with u times as many teeth."""
+    return 1 - mate / (u * roll) if roll > 0 else -inf

@@ -1,0 +1,5 @@
+"""References that share no contact code with the maps: large displacements, mortar contact, time integration."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

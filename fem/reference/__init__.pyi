@@ -1,0 +1,3 @@
+from . import dynamic, explicit, nonlinear
+
+__all__ = ["dynamic", "explicit", "nonlinear"]

@@ -1,0 +1,1 @@
+"""Static transmission error maps over phase, torque and offsets, with estimated errors."""

@@ -1,0 +1,5 @@
+"""Stress fields of loaded gears, and root stress over the mesh cycle."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

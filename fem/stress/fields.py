@@ -1,0 +1,216 @@
+"""Fields of displacement, stress and pressure of a meshing pair at one phase and load.
+
+Two levels: plane strain on a section that resolves the contact, and the whole solid, where the contact is smaller than
+an element. Both carry the pressure that the contact found; what acts on one gear acts on the other.
+"""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import meshio
+import numpy as np
+from skfem.io.meshio import to_meshio
+
+from fem.contact.resolution import Resolution
+from fem.contact.tooth_contact import Encounter, State
+from fem.elasticity import section_mesh
+from fem.elasticity.mesh_density import Density
+from fem.gear.gear import Gear
+from fem.pair.mesh_position import Meeting
+from fem.pair.offsets import Offsets
+from fem.pair.pair import GearPair
+from fem.ste.inputs import checked_phases, checked_torque
+from fem.stress import gear_elasticity, stress_recovery
+from fem.stress.flank_loads import FlankLoad, bent_root, encounters, flank_loads, with_loaded_teeth
+from fem.stress.gear_elasticity import FINE, SOLID, Body
+from fem.support.arguments import FilePath, Finite, checked
+from fem.support.validation import number, require, require_kind
+
+__all__ = ["Field", "plane_fields", "save_vtu", "solid_fields"]
+
+
+@dataclass(frozen=True)
+class Field:
+    """One gear under load, in its meshing position: pinion at the origin, wheel at (a, 0), or (a, 0, axial).
+
+    points          (dim, n) without load, turned by phase and transmission error [m]
+    cells           (n_corner, n_cell) triangles or hexahedra, corners in meshio's order
+    displacement    (dim, n) elastic, seen from the hub [m]; points + displacement is what touches the mate
+    von_mises, principal    (n,) equivalent stress, largest principal stress [Pa]
+    pressure        (n,) contact pressure, the largest nearer to a point than to others [Pa]
+    fillet          (n,) whether a node lies on the tensile root of a loaded tooth, where bending rules the stress
+    centre, turn    (dim,) of the hub [m]; how far it turned from no load [rad]
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    displacement: np.ndarray
+    von_mises: np.ndarray
+    principal: np.ndarray
+    pressure: np.ndarray
+    fillet: np.ndarray
+    centre: np.ndarray
+    turn: float
+
+    @property
+    def root_stress(self) -> float:
+        """Largest principal stress in the fillets of the loaded teeth [Pa]."""
+        return float(self.principal[self.fillet].max(initial=0.0))
+
+    @checked
+    def deformed(self, scale: Finite) -> np.ndarray:
+        """(dim, n) points with displacement and turn of the hub scaled; what touches, touches at any scale."""
+        x, y = self.points[:2] - self.centre[:2, None]
+        moved = self.points + scale * self.displacement
+        moved[:2] += (scale - 1) * self.turn * np.stack([-y, x])
+        return moved
+
+
+@checked
+def plane_fields(
+    pair: GearPair,
+    torque: float,
+    phase: float,
+    *,
+    offsets: Offsets | None = None,
+    density: Density = FINE,
+    refine: int = 6,
+    resolution: Resolution | None = None,
+) -> tuple[Field, Field]:
+    """Fields of pinion and wheel of a spur pair in plane strain, in the slice of the width with the largest pressure.
+
+    torque          pinion torque F r_b1 > 0 [N m]
+    phase           position in the mesh cycle in [0, 1); 0: pair 0 at the pitch point
+    offsets         of the wheel, one value each
+    density         of the section away from the contact; its teeth follow from the load
+    refine          elements over half the width of the contact, at least 4
+    resolution      of the contact, as of a map
+
+    Raises ValueError for bad input and helical pairs, RuntimeError where the contact does not settle.
+    """
+    whole = 4 <= number("refine", refine) < 1e3 and refine % 1 == 0
+    require(whole, f"refine must be a whole number >= 4, got {refine}")
+    require_kind("density", density, Density)
+    require(pair.beta_b == 0, "beta must be 0 for plane fields; take solid_fields for helical pairs")
+    encounter, state = _contact(pair, torque, phase, offsets, resolution)
+    worst = state.cells.middle[np.argmax(state.pressure)]
+    fields = []
+    for loads, place in zip(flank_loads(encounter, state), places(encounter.meeting, state.te), strict=True):
+        lines = [line for load in loads if (line := load.section(worst - place.centre[2])).force.any()]
+        section = gear_elasticity.graded(place.gear, with_loaded_teeth(density, loads), lines, 1 / refine)
+        fields.append(_field(gear_elasticity.plane_body(place.gear, section), lines, place))
+    return fields[0], fields[1]
+
+
+@checked
+def solid_fields(
+    pair: GearPair,
+    torque: float,
+    phase: float,
+    *,
+    offsets: Offsets | None = None,
+    density: Density = SOLID,
+    resolution: Resolution | None = None,
+) -> tuple[Field, Field]:
+    """Fields of pinion and wheel on hexahedra of the whole width, spur or helical; arguments as in `plane_fields`.
+
+    The contact is smaller than an element: pressure, bending and root stress are there, the stress under it is not.
+    Lines of contact of helical gears cross the width in steps: in each slice the load lies as in its middle. Elements
+    are quadratic; each is two hexahedra of the fields, one beside the other across the width.
+    """
+    require_kind("density", density, Density)
+    encounter, state = _contact(pair, torque, phase, offsets, resolution)
+    fields = []
+    for loads, place in zip(flank_loads(encounter, state), places(encounter.meeting, state.te), strict=True):
+        body = gear_elasticity.solid_body(place.gear, with_loaded_teeth(density, loads))
+        fields.append(_field(body, loads, place))
+    return fields[0], fields[1]
+
+
+class Place(NamedTuple):
+    """Where a gear stands: centre of its mid-plane (3,) [m], angle from the mesh's position, what the load turned."""
+
+    gear: Gear
+    centre: np.ndarray
+    angle: float
+    turn: float
+
+
+def _contact(
+    pair: GearPair, torque: float, phase: float, offsets: Offsets | None, resolution: Resolution | None
+) -> tuple[Encounter, State]:
+    require(number("torque", torque) > 0, f"torque must be > 0 N m for a field, got {torque}")
+    checked_torque(pair, torque), checked_phases([number("phase", phase)], pair)
+    (encounter,), misalignment = encounters(pair, [phase], offsets, resolution)
+    return encounter, encounter.state(torque / pair.pinion.r_b, misalignment)
+
+
+def places(meeting: Meeting, te: float) -> tuple[Place, Place]:
+    """Places of pinion and wheel.
+
+    The pinion drives counter-clockwise: it leads by half the transmission error, the wheel lags by the other half.
+    """
+    pair, across = meeting.pair, meeting.a * np.sin(meeting.alpha)
+    pinion, wheel = meeting.nominal(0, 0.0), across - meeting.nominal(0, meeting.axial)
+    found = []
+    for gear, roll, x in ((pair.pinion, pinion, 0.0), (pair.wheel, wheel, meeting.a)):
+        turn, facing = te / (2 * gear.r_b), np.pi / 2 if x else -np.pi / 2
+        angle = facing + roll / gear.r_b - meeting.alpha - gear.psi_b + turn
+        found.append(Place(gear, np.array([x, 0.0, meeting.axial if x else 0.0]), angle, turn))
+    return found[0], found[1]
+
+
+def _field(body: Body, loads: list[FlankLoad], place: Place) -> Field:
+    """Solution of one gear, turned and moved to its place."""
+    mesh, dim, section = body.mesh, body.dim, body.section.mesh
+    u = body.displacement(gear_elasticity.forces(body, loads))
+    stress = stress_recovery.stress(body, u)
+    turned, root = np.eye(dim), np.zeros(section.p.shape[1], bool)
+    turned[:2, :2] = section_mesh.rotated(np.eye(2), place.angle)
+    for load in loads:
+        root[section.facets[:, bent_root(body.gear, section, load.tooth)]] = True
+    return Field(
+        turned @ mesh.p + place.centre[:dim, None],
+        to_meshio(mesh).cells[0].data.T,
+        turned @ body.at_vertices(u),
+        von_mises(stress),
+        np.linalg.eigvalsh(stress.transpose(2, 0, 1))[:, -1],
+        gear_elasticity.contact_pressure(body, loads),
+        np.repeat(root, body.axial.size),
+        place.centre[:dim],
+        place.turn,
+    )
+
+
+def von_mises(stress: np.ndarray) -> np.ndarray:
+    """(n,) equivalent stress of stress (3, 3, n)."""
+    deviator = stress - np.einsum("iin->n", stress) / 3 * np.eye(3)[:, :, None]
+    return np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1)))
+
+
+@checked
+def save_vtu(fields: Sequence[Field], path: FilePath) -> Path:
+    """Write the fields of one or both gears as one VTU file, whole or not at all.
+
+    Point data: displacement [m], von_mises, principal, pressure [Pa].
+    """
+    require(len(fields) > 0, "fields must be one or two in a tuple, as plane_fields and solid_fields give them")
+    path = Path(path)
+    require(path.suffix == ".vtu", f"path must end in .vtu, got {path}")
+    first = np.cumsum([0] + [field.points.shape[1] for field in fields])
+    kind = {3: "triangle", 8: "hexahedron"}
+    cells = [(kind[len(field.cells)], field.cells.T + start) for field, start in zip(fields, first, strict=False)]
+    names = ("von_mises", "principal", "pressure", "displacement", "points")
+    data = {name: np.concatenate([getattr(field, name).T for field in fields]) for name in names}
+    for name in ("displacement", "points"):
+        data[name] = np.pad(data[name], ((0, 0), (0, 3 - data[name].shape[1])))
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        meshio.write(part, meshio.Mesh(data.pop("points"), cells, point_data=data), file_format="vtu")
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+    return path

@@ -1,0 +1,136 @@
+"""Arguments of public functions and classes, compared with their type hints before any work starts."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import InitVar
+from functools import cache, wraps
+from inspect import Parameter, signature
+from os import PathLike
+from types import UnionType
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from fem.support.validation import finite, kind_name, number, numbers, told, whole_number
+
+Made = TypeVar("Made", bound=Callable)
+#: Hints of arguments that take numbers in arrays of any shape, a finite number, or the name of a file.
+Numbers = Annotated[Any, numbers]
+Finite = Annotated[float, finite]
+FilePath = str | PathLike[str]
+#: Checks of what a hint stands for, raising ValueError, and how the hints read.
+CHECKS: dict[Any, Callable] = {float: number, int: whole_number, np.ndarray: numbers}
+WORDS = {
+    float: "a real number",
+    finite: "a finite number",
+    numbers: "real numbers",
+    int: "a whole number",
+    np.ndarray: "real numbers",
+    bool: "True or False",
+    str: "a string",
+    PathLike: "a path",
+    Callable: "a function",
+    type(None): "None",
+}
+
+
+def checked(made: Made) -> Made:
+    """Decorator of a function or class: its arguments must be what their type hints say.
+
+    A hint Annotated[Any, check] has check(name, value) called. What has no hint is not checked, nor is a default.
+    Raises ValueError with the argument, what it must be, and its value.
+    """
+    if isinstance(made, type):
+        maker = "__new__" if issubclass(made, tuple) else "__init__"
+        setattr(made, maker, checked(getattr(made, maker)))
+        return made
+
+    @wraps(made)
+    def checking(*args, **kwargs):
+        hints, further = _hints(made)
+        for name, value in (*zip(hints, args, strict=False), *kwargs.items()):
+            hint, default = hints.get(name, further)
+            if value is not default and (type(value) is not hint or hint is int):
+                check_kind(name, value, hint)
+        return made(*args, **kwargs)
+
+    return checking  # type: ignore[return-value]
+
+
+@cache
+def _hints(made: Callable) -> tuple[dict[str, tuple[Any, Any]], tuple[Any, Any]]:
+    """Hint and default of each argument of a function, and of further named ones."""
+    hints, named, further = get_type_hints(made, include_extras=True), {}, (Any, None)
+    for name, part in signature(made).parameters.items():
+        hint = hints.get(name, Any)
+        known = (hint.type if isinstance(hint, InitVar) else hint), part.default
+        if part.kind is Parameter.VAR_KEYWORD:
+            further = known
+        else:
+            named[name] = known
+    return named, further
+
+
+def check_kind(name: str, value, hint) -> None:
+    """ValueError unless the value is what a type hint says, in the words of its own check if there is one."""
+    if _suits(value, hint):
+        return
+    annotated = [part for part in get_args(hint) if get_origin(part) is Annotated]
+    for check in filter(None, map(_check_of, [hint, *annotated])):
+        check(name, value)
+    raise ValueError(f"{name} must be {_words(hint)}, got {told(value)}")
+
+
+def _check_of(hint) -> Callable | None:
+    return hint.__metadata__[0] if get_origin(hint) is Annotated else CHECKS.get(hint)
+
+
+def _suits(value, hint) -> bool:
+    check = _check_of(hint)
+    if check is not None:
+        try:
+            check("", value)
+        except ValueError:
+            return False
+        return True
+    origin, parts = get_origin(hint), get_args(hint)
+    if hint is Any or isinstance(hint, TypeVar):
+        return True
+    if origin in (Union, UnionType):
+        return any(_suits(value, part) for part in parts)
+    if origin is None or origin in (Callable, PathLike):
+        kind = (bool, np.bool_) if hint is bool else origin or hint
+        return isinstance(value, kind)
+    if issubclass(origin, Mapping):
+        pairs = value.items() if isinstance(value, Mapping) else ()
+        return isinstance(value, Mapping) and all(
+            _suits(x, part) for pair in pairs for x, part in zip(pair, parts, strict=True)
+        )
+    return _is_row(value, parts)
+
+
+def _is_row(value, parts: tuple) -> bool:
+    """Whether it is a sequence of what the parts of a hint say; of parts alike any number."""
+    if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
+        return False
+    if isinstance(value, Iterator):
+        return True
+    if len(set(parts) - {...}) > 1:
+        return isinstance(value, tuple | list) and len(value) == len(parts) and all(map(_suits, value, parts))
+    return _suits(value, Numbers) if parts[0] is float else all(_suits(x, parts[0]) for x in value)
+
+
+def _words(hint) -> str:
+    """What a hint asks for."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin in (Union, UnionType):
+        *first, last = [_words(part) for part in parts]
+        return f"{', '.join(first)} or {last}"
+    if origin is Annotated:
+        return WORDS.get(hint.__metadata__[0]) or _words(parts[0])
+    if hint in WORDS or origin in WORDS:
+        return WORDS.get(hint) or WORDS[origin]
+    if origin is None:
+        return kind_name(hint)
+    if issubclass(origin, Mapping):
+        return f"a mapping of {_words(parts[0])} to {_words(parts[1])}"
+    return f"a list, each {_words(parts[0])}"

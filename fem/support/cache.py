@@ -1,0 +1,78 @@
+"""Arrays on disk, keyed by what they were computed from; data only, each file whole or absent."""
+
+import hashlib
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import get_ident
+from typing import BinaryIO
+
+import numpy as np
+
+from fem.support.validation import require
+
+Arrays = dict[str, np.ndarray]
+
+
+def folder() -> Path:
+    """Cache folder: $EXUGEAR_CACHE, or exugear in the user's cache folder."""
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(os.environ.get("EXUGEAR_CACHE") or Path(base) / "exugear")
+
+
+def cached(inputs: str, compute: Callable[[], Arrays]) -> Arrays:
+    """The arrays that compute() gives, from disk where they were computed from the same inputs before.
+
+    Raises ValueError for arrays of Python objects, and for a file that is damaged or holds something else: remove it
+    and run again.
+    """
+    path = _path(inputs)
+    if path.exists():
+        return _read(path, inputs)
+    arrays = compute()
+    kinds = {name: array.dtype for name, array in arrays.items() if array.dtype.hasobject}
+    require(not kinds, f"cached arrays must hold numbers or text, got {kinds}; convert them")
+    _write(path, arrays | {"inputs": np.array(inputs)})
+    return arrays
+
+
+def known(inputs: str) -> bool:
+    """Whether the cache has what `cached` gives for these inputs."""
+    return _path(inputs).exists()
+
+
+def _path(inputs: str) -> Path:
+    return folder() / f"{hashlib.sha256(inputs.encode()).hexdigest()[:32]}.npz"
+
+
+def _read(path: Path, inputs: str) -> Arrays:
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+            arrays = dict(stored)
+        if str(arrays.pop("inputs")) == inputs:
+            return arrays
+    except Exception as error:
+        raise ValueError(f"cache file {path} is damaged or foreign; remove it and run again ({error})") from None
+    raise ValueError(f"cache file {path} is damaged or foreign; remove it and run again (made from other inputs)")
+
+
+def _write(path: Path, arrays: Arrays) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with whole(path) as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[BinaryIO]:
+    """A file to write into, which stands at path once it is whole; OSError that names it where that fails."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.{get_ident()}.part")
+    try:
+        with part.open("wb") as file:
+            yield file
+        part.replace(path)
+    except OSError as error:
+        reason = f"{path} could not be written: {error.strerror or error}; make room or choose another folder"
+        raise OSError(error.errno, reason) from error
+    finally:
+        part.unlink(missing_ok=True)

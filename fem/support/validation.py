@@ -1,0 +1,103 @@
+"""Checks of input: ValueError with argument, value and remedy; numbers of any library become Python's."""
+
+import sys
+from collections.abc import Iterator
+from dataclasses import fields
+from math import isfinite
+from numbers import Real
+from types import ModuleType
+from typing import SupportsIndex
+
+import numpy as np
+
+#: Longer values are told by their kind.
+LONGEST = 120
+
+
+def require(condition: bool, message: str) -> None:
+    """Raise ValueError(message) unless condition holds; NaN never holds."""
+    if not condition:
+        raise ValueError(message)
+
+
+def require_within(name: str, value: float, low: float, high: float, *, unit: float = 1.0, remedy: str) -> None:
+    """Require low < value < high; bounds and value are shown in multiples of unit."""
+    low_, high_, value_ = low / unit, high / unit, value / unit
+    require(low < value < high, f"{name} must lie in ({low_:g}, {high_:g}) {remedy}, got {value_:g}")
+
+
+def require_kind(name: str, value, kind: type) -> None:
+    """ValueError unless the value is an instance of that class."""
+    if not isinstance(value, kind):
+        raise ValueError(f"{name} must be {kind_name(kind)}, got {told(value)}")
+
+
+def kind_name(kind: type) -> str:
+    """Name of a class as the user imports it, with its article: a fem.GearPair."""
+    name = f"{_home(kind)}.{kind.__name__}".removeprefix("builtins.")
+    return f"{'an' if name[0] in 'aeioux' else 'a'} {name}"
+
+
+def _home(kind: type) -> str:
+    """The package or public module that lists a class; where there is none, the module that defines it."""
+    top = kind.__module__.split(".")[0]
+    package = sys.modules.get(top)
+    public = {top: package} | {f"{top}.{name}": getattr(package, name) for name in getattr(package, "__all__", ())}
+    modules = {name: value for name, value in public.items() if isinstance(value, ModuleType)}
+    homes = (name for name, module in modules.items() if getattr(module, kind.__name__, None) is kind)
+    return next(homes, kind.__module__)
+
+
+def told(value) -> str:
+    """A value in an error message, cut short where it is long."""
+    if isinstance(value, int) and value.bit_length() > 1024:
+        return "a number beyond those of floats"
+    text = repr(value)
+    return text if len(text) <= LONGEST else kind_name(type(value))
+
+
+def number(name: str, value) -> float:
+    """The value as a Python float; ValueError unless it is one real number, within the range of floats."""
+    plain = value.item() if getattr(value, "shape", None) == () else value
+    try:
+        if isinstance(plain, Real):
+            return float(plain)
+    except OverflowError:
+        pass
+    raise ValueError(f"{name} must be one real number in SI units, got {told(value)}")
+
+
+def finite(name: str, value) -> float:
+    """The value as a Python float; ValueError unless it is one finite number."""
+    require(isfinite(number(name, value)), f"{name} must be finite, got {value}")
+    return float(value)
+
+
+def whole_number(name: str, value) -> int:
+    """The value as a Python int, also of Exudyn's numbers of items; ValueError unless it is one whole number."""
+    plain = int(value) if isinstance(value, SupportsIndex) else value
+    if number(name, plain) % 1 != 0:
+        raise ValueError(f"{name} must be a whole number, got {told(value)}")
+    return int(plain)
+
+
+def numbers(name: str, values) -> np.ndarray:
+    """The values as an array of floats; ValueError where they are no numbers, or rows of unlike lengths."""
+    given = list(values) if isinstance(values, Iterator) else values
+    try:
+        array = np.asarray(given)
+    except (TypeError, ValueError):
+        array = np.empty(0, object)
+    if array.dtype.kind not in "fiu":
+        rows = f"{name} must hold real numbers, in rows of equal length if there are several"
+        raise ValueError(f"{rows}, got {told(values)}")
+    return array.astype(float)
+
+
+def as_floats(instance) -> None:
+    """Make the number fields of a frozen dataclass Python floats; None stays where it is the default."""
+    for part in fields(instance):
+        value = getattr(instance, part.name)
+        absent = value is None and part.default is None
+        if part.type in (float, float | None) and not absent:
+            object.__setattr__(instance, part.name, number(part.name, value))

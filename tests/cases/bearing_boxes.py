@@ -1,0 +1,18 @@
+"""Gearboxes on bearings."""
+
+from scenes import paper_pair, smooth_map
+
+import exugear
+from fem.units import mm
+
+SPUR = paper_pair()
+ENDS = {0.0: exugear.Bearing(5e8, 1e8, damping=1e-6), 60 * mm: exugear.Bearing(5e8, damping=1e-6)}
+NOWHERE = exugear.Placement()
+LAW = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
+
+
+def box_of(pair=SPUR, law=LAW, fast=ENDS, slow=ENDS, offset=NOWHERE) -> exugear.Gearbox:
+    """Two shafts with a gear between what else they carry; the slow one displaced by offset."""
+    one = exugear.Shaft("fast", {30 * mm: pair.pinion} | fast)
+    other = exugear.Shaft("slow", {30 * mm: pair.wheel} | slow, offset=offset)
+    return exugear.Gearbox([exugear.Stage(one, other, law, pair=pair)])

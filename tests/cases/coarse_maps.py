@@ -1,0 +1,17 @@
+"""Maps on coarse meshes, quick to solve."""
+
+import numpy as np
+
+import fem
+from fem.elasticity.mesh_density import Density
+
+SLICES, STRIPS = fem.Resolution(resolved=False), fem.Resolution()
+ROUGH = fem.Resolution(Density(flank=10, fillet=2, tooth=2, rim=2, body=3, width=2), 8)
+
+
+def map_of(pair, torque, phases, resolution):
+    return fem.static_transmission_error(pair, torque, phases, accuracy=resolution, progress=False)
+
+
+def te_of(pair, torque, phases, resolution) -> np.ndarray:
+    return map_of(pair, torque, phases, resolution)["te"].values

@@ -1,0 +1,99 @@
+"""Scenes shared by the tests: a smooth map with the numbers of the paper's pair, and oscillators with known answers."""
+
+import exudyn.itemInterface as eii
+import numpy as np
+from exudyn.rigidBodyUtilities import RotXYZ2RotationMatrix
+from paper_gears import paper_gear, paper_pair
+
+import exugear
+from fem.ste.ste_map import ste_map
+from fem.units import mm, rpm
+
+K, INERTIA = 4.2e8, 8.550e-3
+TORQUES = (0, 1, 5, 20, 50, 100, 150, 250, 350, 500, 1000, 2000, 4000)
+
+
+def smooth_map(torque=TORQUES, phases: int = 30):
+    """Compliance between one and two tooth pairs, softer at low load, contact that lengthens with the load."""
+    pair, load = paper_pair(), np.array(torque, float)[:, None]
+    force = np.maximum(load, 1e-9) / pair.pinion.r_b
+    phase = np.arange(phases) / phases
+    half = (pair.eps_alpha - 1) / 2 + 3e-5 * load
+    two = 0.5 + 0.5 * np.tanh(1.5 * (half - abs(phase - 0.5)) / (0.03 + 6e-5 * load))
+    te = force * (1 + 0.03 * np.log(2155 / force)) * (4.05e-9 - 1.45e-9 * two)
+    return ste_map(pair, np.array(torque, float), phase, np.where(load > 0, te, 0))
+
+
+def smooth_box(part=None, parts=None, **stage) -> exugear.Gearbox:
+    """The paper's pair, free to spin or with the same bearing, or parts by their places, on both shafts."""
+    parts = {30 * mm: paper_gear()} | ({} if part is None else {0.0: part}) | (parts or {})
+    fast, slow = exugear.Shaft("fast", parts), exugear.Shaft("slow", parts)
+    return exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), **{"damping": 2700.0} | stage)])
+
+
+class Oscillator:
+    """y = deflection of a wheel against a pinion whose speed is imposed, damped by Exudyn's own damper.
+
+    Natural frequency sqrt(K / m), m = INERTIA / r_b^2; y'' + 2 zeta omega y' + force(y) / m = push(t) / m.
+    """
+
+    def __init__(self, law: exugear.MeshForce, zeta: float = 0.05):
+        pair, self.law = paper_pair(), law
+        shafts = [exugear.Shaft(name, {0.0: paper_gear()}, inertia=INERTIA) for name in ("fast", "slow")]
+        self.model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, law, pair=pair)]))
+        self.r, self.teeth = pair.pinion.r_b, pair.pinion.z
+        self.omega = (K * self.r**2 / INERTIA) ** 0.5
+        self.c = 2 * zeta * K / self.omega
+        nodes = [self.model.mbs.GetObject(body)["nodeNumber"] for body in self.model.bodies.values()]
+        matrix = self.c * self.r**2 * np.ones((2, 2))
+        self.model.mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=nodes, dampingMatrix=matrix))
+
+    def run(self, frequency, push, periods: float, steps: int = 200, **options):
+        """Deflection samples (n,) and their times in natural periods; frequency(x), push(x) of the periods x."""
+        period = 2 * np.pi / self.omega
+        spin = lambda t: frequency(t / period) * self.omega / self.teeth  # noqa: E731
+        load = lambda t: push(t / period) * self.r  # noqa: E731
+        step = period / steps
+        options = {"step": step, "sample": step, "progress": False} | options
+        run = exugear.run_up(self.model, speed=spin, duration=periods * period, load=load, **options)
+        return run.data["dte"].values[0], run.data["time"].values / period
+
+
+def linear_law(k=(K, K, K), phase=(0.0, 1 / 3, 2 / 3), backlash: float = np.inf, reach: float = 1e-4):
+    """F = k deflection at each phase."""
+    table = np.outer(k, [0.0, reach])
+    return exugear.MeshForce(np.array(phase), np.array([0.0, reach]), table, damping=0.0, backlash=backlash)
+
+
+def rectangular_law(n: int = 1000, reach: float = 1e-4) -> exugear.MeshForce:
+    """Two tooth pairs during 0.45 of the cycle, single over double 0.6, mean K."""
+    phase = np.arange(n) / n
+    double = K / (0.45 + 0.55 * 0.6)
+    return linear_law(np.where(phase < 0.45, double, 0.6 * double), phase, reach=reach)
+
+
+def swept(start: float, end: float, periods: float):
+    """From start to end over so many periods, then held."""
+    return lambda x: start + (end - start) * min(max(x / periods, 0.0), 1.0)
+
+
+def wrench(reference, q, forces) -> np.ndarray:
+    """Force and moment about the origin (6) of the generalized forces of one Rxyz body."""
+    a, b = reference[3] + q[3], reference[4] + q[4]
+    g = np.c_[[1, 0, 0], [0, np.cos(a), np.sin(a)], RotXYZ2RotationMatrix([a, b, 0])[:, 2]]
+    push, turn = np.array(forces[:3]), np.linalg.solve(g.T, forces[3:])
+    return np.r_[push, turn + np.cross(reference[:3] + q[:3], push)]
+
+
+def ran(model: exugear.Model, **changes):
+    """Data of a run at 1000 rpm and 150 N m but for changes, all of them finite."""
+    options = {"speed": 1000 * rpm, "load": 150.0, "duration": 0.2, "progress": False} | changes
+    data = exugear.run_up(model, **options).data
+    for name, values in data.data_vars.items():
+        assert np.isfinite(values).all(), name
+    return data
+
+
+def rms(data, parts: int = 10) -> np.ndarray:
+    """rms of the DTE about its mean in equal parts of a run."""
+    return np.array([part.std() for part in np.array_split(data["dte"].values[0, :-1], parts)])

@@ -1,0 +1,30 @@
+"""A gear as its transverse section in plane strain, for the contact of `fem.contact.tooth_contact`."""
+
+import numpy as np
+
+import fem
+from fem.contact.tooth_contact import Encounter
+from fem.elasticity.flank_compliance import Compliance, along_helix
+from fem.elasticity.half_space import along_line, half_plane
+from fem.elasticity.hat_functions import values_of_means
+from fem.elasticity.hertz import flattening
+from fem.elasticity.mesh_density import Density
+from fem.elasticity.section_mesh import flank_hats
+from fem.pair.mesh_position import Meeting
+from fem.units import mm
+
+
+def plane_twin(gear: fem.Gear, density: Density, refined: int) -> Compliance:
+    """Compliance of the refined section in plane strain."""
+    arcs, half, depth = flank_hats(gear, density), gear.b / 2, 1 * mm
+    blocks = along_helix(gear, arcs, density.refined(refined))
+    blocks[0] -= half_plane(gear, arcs, depth)
+    values = values_of_means(arcs)
+    blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values)[:, None, :, None, :] / half * np.ones((1, 2, 1, 2, 1))
+    blocks[0] -= flattening(gear.material) * along_line(np.array([0.0, half]), half, depth, mirrored=True)[0, 0]
+    return Compliance(arcs, np.array([0.0, half]), half, blocks[: density.teeth + 1], blocks[density.teeth + 1 :])
+
+
+def twin_te(pair: fem.GearPair, twin: Compliance, phase: float, force: float) -> float:
+    """Transmission error [m] of a pair of equal gears."""
+    return Encounter(Meeting(pair, pair.a, 0.0, phase), twin, twin, 1).state(force).te

@@ -1,0 +1,143 @@
+"""Valid arguments of all that is public, by name; small scenes, made once."""
+
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from paper_gears import paper_gear, paper_pair
+from scenes import linear_law, smooth_box, smooth_map
+from skfem import ElementQuad1
+
+import exugear
+import fem
+from fem.elasticity.mesh_density import Density
+from fem.reference.explicit import CentralDifferences
+from fem.reference.time_integration import RunUp
+from fem.stress.fields import Field
+from fem.units import mm, um
+
+RING = exugear.RingPair(paper_gear(), z=-120, a=-84 * mm)
+LINE, TURNS = np.linspace(0.0, 1.0, 200), np.full(200, 2 * np.pi * 20)
+TRIANGLE = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) * mm, np.array([[0], [1], [2]])
+CUBE = np.array([[0, 1, 1, 0, 0, 1, 1, 0], [0, 0, 1, 1, 0, 0, 1, 1], [0, 0, 0, 0, 1, 1, 1, 1]]) * mm
+
+
+def shared_map() -> xr.Dataset:
+    """A small map with the load shares that friction reads."""
+    ste = fem.ste_map(paper_pair(), [0, 10.0, 300.0], np.arange(8) / 8, np.outer([0, 1e-6, 9e-6], np.ones(8)))
+    shares = np.full((3, 8, 2), 0.5)
+    return ste.assign(load_share=(("torque", "phase", "pair"), shares), pair=("pair", [0, 1]))
+
+
+def stresses() -> xr.Dataset:
+    """What stands in the map of root stress."""
+    grid, values = ("torque", "phase"), np.full((2, 8), 1e8)
+    names = {"hertz_pressure": (grid, values), "peak_pressure": (grid, values), "tip_contact": (grid, 0 * values)}
+    roots = {"root_stress": (("gear", *grid), np.array([values, values]))}
+    return xr.Dataset(names | roots, {"gear": ["pinion", "wheel"], "torque": [1.0, 9.0], "phase": np.arange(8) / 8})
+
+
+def two_bodies() -> tuple[Any, Any, list]:
+    """A hand-built system with the paper's pair in contact: container, mbs, its bodies and contact."""
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0.0])) for _ in range(2)]
+    places = ([0, 0, 0], [150 * mm, 0, 0])
+    items = [
+        mbs.AddObject(eii.ObjectRotationalMass1D(inertia=1e-3, nodeNumber=node, referencePosition=place))
+        for node, place in zip(nodes, places, strict=True)
+    ]
+    contact = exugear.CreateGearContact(mbs, itemNumbers=items, pair=paper_pair(), force=linear_law())
+    mbs.Assemble()
+    return container, mbs, [*items, contact]
+
+
+@cache
+def instances() -> dict[str, Any]:
+    """One of each public class; its fields are valid arguments of the class."""
+    box = smooth_box()
+    model = exugear.build(box)
+    run = exugear.run_up(model, speed=(50.0, 60.0), load=100.0, duration=0.05, progress=False, checks=0)
+    bearing = exugear.Bearing(radial=1e8, axial=1e8, tilt=1e5, damping=1e-5, clearance=5 * um)
+    field = Field(TRIANGLE[0], TRIANGLE[1], TRIANGLE[0], *np.ones((4, 3)), np.zeros(2), 0.0)
+    recorder = exugear.Recorder()
+    recorder.start(1e-4, 10, motion=True)
+    made = [
+        fem.EdgeBreak(0.2 * mm), fem.EndRelief(5 * um, 2 * mm),
+        fem.Grid((1e-2, 2e-2), (-1e-2, 1e-2), ((0, 0), (0, 0))), fem.HelixSlope(5 * um), fem.LeadCrowning(5 * um),
+        fem.PitchDeviation((0.0,) * 57), fem.ProfileCrowning(5 * um), fem.RootRelief(5 * um, 2 * mm),
+        fem.TipRelief(5 * um, 2 * mm), fem.Sides(), fem.Offsets(a=150 * mm), fem.Resolution(neighbours=1),
+        fem.UpTo(100.0), fem.Material(), paper_gear(), paper_pair(), fem.map_cost(paper_pair(), 100.0), Density(),
+        RunUp(), CentralDifferences(), field, exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3),
+        exugear.Placement(), exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
+        box.stages[0].fast, linear_law(), model, model.plan, run, recorder, bearing,
+    ]  # fmt: skip
+    return {type(instance).__name__: instance for instance in made}
+
+
+@cache
+def by_name() -> dict[str, Any]:
+    """Values of arguments by their names, where need be with the function's or class's name before it."""
+    made, (container, mbs, items) = instances(), two_bodies()
+    folder = Path(mkdtemp())
+    fem.save(smooth_map(), folder / "map.nc")
+    made["Run"].save(folder / "run.nc")
+    ax = Figure().add_subplot()
+    quantity = ("z", 57.0, "1", "number of teeth")
+    plain = {
+        "pair": paper_pair(), "gear": paper_gear(), "torque": 100.0, "phases": 8, "phase": 0.1,
+        "te": np.zeros((2, 8)), "offsets": fem.Offsets(), "accuracy": 0.01, "progress": False, "density": Density(),
+        "element": ElementQuad1(), "penalty": 1e15, "run": made["Run"], "scheme": CentralDifferences(),
+        "resolution": fem.Resolution(), "executor": None, "path": folder / "map.nc", "data": stresses(),
+        "ste": shared_map(), "force": linear_law(), "stage": 0, "mbs": mbs, "container": container, "name": "",
+        "itemNumbers": items[:2], "friction": made["MeshFriction"], "recorder": exugear.Recorder(),
+        "localPositions": [[0, 0, 0]] * 2, "localAxes": [[0, 0, 1]] * 2, "direction": 1, "contact": items[2],
+        "fileName": "", "storeInternal": True, "load": 100.0, "acceleration": 1.0, "model": made["Model"],
+        "gearbox": made["Gearbox"], "plan": made["Plan"], "duration": 0.05, "speed": (50.0, 60.0), "tolerance": 1e-3,
+        "step": 1e-6, "sample": 1e-4, "sensor_period": 1e-3, "checks": 0, "place": LINE, "signal": LINE,
+        "time": LINE, "amplitude": LINE, "cycles": 100 * LINE, "windows": 10, "orders": 2.0, "revolutions": 4,
+        "overlap": 0.5, "prominence": 0.1, "r": 75 * mm, "k": 7, "D_M": 5 * mm, "lever": 0.1, "axial": 0.0,
+        "frequency": 1000.0, "mesh_frequency": 100.0, "interval": 1e-4, "number": 10, "steps": 5, "motion": True,
+        "side": 0, "coefficient": 0.05, "damping": 100.0, "backlash": 1e-4, "conserves": False, "extend": 1.5,
+        "length": 0.1, "d": 0.1, "d_bore": 0.02, "factor": 1.5, "line_load": 1e5, "C_R": 1.0, "C_M": 0.8, "ax": ax,
+        "bodies": [TRIANGLE], "touching": [TRIANGLE[0]], "label": "a", "colours": "viridis", "colour": "k",
+        "width": 1.0, "top": 1.0, "rows": 1, "columns": 1, "spatial": (), "runs": {"a": made["Run"]}, "found": None,
+        "points": TRIANGLE[0], "height": mm, "quads": np.array([[0], [1], [2], [0]]),
+        "facets": np.array([[0, 4], [1, 5], [2, 6], [3, 7]]), "harmonics": 2.2, "decibels": 60.0, "pitches": 2.0,
+        "alternating": True, "body": items[0], "phase_angle": 0.0, "color": (0.5, 0.5, 0.5, 1.0),
+        "points_per_tooth": 24, "theta": 0.0, "tiles": 24, "scale": 2.0, "refine": 6, "fields": (made["Field"],),
+        "t": 0.01, "pitch": 0.1, "title": "a", "message": "a", "value": 1.0, "unit": "1", "meaning": "a",
+        "order": LINE, "low": LINE, "high": LINE, "rms": LINE,
+    }  # fmt: skip
+    special = {
+        "Density.refined.q": 2, "with_teeth.teeth": 2, "with_teeth.behind": 1, "Density.steps.name": "flank",
+        "pair_of.data": shared_map(),
+        "ste_map.torque": [0.0, 100.0], "ste_map.phase": np.arange(8) / 8, "ste_map.offsets": {},
+        "transmission_error.run": RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20), "save.data": smooth_map(),
+        "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
+        "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
+        "MeshFriction.of_pair.speed": 1.0, "MeshFriction.from_ste.torque": 100.0,
+        "Gearbox.offsets.stage": made["Stage"], "radial_force.r": 2 * um, "deflection_at.force": 100.0,
+        "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],
+        "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,
+        "plot_solid.ax": Figure().add_subplot(projection="3d"), "order_spectrum.speed": TURNS,
+        "DataSheet.rows": [quantity], "envelope.windows": 10, "Plan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
+    }  # fmt: skip
+    return plain | special
+
+
+def valid(path: str, name: str) -> Any:
+    """A valid value of an argument of a function, method or class."""
+    parts, table = path.split("."), by_name()
+    for start in range(1, len(parts)):
+        special = ".".join([*parts[start:], name])
+        if special in table:
+            return table[special]
+    instance = instances().get(parts[-1])
+    return getattr(instance, name, None) if instance is not None else table[name]

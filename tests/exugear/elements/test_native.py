@@ -1,0 +1,239 @@
+"""Contacts that Exudyn calls without Python: the same numbers and words as by way of Python, nothing left behind."""
+
+import gc
+import os
+import pickle
+import platform
+import re
+import sys
+import weakref
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+import pytest
+from bearing_boxes import box_of
+from paper_gears import paper_pair
+from scenes import INERTIA, smooth_box, smooth_map
+
+import exugear
+from exugear.elements.native import native
+from fem.units import um
+
+PAIR = paper_pair()
+PLANAR = exugear.plan(box_of())
+SCENES = {
+    "spin": (smooth_box(), None),
+    "planar": (box_of(), PLANAR),
+    "spatial": (box_of(), PLANAR.with_bodies()),
+}
+SYSTEM = sys.platform, platform.machine(), platform.python_implementation()
+needs_native = pytest.mark.skipif(SYSTEM != ("linux", "x86_64", "CPython"), reason="portable path only")
+
+
+@pytest.fixture(scope="module")
+def law() -> exugear.MeshForce:
+    return exugear.MeshForce.from_ste(smooth_map(), damping=1000.0)
+
+
+@pytest.fixture
+def both(monkeypatch):
+    """What a function gives by both ways."""
+
+    def call(function, *arguments):
+        results = []
+        for portable in ("1", ""):
+            monkeypatch.setenv("EXUGEAR_PORTABLE", portable)
+            results.append(function(*arguments))
+        return results
+
+    return call
+
+
+def spinning(law, friction=None):
+    """Two gears free to spin, in contact at 10 um."""
+    mbs = exu.SystemContainer().AddSystem()
+    nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
+    bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]
+    contact = mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=law)
+    if friction:
+        mbs.CreateGearFriction(itemNumbers=bodies, pair=PAIR, force=law, friction=friction)
+    mbs.Assemble()
+    mbs.systemData.SetODE2Coordinates([10 * um / PAIR.pinion.r_b, 0], exu.ConfigurationType.Initial)
+    return mbs, contact
+
+
+def settings_of(steps: int, h: float = 1e-5) -> exu.SimulationSettings:
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = steps * h, steps
+    return settings
+
+
+def compiled_of(mbs, contact: int):
+    """The function behind a contact, and whether it is compiled."""
+    function = mbs.GetObject(contact)["forceUserFunction"]["function"]
+    return function, type(function).__name__ == "builtin_function_or_method"
+
+
+@needs_native
+def test_contacts_are_called_without_python(monkeypatch):
+    """With these versions of Exudyn, numba, llvmlite and numpy; both plan and run say so."""
+    monkeypatch.delenv("EXUGEAR_PORTABLE", raising=False)
+    assert native.obstacle() == ""
+    model = exugear.build(smooth_box())
+    assert "contact: called without Python" in str(model.plan)
+    run = exugear.run_up(model, speed=100.0, duration=1e-3, load=100.0, progress=False)
+    assert "contact: called without Python" in run.data.attrs["plan"]
+
+
+@needs_native
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_same_numbers_where_contact_is_lost(both, scene):
+    box, plan = SCENES[scene]
+
+    def solve():
+        model = exugear.build(box, plan=plan)
+        load = lambda t: 20 - 150 * np.sin(2 * np.pi * 50 * t)  # noqa: E731
+        run = exugear.run_up(model, speed=(100.0, 120.0), duration=0.02, load=load, progress=False)
+        return run.data["dte"].values, run.data["mesh_force"].values, compiled_of(model.mbs, model.meshes[0].contact)[1]
+
+    (dte, force, compiled), (dte_native, force_native, compiled_native) = both(solve)
+    assert (compiled, compiled_native) == (False, True)
+    assert (force == 0).any()
+    assert (force > 1000).any()
+    assert np.abs(dte - dte_native).max() <= 1e-12 * np.abs(dte).max()
+    assert np.abs(force - force_native).max() <= 1e-12 * np.abs(force).max()
+
+
+@needs_native
+def test_the_same_numbers_with_friction_and_in_statics(both, law):
+    def solve():
+        mbs, _ = spinning(law, exugear.MeshFriction.of_pair(PAIR, 0.06))
+        mbs.systemData.SetODE2Coordinates_t([30.0, -30.0], exu.ConfigurationType.Initial)
+        mbs.SolveDynamic(settings_of(200))
+        fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
+        for node in (0, 1):
+            marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
+            mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=[fixed, marker], stiffness=1e4))
+        dynamic = mbs.systemData.GetODE2Coordinates()
+        mbs.Assemble()
+        mbs.systemData.SetODE2Coordinates([20 * um / PAIR.pinion.r_b, 0], exu.ConfigurationType.Initial)
+        mbs.SolveStatic(settings_of(1))
+        return np.r_[dynamic, mbs.systemData.GetODE2Coordinates()]
+
+    one, other = both(solve)
+    assert np.abs(one[:2]).min() > 0.01
+    assert one == pytest.approx(other, rel=1e-12)
+
+
+@needs_native
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_same_words_where_a_run_leaves_the_map(both, scene):
+    box, plan = SCENES[scene]
+
+    def solve():
+        model = exugear.build(box, plan=plan)
+        with pytest.raises(RuntimeError) as caught:
+            load = lambda t: 150 + 4e5 * t  # noqa: E731
+            exugear.run_up(model, speed=100.0, duration=0.1, load=load, step=2e-5, progress=False)
+        return str(caught.value)
+
+    one, other = both(solve)
+    assert one == other
+    assert re.search(r"^at t = .*: deflection .* lies beyond the map", one)
+
+
+@needs_native
+def test_what_exudyn_holds_lives_as_long_as_it_is_held(monkeypatch):
+    monkeypatch.delenv("EXUGEAR_PORTABLE", raising=False)
+    passing = exugear.MeshForce.from_ste(smooth_map())
+    mbs, contact = spinning(passing)
+    function, compiled = compiled_of(mbs, contact)
+    assert compiled
+    alive = weakref.ref(function.__module__.portable)
+    mbs.variables.clear()
+    del passing, function
+    gc.collect()
+    assert alive() is not None
+    mbs.SolveDynamic(settings_of(100))
+    assert np.isfinite(mbs.systemData.GetODE2Coordinates()).all()
+    mbs.Reset()
+    gc.collect()
+    assert alive() is None
+
+
+@needs_native
+def test_python_may_look_at_it(law, monkeypatch):
+    monkeypatch.delenv("EXUGEAR_PORTABLE", raising=False)
+    mbs, contact = spinning(law)
+    function, _ = compiled_of(mbs, contact)
+    assert "gear_contact" in repr(function)
+    forces = function(mbs, 0.0, contact, [1e-4, 0.0], [0.0, 0.0])
+    assert forces[0] == pytest.approx(-law(0.0, 1e-4 * PAIR.pinion.r_b) * PAIR.pinion.r_b)
+    with pytest.raises(RuntimeError, match="lies far beyond the map"):
+        function(mbs, 0.0, contact, [0.1, 0.0], [0.0, 0.0])
+    with pytest.raises(TypeError):
+        pickle.dumps(function)
+    sensor = mbs.CreateGearSensor(contact, storeInternal=True)
+    mbs.Assemble()
+    mbs.systemData.SetODE2Coordinates([10 * um / PAIR.pinion.r_b, 0], exu.ConfigurationType.Initial)
+    mbs.SolveDynamic(settings_of(10))
+    assert mbs.GetSensorStoredData(sensor)[0, 1] == pytest.approx(10 * um)
+
+
+def memory() -> int:
+    """Of this process [bytes]."""
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+@needs_native
+def test_a_million_calls_leave_no_memory_behind(law, monkeypatch):
+    monkeypatch.delenv("EXUGEAR_PORTABLE", raising=False)
+    mbs, _ = spinning(law)
+    mbs.SolveDynamic(settings_of(1000))
+    before = memory()
+    mbs.SolveDynamic(settings_of(500_000, 1e-6))
+    assert memory() - before < 4e6
+
+
+@pytest.fixture
+def untried(monkeypatch, tmp_path):
+    """As in a new process whose cache is empty."""
+    monkeypatch.delenv("EXUGEAR_PORTABLE", raising=False)
+    monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
+    native._obstacle.cache_clear()
+    yield
+    native._obstacle.cache_clear()
+
+
+@needs_native
+@pytest.mark.parametrize(
+    ("script", "ending"),
+    [("import os; os.abort()", "-6: no words"), ("raise SystemExit('records differ')", "1: records differ")],
+)
+def test_where_it_does_not_work_the_portable_way_is_taken_and_said(untried, law, monkeypatch, tmp_path, script, ending):
+    monkeypatch.setattr(native, "SCRIPT", script)
+    assert not compiled_of(*spinning(law))[1]
+    assert len(list(tmp_path.iterdir())) == 1
+    plan = exugear.build(smooth_box()).plan
+    assert f"contact: by way of Python (its trial ended with {ending})" in str(plan)
+
+
+def test_elsewhere_the_portable_way_is_taken_and_said(untried, law, monkeypatch):
+    monkeypatch.setattr("platform.machine", lambda: "arm64")
+    assert not compiled_of(*spinning(law))[1]
+    assert "by way of Python (only linux x86_64 CPython can do without, this is" in native.way()
+
+
+def test_an_exudyn_of_other_names_is_called_by_way_of_python(untried, law, monkeypatch):
+    monkeypatch.delattr("exudyn.Help")
+    assert not compiled_of(*spinning(law))[1]
+    assert native.way().startswith("by way of Python (")
+
+
+def test_the_portable_way_may_be_asked_for(law, monkeypatch):
+    monkeypatch.setenv("EXUGEAR_PORTABLE", "1")
+    assert not compiled_of(*spinning(law))[1]
+    assert native.way() == "by way of Python (EXUGEAR_PORTABLE asks for it)"

@@ -1,0 +1,117 @@
+"""Bearings as data: stiffness about a pole, play, tables, and what is refused."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from strategies import floats
+
+from exugear import Bearing
+from exugear.elements.bearing_elements import user_functions
+from fem.units import um
+
+LOOSE_SPIN = np.diag([3e8, 2e8, 1e8, 4e5, 5e5, 0.0])
+X_AND_ABOUT_Y = np.zeros((6, 6))
+X_AND_ABOUT_Y[0, 4] = X_AND_ABOUT_Y[4, 0] = 1e6
+COUPLED = LOOSE_SPIN + X_AND_ABOUT_Y
+
+
+def motion_at(pole, lever: float) -> np.ndarray:
+    """Small displacement of the point lever above a pole that moves by (6,): x + phi x r."""
+    pole = np.asarray(pole)
+    return np.r_[pole[:3] + np.cross(pole[3:], [0, 0, lever]), pole[3:]]
+
+
+@given(floats(-0.5, 0.5), floats(0, 6))
+def test_stiffness_about_a_pole_stores_the_energy_of_the_bearing(lever, angle):
+    pole = np.array([np.cos(angle), np.sin(angle), 0.3, np.sin(3 * angle), np.cos(2 * angle), 0.7])
+    for bearing in (Bearing(5e8, 1e8, 2e5), Bearing(matrix=COUPLED)):
+        there = motion_at(pole, lever)
+        energy = there @ bearing.stiffness @ there
+        assert pole @ bearing.at(lever) @ pole == pytest.approx(energy, rel=1e-12)
+
+
+def test_poles_can_be_moved_there_and_back():
+    bearing = Bearing(5e8, 1e8, 2e5)
+    once = Bearing(matrix=bearing.at(0.2))
+    assert once.at(-0.2) == pytest.approx(bearing.stiffness, rel=1e-12, abs=1e-6)
+    assert not bearing.at(0.2)[5].any()
+
+
+def test_clearance_comes_before_the_stiffness():
+    bearing = Bearing(1e8, clearance=10 * um)
+    assert bearing.radial_force([0, 10 * um, 30 * um]) == pytest.approx([0, 0, 2000])
+    assert (bearing.linear, bearing.reach) == (False, np.inf)
+    assert bearing.stiffness[0, 0] == 1e8
+
+
+def test_bearings_are_as_stiff_just_beyond_their_clearance():
+    """Derivatives do not reach back into it; within it they are 0."""
+    _, jacobian = user_functions(Bearing(1e8, clearance=10 * um), 0.0)
+    for x, stiffness in ((10 * um + 1e-11, 1e8), (10 * um - 2e-9, 0.0)):
+        matrix = jacobian(None, 0.0, 0, [x, 0, 0, 0, 0, 0], [0] * 6, 1.0, 0.0)
+        assert matrix[0, 0] == pytest.approx(stiffness, rel=1e-6)
+
+
+def test_tables_end_where_they_end():
+    bearing = Bearing(axial=1e8, table=([0, 10 * um, 20 * um], [0, 100, 1100]))
+    assert bearing.radial_force([5 * um, 15 * um]) == pytest.approx([50, 600])
+    assert (bearing.linear, bearing.reach) == (False, 20 * um)
+    assert np.diag(bearing.stiffness) == pytest.approx([1e8, 1e8, 1e8, 0, 0, 0])
+    with pytest.raises(ValueError, match="beyond the table"):
+        bearing.radial_force(21 * um)
+
+
+def test_linear_bearings_are_positional_and_comparable():
+    assert Bearing(5e8, 1e8, 2e5, 1e-6) == Bearing(radial=5e8, axial=1e8, tilt=2e5, damping=1e-6)
+    assert Bearing(matrix=COUPLED) == Bearing(matrix=COUPLED.tolist())
+    assert Bearing(5e8).linear and Bearing(matrix=COUPLED).linear
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({}, "holds nothing"),
+        ({"radial": 200}, r"radial must be 0 or from 10000 N/m on, got 200; pass N/m: 200 N/um are 200e6"),
+        ({"radial": 2e8, "axial": 100}, "axial must be 0 or from 10000 N/m on, got 100"),
+        ({"radial": 2e8, "axial": 1e8, "tilt": 0.2}, r"tilt must be 0 or from 1 N m/rad on, got 0.2"),
+        ({"radial": 200, "clearance": 5e-6}, "200 N/um are 200e6"),
+        ({"table": ([0, 1e-5, 2e-5], [0, 1e-3, 4e-3])}, "slope of the table must be 0 or from 10000 N/m on, got 300"),
+        ({"matrix": LOOSE_SPIN * 1e-6}, r"matrix\[0, 0\] must be 0 or from 10000 N/m on, got 300"),
+        ({"matrix": LOOSE_SPIN * [1, 1, 1, 1e-6, 1, 0]}, r"matrix\[3, 3\] must be 0 or from 1 N m/rad on, got 0.4"),
+        ({"radial": 1e13}, "meant as rigid"),
+        ({"tilt": 1e11}, "meant as rigid"),
+        ({"radial": 1e8, "clearance": -1e-6}, "clearance must be >= 0"),
+        ({"radial": 1e8, "clearance": 20.0}, "pass metres"),
+        ({"axial": 1e8, "clearance": 1e-6}, "clearance needs a radial stiffness"),
+        ({"radial": 1e8, "table": ([0, 1e-5], [0, 100])}, "leave radial out"),
+        ({"radial": 1e8, "matrix": COUPLED}, "leave radial out"),
+        ({"table": ([0, 1e-5], [0, 100]), "matrix": COUPLED}, "leave table out"),
+        ({"table": ([0, 1e-5], [0, 100, 200])}, r"each \(n,\)"),
+        ({"table": ([0, 1e-5], [1, 100])}, r"start at \(0, 0\)"),
+        ({"table": ([0, 1e-5, 1e-5], [0, 100, 200])}, "must increase"),
+        ({"table": ([0, 1e-5, 2e-5], [0, 100, 50])}, "must not fall"),
+        ({"table": ([0, 1e-5], [0, 0])}, "end above 0 N"),
+        ({"table": ([0, 10], [0, 100])}, "pass metres"),
+        ({"table": ([0, 1e-5], [0, np.nan])}, "finite"),
+        ({"matrix": np.eye(5)}, r"\(6, 6\)"),
+        ({"matrix": LOOSE_SPIN + 1e7 * np.eye(6, k=1)}, "symmetric"),
+        ({"matrix": LOOSE_SPIN + 13 * X_AND_ABOUT_Y}, "positive semi-definite"),
+        ({"matrix": -LOOSE_SPIN}, "positive semi-definite"),
+        ({"matrix": np.eye(6)}, "lets the shaft spin"),
+        ({"matrix": np.zeros((6, 6))}, "holds nothing"),
+        ({"matrix": LOOSE_SPIN * 1e6}, "meant as rigid"),
+    ],
+)
+def test_bearings_that_cannot_be_are_refused(changes, message):
+    with pytest.raises(ValueError, match=message):
+        Bearing(**changes)
+
+
+def test_rubber_mounts_are_bearings():
+    """Shear mounts of machines: 1e4 to 1e5 N/m."""
+    assert Bearing(2e4, 1e4, 5.0).stiffness[0, 0] == 2e4
+
+
+def test_a_matrix_has_no_one_radial_force():
+    with pytest.raises(ValueError, match="no one radial force"):
+        Bearing(matrix=COUPLED).radial_force(1e-6)

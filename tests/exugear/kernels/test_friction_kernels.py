@@ -1,0 +1,300 @@
+"""Friction between the teeth at work: balance, dissipation, mirrors, and a driven pair in Exudyn."""
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+import pytest
+from exudyn.rigidBodyUtilities import InertiaCuboid, RotXYZ2RotationMatrix
+from friction_cases import MU, SPUR, N, friction_for, unlike_pair
+from scenes import INERTIA, K, linear_law, wrench
+from spatial_meshes import PAIRS, attitudes, bodies_of_kinds, law_of
+
+import exugear
+from exugear.elements.gear_contact import user_functions
+from exugear.kernels.contact_kernels import SPIN
+from exugear.kernels.friction_kernels import friction_of, rotational_friction, spatial_friction
+from exugear.kernels.kinematics import R_B1, R_B2, line_of_centres, rotational_frame, spatial_frame, spatial_mesh
+from fem.units import deg, um
+
+NONE = (0.0,) * 6
+LAW = linear_law(reach=9e-3)
+
+
+def framed(frame, pair, friction) -> np.ndarray:
+    return np.r_[frame, friction.numbers(pair)]
+
+
+def spun(pair, friction, spins, speeds, *, phase=0.0, direction=1, law=LAW):
+    """Torques on two bodies that spin."""
+    frame = framed(rotational_frame(pair, phase, direction), pair, friction)
+    return np.array(rotational_friction(law.law, frame, *spins, *speeds))
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_mean_power_over_a_mesh_cycle_is_the_loss(direction):
+    pair = unlike_pair()
+    friction, phases = friction_for(pair), np.arange(N) / N
+    speeds = direction * 300 * np.array([1, -pair.pinion.z / pair.wheel.z])
+    lead, force = np.array([direction * 8 * um / pair.pinion.r_b, 0]), K * 8 * um
+    shift = lead[0] * direction * pair.pinion.z / (2 * np.pi)
+    torques = np.array([spun(pair, friction, lead, speeds, phase=p - shift, direction=direction) for p in phases])
+    power = torques @ speeds
+    assert power.max() < 0
+    assert -power.mean() == pytest.approx(friction.loss(pair) * force * pair.pinion.r_b * 300, rel=1e-9)
+
+
+def test_single_contact_jumps_at_the_pitch_point():
+    """The friction force turns: 2 mu F r_b tan(alpha) on either gear, and no loss there."""
+    friction, lead, force = friction_for(SPUR), 8 * um / SPUR.pinion.r_b, K * 8 * um
+    shift = lead * SPUR.pinion.z / (2 * np.pi)
+    before, at, behind = (spun(SPUR, friction, (lead, 0), (90, -90), phase=p - shift) for p in (-1 / N, 0, 1 / N))
+    jump = 2 * MU * force * SPUR.pinion.r_b * np.tan(SPUR.alpha_wt)
+    assert behind - before == pytest.approx([-jump, -jump], rel=1e-9)
+    assert np.abs(at).max() < 1e-2 * jump
+    slid = SPUR.p_bt / N * MU * force
+    assert (before + behind) / 2 == pytest.approx([-slid, slid], rel=1e-3)
+
+
+def test_efficiency_of_one_pair_of_teeth():
+    """Statics of one contact at s: the levers of its friction are r_b tan(alpha) + s and r_b tan(alpha) - s."""
+    friction, r_b, tan_a = friction_for(SPUR), SPUR.pinion.r_b, np.tan(SPUR.alpha_wt)
+    force, lead = K * 8 * um, 8 * um / SPUR.pinion.r_b
+    shift = lead * SPUR.pinion.z / (2 * np.pi)
+    for phase in (20 / N, 100 / N):
+        s = phase * SPUR.p_bt
+        one, other = spun(SPUR, friction, (lead, 0), (90, -90), phase=phase - shift)
+        assert one == pytest.approx(-MU * force * (r_b * tan_a + s), rel=1e-9)
+        assert other == pytest.approx(-MU * force * (r_b * tan_a - s), rel=1e-9)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("seed", range(6))
+def test_forces_and_moments_balance_in_every_attitude(name, seed):
+    pair = PAIRS[name]
+    reference, q, v = attitudes(pair, seed)
+    v[0, 5] = 40.0
+    friction, law = friction_for(pair), LAW
+    frame = framed(spatial_frame(pair, 0.2, 1, [0.0, 0.0], reference), pair, friction)
+    one, other = spatial_friction(law.law, frame, *map(tuple, (*q, *v)))
+    first, second = (wrench(r, x, f) for r, x, f in zip(reference, q, (one, other), strict=True))
+    assert np.abs(first[3:]).max() > 1
+    assert np.abs(first + second).max() < 1e-12 * np.abs(first).max()
+    _, force, pushed, *_ = spatial_mesh(law.law, frame, *map(tuple, (*q, *np.zeros((2, 6)))))
+    normal = wrench(reference[0], q[0], pushed)[:3]
+    assert abs(first[:3] @ normal) < 1e-12 * np.linalg.norm(normal) ** 2
+    assert np.linalg.norm(first[:3]) <= MU * np.linalg.norm(normal) * (1 + 1e-12)
+    assert np.linalg.norm(normal) == pytest.approx(abs(force) / np.cos(pair.beta_b), rel=1e-12)
+
+
+def rates(reference, q, pole, twist, spin) -> np.ndarray:
+    """Velocity (6) of an Rxyz body that turns with `twist` (3) and by `spin` about z, at rest in the pole."""
+    a, b = reference[3] + q[3], reference[4] + q[4]
+    g = np.c_[[1, 0, 0], [0, np.cos(a), np.sin(a)], RotXYZ2RotationMatrix([a, b, 0])[:, 2]]
+    omega = twist + np.array([0, 0, spin])
+    return np.r_[np.cross(omega, reference[:3] + q[:3] - pole), np.linalg.solve(g, omega)]
+
+
+def pitch_point(frame, reference, q) -> np.ndarray:
+    x, y, distance, _ = line_of_centres(frame, *map(tuple, q))
+    alpha = np.arccos(abs(frame[R_B1] + frame[R_B2]) / distance)
+    e_r = np.array([x, y, 0]) * np.sign(frame[R_B2])
+    return reference[0, :3] + q[0, :3] + frame[R_B1] / np.cos(alpha) * e_r
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("seed", range(6))
+def test_rolling_bodies_lose_power_and_never_gain(name, seed):
+    """The moment's power alone: what rolls at the pitch point takes none, and the whole may turn as it likes."""
+    pair, random = PAIRS[name], np.random.default_rng(seed + 100)
+    reference, q, _ = attitudes(pair, seed)
+    spins, twist = random.normal(size=2) * 60, random.normal(size=3)
+    frame = framed(spatial_frame(pair, 0.2, 1, [0.0, 0.0], reference), pair, friction_for(pair))
+    pole = pitch_point(frame, reference, q)
+    v = [rates(r, x, pole, twist, spin) for r, x, spin in zip(reference, q, spins, strict=True)]
+    forces = spatial_friction(LAW.law, frame, *map(tuple, (*q, *v)))
+    power = sum(np.dot(f, x) for f, x in zip(forces, v, strict=True))
+    total = wrench(reference[1], q[1], forces[1])
+    moment = total[3:] - np.cross(pole, total[:3])
+    assert np.linalg.norm(moment[:2]) < 1e-9 * abs(moment[2])
+    assert power == pytest.approx(-moment[2] * (spins[0] - spins[1]), rel=1e-9)
+    assert power < 0
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("side", [1, -1])
+def test_spins_and_bodies_in_space_agree(name, direction, side):
+    pair, law, reference = PAIRS[name], linear_law(backlash=50 * um, reach=9e-3), np.zeros((2, 6))
+    reference[1, 0] = pair.a
+    friction = friction_for(pair)
+    frame = framed(spatial_frame(pair, 0.1, direction, [0, 0], reference), pair, friction)
+    lead = direction * (side * 60 - 25) * um
+    spins = 7.3, -7.3 * pair.pinion.r_b / pair.wheel.r_b + lead / pair.wheel.r_b
+    q, v = [(*NONE[:5], spin) for spin in spins], [(*NONE[:5], speed) for speed in (3.0, -1.0)]
+    one, other = spatial_friction(law.law, frame, *q, *v)
+    torques = spun(pair, friction, spins, (3.0, -1.0), phase=0.1, direction=direction, law=law)
+    assert abs(torques).min() > 0
+    assert (one[5], other[5]) == pytest.approx(torques, rel=1e-9)
+
+
+@pytest.mark.parametrize("pair", [SPUR, unlike_pair(12 * deg)])
+def test_directions_are_mirror_images(pair):
+    friction, spins, speeds = (
+        friction_for(pair),
+        np.array([0.31, -0.31 * pair.pinion.z / pair.wheel.z]),
+        np.array([9, -3]),
+    )
+    spins[0] += 8 * um / pair.pinion.r_b
+    one = spun(pair, friction, spins, speeds, phase=0.1)
+    assert spun(pair, friction, -spins, -speeds, phase=0.1, direction=-1) == pytest.approx(-one, rel=1e-9)
+    assert spun(pair, friction, spins, -speeds, phase=0.1) == pytest.approx(-one, rel=1e-9)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_the_other_flank_rubs_like_a_driving_one(direction):
+    pair, backlash, back = SPUR, 100 * um, 0.37
+    law = linear_law(backlash=backlash, reach=9e-3)
+    law = exugear.MeshForce(law.phase, law.deflection, law.force_table, backlash=backlash, back_phase=back)
+    friction, turned, depth = friction_for(pair), 0.02, 8 * um
+    behind = -direction * (backlash + depth) / pair.wheel.r_b
+    ahead = -direction * depth / pair.wheel.r_b
+    speeds = direction * np.array([9.0, -3.0])
+    far = spun(pair, friction, (turned, -turned + behind), speeds, phase=0.1, direction=direction, law=law)
+    near = spun(pair, friction, (turned, -turned + ahead), speeds, phase=back - 0.1, direction=-direction, law=law)
+    assert abs(far).min() > 0
+    assert far == pytest.approx(near, rel=1e-6)
+
+
+def test_nothing_rubs_without_friction_force_or_sliding():
+    lead = 8 * um / SPUR.pinion.r_b
+    assert not spun(SPUR, friction_for(SPUR, 0.0), (lead, 0), (9, -9), phase=0.3).any()
+    assert not spun(SPUR, friction_for(SPUR), (-lead, 0), (9, -9), phase=0.3).any()
+    assert not spun(SPUR, friction_for(SPUR), (lead, 0), (9, 9), phase=0.3).any()
+    fast, slow = (spun(SPUR, friction_for(SPUR, speed=2.0), (lead, 0), (x, 0), phase=0.3) for x in (200, 1))
+    assert slow == pytest.approx(np.tanh(0.5) * fast)
+
+
+def run_with_friction(mbs, pair, law, friction, torque: float, speed: float, cycles: int, steps: int):
+    """Drive two spins; (times, spins (2), speeds (2), recorder)."""
+    nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
+    bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]
+    recorder, both = exugear.Recorder(), {"itemNumbers": bodies, "pair": pair, "force": law}
+    mbs.CreateGearContact(**both, recorder=recorder)
+    mbs.CreateGearFriction(**both, friction=friction)
+    for node, load in zip(nodes, (torque * (1 + friction.loss(pair)), torque), strict=True):
+        marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
+        mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=load))
+    kinds = exu.OutputVariableType.Coordinates, exu.OutputVariableType.Coordinates_t
+    data = {"storeInternal": True, "writeToFile": False}
+    sensors = [
+        mbs.AddSensor(eii.SensorNode(nodeNumber=node, outputVariableType=kind, **data))
+        for kind in kinds
+        for node in nodes
+    ]
+    mbs.Assemble()
+    mbs.systemData.SetODE2Coordinates([torque / K / pair.pinion.r_b**2, 0], exu.ConfigurationType.Initial)
+    mbs.systemData.SetODE2Coordinates_t([speed, -speed], exu.ConfigurationType.Initial)
+    duration = cycles * 2 * np.pi / pair.pinion.z / speed
+    recorder.start(duration / steps, steps + 1)
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = duration / steps
+    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = duration, steps
+    settings.timeIntegration.newton.useModifiedNewton = False
+    mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.TrapezoidalIndex2)
+    q_1, q_2, v_1, v_2 = (mbs.GetSensorStoredData(sensor)[:, 1] for sensor in sensors)
+    return duration, (q_1, q_2), (v_1, v_2), recorder.force
+
+
+def test_input_less_output_power_is_the_loss_in_a_run():
+    container = exu.SystemContainer()
+    friction, torque, speed = friction_for(SPUR, 0.1), 150.0, 100.0
+    drive = torque * (1 + friction.loss(SPUR))
+    found = run_with_friction(container.AddSystem(), SPUR, linear_law(), friction, torque, speed, 4, 4000)
+    duration, q, v, force = found
+    stored = (INERTIA * (v[0] ** 2 + v[1] ** 2) + force**2 / K) / 2
+    lost = drive * (q[0][-1] - q[0][0]) + torque * (q[1][-1] - q[1][0]) - (stored[-1] - stored[0])
+    phase = (q[0] * SPUR.pinion.z / (2 * np.pi)) % 1.0
+    lever = np.interp(phase, np.arange(N) / N, friction.lever, period=1.0)
+    rolling = SPUR.pinion.r_b * np.tan(SPUR.alpha_wt) * (v[0] + v[1])
+    pull = np.interp(phase, np.arange(N) / N, friction.pull, period=1.0)
+    power = friction.coefficient * force * (lever * (v[0] - v[1]) + pull * rolling)
+    assert power.min() > 0
+    assert lost == pytest.approx(np.trapezoid(power, dx=duration / (power.size - 1)), rel=1e-6)
+    assert lost == pytest.approx(friction.loss(SPUR) * torque * speed * duration, rel=5e-3)
+    assert v[0].mean() == pytest.approx(speed, rel=1e-4)
+
+
+@pytest.mark.parametrize("kinds", [("spin", "spin"), ("planar", "spatial"), ("spatial", "spin")])
+def test_bodies_of_any_kind_rub(kinds):
+    mbs = exu.SystemContainer().AddSystem()
+    bodies = bodies_of_kinds(mbs, kinds)
+    friction, law, lead = friction_for(SPUR), LAW, 8 * um / SPUR.pinion.r_b
+    number = mbs.CreateGearFriction(name="rub", itemNumbers=bodies, pair=SPUR, force=law, friction=friction, phase=0.2)
+    mbs.Assemble()
+    turning = {"spin": 0, "planar": 2, "spatial": 5}
+    sizes = {"spin": 1, "planar": 3, "spatial": 6}
+    places = turning[kinds[0]], sizes[kinds[0]] + turning[kinds[1]]
+    q, v = np.zeros(sum(sizes[kind] for kind in kinds)), np.zeros(sum(sizes[kind] for kind in kinds))
+    q[places[0]], v[list(places)] = lead, (20, -20)
+    mbs.systemData.SetODE2Coordinates(q, exu.ConfigurationType.Initial)
+    mbs.systemData.SetODE2Coordinates_t(v, exu.ConfigurationType.Initial)
+    solver, settings = exu.MainSolverImplicitSecondOrder(), exu.SimulationSettings()
+    settings.solution.file.write = False
+    solver.InitializeSolver(mbs, settings)
+    solver.ComputeODE2RHS(mbs)
+    found = np.array(solver.GetSystemResidual())[list(places)]
+    solver.FinalizeSolver(mbs, settings)
+    assert mbs.GetObject(number)["name"] == "rub"
+    assert found == pytest.approx(spun(SPUR, friction, (lead, 0), (20, -20), phase=0.2), rel=1e-9)
+
+
+def test_jacobian_is_the_slope_of_the_torques():
+    friction, law = friction_for(SPUR), LAW
+    frame = framed(rotational_frame(SPUR, 0.2, 1), SPUR, friction)
+    forces, jacobian = user_functions(friction_of((SPIN, SPIN)), law.law, frame, exugear.Recorder())
+    q, v = np.array([8 * um / SPUR.pinion.r_b, 0]), np.array([0.2, -0.1])
+    for factors, nudge in (((1.0, 0.0), [0, 1e-8]), ((0.0, 1.0), None)):
+        step = np.array(nudge or [0, 1e-4])
+        states = [(q + s * step, v) if nudge else (q, v + s * step) for s in (1, -1)]
+        ahead, behind = (np.array(forces(None, 0.0, 0, *state)) for state in states)
+        slope = -(ahead - behind) / (2 * step[1])
+        assert np.array(jacobian(None, 0.0, 0, q, v, *factors))[:, 1] == pytest.approx(slope, rel=1e-4)
+
+
+def test_offsets_are_looked_up_for_bodies_that_move():
+    law, reference = law_of(), np.zeros((2, 6))
+    reference[1, 0] = SPUR.a
+    frame = framed(spatial_frame(SPUR, 0.2, 1, [0, 0], reference), SPUR, friction_for(SPUR))
+    plain = law.at(a=SPUR.a, misalignment=0.0)
+    spins = (*NONE[:5], 8 * um / SPUR.pinion.r_b), NONE, (*NONE[:5], 9.0), NONE
+    expected = spatial_friction(plain.law, frame, *spins)
+    assert np.array(spatial_friction(law.law, frame, *spins)) == pytest.approx(np.array(expected), rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"pair": None}, "pair must be a fem.GearPair"),
+        ({"force": None}, "force must be an exugear.MeshForce"),
+        ({"friction": 0.05}, "friction must be an exugear.MeshFriction, got float; say MeshFriction.of_pair"),
+        ({"direction": 0}, "direction must be"),
+        ({"phase": np.nan}, "phase must be finite"),
+        ({"itemNumbers": [0, 1, 2]}, "leave a carrier out"),
+        ({"localPositions": [[0.01, 0, 0], [0, 0, 0]]}, "localPositions must lie"),
+    ],
+)
+def test_bad_arguments_are_refused(changes, message):
+    mbs = exu.SystemContainer().AddSystem()
+    data = {"inertia": InertiaCuboid(7850, [0.1, 0.1, 0.02]), "nodeType": exu.NodeType.RotationRxyz}
+    bodies = [mbs.CreateRigidBody(referencePosition=[x, 0, 0], **data) for x in (0, SPUR.a)]
+    given = {"itemNumbers": bodies, "pair": SPUR, "force": linear_law(), "friction": friction_for(SPUR)}
+    with pytest.raises(ValueError, match=message):
+        mbs.CreateGearFriction(**given | changes)
+
+
+def test_spins_refuse_a_force_with_offsets():
+    mbs = exu.SystemContainer().AddSystem()
+    given = {"itemNumbers": bodies_of_kinds(mbs, ("spin", "spin")), "pair": SPUR, "friction": friction_for(SPUR)}
+    with pytest.raises(ValueError, match=r"take force.at"):
+        mbs.CreateGearFriction(**given, force=law_of())

@@ -1,0 +1,318 @@
+"""One mesh between bodies that move in space: helical forces, offsets, rings, orbits, and energy."""
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+import pytest
+from exudyn.rigidBodyUtilities import RotXYZ2RotationMatrix
+from paper_gears import paper_gear
+from scenes import K, linear_law, smooth_map, wrench
+from spatial_meshes import BETA, OFFSETS, PAIRS, SPUR, attitudes, bodies_of_kinds, law_of
+
+import exugear
+import fem
+from exugear.kernels.kinematics import rotational_frame, rotational_mesh, spatial_frame, spatial_mesh, spatial_row
+from fem.units import deg, mm, um
+
+NONE = (0.0,) * 6
+
+
+def twist(reference, q, v) -> np.ndarray:
+    """Velocity of the body's point at the origin and angular velocity (6)."""
+    a, b = reference[3] + q[3], reference[4] + q[4]
+    turn = np.c_[[1, 0, 0], [0, np.cos(a), np.sin(a)], RotXYZ2RotationMatrix([a, b, 0])[:, 2]] @ v[3:]
+    return np.r_[v[:3] - np.cross(turn, reference[:3] + q[:3]), turn]
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("seed", range(6))
+def test_forces_moments_and_power_balance_in_every_attitude(name, seed):
+    pair = PAIRS[name]
+    reference, q, v = attitudes(pair, seed)
+    frame = spatial_frame(pair, 0.2, 1, [0.0, 0.0], reference)
+    law = linear_law(reach=9e-3)
+    _, force, one, other, *_ = spatial_mesh(law.law, frame, *map(tuple, (*q, *v)))
+    wrenches = [wrench(r, x, f) for r, x, f in zip(reference, q, (one, other), strict=True)]
+    powers = [twist(r, x, u) @ w for r, x, u, w in zip(reference, q, v, wrenches, strict=True)]
+    assert np.sum(powers) == pytest.approx(np.r_[one, other] @ v.ravel(), rel=1e-9, abs=1e-12 * np.abs(powers).max())
+    assert abs(force) > 100
+    assert np.abs(wrenches[0] + wrenches[1]).max() < 1e-12 * np.abs(wrenches[0]).max()
+    assert np.linalg.norm(wrenches[0][:3]) * np.cos(pair.beta_b) == pytest.approx(abs(force), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("direction", [1, -1])
+def test_generalized_forces_are_the_slope_of_the_energy(name, side, direction):
+    """First order in the tilts: about aligned axes."""
+    pair = PAIRS[name]
+    reference = np.zeros((2, 6))
+    reference[1, :2] = pair.a * np.cos(0.7), pair.a * np.sin(0.7)
+    law = linear_law(backlash=100 * um, reach=9e-3)
+    frame = spatial_frame(pair, 0.0, direction, [0.01, 0.01], reference)
+    q = np.zeros(12)
+    q[5] = direction * (side * 200 - 50) * um / pair.pinion.r_b
+
+    def energy(x):
+        return spatial_mesh(law.law, frame, tuple(x[:6]), tuple(x[6:]), NONE, NONE)[1] ** 2 / (2 * K)
+
+    _, _, one, other, *_ = spatial_mesh(law.law, frame, tuple(q[:6]), tuple(q[6:]), NONE, NONE)
+    h = 2e-7
+    slope = np.array([(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(12)])
+    assert np.r_[one, other] == pytest.approx(-slope, rel=1e-6, abs=2e-3)
+    if side == 1:
+        force = law(0.0, 150 * um)
+        assert np.r_[one, other] == pytest.approx(-force * spatial_row(frame), rel=1e-4, abs=1e-6 * force)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_axial_force_of_a_helical_pair(direction):
+    """F_t tan(beta) at the reference circle; a right-handed pinion that drives counter-clockwise is pushed up."""
+    pair = PAIRS["helical"]
+    reference = np.zeros((2, 6))
+    reference[1, 0] = pair.a
+    frame = spatial_frame(pair, 0.0, direction, [0, 0], reference)
+    turned = (*NONE[:5], direction * 8 * um / pair.pinion.r_b)
+    _, force, one, other, *_ = spatial_mesh(linear_law().law, frame, turned, NONE, NONE, NONE)
+    f_t = abs(one[5]) / pair.pinion.r
+    assert one[2] == pytest.approx(direction * f_t * np.tan(BETA), rel=1e-6)
+    assert other[2] == -one[2]
+    assert abs(one[5]) == pytest.approx(force * pair.pinion.r_b, rel=1e-12)
+
+
+def test_axial_shift_turns_a_helical_gear():
+    pair = PAIRS["helical"]
+    reference = np.zeros((2, 6))
+    reference[1, 0] = pair.a
+    frame = spatial_frame(pair, 0.0, 1, [0, 0], reference)
+    lifted = (0.0, 0.0, 50 * um, 0.0, 0.0, 0.0)
+    deflection, *_ = spatial_mesh(linear_law().law, frame, NONE, lifted, NONE, NONE)
+    assert deflection == pytest.approx(50 * um * np.tan(pair.beta_b), rel=1e-12)
+
+
+def test_misaligned_axes_meet_the_springs_at_their_centroid():
+    """Tilt about the line of action's normal: force and moment are those of springs across the width."""
+    law, reference = law_of(backlash=1e-4), np.zeros((2, 6))
+    reference[1, 0] = SPUR.a
+    frame = spatial_frame(SPUR, 0.0, 1, [0, 0], reference)
+    alpha, gamma, lead = SPUR.alpha_wt, 1e-4, 8 * um
+    n = np.array([np.sin(alpha), np.cos(alpha)])
+    tilts = -gamma * n[1], gamma * n[0]
+    turned = (*NONE[:5], lead / SPUR.pinion.r_b)
+    _, force, _, other, (a, misalignment, axial), centroid = spatial_mesh(
+        law.law, frame, turned, (0.0, 0.0, 0.0, *tilts, 0.0), NONE, NONE
+    )
+    assert (a, misalignment, axial) == pytest.approx((SPUR.a, gamma, 0.0), rel=1e-6, abs=1e-9)
+    assert force == pytest.approx(K * lead, rel=1e-4)
+    assert centroid == pytest.approx(-gamma * (20 * mm) ** 2 / 12 / lead, rel=1e-3)
+    total = wrench(reference[1], (*NONE[:3], *tilts, 0.0), other)
+    moment = total[3:] - np.cross(reference[1, :3], total[:3])
+    assert np.hypot(*moment[:2]) == pytest.approx(force * abs(centroid), rel=1e-6)
+
+
+def test_law_with_offsets_meets_its_places_and_the_springs_between():
+    law, lead = law_of(), 9 * um
+    for a in OFFSETS["a"]:
+        assert law(0.3, lead, a=a, misalignment=-5e-5) == pytest.approx(K * lead, rel=1e-6)
+    assert law(0.1, lead, a=SPUR.a, misalignment=7e-5) == pytest.approx(K * lead, rel=2e-4)
+    plain = law.at(a=SPUR.a, misalignment=7e-5)
+    assert plain(0.1, lead) == pytest.approx(law(0.1, lead, a=SPUR.a, misalignment=7e-5), rel=1e-6)
+    assert law.deflection_at(0.1, K * lead, a=SPUR.a, misalignment=7e-5) == pytest.approx(lead, rel=2e-4)
+
+
+def test_force_stays_positive_between_places_far_apart():
+    """Springs across the width at misalignments that differ by several times what the deflection closes."""
+    law = law_of(tilts=np.array([0, 1, 3, 6]) * 1e-4)
+    for tilt in np.linspace(0, 6e-4, 37):
+        unloaded = law.at(a=SPUR.a, misalignment=tilt).unloaded(0.0)[0]
+        force = law(0.0, unloaded + np.geomspace(1e-9, 30 * um, 40), a=SPUR.a, misalignment=tilt)
+        assert (np.diff(force) > 0).all() and force[0] > 0
+
+
+def test_offsets_beyond_the_map_are_refused():
+    law = law_of()
+    with pytest.raises(ValueError, match=r"misalignment 0.0003 lies beyond the map's axis from -0.0002 to 0.0002"):
+        law(0.0, 9 * um, a=SPUR.a, misalignment=3e-4)
+    with pytest.raises(ValueError, match=r"a 0.151 lies beyond"):
+        law.at(a=151 * mm, misalignment=0.0)
+    with pytest.raises(ValueError, match="offsets must be"):
+        law(0.0, 9 * um)
+
+
+@pytest.mark.parametrize("turns", [0.3, 2.0, 1e4])
+@pytest.mark.parametrize("name", PAIRS)
+def test_an_orbit_of_the_whole_pair_changes_nothing(name, turns):
+    """The planet's case: both gears and the line of centres turn together."""
+    pair, angle = PAIRS[name], 2 * np.pi * turns
+    reference = np.zeros((2, 6))
+    reference[1, 0] = pair.a
+    frame = spatial_frame(pair, 0.2, 1, [0, 0], reference)
+    lead = 8 * um / pair.pinion.r_b
+    at = pair.a * np.cos(angle) - pair.a, pair.a * np.sin(angle)
+    law = linear_law((0.5 * K, K, 1.5 * K))
+    orbit = spatial_mesh(law.law, frame, (*NONE[:5], angle + lead), (*at, *NONE[:3], angle), NONE, NONE)
+    rest = spatial_mesh(law.law, frame, (*NONE[:5], lead), NONE, NONE, NONE)
+    assert orbit[:2] == pytest.approx(rest[:2], rel=1e-9 + 1e-9 * turns)
+
+
+def torsional_frequency(kinds, depth: float = 10 * um) -> float:
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    bodies = bodies_of_kinds(mbs, kinds)
+    mbs.CreateGearContact(itemNumbers=bodies, pair=SPUR, force=linear_law(reach=9e-3))
+    mbs.Assemble()
+    q = np.zeros(mbs.systemData.ODE2Size())
+    q[{"spin": 0, "planar": 2, "spatial": 5}[kinds[0]]] = depth / SPUR.pinion.r_b
+    mbs.systemData.SetODE2Coordinates(q, exu.ConfigurationType.Initial)
+    squares, _ = mbs.ComputeODE2Eigenvalues()
+    return float(np.sqrt(np.abs(squares).max()))
+
+
+@pytest.mark.parametrize("one", ["spin", "planar", "spatial"])
+@pytest.mark.parametrize("other", ["spin", "planar", "spatial"])
+def test_bodies_of_any_kind_mesh(one, other):
+    expected = np.sqrt(2 * K * SPUR.pinion.r_b**2 / 1e-2)
+    assert torsional_frequency((one, other)) == pytest.approx(expected, rel=1e-6)
+
+
+@pytest.mark.parametrize("kind", ["spin", "planar", "spatial"])
+def test_teeth_that_just_touch_are_as_stiff_as_any(kind):
+    """Derivatives do not reach over the loss of contact; the rest is rounding of the deflection."""
+    expected = np.sqrt(2 * K * SPUR.pinion.r_b**2 / 1e-2)
+    assert torsional_frequency((kind, kind), depth=1e-12) == pytest.approx(expected, rel=1e-4)
+
+
+def test_carrier_takes_the_torques_of_both():
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(3)]
+    spins = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=1e-2, nodeNumber=node)) for node in nodes]
+    mbs.CreateGearContact(itemNumbers=spins, pair=SPUR, force=linear_law(reach=9e-3))
+    mbs.Assemble()
+    lead = 10 * um / SPUR.pinion.r_b
+    mbs.systemData.SetODE2Coordinates([lead + 0.3, 0.3, 0.3], exu.ConfigurationType.Initial)
+    squares, shapes = mbs.ComputeODE2Eigenvalues()
+    row = SPUR.pinion.r_b * np.array([1, 1, -2])
+    assert np.max(squares) == pytest.approx(K * row @ row / 1e-2, rel=1e-6)
+    assert shapes[:, np.argmax(squares)] @ np.ones(3) == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["spur", "helical"])
+def test_conserving_forces_are_the_slope_of_one_potential(name):
+    """Work around a closed loop of spins and places is 0; without the torque from dU/dphase it is not."""
+    pair, law = PAIRS[name], exugear.MeshForce.from_ste(smooth_map(), conserves=True, backlash=np.inf)
+    plain = exugear.MeshForce.from_ste(smooth_map(), backlash=np.inf)
+    reference = np.zeros((2, 6))
+    reference[1, 0] = pair.a
+    frame = spatial_frame(pair, 0.0, 1, [0, 0], reference)
+    phase = 2 * np.pi * (np.arange(4000) + 0.5) / 4000
+    turn = pair.pinion.r_b / pair.wheel.r_b
+    lead, pitch = (8 + 4 * np.cos(phase)) * um, (0.3 + 0.1 * np.sin(phase)) * 2 * np.pi / 57
+    slide = 3 * um * np.cos(phase)
+    path = np.zeros((phase.size, 12))
+    path[:, 0], path[:, 5] = slide, pitch
+    path[:, 11] = -pitch * turn + lead / pair.wheel.r_b
+
+    def work(one_law):
+        step = np.roll(path, -1, axis=0) - path
+        middle = path + step / 2
+        forces = [spatial_mesh(one_law.law, frame, tuple(q[:6]), tuple(q[6:]), NONE, NONE) for q in middle]
+        return sum(np.r_[f[2], f[3]] @ s for f, s in zip(forces, step, strict=True))
+
+    scale = float(plain(0.0, 12 * um)) * 8 * um
+    assert abs(work(law)) < 2e-5 * scale
+    assert abs(work(plain)) > 2e-3 * scale
+
+
+def test_conserving_law_has_nearly_the_same_force():
+    law, plain = (exugear.MeshForce.from_ste(smooth_map(), conserves=c, backlash=np.inf) for c in (True, False))
+    phase, deflection = np.meshgrid(np.linspace(0, 1, 41), np.linspace(1, 20, 30) * um)
+    assert law(phase, deflection) == pytest.approx(plain(phase, deflection), rel=2e-3)
+    with pytest.raises(ValueError, match="conserving law takes no offsets"):
+        law_of(conserves=True)
+
+
+def test_conserving_spins_agree_with_bodies_in_space():
+    law = exugear.MeshForce.from_ste(smooth_map(), conserves=True)
+    reference = np.zeros((2, 6))
+    reference[1, 0] = SPUR.a
+    lead = 8 * um / SPUR.pinion.r_b
+    for spins in ((0.02 + lead, -0.02), (0.07, -0.07 - SPUR.backlash / SPUR.wheel.r_b - lead)):
+        one, other = ((*NONE[:5], spin) for spin in spins)
+        space = spatial_mesh(law.law, spatial_frame(SPUR, 0.1, 1, [0, 0], reference), one, other, NONE, NONE)
+        spin = rotational_mesh(law.law, rotational_frame(SPUR, 0.1, 1), *spins, 0.0, 0.0)
+        assert (space[2][5], space[3][5]) == pytest.approx(spin[2], rel=1e-9)
+        assert spin[2][0] != pytest.approx(spin[2][1], rel=1e-4)
+
+
+def test_secant_law_of_the_paper():
+    ste = smooth_map()
+    law, torque = exugear.MeshForce.secant(ste, 150.0), 150.0
+    te = ste["te"].sel(torque=torque).values
+    assert law(ste["phase"].values, te) * SPUR.pinion.r_b == pytest.approx(np.full(te.size, torque), rel=1e-3)
+    assert law(0.2, 4 * um) == pytest.approx(2 * law(0.2, 2 * um), rel=1e-9)
+    with pytest.raises(ValueError, match=r"lie in \[0, 4000\] N m of the map"):
+        exugear.MeshForce.secant(ste, 1e5)
+
+
+def test_ring_pairs_of_wrong_signs_are_refused():
+    with pytest.raises(ValueError, match="a ring has z < 0"):
+        exugear.RingPair(paper_gear(), 120, a=-84 * mm)
+    with pytest.raises(ValueError, match="change its sign"):
+        exugear.RingPair(paper_gear(), -120, a=84 * mm)
+    with pytest.raises(ValueError, match="base circles touch"):
+        exugear.RingPair(paper_gear(), -120, a=-60 * mm)
+
+
+def planetary(mbs, planets: int = 3) -> None:
+    """Lin & Parker's planar planetary set with all coordinates free, every mesh in contact.
+
+    Only the ratios of inertia to squared base radius enter, so that any consistent base radii serve.
+    """
+    alpha, k_mesh, k_bearing = 24.6 * deg, 5e8, 1e8
+    gear = fem.Gear(z=30, m_n=3 * mm, alpha_n=alpha, b=25 * mm, d_bore=30 * mm)
+    pair = fem.GearPair(gear, gear, a=90 * mm)
+    inner = exugear.RingPair(gear, -90, a=-pair.a)
+    ring_base, law = -inner.wheel.r_b, linear_law((k_mesh,) * 3, reach=9e-3)
+    fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
+
+    def body(place, mass, over_square, radius):
+        node = mbs.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*place, 0]))
+        data = {"mass": mass, "inertia": over_square * radius**2, "nodeNumber": node}
+        return node, mbs.AddObject(eii.ObjectRigidBody2D(**data))
+
+    def spring(node, coordinate, k):
+        marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
+        mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=[fixed, marker], stiffness=k))
+
+    sun, ring, carrier = (
+        body((0, 0), *sizes) for sizes in ((0.4, 0.39, gear.r_b), (2.35, 3.0, ring_base), (5.43, 6.29, pair.a))
+    )
+    for node, _ in (sun, ring, carrier):
+        for coordinate in (0, 1):
+            spring(node, coordinate, k_bearing)
+    spring(ring[0], 2, 1e9 * ring_base**2)
+    for i in range(planets):
+        place = pair.a * np.cos(2 * np.pi * i / planets), pair.a * np.sin(2 * np.pi * i / planets)
+        _, planet = body(place, 0.66, 0.61, gear.r_b)
+        seats = {"localPosition0": [*place, 0], "localPosition1": [0, 0, 0]}
+        mbs.CreateCartesianSpringDamper(itemNumbers=[carrier[1], planet], stiffness=[k_bearing, k_bearing, 0], **seats)
+        mbs.CreateGearContact(itemNumbers=[sun[1], planet], pair=pair, force=law)
+        mbs.CreateGearContact(itemNumbers=[planet, ring[1]], pair=inner, force=law, direction=-1)
+    mbs.Assemble()
+    q = np.zeros(mbs.systemData.ODE2Size())
+    q[[2, 5]] = 10 * um / gear.r_b, 10 * um / ring_base
+    mbs.systemData.SetODE2Coordinates(q, exu.ConfigurationType.Initial)
+
+
+def test_planetary_of_lin_and_parker():
+    """Natural frequencies at rest [Hz] (1999, planar, three planets)."""
+    published = (0, 743.2, 743.2, 1102.4, 1102.4, 1475.7, 1896.0, 1896.0, 1930.3, 2276.4, 2276.4, 2658.3)
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    planetary(mbs)
+    squares, _ = mbs.ComputeODE2Eigenvalues()
+    found = np.sqrt(np.abs(np.sort(squares))) / (2 * np.pi)
+    assert found[0] < 2
+    assert found[1:12] == pytest.approx(published[1:], rel=1e-3)
+    assert found[12:] == pytest.approx([6986.3, 6986.3, 7462.8, 9647.9, 9647.9, 11775.3], rel=1e-3)

@@ -1,0 +1,200 @@
+"""The mesh force against the map it comes from, its limits and its refusals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import linear_law, paper_pair, smooth_map
+from scipy.interpolate import PchipInterpolator
+
+from exugear import MeshForce
+from exugear.mesh_force.pchip import monotone_cubic
+from exugear.mesh_force.ste_interpolation import loaded_deflection
+from fem import PitchDeviation, Sides
+from fem.ste.ste_map import over_torque_and_phase, pair_of, ste_map
+from fem.support.numba_cache import kept
+from fem.units import um
+
+
+@pytest.fixture(scope="module")
+def law() -> MeshForce:
+    return MeshForce.from_ste(smooth_map(), damping=1000.0)
+
+
+def test_static_deflection_is_the_map(law):
+    ste, r_b = smooth_map(), paper_pair().pinion.r_b
+    for torque in ste["torque"].values[1:-1]:
+        te = ste["te"].sel(torque=torque).values
+        force = law(ste["phase"].values, te) * r_b
+        assert force == pytest.approx(np.full(te.size, torque), rel=1e-4)
+
+
+def test_table_inverts_the_map_at_every_phase_and_load(law):
+    phase = np.random.default_rng(0).random(300)
+    force, deflection = loaded_deflection(smooth_map(), paper_pair().pinion.r_b, phase)
+    seen = slice(20, -1)
+    assert np.abs(law(phase[:, None], deflection[:, seen]) / force[seen] - 1).max() < 1e-4
+
+
+def test_deflection_at_inverts_the_force(law):
+    for force in (1.0, 100.0, 5000.0):
+        assert law(0.37, law.deflection_at(0.37, force)) == pytest.approx(force, rel=1e-9)
+
+
+def test_no_contact_no_force(law):
+    assert law(0.2, [-1 * um, -1e-3, 0.0]) == pytest.approx(0, abs=0)
+
+
+def test_force_is_continuous_at_loss_of_contact_even_when_parting_fast(law):
+    for penetration in (1e-12, 1e-11, 1e-10):
+        assert abs(law(0.2, penetration, -0.1)) < 1e9 * penetration
+
+
+def test_low_loads_soften_like_a_line_contact(law):
+    compliance = [law.deflection_at(0.1, force) / force for force in (0.3, 1.0, 3.0)]
+    steps = -np.diff(compliance)
+    assert steps[0] / steps[1] == pytest.approx(np.log(1 / 0.3) / np.log(3), rel=0.02)
+    assert (steps > 0).all()
+
+
+def test_other_flank_mirrors_the_driving_one(law):
+    deflection = np.linspace(1 * um, 15 * um, 7)
+    back = law(law.back_phase - 0.3, -law.backlash - deflection, 0.01)
+    assert back == pytest.approx(-law(0.3, deflection, -0.01))
+
+
+def test_law_is_periodic(law):
+    assert law(1.25, 9 * um) == pytest.approx(law(0.25, 9 * um), rel=1e-12)
+    assert law(1 - 1e-12, 9 * um) == pytest.approx(law(0.0, 9 * um), rel=1e-9)
+
+
+def test_force_grows_smoothly(law):
+    deflection = np.linspace(0.1, 60, 4000) * um
+    phase = np.full(deflection.size, 0.31)
+    slope = np.diff(law(phase, deflection)) / np.diff(deflection)
+    assert (slope > 0).all()
+    assert slope.max() <= law.stiffness_max * 1.01
+    assert np.abs(np.diff(slope)[100:]).max() < 0.01 * slope.max()
+
+
+def test_damping_acts_on_the_rate_once_it_has_ramped_in(law):
+    assert law(0.3, 9 * um, 0.02) - law(0.3, 9 * um, 0.0) == pytest.approx(1000 * 0.02)
+
+
+def test_unloaded_error_shifts_the_contact():
+    ste = smooth_map()
+    wave = 2 * um * np.sin(2 * np.pi * ste["phase"].values)
+    shifted = MeshForce.from_ste(
+        ste_map(paper_pair(), ste["torque"].values, ste["phase"].values, ste["te"].values + wave), damping=0.0
+    )
+    plain = MeshForce.from_ste(ste, damping=0.0)
+    assert shifted(0.25, 9 * um) == pytest.approx(plain(0.25, 7 * um), rel=1e-4)
+    assert shifted(0.25, 1.9 * um) == 0
+
+
+def test_jumps_between_phases_do_not_ring():
+    law = linear_law((1e8, 1e8, 3e8, 3e8), (0.0, 0.4999, 0.5, 0.9999))
+    force = law(np.linspace(0, 1, 20001), 10 * um)
+    assert force.min() == pytest.approx(1e3, rel=1e-12)
+    assert force.max() == pytest.approx(3e3, rel=1e-12)
+    assert law([0.49, 0.51], 10 * um) == pytest.approx([1e3, 3e3], rel=1e-12)
+
+
+@pytest.mark.parametrize("deflection", [1e-3, -0.01])
+def test_beyond_the_map_is_refused(law, deflection):
+    with pytest.raises(ValueError, match=r"deflection .* beyond the map, which ends at .* larger torque"):
+        law(0.1, deflection)
+    with pytest.raises(ValueError, match="force must lie in"):
+        law.deflection_at(0.1, 1e6)
+
+
+TABLE = {"phase": [0, 0.3, 0.6], "deflection": [0, 1e-5], "force_table": [[0, 1e3]] * 3}
+GOOD = TABLE | {"damping": 0.0, "backlash": 1e-4}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"damping": -1}, "damping must be >= 0"),
+        ({"damping": np.nan}, "damping must be >= 0"),
+        ({"backlash": -1e-6}, "backlash must be >= 0"),
+        ({"backlash": 0.18}, "pass metres"),
+        ({"back_phase": np.inf}, "back_phase must be finite"),
+        ({"phase": [0, 0.5, 1.0]}, "phase must increase within"),
+        ({"phase": [0, 120, 240]}, "phase must increase within"),
+        ({"phase": [], "force_table": np.zeros((0, 2))}, "phase must be"),
+        ({"deflection": [0, 10.0]}, "pass metres"),
+        ({"deflection": [1e-5, 0]}, "deflection must increase"),
+        ({"deflection": [0, np.nan]}, "deflection must increase"),
+        ({"force_table": [[0, -1e3]] * 3}, "force_table must grow"),
+        ({"force_table": [[0, 0]] * 3}, "force_table must grow"),
+        ({"force_table": [[5, 1e3]] * 3}, "force_table must be 0 in the first column"),
+        ({"force_table": [[0, np.nan]] * 3}, "force_table must be finite"),
+        ({"force_table": [[0, 1, 2]] * 3}, "force_table must be"),
+        ({"deflection": [-1e-3, -9e-4], "backlash": 1e-4}, "jams the teeth"),
+    ],
+)
+def test_bad_tables_are_refused(changes, message):
+    data = GOOD | changes
+    table = [data.pop(name) for name in ("phase", "deflection", "force_table")]
+    with pytest.raises(ValueError, match=message):
+        MeshForce(*table, **data)
+
+
+def test_maps_that_are_no_force_law_are_refused():
+    with pytest.raises(ValueError, match="torque must start at 0"):
+        MeshForce.from_ste(smooth_map((5, 50, 150)), damping=0.0)
+    falling = smooth_map()
+    falling["te"] = -falling["te"]
+    with pytest.raises(ValueError, match="te must grow with the torque"):
+        MeshForce.from_ste(falling, damping=0.0)
+    with pytest.raises(ValueError, match="torque needs 0 and two loads"):
+        MeshForce.from_ste(smooth_map((0, 50)), damping=0.0)
+
+
+def with_flank(ste, flank):
+    """The same map, said to be of a pair whose pinion has this flank."""
+    pair = pair_of(ste)
+    pair = replace(pair, pinion=replace(pair.pinion, flank=flank))
+    return ste_map(pair, ste["torque"].values, ste["phase"].values, ste["te"].values)
+
+
+def test_one_pitch_does_not_stand_for_all_where_teeth_differ(law):
+    """Its end and its beginning would meet in a jump that no gear has; what teeth have in common makes none."""
+    worn = PitchDeviation(np.linspace(0, 8 * um, 57))
+    for make in (MeshForce.from_ste, lambda ste: MeshForce.secant(ste, 150)):
+        with pytest.raises(ValueError, match=r"one pitch, but no two are alike .* map the pair without it"):
+            make(with_flank(smooth_map(), worn))
+    with pytest.raises(ValueError, match="no two are alike"):
+        over_torque_and_phase(with_flank(smooth_map(), Sides(left=worn)))
+    for harmless in (PitchDeviation(np.full(57, 3 * um)), Sides(right=worn)):
+        same = MeshForce.from_ste(with_flank(smooth_map(), harmless), damping=1000.0)
+        assert np.array_equal(same.law, law.law, equal_nan=True)
+
+
+@pytest.mark.parametrize("argument", [(np.nan, 1e-6, 0.0), (0.1, np.nan, 0.0), (0.1, 1e-6, np.inf)])
+def test_what_is_not_finite_is_refused(law, argument):
+    with pytest.raises(ValueError, match="must be finite"):
+        law(*argument)
+
+
+def test_kernels_compile_where_they_cannot_be_kept():
+    """Such as those that are in no file."""
+    assert kept(eval("lambda x: 2.0 * x"))(3.0) == 6.0
+
+
+def test_one_phase_is_a_constant_law():
+    law = MeshForce([0.0], [0, 100 * um], [[0, 42e3]])
+    assert law(np.linspace(0, 0.99, 7), 10 * um) == pytest.approx(4200)
+    assert law.stiffness_max == pytest.approx(4.2e8)
+    assert law(0.3, -5e-3) == 0
+
+
+def test_monotone_cubic_is_scipys():
+    random = np.random.default_rng(4)
+    for n in (2, 3, 4, 30):
+        x, y = np.cumsum(random.uniform(0.1, 1, n)), random.normal(size=n)
+        curve, at = PchipInterpolator(x, y), np.linspace(x[0], x[-1], 101)
+        values, slopes = monotone_cubic(x, y, at)
+        assert values == pytest.approx(curve(at), rel=1e-12, abs=1e-12)
+        assert slopes == pytest.approx(curve(at, 1), rel=1e-11, abs=1e-11)

@@ -1,0 +1,141 @@
+"""Plots of maps and runs: what is drawn, where, and that nothing is drawn that is not there."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from paper_gears import few_teeth
+from scenes import K, smooth_map
+
+import exugear
+import fem
+from exugear import plots
+from exugear.post.spectrum import Resonances
+from fem.ste.ste_map import ste_map
+from fem.units import mm, rpm, um
+
+#: A stage behind another one, in mesh cycles of the first: its pinion turns with the wheel of the first.
+BEHIND = 25 / 40
+
+
+@pytest.fixture(scope="module")
+def two_stages() -> exugear.Run:
+    """Run-up of 20/40 and 25/50 teeth, each mesh stiffer while two pairs touch."""
+    teeth = {"first": (20, 40), "second": (25, 50)}
+    gears = {name: [few_teeth(z=z, x=0.0) for z in pair] for name, pair in teeth.items()}
+    parts = {0 * mm: gears["first"][1], 40 * mm: gears["second"][0]}
+    fast, middle = exugear.Shaft("fast", {0.0: gears["first"][0]}), exugear.Shaft("middle", parts)
+    slow = exugear.Shaft("slow", {40 * mm: gears["second"][1]})
+    pairs = [fem.GearPair(*pair) for pair in gears.values()]
+    table = np.outer((K, 0.9 * K, 0.8 * K), [0.0, 2e-4])
+    law = exugear.MeshForce(np.arange(3) / 3, np.array([0.0, 2e-4]), table, damping=2000.0, backlash=np.inf)
+    ends = zip(((fast, middle), (middle, slow)), pairs, strict=True)
+    box = exugear.Gearbox([exugear.Stage(*shafts, law, pair=pair) for shafts, pair in ends])
+    return exugear.run_up(exugear.build(box), speed=(900 * rpm, 1500 * rpm), duration=2.0, load=100.0, progress=False)
+
+
+def swept(top: float = 3000.0, duration: float = 3.0) -> xr.Dataset:
+    """A transmission error of constant amplitude 2 um about 10 um over a run-up from rest."""
+    time = np.arange(0, duration, 4e-5)
+    cycles = top * time**2 / (2 * duration)
+    return xr.Dataset(
+        {
+            "speed": ("time", 2 * np.pi * top * time / duration / 57),
+            "mesh_frequency": (("stage", "time"), [top * time / duration]),
+            "dte": (("stage", "time"), [10 * um + 2 * um * np.cos(2 * np.pi * cycles)]),
+            "mesh_force": (("stage", "time"), [0 * time]),
+        },
+        coords={"time": time, "stage": ["a-b"]},
+        attrs={"load": "150.0"},
+    )
+
+
+def test_each_stage_has_its_own_mesh_frequency(two_stages):
+    first, second = two_stages.data["mesh_frequency"].values
+    assert first == pytest.approx(20 * two_stages.data["speed"].values / (2 * np.pi))
+    assert second == pytest.approx(BEHIND * first)
+    for stage, frequency in enumerate((first, second)):
+        ax = plots.plot_run_up(two_stages, plots.figure().axes[0], stage)
+        assert ax.get_xlim()[1] == pytest.approx(frequency[-1], rel=0.01)
+
+
+@pytest.mark.parametrize("stage", [0, 1])
+def test_each_stage_meshes_at_order_one_of_its_own(two_stages, stage):
+    data = two_stages.data
+    speed, dte = 2 * np.pi * data["mesh_frequency"].values[stage], data["dte"].values[stage]
+    spectrum = exugear.order_spectrum(data["time"].values, speed, dte, orders=3.2, revolutions=20)
+    mesh = np.isclose(spectrum.order, 1)
+    assert spectrum.order[spectrum.amplitude.mean(axis=0).argmax()] == pytest.approx(1)
+    (picture,) = plots.plot_waterfall(two_stages, plots.figure().axes[0], stage).collections
+    level = picture.get_array().mean(axis=1)
+    edges = picture.get_coordinates()[:, 0, 1]
+    (low, high), top = edges[level.argmax() :][:2], level.max()
+    assert low < 1 < high
+    assert top == pytest.approx(20 * np.log10(spectrum.amplitude[:, mesh].mean() / um), abs=1)
+    middle = (edges[1:] + edges[:-1]) / 2
+    between = [k / BEHIND ** (1 - 2 * stage) for k in (1, 2)]
+    assert level[np.abs(middle[:, None] - [1, 2, 3, *between]).min(axis=1) > 0.2].max() < top - 30
+
+
+def test_plots_take_runs_and_their_data(two_stages):
+    for draw in (plots.plot_run_up, plots.plot_waterfall):
+        one, same = (draw(x, plots.figure().axes[0], stage=1) for x in (two_stages, two_stages.data))
+        assert one.dataLim.bounds == same.dataLim.bounds
+    both = {"run": two_stages, "data": two_stages.data}
+    one, same = plots.plot_envelopes(both, plots.figure().axes[0], stage=1).lines
+    assert np.array_equal(one.get_xydata(), same.get_xydata())
+    for draw in (plots.plot_run_up, plots.plot_waterfall):
+        with pytest.raises(ValueError, match=r"run must be an exugear\.Run or its data, got int"):
+            draw(3)
+        with pytest.raises(ValueError, match="stage must be 0 to 1, got 2"):
+            draw(two_stages, stage=2)
+
+
+def test_envelope_of_a_run_up_from_rest_does_not_pinch():
+    """Every window holds a whole mesh cycle, and the samples hide none of its extremes."""
+    high, low = plots.plot_run_up(swept(), plots.figure().axes[0]).lines
+    assert high.get_ydata() == pytest.approx(12, abs=0.04)
+    assert low.get_ydata() == pytest.approx(8, abs=0.04)
+    (line,) = plots.plot_envelopes({"run": swept()}, plots.figure().axes[0]).lines
+    assert line.get_ydata() == pytest.approx(2, abs=0.04)
+
+
+def test_marks_lie_inside_the_frame_which_names_stage_and_load():
+    figure = plots.figure(rows=2, columns=2)
+    ax = plots.plot_run_up(swept(), figure.axes[0], found=Resonances(np.array([40.0, 2960.0]), np.array([2e-6] * 2)))
+    figure.canvas.draw()
+    frame = ax.get_window_extent()
+    assert ax.get_title() == "a-b, 150 N m"
+    assert [text.get_text() for text in ax.texts] == ["40 Hz", "2960 Hz"]
+    for text in ax.texts:
+        box = text.get_window_extent()
+        assert box.y0 > frame.y0 and box.y1 < frame.y1
+
+
+def test_order_map_spans_the_decibels_that_are_asked_for():
+    (picture,) = plots.plot_waterfall(swept(), plots.figure().axes[0], decibels=40.0).collections
+    low, high = picture.get_clim()
+    assert high == pytest.approx(20 * np.log10(2), abs=0.01)
+    assert low == pytest.approx(high - 40)
+
+
+def test_static_transmission_error_names_torques_to_four_digits():
+    ste = smooth_map((0, 150.00000001, 1e4 / 3))
+    for draw in (plots.plot_ste, plots.plot_stiffness):
+        labels = draw(ste, plots.figure().axes[0]).get_legend_handles_labels()[1]
+        assert labels[-2:] == ["150 N m", "3333 N m"]
+
+
+def test_static_transmission_error_over_all_pitches_and_its_alternating_part():
+    plain = smooth_map((0, 150))
+    phase = np.concatenate([plain["phase"].values + k for k in range(3)])
+    te = np.concatenate([plain["te"].values + k * um for k in range(3)], axis=1)
+    whole = ste_map(fem.pair_of(plain), (0, 150), phase, te, pitches=3)
+    ax = plots.plot_ste(whole, plots.figure().axes[0])
+    assert ax.get_xlim() == (0, 3)
+    assert ax.lines[1].get_ydata() == pytest.approx(te[1] / um)
+    for ste in (plain, whole):
+        line = plots.plot_ste(ste, plots.figure().axes[0], alternating=True).lines[1]
+        assert line.get_ydata().mean() == pytest.approx(0, abs=1e-9)
+        assert np.ptp(line.get_ydata()) == pytest.approx(np.ptp(ste["te"].values[1]) / um)
+    with pytest.raises(ValueError, match="pitches must lie in"):
+        plots.plot_ste(whole, pitches=4)

@@ -1,0 +1,111 @@
+"""Envelope, resonances and orders of signals that are known."""
+
+import numpy as np
+import pytest
+import scipy
+
+from exugear.post.spectrum import envelope, fourier_sum, order_spectrum, resonances
+
+
+def test_envelope_of_a_growing_sine():
+    t = np.linspace(0, 10, 200_001)
+    found = envelope(t, t * np.sin(2 * np.pi * 50 * t) + 3, windows=100)
+    assert found.amplitude == pytest.approx(found.place, abs=0.06)
+    assert found.rms == pytest.approx(found.place / np.sqrt(2), abs=0.02)
+    assert (found.high + found.low) / 2 == pytest.approx(3, abs=0.06)
+
+
+def test_resonances_of_oscillators_are_found_between_the_samples():
+    f = np.linspace(1, 3000, 400)
+    response = sum(a / np.hypot(1 - (f / f0) ** 2, 0.06 * f / f0) for a, f0 in ((1, 600), (2, 1800)))
+    found = resonances(f, response)
+    assert found.place == pytest.approx([600, 1800], rel=3e-3)
+    assert (np.diff(found.place) > 0).all()
+
+
+def test_windows_hold_whole_cycles_of_a_slow_start():
+    t = np.linspace(0, 3, 75_001)
+    cycles = 500 * t**2
+    found = envelope(t, np.cos(2 * np.pi * cycles), cycles=cycles)
+    assert found.amplitude == pytest.approx(1, abs=0.02)
+    assert found.place.size > 250
+    (whole,) = envelope(t, t, cycles=0 * t).amplitude
+    assert whole == pytest.approx(1.5, rel=0.01)
+
+
+def test_beat_of_samples_and_cycles_is_no_resonance():
+    """Some six samples a cycle: the largest sample of a window falls and rises with where they lie in the cycle."""
+    t = np.arange(0, 7, 4.8e-5)
+    frequency = 3440 + 60 * t / 7
+    found = envelope(frequency, np.cos(2 * np.pi * (3440 + 30 * t / 7) * t))
+    assert found.amplitude == pytest.approx(1, abs=0.03)
+    assert resonances(found.place, found.amplitude).place.size == 0
+
+
+def test_scatter_and_a_rise_to_the_end_are_no_resonances():
+    f = np.linspace(1, 3000, 280)
+    planted = 1 / np.hypot(1 - (f / 1800) ** 2, 0.16 * f / 1800) + 0.5 / np.hypot(1 - (f / 3300) ** 2, 0.08 * f / 3300)
+    scatter = 0.01 * np.random.default_rng(3).normal(size=f.size)
+    found = resonances(f, planted + scatter, prominence=0.004)
+    assert found.place == pytest.approx([1800], rel=0.02)
+
+
+def test_orders_of_a_run_up_stay_where_they_are():
+    t = np.linspace(0, 10, 400_001)
+    speed = 20 + 20 * t
+    angle = 20 * t + 10 * t**2
+    found = order_spectrum(t, speed, 2 * np.sin(57 * angle) + 0.5 * np.cos(114 * angle), orders=150)
+    for order, amplitude in ((57, 2.0), (114, 0.5)):
+        line = np.argmin(np.abs(found.order - order))
+        assert found.amplitude[:, line] == pytest.approx(amplitude, rel=1e-4)
+    assert found.amplitude[:, np.abs(found.order - 80) < 10].max() < 1e-4
+    step = found.speed[1:] ** 2 - found.speed[:-1] ** 2
+    assert step == pytest.approx(2 * 20 * 2 * np.pi * 2, rel=0.02), "lines overlap by three quarters"
+
+
+@pytest.mark.parametrize("frequency", [700.0, 6100.0, 9300.0, 15500.0])
+def test_what_lies_above_the_orders_is_not_folded_below_them(frequency):
+    """A tone of constant frequency beside order 57, above order 150 at all speeds; below -60 dB of it."""
+    t = np.linspace(0, 10, 400_001)
+    speed = 2 * np.pi * np.minimum(0.9 * frequency / 150, 100) * (0.2 + 0.08 * t)
+    angle = scipy.integrate.cumulative_trapezoid(speed, t, initial=0)
+    found = order_spectrum(t, speed, np.sin(57 * angle) + np.sin(2 * np.pi * frequency * t), orders=150)
+    away = np.abs(found.order - 57) > 0.5
+    assert found.amplitude[:, away].max() < 1e-3
+    assert found.amplitude[:, found.order == 57] == pytest.approx(1, rel=0.01)
+
+
+def test_fourier_sum_is_the_sum():
+    random = np.random.default_rng(5)
+    share, values = random.random(400), random.normal(size=400)
+    exact = np.exp(-2j * np.pi * np.outer(np.arange(90), share)) @ values
+    assert fourier_sum(share, values, 90) == pytest.approx(exact, abs=1e-6 * np.abs(values).sum())
+
+
+def test_orders_that_are_sampled_too_coarsely_are_left_out():
+    t = np.linspace(0, 10, 20_001)
+    found = order_spectrum(t, 100 * t, np.sin(t), orders=60)
+    assert found.speed.max() < 2 * np.pi * 2000 / (2.2 * 60) * 1.01
+    with pytest.raises(ValueError, match="sample finer"):
+        order_spectrum(t, 1000 + 0 * t, np.sin(t), orders=600)
+
+
+#: One second, in which 20.1 rad/s turn 3.2 times.
+FINE = np.linspace(0, 1, 20001)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: envelope(np.arange(9.0), np.full(9, np.nan)), "finite"),
+        (lambda: envelope(np.arange(9.0), np.zeros(8)), "one length"),
+        (lambda: envelope(np.arange(9.0), np.zeros(9), windows=6), "windows must be"),
+        (lambda: resonances(np.arange(9.0), np.zeros(9), prominence=5), "prominence must"),
+        (lambda: order_spectrum(np.arange(9.0), np.ones(9), np.ones(9), orders=-1), "orders must"),
+        (lambda: order_spectrum(np.arange(9.0), np.ones(9), np.ones(9), orders=1, overlap=1), "overlap must"),
+        (lambda: order_spectrum(FINE, 20.1 + 0 * FINE, np.sin(FINE), orders=5), "3.2 revolutions, a line takes 8"),
+    ],
+)
+def test_bad_signals_are_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()

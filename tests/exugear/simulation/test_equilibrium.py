@@ -1,0 +1,117 @@
+"""Runs start in the equilibrium that the speed's slope asks for: nothing rings that nobody struck."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from paper_gears import paper_gear
+from scenes import INERTIA, linear_law, paper_pair, smooth_box, smooth_map
+
+import exugear
+from exugear.simulation.time_functions import Curve, Line
+from fem.units import mm, rpm
+
+BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-5)
+R_B = paper_pair().pinion.r_b
+
+
+def constant(damping: float = 2700.0):
+    """A mesh whose stiffness does not change: what moves, moves by the start."""
+    return replace(linear_law(), damping=damping)
+
+
+def shafts(*names: str, parts=None, **changes) -> list[exugear.Shaft]:
+    """Shafts that carry the paper's gear and the same parts."""
+    return [exugear.Shaft(name, {30 * mm: paper_gear()} | (parts or {}), inertia=INERTIA, **changes) for name in names]
+
+
+def accelerated(box, slope: float = 400.0, load: float = 150.0, duration: float = 0.02, **changes):
+    """Data of a run from 500 rpm on."""
+    speed = (500 * rpm, 500 * rpm + slope * duration)
+    options = {"speed": speed, "load": load, "duration": duration, "progress": False, "tolerance": 1e-6}
+    return exugear.run_up(exugear.build(box), **options | changes).data
+
+
+def ripple(force: np.ndarray, balance: float) -> float:
+    """Largest deviation from a force as share of it."""
+    return float(np.abs(force / balance - 1).max())
+
+
+def test_soft_coupling_does_not_ring():
+    """Beside J alpha / k, by which the twist of a start from rest would ring at 3.2 Hz."""
+    inertia, torsion, slope = 20.0, 8e3, 5.0
+    brake = exugear.Coupling(torsion, inertia=inertia)
+    fast, slow = shafts("fast")[0], shafts("slow", parts={0.0: brake})[0]
+    box = exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), damping=2700.0)])
+    data = accelerated(box, slope, duration=0.5, tolerance=1e-3)
+    torque = data["mesh_force"].values[0] * R_B - INERTIA * slope
+    window = round(1e-2 / data.attrs["sample"])
+    twist = torque[: torque.size // window * window].reshape(-1, window).mean(axis=1) / torsion
+    assert np.abs(twist - (150 + inertia * slope) / torsion).max() < 0.01 * inertia * slope / torsion
+
+
+@pytest.mark.parametrize("where", ["fast", "slow"])
+@pytest.mark.parametrize("part", [None, BEARING, exugear.Bearing(5e8, 3e8, 2e5, 1e-5, clearance=5e-6)])
+def test_gears_that_accelerate_stay_where_they_start(where, part):
+    """Spinning, planar, in space on nonlinear bearings; rotors behind couplings on either side."""
+    rotor = {0.0: exugear.Coupling(2e4, inertia=0.1)}
+    bearing = {} if part is None else {30 * mm: [paper_gear(), part]}
+    ends = [shafts(name, parts=bearing | (rotor if name == where else {}))[0] for name in ("fast", "slow")]
+    data = accelerated(exugear.Gearbox([exugear.Stage(*ends, constant(), pair=paper_pair())]))
+    balance = (150 + (INERTIA + 0.1 * (where == "slow")) * 400) / R_B
+    assert ripple(data["mesh_force"].values[0], balance) < 1e-3
+
+
+@pytest.mark.parametrize("part", [None, BEARING])
+def test_loops_that_accelerate_stay_where_they_start(part):
+    bearing = {} if part is None else {30 * mm: [paper_gear(), part]}
+    a, b, c, d = shafts("a", "b", "c", "d", parts=bearing)
+    ends = [(a, b, 0.0), (a, c, np.pi / 2), (b, d, np.pi / 2), (c, d, 0.0)]
+    stages = [exugear.Stage(*two, constant(), pair=paper_pair(), angle=angle) for *two, angle in ends]
+    data = accelerated(exugear.Gearbox(stages))
+    force, last = data["mesh_force"].values, (150 + INERTIA * 400) / R_B
+    assert ripple(force.T, force[:, 0]) < 1e-6
+    assert ripple(force[2:].sum(axis=0), last) < 1e-3
+    assert ripple(force[:2].sum(axis=0), last + 2 * INERTIA * 400 / R_B) < 1e-3
+
+
+def test_deceleration_starts_on_the_other_flank():
+    """The gears brake the shaft whose load is less than its inertia asks for."""
+    fast, slow = shafts("fast", "slow")
+    law = replace(constant(), backlash=1e-5)
+    data = accelerated(exugear.Gearbox([exugear.Stage(fast, slow, law, pair=paper_pair())]), -400.0, load=1.0)
+    assert ripple(data["mesh_force"].values[0], (1 - INERTIA * 400) / R_B) < 1e-3
+
+
+def test_slopes_beyond_the_map_are_named():
+    model = exugear.build(smooth_box())
+    with pytest.raises(ValueError, match=r"extend the map.*inertia torques at 1e\+06 rad/s\^2"):
+        exugear.run_up(model, speed=(0.0, 100.0), load=150.0, duration=1e-4, sample=1e-5)
+
+
+def test_imposed_speed_has_its_acceleration_from_the_first_step_on():
+    """Not twice as much and nothing, in turns."""
+    model = exugear.build(smooth_box())
+    exugear.run_up(model, speed=(50.0, 60.0), load=150.0, duration=0.02)
+    assert model.mbs.systemData.GetODE2Coordinates_tt()[model.spins["fast"]] == pytest.approx(500, rel=1e-6)
+
+
+def test_curves_know_their_slope():
+    curve = Curve(lambda t: 3 + 2 * np.sin(5 * t), 1.0)
+    assert curve.slope == pytest.approx(10, rel=1e-6) and not curve.steady
+    assert Curve(lambda t: 3.0, 1.0).steady and Line(3.0, 0.0).steady and not Line(3.0, 1.0).steady
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        (exugear.Bearing(2e5, 1e5, 1e5), "bearings of fast-slow yield to .* stiffer bearings .*200e6"),
+        (exugear.Bearing(5e4, 5e4, 1e4), "bearings of fast-slow yield by 40 mm, 0 rad under 2154 N.*200e6"),
+        (exugear.Coupling(8.0, inertia=1.0), "coupling of shaft 'fast' twists by -18.7 rad under -150 N m.*8e3"),
+    ],
+)
+def test_units_that_a_load_brings_to_light(part, message):
+    """200 N/um given as 200e3, 50 as 50e3, 8 kN m/rad given as 8."""
+    model = exugear.build(smooth_box(parts={30 * mm: [paper_gear(), part]}))
+    with pytest.raises((ValueError, RuntimeError), match=message):
+        exugear.run_up(model, speed=0.0, load=150.0, duration=1e-3)

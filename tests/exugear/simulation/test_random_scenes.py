@@ -1,0 +1,194 @@
+"""Random gearboxes: built and run a little, or refused in words; forces in balance, from static equilibrium on.
+
+EXUGEAR_CASES in the environment says how many the slow test takes; with -n 0 -s it tells how they ended.
+"""
+
+import os
+import re
+from collections import Counter
+
+import exudyn as exu
+import numpy as np
+import pytest
+from box_strategies import Scene, scenes, top_force
+from hypothesis import HealthCheck, Phase, given, settings
+from scenes import wrench
+
+import exugear
+from exugear.kernels.contact_kernels import bodies_of
+from exugear.kernels.kinematics import REFERENCE_1, REFERENCE_2, spatial_mesh
+from exugear.plan.coordinates import SPIN_PLACE
+from exugear.simulation.model import integrated
+
+CASES = int(os.environ.get("EXUGEAR_CASES", "80"))
+QUICK = settings(max_examples=25, deadline=None, derandomize=True, phases=[Phase.generate])
+LONG = settings(QUICK, max_examples=CASES, derandomize=CASES == 80, suppress_health_check=list(HealthCheck))
+STEPS = 50
+#: Of the largest torque: static equilibrium, equation of motion.
+STATIC, NEWTON = 1e-3, 1e-8
+REMEDY = re.compile(r"; (try|use|extend|map|pass|drop|make|or |write)|must|extend the (map|axis)|try step")
+NUMBER = re.compile(r"-?\d[\d.e+-]*|stage '[a-d]-[a-d]'|shaft '[a-d]'")
+#: How scenes ended.
+OUTCOMES: Counter = Counter()
+
+
+def is_in_words(error: Exception) -> bool:
+    """Whether exugear itself says what is wrong and what to do, rather than a library below it."""
+    return type(error) in (ValueError, RuntimeError, exugear.RunStopped) and bool(REMEDY.search(str(error)))
+
+
+def solved(scene: Scene) -> tuple[exugear.Model, exugear.Run, exugear.Run, float] | None:
+    """Model, two steps at rest, run and load [N m] of a scene; None where it is refused in words.
+
+    Tilted shafts have unlike ratios on their two flanks, to first order: at speed damping takes part in the start.
+    """
+    try:
+        model = exugear.build(scene.box())
+        load, h = scene.load(model.gearbox), model.plan.step()
+        top = scene.speed * model.plan.omega_mesh / model.gearbox.stages[0].pair.pinion.z
+        course = {"speed": (top, faster(model.gearbox, top, STEPS * h)), "duration": STEPS * h, "sample": h}
+        exact = {"step": model.plan.rule(), "tolerance": 1e-8}
+        rest = exugear.run_up(model, load=load, speed=0.0, duration=2 * h, sample=h, **exact, progress=False)
+        run = exugear.run_up(model, load=load, **course, **exact, progress=False)
+    except Exception as error:
+        OUTCOMES[f"{type(error).__name__}: {NUMBER.sub('#', str(error))[:70]}"] += 1
+        assert is_in_words(error), repr(error)
+        return None
+    OUTCOMES["run"] += 1
+    return model, rest, run, load
+
+
+def faster(box: exugear.Gearbox, speed: float, duration: float) -> float:
+    """2 % more speed [rad/s], or what a hundredth of the maps' largest forces accelerates the inertia by."""
+    asked = np.abs(box.static_forces(0.0, 1.0))
+    gentle = 0.01 * min(top_force(stage.pair) / force for stage, force in zip(box.stages, asked, strict=True))
+    return speed + np.sign(speed) * min(0.02 * abs(speed), gentle * duration)
+
+
+def torques(model: exugear.Model, forces: np.ndarray, load: float) -> tuple[np.ndarray, float]:
+    """Rest of the torques on the shafts but the driving one [N m], beside the largest of them."""
+    box = model.gearbox
+    outer = np.array([-box.turns[shaft.name] * load * (shaft is box.driven) for shaft in box.shafts])
+    meshes = arms(model) * forces[:, None]
+    return (outer - meshes.sum(axis=0))[1:], max(np.abs(meshes).max(), abs(load))
+
+
+def whole(model) -> float:
+    """Largest torque that the maps hold on any shaft [N m]."""
+    tops = [top_force(stage.pair) for stage in model.gearbox.stages]
+    return float(np.abs(model.gearbox.rows * np.array(tops)[:, None]).max())
+
+
+def laid(model) -> float:
+    """What the second order of the shafts' displacement may leave of the torques where meshes are laid out [N m]."""
+    second = [mesh.rest**2 / mesh.stage.pair.pinion.r_b for mesh in model.meshes]
+    forces = [mesh.law.stiffness_max * x for mesh, x in zip(model.meshes, second, strict=True)]
+    return float(np.abs(model.gearbox.rows * np.array(forces)[:, None]).sum())
+
+
+def starts_in_equilibrium(model, rest, load: float) -> None:
+    left, size = torques(model, rest.data["mesh_force"].values[:, 0], load)
+    assert np.abs(left).max() <= STATIC * size + 1e-6 * whole(model) + laid(model)
+
+
+def actions_are_reactions(model) -> None:
+    """Force and moment that a mesh exerts on bodies in space, at the end of the run."""
+    for mesh in model.meshes:
+        if not mesh.frame[REFERENCE_1:].any():
+            continue
+        force, one, other, motion = meshing(model, mesh)
+        ends = mesh.frame[REFERENCE_1:REFERENCE_2], mesh.frame[REFERENCE_2:]
+        total = [wrench(end, np.array(y), f) for end, y, f in zip(ends, motion[:2], (one, other), strict=True)]
+        assert np.abs(total[0] + total[1]).max() <= 1e-11 * max(np.abs(total[0]).max(), 1e-300)
+        assert force * mesh.recorder.force[-1] >= 0
+
+
+def meshing(model, mesh):
+    """Force, generalized forces on both shafts, and the motion of the mesh at the end of the run."""
+    system, now = model.mbs.systemData, exu.ConfigurationType.Current
+    q, q_t = system.GetODE2Coordinates(now), system.GetODE2Coordinates_t(now)
+    places = [coordinates_of(model, shaft) for shaft in (mesh.stage.fast, mesh.stage.slow)]
+    x = np.concatenate([values[place] for values in (q, q_t) for place in places])
+    motion = bodies_of(x, *(len(place) for place in places))
+    _, force, one, other, *_ = spatial_mesh(mesh.law.law, mesh.frame, *motion)
+    return force, one, other, motion
+
+
+def arms(model) -> np.ndarray:
+    """(n_stage, n_shaft) of the mesh forces about the shafts, which may stand askew [m]."""
+    box = model.gearbox
+    found = box.rows.copy()
+    for i, mesh in enumerate(model.meshes):
+        if mesh.frame[REFERENCE_1:].any():
+            force, *both, _ = meshing(model, mesh)
+            for shaft, forces in zip((mesh.stage.fast, mesh.stage.slow), both, strict=True):
+                if force != 0:
+                    found[i, box.shafts.index(shaft)] = -forces[5] / force
+    return found
+
+
+def coordinates_of(model, shaft: exugear.Shaft) -> list[int]:
+    """Places of a shaft's coordinates in the system."""
+    spin = model.spins[shaft.name]
+    return list(range(spin - SPIN_PLACE[model.plan.shafts[shaft.name]], spin + 1))
+
+
+def accelerates_as_forces_ask(model, run) -> None:
+    """Momentum of shafts on bearings, spin of the others, at the end of the run."""
+    accelerations = model.mbs.systemData.GetODE2Coordinates_tt(exu.ConfigurationType.Current)
+    forces = run.data["mesh_force"].values[:, -1]
+    box, rows = model.gearbox, arms(model)
+    for i, shaft in enumerate(box.shafts):
+        free = shaft not in (box.driving, box.driven) and shaft.coupling is None
+        if free and not model.plan.shafts[shaft.name].on_bearings:
+            terms = rows[:, i] * forces
+            asked = shaft.inertia * accelerations[model.spins[shaft.name]] + terms.sum()
+            assert abs(asked) <= NEWTON * whole(model)
+    if all(kind.on_bearings for kind in model.plan.shafts.values()):
+        momentum = sum(shaft.mass * accelerations[coordinates_of(model, shaft)][:2] for shaft in box.shafts)
+        held = run.data["bearing_force"].values[:, :2, -1]
+        largest = max(top_force(stage.pair) for stage in box.stages)
+        allowed = 1e-3 * np.abs(held).max() + NEWTON * largest + blurred(model)
+        assert np.abs(momentum - held.sum(axis=0)).max() <= allowed
+
+
+def blurred(model) -> float:
+    """What single precision, in which runs keep the motion, may change of the bearings' forces [N]."""
+    system, now, total = model.mbs.systemData, exu.ConfigurationType.Current, 0.0
+    for shaft in model.gearbox.shafts:
+        place = coordinates_of(model, shaft)[:-1]
+        for axial, bearing in shaft.bearings.items():
+            arm = np.array([1.0, 1.0, 1.0, *[abs(axial - shaft.centre)] * 2])[: len(place)]
+            moved = [
+                np.abs(values[place]) @ arm
+                for values in (system.GetODE2Coordinates(now), system.GetODE2Coordinates_t(now))
+            ]
+            total += bearing.stiffness.max() * (moved[0] + bearing.damping * moved[1])
+    return total * float(np.finfo(np.float32).eps)
+
+
+def check(scene: Scene) -> None:
+    found = solved(scene)
+    if found is None:
+        return
+    model, rest, run, load = found
+    for name, values in run.data.items():
+        assert np.isfinite(values.values).all(), name
+    starts_in_equilibrium(model, rest, load)
+    with integrated(model, model.plan.rule()):
+        actions_are_reactions(model)
+    accelerates_as_forces_ask(model, run)
+
+
+@given(scenes())
+@QUICK
+def test_some_gearboxes(scene):
+    check(scene)
+
+
+@pytest.mark.slow
+def test_many_gearboxes():
+    OUTCOMES.clear()
+    given(scenes())(LONG(check))()
+    print(*(f"{number:6d} {outcome}" for outcome, number in OUTCOMES.most_common()), sep="\n")
+    assert OUTCOMES["run"] > 0.3 * OUTCOMES.total(), OUTCOMES

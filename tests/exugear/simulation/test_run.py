@@ -1,0 +1,398 @@
+"""Run-ups: equilibrium, energy, invariance of the reduction, accuracy of the step, refusals."""
+
+import _thread
+import gc
+import signal
+import threading
+import weakref
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, smooth_box, smooth_map
+
+import exugear
+from exugear.plan.time_steps import summable
+from exugear.simulation.step_error import Solver
+from exugear.simulation.time_functions import Curve, line
+from fem.units import mm, rpm, um
+
+LOAD = 350.0
+
+
+def run(model, **changes) -> exugear.Run:
+    options = {"speed": (0, 175 * rpm), "duration": 1.0, "load": LOAD, "progress": False} | changes
+    return exugear.run_up(model, **options)
+
+
+def windows(run: exugear.Run, width: float = 0.25) -> np.ndarray:
+    """rms of the DTE about its mean in windows of time."""
+    time, dte = run.data["time"].values[:-1], run.data["dte"].values[0, :-1]
+    window = np.floor(time / width * (1 + 1e-9)).astype(int)
+    mean = np.bincount(window, dte) / np.bincount(window)
+    return np.sqrt(np.bincount(window, (dte - mean[window]) ** 2) / np.bincount(window))
+
+
+@pytest.fixture(scope="module")
+def spinning() -> exugear.Model:
+    return exugear.build(smooth_box())
+
+
+def with_bearings() -> exugear.Model:
+    return exugear.build(smooth_box(exugear.Bearing(radial=1e9, axial=1e9, tilt=1e6, damping=1e-5)))
+
+
+@pytest.mark.parametrize("build", [lambda: exugear.build(smooth_box()), with_bearings])
+def test_a_resting_gearbox_rests(build):
+    data = run(build(), speed=0.0, duration=0.01).data
+    assert data["mesh_force"].values == pytest.approx(LOAD / paper_pair().wheel.r_b, rel=1e-4)
+    assert np.ptp(data["dte"].values) < 1e-4 * um * 10
+
+
+def test_slow_running_follows_the_static_transmission_error(spinning):
+    data = run(spinning, speed=2 * rpm, duration=0.6).data
+    phase = (data["time"].values * 2 * rpm * 57 / (2 * np.pi)) % 1
+    law = spinning.meshes[0].stage.force
+    static = np.array([law.deflection_at(p, LOAD / paper_pair().wheel.r_b) for p in phase[2500::1000]])
+    assert data["dte"].values[0, 2500::1000] == pytest.approx(static, abs=0.05 * um)
+
+
+def test_segments_do_not_perturb_the_run(spinning, monkeypatch):
+    parts = run(spinning, tolerance=1e-4, checks=0)
+    monkeypatch.setattr("exugear.simulation.step_error.PIECES", 1)
+    whole = run(spinning, tolerance=1e-4, checks=0)
+    assert np.abs(whole.data["dte"] - parts.data["dte"]).max() < 1e-4 * np.ptp(whole.data["dte"].values)
+
+
+def test_reduced_and_unreduced_scenes_agree(spinning):
+    box = spinning.gearbox
+    unreduced = exugear.build(box, plan=exugear.plan(box).with_joints())
+    conditions = {"speed": (1000 * rpm, 1100 * rpm), "duration": 0.5}
+    one, other = (run(model, **conditions).data["dte"].values for model in (spinning, unreduced))
+    assert np.abs(one - other).max() < 1e-4 * np.ptp(one)
+
+
+def test_stiff_bearings_come_close_to_ideal_ones(spinning):
+    hard = exugear.build(smooth_box(exugear.Bearing(radial=1e11, axial=1e11, tilt=1e9, damping=1e-6)))
+    conditions = {"speed": 300 * rpm, "duration": 0.5}
+    one, other = (windows(run(model, **conditions), 0.1) for model in (spinning, hard))
+    assert other == pytest.approx(one, rel=0.02)
+
+
+def test_windows_are_converged_at_the_default_tolerance(spinning):
+    conditions = {"speed": (500 * rpm, 700 * rpm), "duration": 2.0}
+    rough = run(spinning, **conditions)
+    fine = run(spinning, **conditions, step=rough.step / 4)
+    error = np.abs(windows(rough) / windows(fine) - 1)
+    assert np.median(error) < 1e-3
+
+
+def fall(box, speed: float) -> float:
+    """By what power of the step the DTE's error falls, from 24 to 12 us."""
+    conditions = {"speed": speed, "duration": 0.048, "sample": 4.8e-5, "tolerance": 1e-6}
+    one, other, fine = (run(exugear.build(box), step=h, **conditions).data["dte"].values for h in (24e-6, 12e-6, 15e-7))
+    return float(np.log2(np.std(one - fine) / np.std(other - fine)))
+
+
+@pytest.mark.parametrize("damping", [0.0, 2700.0])
+@pytest.mark.parametrize("part", [None, exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5)])
+def test_error_falls_with_the_fourth_power_of_the_step(part, damping):
+    assert fall(smooth_box(part, damping=damping), 600 * rpm) == pytest.approx(4, abs=0.3)
+
+
+def test_contact_loss_makes_the_error_fall_more_slowly():
+    assert 0 < fall(smooth_box(), 2100 * rpm) < 3
+
+
+@pytest.mark.parametrize("duration", [1e-3, 0.7, 70.0, 1234.5])
+def test_steps_sum_up_exactly(duration):
+    """As Exudyn adds them: else one more, of some 1e-10 s, would ruin the rates at the end."""
+    n = 3_000_017
+    step = summable(duration / n, duration)
+    for h, number in ((step, n), (step / 2, 2 * n)):
+        assert np.cumsum(np.full(number, h))[-1] == n * step
+    assert step == pytest.approx(duration / n, rel=1e-6)
+    assert n * step <= duration
+
+
+@pytest.mark.parametrize(
+    "build", [lambda: exugear.build(smooth_box()), pytest.param(with_bearings, marks=pytest.mark.slow)]
+)
+def test_estimated_errors_are_true(build, monkeypatch):
+    """All hundred pieces of a run-up through the resonances, against a sixth of the step; above Newton's own error."""
+    monkeypatch.setattr(Solver, "telling", lambda self, pieces, number: pieces)
+    conditions = {"speed": (500 * rpm, 3500 * rpm), "duration": 10.0, "load": 150.0, "tolerance": 4e-3}
+    rough = run(build(), **conditions, progress=True)
+    finer = {"step": rough.step / 6, "sample": rough.data.attrs["sample"], "tolerance": 1e-5, "checks": 0}
+    fine = run(build(), **conditions | finer)
+    one, other = (np.array_split(x.data["dte"].values[0, :-1], 100) for x in (rough, fine))
+    true = np.array([np.abs(a.std() / b.std() - 1) for a, b in zip(one, other, strict=True)])
+    ratio = rough.data["step_error"].values[0] / true
+    assert np.mean((ratio > 1 / 3) & (ratio < 3)) >= 0.9
+    assert np.median(ratio) == pytest.approx(1, abs=0.3)
+
+
+def test_checks_leave_the_run_as_it_was():
+    runs = [run(exugear.build(smooth_box()), progress=True, checks=checks) for checks in (0, 3)]
+    plain, checked = (x.data for x in runs)
+    assert "step_error" not in plain
+    assert 1 < checked["checked"].size <= 3
+    assert (checked["step_error"] < 1e-3).all()
+    assert plain["dte"].identical(checked["dte"].drop_vars("checked", errors="ignore"))
+
+
+RUN_UP = {"speed": (0, 3500 * rpm), "duration": 70.0}
+
+
+@pytest.fixture(scope="module")
+def run_up(spinning) -> exugear.Run:
+    return run(spinning, **RUN_UP)
+
+
+@pytest.mark.slow
+def test_seventy_seconds_to_3500_rpm_are_converged(spinning, run_up):
+    fine = run(spinning, **RUN_UP, step=run_up.step / 4)
+    error = np.abs(windows(run_up) / windows(fine) - 1)
+    assert np.median(error) < 1e-3
+    assert np.percentile(error, 95) < 5e-3
+
+
+@pytest.mark.slow
+def test_seventy_seconds_in_space_on_revolute_joints(spinning, run_up):
+    box = spinning.gearbox
+    unreduced = exugear.build(box, plan=exugear.plan(box).with_joints())
+    assert np.median(np.abs(windows(run(unreduced, **RUN_UP)) / windows(run_up) - 1)) < 1e-3
+
+
+def test_forced_vibration_from_rest_is_the_textbooks():
+    oscillator, w = Oscillator(linear_law(), zeta=0.0), 0.6
+    y, x = oscillator.run(lambda x: 0.0, lambda x: 2000 + 500 * np.sin(2 * np.pi * w * x), 20.0)
+    angle = 2 * np.pi * x
+    textbook = 2000 + 500 * (np.sin(w * angle) - w * np.sin(angle)) / (1 - w**2)
+    assert y * K == pytest.approx(textbook, abs=0.05)
+
+
+def test_damping_at_resonance_is_the_textbooks():
+    """Newmark's velocities alone would take (omega h)^2 / 12 from it: 1.3 %."""
+    zeta = 0.05
+    c = 2 * zeta * np.sqrt(K * INERTIA) / paper_pair().pinion.r_b
+    oscillator = Oscillator(replace(linear_law(), damping=c), zeta=0.0)
+    steps = 2 * np.pi / 0.4
+    y, x = oscillator.run(lambda x: 0.0, lambda x: 2000 + 100 * np.sin(2 * np.pi * x), 40.0, steps)
+    angle = 2 * np.pi * x[x > 30]
+    _, *parts = np.linalg.lstsq(np.c_[np.ones(angle.size), np.sin(angle), np.cos(angle)], y[x > 30])[0]
+    assert np.hypot(*parts) == pytest.approx(100 / K / (2 * zeta), rel=1e-3)
+
+
+@pytest.mark.parametrize("tau", [0.0, 1e-6])
+def test_bodies_on_bearings_are_damped_as_well(tau):
+    """About a resonance, with mesh damping and hardly any of the bearings."""
+    box = smooth_box(exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5, damping=tau))
+    model = exugear.build(box, plan=exugear.plan(box).with_bodies())
+    conditions = {"speed": (1900 * rpm, 2000 * rpm), "duration": 1.0, "tolerance": 1e-6}
+    one, other = (windows(run(model, **conditions, step=step), 0.1) for step in (2e-5, 5e-6))
+    assert one == pytest.approx(other, rel=1e-3)
+
+
+@pytest.mark.parametrize("load", [150.0, lambda t: 150 + t])
+@pytest.mark.parametrize("speed", [(10.0, 20.0), lambda t: 10 + t])
+def test_systems_that_are_no_longer_used_are_freed(speed, load):
+    model = exugear.build(smooth_box())
+    run(model, speed=speed, load=load, duration=0.01, progress=True)
+    system = weakref.ref(model.mbs)
+    del model
+    gc.collect()
+    assert system() is None
+
+
+def test_load_turned_round_lies_on_the_other_flank(spinning):
+    forward, back = (run(spinning, speed=0.0, duration=0.01, load=load).data for load in (LOAD, -LOAD))
+    assert back["mesh_force"].values == pytest.approx(-forward["mesh_force"].values, rel=1e-3)
+    assert (back["dte"].values < -paper_pair().backlash).all()
+
+
+@pytest.mark.parametrize("load", [LOAD, -LOAD])
+def test_heavily_damped_gears_on_bearings_rest_on_either_flank(load):
+    """The shafts lean by 1e-3, which changes the arms by its square."""
+    soft = exugear.Bearing(radial=5e7, axial=1e7, tilt=1e5)
+    box = smooth_box(soft, damping=40000.0)
+    data = run(exugear.build(box), speed=0.0, duration=0.01, load=load).data
+    wanted = load / paper_pair().wheel.r_b
+    assert data["mesh_force"].values == pytest.approx(np.full_like(data["mesh_force"], wanted), rel=1e-5)
+
+
+@pytest.fixture(scope="module")
+def two_stages() -> exugear.Model:
+    middle = exugear.Shaft("middle", {30 * mm: paper_gear(), 80 * mm: paper_gear()})
+    fast, slow = (exugear.Shaft(name, {s * mm: paper_gear()}) for name, s in (("fast", 30), ("slow", 80)))
+    stages = [exugear.Stage(*pair, smooth_map(), damping=2700.0) for pair in ((fast, middle), (middle, slow))]
+    return exugear.build(exugear.Gearbox(stages))
+
+
+@pytest.mark.parametrize("load", [LOAD, -LOAD])
+def test_what_the_load_turns_moves_the_phase_of_the_next_stage(two_stages, load):
+    """A gear that crosses its backlash turns by some hundredths of a pitch; the start is exact all the same."""
+    forces = run(two_stages, speed=0.0, duration=0.01, load=load).data["mesh_force"].values
+    wanted = np.array([[load], [load]]) / paper_pair().wheel.r_b
+    assert forces == pytest.approx(np.broadcast_to(wanted, forces.shape), rel=1e-9)
+
+
+def test_two_stages_hand_the_load_on(two_stages):
+    data = run(two_stages, speed=5.0, duration=0.1).data
+    assert data["stage"].values.tolist() == ["fast-middle", "middle-slow"]
+    assert data["mesh_force"].values.mean(axis=1) == pytest.approx(LOAD / paper_pair().wheel.r_b, rel=0.02)
+
+
+@pytest.mark.parametrize("bearing", [None, exugear.Bearing(radial=1e9, axial=1e9, tilt=1e6, damping=1e-5)])
+def test_two_paths_share_the_load_at_rest_and_in_slow_motion(bearing):
+    """Four equal gears in a square; with bearings on two of the shafts only."""
+    held = {30 * mm: paper_gear()} | ({0.0: bearing} if bearing else {})
+    a, d = (exugear.Shaft(name, {30 * mm: paper_gear()}) for name in "ad")
+    b, c = (exugear.Shaft(name, held) for name in "bc")
+    ends = [(a, b, 0.0), (a, c, np.pi / 2), (b, d, np.pi / 2), (c, d, 0.0)]
+    stages = [exugear.Stage(*pair, smooth_map(), damping=2700.0, angle=angle) for *pair, angle in ends]
+    model = exugear.build(exugear.Gearbox(stages))
+    half = LOAD / paper_pair().wheel.r_b / 2
+    rest = run(model, speed=0.0, duration=0.005).data["mesh_force"].values
+    assert np.ptp(rest, axis=1) == pytest.approx(0, abs=1e-3 * half)
+    slow = run(model, speed=5.0, duration=0.1).data["mesh_force"].values
+    mean = slow[:, slow.shape[1] // 2 :].mean(axis=1)
+    for (ab, ac, bd, cd), rel in ((rest[:, 0], 1e-4), (mean, 1e-2)):
+        assert (ab, ac) == pytest.approx((bd, cd), rel=rel)
+        assert bd + cd == pytest.approx(2 * half, rel=rel)
+    if not bearing:
+        assert mean == pytest.approx(half, rel=0.05)
+
+
+def test_speed_as_line_and_as_function_are_the_same(spinning):
+    lines = run(spinning, duration=0.2).data
+    curves = run(spinning, duration=0.2, speed=lambda t: 175 * rpm * t / 0.2, load=lambda t: LOAD).data
+    assert np.abs(lines["dte"] - curves["dte"]).max() < 1e-4 * um
+
+
+def test_angle_is_the_integral_of_the_speed():
+    curve = Curve(lambda t: 100 + 20 * np.sin(30 * t), 2.0)
+    times = np.linspace(0, 2, 101)
+    exact = 100 * times + 20 / 30 * (1 - np.cos(30 * times))
+    assert [curve.integral(t) for t in times] == pytest.approx(exact, abs=1e-6)
+    assert line("speed", (0, 10), 5.0).integral(5.0) == pytest.approx(25)
+
+
+def test_power_in_equals_power_out_and_damping(spinning):
+    data = run(spinning, speed=600 * rpm, duration=0.5).data
+    force = data["mesh_force"].values[0, 5000:]
+    assert force.mean() == pytest.approx(LOAD / paper_pair().wheel.r_b, rel=2e-3)
+
+
+def test_data_are_labelled_and_saved_whole(spinning, tmp_path):
+    done = run(spinning, duration=0.1)
+    path = done.save(tmp_path / "run.nc")
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        assert data["dte"].dims == ("stage", "time")
+        assert data["dte"].units == "m" and data["mesh_force"].units == "N"
+        assert data["mesh_frequency"].values[0, -1] == pytest.approx(57 * 175 / 60)
+        assert data.attrs["duration"] == 0.1 and data.attrs["fast_inertia"] == pytest.approx(8.527e-3, rel=1e-3)
+        assert np.isfinite(data["dte"].values).all()
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run.nc"]
+
+
+def test_saved_runs_come_back(two_stages, tmp_path):
+    done = run(two_stages, speed=5.0, duration=0.01)
+    same = exugear.Run.load(done.save(tmp_path / "run.nc"))
+    xr.testing.assert_identical(same.data, done.data)
+    assert same.data["stage"].dtype.kind == "U"
+    assert (same.wall_time, same.step) == (done.wall_time, done.step)
+    done.data.to_netcdf(tmp_path / "older.nc", engine="h5netcdf")
+    assert np.isnan(exugear.Run.load(tmp_path / "older.nc").wall_time)
+
+
+def test_files_of_one_mesh_frequency_come_back_where_it_is_the_one(two_stages, spinning, tmp_path):
+    """So they were saved before each stage had its own."""
+    done, several = run(spinning, duration=0.01), run(two_stages, duration=0.01)
+    path = tmp_path / "older.nc"
+    done.data.assign(mesh_frequency=done.data["mesh_frequency"][0]).to_netcdf(path, engine="h5netcdf")
+    assert exugear.Run.load(path).data["mesh_frequency"].dims == ("stage", "time")
+    several.data.assign(mesh_frequency=several.data["mesh_frequency"][0]).to_netcdf(path, engine="h5netcdf")
+    with pytest.raises(ValueError, match=r"mesh frequency of the first stage alone; run it again"):
+        exugear.Run.load(path)
+
+
+def test_files_of_no_run_are_refused(tmp_path):
+    smooth_map().to_netcdf(tmp_path / "map.nc", engine="h5netcdf")
+    (tmp_path / "text.nc").write_text("no netCDF")
+    for name, message in (("map.nc", "holds no run, it lacks"), ("text.nc", "damaged or no netCDF file; run it again")):
+        with pytest.raises(ValueError, match=message):
+            exugear.Run.load(tmp_path / name)
+    with pytest.raises(FileNotFoundError):
+        exugear.Run.load(tmp_path / "missing.nc")
+
+
+def test_a_load_that_ends_in_nan_is_named(spinning):
+    with pytest.raises(RuntimeError, match=r"load\(t\) must be finite, got nan at t = 0.03"):
+        run(spinning, load=lambda t: np.nan if t > 0.03 else 50.0)
+
+
+def test_leaving_the_map_is_reported_with_time_speed_and_remedy(spinning):
+    ste = smooth_map((0, 1, 20, 100, 350, 400))
+    shafts = spinning.gearbox.shafts
+    model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, ste, damping=500.0)]))
+    with pytest.raises(RuntimeError, match=r"at t = .* s \(.* rpm\): deflection .* um .* larger torque"):
+        run(model, speed=(0, 3000 * rpm))
+    with pytest.raises(ValueError, match="extend the map to a larger torque"):
+        run(model, load=500.0)
+
+
+@pytest.fixture
+def listening_to_ctrl_c():
+    """Python's own handler: a shell that starts the tests in the background has SIGINT ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("listening_to_ctrl_c")
+def test_interrupted_run_raises_and_can_be_repeated(spinning):
+    timer = threading.Timer(0.3, _thread.interrupt_main)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        run(spinning, duration=60.0)
+    timer.join()
+    assert np.isfinite(run(spinning, duration=0.1).data["dte"].values).all()
+
+
+def test_console_stays_silent(spinning, capfd):
+    run(spinning, duration=0.1)
+    out, err = capfd.readouterr()
+    assert (out, err) == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"duration": 0.0}, "duration must lie in"),
+        ({"duration": np.nan}, "duration must lie in"),
+        ({"speed": np.nan}, "speed must be finite"),
+        ({"speed": (0, 1, 2)}, "speed must be a number"),
+        ({"speed": lambda t: np.nan}, "speed.t. must be finite"),
+        ({"speed": 1e6}, "pass 3500.rpm"),
+        ({"load": np.inf}, "load must be finite"),
+        ({"load": lambda t: np.nan}, "load.t. must be finite"),
+        ({"load": 1e5}, "extend the map"),
+        ({"tolerance": 0.0}, "tolerance must lie in"),
+        ({"step": -1.0}, "step must be > 0"),
+        ({"step": 2e-4}, r"step must be below .* stability"),
+        ({"sample": 0.0}, "sample must lie in"),
+        ({"sample": 2.0}, "sample must lie in"),
+    ],
+)
+def test_bad_conditions_are_refused(spinning, changes, message):
+    with pytest.raises(ValueError, match=message):
+        run(spinning, **changes)
+
+
+def test_the_stability_limit_is_where_it_is_said_to_be():
+    oscillator = Oscillator(linear_law(backlash=np.inf, reach=9e-3))
+    limit = 6**0.5 / oscillator.omega
+    assert oscillator.model.plan.largest_step == pytest.approx(limit / 2**0.5, rel=1e-3)
+    assert oscillator.c == pytest.approx(0.1 * (K * INERTIA) ** 0.5 / oscillator.r)

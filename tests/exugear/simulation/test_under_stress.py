@@ -1,0 +1,168 @@
+"""Run-ups under stress: steps, damping, backlash and loads at their ends, rattle, contact loss, long and fast runs."""
+
+import numpy as np
+import pytest
+from scenes import INERTIA, paper_gear, paper_pair, ran, rms, smooth_box, smooth_map
+from scipy.integrate import cumulative_trapezoid, quad
+from scipy.optimize import brentq
+
+import exugear
+from exugear.kernels.recorder import sample_of
+from fem.units import rpm, um
+
+R_B, TEETH = paper_pair().wheel.r_b, 57
+MASS = INERTIA / R_B**2
+BACKLASHES = [0.0, 1e-9, 50 * um]
+LIVELY = {"speed": (800 * rpm, 1200 * rpm), "duration": 1.0}
+
+
+def pair_of(law: exugear.MeshForce) -> exugear.Model:
+    """Two spinning shafts of known inertia under a law."""
+    shafts = [exugear.Shaft(name, {0.0: paper_gear()}, inertia=INERTIA) for name in ("fast", "slow")]
+    return exugear.build(exugear.Gearbox([exugear.Stage(*shafts, law, pair=paper_pair())]))
+
+
+def loose(backlash: float, damping: float = 0.0) -> exugear.MeshForce:
+    return exugear.MeshForce.from_ste(smooth_map(), damping=damping, backlash=backlash)
+
+
+@pytest.fixture(scope="module")
+def spinning() -> exugear.Model:
+    return exugear.build(smooth_box())
+
+
+@pytest.fixture(scope="module")
+def finest(spinning) -> np.ndarray:
+    return rms(ran(spinning, **LIVELY, step=spinning.plan.step() / 8))
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0, 2.0, 3.5])
+def test_steps_err_by_their_fourth_power(spinning, finest, share):
+    error = np.abs(rms(ran(spinning, **LIVELY, step=share * spinning.plan.step())) / finest - 1)
+    assert np.median(error) < 3e-4 * share**4 + 1e-4
+
+
+def test_four_times_the_step_is_refused_with_the_limit(spinning):
+    with pytest.raises(ValueError, match=r"step must be below 0.0001\d+ s .*stability"):
+        ran(spinning, **LIVELY, step=4 * spinning.plan.step())
+
+
+@pytest.mark.parametrize("backlash", BACKLASHES)
+@pytest.mark.parametrize(("before", "after"), [(50.0, 150.0), (350.0, 20.0), (150.0, 0.0), (150.0, -150.0)])
+def test_torque_step_without_damping_swings_as_far_as_its_energy(before, after, backlash):
+    """Within contact, into flight and back, through the backlash onto the other flank and back."""
+    law, step = loose(backlash), 2e-6
+    dte = ran(pair_of(law), speed=0.0, load=lambda t: after if t > 0 else before, step=step, sample=step, duration=0.03)
+    start = law.deflection_at(0.0, before / R_B)
+    edges = [x for x in (0.0, -backlash) if abs(x - start) > 0]
+
+    def gained(y: float) -> float:
+        """Energy [J] that force and load take up from the start to y."""
+        return quad(lambda x: float(law(0.0, x)) - after / R_B, start, y, points=edges, epsrel=1e-9, limit=200)[0]
+
+    way = 1 if after > before else -1
+    still = law.deflection_at(0.0, after / R_B) if after > 0 else -backlash - 1e-12
+    end = brentq(gained, still, start + way * 60 * um - (backlash if way < 0 else 0.0), xtol=1e-12)
+    y = dte["dte"].values[0]
+    for part in np.array_split(y, 3):
+        assert (part * way).max() == pytest.approx(end * way, abs=2e-3 * abs(end - start))
+        assert (part * way).min() == pytest.approx(start * way, abs=2e-3 * abs(end - start))
+
+
+def test_without_another_flank_a_reversed_load_lets_the_wheel_fall_freely():
+    data = ran(pair_of(loose(np.inf)), load=lambda t: 150.0 if t < 0.01 else -150.0, duration=0.02, sample=1e-5)
+    time, y = data["time"].values, data["dte"].values[0]
+    fall = np.polyfit(time[time > 0.015], y[time > 0.015], 2)[0]
+    assert fall == pytest.approx(-150 / R_B / MASS / 2, rel=1e-6)
+
+
+def test_impact_out_of_a_huge_backlash_leaves_the_map_and_says_so():
+    with pytest.raises(RuntimeError, match=r"at t = .* rpm\): deflection .* beyond the map.* larger torque"):
+        ran(pair_of(loose(9.9e-3, damping=2700.0)), load=lambda t: 150.0 if t < 0.01 else -150.0)
+
+
+@pytest.mark.parametrize("load", [0.0, 5.0])
+@pytest.mark.parametrize("backlash", BACKLASHES)
+def test_rattle_obeys_newton(backlash, load):
+    """Speed that swings at 50 Hz: the deflection is the twice integrated difference of both gears' accelerations."""
+    pulse, swing = 2 * np.pi * 50, 50.0
+    law = loose(backlash, damping=2700.0)
+    speed = lambda t: 100 + swing * np.sin(pulse * t)  # noqa: E731
+    data = ran(pair_of(law), speed=speed, load=load, step=1e-5, sample=1e-5, tolerance=1e-7, duration=0.06)
+    time, (y,), (force,) = data["time"].values, data["dte"].values, data["mesh_force"].values
+    rate = R_B * (speed(time) - 100) - cumulative_trapezoid(force - load / R_B, time, initial=0) / MASS
+    assert y - y[0] == pytest.approx(cumulative_trapezoid(rate, time, initial=0), abs=0.1 * um)
+    assert force.min() < -100 < 100 < force.max()
+    assert np.mean(force == 0) > 0.2 or backlash < 1 * um
+
+
+@pytest.mark.parametrize("backlash", BACKLASHES)
+def test_no_load_at_constant_speed_moves_nothing(backlash):
+    data = ran(pair_of(loose(backlash, damping=2700.0)), load=0.0)
+    assert np.abs(data["mesh_force"].values).max() < 1e-9
+    assert np.abs(data["dte"].values).max() < 1e-15
+
+
+def test_resonance_with_contact_lost_in_every_cycle_still_hands_the_load_on(spinning):
+    """Down onto the upper branch, then held; whole cycles."""
+    top, held = 2100 * rpm, 1700 * rpm
+    speed = lambda t: top + (held - top) * min(t / 0.5, 1.0)  # noqa: E731
+    model = exugear.build(smooth_box(damping=1500.0))
+    data = ran(model, speed=speed, duration=1.5)
+    cycle = 2 * np.pi / TEETH / held
+    time, force = data["time"].values, data["mesh_force"].values[0]
+    last = time > time[-1] - 300 * cycle
+    cycles = np.floor((time[last] - time[last][0]) / cycle).astype(int)
+    lost = np.bincount(cycles, force[last] == 0) / np.bincount(cycles)
+    assert lost[:-1].min() > 0.2
+    assert force[last].mean() == pytest.approx(150 / R_B, rel=2e-3)
+
+
+@pytest.mark.parametrize("turning", [0.1, 1.0, 10.0])
+def test_crawling_follows_the_map(turning, spinning):
+    """One pitch; the damping lags by 0.0005 um/rpm where the map is steepest."""
+    pitch = 2 * np.pi / TEETH / (turning * rpm)
+    data = ran(spinning, speed=turning * rpm, duration=pitch, sample=pitch / 500)
+    law = spinning.meshes[0].stage.force
+    phase = data["time"].values[::50] / pitch
+    static = [law.deflection_at(p, 150 / R_B) for p in phase]
+    assert data["dte"].values[0, ::50] == pytest.approx(static, abs=(5e-4 * turning + 1e-4) * um)
+
+
+@pytest.mark.parametrize("turning", [6e3, 20e3, 60e3])
+def test_far_above_resonance_the_gears_turn_steadily(turning, spinning):
+    """The deflection rests where the mean force is the load's; what moves falls with the speed squared."""
+    data = ran(spinning, speed=turning * rpm, duration=0.1, sample=1 / (16 * TEETH * turning / 60))
+    y, law = data["dte"].values[0], spinning.meshes[0].stage.force
+    late = y[y.size // 2 :]
+    phase = (np.arange(1000) + 0.5) / 1000
+    resting = brentq(lambda y: law(phase, y).mean() - 150 / R_B, 0, 20 * um)
+    share = (2000 / turning) ** 2
+    assert late.mean() == pytest.approx(resting, rel=0.1 * share + 1e-4)
+    assert np.ptp(late) < 2 * share * np.ptp(smooth_map()["te"].sel(torque=150).values)
+
+
+@pytest.mark.slow
+def test_two_thousand_revolutions_end_as_they_began(spinning):
+    """In one piece; the 16 samples of every pitch come at the same phases all the time: a step that sums up exactly."""
+    step = 2.0**-16 * 7 / 8
+    turn = TEETH * 16 * step
+    data = ran(spinning, speed=2 * np.pi / turn, duration=2000 * turn, step=step, sample=step)
+    turns = data["dte"].values[0, :-1].reshape(2000, -1)
+    assert np.sqrt(np.mean((turns[-1] - turns[50]) ** 2)) < 1e-5 * np.ptp(turns[50])
+
+
+def test_samples_of_ten_million_steps_are_found():
+    """Time is summed up, as Exudyn does it; before, samples were lost from 7e6 steps on."""
+    recorder, step, number = exugear.Recorder(), 2.8865556813498194e-05, 10**7
+    recorder.start(step, 10, steps=1)
+    recorder.header[1] = number + 1
+    times = np.cumsum(np.full(number, step))
+    found = [sample_of(recorder.header.ctypes.data, time) for time in times[-2000:]]
+    assert found == list(range(number - 1999, number + 1))
+
+
+def test_a_run_that_misses_samples_is_refused(monkeypatch, spinning):
+    monkeypatch.setattr("exugear.simulation.step_error.Solver.solve", lambda *_: None)
+    with pytest.raises(RuntimeError, match="samples are lost; try step="):
+        ran(spinning, load=10.0, speed=1.0)

@@ -1,0 +1,144 @@
+"""Lines of contact against closed forms; contact of springs against its own closed form."""
+
+import numpy as np
+import pytest
+from paper_gears import paper_gear, paper_pair
+
+import fem
+from fem.contact.flank_gap import Cells
+from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
+from fem.contact.strip_contact import Contact
+from fem.pair.mesh_position import Meeting
+from fem.units import deg, mm, um
+
+
+@pytest.fixture(scope="module")
+def lines():
+    """Of a published geometry: z 20/30, m_n 3.5 mm, beta 15 deg."""
+    data = {"m_n": 3.5 * mm, "b": 23 * mm, "d_bore": 20 * mm}
+    pinion = fem.Gear(z=20, beta=15 * deg, x=0.1809, d_a=2 * 40.336 * mm, **data)
+    wheel = fem.Gear(z=30, beta=-15 * deg, x=0.0891, d_a=2 * 58.132 * mm, **data)
+    pair = fem.GearPair(pinion, wheel, a=91.5 * mm)
+    assert pair.eps_alpha == pytest.approx(1.4599, abs=1e-4)
+    assert pair.eps_beta == pytest.approx(0.5414, abs=1e-4)
+    found = [np.array(list(Meeting(pair, pair.a, 0.0, i / 2000).lines().values())) for i in range(2000)]
+    return pair, found
+
+
+def test_length_of_the_lines_of_contact(lines):
+    pair, found = lines
+    total = np.array([(ends[:, 1] - ends[:, 0]).sum() for ends in found]) / np.cos(pair.beta_b)
+    assert [total.min(), total.max(), total.mean()] == pytest.approx([23.768 * mm, 43.855 * mm, 34.617 * mm], rel=1e-3)
+
+
+def test_centroid_of_evenly_loaded_lines(lines):
+    _, found = lines
+    centroid = [np.average(ends.mean(axis=1), weights=ends[:, 1] - ends[:, 0]) for ends in found]
+    assert np.ptp(centroid) == pytest.approx(3.946 * mm, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "delta", "tangent", "k_h_beta"), [(5, 7.183, 460.0, 1.534), (10, 9.678, 445.2, 2.067)]
+)
+def test_misaligned_line_of_springs(tilt, delta, tangent, k_h_beta):
+    """c = 20 N/(mm um) over 23 mm, touching all over, or as far as delta^2 = 2 tilt F / (c b)."""
+    b, c, n = 23 * mm, 20e9, 200
+    force = 150 / paper_pair().pinion.r_b
+    even = force / (c * b)
+    exact = even + tilt * um / 2 if even > tilt * um / 2 else np.sqrt(2 * tilt * um * even)
+    springs = np.tile(np.eye(STRIPS) * STRIPS * n / (c * b), (n, 1, 1))
+    gap = (np.arange(n * STRIPS).reshape(n, STRIPS) + 0.5) / (n * STRIPS) * tilt * um
+    every, uncoupled = np.ones_like(gap, bool), np.zeros((n, NODES, n, NODES))
+    te, _, f = Contact(springs, uncoupled, gap, np.ones_like(gap)).solve(force, every)
+    line_load = f * n * STRIPS / b
+    assert te == pytest.approx(exact, rel=1e-6)
+    assert te / um == pytest.approx(delta, abs=1e-3)
+    assert c * b * (f > 0).mean() / 1e6 == pytest.approx(tangent, abs=0.1)
+    assert line_load.max() / (force / b) == pytest.approx(k_h_beta, abs=1e-3)
+
+
+def test_strips_that_join_one_by_one_find_the_same_contact():
+    rng, n = np.random.default_rng(0), 6
+    root = rng.standard_normal((n * NODES, n * NODES))
+    smooth = 1e-10 * (root @ root.T).reshape(n, NODES, n, NODES)
+    local = np.tile(2e-9 * np.exp(-np.abs(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS))) / 5), (n, 1, 1))
+    gap = rng.uniform(0, 5 * um, (n, STRIPS))
+    contact = Contact(local, smooth, gap, np.ones_like(gap))
+    te, _, f = contact.solve(2000.0, np.ones_like(gap, bool))
+    other, _, g = contact._one_by_one(np.ones_like(gap), 2000.0)
+    assert other == pytest.approx(te, rel=1e-12)
+    assert g == pytest.approx(f, abs=1e-8)
+    assert 0 < (f > 0).mean() < 1
+
+
+@pytest.mark.parametrize("phase", [-0.3, 0.3])
+def test_touching_flanks_have_one_normal(phase):
+    """Where a parabolic relief touches, it is inclined by as much as the mate's normal says."""
+    relief = fem.TipRelief(15 * um, 4 * mm, power=2)
+    gear = paper_gear(flank=relief)
+    cells = Cells(Meeting(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]))
+    foot = cells.clear(cells.closest)[1]
+    own, mate = cells.tilts(cells.closest, foot, np.zeros((1, 1)), np.ones((1, 1)))[:, 0, 0]
+    step = 1e-3 * mm
+    change = np.diff(relief.removed(gear.face, np.array([-step, step]) + foot[0], 0.0))[0]
+    assert own == 0
+    assert mate > 2e-3
+    assert mate == pytest.approx(change / (2 * step * foot[0, 0] / gear.r_b), rel=0.02)
+
+
+def test_loaded_teeth_touch_nearer_to_both_tips():
+    """On the line of action rigid flanks would overlap by the transmission error, one half beyond the contact each."""
+    te = 10 * um
+    for phase in (-0.2, 0.1):
+        rolls = []
+        for at in (0.0, te):
+            cells = Cells(Meeting(paper_pair(), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), at)
+            rolls.append(np.stack([cells.closest, cells.clear(cells.closest)[1]]))
+        assert rolls[1] - rolls[0] == pytest.approx(te / 2 + 0 * rolls[0], rel=1e-3)
+
+
+@pytest.mark.parametrize("relief", [(), fem.ProfileCrowning(5 * um)])
+def test_directions_of_contact_do_not_prefer_a_gear(relief):
+    """At the pitch point either gear may carry the strips."""
+    pair = fem.GearPair(paper_gear(flank=relief), paper_gear(flank=relief), a=150 * mm)
+    found = []
+    for phase in (-1e-12, 1e-12):
+        cells = Cells(Meeting(pair, 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), 30 * um)
+        strips = strips_of(cells, np.array([0.2 * mm]))
+        order = slice(None) if cells.own_is_pinion[0] else slice(None, None, -1)
+        found.append([numbers[..., order] for numbers in (strips.tilts, strips.approach, strips.gap)])
+    for numbers, other, error in zip(*found, (3e-4, 3e-5, 1e-9), strict=True):
+        assert numbers == pytest.approx(other, abs=error)
+    assert 5e-3 < np.abs(found[0][0]).max() < 2e-2
+    assert np.abs(found[0][1] - 1).max() < 1e-3
+
+
+@pytest.mark.parametrize("flank", [(), fem.ProfileCrowning(5 * um)])
+def test_gaps_of_strips_are_means_over_them(flank):
+    """Where they are read in the middle, curvature alone hides w^2 / (24 rho), here 5 nm."""
+    pair = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm)
+    cells = Cells(Meeting(pair, 150 * mm, 0.0, 0.2), *np.array([[0], [0], [1 * mm]]))
+    reach = np.array([0.4 * mm])
+    strips, r_b = strips_of(cells, reach / WINDOW), cells.radii[0]
+    arcs = cells.closest**2 / (2 * r_b) + reach * np.linspace(-1, 1, 100 * STRIPS + 1)[50::100]
+    within = arcs[..., None] + strips.width[..., None] * ((np.arange(100) + 0.5) / 100 - 0.5)
+    gap = cells.clear(np.sqrt(2 * r_b * within.reshape(1, -1)))[0].reshape(*arcs.shape, 100).mean(axis=-1)
+    assert strips.gap == pytest.approx(gap, abs=1e-12)
+    assert np.abs(cells.clear(np.sqrt(2 * r_b * arcs))[0] - gap).max() > 3e-9
+
+
+@pytest.mark.parametrize(("z", "x", "beta"), [((12, 150), 0.5, 0.0), ((14, 90), 0.2, 30 * deg), ((57, 57), 0.0, 0.0)])
+def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
+    data = {"m_n": 2 * mm, "b": 20 * mm, "d_bore": 10 * mm, "x": x}
+    pair = fem.GearPair(fem.Gear(z=z[0], beta=beta, **data), fem.Gear(z=z[1], beta=-beta, **data))
+    for phase in (0.0, 0.3, 0.7):
+        meeting = Meeting(pair, pair.a, 0.0, phase)
+        number, low = (at.ravel() for at in np.meshgrid(meeting.numbers(), np.linspace(-10, 9, 20) * mm))
+        cells = Cells(meeting, number, low, low + 1 * mm, te=20 * um)
+        start, meet = cells.limits[0], ~cells.apart
+        beyond = cells.against(start)[1] - cells.mate_tip
+        form = np.where(cells.own_is_pinion, pair.pinion.roll_form, pair.wheel.roll_form)[:, None]
+        cut = meet & (start > form * (1 + 1e-12))
+        assert cut.any()
+        assert beyond[cut] == pytest.approx(0, abs=1e-12 * pair.a)
+        assert (beyond[meet] <= 1e-12 * pair.a).all()

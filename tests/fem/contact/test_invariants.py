@@ -1,0 +1,213 @@
+"""Random pairs: what the contact and the transmission error must obey whatever the gears, modifications and offsets."""
+
+from dataclasses import dataclass, fields, replace
+from math import floor
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, reject, settings
+from hypothesis import strategies as st
+from strategies import pairs
+
+import fem
+from fem.contact.strip_contact import assemble
+from fem.contact.tooth_contact import Encounter, State
+from fem.elasticity.flank_compliance import flank_compliance
+from fem.elasticity.hertz import largest_torque
+from fem.elasticity.mesh_density import Density
+from fem.pair.mesh_position import Meeting
+from fem.units import um
+
+TINY = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1)
+SLICES, WIDEST, MOST_PAIRS, BAND = 6, 8, 2.5, 0.025
+FAST = settings(max_examples=6, deadline=None, derandomize=True, phases=[Phase.generate])
+MANY = settings(max_examples=40, deadline=None, derandomize=True, phases=[Phase.generate])
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A pair at one place; axial and misalignment as in `fem.Offsets`, mesh force [N]."""
+
+    pair: fem.GearPair
+    phase: float
+    force: float
+    axial: float = 0.0
+    misalignment: float = 0.0
+    slices: int = SLICES
+
+    @property
+    def encounter(self) -> Encounter:
+        pair = self.pair
+        density = TINY.with_teeth(floor(pair.eps_gamma) + 1, behind=1)
+        loaded = pair.b + 2 * abs(self.axial)
+        bodies = (flank_compliance(g, density, min(g.b, loaded), whole=True) for g in (pair.pinion, pair.wheel))
+        return Encounter(Meeting(pair, pair.a, self.axial, self.phase), *bodies, self.slices)
+
+    def solved(self) -> tuple[State, State]:
+        """In the resolved, and in the slice mode."""
+        encounter = self.encounter
+        one, angle = np.array([self.force]), np.array([self.misalignment])
+        return encounter.state(self.force, self.misalignment), encounter.slice_states(one, angle)[0]
+
+
+@st.composite
+def scenes(draw) -> Scene:
+    """Narrow pairs with few teeth in contact, under 1e-5 to 0.1 of the largest torque, half of them displaced."""
+    pair = draw(pairs())
+    widest = WIDEST * pair.pinion.m_n
+    try:
+        one, other = (replace(gear, b=min(gear.b, widest)) for gear in (pair.pinion, pair.wheel))
+        pair = fem.GearPair(one, other, a=pair.a)
+    except ValueError:
+        reject()
+    if pair.eps_gamma > MOST_PAIRS:
+        reject()
+    force = largest_torque(pair) / pair.pinion.r_b * 10 ** draw(st.floats(-5, -1))
+    place = {"axial": draw(st.sampled_from([0, 0.05, -0.3])) * pair.b, "misalignment": draw(st.floats(-1e-3, 1e-3))}
+    return Scene(pair, draw(st.floats(0, 1)), force, **draw(st.sampled_from([{}, place])))
+
+
+def of_pair(scene: Scene, change) -> Scene:
+    """The scene with both gears changed."""
+    pair = scene.pair
+    return replace(scene, pair=fem.GearPair(change(pair.pinion), change(pair.wheel), a=pair.a))
+
+
+def alike(one: Scene, other: Scene, *, te: float = 1.0, centroid: float = 1.0, rel: float = 1e-5) -> None:
+    """Both modes give the other scene the same state, but for given factors."""
+    for here, there in zip(one.solved(), other.solved(), strict=True):
+        size = abs(here.te) + 0.01 * um
+        off = f"te {there.te / te / here.te - 1:.1e} off"
+        assert there.te == pytest.approx(te * here.te, abs=rel * te * size), off
+        assert there.centroid() == pytest.approx(centroid * here.centroid(), abs=10 * rel * one.pair.b)
+
+
+def contact_is_balanced(scene: Scene) -> None:
+    """Forces press, add up to the mesh force and stay on the common face; no strip is inside the mate's flank."""
+    encounter, (resolved, sliced) = scene.encounter, scene.solved()
+    balance = (resolved.strips.approach * resolved.load).sum(), sliced.force @ encounter.gaps(sliced.cells, 0.0)[1]
+    assert balance == pytest.approx((scene.force,) * 2, rel=1e-7)
+    low, high = encounter.meeting.face
+    for state in (resolved, sliced):
+        assert np.isfinite([state.te, state.peak_pressure()]).all()
+        assert state.force.min() >= 0
+        assert sum(state.share(k) for k in np.unique(state.cells.number)) == pytest.approx(1)
+        assert low <= state.centroid() <= high
+        assert state.cells.low.min() >= low - 1e-12
+        assert state.cells.high.max() <= high + 1e-12
+    contact = assemble(resolved.cells, resolved.strips, encounter.pinion, encounter.wheel, scene.misalignment)
+    slack = contact.displacement(resolved.load) + contact.gap - contact.approach * resolved.te
+    assert slack.min() > -1e-9 * um - 1e-12 * abs(resolved.te)
+
+
+def swapped_gears_run_backwards(scene: Scene) -> None:
+    """But for squares of te over the tooth's size: both gears turn by half of it on their own base circles.
+
+    What may differ is a share of te, or of what the load deflects: the loaded width is found but for a small one.
+    """
+    pair, turn = scene.pair, scene.misalignment if scene.axial == 0 else 0.0
+    other = fem.GearPair(pair.wheel, pair.pinion, a=pair.a)
+    here = replace(scene, misalignment=turn)
+    phase = -scene.phase - scene.axial * np.tan(pair.beta_b) / pair.p_bt
+    there = Scene(other, phase, scene.force, -scene.axial, turn)
+    unloaded = here.encounter.state(0.0, turn).te
+    for one, two in zip(here.solved(), there.solved(), strict=True):
+        second_order = (one.te / pair.pinion.m_n) ** 2
+        share = (1e-3 + second_order) * max(abs(one.te), one.te - unloaded)
+        same = pytest.approx(one.te, abs=share + 1e-5 * um)
+        assert two.te == same, f"te {two.te / one.te - 1:.1e} off"
+        assert two.centroid() + scene.axial == pytest.approx(one.centroid(), abs=1e-3 * pair.b)
+
+
+def mirror(part):
+    """A modification as seen in the transverse mid-plane."""
+    if isinstance(part, fem.HelixSlope):
+        return replace(part, C_Hbeta=-part.C_Hbeta)
+    if isinstance(part, fem.Grid):
+        return fem.Grid(part.roll, tuple(-z for z in part.axial[::-1]), tuple(row[::-1] for row in part.values))
+    return part
+
+
+def mirrored_gears_mirror_the_centroid(scene: Scene) -> None:
+    there = of_pair(scene, lambda g: replace(g, beta=-g.beta, flank=tuple(mirror(part) for part in g.drive_flank)))
+    there = replace(there, axial=-scene.axial, misalignment=-scene.misalignment)
+    alike(scene, there, centroid=-1.0)
+
+
+def plain(scene: Scene) -> Scene:
+    """Without modifications and misalignment."""
+    return replace(of_pair(scene, lambda gear: replace(gear, flank=())), misalignment=0.0)
+
+
+def every_pitch_is_alike(scene: Scene) -> None:
+    def even(gear):
+        return replace(gear, flank=tuple(p for p in gear.drive_flank if not isinstance(p, fem.PitchDeviation)))
+
+    here = of_pair(scene, even)
+    alike(here, replace(here, phase=here.phase + 1))
+
+
+def more_load_deflects_more_at_falling_rate(scene: Scene) -> None:
+    for state, doubled in zip(scene.solved(), replace(scene, force=2 * scene.force).solved(), strict=True):
+        assert doubled.te > state.te
+    ideal = plain(scene)
+    if not ideal.pair.beta_b:
+        for state, doubled in zip(ideal.solved(), replace(ideal, force=2 * ideal.force).solved(), strict=True):
+            assert doubled.te < 2 * state.te
+
+
+def unloaded_flanks_just_touch(scene: Scene) -> None:
+    ideal = plain(scene)
+    assert ideal.encounter.state(0.0).te == pytest.approx(0, abs=1e-6 * um)
+    light = replace(ideal, force=1e-6 * ideal.force).solved()
+    for state, loaded in zip(light, ideal.solved(), strict=True):
+        assert 0 < state.te < 1e-4 * loaded.te
+
+
+LENGTHS = ("m_n", "b", "d_bore", "s_n", "d_a", "d_f", "rho_f", "fillet")
+
+
+def larger(gear: fem.Gear, s: float) -> fem.Gear:
+    sizes = {f.name: getattr(gear, f.name) for f in fields(gear) if f.name in LENGTHS}
+    return replace(gear, **{name: s * size for name, size in sizes.items() if size is not None})
+
+
+def sizes_and_stiffness_scale(scene: Scene) -> None:
+    here, s = plain(scene), 2.0
+    pair = fem.GearPair(larger(here.pair.pinion, s), larger(here.pair.wheel, s), a=s * here.pair.a)
+    alike(here, replace(here, pair=pair, force=s**2 * here.force, axial=s * here.axial), te=s, centroid=s)
+    soft = of_pair(here, lambda gear: replace(gear, material=replace(gear.material, E=gear.material.E / s)))
+    alike(here, replace(soft, force=here.force / s))
+
+
+def modes_agree(scene: Scene) -> None:
+    """Slices have one line load at the place where flanks are closest; only loaded tips need more."""
+    phases = [replace(plain(scene), axial=0.0, slices=16, phase=i / 4) for i in range(4)]
+    resolved, sliced = np.array([[state.te for state in phase.solved()] for phase in phases]).mean(axis=0)
+    assert sliced == pytest.approx(resolved, rel=BAND), f"slices {sliced / resolved - 1:.2%} off"
+
+
+CHECKS = (
+    contact_is_balanced,
+    swapped_gears_run_backwards,
+    mirrored_gears_mirror_the_centroid,
+    every_pitch_is_alike,
+    more_load_deflects_more_at_falling_rate,
+    unloaded_flanks_just_touch,
+    modes_agree,
+)
+
+
+@given(scenes())
+@FAST
+def test_some_pairs(scene):
+    for check in CHECKS:
+        check(scene)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("check", (*CHECKS, sizes_and_stiffness_scale))
+@given(scene=scenes())
+@MANY
+def test_hundreds_of_pairs(check, scene):
+    check(scene)

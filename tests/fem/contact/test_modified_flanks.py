@@ -1,0 +1,320 @@
+"""Modified and misaligned flanks: gap in metres, references of independent finite elements, no new finite elements."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from paper_gears import paper_gear
+from twins import plane_twin, twin_te
+
+import fem
+from fem.contact.contact_width import kinks, with_kinks
+from fem.contact.strip_contact import across_weights
+from fem.contact.tooth_contact import Encounter
+from fem.elasticity.flank_compliance import flank_compliance
+from fem.elasticity.mesh_density import Density
+from fem.microgeometry import flank, modification
+from fem.pair.mesh_position import Meeting
+from fem.support import cache
+from fem.units import deg, mm, um
+
+FACE = modification.Face(18 * mm, 33 * mm, 23 * mm)
+ALL = (
+    fem.TipRelief(15 * um, 2.5 * mm),
+    fem.RootRelief(8 * um, 2 * mm, power=2),
+    fem.ProfileCrowning(4 * um),
+    fem.LeadCrowning(10 * um),
+    fem.HelixSlope(6 * um),
+    fem.EndRelief(12 * um, 3 * mm),
+)
+
+
+def modified(*parts) -> fem.Gear:
+    return paper_gear(flank=parts)
+
+
+def numbers(pinion, wheel, **options) -> list[float]:
+    """Mean and peak to peak at 150 and at 350 N m [um]."""
+    pair = fem.GearPair(pinion, wheel, a=150 * mm)
+    te = fem.static_transmission_error(pair, [150, 350], 30, progress=False, **options)["te"].values / um
+    return [te[0].mean(), np.ptp(te[0]), te[1].mean(), np.ptp(te[1])]
+
+
+def test_crowning_of_10_um():
+    mean_150, peak_150, mean_350, peak_350 = numbers(modified(fem.LeadCrowning(10 * um)), paper_gear())
+    assert [mean_150, mean_350] == pytest.approx([10.55, 20.26], rel=0.007)
+    assert [peak_150, peak_350] == pytest.approx([3.12, 5.99], rel=0.012)
+
+
+def test_misalignment_of_half_a_milliradian():
+    mean_150, peak_150, mean_350, peak_350 = numbers(
+        paper_gear(), paper_gear(), offsets=fem.Offsets(misalignment=0.5e-3)
+    )
+    assert [mean_150, mean_350] == pytest.approx([7.45, 16.90], rel=0.007)
+    assert [peak_150, peak_350] == pytest.approx([2.82, 5.97], rel=0.012)
+
+
+def plane_strain_te(pair: fem.GearPair, torque: float, phases: int) -> np.ndarray:
+    """Transmission error [m] of a pair of equal gears as its section in plane strain."""
+    twin = plane_twin(pair.pinion, Density(flank=26), 2)
+    return np.array([twin_te(pair, twin, i / phases, torque / pair.pinion.r_b) for i in range(phases)])
+
+
+def test_mean_under_tip_relief_in_plane_strain():
+    """15 um linear over the last 2.5 mm of roll length, both gears."""
+    gear = modified(fem.TipRelief(15 * um, 2.5 * mm))
+    for torque, mean in ((150, 9.218), (350, 19.489)):
+        te = plane_strain_te(fem.GearPair(gear, gear, a=150 * mm), torque, 30) / um
+        assert np.mean(te) == pytest.approx(mean, rel=0.005)
+
+
+def test_tip_relief_between_nodes_in_plane_strain():
+    """The reference is met by a relief that is linear between nodes 0.08 mm apart, as finite elements have it.
+
+    It is the peak to peak at 150 N m that asks for them: two teeth touch on the edge of the relief at phase 0.4, where
+    te rises by 14 nm per thousandth of a pitch.
+    """
+    plain, relief = paper_gear(), fem.TipRelief(15 * um, 2.5 * mm)
+    arcs = plain.roll_tip**2 / (2 * plain.r_b) - np.arange(40)[::-1] * 0.08 * mm
+    roll = np.sqrt(2 * plain.r_b * arcs)
+    nodes = fem.Grid(roll, (-1 * mm, 1 * mm), relief.removed(plain.face, roll[:, None], np.zeros(2)))
+    gear = modified(nodes)
+    for torque, expected in ((150, [9.218, 1.080]), (350, [19.489, 3.405])):
+        te = plane_strain_te(fem.GearPair(gear, gear, a=150 * mm), torque, 30) / um
+        assert [te.mean(), np.ptp(te)] == pytest.approx(expected, rel=0.005)
+
+
+def test_force_is_normal_to_both_flanks_on_the_edge_of_a_relief():
+    """Half-planes do not turn one another: the mean normals of both under the load are one, and the force's direction.
+
+    Here the wheel carries the strips, and the pinion's relief begins among them.
+    """
+    relief = fem.TipRelief(15 * um, 2.5 * mm)
+    gear = modified(relief)
+    twin = plane_twin(gear, Density(flank=26), 2)
+    state = Encounter(Meeting(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, 0.4), twin, twin, 1).state(
+        50 / gear.r_b
+    )
+    tooth = state.cells.number == 0
+    share, (pinion, wheel) = (state.load / state.force.sum())[tooth], state.strips.tilts[:, tooth]
+    arcs, step = state.strips.arcs[0, tooth], state.strips.width[tooth] / 2
+    ahead, behind = (relief.removed(gear.face, np.sqrt(2 * gear.r_b * (arcs + s)), 0.0) for s in (step, -step))
+    slope = (ahead - behind) / (2 * step)
+    assert share.sum() == pytest.approx(1)
+    assert np.ptp(slope[share > 0]) > 0.01
+    assert (share * wheel).sum() == pytest.approx(0, abs=1e-4)
+    assert (share * pinion).sum() == pytest.approx((share * slope).sum(), abs=1e-4)
+
+
+def test_plane_strain():
+    for torque, mean, peak_to_peak in ((150, 7.369, 2.653), (350, 16.42, 5.848)):
+        te = plane_strain_te(fem.GearPair(paper_gear(), paper_gear(), a=150 * mm), torque, 30) / um
+        assert np.mean(te) == pytest.approx(mean, rel=0.0015)
+        assert np.ptp(te) == pytest.approx(peak_to_peak, rel=0.004)
+
+
+def test_helix_slope_is_misalignment():
+    pair = fem.GearPair(modified(fem.HelixSlope(11.5 * um)), paper_gear(), a=150 * mm)
+    plain = fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
+    one = fem.static_transmission_error(pair, 150, 4, progress=False)["te"].values
+    other = fem.static_transmission_error(plain, 150, 4, offsets=fem.Offsets(misalignment=0.5e-3), progress=False)[
+        "te"
+    ].values
+    turned = fem.static_transmission_error(plain, 150, 4, offsets=fem.Offsets(misalignment=-0.5e-3), progress=False)[
+        "te"
+    ].values
+    assert one == pytest.approx(other, rel=1e-4)
+    assert turned == pytest.approx(other, rel=1e-6)
+
+
+def test_unloaded_error_is_the_smallest_gap():
+    pair = fem.GearPair(modified(fem.ProfileCrowning(5 * um)), paper_gear(), a=150 * mm)
+    te = fem.static_transmission_error(pair, [0, 1e-3], 6, progress=False)["te"].values
+    assert te[0].min() > -1e-12 * um
+    assert 0.3 * um < np.ptp(te[0]) < 5 * um
+    assert te[1] == pytest.approx(te[0], abs=0.01 * um)
+
+
+def end_relieved(beta: float) -> fem.GearPair:
+    changes = {"d_a": None, "d_f": None, "s_n": None} if beta else {}
+    relief = (fem.EndRelief(30 * um, 4 * mm),)
+    pinion, wheel = (paper_gear(beta=hand * beta, flank=relief, **changes) for hand in (1, -1))
+    return fem.GearPair(pinion, wheel, a=None if beta else 150 * mm)
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.26])
+def test_light_loads_on_edges_across_the_width(beta):
+    """Where end reliefs begin teeth touch first, and narrowly: some 3 % were missed with slices across such edges."""
+    pair = end_relieved(beta)
+    few, many = (
+        fem.static_transmission_error(pair, [5], 5, accuracy=fem.Resolution(slices=n), progress=False)["te"].values
+        for n in (20, 60)
+    )
+    assert few == pytest.approx(many, rel=4e-3)
+
+
+def test_kinks_are_where_reliefs_begin_along_the_line_of_contact():
+    pair = end_relieved(0.26)
+    relieved = replace(pair, pinion=replace(pair.pinion, flank=(fem.TipRelief(15 * um, 2.5 * mm),)))
+    meeting = Meeting(relieved, relieved.a, 1 * mm, 0.3)
+    found = dict(zip(meeting.numbers(), kinks(meeting), strict=True))
+    for number, (high, low, along) in found.items():
+        assert np.array([low, high]) == pytest.approx(np.array([-7.5, 7.5]) * mm + 1 * mm)
+        assert meeting.nominal(number, along) == pytest.approx(relieved.pinion.roll_tip - 2.5 * mm)
+
+
+def test_slices_end_at_kinks():
+    stops = np.linspace(0, 1, 6)
+    assert with_kinks(stops, np.array([-1.0, 2.0])) == pytest.approx(stops)
+    assert with_kinks(stops, np.array([-1.0, 0.25, 0.599, 2.0])) == pytest.approx([0, 0.2, 0.25, 0.4, 0.599, 0.8, 1])
+
+
+def test_line_load_where_reliefs_begin_on_lines_of_contact():
+    """Even stops beside the kink would leave narrow slices next to wide ones, with a third too much load."""
+    common = {"m_n": 3 * mm, "b": 25 * mm, "flank": (fem.TipRelief(40 * um, 3 * mm),)}
+    pinion = fem.Gear(z=24, beta=15 * deg, x=0.2, d_bore=30 * mm, **common)
+    pair = fem.GearPair(pinion, fem.Gear(z=40, beta=-15 * deg, d_bore=60 * mm, **common))
+    few, many = (
+        fem.static_transmission_error(
+            pair, 30, [0.23, 0.64, 0.65, 0.78], accuracy=fem.Resolution(slices=n), progress=False
+        )["line_load"].values
+        for n in (20, 60)
+    )
+    assert few == pytest.approx(many, rel=0.06)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_no_slice_is_a_sliver(seed):
+    """Kinks of both gears may be one but for rounding, or lie on an end or on another edge."""
+    rng = np.random.default_rng(seed)
+    stops = np.linspace(*np.sort(rng.random(2)), rng.integers(2, 12))
+    some = np.concatenate([stops, rng.random(5)])
+    for tiny in (1e-18, 1e-12, 1e-4):
+        found = with_kinks(stops, np.append(some, some + tiny))
+        assert found[[0, -1]] == pytest.approx(stops[[0, -1]], abs=0)
+        assert np.diff(found).min() > 0.019 * (stops[1] - stops[0])
+
+
+def test_kinks_of_both_gears_may_be_one():
+    """End reliefs of gears of unequal width that begin at one place, but for rounding or a nanometre."""
+    pinion, offsets = paper_gear(flank=(fem.EndRelief(20 * um, 4 * mm),)), fem.Offsets(misalignment=1e-4)
+    wheels = (paper_gear(b=25 * mm, flank=(fem.EndRelief(20 * um, long),)) for long in (5 * mm, 5 * mm + 1e-9))
+    one, other = (
+        fem.static_transmission_error(
+            fem.GearPair(pinion, wheel, a=150 * mm), [5, 350], 4, offsets=offsets, progress=False
+        )
+        for wheel in wheels
+    )
+    assert one["te"].values == pytest.approx(other["te"].values, abs=1e-9)
+
+
+def test_modifications_need_no_new_finite_elements(monkeypatch, tmp_path):
+    monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
+    density = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=1)
+    flank_compliance(paper_gear(), density, 23 * mm)
+    known = sorted(cache.folder().iterdir())
+    flank_compliance(modified(*ALL), density, 23 * mm)
+    assert sorted(cache.folder().iterdir()) == known
+
+
+def test_halves_of_the_width_superpose():
+    """Evenly loaded, the whole width gives what one half of it gives."""
+    density = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
+    half, whole = (flank_compliance(paper_gear(), density, 23 * mm, whole=w) for w in (False, True))
+    end = np.array([11.5 * mm])
+    on_half, on_whole = across_weights(half, 0 * end, end)[:, 0], across_weights(whole, -end, end)[:, 0]
+    one = np.einsum("y,dyhzk,z->dhk", on_half, half.blocks, on_half)
+    other = np.einsum("y,dyhzk,z->dhk", on_whole, whole.blocks, on_whole)
+    assert 2 * other == pytest.approx(one, rel=1e-9)
+
+
+def test_modifications_at_their_ends():
+    roll, axial = np.array([FACE.roll_form, FACE.roll_tip]), np.array([[-11.5 * mm], [0], [11.5 * mm]])
+    tip, root, profile, lead, slope, end = (part.removed(FACE, roll, axial) / um for part in ALL)
+    assert tip == pytest.approx(np.tile([0, 15.0], (3, 1)))
+    assert root == pytest.approx(np.tile([8.0, 0], (3, 1)))
+    assert profile == pytest.approx(4.0)
+    assert lead[:, 0] == pytest.approx([10, 0, 10])
+    assert slope[:, 0] == pytest.approx([-3, 0, 3])
+    assert end[:, 0] == pytest.approx([12, 0, 12])
+    together = flank.removed(ALL, FACE, roll, axial) / um
+    assert together == pytest.approx(tip + root + profile + lead + slope + end)
+
+
+def test_material_is_not_piled_up_where_the_profile_is_short():
+    """At the base circle a roll length of 0.2 mm is 2 um of profile."""
+    fem.Gear(z=25, m_n=1 * mm, b=8 * mm, d_bore=5 * mm, flank=fem.RootRelief(8 * um, 0.2 * mm))
+    with pytest.raises(ValueError, match=r"adds .* m per metre of profile"):
+        fem.Gear(z=25, m_n=1 * mm, b=8 * mm, d_bore=5 * mm, x=-0.5, flank=fem.RootRelief(-8 * um, 0.2 * mm))
+
+
+def test_modifications_survive_the_file():
+    assert flank.from_text(flank.to_text(ALL)) == ALL
+    pair = fem.GearPair(modified(*ALL), paper_gear(), a=150 * mm)
+    assert fem.pair_of(fem.ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))) == pair
+    with pytest.raises(ValueError, match="unknown flank modifications"):
+        flank.from_text('[{"kind": "os.system"}]')
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: fem.TipRelief(15, 2.5 * mm), "C_a must lie .*15\\*um"),
+        (lambda: fem.TipRelief(15 * um, 2.5), "length must lie .*2.5\\*mm"),
+        (lambda: fem.TipRelief(15 * um, 2.5 * mm, power=0.5), "power must lie"),
+        (lambda: fem.TipRelief(15 * um, 2.5 * mm, power="arc"), "power must be one real number .*got 'arc'"),
+        (lambda: fem.TipRelief(None, 2.5 * mm), "C_a must be one real number .*got None"),
+        (lambda: fem.LeadCrowning([5 * um]), "C_beta must be one real number"),
+        (lambda: fem.LeadCrowning(np.nan), "C_beta must lie"),
+        (lambda: fem.EndRelief(1 * um, -1 * mm), "length must lie"),
+        (lambda: modified(15 * um), "flank must hold modifications"),
+        (lambda: fem.Offsets(misalignment=0.5), "misalignment must lie within 0.01 rad"),
+        (lambda: fem.Offsets(misalignment=np.nan), "misalignment must be a number"),
+    ],
+)
+def test_bad_modifications_are_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_numbers_of_any_library_are_kept_in_the_file():
+    length = np.float32(2 * mm)
+    parts = (
+        fem.TipRelief(np.float32(15e-6), length, power=np.int64(2)),
+        fem.RootRelief(np.float64(8 * um), d_Cf=np.array(145 * mm)),
+        fem.LeadCrowning(np.array(5e-6)),
+        fem.EndRelief(np.float32(12 * um), length),
+    )
+    assert parts[0] == fem.TipRelief(float(np.float32(15e-6)), float(length), 2.0)
+    assert flank.from_text(flank.to_text(parts)) == parts
+
+
+def test_modifications_end_with_the_flank():
+    """Below its root form and above its tip there is nothing to remove or add."""
+    gear = paper_gear()
+    parts = (fem.RootRelief(-8 * um, 0.1 * mm, 2.9), fem.TipRelief(5 * um, 0.2 * mm, 2.0))
+    ends = np.array([gear.roll_form, gear.roll_tip])
+    beyond = flank.removed(parts, gear.face, ends + np.array([-3, 3]) * mm, 0.0)
+    assert beyond == pytest.approx(flank.removed(parts, gear.face, ends, 0.0))
+    assert np.abs(beyond).max() < 10 * um
+
+
+def test_narrow_slices_beside_kinks_bear_any_load():
+    """Slices of 0.04 mm under 4.5 kN/mm, beyond what half-planes can: any number of slices gives one te."""
+    common = {"m_n": 1.5 * mm, "b": 12 * mm, "alpha_n": 0.36487030420051161, "rho_f": 0.57 * mm}
+    pinion = fem.Gear(z=100, d_bore=120.5 * mm, x=0.24, d_a=153.253 * mm, d_f=147.42 * mm, **common)
+    wheel = fem.Gear(z=110, d_bore=153.28 * mm, x=0.883, d_a=170.468 * mm, d_f=164.349 * mm, **common)
+    relieved = replace(pinion, flank=(fem.EndRelief(5 * um, 0.1 * mm, 1.1),))
+    pair, torque = fem.GearPair(relieved, wheel, a=159.15 * mm), 54e3 * pinion.r_b
+    te = [
+        fem.static_transmission_error(
+            pair,
+            torque,
+            [0.1, 0.25, 0.4],
+            offsets=fem.Offsets(axial=0.6 * mm),
+            accuracy=fem.Resolution(resolved=False, slices=slices),
+            progress=False,
+        )["te"].values[0]
+        for slices in (6, 12, 20, 40)
+    ]
+    assert np.array(te) == pytest.approx(np.tile(te[-1], (4, 1)), rel=2e-4)

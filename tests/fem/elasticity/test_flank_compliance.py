@@ -1,0 +1,185 @@
+"""The finite elements: symmetry, rigid motion, an independent assembly, closed forms of local flattening."""
+
+import numpy as np
+import pytest
+from paper_gears import paper_gear
+from skfem import Basis, ElementHex1, ElementLineP1, ElementLineP2, ElementQuad1, ElementQuad2, ElementVector, MeshLine
+from skfem.models.elasticity import linear_elasticity
+
+from fem.contact.resolution import Resolution
+from fem.contact.strip_contact import across_weights
+from fem.elasticity import extruded_elasticity, hertz
+from fem.elasticity.extrusion import extruded, half_width, hexahedra
+from fem.elasticity.flank_compliance import flank_compliance, flank_loads
+from fem.elasticity.half_space import along_line
+from fem.elasticity.hertz import flattening
+from fem.elasticity.mesh_density import Density
+from fem.elasticity.section_mesh import flank_arcs, section
+from fem.gear.material import STEEL
+from fem.linalg.direct_solver import factorize
+from fem.units import mm
+
+GEAR = paper_gear()
+TINY = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
+
+
+def test_products_of_section_and_width_equal_hexahedra():
+    quads, line = section(GEAR, TINY), half_width(GEAR.b, GEAR.b, TINY.width)
+    solid = Basis(extruded(quads, line), ElementVector(ElementHex1()), intorder=8)
+    reference = linear_elasticity(*extruded_elasticity.lame_parameters(STEEL)).assemble(solid)
+    plane, width = Basis(quads, ElementQuad1(), intorder=8), Basis(line, ElementLineP1(), intorder=8)
+    ours = extruded_elasticity.stiffness(plane, width, STEEL).matrix
+    order = np.concatenate(list(solid.nodal_dofs))
+    assert abs(ours - reference[order][:, order]).max() < 1e-12 * abs(reference).max()
+
+
+@pytest.mark.parametrize("twist", [0.0, 4.0])
+def test_sections_that_all_do_the_same_yield_as_one(twist):
+    """Work per length, of displacements of which the prism's axis knows nothing; without twist in the plane."""
+    plane, line = Basis(section(GEAR, TINY), ElementQuad1()), half_width(GEAR.b, GEAR.b, 2)
+    one = extruded_elasticity.uniform_stiffness(plane, STEEL, twist).matrix
+    u = np.random.default_rng(0).standard_normal(one.shape[0])
+    width = Basis(line, ElementLineP2())
+    alike = np.zeros((3, plane.N, width.N))
+    alike[: u.size // plane.N] = u.reshape(-1, plane.N, 1)
+    work = alike.ravel() @ extruded_elasticity.stiffness(plane, width, STEEL, twist).matrix @ alike.ravel()
+    assert work == pytest.approx(u @ one @ u * GEAR.b / 2, rel=1e-12)
+
+
+def turned(x, y, angle):
+    return np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y
+
+
+@pytest.mark.parametrize("twist", [0.0, 4.0])
+def test_rigid_motion_is_free_of_force(twist):
+    plane, width = Basis(section(GEAR, TINY), ElementQuad1()), Basis(half_width(GEAR.b, GEAR.b, 4), ElementLineP2())
+    stiffness = extruded_elasticity.stiffness(plane, width, STEEL, twist).matrix
+    z = np.tile(width.doflocs[0], plane.N)
+    x, y = turned(*(np.repeat(c, width.N) for c in plane.doflocs), twist * z)
+    zero = np.zeros_like(x)
+    for motion in ((zero + 1, zero, zero), (-y, x, zero), (zero, zero, zero + 1), (zero, -z, y)):
+        u = np.concatenate([*turned(*motion[:2], -twist * z), motion[2]])
+        assert np.abs(stiffness @ u).max() < (1e-8 if twist else 1e-12) * np.abs(stiffness).max() * np.abs(u).max()
+
+
+def test_rigid_motion_of_a_large_section_is_free_of_force():
+    """Places of its entries, numbered row by row, pass 32 bits."""
+    plane = Basis(section(GEAR, Density().refined(3)), ElementQuad2())
+    assert int(plane.N) ** 2 > 2**31
+    stiffness = extruded_elasticity.uniform_stiffness(plane, STEEL).matrix
+    turning = np.concatenate([-plane.doflocs[1], plane.doflocs[0]])
+    assert np.abs(stiffness @ turning).max() < 1e-11 * np.abs(stiffness).max() * np.abs(turning).max()
+
+
+def test_twisted_prism_yields_like_twisted_hexahedra():
+    """Both are fine along z; the hexahedra are assembled on turned nodes by scikit-fem's own form."""
+    twist, tiny = 6.0, Density(flank=2, fillet=1, tooth=1, rim=1, body=1, teeth=0, behind=0, width=1)
+    quads, line = section(GEAR, tiny), MeshLine(np.linspace(0, 10 * mm, 17))
+    basis, axis = Basis(quads, ElementQuad1()), Basis(line, ElementLineP1())
+    ours = extruded_elasticity.stiffness(basis, axis, STEEL, twist).matrix
+    mesh = extruded(quads, line)
+    x, y = turned(mesh.p[0], mesh.p[1], twist * mesh.p[2])
+    solid = Basis(type(mesh)(np.stack([x, y, mesh.p[2]]), mesh.t), ElementVector(ElementHex1()))
+    theirs = linear_elasticity(*extruded_elasticity.lame_parameters(STEEL)).assemble(solid)
+    n = mesh.p.shape[1]
+    angle = twist * mesh.p[2]
+    free = np.flatnonzero(np.tile(np.hypot(x, y) > GEAR.d_bore / 2 * (1 + 1e-6), 3))
+    force = np.random.default_rng(0).standard_normal(3 * n) * np.tile(np.hypot(x, y) > 70 * mm, 3)
+    local = np.concatenate([*turned(force[:n], force[n : 2 * n], -angle), force[2 * n :]])
+    order = np.concatenate(list(solid.nodal_dofs))
+    theirs = theirs[order][:, order]
+    work = [f[free] @ factorize(k[free][:, free])(f[free][:, None])[:, 0] for f, k in ((local, ours), (force, theirs))]
+    assert work[0] == pytest.approx(work[1], rel=2e-3)
+
+
+def test_flank_loads_are_unit_forces_with_the_lever_of_the_base_circle():
+    basis = Basis(section(GEAR, Density()), ElementQuad1())
+    x, y = basis.doflocs
+    for tooth in (0, 1):
+        f_x, f_y, size = flank_loads(GEAR, basis, flank_arcs(GEAR, 16)[::2], tooth)
+        assert size.sum(axis=0) == pytest.approx(1, rel=1e-12)
+        torque = x @ f_y - y @ f_x
+        assert torque[1:] == pytest.approx(-GEAR.r_b, rel=2e-4)
+        assert np.hypot(f_x.sum(axis=0), f_y.sum(axis=0)) == pytest.approx(1, rel=2e-3)
+
+
+def test_mesh_is_valid_and_fills_the_gear():
+    mesh = section(GEAR, Density())
+    a, b, c, d = mesh.p[:, mesh.t].transpose(1, 0, 2)
+    areas = ((c - a)[0] * (d - b)[1] - (c - a)[1] * (d - b)[0]) / 2
+    assert areas.min() > 0
+    tooth = GEAR.s_t * (GEAR.r_a - GEAR.r_f)
+    expected = np.pi * (GEAR.r_f**2 - (GEAR.d_bore / 2) ** 2) + 5 * tooth
+    assert areas.sum() == pytest.approx(expected, rel=0.02)
+    solid = hexahedra(GEAR, TINY)
+    assert np.ptp(solid.p[2]) == pytest.approx(GEAR.b)
+    assert solid.boundaries["bore"].size > 0
+
+
+@pytest.fixture(scope="module")
+def compliance():
+    return flank_compliance(GEAR, Density(), GEAR.b)
+
+
+def test_compliance_is_symmetric(compliance):
+    n = compliance.arcs.size * compliance.axial.size
+    own = compliance.blocks[0].reshape(n, n)
+    assert np.abs(own - own.T).max() < 1e-10 * np.abs(own).max()
+
+
+def test_densities_are_whole_numbers():
+    with pytest.raises(ValueError, match="fillet must be a whole number"):
+        Density(fillet=0)
+    with pytest.raises(ValueError, match="flank must be an even number"):
+        Resolution(Density(flank=7))
+
+
+def test_compliance_converges():
+    """A finer mesh moves the compliance under a line load over the whole width by less than 0.3 %."""
+    few = {"teeth": 0, "behind": 0}
+    coarse = flank_compliance(GEAR, Density(**few), GEAR.b)
+    fine = flank_compliance(GEAR, Density(tooth=5, rim=6, body=9, width=4, fillet=5, **few), GEAR.b)
+
+    def line_load(body):
+        even = across_weights(body, np.array([0.0]), np.array([GEAR.b / 2]))[:, 0]
+        own = np.einsum("y,yhzk,z->hk", even, body.blocks[0], even)
+        half_space = flattening(STEEL) * along_line(np.array([0, body.end]), body.end, 0.1 * mm, mirrored=True)[0, 0]
+        return own[3, 3] + half_space, own[6, 6] + half_space
+
+    assert line_load(coarse) == pytest.approx(line_load(fine), rel=3e-3)
+
+
+def test_wider_gear_is_stiffer_under_the_same_load(compliance):
+    wider = flank_compliance(paper_gear(b=30 * mm), Density(), GEAR.b)
+    assert wider.axial == pytest.approx(compliance.axial)
+    assert wider.blocks[0, 0, 3, 0, 3] < compliance.blocks[0, 0, 3, 0, 3]
+
+
+def test_left_hand_is_the_mirror_of_right_hand():
+    right, left = (flank_compliance(paper_gear(beta=b, d_a=156 * mm), TINY, GEAR.b) for b in (0.1, -0.1))
+    assert left.blocks == pytest.approx(right.blocks[:, ::-1, :, ::-1])
+    assert np.abs(left.blocks - right.blocks).max() > 1e-3 * right.blocks.max()
+
+
+def test_helical_compliance_tends_to_that_of_spur():
+    spur = flank_compliance(paper_gear(), TINY, GEAR.b, whole=True)
+    nearly = flank_compliance(paper_gear(beta=1e-5), TINY, GEAR.b)
+    assert nearly.blocks == pytest.approx(spur.blocks, rel=1e-3, abs=1e-4 * spur.blocks.max())
+
+
+def test_strips_reproduce_hertz():
+    """Elliptical pressure on strips: q c (1/2 - ln(a/2)) under its middle (integral of sqrt(1 - t^2) ln|t|)."""
+    a, n = 0.125 * mm, 400
+    edges = np.linspace(-a, a, n + 1)
+    x = (edges[1:] + edges[:-1]) / 2
+    share = np.sqrt(1 - (x / a) ** 2)
+    share /= share.sum()
+    u = hertz.log_mean(x[:, None] - x, edges[1] - edges[0], edges[1] - edges[0]) @ share
+    expected = 0.5 - np.log(a / 2) - (x / a) ** 2
+    assert u == pytest.approx(expected, abs=2e-3)
+
+
+def test_hertz_half_width():
+    """q = 100 N/mm, relative radius 13.93 mm, E 206 GPa: a = 0.12518 mm."""
+    steel = type(STEEL)(E=206e9)
+    assert hertz.half_width(100e3, 13.93 * mm, steel, steel) == pytest.approx(0.12518 * mm, abs=5e-9)

@@ -1,0 +1,136 @@
+"""Half-spaces under forces along a line: closed forms, energy, and Hertz's elliptical contact of crowned flanks."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from paper_gears import paper_gear
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
+
+import fem
+from fem.contact.resolution import Resolution
+from fem.contact.strip_bounds import BETWEEN_STRIPS, STRIPS
+from fem.contact.strip_contact import CAPACITY
+from fem.contact.tooth_contact import Encounter
+from fem.elasticity.half_space import along_line
+from fem.elasticity.hertz import flattening
+from fem.elasticity.mesh_density import Density
+from fem.pair.mesh_position import Meeting
+from fem.ste.map_solver import bodies_of
+from fem.units import mm, um
+
+FAR = 30.0
+CROWNED = fem.GearPair(paper_gear(flank=(fem.LeadCrowning(10 * um),)), paper_gear(), a=150 * mm)
+
+
+def test_line_of_force_moves_itself_by_the_logarithm_of_its_length():
+    """Mean of 1/distance at depth d over a line of length L, on both sides: 2 / L (ln(2 L / d) - 1) for d << L."""
+    length, depth = 3 * mm, 1e-3 * mm
+    found = along_line(np.array([0, length]), FAR, depth, mirrored=False)[0, 0]
+    assert found == pytest.approx((np.log(2 * length / depth) - 1) / length, rel=1e-3)
+
+
+def test_segments_apart_move_one_another_by_their_distance():
+    edges = np.array([0, 0.1, 10, 10.1]) * mm
+    between = along_line(edges, FAR, 1e-2 * mm, mirrored=False)
+    assert between[0, 2] == pytest.approx(1 / (2 * 10 * mm), rel=1e-3)
+    assert between == pytest.approx(between.T)
+
+
+@given(st.lists(st.floats(0.05, 3), min_size=2, max_size=12), st.floats(1e-4, 2e-3))
+def test_force_moves_a_line_alike_at_any_depth_that_is_small(lengths, depth):
+    """Half-planes held at twice the depth: so much more of it is their part, so much less lies beside them."""
+    edges = np.append(0, np.cumsum(lengths))
+    deep, deeper = (along_line(edges, 1e3, d, mirrored=False) for d in (depth, 2 * depth))
+    uniform = np.diff(edges)
+    loss = (deep - deeper) @ uniform
+    assert loss[1:-1] == pytest.approx(np.log(2), rel=0.02)
+    assert loss == pytest.approx(np.log(2), rel=0.15)
+
+
+def test_end_faces_mirror_the_forces_that_reach_them():
+    """A force that is even from end to end moves the ends as it moves the middle, but for what is further away."""
+    edges = np.linspace(-1, 1, 41)
+    open_ends, closed = (along_line(edges, end, 0.01, mirrored=False).sum(axis=1) for end in (1e3, 1.0))
+    assert np.ptp(open_ends) > 10 * np.ptp(closed)
+    upper = along_line(edges[20:], 1.0, 0.01, mirrored=True)
+    whole = along_line(edges, 1.0, 0.01, mirrored=False)
+    assert upper == pytest.approx((whole + whole[::-1])[20:, 20:])
+
+
+@given(st.lists(st.floats(1e-2, 10), min_size=1, max_size=12), st.booleans())
+def test_forces_on_strips_always_do_work(lengths, mirrored):
+    """Strips of a thousandth to a hundred times the lengths along the contact, whose half-planes are held as deep."""
+    edges = np.append(0, np.cumsum(lengths))
+    depth = CAPACITY * STRIPS
+    along = along_line(edges, edges[-1], depth, mirrored=mirrored)
+    local = (BETWEEN_STRIPS + np.log(depth)) / np.diff(edges)[:, None, None]
+    n = len(lengths)
+    both = np.zeros((n, STRIPS, n, STRIPS)) + along[:, None, :, None]
+    both[range(n), :, range(n)] += local
+    assert np.linalg.eigvalsh(both.reshape(n * STRIPS, -1)).min() > 0
+
+
+def elliptical_contact(force: float, radius_along: float, radius_across: float) -> tuple[float, float]:
+    """Approach [m] and largest pressure [Pa] of two steel bodies in a point (Johnson, Contact Mechanics, 4.2)."""
+    along, across, modulus = 1 / (2 * radius_along), 1 / (2 * radius_across), 1 / (np.pi * flattening(fem.STEEL))
+
+    def excess(ratio: float) -> float:
+        first, second = ellipk(1 - ratio**2), ellipe(1 - ratio**2)
+        return (second / ratio**2 - first) / (first - second) - across / along
+
+    ratio = brentq(excess, 1e-4, 0.9)
+    first, second, squared = ellipk(1 - ratio**2), ellipe(1 - ratio**2), 1 - ratio**2
+    a = np.cbrt(1.5 * force / np.pi * (first - second) / (modulus * squared * along))
+    pressure = 1.5 * force / (np.pi * ratio * a**2)
+    return pressure / modulus * ratio * a * first, pressure
+
+
+def test_crowned_flanks_press_as_hertz_says_of_points():
+    """Pitch point, patches of 0.4 to 1.8 mm of 23; what the teeth yield beside it is in proportion to the force."""
+    density = Density(flank=10, fillet=2, tooth=3, rim=3, body=4)
+    bodies, _ = bodies_of(CROWNED, fem.Offsets().values(CROWNED), Resolution(density))
+    encounter = Encounter(Meeting(CROWNED, CROWNED.a, 0.0, 0.0), *bodies, 40)
+    radii, force = ((CROWNED.b / 2) ** 2 / (2 * 10 * um), CROWNED.roll_pitch / 2), np.array([0.03, 0.1, 0.3, 1.0])
+    states = [encounter.state(f) for f in force]
+    approach, pressure = np.transpose([elliptical_contact(f, *radii) for f in force])
+    deflection = np.array([state.te for state in states]) - encounter.unloaded(0.0)
+    beside = (deflection - approach) / force
+    assert [state.peak_pressure() for state in states] == pytest.approx(pressure, rel=0.01)
+    assert (np.abs(beside - beside[-1]) * force < 0.005 * approach).all()
+
+
+def test_narrow_gears_take_as_many_slices_as_one_likes():
+    """1.2 mm wide, misaligned: slices shorter than the contact is wide."""
+    narrow = paper_gear(b=1.2 * mm)
+    pair, offsets = fem.GearPair(narrow, narrow, a=150 * mm), fem.Offsets(misalignment=2e-3)
+    few, many = (
+        fem.static_transmission_error(pair, [8, 20], 8, offsets=offsets, accuracy=Resolution(slices=n), progress=False)
+        for n in (10, 60)
+    )
+    assert few["te"].values == pytest.approx(many["te"].values, rel=1e-3)
+
+
+def test_elements_across_the_width_need_not_resolve_short_patches():
+    """Deflection under a thousandth of the load, on patches a fourth as long as the widest element."""
+    few, many = (_deflection(Resolution(Density(width=n))) for n in (2, 5))
+    assert few == pytest.approx(many, rel=0.015)
+
+
+def test_elements_of_the_section_need_not_resolve_what_bends_far_from_short_patches():
+    """Contact over a fourth of the face: what coarse elements of rim and body miss is not all under the load."""
+    flank = (fem.LeadCrowning(30 * um),)
+    pair, torque = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm), [0, 5, 15, 60]
+    coarse, fine = Density(width=5), Density(flank=22, fillet=5, tooth=6, rim=8, body=12, width=5)
+    few, many = (
+        fem.static_transmission_error(pair, torque, 6, accuracy=Resolution(density), progress=False)["te"].values
+        for density in (coarse, fine)
+    )
+    assert (few - few[0])[1:].mean(axis=1) == pytest.approx((many - many[0])[1:].mean(axis=1), rel=0.003)
+
+
+def _deflection(resolution: Resolution) -> np.ndarray:
+    torque = [0, 0.02, 0.1]
+    te = fem.static_transmission_error(CROWNED, torque, 4, accuracy=resolution, progress=False)["te"].values
+    return te[1:] - te[0]

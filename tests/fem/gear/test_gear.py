@@ -1,0 +1,305 @@
+"""Macro-geometry against closed forms and published numbers; impossible gears are refused with a remedy."""
+
+import pickle
+from dataclasses import replace
+from math import asin, atan, cos, hypot, nan, pi, sin, tan
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from paper_gears import paper_gear
+from strategies import pairs, rough_data, without_backlash
+
+import fem
+from fem.elasticity.flank_compliance import flank_compliance
+from fem.elasticity.mesh_density import Density
+from fem.gear import tooth_profile
+from fem.gear.tooth_root import involute
+from fem.pair.interference import root_clearance
+from fem.ste.ste_map import pair_attributes, pair_of, ste_map
+from fem.units import GPa, deg, mm, um
+
+
+def test_paper_pair(paper_pair):
+    assert paper_pair.pinion.r_b == pytest.approx(69.63122 * mm, abs=5e-9)
+    assert paper_pair.alpha_wt == pytest.approx(21.8107 * deg, abs=1e-6)
+    assert paper_pair.eps_alpha == pytest.approx(1.45571, abs=5e-6)
+    assert paper_pair.p_bt == pytest.approx(7.67554 * mm, abs=5e-9)
+    assert paper_pair.backlash == pytest.approx(1.8569 * mm, abs=5e-8)
+
+
+def test_published_helical_pair():
+    """z 20/30, m_n 3.5 mm, beta 15 deg: eps_alpha 1.4599, eps_beta 0.5414."""
+    data = {"m_n": 3.5 * mm, "b": 23 * mm, "d_bore": 20 * mm}
+    pinion = fem.Gear(z=20, beta=15 * deg, x=0.1809, d_a=2 * 40.336 * mm, **data)
+    wheel = fem.Gear(z=30, beta=-15 * deg, x=0.0891, d_a=2 * 58.132 * mm, **data)
+    pair = fem.GearPair(pinion, wheel, a=91.5 * mm)
+    assert pair.eps_alpha == pytest.approx(1.4599, abs=5e-5)
+    assert pair.eps_beta == pytest.approx(0.5414, abs=5e-5)
+
+
+def test_published_gear_with_shifts_of_two_modules():
+    """FZG H951: eps_alpha 0.93, eps_beta 1.00; with 0.38 m_n at the tool's tip the fillets would stand in the way."""
+    data = {"m_n": 1.75 * mm, "b": 21.2418 * mm, "d_bore": 30 * mm}
+    sizes = [{"d_a": 2 * r_a * mm, "d_f": 2 * r_f * mm} for r_a, r_f in ((38.115, 35.196), (55.867, 52.947))]
+    pinion = fem.Gear(z=38, beta=15 * deg, x=1.6915, **data, **sizes[0])
+    wheel = fem.Gear(z=57, beta=-15 * deg, x=2.0003, **data, **sizes[1])
+    with pytest.raises(
+        ValueError, match=r"interference.* reduce rho_f = 0.665 mm or d_f = 70.392 mm .* h_fP.* or raise a"
+    ):
+        fem.GearPair(pinion, wheel, a=91.5 * mm)
+    pair = fem.GearPair(*(replace(gear, rho_f=0.5 * mm) for gear in (pinion, wheel)), a=91.5 * mm)
+    assert [pair.eps_alpha, pair.eps_beta] == pytest.approx([0.93, 1.00], abs=0.005)
+    rough = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1)
+    slices = fem.Resolution(density=rough, slices=8, resolved=False)
+    ste = fem.static_transmission_error(pair, [0, 100], 4, accuracy=slices, progress=False)
+    te = ste["te"].values
+    assert te[0] == pytest.approx(0, abs=1e-9) and (te[1] > 1 * um).all()
+
+
+@pytest.mark.parametrize("x", [-3.0, -2.3, 2.3])
+def test_large_shifts_are_gears_of_more_or_fewer_teeth(x):
+    """Limited by pointed teeth and undercut only; the same tool leaves the same space at its tip."""
+    gear = fem.Gear(z=150, m_n=2 * mm, b=20 * mm, x=x, d_bore=20 * mm)
+    assert gear.r_b < gear.r_form < gear.r_a
+    assert gear.root.psi_f < pi / gear.z
+    assert replace(gear, b=10 * mm).s_n == gear.s_n == pytest.approx(2 * mm * (pi / 2 + 2 * x * tan(20 * deg)))
+    assert fem.GearPair(gear, replace(gear, x=-x, s_n=None, d_a=None, d_f=None)).a == pytest.approx(300 * mm)
+
+
+def test_centre_distance_without_backlash_obeys_the_profile_shifts():
+    data = {"m_n": 3 * mm, "b": 20 * mm, "d_bore": 15 * mm}
+    pair = fem.GearPair(fem.Gear(z=23, x=0.3, **data), fem.Gear(z=41, x=0.2, **data))
+    expected = involute(20 * deg) + 2 * np.tan(20 * deg) * (0.3 + 0.2) / (23 + 41)
+    assert involute(pair.alpha_wt) == pytest.approx(expected, rel=1e-9)
+    assert pair.backlash == pytest.approx(0, abs=1e-12)
+
+
+def test_profile_shift_and_thickness_are_two_names_of_one_thing():
+    by_shift = paper_gear(s_n=None, x=-0.2)
+    assert paper_gear(s_n=by_shift.s_n).x == pytest.approx(-0.2, abs=1e-12)
+
+
+@pytest.mark.parametrize(("z", "x"), [(57, -0.16), (20, 0.2), (120, 0.0), (35, 0.6)])
+def test_root_continues_the_involute(z, x):
+    gear = fem.Gear(z=z, x=x, m_n=2 * mm, b=10 * mm, d_bore=10 * mm)
+    involute_end = tooth_profile.cartesian(tooth_profile.flank(gear, [gear.roll_form, gear.roll_form * (1 + 1e-6)]))
+    root_end = tooth_profile.cartesian(tooth_profile.fillet(gear, [0, 1e-6]))
+    assert root_end[:, 0] == pytest.approx(involute_end[:, 0], abs=1e-15)
+    tangents = np.diff(involute_end)[:, 0], np.diff(root_end)[:, 0]
+    one, other = (t / np.hypot(*t) for t in tangents)
+    assert one @ other == pytest.approx(-1, abs=1e-9)
+    bottom = tooth_profile.fillet(gear, [1])
+    assert bottom.r[0] == pytest.approx(gear.r_f, rel=1e-12)
+
+
+def test_addendum_of_the_tool_is_another_name_of_the_root_diameter():
+    """ISO 21771: d_f = d + 2 x m_n - 2 h_fP."""
+    gear = paper_gear(x=0.2, s_n=None, d_f=None, h_fP=1.4 * 2.6 * mm)
+    assert gear.d_f == pytest.approx(2 * gear.r + 0.4 * 2.6 * mm - 2.8 * 2.6 * mm)
+    assert replace(gear, b=10 * mm).d_f == gear.d_f
+    assert paper_gear(d_f=None, h_fP=1.25 * 2.6 * mm) == paper_gear(d_f=None)
+
+
+@pytest.mark.parametrize(
+    ("z", "beta", "x", "d_Ff"), [(25, 0, 0, 70.942), (25, 30, 0, 81.857), (40, -40, 0, 151.177), (20, 15, 0.4, 59.291)]
+)
+def test_root_form_diameter_of_the_standard(z, beta, x, d_Ff):
+    """d_Ff^2 = d_b^2 + (d sin alpha_t - 2 (h_FfP - x m_n) / sin alpha_t)^2 (ISO 21771) without undercut.
+
+    h_FfP = h_fP - rho_fP (1 - sin alpha_n), in the normal section of the basic rack (ISO 53).
+    """
+    gear = fem.Gear(z=z, m_n=3 * mm, b=20 * mm, beta=beta * deg, x=x, d_bore=30 * mm, rho_f=1.14 * mm)
+    h_FfP = 3.75 * mm - 1.14 * mm * (1 - sin(20 * deg))
+    roll = gear.r * sin(gear.alpha_t) - (h_FfP - x * 3 * mm) / sin(gear.alpha_t)
+    assert not gear.undercut
+    assert gear.r_form == pytest.approx(hypot(gear.r_b, roll), rel=1e-12)
+    assert 2 * gear.r_form == pytest.approx(d_Ff * mm, abs=0.5e-3 * mm)
+
+
+def test_transverse_section_of_a_helical_gear():
+    """Hand calculation: z 20, m_n 3 mm, alpha_n 20 deg, beta 30 deg."""
+    gear = fem.Gear(z=20, m_n=3 * mm, beta=30 * deg, b=40 * mm, d_bore=20 * mm)
+    assert gear.m_t == pytest.approx(3 * mm / cos(pi / 6))
+    assert gear.alpha_t == pytest.approx(atan(tan(20 * deg) / cos(pi / 6)))
+    assert gear.beta_b == pytest.approx(atan(tan(pi / 6) * cos(gear.alpha_t)))
+    assert gear.p_bt == pytest.approx(pi * gear.m_t * cos(gear.alpha_t))
+    pair = fem.GearPair(gear, replace(gear, beta=-30 * deg))
+    assert pair.a == pytest.approx(60 * mm / cos(pi / 6))
+    assert pair.eps_beta == pytest.approx(40 * sin(pi / 6) / (pi * 3))
+    assert pair.eps_gamma == pair.eps_alpha + pair.eps_beta
+    assert pair.beta_b == pytest.approx(asin(sin(pi / 6) * cos(20 * deg)))
+
+
+@given(rough_data())
+@settings(max_examples=400, deadline=None, derandomize=True)
+def test_impossible_data_raise_nothing_but_value_errors(data):
+    try:
+        gear = fem.Gear(**data)
+    except ValueError as error:
+        assert len(str(error)) > 20
+    else:
+        assert 0 <= gear.roll_form < gear.roll_tip and gear.r_f < gear.r_form < gear.r_a
+
+
+@given(pairs(), st.floats(0.5, 1.5))
+@settings(max_examples=100, deadline=None, derandomize=True)
+def test_pairs_at_any_centre_distance_run_or_raise_value_errors(pair, factor):
+    try:
+        moved = fem.GearPair(pair.pinion, pair.wheel, a=factor * pair.a)
+    except ValueError as error:
+        assert len(str(error)) > 20
+    else:
+        assert moved.eps_gamma > 1 and moved.backlash >= 0 and 0 < moved.alpha_wt < pi / 2
+
+
+@given(pairs())
+@settings(max_examples=200, deadline=None, derandomize=True)
+def test_pairs_of_every_kind(pair):
+    m_n, pinion, wheel = pair.pinion.m_n, pair.pinion, pair.wheel
+    swapped = fem.GearPair(wheel, pinion, a=pair.a)
+    for name in ("eps_alpha", "eps_beta", "alpha_wt", "p_bt"):
+        assert getattr(swapped, name) == pytest.approx(getattr(pair, name), rel=1e-9)
+    assert swapped.backlash == pytest.approx(pair.backlash, abs=1e-9 * m_n)
+    line = pair.a * sin(pair.alpha_wt)
+    assert swapped.roll_start == pytest.approx(line - pair.roll_end, abs=1e-9 * m_n)
+    assert swapped.roll_pitch + pair.roll_pitch == pytest.approx(line, abs=1e-9 * m_n)
+    assert pair._backlash_at(pair.a_without_backlash) == pytest.approx(0, abs=1e-9 * m_n)
+    assert pair.a >= pair.a_without_backlash - 1e-9 * m_n
+    assert pair.a_without_backlash == pytest.approx(without_backlash(pinion, wheel), abs=1e-9 * m_n)
+    for one, mate, start in ((pinion, wheel, pair.roll_start), (wheel, pinion, swapped.roll_start)):
+        assert one.roll_form == start if start > line - mate.roll_tip + 1e-9 * m_n else one.roll_form < start
+        assert start == line - mate.roll_tip or one.undercut
+    assert pair_of(ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))) == pair
+
+
+def test_undercut_pinion_runs_with_every_mate_up_to_the_rack():
+    """What the rack's tip has swept leaves room for the lower tip of any mate; the contact begins where it cut."""
+    data = {"m_n": 3 * mm, "b": 20 * mm, "d_bore": 5 * mm}
+    pinion, room = fem.Gear(z=12, **data), []
+    for z in (12, 31, 150, 1500):
+        wheel = fem.Gear(z=z, **data)
+        pair = fem.GearPair(pinion, wheel, a=(12 + z) * 1.5 * mm)
+        room.append(root_clearance(pinion, wheel, pair.a))
+        assert pair.roll_start == pinion.roll_form > pair.a * sin(pair.alpha_wt) - wheel.roll_tip
+        length = (pair.pinion.roll_tip if z > 17 else pair.roll_end) - pinion.roll_form
+        assert pair.eps_alpha == pytest.approx(length / pair.p_bt)
+    assert (np.array(room) > 0).all() and room[-1] < 1e-3 * mm
+    with pytest.raises(ValueError, match="interference"):
+        fem.GearPair(pinion, fem.Gear(z=150, d_a=3 * mm * 152.4, **data), a=243 * mm)
+
+
+def test_attributes_hold_all_inputs(paper_pair):
+    data = fem.ste_map(paper_pair, [0, 1], [0, 0.5], np.zeros((2, 2)))
+    assert fem.pair_of(data) == paper_pair
+    assert pair_attributes(paper_pair)["wheel_s_n"] == 3.78 * mm
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"m_n": 2.6}, "m_n must lie in .* mm .*2.6\\*mm"),
+        ({"alpha_n": 20}, "alpha_n .*pass radians"),
+        ({"beta": 18}, "beta .*pass radians"),
+        ({"b": -1 * mm}, "b must lie"),
+        ({"b": nan}, "b must lie"),
+        ({"s_n": 3.78}, "s_n must lie in .*pass metres: 3.78\\*mm.*got 3780"),
+        ({"s_n": 0}, "s_n must lie in .*got 0"),
+        ({"z": "25"}, "z must be one real number .*got '25'"),
+        ({"m_n": None}, "m_n must be one real number .*got None"),
+        ({"b": [23 * mm]}, "b must be one real number"),
+        ({"d_a": 154.5j * mm}, "d_a must be one real number"),
+        ({"h_fP": "3.25", "d_f": None}, "h_fP must be one real number .*got '3.25'"),
+        ({"material": 210 * GPa}, "material must be a fem.Material, .*E=210\\*GPa.*got 210"),
+        ({"material": "steel"}, "material must be a fem.Material"),
+        ({"material": None}, "material must be a fem.Material"),
+        ({"d_bore": 141 * mm}, "d_bore .*leave a rim"),
+        ({"d_a": 130 * mm}, "d_a must lie .*above the base circle"),
+        ({"d_f": 160 * mm}, "d_f must lie"),
+        ({"d_a": 163 * mm}, "teeth are pointed"),
+        ({"rho_f": 3 * mm}, "rho_f must lie"),
+        ({"z": 2}, "z must be a whole number"),
+        ({"z": 57.5}, "z must be a whole number"),
+        ({"z": np.inf}, "z must be a whole number"),
+        ({"z": 6, "x": -0.7, "s_n": None, "d_a": None, "d_f": None, "d_bore": 0.1 * mm}, "undercuts"),
+        ({"h_fP": 3.25 * mm}, "give h_fP or d_f, not both"),
+        ({"h_fP": 1.25, "d_f": None}, "h_fP must lie .*pass metres"),
+        ({"fillet": 1, "d_f": None}, "fillet must lie .*pass metres"),
+        ({"fillet": 2.5 * mm}, "fillet 2.5 mm does not fit"),
+        ({"fillet": 1 * mm, "rho_f": 1 * mm}, "not both"),
+        ({"d_f": 133 * mm}, "d_f = 133 mm is too deep"),
+        ({"d_f": 128 * mm}, "d_f = 128 mm is too deep for s_n = 3.78 mm .*raise d_f or reduce x"),
+        ({"s_n": None, "d_a": None, "d_f": None, "x": 3.5}, "teeth are pointed: .* reduce d_a or x = 3.5 modules"),
+        (
+            {"s_n": None, "d_a": None, "d_f": None, "x": -3.5},
+            "d_a must lie .*above the base circle, .*x = -3.5 modules",
+        ),
+        ({"s_n": None, "x": 3.5}, "d_f must lie .*shifted by x = 3.5 modules"),
+        ({"s_n": None, "x": 300}, "x must lie .*profile shift in modules"),
+        ({"x": 2.1}, "s_n must lie .*whole pitch on the circle shifted by x = 2.1 modules"),
+    ],
+)
+def test_impossible_gears_are_refused(changes, message):
+    with pytest.raises(ValueError, match=message):
+        paper_gear(**changes)
+
+
+@pytest.mark.parametrize(
+    ("wheel", "a", "message"),
+    [
+        ({}, 150, "pass metres: 150\\*mm"),
+        ({}, "88", "a must be one real number .*got '88'"),
+        ({}, 100 * mm, "base circles touch below"),
+        ({}, 154 * mm, "contact ratio must exceed 1"),
+        ({}, 148.2 * mm, "interference"),
+        ({"m_n": 2.5 * mm, "d_a": 150 * mm, "d_f": 138 * mm}, 150 * mm, "m_n of pinion and wheel"),
+        ({"beta": 0.1, "d_a": 156 * mm}, 150 * mm, "beta of pinion and wheel must be equal and opposite"),
+        ({"s_n": 5.8 * mm, "d_a": 153 * mm, "rho_f": 0.1 * mm, "d_f": 143 * mm}, 150 * mm, "backlash must be >= 0"),
+    ],
+)
+def test_impossible_pairs_are_refused(wheel, a, message):
+    with pytest.raises(ValueError, match=message):
+        fem.GearPair(paper_gear(), paper_gear(**wheel), a=a)
+
+
+def test_each_gear_has_its_own_material():
+    """Compliance goes with 1/E."""
+    density = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=1)
+    soft = paper_gear(material=fem.Material(E=3 * GPa))
+    blocks = [flank_compliance(gear, density, gear.b).blocks for gear in (paper_gear(), soft)]
+    assert blocks[1] == pytest.approx(70 * blocks[0], rel=1e-6, abs=1e-9 * np.abs(blocks[1]).max())
+    pair = fem.GearPair(paper_gear(), soft, a=150 * mm)
+    assert pair_of(ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))).wheel.material == soft.material
+
+
+def test_materials_are_checked():
+    with pytest.raises(ValueError, match="E must lie"):
+        fem.Material(E=210)
+    with pytest.raises(ValueError, match="nu"):
+        fem.Material(nu=0.5)
+    with pytest.raises(ValueError, match=r"E must be one real number .*got '210e9'"):
+        fem.Material(E="210e9")
+
+
+def test_numbers_of_any_library_are_pythons():
+    """Also in single precision: what is computed from them takes the same way as with Python's."""
+    sizes = {"m_n": 2.6 * mm, "b": 23 * mm, "d_bore": 60 * mm, "s_n": 3.78 * mm, "rho_f": 0.9 * mm, "fillet": None}
+    for kind in (np.float32, np.float64, np.array):
+        given = {name: None if size is None else kind(size) for name, size in sizes.items()}
+        plain = {name: None if size is None else float(size) for name, size in given.items()}
+        gear = paper_gear(z=np.int64(57), material=fem.Material(E=kind(200e9)), **given)
+        assert gear == paper_gear(z=57, material=fem.Material(E=float(kind(200e9))), **plain)
+        assert {type(getattr(gear, name)) for name in sizes} == {float, type(None)} and type(gear.z) is int
+        assert type(fem.GearPair(gear, gear, a=kind(150 * mm)).a) is float
+    with_int = fem.Gear(z=20, m_n=2 * mm, b=20 * mm, d_bore=20 * mm, x=0, beta=0)
+    assert repr(with_int) == repr(fem.Gear(z=20, m_n=2 * mm, b=20 * mm, d_bore=20 * mm, x=0.0, beta=0.0))
+
+
+def test_what_a_gear_has_computed_is_no_part_of_what_it_is():
+    used, fresh = paper_gear(), paper_gear()
+    assert used.face.roll_tip == used.roll_tip
+    assert (used, hash(used), repr(used)) == (fresh, hash(fresh), repr(fresh))
+    assert pickle.loads(pickle.dumps(used)) == fresh
+    larger = {"d_a": 155 * mm, "b": 20 * mm}
+    assert replace(used, **larger).roll_tip == paper_gear(**larger).roll_tip > used.roll_tip

@@ -1,0 +1,248 @@
+"""Flanks as made and as designed: reliefs by diameter, arcs, pitch deviations, grids, two sides, their sums."""
+
+from dataclasses import replace
+from itertools import permutations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from paper_gears import paper_gear
+from strategies import gears, modifications
+
+import fem
+from fem.gear import tooth_profile
+from fem.microgeometry import flank, modification
+from fem.microgeometry.flank import removed
+from fem.units import mm, um
+
+FACE = modification.Face(18 * mm, 33 * mm, 23 * mm, r_b=69.6 * mm, z=57)
+ROLL, AXIAL = np.linspace(18, 33, 39) * mm, np.linspace(-11.5, 11.5, 9)[:, None] * mm
+SEVERAL = settings(max_examples=100, deadline=None, derandomize=True)
+
+
+def stored(pair: fem.GearPair, path) -> fem.GearPair:
+    data = fem.ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))
+    return fem.pair_of(fem.load(fem.save(data, path)))
+
+
+@given(modifications(z=57))
+@SEVERAL
+def test_sums_do_not_depend_on_the_order(parts):
+    sums = [removed(order, FACE, ROLL, AXIAL, tooth=3) for order in permutations(parts)]
+    assert sums[0].shape == (9, 39)
+    assert np.ptp(sums, axis=0).max() < 1e-12 * um
+    alone = sum((removed((part,), FACE, ROLL, AXIAL, tooth=3) for part in parts), np.zeros((9, 39)))
+    assert sums[0] == pytest.approx(alone, abs=1e-12 * um)
+
+
+@given(modifications(z=57), st.floats(18e-3, 33e-3), st.floats(-11e-3, 11e-3))
+@SEVERAL
+def test_flanks_have_no_steps(parts, roll, axial):
+    """A nanometre along the flank changes the material by no more than the steepest slope allows."""
+    near = removed(parts, FACE, roll + np.array([0, 1e-9]), axial + np.array([[0], [1e-9]]))
+    assert np.ptp(near) < 2e-9 * 20
+
+
+@given(modifications(z=57))
+@SEVERAL
+def test_text_holds_everything(parts):
+    for one in (parts, fem.Sides(parts), fem.Sides((), parts)):
+        assert flank.from_text(flank.to_text(one)) == one
+
+
+@given(gears(), st.floats(0.01, 0.99))
+@SEVERAL
+def test_relief_by_diameter_is_relief_by_roll_length(gear, share):
+    """d = 2 sqrt(r_b^2 + roll^2), through the outline that the meshes use."""
+    roll = gear.roll_form + share * (gear.roll_tip - gear.roll_form)
+    d = 2 * float(tooth_profile.flank(gear, [roll]).r[0])
+    at = np.linspace(gear.roll_form, gear.roll_tip, 21)
+    for one, other in (
+        (fem.TipRelief(9 * um, d_Ca=d), fem.TipRelief(9 * um, gear.roll_tip - roll)),
+        (fem.RootRelief(9 * um, d_Cf=d, power=2), fem.RootRelief(9 * um, roll - gear.roll_form, power=2)),
+    ):
+        made = replace(gear, flank=[one])
+        assert removed(made.drive_flank, made.face, at, 0) == pytest.approx(
+            removed((other,), gear.face, at, 0), abs=1e-6 * um
+        )
+        assert removed(made.drive_flank, made.face, [roll], 0) == pytest.approx(0, abs=1e-6 * um)
+
+
+@pytest.mark.parametrize("amount", [15 * um, 50 * um])
+def test_arc_is_parabolic(amount):
+    """A circle that leaves the flank tangentially and removes C_a at the end of 2.5 mm."""
+    length = 2.5 * mm
+    radius = (length**2 + amount**2) / (2 * amount)
+    way = np.linspace(0, length, 101)
+    arc = radius - np.sqrt(radius**2 - way**2)
+    relief = fem.TipRelief(amount, length, power=2).removed(FACE, FACE.roll_tip - length + way, 0.0)
+    assert np.abs(arc - relief).max() == pytest.approx(amount * (amount / length) ** 2 / 4, rel=1e-2)
+
+
+def test_pitch_deviation_displaces_its_tooth_alone():
+    values = np.zeros(57)
+    values[[0, 1, 56]] = 3 * um, -2 * um, 7 * um
+    parts = (fem.PitchDeviation(values), fem.LeadCrowning(5 * um))
+    plain = removed(parts[1:], FACE, ROLL, AXIAL)
+    for tooth, value in ((0, 3), (1, -2), (2, 0), (-1, 7), (56, 7), (58, -2)):
+        assert removed(parts, FACE, ROLL, AXIAL, tooth=tooth) - plain == pytest.approx(value * um, abs=1e-12 * um)
+    assert removed(parts, FACE, ROLL, AXIAL) == pytest.approx(plain + 3 * um)
+
+
+def test_sides_are_told_apart():
+    left, right = fem.TipRelief(15 * um, 2.5 * mm), fem.LeadCrowning(4 * um)
+    gear = paper_gear(flank=fem.Sides([left], [right]))
+    assert (gear.drive_flank, gear.coast_flank) == ((left,), (right,))
+    same = paper_gear(flank=[left, right])
+    assert same.drive_flank == same.coast_flank == (left, right)
+    assert gear != same
+    one_sided = removed(gear.drive_flank, gear.face, ROLL, AXIAL)
+    assert one_sided == pytest.approx(removed((left,), gear.face, ROLL, AXIAL))
+
+
+def test_left_flank_is_the_drive_flank_of_the_outline():
+    """Seen from positive z with the tooth pointing up the left flank, x < 0, faces counter-clockwise."""
+    gear = paper_gear()
+    rolls = np.array([gear.roll_form, gear.roll_tip])
+    left = tooth_profile.cartesian(tooth_profile.flank(gear, rolls))
+    assert (left[0] < 0).all()
+    tangent = left[:, 1] - left[:, 0]
+    outward = np.array([-tangent[1], tangent[0]])
+    assert left[0].mean() * outward[1] - left[1].mean() * outward[0] > 0
+
+
+def test_grid_reproduces_bilinear_fields_and_continues_constant():
+    roll, axial = np.array([18, 20, 25, 33]) * mm, np.array([-10, -2, 10]) * mm
+
+    def field(s, z):
+        return 2e-4 * s - 1e-4 * z + 0.03 * s * z
+
+    grid = fem.Grid(roll, axial, field(roll[:, None], axial))
+    inside = removed((grid,), FACE, np.linspace(18, 33, 31) * mm, np.linspace(-10, 10, 21)[:, None] * mm)
+    exact = field(np.linspace(18, 33, 31) * mm, np.linspace(-10, 10, 21)[:, None] * mm)
+    assert inside == pytest.approx(exact, abs=1e-15)
+    outside = removed((grid,), FACE, np.array([10, 40]) * mm, np.array([[-12], [12]]) * mm)
+    corners = field(np.array([18, 33]) * mm, np.array([[-10], [10]]) * mm)
+    assert outside == pytest.approx(corners, abs=1e-15)
+
+
+def test_grid_of_a_smooth_flank_converges_with_the_square_of_its_spacing():
+    part, errors = fem.ProfileCrowning(8 * um), []
+    fine = np.linspace(18, 33, 1001) * mm
+    for n in (11, 21, 41):
+        lines = np.linspace(18, 33, n) * mm
+        values = np.repeat(part.removed(FACE, lines, 0.0)[:, None], 2, axis=1)
+        grid = fem.Grid(lines, [-11 * mm, 11 * mm], values)
+        errors.append(np.abs(removed((grid,), FACE, fine, 0) - part.removed(FACE, fine, 0.0)).max())
+    assert np.array(errors[:-1]) / errors[1:] == pytest.approx(4, rel=0.02)
+
+
+def raised(lines, place: float) -> fem.GearPair:
+    """One line of the pinion's grid stands 6 um out."""
+    data = {"m_n": 3 * mm, "b": 20 * mm}
+    values = np.where(np.isclose(lines, place), -6 * um, 0.0)
+    grid = fem.Grid([1 * mm, 40 * mm], lines, np.stack([values, values]))
+    return fem.GearPair(fem.Gear(z=25, d_bore=30 * mm, flank=grid, **data), fem.Gear(z=40, d_bore=50 * mm, **data))
+
+
+@pytest.mark.parametrize("half", [0.2 * mm, 0.45 * mm])
+def test_a_narrow_ridge_carries_the_first_load(half):
+    """Unloaded it touches alone; then te grows with the torque, as with slices that are narrower than the ridge."""
+    pair = raised([-10 * mm, 3.5 * mm - half, 3.5 * mm, 3.5 * mm + half, 10 * mm], 3.5 * mm)
+    coarse, fine = (
+        fem.static_transmission_error(
+            pair, [0, 0.5, 5, 20, 200], [0.1, 0.6], accuracy=fem.Resolution(slices=slices), progress=False
+        )["te"].values
+        for slices in (20, 80)
+    )
+    assert coarse[0] == pytest.approx(-6 * um, abs=1e-9 * um)
+    assert (np.diff(coarse, axis=0) > 0.5 * um).all()
+    assert coarse - coarse[0] == pytest.approx(fine - fine[0], rel=0.05)
+
+
+@pytest.mark.parametrize("place", [-3.6 * mm, 0.4 * mm, 9.2 * mm])
+def test_every_line_of_an_even_grid_may_touch_first(place):
+    pair = raised(np.linspace(-10, 10, 51) * mm, place)
+    te = fem.static_transmission_error(pair, [0], [0.1, 0.6], accuracy=fem.Resolution(), progress=False)["te"].values
+    assert te == pytest.approx(-6 * um, abs=1e-9 * um)
+
+
+@pytest.mark.parametrize(("lines", "edges"), [(range(9), ()), ((0, 6, 6.5, 7, 14), (6, 6.5, 7)), ((0, 1), ())])
+def test_edges_of_a_grid_are_its_narrow_lines(lines, edges):
+    grid = fem.Grid([18 * mm, 33 * mm], np.array(lines) * mm, np.zeros((2, len(lines))))
+    assert flank.edges_across((grid,), FACE) == pytest.approx(np.array(edges) * mm)
+
+
+def test_files_hold_gears_of_every_kind(tmp_path):
+    rng = np.random.default_rng(1)
+    grid = fem.Grid(
+        np.linspace(18, 33, 60) * mm, np.linspace(-11, 11, 120) * mm, 5 * um * rng.standard_normal((60, 120))
+    )
+    pitch = fem.PitchDeviation(5 * um * rng.standard_normal(57))
+    pinion = paper_gear(flank=fem.Sides([grid, pitch], [fem.TipRelief(9 * um, d_Ca=152 * mm)]), fillet=0.9 * mm)
+    wheel = paper_gear(z=58, d_a=157 * mm, d_f=None, h_fP=1.3 * 2.6 * mm, material=fem.Material(E=3e9, nu=0.4))
+    pair = fem.GearPair(pinion, wheel, a=151.5 * mm)
+    assert stored(pair, tmp_path / "pair.nc") == pair
+
+
+def test_flanks_of_own_making_join_in():
+    class Wave:
+        def removed(self, face, roll, axial):
+            return 1 * um * np.sin(roll / mm) + 0 * axial
+
+    gear = paper_gear(flank=[Wave(), fem.HelixSlope(2 * um)])
+    both = removed(gear.flank, gear.face, ROLL, AXIAL)
+    assert both == pytest.approx(1 * um * np.sin(ROLL / mm) + 2 * um * AXIAL / (23 * mm), abs=1e-18)
+
+
+def test_pitch_deviations_are_python_numbers():
+    values = np.linspace(0, 5, 57).astype(np.float32) * np.float32(um)
+    part = fem.PitchDeviation(values)
+    assert part == fem.PitchDeviation(float(value) for value in values) == fem.PitchDeviation(values.tolist())
+    assert flank.from_text(flank.to_text((part,))) == (part,)
+
+
+def with_flank(*parts) -> fem.Gear:
+    return paper_gear(flank=parts)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: fem.TipRelief(15 * um), "begins at a roll length or at a diameter"),
+        (lambda: fem.TipRelief(15 * um, 2 * mm, d_Ca=150 * mm), "begins at a roll length or at a diameter"),
+        (lambda: fem.RootRelief(15 * um, d_Cf=150), "d_Cf must lie .*150\\*mm"),
+        (lambda: with_flank(fem.TipRelief(15 * um, d_Ca=155 * mm)), "d_Ca, .*from root form to tip circle, got 155 mm"),
+        (
+            lambda: with_flank(fem.RootRelief(15 * um, d_Cf=130 * mm)),
+            "d_Cf, .*from root form to tip circle, got 130 mm",
+        ),
+        (lambda: with_flank(fem.TipRelief(15 * um, d_Ca=154.5 * mm)), "d_Ca, .*got 154.5 mm; .*no length"),
+        (lambda: with_flank(fem.RootRelief(15 * um, d_Cf=2 * paper_gear().r_form)), "d_Cf, .*no length"),
+        (lambda: with_flank(fem.TipRelief(15 * um, 30 * mm)), "length must lie"),
+        (lambda: with_flank(fem.EndRelief(15 * um, 12 * mm)), "up to half the face width"),
+        (lambda: with_flank(fem.PitchDeviation(np.zeros(56))), "one pitch deviation a tooth, z = 57, got 56"),
+        (lambda: fem.PitchDeviation([np.nan]), "values must lie"),
+        (lambda: fem.PitchDeviation(5 * um), "values must be one pitch deviation"),
+        (lambda: fem.PitchDeviation(np.zeros((57, 2))), "values must be one pitch deviation"),
+        (lambda: fem.PitchDeviation(["5"]), "values must hold real numbers"),
+        (lambda: fem.PitchDeviation([5]), "values must lie .*15\\*um"),
+        (lambda: fem.Grid([18, 33], [-10 * mm, 10 * mm], np.zeros((2, 2))), "roll must lie .*pass metres"),
+        (lambda: fem.Grid([0, 0.1], [0.1, 0.0], np.zeros((2, 2))), "axial must hold two or more increasing"),
+        (lambda: fem.Grid([0, 0.1], [0, np.nan], np.zeros((2, 2))), "axial must hold two or more increasing"),
+        (lambda: fem.Grid([0, 0.1, 0.2], [0, 0.1], np.zeros((2, 3))), "shape .* = \\(3, 2\\), got \\(2, 3\\)"),
+        (lambda: fem.Grid([0, 0.1], [0, 0.1], [[0, np.nan], [0, 0]]), "finite everywhere"),
+        (lambda: fem.Grid([0, 0.1], [0, 0.1], [[0, 5], [0, 0]]), "values must lie .*15\\*um"),
+        (lambda: with_flank(fem.Grid([0, 0.001], [-0.01, 0.01], np.zeros((2, 2)))), "roll misses the flank"),
+        (lambda: with_flank(fem.Grid([0, 0.1], [0.02, 0.03], np.zeros((2, 2)))), "axial misses the flank"),
+        (lambda: fem.Grid([0, 0.1], [0, 0.1], [[0, 0], [0]]), "values must hold .*rows of equal length"),
+        (lambda: fem.Grid([0, [0.1]], [0, 0.1], np.zeros((2, 2))), "roll must hold .*rows of equal length"),
+        (lambda: paper_gear(flank=[fem.TipRelief]), "flank must hold modifications such as fem.TipRelief\\(15"),
+        (lambda: fem.Sides(15 * um), "flank must hold modifications"),
+        (lambda: paper_gear(flank=15 * um), "flank must hold modifications"),
+    ],
+)
+def test_impossible_flanks_are_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()

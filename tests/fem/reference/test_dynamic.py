@@ -1,0 +1,131 @@
+"""Time-integrated finite elements: at low speed they run through the static equilibria; kinematics; bad input."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from skfem import ElementQuad1
+
+import fem
+from fem import explicit
+from fem.elasticity.mesh_density import Density
+from fem.reference.dynamic import Motion, Newmark, transmission_error
+from fem.reference.explicit import CentralDifferences
+from fem.reference.nonlinear import assembled, equilibrium
+from fem.reference.time_integration import RunUp
+from fem.units import rpm
+
+COARSE = Density(flank=30)
+TINY = Density(flank=8, fillet=1, land=1, tooth=2, rim=1, body=2)
+
+
+def static(pair, ran, at: np.ndarray, density: Density) -> np.ndarray:
+    """Static transmission error at time steps at, under the viscous load of the moment."""
+    meshing = assembled(pair, density, ElementQuad1(), lag=1.0)
+    states = zip(ran["phase"].values[at], ran["torque"].values[at] / pair.pinion.r_b, strict=True)
+    return np.array([equilibrium(meshing, *state).te for state in states])
+
+
+@pytest.fixture(scope="module")
+def short(paper_pair):
+    """A tenth of a pitch at full speed, with one pair of teeth alone."""
+    run = RunUp(start=-0.1, run_up=0.1, stop=0.1, steps=200)
+    return transmission_error(paper_pair, 150, run, density=COARSE, progress=False)
+
+
+def test_slow_gears_pass_through_static_equilibria(paper_pair, short):
+    settled = np.flatnonzero(short["phase"].values > 0.02)[::3]
+    assert short["te"].values[settled] == pytest.approx(static(paper_pair, short, settled, COARSE), rel=2e-3)
+
+
+def test_gears_at_speed_vibrate_as_by_explicit_integration(paper_pair):
+    """Where inertia counts, by nodes that ride on the wheel's hub as by forces alone."""
+    run, scheme = RunUp(300 * rpm, 0.0, 0.3, 0.1, steps=1200), CentralDifferences(4e-8)
+    ours = transmission_error(paper_pair, 150, run, density=TINY, progress=False)
+    other = explicit.transmission_error(paper_pair, 150, run, scheme, density=TINY, progress=False)
+    te = ours["te"].values
+    assert other.attrs["added_mass"] < 0.02
+    assert np.abs(te - other["te"].values).max() < 0.01 * te.max()
+    assert te.max() > 1.2 * np.abs(static(paper_pair, ours, [len(te) - 1], TINY)).max()
+
+
+def test_steps_without_balance_are_told_in_words(paper_pair):
+    """From rest to 1000 rpm within a fifth of a pitch, and no damping of what chatters."""
+    run = RunUp(1000 * rpm, 0.0, 0.3, 0.1, steps=600, alpha=0.0)
+    with pytest.raises(RuntimeError, match=r"no balance at phase 0\.\d+; use more steps per pitch, .* alpha nearer"):
+        transmission_error(paper_pair, 150, run, density=TINY, progress=False)
+
+
+def test_load_and_error_rise_from_rest(short):
+    te = short["te"].values
+    assert te[0] == 0
+    assert (np.diff(te[short["phase"].values < -0.05]) > 0).all()
+
+
+def test_hub_turns_as_its_speed_says():
+    run, pitch = RunUp(), 0.11
+    ramp = 2 * run.run_up * pitch / run.speed
+    for t in (0.3 * ramp, ramp, 1.7 * ramp):
+        turned, _ = quad(lambda s: run.motion(s, pitch)[1], 0, t, points=[min(t, ramp)])
+        gained, _ = quad(lambda s: run.motion(s, pitch)[2], 0, t, points=[min(t, ramp)])
+        phase, speed, _ = run.motion(t, pitch)
+        assert (phase - run.start) * pitch == pytest.approx(turned)
+        assert speed == pytest.approx(gained)
+    assert run.motion(run.times(pitch)[-1], pitch)[0] == pytest.approx(run.stop)
+
+
+def oscillation(rule: Newmark, omega: float, n: int) -> np.ndarray:
+    """x'' = -omega^2 x from x = 1 with Newmark's rule (alpha = 0)."""
+    none = np.zeros((1, 2))
+    state = [Motion((none, none), value) for value in (1.0, 0.0, -(omega**2))]
+    x = [1.0]
+    for _ in range(n):
+        at, speed, rate = rule.predicted(*state)
+        change = -(omega**2 * at.te + rate.te) / (rule.per_place + omega**2)
+        moves = (at, 1.0), (speed, rule.per_speed), (rate, rule.per_place)
+        state = [one.plus(Motion((none, none), change), factor) for one, factor in moves]
+        x.append(state[0].te)
+    return np.array(x)
+
+
+def test_newmark_without_damping_keeps_the_amplitude_and_converges():
+    omega, n = 2 * np.pi, 200
+    x = oscillation(Newmark(0.0, 1 / n), omega, n)
+    assert x == pytest.approx(np.cos(omega * np.linspace(0, 1, n + 1)), abs=1e-3)
+    assert np.abs(oscillation(Newmark(0.0, 0.05), omega, 2000)).max() < 1 + 1e-9
+
+
+@pytest.mark.slow
+def test_a_cycle_at_10_rpm_is_the_static_curve(paper_pair):
+    density = Density(flank=30).refined(2)
+    ran = transmission_error(paper_pair, 150, RunUp(), density=density, progress=False)
+    cycle = np.flatnonzero(ran["phase"].values >= ran["phase"].values[-1] - 1 + 1e-9)[::5]
+    te = ran["te"].values[cycle]
+    expected = static(paper_pair, ran, cycle, density)
+    assert te.mean() == pytest.approx(expected.mean(), rel=3e-3)
+    assert np.ptp(te) == pytest.approx(np.ptp(expected), rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda pair: RunUp(speed=-1 * rpm), "speed must be > 0"),
+        (lambda pair: RunUp(stop=2.0), "within \\[-0.75, 0.75\\]"),
+        (lambda pair: RunUp(alpha=0.1), "alpha must lie"),
+        (lambda pair: RunUp(steps=3), "steps must be at least 20"),
+        (lambda pair: RunUp(damping=-1.0), "damping must be >= 0"),
+        (lambda pair: RunUp(speed=np.inf), "speed must be > 0 and finite"),
+        (lambda pair: RunUp(steps="many"), "steps must be one real number"),
+        (lambda pair: RunUp(start=None), "start must be one real number"),
+        (lambda pair: transmission_error(pair, 0.0), "torque must be > 0"),
+        (lambda pair: transmission_error(pair, [100, 150]), "torque must be one real number"),
+        (lambda pair: transmission_error(pair, 1e9), "torque must be finite and below"),
+        (lambda pair: transmission_error(pair, 150, {"speed": 1.0}), "run must be a fem.dynamic.RunUp"),
+        (
+            lambda pair: transmission_error(pair, 150, density=fem.Resolution()),
+            "density must be a fem.Density",
+        ),
+    ],
+)
+def test_bad_input_is_refused(paper_pair, call, message):
+    with pytest.raises(ValueError, match=message):
+        call(paper_pair)

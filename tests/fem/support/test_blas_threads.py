@@ -1,0 +1,86 @@
+"""Algebra takes one thread while anyone asks for it, and as many as before once nobody does."""
+
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier, Event
+
+import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
+
+import fem.support.blas_threads
+from fem.support.blas_threads import one_thread
+
+
+@pytest.fixture(autouse=True)
+def two_threads():
+    with threadpool_limits(2):
+        assert threads() == {2}
+        yield
+
+
+def threads() -> set[int]:
+    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+
+
+def test_limit_ends_with_the_last_of_overlapping_contexts():
+    """The first one in is the first one out, while the other is still at work."""
+    began, entered, left = Event(), Event(), Event()
+
+    def first():
+        with one_thread():
+            began.set()
+            assert entered.wait(10)
+        left.set()
+
+    def second():
+        assert began.wait(10)
+        with one_thread():
+            entered.set()
+            assert left.wait(10)
+            return threads()
+
+    with ThreadPoolExecutor(2) as executor:
+        one, other = executor.submit(first), executor.submit(second)
+        one.result()
+        assert other.result() == {1}
+    assert threads() == {2}
+
+
+def test_many_overlapping_contexts():
+    barrier = Barrier(4)
+
+    def work(_):
+        barrier.wait(10)
+        for _ in range(20):
+            with one_thread(), one_thread():
+                assert threads() == {1}
+
+    with ThreadPoolExecutor(4) as executor:
+        list(executor.map(work, range(4)))
+    assert threads() == {2}
+
+
+def test_limit_ends_with_an_error():
+    with pytest.raises(RuntimeError), one_thread():
+        raise RuntimeError
+    assert threads() == {2}
+
+
+@pytest.mark.parametrize("owned", [False, True])
+def test_threads_are_set_with_and_without_owners_of_a_pool(monkeypatch, owned):
+    """From threadpoolctl 3.8 on a pool has an owner, its first caller, whom others must depose."""
+
+    class Pool:
+        num_threads, deposed = 2, 0
+
+        def set_num_threads(self, number):
+            self.num_threads = number
+
+    class OwnedPool(Pool):
+        def clear_controlling_thread(self, force):
+            self.deposed += force
+
+    pool = OwnedPool() if owned else Pool()
+    monkeypatch.setattr(fem.support.blas_threads, "_shared", lambda: [pool])
+    with one_thread():
+        assert pool.num_threads == 1
+    assert (pool.num_threads, pool.deposed) == (2, 4 * owned)

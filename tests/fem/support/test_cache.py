@@ -1,0 +1,84 @@
+"""Cache and map files are whole or absent, and say so when they are damaged."""
+
+import numpy as np
+import pytest
+
+import fem
+from fem.support import cache
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
+    return tmp_path
+
+
+def never():
+    raise AssertionError("computed again")
+
+
+def test_second_call_reads_what_the_first_wrote(folder):
+    cache.cached("key", lambda: {"a": np.arange(3.0)})
+    assert cache.cached("key", never)["a"] == pytest.approx([0, 1, 2])
+
+
+def test_other_inputs_are_computed_anew(folder):
+    cache.cached("key", lambda: {"a": np.zeros(1)})
+    assert cache.cached("other", lambda: {"a": np.ones(1)})["a"] == [1]
+
+
+def test_interruption_leaves_nothing(folder, monkeypatch):
+    def interrupted(file, **arrays):
+        file.write(b"half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cache.np, "savez", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        cache.cached("key", lambda: {"a": np.zeros(1)})
+    assert list(folder.iterdir()) == []
+
+
+@pytest.mark.parametrize("damage", [b"", b"PK\x03\x04 nothing", b"garbage"])
+def test_damaged_file_is_refused(folder, damage):
+    cache.cached("key", lambda: {"a": np.zeros(1)})
+    (file,) = folder.iterdir()
+    file.write_bytes(damage)
+    with pytest.raises(ValueError, match="damaged or foreign; remove it"):
+        cache.cached("key", never)
+
+
+def test_interrupted_map_leaves_the_old_one(paper_pair, tmp_path, monkeypatch):
+    path = fem.save(fem.ste_map(paper_pair, [0, 1], [0, 0.5], np.zeros((2, 2))), tmp_path / "map.nc")
+    before = path.read_bytes()
+
+    def interrupted(self, part, **options):
+        part.write(b"half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("xarray.Dataset.to_netcdf", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        fem.save(fem.ste_map(paper_pair, [0, 1], [0, 0.5], np.ones((2, 2))), path)
+    assert path.read_bytes() == before
+    assert [p.name for p in tmp_path.iterdir()] == ["map.nc"]
+
+
+def test_damaged_map_is_refused(tmp_path):
+    path = tmp_path / "map.nc"
+    path.write_bytes(b"half a file")
+    with pytest.raises(ValueError, match="damaged or no netCDF file"):
+        fem.load(path)
+    with pytest.raises(FileNotFoundError):
+        fem.load(tmp_path / "none.nc")
+
+
+@pytest.mark.parametrize("te", [np.full((2, 2), np.nan), np.full((2, 2), np.inf)])
+def test_maps_hold_finite_numbers(paper_pair, te):
+    with pytest.raises(ValueError, match="te must be finite"):
+        fem.ste_map(paper_pair, [0, 1], [0, 0.5], te)
+
+
+def test_maps_have_increasing_axes(paper_pair):
+    with pytest.raises(ValueError, match="torque must increase"):
+        fem.ste_map(paper_pair, [1, 0], [0, 0.5], np.zeros((2, 2)))
+    with pytest.raises(ValueError, match="phase must increase"):
+        fem.ste_map(paper_pair, [0, 1], [0.5, 1.5], np.zeros((2, 2)))

@@ -1,0 +1,84 @@
+"""Compiled functions on disk: found again as they are, and forgotten with all that they call."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import numba
+
+import fem.support.numba_cache
+import fem.support.progress
+
+SOURCE = """
+from {package}.law.helper import doubled
+from fem.support.numba_cache import kept
+
+@kept
+def entry(x):
+    return doubled(x) + 1.0
+"""
+#: Without the text fem.support.numba_cache: a number of another folder that is compiled in.
+NUMBER = "FACTOR = {factor}"
+HELPER = """
+from fem.support.numba_cache import compiled
+from {package}.numbers.factor import FACTOR
+
+@compiled
+def doubled(x):
+    return FACTOR * x
+"""
+
+
+def write(root: Path, factor: float) -> None:
+    """A package of three folders: kernels call a law, which reads a number."""
+    name = f"package_of_{root.name}"
+    texts = {"kernels/module": SOURCE, "law/helper": HELPER, "numbers/factor": NUMBER}
+    for path, text in texts.items():
+        file = root / name / f"{path}.py"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text.format(package=name, factor=factor))
+
+
+def entry_in(root: Path, monkeypatch):
+    """The function of the kernel's module as a new process would import it."""
+    name = f"package_of_{root.name}"
+    for module in [module for module in sys.modules if module.split(".")[0] == name]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.syspath_prepend(root)
+    return importlib.import_module(f"{name}.kernels.module").entry
+
+
+def test_compiling_is_announced_as_long_as_all_of_it_takes(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("sys.dont_write_bytecode", True)
+    monkeypatch.setattr(fem.support.progress, "DELAY", 1e-9)
+    monkeypatch.setattr(fem.support.progress, "TICK", 1e-3)
+    write(tmp_path, 2.0)
+    for told in (True, False):
+        entry_in(tmp_path, monkeypatch)(1.0)
+        assert ("compiling the contact, once after an installation: 0" in capsys.readouterr().err) == told
+    write(tmp_path, 3.0)
+    with fem.support.progress.shown(False):
+        entry_in(tmp_path, monkeypatch)(1.0)
+    assert capsys.readouterr().err == ""
+
+
+def test_compiled_code_is_renewed_when_a_module_of_another_folder_changes(tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.dont_write_bytecode", True)
+    results = []
+    for factor in (2.0, 2.0, 3.0):
+        write(tmp_path, factor)
+        entry = entry_in(tmp_path, monkeypatch)
+        results.append((entry(1.0), sum(entry.stats.cache_hits.values())))
+    assert results == [(3.0, 0), (3.0, 1), (4.0, 0)]
+
+
+def test_nothing_is_kept_where_numbas_cache_has_other_names(tmp_path, monkeypatch):
+    """Compiled in every process: slow, never out of date."""
+    monkeypatch.setattr("sys.dont_write_bytecode", True)
+    monkeypatch.setattr(fem.support.numba_cache, "njit", lambda function, cache=False: numba.njit(function))
+    for factor in (2.0, 3.0):
+        write(tmp_path, factor)
+        entry = entry_in(tmp_path, monkeypatch)
+        assert entry(1.0) == factor + 1.0
+        assert not entry.stats.cache_hits
+    assert {path.suffix for path in tmp_path.rglob("*.*")} == {".py"}

@@ -1,0 +1,94 @@
+"""What data show of themselves; and what they must not show less of, as the cache is found by it."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from paper_gears import few_teeth, paper_gear, paper_pair
+from scenes import linear_law, smooth_box, smooth_map
+
+import exugear
+import fem
+from fem.elasticity.flank_compliance import bare, solutions
+from fem.elasticity.mesh_density import Density
+from fem.support.representation import exact
+from fem.units import GPa, mm, um
+
+MODIFIED = [fem.TipRelief(15 * um, 2.5 * mm), fem.LeadCrowning(5 * um), fem.EndRelief(8 * um, 3 * mm)]
+LEAVES = [
+    few_teeth(flank=MODIFIED),
+    few_teeth(beta=0.2, fillet=0.4 * mm, material=fem.Material(E=206 * GPa), flank=fem.Sides(MODIFIED, MODIFIED[0])),
+    paper_pair(),
+    fem.STEEL,
+    *MODIFIED,
+    fem.Grid((5 * mm, 9 * mm), (-9 * mm, 0.0, 9 * mm), np.full((2, 3), 3 * um)),
+    fem.PitchDeviation(np.arange(20) * um / 10),
+    fem.Offsets(misalignment=(-2e-4, 0, 2e-4), a=150 * mm),
+    fem.Resolution(slices=40),
+    fem.UpTo(350),
+    exugear.Bearing(2e8, 1e8, 1e5, clearance=5 * um),
+    exugear.Bearing(matrix=np.diag([1e8, 1e8, 1e7, 1e4, 1e4, 0])),
+    exugear.Coupling(2e4, 2.0, inertia=0.02),
+    exugear.Disc(1.0, 1e-3, 1e-3),
+    exugear.Placement(tilt_x=2e-4, pivot=30 * mm),
+    exugear.RingPair(few_teeth(), -60, -40 * mm),
+    exugear.MeshFriction.of_pair(paper_pair(), 0.05),
+    exugear.Recorder(),
+    linear_law(),
+    exugear.Shaft("fast", {0.0: exugear.Bearing(2e8, 1e8, 1e5), 30 * mm: paper_gear()}),
+    smooth_box().stages[0],
+]
+
+
+@pytest.mark.parametrize("leaf", LEAVES, ids=lambda leaf: type(leaf).__name__)
+def test_data_are_short(leaf):
+    assert repr(leaf).startswith(f"{type(leaf).__name__}(")
+    assert len(repr(leaf)) <= 200
+    assert not re.search(r"\.\d*(0000|9999)", repr(leaf))
+
+
+def test_gears_show_drawing_units():
+    sizes = "z=57, m_n=2.6 mm, b=23 mm, d_bore=60 mm, x=-0.160659, s_n=3.78 mm, d_a=154.5 mm, d_f=141.7 mm"
+    assert repr(paper_gear()) == f"Gear({sizes}, rho_f=0.988 mm)"
+    short = "Gear(z=57, m_n=2.6 mm, ...)"
+    assert repr(paper_pair()) == f"GearPair(pinion={short}, wheel={short}, a=150 mm)"
+    assert repr(exugear.Bearing(2e8, damping=2e-5)) == "Bearing(radial=2e8 N/m, damping=2e-5 s)"
+    assert "beta=-20 deg" in repr(few_teeth(beta=-np.pi / 9))
+
+
+def test_models_show_a_few_lines():
+    model = exugear.build(smooth_box())
+    assert len(repr(model)) < 1000 and len(repr(model).splitlines()) <= 9
+    assert repr(model.gearbox) == "Gearbox(fast-slow: 57/57 teeth)"
+    assert repr(model.plan) == str(model.plan)
+
+
+def test_keys_of_the_cache_are_those_of_earlier_versions():
+    """Written down as dataclasses showed themselves before they were short: who has solved a gear finds it again."""
+    sizes = "z=57, m_n=0.0026000000000000003, b=0.023, d_bore=0.06, alpha_n=0.3490658503988659, beta=0.0, "
+    tooth = "x=-0.1606589796889921, s_n=0.00378, d_a=0.1545, d_f=0.1417, rho_f=0.0009880000000000002, fillet=None, "
+    gear = f"Gear({sizes}{tooth}material=Material(E=210000000000.0, nu=0.3, density=7850.0), flank=())"
+    section = "flank=16, fillet=3, land=1, tooth=4, rim=4, body=7"
+    rest = "teeth=2, behind=1, divide=1, rim_power=1.0, edges=None)"
+    assert solutions(paper_gear(flank=MODIFIED), Density(width=4, behind=1), 0.023) == {
+        "near field": f"near field 14 {gear} Density({section}, width=1, {rest}",
+        "even": f"solid 14 {gear} Density({section}, width=4, {rest} 0.023 even",
+    }
+
+
+def test_keys_tell_apart_what_looks_alike():
+    gear = paper_gear()
+    for unlike in (replace(gear, b=gear.b * (1 + 1e-12)), replace(gear, material=fem.Material(E=210.0001 * GPa))):
+        assert repr(unlike) == repr(gear) or "Material" in repr(unlike)
+        assert exact(bare(unlike)) != exact(bare(gear))
+    many, more = (fem.PitchDeviation([0.0] * 5 + [x]) for x in (1e-9, 1.0000001e-9))
+    assert repr(many) == repr(more) and exact((many,)) != exact((more,))
+    with pytest.raises(TypeError, match="ndarray"):
+        exact((1.0, np.zeros(2)))
+
+
+def test_maps_keep_their_resolution_whole():
+    ste = fem.static_transmission_error(paper_pair(), [50], 4, accuracy=fem.Resolution(resolved=False), progress=False)
+    assert ste.attrs["resolution"].startswith("Resolution(density=Density(flank=16, fillet=3, ")
+    assert smooth_map().attrs["pinion_m_n"] == 2.6 * mm
