@@ -4,9 +4,9 @@ from math import sin, sqrt, tan
 
 import numpy as np
 
-from fem.contact.flank_gap import Cells
+from fem.contact.flank_gap import ContactSlices
 from fem.microgeometry.flank import edges, edges_across
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 
 #: A loaded width reaches beyond a station that touches by at least this share of the way to the next one.
 BEYOND = 1e-3
@@ -21,13 +21,13 @@ LEAST = 0.05
 Ranges = dict[int, tuple[float, float]]
 
 
-def across(meeting: Meeting, places_of) -> np.ndarray:
+def across(meeting: MeshPosition, places_of) -> np.ndarray:
     """(n,) axial places on the flanks of both gears [m]; places_of: a flank and a face, as `edges_across`."""
     pinion, wheel = ((gear.drive_flank, gear.face) for gear in (meeting.pair.pinion, meeting.pair.wheel))
     return np.array([*places_of(*pinion), *(meeting.axial + place for place in places_of(*wheel))])
 
 
-def kinks(meeting: Meeting) -> np.ndarray:
+def kinks(meeting: MeshPosition) -> np.ndarray:
     """(n_pair, n) axial places where the slope of a modification jumps along the line of contact of each pair [m]."""
     pair, length = meeting.pair, meeting.a * sin(meeting.alpha)
     pinion, wheel = ((gear.drive_flank, gear.face) for gear in (pair.pinion, pair.wheel))
@@ -80,7 +80,7 @@ def _root(x: np.ndarray, y: np.ndarray, before: int, inside: int, outside: int) 
     return x[inside] + step * max(share, BEYOND)
 
 
-def loads_at(cells: Cells, guess: dict, force: float) -> np.ndarray:
+def loads_at(cells: ContactSlices, guess: dict, force: float) -> np.ndarray:
     """(n,) line loads of cells out of those of other cells by pair, none below a share of the largest [N/m].
 
     They carry the force [N] together, at least, if they are fewer.

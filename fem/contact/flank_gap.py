@@ -12,7 +12,7 @@ import numpy as np
 from fem.elasticity import hertz
 from fem.gear.tooth_profile import LEAST_ROLL
 from fem.microgeometry.flank import pitch_deviations, removed, roundings, without_roundings
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 
 #: Places among which the closest one is found, and rounds of more of them between the neighbours of the last one.
 SAMPLES, ROUNDS, AROUND = 41, 3, 17
@@ -28,7 +28,7 @@ TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True)
-class Cells:
+class ContactSlices:
     """Slices of pairs of teeth: number of the pair, axial ends low and high [m], each (n,).
 
     te is the transmission error [m] at which flanks are compared, or (n, 1) of each cell: there the gap is exact, and
@@ -38,7 +38,7 @@ class Cells:
     the pitch point, the wheel behind it, so that only the mate's tip can end the strips.
     """
 
-    meeting: Meeting
+    meeting: MeshPosition
     number: np.ndarray
     low: np.ndarray
     high: np.ndarray

@@ -5,7 +5,7 @@ from math import cos
 
 import numpy as np
 
-from fem.contact.flank_gap import Cells
+from fem.contact.flank_gap import ContactSlices
 from fem.elasticity.hertz import log_mean
 from fem.microgeometry.flank import rounding
 
@@ -90,7 +90,7 @@ class Strips:
         return log_mean(apart, self.width[:, :, None], self.width[:, None]) + np.log(depth)
 
 
-def strips_of(cells: Cells, half_width: np.ndarray) -> Strips:
+def strips_of(cells: ContactSlices, half_width: np.ndarray) -> Strips:
     """Strips as far as WINDOW times half_width (n,) [m] on either side of where the flanks are closest."""
     r_own, reach = cells.radii[0], WINDOW * half_width
     low, high, centre = (roll**2 / (2 * r_own) for roll in (*cells.limits, cells.closest))
@@ -107,7 +107,7 @@ def strips_of(cells: Cells, half_width: np.ndarray) -> Strips:
     return Strips(arcs, width, gap + per_error * cells.te, per_error, cells.by_gear(tilts), beside, expected)
 
 
-def edges_and_middles(cells: Cells, start, end, half_width: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def edges_and_middles(cells: ContactSlices, start, end, half_width: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n, 2 m + 1) arc lengths of edges and middles of strips from start to end (n, 1) [m], and their (n, m) widths.
 
     half_width  (n,) of the contact of the involutes by Hertz [m]
@@ -129,7 +129,7 @@ def edges_and_middles(cells: Cells, start, end, half_width: np.ndarray) -> tuple
     return places, np.diff(edges)
 
 
-def mates_edge(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
+def mates_edge(cells: ContactSlices) -> tuple[np.ndarray, np.ndarray]:
     """(n, 1) roll lengths of the mate at which its tip edge begins, and radii to which it is rounded, 0: sharp [m]."""
     pair = cells.meeting.pair
     pinion, wheel = (rounding(gear.drive_flank, gear.face) for gear in (pair.pinion, pair.wheel))
@@ -137,7 +137,7 @@ def mates_edge(cells: Cells) -> tuple[np.ndarray, np.ndarray]:
     return begin, radius
 
 
-def at_tip_edge(cells: Cells, force: np.ndarray) -> np.ndarray:
+def at_tip_edge(cells: ContactSlices, force: np.ndarray) -> np.ndarray:
     """(n,) whether the contact of cells under forces (n,) [N], as wide as Hertz says, reaches the mate's tip edge."""
     begin, _ = mates_edge(cells)
     reach = cells.by_gear(cells.touching)[1, :, 0] + cells.half_width(force / (cells.high - cells.low))

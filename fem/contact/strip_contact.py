@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem.contact.flank_gap import Cells
+from fem.contact.flank_gap import ContactSlices
 from fem.contact.strip_bounds import NODES, SHAPES, Strips
 from fem.elasticity.flank_compliance import Compliance
 from fem.elasticity.half_space import along_line
@@ -144,7 +144,7 @@ class Solution(NamedTuple):
     force: np.ndarray
 
 
-def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Compliance, tilts=None) -> np.ndarray:
+def coupling(cells: ContactSlices, arcs: np.ndarray, pinion: Compliance, wheel: Compliance, tilts=None) -> np.ndarray:
     """(n, m, n, m) displacement between the flanks per force at places arcs (2, n, m), half-spaces apart [m/N].
 
     tilts       (2, n, m) of the direction of contact against the normals of pinion and wheel [rad]; none: 0
@@ -169,13 +169,13 @@ def coupling(cells: Cells, arcs: np.ndarray, pinion: Compliance, wheel: Complian
     return ((total + total.T) / 2).reshape(n, m, n, m)
 
 
-def pairs_of(cells: Cells) -> list[tuple[int, slice]]:
+def pairs_of(cells: ContactSlices) -> list[tuple[int, slice]]:
     """Pairs of teeth by number, and which of the cells are theirs."""
     numbers, first, count = np.unique(cells.number, return_index=True, return_counts=True)
     return [(k, slice(i, i + c)) for k, i, c in zip(numbers.tolist(), first, count, strict=True)]
 
 
-def along_contact(cells: Cells, depth: float, pinion: Compliance, wheel: Compliance) -> np.ndarray:
+def along_contact(cells: ContactSlices, depth: float, pinion: Compliance, wheel: Compliance) -> np.ndarray:
     """(n, n) displacement between the flanks per force in cells as of half-spaces, beside half-planes [m/N].
 
     depth       at which the half-planes are held [m]
@@ -205,14 +205,14 @@ def along_weights(body: Compliance, arcs: np.ndarray) -> np.ndarray:
     return body.hats_of_lines[1] @ lines(body.arcs, arcs.ravel())
 
 
-def flattening_of(cells: Cells) -> np.ndarray:
+def flattening_of(cells: ContactSlices) -> np.ndarray:
     """(n,) flattening of both flanks per force in a cell [m/N]."""
     pair = cells.meeting.pair
     both = flattening(pair.pinion.material) + flattening(pair.wheel.material)
     return cos(pair.beta_b) / (cells.high - cells.low) * both
 
 
-def assemble(cells: Cells, strips: Strips, pinion: Compliance, wheel: Compliance, misalignment) -> Contact:
+def assemble(cells: ContactSlices, strips: Strips, pinion: Compliance, wheel: Compliance, misalignment) -> Contact:
     """Contact of all strips."""
     depth, nodes = CAPACITY * strips.reach, strips.nodes
     smooth = coupling(cells, strips.arcs[:, :, nodes], pinion, wheel, strips.tilts[:, :, nodes])

@@ -7,13 +7,13 @@ from math import ceil, cos, sqrt
 import numpy as np
 
 from fem.contact.contact_width import Ranges, across, kinks, loads_at, overlap, wider, with_kinks
-from fem.contact.flank_gap import TINY, Cells
+from fem.contact.flank_gap import TINY, ContactSlices
 from fem.contact.line_contact import line_contact
 from fem.contact.strip_bounds import Strips, at_tip_edge, strips_of
 from fem.contact.strip_contact import along_contact, assemble, coupling, flattening_of
 from fem.elasticity.flank_compliance import Compliance
 from fem.microgeometry.flank import lines_across
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 
 #: Slices are narrower towards the end faces by this power.
 GRADING = 1.6
@@ -47,7 +47,7 @@ class State:
     """
 
     te: float
-    cells: Cells
+    cells: ContactSlices
     force: np.ndarray
     pressure: np.ndarray
     stiffness: float = 0.0
@@ -83,10 +83,10 @@ class State:
 
 
 @dataclass(frozen=True)
-class Encounter:
+class ToothContact:
     """A meeting of two gears with known compliances; slices: number of slices of the width of `bodies`."""
 
-    meeting: Meeting
+    meeting: MeshPosition
     pinion: Compliance
     wheel: Compliance
     slices: int
@@ -113,7 +113,7 @@ class Encounter:
         side = (axial - (low + high) / 2) / ((high - low) / 2)
         return (1 + np.sign(side) * (1 - (1 - np.minimum(np.abs(side), 1)) ** (1 / GRADING))) / 2
 
-    def sliced(self, ranges: Ranges, slices: int, te: float = 0.0) -> Cells:
+    def sliced(self, ranges: Ranges, slices: int, te: float = 0.0) -> ContactSlices:
         """Slices of pairs of teeth over ranges of the face.
 
         On the widest as many as the fourth root of its share of the face demands, on others as the root of theirs.
@@ -127,12 +127,12 @@ class Encounter:
         none = np.zeros(0)
         numbers = np.concatenate([none.astype(int), *(np.full(e.size - 1, k) for k, e in edges.items())])
         low, high = (np.concatenate([none, *(e[part] for e in edges.values())]) for part in (slice(-1), slice(1, None)))
-        return Cells(self.meeting, numbers, low, high, te)
+        return ContactSlices(self.meeting, numbers, low, high, te)
 
-    def sections(self, shares: np.ndarray) -> Cells:
+    def sections(self, shares: np.ndarray) -> ContactSlices:
         """Sections of no width at shares (n_pair, n) of the face, of all pairs."""
         numbers, places = np.array(self.meeting.numbers()), self.graded(shares)
-        return Cells(self.meeting, np.repeat(numbers, shares.shape[1]), places.ravel(), places.ravel())
+        return ContactSlices(self.meeting, np.repeat(numbers, shares.shape[1]), places.ravel(), places.ravel())
 
     @cached_property
     def kinked_shares(self) -> dict[int, np.ndarray]:
@@ -152,12 +152,12 @@ class Encounter:
         return DEPTH * self.meeting.pair.pinion.m_n
 
     @cached_property
-    def stations(self) -> Cells:
+    def stations(self) -> ContactSlices:
         """Sections at these shares."""
         return self.sections(self.station_shares)
 
     @cached_property
-    def whole(self) -> Cells:
+    def whole(self) -> ContactSlices:
         """Slices of all pairs over the whole face."""
         return self.sliced(dict.fromkeys(self.meeting.numbers(), self.face), self.slices)
 
@@ -181,12 +181,12 @@ class Encounter:
         step = OVERLAP * self.meeting.pair.pinion.m_n
         return (self.coupled(step) - self.rest_coupling) / step
 
-    def gaps(self, cells: Cells, misalignment) -> tuple[np.ndarray, np.ndarray]:
+    def gaps(self, cells: ContactSlices, misalignment) -> tuple[np.ndarray, np.ndarray]:
         """Normal gap [m] and approach per transmission error where the flanks of cells are closest, each (n,)."""
         gap, per_error = cells.nearest
         return gap + cos(self.meeting.pair.beta_b) * misalignment * cells.middle, per_error
 
-    def hertz(self, cells: Cells) -> tuple[np.ndarray, np.ndarray]:
+    def hertz(self, cells: ContactSlices) -> tuple[np.ndarray, np.ndarray]:
         """Factor and constant of the flattening of cells under one line load, as `line_contact` takes them."""
         width = cells.half_width(1 / (cells.high - cells.low))
         return flattening_of(cells), 0.5 + np.log(2 * self.depth / width)
@@ -212,7 +212,7 @@ class Encounter:
         columns = te.tolist(), loads, cells.hertz_pressure(loads), (stiffness / share).tolist()
         return [State(t, cells, f, p, k, mirrored=share < 1) for t, f, p, k in zip(*columns, strict=True)]
 
-    def ranges(self, te: float, misalignment: float, cells: Cells, loads: np.ndarray) -> Ranges:
+    def ranges(self, te: float, misalignment: float, cells: ContactSlices, loads: np.ndarray) -> Ranges:
         """Axial ends between which the flanks of each pair of teeth overlap under a transmission error te [m].
 
         Where they do so between stations only, those of the cells with loads (n,) [N]. Half a face goes on mirrored.
@@ -279,7 +279,7 @@ class Encounter:
         outwards /= np.ptp(wanted, axis=1).max()
         return bool(outwards.min() > -SHORT and outwards.max() < spare)
 
-    def pressed(self, cells: Cells, force: float, misalignment: float, half_width: np.ndarray) -> State:
+    def pressed(self, cells: ContactSlices, force: float, misalignment: float, half_width: np.ndarray) -> State:
         """Contact of cells on strips wide enough to hold it; when some are widened, the rest start as they ended."""
         spilt, touching = np.ones(cells.low.size, bool), np.zeros((cells.low.size, 1), bool)
         for _ in range(WIDENINGS):

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from skfem import Basis, BilinearForm
 
 from fem.gear.material import Material
-from fem.linalg.block_matrix import Products
+from fem.linalg.block_matrix import KroneckerMatrix
 
 D_X, D_Y, D_TURN, VALUE = range(4)
 ALONG, ACROSS = 1, 0
@@ -80,7 +80,7 @@ def axis_products(basis: Basis) -> np.ndarray:
     return np.array([[form.assemble(basis).toarray() for form in row] for row in forms])
 
 
-def stiffness(section: Basis, axis: Basis | None, material: Material, twist: float = 0.0) -> Products:
+def stiffness(section: Basis, axis: Basis | None, material: Material, twist: float = 0.0) -> KroneckerMatrix:
     """Stiffness [N/m], or of plane strain where axis is None [N/m^2]; unknowns by component, section dof, axis dof.
 
     twist       turn of the section per length along the axis [1/m]
@@ -90,7 +90,7 @@ def stiffness(section: Basis, axis: Basis | None, material: Material, twist: flo
     return _summed(3, energy(3, twist, *lame_parameters(material)), section, axis_products(axis))
 
 
-def uniform_stiffness(section: Basis, material: Material, twist: float = 0.0) -> Products:
+def uniform_stiffness(section: Basis, material: Material, twist: float = 0.0) -> KroneckerMatrix:
     """Stiffness [N/m^2] of a prism of which every section does the same; unknowns by component, section dof.
 
     Two components of a straight one, plane strain; of a twisted one also that along the axis.
@@ -100,11 +100,11 @@ def uniform_stiffness(section: Basis, material: Material, twist: float = 0.0) ->
     return _summed(3 if twist else 2, alike, section, UNIFORM)
 
 
-def _summed(dim: int, factors: dict, section: Basis, along: np.ndarray) -> Products:
+def _summed(dim: int, factors: dict, section: Basis, along: np.ndarray) -> KroneckerMatrix:
     n, wanted = along.shape[-1], sorted({key[-2:] for key in factors})
     inside = np.zeros((len(wanted), dim, n, dim, n))
     for (i, j, a, b, *pair), factor in factors.items():
         inside[wanted.index(tuple(pair)), i, :, j] += factor * along[a, b]
     members = np.arange(dim * section.N * n).reshape(dim, section.N, n).swapaxes(0, 1).reshape(section.N, -1)
     places, values = section_products(section, wanted)
-    return Products(places, values, inside.reshape(-1, dim * n, dim * n), members)
+    return KroneckerMatrix(places, values, inside.reshape(-1, dim * n, dim * n), members)

@@ -25,6 +25,7 @@ from fem.linalg.direct_solver import factorize
 from fem.support.cache import Arrays, cached
 from fem.support.progress import announced
 from fem.support.representation import exact
+from fem.support.source_stamp import source_stamp
 
 #: Elements that deform far from the load too, and how much finer they are in the twin that misses only the rest.
 INSIDE, FINER_INSIDE = ("tooth", "fillet", "rim", "body"), 2
@@ -112,9 +113,10 @@ def bare(gear: Gear) -> Gear:
 def solutions(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> dict[str, str]:
     """Names in the cache of what `flank_compliance` takes, by kind: the near field and each solid."""
     body, section = exact(bare(gear)), exact(replace(density, width=1))
+    stamp = source_stamp(__name__)
     kinds = (WHOLE,) if gear.beta else ("even", "odd") if whole else ("even",)
-    solids = {kind: f"solid 14 {body} {exact(density)} {loaded} {kind}" for kind in kinds}
-    return {NEAR: f"near field 14 {body} {section}"} | solids
+    solids = {kind: f"solid {stamp} {body} {exact(density)} {loaded} {kind}" for kind in kinds}
+    return {NEAR: f"near field {stamp} {body} {section}"} | solids
 
 
 def missed_by_section(gear: Gear, arcs: np.ndarray, density: Density) -> Arrays:

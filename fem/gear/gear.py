@@ -12,7 +12,7 @@ from fem.gear.material import STEEL, Material
 from fem.gear.tooth_root import Arc, Trochoid, involute
 from fem.microgeometry import flank as flanks
 from fem.microgeometry.flank import Flank, Sides
-from fem.microgeometry.modification import Face
+from fem.microgeometry.modification import FlankExtent
 from fem.support.representation import short
 from fem.support.validation import as_floats, number, require, require_within
 from fem.units import deg, mm
@@ -246,9 +246,9 @@ class Gear:
         return hypot(self.r_b, self.roll_form)
 
     @cached_property
-    def face(self) -> Face:
+    def face(self) -> FlankExtent:
         """Extent of a flank."""
-        return Face(self.roll_form, self.roll_tip, self.b, self.r_b, self.z, land=self.thickness(self.r_a))
+        return FlankExtent(self.roll_form, self.roll_tip, self.b, self.r_b, self.z, land=self.thickness(self.r_a))
 
     def thickness(self, r: float) -> float:
         """Transverse tooth thickness on the circle of radius r >= r_b [m]; ValueError for others."""

@@ -41,7 +41,7 @@ class Sparse:
 
 
 @dataclass(frozen=True)
-class Products:
+class KroneckerMatrix:
     """Sum of Kronecker products of matrices between groups and of dense ones between what a group consists of.
 
     places      (2, m) row and column of the entries of the matrices between groups
@@ -79,7 +79,7 @@ class Products:
         at = row[:, one].ravel(), column[:, other].ravel()
         return sp.csr_matrix(((self.values @ self.inside[:, one, other]).ravel(), at), (self.members.size,) * 2)
 
-    def part(self, free: np.ndarray) -> "Products":
+    def part(self, free: np.ndarray) -> "KroneckerMatrix":
         """Matrix of the unknowns that are free (n_unknown,), of some groups the same members in each."""
         kept = free[self.members]
         groups, members = kept.any(axis=1), kept.any(axis=0)
@@ -88,7 +88,7 @@ class Products:
         number, both = np.cumsum(groups) - 1, groups[self.places].all(axis=0)
         numbers = (np.cumsum(free) - 1)[self.members[groups][:, members]]
         inside = self.inside[:, members][:, :, members]
-        return Products(number[self.places[:, both]], self.values[both], inside, numbers)
+        return KroneckerMatrix(number[self.places[:, both]], self.values[both], inside, numbers)
 
     def panels(self, order: np.ndarray) -> Panel:
         """Function that gives columns of the lower triangle; order (n,) of the unknowns, group by group."""

@@ -7,20 +7,20 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from fem.linalg import multifrontal
-from fem.linalg.block_matrix import Products, Sparse
+from fem.linalg.block_matrix import KroneckerMatrix, Sparse
 
 Solve = Callable[[np.ndarray], np.ndarray]
 
 
 def factorize(
-    matrix: sp.csr_matrix | Products, group: np.ndarray | None = None, wanted: np.ndarray | None = None
+    matrix: sp.csr_matrix | KroneckerMatrix, group: np.ndarray | None = None, wanted: np.ndarray | None = None
 ) -> Solve:
     """Function that solves matrix x = b for b (n, k).
 
     group       (n,) number of a group of coupled unknowns that each belongs to, unless the matrix knows its groups
     wanted      numbers of the unknowns that are loaded or read, which saves memory with groups; x may be nan elsewhere
     """
-    if isinstance(matrix, Products):
+    if isinstance(matrix, KroneckerMatrix):
         return multifrontal.factorize(matrix, wanted)
     if group is None:
         return superlu(matrix)

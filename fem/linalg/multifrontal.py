@@ -15,7 +15,7 @@ from scipy.linalg.blas import dsyrk, dtrsm
 from scipy.linalg.lapack import dpotrf
 from scipy.sparse.linalg import splu
 
-from fem.linalg.block_matrix import Panel, Products, Sparse
+from fem.linalg.block_matrix import KroneckerMatrix, Panel, Sparse
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar
 
@@ -45,7 +45,7 @@ class Columns:
     below: np.ndarray
 
 
-def factorize(matrix: Sparse | Products, wanted: np.ndarray | None = None) -> Callable[[np.ndarray], np.ndarray]:
+def factorize(matrix: Sparse | KroneckerMatrix, wanted: np.ndarray | None = None) -> Callable[[np.ndarray], np.ndarray]:
     """Function that solves matrix x = b for b (n, k).
 
     matrix      symmetric, positive definite; LinAlgError where it is not

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fem.microgeometry.modification import Face, check_amount, check_within
+from fem.microgeometry.modification import FlankExtent, check_amount, check_within
 from fem.support.representation import short
 from fem.support.validation import numbers
 
@@ -33,12 +33,12 @@ class PitchDeviation:
         for value in self.values:
             check_amount("values", value)
 
-    def check(self, face: Face) -> None:
+    def check(self, face: FlankExtent) -> None:
         """ValueError unless every tooth has its value."""
         if len(self.values) != face.z:
             raise ValueError(f"values must hold one pitch deviation a tooth, z = {face.z}, got {len(self.values)}")
 
-    def removed(self, face: Face, roll, axial):
+    def removed(self, face: FlankExtent, roll, axial):
         return np.take(self.values, face.tooth, mode="wrap") + 0 * roll + 0 * axial
 
 
@@ -72,7 +72,7 @@ class Grid:
         check_amount("values", float(values.flat[np.abs(values).argmax()]))
         object.__setattr__(self, "values", tuple(map(tuple, values.tolist())))
 
-    def check(self, face: Face) -> None:
+    def check(self, face: FlankExtent) -> None:
         """ValueError unless the grid covers some of the flank."""
         for name, low, high in (("roll", face.roll_form, face.roll_tip), ("axial", -face.width / 2, face.width / 2)):
             first, last = getattr(self, name)[0], getattr(self, name)[-1]
@@ -80,10 +80,10 @@ class Grid:
                 flank = f"the flank reaches from {low:.6g} to {high:.6g} m"
                 raise ValueError(f"{name} misses the flank: lines from {first:g} to {last:g} m, {flank}")
 
-    def lines_across(self, face: Face) -> tuple[float, ...]:
+    def lines_across(self, face: FlankExtent) -> tuple[float, ...]:
         return self.axial
 
-    def edges_across(self, face: Face) -> tuple[float, ...]:
+    def edges_across(self, face: FlankExtent) -> tuple[float, ...]:
         """Lines where the grid is finer than elsewhere; what all of an even one hold is left to the slices."""
         apart = np.diff(self.axial)
         nearest = np.minimum(np.append(apart, np.inf), np.insert(apart, 0, np.inf))
@@ -93,7 +93,7 @@ class Grid:
     def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return np.array(self.roll), np.array(self.axial), np.array(self.values)
 
-    def removed(self, face: Face, roll, axial):
+    def removed(self, face: FlankExtent, roll, axial):
         lines, places, values = self._arrays
         (i, u), (j, v) = _between(lines, roll), _between(places, axial)
         low = values[i, j] * (1 - v) + values[i, j + 1] * v

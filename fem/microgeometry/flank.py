@@ -11,7 +11,7 @@ from fem.microgeometry.modification import (
     MM,
     EdgeBreak,
     EndRelief,
-    Face,
+    FlankExtent,
     HelixSlope,
     LeadCrowning,
     Modification,
@@ -60,7 +60,7 @@ class Sides:
         object.__setattr__(self, "right", parts_of(self.right, "right flank"))
 
 
-def removed(flank: Flank, face: Face, roll, axial, *, tooth: int | np.ndarray = 0) -> np.ndarray:
+def removed(flank: Flank, face: FlankExtent, roll, axial, *, tooth: int | np.ndarray = 0) -> np.ndarray:
     """Sum of all modifications of a tooth, or of each of several [m], broadcast over roll, axial [m] and teeth.
 
     Beyond root form and tip, where there is no flank, as at these ends: a power law goes on to millimetres there.
@@ -85,17 +85,17 @@ def alike(flank: Flank) -> bool:
     return all(len(set(part.values)) == 1 for part in pitch_deviations(flank))
 
 
-def edges(flank: Flank, face: Face) -> list[float]:
+def edges(flank: Flank, face: FlankExtent) -> list[float]:
     """Roll lengths where the slope of a modification jumps [m]."""
     return [edge for part in flank if hasattr(part, "edges") for edge in part.edges(face)]
 
 
-def edges_across(flank: Flank, face: Face) -> list[float]:
+def edges_across(flank: Flank, face: FlankExtent) -> list[float]:
     """Axial places where the slope of a modification jumps [m]."""
     return [edge for part in flank if hasattr(part, "edges_across") for edge in part.edges_across(face)]
 
 
-def lines_across(flank: Flank, face: Face) -> list[float]:
+def lines_across(flank: Flank, face: FlankExtent) -> list[float]:
     """Axial places where what a modification adds may be highest [m], of those with many lines across the width."""
     return [line for part in flank if hasattr(part, "lines_across") for line in part.lines_across(face)]
 
@@ -110,13 +110,13 @@ def without_roundings(flank: Flank) -> Flank:
     return tuple(part for part in flank if not hasattr(part, "rounding"))
 
 
-def rounding(flank: Flank, face: Face) -> tuple[float, float]:
+def rounding(flank: Flank, face: FlankExtent) -> tuple[float, float]:
     """Roll length where the tip edge begins, and the radius of its `EdgeBreak` [m]; a sharp one: the tip's, and 0."""
     edges = [part.rounding(face) for part in flank if hasattr(part, "rounding")]
     return min(edges, default=(face.roll_tip, 0.0))
 
 
-def check(flank: Flank, face: Face) -> None:
+def check(flank: Flank, face: FlankExtent) -> None:
     """ValueError unless all modifications suit the face, and leave it a flank."""
     for part in flank:
         if hasattr(part, "check"):
@@ -124,7 +124,7 @@ def check(flank: Flank, face: Face) -> None:
         _check_added(part, face)
 
 
-def _check_added(part: Modification, face: Face) -> None:
+def _check_added(part: Modification, face: FlankExtent) -> None:
     """Near the base circle profiles are short: a little material added there is a spike."""
     roll = np.linspace(face.roll_form, face.roll_tip, PLACES)
     added = -part.removed(face, roll[:, None], np.array([-0.5, 0.0, 0.5]) * face.width)

@@ -16,7 +16,7 @@ from fem.support.validation import as_floats
 MM = 1e-3
 
 
-class Face(NamedTuple):
+class FlankExtent(NamedTuple):
     """One flank of a gear.
 
     roll_form, roll_tip     roll lengths of root form and tip [m]
@@ -53,7 +53,7 @@ class Modification(Protocol):
     rounding(face)  roll length where a rounded edge begins [m], and its radius [m]
     """
 
-    def removed(self, face: Face, roll: np.ndarray, axial: np.ndarray) -> np.ndarray:
+    def removed(self, face: FlankExtent, roll: np.ndarray, axial: np.ndarray) -> np.ndarray:
         """Material removed [m] at roll lengths and axial places [m], broadcast."""
         ...
 
@@ -84,7 +84,7 @@ def _check_profile_relief(name: str, amount: float, length: float | None, power:
     _check_relief(name, amount, 1.0 if length is None else length, power)
 
 
-def _check_on_flank(length: float, face: Face, name_d: str, d: float | None) -> None:
+def _check_on_flank(length: float, face: FlankExtent, name_d: str, d: float | None) -> None:
     if d is not None and length < 1e-6:
         ends = f"{name_d}, where a relief begins, must lie away from the circle where it ends"
         raise ValueError(f"{ends}, got {d / MM:g} mm; that is a relief of no length")
@@ -119,18 +119,18 @@ class TipRelief:
         as_floats(self)
         _check_profile_relief("C_a", self.C_a, self.length, self.power, self.d_Ca)
 
-    def reach(self, face: Face) -> float:
+    def reach(self, face: FlankExtent) -> float:
         """Roll length from the relief's beginning to the tip [m]."""
         return self.length if self.d_Ca is None else face.roll_tip - face.roll_at(self.d_Ca, "d_Ca")  # type: ignore[return-value]
 
-    def check(self, face: Face) -> None:
+    def check(self, face: FlankExtent) -> None:
         """ValueError unless the relief begins on the flank."""
         _check_on_flank(self.reach(face), face, "d_Ca", self.d_Ca)
 
-    def edges(self, face: Face) -> tuple[float, ...]:
+    def edges(self, face: FlankExtent) -> tuple[float, ...]:
         return _if_sharp(face.roll_tip - self.reach(face), self.power)
 
-    def removed(self, face: Face, roll, axial):
+    def removed(self, face: FlankExtent, roll, axial):
         length = self.reach(face)
         return self.C_a * _share(roll - (face.roll_tip - length), length, self.power) + 0 * axial
 
@@ -152,23 +152,23 @@ class EdgeBreak:
         as_floats(self)
         check_within("radius", self.radius, 1e-6, 0.1, "m (pass metres: 0.2*mm)")
 
-    def length(self, face: Face) -> float:
+    def length(self, face: FlankExtent) -> float:
         """Length of the profile from where the rounding begins to the tip circle [m]."""
         return self.radius * tan(pi / 4 - atan(face.roll_tip / face.r_b) / 2)
 
-    def check(self, face: Face) -> None:
+    def check(self, face: FlankExtent) -> None:
         """ValueError unless the roundings of both flanks fit on the tip, and the flank keeps half of its profile."""
         largest = min(face.land, (face.roll_tip**2 - face.roll_form**2) / (2 * face.r_b)) / 2
         largest *= self.radius / self.length(face)
         check_within("radius", self.radius, 1e-6, largest, "m (half the tip, half the profile)")
 
-    def edges(self, face: Face) -> tuple[float, ...]:
+    def edges(self, face: FlankExtent) -> tuple[float, ...]:
         return (self.rounding(face)[0],)
 
-    def rounding(self, face: Face) -> tuple[float, float]:
+    def rounding(self, face: FlankExtent) -> tuple[float, float]:
         return sqrt(face.roll_tip**2 - 2 * face.r_b * self.length(face)), self.radius
 
-    def removed(self, face: Face, roll, axial):
+    def removed(self, face: FlankExtent, roll, axial):
         begin, radius = self.rounding(face)
         along = np.clip((roll**2 - begin**2) / (2 * face.r_b), 0.0, radius)
         return along**2 / (radius + np.sqrt(radius**2 - along**2)) + 0 * axial
@@ -191,18 +191,18 @@ class RootRelief:
         as_floats(self)
         _check_profile_relief("C_f", self.C_f, self.length, self.power, self.d_Cf)
 
-    def reach(self, face: Face) -> float:
+    def reach(self, face: FlankExtent) -> float:
         """Roll length from the root form circle to the relief's end [m]."""
         return self.length if self.d_Cf is None else face.roll_at(self.d_Cf, "d_Cf") - face.roll_form  # type: ignore[return-value]
 
-    def check(self, face: Face) -> None:
+    def check(self, face: FlankExtent) -> None:
         """ValueError unless the relief ends on the flank."""
         _check_on_flank(self.reach(face), face, "d_Cf", self.d_Cf)
 
-    def edges(self, face: Face) -> tuple[float, ...]:
+    def edges(self, face: FlankExtent) -> tuple[float, ...]:
         return _if_sharp(face.roll_form + self.reach(face), self.power)
 
-    def removed(self, face: Face, roll, axial):
+    def removed(self, face: FlankExtent, roll, axial):
         length = self.reach(face)
         return self.C_f * _share(face.roll_form + length - roll, length, self.power) + 0 * axial
 
@@ -218,7 +218,7 @@ class ProfileCrowning:
         as_floats(self)
         check_amount("C_alpha", self.C_alpha)
 
-    def removed(self, face: Face, roll, axial):
+    def removed(self, face: FlankExtent, roll, axial):
         middle, half = (face.roll_tip + face.roll_form) / 2, (face.roll_tip - face.roll_form) / 2
         return self.C_alpha * ((roll - middle) / half) ** 2 + 0 * axial
 
@@ -234,7 +234,7 @@ class LeadCrowning:
         as_floats(self)
         check_amount("C_beta", self.C_beta)
 
-    def removed(self, face: Face, roll, axial):
+    def removed(self, face: FlankExtent, roll, axial):
         return self.C_beta * (2 * axial / face.width) ** 2 + 0 * roll
 
 
@@ -249,7 +249,7 @@ class HelixSlope:
         as_floats(self)
         check_amount("C_Hbeta", self.C_Hbeta)
 
-    def removed(self, face: Face, roll, axial):
+    def removed(self, face: FlankExtent, roll, axial):
         return self.C_Hbeta * axial / face.width + 0 * roll
 
 
@@ -266,14 +266,14 @@ class EndRelief:
         as_floats(self)
         _check_relief("C_e", self.C_e, self.length, self.power)
 
-    def check(self, face: Face) -> None:
+    def check(self, face: FlankExtent) -> None:
         """ValueError unless both ends fit on the face."""
         check_within("length", self.length, 1e-6, face.width / 2 * (1 + 1e-9), "m (up to half the face width)")
 
-    def edges_across(self, face: Face) -> tuple[float, ...]:
+    def edges_across(self, face: FlankExtent) -> tuple[float, ...]:
         inside = _if_sharp(face.width / 2 - self.length, self.power)
         return (*inside, *(-edge for edge in inside))
 
-    def removed(self, face: Face, roll, axial):
+    def removed(self, face: FlankExtent, roll, axial):
         inside = np.abs(axial) - (face.width / 2 - self.length)
         return self.C_e * _share(inside, self.length, self.power) + 0 * roll

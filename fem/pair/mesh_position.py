@@ -16,7 +16,7 @@ from fem.pair.pair import GearPair
 
 
 @dataclass(frozen=True)
-class Meeting:
+class MeshPosition:
     """A pair of gears at one phase and place; angle, distances and axial places [m] count from the pinion.
 
     a           working centre distance [m]

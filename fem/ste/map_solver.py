@@ -10,12 +10,12 @@ from math import ceil, floor, inf, sqrt
 import numpy as np
 
 from fem.contact.resolution import Resolution
-from fem.contact.tooth_contact import Encounter, State
+from fem.contact.tooth_contact import State, ToothContact
 from fem.elasticity.flank_compliance import Compliance, flank_compliance
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
 from fem.microgeometry.flank import removed
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import ANGLES, in_plane_of_action
 from fem.pair.pair import GearPair
 from fem.support.blas_threads import one_thread
@@ -56,7 +56,7 @@ def sweep(
     """
     bodies, slices = bodies_of(pair, values, resolution)
     column = partial(_column, bodies, slices, resolution.resolved, forces, values)
-    meetings = [Meeting(pair, *place) for place in product(values["a"], values["axial"], phase)]
+    meetings = [MeshPosition(pair, *place) for place in product(values["a"], values["axial"], phase)]
     at_once = ceil(sqrt(len(meetings)) / 2)
     spread = map if executor is None else partial(executor.map, chunksize=at_once)
     columns: Iterable[np.ndarray] = spread(column, meetings)
@@ -96,9 +96,9 @@ def across_width(pair: GearPair, values: dict) -> tuple[bool, bool]:
     return varies, turned or bool(np.abs(added - added[::-1]).max() > tolerance)
 
 
-def _column(bodies, slices: int, resolved: bool, forces: np.ndarray, values: dict, meeting: Meeting) -> np.ndarray:
+def _column(bodies, slices: int, resolved: bool, forces: np.ndarray, values: dict, meeting: MeshPosition) -> np.ndarray:
     """(n_force, *angles) states of one meeting; on one thread, which suits matrices of this size."""
-    encounter = Encounter(meeting, bodies[0], bodies[1], slices)
+    encounter = ToothContact(meeting, bodies[0], bodies[1], slices)
     angles = np.meshgrid(*(values[name] for name in ANGLES), indexing="ij")
     misalignment = angles[0] + in_plane_of_action(meeting.alpha, *angles[1:])
     force, angle = (x.ravel() for x in np.broadcast_arrays(forces[:, None, None, None], misalignment[None]))

@@ -15,11 +15,11 @@ import numpy as np
 from skfem.io.meshio import to_meshio
 
 from fem.contact.resolution import Resolution
-from fem.contact.tooth_contact import Encounter, State
+from fem.contact.tooth_contact import State, ToothContact
 from fem.elasticity import section_mesh
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
@@ -141,14 +141,14 @@ class Place(NamedTuple):
 
 def _contact(
     pair: GearPair, torque: float, phase: float, offsets: Offsets | None, resolution: Resolution | None
-) -> tuple[Encounter, State]:
+) -> tuple[ToothContact, State]:
     require(number("torque", torque) > 0, f"torque must be > 0 N m for a field, got {torque}")
     checked_torque(pair, torque), checked_phases([number("phase", phase)], pair)
     (encounter,), misalignment = encounters(pair, [phase], offsets, resolution)
     return encounter, encounter.state(torque / pair.pinion.r_b, misalignment)
 
 
-def places(meeting: Meeting, te: float) -> tuple[Place, Place]:
+def places(meeting: MeshPosition, te: float) -> tuple[Place, Place]:
     """Places of pinion and wheel.
 
     The pinion drives counter-clockwise: it leads by half the transmission error, the wheel lags by the other half.

@@ -10,12 +10,12 @@ import numpy as np
 from skfem import Basis, Mesh
 
 from fem.contact.resolution import Resolution
-from fem.contact.tooth_contact import Encounter, State
+from fem.contact.tooth_contact import State, ToothContact
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import rotated
 from fem.gear import tooth_profile
 from fem.gear.gear import Gear
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import ANGLES, Offsets, in_plane_of_action
 from fem.pair.pair import GearPair
 from fem.ste.inputs import check_places
@@ -71,7 +71,7 @@ class FlankLoad:
 
 def encounters(
     pair: GearPair, phases, offsets: Offsets | None, resolution: Resolution | None
-) -> tuple[list[Encounter], float]:
+) -> tuple[list[ToothContact], float]:
     """Meetings of the pair at phases, with the compliances that a map has, and their misalignment [rad]."""
     offsets = Offsets() if offsets is None else offsets
     resolution = Resolution() if resolution is None else resolution
@@ -83,17 +83,17 @@ def encounters(
     check_places(pair, values["a"], values["axial"])
     (pinion, wheel), slices = bodies_of(pair, values, resolution)
     a, axial, misalignment, *errors = (float(values[name][0]) for name in ("a", "axial", *ANGLES))
-    meetings = [Meeting(pair, a, axial, float(phase)) for phase in phases]
+    meetings = [MeshPosition(pair, a, axial, float(phase)) for phase in phases]
     in_plane = in_plane_of_action(GearPair(pair.pinion, pair.wheel, a=a).alpha_wt, *errors)
-    return [Encounter(meeting, pinion, wheel, slices) for meeting in meetings], misalignment + in_plane
+    return [ToothContact(meeting, pinion, wheel, slices) for meeting in meetings], misalignment + in_plane
 
 
-def flank_loads(encounter: Encounter, state: State) -> tuple[list[FlankLoad], list[FlankLoad]]:
+def flank_loads(encounter: ToothContact, state: State) -> tuple[list[FlankLoad], list[FlankLoad]]:
     """What a contact presses on pinion and wheel, over the whole width; only teeth that carry load."""
     cells, meeting = state.cells, encounter.meeting
     found: tuple[list[FlankLoad], list[FlankLoad]] = ([], [])
     if state.strips is None or state.load is None:
-        require(not state.force.any(), "state must know its strips; solve the contact with Encounter.state")
+        require(not state.force.any(), "state must know its strips; solve the contact with ToothContact.state")
         return found
     for number in np.unique(cells.number[state.force > 0]):
         own = np.flatnonzero((cells.number == number) & (state.force > 0))

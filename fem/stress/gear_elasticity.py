@@ -13,7 +13,7 @@ from skfem import Basis, ElementLineP2, ElementQuad2, ElementTriP2, MeshHex, Mes
 from fem.elasticity import extruded_elasticity, extrusion, section_mesh
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
-from fem.linalg.block_matrix import Products
+from fem.linalg.block_matrix import KroneckerMatrix
 from fem.linalg.direct_solver import Solve, factorize
 from fem.stress.flank_loads import FlankLoad, arcs_of, flank_points, flank_shares, gathered, outline, push, strip_means
 from fem.support.progress import announced
@@ -39,7 +39,7 @@ class Body:
     gear: Gear
     section: Basis
     axis: Basis | None
-    stiffness: Products
+    stiffness: KroneckerMatrix
     free: np.ndarray
     solve: Solve
 

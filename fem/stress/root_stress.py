@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from fem.contact.resolution import Resolution
-from fem.contact.tooth_contact import Encounter
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import rotated
 from fem.gear.gear import Gear
@@ -74,7 +74,7 @@ def root_stress(
     return _cycle(torque, phase, np.stack(found), contact)
 
 
-def _contacts(met: list[Encounter], forces, misalignment: float) -> tuple[np.ndarray, list[list[tuple]]]:
+def _contacts(met: list[ToothContact], forces, misalignment: float) -> tuple[np.ndarray, list[list[tuple]]]:
     """(CONTACT, n_torque, n_phase) numbers of contacts, and by phase and torque what presses on both gears."""
     found, loads = np.zeros((len(CONTACT), forces.size, len(met))), []
     for j, encounter in enumerate(bar(met, "contact")):

@@ -1,48 +1,19 @@
 """Compilation by numba: `compiled` functions call one another; `kept` ones are called from Python and stay on disk."""
 
-import ast
-import sys
 from collections.abc import Callable
 from contextlib import ExitStack
-from functools import cache, partial
-from pathlib import Path
+from functools import partial
 from time import perf_counter
-from zlib import crc32
 
 from numba import njit
 from numba.core import event
 
 from fem.support.progress import announced
+from fem.support.source_stamp import source_stamp
 
 compiled = njit
 #: What `kept` was given.
 KEPT: set[Callable] = set()
-
-
-@cache
-def imported(source: bytes) -> tuple[str, ...]:
-    """Names of all modules that a source may import."""
-    names: list[str] = []
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Import):
-            names += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-    return tuple(names)
-
-
-def stamp(function: Callable) -> int:
-    """Of the sources that a function may call: its module and all that this imports, in its own package and in ours."""
-    packages = {module.split(".")[0] for module in (__name__, function.__module__)}
-    sources: dict[str, bytes] = {}
-    waiting = [function.__module__]
-    while waiting:
-        name = waiting.pop()
-        file = getattr(sys.modules.get(name), "__file__", None)
-        if file and name not in sources and name.split(".")[0] in packages:
-            sources[name] = Path(file).read_bytes()
-            waiting += imported(sources[name])
-    return crc32(b"".join(sources[name] for name in sorted(sources)))
 
 
 class Announcer(event.Listener):
@@ -81,7 +52,7 @@ def kept(function, **options):
         on_disk = dispatcher._cache
         index = type(on_disk._cache_file)
         names = {"cache_path": on_disk.cache_path, "filename_base": on_disk._impl.filename_base}
-        on_disk._cache_file = index(**names, source_stamp=stamp(function))
+        on_disk._cache_file = index(**names, source_stamp=source_stamp(function.__module__))
     except (AttributeError, TypeError, RuntimeError, OSError):
         return njit(function, **options)
     return dispatcher

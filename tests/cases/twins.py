@@ -3,14 +3,14 @@
 import numpy as np
 
 import fem
-from fem.contact.tooth_contact import Encounter
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import Compliance, along_helix
 from fem.elasticity.half_space import along_line, half_plane
 from fem.elasticity.hat_functions import values_of_means
 from fem.elasticity.hertz import flattening
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import flank_hats
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 from fem.units import mm
 
 
@@ -27,4 +27,4 @@ def plane_twin(gear: fem.Gear, density: Density, refined: int) -> Compliance:
 
 def twin_te(pair: fem.GearPair, twin: Compliance, phase: float, force: float) -> float:
     """Transmission error [m] of a pair of equal gears."""
-    return Encounter(Meeting(pair, pair.a, 0.0, phase), twin, twin, 1).state(force).te
+    return ToothContact(MeshPosition(pair, pair.a, 0.0, phase), twin, twin, 1).state(force).te

@@ -9,11 +9,11 @@ from paper_gears import paper_gear
 
 import fem
 from fem.contact import strip_bounds
-from fem.contact.tooth_contact import Encounter, State
+from fem.contact.tooth_contact import State, ToothContact
 from fem.elasticity.hertz import half_width
 from fem.elasticity.mesh_density import Density
 from fem.microgeometry import flank
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 from fem.ste.map_solver import bodies_of
 from fem.support.blas_threads import one_thread
 from fem.units import deg, mm, um
@@ -31,9 +31,9 @@ def rounded_pair(radius: float) -> fem.GearPair:
 
 def states(pair: fem.GearPair, torque: float, phases=PHASES, resolution=COARSE) -> list[State]:
     bodies, slices = bodies_of(pair, fem.Offsets().values(pair), resolution)
-    meetings = [Meeting(pair, pair.a, 0.0, phase) for phase in phases]
+    meetings = [MeshPosition(pair, pair.a, 0.0, phase) for phase in phases]
     with one_thread():
-        return [Encounter(meeting, *bodies, slices).state(torque / pair.pinion.r_b) for meeting in meetings]
+        return [ToothContact(meeting, *bodies, slices).state(torque / pair.pinion.r_b) for meeting in meetings]
 
 
 def peaks(found: list[State]) -> np.ndarray:

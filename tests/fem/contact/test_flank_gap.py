@@ -5,10 +5,10 @@ import pytest
 from paper_gears import paper_gear, paper_pair
 
 import fem
-from fem.contact.flank_gap import Cells
+from fem.contact.flank_gap import ContactSlices
 from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
 from fem.contact.strip_contact import Contact
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
 
 
@@ -21,7 +21,7 @@ def lines():
     pair = fem.GearPair(pinion, wheel, a=91.5 * mm)
     assert pair.eps_alpha == pytest.approx(1.4599, abs=1e-4)
     assert pair.eps_beta == pytest.approx(0.5414, abs=1e-4)
-    found = [np.array(list(Meeting(pair, pair.a, 0.0, i / 2000).lines().values())) for i in range(2000)]
+    found = [np.array(list(MeshPosition(pair, pair.a, 0.0, i / 2000).lines().values())) for i in range(2000)]
     return pair, found
 
 
@@ -76,7 +76,9 @@ def test_touching_flanks_have_one_normal(phase):
     """Where a parabolic relief touches, it is inclined by as much as the mate's normal says."""
     relief = fem.TipRelief(15 * um, 4 * mm, power=2)
     gear = paper_gear(flank=relief)
-    cells = Cells(Meeting(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]))
+    cells = ContactSlices(
+        MeshPosition(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]])
+    )
     foot = cells.clear(cells.closest)[1]
     own, mate = cells.tilts(cells.closest, foot, np.zeros((1, 1)), np.ones((1, 1)))[:, 0, 0]
     step = 1e-3 * mm
@@ -92,7 +94,7 @@ def test_loaded_teeth_touch_nearer_to_both_tips():
     for phase in (-0.2, 0.1):
         rolls = []
         for at in (0.0, te):
-            cells = Cells(Meeting(paper_pair(), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), at)
+            cells = ContactSlices(MeshPosition(paper_pair(), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), at)
             rolls.append(np.stack([cells.closest, cells.clear(cells.closest)[1]]))
         assert rolls[1] - rolls[0] == pytest.approx(te / 2 + 0 * rolls[0], rel=1e-3)
 
@@ -103,7 +105,7 @@ def test_directions_of_contact_do_not_prefer_a_gear(relief):
     pair = fem.GearPair(paper_gear(flank=relief), paper_gear(flank=relief), a=150 * mm)
     found = []
     for phase in (-1e-12, 1e-12):
-        cells = Cells(Meeting(pair, 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), 30 * um)
+        cells = ContactSlices(MeshPosition(pair, 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), 30 * um)
         strips = strips_of(cells, np.array([0.2 * mm]))
         order = slice(None) if cells.own_is_pinion[0] else slice(None, None, -1)
         found.append([numbers[..., order] for numbers in (strips.tilts, strips.approach, strips.gap)])
@@ -117,7 +119,7 @@ def test_directions_of_contact_do_not_prefer_a_gear(relief):
 def test_gaps_of_strips_are_means_over_them(flank):
     """Where they are read in the middle, curvature alone hides w^2 / (24 rho), here 5 nm."""
     pair = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm)
-    cells = Cells(Meeting(pair, 150 * mm, 0.0, 0.2), *np.array([[0], [0], [1 * mm]]))
+    cells = ContactSlices(MeshPosition(pair, 150 * mm, 0.0, 0.2), *np.array([[0], [0], [1 * mm]]))
     reach = np.array([0.4 * mm])
     strips, r_b = strips_of(cells, reach / WINDOW), cells.radii[0]
     arcs = cells.closest**2 / (2 * r_b) + reach * np.linspace(-1, 1, 100 * STRIPS + 1)[50::100]
@@ -132,9 +134,9 @@ def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
     data = {"m_n": 2 * mm, "b": 20 * mm, "d_bore": 10 * mm, "x": x}
     pair = fem.GearPair(fem.Gear(z=z[0], beta=beta, **data), fem.Gear(z=z[1], beta=-beta, **data))
     for phase in (0.0, 0.3, 0.7):
-        meeting = Meeting(pair, pair.a, 0.0, phase)
+        meeting = MeshPosition(pair, pair.a, 0.0, phase)
         number, low = (at.ravel() for at in np.meshgrid(meeting.numbers(), np.linspace(-10, 9, 20) * mm))
-        cells = Cells(meeting, number, low, low + 1 * mm, te=20 * um)
+        cells = ContactSlices(meeting, number, low, low + 1 * mm, te=20 * um)
         start, meet = cells.limits[0], ~cells.apart
         beyond = cells.against(start)[1] - cells.mate_tip
         form = np.where(cells.own_is_pinion, pair.pinion.roll_form, pair.wheel.roll_form)[:, None]

@@ -11,11 +11,11 @@ from strategies import pairs
 
 import fem
 from fem.contact.strip_contact import assemble
-from fem.contact.tooth_contact import Encounter, State
+from fem.contact.tooth_contact import State, ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.hertz import largest_torque
 from fem.elasticity.mesh_density import Density
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 from fem.units import um
 
 TINY = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1)
@@ -36,12 +36,12 @@ class Scene:
     slices: int = SLICES
 
     @property
-    def encounter(self) -> Encounter:
+    def encounter(self) -> ToothContact:
         pair = self.pair
         density = TINY.with_teeth(floor(pair.eps_gamma) + 1, behind=1)
         loaded = pair.b + 2 * abs(self.axial)
         bodies = (flank_compliance(g, density, min(g.b, loaded), whole=True) for g in (pair.pinion, pair.wheel))
-        return Encounter(Meeting(pair, pair.a, self.axial, self.phase), *bodies, self.slices)
+        return ToothContact(MeshPosition(pair, pair.a, self.axial, self.phase), *bodies, self.slices)
 
     def solved(self) -> tuple[State, State]:
         """In the resolved, and in the slice mode."""

@@ -10,15 +10,15 @@ from twins import plane_twin, twin_te
 import fem
 from fem.contact.contact_width import kinks, with_kinks
 from fem.contact.strip_contact import across_weights
-from fem.contact.tooth_contact import Encounter
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.mesh_density import Density
 from fem.microgeometry import flank, modification
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 from fem.support import cache
 from fem.units import deg, mm, um
 
-FACE = modification.Face(18 * mm, 33 * mm, 23 * mm)
+FACE = modification.FlankExtent(18 * mm, 33 * mm, 23 * mm)
 ALL = (
     fem.TipRelief(15 * um, 2.5 * mm),
     fem.RootRelief(8 * um, 2 * mm, power=2),
@@ -92,7 +92,7 @@ def test_force_is_normal_to_both_flanks_on_the_edge_of_a_relief():
     relief = fem.TipRelief(15 * um, 2.5 * mm)
     gear = modified(relief)
     twin = plane_twin(gear, Density(flank=26), 2)
-    state = Encounter(Meeting(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, 0.4), twin, twin, 1).state(
+    state = ToothContact(MeshPosition(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, 0.4), twin, twin, 1).state(
         50 / gear.r_b
     )
     tooth = state.cells.number == 0
@@ -156,7 +156,7 @@ def test_light_loads_on_edges_across_the_width(beta):
 def test_kinks_are_where_reliefs_begin_along_the_line_of_contact():
     pair = end_relieved(0.26)
     relieved = replace(pair, pinion=replace(pair.pinion, flank=(fem.TipRelief(15 * um, 2.5 * mm),)))
-    meeting = Meeting(relieved, relieved.a, 1 * mm, 0.3)
+    meeting = MeshPosition(relieved, relieved.a, 1 * mm, 0.3)
     found = dict(zip(meeting.numbers(), kinks(meeting), strict=True))
     for number, (high, low, along) in found.items():
         assert np.array([low, high]) == pytest.approx(np.array([-7.5, 7.5]) * mm + 1 * mm)

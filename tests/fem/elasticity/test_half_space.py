@@ -12,11 +12,11 @@ import fem
 from fem.contact.resolution import Resolution
 from fem.contact.strip_bounds import BETWEEN_STRIPS, STRIPS
 from fem.contact.strip_contact import CAPACITY
-from fem.contact.tooth_contact import Encounter
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.half_space import along_line
 from fem.elasticity.hertz import flattening
 from fem.elasticity.mesh_density import Density
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 from fem.ste.map_solver import bodies_of
 from fem.units import mm, um
 
@@ -91,7 +91,7 @@ def test_crowned_flanks_press_as_hertz_says_of_points():
     """Pitch point, patches of 0.4 to 1.8 mm of 23; what the teeth yield beside it is in proportion to the force."""
     density = Density(flank=10, fillet=2, tooth=3, rim=3, body=4)
     bodies, _ = bodies_of(CROWNED, fem.Offsets().values(CROWNED), Resolution(density))
-    encounter = Encounter(Meeting(CROWNED, CROWNED.a, 0.0, 0.0), *bodies, 40)
+    encounter = ToothContact(MeshPosition(CROWNED, CROWNED.a, 0.0, 0.0), *bodies, 40)
     radii, force = ((CROWNED.b / 2) ** 2 / (2 * 10 * um), CROWNED.roll_pitch / 2), np.array([0.03, 0.1, 0.3, 1.0])
     states = [encounter.state(f) for f in force]
     approach, pressure = np.transpose([elliptical_contact(f, *radii) for f in force])

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fem.linalg import multifrontal
-from fem.linalg.block_matrix import Products, Sparse
+from fem.linalg.block_matrix import KroneckerMatrix, Sparse
 
 
 def grid(n: int, m: int) -> sp.csr_matrix:
@@ -82,14 +82,14 @@ def test_matrix_must_be_positive_definite(shift):
         multifrontal.factorize(Sparse(sp.csr_matrix(grid(3, 3) - shift * sp.eye_array(9)), np.arange(9)))
 
 
-def products(n: int, m: int, size: int, rng) -> Products:
+def products(n: int, m: int, size: int, rng) -> KroneckerMatrix:
     """Positive definite sum of two products over a grid, its unknowns numbered at random."""
     between = [grid(n, m), sp.csr_matrix(sp.eye_array(n * m))]
     places = np.stack(sp.coo_matrix(between[0]).coords)
     values = np.stack([np.asarray(one[tuple(places)]).ravel() for one in between], axis=1)
     root = rng.standard_normal((2, size, size))
     inside = root @ root.swapaxes(1, 2) + np.eye(size)
-    return Products(places, values, inside, np.sort(rng.permutation(n * m * size).reshape(n * m, size)))
+    return KroneckerMatrix(places, values, inside, np.sort(rng.permutation(n * m * size).reshape(n * m, size)))
 
 
 @settings(deadline=None, max_examples=40)
@@ -118,7 +118,7 @@ def test_part_of_products_is_that_of_their_matrix():
 def test_members_that_differ_between_groups_are_refused():
     summed, free = products(2, 2, 3, np.random.default_rng(0)), np.ones(12, bool)
     with pytest.raises(ValueError, match="members must increase"):
-        Products(summed.places, summed.values, summed.inside, summed.members[:, ::-1])
+        KroneckerMatrix(summed.places, summed.values, summed.inside, summed.members[:, ::-1])
     free[summed.members[1, 2]] = False
     with pytest.raises(ValueError, match="of every group the same members must be free"):
         summed.part(free)

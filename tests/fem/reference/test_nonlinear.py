@@ -22,11 +22,11 @@ from twins import plane_twin, twin_te
 
 import fem
 from fem import nonlinear
-from fem.contact.flank_gap import Cells
+from fem.contact.flank_gap import ContactSlices
 from fem.elasticity.extruded_elasticity import lame_parameters
 from fem.elasticity.mesh_density import Density
 from fem.gear.material import STEEL
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 from fem.reference import st_venant_kirchhoff
 from fem.reference.deformable_gear import clamped, with_edges
 from fem.reference.nonlinear import Meshing, assembled, complementarity, equilibrium, rows, static_transmission_error
@@ -106,9 +106,9 @@ def test_gap_at_rest_is_that_of_exact_flanks(flank):
     here = Meshing(pair, (body, body), (np.zeros_like, np.zeros_like), (nothing, nothing))
     for phase in (0.0, 0.3, 0.45):
         found = rows(here, here.touches(phase), phase, 0.0, (body.rest(), body.rest()))
-        meeting = Meeting(pair, pair.a, 0.0, phase)
+        meeting = MeshPosition(pair, pair.a, 0.0, phase)
         numbers = np.array(meeting.numbers())
-        exact = np.divide(*Cells(meeting, numbers, 0.0 * numbers, 0.0 * numbers + gear.b / 2).nearest).min()
+        exact = np.divide(*ContactSlices(meeting, numbers, 0.0 * numbers, 0.0 * numbers + gear.b / 2).nearest).min()
         assert (found.gap / found.closing).min() == pytest.approx(exact, abs=0.05 * um)
 
 

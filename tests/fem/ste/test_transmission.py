@@ -13,11 +13,11 @@ from scipy.optimize import brentq
 import fem
 from fem.contact.strip_bounds import STRIPS, strips_of
 from fem.contact.strip_contact import assemble
-from fem.contact.tooth_contact import Encounter
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.hertz import flattening
 from fem.elasticity.mesh_density import Density
-from fem.pair.mesh_position import Meeting
+from fem.pair.mesh_position import MeshPosition
 from fem.ste.ste_map import over_torque_and_phase
 from fem.units import deg, mm, um
 
@@ -61,8 +61,8 @@ def test_swapping_pinion_and_wheel_mirrors_the_phase(unequal):
     assert one == pytest.approx(np.roll(other[::-1], 1), rel=2e-3)
 
 
-def encounter(pair, bodies, phase) -> Encounter:
-    return Encounter(Meeting(pair, pair.a, 0.0, phase), *bodies, 3)
+def encounter(pair, bodies, phase) -> ToothContact:
+    return ToothContact(MeshPosition(pair, pair.a, 0.0, phase), *bodies, 3)
 
 
 def test_which_tooth_is_called_0_does_not_matter(paper_pair, bodies):
@@ -264,7 +264,7 @@ def test_mirrored_hands_mirror_the_centroid(helical_pair):
 def test_force_of_a_helical_pair_shuttles_with_the_lines_of_contact(helical_pair):
     """Under light load every line of contact carries nearly the same everywhere."""
     for phase in (0.1, 0.4):
-        lines = Meeting(helical_pair, 0.15, 0.0, phase).lines()
+        lines = MeshPosition(helical_pair, 0.15, 0.0, phase).lines()
         lengths = {k: high - low for k, (low, high) in lines.items()}
         centroid = sum(lengths[k] * sum(lines[k]) / 2 for k in lines) / sum(lengths.values())
         ste = fem.static_transmission_error(helical_pair, 20, [phase], progress=False)

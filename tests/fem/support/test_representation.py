@@ -13,6 +13,7 @@ import fem
 from fem.elasticity.flank_compliance import bare, solutions
 from fem.elasticity.mesh_density import Density
 from fem.support.representation import exact
+from fem.support.source_stamp import source_stamp
 from fem.units import GPa, mm, um
 
 MODIFIED = [fem.TipRelief(15 * um, 2.5 * mm), fem.LeadCrowning(5 * um), fem.EndRelief(8 * um, 3 * mm)]
@@ -64,16 +65,17 @@ def test_models_show_a_few_lines():
     assert repr(model.plan) == str(model.plan)
 
 
-def test_keys_of_the_cache_are_those_of_earlier_versions():
-    """Written down as dataclasses showed themselves before they were short: who has solved a gear finds it again."""
+def test_keys_of_the_cache_hold_all_that_a_solution_depends_on():
+    """All fields to the last digit, and the checksum of all sources: what other code has solved is solved anew."""
+    stamp = source_stamp("fem.elasticity.flank_compliance")
     sizes = "z=57, m_n=0.0026000000000000003, b=0.023, d_bore=0.06, alpha_n=0.3490658503988659, beta=0.0, "
     tooth = "x=-0.1606589796889921, s_n=0.00378, d_a=0.1545, d_f=0.1417, rho_f=0.0009880000000000002, fillet=None, "
     gear = f"Gear({sizes}{tooth}material=Material(E=210000000000.0, nu=0.3, density=7850.0), flank=())"
     section = "flank=16, fillet=3, land=1, tooth=4, rim=4, body=7"
     rest = "teeth=2, behind=1, divide=1, rim_power=1.0, edges=None)"
     assert solutions(paper_gear(flank=MODIFIED), Density(width=4, behind=1), 0.023) == {
-        "near field": f"near field 14 {gear} Density({section}, width=1, {rest}",
-        "even": f"solid 14 {gear} Density({section}, width=4, {rest} 0.023 even",
+        "near field": f"near field {stamp} {gear} Density({section}, width=1, {rest}",
+        "even": f"solid {stamp} {gear} Density({section}, width=4, {rest} 0.023 even",
     }
 
 

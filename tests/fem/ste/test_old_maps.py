@@ -1,0 +1,35 @@
+"""Maps that older versions saved: they load as they were made, with their gears and modifications."""
+
+from pathlib import Path
+
+import pytest
+
+import exugear
+import fem
+from fem.units import deg, mm, um
+
+#: Written by version 0.1.0, when all modules of fem lay in one folder.
+OLD = Path(__file__).parents[2] / "cases" / "data" / "map_of_version_0.1.0.nc"
+LEFT = (fem.TipRelief(10 * um, 1.5 * mm), fem.LeadCrowning(4 * um), fem.HelixSlope(3 * um), fem.EdgeBreak(0.1 * mm))
+RIGHT = (fem.ProfileCrowning(5 * um), fem.RootRelief(8 * um, 0.8 * mm))
+
+
+@pytest.fixture(scope="module")
+def pair() -> fem.GearPair:
+    size = {"m_n": 2 * mm, "b": 12 * mm}
+    pinion = fem.Gear(z=23, beta=12 * deg, x=0.2, d_bore=20 * mm, flank=fem.Sides(left=LEFT, right=RIGHT), **size)
+    wheel = fem.Gear(z=31, beta=-12 * deg, d_bore=25 * mm, flank=(fem.EndRelief(6 * um, 2 * mm),), **size)
+    return fem.GearPair(pinion, wheel, a=56 * mm)
+
+
+def test_an_old_map_holds_its_pair(pair):
+    assert fem.pair_of(fem.load(OLD)) == pair
+
+
+def test_an_old_map_is_that_of_today(pair):
+    old = fem.load(OLD)
+    coarse = fem.Resolution(resolved=False, slices=6)
+    new = fem.static_transmission_error(pair, old["torque"].values, 4, accuracy=coarse, progress=False)
+    assert exugear.MeshForce.from_ste(old).deflection == pytest.approx(exugear.MeshForce.from_ste(new).deflection)
+    for name in old.data_vars:
+        assert new[name].values == pytest.approx(old[name].values, rel=1e-6, abs=1e-6 * abs(old[name]).max().item())

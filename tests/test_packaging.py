@@ -1,0 +1,48 @@
+"""The wheel that users install holds all modules and all that they read."""
+
+import os
+import shutil
+import subprocess
+import sys
+import venv
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCES = ("fem", "exugear", "pyproject.toml", "README.md", "LICENSE")
+#: Imports every module below two packages and says how many; their public names are looked up too.
+SCRIPT = """
+import importlib, pkgutil, exugear, fem
+for package in (fem, exugear):
+    modules = [name for _, name, _ in pkgutil.walk_packages(package.__path__, package.__name__ + ".")]
+    for name in modules:
+        importlib.import_module(name)
+    [getattr(package, name) for name in package.__all__]
+    print(package.__file__, len(modules))
+"""
+
+
+def run(*command, **options) -> str:
+    return subprocess.run([str(part) for part in command], check=True, capture_output=True, text=True, **options).stdout
+
+
+@pytest.mark.slow
+def test_a_wheel_installed_elsewhere_imports_everything(tmp_path):
+    """Dependencies are those of this environment, the packages those of the wheel alone."""
+    source, built, environment = tmp_path / "source", tmp_path / "built", tmp_path / "environment"
+    for name in SOURCES:
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        (source / name).parent.mkdir(parents=True, exist_ok=True)
+        copy(ROOT / name, source / name)
+    run(sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", built, source)
+    venv.create(environment, with_pip=False)
+    python = environment / ("Scripts" if os.name == "nt" else "bin") / "python"
+    run(sys.executable, "-m", "pip", "--python", python, "install", "-q", "--no-deps", *built.glob("*.whl"))
+    (site,) = environment.rglob("site-packages")
+    (site / "dependencies.pth").write_text(str(Path(pytest.__file__).parents[1]))
+    surroundings = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    lines = run(python, "-P", "-c", SCRIPT, cwd=tmp_path, env=surroundings).split()
+    for package, file, number in zip(("fem", "exugear"), lines[::2], lines[1::2], strict=True):
+        assert Path(file) == site / package / "__init__.py"
+        assert int(number) == sum(1 for path in (ROOT / package).rglob("*.py")) - 1
