@@ -7,10 +7,10 @@ import exudyn as exu
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.elements.gear_contact import add_forces, frame_of, is_turned, kind_of
+from exugear.elements.gear_contact import add_forces, frame_of, kind_of
 from exugear.kernels.contact_kernels import SPIN
+from exugear.kernels.contact_records import is_turned
 from exugear.kernels.friction_kernels import friction_of
-from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
@@ -60,8 +60,8 @@ def CreateGearFriction(
     fixed = f"bodies that only spin need a force without offsets, got {list(force.offsets)}; take force.at(...)"
     require(not (set(kinds) == {SPIN} and force.offsets), fixed)
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
-    numbers, kernel = np.r_[frame, friction.numbers(pair)], friction_of(kinds, is_turned(frame))
-    return add_forces(mbs, name, itemNumbers, kernel, force.law, numbers, Recorder())
+    kernel = friction_of(kinds, is_turned(frame))
+    return add_forces(mbs, name, itemNumbers, kernel, (force.table, frame, friction.table(pair)))
 
 
 extends(exu.MainSystem, "CreateGearFriction")(CreateGearFriction)

@@ -1,9 +1,16 @@
-"""From a table of forces to the array that the kernels of `exugear.mesh_force.force_kernels` read."""
+"""The packed table of a mesh force: its layout, and how it is computed from forces over phase and deflection.
+
+`FORCE_TABLE` is the head of the table. Behind it lie the values of the offsets' axes and, for each combination of them
+(a block) and each phase step, an edge, the nodes over u = (penetration / largest penetration)^(1/4) and the force
+centroids at the nodes.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from exugear.mesh_force.force_kernels import HEADER, LAST_FORCE, LAST_STIFFNESS, OFFSETS
+from exugear.mesh_force.kernel_records import record_of, record_type
 from exugear.mesh_force.pchip import monotone_cubic
 from fem.support.validation import require
 from fem.units import um
@@ -14,61 +21,121 @@ PHASES_WITH_OFFSETS = 256
 PENETRATIONS = 64
 DAMPING_RAMP = 1 * um
 U = np.linspace(0, 1, PENETRATIONS + 1)
+OFFSETS = ("a", "misalignment", "axial")
+#: Sizes; scalars of the law; forces [N] and tangent stiffnesses [N/m], the last ones means over phase; where the
+#: arrays begin [bytes from the head].
+FORCE_TABLE = record_type(
+    ("phase_steps", "i8"),
+    ("penetration_steps", "i8"),
+    ("offset_counts", "i8", 3),
+    ("conserves", "i8"),
+    ("backlash", "f8"),
+    ("back_phase", "f8"),
+    ("damping", "f8"),
+    ("damping_ramp", "f8"),
+    ("last_force", "f8"),
+    ("last_stiffness", "f8"),
+    ("largest_stiffness", "f8"),
+    ("axes_start", "i8", 3),
+    ("edges_start", "i8"),
+    ("nodes_start", "i8"),
+    ("centroids_start", "i8"),
+)
+#: Unloaded deflection, largest penetration [m], and their slopes per phase step.
+EDGE = record_type(*((name, "f8") for name in ("unloaded", "unloaded_slope", "largest", "largest_slope")))
+#: Secant stiffness [N/m], or potential over penetration^2, and its slopes per phase step and per step of u.
+NODE = record_type(*((name, "f8") for name in ("value", "by_phase", "by_u", "by_phase_u")))
 
 
-def tabulate(force) -> tuple[np.ndarray, float]:
-    """The kernels' numbers for a `MeshForce` and its largest tangent stiffness [N/m]."""
-    phase, shape = force.phase, force.force_table.shape
-    places = int(np.prod(shape[:-2], dtype=int))
-    kept = np.allclose(phase, np.arange(phase.size) / phase.size, atol=1e-9)
-    n = phase.size if kept else 2 * PHASES
-    deflection, centroid = (np.broadcast_to(x, shape) for x in (force.deflection, force.centroid))
-    tables = [x.reshape(places, *shape[-2:]) for x in (deflection, force.force_table, centroid)]
-    blocks, tangents, lasts, jams = zip(
-        *(_block(phase, n, x, force.conserves) for x in zip(*tables, strict=True)), strict=True
+def table_type(counts: tuple[int, ...], phase_steps: int) -> np.dtype:
+    """Type of a whole table with so many values of the offsets (3) and so many phase steps."""
+    over_nodes = (*counts, phase_steps, U.size)
+    return record_type(
+        ("head", FORCE_TABLE),
+        *((name, "f8", count) for name, count in zip(OFFSETS, counts, strict=True)),
+        ("edges", EDGE, (*counts, phase_steps)),
+        ("nodes", NODE, over_nodes),
+        ("centroids", "f8", over_nodes),
     )
-    room = f"backlash must be >= {max(jams):.4g} m, or the unloaded error jams the teeth, got {force.backlash}"
-    require(force.backlash >= max(jams) - 1e-9, room)
-    axes = [np.atleast_1d(force.offsets.get(name, np.nan)) for name in OFFSETS]
-    size = HEADER + places * blocks[0].size
-    header = np.zeros(HEADER)
-    scalars = n, PENETRATIONS, force.backlash, force.damping, DAMPING_RAMP, force.back_phase
-    total = size + sum(axis.size for axis in axes)
-    numbers = (*scalars, total, blocks[0].size, size, force.conserves, *(axis.size for axis in axes))
-    header[: len(numbers)] = numbers
-    header[[LAST_FORCE, LAST_STIFFNESS]] = tables[1][..., -1].mean(), np.mean(lasts)
-    return np.concatenate([header, *blocks, *axes]), max(tangents)
 
 
-def _block(phase, n: int, tables, conserves: bool) -> tuple[np.ndarray, float, float, float]:
-    """One block from deflection, force and centroid over phase; largest and last tangent stiffness [N/m]; its jam [m].
+class PhaseCurves(NamedTuple):
+    """A law at one phase, or at all of them along the first axis; all but the first two over U."""
 
-    Below the jam the backlash makes the teeth jam.
+    unloaded: np.ndarray
+    largest: np.ndarray
+    value: np.ndarray
+    by_u: np.ndarray
+    tangent: np.ndarray
+    centroid: np.ndarray
+
+
+def tabulate(force) -> np.record:
+    """The table of a `MeshForce`; ValueError where its backlash jams the teeth."""
+    phase, shape = force.phase, force.force_table.shape
+    uniform = np.allclose(phase, np.arange(phase.size) / phase.size, atol=1e-9)
+    phase_steps = phase.size if uniform else 2 * PHASES
+    axes = {name: np.atleast_1d(force.offsets.get(name, np.nan)) for name in OFFSETS}
+    kind = table_type(tuple(axis.size for axis in axes.values()), phase_steps)
+    deflection, centroid = (np.broadcast_to(x, shape) for x in (force.deflection, force.centroid))
+    rows = [x.reshape(-1, *shape[-2:]) for x in (deflection, force.force_table, centroid)]
+    blocks = [_block(phase, phase_steps, force.conserves, *tables) for tables in zip(*rows, strict=True)]
+    edges, nodes, centroids, tangents = (np.array(column) for column in zip(*blocks, strict=True))
+    jam = -2 * edges["unloaded"].min()
+    room = f"backlash must be >= {jam:.4g} m, or the unloaded error jams the teeth, got {force.backlash}"
+    require(force.backlash >= jam - 1e-9, room)
+    head = record_of(
+        FORCE_TABLE,
+        **{name: getattr(force, name) for name in ("conserves", "backlash", "back_phase", "damping")},
+        damping_ramp=DAMPING_RAMP,
+        phase_steps=phase_steps,
+        penetration_steps=PENETRATIONS,
+        offset_counts=[axis.size for axis in axes.values()],
+        last_force=force.force_table[..., -1].mean(),
+        last_stiffness=tangents[..., -1].mean(),
+        largest_stiffness=tangents.max(),
+        axes_start=[start_of(kind, name) for name in OFFSETS],
+        **{f"{name}_start": start_of(kind, name) for name in ("edges", "nodes", "centroids")},
+    )
+    arrays = {"edges": edges, "nodes": nodes, "centroids": centroids}
+    shaped = {name: values.reshape(1, *kind[name].shape) for name, values in arrays.items()}
+    return record_of(kind, head=head, **axes, **shaped)
+
+
+def start_of(kind: np.dtype, name: str) -> int:
+    """Bytes from the start of a record to a field."""
+    return kind.fields[name][1]  # type: ignore[index]
+
+
+def _block(phase, phase_steps: int, conserves: bool, deflection, force, centroid) -> tuple[np.ndarray, ...]:
+    """Edges (phase_steps,), nodes, centroids and tangent stiffnesses (phase_steps, U.size) at one value of the offsets.
+
+    deflection, force, centroid   (n_phase, n_deflection) over the given phases
     """
     over = _potential if conserves else _stiffness
-    rows = [_over_penetration(d, f, c, over) for d, f, c in zip(*tables, strict=True)]
-    start, largest, k, k_u, tangent, middle = (np.array(column) for column in zip(*rows, strict=True))
-    uniform = np.arange(n) / n
-    edge = np.stack([*_periodic(phase, start, uniform), *_periodic(phase, largest, uniform)], axis=-1)
-    (k, k_p), (k_u, k_pu) = _periodic(phase, k, uniform), _periodic(phase, k_u, uniform)
-    tangent = _periodic(phase, tangent, uniform)[0]
-    patches = np.stack([k, k_p, k_u, k_pu], axis=-1)
-    middle = _periodic(phase, middle, uniform)[0]
-    block = np.concatenate([edge.ravel(), patches.ravel(), middle.ravel()])
-    return block, float(tangent.max()), float(tangent[:, -1].mean()), -2 * edge[:, 0].min()
+    rows = [_over_penetration(*columns, over) for columns in zip(deflection, force, centroid, strict=True)]
+    curves = PhaseCurves(*(np.array(column) for column in zip(*rows, strict=True)))
+    uniform = np.arange(phase_steps) / phase_steps
+    edges, nodes = np.empty(phase_steps, EDGE), np.empty((phase_steps, U.size), NODE)
+    edges["unloaded"], edges["unloaded_slope"] = _periodic(phase, curves.unloaded, uniform)
+    edges["largest"], edges["largest_slope"] = _periodic(phase, curves.largest, uniform)
+    nodes["value"], nodes["by_phase"] = _periodic(phase, curves.value, uniform)
+    nodes["by_u"], nodes["by_phase_u"] = _periodic(phase, curves.by_u, uniform)
+    tangent, centroids = (_periodic(phase, x, uniform)[0] for x in (curves.tangent, curves.centroid))
+    return edges, nodes, centroids, tangent
 
 
-def _over_penetration(deflection: np.ndarray, force: np.ndarray, centroid: np.ndarray, over):
-    """Unloaded deflection, largest penetration, and over uniform u what `over` gives, its slope, dF/d, centroid."""
+def _over_penetration(deflection: np.ndarray, force: np.ndarray, centroid: np.ndarray, over) -> PhaseCurves:
+    """The curves at one phase; over: the value of the nodes and its slope from the secant stiffness."""
     contact = int(np.flatnonzero(force == 0)[-1])
-    start, largest = deflection[contact], deflection[-1] - deflection[contact]
-    penetration, force = deflection[contact + 1 :] - start, force[contact + 1 :]
+    unloaded, largest = deflection[contact], deflection[-1] - deflection[contact]
+    penetration, force = deflection[contact + 1 :] - unloaded, force[contact + 1 :]
     k = force / penetration
     u, k = np.r_[0, (penetration / largest) ** 0.25], np.r_[k[0], k]
     secant, slope = monotone_cubic(u, k, U)
     values, slopes = over(u, k, secant, slope)
-    middle, _ = monotone_cubic(u, np.r_[centroid[contact + 1], centroid[contact + 1 :]], U)
-    return start, largest, values, slopes / PENETRATIONS, secant + 0.25 * U * slope, middle
+    at_nodes, _ = monotone_cubic(u, np.r_[centroid[contact + 1], centroid[contact + 1 :]], U)
+    return PhaseCurves(unloaded, largest, values, slopes / PENETRATIONS, secant + 0.25 * U * slope, at_nodes)
 
 
 def _stiffness(u, k, secant, slope) -> tuple[np.ndarray, np.ndarray]:
@@ -77,7 +144,7 @@ def _stiffness(u, k, secant, slope) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _potential(u, k, secant, slope) -> tuple[np.ndarray, np.ndarray]:
-    """w = U / penetration^2 and its slope over u, with U the work of the force: w = 4 / u^8 integral of k u^7."""
+    """w = W / penetration^2 and its slope over u, with W the work of the force: w = 4 / u^8 integral of k u^7."""
     nodes, weights = np.polynomial.legendre.leggauss(8)
     half = 0.5 / PENETRATIONS
     at = (U[:-1] + half)[:, None] + half * nodes

@@ -9,7 +9,7 @@ from exugear.gearbox.bearing_stiffness import linear_part, radial_part, radial_t
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
-from exugear.kernels.kinematics import R_B1, offsets_at, spatial_frame, spatial_row
+from exugear.kernels.reference_configuration import offsets_at, spatial_frame, spatial_row
 from exugear.plan.coordinates import TAKEN, Coordinates, pose
 from exugear.plan.map_axes import MEANING, MOVED_BY, is_slight, static_offsets
 from fem.support.validation import require
@@ -38,7 +38,7 @@ def missing_axes(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: floa
     return [_advice(gearbox, stage, shafts, load, moved) for stage in gearbox.stages]
 
 
-def _frame(gearbox: Gearbox, stage: Stage) -> np.ndarray:
+def _frame(gearbox: Gearbox, stage: Stage) -> np.record:
     ends = list(zip((stage.fast, stage.slow), stage.places, strict=True))
     axial = [place - shaft.centre for shaft, place in ends]
     poses = [pose(gearbox, shaft) for shaft, _ in ends]
@@ -93,8 +93,8 @@ def _reached(gearbox: Gearbox, stage: Stage, moved: Mapping[str, np.ndarray]) ->
     """Offsets [m, rad] of a stage whose shafts are displaced."""
     frame = _frame(gearbox, stage)
     q_1, q_2 = (moved[shaft.name].copy() for shaft in (stage.fast, stage.slow))
-    q_1[5] = gearbox.turns[stage.fast.name] * AHEAD / frame[R_B1]
-    return dict(zip(MEANING, offsets_at(stage.force.law, frame, tuple(q_1), tuple(q_2)), strict=True))
+    q_1[5] = gearbox.turns[stage.fast.name] * AHEAD / frame.pinion.r_b
+    return dict(zip(MEANING, offsets_at(stage.force.table.head, frame, tuple(q_1), tuple(q_2)), strict=True))
 
 
 def _axis(name: str, static: float, reached: float) -> list[float]:

@@ -6,7 +6,7 @@ from math import isfinite
 
 from exudyn.utilities import CreateSymbolicUserFunction
 
-from exugear.kernels.kinematics import HELD
+from exugear.elements.gear_contact import state_of
 from exugear.simulation.model import Model
 from exugear.simulation.time_functions import Curve, Line
 from fem.support.validation import number, require
@@ -54,12 +54,13 @@ def drive_by(mbs, drive: int, turned) -> None:
 
 
 def _load(model: Model, load_of: Callable[[float], float]) -> None:
-    mbs, sign, meshes = model.mbs, -model.gearbox.turns[model.gearbox.driven.name], model.meshes
+    mbs, sign = model.mbs, -model.gearbox.turns[model.gearbox.driven.name]
+    states = [(state_of(mbs, mesh.contact), mesh.held) for mesh in model.meshes]
 
     def torque(mbs, t, load):
         now = finite(load_of(t), t)
-        for mesh in meshes:
-            mesh.frame[HELD] = mesh.held * now
+        for state, held in states:
+            state.holding_force = held * now
         return sign * now
 
     steady = isinstance(load_of, Line) and load_of.b == 0

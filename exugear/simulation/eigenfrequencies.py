@@ -8,7 +8,7 @@ import exudyn as exu
 import numpy as np
 import scipy
 
-from exugear.kernels.kinematics import HELD
+from exugear.elements.gear_contact import state_of
 from exugear.simulation.drive_and_load import OFFSETS, drive_by, imposed
 from exugear.simulation.equilibrium import start
 from exugear.simulation.model import Model, measured, quiet
@@ -44,7 +44,8 @@ def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
 def _restored(model: Model) -> Iterator[None]:
     """Leave state, drive and load of the system as they were."""
     mbs, initial = model.mbs, exu.ConfigurationType.Initial
-    held, load = [mesh.frame[HELD] for mesh in model.meshes], mbs.GetLoad(model.load)
+    states, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
+    held = [float(state.holding_force) for state in states]
     turned = [mbs.GetObjectParameter(model.drive, name) for name in OFFSETS]
     state = mbs.systemData.GetSystemState(initial)
     try:
@@ -53,7 +54,7 @@ def _restored(model: Model) -> Iterator[None]:
         drive_by(mbs, model.drive, turned)
         for name in ("load", "loadUserFunction"):
             mbs.SetLoadParameter(model.load, name, load[name])
-        for mesh, force in zip(model.meshes, held, strict=True):
-            mesh.frame[HELD] = force
+        for state, force in zip(states, held, strict=True):
+            state.holding_force = force
         mbs.Assemble()
         mbs.systemData.SetSystemState(state, initial)

@@ -12,7 +12,6 @@ import numpy as np
 from exugear.elements.divergence import DIVERGED
 from exugear.gearbox.bearing_stiffness import radial_table
 from exugear.gearbox.shaft import Shaft
-from exugear.kernels.kinematics import DIRECTION, TURNS
 from exugear.mesh_force.map_range import larger_torque
 from exugear.plan.coordinates import SPIN_PLACE
 from exugear.plan.map_axes import static_offsets
@@ -213,7 +212,8 @@ def _pressed(model: Model, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
 def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
     """Static deflection of a mesh [m] where its pinion has turned; ValueError for loads beyond the map."""
     law = mesh.law
-    phase = mesh.phase + mesh.frame[DIRECTION] * mesh.frame[TURNS] * q[model.spins[mesh.stage.fast.name]]
+    spin = q[model.spins[mesh.stage.fast.name]]
+    phase = mesh.phase + mesh.frame.direction * mesh.frame.pitches_per_radian * spin
     static = static_offsets(model.gearbox, mesh.stage, 1 if force >= 0 else -1)
     law = law.at(**{n: x for n, x in static.items() if n in law.offsets})
     if force >= 0:
@@ -229,7 +229,7 @@ def _under(mesh: Mesh, law, phase: float, force: float) -> float:
     try:
         return law.deflection_at(phase, force)
     except ValueError:
-        reason = larger_torque(law.law, force, mesh.stage.pair.pinion.r_b)
+        reason = larger_torque(law.table.head, force, mesh.stage.pair.pinion.r_b)
         raise ValueError(f"load: in stage {mesh.stage.name} {reason}") from None
 
 

@@ -49,7 +49,7 @@ def stored(path) -> xr.Dataset:
 def keep_valid(model: Model, steps: Steps, stop: BaseException | None) -> BaseException | None:
     """Cut the samples from what stopped the run on, which may be that bearings yielded."""
     blocks = [mesh.recorder.samples for mesh in model.meshes]
-    lost = np.isnan([samples[0][:, 0] for samples in blocks]).any(axis=0)
+    lost = np.isnan([samples[0]["deflection"] for samples in blocks]).any(axis=0)
     if stop:
         lost |= steps.time >= model.mbs.systemData.GetTime()
     number = int(lost.argmax()) if lost.any() else lost.size
