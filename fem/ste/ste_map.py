@@ -74,7 +74,8 @@ def check(data: xr.Dataset) -> xr.Dataset:
     require(bool(np.isfinite(te).all()), "te must be finite everywhere; solve the missing states or drop their torque")
     require(bool(torque[0] >= 0), f"torque must increase from 0 or above, got {torque}")
     end = data.attrs.get("pitches", 1)
-    require(bool(phase[0] >= 0 and phase[-1] < end), f"phase must increase within [0, {end}) as share of a pitch, got {phase}")
+    within = f"phase must increase within [0, {end}) as share of a pitch, got {phase}"
+    require(bool(phase[0] >= 0 and phase[-1] < end), within)
     return data
 
 
