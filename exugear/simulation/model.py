@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from exugear.elements.gear_contact import add_contact, kind_of, node_of
-from exugear.elements.native.native import way
+from exugear.elements.native.native import call_path
 from exugear.elements.shaft_bodies import add_body, add_rotor, spin_marker
 from exugear.gearbox.bearing_stiffness import radial_part
 from exugear.gearbox.gearbox import Gearbox
@@ -127,7 +127,7 @@ def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     rotors = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in ends.items() if rotor is not None}
     meshes = tuple(_mesh(mbs, contact, start, plan) for contact in contacts)
     spins = {name: start[name] + SPIN_PLACE[plan.shafts[name]] for name in names}
-    plan = replace(plan, contact=way())
+    plan = replace(plan, contact=call_path())
     return measured(Model(gearbox, plan, mbs, container, bodies, spins, rotors, meshes, drive, load))
 
 
