@@ -213,17 +213,15 @@ def untried(monkeypatch, tmp_path):
 
 @needs_native
 @pytest.mark.parametrize(
-    ("script", "ending"),
+    ("script", "end"),
     [("import os; os.abort()", "-6: no words"), ("raise SystemExit('records differ')", "1: records differ")],
 )
-def test_a_failed_trial_makes_contacts_portable_and_the_plan_says_so(
-    untried, law, monkeypatch, tmp_path, script, ending
-):
+def test_a_failed_trial_leaves_the_portable_path_and_the_plan_says_so(untried, law, monkeypatch, tmp_path, script, end):
     monkeypatch.setattr(native, "SCRIPT", script)
     assert not call_of(*spinning(law))[1]
     assert len(list(tmp_path.iterdir())) == 1
     plan = exugear.build(smooth_box()).plan
-    assert f"contact: by way of Python (its trial ended with {ending})" in str(plan)
+    assert f"contact: by way of Python (its trial ended with {end})" in str(plan)
 
 
 def test_other_platforms_take_the_portable_path_and_the_plan_says_so(untried, law, monkeypatch):
