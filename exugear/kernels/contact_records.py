@@ -5,7 +5,7 @@ from math import pi, tan
 import numpy as np
 
 from exugear.mesh_force.kernel_records import reader, record_of, record_type
-from fem.gear.tooth_root import involute
+from fem.gear.involute import involute
 
 #: A gear on its body: base radius and axial position [m], reference coordinates of the body as an Rxyz body of the
 #: contact frame. In a turned frame also the rotational reference coordinates of its node, the axes of the gear on the
