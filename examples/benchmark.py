@@ -28,7 +28,7 @@ from skfem import ElementHex1
 import exugear
 import fem
 from exugear import plots
-from exugear.mesh_force.force_kernels import damping, spinning_force
+from exugear.force_table.force_kernels import damping, spinning_force
 from exugear.plan.integrator import BETA, TRAPEZOIDAL_BETA, Rule
 from exugear.post.spectrum import Resonances
 from exugear.simulation.solver_settings import settings_for

@@ -8,11 +8,11 @@ from numba import carray
 
 from exugear.elements.difference_jacobian import jacobian
 from exugear.elements.divergence import DIVERGED, FAR
+from exugear.force_table.kernel_records import doubles_at
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_stiffness import linear_part, radial_table
 from exugear.gearbox.shaft import Shaft
 from exugear.kernels.contact_kernels import TAKEN
-from exugear.mesh_force.kernel_records import doubles_at
 from fem.support.numba_cache import compiled, kept
 
 SIZE, LEVER, DAMPING = range(3)

@@ -2,7 +2,7 @@
 
 from math import isfinite, nan
 
-from exugear.mesh_force.force_table import OFFSETS
+from exugear.force_table.layout import OFFSETS
 from exugear.mesh_force.map_range import beyond_map
 from fem.units import mm, um
 

@@ -13,12 +13,12 @@ from exugear.elements.difference_jacobian import jacobian
 from exugear.elements.divergence import stopped
 from exugear.elements.exudyn_objects import object_of
 from exugear.elements.native.native import direct_or_portable
+from exugear.force_table.kernel_records import address_of
 from exugear.kernels.contact_frame import GearBody, frame_between
 from exugear.kernels.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN, kernel_of
 from exugear.kernels.contact_records import contact_state, is_turned, rotational_frame
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
-from exugear.mesh_force.kernel_records import address_of
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
 from fem.support.arguments import checked

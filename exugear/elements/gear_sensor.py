@@ -8,8 +8,8 @@ import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.elements.gear_contact import contact_key
+from exugear.force_table.kernel_records import address_of
 from exugear.kernels.recorder import Recorder
-from exugear.mesh_force.kernel_records import address_of
 from fem.support.arguments import checked
 from fem.support.validation import require
 

@@ -121,7 +121,7 @@ def motion_of(frame, gear, kind, q, v):
 
 @compiled(forceinline=True)
 def motions_of(frame, kind_1, kind_2, n_1, n_2, x):
-    """Motions of pinion and wheel, of kinds with n_1 and n_2 coordinates; x: the coordinates of both, the rates of both."""
+    """Motions of pinion and wheel, of kinds with n_1 and n_2 coordinates; x: coordinates of both, then rates."""
     q_1, v_1 = coordinates_of(x, 0, kind_1), coordinates_of(x, n_1 + n_2, kind_1)
     q_2, v_2 = coordinates_of(x, n_1, kind_2), coordinates_of(x, n_1 + n_2 + n_1, kind_2)
     return motion_of(frame, frame.pinion, kind_1, q_1, v_1), motion_of(frame, frame.wheel, kind_2, q_2, v_2)

@@ -4,7 +4,7 @@ from math import pi, tan
 
 import numpy as np
 
-from exugear.mesh_force.kernel_records import reader, record_of, record_type
+from exugear.force_table.kernel_records import reader, record_of, record_type
 from fem.gear.involute import involute
 
 #: A gear on its body: base radius and axial position [m], reference coordinates of the body as an Rxyz body of the

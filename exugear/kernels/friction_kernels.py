@@ -5,13 +5,13 @@ from math import cos, floor, sin, tanh
 
 from numba import carray
 
+from exugear.force_table.force_kernels import spinning_force, static_force, table_at
+from exugear.force_table.kernel_records import doubles_at, reader, start_of
 from exugear.kernels.body_motion import SIZES, forces_on, motions_of
 from exugear.kernels.contact_kernels import SPIN, codes_of
 from exugear.kernels.contact_records import frame_at
 from exugear.kernels.kinematics import added, dot, flank_of, position_of, row_of, scaled
-from exugear.mesh_force.force_kernels import spinning_force, static_force, table_at
 from exugear.mesh_force.friction import FRICTION
-from exugear.mesh_force.kernel_records import doubles_at, reader, start_of
 from fem.support.numba_cache import compiled, kept
 
 FRICTION_SIZE = FRICTION.itemsize

@@ -17,7 +17,7 @@ first order in the tilts.
 from math import acos, atan2, cos, floor, pi, sin, sqrt, tan
 from typing import NamedTuple
 
-from exugear.mesh_force.force_kernels import NO_CONTACT, corrected_rate, damping, spinning_force, static_force
+from exugear.force_table.force_kernels import NO_CONTACT, corrected_rate, damping, spinning_force, static_force
 from fem.support.numba_cache import compiled
 
 #: Over which the static force's rise is taken [s].

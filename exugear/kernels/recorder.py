@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from exugear.mesh_force.kernel_records import reader, record_type
+from exugear.force_table.kernel_records import reader, record_type
 from fem.support.arguments import checked
 from fem.support.numba_cache import compiled
 from fem.support.validation import require
@@ -15,9 +15,7 @@ SAMPLE = record_type(*((name, "f8") for name in NAMES))
 MOTION = record_type(*((name, "f4", 5) for name in ("q_1", "q_2", "v_1", "v_2")))
 #: Time between samples [s], their number, addresses of samples and motions (0: not wanted), and the share of an
 #: interval by which the time of a sample may be missed.
-HEADER = record_type(
-    ("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("tolerance", "f8")
-)
+HEADER = record_type(("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("tolerance", "f8"))
 SAMPLE_SIZE, MOTION_SIZE = SAMPLE.itemsize, MOTION.itemsize
 header_at, sample_at, motion_at = reader(HEADER), reader(SAMPLE), reader(MOTION)
 #: Share of a step within which a time is that of the step: Exudyn sums the steps up, 1e7 of them err by 0.002.

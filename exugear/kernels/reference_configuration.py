@@ -4,9 +4,9 @@ from math import acos, cos, floor, sin
 
 import numpy as np
 
+from exugear.force_table.kernel_records import changed, record_of
 from exugear.kernels.contact_records import GEAR, rotational_frame
 from exugear.kernels.kinematics import AT_REFERENCE, height, line_of_centres, pose_of, position_of, row_of, spin_axis
-from exugear.mesh_force.kernel_records import changed, record_of
 from fem.support.numba_cache import kept
 
 

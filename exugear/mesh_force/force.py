@@ -13,8 +13,10 @@ import numpy as np
 import xarray as xr
 from scipy.optimize import brentq
 
-from exugear.mesh_force.force_kernels import damping, range_at, spinning_force, static_force, weights_along
-from exugear.mesh_force.force_table import OFFSETS, PHASES, PHASES_WITH_OFFSETS, U, tabulate
+from exugear.force_table.force_kernels import damping, range_at, spinning_force, static_force
+from exugear.force_table.layout import OFFSETS, PHASES, PHASES_WITH_OFFSETS, U
+from exugear.force_table.offset_interpolation import weights_along
+from exugear.force_table.tabulation import tabulate
 from exugear.mesh_force.jumps import jumps
 from exugear.mesh_force.map_range import beyond_map
 from exugear.mesh_force.ste_interpolation import loaded_centroid, loaded_deflection, te_under
@@ -23,7 +25,6 @@ from fem.support.arguments import Finite, checked
 from fem.support.numba_cache import kept
 from fem.support.representation import short
 from fem.support.validation import increases, increasing, numbers, require
-
 
 #: To which a deflection under a force is solved [m].
 FINEST = 1e-20

@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 import xarray as xr
 
-from exugear.mesh_force.kernel_records import record_of, record_type
+from exugear.force_table.kernel_records import record_of, record_type
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import PHASE, TORQUE, over_torque_and_phase, pair_of

@@ -4,7 +4,7 @@ from math import floor, isfinite, log10, nan
 
 import numpy as np
 
-from exugear.mesh_force.force_table import OFFSETS
+from exugear.force_table.layout import OFFSETS
 from fem.units import um
 
 #: What a run that left its map may yet reach, over what it has reached.

@@ -5,7 +5,7 @@ import pytest
 from scenes import paper_gear, paper_pair, smooth_box, smooth_map
 
 import exugear
-from exugear.kernels.kinematics import phase_of
+from exugear.kernels.reference_configuration import phase_of
 from exugear.simulation.model import lay, open_system
 from fem.units import deg, mm
 

@@ -1,62 +1,28 @@
-"""The packed table of a mesh force: its layout, and how it is computed from forces over phase and deflection.
-
-`FORCE_TABLE` is the head of the table. Behind it lie the values of the offsets' axes and, for each combination of them
-(a block) and each phase step, an edge, the nodes over u = (penetration / largest penetration)^(1/4) and the force
-centroids at the nodes.
-"""
+"""The table of a mesh force, computed from forces over phase and deflection."""
 
 from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from exugear.mesh_force.kernel_records import record_of, record_type
-from exugear.mesh_force.pchip import monotone_cubic
+from exugear.force_table.kernel_records import record_of
+from exugear.force_table.layout import (
+    EDGE,
+    FORCE_TABLE,
+    NODE,
+    OFFSETS,
+    PENETRATIONS,
+    PHASES,
+    U,
+    start_of_field,
+    table_type,
+)
+from exugear.force_table.pchip import monotone_cubic
 from fem.support.validation import require
 from fem.units import um
 
-PHASES = 512
-#: With offsets there are many blocks, which need fewer phases for the same size.
-PHASES_WITH_OFFSETS = 256
-PENETRATIONS = 64
+#: Penetration over which the damping ramps in [m].
 DAMPING_RAMP = 1 * um
-U = np.linspace(0, 1, PENETRATIONS + 1)
-OFFSETS = ("a", "misalignment", "axial")
-#: Sizes; scalars of the law; forces [N] and tangent stiffnesses [N/m], the last ones means over phase; where the
-#: arrays begin [bytes from the head].
-FORCE_TABLE = record_type(
-    ("phase_steps", "i8"),
-    ("penetration_steps", "i8"),
-    ("offset_counts", "i8", 3),
-    ("conserves", "i8"),
-    ("backlash", "f8"),
-    ("back_phase", "f8"),
-    ("damping", "f8"),
-    ("damping_ramp", "f8"),
-    ("last_force", "f8"),
-    ("last_stiffness", "f8"),
-    ("largest_stiffness", "f8"),
-    ("axes_start", "i8", 3),
-    ("edges_start", "i8"),
-    ("nodes_start", "i8"),
-    ("centroids_start", "i8"),
-)
-#: Unloaded deflection, largest penetration [m], and their slopes per phase step.
-EDGE = record_type(*((name, "f8") for name in ("unloaded", "unloaded_slope", "largest", "largest_slope")))
-#: Secant stiffness [N/m], or potential over penetration^2, and its slopes per phase step and per step of u.
-NODE = record_type(*((name, "f8") for name in ("value", "by_phase", "by_u", "by_phase_u")))
-
-
-def table_type(counts: tuple[int, ...], phase_steps: int) -> np.dtype:
-    """Type of a whole table with so many values of the offsets (3) and so many phase steps."""
-    over_nodes = (*counts, phase_steps, U.size)
-    return record_type(
-        ("head", FORCE_TABLE),
-        *((name, "f8", count) for name, count in zip(OFFSETS, counts, strict=True)),
-        ("edges", EDGE, (*counts, phase_steps)),
-        ("nodes", NODE, over_nodes),
-        ("centroids", "f8", over_nodes),
-    )
 
 
 class PhaseCurves(NamedTuple):
@@ -94,17 +60,12 @@ def tabulate(force) -> np.record:
         last_force=force.force_table[..., -1].mean(),
         last_stiffness=tangents[..., -1].mean(),
         largest_stiffness=tangents.max(),
-        axes_start=[start_of(kind, name) for name in OFFSETS],
-        **{f"{name}_start": start_of(kind, name) for name in ("edges", "nodes", "centroids")},
+        axes_start=[start_of_field(kind, name) for name in OFFSETS],
+        **{f"{name}_start": start_of_field(kind, name) for name in ("edges", "nodes", "centroids")},
     )
     arrays = {"edges": edges, "nodes": nodes, "centroids": centroids}
     shaped = {name: values.reshape(1, *kind[name].shape) for name, values in arrays.items()}
     return record_of(kind, head=head, **axes, **shaped)
-
-
-def start_of(kind: np.dtype, name: str) -> int:
-    """Bytes from the start of a record to a field."""
-    return kind.fields[name][1]  # type: ignore[index]
 
 
 def _block(phase, phase_steps: int, conserves: bool, deflection, force, centroid) -> tuple[np.ndarray, ...]:

@@ -13,16 +13,15 @@ derivatives. Kernels take the head of a table, `FORCE_TABLE`, and read the array
 from math import exp, floor, log, nan, sqrt
 from typing import NamedTuple
 
-import numpy as np
 from numba import carray
 
-from exugear.mesh_force.force_table import EDGE, FORCE_TABLE, NODE
-from exugear.mesh_force.kernel_records import doubles_at, reader, start_of
-from exugear.mesh_force.pchip import hermite, hermite_slope
+from exugear.force_table.kernel_records import doubles_at, reader, start_of
+from exugear.force_table.layout import EDGE, FORCE_TABLE, NODE
+from exugear.force_table.offset_interpolation import BEYOND, stencil
+from exugear.force_table.pchip import hermite, hermite_slope
 from fem.support.numba_cache import compiled, kept
 
 MANY_PITCHES = 1e12
-BEYOND = 1e-9
 #: Bytes of the entries of a table.
 EDGE_SIZE, NODE_SIZE, DOUBLE = EDGE.itemsize, NODE.itemsize, 8
 table_at, edge_at, node_at = reader(FORCE_TABLE), reader(EDGE), reader(NODE)
@@ -48,13 +47,6 @@ class Cell(NamedTuple):
     share: float
 
 
-class Stencil(NamedTuple):
-    """Number of the first of the values of an offset that take part, and the weights of up to four of them."""
-
-    first: int
-    weights: tuple[float, float, float, float]
-
-
 @compiled
 def edge(table, block, i):
     """The edge of a block at a phase step."""
@@ -71,12 +63,6 @@ def node_number(table, block, i, j):
 def node(table, number):
     """The node with a number."""
     return node_at(start_of(table) + table.nodes_start + NODE_SIZE * number)
-
-
-@compiled
-def axis_of(table, offset):
-    """Values of an offset's axis."""
-    return carray(doubles_at(start_of(table) + table.axes_start[offset]), table.offset_counts[offset])
 
 
 @compiled
@@ -181,44 +167,6 @@ def spinning_force(table, phase, deflection):
 
 
 @compiled
-def stencil(table, offset, x):
-    """The stencil of an offset about x; ValueError(x, low, high, number of the offset) beyond its axis."""
-    axis = axis_of(table, offset)
-    if axis.size == 1:
-        return Stencil(0, (1.0, 0.0, 0.0, 0.0))
-    low, high = axis[0], axis[axis.size - 1]
-    margin = BEYOND * (high - low)
-    if not low - margin <= x <= high + margin:
-        raise ValueError(x, low, high, offset)
-    cell, least, most = 0, 0, axis.size - 1
-    for k in range(1, axis.size - 1):
-        if axis[k] <= x:
-            cell = k
-        if offset == 1 and axis[k] == 0.0:
-            least, most = (k, most) if x >= 0.0 else (least, k)
-    first = max(least, min(cell - 1, most - 3))
-    return Stencil(first, lagrange(axis, first, min(most - first, 3) + 1, x))
-
-
-@compiled
-def lagrange(axis, first, count, x):
-    """Weights (4) of the polynomial through count values of an axis, at x."""
-    weights = (0.0, 0.0, 0.0, 0.0)
-    for k in range(count):
-        weight = 1.0
-        for i in range(count):
-            if i != k:
-                weight *= (x - axis[first + i]) / (axis[first + k] - axis[first + i])
-        weights = (
-            weight if k == 0 else weights[0],
-            weight if k == 1 else weights[1],
-            weight if k == 2 else weights[2],
-            weight if k == 3 else weights[3],
-        )
-    return weights
-
-
-@compiled
 def block_number(table, a, misalignment, axial):
     """Number of the block at these numbers of the offsets' values."""
     return (a * table.offset_counts[1] + misalignment) * table.offset_counts[2] + axial
@@ -312,12 +260,3 @@ def range_at(table, phase):
     """Deflections at loss of contact and at the end of the table [m], of a law without offsets."""
     unloaded, largest = contact_range(table, 0, phase_cell(table, phase))
     return unloaded, unloaded + largest
-
-
-@kept
-def weights_along(table, offset, x):
-    """(n,) weights of the values of one offset at x."""
-    taking_part, weights = stencil(table, offset, x), np.zeros(table.offset_counts[offset])
-    for k in range(min(4, weights.size - taking_part.first)):
-        weights[taking_part.first + k] = taking_part.weights[k]
-    return weights
