@@ -35,5 +35,5 @@ SPIN_PLACE = {kind: len(taken) - 1 for kind, taken in TAKEN.items()}
 
 def pose(gearbox: Gearbox, shaft: Shaft) -> list[float]:
     """Reference coordinates (6) of a shaft's centre of mass, displaced as it is mounted."""
-    x, y, z = np.array([*gearbox.places[shaft.name], 0.0]) + shaft.offset.at(shaft.centre)
+    x, y, z = np.array([*gearbox.shaft_positions[shaft.name], 0.0]) + shaft.offset.at(shaft.centre)
     return [float(x), float(y), float(z), shaft.offset.tilt_x, shaft.offset.tilt_y, 0.0]

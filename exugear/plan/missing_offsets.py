@@ -39,10 +39,10 @@ def missing_axes(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: floa
 
 
 def _frame(gearbox: Gearbox, stage: Stage) -> np.record:
-    ends = list(zip((stage.fast, stage.slow), stage.places, strict=True))
+    ends = list(zip((stage.fast, stage.slow), stage.axial_positions, strict=True))
     axial = [place - shaft.centre for shaft, place in ends]
     poses = [pose(gearbox, shaft) for shaft, _ in ends]
-    return spatial_frame(stage.pair, 0.0, gearbox.turns[stage.fast.name], axial, poses)
+    return spatial_frame(stage.pair, 0.0, gearbox.directions[stage.fast.name], axial, poses)
 
 
 def _displacements(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: float) -> dict[str, np.ndarray]:
@@ -93,7 +93,7 @@ def _reached(gearbox: Gearbox, stage: Stage, moved: Mapping[str, np.ndarray]) ->
     """Offsets [m, rad] of a stage whose shafts are displaced."""
     frame = _frame(gearbox, stage)
     q_1, q_2 = (moved[shaft.name].copy() for shaft in (stage.fast, stage.slow))
-    q_1[5] = gearbox.turns[stage.fast.name] * AHEAD / frame.pinion.r_b
+    q_1[5] = gearbox.directions[stage.fast.name] * AHEAD / frame.pinion.r_b
     return dict(zip(MEANING, offsets_at(stage.force.table.head, frame, tuple(q_1), tuple(q_2)), strict=True))
 
 

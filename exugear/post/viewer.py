@@ -19,7 +19,7 @@ def draw(model: Model) -> None:
     hide(model)
     drawn = set()
     for stage, phase in zip(model.gearbox.stages, model.gearbox.phases, strict=True):
-        direction = model.gearbox.turns[stage.fast.name]
+        direction = model.gearbox.directions[stage.fast.name]
         angles = meshing_angles(stage.pair, stage.angle, direction, phase=phase)
         gears = (stage.pair.pinion, stage.pair.wheel)
         for (name, axial), gear, angle in zip(stage.ends, gears, angles, strict=True):

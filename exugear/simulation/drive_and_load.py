@@ -54,7 +54,7 @@ def drive_by(mbs, drive: int, turned) -> None:
 
 
 def _load(model: Model, load_of: Callable[[float], float]) -> None:
-    mbs, sign = model.mbs, -model.gearbox.turns[model.gearbox.driven.name]
+    mbs, sign = model.mbs, -model.gearbox.directions[model.gearbox.driven.name]
     states = [(state_of(mbs, mesh.contact), mesh.held) for mesh in model.meshes]
 
     def torque(mbs, t, load):

@@ -44,8 +44,8 @@ def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
 def _restored(model: Model) -> Iterator[None]:
     """Leave state, drive and load of the system as they were."""
     mbs, initial = model.mbs, exu.ConfigurationType.Initial
-    states, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
-    held = [float(state.holding_force) for state in states]
+    contacts, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
+    holding_forces = [float(contact.holding_force) for contact in contacts]
     turned = [mbs.GetObjectParameter(model.drive, name) for name in OFFSETS]
     state = mbs.systemData.GetSystemState(initial)
     try:
@@ -54,7 +54,7 @@ def _restored(model: Model) -> Iterator[None]:
         drive_by(mbs, model.drive, turned)
         for name in ("load", "loadUserFunction"):
             mbs.SetLoadParameter(model.load, name, load[name])
-        for state, force in zip(states, held, strict=True):
-            state.holding_force = force
+        for contact, force in zip(contacts, holding_forces, strict=True):
+            contact.holding_force = force
         mbs.Assemble()
         mbs.systemData.SetSystemState(state, initial)

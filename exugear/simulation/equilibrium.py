@@ -83,7 +83,7 @@ def _laid_out(model: Model, load: float, acceleration: float) -> np.ndarray:
     q = _pressed(model, forces, q)
     for shaft in box.shafts:
         if shaft.coupling:
-            outer = -box.turns[shaft.name] * load if shaft.name == box.driven.name else 0.0
+            outer = -box.directions[shaft.name] * load if shaft.name == box.driven.name else 0.0
             torque = outer - shaft.coupling.inertia * box.ratios[shaft.name] * acceleration
             rotor = model.rotors[shaft.name]
             q[rotor] = 0.0 if shaft.name == driving.name else q[rotor] + _twist(shaft, torque)

@@ -175,13 +175,13 @@ def _contact(mbs, gearbox: Gearbox, number: int, plan: Plan, bodies: Mapping[str
     """Stage, contact's object number, recorder, frame, law, and what `at_rest` says of the reference configuration."""
     stage, phase, label = gearbox.stages[number], gearbox.phases[number], gearbox.labels[number]
     items = [bodies[stage.fast.name], bodies[stage.slow.name]]
-    kinds, direction = tuple(kind_of(mbs, item) for item in items), gearbox.turns[stage.fast.name]
+    kinds, direction = tuple(kind_of(mbs, item) for item in items), gearbox.directions[stage.fast.name]
     law, recorder = plan.laws[label], Recorder()
     displaced = any(shaft.offset != NOWHERE for shaft in (stage.fast, stage.slow))
     if set(kinds) == {SPIN} and not displaced:
         frame = rotational_frame(stage.pair, phase, direction)
     else:
-        axial = [s - shaft.centre for s, shaft in zip(stage.places, (stage.fast, stage.slow), strict=True)]
+        axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
         poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
         nominal = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0}
         frame = spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)

@@ -70,7 +70,7 @@ def faster(box: exugear.Gearbox, speed: float, duration: float) -> float:
 def torques(model: exugear.Model, forces: np.ndarray, load: float) -> tuple[np.ndarray, float]:
     """Rest of the torques on the shafts but the driving one [N m], beside the largest of them."""
     box = model.gearbox
-    outer = np.array([-box.turns[shaft.name] * load * (shaft is box.driven) for shaft in box.shafts])
+    outer = np.array([-box.directions[shaft.name] * load * (shaft is box.driven) for shaft in box.shafts])
     meshes = arms(model) * forces[:, None]
     return (outer - meshes.sum(axis=0))[1:], max(np.abs(meshes).max(), abs(load))
 
