@@ -2,9 +2,9 @@
 
     python examples/bearings_misalignment.py results
 
-A single STE map over misalignment and centre distance serves all tilts. It is solved in slice mode, with a line load on
-every slice of the face. Tilt > 0: along z the driven shaft leans to where the teeth push it (f_sigma_beta). Bearings and
-damping are chosen here. The mean forces of the run-up are 1 % above those at rest, because it speeds up.
+A single STE map over misalignment and centre distance serves all tilts. It is solved in slice mode, with a line load
+on every slice of the face. Tilt > 0: along z the driven shaft leans to where the teeth push it (f_sigma_beta). Bearings
+and damping are chosen here. The mean forces of the run-up are 1 % above those at rest, because it speeds up.
 """
 
 import sys

@@ -109,7 +109,7 @@ def main(folder: Path) -> None:
         print(f"{name}: bends by {bending(rig) / um:.2f} um (beam: {beam_deflection(mean) / um:.2f} um)", end=", ")
         times, cost = run(rig)
         dte, forces = (last_cycles(times, x, 20, pair.pinion.z) for x in (rig.recorder.deflection, rig.recorder.force))
-        print(f"mean mesh force {forces.mean():.1f} N (T/r_b: {mean:.1f} N), DTE {np.ptp(dte) / um:.2f} um peak to peak")
+        print(f"mesh force {forces.mean():.1f} N (T/r_b: {mean:.1f} N), DTE {np.ptp(dte) / um:.2f} um peak to peak")
         print(f"  {times.size - 1} steps of {times[1] / 1e-6:.2f} us, {cost / 1e-6:.0f} us of processor time each")
         curves[name] = dte
     draw(folder / "flexible_shaft.png", curves)

@@ -70,7 +70,9 @@ def main(folder: Path) -> None:
         name = f"{element_size(pair.pinion, density) / mm:.3f} mm, {degree}"
         curves[name], seconds[name] = compute(pair, density, element)
         mean, peak_to_peak = curves[name].mean() / um, np.ptp(curves[name]) / um
-        print(f"{name:24s} mean {mean:7.3f} um   peak to peak {peak_to_peak:6.3f} um {seconds[name]:8.1f} s", flush=True)
+        print(
+            f"{name:24s} mean {mean:7.3f} um   peak to peak {peak_to_peak:6.3f} um {seconds[name]:8.1f} s", flush=True
+        )
     draw(folder / "korta_convergence.png", curves, seconds)
 
 

@@ -4,6 +4,8 @@ Korta, Palermo, Mundo, Shweiki: Combining Finite Element and Multibody Modeling 
 Simulation of Nonlinear Gear Dynamics. The paper gives no bore, inertia or damping; they are chosen here.
 """
 
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from math import sqrt
 
 import numpy as np
@@ -57,6 +59,12 @@ def run(box: exugear.Gearbox, load: float, duration: float = DURATION) -> exugea
     return exugear.run_up(exugear.build(box), **conditions)
 
 
+def run_ups(box: exugear.Gearbox, duration: float = DURATION) -> dict[float, exugear.Run]:
+    """All torques side by side, each in a process of its own."""
+    with ProcessPoolExecutor(len(TORQUES)) as pool:
+        return dict(zip(TORQUES, pool.map(partial(run, box, duration=duration), TORQUES), strict=True))
+
+
 def resonances(result: exugear.Run) -> spectrum.Resonances:
     """Peaks of the envelope of the DTE over mesh frequency."""
     outline = exugear.dte_envelope(result)
@@ -71,7 +79,9 @@ def shares_of_main(result: exugear.Run) -> np.ndarray:
 def resonance_table(runs: dict[str, dict[float, exugear.Run]]) -> str:
     """Resonances of runs by name and load beside Table II, and by how much the main one rises with the load."""
     lines = ["DTE resonances [Hz]             1/4      1/3      1/2     main   rise of the main one"]
-    tables = {name: {load: shares_of_main(result) for load, result in by_load.items()} for name, by_load in runs.items()}
+    tables = {
+        name: {load: shares_of_main(result) for load, result in by_load.items()} for name, by_load in runs.items()
+    }
     tables["paper, Table II"] = {load: np.array(peaks[1:]) for load, peaks in TABLE_II.items()}
     for name, by_load in tables.items():
         rise = 100 * (by_load[350.0][-1] / by_load[150.0][-1] - 1)

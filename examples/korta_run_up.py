@@ -8,14 +8,11 @@ lower frequencies. The peaks below it lie at 1/2, 1/3 and 1/4 of the main resona
 
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 from korta_pair import (
-    DURATION,
     MAP_PHASES,
     MAP_TORQUES,
     TABLE_II,
@@ -26,6 +23,7 @@ from korta_pair import (
     resonance_table,
     resonances,
     run,
+    run_ups,
 )
 
 import exugear
@@ -37,12 +35,6 @@ from fem.units import um
 
 #: Wall times in the paper [s].
 PAPER = {"STE curves": 150 * 60, "run-ups": 2 * 36 * 60}
-
-
-def run_ups(box: exugear.Gearbox, duration: float = DURATION) -> dict[float, exugear.Run]:
-    """All torques side by side, each in a process of its own."""
-    with ProcessPoolExecutor(len(TORQUES)) as pool:
-        return dict(zip(TORQUES, pool.map(partial(run, box, duration=duration), TORQUES), strict=True))
 
 
 def fitted_inertia(box: exugear.Gearbox, at_150: Resonances) -> float:
@@ -93,23 +85,22 @@ def draw(folder: Path, curves, ste, runs) -> None:
 
 def report(curves, box, runs, fit: bool, seconds: dict[str, float]) -> str:
     """STE, resonances beside Table II, and wall times beside the paper's."""
-    lines = ["", "static transmission error [um]     mean   peak to peak"]
+    lines = [""]
     for load in TORQUES:
         te = curves["te"].sel(torque=load).values / um
-        lines.append(f"{load:>12g} N m              {te.mean():9.3f}{np.ptp(te):12.3f}")
+        lines.append(f"STE at {load:g} N m: mean {te.mean():.3f} um, peak to peak {np.ptp(te):.3f} um")
     pair = fem.pair_of(curves)
     standard = iso6336.mesh_stiffness(pair, 150.0 / pair.pinion.r / pair.b) * pair.b
     secant = " and ".join(f"{mean_stiffness(curves, load) * um:.1f}" for load in TORQUES)
     lines += ["", f"mean of F / STE {secant} N/um; ISO 6336, without rim and hub: {standard * um:.0f} N/um"]
     lines += ["", resonance_table({"exugear": runs})]
-    origin = "fitted to 1804 Hz at 150 N m" if fit else "of solid discs, nothing is fitted"
+    origin = "fitted to 1804 Hz" if fit else "of solid discs, nothing is fitted"
     lines += ["", f"inertia of each gear {box.driven.inertia:.4e} kg m^2, {origin}", "", "wall time [s]          paper"]
     lines += [f"{name:20s}{x:7.1f}{PAPER.get(name, ''):>8}" for name, x in seconds.items()]
     return "\n".join(lines)
 
 
 def main(folder: Path, fit: bool = False) -> None:
-    """Curves, map and run-ups into a folder: figures (PNG), data (netCDF), report (text)."""
     folder.mkdir(parents=True, exist_ok=True)
     seconds: dict[str, float] = {}
     curves, ste, box, runs = compute(folder, fit, seconds)

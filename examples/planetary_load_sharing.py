@@ -1,10 +1,10 @@
-"""The planetary set of `planetary_set.py` under a rising load, with the pin of a planet displaced: how planets share it.
+"""Load sharing of the planetary set of `planetary_set.py` under a rising load, the pin of a planet displaced.
 
     python examples/planetary_load_sharing.py results
 
-A pin 20 um behind its nominal position takes load off its planet, a pin ahead adds load. What the displacement moves
-does not depend on the load, so that the shares even out as the load rises. A floating sun (soft bearings) evens them out
-as well. Load and displacements are chosen here.
+A pin ahead of its nominal position takes load off its planet, a pin behind adds load. What the displacement moves does
+not depend on the load, so that the shares even out as the load rises. A floating sun (soft bearings) evens them out as
+well. Load and displacements are chosen here.
 """
 
 import sys
@@ -88,7 +88,9 @@ def draw(path: Path, runs: dict) -> None:
 
 def report(runs: dict) -> str:
     """Shares at the start and at the end, torque of the sun beside what the carrier's load asks for."""
-    lines = ["shares of the planets [%]   at the start         at the end          torque of the sun (of the load) [N m]"]
+    lines = [
+        "shares of the planets [%]   at the start         at the end          torque of the sun (of the load) [N m]"
+    ]
     for error, (_, forces, torque) in runs.items():
         start, end = ("".join(f"{x * 100:6.1f}" for x in shares(forces)[:, i]) for i in (0, -1))
         half = torque.size // 2

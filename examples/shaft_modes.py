@@ -1,6 +1,6 @@
 """A steel shaft as finite elements of scikit-fem, reduced by Exudyn to Craig-Bampton modes; its closed-form references.
 
-`flexible_shaft.py` puts it under a gear. Three cross-sections stay rigid: under the gear and in both bearings. The modes
+`shaft_rig.py` puts it under a gear. Three cross-sections stay rigid: under the gear and in both bearings. The modes
 leave out the gear's cross-section, because the floating frame sits there.
 """
 

@@ -2,12 +2,12 @@
 
     python examples/two_stage_helical.py results
 
-Both gears of the middle shaft have the same hand. The first is driven and the second drives, so that their axial forces
-oppose each other: F_bt tan(beta_b) each. Gears, bearings and damping are those of no particular machine. The maps are
-coarse: slice mode, half the elements along every direction.
+Both gears of the middle shaft have the same hand: the first is driven, the second drives, and their axial forces
+F_bt tan(beta_b) oppose each other. The maps are coarse: slice mode, half the elements along every direction.
 """
 
 import sys
+from dataclasses import replace
 from math import tan
 from pathlib import Path
 
@@ -21,7 +21,7 @@ from exugear import plots
 from fem.units import deg, mm, rpm
 
 LOAD, SPEED, DAMPING, PLAY = 600.0, (300 * rpm, 6000 * rpm), 3000.0, 0.05 * mm
-#: Axial positions of the bearings of every shaft, and of the gears of the first and second stage.
+#: Axial positions of bearings and gears.
 BEARINGS, FIRST, SECOND = (0.0, 150 * mm), 45 * mm, 105 * mm
 TORQUES = {"first": (0, 2, 10, 40, 100, 200, 400), "second": (0, 5, 25, 100, 250, 500, 1000)}
 COARSE = fem.Slices(fem.Density().scaled(0.5))
@@ -29,14 +29,13 @@ COARSE = fem.Slices(fem.Density().scaled(0.5))
 
 def pairs(hand: int = 1) -> dict[str, fem.GearPair]:
     """Both pairs with backlash; hand +1: equal hands on the middle shaft, -1: opposite hands."""
-    first = {"m_n": 2.5 * mm, "b": 30 * mm}
-    second = {"m_n": 3.5 * mm, "b": 40 * mm}
+    first, second = {"m_n": 2.5 * mm, "b": 30 * mm}, {"m_n": 3.5 * mm, "b": 40 * mm}
     pinion = fem.Gear(z=23, beta=-20 * deg, d_bore=25 * mm, x=0.1, **first)
     wheel = fem.Gear(z=61, beta=20 * deg, d_bore=50 * mm, **first)
     second_pinion = fem.Gear(z=21, beta=hand * 12 * deg, d_bore=35 * mm, x=0.1, **second)
     second_wheel = fem.Gear(z=58, beta=-hand * 12 * deg, d_bore=70 * mm, **second)
-    ends = {"first": (pinion, wheel), "second": (second_pinion, second_wheel)}
-    return {name: fem.GearPair(*gears, a=fem.GearPair(*gears).a + PLAY) for name, gears in ends.items()}
+    tight = fem.GearPair(pinion, wheel), fem.GearPair(second_pinion, second_wheel)
+    return {name: replace(pair, a=pair.a + PLAY) for name, pair in zip(TORQUES, tight, strict=True)}
 
 
 def laws(phases: int = 24) -> dict[str, exugear.MeshForce]:
@@ -57,8 +56,8 @@ def gearbox(meshes: dict[str, exugear.MeshForce], geared: dict[str, fem.GearPair
     fast = exugear.Shaft("input", seats | {FIRST: first.pinion})
     middle = exugear.Shaft("middle", seats | {FIRST: first.wheel, SECOND: second.pinion})
     slow = exugear.Shaft("output", seats | {SECOND: second.wheel})
-    stage = exugear.Stage(fast, middle, meshes["first"], pair=first)
-    return exugear.Gearbox([stage, exugear.Stage(middle, slow, meshes["second"], pair=second, angle=60 * deg)])
+    upper = exugear.Stage(middle, slow, meshes["second"], pair=second, angle=60 * deg)
+    return exugear.Gearbox([exugear.Stage(fast, middle, meshes["first"], pair=first), upper])
 
 
 def starting_forces(box: exugear.Gearbox, data) -> list[float]:
@@ -86,12 +85,12 @@ def axial_reactions(data) -> dict[str, float]:
 def report(model: exugear.Model, opposed: exugear.Gearbox, run: exugear.Run) -> str:
     """Phases of the meshes, axial forces at the start, radial forces at the start and in the run-up."""
     box, data = model.gearbox, run.data
-    axial = {"by F_bt tan(beta_b)": axial_forces(box, data), "in the model": axial_reactions(data)}
-    axial["with opposite hands"] = axial_forces(opposed, data)
-    start = data["bearing_force"].isel(time=0).sel(direction=["x", "y"])
-    varying = exugear.spectrum.bearing_force_rms(run).max("speed")
-    radial = {"at the start": np.hypot(*start.values.T), "largest rms of its variation": varying.to_series()}
-    tables = {"axial force of the bearings [N]": axial, "radial force of the bearings [N]": radial}
+    kinds = axial_forces(box, data), axial_reactions(data), axial_forces(opposed, data)
+    axial = dict(zip(("by F_bt tan(beta_b)", "in the model", "with opposite hands"), kinds, strict=True))
+    start = np.hypot(*data["bearing_force"].isel(time=0).sel(direction=["x", "y"]).values.T)
+    varying = exugear.spectrum.bearing_force_rms(run).max("speed").to_series()
+    radial = {"at the start": start, "largest rms of its variation": varying}
+    tables = {"axial forces of the bearings [N]": axial, "radial forces of the bearings [N]": radial}
     text = [f"{name}\n{pd.DataFrame(table).to_string(float_format='%.1f')}" for name, table in tables.items()]
     return "\n\n".join(["phases of the meshes at rest: " + ", ".join(f"{phase:.3f}" for phase in box.phases), *text])
 
@@ -106,7 +105,6 @@ def draw(path: Path, run: exugear.Run) -> None:
 
 
 def main(folder: Path, quick: bool = False) -> tuple[exugear.Model, exugear.Gearbox, exugear.Run]:
-    """The model, the same gearbox with opposite hands on the middle shaft, and the run-up."""
     folder.mkdir(parents=True, exist_ok=True)
     meshes = laws(12 if quick else 24)
     model, opposed = exugear.build(gearbox(meshes, pairs())), gearbox(meshes, pairs(-1))
