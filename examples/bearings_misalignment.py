@@ -47,7 +47,7 @@ def gearbox(law: exugear.MeshForce, tilt: float) -> exugear.Gearbox:
     return exugear.Gearbox([exugear.Stage(*shafts, law, pair=pair)])
 
 
-def sweep(law: exugear.MeshForce, tilts, duration: float) -> tuple[exugear.Plan, dict[float, exugear.Run]]:
+def sweep(law, tilts, duration: float) -> tuple[exugear.BuiltPlan, dict[float, exugear.Run]]:
     """The plan of the last tilt, and a run-up for each."""
     runs = {}
     for tilt in tqdm(tilts, desc="tilts", leave=False):
