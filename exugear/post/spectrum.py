@@ -10,7 +10,16 @@ from exugear.simulation.run_data import stage_data
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import require
 
-__all__ = ["Envelope", "OrderSpectrum", "Resonances", "bearing_force_rms", "envelope", "order_spectrum", "resonances", "superharmonics"]
+__all__ = [
+    "Envelope",
+    "OrderSpectrum",
+    "Resonances",
+    "bearing_force_rms",
+    "envelope",
+    "order_spectrum",
+    "resonances",
+    "superharmonics",
+]
 
 #: Half the width of the Gaussian that spreads samples over a grid [cells]: amplitudes to 1e-6.
 SPREAD = 6
