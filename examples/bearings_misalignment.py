@@ -47,7 +47,9 @@ def gearbox(law: exugear.MeshForce, tilt: float, radial: float = RADIAL) -> exug
     return exugear.Gearbox([exugear.Stage(*shafts, law, pair=pair)])
 
 
-def sweep(law: exugear.MeshForce, tilts, duration: float, **changes) -> tuple[exugear.Plan, dict[float, exugear.Run]]:
+def sweep(
+    law: exugear.MeshForce, tilts, duration: float, **changes
+) -> tuple[exugear.BuiltPlan, dict[float, exugear.Run]]:
     """The plan of the last tilt, and a run-up for each."""
     runs = {}
     for tilt in tqdm(tilts, desc="tilts", leave=False):

@@ -13,6 +13,7 @@ from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
+from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.plan import Plan, plan
 from exugear.post import spectrum
 from exugear.post.spectrum import dte_envelope, envelope, order_spectrum, resonances
@@ -28,6 +29,7 @@ __getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs={"post": ["graphic
 
 __all__ = [
     "Bearing",
+    "BuiltPlan",
     "Coupling",
     "CreateGearContact",
     "CreateGearFriction",

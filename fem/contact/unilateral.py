@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-#: Penetration that counts as touching [m]: a hundred times the rounding of gaps between points some 0.1 m from the axes.
+#: Penetration that counts as touching [m]: a hundred times the rounding of gaps between points 0.1 m from the axes.
 PENETRATION = 1e-14
 #: Share of the largest force that counts as no force where candidates leave one by one: some rounding errors.
 FORCELESS = 1e-14

@@ -44,7 +44,7 @@ def test_a_spring_closes_its_gap_and_yields():
 
 
 def test_of_springs_with_rising_gaps_as_many_touch_as_the_force_closes():
-    """Springs of 1 N/um, gaps 0, 1, 2, ... um: k of them touch from k (k - 1) / 2 N on, te = (F + k (k - 1) / 2) / k."""
+    """Springs of 1 N/um, gaps 0, 1, 2, ... um: k touch from k (k - 1) / 2 N on, te = (F + k (k - 1) / 2) / k."""
     for force, touching in ((0.5, 1), (2.0, 2), (4.5, 3), (7.0, 4)):
         state = contact(np.eye(6) * 1e-6, np.arange(6) * um, force)
         assert (state.force > 0).sum() == touching
