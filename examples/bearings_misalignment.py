@@ -32,8 +32,8 @@ def ste_map(quick: bool = False):
     """STE over torque, centre distance (unless quick), misalignment and phase."""
     pair = paper_pair()
     places = fem.Offsets(a=None if quick else tuple(pair.a + OPENING), misalignment=tuple(MISALIGNMENT))
-    mode = fem.Resolution(resolved=False)
-    return fem.static_transmission_error(pair, TORQUES, 12 if quick else 24, offsets=places, accuracy=mode)
+    mode = fem.Slices()
+    return fem.static_transmission_error(pair, TORQUES, 12 if quick else 24, offsets=places, resolution=mode)
 
 
 def gearbox(law: exugear.MeshForce, tilt: float, radial: float = RADIAL) -> exugear.Gearbox:

@@ -84,16 +84,16 @@ def ste_points(quick: bool) -> Points:
     pair, points, n = paper_pair(), Points(), 10 if quick else 30
     phases, best = np.arange(n) / n, fem.Resolution().scaled(1.5 if quick else 2.0)
 
-    def curve(accuracy):
-        options = {"accuracy": accuracy, "progress": False}
+    def curve(resolution):
+        options = {"resolution": resolution, "progress": False}
         ste, seconds = cold(lambda: fem.static_transmission_error(pair, TORQUE, phases, **options))
         return ste["te"].values.squeeze(), seconds * 30 / n
 
     finest, seconds = curve(best)
     error = lambda te, at=slice(None): 100 * float(np.sqrt(np.mean((te - finest[at]) ** 2)) / finest.mean())  # noqa: E731
-    for mode, resolved in (("slices", False), ("resolved", True)):
+    for mode, default in (("slices", fem.Slices()), ("resolved", fem.Resolution())):
         for scale in (0.5, 0.75, 1.0) if quick else (0.4, 0.6, 0.8, 1.0, 1.3):
-            te, seconds = curve(fem.Resolution(resolved=resolved).scaled(scale))
+            te, seconds = curve(default.scaled(scale))
             points.add(mode, f"mesh x {scale:g}", error(te), seconds)
     every = slice(None, None, 5)
     for density in (Density(flank=16, width=3), Density(flank=30, width=4))[: 1 if quick else 2]:
@@ -260,7 +260,7 @@ def growth(box: exugear.Gearbox, runs: Points, quick: bool) -> dict[str, tuple[l
 def slices(misalignments: int = 1, phases: int = 15, torques: int = 4):
     """A map of the paper's pair in slice mode."""
     offsets = fem.Offsets(misalignment=np.linspace(-1, 1, misalignments) * 1e-4 if misalignments > 1 else 1e-4)
-    options = {"offsets": offsets, "accuracy": fem.Resolution(resolved=False), "progress": False}
+    options = {"offsets": offsets, "resolution": fem.Slices(), "progress": False}
     return fem.static_transmission_error(paper_pair(), np.linspace(50, 400, torques), phases, **options)
 
 

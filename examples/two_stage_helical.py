@@ -30,7 +30,7 @@ VIEW = [0.4, 0.6, 0.0]
 #: Axial places of the bearings of every shaft, and of the gears of the first and second stage
 BEARINGS, FIRST, SECOND = (0.0, 150 * mm), 45 * mm, 105 * mm
 TORQUES = {"first": (0, 2, 10, 40, 100, 200, 400), "second": (0, 5, 25, 100, 250, 500, 1000)}
-COARSE = fem.Resolution(Density().scaled(0.5), resolved=False)
+COARSE = fem.Slices(Density().scaled(0.5))
 
 
 def pairs(hand: int = 1) -> dict[str, fem.GearPair]:
@@ -48,7 +48,7 @@ def pairs(hand: int = 1) -> dict[str, fem.GearPair]:
 def ste_maps(phases: int = 24) -> dict:
     """STE over torque and phase of both pairs."""
     return {
-        name: fem.static_transmission_error(pair, TORQUES[name], phases, accuracy=COARSE)
+        name: fem.static_transmission_error(pair, TORQUES[name], phases, resolution=COARSE)
         for name, pair in pairs().items()
     }
 
