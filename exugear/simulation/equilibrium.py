@@ -18,6 +18,7 @@ from exugear.plan.coordinates import SPIN_PLACE
 from exugear.plan.map_axes import static_offsets
 from exugear.plan.plan import UNDAMPED
 from exugear.simulation.model import Mesh, Model, lay, open_system, seats
+from exugear.simulation.time_functions import Conditions
 from fem.support.validation import require
 from fem.units import mm, rpm
 
@@ -37,12 +38,14 @@ ITERATION = "Newton's iteration failed; {}"
 SAID = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
 
 
-def start(model: Model, load: float, speed: float, acceleration: float = 0.0) -> None:
-    """Put the system into equilibrium under a load [N m], all shafts turning as the driving one makes them.
+def start(model: Model, conditions: Conditions) -> None:
+    """Put the system into static equilibrium under the load at t = 0, all shafts turning at their ratios.
 
-    acceleration   of the driving shaft [rad/s^2]: the inertia torques of all shafts and rotors take part in the
-                   equilibrium. Their gyroscopic moments do not: the axes stand still, tilted by some 1e-4 rad
+    The inertia torques of all shafts and rotors at the initial acceleration take part in the equilibrium. Their
+    gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad.
     """
+    load, speed = conditions.load_at(0.0), float(conditions.speed_of(0.0))
+    acceleration = conditions.speed_of.initial_slope
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     turning = _turning(model)
     felt = acceleration if _matters(model, acceleration) else 0.0

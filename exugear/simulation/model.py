@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
-from math import cos, sin, sqrt
+from math import cos, pi, sin, sqrt
 from typing import Annotated, Any
 
 import exudyn as exu
@@ -101,6 +101,12 @@ class Model:
     meshes: tuple[Mesh, ...]
     drive: int
     load: int
+
+    @property
+    def mesh_cycles(self) -> np.ndarray:
+        """(n_stage,) mesh cycles per radian of the driving shaft."""
+        box = self.gearbox
+        return np.array([abs(box.ratios[s.fast.name]) * s.pair.pinion.z / (2 * pi) for s in box.stages])
 
     def __repr__(self) -> str:
         return f"Model of {self.gearbox!r}\n{self.plan}"
