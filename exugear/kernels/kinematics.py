@@ -19,7 +19,7 @@ from math import acos, atan2, cos, floor, pi, sin, sqrt, tan
 import numpy as np
 
 from exugear.mesh_force.force_kernels import BACK_PHASE, BACKLASH, caught_up, damping, spinning_force, static_force
-from fem.gear.tooth_root import involute
+from fem.gear.involute import involute
 from fem.support.numba_cache import compiled, kept
 
 R_B1, R_B2, TURNS, PHASE, DIRECTION, INV_0, AXIAL_1, AXIAL_2, E_X, E_Y, TAN_BETA_B, HEIGHT = range(12)

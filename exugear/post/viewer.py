@@ -1,7 +1,5 @@
 """A built gearbox for Exudyn's own viewer: its gears with the teeth where they mesh, their seats, its shafts."""
 
-from math import pi
-
 from exugear.gearbox.shaft import Shaft
 from exugear.plan.coordinates import Coordinates
 from exugear.post.graphics import add_gear_graphics, add_graphics, meshing_angles, shaft_graphics
@@ -22,15 +20,12 @@ def draw(model: Model) -> None:
     drawn = set()
     for stage, phase in zip(model.gearbox.stages, model.gearbox.phases, strict=True):
         direction = model.gearbox.turns[stage.fast.name]
-        angles = meshing_angles(stage.pair, stage.angle, direction)
-        pitches = (2 * pi / stage.pair.pinion.z, -2 * pi / stage.pair.wheel.z)
-        for (name, axial), gear, angle, pitch in zip(
-            stage.ends, (stage.pair.pinion, stage.pair.wheel), angles, pitches, strict=True
-        ):
+        angles = meshing_angles(stage.pair, stage.angle, direction, phase=phase)
+        gears = (stage.pair.pinion, stage.pair.wheel)
+        for (name, axial), gear, angle in zip(stage.ends, gears, angles, strict=True):
             if (name, axial) not in drawn:
                 at = axial - origin(model, name)
-                turned = angle + direction * phase * pitch
-                add_gear_graphics(model.mbs, model.bodies[name], gear, axial=at, phase_angle=turned)
+                add_gear_graphics(model.mbs, model.bodies[name], gear, axial=at, phase_angle=angle)
                 add_graphics(model.mbs, model.bodies[name], shaft_graphics(gear.b, gear.d_bore, axial=at))
                 drawn.add((name, axial))
     for shaft in model.gearbox.shafts:

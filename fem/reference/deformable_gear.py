@@ -91,7 +91,7 @@ def clamped_pair(pair: GearPair, density: Density, element: Element) -> tuple[Bo
 def farthest_tooth(pair: GearPair) -> int:
     """Number of the last tooth that may touch within half a mesh cycle from the pitch point, either way."""
     rolls = (pair.pinion.roll_tip, pair.wheel.roll_tip)
-    pitch_points = (pair.roll_pitch, pair.wheel.r_b * np.tan(pair.alpha_wt))
+    pitch_points = (pair.roll_pitch, pair.path_of_contact.on_wheel(pair.roll_pitch))
     path = max(np.subtract(rolls, pitch_points)) + pair.b / 2 * np.tan(abs(pair.beta_b))
     return max(1, int(path / pair.p_bt + 1 / 2 + EARLIER))
 
@@ -113,9 +113,9 @@ def with_edges(pair: GearPair, density: Density) -> tuple[Density, Density]:
     if density.edges is not None:
         return density, density
     pinion, wheel = (distinct(gear, edges(gear.drive_flank, gear.face)) for gear in (pair.pinion, pair.wheel))
-    across = pair.a * np.sin(pair.alpha_wt)
-    on_pinion = distinct(pair.pinion, [*pinion, *(across - roll for roll in wheel)])
-    on_wheel = distinct(pair.wheel, [*wheel, *(across - roll for roll in pinion)])
+    on_mate = pair.path_of_contact.on_wheel
+    on_pinion = distinct(pair.pinion, [*pinion, *map(on_mate, wheel)])
+    on_wheel = distinct(pair.wheel, [*wheel, *map(on_mate, pinion)])
     return replace(density, edges=on_pinion), replace(density, edges=on_wheel)
 
 

@@ -17,10 +17,11 @@ from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 from skfem.element import Element
 
 from fem.elasticity.mesh_density import Density
-from fem.gear.tooth_profile import flank
 from fem.linalg.direct_solver import Solve
 from fem.microgeometry.flank import pitch_deviations
+from fem.pair.mesh_position import MeshPosition
 from fem.pair.pair import GearPair
+from fem.pair.placement import placements
 from fem.reference.deformable_gear import ALIKE, Body, added_across, clamped_pair, farthest_tooth, flexibility
 from fem.reference.mortar import Gaps, Placement, Touch, gaps, sampling
 from fem.reference.st_venant_kirchhoff import internal_force
@@ -120,16 +121,9 @@ class Meshing:
 
     def places(self, phase: float, te: float) -> tuple[Placement, Placement]:
         """Where the gears stand; the pair with number k touches k pitches ahead of pair 0."""
-        pair, found = self.pair, []
-        back = pair.wheel.r_b * np.tan(pair.alpha_wt)
-        for gear, side, centre, roll, share in (
-            (pair.pinion, 0.0, 0.0, pair.roll_pitch + phase * pair.p_bt, 1 - self.lag),
-            (pair.wheel, np.pi, pair.a, back - phase * pair.p_bt, self.lag),
-        ):
-            base = np.pi / 2 + float(flank(gear, [0.0]).psi[0])
-            angle = side - pair.alpha_wt - base + (roll + share * te) / gear.r_b
-            found.append(Placement(np.array([centre, 0.0]), angle, share / gear.r_b))
-        return found[0], found[1]
+        gears = placements(MeshPosition(self.pair, self.pair.a, 0.0, phase), te, lag=self.lag)
+        pinion, wheel = (Placement(gear.centre[:2], gear.rotation, gear.turn_per_te) for gear in gears)
+        return pinion, wheel
 
     def gaps(self, touch: Touch, places: tuple[Placement, Placement], u) -> Gaps:
         own, mate = touch.own, 1 - touch.own
