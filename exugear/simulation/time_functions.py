@@ -113,6 +113,7 @@ class Conditions:
         object.__setattr__(self, "_load_of", load if callable(load) else line("load", load, duration))
         top = self.highest_speed
         require(top < 1e5, f"speed must stay below 1e5 rad/s, got {top:g}; pass 3500*rpm")
+        self.load_at(0.0)
 
     def load_at(self, t: float) -> float:
         """The load [N m]; ValueError where a function of time gives no finite number."""
