@@ -39,7 +39,7 @@ from exugear.kernels.kinematics import (
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.plan.built_plan import BuiltPlan
-from exugear.plan.coordinates import SPIN_PLACE, TAKEN, Coordinates, pose
+from exugear.plan.coordinates import Coordinates, pose
 from exugear.plan.integrator import Rule
 from exugear.plan.plan import Plan
 from exugear.plan.plan import plan as plan_of
@@ -139,7 +139,7 @@ def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
     start = {name: mbs.GetNodeODE2Index(node_of(mbs, body)) for name, body in bodies.items()}
     rotors = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in ends.items() if rotor is not None}
     meshes = tuple(_mesh(mbs, contact, start, scene) for contact in contacts)
-    spins = {name: start[name] + SPIN_PLACE[scene.shafts[name]] for name in names}
+    spins = {name: start[name] + scene.shafts[name].spin_index for name in names}
     plan_without_frequencies = BuiltPlan(scene, omega=0.0, omega_mesh=0.0, contact=call_path())
     model = Model(gearbox, plan_without_frequencies, mbs, container, bodies, spins, rotors, meshes, drive, load)
     return measured(model)
@@ -212,7 +212,7 @@ def _contact(mbs, gearbox: Gearbox, number: int, plan: Plan, bodies: Mapping[str
 def _drive_and_load(mbs, gearbox: Gearbox, bodies, plan: Plan, ends) -> tuple[int, int]:
     def marker(shaft: Shaft) -> int:
         rotor = ends[shaft.name]
-        place = SPIN_PLACE[plan.shafts[shaft.name]] if rotor is None else 0
+        place = plan.shafts[shaft.name].spin_index if rotor is None else 0
         return spin_marker(mbs, bodies[shaft.name] if rotor is None else rotor, place)
 
     fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
@@ -222,7 +222,7 @@ def _drive_and_load(mbs, gearbox: Gearbox, bodies, plan: Plan, ends) -> tuple[in
 
 def _mesh(mbs, built, start: Mapping[str, int], plan: Plan) -> Mesh:
     stage, contact, recorder, frame, law, rest = built
-    row, taken = np.zeros(mbs.systemData.ODE2Size()), [TAKEN[plan.shafts[s.name]] for s in (stage.fast, stage.slow)]
+    row, taken = np.zeros(mbs.systemData.ODE2Size()), [plan.shafts[s.name].components for s in (stage.fast, stage.slow)]
     spatial = bool(frame[REFERENCE_1:].any())
     entries = spatial_row(frame) if spatial else np.insert(np.zeros(10), [5, 10], rotational_row(frame))
     for shaft, part, own in zip((stage.fast, stage.slow), np.split(entries, 2), taken, strict=True):
@@ -273,7 +273,7 @@ def _accelerated(model: Model, mesh: Mesh, mass: np.ndarray, stiffness: np.ndarr
     pushed = force @ np.array([other.row for other in model.meshes])
     for own, shaft in zip(bearings, (mesh.stage.fast, mesh.stage.slow), strict=True):
         if all(bearing.linear for bearing in shaft.bearings.values()):
-            taken = TAKEN[model.plan.shafts[shaft.name]][:-1]
+            taken = model.plan.shafts[shaft.name].components[:-1]
             seat = slice(model.spins[shaft.name] - len(taken), model.spins[shaft.name])
             own[taken] = back[seat]
             holds -= float(moved[seat] @ pushed[seat]) / mobility
