@@ -11,7 +11,7 @@ import scipy
 from exugear.kernels.kinematics import HELD
 from exugear.simulation.drive_and_load import OFFSETS, applied, set_drive
 from exugear.simulation.equilibrium import start
-from exugear.simulation.model import Model, measured, quiet
+from exugear.simulation.model import Model, linearized, quiet
 from exugear.simulation.time_functions import Conditions
 from fem.support.arguments import checked
 from fem.support.validation import require
@@ -32,7 +32,7 @@ def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
     """
     require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}; build(gearbox)")
     require(isfinite(load) and load != 0, f"load must be finite and not 0, got {load}; without it no teeth are pressed")
-    model, conditions = measured(model), Conditions(speed=0.0, load=float(load), duration=1.0)
+    model, conditions = linearized(model), Conditions(speed=0.0, load=float(load), duration=1.0)
     with quiet(), _restored(model), applied(model, conditions):
         start(model, conditions)
         mass, stiffness, *_ = model.mbs.ComputeLinearizedSystem(projectIntoConstraintNullspace=True)

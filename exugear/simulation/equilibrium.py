@@ -16,7 +16,7 @@ from exugear.kernels.kinematics import DIRECTION, TURNS
 from exugear.mesh_force.map_range import larger_torque
 from exugear.plan.map_axes import static_offsets
 from exugear.plan.plan import UNDAMPED
-from exugear.simulation.model import Mesh, Model, lay, open_system, seats
+from exugear.simulation.model import Mesh, Model, nonlinear_bearing_stiffness, open_system, with_deflections
 from exugear.simulation.time_functions import Conditions
 from fem.support.validation import require
 from fem.units import mm, rpm
@@ -162,7 +162,7 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
     _, stiffness = open_system(model)
     secants = None
     for _ in range(ITERATIONS):
-        total = stiffness + seats(model, secants)
+        total = stiffness + nonlinear_bearing_stiffness(model, secants)
         q[free] = np.linalg.solve(total[np.ix_(free, free)], push[free])
         secants = _secants(model, q, secants)
         if not any(secants.values()):
@@ -205,7 +205,9 @@ def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray) -> np.nda
     """The coordinates with spins at which the meshes carry forces (n_stage,) [N]; the spins also move the phases."""
     for _ in range(ITERATIONS):
         before = q
-        q = lay(model, [_deflection(model, mesh, f, q) for mesh, f in zip(model.meshes, forces, strict=True)], q)
+        q = with_deflections(
+            model, [_deflection(model, mesh, f, q) for mesh, f in zip(model.meshes, forces, strict=True)], q
+        )
         if np.abs(q - before).max() < CONVERGED:
             return q
     raise RuntimeError(NO_EQUILIBRIUM)

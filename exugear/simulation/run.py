@@ -14,7 +14,7 @@ import xarray as xr
 from exugear.plan.integrator import Rule
 from exugear.simulation.drive_and_load import applied
 from exugear.simulation.equilibrium import start
-from exugear.simulation.model import Model, measured, quiet
+from exugear.simulation.model import Model, linearized, quiet
 from exugear.simulation.run_data import keep_valid, labelled, start_recorders, stored
 from exugear.simulation.solver_settings import scheme_of
 from exugear.simulation.step_error import Solver
@@ -105,7 +105,7 @@ def run_up(
     RuntimeError that holds what was computed, where the run leaves the map, bearings yield until the teeth part, or
     Newton's iteration fails. Ctrl-C raises KeyboardInterrupt with the same attribute run.
     """
-    model = measured(model)
+    model = linearized(model)
     conditions = Conditions(speed, load, duration)
     scheme = scheme_of(model, conditions, tolerance=tolerance, step=step, sample=sample, sensor_period=sensor_period)
     solver = Solver(model, conditions, scheme)
