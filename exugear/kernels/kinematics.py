@@ -14,12 +14,14 @@ Exact for involutes whose axes stay parallel, at any centre distance and positio
 first order in the tilts.
 """
 
-from math import acos, atan2, cos, floor, pi, sin, sqrt, tan
+from math import acos, atan2, cos, floor, pi, sin, sqrt
 from typing import NamedTuple
 
 from exugear.force_table.force_kernels import NO_CONTACT, corrected_rate, damping, spinning_force, static_force
+from fem.gear.involute import involute
 from fem.support.numba_cache import compiled
 
+compiled_involute = compiled(involute)
 #: Over which the static force's rise is taken [s].
 INSTANT = 1e-9
 #: Displacements of a body in its reference configuration.
@@ -209,7 +211,7 @@ def position_of(table, frame, q_1, q_2):
     turned = rotation_of_line(frame, q_1, q_2, line.e_r)
     alpha = acos((r_1 + r_2) / distance)
     r_w = r_1 / cos(alpha)
-    opening = (r_1 + r_2) * (tan(alpha) - alpha - frame.inv_alpha_wt)
+    opening = (r_1 + r_2) * (compiled_involute(alpha) - frame.inv_alpha_wt)
     raised = height(pinion, wheel, line.e_r, r_w) - frame.height
     lead = d * (r_1 * (q_1[5] - turned) + r_2 * (q_2[5] - turned) - tan_b * raised)
     if frame.base_pitch != 0.0:

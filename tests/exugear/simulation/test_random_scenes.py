@@ -19,7 +19,6 @@ import exugear
 from exugear.elements.gear_contact import state_of
 from exugear.kernels.contact_records import is_spatial
 from exugear.kernels.kinematics import spatial_mesh
-from exugear.plan.coordinates import SPIN_PLACE, TAKEN
 from exugear.simulation.model import integrated
 
 CASES = int(os.environ.get("EXUGEAR_CASES", "80"))
@@ -111,7 +110,7 @@ def meshing(model, mesh):
     q, q_t = system.GetODE2Coordinates(now), system.GetODE2Coordinates_t(now)
     motion = np.zeros((4, 6))
     for row, (values, shaft) in zip(motion, product((q, q_t), (mesh.stage.fast, mesh.stage.slow)), strict=True):
-        row[TAKEN[model.plan.shafts[shaft.name]]] = values[coordinates_of(model, shaft)]
+        row[model.plan.shafts[shaft.name].components] = values[coordinates_of(model, shaft)]
     state = state_of(model.mbs, mesh.contact)
     forces = spatial_mesh(mesh.law.table.head, mesh.frame, state, *map(tuple, motion))
     return forces.force, forces.pinion, forces.wheel, motion
@@ -133,7 +132,7 @@ def arms(model) -> np.ndarray:
 def coordinates_of(model, shaft: exugear.Shaft) -> list[int]:
     """Places of a shaft's coordinates in the system."""
     spin = model.spins[shaft.name]
-    return list(range(spin - SPIN_PLACE[model.plan.shafts[shaft.name]], spin + 1))
+    return list(range(spin - model.plan.shafts[shaft.name].spin_index, spin + 1))
 
 
 def accelerates_as_forces_ask(model, run) -> None:
