@@ -57,7 +57,7 @@ def test_low_loads_soften_like_a_line_contact(law):
     assert (steps > 0).all()
 
 
-def test_other_flank_mirrors_the_driving_one(law):
+def test_back_flank_mirrors_the_driving_flank(law):
     deflection = np.linspace(1 * um, 15 * um, 7)
     back = law(law.back_phase - 0.3, -law.backlash - deflection, 0.01)
     assert back == pytest.approx(-law(0.3, deflection, -0.01))
