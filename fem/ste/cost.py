@@ -95,12 +95,12 @@ def map_cost(
     n_torque = FIRST_TORQUES.size if isinstance(torques, UpTo) else torques.size
     n_phase = FEWEST_PHASES if phase is None else phase.size
     model = ContactModel(pair, values, resolution or (Resolution() if accuracy is None else Slices()))
-    the_map = Sweep(n_torque * n_phase * model.states_per_phase, model)
+    map_sweep = Sweep(n_torque * n_phase * model.states_per_phase, model)
     checks = [] if accuracy is None else _error_estimates(model, n_torque, n_phase)
     n_check = sum(sweep.states for sweep in checks)
-    contact = sum(sweep.states * per_state(sweep.model) for sweep in [the_map, *checks])
-    compliances = _uncached([sweep.model for sweep in [the_map, *checks]])
-    return MapCost(the_map.states, n_check, contact, compliances, _bytes(pair, the_map.states), bool(checks))
+    contact = sum(sweep.states * per_state(sweep.model) for sweep in [map_sweep, *checks])
+    compliances = _uncached([sweep.model for sweep in [map_sweep, *checks]])
+    return MapCost(map_sweep.states, n_check, contact, compliances, _bytes(pair, map_sweep.states), bool(checks))
 
 
 def _error_estimates(model: ContactModel, n_torque: int, n_phase: int) -> list[Sweep]:
@@ -110,7 +110,7 @@ def _error_estimates(model: ContactModel, n_torque: int, n_phase: int) -> list[S
     over_phase, over_torque = 2 * n_phase * (CHECKED_TORQUES + 1), 2 * CHECKED_PHASES.size * n_torque
     between = over_phase + over_torque + CHECKED_PHASES.size * (n_torque + 1)
     compared = [replace(model, resolution=resolution) for resolution in comparisons(model.resolution)]
-    return [Sweep(meshed + between, model), *(Sweep(meshed, other_mesh) for other_mesh in compared)]
+    return [Sweep(meshed + between, model), *(Sweep(meshed, coarse) for coarse in compared)]
 
 
 def per_state(model: ContactModel) -> float:
