@@ -30,7 +30,7 @@ def add_gears(model: Model) -> None:
     """Draw each gear once, its teeth turned to where they mesh, on a seat of the shaft."""
     drawn = set()
     for stage, phase in zip(model.gearbox.stages, model.gearbox.phases, strict=True):
-        angles = meshing_angles(stage.pair, stage.angle, model.gearbox.turns[stage.fast.name], phase=phase)
+        angles = meshing_angles(stage.pair, stage.angle, model.gearbox.directions[stage.fast.name], phase=phase)
         gears = (stage.pair.pinion, stage.pair.wheel)
         for (name, axial), gear, angle in zip(stage.ends, gears, angles, strict=True):
             if (name, axial) not in drawn:
