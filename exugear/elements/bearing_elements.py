@@ -8,10 +8,10 @@ from numba import carray
 
 from exugear.elements.difference_jacobian import jacobian
 from exugear.elements.divergence import DIVERGED, FAR
+from exugear.force_table.kernel_records import doubles_at
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_stiffness import linear_part, radial_table
 from exugear.gearbox.shaft import Shaft
-from exugear.kernels.recorder import at
 from exugear.plan.coordinates import Coordinates
 from fem.support.numba_cache import compiled, kept
 
@@ -55,7 +55,7 @@ def between(table, r):
 @kept
 def seat_forces(address, x, y, z, a, b, c, u, v, w, d, e, f):
     """Generalized forces (6) of a bearing on a shaft that is displaced and tilted a little."""
-    table = carray(at(address), int(carray(at(address), HEADER)[SIZE]) * 2 + HEADER)
+    table = carray(doubles_at(address), int(carray(doubles_at(address), HEADER)[SIZE]) * 2 + HEADER)
     lever = table[LEVER]
     x, y, u, v = x + lever * b, y - lever * a, u + lever * e, v - lever * d
     r = sqrt(x * x + y * y)

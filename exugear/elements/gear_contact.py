@@ -17,9 +17,10 @@ from exugear.elements.difference_jacobian import jacobian
 from exugear.elements.divergence import stopped
 from exugear.elements.exudyn_objects import object_of
 from exugear.elements.native.native import direct_or_portable
+from exugear.force_table.kernel_records import address_of
 from exugear.kernels.contact_frame import GearBody, frame_between
 from exugear.kernels.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN, kernel_of
-from exugear.kernels.kinematics import BODY_1, CONTACT_AXES, R_B1, rotational_frame
+from exugear.kernels.contact_records import contact_state, is_turned, rotational_frame
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
@@ -103,19 +104,20 @@ def kinds_of(mbs, items, force: MeshForce) -> tuple[str, ...]:
     return kinds
 
 
-def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.ndarray, recorder: Recorder) -> int:
-    """The contact as ObjectGenericODE2 on the nodes of its bodies."""
-    number = add_forces(mbs, name, items, kernel, force.law, frame, recorder)
-    addresses = force.law.ctypes.data, frame.ctypes.data
-    mbs.variables[contact_key(number)] = partial(kernel, *addresses)
+def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.record, recorder: Recorder) -> int:
+    """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its state (`state_of`)."""
+    records = force.table, frame, contact_state()
+    number = add_forces(mbs, name, items, kernel, records, recorder)
+    mbs.variables[contact_key(number)] = partial(kernel, *map(address_of, records))
+    mbs.variables[state_key(number)] = records[-1]
     return number
 
 
-def add_forces(mbs, name: str, items, kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorder) -> int:
-    """What a kernel gives as ObjectGenericODE2 on the nodes of its bodies; called without Python where that works."""
-    function, jacobian = user_functions(kernel, law, frame, recorder)
+def add_forces(mbs, name: str, items, kernel, records: Sequence[np.record], recorder: Recorder | None = None) -> int:
+    """Forces of a kernel as ObjectGenericODE2 on the nodes of its bodies; called without Python where that works."""
+    function, jacobian = user_functions(kernel, records, recorder)
     nodes = [node_of(mbs, item) for item in items]
-    addresses = law.ctypes.data, frame.ctypes.data, recorder.header.ctypes.data
+    addresses = tuple(address_of(record) for record in (*records, *([recorder.header] if recorder else [])))
     coordinates = sum(len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes)
     function = direct_or_portable(function, kernel, addresses, coordinates)
     item = eii.ObjectGenericODE2(
@@ -130,8 +132,8 @@ def contact_key(number: int) -> str:
     return f"gear contact {int(number)}"
 
 
-def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.ndarray:
-    """What the kernels know of the gears on two bodies; ValueError where the bodies and the pair do not fit."""
+def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.record:
+    """The contact frame of a pair on two bodies; ValueError where the bodies and the pair do not fit."""
     for name, value in {"localPositions": positions, "localAxes": axes}.items():
         require(len(value) == 2, f"{name} must name pinion and wheel, got {value}")
     pinion, wheel = (gear_body(mbs, *given) for given in zip(items[:2], positions, axes, strict=True))
@@ -140,9 +142,14 @@ def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int)
     return frame_between(pair, phase, direction, (pinion, wheel))
 
 
-def is_turned(frame: np.ndarray) -> bool:
-    """Whether a contact has a frame of its own."""
-    return bool(frame[CONTACT_AXES:BODY_1].any())
+def state_key(number: int) -> str:
+    """Under which mbs.variables keeps the state of a contact, for a run."""
+    return f"gear contact {int(number)} state"
+
+
+def state_of(mbs, number: int) -> np.record:
+    """State of a contact (`exugear.kernels.contact_records.CONTACT_STATE`), which a run changes."""
+    return mbs.variables[state_key(number)]
 
 
 def gear_body(mbs, item, position, axis) -> GearBody:
@@ -193,24 +200,30 @@ def node_of(mbs, item):
     return mbs.GetObject(item)["nodeNumber"]
 
 
-def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorder):
-    """Force and Jacobian that Exudyn calls; the force owns the arrays whose addresses it hands over."""
-    nobody = np.zeros_like(recorder.header)
-    one, two, three, none = (x.ctypes.data for x in (law, frame, recorder.header, nobody))
+def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | None = None):
+    """Force and Jacobian that Exudyn calls; the force owns the records whose addresses it passes to the kernel.
+
+    records    the first two are the table of the mesh force and the contact frame
+    recorder   the last argument of the kernel before the time, if it records
+    """
+    still, (table, frame, *_) = Recorder(), records
+    addresses = tuple(map(address_of, records))
+    recording = (*addresses, address_of(recorder.header)) if recorder else addresses
+    silent = (*addresses, address_of(still.header)) if recorder else addresses
 
     def gear_contact(mbs, t, item, q, q_t):
         try:
-            return kernel(one, two, three, t, *q, *q_t)
+            return kernel(*recording, t, *q, *q_t)
         except ValueError as error:
-            raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
+            raise RuntimeError(stopped(table.head, error.args, float(frame.pinion.r_b))) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         try:
-            return jacobian(partial(kernel, one, two, none, t), q, q_t, (factor, factor_t), NUDGES)
+            return jacobian(partial(kernel, *silent, t), q, q_t, (factor, factor_t), NUDGES)
         except ValueError as error:
-            raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
+            raise RuntimeError(stopped(table.head, error.args, float(frame.pinion.r_b))) from None
 
-    gear_contact.arrays = (law, frame, recorder, nobody)  # type: ignore[attr-defined]
+    gear_contact.owned = (*records, recorder, still)  # type: ignore[attr-defined]
     return gear_contact, gear_jacobian
 
 

@@ -12,7 +12,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 import scipy
 
-from exugear.elements.gear_contact import add_contact, kind_of, node_of
+from exugear.elements.gear_contact import add_contact, kind_of, node_of, state_of
 from exugear.elements.native.native import call_path
 from exugear.elements.shaft_bodies import add_body, add_rotor, spin_marker
 from exugear.gearbox.bearing_stiffness import radial_part
@@ -20,23 +20,9 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NOWHERE, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.kernels.contact_kernels import SPIN, kernel_of
-from exugear.kernels.kinematics import (
-    DIRECTION,
-    E_X,
-    E_Y,
-    HEIGHT,
-    LAG,
-    LAG_1,
-    MOBILITY,
-    REFERENCE_1,
-    at_rest,
-    phase_of,
-    rotational_frame,
-    rotational_row,
-    spatial_frame,
-    spatial_row,
-)
+from exugear.kernels.contact_records import is_spatial, rotational_frame
 from exugear.kernels.recorder import Recorder
+from exugear.kernels.reference_configuration import at_rest, phase_of, rotational_row, spatial_frame, spatial_row
 from exugear.mesh_force.force import MeshForce
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import Coordinates, pose
@@ -71,7 +57,7 @@ class Mesh:
     law: MeshForce
     contact: int
     recorder: Recorder
-    frame: np.ndarray
+    frame: np.record
     row: np.ndarray
     rest: float
     opening: float
@@ -169,13 +155,15 @@ def integrated(model: Model, rule: Rule):
     """Damping as the true velocities ask for, which the rule's lag behind; in loops the load leaves forces open."""
     loops = len(model.meshes) >= len(model.bodies)
     for mesh in model.meshes:
-        mesh.frame[LAG], mesh.frame[LAG_1:MOBILITY] = rule.lag * mesh.mobility, rule.lag * mesh.bearings
-        mesh.frame[MOBILITY] = 0.0 if loops else mesh.mobility
+        state = state_of(model.mbs, mesh.contact)
+        state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
+        state.pinion_lag, state.wheel_lag = np.split(rule.lag * mesh.bearings, 2)
     try:
         yield
     finally:
         for mesh in model.meshes:
-            mesh.frame[LAG:MOBILITY] = 0.0
+            state = state_of(model.mbs, mesh.contact)
+            state.lag, state.pinion_lag, state.wheel_lag = 0.0, np.zeros(6), np.zeros(6)
 
 
 @contextmanager
@@ -193,19 +181,19 @@ def _contact(mbs, gearbox: Gearbox, number: int, plan: Plan, bodies: Mapping[str
     """Stage, contact's object number, recorder, frame, law, and what `at_rest` says of the reference configuration."""
     stage, phase, label = gearbox.stages[number], gearbox.phases[number], gearbox.labels[number]
     items = [bodies[stage.fast.name], bodies[stage.slow.name]]
-    kinds, direction = tuple(kind_of(mbs, item) for item in items), gearbox.turns[stage.fast.name]
+    kinds, direction = tuple(kind_of(mbs, item) for item in items), gearbox.directions[stage.fast.name]
     law, recorder = plan.laws[label], Recorder()
     displaced = any(shaft.offset != NOWHERE for shaft in (stage.fast, stage.slow))
     if set(kinds) == {SPIN} and not displaced:
         frame = rotational_frame(stage.pair, phase, direction)
     else:
-        axial = [s - shaft.centre for s, shaft in zip(stage.places, (stage.fast, stage.slow), strict=True)]
+        axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
         poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
-        frame = spatial_frame(stage.pair, phase, direction, axial, poses)
-        frame[[E_X, E_Y, HEIGHT]] = cos(stage.angle), sin(stage.angle), 0.0
+        nominal = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0}
+        frame = spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
     kernel = kernel_of(kinds, displaced)
     contact = add_contact(mbs, label, items, kernel, law, frame, recorder)
-    rest = at_rest(law.law, frame) if frame[REFERENCE_1:].any() else (0.0, 0.0, phase_of(frame, 0.0))
+    rest = at_rest(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
     return stage, contact, recorder, frame, law, rest
 
 
@@ -223,8 +211,7 @@ def _drive_and_load(mbs, gearbox: Gearbox, bodies, plan: Plan, ends) -> tuple[in
 def _mesh(mbs, built, start: Mapping[str, int], plan: Plan) -> Mesh:
     stage, contact, recorder, frame, law, rest = built
     row, taken = np.zeros(mbs.systemData.ODE2Size()), [plan.shafts[s.name].components for s in (stage.fast, stage.slow)]
-    spatial = bool(frame[REFERENCE_1:].any())
-    entries = spatial_row(frame) if spatial else np.insert(np.zeros(10), [5, 10], rotational_row(frame))
+    entries = spatial_row(frame) if is_spatial(frame) else np.insert(np.zeros(10), [5, 10], rotational_row(frame))
     for shaft, part, own in zip((stage.fast, stage.slow), np.split(entries, 2), taken, strict=True):
         row[start[shaft.name] : start[shaft.name] + len(own)] = part[own]
     return Mesh(stage, law, contact, recorder, frame, row, *rest)
@@ -247,17 +234,17 @@ def with_deflections(model: Model, deflections, coordinates: np.ndarray) -> np.n
 def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Mass and stiffness matrix of the built system, taken out of mesh."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
-    before, directions = system.GetODE2Coordinates(initial), [mesh.frame[DIRECTION] for mesh in model.meshes]
+    before, states = system.GetODE2Coordinates(initial), [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
     try:
         system.SetODE2Coordinates(np.zeros(len(before)), initial)
-        for mesh in model.meshes:
-            mesh.frame[DIRECTION] = 0.0
+        for state in states:
+            state.engaged = 0.0
         with quiet():
             mass, stiffness, *_ = model.mbs.ComputeLinearizedSystem()
     finally:
         system.SetODE2Coordinates(before, initial)
-        for mesh, direction in zip(model.meshes, directions, strict=True):
-            mesh.frame[DIRECTION] = direction
+        for state in states:
+            state.engaged = 1.0
     return np.array(mass), np.array(stiffness)
 
 
