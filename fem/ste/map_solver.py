@@ -9,8 +9,9 @@ from math import ceil, floor, inf, sqrt
 
 import numpy as np
 
+from fem.contact.contact_state import State
 from fem.contact.resolution import Resolution
-from fem.contact.tooth_contact import State, ToothContact
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import Compliance, flank_compliance
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
@@ -72,7 +73,7 @@ def bodies_of(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tup
     pitches = inf if resolution.neighbours is None else resolution.neighbours
     pinion, wheel = (replace(body, pitches=pitches) for body in bodies)
     slices = resolution.slices if varies else 6
-    return (pinion, wheel), slices if pinion.share == 1 else slices // 2
+    return (pinion, wheel), pinion.face.slices(slices)
 
 
 def elastic(pair: GearPair, values: dict, resolution: Resolution) -> list[tuple[Gear, Density, float]]:
@@ -114,7 +115,7 @@ def kept(states: list[State]) -> np.ndarray:
     """What a map keeps of each state: te, `QUANTITIES` in their order, shares by number of the pair of teeth."""
     found = np.empty(len(states), object)
     for i, state in enumerate(states):
-        shares = {int(k): state.share(k) for k in np.unique(state.cells.number)}
+        shares = {int(k): state.share(k) for k in np.unique(state.slices.number)}
         quantities = (getattr(state, name) for name in QUANTITIES)
         found[i] = (state.te, *(value() if callable(value) else value for value in quantities), shares)
     return found
