@@ -121,12 +121,17 @@ class Load(NamedTuple):
 
 
 class NewtonSteps:
-    """Equilibrium of m loads on n slices for active sets, each linearized at the one before."""
+    """Equilibrium of m loads on n slices for active sets, each linearized at the one before.
 
-    def __init__(self, compliance, softening: np.ndarray | None, flattening: Flattening, load: Load):
-        self.compliance, self.softening, self.flattening, self.load = compliance, softening, flattening, load
-        self.force = np.broadcast_to(load.force[:, None] / load.gap.shape[1], load.gap.shape)
-        self.te = np.zeros(load.force.size)
+    Large arrays are kept from step to step: to allocate them anew takes a third of the time.
+    """
+
+    def __init__(self, compliance: np.ndarray, softening: np.ndarray | None, flattening: Flattening, load: Load):
+        (m, n), self.flattening, self.load = load.gap.shape, flattening, load
+        self.rest_compliance, self.softening = compliance, softening
+        self.force, self.te = np.broadcast_to(load.force[:, None] / n, (m, n)), np.zeros(m)
+        self.compliance = np.broadcast_to(compliance, (m, n, n)).copy()
+        self.system = np.zeros((m, n + 1, n + 1))
 
     def __call__(self, active: np.ndarray) -> Equilibrium:
         """Equilibrium of the active slices (m, n), linear about the last one; where none is active, of the first."""
@@ -134,34 +139,34 @@ class NewtonSteps:
         if not active.any(axis=1).all():
             first = load.gap / load.approach <= load.first_touch[:, None]
             active = np.where(active.any(axis=1, keepdims=True), active, first)
-        compliance, gap, approach = self._softened(active)
-        te, stiffness, force = self._step(compliance, gap, approach, active)
-        slack = np.matmul(force[:, None], compliance)[:, 0] + load.gap - load.approach * te[:, None]
+        te, stiffness, force = self._step(active, *self._soften(active))
+        slack = np.matmul(force[:, None], self.compliance)[:, 0] + load.gap - load.approach * te[:, None]
         change = np.abs(np.where(active, force - self.force, 0.0)).max(axis=1)
         converged = (change < CONVERGED * load.force) & (te > load.first_touch - SHORT)
         self.te, self.force = te, np.maximum(np.where(force > 0, force, RELEASED * self.force), CONVERGED * total)
         return Equilibrium(te, stiffness, force, np.where(active, 0.0, slack), bool(converged.all()))
 
-    def _softened(self, active: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Compliance (m, n, n) at the last te, gap (m, n) and approach (m, n) of the linearized system."""
+    def _soften(self, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Set the compliance to that at the last te; gap and approach (m, n) of the linearized system."""
         load = self.load
         if self.softening is None:
-            return np.broadcast_to(self.compliance, (len(active), *self.compliance.shape)), load.gap, load.approach
+            return load.gap, load.approach
         te = np.maximum(self.te, load.first_touch)
+        np.multiply(te[:, None, None], self.softening, out=self.compliance)
+        self.compliance += self.rest_compliance
         softer = np.where(active, self.force, 0.0) @ self.softening.T
-        compliance = self.compliance + te[:, None, None] * self.softening
-        return compliance, load.gap - te[:, None] * softer, load.approach - softer
+        return load.gap - te[:, None] * softer, load.approach - softer
 
-    def _step(self, compliance, gap, approach, active) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _step(self, active, gap, approach) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Transmission errors (m,), stiffnesses (m,) and forces (m, n) of the system for (f, te)."""
         (m, n), each = active.shape, np.arange(active.shape[1])
         flattened, softness = self.flattening.linearized(self.force)
-        system, right = np.zeros((m, n + 1, n + 1)), np.zeros((m, n + 1, 2))
-        system[:, :n, :n] = np.where(active[:, :, None], compliance, 0.0)
-        system[:, each, each] = np.where(active, compliance[:, each, each] + softness, 1.0)
-        system[:, :n, n] = np.where(active, -approach, 0.0)
-        system[:, n, :n] = self.load.approach
+        np.multiply(self.compliance, active[:, :, None], out=self.system[:, :n, :n])
+        self.system[:, each, each] += np.where(active, softness, 1.0)
+        self.system[:, :n, n] = np.where(active, -approach, 0.0)
+        self.system[:, n, :n] = self.load.approach
+        right = np.zeros((m, n + 1, 2))
         right[:, :n, 0], right[:, n, 0] = np.where(active, -gap - flattened, 0.0), self.load.force
         right[:, n, 1] = 1.0
-        solution = np.linalg.solve(system, right)
+        solution = np.linalg.solve(self.system, right)
         return solution[:, n, 0], 1 / solution[:, n, 1], solution[:, :n, 0]
