@@ -119,7 +119,7 @@ class ContactSlices:
     @cached_property
     def mate_nominal(self) -> np.ndarray:
         """(n, 1) roll lengths of the mate on the line of action [m]; they overlap by te."""
-        return self.position.path.length - self.nominal + self.te
+        return self.position.path.on_wheel(self.nominal) + self.te
 
     def half_width(self, line_load: np.ndarray) -> np.ndarray:
         """Hertzian half-widths (n,) [m] under forces per axial length (..., n) [N/m]."""
