@@ -67,8 +67,8 @@ WORK = (
     *(
         "fem.ste.map_solver.sweep",
         "fem.stress.flank_loads.encounters",
-        "fem.reference.nonlinear.assembled",
-        "fem.reference.dynamic.turning_gears",
+        "fem.reference.nonlinear.static_problem",
+        "fem.reference.dynamic.equations_of_motion",
     ),
     *(
         "fem.reference.deformable_gear.clamped_pair",
