@@ -13,10 +13,11 @@ from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
+from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.plan import Plan, plan
 from exugear.post import spectrum
 from exugear.post.spectrum import dte_envelope, envelope, order_spectrum, resonances
-from exugear.post.viewer import draw
+from exugear.post.viewer import draw, picture
 from exugear.simulation.eigenfrequencies import eigenfrequencies
 from exugear.simulation.model import Model, build
 from exugear.simulation.run import Run, RunStopped, run_up
@@ -28,6 +29,7 @@ __getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs={"post": ["graphic
 
 __all__ = [
     "Bearing",
+    "BuiltPlan",
     "Coupling",
     "CreateGearContact",
     "CreateGearFriction",
@@ -54,6 +56,7 @@ __all__ = [
     "graphics",
     "integrator",
     "order_spectrum",
+    "picture",
     "plan",
     "plots",
     "resonances",

@@ -50,7 +50,7 @@ WRONG: dict[str, Any] = {
 #: Which of those values arguments of these names take.
 TAKEN = {
     **dict.fromkeys(("name", "title", "label", "message", "unit", "meaning", "fileName"), "string"),
-    **dict.fromkeys(("colour", "colours", "path", "Plan.contact"), "string"),
+    **dict.fromkeys(("colour", "colours", "path", "BuiltPlan.contact"), "string"),
     **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
     **dict.fromkeys(("save.data", "Run.data"), "dataset"),
     **dict.fromkeys(("Model.bodies", "Model.spins", "Model.rotors"), "dict"),

@@ -25,7 +25,7 @@ COMMON = f"""
 import os, resource, signal, sys
 import numpy as np
 import fem
-from fem import cache
+from fem.support import cache
 from pathlib import Path
 sys.path.insert(0, {str(ROOT / "tests" / "cases")!r})
 place = Path(os.environ["EXUGEAR_CACHE"])

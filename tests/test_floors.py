@@ -31,13 +31,13 @@ FOLDERS = (
 )
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
 FIRST, LAST = {"fem.units"}, {"fem", "exugear"}
-MODULES_OF_FEM, MODULES_OF_EXUGEAR = 64, 55
+MODULES_OF_FEM, MODULES_OF_EXUGEAR = 67, 56
 MOST_IN_A_FOLDER = 9
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
 #: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.graphics` draws.
 DOORS_TO_FEM = {
-    *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.tooth_root", "fem.gear.tooth_profile"),
-    *("fem.pair.pair", "fem.pair.offsets", "fem.ste.ste_map", "fem.ste.load_interpolation"),
+    *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.involute", "fem.gear.tooth_profile"),
+    *("fem.pair.pair", "fem.pair.offsets", "fem.pair.placement", "fem.ste.ste_map", "fem.ste.load_interpolation"),
 }
 FENCES = {
     "skfem": {"fem/elasticity", "fem/stress", "fem/reference"},

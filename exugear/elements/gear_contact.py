@@ -12,7 +12,7 @@ from exudyn.misc.extensionRegistry import extends, install
 from exugear.elements.difference_jacobian import jacobian
 from exugear.elements.divergence import stopped
 from exugear.elements.exudyn_objects import object_of
-from exugear.elements.native.native import native
+from exugear.elements.native.native import direct_or_portable
 from exugear.kernels.contact_frame import GearBody, frame_between
 from exugear.kernels.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN, kernel_of
 from exugear.kernels.kinematics import BODY_1, CONTACT_AXES, R_B1, rotational_frame
@@ -93,7 +93,8 @@ def add_forces(mbs, name: str, items, kernel, law: np.ndarray, frame: np.ndarray
     function, jacobian = user_functions(kernel, law, frame, recorder)
     nodes = [node_of(mbs, item) for item in items]
     addresses = law.ctypes.data, frame.ctypes.data, recorder.header.ctypes.data
-    function = native(function, kernel, addresses, sum(len(mbs.GetNode(n)["referenceCoordinates"]) for n in nodes))
+    coordinates = sum(len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes)
+    function = direct_or_portable(function, kernel, addresses, coordinates)
     item = eii.ObjectGenericODE2(
         name=name, nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=jacobian
     )

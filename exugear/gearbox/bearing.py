@@ -8,7 +8,7 @@ import numpy as np
 
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.representation import short
-from fem.support.validation import require
+from fem.support.validation import increasing, require
 
 UNITS = {"radial": "N/m", "axial": "N/m", "tilt": "N m/rad", "damping": "s", "clearance": "m"}
 #: Stiffness [N/m, N m/rad] from which on somebody means a rigid bearing.
@@ -74,7 +74,7 @@ class Bearing:
         require(bool(np.isfinite(columns).all()), "table must be finite everywhere")
         starts = displacement[0] == 0 and force[0] == 0
         require(bool(starts), f"table must start at (0, 0), got ({displacement[0]:g}, {force[0]:g})")
-        require(bool((np.diff(displacement) > 0).all()), "displacements of the table must increase [m]")
+        increasing("displacements of the table", displacement, least=2)
         require(displacement[-1] < 1e-2, f"table ends at {displacement[-1]:g} m; pass metres: 20*um")
         rises = bool((np.diff(force) >= 0).all() and force[-1] > 0)
         require(rises, "forces of the table must not fall and must end above 0 N; a falling one would be unstable")

@@ -14,7 +14,7 @@ import numpy as np
 
 from exugear.gearbox.gear_train import Walk, fitting_angles, fitting_remedy, walk
 from exugear.gearbox.stage import Stage
-from fem.pair.pair import GearPair
+from fem.pair.placement import meshing_angles
 from fem.support.validation import require
 
 #: Shares of a pitch within which the teeth of a loop fit.
@@ -61,24 +61,15 @@ def _shift(stages: Sequence[Stage], own: Mapping[int, float]) -> float:
 
 def clocks_at_zero(stage: Stage, turns: Mapping[str, int]) -> tuple[float, float]:
     """Clocks of pinion and wheel at phase 0."""
-    (share_1, share_2), direction = tooth_shares(stage.pair), turns[stage.fast.name]
-    pinion = direction * stage.pair.pinion.z * stage.angle / (2 * pi) - share_1 / 2
-    wheel = -direction * stage.pair.wheel.z * (stage.angle + pi) / (2 * pi) + share_2 / 2
-    return pinion, wheel
+    direction = turns[stage.fast.name]
+    pinion, wheel = meshing_angles(stage.pair, stage.angle, direction)
+    return direction * stage.pair.pinion.z * pinion / (2 * pi), -direction * stage.pair.wheel.z * wheel / (2 * pi)
 
 
 def step(stage: Stage, turns: Mapping[str, int]) -> float:
     """Clock of the wheel minus that of the pinion, at any phase."""
     pinion, wheel = clocks_at_zero(stage, turns)
     return wheel - pinion
-
-
-def tooth_shares(pair: GearPair) -> tuple[float, float]:
-    """Transverse tooth thickness of pinion and wheel on the working pitch circles, as shares of a pitch."""
-    gears = (pair.pinion, pair.wheel)
-    r_w = [pair.a * gear.z / (pair.pinion.z + pair.wheel.z) for gear in gears]
-    one, other = (gear.thickness(r) * gear.z / (2 * pi * r) for gear, r in zip(gears, r_w, strict=True))
-    return one, other
 
 
 def wrapped(share: float) -> float:

@@ -33,7 +33,7 @@ from fem.ste.ste_map import TORQUE, check, offset_axes, pair_of
 from fem.support.arguments import Finite, checked
 from fem.support.numba_cache import kept
 from fem.support.representation import short
-from fem.support.validation import numbers, require
+from fem.support.validation import increases, increasing, numbers, require
 
 
 @cache
@@ -262,10 +262,8 @@ def _check_offsets(offsets: Mapping[str, np.ndarray], conserves: bool) -> None:
     named = list(offsets) == [name for name in OFFSETS if name in offsets]
     require(named, f"offsets must be of {list(OFFSETS)} in this order, got {list(offsets)}")
     for name, values in offsets.items():
-        rising = values.ndim == 1 and values.size > 1 and bool((np.diff(values) > 0).all())
-        require(
-            rising and bool(np.isfinite(values).all()), f"offsets: {name} needs two increasing values, got {values}"
-        )
+        increasing(name, values, least=2)
+        require(bool(np.isfinite(values).all()), f"{name} must be finite, got {values}")
     require(not (conserves and offsets), f"a conserving law takes no offsets, got {list(offsets)}; use MeshForce.at")
 
 
@@ -277,15 +275,14 @@ def _check_centroid(centroid: np.ndarray, force: np.ndarray) -> None:
 
 
 def _check_table(phase: np.ndarray, deflection: np.ndarray, force: np.ndarray, places: list[int]) -> None:
-    require(phase.ndim == 1 and phase.size >= 1, f"phase must be (n_phase,) shares of a pitch, got {phase.shape}")
-    rising = (np.diff(phase) > 0).all() and phase[0] >= 0 and phase[-1] < 1
-    require(bool(rising), f"phase must increase within [0, 1) as share of a pitch, got {phase}")
+    within = bool(increasing("phase", phase)[0] >= 0 and phase[-1] < 1)
+    require(within, f"phase must increase within [0, 1) as share of a pitch, got {phase}")
     shapes = f"got {phase.shape}, {deflection.shape}, {force.shape}"
     columns = deflection.shape[-1] if deflection.ndim else 0
     fits = force.shape == (*places, phase.size, columns) and columns >= 2 and deflection.ndim <= force.ndim
     fits = fits and all(x in (1, y) for x, y in zip(deflection.shape[::-1], force.shape[::-1], strict=False))
     require(fits, f"force_table must be (n_phase, n_defl) over phase (n_phase,) and deflection (n_defl,), {shapes}")
-    require(bool(np.isfinite(deflection).all() and (np.diff(deflection) > 0).all()), "deflection must increase [m]")
+    require(increases(deflection), "deflection must increase along its last axis [m]; sort it and its forces")
     size = np.abs(deflection).max()
     require(size < 1e-2, f"deflection must lie within 0.01 m, got {size:g}; pass metres: 20*um")
     require(bool(np.isfinite(force).all()), "force_table must be finite everywhere")

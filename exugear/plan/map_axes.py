@@ -8,7 +8,7 @@ from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
 from exugear.mesh_force.force import MeshForce
 from exugear.plan.coordinates import Coordinates
-from fem.gear.tooth_root import involute
+from fem.gear.involute import involute
 from fem.support.validation import require
 from fem.units import um
 

@@ -3,11 +3,11 @@
 A gear lies about the z axis of its body; its tooth 0 points at phase_angle about z from x in mid-plane. In a pair whose
 wheel lies in the direction theta seen from the pinion, the driving flanks touch at the pitch point where the tooth
 stands at theta - gamma on the pinion and at theta + pi - gamma on the wheel (pinion driving counter-clockwise; + gamma
-for clockwise), gamma = thickness(r_w) / (2 r_w) of each gear: `meshing_angles`.
+for clockwise), gamma = thickness(r_w) / (2 r_w) of each gear: `meshing_angles`, of `fem.pair.placement`.
 """
 
 from collections.abc import Sequence
-from math import ceil, cos, pi
+from math import ceil, pi
 from typing import Any
 
 import exudyn as exu
@@ -17,7 +17,7 @@ from exudyn import graphics
 from exugear.elements.exudyn_objects import object_of
 from fem.gear import tooth_profile
 from fem.gear.gear import Gear
-from fem.pair.pair import GearPair
+from fem.pair.placement import meshing_angles
 from fem.support.arguments import Finite, checked
 from fem.support.validation import require
 from fem.units import mm
@@ -73,18 +73,6 @@ def shaft_graphics(
     hollow = {"radiusInner": d_bore / 2} if d_bore > 0 else {}
     start, along = [0, 0, axial - length / 2], [0, 0, length]
     return graphics.Cylinder(start, along, d / 2, color=list(color), nTiles=tiles, **hollow)
-
-
-@checked
-def meshing_angles(pair: GearPair, theta: Finite = 0.0, direction: int = 1) -> tuple[float, float]:
-    """Angles of a tooth of pinion and wheel [rad] whose driving flanks touch at the pitch point (phase 0).
-
-    theta       direction from the pinion's to the wheel's centre [rad]
-    direction   +1: the pinion drives counter-clockwise
-    """
-    r_w1, r_w2 = (gear.r_b / cos(pair.alpha_wt) for gear in (pair.pinion, pair.wheel))
-    gamma_1, gamma_2 = pair.pinion.thickness(r_w1) / (2 * r_w1), pair.wheel.thickness(r_w2) / (2 * r_w2)
-    return theta - direction * gamma_1, theta + pi - direction * gamma_2
 
 
 @checked

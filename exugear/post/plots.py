@@ -12,7 +12,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-from exugear.post.spectrum import Envelope, Resonances, dte_envelope, order_spectrum
+from exugear.post.spectrum import Envelope, Resonances, bearing_force_rms, dte_envelope, order_spectrum
 from exugear.simulation.run_data import stage_data
 from fem.ste.ste_map import PHASE, TORQUE, over_torque_and_phase, over_torque_and_phases, pair_of
 from fem.support.arguments import Finite, Numbers, checked
@@ -21,6 +21,7 @@ from fem.units import mm, rpm, um
 
 __all__ = [
     "figure",
+    "plot_bearing_forces",
     "plot_envelopes",
     "plot_run_up",
     "plot_section",
@@ -47,7 +48,7 @@ def _axes(ax: Axes | None, **projection) -> Axes:
 @checked
 def figure(rows: int = 1, columns: int = 1, spatial: tuple[int, ...] = ()) -> Figure:
     """Empty figure for a report; the axes numbered in spatial are three-dimensional."""
-    made = Figure(figsize=(7.5 * columns, 4.8 * rows), layout="constrained")
+    made = Figure(figsize=(5.2 * columns, 3.5 * rows), layout="constrained")
     for i in range(rows * columns):
         made.add_subplot(rows, columns, i + 1, projection="3d" if i in spatial else None)
     return made
@@ -147,13 +148,26 @@ def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int =
     return ax
 
 
+@checked
+def plot_bearing_forces(run, ax: Axes | None = None) -> Axes:
+    """Root mean square of the varying radial force of every bearing over the speed of the driving shaft."""
+    ax, forces = _axes(ax), bearing_force_rms(run)
+    for name, row in zip(forces["bearing"].values, forces.values, strict=True):
+        ax.plot(forces["speed"] / rpm, row, linewidth=1.2, label=str(name))
+    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="rms of the varying radial bearing force [N]")
+    ax.set_ylim(bottom=0)
+    ax.legend(frameon=False, fontsize="small")
+    ax.grid(alpha=0.3)
+    return ax
+
+
 def _mark(ax: Axes, outline: Envelope, found: Resonances) -> None:
     """Resonances on the envelope, with room for their frequencies inside the frame."""
     order = np.argsort(outline.place)
     heights = np.interp(found.place, outline.place[order], outline.high[order]) / um
     ax.plot(found.place, heights, "v", color=MARK, markersize=5)
     low, high = outline.low.min() / um, outline.high.max() / um
-    ax.set_ylim(low - 0.05 * (high - low), high + 0.3 * (high - low))
+    ax.set_ylim(low - 0.05 * (high - low), high + 0.45 * (high - low))
     for place, height in zip(found.place, heights, strict=True):
         text = ax.annotate(f"{place:.0f} Hz", (place, height), (0, 7), textcoords="offset points", color=MARK)
         text.set(rotation=90, ha="center", fontsize="small")

@@ -4,12 +4,22 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy
+import xarray as xr
 
 from exugear.simulation.run_data import stage_data
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import require
 
-__all__ = ["Envelope", "OrderSpectrum", "Resonances", "envelope", "order_spectrum", "resonances"]
+__all__ = [
+    "Envelope",
+    "OrderSpectrum",
+    "Resonances",
+    "bearing_force_rms",
+    "envelope",
+    "order_spectrum",
+    "resonances",
+    "superharmonics",
+]
 
 #: Half the width of the Gaussian that spreads samples over a grid [cells]: amplitudes to 1e-6.
 SPREAD = 6
@@ -112,6 +122,19 @@ def resonances(place: Numbers, amplitude: Numbers, prominence: float = 0.05) -> 
     return Resonances(places, at - (before - behind) * shift / 4)
 
 
+@checked
+def superharmonics(peaks: Resonances, divisors: Numbers = (4, 3, 2, 1), within: float = 0.12) -> np.ndarray:
+    """Places (n,) of the peaks nearest to the highest peak's place over divisors (n,); NaN where none lies within.
+
+    within      distance that still counts, as share of the place looked for
+    """
+    require(peaks.place.size > 0, "peaks must hold at least one peak, got none; lower the prominence")
+    require(0 < within < 1, f"within must lie in (0, 1) as share of the place, got {within}")
+    expected = peaks.place[np.argmax(peaks.height)] / np.asarray(divisors, float)
+    nearest = peaks.place[np.abs(peaks.place - expected[:, None]).argmin(axis=1)]
+    return np.where(np.abs(nearest / expected - 1) < within, nearest, np.nan)
+
+
 def _scatter(amplitude: np.ndarray) -> float:
     """By how much a peak must stand out of what neighbouring values scatter about a smooth curve."""
     return SCATTERS * float(np.median(np.abs(np.diff(amplitude, 2)))) / (0.6745 * np.sqrt(6))
@@ -206,3 +229,21 @@ def dte_envelope(run, stage: int = 0, windows: int = 280) -> Envelope:
     time, frequency = data["time"].values, data["mesh_frequency"].values
     cycles = scipy.integrate.cumulative_trapezoid(frequency, time, initial=0)
     return envelope(frequency, data["dte"].values, min(windows, time.size // 2), cycles=cycles)
+
+
+@checked
+def bearing_force_rms(run, windows: int = 150) -> xr.DataArray:
+    """Root mean square of what varies of the radial force of each bearing [N], (bearing, speed [rad/s]).
+
+    run         an `exugear.Run` on bearings, or its data
+    windows     of equal length, over which speed and force are averaged
+    """
+    data = stage_data(run)
+    bearings = "run must have bearings, whose forces it records; this one's shafts only spin"
+    require("bearing_force" in data, bearings)
+    speed, force = data["speed"].values, data["bearing_force"].transpose("bearing", "direction", "time")
+    windows = min(windows, speed.size // 2)
+    axes = force.sel(direction=["x", "y"]).values
+    values = [np.hypot(*(envelope(speed, part, windows).rms for part in radial)) for radial in axes]
+    grid = {"bearing": data["bearing"].values, "speed": envelope(speed, speed, windows).place}
+    return xr.DataArray(np.array(values), grid, ("bearing", "speed"), attrs={"units": "N"})

@@ -1,12 +1,15 @@
 """A built gearbox for Exudyn's own viewer: its gears with the teeth where they mesh, their seats, its shafts."""
 
-from math import pi
+from collections.abc import Sequence
+
+import numpy as np
 
 from exugear.gearbox.shaft import Shaft
 from exugear.plan.coordinates import Coordinates
 from exugear.post.graphics import add_gear_graphics, add_graphics, meshing_angles, shaft_graphics
 from exugear.simulation.model import Model
 from fem.support.arguments import checked
+from fem.support.validation import require
 
 #: Diameter of a drawn shaft over the smallest bore of its gears.
 SLIMMER = 0.8
@@ -22,15 +25,12 @@ def draw(model: Model) -> None:
     drawn = set()
     for stage, phase in zip(model.gearbox.stages, model.gearbox.phases, strict=True):
         direction = model.gearbox.turns[stage.fast.name]
-        angles = meshing_angles(stage.pair, stage.angle, direction)
-        pitches = (2 * pi / stage.pair.pinion.z, -2 * pi / stage.pair.wheel.z)
-        for (name, axial), gear, angle, pitch in zip(
-            stage.ends, (stage.pair.pinion, stage.pair.wheel), angles, pitches, strict=True
-        ):
+        angles = meshing_angles(stage.pair, stage.angle, direction, phase=phase)
+        gears = (stage.pair.pinion, stage.pair.wheel)
+        for (name, axial), gear, angle in zip(stage.ends, gears, angles, strict=True):
             if (name, axial) not in drawn:
                 at = axial - origin(model, name)
-                turned = angle + direction * phase * pitch
-                add_gear_graphics(model.mbs, model.bodies[name], gear, axial=at, phase_angle=turned)
+                add_gear_graphics(model.mbs, model.bodies[name], gear, axial=at, phase_angle=angle)
                 add_graphics(model.mbs, model.bodies[name], shaft_graphics(gear.b, gear.d_bore, axial=at))
                 drawn.add((name, axial))
     for shaft in model.gearbox.shafts:
@@ -38,6 +38,27 @@ def draw(model: Model) -> None:
         d = SLIMMER * min(gear.d_bore for gear in shaft.gears.values())
         axial = (low + high) / 2 - origin(model, shaft.name)
         add_graphics(model.mbs, model.bodies[shaft.name], shaft_graphics(high - low, d, axial=axial))
+
+
+@checked
+def picture(
+    model: Model, *, rotation: Sequence[float] = (0.4, 0.6, 0.0), size: Sequence[int] = (1200, 800), zoom: float = 0.8
+) -> np.ndarray:
+    """Image (height, width, 3) of a drawn model by Exudyn's raytracer, which needs no screen.
+
+    rotation   of the view about x, y and z [rad]
+    size       width and height [pixels]
+    zoom       half the height of what is seen over that which shows everything
+    """
+    require(zoom > 0, f"zoom must be > 0, got {zoom}")
+    settings, renderer = model.container.visualizationSettings, model.container.renderer
+    settings.view0.window.renderWindowSize = list(size)
+    settings.raytracer.imageSizeFactor, settings.raytracer.multiSampling = 1, 4
+    settings.loads.show = settings.view0.scene.drawCoordinateSystem = settings.raytracer.advanced.showText = False
+    renderer.ZoomAll()
+    whole = renderer.GetState()
+    renderer.SetModelView(zoom * whole["zoom"], list(rotation), list(whole["centerPoint"]))
+    return np.array(renderer.RedrawAndGetImage(useRaytracer=True))
 
 
 def hide(model: Model) -> None:

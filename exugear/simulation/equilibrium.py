@@ -251,4 +251,4 @@ def explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
 
 def without_damping(model: Model, t: float) -> str:
     """What a run that fails at t [s] is told where no mesh, bearing or coupling is damped."""
-    return f" ({UNDAMPED})" if model.plan.undamped and t > INSTANT else ""
+    return f" ({UNDAMPED})" if model.plan.scene.undamped and t > INSTANT else ""

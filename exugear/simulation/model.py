@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from exugear.elements.gear_contact import add_contact, kind_of, node_of
-from exugear.elements.native.native import way
+from exugear.elements.native.native import call_path
 from exugear.elements.shaft_bodies import add_body, add_rotor, spin_marker
 from exugear.gearbox.bearing_stiffness import radial_part
 from exugear.gearbox.gearbox import Gearbox
@@ -38,6 +38,7 @@ from exugear.kernels.kinematics import (
 )
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
+from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import SPIN_PLACE, TAKEN, Coordinates, pose
 from exugear.plan.integrator import Rule
 from exugear.plan.plan import Plan
@@ -91,7 +92,7 @@ class Model:
     """
 
     gearbox: Gearbox
-    plan: Plan
+    plan: BuiltPlan
     mbs: Annotated[Any, partial(require_kind, kind=exu.MainSystem)]
     container: Annotated[Any, partial(require_kind, kind=exu.SystemContainer)]
     bodies: Mapping[str, int]
@@ -106,29 +107,44 @@ class Model:
 
 
 @checked
-def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
-    """The assembled system of a gearbox, by default after `exugear.plan(gearbox)`.
+def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
+    """Assemble the Exudyn system of a gearbox: bodies on their bearings, gear contacts, drive and load.
 
-    Raises ValueError for what is no gearbox, and a plan of another one.
+    plan   by default `exugear.plan(gearbox)`; a changed one such as `exugear.plan(gearbox).with_joints()` builds an
+           unreduced model. The plan of a built model stands for the `Plan` behind it
+
+    Returns a `Model`. Its system `model.mbs` is open to further items of your own; call `model.mbs.Assemble()` after
+    adding them. `print(model.plan)` says which coordinates the shafts have and why, which integrator and step a run
+    takes, what it costs, and how Exudyn calls the contacts.
+
+    Raises ValueError where gearbox is no `Gearbox`, and for the plan of another gearbox.
     """
-    plan = plan_of(gearbox) if plan is None else plan
+    scene = _scene(gearbox, plan)
     names = [shaft.name for shaft in gearbox.shafts]
-    require(list(plan.shafts) == names, f"plan is for the shafts {list(plan.shafts)}, the gearbox has {names}")
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     ground = mbs.CreateGround()
-    bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, plan.shafts[shaft.name]) for shaft in gearbox.shafts}
-    contacts = [_contact(mbs, gearbox, i, plan, bodies) for i in range(len(gearbox.stages))]
-    ends = {name: add_rotor(mbs, gearbox, bodies[name], plan.shafts[name], name) for name in names}
-    drive, load = _drive_and_load(mbs, gearbox, bodies, plan, ends)
+    bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene.shafts[shaft.name]) for shaft in gearbox.shafts}
+    contacts = [_contact(mbs, gearbox, i, scene, bodies) for i in range(len(gearbox.stages))]
+    ends = {name: add_rotor(mbs, gearbox, bodies[name], scene.shafts[name], name) for name in names}
+    drive, load = _drive_and_load(mbs, gearbox, bodies, scene, ends)
     with quiet():
         mbs.Assemble()
     start = {name: mbs.GetNodeODE2Index(node_of(mbs, body)) for name, body in bodies.items()}
     rotors = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in ends.items() if rotor is not None}
-    meshes = tuple(_mesh(mbs, contact, start, plan) for contact in contacts)
-    spins = {name: start[name] + SPIN_PLACE[plan.shafts[name]] for name in names}
-    plan = replace(plan, contact=way())
-    return measured(Model(gearbox, plan, mbs, container, bodies, spins, rotors, meshes, drive, load))
+    meshes = tuple(_mesh(mbs, contact, start, scene) for contact in contacts)
+    spins = {name: start[name] + SPIN_PLACE[scene.shafts[name]] for name in names}
+    plan_without_frequencies = BuiltPlan(scene, omega=0.0, omega_mesh=0.0, contact=call_path())
+    model = Model(gearbox, plan_without_frequencies, mbs, container, bodies, spins, rotors, meshes, drive, load)
+    return measured(model)
+
+
+def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
+    """The plan to build by; ValueError for that of another gearbox."""
+    scene = plan.scene if isinstance(plan, BuiltPlan) else plan or plan_of(gearbox)
+    names = [shaft.name for shaft in gearbox.shafts]
+    require(list(scene.shafts) == names, f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}")
+    return scene
 
 
 def measured(model: Model) -> Model:

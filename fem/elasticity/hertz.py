@@ -34,7 +34,7 @@ def _log_integral(x):
 def largest_torque(pair: GearPair) -> float:
     """Pinion torque at which Hertz pressure at the pitch point reaches E/20, far beyond any elastic gear [N m]."""
     one, other = pair.pinion.material, pair.wheel.material
-    roll = pair.roll_pitch, pair.wheel.r_b * pair.roll_pitch / pair.pinion.r_b
+    roll = pair.roll_pitch, pair.path_of_contact.on_wheel(pair.roll_pitch)
     curvature = 1 / roll[0] + 1 / roll[1]
     modulus = 2 / (np.pi * (flattening(one) + flattening(other)))
     pressure = min(one.E, other.E) / 20

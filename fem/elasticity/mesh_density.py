@@ -6,7 +6,7 @@ import numpy as np
 
 from fem.support.arguments import Finite, checked
 from fem.support.representation import short
-from fem.support.validation import as_floats, number, numbers, require
+from fem.support.validation import as_floats, increasing, number, require
 
 #: Parts of the section of which a density says the numbers of elements.
 PARTS = ("flank", "fillet", "land", "tooth", "rim", "body")
@@ -42,10 +42,7 @@ class Density:
     def __post_init__(self):
         as_floats(self)
         if self.edges is not None:
-            edges = numbers("edges", self.edges)
-            rising = edges.ndim == 1 and bool((np.diff(edges) > 0).all())
-            require(rising, f"edges must increase; sort them, got {self.edges}")
-            object.__setattr__(self, "edges", tuple(edges.tolist()))
+            object.__setattr__(self, "edges", tuple(increasing("edges", self.edges, least=0).tolist()))
         for name in (*PARTS, "width", "teeth", "behind", "divide"):
             elements, least = number(name, getattr(self, name)), 0 if name in ("teeth", "behind") else 1
             whole = f"{name} must be a whole number of elements >= {least}, got {elements:g}"

@@ -8,8 +8,9 @@ import numpy as np
 
 from fem.gear.data_sheet import GEAR, DataSheet, listed
 from fem.gear.inspection import Teeth, measures
+from fem.gear.involute import involute
 from fem.gear.material import STEEL, Material
-from fem.gear.tooth_root import Arc, Trochoid, involute
+from fem.gear.tooth_root import Arc, Trochoid
 from fem.microgeometry import flank as flanks
 from fem.microgeometry.flank import Flank, Sides
 from fem.microgeometry.modification import FlankExtent
@@ -215,7 +216,7 @@ class Gear:
     @cached_property
     def psi_b(self) -> float:
         """Half angle of the tooth at the base circle [rad]."""
-        return self.s_t / (2 * self.r) + involute(self.alpha_t)
+        return float(self.s_t / (2 * self.r) + involute(self.alpha_t))
 
     @cached_property
     def root(self) -> Trochoid | Arc:
@@ -254,7 +255,7 @@ class Gear:
         """Transverse tooth thickness on the circle of radius r >= r_b [m]; ValueError for others."""
         if not self.r_b <= number("r", r) < inf:
             raise ValueError(f"r must be at least the base radius {self.r_b / mm:.6g} mm, got {r / mm:.6g} mm")
-        return 2 * r * (self.s_t / (2 * self.r) + involute(self.alpha_t) - involute(acos(self.r_b / r)))
+        return 2 * r * float(self.psi_b - involute(acos(self.r_b / r)))
 
     def data_sheet(self, *, k: int | None = None, D_M: float | None = None) -> DataSheet:
         """Quantities of ISO 21771 by symbol, in SI units; print it for a table in mm and degrees.

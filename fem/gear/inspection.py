@@ -4,7 +4,7 @@ from contextlib import nullcontext, suppress
 from math import cos, hypot, pi, sin, sqrt, tan
 from typing import NamedTuple
 
-from fem.gear.tooth_root import involute
+from fem.gear.involute import inverse_involute
 from fem.support.validation import number, require
 from fem.units import mm
 
@@ -72,7 +72,7 @@ def over_balls(teeth: Teeth, d_m: float) -> float:
     sought = d_m / (2 * teeth.r_b * cos(teeth.beta_b)) - half_space
     off = f"balls of D_M = {d_m / mm:.4g} mm do not rest on the flanks; choose other ones"
     require(sought > 0, off)
-    alpha = angle_of(sought)
+    alpha = inverse_involute(sought)
     d_k = 2 * teeth.r_b / cos(alpha)
     require(teeth.touches(teeth.r_b * tan(alpha) - d_m / 2 * cos(teeth.beta_b)), off)
     d_a = 2 * hypot(teeth.r_b, teeth.rolls[1])
@@ -97,14 +97,6 @@ def fitting(teeth: Teeth, r: float) -> float | None:
             over_balls(teeth, d_m)
             return d_m
     return None
-
-
-def angle_of(involute_value: float) -> float:
-    """The angle [rad] whose involute is the value > 0 (Newton's method)."""
-    alpha = min((3 * involute_value) ** (1 / 3), 1.4)
-    for _ in range(60):
-        alpha -= (involute(alpha) - involute_value) / tan(alpha) ** 2
-    return alpha
 
 
 def measures(teeth: Teeth, k: int | None, d_m: float | None, r: float) -> list[tuple[str, float, str, str]]:

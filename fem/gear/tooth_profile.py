@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem.gear.gear import Gear
+from fem.gear.involute import involute
 
 #: Rolls shorter than this share of that at the tip count as that long: at the base circle there is no curvature.
 LEAST_ROLL = 0.01
@@ -24,8 +25,7 @@ class Polar(NamedTuple):
 def flank(gear: Gear, roll) -> Polar:
     """Involute at roll lengths roll (n,) [m]."""
     roll = np.asarray(roll, float)
-    alpha = np.arctan(roll / gear.r_b)
-    return Polar(np.hypot(gear.r_b, roll), gear.psi_b - (np.tan(alpha) - alpha))
+    return Polar(np.hypot(gear.r_b, roll), gear.psi_b - involute(np.arctan(roll / gear.r_b)))
 
 
 def fillet(gear: Gear, share) -> Polar:

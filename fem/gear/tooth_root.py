@@ -11,10 +11,7 @@ from math import acos, asin, cos, hypot, pi, sin, sqrt, tan
 import numpy as np
 import scipy
 
-
-def involute(alpha: float) -> float:
-    """inv(alpha) = tan(alpha) - alpha."""
-    return tan(alpha) - alpha
+from fem.gear.involute import involute
 
 
 @dataclass(frozen=True)
@@ -77,7 +74,7 @@ class Trochoid:
 
     def _outside(self, theta: float) -> float:
         r, psi = self.at(theta)
-        return float(psi) - self.psi_b + involute(acos(min(1.0, self.r_b / float(r))))
+        return float(psi - self.psi_b + involute(acos(min(1.0, self.r_b / float(r)))))
 
     @cached_property
     def roll_form(self) -> float:
@@ -164,12 +161,12 @@ class Arc:
         """Angle where the root circle begins [rad]."""
         if self.on_line:
             return self.psi_b + asin(self.radius / self.r_centre)
-        return self.psi_b + self.radius / self.r_b - involute(acos(self.r_b / self.r_centre))
+        return float(self.psi_b + self.radius / self.r_b - involute(acos(self.r_b / self.r_centre)))
 
     def points(self, share) -> tuple[np.ndarray, np.ndarray]:
         """r [m] and psi [rad] at shares (n,) of the length, the line and half of the arc up to 1/2."""
         centre, down = self.r_centre * np.exp(1j * self.psi_f), -np.exp(1j * self.psi_f)
-        psi = self.psi_b if self.on_line else self.psi_b - involute(acos(min(1.0, self.r_b / self.r_touch)))
+        psi = self.psi_b - involute(acos(min(1.0, self.r_b / self.r_touch)))
         sweep = np.angle((self.r_touch * np.exp(1j * psi) - centre) / down)
         straight, arc = self.r_b - self.r_touch if self.on_line else 0.0, self.radius * abs(sweep)
         way = np.interp(share, [0, 0.5, 1], [0, straight + arc / 2, straight + arc])

@@ -7,7 +7,7 @@ import numpy as np
 
 from fem.microgeometry.modification import FlankExtent, check_amount, check_within
 from fem.support.representation import short
-from fem.support.validation import numbers
+from fem.support.validation import increasing, numbers
 
 #: Lines of a grid that are nearer to a neighbour than by this share of their mean distance describe something narrow.
 NARROW = 0.5
@@ -58,9 +58,7 @@ class Grid:
 
     def __post_init__(self):
         for name, high, low in (("roll", 10.0, 0.0), ("axial", 10.0, -10.0)):
-            lines = numbers(name, getattr(self, name))
-            if lines.ndim != 1 or lines.size < 2 or not (np.diff(lines) > 0).all():
-                raise ValueError(f"{name} must hold two or more increasing grid lines, got {getattr(self, name)}")
+            lines = increasing(name, getattr(self, name), least=2)
             check_within(name, lines[0], low, high, "m (pass metres)")
             check_within(name, lines[-1], low, high, "m (pass metres)")
             object.__setattr__(self, name, tuple(lines.tolist()))

@@ -1,10 +1,11 @@
 """Whether the mate's tip passes an undercut root without touching it, and what helps where it does not."""
 
-from math import acos, atan, hypot, pi
+from math import atan, hypot, pi
 
 import numpy as np
 
 from fem.gear.gear import Gear
+from fem.pair.path_of_contact import PathOfContact
 from fem.units import mm
 
 
@@ -13,13 +14,13 @@ def tip_path(gear: Gear, mate: Gear, a: float, turn: np.ndarray) -> tuple[np.nda
 
     turn        (n,) angle that the gear has turned since the corner was on the line of action [rad]
     """
-    alpha_wt = acos((gear.r_b + mate.r_b) / a)
-    roll = (a**2 - (gear.r_b + mate.r_b) ** 2) ** 0.5 - mate.roll_tip
+    path = PathOfContact(gear, mate, a)
+    roll = path.on_wheel(mate.roll_tip)
     base = gear.psi_b - roll / gear.r_b
     corner = hypot(gear.r_b, roll) * np.exp(1j * (base + atan(roll / gear.r_b)))
-    centre = a * np.exp(1j * (base + alpha_wt))
-    path = np.exp(-1j * turn) * (centre + (corner - centre) * np.exp(-1j * turn * gear.z / mate.z))
-    return np.abs(path), np.angle(path)
+    centre = a * np.exp(1j * (base + path.alpha_wt))
+    points = np.exp(-1j * turn) * (centre + (corner - centre) * np.exp(-1j * turn * gear.z / mate.z))
+    return np.abs(points), np.angle(points)
 
 
 def root_clearance(gear: Gear, mate: Gear, a: float) -> float:

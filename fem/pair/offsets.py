@@ -8,7 +8,7 @@ import numpy as np
 from fem.pair.pair import GearPair
 from fem.support.arguments import checked
 from fem.support.representation import short
-from fem.support.validation import numbers, require, told
+from fem.support.validation import increasing, numbers, require, told
 
 LARGEST_ANGLE = 0.01
 ANGLES = ("misalignment", "f_sigma_delta", "f_sigma_beta")
@@ -43,9 +43,10 @@ class Offsets:
                 self._check(part.name, numbers(part.name, value))
 
     def _check(self, name: str, values: np.ndarray) -> None:
-        usable = values.ndim <= 1 and values.size and np.isfinite(values).all()
-        rising = bool(usable) and bool((np.diff(values.ravel()) > 0).all())
-        require(rising, f"{name} must be a number or increasing numbers, got {getattr(self, name)}")
+        given = getattr(self, name)
+        require(bool(np.isfinite(values).all()), f"{name} must be a number or increasing numbers, got {given}")
+        if values.ndim:
+            increasing(name, values)
         object.__setattr__(self, name, tuple(values.tolist()) if values.ndim else float(values))
         if name in ANGLES:
             largest = np.abs(values).max()

@@ -1,11 +1,14 @@
 """Two external gears in mesh (ISO 21771), checked when born."""
 
 from dataclasses import dataclass
-from math import acos, cos, hypot, inf, pi, sin, tan
+from functools import cached_property
+from math import acos, cos, hypot, inf, pi, tan
 
 from fem.gear.data_sheet import PAIR, DataSheet, listed
 from fem.gear.gear import Gear
+from fem.gear.involute import inverse_involute, involute
 from fem.pair.interference import root_clearance, ways_out
+from fem.pair.path_of_contact import PathOfContact
 from fem.support.arguments import checked
 from fem.support.representation import short
 from fem.support.validation import as_floats, require, require_within
@@ -54,7 +57,7 @@ class GearPair:
 
     def _check_clearances(self) -> None:
         for gear, mate, name in ((self.pinion, self.wheel, "pinion"), (self.wheel, self.pinion, "wheel")):
-            lowest = self.a * sin(self.alpha_wt) - mate.roll_tip
+            lowest = self.path_of_contact.on_wheel(mate.roll_tip)
             passes = gear.undercut and root_clearance(gear, mate, self.a) > 0
             require(
                 lowest > gear.roll_form or passes,
@@ -71,27 +74,30 @@ class GearPair:
 
     @property
     def a_without_backlash(self) -> float:
-        """Centre distance at which the teeth fill each other's spaces [m] (bisection of the backlash)."""
-        low = (self.pinion.r_b + self.wheel.r_b) * (1 + 1e-12)
-        high = self.pinion.r_a + self.wheel.r_a
-        for _ in range(200):
-            middle = (low + high) / 2
-            low, high = (middle, high) if self._backlash_at(middle) < 0 else (low, middle)
-        return high
+        """Centre distance at which the teeth fill each other's spaces [m]; that of touching base circles if none."""
+        alpha_wt = inverse_involute(max(0.0, self._involute_without_backlash))
+        return (self.pinion.r_b + self.wheel.r_b) / cos(alpha_wt)
 
-    def _alpha_at(self, a: float) -> float:
-        return acos((self.pinion.r_b + self.wheel.r_b) / a)
+    @property
+    def _involute_without_backlash(self) -> float:
+        """inv(alpha_wt) at which the two half teeth of a pair take half a pitch of the working pitch circles."""
+        pinion, wheel = self.pinion, self.wheel
+        return (pinion.z * pinion.psi_b + wheel.z * wheel.psi_b - pi) / (pinion.z + wheel.z)
 
     def _backlash_at(self, a: float) -> float:
-        alpha = self._alpha_at(a)
-        r_w1, r_w2 = self.pinion.r_b / cos(alpha), self.wheel.r_b / cos(alpha)
-        gap = 2 * pi * r_w1 / self.pinion.z - self.pinion.thickness(r_w1) - self.wheel.thickness(r_w2)
-        return gap * cos(alpha)
+        """Play along the line of action at centre distance a [m], < 0 where the teeth overlap."""
+        base = self.pinion.r_b + self.wheel.r_b
+        return 2 * base * (involute(acos(base / a)) - self._involute_without_backlash)
+
+    @cached_property
+    def path_of_contact(self) -> PathOfContact:
+        """Path of contact at the centre distance of the pair."""
+        return PathOfContact(self.pinion, self.wheel, self.a)
 
     @property
     def alpha_wt(self) -> float:
         """Working transverse pressure angle [rad]."""
-        return self._alpha_at(self.a)
+        return self.path_of_contact.alpha_wt
 
     @property
     def beta_b(self) -> float:
@@ -116,17 +122,17 @@ class GearPair:
     @property
     def roll_pitch(self) -> float:
         """Roll length of the pinion at the pitch point [m]."""
-        return self.pinion.r_b * tan(self.alpha_wt)
+        return self.path_of_contact.pitch
 
     @property
     def roll_start(self) -> float:
         """Roll length of the pinion where contact begins: the wheel's tip, or the undercut end of its flank [m]."""
-        return max(self.a * sin(self.alpha_wt) - self.wheel.roll_tip, self.pinion.roll_form)
+        return self.path_of_contact.start
 
     @property
     def roll_end(self) -> float:
         """Roll length of the pinion where contact ends: its tip, or the undercut end of the wheel's flank [m]."""
-        return min(self.pinion.roll_tip, self.a * sin(self.alpha_wt) - self.wheel.roll_form)
+        return self.path_of_contact.end
 
     @property
     def eps_alpha(self) -> float:
@@ -146,7 +152,7 @@ class GearPair:
     @property
     def back_phase(self) -> float:
         """Sum of the phases of driving and back flank: the back flank's phase is this minus the driving flank's."""
-        r_w1 = self.pinion.r_b / cos(self.alpha_wt)
+        r_w1, _ = self.path_of_contact.r_w
         return (self.pinion.thickness(r_w1) * self.pinion.z / (2 * pi * r_w1)) % 1.0
 
     def data_sheet(self) -> DataSheet:
@@ -155,8 +161,8 @@ class GearPair:
         1: pinion, 2: wheel. Sliding is given at the ends of the path of contact, where it is largest.
         """
         pinion, wheel, j_wt = self.pinion, self.wheel, self.backlash / cos(self.alpha_wt)
-        r_w1, r_w2, u = pinion.r_b / cos(self.alpha_wt), wheel.r_b / cos(self.alpha_wt), wheel.z / pinion.z
-        length, start, end = self.a * sin(self.alpha_wt), self.roll_start, self.roll_end
+        (r_w1, r_w2), u, path = self.path_of_contact.r_w, wheel.z / pinion.z, self.path_of_contact
+        length, start, end = path.length, path.start, path.end
         sizes = {
             "u": u,
             "a_0": self.a_without_backlash,

@@ -99,7 +99,7 @@ def clamped_pair(pair: GearPair, density: Density, element: Element) -> tuple[De
 def last_tooth_in_contact(pair: GearPair) -> int:
     """Number of the last tooth that may touch within half a mesh cycle from the pitch point, ahead or behind."""
     tip_rolls = (pair.pinion.roll_tip, pair.wheel.roll_tip)
-    pitch_rolls = (pair.roll_pitch, pair.wheel.r_b * np.tan(pair.alpha_wt))
+    pitch_rolls = (pair.roll_pitch, pair.path_of_contact.on_wheel(pair.roll_pitch))
     path = max(np.subtract(tip_rolls, pitch_rolls)) + pair.b / 2 * np.tan(abs(pair.beta_b))
     return max(1, int(path / pair.p_bt + 1 / 2 + EARLY_CONTACT))
 
@@ -121,9 +121,9 @@ def with_edges(pair: GearPair, density: Density) -> tuple[Density, Density]:
     if density.edges is not None:
         return density, density
     pinion, wheel = (distinct_edges(gear, edges(gear.drive_flank, gear.face)) for gear in (pair.pinion, pair.wheel))
-    line_of_action = pair.a * np.sin(pair.alpha_wt)
-    on_pinion = distinct_edges(pair.pinion, [*pinion, *(line_of_action - roll for roll in wheel)])
-    on_wheel = distinct_edges(pair.wheel, [*wheel, *(line_of_action - roll for roll in pinion)])
+    on_mate = pair.path_of_contact.on_wheel
+    on_pinion = distinct_edges(pair.pinion, [*pinion, *map(on_mate, wheel)])
+    on_wheel = distinct_edges(pair.wheel, [*wheel, *map(on_mate, pinion)])
     return replace(density, edges=on_pinion), replace(density, edges=on_wheel)
 
 

@@ -162,10 +162,10 @@ class Drive(NamedTuple):
 
 
 def drive_of(loaded: LoadedRun, mating: MatingGears) -> Drive:
-    pair, (pinion, wheel) = loaded.pair, mating.poses(0.0, 0.0)
+    pair, (pinion, wheel) = loaded.pair, mating.placements(0.0, 0.0)
     angles_per_phase = pair.p_bt / pair.pinion.r_b, -pair.p_bt / pair.wheel.r_b
     speeds = loaded.speed_ratio, loaded.viscosity, loaded.run.damping
-    return Drive((pinion.angle, wheel.angle), angles_per_phase, pair.a, *speeds)
+    return Drive((pinion.rotation, wheel.rotation), angles_per_phase, pair.a, *speeds)
 
 
 def at_rest(mating: MatingGears) -> Motion:

@@ -18,8 +18,9 @@ import numpy as np
 
 from fem.elasticity.hat_functions import hats
 from fem.elasticity.section_mesh import rotated
-from fem.gear.tooth_profile import tangent_angle
+from fem.pair.mesh_position import MeshPosition
 from fem.pair.pair import GearPair
+from fem.pair.placement import Placement, placements
 from fem.reference.deformable_gear import DeformableGear
 from fem.reference.deformed_flank import Flank, WidthQuadrature, closest_points, quarter_turn
 
@@ -31,14 +32,6 @@ ROUNDING = 1e-9
 SLOPE_STEP = 1e-3
 
 Displacements = tuple[np.ndarray, np.ndarray] | list[np.ndarray]
-
-
-class GearPose(NamedTuple):
-    """Position of a gear in the plane: centre (2,) [m], angle [rad] and its change per transmission error [rad/m]."""
-
-    centre: np.ndarray
-    angle: float
-    angle_per_te: float
 
 
 class FlankQuadrature(NamedTuple):
@@ -116,24 +109,24 @@ def cross(v: np.ndarray, w: np.ndarray) -> np.ndarray:
 
 
 def mean_gaps(
-    candidate: ContactCandidate, flanks: tuple[Flank, Flank], poses: tuple[GearPose, GearPose], u: Displacements
+    candidate: ContactCandidate, flanks: tuple[Flank, Flank], placed: tuple[Placement, Placement], u: Displacements
 ) -> MeanGaps:
-    """Gaps between two flanks; flanks, poses and displacements (n_dofs, dim) of the slave and of the master."""
-    (slave, master), (slave_pose, master_pose), quadrature = flanks, poses, candidate.quadrature
+    """Gaps between two flanks; flanks, placements and displacements (n_dofs, dim) of the slave and of the master."""
+    (slave, master), (slave_gear, master_gear), quadrature = flanks, placed, candidate.quadrature
     slave_moved, master_moved = slave.displacement_at_stations(u[0]), master.displacement_at_stations(u[1])
     in_slave_frame = slave.involute(quadrature.arcs[:, None])
     in_slave_frame = in_slave_frame + np.einsum("qa,caz->cqz", quadrature.shapes, slave_moved)
-    angle = slave_pose.angle - master_pose.angle + slave.station_angles - master.station_angles
+    angle = slave_gear.rotation - master_gear.rotation + slave.station_angles - master.station_angles
     lever = rotated(in_slave_frame, angle)
-    distance = (slave_pose.centre - master_pose.centre)[:, None]
-    points = lever + rotated(distance, -(master_pose.angle + master.station_angles))[:, None]
+    distance = (slave_gear.centre - master_gear.centre)[:2, None]
+    points = lever + rotated(distance, -(master_gear.rotation + master.station_angles))[:, None]
     arc, (foot, tangent, curvature) = closest_points(master, points, master_moved)
     normal = quarter_turn(tangent) / np.sqrt(dot(tangent, tangent))
     gap = dot(normal, points - foot)
     # The gap grows along the flank where the master is relieved: the force is normal to the relieved flank.
     slope = removed_slope(master, arc) / (dot(tangent, tangent) - gap * dot(normal, curvature))
     push = normal + slope * tangent
-    closing = master_pose.angle_per_te * cross(foot, push) - slave_pose.angle_per_te * cross(lever, push)
+    closing = master_gear.turn_per_te * cross(foot, push) - slave_gear.turn_per_te * cross(lever, push)
     gap = gap + slave.removed(quadrature.arcs[:, None]) + master.removed(arc)
     area, weights = candidate.mean_operator(slave.width)
     by_slave = np.einsum("cqz,qa,zk->qzakc", rotated(push, -angle), quadrature.shapes, slave.width.shapes)
@@ -162,26 +155,16 @@ class MatingGears:
     gears: tuple[DeformableGear, DeformableGear]
     wheel_share: float = 0.5
 
-    def poses(self, phase: float, te: float) -> tuple[GearPose, GearPose]:
-        """Poses of pinion and wheel; tooth pair k touches k pitches ahead of pair 0."""
-        pair = self.pair
-        pinion_roll = pair.roll_pitch + phase * pair.p_bt
-        wheel_roll = pair.wheel.r_b * np.tan(pair.alpha_wt) - phase * pair.p_bt
-        pinion_angle = -pair.alpha_wt - tangent_angle(pair.pinion, 0.0)
-        wheel_angle = np.pi - pair.alpha_wt - tangent_angle(pair.wheel, 0.0)
-        pinion_angle += (pinion_roll + (1 - self.wheel_share) * te) / pair.pinion.r_b
-        wheel_angle += (wheel_roll + self.wheel_share * te) / pair.wheel.r_b
-        return (
-            GearPose(np.zeros(2), pinion_angle, (1 - self.wheel_share) / pair.pinion.r_b),
-            GearPose(np.array([pair.a, 0.0]), wheel_angle, self.wheel_share / pair.wheel.r_b),
-        )
+    def placements(self, phase: float, te: float) -> tuple[Placement, Placement]:
+        """Placements of pinion and wheel; tooth pair k touches k pitches ahead of pair 0."""
+        return placements(MeshPosition(self.pair, self.pair.a, 0.0, phase), te, lag=self.wheel_share)
 
-    def mean_gaps(self, candidate: ContactCandidate, poses: tuple[GearPose, GearPose], u: Displacements) -> MeanGaps:
-        """Gaps of a candidate; poses and displacements of pinion and wheel."""
+    def mean_gaps(self, candidate: ContactCandidate, placed: tuple[Placement, Placement], u: Displacements) -> MeanGaps:
+        """Gaps of a candidate; placements and displacements of pinion and wheel."""
         pinion, wheel = (gear.flanks[tooth] for gear, tooth in zip(self.gears, candidate.teeth, strict=True))
         if candidate.slave == 0:
-            return mean_gaps(candidate, (pinion, wheel), poses, u)
-        return mean_gaps(candidate, (wheel, pinion), poses[::-1], u[::-1])
+            return mean_gaps(candidate, (pinion, wheel), placed, u)
+        return mean_gaps(candidate, (wheel, pinion), placed[::-1], u[::-1])
 
     def candidates(self, phase: float, te: float = 0.0) -> list[ContactCandidate]:
         """Nodes of all teeth whose gap at rest is within CANDIDATE_GAP, or te, of the smallest one.
@@ -190,7 +173,7 @@ class MatingGears:
         """
         rest = [gear.undeformed() for gear in self.gears]
         possible = [candidate for candidate in self._all_candidates(phase) if candidate.mask.any()]
-        gaps = [self.mean_gaps(candidate, self.poses(phase, 0.0), rest).gap for candidate in possible]
+        gaps = [self.mean_gaps(candidate, self.placements(phase, 0.0), rest).gap for candidate in possible]
         limit = min(gap.min() for gap in gaps) + max(CANDIDATE_GAP * self.pair.pinion.m_n, te)
         near = []
         for candidate, gap in zip(possible, gaps, strict=True):
@@ -229,9 +212,9 @@ class PairGaps:
 def pair_gaps(
     mating: MatingGears, candidates: list[ContactCandidate], phase: float, te: float, u: Displacements
 ) -> PairGaps:
-    """Gaps of all candidates in the present poses and displacements of the gears."""
-    poses = mating.poses(phase, te)
-    parts = [mating.mean_gaps(candidate, poses, u) for candidate in candidates]
+    """Gaps of all candidates in the present placements and displacements of the gears."""
+    placed = mating.placements(phase, te)
+    parts = [mating.mean_gaps(candidate, placed, u) for candidate in candidates]
     gap, area, closing = (np.concatenate([part[i] for part in parts]) for i in range(3))
     gradients = tuple(np.zeros((gap.size, gear.flank_operator.shape[0])) for gear in mating.gears)
     first = 0

@@ -6,7 +6,7 @@ from fem.elasticity.hertz import largest_torque
 from fem.microgeometry.flank import pitch_deviations
 from fem.pair.pair import GearPair
 from fem.ste.accuracy import UpTo
-from fem.support.validation import number, numbers, require
+from fem.support.validation import increasing, number, numbers, require
 from fem.units import mm
 
 
@@ -34,9 +34,8 @@ def given(pair: GearPair, torque, phases) -> tuple[np.ndarray, np.ndarray]:
 
 
 def checked_torque(pair: GearPair, torque) -> np.ndarray:
-    values = np.atleast_1d(numbers("torque", torque))
-    rising = values.ndim == 1 and values.size > 0 and bool((np.diff(values) > 0).all())
-    require(rising and values[0] >= 0, f"torque must increase from 0 or above [N m]; sort it, got {torque}")
+    values = increasing("torque", np.atleast_1d(numbers("torque", torque)))
+    require(bool(values[0] >= 0), f"torque must increase from 0 or above [N m], got {torque}")
     largest = largest_torque(pair)
     limit = f"{largest:.4g} N m, where Hertz pressure passes E/20 (pass newton metres)"
     require(bool(values[-1] < largest), f"torque must be finite and below {limit}, got {values[-1]:g}")
@@ -50,7 +49,6 @@ def checked_phases(phases, pair: GearPair) -> np.ndarray:
         return np.arange(int(values)) / int(values)
     parts = (*pair.pinion.drive_flank, *pair.wheel.drive_flank)
     end = 1e6 if pitch_deviations(parts) else 1
-    rising = values.ndim == 1 and values.size > 0 and bool((np.diff(values) > 0).all())
-    within = rising and bool(values[0] >= 0 and values[-1] < end)
+    within = bool(increasing("phases", values)[0] >= 0 and values[-1] < end)
     require(within, f"phases must increase within [0, {end:g}) as share of a pitch, got {phases}")
     return values

@@ -8,7 +8,6 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import meshio
 import numpy as np
@@ -18,10 +17,9 @@ from fem.contact.resolution import Resolution
 from fem.contact.tooth_contact import State, ToothContact
 from fem.elasticity import section_mesh
 from fem.elasticity.mesh_density import Density
-from fem.gear.gear import Gear
-from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
+from fem.pair.placement import Placement, placements
 from fem.ste.inputs import checked_phases, checked_torque
 from fem.stress import gear_elasticity, stress_recovery
 from fem.stress.flank_loads import FlankLoad, bent_root, encounters, flank_loads, with_loaded_teeth
@@ -98,10 +96,11 @@ def plane_fields(
     encounter, state = _contact(pair, torque, phase, offsets, resolution)
     worst = state.cells.middle[np.argmax(state.pressure)]
     fields = []
-    for loads, place in zip(flank_loads(encounter, state), places(encounter.meeting, state.te), strict=True):
-        lines = [line for load in loads if (line := load.section(worst - place.centre[2])).force.any()]
-        section = gear_elasticity.graded(place.gear, with_loaded_teeth(density, loads), lines, 1 / refine)
-        fields.append(_field(gear_elasticity.plane_body(place.gear, section), lines, place))
+    placed = placements(encounter.meeting, state.te)
+    for loads, placement in zip(flank_loads(encounter, state), placed, strict=True):
+        lines = [line for load in loads if (line := load.section(worst - placement.centre[2])).force.any()]
+        section = gear_elasticity.graded(placement.gear, with_loaded_teeth(density, loads), lines, 1 / refine)
+        fields.append(_field(gear_elasticity.plane_body(placement.gear, section), lines, placement, state.te))
     return fields[0], fields[1]
 
 
@@ -124,19 +123,11 @@ def solid_fields(
     require_kind("density", density, Density)
     encounter, state = _contact(pair, torque, phase, offsets, resolution)
     fields = []
-    for loads, place in zip(flank_loads(encounter, state), places(encounter.meeting, state.te), strict=True):
-        body = gear_elasticity.solid_body(place.gear, with_loaded_teeth(density, loads))
-        fields.append(_field(body, loads, place))
+    placed = placements(encounter.meeting, state.te)
+    for loads, placement in zip(flank_loads(encounter, state), placed, strict=True):
+        body = gear_elasticity.solid_body(placement.gear, with_loaded_teeth(density, loads))
+        fields.append(_field(body, loads, placement, state.te))
     return fields[0], fields[1]
-
-
-class Place(NamedTuple):
-    """Where a gear stands: centre of its mid-plane (3,) [m], angle from the mesh's position, what the load turned."""
-
-    gear: Gear
-    centre: np.ndarray
-    angle: float
-    turn: float
 
 
 def _contact(
@@ -148,40 +139,25 @@ def _contact(
     return encounter, encounter.state(torque / pair.pinion.r_b, misalignment)
 
 
-def places(meeting: MeshPosition, te: float) -> tuple[Place, Place]:
-    """Places of pinion and wheel.
-
-    The pinion drives counter-clockwise: it leads by half the transmission error, the wheel lags by the other half.
-    """
-    pair, across = meeting.pair, meeting.a * np.sin(meeting.alpha)
-    pinion, wheel = meeting.nominal(0, 0.0), across - meeting.nominal(0, meeting.axial)
-    found = []
-    for gear, roll, x in ((pair.pinion, pinion, 0.0), (pair.wheel, wheel, meeting.a)):
-        turn, facing = te / (2 * gear.r_b), np.pi / 2 if x else -np.pi / 2
-        angle = facing + roll / gear.r_b - meeting.alpha - gear.psi_b + turn
-        found.append(Place(gear, np.array([x, 0.0, meeting.axial if x else 0.0]), angle, turn))
-    return found[0], found[1]
-
-
-def _field(body: Body, loads: list[FlankLoad], place: Place) -> Field:
-    """Solution of one gear, turned and moved to its place."""
+def _field(body: Body, loads: list[FlankLoad], placement: Placement, te: float) -> Field:
+    """Solution of one gear, turned and moved to where it stands."""
     mesh, dim, section = body.mesh, body.dim, body.section.mesh
     u = body.displacement(gear_elasticity.forces(body, loads))
     stress = stress_recovery.stress(body, u)
     turned, root = np.eye(dim), np.zeros(section.p.shape[1], bool)
-    turned[:2, :2] = section_mesh.rotated(np.eye(2), place.angle)
+    turned[:2, :2] = section_mesh.rotated(np.eye(2), placement.rotation)
     for load in loads:
         root[section.facets[:, bent_root(body.gear, section, load.tooth)]] = True
     return Field(
-        turned @ mesh.p + place.centre[:dim, None],
+        turned @ mesh.p + placement.centre[:dim, None],
         to_meshio(mesh).cells[0].data.T,
         turned @ body.at_vertices(u),
         von_mises(stress),
         np.linalg.eigvalsh(stress.transpose(2, 0, 1))[:, -1],
         gear_elasticity.contact_pressure(body, loads),
         np.repeat(root, body.axial.size),
-        place.centre[:dim],
-        place.turn,
+        placement.centre[:dim],
+        te * placement.turn_per_te,
     )
 
 

@@ -94,6 +94,20 @@ def numbers(name: str, values) -> np.ndarray:
     return array.astype(float)
 
 
+def increasing(name: str, values, *, least: int = 1) -> np.ndarray:
+    """The values as an array of floats (n,); ValueError unless they are at least so many and increase."""
+    axis = numbers(name, values)
+    require(axis.ndim == 1, f"{name} must increase along one axis (n,), got the shape {axis.shape}")
+    require(axis.size >= least, f"{name} must increase over at least {least} values, got {told(values)}")
+    require(increases(axis), f"{name} must increase; sort it, got {told(values)}")
+    return axis
+
+
+def increases(values: np.ndarray) -> bool:
+    """Whether values (..., n) increase along their last axis; NaN does not."""
+    return not np.isnan(values).any() and bool((np.diff(values) > 0).all())
+
+
 def as_floats(instance) -> None:
     """Make the number fields of a frozen dataclass Python floats; None stays where it is the default."""
     for part in fields(instance):

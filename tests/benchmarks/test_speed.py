@@ -6,7 +6,7 @@ one factorization of the gear, Exudyn's step with a spring of its own.
 
 import numpy as np
 import pytest
-from benchmark import own_spring
+from benchmark_growth import exudyn_spring
 from scenes import INERTIA, smooth_box
 
 import exugear
@@ -54,9 +54,9 @@ def test_states_in_slice_mode(benchmark, paper_pair):
     assert ste["te"].size == 8 * 9 * 30
 
 
-def test_exudyns_own_spring(benchmark):
+def test_spring_of_exudyn(benchmark):
     """Yardstick of the run-ups: as many steps of two masses, one of them driven, on a spring that is built in."""
-    _container, mbs = own_spring(INERTIA)
+    _container, mbs = exudyn_spring(INERTIA)
     settings = settings_for(Rule(BETA, STEP), STEP * STEPS, 1e-3)
     with quiet():
         assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)

@@ -76,7 +76,7 @@ def instances() -> dict[str, Any]:
         fem.UpTo(100.0), fem.Material(), paper_gear(), paper_pair(), fem.map_cost(paper_pair(), 100.0), Density(),
         RunUp(), CentralDifferences(), field, exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3),
         exugear.Placement(), exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
-        box.stages[0].fast, linear_law(), model, model.plan, run, recorder, bearing,
+        box.stages[0].fast, linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
     ]  # fmt: skip
     return {type(instance).__name__: instance for instance in made}
 
@@ -127,7 +127,7 @@ def by_name() -> dict[str, Any]:
         "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],
         "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,
         "plot_solid.ax": Figure().add_subplot(projection="3d"), "order_spectrum.speed": TURNS,
-        "DataSheet.rows": [quantity], "envelope.windows": 10, "Plan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
+        "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
     return plain | special
 

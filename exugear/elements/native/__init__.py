@@ -1,1 +1,1 @@
-"""Contacts that Exudyn calls without Python: a hack that is tried before use, and kept in this folder."""
+"""Exudyn calls the compiled contacts directly, without Python in between; EXUGEAR_PORTABLE=1 switches this off."""

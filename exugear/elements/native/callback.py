@@ -1,43 +1,45 @@
-"""A compiled kernel as a function that Exudyn calls without Python: a deliberate hack, kept in this one place.
+"""A compiled kernel as a function that Exudyn calls without Python in between; EXUGEAR_PORTABLE=1 switches it off.
 
-pybind11 unwraps a callable that is itself a stateless C++ function of the wanted type: it reads that function's address
-out of the record behind the callable. `forged` copies the record of one of Exudyn's own functions and writes another
-address and type into it. At that address stands the code of `ASSEMBLY`: it takes Exudyn's vectors apart and calls the
-kernel by numba's convention, i32 (result, exception, arguments). Where the kernel raises, it asks Python why and leaves
-by a C++ exception with that message.
+pybind11 unwraps a callable that is itself a stateless C++ function of the wanted type: it reads the address of that
+function out of the record behind the callable. `forged` copies the record of one of Exudyn's own functions and writes
+another address and type into it. At that address lies the machine code of `ASSEMBLY`: it reads Exudyn's vectors and
+calls the kernel by numba's convention, i32 (result, exception, arguments). Where the kernel raises, the code asks
+Python for the reason and throws a C++ exception with that message.
 
-All this holds on Linux x86-64 for those releases of Exudyn, pybind11 and numba whose records and conventions are these.
-`exugear.elements.native.native` has it tried in a process of its own first.
+This is a deliberate hack, and no other folder knows of it. It holds on Linux x86-64 for the releases of Exudyn,
+pybind11 and numba that have these records and conventions; `exugear.elements.native.native` tries it in a separate
+process before it is used.
 """
 
 import ctypes
 from ctypes import CFUNCTYPE, POINTER, PYFUNCTYPE, addressof, c_char_p, c_double, c_int, c_uint64, c_void_p, py_object
 from types import SimpleNamespace
+from typing import Any
 
 import exudyn as exu
 import llvmlite.binding as llvm
 from numba import types
 
-#: Words of the function record of pybind11 2.13: name, function, its type, next overload.
+#: Function record of pybind11 2.13 in words of 8 bytes: its size; positions of name, function, its type, next overload.
 WORDS, NAME, FUNCTION, TYPE, NEXT = 17, 0, 7, 8, 16
 Record = c_uint64 * WORDS
-#: vector<double> (*)(const MainSystem&, double, int, vector<double>, vector<double>)
+#: Type of vector<double> (*)(const MainSystem&, double, int, vector<double>, vector<double>), as C++ mangles it.
 SIGNATURE = b"PFSt6vectorIdSaIdEERK10MainSystemdiS1_S1_E"
-#: Longest message.
-ROOM = 1000
+#: Longest message of an exception [bytes].
+LONGEST_MESSAGE = 1000
 
-#: What Exudyn calls, and what Python calls. A vector<double> is three pointers: begin, end, end of its room.
+#: What Exudyn calls (contact) and what Python calls (call). A vector<double> is three pointers: begin, end, capacity.
 ASSEMBLY = """
 define ptr @contact(ptr %forces, ptr %system, double %t, i32 %item, ptr %q, ptr %q_t) {{
   %exception = alloca ptr
   %begin = call ptr {new}(i64 {size})
-  %one = load ptr, ptr %q
-  %two = load ptr, ptr %q_t
+  %coordinates = load ptr, ptr %q
+  %velocities = load ptr, ptr %q_t
   {loads}
   %status = call i32 {kernel}(ptr %begin, ptr %exception, {addresses}, double %t, {state})
-  %well = icmp eq i32 %status, 0
-  br i1 %well, label %good, label %bad
-good:
+  %succeeded = icmp eq i32 %status, 0
+  br i1 %succeeded, label %success, label %failure
+success:
   %end = getelementptr i8, ptr %begin, i64 {size}
   %forces.1 = getelementptr i8, ptr %forces, i64 8
   %forces.2 = getelementptr i8, ptr %forces, i64 16
@@ -45,9 +47,9 @@ good:
   store ptr %end, ptr %forces.1
   store ptr %end, ptr %forces.2
   ret ptr %forces
-bad:
+failure:
   call void {delete}(ptr %begin)
-  %message = call ptr {explain}(double %t, ptr %one, ptr %two)
+  %message = call ptr {explain}(double %t, ptr %coordinates, ptr %velocities)
   %never = musttail call ptr {throw}(ptr %message, ptr %system, double %t, i32 %item, ptr %q, ptr %q_t)
   ret ptr %never
 }}
@@ -74,13 +76,13 @@ def forged(portable, kernel, addresses: tuple[int, ...], n: int):
 
     kernel, addresses   the compiled kernel(*addresses, t, *q, *q_t) that portable calls, and its integers
 
-    Called from Python it is portable, and keeps that alive. ValueError where this Exudyn's functions look different.
+    Called from Python it runs portable, which it keeps alive. ValueError where this Exudyn has other records.
     """
-    name, record = help_of_exudyn()
-    keep = SimpleNamespace(portable=portable, kernel=kernel, said=ctypes.create_string_buffer(ROOM))
-    explain = explaining(portable, n, keep.said)
+    name, record = record_of_exudyn()
+    keep = SimpleNamespace(portable=portable, kernel=kernel, message=ctypes.create_string_buffer(LONGEST_MESSAGE))
+    explain = explaining(portable, n, keep.message)
     keep.explain = CFUNCTYPE(c_void_p, c_double, POINTER(c_double), POINTER(c_double))(explain)
-    keep.code = compiled(text_of(entry_of(kernel, n), addresses, n, keep))
+    keep.code = machine_code(assembly(entry_of(kernel, n), addresses, n, keep))
     keep.name = ctypes.create_string_buffer(SIGNATURE)
     keep.type = (c_uint64 * 2)(0, addressof(keep.name))
     record[FUNCTION], record[TYPE] = keep.code.get_function_address("contact"), addressof(keep.type)
@@ -91,13 +93,14 @@ def forged(portable, kernel, addresses: tuple[int, ...], n: int):
     return function(addressof(keep.method), capsule, keep)
 
 
-def help_of_exudyn():
+def record_of_exudyn():
     """Name of the capsules that hold records, and a copy of the record of exudyn.Help; ValueError for other layouts."""
-    capsule = exu.Help.__self__  # type: ignore[attr-defined]
+    function: Any = exu.Help
+    capsule = function.__self__
     name = python("PyCapsule_GetName", c_void_p, py_object)(capsule)
     record = Record.from_address(python("PyCapsule_GetPointer", c_void_p, py_object, c_void_p)(capsule, name))
-    named = ctypes.string_at(record[NAME]), ctypes.string_at((c_uint64 * 2).from_address(record[TYPE])[1])
-    if named != (b"Help", b"PFvvE") or record[NEXT] != 0:
+    texts = ctypes.string_at(record[NAME]), ctypes.string_at((c_uint64 * 2).from_address(record[TYPE])[1])
+    if texts != (b"Help", b"PFvvE") or record[NEXT] != 0:
         raise ValueError("Exudyn's functions have other records")
     return name, Record(*record)
 
@@ -105,59 +108,63 @@ def help_of_exudyn():
 def entry_of(kernel, n: int) -> int:
     """Address of the compiled code of a kernel for n coordinates."""
     _, _, arguments, _ = kernel.get_call_template((types.int64,) * 3 + (types.float64,) * (1 + 2 * n), {})
-    found = kernel.overloads[arguments]
-    if found.signature.return_type != types.UniTuple(types.float64, n):
+    overload = kernel.overloads[arguments]
+    if overload.signature.return_type != types.UniTuple(types.float64, n):
         raise ValueError(f"a kernel must return {n} floats")
-    return found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
+    return overload.library.get_pointer_to_function(overload.fndesc.llvm_func_name)
 
 
-def text_of(entry: int, addresses: tuple[int, ...], n: int, keep) -> str:
-    """LLVM's text for a kernel of n coordinates."""
+def assembly(entry: int, addresses: tuple[int, ...], n: int, keep) -> str:
+    """LLVM assembly of both functions for a kernel of n coordinates."""
     cpp = ctypes.CDLL("libstdc++.so.6")
-    places = {
+    targets = {
         "kernel": entry,
-        "new": place_of(cpp._Znwm),
-        "delete": place_of(cpp._ZdlPv),
-        "throw": place_of(cpp._ZSt21__throw_runtime_errorPKc),
-        "explain": place_of(keep.explain),
+        "new": address_of(cpp._Znwm),
+        "delete": address_of(cpp._ZdlPv),
+        "throw": address_of(cpp._ZSt21__throw_runtime_errorPKc),
+        "explain": address_of(keep.explain),
         "portable": id(keep.portable),
-        "python": place_of(ctypes.pythonapi.PyObject_CallObject),
+        "python": address_of(ctypes.pythonapi.PyObject_CallObject),
     }
-    steps = [
-        f"%{place}.{i} = getelementptr double, ptr %{place}, i64 {i}\n  %{x}.{i} = load double, ptr %{place}.{i}"
-        for place, x in (("one", "q"), ("two", "v"))
+    loads = [
+        f"%{vector}.{i} = getelementptr double, ptr %{vector}, i64 {i}\n  %{x}.{i} = load double, ptr %{vector}.{i}"
+        for vector, x in (("coordinates", "q"), ("velocities", "v"))
         for i in range(n)
     ]
     return ASSEMBLY.format(
         size=8 * n,
-        loads="\n  ".join(steps),
-        addresses=", ".join(f"i64 {place}" for place in addresses),
+        loads="\n  ".join(loads),
+        addresses=", ".join(f"i64 {address}" for address in addresses),
         state=", ".join(f"double %{x}.{i}" for x in "qv" for i in range(n)),
-        **{name: f"inttoptr (i64 {place} to ptr)" for name, place in places.items()},
+        **{name: f"inttoptr (i64 {address} to ptr)" for name, address in targets.items()},
     )
 
 
-def place_of(function) -> int:
+def address_of(function) -> int:
+    """Address of the machine code of a ctypes function."""
     return ctypes.cast(function, c_void_p).value or 0
 
 
-def compiled(text: str):
-    """Engine that holds the code of a text."""
+def machine_code(text: str):
+    """Engine that holds the machine code of LLVM assembly."""
     machine = llvm.Target.from_default_triple().create_target_machine(opt=2)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
     engine.finalize_object()
     return engine
 
 
-def explaining(portable, n: int, said):
-    """The function (t, q, q_t) that writes what portable raises there and returns the address; it must not raise."""
+def explaining(portable, n: int, message):
+    """The function (t, q, q_t) that writes into message what portable raises, and returns its address.
+
+    It is called from C++ and must not raise.
+    """
 
     def explain(t, q, q_t):
         try:
             portable(None, t, 0, q[:n], q_t[:n])
-            said.value = b"the compiled contact failed\n"
+            message.value = b"the compiled contact failed\n"
         except BaseException as error:
-            said.value = f"{type(error).__name__}: {error}\n".encode()[: ROOM - 1]
-        return addressof(said)
+            message.value = f"{type(error).__name__}: {error}\n".encode()[: LONGEST_MESSAGE - 1]
+        return addressof(message)
 
     return explain

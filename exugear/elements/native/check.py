@@ -1,6 +1,6 @@
-"""A throw-away system solved both ways: run in a process of its own before the compiled callback is used.
+"""The trial of the direct call: a small system is solved by both call paths, in a process of its own that may crash.
 
-It imports as little as it can, because somebody waits for it.
+It imports only what it needs, because a user waits for it.
 """
 
 import re
@@ -11,19 +11,19 @@ from numba import njit
 
 from exugear.elements.native.callback import forged
 
-GAIN = 100
+STIFFNESS, LARGEST_TWIST = 100, 0.1
 
 
-def spring(gain, two, three, t, q_1, q_2, v_1, v_2):
-    """A kernel: torques of a stiffening spring that breaks."""
-    if not q_1 - q_2 < 0.1:
+def spring(stiffness, law, record, t, q_1, q_2, v_1, v_2):
+    """A kernel: torques of a stiffening spring that breaks; law and record stand for the addresses of a contact."""
+    if not q_1 - q_2 < LARGEST_TWIST:
         raise ValueError(q_1 - q_2)
-    torque = gain * (q_1 - q_2) * (1.0 + 9.0 * (q_1 - q_2)) + v_1 - v_2 - t
+    torque = stiffness * (q_1 - q_2) * (1.0 + 9.0 * (q_1 - q_2)) + v_1 - v_2 - t
     return -torque, torque
 
 
 def solved(function, speed: float) -> tuple[list[float], str]:
-    """Coordinates that two spinning bodies reach in a dynamic and in a static solve, and what stopped them."""
+    """Coordinates that two spinning bodies reach in a dynamic and in a static solve, and the message that stops it."""
     mbs = exu.SystemContainer().AddSystem()
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
     for node in nodes:
@@ -32,8 +32,8 @@ def solved(function, speed: float) -> tuple[list[float], str]:
     if mbs.GetObject(torques)["forceUserFunction"]["function"] is not function:
         raise SystemExit("Exudyn does not keep the function that it calls")
     ground = mbs.AddNode(eii.NodePointGround())
-    places = [mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0)) for node in (ground, nodes[0])]
-    mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=places, stiffness=10.0))
+    markers = [mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0)) for node in (ground, nodes[0])]
+    mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=markers, stiffness=10.0))
     mbs.Assemble()
     mbs.systemData.SetODE2Coordinates_t([speed, 0.0], exu.ConfigurationType.Initial)
     settings = exu.SimulationSettings()
@@ -50,32 +50,32 @@ def solved(function, speed: float) -> tuple[list[float], str]:
 
 
 def trial() -> None:
-    """End the process with a message where the two ways differ."""
+    """End the process with a message where the results of the two call paths differ."""
     exu.config.printToConsole = False
     calls = []
 
     def portable(mbs, t, item, q, q_t):
         calls.append(t)
         try:
-            return spring(GAIN, 0, 0, t, *q, *q_t)
+            return spring(STIFFNESS, 0, 0, t, *q, *q_t)
         except ValueError as error:
             raise RuntimeError(f"broken at {error.args[0]:.12g} rad") from None
 
     state = None, 0.0, 0, [0.02, 0.0], [0.0, 0.0]
-    function = forged(portable, njit(spring), (GAIN, 0, 0), 2)
-    slow, broken, direct = solved(portable, 1.0), solved(portable, 20.0), portable(*state)
+    direct = forged(portable, njit(spring), (STIFFNESS, 0, 0), 2)
+    expected, broken, torques = solved(portable, 1.0), solved(portable, 20.0), portable(*state)
     calls.clear()
     for _ in range(3):
-        agree(slow, solved(function, 1.0))
-    if calls or len(slow[0]) != 4:
+        require_equal(expected, solved(direct, 1.0))
+    if calls or len(expected[0]) != 4:
         raise SystemExit("the kernel was called by way of Python, or the solve failed")
-    agree(broken, solved(function, 20.0))
-    if not broken[1].startswith("broken at") or function(*state) != direct:
-        raise SystemExit("a spring that should break did not, or Python's own call differs")
+    require_equal(broken, solved(direct, 20.0))
+    if not broken[1].startswith("broken at") or direct(*state) != torques:
+        raise SystemExit("a spring that should break did not, or the call from Python gives other torques")
 
 
-def agree(one, other) -> None:
-    """The same coordinates and the same reason for a stop."""
-    differences = [abs(x - y) for x, y in zip(one[0], other[0], strict=True)]
-    if max(differences, default=0.0) > 1e-12 or one[1] != other[1]:
-        raise SystemExit(f"{one} became {other}")
+def require_equal(expected, actual) -> None:
+    """The same coordinates and the same message, or SystemExit."""
+    differences = [abs(x - y) for x, y in zip(expected[0], actual[0], strict=True)]
+    if max(differences, default=0.0) > 1e-12 or expected[1] != actual[1]:
+        raise SystemExit(f"by way of Python {expected}, directly {actual}")

@@ -1,6 +1,10 @@
-"""Whether Exudyn may call compiled kernels without Python: tried once in a process of its own, and kept on disk.
+"""Exudyn calls the compiled contact directly, without Python in between: EXUGEAR_PORTABLE=1 switches this off.
 
-EXUGEAR_PORTABLE=1 in the environment says no.
+A direct call needs a function record that pybind11 did not make (`exugear.elements.native.callback`). Whether that
+works depends on the platform and on the versions of Exudyn, pybind11, numba and LLVM. So it is tried first, in a
+process of its own that may crash (`exugear.elements.native.check`), and the result is kept on disk. Where the trial
+fails Exudyn calls the contact by way of Python: same numbers, slower. The printed plan of a model says which call is
+used, and why.
 """
 
 import os
@@ -19,23 +23,26 @@ from exugear.elements.native import callback
 from fem.support.cache import cached
 from fem.support.progress import announced
 
-#: For the trial [s], which takes three.
-PATIENCE = 60
+#: Time limit of the trial [s]; it takes three.
+TIME_LIMIT = 60
+#: The trial in a new process. An empty package stands for exugear: importing all of it would take as long again.
 SCRIPT = """
 import sys, types
 sys.exudynFast = {fast}
 sys.modules["exugear"] = types.ModuleType("exugear")
 sys.modules["exugear"].__path__ = [{folder!r}]
-from exugear.trial import trial
+from exugear.elements.native.check import trial
 trial()
 """
-#: Where it may work, and the longest of a trial's last words.
-SYSTEM, LONGEST = ("linux", "x86_64", "CPython"), 200
+#: The only platform with these records and calling conventions.
+PLATFORM = "linux", "x86_64", "CPython"
+#: Longest part of the trial's error output that is quoted.
+LONGEST_QUOTE = 200
 PACKAGES = "exudyn", "numba", "llvmlite", "numpy"
 
 
-def native(portable, kernel, addresses: tuple[int, ...], n: int):
-    """A user function as one that Exudyn calls without Python; itself where that has not been seen to work.
+def direct_or_portable(portable, kernel, addresses: tuple[int, ...], n: int):
+    """The user function that Exudyn calls directly; where that does not work, the portable one as it is.
 
     portable            (mbs, t, item, q, q_t) -> forces of n coordinates; raises RuntimeError
     kernel, addresses   the compiled kernel(*addresses, t, *q, *q_t) that it calls, and the addresses
@@ -43,13 +50,13 @@ def native(portable, kernel, addresses: tuple[int, ...], n: int):
     return portable if obstacle() else callback.forged(portable, kernel, addresses, n)
 
 
-def way() -> str:
-    """How Exudyn calls contacts, in words."""
+def call_path() -> str:
+    """How Exudyn calls contacts, as the printed plan says it."""
     return f"by way of Python ({obstacle()})" if obstacle() else "called without Python"
 
 
 def obstacle() -> str:
-    """Why Exudyn calls contacts by way of Python; empty where it calls them without."""
+    """Why Exudyn calls contacts by way of Python; empty where it calls them directly."""
     asked = os.environ.get("EXUGEAR_PORTABLE", "") not in ("", "0")
     return "EXUGEAR_PORTABLE asks for it" if asked else _obstacle()
 
@@ -57,31 +64,31 @@ def obstacle() -> str:
 @cache
 def _obstacle() -> str:
     system = sys.platform, platform.machine(), platform.python_implementation()
-    if system != SYSTEM:
-        return f"only {' '.join(SYSTEM)} can do without, this is {' '.join(system)}"
+    if system != PLATFORM:
+        return f"only {' '.join(PLATFORM)} can do without, this is {' '.join(system)}"
     if "python" not in Path(sys.executable).name:
         return f"the trial needs python as a process of its own, not {sys.executable}"
     try:
-        return str(cached(_circumstances(), lambda: {"obstacle": np.array(_tried())})["obstacle"])
+        return str(cached(_circumstances(), lambda: {"obstacle": np.array(_trial_failure())})["obstacle"])
     except (AttributeError, OSError, subprocess.TimeoutExpired) as error:
-        return f"no trial of the other way: {error}"
+        return f"no trial of the direct call: {error}"
 
 
 def _circumstances() -> str:
-    """All that the answer may depend on."""
+    """All that the result of the trial may depend on: the key under which it is kept."""
     packages = [f"{name} {version(name)}" for name in PACKAGES]
-    sources = [Path(callback.__file__).with_name(name) for name in ("callback.py", "check.py")]
+    sources = sorted(Path(callback.__file__).parent.glob("*.py"))
     source = str(crc32(b"".join(path.read_bytes() for path in sources)))
     system = sys.version, *platform.libc_ver(), os.environ.get("LD_PRELOAD", "")
-    return "\n".join(["native trial", source, exu.Help.__module__, *packages, *system])
+    return "\n".join(["native trial", SCRIPT, source, exu.Help.__module__, *packages, *system])
 
 
-def _tried() -> str:
-    """What `exugear.elements.native.check` ends with, without what exugear imports; empty where all is well."""
-    surroundings = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONWARNINGS": "ignore"}
+def _trial_failure() -> str:
+    """How the trial failed, with the end of its error output; empty where it passed."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONWARNINGS": "ignore"}
     fast, folder = exu.Help.__module__.endswith("fast"), str(Path(callback.__file__).parents[2])
     command = [sys.executable, "-P", "-c", SCRIPT.format(fast=fast, folder=folder)]
     with announced("trying whether Exudyn may call the compiled contact without Python", once=True):
-        ended = subprocess.run(command, env=surroundings, capture_output=True, text=True, timeout=PATIENCE)
-    said = " ".join(ended.stderr.split())[-LONGEST:] or "no words"
-    return f"its trial ended with {ended.returncode}: {said}" if ended.returncode else ""
+        ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=TIME_LIMIT)
+    quote = " ".join(ended.stderr.split())[-LONGEST_QUOTE:] or "no words"
+    return f"its trial ended with {ended.returncode}: {quote}" if ended.returncode else ""

@@ -122,7 +122,7 @@ GOOD = TABLE | {"damping": 0.0, "backlash": 1e-4}
         ({"back_phase": np.inf}, "back_phase must be finite"),
         ({"phase": [0, 0.5, 1.0]}, "phase must increase within"),
         ({"phase": [0, 120, 240]}, "phase must increase within"),
-        ({"phase": [], "force_table": np.zeros((0, 2))}, "phase must be"),
+        ({"phase": [], "force_table": np.zeros((0, 2))}, "phase must increase over at least 1"),
         ({"deflection": [0, 10.0]}, "pass metres"),
         ({"deflection": [1e-5, 0]}, "deflection must increase"),
         ({"deflection": [0, np.nan]}, "deflection must increase"),

@@ -15,7 +15,7 @@ import fem
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.mesh_density import Density
 from fem.gear import tooth_profile
-from fem.gear.tooth_root import involute
+from fem.gear.involute import involute
 from fem.pair.interference import root_clearance
 from fem.ste.ste_map import pair_attributes, pair_of, ste_map
 from fem.units import GPa, deg, mm, um

@@ -48,13 +48,15 @@ def contact(mating, u, v, spins, phase, law):
     """Contact forces on both gears, torques on their hubs, energy and lost power."""
     force, torque, energy, lost_power = [np.zeros_like(x) for x in u], np.zeros(2), 0.0, 0.0
     motions = zip(map(flank_arrays, mating.gears), u, v, force, spins, strict=True)
-    gears, poses = [MovingGear(*motion) for motion in motions], mating.poses(phase, 20 * um)
+    gears, placed = [MovingGear(*motion) for motion in motions], mating.placements(phase, 20 * um)
     for row in tooth_pair_table(mating, phase):
         tooth_pair = ToothPair(*row.tolist())
         sides = [tooth_pair.slave, 1 - tooth_pair.slave]
-        slave, master = (poses[side] for side in sides)
+        slave, master = (placed[side] for side in sides)
         dx = (slave.centre - master.centre)[0]
-        pose = RelativePose(dx * np.cos(master.angle), -dx * np.sin(master.angle), slave.angle - master.angle)
+        pose = RelativePose(
+            dx * np.cos(master.rotation), -dx * np.sin(master.rotation), slave.rotation - master.rotation
+        )
         friction = np.zeros(gears[0].flanks.arcs.size)
         *torques, stored, slip = add_contact_forces(*(gears[side] for side in sides), tooth_pair, pose, law, friction)
         torque[sides] += torques
@@ -80,8 +82,8 @@ def test_contact_forces_on_both_gears_balance(relieved):
     mating, u = relieved
     v = [1e-3 * np.cos(500 * x + 1e3) for x in u]
     forces, torque, _, lost_power = contact(mating, u, v, (1.0, -1.0), 0.3, ContactLaw(PENALTY, 0.3, 1e-4))
-    poses = mating.poses(0.3, 20 * um)
-    pinion, wheel = (rotated(force.sum(axis=0), pose.angle) for force, pose in zip(forces, poses, strict=True))
+    placed = mating.placements(0.3, 20 * um)
+    pinion, wheel = (rotated(force.sum(axis=0), gear.rotation) for force, gear in zip(forces, placed, strict=True))
     assert pinion == pytest.approx(-wheel, rel=1e-9)
     assert torque[0] + torque[1] + mating.pair.a * wheel[1] == pytest.approx(0, abs=0.7 * um * np.hypot(*wheel))
     assert lost_power > 0

@@ -295,7 +295,7 @@ def test_parallelism_errors_act_in_the_plane_of_action(paper_pair):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: fem.Offsets(a=(0.151, 0.150)), "a must be a number or increasing"),
+        (lambda: fem.Offsets(a=(0.151, 0.150)), "a must increase; sort it"),
         (lambda: fem.Offsets(misalignment=0.5), "pass radians"),
         (lambda: fem.Offsets(axial=float("nan")), "axial must be a number"),
         (lambda: fem.Offsets(axial=None), "axial must be a number or increasing numbers .*0: none.*got None"),

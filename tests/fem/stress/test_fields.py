@@ -13,6 +13,7 @@ from paper_gears import few_teeth, paper_pair
 import fem
 from fem.elasticity import section_mesh
 from fem.elasticity.mesh_density import Density
+from fem.pair.placement import Placement, placements
 from fem.stress import fields as stress
 from fem.stress import flank_loads, gear_elasticity, stress_recovery
 from fem.stress.flank_loads import FlankLoad
@@ -210,14 +211,14 @@ def test_corner_presses_both_gears_alike(phase):
     assert peak > 2500 * MPa
 
 
-def places_of_strips(place: stress.Place, on_teeth: list[FlankLoad]) -> np.ndarray:
+def strip_middles(placement: Placement, on_teeth: list[FlankLoad]) -> np.ndarray:
     """(3, n) middles of all strips that carry load, where the gear stands; in order of z and y."""
     points = []
     for load in on_teeth:
         axial = np.broadcast_to((load.low + load.high)[:, None] / 2, load.force.shape)
-        turn = place.angle + np.tan(place.gear.beta) / place.gear.r * axial
-        x, y = section_mesh.rotated(flank_loads.flank_points(place.gear, load.tooth, load.middle), turn)
-        points.append(np.stack([x, y, axial])[:, load.force > 0] + place.centre[:, None])
+        gear, turn = placement.gear, placement.rotation + placement.gear.twist * axial
+        x, y = section_mesh.rotated(flank_loads.flank_points(gear, load.tooth, load.middle), turn)
+        points.append(np.stack([x, y, axial])[:, load.force > 0] + placement.centre[:, None])
     x, y, z = np.hstack(points)
     return np.stack([x, y, z])[:, np.lexsort((y, np.round(z / um)))]
 
@@ -229,8 +230,8 @@ def test_strips_of_both_gears_meet_where_the_gears_stand(hand):
     offsets = fem.Offsets(a=pair.a + 0.1 * mm, axial=2 * mm)
     (encounter,), _ = flank_loads.encounters(pair, [0.3], offsets, ROUGH)
     state = encounter.state(150 / pair.pinion.r_b)
-    stand, on_gears = stress.places(encounter.meeting, state.te), flank_loads.flank_loads(encounter, state)
-    pinion, wheel = (places_of_strips(*side) for side in zip(stand, on_gears, strict=True))
+    placed, on_gears = placements(encounter.meeting, state.te), flank_loads.flank_loads(encounter, state)
+    pinion, wheel = (strip_middles(*gear) for gear in zip(placed, on_gears, strict=True))
     overlap = np.linalg.norm(pinion - wheel, axis=0)
     assert 0.8 * state.te < overlap.min() and overlap.max() < 1.15 * state.te
 

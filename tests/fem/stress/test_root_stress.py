@@ -14,7 +14,7 @@ from exugear.post import stress_plots
 from fem.elasticity import section_mesh
 from fem.elasticity.mesh_density import Density
 from fem.gear import tooth_profile
-from fem.gear.tooth_root import involute
+from fem.gear.involute import involute
 from fem.stress import flank_loads, gear_elasticity, root_stress, stress_recovery
 from fem.stress.flank_loads import FlankLoad
 from fem.stress.gear_elasticity import FINE

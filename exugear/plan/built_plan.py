@@ -1,0 +1,88 @@
+"""The plan of a built model: with its eigenfrequencies known, integrator, step and cost follow."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import pi
+
+from exugear.mesh_force.force import MeshForce
+from exugear.plan.coordinates import Coordinates
+from exugear.plan.integrator import ANGLE_AT_1E3, ANGLE_ON_BEARINGS_AT_1E3, BOUND_MARGIN, STABLE, Rule, rule
+from exugear.plan.plan import Plan
+from fem.support.arguments import Finite, checked
+
+#: Wall time of a step per mesh on a two-core machine [s].
+STEP_COST = {Coordinates.SPIN: 4e-6, Coordinates.PLANAR: 8e-6, Coordinates.BEARINGS: 13e-6, Coordinates.JOINT: 13e-6}
+#: Memory per sample and mesh [bytes].
+SAMPLE_SIZE, SAMPLE_SIZE_ON_BEARINGS = 48, 130
+
+
+@checked
+@dataclass(frozen=True)
+class BuiltPlan:
+    """The plan of a built model, with what only the built system tells: integrator, step and cost; print it.
+
+    scene       the `Plan` by which the model was built
+    omega       upper bound of all eigenfrequencies, meshes at their stiffest [rad/s]
+    omega_mesh  the same of the modes in which meshes take part, which the step resolves [rad/s]
+    contact     how Exudyn calls the contacts: without Python, or by way of Python and why
+    """
+
+    scene: Plan
+    omega: Finite
+    omega_mesh: Finite
+    contact: str
+
+    @property
+    def shafts(self) -> Mapping[str, Coordinates]:
+        """Coordinates of each shaft."""
+        return self.scene.shafts
+
+    @property
+    def laws(self) -> Mapping[str, MeshForce]:
+        """Force law of each stage by its label, with the axes that the scene needs."""
+        return self.scene.laws
+
+    @property
+    def on_bearings(self) -> bool:
+        """Whether bearings carry at least one shaft."""
+        return any(kind.on_bearings for kind in self.shafts.values())
+
+    @property
+    def largest_step(self) -> float:
+        """Step at which the fourth-order integrator becomes unstable [s]."""
+        return STABLE / self.omega
+
+    @checked
+    def rule(self, tolerance: float = 1e-3, mesh_frequency: Finite = 0.0) -> Rule:
+        """Integrator and step for a relative error of the windowed rms of the DTE, up to a mesh frequency [Hz]."""
+        angle = ANGLE_ON_BEARINGS_AT_1E3 if self.on_bearings else ANGLE_AT_1E3
+        return rule(self.omega_mesh, BOUND_MARGIN * self.largest_step, tolerance, mesh_frequency, angle)
+
+    @checked
+    def step(self, tolerance: float = 1e-3, mesh_frequency: Finite = 0.0) -> float:
+        """Step [s] of that rule."""
+        return self.rule(tolerance, mesh_frequency).step
+
+    @checked
+    def cost(self, duration: Finite, step: Finite, sample: Finite = 4e-5) -> str:
+        """Number of steps, estimated wall time and memory of a run with a duration, step and sample interval [s]."""
+        meshes, steps = len(self.laws), duration / step
+        step_cost = meshes * max(STEP_COST[kind] for kind in self.shafts.values())
+        size = SAMPLE_SIZE_ON_BEARINGS if self.on_bearings else SAMPLE_SIZE
+        memory = meshes * size * duration / max(sample, step) / 1e6
+        about = f"about {steps * step_cost:.3g} s, {memory:.3g} MB of samples"
+        return f"{duration:g} s in {steps:.3g} steps of {step:.3g} s: {about}"
+
+    def __str__(self) -> str:
+        resolved = f"{self.omega_mesh / 2 / pi:.4g} Hz with meshes in them"
+        lines = [
+            *self.scene.lines(),
+            f"integrator: {self.rule()}",
+            f"eigenfrequencies: below {self.omega / 2 / pi:.4g} Hz, {resolved}",
+            f"largest stable step: {self.largest_step:.3g} s",
+            f"tolerance 1e-3: {self.cost(1.0, self.step())}",
+            f"contact: {self.contact}",
+        ]
+        return "\n".join(lines)
+
+    __repr__ = __str__

@@ -1,0 +1,33 @@
+"""What a plan knows before the model is built, and what only the built model knows."""
+
+import pytest
+from bearing_boxes import box_of
+from scenes import smooth_box
+
+import exugear
+from exugear.plan.plan import KNOWN_ONCE_BUILT
+
+
+@pytest.mark.parametrize("name", KNOWN_ONCE_BUILT)
+def test_a_plan_asks_for_the_model_where_integrator_and_step_are_wanted(name):
+    plan = exugear.plan(smooth_box())
+    with pytest.raises(AttributeError, match=rf"build the model first: exugear.build\(box\).plan.{name}$"):
+        getattr(plan, name)
+    assert hasattr(exugear.build(smooth_box()).plan, name)
+
+
+def test_the_built_plan_prints_the_scene_and_then_integrator_step_cost_and_call():
+    box = box_of()
+    before, after = (str(plan).splitlines() for plan in (exugear.plan(box), exugear.build(box).plan))
+    assert after[: len(before) - 1] == before[:-1]
+    assert before[-1] == "integrator and step: known once the model is built (build(box).plan)"
+    titles = [line.split(":")[0] for line in after[len(before) - 1 :]]
+    assert titles == ["integrator", "eigenfrequencies", "largest stable step", "tolerance 1e-3", "contact"]
+
+
+def test_a_model_is_built_by_the_plan_of_another_model():
+    box = smooth_box()
+    unreduced = exugear.build(box, plan=exugear.plan(box).with_joints())
+    again = exugear.build(box, plan=unreduced.plan)
+    assert again.plan.scene is unreduced.plan.scene
+    assert again.plan.omega == pytest.approx(unreduced.plan.omega)
