@@ -11,8 +11,8 @@ from exugear.elements.divergence import DIVERGED, FAR
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_stiffness import linear_part, radial_table
 from exugear.gearbox.shaft import Shaft
-from exugear.kernels.contact_kernels import TAKEN
 from exugear.kernels.recorder import at
+from exugear.plan.coordinates import Coordinates
 from fem.support.numba_cache import compiled, kept
 
 SIZE, LEVER, DAMPING = range(3)
@@ -21,14 +21,14 @@ HEADER = 3
 NUDGES = 1e-9, 1e-6
 
 
-def add_bearings(mbs, node: int, shaft: Shaft, kind: str) -> None:
-    """The bearings of a shaft on its body's node."""
+def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None:
+    """Add the bearings of a shaft to the node of its body."""
     stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
     for axial, bearing in shaft.bearings.items():
         k = linear_part(bearing, axial - shaft.centre)
         stiffness, damping = stiffness + k, damping + bearing.damping * k
-    taken = np.ix_(TAKEN[kind], TAKEN[kind])
-    items = [eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=stiffness[taken], dampingMatrix=damping[taken])]
+    part = np.ix_(coordinates.components, coordinates.components)
+    items = [eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=stiffness[part], dampingMatrix=damping[part])]
     for axial, bearing in shaft.bearings.items():
         if not bearing.linear:
             force, jacobian = user_functions(bearing, axial - shaft.centre)

@@ -15,6 +15,13 @@ def radial_table(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
     return np.array([0.0, bearing.clearance, bearing.clearance + REACH]), np.array([0.0, 0.0, bearing.radial * REACH])
 
 
+def radial_secant(bearing: Bearing, force: float) -> float:
+    """Secant stiffness [N/m] of a nonlinear bearing under a radial force > 0 [N] that its table reaches."""
+    displacement, table = radial_table(bearing)
+    loaded = np.flatnonzero(table == 0)[-1]
+    return force / float(np.interp(force, table[loaded:], displacement[loaded:]))
+
+
 def linear_part(bearing: Bearing, lever: float) -> np.ndarray:
     """(6, 6) stiffness about a pole lever [m] below, without the radial one of a nonlinear bearing."""
     if bearing.linear:

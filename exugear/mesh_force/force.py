@@ -262,7 +262,7 @@ def _check_offsets(offsets: Mapping[str, np.ndarray], conserves: bool) -> None:
     named = list(offsets) == [name for name in OFFSETS if name in offsets]
     require(named, f"offsets must be of {list(OFFSETS)} in this order, got {list(offsets)}")
     for name, values in offsets.items():
-        increasing(name, values, least=2)
+        increasing(f"{name} of the offsets", values, least=2)
         require(bool(np.isfinite(values).all()), f"{name} must be finite, got {values}")
     require(not (conserves and offsets), f"a conserving law takes no offsets, got {list(offsets)}; use MeshForce.at")
 

@@ -130,7 +130,9 @@ def superharmonics(peaks: Resonances, divisors: Numbers = (4, 3, 2, 1), within: 
     """
     require(peaks.place.size > 0, "peaks must hold at least one peak, got none; lower the prominence")
     require(0 < within < 1, f"within must lie in (0, 1) as share of the place, got {within}")
-    expected = peaks.place[np.argmax(peaks.height)] / np.asarray(divisors, float)
+    ratios = np.atleast_1d(np.asarray(divisors, float))
+    require(bool((ratios > 0).all()), f"divisors must be > 0, got {divisors}")
+    expected = peaks.place[np.argmax(peaks.height)] / ratios
     nearest = peaks.place[np.abs(peaks.place - expected[:, None]).argmin(axis=1)]
     return np.where(np.abs(nearest / expected - 1) < within, nearest, np.nan)
 

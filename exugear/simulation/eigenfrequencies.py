@@ -9,10 +9,10 @@ import numpy as np
 import scipy
 
 from exugear.kernels.kinematics import HELD
-from exugear.simulation.drive_and_load import OFFSETS, drive_by, imposed
+from exugear.simulation.drive_and_load import OFFSETS, applied, set_drive
 from exugear.simulation.equilibrium import start
-from exugear.simulation.model import Model, measured, quiet
-from exugear.simulation.time_functions import Line
+from exugear.simulation.model import Model, linearized, quiet
+from exugear.simulation.time_functions import Conditions
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -32,9 +32,9 @@ def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
     """
     require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}; build(gearbox)")
     require(isfinite(load) and load != 0, f"load must be finite and not 0, got {load}; without it no teeth are pressed")
-    model = measured(model)
-    with quiet(), _restored(model), imposed(model, Line(0.0, 0.0), Line(float(load), 0.0)):
-        start(model, float(load), 0.0)
+    model, conditions = linearized(model), Conditions(speed=0.0, load=float(load), duration=1.0)
+    with quiet(), _restored(model), applied(model, conditions):
+        start(model, conditions)
         mass, stiffness, *_ = model.mbs.ComputeLinearizedSystem(projectIntoConstraintNullspace=True)
     squares = scipy.linalg.eigvals(stiffness, mass).real
     return np.sqrt(np.sort(np.maximum(squares, 0.0))) / (2 * pi)
@@ -45,12 +45,12 @@ def _restored(model: Model) -> Iterator[None]:
     """Leave state, drive and load of the system as they were."""
     mbs, initial = model.mbs, exu.ConfigurationType.Initial
     held, load = [mesh.frame[HELD] for mesh in model.meshes], mbs.GetLoad(model.load)
-    turned = [mbs.GetObjectParameter(model.drive, name) for name in OFFSETS]
+    functions = [mbs.GetObjectParameter(model.drive, name) for name in OFFSETS]
     state = mbs.systemData.GetSystemState(initial)
     try:
         yield
     finally:
-        drive_by(mbs, model.drive, turned)
+        set_drive(mbs, model.drive, functions)
         for name in ("load", "loadUserFunction"):
             mbs.SetLoadParameter(model.load, name, load[name])
         for mesh, force in zip(model.meshes, held, strict=True):

@@ -7,10 +7,11 @@ from functools import cached_property, partial
 import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
-from skfem import Basis, ElementQuad1, ElementQuad2
+from skfem import Basis, ElementQuad1, ElementQuad2, MeshLine
 from skfem.element import Element
 
 from fem.elasticity import extrusion, section_mesh
+from fem.elasticity.face_symmetry import Face, HalfFace, WholeFace, clamped
 from fem.elasticity.mesh_density import Density
 from fem.gear import tooth_profile
 from fem.gear.gear import Gear
@@ -32,14 +33,14 @@ EQUAL_WITHIN = 1e-9
 class DeformableGear:
     """A clamped gear. Displacements are arrays (n_dofs, dim), 0 where the hub or the symmetry plane holds them.
 
-    width_share     modelled share of the face width: one half where both halves are alike, else 1
-    solid           finite elements
-    columns         (n_dofs,) number of the dof of the transverse section on whose line along the helix each dof lies
-    free            (n_free,) flat numbers of the displacements that are not clamped
-    flanks          flanks of the teeth that may touch, by the number of the tooth
+    face        modelled part of the face width
+    solid       finite elements
+    columns     (n_dofs,) number of the dof of the transverse section on whose line along the helix each dof lies
+    free        (n_free,) flat numbers of the displacements that are not clamped
+    flanks      flanks of the teeth that may touch, by the number of the tooth
     """
 
-    width_share: float
+    face: Face
     solid: Solid
     columns: np.ndarray
     free: np.ndarray
@@ -85,15 +86,16 @@ class DeformableGear:
 
 
 def clamped_pair(pair: GearPair, density: Density, element: Element) -> tuple[DeformableGear, DeformableGear]:
-    """Pinion and wheel from `clamped` with the densities from `with_edges`; equal gears share their solid."""
-    last, whole = last_tooth_in_contact(pair), not all(map(symmetric_about_mid_plane, (pair.pinion, pair.wheel)))
+    """Pinion and wheel with the densities from `with_edges`; equal gears share their solid."""
+    last, symmetric = last_tooth_in_contact(pair), all(map(symmetric_about_mid_plane, (pair.pinion, pair.wheel)))
+    face = HalfFace() if symmetric and element.dim == 3 else WholeFace()
     density = density.with_teeth(max(density.teeth, last), max(density.behind, last))
     densities = with_edges(pair, density)
-    discretized = partial(clamped, element=element, teeth=range(-last, last + 1), whole=whole)
-    pinion = discretized(pair.pinion, densities[0])
+    with_density = partial(discretized, element=element, teeth=range(-last, last + 1), face=face)
+    pinion = with_density(pair.pinion, densities[0])
     if densities[0] == densities[1] and replace(pair.wheel, flank=()) == replace(pair.pinion, flank=()):
         return pinion, pinion.with_flanks_of(pair.wheel)
-    return pinion, discretized(pair.wheel, densities[1])
+    return pinion, with_density(pair.wheel, densities[1])
 
 
 def last_tooth_in_contact(pair: GearPair) -> int:
@@ -136,42 +138,36 @@ def distinct_edges(gear: Gear, rolls: Iterable[float]) -> tuple[float, ...]:
     return tuple(kept[1:])
 
 
-def clamped(gear: Gear, density: Density, element: Element, *, teeth=range(-1, 2), whole: bool = False):
-    """`DeformableGear` on quadrilaterals (plane strain) or on hexahedra, by the element.
+def discretized(
+    gear: Gear, density: Density, element: Element, *, teeth=range(-1, 2), face: Face | None = None
+) -> DeformableGear:
+    """Gear on quadrilaterals (plane strain) or on hexahedra, by the element.
 
     teeth       numbers of the teeth that may touch
-    whole       hexahedra from end face to end face instead of from mid-plane on
+    face        part of the face width that hexahedra model, by default all of it
     """
+    face = WholeFace() if face is None else face
     mesh, degree = section_mesh.section(gear, density), element.maxdeg // element.dim
     section = Basis(mesh, ElementQuad1() if degree == 1 else ElementQuad2(), intorder=2 * degree + 1)
     if element.dim == 2:
         width, solid = plane_strain_width(gear.b), solid_on_basis(section, gear.material, gear.b)
     else:
-        half = extrusion.half_width(gear.b, gear.b, density.width)
-        line = extrusion.both_sides(half) if whole else half
+        half = np.sort(extrusion.half_width(gear.b, gear.b, density.width).p[0])
+        line = MeshLine(face.positions(half))
         width = gauss_width(section_mesh.divided(np.sort(line.p[0]), degree), degree)
         in_space = Basis(extrusion.extruded(mesh, line, gear.twist), element, intorder=2 * degree + 1)
         solid = solid_on_basis(in_space, gear.material)
     columns = section_dofs(section, solid.positions, gear.twist)
     stacks = np.lexsort((*solid.positions.T[2:], columns)).reshape(section.N, -1)
     flanks = {tooth: flank_of(gear, section, stacks, tooth, width, degree) for tooth in teeth}
-    free = np.flatnonzero(~clamped_displacements(gear, solid.positions, whole))
-    return DeformableGear(1.0 if element.dim == 2 or whole else 0.5, solid, columns, free, flanks)
+    free = np.flatnonzero(~clamped(gear, solid.positions.T, element.dim, face).T)
+    return DeformableGear(face, solid, columns, free, flanks)
 
 
 def section_dofs(section: Basis, positions: np.ndarray, twist: float) -> np.ndarray:
     """(n_dofs,) number of the section's dof on whose line along the helix each position (n_dofs, dim) lies."""
     angle = -twist * positions[:, 2:].sum(axis=1)
     return cKDTree(section.doflocs.T).query(section_mesh.rotated(positions[:, :2].T, angle).T)[1]
-
-
-def clamped_displacements(gear: Gear, positions: np.ndarray, whole: bool) -> np.ndarray:
-    """(n_dofs, dim) whether the hub or the symmetry about mid-plane holds a displacement."""
-    held = np.zeros(positions.shape, bool)
-    held[np.hypot(positions[:, 0], positions[:, 1]) < gear.d_bore / 2 * (1 + 1e-6)] = True
-    if positions.shape[1] == 3 and not whole:
-        held[positions[:, 2] < gear.b * 1e-9, 2] = True
-    return held
 
 
 def flank_of(gear: Gear, section: Basis, stacks: np.ndarray, tooth: int, width: WidthQuadrature, degree: int) -> Flank:

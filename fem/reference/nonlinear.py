@@ -22,6 +22,7 @@ from scipy.linalg import cho_factor, cho_solve
 from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 from skfem.element import Element
 
+from fem.contact.unilateral import Equilibrium, unilateral_contact
 from fem.elasticity.mesh_density import Density
 from fem.linalg.direct_solver import Solve
 from fem.microgeometry.flank import pitch_deviations
@@ -195,27 +196,26 @@ def gap_flexibility(gradient: np.ndarray, flexibility: np.ndarray) -> np.ndarray
 def complementarity(matrix, gap, closing, force: float, inertia: float = 0.0) -> tuple[float, np.ndarray]:
     """te and f >= 0 with gap + matrix f - closing te >= 0, complementary, and closing . f + inertia te = force.
 
-    Primal-dual active set (Hintermueller, Ito, Kunisch 2003). Raises RuntimeError where none settles.
+    Raises RuntimeError where no active set converges.
     """
-    rng = np.random.default_rng(0)
-    active = gap / closing < (gap / closing).min() + 1e-9
-    for step in range(200):
-        factor = cho_factor(matrix[np.ix_(active, active)], lower=True, check_finite=False)
-        per_error, per_gap = cho_solve(factor, np.stack([closing[active], gap[active]], axis=1)).T
-        te = float((force + closing[active] @ per_gap) / (closing[active] @ per_error + inertia))
-        f = np.zeros(gap.size)
-        f[active] = per_error * te - per_gap
-        slack = gap + matrix @ f - closing * te
-        wanted = np.where(active, f > 0, slack < 0)
-        if (wanted == active).all():
-            return te, f
-        active = wanted if step < 30 else np.where(rng.random(active.size) < 0.5, wanted, active)
-        if not active.any() and inertia == 0:
-            active[np.argmin(slack / closing)] = True
-    raise RuntimeError("contact did not settle in 200 active sets; try a neighbouring phase or a finer density")
+    first_touch = gap / closing
+
+    def equilibrium(active: np.ndarray) -> Equilibrium:
+        touching = active[0] if active.any() or inertia else first_touch == first_touch.min()
+        factor = cho_factor(matrix[np.ix_(touching, touching)], lower=True, check_finite=False)
+        per_error, per_gap = cho_solve(factor, np.stack([closing[touching], gap[touching]], axis=1)).T
+        stiffness = closing[touching] @ per_error + inertia
+        te = np.array([(force + closing[touching] @ per_gap) / stiffness])
+        f = np.zeros((1, gap.size))
+        f[0, touching] = per_error * te - per_gap
+        slack = np.where(touching, 0.0, gap + matrix @ f[0] - closing * te)
+        return Equilibrium(te, np.array([stiffness]), f, slack[None])
+
+    state = unilateral_contact(equilibrium, first_touch[None] < first_touch.min() + 1e-9)
+    return float(state.te[0]), state.force[0]
 
 
-class Equilibrium(NamedTuple):
+class StaticState(NamedTuple):
     """Transmission error [m], displacements of pinion and wheel (n_dofs, dim) [m], contact forces (n,) [N]."""
 
     te: float
@@ -224,7 +224,7 @@ class Equilibrium(NamedTuple):
     candidates: list[ContactCandidate]
 
 
-def equilibrium(problem: ContactProblem, phase: float, force: float, tolerance: float = 1e-6) -> Equilibrium:
+def equilibrium(problem: ContactProblem, phase: float, force: float, tolerance: float = 1e-6) -> StaticState:
     """Equilibrium of both gears under the mesh force force > 0 [N].
 
     Raises RuntimeError where Newton's steps do not fall below tolerance times the displacement.
@@ -238,9 +238,9 @@ def equilibrium(problem: ContactProblem, phase: float, force: float, tolerance: 
 
 def _newton(
     problem: ContactProblem, phase: float, candidates: list[ContactCandidate], force: float, tolerance: float
-) -> Equilibrium:
+) -> StaticState:
     """`equilibrium` with contact of the candidates only."""
-    te, u, force = 0.0, tuple(gear.undeformed() for gear in problem.gears), force * problem.gears[0].width_share
+    te, u, force = 0.0, tuple(gear.undeformed() for gear in problem.gears), force * problem.gears[0].face.share
     for _ in range(NEWTON_STEPS):
         residual = [
             -internal_force(gear.solid, displacement) for gear, displacement in zip(problem.gears, u, strict=True)
@@ -249,6 +249,6 @@ def _newton(
         te, du, f = newton_step(problem, gaps, te, residual, force)
         u = (u[0] + du[0], u[1] + du[1])
         if max(np.abs(du[0]).max(), np.abs(du[1]).max()) < tolerance * np.abs(u[0]).max():
-            return Equilibrium(te, u, f, candidates)
+            return StaticState(te, u, f, candidates)
     steps = f"after {NEWTON_STEPS} Newton steps"
     raise RuntimeError(f"no equilibrium at phase {phase:g} {steps}; try a finer density or less torque")

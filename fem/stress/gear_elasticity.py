@@ -12,6 +12,7 @@ import numpy as np
 from skfem import Basis, ElementLineP2, ElementQuad2, ElementTriP2, MeshHex, MeshLine, MeshTri
 
 from fem.elasticity import extruded_elasticity, extrusion, section_mesh
+from fem.elasticity.face_symmetry import WholeFace, clamped
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
 from fem.gear.tooth_profile import arc_at, flank_points
@@ -105,9 +106,8 @@ def solid_gear(gear: Gear, density: Density) -> ElasticGear:
 
 def _clamped(gear: Gear, section: Basis, axis: Basis | None) -> ElasticGear:
     stiffness = extruded_elasticity.stiffness(section, axis, gear.material, gear.twist)
-    dim, n = (2, 1) if axis is None else (3, axis.N)
-    hub = np.hypot(*section.doflocs) < gear.d_bore / 2 * (1 + 1e-6)
-    free = ~np.tile(np.repeat(hub, n), dim)
+    points = section.doflocs if axis is None else extruded_elasticity.points(section, axis)
+    free = ~clamped(gear, points, len(points), WholeFace()).ravel()
     part = stiffness.part(free)
     solve = factorize(part.matrix if axis is None else part)
     return ElasticGear(gear, section, axis, stiffness, np.flatnonzero(free), solve)

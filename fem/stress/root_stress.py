@@ -11,8 +11,7 @@ from fem.gear.gear import Gear
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
-from fem.ste.map_solver import QUANTITIES
-from fem.ste.ste_map import PHASE, TORQUE
+from fem.ste.ste_map import PHASE, TORQUE, description
 from fem.stress import gear_elasticity
 from fem.stress.flank_loads import FlankLoad, flank_loads, tooth_contacts, with_loaded_teeth
 from fem.stress.gear_elasticity import ElasticGear
@@ -139,17 +138,19 @@ def at_tangent(inclined: np.ndarray, stress: np.ndarray) -> np.ndarray:
 
 def _dataset(torque: np.ndarray, phase: np.ndarray, stresses: np.ndarray, quantities: np.ndarray) -> xr.Dataset:
     """Labelled stresses (gear, 2, n_torque, n_phase) and CONTACT quantities."""
-    grid, name = (TORQUE, PHASE), "tensile stress in the tooth root"
+    grid, stress = (TORQUE, PHASE), "tensile stress in the tooth root"
     axes = {
         "gear": ["pinion", "wheel"],
         TORQUE: (TORQUE, torque, {"units": "N m", "long_name": "pinion torque"}),
         PHASE: (PHASE, phase, {"units": "1", "long_name": "phase of the mesh cycle"}),
     }
     values = {
-        "root_stress": (("gear", *grid), stresses[:, 0], {"units": "Pa", "long_name": f"largest {name}"}),
-        "tangent_stress": (("gear", *grid), stresses[:, 1], {"units": "Pa", "long_name": f"{name}, 30 degree tangent"}),
+        "root_stress": (("gear", *grid), stresses[:, 0], {"units": "Pa", "long_name": f"largest {stress}"}),
+        "tangent_stress": (
+            ("gear", *grid),
+            stresses[:, 1],
+            {"units": "Pa", "long_name": f"{stress}, 30 degree tangent"},
+        ),
     }
-    for quantity, column in zip(CONTACT, quantities, strict=True):
-        units, meaning = QUANTITIES[quantity]
-        values[quantity] = (grid, column, {"units": units, "long_name": meaning})
+    values |= {name: (grid, quantities[i], description(name)) for i, name in enumerate(CONTACT)}
     return xr.Dataset(values, axes, {"title": "tooth root stress and contact pressure over the mesh cycle"})

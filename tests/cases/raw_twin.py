@@ -8,6 +8,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import fem
 from fem.elasticity.extrusion import both_sides, extruded, half_width
+from fem.elasticity.face_symmetry import Face, HalfFace, clamped
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import section
 from fem.reference.mortar import pair_gaps
@@ -35,19 +36,17 @@ def gap_change(gears, gradients, du) -> np.ndarray:
 
 
 class RawGear:
-    """Linear solid of a gear, assembled by scikit-fem on the mesh of a `DeformableGear` of that share of the width."""
+    """Linear solid of a gear, assembled by scikit-fem on the mesh of a `DeformableGear`."""
 
-    def __init__(self, gear: fem.Gear, density: Density, element, share: float):
+    def __init__(self, gear: fem.Gear, density: Density, element, face: Face):
         mesh, thickness = section(gear, density), gear.b
         if element.dim == 3:
             half, thickness = half_width(gear.b, gear.b, density.width), 1.0
-            mesh = extruded(mesh, half if share < 1 else both_sides(half), gear.twist)
+            mesh = extruded(mesh, half if isinstance(face, HalfFace) else both_sides(half), gear.twist)
         basis = Basis(mesh, ElementVector(element), intorder=5 if mesh.dim() == 2 else 3)
         numbers = [dofs for _, dofs in components(basis)]
-        held = [dofs[np.hypot(*basis.doflocs[:2, dofs]) < gear.d_bore / 2 * (1 + 1e-6)] for dofs in numbers]
-        if share < 1:
-            held += [numbers[2][basis.doflocs[2, numbers[2]] < 1e-9 * gear.b]]
-        self.free = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
+        held = clamped(gear, basis.doflocs, mesh.dim(), face)
+        self.free = np.concatenate([dofs[~held[axis, dofs]] for axis, dofs in components(basis)])
         matrix = (
             thickness * linear_elasticity(*lame_parameters(gear.material.E, gear.material.nu)).assemble(basis).tocsc()
         )
@@ -68,9 +67,9 @@ class RawTwin:
     def __init__(self, problem: ContactProblem, density: Density):
         self.problem, (pinion, wheel) = problem, problem.gears
         element = ElementQuad2() if pinion.solid.positions.shape[1] == 2 else ElementHex1()
-        first = RawGear(problem.pair.pinion, density, element, pinion.width_share)
+        first = RawGear(problem.pair.pinion, density, element, pinion.face)
         shared = wheel.solid is pinion.solid
-        self.gears = first, first if shared else RawGear(problem.pair.wheel, density, element, wheel.width_share)
+        self.gears = first, first if shared else RawGear(problem.pair.wheel, density, element, wheel.face)
 
     def te(self, phase: float, force: float) -> float:
         """Transmission error, linearized about undeformed gears that are turned by it."""
@@ -88,6 +87,6 @@ class RawTwin:
 
         def excess_force(te: float) -> float:
             f = nnls(lower.T, np.linalg.solve(lower, gaps.closing * (te - turned) - gaps.gap))[0]
-            return gaps.closing @ f - force * mating.gears[0].width_share
+            return gaps.closing @ f - force * mating.gears[0].face.share
 
         return brentq(excess_force, 0.0, 60 * um, xtol=1e-14)

@@ -12,6 +12,7 @@ process before it is used.
 """
 
 import ctypes
+from _thread import interrupt_main
 from ctypes import CFUNCTYPE, POINTER, PYFUNCTYPE, addressof, c_char_p, c_double, c_int, c_uint64, c_void_p, py_object
 from types import SimpleNamespace
 from typing import Any
@@ -163,6 +164,9 @@ def explaining(portable, n: int, message):
         try:
             portable(None, t, 0, q[:n], q_t[:n])
             message.value = b"the compiled contact failed\n"
+        except KeyboardInterrupt:
+            message.value = b"interrupted\n"
+            interrupt_main()  # which raises it again once C++ has returned
         except BaseException as error:
             message.value = f"{type(error).__name__}: {error}\n".encode()[: LONGEST_MESSAGE - 1]
         return addressof(message)

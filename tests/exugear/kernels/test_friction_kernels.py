@@ -277,7 +277,7 @@ def test_offsets_are_looked_up_for_bodies_that_move():
     [
         ({"pair": None}, "pair must be a fem.GearPair"),
         ({"force": None}, "force must be an exugear.MeshForce"),
-        ({"friction": 0.05}, "friction must be an exugear.MeshFriction, got float; say MeshFriction.of_pair"),
+        ({"friction": 0.05}, "friction must be an exugear.MeshFriction, got float; make it with MeshFriction.of_pair"),
         ({"direction": 0}, "direction must be"),
         ({"phase": np.nan}, "phase must be finite"),
         ({"itemNumbers": [0, 1, 2]}, "leave a carrier out"),

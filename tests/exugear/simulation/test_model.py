@@ -6,7 +6,7 @@ from scenes import paper_gear, paper_pair, smooth_box, smooth_map
 
 import exugear
 from exugear.kernels.kinematics import phase_of
-from exugear.simulation.model import lay, open_system
+from exugear.simulation.model import open_system, with_deflections
 from fem.units import deg, mm
 
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-6)
@@ -88,7 +88,7 @@ def test_shafts_laid_out_stand_at_the_wanted_deflections(unreduced):
     box = two_stages()
     plan = exugear.plan(box)
     model = exugear.build(box, plan=plan.with_joints() if unreduced else plan)
-    q = lay(model, [1e-5, 2e-5], np.zeros(model.meshes[0].row.size))
+    q = with_deflections(model, [1e-5, 2e-5], np.zeros(model.meshes[0].row.size))
     assert [mesh.row @ q for mesh in model.meshes] == pytest.approx([1e-5, 2e-5])
 
 
@@ -104,10 +104,10 @@ def test_loops_are_laid_out_where_the_deflections_agree(unreduced):
     box = square()
     plan = exugear.plan(box)
     model = exugear.build(box, plan=plan.with_joints() if unreduced else plan)
-    q = lay(model, [1e-5, 2e-5, 2e-5, 1e-5], np.zeros(model.meshes[0].row.size))
+    q = with_deflections(model, [1e-5, 2e-5, 2e-5, 1e-5], np.zeros(model.meshes[0].row.size))
     assert [mesh.row @ q for mesh in model.meshes] == pytest.approx([1e-5, 2e-5, 2e-5, 1e-5])
     assert q[model.spins["a"]] == 0
-    found = [mesh.row @ lay(model, [1e-5, 0, 0, 0], q) for mesh in model.meshes]
+    found = [mesh.row @ with_deflections(model, [1e-5, 0, 0, 0], q) for mesh in model.meshes]
     assert found == pytest.approx([0.75e-5, 0.25e-5, -0.25e-5, 0.25e-5], abs=1e-12)
 
 

@@ -17,7 +17,6 @@ from scenes import wrench
 import exugear
 from exugear.kernels.contact_kernels import bodies_of
 from exugear.kernels.kinematics import REFERENCE_1, REFERENCE_2, spatial_mesh
-from exugear.plan.coordinates import SPIN_PLACE
 from exugear.simulation.model import integrated
 
 CASES = int(os.environ.get("EXUGEAR_CASES", "80"))
@@ -130,7 +129,7 @@ def arms(model) -> np.ndarray:
 def coordinates_of(model, shaft: exugear.Shaft) -> list[int]:
     """Places of a shaft's coordinates in the system."""
     spin = model.spins[shaft.name]
-    return list(range(spin - SPIN_PLACE[model.plan.shafts[shaft.name]], spin + 1))
+    return list(range(spin - model.plan.shafts[shaft.name].spin_index, spin + 1))
 
 
 def accelerates_as_forces_ask(model, run) -> None:

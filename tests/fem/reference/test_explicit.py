@@ -10,7 +10,7 @@ from skfem import ElementQuad1
 import fem
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import rotated
-from fem.reference.deformable_gear import clamped
+from fem.reference.deformable_gear import discretized
 from fem.reference.explicit import CentralDifferences, rotor, stiffness_bound, transmission_error
 from fem.reference.mortar import MatingGears, pair_gaps
 from fem.reference.nonlinear import equilibrium, newton_step, static_problem
@@ -38,7 +38,7 @@ FROM_BASE_CIRCLE = fem.GearPair(few_teeth(fillet=0.5 * mm), few_teeth(fillet=0.5
 def relieved(request):
     """Mating gears of a relieved pair and displacements that press them together."""
     gear = replace(request.param.pinion, flank=(fem.TipRelief(15 * um, 2.5 * mm),))
-    deformable = clamped(gear, COARSE, ElementQuad1())
+    deformable = discretized(gear, COARSE, ElementQuad1())
     u = [1e-6 * np.sin(700 * k * deformable.solid.positions + k) for k in (1, 2)]
     pair = fem.GearPair(gear, gear, a=request.param.a)
     return MatingGears(pair, (deformable, deformable), wheel_share=1.0), u

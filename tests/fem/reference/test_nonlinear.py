@@ -14,7 +14,7 @@ from fem.contact.flank_gap import ContactSlices
 from fem.elasticity.mesh_density import Density
 from fem.pair.mesh_position import MeshPosition
 from fem.reference import mortar
-from fem.reference.deformable_gear import clamped, with_edges
+from fem.reference.deformable_gear import discretized, with_edges
 from fem.reference.mortar import MatingGears, pair_gaps
 from fem.reference.nonlinear import complementarity, equilibrium, static_problem, static_transmission_error
 from fem.reference.st_venant_kirchhoff import internal_force
@@ -35,7 +35,7 @@ def test_gap_at_rest_is_that_of_exact_flanks(flank):
     """Smallest gap over closing against `flank_gap`; the mean under a hat rounds the beginning of the relief."""
     gear = paper_gear(flank=flank)
     pair = fem.GearPair(gear, gear, a=150 * mm)
-    deformable = clamped(gear, Density(flank=152, tooth=1, rim=1, body=1), ElementQuad2())
+    deformable = discretized(gear, Density(flank=152, tooth=1, rim=1, body=1), ElementQuad2())
     mating, rest = MatingGears(pair, (deformable, deformable)), deformable.undeformed()
     for phase in (0.0, 0.3, 0.45):
         gaps = pair_gaps(mating, mating.candidates(phase), phase, 0.0, (rest, rest))
@@ -50,7 +50,7 @@ def test_gap_at_rest_is_that_of_exact_flanks(flank):
 def test_flanks_have_the_nodes_of_their_elements_and_no_others(density, element):
     """Also where straight edges lie far inside the involute, and where the first layer below the flank is thin."""
     gear = fem.Gear(z=17, x=0.2, m_n=2 * mm, b=10 * mm, d_bore=20 * mm)
-    deformable = clamped(gear, replace(density, width=1, teeth=1, behind=1), element)
+    deformable = discretized(gear, replace(density, width=1, teeth=1, behind=1), element)
     for tooth, flank in deformable.flanks.items():
         across = flank.degree + 1 if element.dim == 3 else 1
         assert flank.nodes.shape == (flank.degree * density.flank + 1, across)

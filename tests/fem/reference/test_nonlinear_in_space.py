@@ -11,7 +11,7 @@ from skfem import ElementHex1, ElementHex2
 
 import fem
 from fem.elasticity.mesh_density import Density
-from fem.reference.deformable_gear import clamped
+from fem.reference.deformable_gear import discretized
 from fem.reference.mortar import MatingGears, pair_gaps
 from fem.reference.nonlinear import (
     ContactProblem,
@@ -39,7 +39,7 @@ def problem(pair):
 @pytest.mark.parametrize("element", [ElementHex1(), ElementHex2()])
 def test_flanks_follow_the_helix(element):
     gear = helical(-1)
-    deformable = clamped(gear, COARSE, element, whole=True)
+    deformable = discretized(gear, COARSE, element)
     for tooth, flank in deformable.flanks.items():
         assert flank.nodes.shape == (flank.degree * 10 + 1, flank.degree * 6 + 1)
         x, y, z = deformable.solid.positions[flank.nodes].transpose(2, 0, 1)
@@ -107,9 +107,9 @@ def test_exchanged_hands_give_the_same(pair, problem):
 
 def test_whole_width_of_a_spur_pair_is_twice_its_half(paper_pair):
     half = static_problem(paper_pair, COARSE, ElementHex1())
-    gear = clamped(paper_pair.pinion, COARSE, ElementHex1(), whole=True)
+    gear = discretized(paper_pair.pinion, COARSE, ElementHex1())
     whole = contact_problem(MatingGears(paper_pair, (gear, gear)))
-    assert (half.gears[0].width_share, gear.width_share) == (0.5, 1.0)
+    assert (half.gears[0].face.share, gear.face.share) == (0.5, 1.0)
     assert equilibrium(whole, 0.2, 2000.0).te == pytest.approx(equilibrium(half, 0.2, 2000.0).te, rel=1e-6)
 
 
@@ -182,7 +182,7 @@ def test_helical_pair_on_hexahedra_confirms_the_compliance(pair):
         te = np.array([equilibrium(problem, phase, force).te for phase in phases])
         linear, without = ([linearized_te(model, phase, force) for phase in phases] for model in (problem, next_only))
         ste, ste_without = (
-            fem.static_transmission_error(pair, torque, phases, accuracy=model, progress=False)["te"].values[0]
+            fem.static_transmission_error(pair, torque, phases, resolution=model, progress=False)["te"].values[0]
             for model in (fem.Resolution(), fem.Resolution(neighbours=1))
         )
         assert linear == pytest.approx(te, rel=1e-3)

@@ -215,7 +215,7 @@ def test_force_on_a_tips_corner_is_on_the_flank(phase):
 def test_pressure_of_a_corner_is_equal_on_both_gears(phase):
     """The largest pressure of the map, of a corner on a single strip, is on both gears, in plane and in space."""
     options = {"density": COARSE, "resolution": ROUGH}
-    peak = fem.static_transmission_error(paper_pair(), 350, [phase], accuracy=ROUGH, progress=False)["peak_pressure"]
+    peak = fem.static_transmission_error(paper_pair(), 350, [phase], resolution=ROUGH, progress=False)["peak_pressure"]
     for fields in (stress.plane_fields, stress.solid_fields):
         for field in fields(paper_pair(), 350.0, phase, **options):
             assert field.pressure.max() == pytest.approx(peak.item(), rel=0.005)
