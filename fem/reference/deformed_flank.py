@@ -1,4 +1,4 @@
-"""Flank of a loaded tooth as a plane curve, and its point closest to a given one.
+"""Flank of a loaded tooth as a plane curve, and the closest point of it to a given point.
 
 With the arc length s of the undeformed flank, the displacements u_a of its nodes and their shape functions N_a,
 
@@ -23,7 +23,7 @@ from fem.gear.tooth_profile import LEAST_ROLL
 from fem.microgeometry.flank import removed
 from fem.support.numba_cache import compiled, fast
 
-#: Newton steps to the closest point; from the radius of the point they reach rounding.
+#: Newton steps to the closest point, from the point of the flank at the same radius.
 NEWTON_STEPS = 3
 
 
@@ -98,7 +98,7 @@ class Flank:
 
     @property
     def station_angles(self) -> np.ndarray:
-        """(n_station,) angles of the sections at the quadrature points from the one in mid-plane [rad]."""
+        """(n_station,) angles of the sections at the quadrature points, 0 in mid-plane [rad]."""
         return self.gear.twist * self.width.axial
 
     @cached_property

@@ -9,7 +9,7 @@ for the contact forces f_i (Puso and Laursen, A mortar segment-to-segment contac
 mechanics, 2004; Wriggers, Computational Contact Mechanics, 2006). Vectors are (2, ...), in transverse planes.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
@@ -31,7 +31,8 @@ ROUNDING = 1e-9
 #: Step of the difference quotient for the slope of the removed material [modules].
 SLOPE_STEP = 1e-3
 
-Displacements = tuple[np.ndarray, np.ndarray] | list[np.ndarray]
+#: Displacements (n_dofs, dim) of two gears [m].
+Displacements = Sequence[np.ndarray]
 
 
 class FlankQuadrature(NamedTuple):
@@ -113,24 +114,17 @@ def mean_gaps(
 ) -> MeanGaps:
     """Gaps between two flanks; flanks, placements and displacements (n_dofs, dim) of the slave and of the master."""
     (slave, master), (slave_gear, master_gear), quadrature = flanks, placed, candidate.quadrature
-    slave_moved, master_moved = slave.displacement_at_stations(u[0]), master.displacement_at_stations(u[1])
-    in_slave_frame = slave.involute(quadrature.arcs[:, None])
-    in_slave_frame = in_slave_frame + np.einsum("qa,caz->cqz", quadrature.shapes, slave_moved)
     angle = slave_gear.rotation - master_gear.rotation + slave.station_angles - master.station_angles
-    lever = rotated(in_slave_frame, angle)
+    lever = rotated(slave_points(slave, quadrature, u[0]), angle)
     distance = (slave_gear.centre - master_gear.centre)[:2, None]
     points = lever + rotated(distance, -(master_gear.rotation + master.station_angles))[:, None]
-    arc, (foot, tangent, curvature) = closest_points(master, points, master_moved)
-    normal = quarter_turn(tangent) / np.sqrt(dot(tangent, tangent))
-    gap = dot(normal, points - foot)
-    # The gap grows along the flank where the master is relieved: the force is normal to the relieved flank.
-    slope = removed_slope(master, arc) / (dot(tangent, tangent) - gap * dot(normal, curvature))
-    push = normal + slope * tangent
-    closing = master_gear.turn_per_te * cross(foot, push) - slave_gear.turn_per_te * cross(lever, push)
-    gap = gap + slave.removed(quadrature.arcs[:, None]) + master.removed(arc)
+    contact = contact_points(master, points, u[1])
+    closing = master_gear.turn_per_te * cross(contact.foot, contact.push)
+    closing = closing - slave_gear.turn_per_te * cross(lever, contact.push)
+    gap = contact.gap + slave.removed(quadrature.arcs[:, None])
+    by_slave = np.einsum("cqz,qa,zk->qzakc", rotated(contact.push, -angle), quadrature.shapes, slave.width.shapes)
+    by_master = np.einsum("cqz,qza,zk->qzakc", -contact.push, master.smooth_shapes(contact.arc), master.width.shapes)
     area, weights = candidate.mean_operator(slave.width)
-    by_slave = np.einsum("cqz,qa,zk->qzakc", rotated(push, -angle), quadrature.shapes, slave.width.shapes)
-    by_master = np.einsum("cqz,qza,zk->qzakc", -push, master.smooth_shapes(arc), master.width.shapes)
 
     def mean(values: np.ndarray) -> np.ndarray:
         return (weights @ values.reshape(weights.shape[1], -1)).reshape(area.size, *values.shape[2:])
@@ -138,10 +132,37 @@ def mean_gaps(
     return MeanGaps(mean(gap), area, mean(closing), mean(by_slave), mean(by_master))
 
 
-def removed_slope(flank: Flank, arc: np.ndarray) -> np.ndarray:
-    """Slope of the removed material along the profile at arc lengths (n, n_station)."""
-    step = SLOPE_STEP * flank.gear.m_n
-    return (flank.removed(arc + step) - flank.removed(arc - step)) / (2 * step)
+def slave_points(flank: Flank, quadrature: FlankQuadrature, u: np.ndarray) -> np.ndarray:
+    """(2, n, n_station) quadrature points of a deformed flank in the frame of its gear."""
+    displacement = np.einsum("qa,caz->cqz", quadrature.shapes, flank.displacement_at_stations(u))
+    return flank.involute(quadrature.arcs[:, None]) + displacement
+
+
+class ContactPoints(NamedTuple):
+    """Points of the master flank that are closest to given ones, in the frame of the master.
+
+    arc         (n, n_station) arc lengths [m]
+    foot        (2, n, n_station) points [m]
+    gap         (n, n_station) distance along the normal and material removed from the master [m]
+    push        (2, n, n_station) change of the gap per displacement of the given points: direction of the force
+    """
+
+    arc: np.ndarray
+    foot: np.ndarray
+    gap: np.ndarray
+    push: np.ndarray
+
+
+def contact_points(master: Flank, points: np.ndarray, u: np.ndarray) -> ContactPoints:
+    """Closest points to points (2, n, n_station) in the frame of the master, which is displaced by u (n_dofs, dim)."""
+    arc, (foot, tangent, curvature) = closest_points(master, points, master.displacement_at_stations(u))
+    normal = quarter_turn(tangent) / np.sqrt(dot(tangent, tangent))
+    distance = dot(normal, points - foot)
+    step = SLOPE_STEP * master.gear.m_n
+    slope = (master.removed(arc + step) - master.removed(arc - step)) / (2 * step)
+    # The gap grows along the flank where the master is relieved: the force is normal to the relieved flank.
+    tilt = slope / (dot(tangent, tangent) - distance * dot(normal, curvature))
+    return ContactPoints(arc, foot, distance + master.removed(arc), normal + tilt * tangent)
 
 
 @dataclass(frozen=True)

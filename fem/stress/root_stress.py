@@ -144,7 +144,7 @@ def _dataset(torque: np.ndarray, phase: np.ndarray, stresses: np.ndarray, quanti
         TORQUE: (TORQUE, torque, {"units": "N m", "long_name": "pinion torque"}),
         PHASE: (PHASE, phase, {"units": "1", "long_name": "phase of the mesh cycle"}),
     }
-    values = {
+    values: dict = {
         "root_stress": (("gear", *grid), stresses[:, 0], {"units": "Pa", "long_name": f"largest {stress}"}),
         "tangent_stress": (
             ("gear", *grid),

@@ -3,12 +3,12 @@
 import numpy as np
 from scipy.optimize import brentq, nnls
 from scipy.sparse.linalg import splu
-from skfem import Basis, ElementHex1, ElementQuad2, ElementVector
+from skfem import Basis, ElementHex1, ElementQuad2, ElementVector, MeshLine
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import fem
-from fem.elasticity.extrusion import both_sides, extruded, half_width
-from fem.elasticity.face_symmetry import Face, HalfFace, clamped
+from fem.elasticity.extrusion import extruded, half_width
+from fem.elasticity.face_symmetry import Face, clamped
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import section
 from fem.reference.mortar import pair_gaps
@@ -22,8 +22,8 @@ def components(basis: Basis) -> list[tuple[int, np.ndarray]]:
     """Dofs of each component of a vector-valued basis."""
     dim = basis.mesh.dim()
     dofs = basis.dofs
-    every = (dofs.nodal_dofs, dofs.facet_dofs, dofs.interior_dofs)
-    return [(c, np.concatenate([d[c::dim].ravel() for d in every if d.size])) for c in range(dim)]
+    kinds = (dofs.nodal_dofs, dofs.facet_dofs, dofs.interior_dofs)
+    return [(c, np.concatenate([numbers[c::dim].ravel() for numbers in kinds if numbers.size])) for c in range(dim)]
 
 
 def mean_and_peak_to_peak(te) -> list[float]:
@@ -41,15 +41,14 @@ class RawGear:
     def __init__(self, gear: fem.Gear, density: Density, element, face: Face):
         mesh, thickness = section(gear, density), gear.b
         if element.dim == 3:
-            half, thickness = half_width(gear.b, gear.b, density.width), 1.0
-            mesh = extruded(mesh, half if isinstance(face, HalfFace) else both_sides(half), gear.twist)
+            half, thickness = np.sort(half_width(gear.b, gear.b, density.width).p[0]), 1.0
+            mesh = extruded(mesh, MeshLine(face.positions(half)), gear.twist)
         basis = Basis(mesh, ElementVector(element), intorder=5 if mesh.dim() == 2 else 3)
         numbers = [dofs for _, dofs in components(basis)]
         held = clamped(gear, basis.doflocs, mesh.dim(), face)
-        self.free = np.concatenate([dofs[~held[axis, dofs]] for axis, dofs in components(basis)])
-        matrix = (
-            thickness * linear_elasticity(*lame_parameters(gear.material.E, gear.material.nu)).assemble(basis).tocsc()
-        )
+        self.free = np.concatenate([dofs[~held[axis, dofs]] for axis, dofs in enumerate(numbers)])
+        lame = lame_parameters(gear.material.E, gear.material.nu)
+        matrix = thickness * linear_elasticity(*lame).assemble(basis).tocsc()
         self.solve = splu(matrix[self.free][:, self.free]).solve
         self.nodal = np.stack(numbers, axis=1).ravel()
 
