@@ -66,9 +66,9 @@ CALLED = {"ste": "ste|map", "mesh": "mesh|map", "runs": "runs?", "phase": "phase
 WORK = (
     *(
         "fem.ste.map_solver.sweep",
-        "fem.stress.flank_loads.encounters",
-        "fem.reference.nonlinear.assembled",
-        "fem.reference.dynamic.turning_gears",
+        "fem.stress.flank_loads.tooth_contacts",
+        "fem.reference.nonlinear.static_problem",
+        "fem.reference.dynamic.equations_of_motion",
     ),
     *(
         "fem.reference.deformable_gear.clamped_pair",

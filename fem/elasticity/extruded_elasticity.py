@@ -8,9 +8,10 @@ with the displacement gradients G of u and H of v. On shape functions phi(x, y) 
 G and H is an integral over the section times one along the axis, so that the hexahedra are never assembled; tests
 compare the matrices with those that scikit-fem assembles on the hexahedra.
 
-In a twisted prism the unknowns are displacement components along axes that turn with the twist, over section coordinates
-that turn with it too: x = R(twist z) X, u = R(twist z) U. There a derivative along z is d_Z - twist (X d_Y - Y d_X) on
-every component, plus twist e_z x U; nothing else depends on the twist, and every section has the same mesh.
+In a twisted prism the unknowns are displacement components along axes that turn with the twist, over coordinates of the
+section that turn with it too: x = R(twist z) X, u = R(twist z) U. There a derivative along z is
+d_Z - twist (X d_Y - Y d_X) on every component, plus twist e_z x U; nothing else depends on the twist, and every section
+has the same mesh.
 """
 
 from collections import defaultdict

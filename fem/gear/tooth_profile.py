@@ -53,3 +53,18 @@ def cartesian(polar: Polar, turn=0.0) -> np.ndarray:
     """(2, n) points; psi is measured from the y axis, counter-clockwise, after turning the tooth by turn [rad]."""
     angle = polar.psi + turn
     return np.stack([-polar.r * np.sin(angle), polar.r * np.cos(angle)])
+
+
+def flank_points(gear: Gear, arc, tooth: int = 0) -> np.ndarray:
+    """(2, ...) points [m] at arc lengths (...) on the flank of a tooth that faces counter-clockwise."""
+    return cartesian(flank(gear, roll_at(gear, arc)), 2 * np.pi * tooth / gear.z)
+
+
+def arc_at(gear: Gear, points: np.ndarray):
+    """Arc lengths (...) [m] of points (2, ...) of a flank: inverse of `flank_points`, 0 inside the base circle."""
+    return np.maximum(points[0] ** 2 + points[1] ** 2 - gear.r_b**2, 0.0) / (2 * gear.r_b)
+
+
+def tangent_angle(gear: Gear, arc, tooth: int = 0):
+    """Angle from the x axis of the flank's tangent towards the tip at arc lengths (...) [rad]."""
+    return np.pi / 2 + gear.psi_b + 2 * np.pi * tooth / gear.z - roll_at(gear, arc) / gear.r_b

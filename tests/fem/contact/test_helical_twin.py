@@ -51,7 +51,9 @@ def nodal_compliance(gear: fem.Gear, basis: Basis) -> tuple[list[np.ndarray], np
         push = np.zeros((x.shape[1], dim, nodes.size))
         push[nodes, :, np.arange(nodes.size)] = normals
         pushes.append(push.reshape(-1, nodes.size)[free])
-    moved = factorize(st_venant_kirchhoff.stiffness(st_venant_kirchhoff.solid(basis, STEEL))[free][:, free])(pushes[0])
+    moved = factorize(st_venant_kirchhoff.stiffness(st_venant_kirchhoff.solid_on_basis(basis, STEEL))[free][:, free])(
+        pushes[0]
+    )
     return [push.T @ moved for push in pushes], rolls
 
 
