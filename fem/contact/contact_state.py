@@ -4,9 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fem.contact.flank_gap import TINY, ContactSlices
+from fem.contact.flank_gap import ContactSlices
 from fem.contact.strip_bounds import Strips, at_tip_edge
 from fem.elasticity.face_symmetry import Face
+
+TINY = np.finfo(float).tiny
+
+
+def hertz_pressure(slices: ContactSlices, force: np.ndarray) -> np.ndarray:
+    """(..., n) largest pressures [Pa] under forces (..., n) [N] by Hertz, on the curvature of the involutes."""
+    half_width = slices.half_width(np.maximum(force, TINY) / slices.width)
+    return 2 * force / (np.pi * half_width * slices.length)
 
 
 @dataclass(frozen=True)
@@ -52,7 +60,7 @@ class State:
 
     def hertz_pressure(self) -> float:
         """Largest pressure of the line loads by Hertz, on the curvature of the involutes [Pa]."""
-        return float(self.slices.hertz_pressure(self.force).max(initial=0.0))
+        return float(hertz_pressure(self.slices, self.force).max(initial=0.0))
 
     def centroid(self) -> float:
         """Axial position of the resultant force [m]; 0 without load."""

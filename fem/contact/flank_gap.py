@@ -1,7 +1,7 @@
 """The gap between two flanks before they deflect: exact involutes, modifications, offsets.
 
-The face width of each tooth pair is cut into slices. In a slice everything is as in its middle section, along the line
-of contact. Closest points are found by one search, along the profile here and across the face in `tooth_contact`.
+The face width of each tooth pair is cut into slices, in which everything is as in the middle section, along the line of
+contact. `closest_point` is the search for closest points, along the profile here, across the face in `tooth_contact`.
 """
 
 from collections.abc import Callable
@@ -16,27 +16,23 @@ from fem.gear.tooth_profile import LEAST_ROLL
 from fem.microgeometry.flank import pitch_deviations, removed, roundings, without_roundings
 from fem.pair.mesh_position import MeshPosition
 
-#: Positions on a modified profile among which the closest one is sought, narrower than reliefs are.
-SAMPLES = 41
-#: Rounds of the search around the closest position, and their positions: steps shrink by 8 in each, to 1e-5 of a flank.
-ROUNDS, AROUND = 3, 17
+#: Positions on a modified profile, closer together than reliefs are long; rounds of the search around the closest one,
+#: and their positions: steps shrink by 8 in each, to 1e-5 of a flank.
+SAMPLES, ROUNDS, AROUND = 41, 3, 17
 #: Points and weights across a slice, and of a section of no width
 GAUSS, MIDDLE = (np.polynomial.legendre.leggauss(points) for points in (3, 1))
 #: Newton steps to the mate's tip corner; the last one is shorter than this share of the roll length at the tip.
 NEWTON_STEPS, SHORTEST = 12, 1e-8
 #: Gap of flanks that cannot touch [m]; least lever of a normal about the mate: shorter ones belong to no contact.
 OUT_OF_REACH, LEAST_LEVER = 1.0, 0.1
-TINY = np.finfo(float).tiny
-
-#: Gap (n, m), and what else is wanted, at positions (n, m) along a line.
-Gaps = Callable[[np.ndarray], tuple[np.ndarray, ...]]
+GapFunction = Callable[[np.ndarray], tuple[np.ndarray, ...]]
 
 
-def closest_point(gaps: Gaps, positions: np.ndarray, step, limits, *, rounds: int, around: int) -> list[np.ndarray]:
+def closest_point(gaps: GapFunction, positions: np.ndarray, step, limits, *, rounds, around) -> list[np.ndarray]:
     """Position (n, 1) of the smallest gap, and the values of `gaps` there.
 
-    positions   (n, m) among which the closest one is sought first; afterwards `rounds` times among positions `around`
-                the closest one within a step on either side, ever closer
+    gaps        gap (n, m), and further values, at positions (n, m) along a line
+    positions   (n, m) to start from; then `rounds` times `around` positions within a step of the closest, ever closer
     limits      least and largest position
     """
     closest = _closest_of(gaps, positions)
@@ -46,7 +42,7 @@ def closest_point(gaps: Gaps, positions: np.ndarray, step, limits, *, rounds: in
     return closest
 
 
-def _closest_of(gaps: Gaps, positions: np.ndarray) -> list[np.ndarray]:
+def _closest_of(gaps: GapFunction, positions: np.ndarray) -> list[np.ndarray]:
     values = gaps(positions)
     smallest = np.argmin(values[0], axis=1)[:, None]
     return [np.take_along_axis(value, smallest, axis=1) for value in (positions, *values)]
@@ -90,11 +86,11 @@ class ContactSlices:
         return self.position.nominal(self.number, self.middle) < self.position.path.pitch
 
     def host(self, name: str) -> np.ndarray:
-        """(n, 1) a quantity of the gear that carries the strips."""
+        """(n, 1) a quantity of the hosts."""
         return np.where(self.pinion_is_host, *self._of_gears(name))[:, None]
 
     def mate(self, name: str) -> np.ndarray:
-        """(n, 1) a quantity of the gear that does not."""
+        """(n, 1) a quantity of the mates."""
         return np.where(self.pinion_is_host, *self._of_gears(name)[::-1])[:, None]
 
     def _of_gears(self, name: str) -> tuple[float, float]:
@@ -125,11 +121,6 @@ class ContactSlices:
         """Hertzian half-widths (n,) [m] under forces per axial length (..., n) [N/m]."""
         pair = self.position.pair
         return hertz.half_width(line_load, self.radius, pair.pinion.material, pair.wheel.material)
-
-    def hertz_pressure(self, force: np.ndarray) -> np.ndarray:
-        """(..., n) largest pressures [Pa] under forces (..., n) [N] by Hertz, on the curvature of the involutes."""
-        half_width = self.half_width(np.maximum(force, TINY) / self.width)
-        return 2 * force / (np.pi * half_width * self.length)
 
     @cached_property
     def set_back(self) -> np.ndarray:
@@ -173,10 +164,7 @@ class ContactSlices:
 
     @cached_property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 1) roll lengths of the host between which the flanks can touch: at the mate's tip corner, at its own tip.
-
-        Flanks that cannot touch have their whole length.
-        """
+        """(n, 1) roll lengths of the host at the mate's tip corner and at its own tip; all of flanks out of reach."""
         corner = self.facing(self.mate("roll_tip"))
         return np.where(self.out_of_reach, self.host("roll_form"), corner), self.host("roll_tip")
 
@@ -195,8 +183,8 @@ class ContactSlices:
     def gap_at(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Normal gap under te [m] and roll length of the mate on the host's normal [m], at roll lengths (n, m) [m].
 
-        An involute is as far away on its own normal as it may turn; a corner moves along the host's normal by the
-        lever. The mate's roll length lies beyond its tip where its corner is closest.
+        The normal gap of an involute is its free turn; a corner moves along the host's normal by the lever. The mate's
+        roll length lies beyond its tip where its corner is closest.
         """
         turn, mate_roll, lever = self.free_turn(roll)
         foot = mate_roll - turn
@@ -236,15 +224,11 @@ class ContactSlices:
         the direction lies half-way between the normals. load (n, m) is the expected pressure, slopes (n, m) are as of
         `slopes`.
         """
-        share, between = load / load.sum(axis=1, keepdims=True), self._between_normals(roll, foot)
-        mean = (share * (slopes + between / 2)).sum(axis=1, keepdims=True)
-        from_host = mean - between / 2
-        return cos(self.position.pair.beta_b) * np.stack([from_host, from_host + between])
-
-    def _between_normals(self, roll: np.ndarray, foot: np.ndarray) -> np.ndarray:
-        """(n, m) angle between the host's normal at roll and the mate's at foot in the transverse section [rad]."""
         r_host, r_mate = self.radii
-        return (roll - self.nominal) / r_host - (foot - self.mate_nominal) / r_mate
+        between_normals = (roll - self.nominal) / r_host - (foot - self.mate_nominal) / r_mate
+        share = load / load.sum(axis=1, keepdims=True)
+        from_host = (share * (slopes + between_normals / 2)).sum(axis=1, keepdims=True) - between_normals / 2
+        return cos(self.position.pair.beta_b) * np.stack([from_host, from_host + between_normals])
 
     def approach(self, roll: np.ndarray, foot: np.ndarray, tilts: np.ndarray) -> np.ndarray:
         """(n, m) normal approach per transmission error, of which each gear turns one half; tilts as of `tilts`."""

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fem.contact.contact_state import State
+from fem.contact.contact_state import State, hertz_pressure
 from fem.contact.contact_width import FaceSlicing, flank_positions, line_loads
 from fem.contact.flank_gap import ContactSlices, closest_point
 from fem.contact.line_contact import LineContact
@@ -82,7 +82,7 @@ class ToothContact:
         if loaded.any():
             solved = self.line_contact.solve(force[loaded] * self.face.share, misalignment[loaded])
             te[loaded], stiffness[loaded], loads[loaded] = solved
-        columns = te.tolist(), loads, slices.hertz_pressure(loads), (stiffness / self.face.share).tolist()
+        columns = te.tolist(), loads, hertz_pressure(slices, loads), (stiffness / self.face.share).tolist()
         return [State(t, slices, f, p, self.face, k) for t, f, p, k in zip(*columns, strict=True)]
 
     def first_touch(self, misalignment: float) -> float:

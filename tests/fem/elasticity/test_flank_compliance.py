@@ -34,16 +34,16 @@ def test_products_of_section_and_width_equal_hexahedra():
 
 
 @pytest.mark.parametrize("twist", [0.0, 4.0])
-def test_sections_that_all_do_the_same_yield_as_one(twist):
-    """Work per length, of displacements of which the prism's axis knows nothing; without twist in the plane."""
+def test_sections_that_deform_alike_are_a_prism_of_uniform_displacement(twist):
+    """Work per length of displacements that do not vary along the axis; without twist in the plane."""
     plane, line = Basis(section(GEAR, TINY), ElementQuad1()), half_width(GEAR.b, GEAR.b, 2)
-    one = extruded_elasticity.uniform_stiffness(plane, STEEL, twist).matrix
-    u = np.random.default_rng(0).standard_normal(one.shape[0])
+    per_length = extruded_elasticity.uniform_stiffness(plane, STEEL, twist).matrix
+    u = np.random.default_rng(0).standard_normal(per_length.shape[0])
     width = Basis(line, ElementLineP2())
-    alike = np.zeros((3, plane.N, width.N))
-    alike[: u.size // plane.N] = u.reshape(-1, plane.N, 1)
-    work = alike.ravel() @ extruded_elasticity.stiffness(plane, width, STEEL, twist).matrix @ alike.ravel()
-    assert work == pytest.approx(u @ one @ u * GEAR.b / 2, rel=1e-12)
+    uniform = np.zeros((3, plane.N, width.N))
+    uniform[: u.size // plane.N] = u.reshape(-1, plane.N, 1)
+    work = uniform.ravel() @ extruded_elasticity.stiffness(plane, width, STEEL, twist).matrix @ uniform.ravel()
+    assert work == pytest.approx(u @ per_length @ u * GEAR.b / 2, rel=1e-12)
 
 
 def turned(x, y, angle):
@@ -63,7 +63,7 @@ def test_rigid_motion_is_free_of_force(twist):
 
 
 def test_rigid_motion_of_a_large_section_is_free_of_force():
-    """Places of its entries, numbered row by row, pass 32 bits."""
+    """The numbers of its entries, row by row, exceed 32 bits."""
     plane = Basis(section(GEAR, Density().refined(3)), ElementQuad2())
     assert int(plane.N) ** 2 > 2**31
     stiffness = extruded_elasticity.uniform_stiffness(plane, STEEL).matrix
@@ -123,8 +123,8 @@ def compliance():
 
 def test_compliance_is_symmetric(compliance):
     n = compliance.arcs.size * compliance.axial.size
-    own = compliance.blocks[0].reshape(n, n)
-    assert np.abs(own - own.T).max() < 1e-10 * np.abs(own).max()
+    loaded_tooth = compliance.blocks[0].reshape(n, n)
+    assert np.abs(loaded_tooth - loaded_tooth.T).max() < 1e-10 * np.abs(loaded_tooth).max()
 
 
 def test_densities_are_whole_numbers():
@@ -142,9 +142,9 @@ def test_compliance_converges():
 
     def line_load(body):
         even = body.across(np.array([0.0]), np.array([GEAR.b / 2]))[:, 0]
-        own = np.einsum("y,yhzk,z->hk", even, body.blocks[0], even)
+        smooth = np.einsum("y,yhzk,z->hk", even, body.blocks[0], even)
         half_space = flattening(STEEL) * along_line(np.array([0, body.end]), body.end, 0.1 * mm, HalfFace())[0, 0]
-        return own[3, 3] + half_space, own[6, 6] + half_space
+        return smooth[3, 3] + half_space, smooth[6, 6] + half_space
 
     assert line_load(coarse) == pytest.approx(line_load(fine), rel=3e-3)
 
