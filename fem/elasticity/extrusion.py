@@ -10,7 +10,7 @@ from fem.gear.gear import Gear
 
 
 def half_width(b: float, loaded: float, n: int, grading: float = 1.3) -> MeshLine:
-    """Mesh of [0, b/2] from mid-plane to free end face: n elements up to loaded/2, finer towards it, and as fine beyond."""
+    """Mesh of [0, b/2] from mid-plane to the end face: n elements up to loaded/2, then some as long as the first."""
     inner = loaded / 2 * (1 - np.linspace(1, 0, n + 1) ** grading)
     rest = b / 2 - inner[-1]
     if rest <= 1e-9 * b:

@@ -63,7 +63,7 @@ def interpolation(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 class Twin:
-    """Compliance and contact candidates of a pair of equal gears; linear elements, corrected by plane strain near loads."""
+    """Compliance and contact candidates of two equal gears; linear elements, corrected by plane strain near loads."""
 
     def __init__(self, pair: fem.GearPair):
         gear = self.gear = pair.pinion

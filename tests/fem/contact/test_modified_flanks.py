@@ -193,16 +193,16 @@ def test_no_slice_is_a_sliver(seed):
 
 
 def test_kinks_of_both_gears_may_be_one():
-    """End reliefs of gears of unequal width that begin at one place, but for rounding or a nanometre."""
+    """End reliefs of gears of unequal width that begin at the same section but for rounding, or for a nanometre."""
     pinion, offsets = paper_gear(flank=(fem.EndRelief(20 * um, 4 * mm),)), fem.Offsets(misalignment=1e-4)
     wheels = (paper_gear(b=25 * mm, flank=(fem.EndRelief(20 * um, long),)) for long in (5 * mm, 5 * mm + 1e-9))
-    te_alike, te_apart = (
+    at_same_section, a_nanometre_apart = (
         fem.static_transmission_error(
             fem.GearPair(pinion, wheel, a=150 * mm), [5, 350], 4, offsets=offsets, progress=False
         )
         for wheel in wheels
     )
-    assert te_alike["te"].values == pytest.approx(te_apart["te"].values, abs=1e-9)
+    assert at_same_section["te"].values == pytest.approx(a_nanometre_apart["te"].values, abs=1e-9)
 
 
 def test_modifications_need_no_new_finite_elements(monkeypatch, tmp_path):

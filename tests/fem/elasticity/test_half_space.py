@@ -41,7 +41,7 @@ def test_segments_apart_move_one_another_by_their_distance():
 
 @given(st.lists(st.floats(0.05, 3), min_size=2, max_size=12), st.floats(1e-4, 2e-3))
 def test_displacement_of_a_line_does_not_depend_on_a_small_depth(lengths, depth):
-    """Half-planes clamped at twice the depth yield by so much more, and the displacement beside them is so much less."""
+    """Half-planes clamped at twice the depth yield by so much more, and the line beside them by so much less."""
     edges = np.append(0, np.cumsum(lengths))
     deep, deeper = (along_line(edges, 1e3, d, WholeFace()) for d in (depth, 2 * depth))
     uniform = np.diff(edges)
@@ -62,7 +62,7 @@ def test_end_faces_mirror_the_forces_that_reach_them():
 
 @given(st.lists(st.floats(1e-2, 10), min_size=1, max_size=12), st.sampled_from([WholeFace(), HalfFace()]))
 def test_forces_on_strips_always_do_work(lengths, face):
-    """Strips of a thousandth to a hundred times the lengths along the contact, whose half-planes are clamped as deep."""
+    """Strips of a thousandth to a hundred times the lengths along the contact, with half-planes clamped as deep."""
     edges = np.append(0, np.cumsum(lengths))
     depth = CAPACITY * STRIPS
     along = along_line(edges, edges[-1], depth, face)
@@ -120,7 +120,7 @@ def test_elements_across_the_width_need_not_resolve_short_patches():
 
 
 def test_elements_of_the_section_need_not_resolve_bending_far_from_short_patches():
-    """Contact over a fourth of the face: the error of coarse elements of rim and body does not all lie under the load."""
+    """Contact over a fourth of the face: coarse elements of rim and body err beside the load too."""
     flank = (fem.LeadCrowning(30 * um),)
     pair, torque = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm), [0, 5, 15, 60]
     coarse, fine = Density(width=5), Density(flank=22, fillet=5, tooth=6, rim=8, body=12, width=5)
