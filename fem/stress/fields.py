@@ -13,8 +13,9 @@ import meshio
 import numpy as np
 from skfem.io.meshio import to_meshio
 
+from fem.contact.contact_state import State
 from fem.contact.resolution import Resolution
-from fem.contact.tooth_contact import State, ToothContact
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity import section_mesh
 from fem.elasticity.mesh_density import Density
 from fem.pair.offsets import Offsets
@@ -94,9 +95,9 @@ def plane_fields(
     require_kind("density", density, Density)
     require(pair.beta_b == 0, "beta must be 0 for plane fields; take solid_fields for helical pairs")
     encounter, state = _contact(pair, torque, phase, offsets, resolution)
-    worst = state.cells.middle[np.argmax(state.pressure)]
+    worst = state.slices.middle[np.argmax(state.pressure)]
     fields = []
-    placed = placements(encounter.meeting, state.te)
+    placed = placements(encounter.position, state.te)
     for loads, placement in zip(flank_loads(encounter, state), placed, strict=True):
         lines = [line for load in loads if (line := load.section(worst - placement.centre[2])).force.any()]
         section = gear_elasticity.graded(placement.gear, with_loaded_teeth(density, loads), lines, 1 / refine)
@@ -123,7 +124,7 @@ def solid_fields(
     require_kind("density", density, Density)
     encounter, state = _contact(pair, torque, phase, offsets, resolution)
     fields = []
-    placed = placements(encounter.meeting, state.te)
+    placed = placements(encounter.position, state.te)
     for loads, placement in zip(flank_loads(encounter, state), placed, strict=True):
         body = gear_elasticity.solid_body(placement.gear, with_loaded_teeth(density, loads))
         fields.append(_field(body, loads, placement, state.te))

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import Basis, Mesh
 
+from fem.contact.contact_state import State
 from fem.contact.resolution import Resolution
-from fem.contact.tooth_contact import State, ToothContact
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import rotated
 from fem.gear import tooth_profile
@@ -90,25 +91,20 @@ def encounters(
 
 def flank_loads(encounter: ToothContact, state: State) -> tuple[list[FlankLoad], list[FlankLoad]]:
     """What a contact presses on pinion and wheel, over the whole width; only teeth that carry load."""
-    cells, meeting = state.cells, encounter.meeting
+    slices, position = state.slices, encounter.position
     found: tuple[list[FlankLoad], list[FlankLoad]] = ([], [])
-    if state.strips is None or state.load is None:
+    if state.strips is None or state.strip_force is None:
         require(not state.force.any(), "state must know its strips; solve the contact with ToothContact.state")
         return found
-    for number in np.unique(cells.number[state.force > 0]):
-        own = np.flatnonzero((cells.number == number) & (state.force > 0))
-        for side, gear in enumerate((meeting.pair.pinion, meeting.pair.wheel)):
-            edges, force = _sorted_strips(gear, state.strips.arcs[side, own], state.load[own], state.strips.width[own])
-            low, high = (ends[own] - side * meeting.axial for ends in (cells.low, cells.high))
-            load = FlankLoad(-int(number) if side else int(number), edges, low, high, force)
-            found[side].append(_on_both_halves(load) if encounter.pinion.share < 1 else load)
+    for number in np.unique(slices.number[state.force > 0]):
+        rows = np.flatnonzero((slices.number == number) & (state.force > 0))
+        for side, gear in enumerate((position.pair.pinion, position.pair.wheel)):
+            arcs, width = state.strips.arcs[side, rows], state.strips.width[rows]
+            edges, force = _sorted_strips(gear, arcs, state.strip_force[rows], width)
+            ends = (axial[rows] - side * position.axial for axial in (slices.low, slices.high))
+            low, high, edges, force = state.face.unfolded(*ends, edges, force)
+            found[side].append(FlankLoad(-int(number) if side else int(number), edges, low, high, force))
     return found
-
-
-def _on_both_halves(load: FlankLoad) -> FlankLoad:
-    low, high = np.concatenate([-load.high[::-1], load.low]), np.concatenate([-load.low[::-1], load.high])
-    edges, force = (np.concatenate([part[::-1], part]) for part in (load.edges, load.force))
-    return FlankLoad(load.tooth, edges, low, high, force)
 
 
 def with_loaded_teeth(density: Density, loads: list[FlankLoad]) -> Density:

@@ -9,7 +9,8 @@ from paper_gears import paper_gear
 
 import fem
 from fem.contact import strip_bounds
-from fem.contact.tooth_contact import State, ToothContact
+from fem.contact.contact_state import State
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.hertz import half_width
 from fem.elasticity.mesh_density import Density
 from fem.microgeometry import flank
@@ -59,8 +60,8 @@ def test_what_touches_beyond_the_path_of_contact_is_a_cylinder_of_that_radius():
     steel = pair.pinion.material
     for state in states(pair, 350, (0.17, 0.18)):
         strong = np.argmax(state.pressure)
-        line_load = (state.force / state.cells.length)[strong]
-        own = state.cells.closest[strong, 0]
+        line_load = (state.force / state.slices.length)[strong]
+        own = state.slices.closest[strong, 0]
         radius = own * 0.3 * mm / (own + 0.3 * mm)
         width = half_width(line_load, radius, steel, steel)
         assert state.pressure[strong] == pytest.approx(2 * line_load / (pi * width), rel=0.03)

@@ -8,7 +8,7 @@ import fem
 from fem.contact import unilateral
 from fem.contact.flank_gap import ContactSlices
 from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
-from fem.contact.strip_contact import Contact
+from fem.contact.strip_contact import StripContact
 from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
 
@@ -50,7 +50,7 @@ def test_misaligned_line_of_springs(tilt, delta, tangent, k_h_beta):
     springs = np.tile(np.eye(STRIPS) * STRIPS * n / (c * b), (n, 1, 1))
     gap = (np.arange(n * STRIPS).reshape(n, STRIPS) + 0.5) / (n * STRIPS) * tilt * um
     every, uncoupled = np.ones_like(gap, bool), np.zeros((n, NODES, n, NODES))
-    te, _, f = Contact(springs, uncoupled, gap, np.ones_like(gap)).solve(force, every)
+    te, _, f = StripContact(springs, uncoupled, gap, np.ones_like(gap)).solve(force, every)
     line_load = f * n * STRIPS / b
     assert te == pytest.approx(exact, rel=1e-6)
     assert te / um == pytest.approx(delta, abs=1e-3)
@@ -64,7 +64,7 @@ def test_strips_that_join_one_by_one_find_the_same_contact(monkeypatch):
     smooth = 1e-10 * (root @ root.T).reshape(n, NODES, n, NODES)
     local = np.tile(2e-9 * np.exp(-np.abs(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS))) / 5), (n, 1, 1))
     gap = rng.uniform(0, 5 * um, (n, STRIPS))
-    contact = Contact(local, smooth, gap, np.ones_like(gap))
+    contact = StripContact(local, smooth, gap, np.ones_like(gap))
     te, _, f = contact.solve(2000.0, np.ones_like(gap, bool))
     monkeypatch.setattr(unilateral, "EXCHANGES", 1)
     te_slow, _, f_slow = contact.solve(2000.0, np.ones_like(gap, bool))
@@ -81,7 +81,7 @@ def test_touching_flanks_have_one_normal(phase):
     cells = ContactSlices(
         MeshPosition(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]])
     )
-    foot = cells.clear(cells.closest)[1]
+    foot = cells.gap_at(cells.closest)[1]
     own, mate = cells.tilts(cells.closest, foot, np.zeros((1, 1)), np.ones((1, 1)))[:, 0, 0]
     step = 1e-3 * mm
     change = np.diff(relief.removed(gear.face, np.array([-step, step]) + foot[0], 0.0))[0]
@@ -97,7 +97,7 @@ def test_loaded_teeth_touch_nearer_to_both_tips():
         rolls = []
         for at in (0.0, te):
             cells = ContactSlices(MeshPosition(paper_pair(), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), at)
-            rolls.append(np.stack([cells.closest, cells.clear(cells.closest)[1]]))
+            rolls.append(np.stack([cells.closest, cells.gap_at(cells.closest)[1]]))
         assert rolls[1] - rolls[0] == pytest.approx(te / 2 + 0 * rolls[0], rel=1e-3)
 
 
@@ -109,7 +109,7 @@ def test_directions_of_contact_do_not_prefer_a_gear(relief):
     for phase in (-1e-12, 1e-12):
         cells = ContactSlices(MeshPosition(pair, 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), 30 * um)
         strips = strips_of(cells, np.array([0.2 * mm]))
-        order = slice(None) if cells.own_is_pinion[0] else slice(None, None, -1)
+        order = slice(None) if cells.pinion_is_host[0] else slice(None, None, -1)
         found.append([numbers[..., order] for numbers in (strips.tilts, strips.approach, strips.gap)])
     for numbers, other, error in zip(*found, (3e-4, 3e-5, 1e-9), strict=True):
         assert numbers == pytest.approx(other, abs=error)
@@ -126,9 +126,9 @@ def test_gaps_of_strips_are_means_over_them(flank):
     strips, r_b = strips_of(cells, reach / WINDOW), cells.radii[0]
     arcs = cells.closest**2 / (2 * r_b) + reach * np.linspace(-1, 1, 100 * STRIPS + 1)[50::100]
     within = arcs[..., None] + strips.width[..., None] * ((np.arange(100) + 0.5) / 100 - 0.5)
-    gap = cells.clear(np.sqrt(2 * r_b * within.reshape(1, -1)))[0].reshape(*arcs.shape, 100).mean(axis=-1)
+    gap = cells.gap_at(np.sqrt(2 * r_b * within.reshape(1, -1)))[0].reshape(*arcs.shape, 100).mean(axis=-1)
     assert strips.gap == pytest.approx(gap, abs=1e-12)
-    assert np.abs(cells.clear(np.sqrt(2 * r_b * arcs))[0] - gap).max() > 3e-9
+    assert np.abs(cells.gap_at(np.sqrt(2 * r_b * arcs))[0] - gap).max() > 3e-9
 
 
 @pytest.mark.parametrize(("z", "x", "beta"), [((12, 150), 0.5, 0.0), ((14, 90), 0.2, 30 * deg), ((57, 57), 0.0, 0.0)])
@@ -139,9 +139,9 @@ def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
         meeting = MeshPosition(pair, pair.a, 0.0, phase)
         number, low = (at.ravel() for at in np.meshgrid(meeting.numbers(), np.linspace(-10, 9, 20) * mm))
         cells = ContactSlices(meeting, number, low, low + 1 * mm, te=20 * um)
-        start, meet = cells.limits[0], ~cells.apart
-        beyond = cells.against(start)[1] - cells.mate_tip
-        form = np.where(cells.own_is_pinion, pair.pinion.roll_form, pair.wheel.roll_form)[:, None]
+        start, meet = cells.limits[0], ~cells.out_of_reach
+        beyond = cells.free_turn(start)[1] - cells.mate("roll_tip")
+        form = np.where(cells.pinion_is_host, pair.pinion.roll_form, pair.wheel.roll_form)[:, None]
         cut = meet & (start > form * (1 + 1e-12))
         assert cut.any()
         assert beyond[cut] == pytest.approx(0, abs=1e-12 * pair.a)

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from strategies import pairs
 
 import fem
+from fem.contact.contact_state import State
 from fem.contact.strip_contact import assemble
-from fem.contact.tooth_contact import State, ToothContact
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.hertz import largest_torque
 from fem.elasticity.mesh_density import Density
@@ -85,18 +86,18 @@ def alike(one: Scene, other: Scene, *, te: float = 1.0, centroid: float = 1.0, r
 def contact_is_balanced(scene: Scene) -> None:
     """Forces press, add up to the mesh force and stay on the common face; no strip is inside the mate's flank."""
     encounter, (resolved, sliced) = scene.encounter, scene.solved()
-    balance = (resolved.strips.approach * resolved.load).sum(), sliced.force @ encounter.gaps(sliced.cells, 0.0)[1]
+    balance = (resolved.strips.approach * resolved.strip_force).sum(), sliced.force @ sliced.slices.smallest_gap[1]
     assert balance == pytest.approx((scene.force,) * 2, rel=1e-7)
-    low, high = encounter.meeting.face
+    low, high = encounter.position.face
     for state in (resolved, sliced):
         assert np.isfinite([state.te, state.peak_pressure()]).all()
         assert state.force.min() >= 0
-        assert sum(state.share(k) for k in np.unique(state.cells.number)) == pytest.approx(1)
+        assert sum(state.share(k) for k in np.unique(state.slices.number)) == pytest.approx(1)
         assert low <= state.centroid() <= high
-        assert state.cells.low.min() >= low - 1e-12
-        assert state.cells.high.max() <= high + 1e-12
-    contact = assemble(resolved.cells, resolved.strips, encounter.pinion, encounter.wheel, scene.misalignment)
-    slack = contact.displacement(resolved.load) + contact.gap - contact.approach * resolved.te
+        assert state.slices.low.min() >= low - 1e-12
+        assert state.slices.high.max() <= high + 1e-12
+    contact = assemble(resolved.slices, resolved.strips, encounter.bodies, scene.misalignment)
+    slack = contact.displacement(resolved.strip_force) + contact.gap - contact.approach * resolved.te
     assert slack.min() > -1e-9 * um - 1e-12 * abs(resolved.te)
 
 

@@ -9,7 +9,6 @@ from twins import plane_twin, twin_te
 
 import fem
 from fem.contact.contact_width import kinks, with_kinks
-from fem.contact.strip_contact import across_weights
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.mesh_density import Density
@@ -95,8 +94,8 @@ def test_force_is_normal_to_both_flanks_on_the_edge_of_a_relief():
     state = ToothContact(MeshPosition(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, 0.4), twin, twin, 1).state(
         50 / gear.r_b
     )
-    tooth = state.cells.number == 0
-    share, (pinion, wheel) = (state.load / state.force.sum())[tooth], state.strips.tilts[:, tooth]
+    tooth = state.slices.number == 0
+    share, (pinion, wheel) = (state.strip_force / state.force.sum())[tooth], state.strips.tilts[:, tooth]
     arcs, step = state.strips.arcs[0, tooth], state.strips.width[tooth] / 2
     ahead, behind = (relief.removed(gear.face, np.sqrt(2 * gear.r_b * (arcs + s)), 0.0) for s in (step, -step))
     slope = (ahead - behind) / (2 * step)
@@ -222,7 +221,7 @@ def test_halves_of_the_width_superpose():
     density = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
     half, whole = (flank_compliance(paper_gear(), density, 23 * mm, whole=w) for w in (False, True))
     end = np.array([11.5 * mm])
-    on_half, on_whole = across_weights(half, 0 * end, end)[:, 0], across_weights(whole, -end, end)[:, 0]
+    on_half, on_whole = half.across(0 * end, end)[:, 0], whole.across(-end, end)[:, 0]
     one = np.einsum("y,dyhzk,z->dhk", on_half, half.blocks, on_half)
     other = np.einsum("y,dyhzk,z->dhk", on_whole, whole.blocks, on_whole)
     assert 2 * other == pytest.approx(one, rel=1e-9)

@@ -7,9 +7,9 @@ from skfem import Basis, ElementHex1, ElementLineP1, ElementLineP2, ElementQuad1
 from skfem.models.elasticity import linear_elasticity
 
 from fem.contact.resolution import Resolution
-from fem.contact.strip_contact import across_weights
 from fem.elasticity import extruded_elasticity, hertz
 from fem.elasticity.extrusion import extruded, half_width, hexahedra
+from fem.elasticity.face_symmetry import HalfFace
 from fem.elasticity.flank_compliance import flank_compliance, flank_loads
 from fem.elasticity.half_space import along_line
 from fem.elasticity.hertz import flattening
@@ -141,9 +141,9 @@ def test_compliance_converges():
     fine = flank_compliance(GEAR, Density(tooth=5, rim=6, body=9, width=4, fillet=5, **few), GEAR.b)
 
     def line_load(body):
-        even = across_weights(body, np.array([0.0]), np.array([GEAR.b / 2]))[:, 0]
+        even = body.across(np.array([0.0]), np.array([GEAR.b / 2]))[:, 0]
         own = np.einsum("y,yhzk,z->hk", even, body.blocks[0], even)
-        half_space = flattening(STEEL) * along_line(np.array([0, body.end]), body.end, 0.1 * mm, mirrored=True)[0, 0]
+        half_space = flattening(STEEL) * along_line(np.array([0, body.end]), body.end, 0.1 * mm, HalfFace())[0, 0]
         return own[3, 3] + half_space, own[6, 6] + half_space
 
     assert line_load(coarse) == pytest.approx(line_load(fine), rel=3e-3)

@@ -13,6 +13,7 @@ from fem.contact.resolution import Resolution
 from fem.contact.strip_bounds import BETWEEN_STRIPS, STRIPS
 from fem.contact.strip_contact import CAPACITY
 from fem.contact.tooth_contact import ToothContact
+from fem.elasticity.face_symmetry import HalfFace, WholeFace
 from fem.elasticity.half_space import along_line
 from fem.elasticity.hertz import flattening
 from fem.elasticity.mesh_density import Density
@@ -27,13 +28,13 @@ CROWNED = fem.GearPair(paper_gear(flank=(fem.LeadCrowning(10 * um),)), paper_gea
 def test_line_of_force_moves_itself_by_the_logarithm_of_its_length():
     """Mean of 1/distance at depth d over a line of length L, on both sides: 2 / L (ln(2 L / d) - 1) for d << L."""
     length, depth = 3 * mm, 1e-3 * mm
-    found = along_line(np.array([0, length]), FAR, depth, mirrored=False)[0, 0]
+    found = along_line(np.array([0, length]), FAR, depth, WholeFace())[0, 0]
     assert found == pytest.approx((np.log(2 * length / depth) - 1) / length, rel=1e-3)
 
 
 def test_segments_apart_move_one_another_by_their_distance():
     edges = np.array([0, 0.1, 10, 10.1]) * mm
-    between = along_line(edges, FAR, 1e-2 * mm, mirrored=False)
+    between = along_line(edges, FAR, 1e-2 * mm, WholeFace())
     assert between[0, 2] == pytest.approx(1 / (2 * 10 * mm), rel=1e-3)
     assert between == pytest.approx(between.T)
 
@@ -42,7 +43,7 @@ def test_segments_apart_move_one_another_by_their_distance():
 def test_force_moves_a_line_alike_at_any_depth_that_is_small(lengths, depth):
     """Half-planes held at twice the depth: so much more of it is their part, so much less lies beside them."""
     edges = np.append(0, np.cumsum(lengths))
-    deep, deeper = (along_line(edges, 1e3, d, mirrored=False) for d in (depth, 2 * depth))
+    deep, deeper = (along_line(edges, 1e3, d, WholeFace()) for d in (depth, 2 * depth))
     uniform = np.diff(edges)
     loss = (deep - deeper) @ uniform
     assert loss[1:-1] == pytest.approx(np.log(2), rel=0.02)
@@ -52,19 +53,19 @@ def test_force_moves_a_line_alike_at_any_depth_that_is_small(lengths, depth):
 def test_end_faces_mirror_the_forces_that_reach_them():
     """A force that is even from end to end moves the ends as it moves the middle, but for what is further away."""
     edges = np.linspace(-1, 1, 41)
-    open_ends, closed = (along_line(edges, end, 0.01, mirrored=False).sum(axis=1) for end in (1e3, 1.0))
+    open_ends, closed = (along_line(edges, end, 0.01, WholeFace()).sum(axis=1) for end in (1e3, 1.0))
     assert np.ptp(open_ends) > 10 * np.ptp(closed)
-    upper = along_line(edges[20:], 1.0, 0.01, mirrored=True)
-    whole = along_line(edges, 1.0, 0.01, mirrored=False)
+    upper = along_line(edges[20:], 1.0, 0.01, HalfFace())
+    whole = along_line(edges, 1.0, 0.01, WholeFace())
     assert upper == pytest.approx((whole + whole[::-1])[20:, 20:])
 
 
-@given(st.lists(st.floats(1e-2, 10), min_size=1, max_size=12), st.booleans())
-def test_forces_on_strips_always_do_work(lengths, mirrored):
+@given(st.lists(st.floats(1e-2, 10), min_size=1, max_size=12), st.sampled_from([WholeFace(), HalfFace()]))
+def test_forces_on_strips_always_do_work(lengths, face):
     """Strips of a thousandth to a hundred times the lengths along the contact, whose half-planes are held as deep."""
     edges = np.append(0, np.cumsum(lengths))
     depth = CAPACITY * STRIPS
-    along = along_line(edges, edges[-1], depth, mirrored=mirrored)
+    along = along_line(edges, edges[-1], depth, face)
     local = (BETWEEN_STRIPS + np.log(depth)) / np.diff(edges)[:, None, None]
     n = len(lengths)
     both = np.zeros((n, STRIPS, n, STRIPS)) + along[:, None, :, None]
@@ -95,7 +96,7 @@ def test_crowned_flanks_press_as_hertz_says_of_points():
     radii, force = ((CROWNED.b / 2) ** 2 / (2 * 10 * um), CROWNED.roll_pitch / 2), np.array([0.03, 0.1, 0.3, 1.0])
     states = [encounter.state(f) for f in force]
     approach, pressure = np.transpose([elliptical_contact(f, *radii) for f in force])
-    deflection = np.array([state.te for state in states]) - encounter.unloaded(0.0)
+    deflection = np.array([state.te for state in states]) - encounter.first_touch(0.0)
     beside = (deflection - approach) / force
     assert [state.peak_pressure() for state in states] == pytest.approx(pressure, rel=0.01)
     assert (np.abs(beside - beside[-1]) * force < 0.005 * approach).all()

@@ -177,7 +177,7 @@ def test_loads_of_a_contact_balance_the_torque(hand, offsets):
     (encounter,), misalignment = flank_loads.encounters(pair, [0.3], offsets, ROUGH)
     on_gears = flank_loads.flank_loads(encounter, encounter.state(150 / pair.pinion.r_b, misalignment))
     centroids = []
-    for on_teeth, shift in zip(on_gears, (0.0, encounter.meeting.axial), strict=True):
+    for on_teeth, shift in zip(on_gears, (0.0, encounter.position.axial), strict=True):
         force = np.concatenate([load.force.sum(axis=1) for load in on_teeth])
         middle = np.concatenate([(load.low + load.high) / 2 for load in on_teeth])
         assert force.sum() * np.cos(pair.beta_b) == pytest.approx(150 / pair.pinion.r_b, rel=2e-3)
@@ -193,7 +193,7 @@ def test_force_on_a_tips_corner_is_on_the_flank(phase):
     pair = fem.GearPair(gear, gear)
     (encounter,), _ = flank_loads.encounters(pair, [phase], None, None)
     state = encounter.state(150 / gear.r_b)
-    tip, pressed = flank_loads.flank_ends(gear)[1], state.load > 0
+    tip, pressed = flank_loads.flank_ends(gear)[1], state.strip_force > 0
     assert ((state.strips.arcs >= tip * (1 - 1e-9)) & pressed).sum(axis=(1, 2)).max() > 1
     pinion, wheel = (sum(load.force.sum() for load in side) for side in flank_loads.flank_loads(encounter, state))
     assert pinion == pytest.approx(wheel, rel=1e-12)
@@ -230,7 +230,7 @@ def test_strips_of_both_gears_meet_where_the_gears_stand(hand):
     offsets = fem.Offsets(a=pair.a + 0.1 * mm, axial=2 * mm)
     (encounter,), _ = flank_loads.encounters(pair, [0.3], offsets, ROUGH)
     state = encounter.state(150 / pair.pinion.r_b)
-    placed, on_gears = placements(encounter.meeting, state.te), flank_loads.flank_loads(encounter, state)
+    placed, on_gears = placements(encounter.position, state.te), flank_loads.flank_loads(encounter, state)
     pinion, wheel = (strip_middles(*gear) for gear in zip(placed, on_gears, strict=True))
     overlap = np.linalg.norm(pinion - wheel, axis=0)
     assert 0.8 * state.te < overlap.min() and overlap.max() < 1.15 * state.te
