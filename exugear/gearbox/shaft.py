@@ -9,7 +9,7 @@ import numpy as np
 
 from exugear.gearbox.bearing import Bearing
 from fem.gear.gear import Gear
-from fem.support.arguments import Finite, checked
+from fem.support.arguments import DERIVED, Finite, checked
 from fem.support.representation import short
 from fem.support.validation import number, require, told
 from fem.units import mm
@@ -174,9 +174,9 @@ class Shaft:
 
     name: str
     parts: Annotated[Mapping[float, Part | Sequence[Part]], check_parts]
-    inertia: float = field(default=None, kw_only=True)  # type: ignore[assignment]
-    mass: float = field(default=None, kw_only=True)  # type: ignore[assignment]
-    transverse: float = field(default=None, kw_only=True)  # type: ignore[assignment]
+    inertia: float = field(default=DERIVED, kw_only=True)
+    mass: float = field(default=DERIVED, kw_only=True)
+    transverse: float = field(default=DERIVED, kw_only=True)
     length: float | None = field(default=None, kw_only=True)
     offset: Placement = field(default=NOWHERE, kw_only=True)
     centre: float = field(init=False, repr=False)

@@ -14,6 +14,7 @@ from fem.gear.tooth_root import Arc, Trochoid
 from fem.microgeometry import flank as flanks
 from fem.microgeometry.flank import Flank, Sides
 from fem.microgeometry.modification import FlankExtent
+from fem.support.arguments import DERIVED
 from fem.support.representation import short
 from fem.support.validation import as_floats, number, require, require_within
 from fem.units import deg, mm
@@ -49,10 +50,10 @@ class Gear:
     d_bore: float
     alpha_n: float = 20 * deg
     beta: float = 0.0
-    x: float = None  # type: ignore[assignment]
-    s_n: float = None  # type: ignore[assignment]
-    d_a: float = None  # type: ignore[assignment]
-    d_f: float = None  # type: ignore[assignment]
+    x: float = DERIVED
+    s_n: float = DERIVED
+    d_a: float = DERIVED
+    d_f: float = DERIVED
     h_fP: InitVar[float | None] = None
     rho_f: float | None = None
     fillet: float | None = None

@@ -9,7 +9,7 @@ from fem.gear.gear import Gear
 from fem.gear.involute import inverse_involute, involute
 from fem.pair.interference import root_clearance, ways_out
 from fem.pair.path_of_contact import PathOfContact
-from fem.support.arguments import checked
+from fem.support.arguments import DERIVED, checked
 from fem.support.representation import short
 from fem.support.validation import as_floats, require, require_within
 from fem.units import deg, mm
@@ -30,7 +30,7 @@ class GearPair:
 
     pinion: Gear
     wheel: Gear
-    a: float = None  # type: ignore[assignment]
+    a: float = DERIVED
 
     def __post_init__(self):
         as_floats(self)

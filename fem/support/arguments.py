@@ -6,7 +6,7 @@ from functools import cache, wraps
 from inspect import Parameter, signature
 from os import PathLike
 from types import UnionType
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -57,7 +57,7 @@ def checked(made: Made) -> Made:
                 check_kind(name, value, hint)
         return made(*args, **kwargs)
 
-    return checking  # type: ignore[return-value]
+    return cast(Made, checking)
 
 
 @cache

@@ -25,7 +25,8 @@ def short(**units: str) -> Callable[[Kind], Kind]:
 
     def decorated(kind: Kind) -> Kind:
         _UNITS[kind] = units
-        kind.__repr__ = _whole  # type: ignore[method-assign, assignment]
+        changed: Any = kind
+        changed.__repr__ = _whole
         return kind
 
     return decorated

@@ -11,8 +11,8 @@ from scenes import INERTIA, smooth_box
 
 import exugear
 import fem
+from exugear.elements.exudyn_objects import quiet
 from exugear.plan.integrator import BETA, Rule
-from exugear.simulation.model import quiet
 from exugear.simulation.solver_settings import settings_for
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.mesh_density import Density
