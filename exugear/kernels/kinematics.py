@@ -33,6 +33,7 @@ BASE_PITCH = 39
 #: Where the contact frame is not the global one (`contact_frame`): its axes (9), numbers of both bodies (15).
 CONTACT_AXES, BODY_1, BODY_2 = 40, 49, 64
 FRAME = 79
+compiled_involute = compiled(involute)
 #: Over which the static force's rise is taken [s].
 INSTANT = 1e-9
 
@@ -41,7 +42,7 @@ def rotational_frame(pair, phase: float, direction: int) -> np.ndarray:
     """The numbers that the kernels read, for rotational coordinates of a `fem.GearPair` or `RingPair`."""
     frame = np.zeros(FRAME)
     frame[R_B1], frame[R_B2], frame[TURNS] = pair.pinion.r_b, pair.wheel.r_b, pair.pinion.z / (2 * pi)
-    frame[PHASE], frame[DIRECTION], frame[INV_0] = phase, direction, involute(pair.alpha_wt)
+    frame[PHASE], frame[DIRECTION], frame[INV_0] = phase, direction, compiled_involute(pair.alpha_wt)
     frame[TAN_BETA_B] = tan(pair.beta_b)
     return frame
 
@@ -198,7 +199,7 @@ def meeting(law, frame, q_1, q_2):
     turned = unwound(d, r_1, r_2, q_1[5], q_2[5], turned)
     alpha = acos((r_1 + r_2) / distance)
     r_w = r_1 / cos(alpha)
-    opening = (r_1 + r_2) * (tan(alpha) - alpha - frame[INV_0])
+    opening = (r_1 + r_2) * (compiled_involute(alpha) - frame[INV_0])
     raised = height(frame, q_1, q_2, (x, y), r_w) - frame[HEIGHT]
     lead = d * (r_1 * (q_1[5] - turned) + r_2 * (q_2[5] - turned) - tan_b * raised)
     if frame[BASE_PITCH] != 0.0:

@@ -1,6 +1,6 @@
 """Parts of the face on which the pairs of teeth overlap, and so carry load."""
 
-from math import sin, sqrt, tan
+from math import sqrt, tan
 
 import numpy as np
 
@@ -29,10 +29,10 @@ def across(meeting: MeshPosition, places_of) -> np.ndarray:
 
 def kinks(meeting: MeshPosition) -> np.ndarray:
     """(n_pair, n) axial places where the slope of a modification jumps along the line of contact of each pair [m]."""
-    pair, length = meeting.pair, meeting.a * sin(meeting.alpha)
+    pair = meeting.pair
     pinion, wheel = ((gear.drive_flank, gear.face) for gear in (pair.pinion, pair.wheel))
     places = across(meeting, edges_across)
-    rolls = np.array([*edges(*pinion), *(length - roll for roll in edges(*wheel))])
+    rolls = np.array([*edges(*pinion), *map(meeting.path.on_wheel, edges(*wheel))])
     start = meeting.nominal(np.array(meeting.numbers())[:, None], 0.0)
     along = (rolls - start) / tan(pair.beta_b) if pair.beta_b else np.zeros((start.size, 0))
     return np.concatenate([np.tile(places, (start.size, 1)), along], axis=1)

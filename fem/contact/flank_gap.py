@@ -5,7 +5,7 @@ A cell is a slice of the width of one pair of teeth; in it all is as in its midd
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos, sin, tan
+from math import cos, tan
 
 import numpy as np
 
@@ -58,7 +58,7 @@ class ContactSlices:
     def own_is_pinion(self) -> np.ndarray:
         """(n,) whether the pinion carries the strips."""
         meeting = self.meeting
-        return meeting.nominal(self.number, self.middle) < meeting.pair.pinion.r_b * tan(meeting.alpha)
+        return meeting.nominal(self.number, self.middle) < meeting.path.pitch
 
     def _own(self, name: str) -> np.ndarray:
         pair = self.meeting.pair
@@ -77,13 +77,13 @@ class ContactSlices:
     def nominal(self) -> np.ndarray:
         """(n, 1) roll lengths of own on the line of action [m]."""
         pinion = self.meeting.nominal(self.number, self.middle)
-        across = self.meeting.a * sin(self.meeting.alpha)
-        return np.where(self.own_is_pinion, pinion, across - pinion)[:, None] + self.te / 2
+        wheel = self.meeting.path.on_wheel(pinion)
+        return np.where(self.own_is_pinion, pinion, wheel)[:, None] + self.te / 2
 
     @cached_property
     def mate_nominal(self) -> np.ndarray:
         """(n, 1) roll lengths of the mate on the line of action [m]; they overlap by te."""
-        return self.meeting.a * sin(self.meeting.alpha) - self.nominal + self.te
+        return self.meeting.path.on_wheel(self.nominal) + self.te
 
     def half_width(self, line_load: np.ndarray) -> np.ndarray:
         """Hertzian half-widths (n,) [m] under forces per axial length (..., n) [N/m]."""

@@ -2,13 +2,13 @@
 
 from dataclasses import InitVar, dataclass, field
 from functools import cached_property
-from math import asin, atan, cos, hypot, inf, pi, sin, sqrt, tan
+from math import acos, asin, atan, cos, hypot, inf, pi, sin, sqrt, tan
 
 import numpy as np
 
 from fem.gear.data_sheet import GEAR, DataSheet, listed
 from fem.gear.inspection import Teeth, measures
-from fem.gear.involute import half_angle, involute
+from fem.gear.involute import involute
 from fem.gear.material import STEEL, Material
 from fem.gear.tooth_root import Arc, Trochoid
 from fem.microgeometry import flank as flanks
@@ -216,7 +216,7 @@ class Gear:
     @cached_property
     def psi_b(self) -> float:
         """Half angle of the tooth at the base circle [rad]."""
-        return self.s_t / (2 * self.r) + involute(self.alpha_t)
+        return float(self.s_t / (2 * self.r) + involute(self.alpha_t))
 
     @cached_property
     def root(self) -> Trochoid | Arc:
@@ -255,7 +255,7 @@ class Gear:
         """Transverse tooth thickness on the circle of radius r >= r_b [m]; ValueError for others."""
         if not self.r_b <= number("r", r) < inf:
             raise ValueError(f"r must be at least the base radius {self.r_b / mm:.6g} mm, got {r / mm:.6g} mm")
-        return 2 * r * float(half_angle(self.psi_b, self.r_b, sqrt(r**2 - self.r_b**2)))
+        return 2 * r * float(self.psi_b - involute(acos(self.r_b / r)))
 
     def data_sheet(self, *, k: int | None = None, D_M: float | None = None) -> DataSheet:
         """Quantities of ISO 21771 by symbol, in SI units; print it for a table in mm and degrees.

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem.gear.gear import Gear
-from fem.gear.involute import half_angle
+from fem.gear.involute import involute
 
 #: Rolls shorter than this share of that at the tip count as that long: at the base circle there is no curvature.
 LEAST_ROLL = 0.01
@@ -25,7 +25,7 @@ class Polar(NamedTuple):
 def flank(gear: Gear, roll) -> Polar:
     """Involute at roll lengths roll (n,) [m]."""
     roll = np.asarray(roll, float)
-    return Polar(np.hypot(gear.r_b, roll), half_angle(gear.psi_b, gear.r_b, roll))
+    return Polar(np.hypot(gear.r_b, roll), gear.psi_b - involute(np.arctan(roll / gear.r_b)))
 
 
 def fillet(gear: Gear, share) -> Polar:

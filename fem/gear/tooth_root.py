@@ -6,12 +6,12 @@ the root circle does. Both kinds tell `roll_form`, the roll length at 0, and `ps
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import asin, cos, hypot, pi, sin, sqrt, tan
+from math import acos, asin, cos, hypot, pi, sin, sqrt, tan
 
 import numpy as np
 import scipy
 
-from fem.gear.involute import half_angle, involute
+from fem.gear.involute import involute
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ class Trochoid:
 
     def _outside(self, theta: float) -> float:
         r, psi = self.at(theta)
-        return float(psi - half_angle(self.psi_b, self.r_b, sqrt(max(0.0, float(r) ** 2 - self.r_b**2))))
+        return float(psi - self.psi_b + involute(acos(min(1.0, self.r_b / float(r)))))
 
     @cached_property
     def roll_form(self) -> float:
@@ -161,13 +161,12 @@ class Arc:
         """Angle where the root circle begins [rad]."""
         if self.on_line:
             return self.psi_b + asin(self.radius / self.r_centre)
-        roll_centre = sqrt(self.r_centre**2 - self.r_b**2)
-        return float(half_angle(self.psi_b, self.r_b, roll_centre)) + self.radius / self.r_b
+        return float(self.psi_b + self.radius / self.r_b - involute(acos(self.r_b / self.r_centre)))
 
     def points(self, share) -> tuple[np.ndarray, np.ndarray]:
         """r [m] and psi [rad] at shares (n,) of the length, the line and half of the arc up to 1/2."""
         centre, down = self.r_centre * np.exp(1j * self.psi_f), -np.exp(1j * self.psi_f)
-        psi = half_angle(self.psi_b, self.r_b, self.roll_form)
+        psi = self.psi_b - involute(acos(min(1.0, self.r_b / self.r_touch)))
         sweep = np.angle((self.r_touch * np.exp(1j * psi) - centre) / down)
         straight, arc = self.r_b - self.r_touch if self.on_line else 0.0, self.radius * abs(sweep)
         way = np.interp(share, [0, 0.5, 1], [0, straight + arc / 2, straight + arc])
