@@ -1,5 +1,5 @@
 from . import stress, units
-from .contact.resolution import Resolution
+from .contact.resolution import Resolution, Slices
 from .elasticity.mesh_density import Density
 from .gear.data_sheet import DataSheet, Quantity
 from .gear.gear import Gear
@@ -46,6 +46,7 @@ __all__ = [
     "Resolution",
     "RootRelief",
     "Sides",
+    "Slices",
     "TipRelief",
     "UpTo",
     "__version__",

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fem.contact.resolution import Resolution
+from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.elasticity.hertz import largest_torque
 from fem.pair.pair import GearPair
 from fem.ste.error_estimation import (
@@ -59,13 +59,14 @@ class UpTo:
 
 def choose(
     pair: GearPair, torque: np.ndarray | UpTo, phase: np.ndarray | None, values: dict, accuracy: float
-) -> tuple[np.ndarray, np.ndarray, Resolution, dict[str, MapError]]:
+) -> tuple[np.ndarray, np.ndarray, Discretization, dict[str, MapError]]:
     """Torques and phases where they are not given, the coarsest resolution and its errors, within the share accuracy.
 
     What adds most to an error beyond the allowed one is refined, until the mesh has its largest size. Raises
     RuntimeError where that does not do, or too many torques or phases would be needed.
     """
-    resolution, least = replace(Resolution(), resolved=False), np.inf
+    resolution: Discretization = Slices()
+    least = np.inf
     while True:
         loaded = LoadedCurves(pair, values, replace(resolution, slices=max(resolution.slices, FEWEST_SLICES)))
         torques = chosen_torques(loaded, torque.torque, accuracy) if isinstance(torque, UpTo) else torque
@@ -76,15 +77,18 @@ def choose(
             break
         least, finer = min(least, excess), _refined(pair, resolution, errors, allowed)
         if finer is None:
-            short = f"the best mesh tried is within {least * accuracy:.3g} of the deflection and of the peak to peak"
-            raise RuntimeError(f"{short}, accuracy {accuracy:g} was asked; ask for less or pass a finer fem.Resolution")
+            best = f"the best mesh tried is within {least * accuracy:.3g} of the deflection and of the peak to peak"
+            remedy = "pass a larger accuracy, or a finer mesh as resolution=fem.Resolution(...)"
+            raise RuntimeError(f"{best}, requested was accuracy={accuracy:g}; {remedy}")
         resolution = finer
     phases = chosen_phases(loaded, torques, accuracy) if phase is None else phase
     interpolation = interpolation_errors(pair, torques, phases, values, loaded.resolution)
     return torques, phases, resolution, {"error_mesh": errors.total} | interpolation
 
 
-def _refined(pair: GearPair, resolution: Resolution, errors: MeshErrors, allowed: MapError) -> Resolution | None:
+def _refined(
+    pair: GearPair, resolution: Discretization, errors: MeshErrors, allowed: MapError
+) -> Discretization | None:
     """The resolution finer in what errs most of what can be refined; None where that is too little to matter."""
     excess = {name: _excess(error, allowed).max() for name, error in errors.by_cause.items()}
     largest = LARGEST_HELICAL if pair.beta_b else LARGEST_SPUR
@@ -96,12 +100,12 @@ def _refined(pair: GearPair, resolution: Resolution, errors: MeshErrors, allowed
     return None
 
 
-def _finer_in(resolution: Resolution, cause: str) -> Resolution:
+def _finer_in(resolution: Discretization, cause: str) -> Discretization:
     """Twice the slices, strips resolved, or half as many elements again."""
     density, finer = resolution.density, resolution.density.scaled(3 / 2)
     return {
         "slices": replace(resolution, slices=2 * resolution.slices),
-        "strips": replace(resolution, resolved=True),
+        "strips": Resolution.like(resolution),
         "width": replace(resolution, density=replace(density, width=finer.width)),
         "section": replace(resolution, density=replace(finer, width=density.width)),
     }[cause]

@@ -1,33 +1,40 @@
 """What an STE map will cost: states, wall time, memory, before any of it is solved."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import ceil
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from fem.contact.resolution import Resolution
+from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.elasticity.flank_compliance import NEAR, WHOLE, solutions
 from fem.elasticity.mesh_density import Density
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.accuracy import FEWEST_PHASES, UpTo
 from fem.ste.error_estimation import CHECKED_PHASES, CHECKED_TORQUES, MESHED_PHASES, MESHED_TORQUES, along, edges_of
-from fem.ste.inputs import check_places, checked_phases, checked_share, checked_torque, given
+from fem.ste.inputs import check_places, checked_accuracy, checked_phases, checked_torque, given, require_one_way
 from fem.ste.map_solver import ORDER, QUANTITIES, across_width, elastic
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.cache import known
 
-#: Wall time of a state on a two-core machine that does nothing else, measured within a factor of two [s]: of spurs
-#: alike over the width with strips and in the slice mode; of others, with the default slices and a total contact ratio
-#: of 2, in proportion to both.
-EVEN, EVEN_SLICED, VARYING, VARYING_SLICED = 3.5e-3, 0.8e-3, 6e-3, 1.3e-3
+#: Wall time of a state on a two-core machine that does nothing else, measured within a factor of two [s]: of spur pairs
+#: whose gap is the same over the width; of all others, with the default slices and a total contact ratio of 2, in
+#: proportion to both.
+PER_STATE: dict[type[Discretization], tuple[float, float]] = {Resolution: (3.5e-3, 6e-3), Slices: (0.8e-3, 1.3e-3)}
 #: Likewise per toothed pitch at the default density: of the near field, and of a solid of half the width. They grow
 #: with these powers of the number of elements in the section, and across the width.
 NEAR_FIELD, SOLID, SECTION_POWER, WIDTH_POWER = 0.2, 0.25, 1.25, 2.0
 #: `UpTo` begins with so many torques.
 LEAST_TORQUES = 5
-Part = tuple[int, dict[str, np.ndarray], Resolution]
+
+
+class Part(NamedTuple):
+    """Number of states that are solved at these offsets with one resolution."""
+
+    states: int
+    offsets: dict[str, np.ndarray]
+    resolution: Discretization
 
 
 @checked
@@ -70,7 +77,8 @@ def map_cost(
     phases: Numbers | None = 30,
     *,
     offsets: Offsets | None = None,
-    accuracy: float | Resolution | None = None,
+    accuracy: Annotated[float, checked_accuracy] | None = None,
+    resolution: Resolution | Slices | None = None,
 ) -> MapCost:
     """What `fem.static_transmission_error` of the same arguments costs, before it runs.
 
@@ -80,43 +88,42 @@ def map_cost(
     offsets = Offsets() if offsets is None else offsets
     values = offsets.values(pair)
     check_places(pair, values["a"], values["axial"])
-    if accuracy is None or isinstance(accuracy, Resolution):
+    require_one_way(accuracy, resolution)
+    if accuracy is None:
         given(pair, torque, phases)
-    else:
-        checked_share(accuracy)
     n_torque = LEAST_TORQUES if isinstance(torque, UpTo) else checked_torque(pair, torque).size
     n_phase = FEWEST_PHASES if phases is None else checked_phases(phases, pair).size
     states = n_torque * n_phase * int(np.prod([values[name].size for name in ORDER]))
-    parts = list(_solved(pair, values, accuracy, states, n_torque, n_phase))
+    if accuracy is None:
+        parts = [Part(states, values, resolution or Resolution())]
+    else:
+        parts = _coarsest_level(values, states, n_torque, n_phase)
     contact = sum(n * per_state(pair, at, level) for n, at, level in parts)
     checks = sum(n for n, *_ in parts) - states
     return MapCost(states, checks, contact, _uncached(pair, parts), _bytes(pair, states), at_least=bool(checks))
 
 
-def _solved(pair: GearPair, values: dict, accuracy, states: int, n_torque: int, n_phase: int) -> Iterator[Part]:
-    """The map, and what estimating its errors takes at the coarsest level that `fem.ste.accuracy` tries."""
-    if accuracy is None or isinstance(accuracy, Resolution):
-        yield states, values, accuracy or Resolution()
-        return
-    level, edges = replace(Resolution(), resolved=False), edges_of(values)
+def _coarsest_level(values: dict, states: int, n_torque: int, n_phase: int) -> list[Part]:
+    """The map and what its errors take, on the coarsest mesh that `fem.ste.accuracy` tries."""
+    level, edges = Slices(), edges_of(values)
     meshed = MESHED_PHASES * (min(n_torque, MESHED_TORQUES) + 1)
-    coarse = level.compared()
+    coarse = replace(level, density=level.compared().density)
     section = replace(level, density=replace(coarse.density, width=level.density.width))
     over_phase, over_torque = 2 * n_phase * (CHECKED_TORQUES + 1), 2 * CHECKED_PHASES.size * n_torque
-    yield states, values, level
-    yield 2 * meshed + over_phase + over_torque + CHECKED_PHASES.size * (n_torque + 1), edges, level
-    yield meshed, edges, replace(level, density=coarse.density)
-    yield meshed, edges, replace(level, density=coarse.density, resolved=True)
-    yield meshed, edges, section
+    return [
+        Part(states, values, level),
+        Part(2 * meshed + over_phase + over_torque + CHECKED_PHASES.size * (n_torque + 1), edges, level),
+        Part(meshed, edges, coarse),
+        Part(meshed, edges, Resolution.like(coarse)),
+        Part(meshed, edges, section),
+    ]
 
 
-def per_state(pair: GearPair, values: dict, resolution: Resolution) -> float:
+def per_state(pair: GearPair, values: dict, resolution: Discretization) -> float:
     """Wall time of a state [s]: more where more slices of more pairs of teeth may touch."""
+    even, varying = PER_STATE[type(resolution)]
     varies, _ = across_width(pair, values)
-    if not varies:
-        return EVEN if resolution.resolved else EVEN_SLICED
-    slices = resolution.slices / Resolution().slices * pair.eps_gamma / 2
-    return slices * (VARYING if resolution.resolved else VARYING_SLICED)
+    return varying * resolution.slices / Resolution().slices * pair.eps_gamma / 2 if varies else even
 
 
 def _uncached(pair: GearPair, parts: list[Part]) -> float:

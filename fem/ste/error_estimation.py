@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem.contact.resolution import Resolution
+from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.elasticity.mesh_density import Density
 from fem.pair.pair import GearPair
 from fem.ste.load_interpolation import deflection_under
@@ -47,7 +47,7 @@ def edges_of(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {name: at[[-1]] if name == "a" else at[[np.argmax(np.abs(at))]] for name, at in values.items()}
 
 
-def curves(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> tuple[np.ndarray, np.ndarray]:
+def curves(pair: GearPair, torque, phase, values: dict, resolution: Discretization) -> tuple[np.ndarray, np.ndarray]:
     """(n_torque, n_phase) transmission errors [m], tangent stiffnesses [N/m] at the offsets furthest from nominal."""
     forces, offsets = np.asarray(torque) / pair.pinion.r_b, edges_of(values)
     states = sweep(pair, forces, np.asarray(phase), offsets, resolution, what="estimating errors")
@@ -95,17 +95,17 @@ class MeshErrors(NamedTuple):
         return {"section": self.section, "width": self.width, "slices": self.slices, "strips": self.strips}
 
 
-def mesh_errors(pair: GearPair, torque, values: dict, resolution: Resolution) -> MeshErrors:
+def mesh_errors(pair: GearPair, torque, values: dict, resolution: Discretization) -> MeshErrors:
     """Each by what other numbers of elements or slices change: fewer, or more where there is but one."""
     torque, phase = np.asarray(torque), np.arange(MESHED_PHASES) / MESHED_PHASES
     few, fine, coarse = _few(torque, MESHED_TORQUES), resolution.density, resolution.compared()
     elements, slices = replace(resolution, density=coarse.density), replace(resolution, slices=coarse.slices)
     section = replace(resolution, density=replace(coarse.density, width=fine.width))
-    strips = replace(elements, resolved=True)
+    strips = Resolution.like(elements)
     te, by_elements, by_slices, by_section = (
         curves(pair, few, phase, values, compared)[0] for compared in (resolution, elements, slices, section)
     )
-    by_strips = by_elements if resolution.resolved else curves(pair, few, phase, values, strips)[0]
+    by_strips = by_elements if strips == elements else curves(pair, few, phase, values, strips)[0]
     inside = left(te - by_section, along(fine) / along(coarse.density), SECTION_ORDER)
     across = left(by_section - by_elements, fine.width / coarse.density.width, WIDTH_ORDER)
     in_slices = left(te - by_slices, resolution.slices / coarse.slices, WIDTH_ORDER)
@@ -113,7 +113,7 @@ def mesh_errors(pair: GearPair, torque, values: dict, resolution: Resolution) ->
     return MeshErrors(*(_map_error(torque, few, rms(e), peak_to_peak_error(phase, te, e)) for e in kinds))
 
 
-def mesh_error(pair: GearPair, torque, values: dict, resolution: Resolution) -> MapError:
+def mesh_error(pair: GearPair, torque, values: dict, resolution: Discretization) -> MapError:
     """By elements and slices, in the slice mode also by what resolving the strips changes."""
     return mesh_errors(pair, torque, values, resolution).total
 
@@ -129,12 +129,12 @@ def left(change: np.ndarray, finer: float, order: float) -> np.ndarray:
     return change / (1 - finer**order)
 
 
-def phase_error(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> MapError:
+def phase_error(pair: GearPair, torque, phase, values: dict, resolution: Discretization) -> MapError:
     """Of the periodic cubic spline through equidistant phases, seen half-way in the slice mode."""
     torque, phase = np.asarray(torque), np.asarray(phase)
     few, halfway = _few(torque, CHECKED_TORQUES), phase + 1 / (2 * phase.size)
     twice = np.concatenate([phase, halfway])
-    te, _ = curves(pair, few, twice, values, replace(resolution, resolved=False))
+    te, _ = curves(pair, few, twice, values, Slices.like(resolution))
     error = at_phases(phase, te[:, : phase.size], halfway) - te[:, phase.size :]
     order = np.argsort(twice)
     both, error_at_both = te[:, order], np.concatenate([0 * error, error], axis=1)[:, order]
@@ -164,8 +164,8 @@ def _at_all(torque: np.ndarray, few: np.ndarray, error: np.ndarray) -> np.ndarra
 class LoadedCurves:
     """Transmission errors and stiffnesses of slices at any torques over CHECKED_PHASES; each torque is solved once."""
 
-    def __init__(self, pair: GearPair, values: dict[str, np.ndarray], resolution: Resolution):
-        self.pair, self.values, self.resolution = pair, values, replace(resolution, resolved=False)
+    def __init__(self, pair: GearPair, values: dict[str, np.ndarray], resolution: Discretization):
+        self.pair, self.values, self.resolution = pair, values, Slices.like(resolution)
         self._solved: dict[float, tuple[np.ndarray, np.ndarray]] = {}
 
     def at(self, torque: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -205,13 +205,15 @@ def _falling(torque: np.ndarray, error: np.ndarray) -> np.ndarray:
     return error
 
 
-def torque_error(pair: GearPair, torque, values: dict, resolution: Resolution) -> MapError:
+def torque_error(pair: GearPair, torque, values: dict, resolution: Discretization) -> MapError:
     """Between a torque and its neighbours; torque: at least three values, the first of them 0."""
     error = interval_error(LoadedCurves(pair, values, resolution), np.asarray(torque, float))
     return MapError(*(np.maximum(np.append(0.0, part), np.append(part, 0.0)) for part in error))
 
 
-def interpolation_errors(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> dict[str, MapError]:
+def interpolation_errors(
+    pair: GearPair, torque, phase, values: dict, resolution: Discretization
+) -> dict[str, MapError]:
     """Over phase and over torque, where they can be told, as `error_phase` and `error_torque`."""
     torque, phase, errors = np.asarray(torque), np.asarray(phase), {}
     if phase.size >= 4 and np.allclose(np.diff(phase), 1 / phase.size, atol=1e-9):

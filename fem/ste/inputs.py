@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from fem.contact.resolution import Discretization
 from fem.elasticity.hertz import largest_torque
 from fem.microgeometry.flank import pitch_deviations
 from fem.pair.pair import GearPair
 from fem.ste.accuracy import UpTo
-from fem.support.validation import increasing, number, numbers, require
+from fem.support.validation import increasing, number, numbers, require, told
 from fem.units import mm
 
 
@@ -20,10 +21,20 @@ def check_places(pair: GearPair, a: np.ndarray, axial: np.ndarray) -> None:
     require(bool(shared >= least), f"axial offset {np.abs(axial).max() / mm:g} mm {left}")
 
 
-def checked_share(accuracy) -> float:
-    share = "accuracy must lie in [1e-4, 0.1] (share of the deflection, say 0.005) or be a fem.Resolution"
-    require(1e-4 <= number("accuracy", accuracy) <= 0.1, f"{share}, got {accuracy}")
-    return float(accuracy)
+def checked_accuracy(name: str, accuracy) -> float:
+    """The requested accuracy as a Python float."""
+    spelling = f"pass resolution=fem.{type(accuracy).__name__}(...)"
+    kind = f"{name} must be one real number, got {told(accuracy)}; {spelling}"
+    require(not isinstance(accuracy, Discretization), kind)
+    share = number(name, accuracy)
+    require(1e-4 <= share <= 0.1, f"{name} must lie in [1e-4, 0.1], a share of the deflection (say 0.005), got {share}")
+    return share
+
+
+def require_one_way(accuracy: float | None, resolution: Discretization | None) -> None:
+    """Require that an accuracy or a resolution is given, or neither."""
+    conflict = f"accuracy={accuracy} chooses the resolution itself; leave out accuracy or resolution={resolution}"
+    require(accuracy is None or resolution is None, conflict)
 
 
 def given(pair: GearPair, torque, phases) -> tuple[np.ndarray, np.ndarray]:

@@ -3,13 +3,13 @@
 from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import replace
-from functools import partial
+from functools import partial, singledispatch
 from itertools import product
 from math import ceil, floor, inf, sqrt
 
 import numpy as np
 
-from fem.contact.resolution import Resolution
+from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.contact.tooth_contact import State, ToothContact
 from fem.elasticity.flank_compliance import Compliance, flank_compliance
 from fem.elasticity.mesh_density import Density
@@ -40,7 +40,7 @@ def sweep(
     forces: np.ndarray,
     phase: np.ndarray,
     values: dict[str, np.ndarray],
-    resolution: Resolution,
+    resolution: Discretization,
     *,
     executor: Executor | None = None,
     what: str = "transmission error",
@@ -55,7 +55,7 @@ def sweep(
     Raises RuntimeError where a contact does not settle.
     """
     bodies, slices = bodies_of(pair, values, resolution)
-    column = partial(_column, bodies, slices, resolution.resolved, forces, values)
+    column = partial(_column, bodies, slices, resolution, forces, values)
     meetings = [MeshPosition(pair, *place) for place in product(values["a"], values["axial"], phase)]
     at_once = ceil(sqrt(len(meetings)) / 2)
     spread = map if executor is None else partial(executor.map, chunksize=at_once)
@@ -65,7 +65,7 @@ def sweep(
     return _ordered(found, [forces.size, *(values[name].size for name in ORDER), phase.size])
 
 
-def bodies_of(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tuple[Compliance, Compliance], int]:
+def bodies_of(pair: GearPair, values: dict, resolution: Discretization) -> tuple[tuple[Compliance, Compliance], int]:
     """Compliances of pinion and wheel, and the number of slices of what they span."""
     varies, whole = across_width(pair, values)
     bodies = (flank_compliance(*gear, whole=whole) for gear in elastic(pair, values, resolution))
@@ -75,7 +75,7 @@ def bodies_of(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tup
     return (pinion, wheel), slices if pinion.share == 1 else slices // 2
 
 
-def elastic(pair: GearPair, values: dict, resolution: Resolution) -> list[tuple[Gear, Density, float]]:
+def elastic(pair: GearPair, values: dict, resolution: Discretization) -> list[tuple[Gear, Density, float]]:
     """Pinion and wheel, each with the density of its finite elements and the width that can carry load [m]."""
     closest = GearPair(pair.pinion, pair.wheel, a=float(values["a"].min()))
     teeth = floor(closest.eps_alpha + closest.eps_beta) + 1
@@ -96,17 +96,32 @@ def across_width(pair: GearPair, values: dict) -> tuple[bool, bool]:
     return varies, turned or bool(np.abs(added - added[::-1]).max() > tolerance)
 
 
-def _column(bodies, slices: int, resolved: bool, forces: np.ndarray, values: dict, meeting: MeshPosition) -> np.ndarray:
+@singledispatch
+def contact_states(resolution: Discretization, contact: ToothContact, forces, misalignments) -> list[State]:
+    """States under mesh forces (n,) >= 0 [N] and misalignments (n,) [rad], solved as the kind of resolution demands."""
+    raise NotImplementedError(f"no contact solver for {resolution}")
+
+
+@contact_states.register
+def _strip_states(resolution: Resolution, contact: ToothContact, forces, misalignments) -> list[State]:
+    return [contact.state(*load) for load in zip(forces.tolist(), misalignments.tolist(), strict=True)]
+
+
+@contact_states.register
+def _slice_states(resolution: Slices, contact: ToothContact, forces, misalignments) -> list[State]:
+    return contact.slice_states(forces, misalignments)
+
+
+def _column(
+    bodies, slices: int, resolution: Discretization, forces: np.ndarray, values: dict, meeting: MeshPosition
+) -> np.ndarray:
     """(n_force, *angles) states of one meeting; on one thread, which suits matrices of this size."""
     encounter = ToothContact(meeting, bodies[0], bodies[1], slices)
     angles = np.meshgrid(*(values[name] for name in ANGLES), indexing="ij")
     misalignment = angles[0] + in_plane_of_action(meeting.alpha, *angles[1:])
     force, angle = (x.ravel() for x in np.broadcast_arrays(forces[:, None, None, None], misalignment[None]))
     with one_thread():
-        if resolved:
-            states = [encounter.state(*one) for one in zip(force.tolist(), angle.tolist(), strict=True)]
-        else:
-            states = encounter.slice_states(force, angle)
+        states = contact_states(resolution, encounter, force, angle)
     return kept(states).reshape(forces.shape + misalignment.shape)
 
 

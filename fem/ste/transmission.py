@@ -8,12 +8,12 @@ from typing import Annotated
 import numpy as np
 import xarray as xr
 
-from fem.contact.resolution import Resolution
+from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.pair.offsets import Offsets, check_offsets
 from fem.pair.pair import GearPair
 from fem.ste.accuracy import UpTo, choose
 from fem.ste.error_estimation import MapError
-from fem.ste.inputs import check_places, checked_phases, checked_share, checked_torque, given
+from fem.ste.inputs import check_places, checked_accuracy, checked_phases, checked_torque, given, require_one_way
 from fem.ste.map_solver import ORDER, QUANTITIES, each, sweep
 from fem.ste.ste_map import PHASE, TORQUE, ste_map
 from fem.support.arguments import Numbers, checked
@@ -29,7 +29,8 @@ def static_transmission_error(
     phases: Numbers | None = 30,
     *,
     offsets: Annotated[Offsets, check_offsets] | None = None,
-    accuracy: float | Resolution | None = None,
+    accuracy: Annotated[float, checked_accuracy] | None = None,
+    resolution: Resolution | Slices | None = None,
     executor: Executor | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
@@ -52,8 +53,9 @@ def static_transmission_error(
     accuracy        share of the deflection that each kind of error may be, and of the largest peak to peak (see
                     `fem.ste.accuracy`), say 0.005: it chooses the mesh, and the map carries what is estimated of each
                     torque, "error_mesh", "error_phase", "error_torque", and of the peak to peak by all together
-                    "error_p2p" [m]; or a `Resolution`, without estimates (by default within 0.3 % of the converged mean
-                    of aligned spurs)
+                    "error_p2p" [m]
+    resolution      instead of an accuracy, without estimates: `Resolution` (default, within 0.3 % of the converged mean
+                    of aligned spurs) or the faster `Slices`
     executor        any `concurrent.futures.Executor` to spread phases and places over; finite elements are solved here
     progress        show bars with the time left
 
@@ -64,13 +66,19 @@ def static_transmission_error(
     offsets = Offsets() if offsets is None else offsets
     values = offsets.values(pair)
     check_places(pair, values["a"], values["axial"])
+    require_one_way(accuracy, resolution)
     pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair
     with shown(progress):
-        torque, phase, resolution, errors = _states(pair, torque, phases, values, accuracy)
-        states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor)
+        level: Discretization = resolution or Resolution()
+        errors: dict[str, MapError] = {}
+        if accuracy is None:
+            torque, phase = given(pair, torque, phases)
+        else:
+            torque, phase, level, errors = _chosen(pair, torque, phases, values, accuracy)
+        states = sweep(pair, torque / pair.pinion.r_b, phase, values, level, executor=executor)
     axes = {name: values[name] for name in offsets.axes()}
     fixed = {name: float(values[name][0]) for name in ORDER[1:] if name not in axes}
-    attributes = {"resolution": exact(resolution), "pitches": floor(phase[-1]) + 1} | fixed
+    attributes = {"resolution": exact(level), "pitches": floor(phase[-1]) + 1} | fixed
     return _labelled(pair, torque, phase, axes, states, attributes).assign(_estimates(errors))
 
 
@@ -90,11 +98,8 @@ def _estimates(errors: dict[str, MapError]) -> dict:
     return {name: (TORQUE, values[name], {"units": "m", "long_name": text}) for name, text in described.items()}
 
 
-def _states(pair, torque, phases, values: dict, accuracy) -> tuple[np.ndarray, np.ndarray, Resolution, dict]:
-    """Torques, phases and resolution of a map, given or chosen; then with estimated errors by kind (n_torque,) [m]."""
-    if accuracy is None or isinstance(accuracy, Resolution):
-        return *given(pair, torque, phases), accuracy or Resolution(), {}
-    accuracy = checked_share(accuracy)
+def _chosen(pair, torque, phases, values: dict, accuracy: float) -> tuple[np.ndarray, np.ndarray, Discretization, dict]:
+    """Torques, phases and resolution that an accuracy asks for, with estimated errors by kind (n_torque,) [m]."""
     loaded = isinstance(torque, UpTo) or numbers("torque", torque).max(initial=0.0) > 0
     require(bool(loaded), f"accuracy needs a torque > 0 to be a share of its deflection, got {torque}")
     torque = torque if isinstance(torque, UpTo) else checked_torque(pair, torque)

@@ -5,12 +5,12 @@ import numpy as np
 import fem
 from fem.elasticity.mesh_density import Density
 
-SLICES, STRIPS = fem.Resolution(resolved=False), fem.Resolution()
+SLICES, STRIPS = fem.Slices(), fem.Resolution()
 ROUGH = fem.Resolution(Density(flank=10, fillet=2, tooth=2, rim=2, body=3, width=2), 8)
 
 
 def map_of(pair, torque, phases, resolution):
-    return fem.static_transmission_error(pair, torque, phases, accuracy=resolution, progress=False)
+    return fem.static_transmission_error(pair, torque, phases, resolution=resolution, progress=False)
 
 
 def te_of(pair, torque, phases, resolution) -> np.ndarray:

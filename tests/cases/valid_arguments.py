@@ -73,6 +73,7 @@ def instances() -> dict[str, Any]:
         fem.Grid((1e-2, 2e-2), (-1e-2, 1e-2), ((0, 0), (0, 0))), fem.HelixSlope(5 * um), fem.LeadCrowning(5 * um),
         fem.PitchDeviation((0.0,) * 57), fem.ProfileCrowning(5 * um), fem.RootRelief(5 * um, 2 * mm),
         fem.TipRelief(5 * um, 2 * mm), fem.Sides(), fem.Offsets(a=150 * mm), fem.Resolution(neighbours=1),
+        fem.Slices(slices=40),
         fem.UpTo(100.0), fem.Material(), paper_gear(), paper_pair(), fem.map_cost(paper_pair(), 100.0), Density(),
         RunUp(), CentralDifferences(), field, exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3),
         exugear.Placement(), exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
@@ -118,6 +119,7 @@ def by_name() -> dict[str, Any]:
     special = {
         "Density.refined.q": 2, "with_teeth.teeth": 2, "with_teeth.behind": 1, "Density.steps.name": "flank",
         "pair_of.data": shared_map(),
+        "static_transmission_error.resolution": None, "map_cost.resolution": None,
         "ste_map.torque": [0.0, 100.0], "ste_map.phase": np.arange(8) / 8, "ste_map.offsets": {},
         "transmission_error.run": RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20), "save.data": smooth_map(),
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",

@@ -125,12 +125,12 @@ def test_estimates_of_slices_hold_over_all_phases():
 
 def test_requested_accuracy_chooses_and_is_kept():
     pair = fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
-    ste = fem.static_transmission_error(pair, fem.UpTo(350), None, accuracy=0.02, progress=False)
+    ste = fem.static_transmission_error(pair, fem.UpTo(350), phases=None, accuracy=0.02, progress=False)
     assert ste["torque"].values[[0, -1]] == pytest.approx([0, 350])
     te = ste["te"].values
     truth = te_of(pair, 350, ste["phase"].size, STRIPS)[0]
     assert rms(te[-1] - truth) < 0.02 * te[-1].mean()
-    finer = fem.static_transmission_error(pair, fem.UpTo(350), None, accuracy=0.005, progress=False)
+    finer = fem.static_transmission_error(pair, fem.UpTo(350), phases=None, accuracy=0.005, progress=False)
     assert finer["phase"].size > ste["phase"].size
     for name in ("error_mesh", "error_phase", "error_torque"):
         assert ste[name].dims == ("torque",)
@@ -141,7 +141,7 @@ def test_requested_accuracy_chooses_and_is_kept():
 def test_no_stated_error_passes_the_request(flank):
     """At any torque; the deflection is here that of the map, for the choice that of slices."""
     pair = fem.GearPair(paper_gear(flank=(flank,)), paper_gear(), a=150 * mm)
-    ste = fem.static_transmission_error(pair, fem.UpTo(350), None, accuracy=0.02, progress=False)
+    ste = fem.static_transmission_error(pair, fem.UpTo(350), phases=None, accuracy=0.02, progress=False)
     found = (ste["te"] - ste["te"].sel(torque=0)).mean("phase").values
     allowed = 0.02 * np.maximum(found, 0.1 * found[-1])
     for name in ("error_mesh", "error_phase", "error_torque"):
@@ -195,7 +195,7 @@ def test_little_load_presses_as_small_a_part_of_crowned_flanks_as_more_slices_fi
 
 def test_errors_between_torques_are_seen_where_a_corner_touches():
     """Corners touch for some hundredths of the cycle, at each torque elsewhere; truth from five times the phases."""
-    rng, fast, ratios = np.random.default_rng(5), replace(ROUGH, resolved=False), []
+    rng, fast, ratios = np.random.default_rng(5), fem.Slices.like(ROUGH), []
     sharp = paper_gear(flank=(fem.TipRelief(20 * um, 3 * mm),))
     pairs = [fem.GearPair(gear, gear, a=150 * mm) for gear in (paper_gear(), sharp)]
     for pair in pairs + [random_pair(rng) for _ in range(4)]:
@@ -226,20 +226,25 @@ def test_slice_mode_is_within_half_a_percent():
 
 
 @pytest.mark.parametrize(
-    ("torque", "phases", "accuracy", "message"),
+    ("torque", "phases", "options", "message"),
     [
-        (150, 30, 0.5, "accuracy must lie in"),
-        (150, 30, float("nan"), "accuracy must lie in"),
-        (150, None, None, "need an accuracy"),
-        (fem.UpTo(150), 30, fem.Resolution(), "need an accuracy"),
-        (0, 30, 0.01, "needs a torque > 0"),
-        (fem.UpTo(1e6), 30, 0.01, "Hertz pressure passes"),
+        (150, 30, {"accuracy": 0.5}, "accuracy must lie in"),
+        (150, 30, {"accuracy": float("nan")}, "accuracy must lie in"),
+        (150, 30, {"accuracy": "0.01"}, "accuracy must be one real number"),
+        (150, None, {}, "need an accuracy"),
+        (fem.UpTo(150), 30, {"resolution": fem.Resolution()}, "need an accuracy"),
+        (0, 30, {"accuracy": 0.01}, "needs a torque > 0"),
+        (fem.UpTo(1e6), 30, {"accuracy": 0.01}, "Hertz pressure passes"),
+        (150, 30, {"accuracy": fem.Resolution(slices=40)}, r"pass resolution=fem\.Resolution\("),
+        (150, 30, {"accuracy": fem.Slices()}, r"pass resolution=fem\.Slices\("),
+        (150, 30, {"accuracy": 0.01, "resolution": fem.Slices()}, "leave out accuracy or resolution"),
+        (150, 30, {"resolution": 0.01}, r"resolution must be a fem\.Resolution, a fem\.Slices or None, got 0\.01"),
     ],
 )
-def test_bad_requests_are_refused(torque, phases, accuracy, message):
+def test_bad_requests_are_refused(torque, phases, options, message):
     pair = fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
     with pytest.raises(ValueError, match=message):
-        fem.static_transmission_error(pair, torque, phases, accuracy=accuracy, progress=False)
+        fem.static_transmission_error(pair, torque, phases, progress=False, **options)
 
 
 def test_unloaded_error_does_not_ask_for_slices():

@@ -155,7 +155,7 @@ def test_contact_ratio_under_load(paper_pair):
 
 def test_contact_ratio_without_load_is_the_nominal_one_at_each_centre_distance(paper_pair):
     apart = (paper_pair.a, paper_pair.a + 0.3 * mm)
-    options = {"accuracy": fem.Resolution(resolved=False), "progress": False}
+    options = {"resolution": fem.Slices(), "progress": False}
     ste = fem.static_transmission_error(paper_pair, [0, 150], 12, offsets=fem.Offsets(a=apart), **options)
     nominal = [replace(paper_pair, a=a).eps_gamma for a in apart]
     assert ste["contact_ratio"].dims == ("torque", "a")
@@ -229,7 +229,7 @@ def helical_pair():
 def test_helical_reference_by_its_own_model(helical_pair):
     """Independent finite elements, which read the next teeth only."""
     next_teeth_only = fem.Resolution(Density(flank=24, width=4), neighbours=1)
-    ste = fem.static_transmission_error(helical_pair, [150, 350], 30, accuracy=next_teeth_only, progress=False)
+    ste = fem.static_transmission_error(helical_pair, [150, 350], 30, resolution=next_teeth_only, progress=False)
     for torque, mean, off, peak_to_peak in ((150, 8.59 * um, 0.006, 0.671 * um), (350, 19.34 * um, 0.003, 1.17 * um)):
         found = mean_and_peak_to_peak(ste, torque)
         assert found == (pytest.approx(mean, rel=off), pytest.approx(peak_to_peak, rel=0.01))
@@ -244,13 +244,13 @@ def test_helical_mean_with_all_teeth_coupled(helical_pair):
 
 def test_teeth_yield_less_the_fewer_of_their_neighbours_move_them(helical_pair):
     """The next teeth take a tenth of the deflection, those two pitches apart a few thousandths."""
-    none, one, two, every = (
-        fem.static_transmission_error(helical_pair, 150, 5, accuracy=replace(ROUGH, neighbours=n), progress=False)["te"]
-        for n in (0, 1, 2, None)
+    uncoupled, adjacent, two_apart, coupled = (
+        fem.static_transmission_error(helical_pair, 150, 5, resolution=resolution, progress=False)["te"]
+        for resolution in (replace(ROUGH, neighbours=pitches) for pitches in (0, 1, 2, None))
     )
-    assert float((one - none).mean()) > 0.05 * float(every.mean())
-    assert 0.001 < float((two - one).mean() / every.mean()) < 0.01
-    assert every.values == pytest.approx(two.values, rel=1e-12)
+    assert float((adjacent - uncoupled).mean()) > 0.05 * float(coupled.mean())
+    assert 0.001 < float((two_apart - adjacent).mean() / coupled.mean()) < 0.01
+    assert coupled.values == pytest.approx(two_apart.values, rel=1e-12)
 
 
 def test_mirrored_hands_mirror_the_centroid(helical_pair):
@@ -272,23 +272,23 @@ def test_force_of_a_helical_pair_shuttles_with_the_lines_of_contact(helical_pair
 
 
 def test_offsets_become_axes_of_the_map_only_when_asked(paper_pair):
-    rough = fem.Resolution(Density(flank=6, fillet=1, tooth=2, rim=1, body=2, width=1), 6, resolved=False)
+    rough = fem.Slices(Density(flank=6, fillet=1, tooth=2, rim=1, body=2, width=1), 6)
     offsets = fem.Offsets(a=(150 * mm, 150.2 * mm), misalignment=(-4e-4, 0, 4e-4), axial=1 * mm)
-    ste = fem.static_transmission_error(paper_pair, [0, 150], 4, offsets=offsets, accuracy=rough, progress=False)
+    ste = fem.static_transmission_error(paper_pair, [0, 150], 4, offsets=offsets, resolution=rough, progress=False)
     assert ste["te"].dims == ("torque", "a", "misalignment", "phase")
     assert ste.attrs["axial"] == 1 * mm
-    plain = fem.static_transmission_error(paper_pair, [0, 150], 4, accuracy=rough, progress=False)
+    plain = fem.static_transmission_error(paper_pair, [0, 150], 4, resolution=rough, progress=False)
     assert plain["te"].dims == ("torque", "phase")
     assert (ste["te"].sel(torque=150, a=150.2 * mm) > ste["te"].sel(torque=150, a=150 * mm)).all()
 
 
 def test_parallelism_errors_act_in_the_plane_of_action(paper_pair):
-    rough = fem.Resolution(Density(flank=6, fillet=1, tooth=2, rim=1, body=2, width=1), 6, resolved=False)
+    rough = fem.Slices(Density(flank=6, fillet=1, tooth=2, rim=1, body=2, width=1), 6)
     both = fem.Offsets(f_sigma_delta=(0, 3e-4), f_sigma_beta=(0, 2e-4))
-    ste = fem.static_transmission_error(paper_pair, 150, 4, offsets=both, accuracy=rough, progress=False)
+    ste = fem.static_transmission_error(paper_pair, 150, 4, offsets=both, resolution=rough, progress=False)
     angle = 3e-4 * np.sin(paper_pair.alpha_wt) + 2e-4 * np.cos(paper_pair.alpha_wt)
     one = fem.Offsets(misalignment=angle)
-    other = fem.static_transmission_error(paper_pair, 150, 4, offsets=one, accuracy=rough, progress=False)
+    other = fem.static_transmission_error(paper_pair, 150, 4, offsets=one, resolution=rough, progress=False)
     assert ste["te"].values[0, 1, 1] == pytest.approx(other["te"].values[0], rel=1e-9)
 
 
@@ -301,12 +301,13 @@ def test_parallelism_errors_act_in_the_plane_of_action(paper_pair):
         (lambda: fem.Offsets(axial=None), "axial must be a number or increasing numbers .*0: none.*got None"),
         (lambda: fem.Offsets(misalignment=None), "misalignment must be a number .*got None"),
         (lambda: fem.Offsets(axial="1e-3"), "axial must hold real numbers"),
-        (lambda: fem.Resolution(resolved="no"), "resolved must be True .* or False .*got 'no'"),
+        (lambda: fem.Resolution(Density(), 20, False), r"neighbours must .*got False; .*fem\.Slices\(\) one line load"),
         (lambda: fem.Resolution(density=4), "density must be a fem.Density"),
         (lambda: fem.Resolution(slices="20"), "slices must be one real number"),
         (lambda: fem.Resolution(slices=float("inf")), "slices must be an even number"),
         (lambda: fem.UpTo("350"), "torque must be one real number"),
         (lambda: fem.Resolution(slices=5), "slices must be an even number"),
+        (lambda: fem.Slices(slices=5), "slices must be an even number"),
         (lambda: fem.Resolution(neighbours=-1), "neighbours must be a whole number of pitches"),
     ],
 )
@@ -326,8 +327,8 @@ def test_options_of_any_library_are_pythons():
     assert offsets == fem.Offsets(a=float(np.float32(0.15)), misalignment=(0.0, float(np.float32(1e-4))))
     assert offsets.axes() == ("misalignment",) and type(offsets.a) is type(offsets.axial) is float
     assert fem.Offsets(a=None) == fem.Offsets()
-    given = fem.Resolution(Density(flank=np.int64(8), width=np.int32(2)), np.int64(6), np.bool_(False), np.int8(1))
-    assert repr(given) == repr(fem.Resolution(Density(flank=8, width=2), 6, resolved=False, neighbours=1))
+    given = fem.Resolution(Density(flank=np.int64(8), width=np.int32(2)), np.int64(6), np.int8(1))
+    assert repr(given) == repr(fem.Resolution(Density(flank=8, width=2), 6, neighbours=1))
 
 
 def test_offsets_beyond_the_gears_are_refused(paper_pair):
@@ -345,13 +346,14 @@ def test_pitch_deviation_parts_the_teeth_of_its_pitches():
     deviation[0] = 8 * um
     gear = paper_gear(flank=fem.PitchDeviation(deviation))
     pair = fem.GearPair(gear, paper_gear(), a=150 * mm)
-    ste = fem.static_transmission_error(pair, [0, 150], np.arange(16) / 4, accuracy=ROUGH, progress=False)
+    ste = fem.static_transmission_error(pair, [0, 150], np.arange(16) / 4, resolution=ROUGH, progress=False)
     te = ste["te"].values / um
     assert te[0].min() == pytest.approx(0, abs=0.01)
     assert te[0].max() == pytest.approx(8, abs=0.01)
     share = ste["load_share"].sel(torque=150)
     both_touch = share.sel(pair=0).values[ste["phase"].values < 1]
-    plain = fem.static_transmission_error(fem.GearPair(paper_gear(), paper_gear(), a=150 * mm), 150, 4, accuracy=ROUGH)
+    nominal = fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
+    plain = fem.static_transmission_error(nominal, 150, 4, resolution=ROUGH, progress=False)
     assert (both_touch <= plain["load_share"].sel(torque=150, pair=0).values + 1e-9).all()
     assert te[1, -4:] == pytest.approx(plain["te"].values[0] / um, rel=1e-3)
     with pytest.raises(ValueError, match="each of its own"):
@@ -362,9 +364,9 @@ def test_phases_may_end_on_a_whole_pitch():
     """From pitch point to pitch point; the end belongs to the pitch that begins there."""
     gear = paper_gear(flank=fem.PitchDeviation(np.linspace(0, 5 * um, 57)))
     pair, plain = fem.GearPair(gear, paper_gear(), a=150 * mm), fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
-    ste = fem.static_transmission_error(pair, [0, 150], [0, 0.5, 1], accuracy=ROUGH, progress=False)
+    ste = fem.static_transmission_error(pair, [0, 150], [0, 0.5, 1], resolution=ROUGH, progress=False)
     assert ste.attrs["pitches"] == 2
-    one = fem.static_transmission_error(plain, 0, [0, 0.5], accuracy=ROUGH, progress=False)
+    one = fem.static_transmission_error(plain, 0, [0, 0.5], resolution=ROUGH, progress=False)
     assert one.attrs["pitches"] == 1
 
 
@@ -398,7 +400,7 @@ def test_rigid_tip_of_a_thicker_tooth_touches_before_the_path_of_contact(thicker
     z = {"pinion": 21, "wheel": 37}[thicker]
     pair = hunting(**{thicker: fem.PitchDeviation([-amount] + [0.0] * (z - 1))})
     phase = z - np.array([0.78, 0.75, 0.72, 0.69])
-    te = fem.static_transmission_error(pair, 0, phase, accuracy=ROUGH, progress=False)["te"].values[0]
+    te = fem.static_transmission_error(pair, 0, phase, resolution=ROUGH, progress=False)["te"].values[0]
     rolls, removed = pair.roll_pitch + (phase - z) * pair.p_bt, (-amount * (z == 21), -amount * (z == 37))
     exact = [touching_at_the_corner(pair, roll, removed) for roll in rolls]
     assert min(exact) < -amount / 2
@@ -415,7 +417,7 @@ def test_the_same_deviation_of_all_teeth_only_turns_the_gear(pinion, wheel):
     phase = np.linspace(0.04, 0.96, 12)
     turned = phase + (wheel - pinion) / (2 * made.p_bt)
     maps = [
-        fem.static_transmission_error(pair, [0, 300], at, accuracy=ROUGH, progress=False)["te"].values
+        fem.static_transmission_error(pair, [0, 300], at, resolution=ROUGH, progress=False)["te"].values
         for pair, at in ((made, phase), (hunting(), turned))
     ]
     assert maps[0] - pinion - wheel == pytest.approx(maps[1], abs=0.06 * um)
@@ -425,6 +427,8 @@ def test_only_the_driving_flanks_count():
     relief = fem.TipRelief(15 * um, 2.5 * mm)
     gears = paper_gear(), paper_gear(flank=fem.Sides(right=relief)), paper_gear(flank=fem.Sides(left=relief))
     pairs = [fem.GearPair(gear, gear, a=150 * mm) for gear in gears]
-    maps = [fem.static_transmission_error(pair, 150, 4, accuracy=ROUGH, progress=False)["te"].values for pair in pairs]
+    maps = [
+        fem.static_transmission_error(pair, 150, 4, resolution=ROUGH, progress=False)["te"].values for pair in pairs
+    ]
     assert (maps[1] == maps[0]).all()
     assert (maps[2] != maps[0]).any()
