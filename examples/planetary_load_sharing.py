@@ -83,7 +83,7 @@ def draw(path: Path, runs: dict) -> None:
         ax.set_xlabel(f"time [s]; load {LOAD[0]:g} to {LOAD[1]:g} N m")
         ax.grid(alpha=0.3)
         ax.legend(frameon=False)
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=100)
 
 
 def report(runs: dict) -> str:

@@ -101,7 +101,7 @@ def draw(path: Path, run: exugear.Run) -> None:
     for i, stage in enumerate(run.data["stage"].values):
         plots.plot_envelopes({str(stage): run}, figure.axes[0], stage=i)
     plots.plot_bearing_forces(run, figure.axes[1])
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=100)
 
 
 def main(folder: Path, quick: bool = False) -> tuple[exugear.Model, exugear.Gearbox, exugear.Run]:

@@ -130,7 +130,10 @@ def superharmonics(peaks: Resonances, divisors: Numbers = (4, 3, 2, 1), within: 
     """
     require(peaks.place.size > 0, "peaks must hold at least one peak, got none; lower the prominence")
     require(0 < within < 1, f"within must lie in (0, 1) as share of the place, got {within}")
-    expected = peaks.place[np.argmax(peaks.height)] / np.asarray(divisors, float)
+    divisors = np.asarray(divisors, float)
+    positive = divisors.ndim == 1 and bool((divisors > 0).all())
+    require(positive, f"divisors must be numbers > 0 (n,), got {divisors}; 2 looks at half of the main resonance")
+    expected = peaks.place[np.argmax(peaks.height)] / divisors
     nearest = peaks.place[np.abs(peaks.place - expected[:, None]).argmin(axis=1)]
     return np.where(np.abs(nearest / expected - 1) < within, nearest, np.nan)
 

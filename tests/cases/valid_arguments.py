@@ -43,6 +43,13 @@ def stresses() -> xr.Dataset:
     return xr.Dataset(names | roots, {"gear": ["pinion", "wheel"], "torque": [1.0, 9.0], "phase": np.arange(8) / 8})
 
 
+def bearing_forces(run: exugear.Run) -> xr.Dataset:
+    """The data of a run whose shafts only spin, with forces of a bearing beside them."""
+    forces = np.ones((1, 3, run.data["time"].size))
+    axes = {"bearing": ["a at 0 mm"], "direction": ["x", "y", "z"]}
+    return run.data.assign(bearing_force=(("bearing", "direction", "time"), forces)).assign_coords(axes)
+
+
 def two_bodies() -> tuple[Any, Any, list]:
     """A hand-built system with the paper's pair in contact: container, mbs, its bodies and contact."""
     container = exu.SystemContainer()
@@ -114,11 +121,13 @@ def by_name() -> dict[str, Any]:
         "alternating": True, "body": items[0], "phase_angle": 0.0, "color": (0.5, 0.5, 0.5, 1.0),
         "points_per_tooth": 24, "theta": 0.0, "tiles": 24, "scale": 2.0, "refine": 6, "fields": (made["Field"],),
         "t": 0.01, "pitch": 0.1, "title": "a", "message": "a", "value": 1.0, "unit": "1", "meaning": "a",
-        "order": LINE, "low": LINE, "high": LINE, "rms": LINE,
+        "order": LINE, "low": LINE, "high": LINE, "rms": LINE, "zoom": 0.8, "size": (90, 60), "rotation": (0.4, 0.6, 0.0),
+        "divisors": (2, 1), "within": 0.1, "peaks": exugear.spectrum.Resonances(LINE, LINE),
     }  # fmt: skip
     special = {
         "Density.refined.q": 2, "with_teeth.teeth": 2, "with_teeth.behind": 1, "Density.steps.name": "flank",
-        "pair_of.data": shared_map(),
+        "pair_of.data": shared_map(), "plot_bearing_forces.run": bearing_forces(made["Run"]),
+        "bearing_force_rms.run": bearing_forces(made["Run"]),
         "static_transmission_error.resolution": None, "map_cost.resolution": None,
         "ste_map.torque": [0.0, 100.0], "ste_map.phase": np.arange(8) / 8, "ste_map.offsets": {},
         "transmission_error.run": RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20), "save.data": smooth_map(),
