@@ -1,4 +1,4 @@
-"""The documents: their code runs, their commands are those of CI, their pictures are small, the API reference builds."""
+"""The documents: their code runs, their commands are those of CI, their pictures are small, the API pages build."""
 
 import importlib.util
 import os
@@ -16,7 +16,8 @@ from fem.units import rpm, um
 
 ROOT = Path(__file__).parents[1]
 README, FEM, EXUGEAR = ROOT / "README.md", ROOT / "fem" / "README.md", ROOT / "exugear" / "README.md"
-DOCUMENTS = (README, FEM, EXUGEAR, ROOT / "examples" / "README.md", ROOT / "examples" / "MEASURED.md")
+MEASURED = ROOT / "examples" / "MEASURED.md"
+DOCUMENTS = (README, FEM, EXUGEAR, ROOT / "examples" / "README.md", MEASURED)
 LARGEST_PICTURE = 60_000
 
 
@@ -119,6 +120,15 @@ def test_links_lead_to_files_and_headings(document):
             else []
         )
         assert not anchor or anchor in [heading.replace(" ", "-") for heading in headings], target
+
+
+def test_commands_of_measured_numbers_name_what_there_is():
+    commands = re.findall(r"`((?:fem|exugear|benchmarks|examples)/[\w/]+\.py)(?:::(\w+))?`", text(MEASURED))
+    assert len(commands) > 30
+    for name, test in commands:
+        path = ROOT / name if name.startswith("examples") else ROOT / "tests" / name
+        assert path.exists(), name
+        assert f"def {test}(" in text(path) if test else True, test
 
 
 def test_pictures_are_small_and_shown():

@@ -121,7 +121,8 @@ def by_name() -> dict[str, Any]:
         "alternating": True, "body": items[0], "phase_angle": 0.0, "color": (0.5, 0.5, 0.5, 1.0),
         "points_per_tooth": 24, "theta": 0.0, "tiles": 24, "scale": 2.0, "refine": 6, "fields": (made["Field"],),
         "t": 0.01, "pitch": 0.1, "title": "a", "message": "a", "value": 1.0, "unit": "1", "meaning": "a",
-        "order": LINE, "low": LINE, "high": LINE, "rms": LINE, "zoom": 0.8, "size": (90, 60), "rotation": (0.4, 0.6, 0.0),
+        "order": LINE, "low": LINE, "high": LINE, "rms": LINE, "zoom": 0.8,
+        "size": (90, 60), "rotation": (0.4, 0.6, 0.0),
         "divisors": (2, 1), "within": 0.1, "peaks": exugear.spectrum.Resonances(LINE, LINE),
     }  # fmt: skip
     special = {
