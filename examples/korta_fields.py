@@ -59,7 +59,7 @@ def draw_fields(fields_by_title, path: Path) -> None:
         stressed = [(f.points, f.cells, f.von_mises / MPa) for f in fields]
         stress_plots.plot_field(stressed, "von Mises stress [MPa]", below, top=peak / MPa, colours="inferno")
         above.set_title(f"{'AB'[column]}  {title} in contact")
-        middle.set_title(f"{'CD'[column]}  deflection, drawn {EXAGGERATION} times; grey: without load")
+        middle.set_title(f"{'CD'[column]}  deflection, drawn {EXAGGERATION} times")
         below.set_title(f"{'EF'[column]}  stress under the contact")
         look_at(above, (75 * mm, 0), 12 * mm, 7 * mm)
         look_at(middle, (75 * mm, 0), 12 * mm, 7 * mm)

@@ -194,7 +194,7 @@ def plot_waterfall(
     limits = {"vmin": top - decibels, "vmax": top}
     picture = ax.pcolormesh(shaft / rpm, orders, level.T, cmap="magma_r", rasterized=True, **limits)
     ax.figure.colorbar(picture, ax=ax, label="DTE amplitude [dB re 1 µm]")
-    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="order of the mesh frequency")
+    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="mesh order")
     ax.set_title(f"order map, {_title(data)}")
     return ax
 
