@@ -69,7 +69,7 @@ def axial_forces(box: exugear.Gearbox, data) -> dict[str, float]:
     """Axial forces of the bearings on every shaft [N] against F_bt tan(beta_b) of its gears, at a run's start."""
     total = dict.fromkeys((shaft.name for shaft in box.shafts), 0.0)
     for stage, force in zip(box.stages, starting_forces(box, data), strict=True):
-        along = box.turns[stage.fast.name] * force * tan(stage.pair.beta_b)
+        along = box.directions[stage.fast.name] * force * tan(stage.pair.beta_b)
         total[stage.fast.name] -= along
         total[stage.slow.name] += along
     return total

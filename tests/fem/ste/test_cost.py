@@ -4,7 +4,7 @@ import pytest
 from paper_gears import few_teeth, paper_pair
 
 import fem
-from fem.ste.map_solver import QUANTITIES
+from fem.ste.ste_map import STATE_VARIABLES
 from fem.units import deg, mm
 
 QUICK = fem.Slices()
@@ -20,8 +20,8 @@ def test_states_are_those_of_the_map(paper_pair):
     cost = fem.map_cost(paper_pair, [0, 50, 150], 5, offsets=TILTED, resolution=QUICK)
     ste = fem.static_transmission_error(paper_pair, [0, 50, 150], 5, offsets=TILTED, resolution=QUICK, progress=False)
     assert cost.states == ste["te"].size == 90 and cost.checks == 0 and not cost.at_least
-    parts = ("te", *QUANTITIES, "load_share", "pairs_in_contact")
-    assert cost.memory == pytest.approx(sum(ste[name].nbytes for name in parts), rel=0.3)
+    memory = sum(ste[name].nbytes for name in (*STATE_VARIABLES, "pairs_in_contact"))
+    assert cost.memory == pytest.approx(memory, rel=0.3)
 
 
 def test_what_is_cached_costs_nothing(cold, paper_pair):
@@ -66,6 +66,8 @@ def test_words_are_those_of_a_plan(cold, paper_pair):
         ({"torque": fem.UpTo(50)}, "need an accuracy"),
         ({"torque": [50, 20]}, "torque must increase"),
         ({"torque": [50], "accuracy": 3.0}, "accuracy must lie"),
+        ({"torque": [0], "accuracy": 0.01}, "needs a torque > 0"),
+        ({"torque": fem.UpTo(1e6), "accuracy": 0.01}, "Hertz pressure passes"),
         ({"torque": [50], "accuracy": fem.Slices()}, r"pass resolution=fem\.Slices"),
         ({"torque": [50], "accuracy": 0.01, "resolution": fem.Slices()}, "leave out accuracy or resolution"),
         ({"torque": [50], "offsets": 0.1}, "offsets must be a"),
