@@ -233,7 +233,7 @@ def solid(gear: Gear, arcs, axial, across: Basis, density: Density, kind: str) -
         full = np.einsum("cnh,ms->cnmsh", pressed, spread).reshape(-1, axial.size * arcs.size)
         loads.append(sp.csr_matrix(full[free]))
     pressed = np.unique(sp.hstack(loads).tocoo().row)
-    moved = factorize(matrix, wanted=pressed)(loads[0].toarray())
+    moved = factorize(matrix, accessed=pressed)(loads[0].toarray())
     shape = (axial.size, arcs.size)
     return np.stack([(load.T @ moved).reshape(shape + shape) for load in loads])
 
