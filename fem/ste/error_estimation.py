@@ -212,7 +212,7 @@ def torque_error(pair: GearPair, torque, values: dict, resolution: Resolution) -
 
 
 def interpolation_errors(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> dict[str, MapError]:
-    """Over phase and over torque, where they can be told, as `error_phase` and `error_torque`."""
+    """Over phase and over torque, where they can be text_of, as `error_phase` and `error_torque`."""
     torque, phase, errors = np.asarray(torque), np.asarray(phase), {}
     if phase.size >= 4 and np.allclose(np.diff(phase), 1 / phase.size, atol=1e-9):
         errors["error_phase"] = phase_error(pair, torque, phase, values, resolution)

@@ -14,7 +14,7 @@ from fem.microgeometry.flank import alike, from_text, to_text
 from fem.pair.pair import GearPair
 from fem.support.arguments import FilePath, Numbers, checked
 from fem.support.cache import whole
-from fem.support.validation import increasing, numbers, require, told
+from fem.support.validation import increasing, numbers, require, text_of
 
 SIZES = [f.name for f in fields(Gear) if f.name not in ("material", "flank")]
 #: Of these a gear has one.
@@ -47,7 +47,7 @@ def ste_map(
     values, grid = {name: numbers(name, at) for name, at in axes.items()}, tuple(axes)
     for name, at in values.items():
         axis = f"{name} of the offsets" if name in OFFSETS else name
-        require(at.ndim == 1, f"{axis} must be increasing values (n,), got {told(axes[name])}")
+        require(at.ndim == 1, f"{axis} must be increasing values (n,), got {text_of(axes[name])}")
     te, shape = numbers(TE, te), tuple(at.size for at in values.values())
     require(te.shape == shape, f"te must have the shape {shape} over {grid}, got {te.shape}")
     data = xr.Dataset(

@@ -10,7 +10,7 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_typ
 
 import numpy as np
 
-from fem.support.validation import finite, kind_name, number, numbers, told, whole_number
+from fem.support.validation import finite, kind_name, number, numbers, text_of, whole_number
 
 Made = TypeVar("Made", bound=Callable)
 #: Hints of arguments that take numbers in arrays of any shape, a finite number, or the name of a file.
@@ -77,7 +77,7 @@ def check_kind(name: str, value, hint) -> None:
     annotated = [part for part in get_args(hint) if get_origin(part) is Annotated]
     for check in filter(None, map(_check_of, [hint, *annotated])):
         check(name, value)
-    raise ValueError(f"{name} must be {_words(hint)}, got {told(value)}")
+    raise ValueError(f"{name} must be {_words(hint)}, got {text_of(value)}")
 
 
 def _check_of(hint) -> Callable | None:

@@ -29,7 +29,7 @@ def require_within(name: str, value: float, low: float, high: float, *, unit: fl
 def require_kind(name: str, value, kind: type) -> None:
     """ValueError unless the value is an instance of that class."""
     if not isinstance(value, kind):
-        raise ValueError(f"{name} must be {kind_name(kind)}, got {told(value)}")
+        raise ValueError(f"{name} must be {kind_name(kind)}, got {text_of(value)}")
 
 
 def kind_name(kind: type) -> str:
@@ -48,7 +48,7 @@ def _home(kind: type) -> str:
     return next(homes, kind.__module__)
 
 
-def told(value) -> str:
+def text_of(value) -> str:
     """A value in an error message, cut short where it is long."""
     if isinstance(value, int) and value.bit_length() > 1024:
         return "a number beyond those of floats"
@@ -64,7 +64,7 @@ def number(name: str, value) -> float:
             return float(plain)
     except OverflowError:
         pass
-    raise ValueError(f"{name} must be one real number in SI units, got {told(value)}")
+    raise ValueError(f"{name} must be one real number in SI units, got {text_of(value)}")
 
 
 def finite(name: str, value) -> float:
@@ -77,7 +77,7 @@ def whole_number(name: str, value) -> int:
     """The value as a Python int, also of Exudyn's numbers of items; ValueError unless it is one whole number."""
     plain = int(value) if isinstance(value, SupportsIndex) else value
     if number(name, plain) % 1 != 0:
-        raise ValueError(f"{name} must be a whole number, got {told(value)}")
+        raise ValueError(f"{name} must be a whole number, got {text_of(value)}")
     return int(plain)
 
 
@@ -90,7 +90,7 @@ def numbers(name: str, values) -> np.ndarray:
         array = np.empty(0, object)
     if array.dtype.kind not in "fiu":
         rows = f"{name} must hold real numbers, in rows of equal length if there are several"
-        raise ValueError(f"{rows}, got {told(values)}")
+        raise ValueError(f"{rows}, got {text_of(values)}")
     return array.astype(float)
 
 
@@ -98,8 +98,8 @@ def increasing(name: str, values, *, least: int = 1) -> np.ndarray:
     """The values as an array of floats (n,); ValueError unless they are at least so many and increase."""
     axis = numbers(name, values)
     require(axis.ndim == 1, f"{name} must increase along one axis (n,), got the shape {axis.shape}")
-    require(axis.size >= least, f"{name} must increase over at least {least} values, got {told(values)}")
-    require(increases(axis), f"{name} must increase; sort it, got {told(values)}")
+    require(axis.size >= least, f"{name} must increase over at least {least} values, got {text_of(values)}")
+    require(increases(axis), f"{name} must increase; sort it, got {text_of(values)}")
     return axis
 
 
