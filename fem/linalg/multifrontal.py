@@ -5,9 +5,9 @@ The original entries and the update matrices of the children are added into it (
 and the Schur complement that is left is the update matrix for the parent (Duff and Reid, ACM TOMS 9, 1983). The blocks
 are large, so most of the work is in products of dense matrices.
 
-Why it is not a library: the solid of a spur gear (52 800 unknowns, of which 952 are loaded or read; half of the width)
-takes 0.4 s and 0.11 GB on one core, CHOLMOD with its supernodal factors 2.2 s and 0.34 GB, SuperLU 4.5 s and 0.67 GB; that
-of a helical gear takes 2.1 s and 0.42 GB, CHOLMOD 6.9 s and 0.76 GB, SuperLU 13 s and 1.6 GB. The blocks of a prism are
+Why not a library: the solid of a spur gear (52 800 unknowns over half of the width, 952 of them loaded or read) takes
+0.4 s and 0.11 GB on one core, against 2.2 s and 0.34 GB of CHOLMOD and 4.5 s and 0.67 GB of SuperLU; that of a helical
+gear 2.1 s and 0.42 GB, against 6.9 s and 0.76 GB of CHOLMOD and 13 s and 1.6 GB of SuperLU. The blocks of a prism are
 known beforehand, its matrix is never assembled, and columns that no load or reading needs are not stored. Measured by
 ``pytest tests/benchmarks/test_direct_solver.py -m slow -n 0 -s``.
 """
