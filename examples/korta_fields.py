@@ -2,20 +2,23 @@
 
     python examples/korta_fields.py results
 
-Writes fields.png (A, B: pairs in contact; C, D: deflection, exaggerated; E, F: stress under the contact), a VTU file
-per phase and level, root_stress.png and root_stress.nc.
+Writes fields.png (A, B: pairs in contact; C, D: deflection, exaggerated; E, F: stress under the contact), mesh.png, a
+VTU file per phase in plane strain and in space, root_stress.png and root_stress.nc. The root stress is largest where a
+single pair of teeth carries the load near the tip; sharp tip edges touch before the path of contact begins.
 """
 
-import argparse
+import sys
 from pathlib import Path
 
 import numpy as np
-from korta_run_up import paper_pair
+from korta_pair import paper_pair
 
+import fem
 from exugear import plots
 from exugear.post import stress_plots
 from fem import stress
-from fem.stress import root_stress
+from fem.elasticity.extrusion import hexahedra
+from fem.elasticity.section_mesh import section
 from fem.units import MPa, mm, um
 
 TORQUE = 150.0
@@ -38,15 +41,15 @@ def look_at(ax, centre, half_width: float, half_height: float) -> None:
     ax.set(xlim=(x - w, x + w), ylim=(y - h, y + h))
 
 
-def draw_fields(found, path: Path) -> None:
+def draw_fields(fields_by_title, path: Path) -> None:
     """Three rows by two columns like the paper's Figure 1."""
     figure = plots.figure(rows=3, columns=2)
-    figure.set_size_inches(14, 12.6)
-    places = figure.axes
-    deflection = max(np.hypot(*field.displacement).max() for fields in found.values() for field in fields)
-    peak = max(field.von_mises.max() for fields in found.values() for field in fields)
-    for column, (title, fields) in enumerate(found.items()):
-        above, middle, below = places[column:6:2]
+    figure.set_size_inches(10, 9)
+    panels = figure.axes[:]
+    deflection = max(np.hypot(*field.displacement).max() for fields in fields_by_title.values() for field in fields)
+    peak = max(field.von_mises.max() for fields in fields_by_title.values() for field in fields)
+    for column, (title, fields) in enumerate(fields_by_title.items()):
+        above, middle, below = panels[column:6:2]
         touching = contacts(fields[0])
         meshes = [(field.points, field.cells) for field in fields]
         stress_plots.plot_gears(meshes, touching, above)
@@ -64,10 +67,10 @@ def draw_fields(found, path: Path) -> None:
     figure.savefig(path, dpi=150)
 
 
-def report(pair, found, cycle) -> str:
+def report(fields_by_title, cycle) -> str:
     """Largest values of the fields and of the mesh cycle."""
     lines = [f"{'150 N m':27s}displacement [um]  von Mises  pressure  root stress [MPa]"]
-    for title, fields in found.items():
+    for title, fields in fields_by_title.items():
         for name, f in zip(("pinion", "wheel"), fields, strict=True):
             numbers = f"{f.von_mises.max() / MPa:11.1f}{f.pressure.max() / MPa:10.1f}{f.root_stress / MPa:13.1f}"
             lines.append(f"{title:19s} {name:7s}{np.hypot(*f.displacement).max() / um:17.2f}{numbers}")
@@ -80,26 +83,34 @@ def report(pair, found, cycle) -> str:
     return "\n".join(lines)
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="for figures (PNG), fields (VTU) and curves (netCDF)")
-    folder = parser.parse_args().folder
+def draw_mesh(gear: fem.Gear, path: Path) -> None:
+    """Mesh of a gear for its compliance: in space and in transverse section."""
+    density = fem.Resolution().density.paired()
+    figure = plots.figure(columns=2, spatial=(0,))
+    solid, plane = hexahedra(gear, density), section(gear, density)
+    plots.plot_solid(solid.p, solid.facets[:, solid.boundary_facets()], figure.axes[0])
+    plots.plot_section(plane.p, plane.t, figure.axes[1], height=12 * mm)
+    figure.savefig(path, dpi=150)
+
+
+def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     pair = paper_pair()
-    found = {title: stress.plane_fields(pair, TORQUE, phase) for title, phase in PHASES.items()}
-    for title, fields in found.items():
+    draw_mesh(pair.pinion, folder / "mesh.png")
+    fields = {title: stress.plane_fields(pair, TORQUE, phase) for title, phase in PHASES.items()}
+    for title, plane in fields.items():
         name = title.split()[0]
-        stress.save_vtu(fields, folder / f"{name}_plane.vtu")
+        stress.save_vtu(plane, folder / f"{name}_plane.vtu")
         stress.save_vtu(stress.solid_fields(pair, TORQUE, PHASES[title]), folder / f"{name}_solid.vtu")
-    draw_fields(found, folder / "fields.png")
-    cycle = root_stress.root_stress(pair, TORQUES, 30)
+    draw_fields(fields, folder / "fields.png")
+    cycle = fem.root_stress(pair, TORQUES, 30)
     cycle.to_netcdf(folder / "root_stress.nc", engine="h5netcdf")
     figure = plots.figure(columns=2)
     stress_plots.plot_root_stress(cycle, figure.axes[0])
     stress_plots.plot_pressure(cycle, figure.axes[1])
     figure.savefig(folder / "root_stress.png", dpi=150)
-    print(report(pair, found, cycle))
+    print(report(fields, cycle))
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(sys.argv[1]))

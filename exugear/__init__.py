@@ -17,7 +17,7 @@ from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.plan import Plan, plan
 from exugear.post import spectrum
 from exugear.post.spectrum import dte_envelope, envelope, order_spectrum, resonances
-from exugear.post.viewer import draw
+from exugear.post.viewer import draw, picture
 from exugear.simulation.eigenfrequencies import eigenfrequencies
 from exugear.simulation.model import Model, build
 from exugear.simulation.run import Run, RunStopped, run_up
@@ -56,6 +56,7 @@ __all__ = [
     "graphics",
     "integrator",
     "order_spectrum",
+    "picture",
     "plan",
     "plots",
     "resonances",

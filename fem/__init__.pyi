@@ -1,5 +1,5 @@
 from . import stress, units
-from .contact.resolution import Resolution
+from .contact.resolution import Resolution, Slices
 from .elasticity.mesh_density import Density
 from .gear.data_sheet import DataSheet, Quantity
 from .gear.gear import Gear
@@ -19,8 +19,8 @@ from .pair import iso6336
 from .pair.offsets import Offsets
 from .pair.pair import GearPair
 from .reference import dynamic, explicit, nonlinear
-from .ste.accuracy import UpTo
 from .ste.cost import MapCost, map_cost
+from .ste.inputs import UpTo
 from .ste.ste_map import load, pair_of, save, ste_map
 from .ste.transmission import static_transmission_error
 from .stress.root_stress import root_stress
@@ -46,6 +46,7 @@ __all__ = [
     "Resolution",
     "RootRelief",
     "Sides",
+    "Slices",
     "TipRelief",
     "UpTo",
     "__version__",

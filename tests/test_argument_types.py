@@ -82,6 +82,11 @@ class Started(BaseException):
     """Work has started."""
 
 
+def methods(kind: type) -> set[str]:
+    """Names that a class defines, or inherits from another class of these packages."""
+    return {name for base in kind.__mro__ if base.__module__.split(".")[0] in ("fem", "exugear") for name in vars(base)}
+
+
 def public() -> Iterator[tuple[str, Any]]:
     """(name, function, class or method) of all that is public."""
     for home in MODULES:
@@ -90,7 +95,7 @@ def public() -> Iterator[tuple[str, Any]]:
             value, path = getattr(module, name), f"{home}.{name}"
             if inspect.isfunction(value) or inspect.isclass(value):
                 yield path, value
-            for method in vars(value) if inspect.isclass(value) else ():
+            for method in methods(value) if inspect.isclass(value) else ():
                 static = inspect.getattr_static(value, method)
                 if not method.startswith("_") and isinstance(static, FunctionType | classmethod):
                     yield f"{path}.{method}", getattr(value, method)

@@ -8,11 +8,11 @@ from numba import carray
 
 from exugear.elements.difference_jacobian import jacobian
 from exugear.elements.divergence import DIVERGED, FAR
+from exugear.force_table.kernel_records import doubles_at
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_stiffness import linear_part, radial_table
 from exugear.gearbox.shaft import Shaft
-from exugear.kernels.contact_kernels import TAKEN
-from exugear.kernels.recorder import at
+from exugear.plan.coordinates import Coordinates
 from fem.support.numba_cache import compiled, kept
 
 SIZE, LEVER, DAMPING = range(3)
@@ -21,14 +21,14 @@ HEADER = 3
 NUDGES = 1e-9, 1e-6
 
 
-def add_bearings(mbs, node: int, shaft: Shaft, kind: str) -> None:
-    """The bearings of a shaft on its body's node."""
+def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None:
+    """Add the bearings of a shaft to the node of its body."""
     stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
     for axial, bearing in shaft.bearings.items():
         k = linear_part(bearing, axial - shaft.centre)
         stiffness, damping = stiffness + k, damping + bearing.damping * k
-    taken = np.ix_(TAKEN[kind], TAKEN[kind])
-    items = [eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=stiffness[taken], dampingMatrix=damping[taken])]
+    part = np.ix_(coordinates.components, coordinates.components)
+    items = [eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=stiffness[part], dampingMatrix=damping[part])]
     for axial, bearing in shaft.bearings.items():
         if not bearing.linear:
             force, jacobian = user_functions(bearing, axial - shaft.centre)
@@ -55,7 +55,7 @@ def between(table, r):
 @kept
 def seat_forces(address, x, y, z, a, b, c, u, v, w, d, e, f):
     """Generalized forces (6) of a bearing on a shaft that is displaced and tilted a little."""
-    table = carray(at(address), int(carray(at(address), HEADER)[SIZE]) * 2 + HEADER)
+    table = carray(doubles_at(address), int(carray(doubles_at(address), HEADER)[SIZE]) * 2 + HEADER)
     lever = table[LEVER]
     x, y, u, v = x + lever * b, y - lever * a, u + lever * e, v - lever * d
     r = sqrt(x * x + y * y)

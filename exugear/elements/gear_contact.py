@@ -1,4 +1,8 @@
-"""The gear contact in Exudyn: one ObjectGenericODE2 on the nodes of both gears, one user function, one kernel call."""
+"""The gear contact in Exudyn: one ObjectGenericODE2 on the nodes of both gears, whose forces a compiled kernel gives.
+
+`CreateGearContact` has more than the seven arguments of the house, and defaults for those that it requires: so have the
+Create functions of Exudyn, beside which it stands.
+"""
 
 from collections.abc import Sequence
 from functools import partial
@@ -13,14 +17,15 @@ from exugear.elements.difference_jacobian import jacobian
 from exugear.elements.divergence import stopped
 from exugear.elements.exudyn_objects import object_of
 from exugear.elements.native.native import direct_or_portable
+from exugear.force_table.kernel_records import address_of
 from exugear.kernels.contact_frame import GearBody, frame_between
 from exugear.kernels.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN, kernel_of
-from exugear.kernels.kinematics import BODY_1, CONTACT_AXES, R_B1, rotational_frame
+from exugear.kernels.contact_records import contact_state, is_turned, rotational_frame
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
-from fem.support.arguments import checked
+from fem.support.arguments import REQUIRED, checked
 from fem.support.validation import require
 
 #: For derivatives by coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences move an angle by 1e-7
@@ -37,62 +42,82 @@ def CreateGearContact(
     mbs: exu.MainSystem,
     name: str = "",
     itemNumbers: Sequence[Any] = (None, None),
-    pair: GearPair | RingPair = None,  # type: ignore[assignment]
-    force: MeshForce = None,  # type: ignore[assignment]
+    pair: GearPair | RingPair = REQUIRED,
+    force: MeshForce = REQUIRED,
     localPositions: Sequence[Sequence[float]] = ((0, 0, 0), (0, 0, 0)),
     localAxes: Sequence[Sequence[float]] = ((0, 0, 1), (0, 0, 1)),
     phase: float = 0.0,
     direction: int = 1,
     recorder: Recorder | None = None,
 ):
-    """Contact of a gear pair between two bodies that turn about parallel axes; also mbs.CreateGearContact.
+    """Create the contact of a gear pair between two bodies; also called as mbs.CreateGearContact(...).
 
-    itemNumbers      pinion and wheel: rigid bodies, ObjectRigidBody2D or ObjectRotationalMass1D (both positive about
-                     global z, the latter at its referencePosition), in any mixture; with two ObjectRotationalMass1D a
-                     third one may carry both (planet carrier)
-    pair, force      `fem.GearPair` or `RingPair`, and `MeshForce`
-    localPositions   gear centres on these axes of the bodies [m]
-    localAxes        directions of the gears' axes on the bodies
-    phase            phase [1] in the reference configuration, where the driving flanks just touch (deflection 0)
-    direction        +1: the pinion drives counter-clockwise (positive deflection); -1: clockwise
-    recorder         `Recorder` of what the contact does
+    itemNumbers      [pinion, wheel]: rigid bodies, ObjectRigidBody2D or ObjectRotationalMass1D, in any mixture. The
+                     last two turn about global z; an ObjectRotationalMass1D stands at its referencePosition. Two
+                     ObjectRotationalMass1D may be followed by a third one that carries both (planet carrier)
+    pair             `fem.GearPair`, or `RingPair` for a ring gear
+    force            `MeshForce`, the force law of the mesh
+    localPositions   centre of each gear on its body [m]; it must lie on the gear's axis
+    localAxes        direction of each gear's axis on its body
+    phase            phase of the mesh in the reference configuration, as share of a pitch. There the driving flanks
+                     just touch: deflection 0
+    direction        +1: the pinion drives counter-clockwise, so that this makes the deflection positive; -1: clockwise
+    recorder         `Recorder` that takes samples of the contact
 
-    z of the contact is global z where the axes lie along it within 0.05 rad, else the pinion's axis in the reference
-    configuration; the wheel's axis may have either sense. Rxyz nodes about global z cost least. Shafts along global x:
-    bodies without reference rotation and localAxes=[[1, 0, 0], [1, 0, 0]], or nodeType=RotationRotationVector; an Rxyz
-    node is singular where its z axis points there.
+    The axes must be parallel within 0.05 rad. The z axis of the contact is global z where the gears' axes lie along it,
+    else the pinion's axis in the reference configuration; the wheel's axis may point either way. Bodies on Rxyz nodes
+    that turn about global z cost least. For shafts along global x give the bodies no reference rotation and pass
+    localAxes=[[1, 0, 0], [1, 0, 0]], or use nodeType=RotationRotationVector: an Rxyz node is singular where its z axis
+    points along global x.
 
-    Centre distance, misalignment and axial offset follow from the bodies as they move; where the force has such an axis
-    it is looked up. Helical gears push along their axes, and every force acts at the centroid that the map gives.
+    Centre distance, misalignment and axial offset follow from the motion of the bodies; a force law with such an axis
+    is interpolated there. Helical gears push along their axes. Each force acts at the force centroid of the map.
 
-    Returns the number of the ObjectGenericODE2. Raises ValueError for bodies that cannot carry a gear, and a reference
-    distance that is not the pair's. A solve that leaves the map's range stops and says so.
+    Returns the number of the ObjectGenericODE2. Raises ValueError for bodies that cannot carry a gear and for a
+    reference distance that is not the pair's centre distance. A solve that leaves the range of the map raises
+    RuntimeError with what to change.
     """
-    require(isinstance(pair, GearPair | RingPair), f"pair must be a fem.GearPair, got {type(pair).__name__}")
-    require(isinstance(force, MeshForce), f"force must be an exugear.MeshForce, got {type(force).__name__}")
-    require(direction in (1, -1), f"direction must be +1 or -1, got {direction}")
-    require(np.isfinite(phase), f"phase must be finite, a share of a pitch, got {phase}")
+    check_mesh(pair, force, phase, direction)
     require(len(itemNumbers) in (2, 3), f"itemNumbers must be [pinion, wheel] (and a carrier), got {itemNumbers}")
-    kinds = tuple(kind_of(mbs, item) for item in itemNumbers)
-    _check_kinds(kinds, force)
+    kinds = kinds_of(mbs, itemNumbers, force)
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
     kernel = kernel_of(kinds, turned=is_turned(frame))
     return add_contact(mbs, name, itemNumbers, kernel, force, frame, recorder or Recorder())
 
 
-def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.ndarray, recorder: Recorder) -> int:
-    """The contact as ObjectGenericODE2 on the nodes of its bodies."""
-    number = add_forces(mbs, name, items, kernel, force.law, frame, recorder)
-    addresses = force.law.ctypes.data, frame.ctypes.data
-    mbs.variables[contact_key(number)] = partial(kernel, *addresses)
+def check_mesh(pair, force, phase: float, direction: int) -> None:
+    """ValueError unless a contact can have this pair, force law, phase and direction."""
+    require(isinstance(pair, GearPair | RingPair), f"pair must be a fem.GearPair, got {type(pair).__name__}")
+    require(isinstance(force, MeshForce), f"force must be an exugear.MeshForce, got {type(force).__name__}")
+    require(direction in (1, -1), f"direction must be +1 or -1, got {direction}")
+    require(bool(np.isfinite(phase)), f"phase must be finite, a share of a pitch, got {phase}")
+
+
+def kinds_of(mbs, items, force: MeshForce) -> tuple[str, ...]:
+    """How each of the bodies moves; ValueError where they cannot carry gears of such a force law."""
+    kinds = tuple(kind_of(mbs, item) for item in items)
+    spins = set(kinds) == {SPIN}
+    carrier = "a third body carries ObjectRotationalMass1D alone; for bodies that move in space leave it out"
+    require(len(kinds) == 2 or spins, carrier)
+    fixed = f"bodies that only spin need a force without offsets, got {list(force.offsets)}; take force.at(...)"
+    require(not (spins and force.offsets), fixed)
+    return kinds
+
+
+def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.record, recorder: Recorder) -> int:
+    """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its state (`state_of`)."""
+    records = force.table, frame, contact_state()
+    number = add_forces(mbs, name, items, kernel, records, recorder)
+    mbs.variables[contact_key(number)] = partial(kernel, *map(address_of, records))
+    mbs.variables[state_key(number)] = records[-1]
     return number
 
 
-def add_forces(mbs, name: str, items, kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorder) -> int:
-    """What a kernel gives as ObjectGenericODE2 on the nodes of its bodies; called without Python where that works."""
-    function, jacobian = user_functions(kernel, law, frame, recorder)
+def add_forces(mbs, name: str, items, kernel, records: Sequence[np.record], recorder: Recorder | None = None) -> int:
+    """Forces of a kernel as ObjectGenericODE2 on the nodes of its bodies; called without Python where that works."""
+    function, jacobian = user_functions(kernel, records, recorder)
     nodes = [node_of(mbs, item) for item in items]
-    addresses = law.ctypes.data, frame.ctypes.data, recorder.header.ctypes.data
+    addresses = tuple(address_of(record) for record in (*records, *([recorder.header] if recorder else [])))
     coordinates = sum(len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes)
     function = direct_or_portable(function, kernel, addresses, coordinates)
     item = eii.ObjectGenericODE2(
@@ -107,16 +132,8 @@ def contact_key(number: int) -> str:
     return f"gear contact {int(number)}"
 
 
-def _check_kinds(kinds: tuple[str, ...], force: MeshForce) -> None:
-    spins = set(kinds) == {SPIN}
-    carried = "a third body carries ObjectRotationalMass1D alone; bodies that move know where they are: leave it out"
-    require(len(kinds) == 2 or spins, carried)
-    fixed = f"bodies that only spin need a force without offsets, got {list(force.offsets)}; take force.at(...)"
-    require(not (spins and force.offsets), fixed)
-
-
-def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.ndarray:
-    """What the kernels know of the gears on two bodies; ValueError where the bodies and the pair do not fit."""
+def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.record:
+    """The contact frame of a pair on two bodies; ValueError where the bodies and the pair do not fit."""
     for name, value in {"localPositions": positions, "localAxes": axes}.items():
         require(len(value) == 2, f"{name} must name pinion and wheel, got {value}")
     pinion, wheel = (gear_body(mbs, *given) for given in zip(items[:2], positions, axes, strict=True))
@@ -125,9 +142,14 @@ def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int)
     return frame_between(pair, phase, direction, (pinion, wheel))
 
 
-def is_turned(frame: np.ndarray) -> bool:
-    """Whether a contact has a frame of its own."""
-    return bool(frame[CONTACT_AXES:BODY_1].any())
+def state_key(number: int) -> str:
+    """Under which mbs.variables keeps the state of a contact, for a run."""
+    return f"gear contact {int(number)} state"
+
+
+def state_of(mbs, number: int) -> np.record:
+    """State of a contact (`exugear.kernels.contact_records.CONTACT_STATE`), which a run changes."""
+    return mbs.variables[state_key(number)]
 
 
 def gear_body(mbs, item, position, axis) -> GearBody:
@@ -178,24 +200,30 @@ def node_of(mbs, item):
     return mbs.GetObject(item)["nodeNumber"]
 
 
-def user_functions(kernel, law: np.ndarray, frame: np.ndarray, recorder: Recorder):
-    """Force and Jacobian that Exudyn calls; the force owns the arrays whose addresses it hands over."""
-    nobody = np.zeros_like(recorder.header)
-    one, two, three, none = (x.ctypes.data for x in (law, frame, recorder.header, nobody))
+def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | None = None):
+    """Force and Jacobian that Exudyn calls; the force owns the records whose addresses it passes to the kernel.
+
+    records    the first two are the table of the mesh force and the contact frame
+    recorder   the last argument of the kernel before the time, if it records
+    """
+    still, (table, frame, *_) = Recorder(), records
+    addresses = tuple(map(address_of, records))
+    recording = (*addresses, address_of(recorder.header)) if recorder else addresses
+    silent = (*addresses, address_of(still.header)) if recorder else addresses
 
     def gear_contact(mbs, t, item, q, q_t):
         try:
-            return kernel(one, two, three, t, *q, *q_t)
+            return kernel(*recording, t, *q, *q_t)
         except ValueError as error:
-            raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
+            raise RuntimeError(stopped(table.head, error.args, float(frame.pinion.r_b))) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         try:
-            return jacobian(partial(kernel, one, two, none, t), q, q_t, (factor, factor_t), NUDGES)
+            return jacobian(partial(kernel, *silent, t), q, q_t, (factor, factor_t), NUDGES)
         except ValueError as error:
-            raise RuntimeError(stopped(law, error.args, float(frame[R_B1]))) from None
+            raise RuntimeError(stopped(table.head, error.args, float(frame.pinion.r_b))) from None
 
-    gear_contact.arrays = (law, frame, recorder, nobody)  # type: ignore[attr-defined]
+    gear_contact.owned = (*records, recorder, still)  # type: ignore[attr-defined]
     return gear_contact, gear_jacobian
 
 

@@ -4,25 +4,23 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import exudyn as exu
-import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.elements.gear_contact import add_forces, frame_of, is_turned, kind_of
-from exugear.kernels.contact_kernels import SPIN
+from exugear.elements.gear_contact import add_forces, check_mesh, frame_of, kinds_of
+from exugear.kernels.contact_records import is_turned
 from exugear.kernels.friction_kernels import friction_of
-from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
-from fem.support.arguments import checked
+from fem.support.arguments import REQUIRED, checked
 from fem.support.validation import require
 
 
 def check_friction(name: str, value) -> None:
-    """ValueError unless it is a `MeshFriction`."""
-    given = f"{name} must be an exugear.MeshFriction, got {type(value).__name__}"
-    require(isinstance(value, MeshFriction), f"{given}; say MeshFriction.of_pair")
+    """ValueError unless the value is a `MeshFriction`."""
+    kind = f"{name} must be an exugear.MeshFriction, got {type(value).__name__}"
+    require(isinstance(value, MeshFriction), f"{kind}; make it with MeshFriction.of_pair")
 
 
 @checked
@@ -30,38 +28,33 @@ def CreateGearFriction(
     mbs: exu.MainSystem,
     name: str = "",
     itemNumbers: Sequence[Any] = (None, None),
-    pair: GearPair | RingPair = None,  # type: ignore[assignment]
-    force: MeshForce = None,  # type: ignore[assignment]
-    friction: Annotated[MeshFriction, check_friction] = None,  # type: ignore[assignment]
+    pair: GearPair | RingPair = REQUIRED,
+    force: MeshForce = REQUIRED,
+    friction: Annotated[MeshFriction, check_friction] = REQUIRED,
     localPositions: Sequence[Sequence[float]] = ((0, 0, 0), (0, 0, 0)),
     localAxes: Sequence[Sequence[float]] = ((0, 0, 1), (0, 0, 1)),
     phase: float = 0.0,
     direction: int = 1,
 ):
-    """Coulomb friction of a gear contact; also mbs.CreateGearFriction.
+    """Create the Coulomb friction of a gear contact; also called as mbs.CreateGearFriction(...).
 
-    itemNumbers, pair, force   those of the `CreateGearContact` that it goes with; so are localPositions, localAxes,
-                               phase and direction
-    friction                   `MeshFriction`
+    itemNumbers, pair, force, localPositions, localAxes, phase, direction
+                as passed to `CreateGearContact` for the contact that rubs, without a carrier
+    friction    `MeshFriction`
 
-    The teeth rub with the static force of the mesh, without its damping. Its torques jump where the teeth pass the
-    pitch point, so that a mesh cycle takes some hundred steps.
+    The normal force of the friction is the static mesh force, without its damping. The torques of the friction jump
+    where the teeth pass the pitch point, so that a mesh cycle needs about a hundred steps.
 
     Returns the number of the ObjectGenericODE2. Raises ValueError as `CreateGearContact` does.
     """
-    require(isinstance(pair, GearPair | RingPair), f"pair must be a fem.GearPair, got {type(pair).__name__}")
-    require(isinstance(force, MeshForce), f"force must be an exugear.MeshForce, got {type(force).__name__}")
+    check_mesh(pair, force, phase, direction)
     check_friction("friction", friction)
-    require(direction in (1, -1), f"direction must be +1 or -1, got {direction}")
-    require(bool(np.isfinite(phase)), f"phase must be finite, a share of a pitch, got {phase}")
-    both = f"itemNumbers must be [pinion, wheel], got {itemNumbers}; leave a carrier out and let the bodies move"
-    require(len(itemNumbers) == 2, both)
-    kinds = tuple(kind_of(mbs, item) for item in itemNumbers)
-    fixed = f"bodies that only spin need a force without offsets, got {list(force.offsets)}; take force.at(...)"
-    require(not (set(kinds) == {SPIN} and force.offsets), fixed)
+    two = f"itemNumbers must be [pinion, wheel], got {itemNumbers}; leave a carrier out and let the bodies move"
+    require(len(itemNumbers) == 2, two)
+    kinds = kinds_of(mbs, itemNumbers, force)
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
-    numbers, kernel = np.r_[frame, friction.numbers(pair)], friction_of(kinds, is_turned(frame))
-    return add_forces(mbs, name, itemNumbers, kernel, force.law, numbers, Recorder())
+    kernel = friction_of(kinds, is_turned(frame))
+    return add_forces(mbs, name, itemNumbers, kernel, (force.table, frame, friction.table(pair)))
 
 
 extends(exu.MainSystem, "CreateGearFriction")(CreateGearFriction)

@@ -8,7 +8,8 @@ import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.elements.gear_contact import contact_key
-from exugear.kernels.recorder import COLUMNS, Recorder
+from exugear.force_table.kernel_records import address_of
+from exugear.kernels.recorder import Recorder
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -45,8 +46,8 @@ def reading(measured: Callable, contact: int) -> Callable:
         q, q_t = (
             np.concatenate([np.atleast_1d(mbs.GetNodeOutput(n, kind, configuration)) for n in nodes]) for kind in kinds
         )
-        measured(recorder.header.ctypes.data, 0.0, *q.tolist(), *q_t.tolist())
-        return list(recorder.samples[0][0, :COLUMNS])
+        measured(address_of(recorder.header), 0.0, *q.tolist(), *q_t.tolist())
+        return list(recorder.samples[0][0].item())
 
     return gear_sensor
 

@@ -9,8 +9,7 @@ from exugear.elements import bearing_elements
 from exugear.elements.gear_contact import node_of
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
-from exugear.kernels.contact_kernels import PLANAR, SPATIAL
-from exugear.plan.coordinates import SPIN_PLACE, Coordinates, pose
+from exugear.plan.coordinates import Coordinates, pose
 
 
 def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
@@ -24,7 +23,7 @@ def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coor
         node = mbs.AddNode(eii.NodeRigidBody2D(name=shaft.name, referenceCoordinates=[x, y, 0.0]))
         data = {"mass": shaft.mass, "inertia": shaft.inertia, "nodeNumber": node}
         body = mbs.AddObject(eii.ObjectRigidBody2D(name=shaft.name, **data))
-        bearing_elements.add_bearings(mbs, node, shaft, PLANAR)
+        bearing_elements.add_bearings(mbs, node, shaft, coordinates)
         return body
     body = mbs.CreateRigidBody(
         name=shaft.name,
@@ -37,7 +36,7 @@ def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coor
         axis = list(shaft.offset.axis)
         mbs.CreateRevoluteJoint(itemNumbers=[ground, body], position=[x, y, z], axis=axis, useGlobalFrame=True)
     else:
-        bearing_elements.add_bearings(mbs, node_of(mbs, body), shaft, SPATIAL)
+        bearing_elements.add_bearings(mbs, node_of(mbs, body), shaft, coordinates)
     return body
 
 
@@ -54,7 +53,7 @@ def add_rotor(mbs, gearbox: Gearbox, body: int, coordinates: Coordinates, name: 
     node = mbs.AddNode(eii.Node1D(name=f"{name} rotor", referenceCoordinates=[0.0]))
     data = {"inertia": coupling.inertia, "nodeNumber": node}
     rotor = mbs.AddObject(eii.ObjectRotationalMass1D(name=f"{name} rotor", **data))
-    markers = [spin_marker(mbs, body, SPIN_PLACE[coordinates]), spin_marker(mbs, rotor, 0)]
+    markers = [spin_marker(mbs, body, coordinates.spin_index), spin_marker(mbs, rotor, 0)]
     spring = eii.CoordinateSpringDamper(
         name=f"{name} coupling", markerNumbers=markers, stiffness=coupling.torsion, damping=coupling.damping
     )

@@ -11,21 +11,12 @@ from math import inf, isfinite
 
 import numpy as np
 import xarray as xr
+from scipy.optimize import brentq
 
-from exugear.mesh_force.force_kernels import (
-    AXES,
-    BACK_PHASE,
-    BACKLASH,
-    HEADER,
-    OFFSETS,
-    PHASE_STEPS,
-    damping,
-    hermite,
-    spinning_force,
-    static_force,
-    weights_along,
-)
-from exugear.mesh_force.force_table import PHASES, PHASES_WITH_OFFSETS, U, tabulate
+from exugear.force_table.force_kernels import damping, range_at, spinning_force, static_force
+from exugear.force_table.layout import OFFSETS, PHASES, PHASES_WITH_OFFSETS, U
+from exugear.force_table.offset_interpolation import weights_along
+from exugear.force_table.tabulation import tabulate
 from exugear.mesh_force.jumps import jumps
 from exugear.mesh_force.map_range import beyond_map
 from exugear.mesh_force.ste_interpolation import loaded_centroid, loaded_deflection, te_under
@@ -35,26 +26,30 @@ from fem.support.numba_cache import kept
 from fem.support.representation import short
 from fem.support.validation import increases, increasing, numbers, require
 
+#: To which a deflection under a force is solved [m].
+FINEST = 1e-20
+
 
 @cache
 def mesh_forces(moves: bool):
-    """The function (law, phase, deflection, rate, *offsets) -> force [N] of both flanks of equally long arrays.
+    """The function (table, phase, deflection, rate, *offsets) -> force [N] of both flanks, all arrays equally long.
 
-    Force > 0 on the driving flank, < 0 on the other. A law whose bodies do not move needs no offsets.
+    Force > 0 on the driving flank, < 0 on the back flank. A law whose bodies do not move needs no offsets.
     """
 
     @kept
-    def forces(law, phase, deflection, rate, a, misalignment, axial):
+    def forces(table, phase, deflection, rate, a, misalignment, axial):
         force = np.empty(phase.size)
         for i in range(phase.size):
-            drives = deflection[i] >= -0.5 * law[BACKLASH]
-            at = phase[i] if drives else law[BACK_PHASE] - phase[i]
-            y = deflection[i] if drives else -(deflection[i] + law[BACKLASH])
+            drives = deflection[i] >= -0.5 * table.backlash
+            at = phase[i] if drives else table.back_phase - phase[i]
+            y = deflection[i] if drives else -(deflection[i] + table.backlash)
             if moves:
-                penetration, static, _, _ = static_force(law, at, y, a[i], misalignment[i], axial[i])
+                static = static_force(table, at, y, a[i], misalignment[i], axial[i])
             else:
-                penetration, static, _ = spinning_force(law, at, y)
-            force[i] = (static if drives else -static) + damping(law, penetration) * rate[i]
+                static = spinning_force(table, at, y)
+            push = static.force if drives else -static.force
+            force[i] = push + damping(table, static.penetration) * rate[i]
         return force
 
     return forces
@@ -91,7 +86,7 @@ class MeshForce:
     offsets: Mapping[str, np.ndarray] = field(default_factory=dict, kw_only=True)
     conserves: bool = field(default=False, kw_only=True)
     mapped_force: float = field(default=inf, kw_only=True)
-    law: np.ndarray = field(init=False, repr=False)
+    table: np.record = field(init=False, repr=False)
     stiffness_max: float = field(init=False)
 
     def __post_init__(self):
@@ -103,9 +98,8 @@ class MeshForce:
         _check_offsets(self.offsets, self.conserves)
         _check_table(self.phase, self.deflection, self.force_table, [x.size for x in self.offsets.values()])
         _check_centroid(np.asarray(self.centroid), self.force_table)
-        law, stiffness_max = tabulate(self)
-        object.__setattr__(self, "law", _frozen(law))
-        object.__setattr__(self, "stiffness_max", stiffness_max)
+        object.__setattr__(self, "table", tabulate(self))
+        object.__setattr__(self, "stiffness_max", float(self.table.head.largest_stiffness))
 
     @classmethod
     @checked
@@ -179,9 +173,9 @@ class MeshForce:
             require(bool(np.isfinite(value).all()), f"{name} must be finite, got {value}")
         try:
             flat = (np.ascontiguousarray(x).ravel() for x in values)
-            return mesh_forces(bool(self.offsets))(self.law, *flat).reshape(values[0].shape)
+            return mesh_forces(bool(self.offsets))(self.table.head, *flat).reshape(values[0].shape)
         except ValueError as error:
-            raise ValueError(beyond_map(self.law, error.args)) from None
+            raise ValueError(beyond_map(self.table.head, error.args)) from None
 
     @checked
     def at(self, **offsets: float) -> "MeshForce":
@@ -190,58 +184,54 @@ class MeshForce:
         require(not unknown, f"offsets may be {list(self.offsets)}, got {list(offsets)}")
         if not offsets:
             return self
-        values = self._places()
-        for i, name in enumerate(OFFSETS):
-            if name in offsets:
-                values = np.moveaxis(np.moveaxis(values, i, -1) @ self._weights(i, offsets[name])[:, None], -1, i)
+        weights = {i: self._weights(i, offsets[name]) for i, name in enumerate(OFFSETS) if name in offsets}
         left = {name: values for name, values in self.offsets.items() if name not in offsets}
-        values = values.reshape(*(axis.size for axis in left.values()), *values.shape[-2:])
-        unloaded, largest, stiffness, centroid = np.split(values, [1, 2, 2 + U.size], axis=-1)
-        penetration, phase = largest * U**4, np.arange(values.shape[-2]) / values.shape[-2]
-        deflection, force = unloaded + penetration, np.exp(stiffness) * penetration
-        middle = centroid if centroid.any() else 0.0
-        return replace(self, phase=phase, deflection=deflection, force_table=force, centroid=middle, offsets=left)
+        edges, nodes, centroids = self.table.edges, self.table.nodes, self.table.centroids
+        unloaded, largest, log_stiffness, centroid = (
+            _weighted(values, weights).reshape(*(axis.size for axis in left.values()), *values.shape[3:])
+            for values in (edges["unloaded"], edges["largest"], np.log(nodes["value"]), centroids)
+        )
+        penetration = largest[..., None] * U**4
+        return replace(
+            self,
+            phase=np.arange(largest.shape[-1]) / largest.shape[-1],
+            deflection=unloaded[..., None] + penetration,
+            force_table=np.exp(log_stiffness) * penetration,
+            centroid=centroid if centroid.any() else 0.0,
+            offsets=left,
+        )
 
-    def _places(self) -> np.ndarray:
-        """(*places, n_phase, 2 + 2 U.size) unloaded deflection, largest penetration, ln k and centroid over u."""
-        n, places = int(self.law[PHASE_STEPS]), [self.offsets.get(name, np.zeros(1)).size for name in OFFSETS]
-        blocks = self.law[HEADER : int(self.law[AXES])].reshape(*places, -1)
-        edge, patches, centroid = np.split(blocks, [4 * n, blocks.shape[-1] - n * U.size], axis=-1)
-        stiffness = np.log(patches.reshape(*places, n, U.size, 4)[..., 0])
-        return np.concatenate([edge.reshape(*places, n, 4)[..., ::2], stiffness, centroid.reshape(stiffness.shape)], -1)
-
-    def _weights(self, axis: int, value: float) -> np.ndarray:
-        """Weights of the places of an offset."""
-        require(isfinite(value), f"{OFFSETS[axis]} must be finite, got {value}")
+    def _weights(self, offset: int, value: float) -> np.ndarray:
+        """Weights of the values of an offset's axis, by the number of the offset."""
+        require(isfinite(value), f"{OFFSETS[offset]} must be finite, got {value}")
         try:
-            return weights_along(self.law, axis, float(value))
+            return weights_along(self.table.head, offset, float(value))
         except ValueError as error:
-            raise ValueError(beyond_map(self.law, error.args)) from None
+            raise ValueError(beyond_map(self.table.head, error.args)) from None
 
     @checked
     def deflection_at(self, phase: Finite, force: float, **offsets: float) -> float:
-        """Static deflection [m] on the driving flank under force >= 0 [N] (bisection); ValueError beyond the table."""
+        """Static deflection [m] on the driving flank under a force >= 0 [N]; ValueError beyond the table."""
         if self.offsets or offsets:
             return self.at(**offsets).deflection_at(phase, force)
         low, top = self.unloaded(phase)
         largest = float(self(phase, top))
         remedy = f"must lie in [0, {largest:.4g}] N, the map's range at phase {phase:.4g}, got {force:.4g}"
         require(0 <= force <= largest * (1 + 1e-9), f"force {remedy}; extend the map to a larger torque")
-        for _ in range(80):
-            middle = (low + top) / 2
-            low, top = (middle, top) if float(self(phase, middle)) < force else (low, middle)
-        return top
+        reached = min(force, largest)
+        return brentq(lambda deflection: float(self(phase, deflection)) - reached, low, top, xtol=FINEST)
 
     @checked
     def unloaded(self, phase: Finite) -> tuple[float, float]:
         """Deflections at loss of contact and at the end of the map [m], of a law without offsets."""
-        n = int(self.law[PHASE_STEPS])
-        x = (phase % 1.0) * n
-        i = min(int(x), n - 1)
-        edge = self.law[HEADER : HEADER + 4 * n].reshape(n, 4)
-        (y0, m0, s0, d0), (y1, m1, s1, d1) = edge[i], edge[(i + 1) % n]
-        start = hermite(x - i, y0, m0, y1, m1)
-        return start, start + hermite(x - i, s0, d0, s1, d1)
+        return range_at(self.table.head, float(phase))
+
+
+def _weighted(values: np.ndarray, weights: Mapping[int, np.ndarray]) -> np.ndarray:
+    """Sums of values over the axes with weights, which keep the length 1."""
+    for axis, factors in weights.items():
+        values = np.moveaxis(np.moveaxis(values, axis, -1) @ factors[:, None], -1, axis)
+    return values
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:
@@ -262,7 +252,7 @@ def _check_offsets(offsets: Mapping[str, np.ndarray], conserves: bool) -> None:
     named = list(offsets) == [name for name in OFFSETS if name in offsets]
     require(named, f"offsets must be of {list(OFFSETS)} in this order, got {list(offsets)}")
     for name, values in offsets.items():
-        increasing(name, values, least=2)
+        increasing(f"{name} of the offsets", values, least=2)
         require(bool(np.isfinite(values).all()), f"{name} must be finite, got {values}")
     require(not (conserves and offsets), f"a conserving law takes no offsets, got {list(offsets)}; use MeshForce.at")
 

@@ -13,6 +13,7 @@ from typing import Annotated
 import numpy as np
 import xarray as xr
 
+from exugear.force_table.kernel_records import record_of, record_type
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import PHASE, TORQUE, over_torque_and_phase, pair_of
@@ -23,6 +24,8 @@ from fem.support.validation import require
 STEPS = 512
 SHARE, PAIR = "load_share", "pair"
 LEAST_SPEED = 0.01
+#: Coefficient of the transverse mesh force, speed below which friction fades [rad/s], number of steps of the tables.
+FRICTION = record_type(("coefficient", "f8"), ("speed", "f8"), ("tan_alpha_wt", "f8"), ("steps", "i8"))
 
 
 def with_path(name: str, pair) -> None:
@@ -101,10 +104,18 @@ class MeshFriction:
         return float(self.coefficient / cos(pair.beta_b) * self.lever.mean() * turns)
 
     @checked
-    def numbers(self, pair: GearPair | RingPair) -> np.ndarray:
-        """What the kernels of `exugear.kernels.friction_kernels` read, for a pair."""
-        scalars = self.coefficient / cos(pair.beta_b), self.speed, tan(pair.alpha_wt), self.pull.size
-        return np.r_[scalars, self.pull, self.lever]
+    def table(self, pair: GearPair | RingPair) -> np.record:
+        """What the kernels of `exugear.kernels.friction_kernels` read, for a pair: `FRICTION`, behind it the tables."""
+        n = self.pull.size
+        head = record_of(
+            FRICTION,
+            coefficient=self.coefficient / cos(pair.beta_b),
+            speed=self.speed,
+            tan_alpha_wt=tan(pair.alpha_wt),
+            steps=n,
+        )
+        kind = record_type(("head", FRICTION), ("pull", "f8", n), ("lever", "f8", n))
+        return record_of(kind, head=head, pull=self.pull, lever=self.lever)
 
 
 def _path(pair: GearPair) -> tuple[float, float]:

@@ -4,7 +4,7 @@ from math import floor, isfinite, log10, nan
 
 import numpy as np
 
-from exugear.mesh_force.force_kernels import LAST_FORCE, LAST_STIFFNESS, OFFSETS
+from exugear.force_table.layout import OFFSETS
 from fem.units import um
 
 #: What a run that left its map may yet reach, over what it has reached.
@@ -13,10 +13,10 @@ MARGIN = 1.5
 PLACES = 5
 
 
-def beyond_map(law, reason: tuple[float, ...], r_b: float = nan) -> str:
+def beyond_map(table, reason: tuple[float, ...], r_b: float = nan) -> str:
     """What to say when a deflection leaves the map, or an offset its axis.
 
-    law      the law's array
+    table    head of the law's table
     reason   what its kernels raise: (deflection, largest one) [m], or (offset, low, high, number of the axis)
     r_b      base radius of the pinion [m], where it is known
     """
@@ -28,17 +28,17 @@ def beyond_map(law, reason: tuple[float, ...], r_b: float = nan) -> str:
         return f"{name} {deflection:.6g} lies beyond {ends}; extend the axis: fem.Offsets({name}=({wider}))"
     if not isfinite(deflection):
         return f"deflection must be finite, got {deflection}; use a smaller step"
-    asked = law[LAST_FORCE] + law[LAST_STIFFNESS] * (deflection - largest)
+    asked = table.last_force + table.last_stiffness * (deflection - largest)
     ends = f"the map, which ends at {largest / um:.4g} um at this phase"
-    return f"deflection {deflection / um:.4g} um lies beyond {ends}; {larger_torque(law, asked, r_b)}"
+    return f"deflection {deflection / um:.4g} um lies beyond {ends}; {larger_torque(table, asked, r_b)}"
 
 
-def larger_torque(law, force: float, r_b: float) -> str:
+def larger_torque(table, force: float, r_b: float) -> str:
     """Up to which torque to map where a law is asked for a force [N]."""
     if not isfinite(r_b):
-        up_to = f"to {_rounded_up(MARGIN * force / 1e3)} kN (it ends at {law[LAST_FORCE] / 1e3:.4g} kN)"
+        up_to = f"to {_rounded_up(MARGIN * force / 1e3)} kN (it ends at {table.last_force / 1e3:.4g} kN)"
         return f"extend the map to a larger torque, or the table's deflection, {up_to}"
-    ends = f"the map ends at a pinion torque of {law[LAST_FORCE] * r_b:.4g} N m, {force * r_b:.4g} N m are asked for"
+    ends = f"the map ends at a pinion torque of {table.last_force * r_b:.4g} N m, {force * r_b:.4g} N m are asked for"
     return f"{ends}; extend the map to a larger torque, {_rounded_up(MARGIN * force * r_b)} N m or more"
 
 

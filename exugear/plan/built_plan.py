@@ -6,7 +6,7 @@ from math import pi
 
 from exugear.mesh_force.force import MeshForce
 from exugear.plan.coordinates import Coordinates
-from exugear.plan.integrator import ANGLE_AT_1E3, ANGLE_ON_BEARINGS_AT_1E3, BOUND_MARGIN, STABLE, Rule, rule
+from exugear.plan.integrator import ANGLE_AT_1E3, ANGLE_ON_BEARINGS_AT_1E3, BOUND_MARGIN, STABLE, Rule, rule_for
 from exugear.plan.plan import Plan
 from fem.support.arguments import Finite, checked
 
@@ -56,7 +56,7 @@ class BuiltPlan:
     def rule(self, tolerance: float = 1e-3, mesh_frequency: Finite = 0.0) -> Rule:
         """Integrator and step for a relative error of the windowed rms of the DTE, up to a mesh frequency [Hz]."""
         angle = ANGLE_ON_BEARINGS_AT_1E3 if self.on_bearings else ANGLE_AT_1E3
-        return rule(self.omega_mesh, BOUND_MARGIN * self.largest_step, tolerance, mesh_frequency, angle)
+        return rule_for(self.omega_mesh, BOUND_MARGIN * self.largest_step, tolerance, mesh_frequency, angle)
 
     @checked
     def step(self, tolerance: float = 1e-3, mesh_frequency: Finite = 0.0) -> float:

@@ -1,4 +1,4 @@
-"""Coordinates of the shafts' bodies: which ones a shaft has, and where its body stands."""
+"""Coordinates of the shafts' bodies: which ones a shaft has, and its reference position."""
 
 from enum import Enum
 
@@ -6,12 +6,10 @@ import numpy as np
 
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
-from exugear.kernels import contact_kernels
-from exugear.kernels.contact_kernels import PLANAR, SPATIAL
 
 
 class Coordinates(Enum):
-    """What a shaft may do."""
+    """The motion of a shaft."""
 
     SPIN = "1 coordinate, spin about z"
     PLANAR = "3 coordinates, planar body on elastic bearings"
@@ -20,20 +18,21 @@ class Coordinates(Enum):
 
     @property
     def on_bearings(self) -> bool:
-        """Whether bearings hold the shaft."""
+        """Whether elastic bearings carry the shaft."""
         return self in (Coordinates.PLANAR, Coordinates.BEARINGS)
 
+    @property
+    def components(self) -> list[int]:
+        """Which of x, y, z, the tilts about x and y, and the spin (0 to 5) are its coordinates, in their order."""
+        return {Coordinates.SPIN: [5], Coordinates.PLANAR: [0, 1, 5]}.get(self, [0, 1, 2, 3, 4, 5])
 
-#: Coordinates of a shaft's body among displacements and tilts
-TAKEN = dict.fromkeys(Coordinates, contact_kernels.TAKEN[SPATIAL]) | {
-    Coordinates.SPIN: [5],
-    Coordinates.PLANAR: contact_kernels.TAKEN[PLANAR],
-}
-#: Place of the spin among them
-SPIN_PLACE = {kind: len(taken) - 1 for kind, taken in TAKEN.items()}
+    @property
+    def spin_index(self) -> int:
+        """Index of the spin among its coordinates: the last one."""
+        return len(self.components) - 1
 
 
 def pose(gearbox: Gearbox, shaft: Shaft) -> list[float]:
     """Reference coordinates (6) of a shaft's centre of mass, displaced as it is mounted."""
-    x, y, z = np.array([*gearbox.places[shaft.name], 0.0]) + shaft.offset.at(shaft.centre)
+    x, y, z = np.array([*gearbox.shaft_positions[shaft.name], 0.0]) + shaft.offset.at(shaft.centre)
     return [float(x), float(y), float(z), shaft.offset.tilt_x, shaft.offset.tilt_y, 0.0]

@@ -8,13 +8,15 @@ from fem.support.validation import require_within
 #: Newmark beta = 1/12, gamma = 1/2 (Fox & Goodwin 1949): fourth order, stable for omega h below this.
 STABLE = sqrt(6)
 BETA, TRAPEZOIDAL_BETA, GAMMA = 1 / 12, 1 / 4, 1 / 2
-#: omega_mesh h and 1 / steps per mesh cycle at tolerance 1e-3; half of it was measured (tests/test_run.py, slow).
-ANGLE_AT_1E3, CYCLE_SHARE_AT_1E3 = 0.63, 1 / 12.5
-#: The same with bodies on bearings, whose highest bound lies farther above what the meshes excite.
+#: omega_mesh h at a tolerance of 1e-3, whose error was measured as half of it (tests/exugear/simulation/test_run.py).
+ANGLE_AT_1E3 = 0.63
+#: The same for bodies on bearings, where the bound omega_mesh lies farther above the modes that the meshes excite.
 ANGLE_ON_BEARINGS_AT_1E3 = 0.8
-#: omega h of the trapezoidal rule at tolerance 1e-3, from 1.8 % of the windowed rms at 0.18.
+#: Step over the mesh period at a tolerance of 1e-3.
+PERIOD_SHARE_AT_1E3 = 1 / 12.5
+#: omega_mesh h of the trapezoidal rule at a tolerance of 1e-3: second order, 1.8 % of the windowed rms at 0.18.
 TRAPEZOIDAL_ANGLE_AT_1E3 = 0.18 * sqrt(1e-3 / 0.018)
-#: The same where it is a bound.
+#: Share of the stability limit that is used.
 BOUND_MARGIN = 0.95
 
 
@@ -31,7 +33,7 @@ class Rule:
 
     @property
     def lag(self) -> float:
-        """Velocities of the fourth-order rule are q_t + lag d2(q_t)/dt2 [s^2]; its displacements err by step^4."""
+        """By q_t + lag d2(q_t)/dt2 velocities of the fourth-order rule are true to its order [s^2]; else 0."""
         return self.step**2 / 12 if self.beta == BETA and self.spectral_radius is None else 0.0
 
     def __str__(self) -> str:
@@ -41,20 +43,21 @@ class Rule:
         return fourth if self.beta == BETA else "trapezoidal rule (second order, always stable), index 2: stiff scene"
 
 
-def rule(
+def rule_for(
     omega_mesh: float, largest: float, tolerance: float = 1e-3, mesh_frequency: float = 0.0, angle: float = ANGLE_AT_1E3
 ) -> Rule:
-    """The rule with the larger step for a tolerance of the windowed rms of the DTE.
+    """Of the two rules the one that takes the larger step for a relative error of the windowed rms of the DTE.
 
     omega_mesh       highest eigenfrequency of interest [rad/s]
     largest          step up to which the fourth-order rule is stable [s]
+    tolerance        relative error
     mesh_frequency   highest of the run [Hz]
     angle            omega_mesh h that reaches a tolerance of 1e-3
     """
     require_within("tolerance", tolerance, 1e-9, 0.1, remedy="(relative error of the rms: 1e-3)")
-    finer = (tolerance / 1e-3) ** 0.25
-    cycle = CYCLE_SHARE_AT_1E3 * finer / mesh_frequency if mesh_frequency > 0 else 1.0
-    wanted = min(angle * finer / omega_mesh, cycle)
-    second = TRAPEZOIDAL_ANGLE_AT_1E3 * finer**2 / omega_mesh
-    second = min(second, second * cycle * omega_mesh / ANGLE_AT_1E3 / finer)
-    return Rule(BETA, min(wanted, largest)) if min(wanted, largest) >= second else Rule(TRAPEZOIDAL_BETA, second)
+    refinement = (tolerance / 1e-3) ** 0.25
+    period_share = PERIOD_SHARE_AT_1E3 * refinement / mesh_frequency if mesh_frequency > 0 else 1.0
+    fourth_order = min(angle * refinement / omega_mesh, period_share, largest)
+    second_order = TRAPEZOIDAL_ANGLE_AT_1E3 * refinement**2 / omega_mesh
+    second_order = min(second_order, second_order * period_share * omega_mesh / ANGLE_AT_1E3 / refinement)
+    return Rule(BETA, fourth_order) if fourth_order >= second_order else Rule(TRAPEZOIDAL_BETA, second_order)

@@ -5,29 +5,30 @@ from math import ceil, floor, hypot, isfinite, log10
 
 import numpy as np
 
-from exugear.gearbox.bearing_stiffness import linear_part, radial_part, radial_table
+from exugear.gearbox.bearing_stiffness import linear_part, radial_part, radial_secant
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
-from exugear.kernels.kinematics import R_B1, offsets_at, spatial_frame, spatial_row
-from exugear.plan.coordinates import TAKEN, Coordinates, pose
+from exugear.kernels.reference_configuration import offsets_at, spatial_frame, spatial_row
+from exugear.plan.coordinates import Coordinates, pose
 from exugear.plan.map_axes import MEANING, MOVED_BY, is_slight, static_offsets
 from fem.support.validation import require
 
-#: In which nonlinear bearings find their secant stiffness.
-ROUNDS = 20
-#: Offsets to map, in shares of what the largest load moves the gears by.
-STEPS = {"a": (-1, 0, 1, 2), "misalignment": (-2, -1, 0, 1, 2), "axial": (-2, 0, 2)}
-#: By which the pinion is ahead, so that its driving flank is the nearer one [m].
-AHEAD = 1e-3
-#: Displacement [m, rad] for which no map is made: `fem.Offsets` end at 0.01 rad.
+#: Iterations for the secant stiffness of nonlinear bearings.
+ITERATIONS = 20
+#: Offsets to map, in multiples of the displacement under the load.
+MULTIPLES = {"a": (-1, 0, 1, 2), "misalignment": (-2, -1, 0, 1, 2), "axial": (-2, 0, 2)}
+#: Deflection by which the pinion leads, so that its driving flank is the closer one [m].
+LEAD = 1e-3
+#: Displacement [m, rad] up to which a map can be made: `fem.Offsets` end at 0.01 rad.
 LARGEST = 0.005
 
 
 def missing_axes(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: float | None) -> list[str]:
-    """Per stage the offsets to map where its bodies move along axes that its map lacks; empty where none are missing.
+    """Advice for each stage whose bodies move along axes that its map lacks: the offsets to map; else empty.
 
-    Estimated by the static displacement of the shafts under a load [N m], by default the largest that all maps carry.
+    They are estimated from the static displacement of the shafts under a load [N m], by default the largest load that
+    all maps carry.
     """
     if load is None:
         shares = np.abs(gearbox.static_forces(1.0))
@@ -38,20 +39,20 @@ def missing_axes(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: floa
     return [_advice(gearbox, stage, shafts, load, moved) for stage in gearbox.stages]
 
 
-def _frame(gearbox: Gearbox, stage: Stage) -> np.ndarray:
-    ends = list(zip((stage.fast, stage.slow), stage.places, strict=True))
-    axial = [place - shaft.centre for shaft, place in ends]
+def _frame(gearbox: Gearbox, stage: Stage) -> np.record:
+    ends = list(zip((stage.fast, stage.slow), stage.axial_positions, strict=True))
+    axial = [position - shaft.centre for shaft, position in ends]
     poses = [pose(gearbox, shaft) for shaft, _ in ends]
-    return spatial_frame(stage.pair, 0.0, gearbox.turns[stage.fast.name], axial, poses)
+    return spatial_frame(stage.pair, 0.0, gearbox.directions[stage.fast.name], axial, poses)
 
 
 def _displacements(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: float) -> dict[str, np.ndarray]:
-    """(6,) static displacement of every shaft on its bearings [m, rad]."""
+    """(6,) static displacement of each shaft on its bearings [m, rad]."""
     push = {name: np.zeros(6) for name in shafts}
     for stage, force in zip(gearbox.stages, gearbox.static_forces(load), strict=True):
         for shaft, row in zip((stage.fast, stage.slow), np.split(spatial_row(_frame(gearbox, stage)), 2), strict=True):
             push[shaft.name] -= force * row
-    return {s.name: _displaced(s, push[s.name], TAKEN[shafts[s.name]][:-1]) for s in gearbox.shafts}
+    return {s.name: _displaced(s, push[s.name], shafts[s.name].components[:-1]) for s in gearbox.shafts}
 
 
 def _displaced(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
@@ -60,21 +61,19 @@ def _displaced(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
     if not (shaft.bearings and free):
         return q
     secants = {axial: float(b.stiffness[0, 0]) for axial, b in shaft.bearings.items() if not b.linear}
-    for _ in range(ROUNDS if secants else 1):
+    for _ in range(ITERATIONS if secants else 1):
         parts = [linear_part(b, levers[axial]) for axial, b in shaft.bearings.items()]
         total = np.sum(parts + [radial_part(k, levers[axial]) for axial, k in secants.items()], axis=0)
         q[free] = np.linalg.solve(total[np.ix_(free, free)], push[free])
         for axial, k in secants.items():
-            r, force = radial_table(shaft.bearings[axial])
-            carried = k * hypot(q[0] + levers[axial] * q[4], q[1] - levers[axial] * q[3])
-            loaded = np.flatnonzero(force == 0)[-1]
-            if carried > 0:
-                secants[axial] = carried / float(np.interp(carried, force[loaded:], r[loaded:]))
+            force = k * hypot(q[0] + levers[axial] * q[4], q[1] - levers[axial] * q[3])
+            if force > 0:
+                secants[axial] = radial_secant(shaft.bearings[axial], force)
     return q
 
 
 def _advice(gearbox: Gearbox, stage: Stage, shafts, load: float, moved: Mapping[str, np.ndarray]) -> str:
-    """The axes that a stage's map lacks, as they are written; empty where none are missing."""
+    """Advice on the axes that the map of a stage lacks, with the `fem.Offsets` to paste; empty where none matters."""
     kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
     lacking = [name for name, by in MOVED_BY.items() if kinds & set(by) and name not in stage.force.offsets]
     if lacking and max(np.abs(moved[shaft.name]).max() for shaft in (stage.fast, stage.slow)) > LARGEST:
@@ -93,12 +92,12 @@ def _reached(gearbox: Gearbox, stage: Stage, moved: Mapping[str, np.ndarray]) ->
     """Offsets [m, rad] of a stage whose shafts are displaced."""
     frame = _frame(gearbox, stage)
     q_1, q_2 = (moved[shaft.name].copy() for shaft in (stage.fast, stage.slow))
-    q_1[5] = gearbox.turns[stage.fast.name] * AHEAD / frame[R_B1]
-    return dict(zip(MEANING, offsets_at(stage.force.law, frame, tuple(q_1), tuple(q_2)), strict=True))
+    q_1[5] = gearbox.directions[stage.fast.name] * LEAD / frame.pinion.r_b
+    return dict(zip(MEANING, offsets_at(stage.force.table.head, frame, tuple(q_1), tuple(q_2)), strict=True))
 
 
 def _axis(name: str, static: float, reached: float) -> list[float]:
-    """Offsets [m, rad] about the static one, in steps of two digits."""
+    """Offsets [m, rad] to map around the static one, their distance rounded up to two digits."""
     span = abs(reached - static)
     unit = 10.0 ** (floor(log10(span)) - 1)
-    return [static + step * ceil(span / unit) * unit for step in STEPS[name]]
+    return [static + step * ceil(span / unit) * unit for step in MULTIPLES[name]]

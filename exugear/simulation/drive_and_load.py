@@ -1,42 +1,40 @@
-"""Speed and load of a built system while it is solved."""
+"""Speed and load of a run, applied to the built system while it is solved."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from contextlib import contextmanager
-from math import isfinite
 
 from exudyn.utilities import CreateSymbolicUserFunction
 
-from exugear.kernels.kinematics import HELD
+from exugear.elements.gear_contact import state_of
 from exugear.simulation.model import Model
-from exugear.simulation.time_functions import Curve, Line
-from fem.support.validation import number, require
+from exugear.simulation.time_functions import Conditions, Curve, Line
 
 OFFSETS = "offsetUserFunction", "offsetUserFunction_t"
 
 
 @contextmanager
-def imposed(model: Model, speed_of: Line | Curve, load_of: Callable[[float], float]):
-    """Speed [rad/s] of the driving shaft and load [N m] on the driven one, which stay on the system afterwards.
+def applied(model: Model, conditions: Conditions) -> Iterator[None]:
+    """Speed of the driving shaft and load on the driven one; they stay on the system afterwards.
 
-    Meanwhile Exudyn evaluates a line by expressions of its own, without Python. Those would keep the system in memory
-    for ever.
+    While the system is solved, Exudyn evaluates a speed that is a line by symbolic expressions of its own, without
+    Python. These are taken away again because they would keep the system in memory for ever.
     """
-    mbs, drive, turned = model.mbs, model.drive, functions(speed_of)
-    if isinstance(speed_of, Line):
-        own = [CreateSymbolicUserFunction(mbs, f, name, drive) for f, name in zip(turned, OFFSETS, strict=True)]
-        drive_by(mbs, drive, own)
+    mbs, drive, functions = model.mbs, model.drive, angle_and_rate(conditions.speed_of)
+    if isinstance(conditions.speed_of, Line):
+        named = zip(functions, OFFSETS, strict=True)
+        set_drive(mbs, drive, [CreateSymbolicUserFunction(mbs, function, name, drive) for function, name in named])
     else:
-        drive_by(mbs, drive, turned)
-    _load(model, load_of)
+        set_drive(mbs, drive, functions)
+    _set_load(model, conditions)
     mbs.Assemble()
     try:
         yield
     finally:
-        drive_by(mbs, drive, turned)
+        set_drive(mbs, drive, functions)
 
 
-def functions(speed_of: Line | Curve):
-    """Angle and its rate as Exudyn calls them."""
+def angle_and_rate(speed_of: Line | Curve):
+    """Angle of the driving shaft and its rate as user functions of Exudyn."""
 
     def angle(mbs, t, item, offset):
         return speed_of.integral(t)
@@ -47,28 +45,23 @@ def functions(speed_of: Line | Curve):
     return angle, rate
 
 
-def drive_by(mbs, drive: int, turned) -> None:
-    """Let a constraint follow angle and rate."""
-    for name, function in zip(OFFSETS, turned, strict=True):
+def set_drive(mbs, drive: int, angle_and_rate) -> None:
+    """Let the constraint of the drive follow an angle and its rate."""
+    for name, function in zip(OFFSETS, angle_and_rate, strict=True):
         mbs.SetObjectParameter(drive, name, function)
 
 
-def _load(model: Model, load_of: Callable[[float], float]) -> None:
-    mbs, sign, meshes = model.mbs, -model.gearbox.turns[model.gearbox.driven.name], model.meshes
+def _set_load(model: Model, conditions: Conditions) -> None:
+    """Load torque on the driven shaft; a constant one costs Exudyn no call of Python."""
+    mbs, sign = model.mbs, -model.gearbox.directions[model.gearbox.driven.name]
+    states = [(state_of(mbs, mesh.contact), mesh.held) for mesh in model.meshes]
 
     def torque(mbs, t, load):
-        now = finite(load_of(t), t)
-        for mesh in meshes:
-            mesh.frame[HELD] = mesh.held * now
+        now = conditions.load_at(t)
+        for state, held in states:
+            state.holding_force = held * now
         return sign * now
 
-    steady = isinstance(load_of, Line) and load_of.b == 0
-    mbs.SetLoadParameter(model.load, "load", torque(mbs, 0.0, 0.0) if steady else 0.0)
-    mbs.SetLoadParameter(model.load, "loadUserFunction", 0 if steady else torque)
-
-
-def finite(load: float, t: float) -> float:
-    """The load [N m]; ValueError where it is none."""
-    load = number("load(t)", load)
-    require(isfinite(load), f"load(t) must be finite, got {load} at t = {t:.6g} s")
-    return load
+    constant = conditions.constant_load
+    mbs.SetLoadParameter(model.load, "load", torque(mbs, 0.0, 0.0) if constant else 0.0)
+    mbs.SetLoadParameter(model.load, "loadUserFunction", 0 if constant else torque)

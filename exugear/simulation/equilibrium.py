@@ -1,7 +1,7 @@
 """Static equilibrium of a built gearbox under its load, from which a run starts."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from math import isfinite
 
@@ -10,129 +10,132 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from exugear.elements.divergence import DIVERGED
-from exugear.gearbox.bearing_stiffness import radial_table
-from exugear.gearbox.shaft import Shaft
-from exugear.kernels.kinematics import DIRECTION, TURNS
+from exugear.gearbox.bearing_stiffness import radial_secant, radial_table
+from exugear.gearbox.shaft import Coupling
 from exugear.mesh_force.map_range import larger_torque
-from exugear.plan.coordinates import SPIN_PLACE
 from exugear.plan.map_axes import static_offsets
 from exugear.plan.plan import UNDAMPED
-from exugear.simulation.model import Mesh, Model, lay, open_system, seats
+from exugear.simulation.model import Mesh, Model, nonlinear_bearing_stiffness, open_system, with_deflections
+from exugear.simulation.time_functions import Conditions
 from fem.support.validation import require
 from fem.units import mm, rpm
 
+#: Duration of the static solve, in which the spins do not advance [s].
 INSTANT = 1e-12
-STUCK = "no static equilibrium; try a load under which teeth and bearings touch, less load or stiffer bearings"
-#: Rounds in which nonlinear bearings find their secant stiffness, and meshes their phases to within [m, rad].
-ROUNDS, SETTLED = 30, 1e-14
+NO_EQUILIBRIUM = "no static equilibrium; try a load under which teeth and bearings touch, less load or stiffer bearings"
+#: Iterations for the secant stiffness of nonlinear bearings and for the phases of meshes, these to within [m, rad].
+ITERATIONS, CONVERGED = 30, 1e-14
 #: Static displacement of a shaft [m, rad] and twist of a coupling [rad] beyond which data are in another unit.
 LARGEST_SHIFT, LARGEST_TILT, LARGEST_TWIST = 0.01, 0.05, 2.0
 UNIT = "(in N/m: 200 N/um are 200e6)"
-#: Share of a map's largest force from which on inertia takes part.
-LEAST = 1e-6
-#: What other functions of a system say.
-FAILED = r"USER FUNCTION '([^']*)':\s*([^\n]+)"
-ITERATION = "Newton's iteration failed; {}"
-#: What the user functions say.
-SAID = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
+#: Share of a map's largest force below which inertia torques are left out.
+LEAST_INERTIA_SHARE = 1e-6
+#: How Exudyn reports an exception of a user function: its name and the message.
+USER_FUNCTION_ERROR = r"USER FUNCTION '([^']*)':\s*([^\n]+)"
+#: Messages of the user functions of this package (`exugear.elements.divergence`, `Conditions.load_at`).
+MESSAGE = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
 
 
-def start(model: Model, load: float, speed: float, acceleration: float = 0.0) -> None:
-    """Put the system into equilibrium under a load [N m], all shafts turning as the driving one makes them.
+def start(model: Model, conditions: Conditions) -> None:
+    """Put the system into static equilibrium under the load at t = 0, all shafts turning at their ratios.
 
-    acceleration   of the driving shaft [rad/s^2]: the inertia torques of all shafts and rotors take part in the
-                   equilibrium. Their gyroscopic moments do not: the axes stand still, tilted by some 1e-4 rad
+    The inertia torques of all shafts and rotors at the initial acceleration take part in the equilibrium. Their
+    gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad.
     """
+    load, speed = conditions.load_at(0.0), float(conditions.speed_of(0.0))
+    acceleration = conditions.speed_of.initial_slope
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
-    turning = _turning(model)
-    felt = acceleration if _matters(model, acceleration) else 0.0
+    ratios = _speed_ratios(model)
+    considered = acceleration if _inertia_matters(model, acceleration) else 0.0
     try:
-        q = _laid_out(model, load, felt)
+        q = _loaded_coordinates(model, load, considered)
     except ValueError as error:
         cause = f"; of it inertia torques at {acceleration:.4g} rad/s^2: let the speed rise more slowly at the start"
-        raise ValueError(f"{error}{cause if felt else ''}") from None
-    if _yields(model):
-        q = _settled(model, q, speed, felt * turning)
+        raise ValueError(f"{error}{cause if considered else ''}") from None
+    if _needs_static_solve(model):
+        q = _statically_solved(model, q, speed, considered * ratios)
     system.SetODE2Coordinates(q, initial)
-    system.SetODE2Coordinates_t(speed * turning, initial)
-    system.SetODE2Coordinates_tt(acceleration * turning, initial)
+    system.SetODE2Coordinates_t(speed * ratios, initial)
+    system.SetODE2Coordinates_tt(acceleration * ratios, initial)
 
 
-def _matters(model: Model, acceleration: float) -> bool:
-    """Whether inertia loads a mesh by more than a share of its map so small that no static solve would find it."""
+def _inertia_matters(model: Model, acceleration: float) -> bool:
+    """Whether inertia loads a mesh by more than a share of its map that a static solve can resolve."""
     forces = np.abs(model.gearbox.static_forces(0.0, acceleration))
-    return any(f > LEAST * mesh.law.force_table.max() for f, mesh in zip(forces, model.meshes, strict=True))
+    return any(
+        f > LEAST_INERTIA_SHARE * mesh.law.force_table.max() for f, mesh in zip(forces, model.meshes, strict=True)
+    )
 
 
-def _turning(model: Model) -> np.ndarray:
+def _speed_ratios(model: Model) -> np.ndarray:
     """(n_coordinates,) speed of each coordinate over that of the driving shaft: the ratios of the spins."""
-    turning = np.zeros(model.mbs.systemData.ODE2Size())
+    ratios = np.zeros(model.mbs.systemData.ODE2Size())
     for name, ratio in model.gearbox.ratios.items():
-        turning[[model.spins[name], model.rotors.get(name, model.spins[name])]] = ratio
-    return turning
+        ratios[[model.spins[name], model.rotors.get(name, model.spins[name])]] = ratio
+    return ratios
 
 
-def _laid_out(model: Model, load: float, acceleration: float) -> np.ndarray:
-    """Coordinates that carry the load and the inertia torques, the phases as the shafts' static displacement is."""
+def _loaded_coordinates(model: Model, load: float, acceleration: float) -> np.ndarray:
+    """Coordinates in which meshes, bearings and couplings carry the load and the inertia torques, to first order."""
     box = model.gearbox
     forces = np.array(box.static_forces(load, acceleration))
-    q = _displaced(model, forces)
+    q = _displaced_on_bearings(model, forces)
     driving, spin = box.driving, model.spins[box.driving.name]
     if driving.coupling:
         torques = -forces @ np.array([mesh.row for mesh in model.meshes])
-        q[spin] = _twist(driving, torques[spin] - driving.inertia * acceleration)
-    q = _pressed(model, forces, q)
+        q[spin] = _twist(driving.name, driving.coupling, torques[spin] - driving.inertia * acceleration)
+    q = _with_mesh_forces(model, forces, q)
     for shaft in box.shafts:
         if shaft.coupling:
-            outer = -box.turns[shaft.name] * load if shaft.name == box.driven.name else 0.0
+            outer = -box.directions[shaft.name] * load if shaft.name == box.driven.name else 0.0
             torque = outer - shaft.coupling.inertia * box.ratios[shaft.name] * acceleration
             rotor = model.rotors[shaft.name]
-            q[rotor] = 0.0 if shaft.name == driving.name else q[rotor] + _twist(shaft, torque)
+            q[rotor] = 0.0 if shaft.name == driving.name else q[rotor] + _twist(shaft.name, shaft.coupling, torque)
     return q
 
 
-def _twist(shaft: Shaft, torque: float) -> float:
-    """Twist [rad] of a shaft's coupling under a torque [N m]; ValueError beyond what couplings stand."""
-    torsion = shaft.coupling.torsion  # type: ignore[union-attr]
-    far = f"the coupling of shaft {shaft.name!r} twists by {torque / torsion:.3g} rad under {torque:.4g} N m"
+def _twist(name: str, coupling: Coupling, torque: float) -> float:
+    """Twist [rad] of the coupling of a shaft under a torque [N m]; ValueError beyond what couplings stand."""
+    torsion = coupling.torsion
+    far = f"the coupling of shaft {name!r} twists by {torque / torsion:.3g} rad under {torque:.4g} N m"
     units = "pass its torsion in N m/rad (8 kN m/rad are 8e3), or less load"
     require(abs(torque) < LARGEST_TWIST * torsion, f"{far}; {units}")
     return torque / torsion
 
 
-def _yields(model: Model) -> bool:
-    """Whether more than the meshes gives way."""
+def _needs_static_solve(model: Model) -> bool:
+    """Whether bearings, couplings or loops leave the equilibrium to a static solve."""
     elastic = any(kind.on_bearings for kind in model.plan.shafts.values())
     return elastic or bool(model.rotors) or len(model.meshes) >= len(model.bodies)
 
 
-def _settled(model: Model, q: np.ndarray, speed: float, accelerations: np.ndarray) -> np.ndarray:
-    """The coordinates in equilibrium, from near ones on, while all coordinates have these accelerations."""
+def _statically_solved(model: Model, q: np.ndarray, speed: float, accelerations: np.ndarray) -> np.ndarray:
+    """Coordinates in equilibrium with these accelerations of all coordinates; the solve starts at q."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     settings.staticSolver.newton.relativeTolerance = 1e-8
     settings.staticSolver.loadStepDuration = INSTANT
-    with _inertia_torques(model, accelerations), explained(model, STUCK, lambda t: speed):
+    with _inertia_torques(model, accelerations), explained(model, NO_EQUILIBRIUM, lambda t: speed):
         system.SetODE2Coordinates(q, initial)
         system.SetODE2Coordinates_t(np.zeros(q.size), initial)
         model.mbs.SolveStatic(settings, updateInitialValues=True)
         return system.GetODE2Coordinates(initial)
 
 
-def _turning_masses(model: Model) -> list[tuple[int, int, float]]:
-    """Place of the spin among all coordinates and among those of its node, and inertia, of every shaft and rotor."""
+def _spinning_inertias(model: Model) -> list[tuple[int, int, float]]:
+    """Index of the spin among all coordinates and among those of its node, and inertia, of each shaft and rotor."""
     shafts, kinds = model.gearbox.shafts, model.plan.shafts
-    turning = [(model.spins[shaft.name], SPIN_PLACE[kinds[shaft.name]], shaft.inertia) for shaft in shafts]
-    return turning + [(model.rotors[s.name], 0, s.coupling.inertia) for s in shafts if s.coupling]
+    inertias = [(model.spins[shaft.name], kinds[shaft.name].spin_index, shaft.inertia) for shaft in shafts]
+    return inertias + [(model.rotors[s.name], 0, s.coupling.inertia) for s in shafts if s.coupling]
 
 
 @contextmanager
 def _inertia_torques(model: Model, accelerations: np.ndarray) -> Iterator[None]:
-    """Loads on the spins of shafts and rotors, as accelerations (n_coordinates,) ask for; none without them."""
+    """Inertia torques at accelerations (n_coordinates,) as loads on the spins of shafts and rotors; none at 0."""
     mbs, loads = model.mbs, []
     nodes = {mbs.GetNodeODE2Index(n): n for n in range(mbs.systemData.NumberOfNodes())}
-    for spin, coordinate, inertia in _turning_masses(model) if accelerations.any() else ():
+    for spin, coordinate, inertia in _spinning_inertias(model) if accelerations.any() else ():
         marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=nodes[spin - coordinate], coordinate=coordinate))
         load = eii.LoadCoordinate(markerNumber=marker, load=-inertia * accelerations[spin])
         loads.append(mbs.AddLoad(load))
@@ -147,18 +150,18 @@ def _inertia_torques(model: Model, accelerations: np.ndarray) -> Iterator[None]:
             mbs.Assemble()
 
 
-def _displaced(model: Model, forces: np.ndarray) -> np.ndarray:
+def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
     """Coordinates of the shafts on their bearings under mesh forces (n_stage,) [N], spins 0."""
     q = np.zeros(model.mbs.systemData.ODE2Size())
     held = {name: kind for name, kind in model.plan.shafts.items() if kind.on_bearings}
     if not held:
         return q
-    free = np.concatenate([model.spins[name] - np.arange(1, SPIN_PLACE[kind] + 1) for name, kind in held.items()])
+    free = np.concatenate([model.spins[name] - np.arange(1, kind.spin_index + 1) for name, kind in held.items()])
     push = -forces @ np.array([mesh.row for mesh in model.meshes])
     _, stiffness = open_system(model)
     secants = None
-    for _ in range(ROUNDS):
-        total = stiffness + seats(model, secants)
+    for _ in range(ITERATIONS):
+        total = stiffness + nonlinear_bearing_stiffness(model, secants)
         q[free] = np.linalg.solve(total[np.ix_(free, free)], push[free])
         secants = _secants(model, q, secants)
         if not any(secants.values()):
@@ -168,10 +171,10 @@ def _displaced(model: Model, forces: np.ndarray) -> np.ndarray:
 
 
 def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
-    """Bearings hold their shafts in mesh under forces (n_stage,) [N], or are given in another unit: RuntimeError."""
+    """RuntimeError where bearings yield under forces (n_stage,) [N] until no gears mesh: another unit is meant."""
     for mesh, force in zip(model.meshes, forces, strict=True):
         shafts = [s.name for s in (mesh.stage.fast, mesh.stage.slow) if model.plan.shafts[s.name].on_bearings]
-        displaced = [q[model.spins[s] - SPIN_PLACE[model.plan.shafts[s]] : model.spins[s]] for s in shafts]
+        displaced = [q[model.spins[s] - model.plan.shafts[s].spin_index : model.spins[s]] for s in shafts]
         shift = max((np.abs(x[:3]).max() for x in displaced), default=0.0)
         tilt = max((np.abs(x[3:]).max(initial=0.0) for x in displaced), default=0.0)
         if shift > LARGEST_SHIFT or tilt > LARGEST_TILT:
@@ -179,76 +182,83 @@ def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
             raise RuntimeError(f"{far}; try less load or stiffer bearings {UNIT}")
 
 
-def _secants(model: Model, q: np.ndarray, before) -> Mapping[str, Mapping[float, float]]:
-    """Secant stiffness [N/m] of every nonlinear bearing under the force that it has carried, by shaft and place."""
-    found: dict[str, dict[float, float]] = {}
+def _secants(model: Model, q: np.ndarray, before) -> dict[str, dict[float, float]]:
+    """Secant stiffness [N/m] of each nonlinear bearing under the force that it has carried, by shaft and position."""
+    secants: dict[str, dict[float, float]] = {}
     for shaft in model.gearbox.shafts:
-        found[shaft.name] = {}
-        for axial, bearing in shaft.bearings.items():
-            if not bearing.linear:
-                x, y, _, a, b = q[model.spins[shaft.name] - 5 : model.spins[shaft.name]]
-                lever = axial - shaft.centre
-                k = float(bearing.stiffness[0, 0]) if before is None else before[shaft.name][axial]
-                force = k * np.hypot(x + lever * b, y - lever * a)
-                displacement, table = radial_table(bearing)
-                reached = bool(force <= table[-1])
-                more = f"bearing of shaft {shaft.name!r} at {axial:g} m carries {force:.4g} N, its table ends at"
-                require(reached, f"{more} {table[-1]:.4g} N; extend it")
-                loaded = np.flatnonzero(table == 0)[-1]
-                r = np.interp(force, table[loaded:], displacement[loaded:])
-                found[shaft.name][axial] = float(force / r) if force > 0 else k
-    return found
+        nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
+        secants[shaft.name] = {}
+        for axial, bearing in nonlinear.items():
+            x, y, _, a, b = q[model.spins[shaft.name] - 5 : model.spins[shaft.name]]
+            lever = axial - shaft.centre
+            k = float(bearing.stiffness[0, 0]) if before is None else before[shaft.name][axial]
+            force = float(k * np.hypot(x + lever * b, y - lever * a))
+            end = radial_table(bearing)[1][-1]
+            beyond = f"bearing of shaft {shaft.name!r} at {axial:g} m carries {force:.4g} N, its table ends at"
+            require(bool(force <= end), f"{beyond} {end:.4g} N; extend it")
+            secants[shaft.name][axial] = radial_secant(bearing, force) if force > 0 else k
+    return secants
 
 
-def _pressed(model: Model, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """The same coordinates with spins such that the meshes carry forces (n_stage,) [N]: what turns moves the phases."""
-    for _ in range(ROUNDS):
+def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """The coordinates with spins at which the meshes carry forces (n_stage,) [N]; the spins also move the phases."""
+    for _ in range(ITERATIONS):
         before = q
-        q = lay(model, [_deflection(model, mesh, f, q) for mesh, f in zip(model.meshes, forces, strict=True)], q)
-        if np.abs(q - before).max() < SETTLED:
+        q = with_deflections(
+            model, [_deflection(model, mesh, f, q) for mesh, f in zip(model.meshes, forces, strict=True)], q
+        )
+        if np.abs(q - before).max() < CONVERGED:
             return q
-    raise RuntimeError(STUCK)
+    raise RuntimeError(NO_EQUILIBRIUM)
 
 
 def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
     """Static deflection of a mesh [m] where its pinion has turned; ValueError for loads beyond the map."""
     law = mesh.law
-    phase = mesh.phase + mesh.frame[DIRECTION] * mesh.frame[TURNS] * q[model.spins[mesh.stage.fast.name]]
+    spin = q[model.spins[mesh.stage.fast.name]]
+    phase = mesh.phase + mesh.frame.direction * mesh.frame.pitches_per_radian * spin
     static = static_offsets(model.gearbox, mesh.stage, 1 if force >= 0 else -1)
     law = law.at(**{n: x for n, x in static.items() if n in law.offsets})
     if force >= 0:
-        return _under(mesh, law, phase, force)
-    other = f"backlash must be finite for a load that lies on the other flank, got {law.backlash}"
-    require(isfinite(law.backlash), other)
+        return _deflection_under(mesh, law, phase, force)
+    endless = f"backlash must be finite for a load that lies on the other flank, got {law.backlash}"
+    require(isfinite(law.backlash), endless)
     behind = law.backlash + 2 * mesh.opening
-    return -behind - _under(mesh, law, law.back_phase - phase, -force)
+    return -behind - _deflection_under(mesh, law, law.back_phase - phase, -force)
 
 
-def _under(mesh: Mesh, law, phase: float, force: float) -> float:
+def _deflection_under(mesh: Mesh, law, phase: float, force: float) -> float:
     """Static deflection [m] under a force >= 0 [N]; ValueError with the torque to map beyond the law."""
     try:
         return law.deflection_at(phase, force)
     except ValueError:
-        reason = larger_torque(law.law, force, mesh.stage.pair.pinion.r_b)
+        reason = larger_torque(law.table.head, force, mesh.stage.pair.pinion.r_b)
         raise ValueError(f"load: in stage {mesh.stage.name} {reason}") from None
 
 
 @contextmanager
 def explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
-    """Turn what Exudyn raises into RuntimeError with time, speed and the next thing to try; let Ctrl-C be one."""
+    """Turn what Exudyn raises into RuntimeError with time, speed and the next thing to try; Ctrl-C stays as it is."""
     try:
         yield
     except Exception as error:
-        if "KeyboardInterrupt" in str(error):
+        if isinstance(error.__cause__, KeyboardInterrupt):
             raise KeyboardInterrupt from None
         t = model.mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
-        left, failed = re.search(SAID, str(error)), re.search(FAILED, str(error))
-        reason = f"user function {failed.group(1)} failed, {failed.group(2)}" if failed else ITERATION.format(remedy)
-        reason = left.group(0).replace(DIVERGED, remedy) if left else reason
-        raise RuntimeError(f"{where}: {reason}{without_damping(model, t)}") from None
+        raise RuntimeError(f"{where}: {_reason(str(error), remedy)}{without_damping(model, t)}") from None
+
+
+def _reason(text: str, remedy: str) -> str:
+    """Why a solve failed, by the text of Exudyn's exception."""
+    message, foreign = re.search(MESSAGE, text), re.search(USER_FUNCTION_ERROR, text)
+    if message:
+        return message.group(0).replace(DIVERGED, remedy)
+    if foreign:
+        return f"user function {foreign.group(1)} failed, {foreign.group(2)}"
+    return f"Newton's iteration failed; {remedy}"
 
 
 def without_damping(model: Model, t: float) -> str:
-    """What a run that fails at t [s] is told where no mesh, bearing or coupling is damped."""
+    """Remark on a run that fails at t [s] where no mesh, bearing or coupling is damped; else empty."""
     return f" ({UNDAMPED})" if model.plan.scene.undamped and t > INSTANT else ""

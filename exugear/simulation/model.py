@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
-from math import cos, sin, sqrt
+from math import cos, pi, sin, sqrt
 from typing import Annotated, Any
 
 import exudyn as exu
@@ -12,7 +12,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 import scipy
 
-from exugear.elements.gear_contact import add_contact, kind_of, node_of
+from exugear.elements.gear_contact import add_contact, kind_of, node_of, state_of
 from exugear.elements.native.native import call_path
 from exugear.elements.shaft_bodies import add_body, add_rotor, spin_marker
 from exugear.gearbox.bearing_stiffness import radial_part
@@ -20,34 +20,20 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NOWHERE, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.kernels.contact_kernels import SPIN, kernel_of
-from exugear.kernels.kinematics import (
-    DIRECTION,
-    E_X,
-    E_Y,
-    HEIGHT,
-    LAG,
-    LAG_1,
-    MOBILITY,
-    REFERENCE_1,
-    at_rest,
-    phase_of,
-    rotational_frame,
-    rotational_row,
-    spatial_frame,
-    spatial_row,
-)
+from exugear.kernels.contact_records import is_spatial, rotational_frame
 from exugear.kernels.recorder import Recorder
+from exugear.kernels.reference_configuration import at_rest, phase_of, rotational_row, spatial_frame, spatial_row
 from exugear.mesh_force.force import MeshForce
 from exugear.plan.built_plan import BuiltPlan
-from exugear.plan.coordinates import SPIN_PLACE, TAKEN, Coordinates, pose
+from exugear.plan.coordinates import Coordinates, pose
 from exugear.plan.integrator import Rule
 from exugear.plan.plan import Plan
 from exugear.plan.plan import plan as plan_of
 from fem.support.arguments import checked
 from fem.support.validation import require, require_kind
 
-#: Share of a mode's strain energy in the meshes from which on it is to be resolved.
-PART = 0.02
+#: Share of a mode's strain energy in the meshes above which the step must resolve the mode.
+STRAIN_SHARE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +57,7 @@ class Mesh:
     law: MeshForce
     contact: int
     recorder: Recorder
-    frame: np.ndarray
+    frame: np.record
     row: np.ndarray
     rest: float
     opening: float
@@ -86,8 +72,8 @@ class Mesh:
 class Model:
     """A gearbox in an assembled Exudyn system `mbs`, open to further items (call mbs.Assemble() after adding).
 
-    bodies, spins   per shaft: object number, place of its spin among the system's coordinates
-    rotors          per shaft with a coupling: place of the outside rotor's spin
+    bodies, spins   of each shaft: object number, index of its spin among the system's coordinates
+    rotors          of each shaft with a coupling: index of the spin of the rotor behind it
     drive, load     object number of the constraint that imposes the speed, number of the load torque
     """
 
@@ -101,6 +87,12 @@ class Model:
     meshes: tuple[Mesh, ...]
     drive: int
     load: int
+
+    @property
+    def mesh_cycles(self) -> np.ndarray:
+        """(n_stage,) mesh cycles per radian of the driving shaft."""
+        box = self.gearbox
+        return np.array([abs(box.ratios[s.fast.name]) * s.pair.pinion.z / (2 * pi) for s in box.stages])
 
     def __repr__(self) -> str:
         return f"Model of {self.gearbox!r}\n{self.plan}"
@@ -133,10 +125,10 @@ def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
     start = {name: mbs.GetNodeODE2Index(node_of(mbs, body)) for name, body in bodies.items()}
     rotors = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in ends.items() if rotor is not None}
     meshes = tuple(_mesh(mbs, contact, start, scene) for contact in contacts)
-    spins = {name: start[name] + SPIN_PLACE[scene.shafts[name]] for name in names}
+    spins = {name: start[name] + scene.shafts[name].spin_index for name in names}
     plan_without_frequencies = BuiltPlan(scene, omega=0.0, omega_mesh=0.0, contact=call_path())
     model = Model(gearbox, plan_without_frequencies, mbs, container, bodies, spins, rotors, meshes, drive, load)
-    return measured(model)
+    return linearized(model)
 
 
 def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
@@ -147,14 +139,14 @@ def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
     return scene
 
 
-def measured(model: Model) -> Model:
-    """The model with the eigenfrequencies of its system as it is assembled now, further items included."""
-    more = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
-    meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(more))) for mesh in model.meshes)
+def linearized(model: Model) -> Model:
+    """The model with rows, eigenfrequencies and mobilities of its system as assembled now, further items included."""
+    added = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
+    meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(added))) for mesh in model.meshes)
     model = replace(model, meshes=meshes)
     mass, stiffness = open_system(model)
-    omega, omega_mesh = _frequencies(model, mass, stiffness)
-    meshes = tuple(_accelerated(model, mesh, mass, stiffness) for mesh in meshes)
+    omega, omega_mesh = _frequency_bounds(model, mass, stiffness)
+    meshes = tuple(_with_mobility(model, mesh, mass, stiffness) for mesh in meshes)
     return replace(model, plan=replace(model.plan, omega=omega, omega_mesh=omega_mesh), meshes=meshes)
 
 
@@ -163,13 +155,15 @@ def integrated(model: Model, rule: Rule):
     """Damping as the true velocities ask for, which the rule's lag behind; in loops the load leaves forces open."""
     loops = len(model.meshes) >= len(model.bodies)
     for mesh in model.meshes:
-        mesh.frame[LAG], mesh.frame[LAG_1:MOBILITY] = rule.lag * mesh.mobility, rule.lag * mesh.bearings
-        mesh.frame[MOBILITY] = 0.0 if loops else mesh.mobility
+        state = state_of(model.mbs, mesh.contact)
+        state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
+        state.pinion_lag, state.wheel_lag = np.split(rule.lag * mesh.bearings, 2)
     try:
         yield
     finally:
         for mesh in model.meshes:
-            mesh.frame[LAG:MOBILITY] = 0.0
+            state = state_of(model.mbs, mesh.contact)
+            state.lag, state.pinion_lag, state.wheel_lag = 0.0, np.zeros(6), np.zeros(6)
 
 
 @contextmanager
@@ -187,26 +181,26 @@ def _contact(mbs, gearbox: Gearbox, number: int, plan: Plan, bodies: Mapping[str
     """Stage, contact's object number, recorder, frame, law, and what `at_rest` says of the reference configuration."""
     stage, phase, label = gearbox.stages[number], gearbox.phases[number], gearbox.labels[number]
     items = [bodies[stage.fast.name], bodies[stage.slow.name]]
-    kinds, direction = tuple(kind_of(mbs, item) for item in items), gearbox.turns[stage.fast.name]
+    kinds, direction = tuple(kind_of(mbs, item) for item in items), gearbox.directions[stage.fast.name]
     law, recorder = plan.laws[label], Recorder()
     displaced = any(shaft.offset != NOWHERE for shaft in (stage.fast, stage.slow))
     if set(kinds) == {SPIN} and not displaced:
         frame = rotational_frame(stage.pair, phase, direction)
     else:
-        axial = [s - shaft.centre for s, shaft in zip(stage.places, (stage.fast, stage.slow), strict=True)]
+        axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
         poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
-        frame = spatial_frame(stage.pair, phase, direction, axial, poses)
-        frame[[E_X, E_Y, HEIGHT]] = cos(stage.angle), sin(stage.angle), 0.0
+        nominal = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0}
+        frame = spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
     kernel = kernel_of(kinds, displaced)
     contact = add_contact(mbs, label, items, kernel, law, frame, recorder)
-    rest = at_rest(law.law, frame) if frame[REFERENCE_1:].any() else (0.0, 0.0, phase_of(frame, 0.0))
+    rest = at_rest(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
     return stage, contact, recorder, frame, law, rest
 
 
 def _drive_and_load(mbs, gearbox: Gearbox, bodies, plan: Plan, ends) -> tuple[int, int]:
     def marker(shaft: Shaft) -> int:
         rotor = ends[shaft.name]
-        place = SPIN_PLACE[plan.shafts[shaft.name]] if rotor is None else 0
+        place = plan.shafts[shaft.name].spin_index if rotor is None else 0
         return spin_marker(mbs, bodies[shaft.name] if rotor is None else rotor, place)
 
     fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
@@ -216,18 +210,17 @@ def _drive_and_load(mbs, gearbox: Gearbox, bodies, plan: Plan, ends) -> tuple[in
 
 def _mesh(mbs, built, start: Mapping[str, int], plan: Plan) -> Mesh:
     stage, contact, recorder, frame, law, rest = built
-    row, taken = np.zeros(mbs.systemData.ODE2Size()), [TAKEN[plan.shafts[s.name]] for s in (stage.fast, stage.slow)]
-    spatial = bool(frame[REFERENCE_1:].any())
-    entries = spatial_row(frame) if spatial else np.insert(np.zeros(10), [5, 10], rotational_row(frame))
+    row, taken = np.zeros(mbs.systemData.ODE2Size()), [plan.shafts[s.name].components for s in (stage.fast, stage.slow)]
+    entries = spatial_row(frame) if is_spatial(frame) else np.insert(np.zeros(10), [5, 10], rotational_row(frame))
     for shaft, part, own in zip((stage.fast, stage.slow), np.split(entries, 2), taken, strict=True):
         row[start[shaft.name] : start[shaft.name] + len(own)] = part[own]
     return Mesh(stage, law, contact, recorder, frame, row, *rest)
 
 
-def lay(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
-    """The same coordinates with spins such that the meshes stand at deflections (n_stage,), to first order.
+def with_deflections(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
+    """The coordinates with spins at which the meshes have deflections (n_stage,) [m], to first order.
 
-    The driving shaft keeps its spin; loops come as near as they can.
+    The driving shaft keeps its spin; in loops the spins are the least-squares solution.
     """
     q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
     spins = [spin for name, spin in model.spins.items() if name != model.gearbox.driving.name]
@@ -241,69 +234,76 @@ def lay(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
 def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Mass and stiffness matrix of the built system, taken out of mesh."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
-    before, directions = system.GetODE2Coordinates(initial), [mesh.frame[DIRECTION] for mesh in model.meshes]
+    before, states = system.GetODE2Coordinates(initial), [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
     try:
         system.SetODE2Coordinates(np.zeros(len(before)), initial)
-        for mesh in model.meshes:
-            mesh.frame[DIRECTION] = 0.0
+        for state in states:
+            state.engaged = 0.0
         with quiet():
             mass, stiffness, *_ = model.mbs.ComputeLinearizedSystem()
     finally:
         system.SetODE2Coordinates(before, initial)
-        for mesh, direction in zip(model.meshes, directions, strict=True):
-            mesh.frame[DIRECTION] = direction
+        for state in states:
+            state.engaged = 1.0
     return np.array(mass), np.array(stiffness)
 
 
-def _accelerated(model: Model, mesh: Mesh, mass: np.ndarray, stiffness: np.ndarray) -> Mesh:
-    """The mesh with what accelerates its bodies along the line of action."""
-    name = model.gearbox.driving.name
-    held = np.append(held_by_joints(model), model.rotors.get(name, model.spins[name]))
-    free = np.setdiff1d(np.arange(len(mass)), held)
-    moved, force = np.zeros(len(mass)), np.array(model.gearbox.static_forces(1.0))
-    moved[free] = np.linalg.solve(mass[np.ix_(free, free)], mesh.row[free])
-    back, bearings = stiffness @ moved, np.zeros((2, 6))
-    mobility, holds = float(mesh.row @ moved), float(force[model.meshes.index(mesh)])
-    pushed = force @ np.array([other.row for other in model.meshes])
-    for own, shaft in zip(bearings, (mesh.stage.fast, mesh.stage.slow), strict=True):
+def _with_mobility(model: Model, mesh: Mesh, mass: np.ndarray, stiffness: np.ndarray) -> Mesh:
+    """The mesh with the accelerations of its bodies along the line of action by mesh force and bearings."""
+    moved = _acceleration_by_force(model, mesh, mass)
+    mobility = float(mesh.row @ moved)
+    static_forces = np.array(model.gearbox.static_forces(1.0))
+    pushed = static_forces @ np.array([each.row for each in model.meshes])
+    by_bearings, held = np.zeros((2, 6)), float(static_forces[model.meshes.index(mesh)])
+    for accelerations, shaft in zip(by_bearings, (mesh.stage.fast, mesh.stage.slow), strict=True):
         if all(bearing.linear for bearing in shaft.bearings.values()):
-            taken = TAKEN[model.plan.shafts[shaft.name]][:-1]
-            seat = slice(model.spins[shaft.name] - len(taken), model.spins[shaft.name])
-            own[taken] = back[seat]
-            holds -= float(moved[seat] @ pushed[seat]) / mobility
-    return replace(mesh, mobility=mobility, bearings=bearings.ravel(), held=holds)
+            components = model.plan.shafts[shaft.name].components[:-1]
+            displacements = slice(model.spins[shaft.name] - len(components), model.spins[shaft.name])
+            accelerations[components] = (stiffness @ moved)[displacements]
+            held -= float(moved[displacements] @ pushed[displacements]) / mobility
+    return replace(mesh, mobility=mobility, bearings=by_bearings.ravel(), held=held)
 
 
-def _frequencies(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> tuple[float, float]:
-    """Upper bounds of all eigenfrequencies, and of those that meshes take part in [rad/s].
+def _acceleration_by_force(model: Model, mesh: Mesh, mass: np.ndarray) -> np.ndarray:
+    """(n_coordinates,) accelerations by a unit mesh force [1/kg, 1/(kg m)], the drive held."""
+    driving = model.gearbox.driving.name
+    constrained = np.append(held_by_joints(model), model.rotors.get(driving, model.spins[driving]))
+    free = np.setdiff1d(np.arange(len(mass)), constrained)
+    moved = np.zeros(len(mass))
+    moved[free] = np.linalg.solve(mass[np.ix_(free, free)], mesh.row[free])
+    return moved
 
-    Every mesh at its stiffest, the driving shaft free to turn.
+
+def _frequency_bounds(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> tuple[float, float]:
+    """Upper bounds of all eigenfrequencies, and of those of the modes in which meshes take part [rad/s].
+
+    Each mesh and nonlinear bearing at its stiffest, the driving shaft free to turn.
     """
-    stiffness = stiffness + seats(model)
+    stiffness = stiffness + nonlinear_bearing_stiffness(model)
     free = np.setdiff1d(np.arange(len(mass)), held_by_joints(model))
     mass, stiffness = mass[np.ix_(free, free)], stiffness[np.ix_(free, free)]
     rows = np.array([np.sqrt(mesh.law.stiffness_max) * mesh.row[free] for mesh in model.meshes])
     stiffness += rows.T @ rows
     squares, modes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, mass)
-    strained = ((rows @ modes) ** 2).sum(axis=0) > PART * np.maximum(squares, 0)
+    strained = ((rows @ modes) ** 2).sum(axis=0) > STRAIN_SHARE * np.maximum(squares, 0)
     return sqrt(squares[-1]), sqrt(squares[strained][-1])
 
 
 def held_by_joints(model: Model) -> np.ndarray:
-    """Places of the coordinates that ideal joints hold."""
+    """Indices of the coordinates that ideal joints constrain."""
     spins = [model.spins[name] for name, kind in model.plan.shafts.items() if kind is Coordinates.JOINT]
     return np.array([spin - k for spin in spins for k in range(1, 6)], int)
 
 
-def seats(model: Model, secants: Mapping[str, Mapping[float, float]] | None = None) -> np.ndarray:
-    """Stiffness matrix of the nonlinear bearings, at their steepest or with secant stiffnesses by shaft and place."""
+def nonlinear_bearing_stiffness(model: Model, secants: Mapping[str, Mapping[float, float]] | None = None) -> np.ndarray:
+    """Stiffness matrix of the nonlinear bearings, at their steepest or by secants [N/m] of shaft and axial position."""
     total = np.zeros((model.mbs.systemData.ODE2Size(),) * 2)
     for shaft in model.gearbox.shafts:
+        first = model.spins[shaft.name] - 5
         for axial, bearing in shaft.bearings.items():
             if not bearing.linear:
                 k = float(bearing.stiffness[0, 0]) if secants is None else secants[shaft.name][axial]
-                at = model.spins[shaft.name] - 5
-                total[at : at + 6, at : at + 6] += radial_part(k, axial - shaft.centre)
+                total[first : first + 6, first : first + 6] += radial_part(k, axial - shaft.centre)
     return total
 
 

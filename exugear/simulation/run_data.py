@@ -1,21 +1,38 @@
-"""What a run recorded: read from a file, of one stage, the envelope of its transmission error."""
+"""The data of a run: samples, variables with their labels and units, reading from a file and of one stage."""
 
 from bisect import bisect_left
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from exugear.elements.bearing_elements import reactions
 from exugear.plan.time_steps import Steps
 from exugear.simulation.equilibrium import UNIT
 from exugear.simulation.model import Model, on_bearings
-from fem.ste.ste_map import read
+from exugear.simulation.solver_settings import Scheme
+from exugear.simulation.step_error import Segment
+from exugear.simulation.time_functions import Conditions
+from fem.ste.ste_map import pair_attributes, read
 from fem.support.validation import require
 from fem.units import mm
 
 #: What every run holds.
 VARIABLES = ("time", "stage", "speed", "mesh_frequency", "dte", "mesh_force")
+#: Variables over stage and time: the recorder's name (signs: `Recorder`), unit, long name.
+RECORDED = {
+    "dte": ("deflection", "m", "dynamic transmission error"),
+    "mesh_force": ("force", "N", "mesh force"),
+}
+RECORDED_ON_BEARINGS = {
+    "centre_distance": ("a", "m", "centre distance"),
+    "misalignment": ("misalignment", "rad", "angle by which the gap of the flank in contact opens towards +z"),
+    "axial_offset": ("axial", "m", "z of the wheel less that of the pinion"),
+    "centroid": ("centroid", "m", "z of the mesh force from the pinion's mid-plane"),
+}
 
 
 def stage_data(run, stage: int = 0) -> xr.Dataset:
@@ -42,26 +59,32 @@ def stored(path) -> xr.Dataset:
         several = f"{path} is of an older version, with the mesh frequency of the first stage alone; run it again"
         require(data["stage"].size == 1, several)
         data["mesh_frequency"] = data["mesh_frequency"].expand_dims(stage=data["stage"])
-    names = {name: at.astype(str) for name, at in data.coords.items() if at.dtype == object}
-    return data.assign_coords(names)
+    texts = {name: labels.astype(str) for name, labels in data.coords.items() if labels.dtype == object}
+    return data.assign_coords(texts)
+
+
+def start_recorders(model: Model, steps: Steps) -> None:
+    """Make room for the samples of a run."""
+    for mesh in model.meshes:
+        mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, motion=on_bearings(model, mesh))
 
 
 def keep_valid(model: Model, steps: Steps, stop: BaseException | None) -> BaseException | None:
-    """Cut the samples from what stopped the run on, which may be that bearings yielded."""
+    """Drop the samples after the end of a run that stopped; bearings that yielded are one more reason for a stop."""
     blocks = [mesh.recorder.samples for mesh in model.meshes]
-    lost = np.isnan([samples[0][:, 0] for samples in blocks]).any(axis=0)
+    lost = np.isnan([samples[0]["deflection"] for samples in blocks]).any(axis=0)
     if stop:
         lost |= steps.time >= model.mbs.systemData.GetTime()
     number = int(lost.argmax()) if lost.any() else lost.size
-    apart, words = _out_of_mesh(model, number)
-    number, stop = (apart, RuntimeError(f"at t = {steps.time[apart]:.6g} s: {words}")) if words else (number, stop)
+    apart, reason = _out_of_mesh(model, number)
+    number, stop = (apart, RuntimeError(f"at t = {steps.time[apart]:.6g} s: {reason}")) if reason else (number, stop)
     for samples in blocks:
         samples[:] = [block[:number] for block in samples]
     return stop
 
 
 def _out_of_mesh(model: Model, number: int) -> tuple[int, str]:
-    """The first of so many samples whose bearings yielded until the teeth no longer hand over, and words; or none."""
+    """The first of so many samples at which bearings have yielded until the teeth part, and the reason; or none."""
     for mesh in model.meshes:
         if on_bearings(model, mesh):
             pair, peaks = mesh.stage.pair, np.maximum.accumulate(mesh.recorder.a[:number])
@@ -79,3 +102,89 @@ def _is_apart(pair, a: float) -> bool:
     except ValueError:
         return True
     return False
+
+
+def labelled(
+    model: Model, conditions: Conditions, scheme: Scheme, checked: Sequence[tuple[Segment, np.ndarray]]
+) -> xr.Dataset:
+    """All variables of a run, its inputs in the attributes; checked: segments with their errors by the step."""
+    time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
+    data = _over_time(model, time, conditions.speed_of(time))
+    data = data.assign(_beyond_maps(model, scheme.steps.interval) | _step_error(checked, scheme.steps.size))
+    inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
+    steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
+    used = {"integrator": str(scheme.rule), "plan": str(model.plan)}
+    jumps = {"jumps": scheme.jumps} if scheme.jumps else {}
+    return data.assign_attrs({"title": "run-up"} | conditions.as_text() | inputs | steps | used | jumps | _scene(model))
+
+
+def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
+    """What is recorded over time."""
+    over, frequency = ("stage", "time"), np.outer(model.mesh_cycles, np.abs(speed))
+    data = xr.Dataset(
+        {
+            "speed": ("time", speed, {"units": "rad/s", "long_name": "speed of the driving shaft"}),
+            "mesh_frequency": (over, frequency, {"units": "Hz", "long_name": "mesh frequency"}),
+        },
+        coords={
+            "time": ("time", time, {"units": "s", "long_name": "time"}),
+            "stage": ("stage", list(model.gearbox.labels)),
+        },
+    )
+    elastic = any(on_bearings(model, mesh) for mesh in model.meshes)
+    for name, (recorded, unit, long_name) in (RECORDED | (RECORDED_ON_BEARINGS if elastic else {})).items():
+        values = np.array([getattr(mesh.recorder, recorded) for mesh in model.meshes])
+        data[name] = over, values, {"units": unit, "long_name": long_name}
+    return data.assign(_bearing_forces(model)) if elastic else data
+
+
+def _bearing_forces(model: Model) -> dict[str, Any]:
+    """Forces of the bearings on their shafts over time."""
+    by_bearing: dict[str, np.ndarray] = {}
+    for mesh in model.meshes:
+        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+            if model.plan.shafts[shaft.name].on_bearings:
+                forces = reactions(shaft, *mesh.recorder.motion(side))
+                by_bearing |= {f"{shaft.name} at {axial / mm:g} mm": force.T for axial, force in forces.items()}
+    values = np.array(list(by_bearing.values()))
+    about = {"units": "N", "long_name": "force of the bearing on its shaft"}
+    return {
+        "bearing_force": (("bearing", "direction", "time"), values, about),
+        "bearing": ("bearing", list(by_bearing)),
+        "direction": ("direction", ["x", "y", "z"]),
+    }
+
+
+def _beyond_maps(model: Model, interval: float) -> dict[str, Any]:
+    """For how long and how far meshes went beyond their maps; empty where no law is continued beyond its map."""
+    ends = np.array([mesh.law.mapped_force for mesh in model.meshes])
+    if np.isinf(ends).all():
+        return {}
+    shares = np.abs([mesh.recorder.force for mesh in model.meshes]) / ends[:, None]
+    time, force = "time of the samples beyond the map", "largest mesh force of the samples over the map's largest"
+    return {
+        "beyond_map_time": ("stage", (shares > 1).sum(axis=1) * interval, {"units": "s", "long_name": time}),
+        "beyond_map_force": ("stage", shares.max(axis=1, initial=0.0), {"units": "1", "long_name": force}),
+    }
+
+
+def _step_error(checked: Sequence[tuple[Segment, np.ndarray]], h: float) -> dict[str, Any]:
+    """Errors by the step of the segments that were integrated again at half of it; empty where none was."""
+    if not checked:
+        return {}
+    middles = [(segment.first + segment.last) / 2 * h for segment, _ in checked]
+    errors = np.array([error for _, error in checked]).T
+    about = {"units": "1", "long_name": "relative error of the rms of the DTE by the step, estimated"}
+    middle = {"units": "s", "long_name": "middle of what was solved again at half the step"}
+    return {"step_error": (("stage", "checked"), errors, about), "checked": ("checked", middles, middle)}
+
+
+def _scene(model: Model) -> dict[str, float | str]:
+    """Shafts, pairs and force laws as flat numbers."""
+    inputs: dict[str, float | str] = {}
+    for shaft in model.gearbox.shafts:
+        inputs |= {f"{shaft.name}_{name}": getattr(shaft, name) for name in ("inertia", "mass", "transverse")}
+    for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
+        numbers = pair_attributes(stage.pair) | {"damping": stage.force.damping, "backlash": stage.force.backlash}
+        inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
+    return inputs

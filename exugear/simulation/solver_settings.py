@@ -1,35 +1,103 @@
-"""Exudyn's solver settings for an integrator and a step; the settings for hand-built models."""
+"""Integrator, steps and samples of a run, and Exudyn's settings for them; the settings for hand-built models."""
 
-from math import ceil, pi, sqrt
+from dataclasses import dataclass, replace
+from math import ceil, inf, pi, sqrt
 
 import exudyn as exu
 import numpy as np
 
-from exugear.plan.integrator import GAMMA, STABLE, Rule, rule
+from exugear.mesh_force.jumps import PERIOD_STEPS
+from exugear.plan.integrator import BETA, GAMMA, STABLE, Rule, rule_for
+from exugear.plan.time_steps import Steps, steps_of
+from exugear.simulation.model import Model
+from exugear.simulation.time_functions import Conditions
 from fem.support.arguments import checked
 from fem.support.validation import require, require_within
 
-#: Share of the stability limit taken where the stiffness is that of one state: teeth may become twice as stiff.
+#: Share of the stability limit that is used where the stiffness of a single state is known: teeth may become twice as
+#: stiff in others.
 MARGIN = sqrt(0.5)
 #: Newton's relative tolerance per tolerance: leaves 7e-5 of the peak to peak of the DTE at 1e-3, measured.
 NEWTON_SHARE = 0.07
 
 
-def settings_for(found: Rule, duration: float, tolerance: float) -> exu.SimulationSettings:
+def settings_for(rule: Rule, duration: float, tolerance: float) -> exu.SimulationSettings:
     """Settings for mbs.SolveDynamic over a duration [s] in steps of at most the rule's."""
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
     integration = settings.timeIntegration
-    integration.endTime, integration.numberOfSteps = duration, ceil(duration / found.step * (1 - 1e-9))
+    integration.endTime, integration.numberOfSteps = duration, ceil(duration / rule.step * (1 - 1e-9))
     integration.newton.useModifiedNewton = True
     integration.newton.relativeTolerance = min(NEWTON_SHARE * tolerance, NEWTON_SHARE * 1e-3)
     newmark = integration.generalizedAlpha
-    newmark.useNewmark = newmark.useIndex2Constraints = found.spectral_radius is None
-    newmark.newmarkBeta, newmark.newmarkGamma = found.beta, GAMMA
-    if found.spectral_radius is not None:
-        newmark.spectralRadius = found.spectral_radius
+    newmark.useNewmark = newmark.useIndex2Constraints = rule.spectral_radius is None
+    newmark.newmarkBeta, newmark.newmarkGamma = rule.beta, GAMMA
+    if rule.spectral_radius is not None:
+        newmark.spectralRadius = rule.spectral_radius
     return settings
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """How a run is integrated and sampled.
+
+    rule           integrator with its step
+    steps          number and size of the steps, and which of them are sampled
+    sensor_steps   steps between two samples of the user's sensors
+    tolerance      relative error asked for, which the tolerance of Newton's iteration follows
+    jumps          where force laws jump and whether the steps meet the jumps; empty where none jumps
+    """
+
+    rule: Rule
+    steps: Steps
+    sensor_steps: int
+    tolerance: float
+    jumps: str
+
+
+def scheme_of(
+    model: Model,
+    conditions: Conditions,
+    *,
+    tolerance: float,
+    step: float | Rule | None,
+    sample: float,
+    sensor_period: float | None,
+) -> Scheme:
+    """The scheme of a run; arguments as those of `exugear.run_up`. ValueError for intervals and steps out of range."""
+    duration = conditions.duration
+    require(0 < sample <= duration, f"sample must lie in (0, duration] s, got {sample}")
+    period = sample if sensor_period is None else sensor_period
+    require(0 < period < inf, f"sensor_period must be > 0 s, got {sensor_period}")
+    rule = _rule(model, conditions, tolerance, step)
+    jumping = _jumping_meshes(model, conditions)
+    size = rule.step
+    if step is None and jumping:
+        shortest = min(mesh_period for mesh_period, _ in jumping.values())
+        size = min(size, shortest / PERIOD_STEPS * sqrt(tolerance / 1e-3))
+    steps, jumps = steps_of(duration, size, sample, jumping, steady=conditions.constant_speed)
+    return Scheme(replace(rule, step=steps.size), steps, steps.within(period), tolerance, jumps)
+
+
+def _rule(model: Model, conditions: Conditions, tolerance: float, step: float | Rule | None) -> Rule:
+    """Integrator and step that a tolerance asks for, or those that the user chose; ValueError for unstable steps."""
+    mesh_frequency = float(model.mesh_cycles.max()) * conditions.highest_speed
+    chosen = model.plan.rule(tolerance, mesh_frequency)
+    if step is None or isinstance(step, Rule):
+        return step or chosen
+    largest = model.plan.largest_step
+    require(step > 0, f"step must be > 0 s, got {step}")
+    limit = f"omega h < {STABLE:.3g} at {model.plan.omega / 2 / pi:.4g} Hz"
+    require(step < largest, f"step must be below {largest:.4g} s ({limit}: stability), got {step:g} s")
+    return Rule(BETA, step)
+
+
+def _jumping_meshes(model: Model, conditions: Conditions) -> dict[str, tuple[float, np.ndarray]]:
+    """Shortest mesh period of the run [s] and phases of the jumps, by the label of each stage whose law jumps."""
+    frequencies = model.mesh_cycles * conditions.highest_speed
+    stages = zip(model.gearbox.labels, model.meshes, frequencies.tolist(), strict=True)
+    return {label: (1 / f, mesh.law.jumps) for label, mesh, f in stages if f > 0 and mesh.law.jumps.size}
 
 
 def highest_frequency(mbs) -> float:
@@ -43,17 +111,18 @@ def highest_frequency(mbs) -> float:
 def integrator(
     mbs: exu.MainSystem, duration: float, frequency: float, *, tolerance: float = 1e-3
 ) -> exu.SimulationSettings:
-    """Settings for mbs.SolveDynamic on a hand-built model: flexible bodies, whatever stands beside the gears.
+    """Settings for mbs.SolveDynamic on a hand-built model: flexible bodies, and whatever else is coupled to the gears.
 
     duration    [s]
-    frequency   highest one to be resolved [Hz]: of the mesh, or of its resonance, whichever is higher
+    frequency   highest frequency to be resolved [Hz]: that of the mesh, or of its resonance, whichever is higher
     tolerance   relative error wanted of the rms of the DTE
 
-    Newmark beta = 1/12 is fourth order but stable for omega h < 6^0.5 only: its step ends at `highest_frequency`. The
-    trapezoidal rule is second order and always stable: it wins where the model is far stiffer than the frequencies of
-    interest. Call it in a loaded state, teeth in contact. Raises ValueError for input out of range.
+    Newmark beta = 1/12 is of fourth order but stable for omega h < 6^0.5 only, omega being the highest eigenfrequency.
+    The trapezoidal rule is of second order and always stable; it allows the larger step where the model is far stiffer
+    than the frequencies of interest. Call this in a loaded state, with the teeth in contact. Raises ValueError for
+    input out of range.
     """
     require(duration > 0, f"duration must be > 0 s, got {duration}")
     require_within("frequency", frequency, 0, 1e6, remedy="Hz (of the mesh: z n / 60)")
     largest = MARGIN * STABLE / (2 * pi * highest_frequency(mbs))
-    return settings_for(rule(2 * pi * frequency, largest, tolerance), duration, tolerance)
+    return settings_for(rule_for(2 * pi * frequency, largest, tolerance), duration, tolerance)

@@ -2,9 +2,12 @@
 
 import numpy as np
 
-STEPS, CYCLING = 120, 30
+from fem.contact.unilateral import Equilibrium, unilateral_contact
+
 #: Share of the mesh force by which the forces may still move.
 SETTLED = 1e-9
+#: Where Newton's method linearizes the flattening of a cell that pulls: at this share of its last force.
+RELEASE = 0.2
 #: Least flattening by one more unit of force, over the factor of its logarithm: by Hertz's formula slices so overloaded
 #: that they are no half-planes would push back.
 LEAST = 0.1
@@ -22,28 +25,28 @@ def line_contact(matrix, change, hertz, gap, approach, force) -> tuple[np.ndarra
     approach    (n,) normal approach per transmission error
     force       (m,) mesh forces > 0 [N]
 
-    Newton's method on active sets. Raises RuntimeError where it does not settle.
+    Newton's method on active sets. Raises RuntimeError where it does not converge.
     Source: Johnson, Contact Mechanics, 4.2 and 5.6 (line contact of bodies that act as half-planes).
     """
-    factor, constant = hertz
-    f = np.broadcast_to(force[:, None] / gap.shape[1], gap.shape)
-    active = gap / approach <= (gap / approach).min(axis=1, keepdims=True) + matrix.mean() * force[:, None]
-    rng, touching = np.random.default_rng(0), (gap / approach).min(axis=1)
-    te = np.zeros(force.size)
-    for step in range(STEPS):
+    touching = (gap / approach).min(axis=1)
+    active = gap / approach <= touching[:, None] + matrix.mean() * force[:, None]
+    te, f = np.zeros(force.size), np.broadcast_to(force[:, None] / gap.shape[1], gap.shape)
+
+    def newton_step(active: np.ndarray) -> Equilibrium:
+        nonlocal te, f
+        active = np.where(active.any(axis=1, keepdims=True), active, gap / approach <= touching[:, None])
         softened = np.maximum(te, touching)
         coupled, moved_by = matrix + softened[:, None, None] * change, _times(change, np.where(active, f, 0.0))
         pressed = gap - softened[:, None] * moved_by, approach - moved_by
-        te, stiffness, new = _newton_step(coupled, (factor, constant), pressed, approach, force, f, active)
+        te, stiffness, new = _newton_step(coupled, hertz, pressed, approach, force, f, active)
         slack = np.matmul(new[:, None], coupled)[:, 0] + gap - approach * te[:, None]
-        wanted = np.where(active, new > 0, slack < 0)
         moved = np.abs(np.where(active, new - f, 0.0)).max(axis=1)
-        f = np.maximum(np.where(new > 0, new, 0.2 * f), SETTLED * force[:, None])
-        settled = (wanted == active).all() and (moved < SETTLED * force).all()
-        if settled and (te > touching - SHORT).all():
-            return te, stiffness, np.where(active, new, 0.0)
-        active = wanted if step < CYCLING else np.where(rng.random(active.shape) < 0.5, wanted, active)
-    raise RuntimeError("line contact did not settle; try the resolved mode (a smaller accuracy) or other slices")
+        f = np.maximum(np.where(new > 0, new, RELEASE * f), SETTLED * force[:, None])
+        converged = (moved < SETTLED * force) & (te > touching - SHORT)
+        return Equilibrium(te, stiffness, new, np.where(active, 0.0, slack), bool(converged.all()))
+
+    state = unilateral_contact(newton_step, active)
+    return state.te, state.stiffness, state.force
 
 
 def _times(change, f: np.ndarray) -> np.ndarray:

@@ -1,72 +1,113 @@
-"""How finely a map is solved: FE mesh, slices of the face width, strips or line loads."""
+"""How finely a map is solved: FE mesh, slices across the face width, strips or one line load along the profile."""
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import wraps
+from typing import Self
 
 import numpy as np
 
 from fem.elasticity.mesh_density import Density
 from fem.support.arguments import Finite, checked
 from fem.support.representation import short
-from fem.support.validation import number, require
+from fem.support.validation import number, require, require_kind, text_of
+
+MAP_DENSITY = Density(width=4)
+SPELLING = "fem.Resolution() solves strips along the profile, fem.Slices() one line load per slice"
 
 
-@short()
 @dataclass(frozen=True)
-class Resolution:
-    """How finely a map is solved.
+class Discretization:
+    """Mesh and slices, which both kinds of resolution have; see `Resolution`."""
 
-    density     of the FE mesh, whose quadratic elements are made of two `paired`; `teeth` come from the contact ratio
-    slices      of the face width where gap or lines of contact vary across it; elsewhere half of the width has 3
-    resolved    strips along the profile in every slice (True), or one line load, pressed as Hertz says (False): there
-                the peak to peak of wide, crowned helical pairs takes 40 slices and more; `accuracy=` tells
-    neighbours  teeth up to so many pitches apart move one another, as programs have it that read the next ones only;
-                None: all in contact, which are two pitches apart where three pairs are
-    """
-
-    density: Density = field(default=Density(width=4))
+    density: Density = MAP_DENSITY
     slices: int = 20
-    resolved: bool = True
     neighbours: int | None = None
 
     def __post_init__(self):
-        if self.neighbours is not None:
-            pitches = f"neighbours must be a whole number of pitches >= 0, or None for all teeth, got {self.neighbours}"
-            require(number("neighbours", self.neighbours) % 1 == 0 and self.neighbours >= 0, pitches)
-            object.__setattr__(self, "neighbours", int(self.neighbours))
-        whole = f"slices must be an even number, at least 2, got {self.slices}"
-        require(number("slices", self.slices) % 2 == 0 and self.slices >= 2, whole)
-        object.__setattr__(self, "slices", int(self.slices))
-        mode = f"resolved must be True (strips) or False (one line load), got {self.resolved!r}"
-        require(isinstance(self.resolved, bool | np.bool_), mode)
-        object.__setattr__(self, "resolved", bool(self.resolved))
-        require(
-            isinstance(self.density, Density),
-            f"density must be a fem.Density, got {self.density!r}",
-        )
+        require_kind("density", self.density, Density)
         self.density.paired()
+        even = f"slices must be an even number, at least 2, got {text_of(self.slices)}"
+        require(number("slices", self.slices) % 2 == 0 and self.slices >= 2, even)
+        object.__setattr__(self, "slices", int(self.slices))
+        if self.neighbours is not None:
+            pitches = "neighbours must be a whole number of pitches >= 0, or None for all teeth"
+            require(not isinstance(self.neighbours, bool | np.bool_), f"{pitches}, got {self.neighbours}; {SPELLING}")
+            whole = number("neighbours", self.neighbours) % 1 == 0 and self.neighbours >= 0
+            require(whole, f"{pitches}, got {self.neighbours}")
+            object.__setattr__(self, "neighbours", int(self.neighbours))
 
-    def compared(self) -> "Resolution":
-        """About two thirds as fine in every direction, or half as fine again where nothing coarser is left in one."""
+    @classmethod
+    @checked
+    def like(cls, resolution: "Discretization") -> Self:
+        """The density, slices and neighbours of another resolution."""
+        return cls(resolution.density, resolution.slices, resolution.neighbours)
+
+    def compared(self) -> Self:
+        """About two thirds as fine in every direction; half as fine again if nothing coarser exists in one of them."""
         coarser = self.scaled(2 / 3)
-        left = self.slices > coarser.slices and self.density.flank > coarser.density.flank
-        return coarser if left and self.density.width > coarser.density.width else self.finer()
+        fewer_slices, fewer_across = self.slices > coarser.slices, self.density.width > coarser.density.width
+        return coarser if fewer_slices and fewer_across and self.density.flank > coarser.density.flank else self.finer()
 
-    def finer(self) -> "Resolution":
+    def finer(self) -> Self:
         """Half as fine again in every direction."""
         return self.scaled(3 / 2)
 
-    def finer_across(self) -> "Resolution":
+    def finer_across(self) -> Self:
         """Half as fine again across the width."""
         finer = self.finer()
         return replace(finer, density=replace(self.density, width=finer.density.width))
 
-    def finer_inside(self) -> "Resolution":
-        """Half as fine again but for the elements across the width."""
+    def finer_inside(self) -> Self:
+        """Half as fine again, except for the elements across the width."""
         finer = self.finer()
         return replace(finer, density=replace(finer.density, width=self.density.width))
 
     @checked
-    def scaled(self, factor: Finite) -> "Resolution":
+    def scaled(self, factor: Finite) -> Self:
         """Numbers of elements and slices times a factor."""
         slices = max(2, 2 * round(self.slices * factor / 2))
         return replace(self, density=self.density.scaled(factor), slices=slices)
+
+
+def _without_resolved(kind: type) -> type:
+    """Decorator: the argument `resolved` of version 0.1 raises TypeError with the new spelling."""
+    initialize: Callable = kind.__init__  # type: ignore[misc]
+
+    @wraps(initialize)
+    def initialize_without_resolved(self, *args, **fields):
+        if "resolved" in fields:
+            raise TypeError(f"fem.Resolution has no argument resolved any more; {SPELLING}")
+        initialize(self, *args, **fields)
+
+    kind.__init__ = initialize_without_resolved  # type: ignore[misc]
+    return kind
+
+
+@_without_resolved
+@short()
+@dataclass(frozen=True)
+class Resolution(Discretization):
+    """Strips along the profile in every slice of the face width: the pressure across the contact is resolved.
+
+    density     of the FE mesh, whose quadratic elements are made of two `paired`; `teeth` come from the contact ratio
+    slices      of the face width where gap or lines of contact vary across it; elsewhere half of the width has 3
+    neighbours  largest distance in pitches at which a loaded tooth deflects another one; None: all teeth in contact,
+                which are two pitches apart where three pairs are in contact; 1: adjacent teeth only, as in programs
+                that neglect the others
+
+    Raises ValueError for bad input.
+    """
+
+
+@short()
+@dataclass(frozen=True)
+class Slices(Discretization):
+    """One line load per slice of the face width, flattened by Hertz's formula: some 15 times as fast as `Resolution`.
+
+    The peak to peak of wide, crowned helical pairs takes 40 slices and more; `accuracy=` of a map estimates its error.
+
+    density, slices, neighbours     as of `Resolution`
+
+    Raises ValueError for bad input.
+    """

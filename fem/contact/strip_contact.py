@@ -11,6 +11,7 @@ import numpy as np
 
 from fem.contact.flank_gap import ContactSlices
 from fem.contact.strip_bounds import NODES, SHAPES, Strips
+from fem.contact.unilateral import Equilibrium, unilateral_contact
 from fem.elasticity.flank_compliance import Compliance
 from fem.elasticity.half_space import along_line
 from fem.elasticity.hat_functions import lines
@@ -18,9 +19,6 @@ from fem.elasticity.hertz import flattening
 
 #: Every load on strips presses a half-plane down that is held at this share of their whole width, or deeper.
 CAPACITY = 1 / 4
-ACTIVE_SETS = 40
-#: Share of the force that counts as none, and penetration that does [m], where strips join and leave one by one.
-FORCELESS, PENETRATION = 1e-14, 1e-14
 
 
 @dataclass(frozen=True)
@@ -46,12 +44,6 @@ class Contact:
         shapes = np.broadcast_to(self.shapes.swapaxes(-1, -2), (*self.gap.shape, NODES))
         return np.concatenate([self.approach[..., None], self.gap[..., None], shapes], axis=2)
 
-    @property
-    def nearest(self) -> np.ndarray:
-        """(n, m) 1 at the strip that touches first, else 0."""
-        clear = self.gap / self.approach
-        return (clear == clear.min()).astype(float)
-
     def displacement(self, f: np.ndarray) -> np.ndarray:
         """(n, m) normal displacement of the strips under their forces f (n, m) [m]."""
         n = len(f)
@@ -59,53 +51,18 @@ class Contact:
         return (self.local @ f[..., None])[..., 0] + (smooth.reshape(n, 1, NODES) @ self.shapes)[:, 0]
 
     def solve(self, force: float, active: np.ndarray) -> "Solution":
-        """Equilibrium with sum(approach f) = force (primal-dual active set).
+        """Equilibrium with sum(approach f) = force in which no strip pulls or penetrates.
 
         active      (n, m) strips that are taken to touch at first
 
-        Raises RuntimeError where no active set settles.
+        Raises RuntimeError where no active set converges.
         """
-        moved = self._moved(active)
-        for _ in range(ACTIVE_SETS):
-            solution = self._coupled(moved, force)
-            f, slack = solution.force, self.slack(solution)
-            wanted = np.where(active, f > 0, slack < 0)
-            if (wanted == active).all():
-                return solution
-            if not wanted.any():
-                wanted[np.unravel_index(np.argmin(slack), slack.shape)] = True
-            changed = (wanted != active).any(axis=1)
-            active, moved[changed] = wanted, self._moved(wanted, changed)
-        return self._one_by_one(np.where(f > 0, f, 0.0) if (f > 0).any() else self.nearest, force)
+        state = unilateral_contact(_Condensation(self, force), active.reshape(1, -1))
+        return Solution(float(state.te[0]), float(state.stiffness[0]), state.force.reshape(active.shape))
 
     def slack(self, solution: "Solution") -> np.ndarray:
         """(n, m) gap that is left between the strips [m]."""
         return self.displacement(solution.force) + self.gap - self.approach * solution.te
-
-    def _one_by_one(self, f: np.ndarray, force: float) -> "Solution":
-        """The same where active sets cycle: strips join one at a time, and leave as they run out of force.
-
-        f       (n, m) forces >= 0 to start from [N]
-
-        Every step lowers the energy (Lawson & Hanson, Solving Least Squares Problems, ch. 23).
-        """
-        f = f * force / (self.approach * f).sum()
-        for _ in range(3 * f.size):
-            solution = self._with_active(f > 0, force)
-            while ((new := solution.force)[f > 0] <= 0).any():
-                falling = (f > 0) & (new <= 0)
-                share = (f[falling] / (f - new)[falling]).min()
-                f = np.where((f + share * (new - f) > FORCELESS * force) & (f > 0), f + share * (new - f), 0.0)
-                solution = self._with_active(f > 0, force)
-            slack = np.where(new > 0, 0.0, self.slack(solution))
-            if slack.min() >= -PENETRATION:
-                return solution
-            f = np.where(slack == slack.min(), 2 * FORCELESS * force, new)
-        raise RuntimeError("contact did not settle; try a neighbouring phase or a finer density")
-
-    def _with_active(self, active: np.ndarray, force: float) -> "Solution":
-        """Equilibrium where only the active strips touch."""
-        return self._coupled(self._moved(active), force)
 
     def _moved(self, active: np.ndarray, cells=slice(None)) -> np.ndarray:
         """(n, m, 2 + NODES) forces on the active strips that press them as `pressed` says, some cells by themselves."""
@@ -128,6 +85,25 @@ class Contact:
         levels = (reaction @ [delta, -1.0]).reshape(n, NODES, 1)
         strip_force = (moved[..., :2] @ [delta, -1.0]) - (moved[..., 2:] @ levels)[..., 0]
         return Solution(delta, float(total[0, 0]), strip_force)
+
+
+class _Condensation:
+    """Equilibrium under a mesh force for active strips; slices whose active strips stay keep their solution."""
+
+    def __init__(self, contact: Contact, force: float):
+        self.contact, self.force = contact, force
+        self.active, self.moved = np.zeros(contact.gap.shape, bool), np.zeros(contact.pressed.shape)
+
+    def __call__(self, active: np.ndarray) -> Equilibrium:
+        contact, active = self.contact, active.reshape(self.active.shape)
+        if not active.any():
+            first_touch = contact.gap / contact.approach
+            active = first_touch == first_touch.min()
+        changed = (active != self.active).any(axis=1)
+        self.active, self.moved[changed] = active, contact._moved(active, changed)
+        solution = contact._coupled(self.moved, self.force)
+        gap = np.where(active, 0.0, contact.slack(solution)).reshape(1, -1)
+        return Equilibrium(np.array([solution.te]), np.array([solution.stiffness]), solution.force.reshape(1, -1), gap)
 
 
 class Solution(NamedTuple):

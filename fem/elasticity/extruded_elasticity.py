@@ -73,6 +73,12 @@ def section_products(basis: Basis, wanted: list[tuple[int, int]]) -> tuple[np.nd
     return np.stack(np.divmod(key, basis.N)), summing @ each
 
 
+def points(section: Basis, axis: Basis) -> np.ndarray:
+    """(3, n_section, n_axis) coordinates of the dofs that turn with the twist [m]."""
+    x, y = section.doflocs[:, :, None]
+    return np.stack(np.broadcast_arrays(x, y, axis.doflocs[0]))
+
+
 def axis_products(basis: Basis) -> np.ndarray:
     """(2, 2, n, n) integrals of a(v) b(u) along the axis, a, b: 0 the value, 1 the derivative."""
     parts = [lambda u: u, lambda u: u.grad[0]]

@@ -16,6 +16,7 @@ from scipy.linalg import cho_factor, cho_solve
 from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 from skfem.element import Element
 
+from fem.contact.unilateral import Equilibrium, unilateral_contact
 from fem.elasticity.mesh_density import Density
 from fem.linalg.direct_solver import Solve
 from fem.microgeometry.flank import pitch_deviations
@@ -233,24 +234,23 @@ def under_hats(by: np.ndarray, flexible: np.ndarray) -> np.ndarray:
 def complementarity(matrix, gap, closing, force: float, inertia: float = 0.0) -> tuple[float, np.ndarray]:
     """te and f >= 0 with gap + matrix f - closing te >= 0, complementary, and closing . f + inertia te = force.
 
-    Primal-dual active set (Hintermueller, Ito, Kunisch 2003). Raises RuntimeError where none settles.
+    Raises RuntimeError where no active set converges.
     """
-    rng = np.random.default_rng(0)
-    active = gap / closing < (gap / closing).min() + 1e-9
-    for step in range(200):
-        factor = cho_factor(matrix[np.ix_(active, active)], lower=True, check_finite=False)
-        per_error, per_gap = cho_solve(factor, np.stack([closing[active], gap[active]], axis=1)).T
-        te = float((force + closing[active] @ per_gap) / (closing[active] @ per_error + inertia))
-        f = np.zeros(gap.size)
-        f[active] = per_error * te - per_gap
-        slack = gap + matrix @ f - closing * te
-        wanted = np.where(active, f > 0, slack < 0)
-        if (wanted == active).all():
-            return te, f
-        active = wanted if step < 30 else np.where(rng.random(active.size) < 0.5, wanted, active)
-        if not active.any() and inertia == 0:
-            active[np.argmin(slack / closing)] = True
-    raise RuntimeError("contact did not settle in 200 active sets; try a neighbouring phase or a finer density")
+    first_touch = gap / closing
+
+    def equilibrium(active: np.ndarray) -> Equilibrium:
+        touching = active[0] if active.any() or inertia else first_touch == first_touch.min()
+        factor = cho_factor(matrix[np.ix_(touching, touching)], lower=True, check_finite=False)
+        per_error, per_gap = cho_solve(factor, np.stack([closing[touching], gap[touching]], axis=1)).T
+        stiffness = closing[touching] @ per_error + inertia
+        te = np.array([(force + closing[touching] @ per_gap) / stiffness])
+        f = np.zeros((1, gap.size))
+        f[0, touching] = per_error * te - per_gap
+        slack = np.where(touching, 0.0, gap + matrix @ f[0] - closing * te)
+        return Equilibrium(te, np.array([stiffness]), f, slack[None])
+
+    state = unilateral_contact(equilibrium, first_touch[None] < first_touch.min() + 1e-9)
+    return float(state.te[0]), state.force[0]
 
 
 class State(NamedTuple):

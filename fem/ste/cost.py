@@ -1,33 +1,37 @@
 """What an STE map will cost: states, wall time, memory, before any of it is solved."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import ceil
+from typing import Annotated, NamedTuple
 
-import numpy as np
-
-from fem.contact.resolution import Resolution
+from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.elasticity.flank_compliance import NEAR, WHOLE, solutions
 from fem.elasticity.mesh_density import Density
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
-from fem.ste.accuracy import FEWEST_PHASES, UpTo
-from fem.ste.error_estimation import CHECKED_PHASES, CHECKED_TORQUES, MESHED_PHASES, MESHED_TORQUES, along, edges_of
-from fem.ste.inputs import check_places, checked_phases, checked_share, checked_torque, given
-from fem.ste.map_solver import ORDER, QUANTITIES, across_width, elastic
+from fem.ste.accuracy import FEWEST_PHASES, FIRST_TORQUES
+from fem.ste.error_estimation import (
+    CHECKED_PHASES,
+    CHECKED_TORQUES,
+    MESHED_PHASES,
+    MESHED_TORQUES,
+    at_furthest_offsets,
+    comparisons,
+    elements_along,
+)
+from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
+from fem.ste.map_solver import ContactModel, across_width, elastic_gears
+from fem.ste.ste_map import LOAD_SHARE, STATE_VARIABLES
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.cache import known
 
-#: Wall time of a state on a two-core machine that does nothing else, measured within a factor of two [s]: of spurs
-#: alike over the width with strips and in the slice mode; of others, with the default slices and a total contact ratio
-#: of 2, in proportion to both.
-EVEN, EVEN_SLICED, VARYING, VARYING_SLICED = 3.5e-3, 0.8e-3, 6e-3, 1.3e-3
+#: Wall time of a state on a two-core machine that does nothing else, measured within a factor of two [s]: of spur pairs
+#: whose gap is the same over the width; of all others, with the default slices and a total contact ratio of 2, in
+#: proportion to both.
+PER_STATE: dict[type[Discretization], tuple[float, float]] = {Resolution: (3.5e-3, 6e-3), Slices: (0.8e-3, 1.3e-3)}
 #: Likewise per toothed pitch at the default density: of the near field, and of a solid of half the width. They grow
 #: with these powers of the number of elements in the section, and across the width.
 NEAR_FIELD, SOLID, SECTION_POWER, WIDTH_POWER = 0.2, 0.25, 1.25, 2.0
-#: `UpTo` begins with so many torques.
-LEAST_TORQUES = 5
-Part = tuple[int, dict[str, np.ndarray], Resolution]
 
 
 @checked
@@ -40,7 +44,7 @@ class MapCost:
     contact       wall time of all these states [s]
     compliances   wall time of the finite elements that are not yet in the cache [s]
     memory        of the map [bytes]
-    at_least      whether mesh, torques or phases are chosen while it is solved, which this is the beginning of
+    at_least      whether this is only the start: an accuracy chooses mesh, torques or phases while the map is solved
     """
 
     states: int
@@ -57,10 +61,17 @@ class MapCost:
 
     def __str__(self) -> str:
         checks = f" and {self.checks} to estimate errors" if self.checks else ""
-        each = f"{1e3 * self.contact / (self.states + self.checks):.2g} ms"
-        finite = f"compliances {self.compliances:.2g} s" if self.compliances else "compliances in the cache"
-        about = f"{'at least' if self.at_least else 'about'} {self.seconds:.2g} s"
-        return f"{self.states} states{checks} of {each}, {finite}: {about}, {self.memory / 1e6:.2g} MB of map"
+        per_state = f"{1e3 * self.contact / (self.states + self.checks):.2g} ms"
+        compliances = f"compliances {self.compliances:.2g} s" if self.compliances else "compliances in the cache"
+        total = f"{'at least' if self.at_least else 'about'} {self.seconds:.2g} s"
+        return f"{self.states} states{checks} of {per_state}, {compliances}: {total}, {self.memory / 1e6:.2g} MB of map"
+
+
+class Sweep(NamedTuple):
+    """Number of states that are solved with one model."""
+
+    states: int
+    model: ContactModel
 
 
 @checked
@@ -70,61 +81,52 @@ def map_cost(
     phases: Numbers | None = 30,
     *,
     offsets: Offsets | None = None,
-    accuracy: float | Resolution | None = None,
+    accuracy: Annotated[float, checked_accuracy] | None = None,
+    resolution: Resolution | Slices | None = None,
 ) -> MapCost:
     """What `fem.static_transmission_error` of the same arguments costs, before it runs.
 
-    With an accuracy to choose by it is the cost of the coarsest mesh, fewest phases and torques: at least that.
+    With an accuracy it is the cost of the coarsest mesh, fewest phases and torques: at least that.
     Raises ValueError for bad input.
     """
-    offsets = Offsets() if offsets is None else offsets
-    values = offsets.values(pair)
-    check_places(pair, values["a"], values["axial"])
-    if accuracy is None or isinstance(accuracy, Resolution):
-        given(pair, torque, phases)
-    else:
-        checked_share(accuracy)
-    n_torque = LEAST_TORQUES if isinstance(torque, UpTo) else checked_torque(pair, torque).size
-    n_phase = FEWEST_PHASES if phases is None else checked_phases(phases, pair).size
-    states = n_torque * n_phase * int(np.prod([values[name].size for name in ORDER]))
-    parts = list(_solved(pair, values, accuracy, states, n_torque, n_phase))
-    contact = sum(n * per_state(pair, at, level) for n, at, level in parts)
-    checks = sum(n for n, *_ in parts) - states
-    return MapCost(states, checks, contact, _uncached(pair, parts), _bytes(pair, states), at_least=bool(checks))
+    values = (Offsets() if offsets is None else offsets).values(pair)
+    check_offsets_mesh(pair, values["a"], values["axial"])
+    torques, phase = checked_request(pair, torque, phases, accuracy, resolution)
+    n_torque = FIRST_TORQUES.size if isinstance(torques, UpTo) else torques.size
+    n_phase = FEWEST_PHASES if phase is None else phase.size
+    model = ContactModel(pair, values, resolution or (Resolution() if accuracy is None else Slices()))
+    map_sweep = Sweep(n_torque * n_phase * model.states_per_phase, model)
+    checks = [] if accuracy is None else _error_estimates(model, n_torque, n_phase)
+    n_check = sum(sweep.states for sweep in checks)
+    contact = sum(sweep.states * per_state(sweep.model) for sweep in [map_sweep, *checks])
+    compliances = _uncached([sweep.model for sweep in [map_sweep, *checks]])
+    return MapCost(map_sweep.states, n_check, contact, compliances, _bytes(pair, map_sweep.states), bool(checks))
 
 
-def _solved(pair: GearPair, values: dict, accuracy, states: int, n_torque: int, n_phase: int) -> Iterator[Part]:
-    """The map, and what estimating its errors takes at the coarsest level that `fem.ste.accuracy` tries."""
-    if accuracy is None or isinstance(accuracy, Resolution):
-        yield states, values, accuracy or Resolution()
-        return
-    level, edges = replace(Resolution(), resolved=False), edges_of(values)
+def _error_estimates(model: ContactModel, n_torque: int, n_phase: int) -> list[Sweep]:
+    """Sweeps by which `fem.ste.accuracy` estimates the errors of the first resolution that it tries."""
+    model = at_furthest_offsets(model)
     meshed = MESHED_PHASES * (min(n_torque, MESHED_TORQUES) + 1)
-    coarse = level.compared()
-    section = replace(level, density=replace(coarse.density, width=level.density.width))
     over_phase, over_torque = 2 * n_phase * (CHECKED_TORQUES + 1), 2 * CHECKED_PHASES.size * n_torque
-    yield states, values, level
-    yield 2 * meshed + over_phase + over_torque + CHECKED_PHASES.size * (n_torque + 1), edges, level
-    yield meshed, edges, replace(level, density=coarse.density)
-    yield meshed, edges, replace(level, density=coarse.density, resolved=True)
-    yield meshed, edges, section
+    between = over_phase + over_torque + CHECKED_PHASES.size * (n_torque + 1)
+    compared = [replace(model, resolution=resolution) for resolution in comparisons(model.resolution)]
+    return [Sweep(meshed + between, model), *(Sweep(meshed, coarse) for coarse in compared)]
 
 
-def per_state(pair: GearPair, values: dict, resolution: Resolution) -> float:
-    """Wall time of a state [s]: more where more slices of more pairs of teeth may touch."""
-    varies, _ = across_width(pair, values)
-    if not varies:
-        return EVEN if resolution.resolved else EVEN_SLICED
-    slices = resolution.slices / Resolution().slices * pair.eps_gamma / 2
-    return slices * (VARYING if resolution.resolved else VARYING_SLICED)
+def per_state(model: ContactModel) -> float:
+    """Wall time of a state [s]: more where more slices of more tooth pairs may touch."""
+    even, varying = PER_STATE[type(model.resolution)]
+    varies, _ = across_width(model.pair, model.offsets)
+    slices = model.resolution.slices / Resolution().slices
+    return varying * slices * model.pair.eps_gamma / 2 if varies else even
 
 
-def _uncached(pair: GearPair, parts: list[Part]) -> float:
+def _uncached(models: list[ContactModel]) -> float:
     """Wall time of the finite elements that are not in the cache [s]."""
     missing = {}
-    for _, values, resolution in parts:
-        _, whole = across_width(pair, values)
-        for gear, density, loaded in elastic(pair, values, resolution):
+    for model in models:
+        _, whole = across_width(model.pair, model.offsets)
+        for gear, density, loaded in elastic_gears(model.pair, model.offsets, model.resolution):
             for kind, name in solutions(gear, density, loaded, whole=whole).items():
                 missing[name] = 0.0 if known(name) else finite_elements(density, kind)
     return sum(missing.values())
@@ -133,7 +135,7 @@ def _uncached(pair: GearPair, parts: list[Part]) -> float:
 def finite_elements(density: Density, kind: str) -> float:
     """Wall time of one solution of a gear's finite elements [s]; kind as `flank_compliance.solutions` names it."""
     pitches = density.teeth + 1 + density.behind
-    section = along(density) ** 2 / along(Density()) ** 2
+    section = elements_along(density) ** 2 / elements_along(Density()) ** 2
     if kind == NEAR:
         return NEAR_FIELD * pitches * section
     across = density.width / Resolution().density.width * (2 if kind == WHOLE else 1)
@@ -141,5 +143,6 @@ def finite_elements(density: Density, kind: str) -> float:
 
 
 def _bytes(pair: GearPair, states: int) -> int:
-    """Of te, what stands beside it, and the shares of all pairs of teeth that may touch."""
-    return 8 * states * (3 + len(QUANTITIES) + ceil(pair.eps_gamma) + 1)
+    """Of the variables of each state, and the load shares of all tooth pairs that may touch."""
+    scalars, tooth_pairs = len(STATE_VARIABLES.keys() - {LOAD_SHARE}) + 1, ceil(pair.eps_gamma) + 2
+    return 8 * states * (scalars + tooth_pairs)

@@ -1,8 +1,8 @@
-"""How wrong a map is: by the mesh, by slices, and between its phases and torques.
+"""Estimated errors of a map: by mesh and slices, and by interpolation between its phases and torques.
 
-Of each torque two errors are estimated over the mesh cycle: the root mean square of te, and its peak to peak, on which
-the noise of a gear pair depends. What an error adds to the peak to peak may vanish by chance at the phases that are
-looked at, but never exceeds the range of the error: between phases and torques a share of that range is added.
+Two errors are estimated for each torque over the mesh cycle: the root mean square error of te, and the error of its
+peak to peak, which governs the noise of a gear pair. The change of the peak to peak may vanish by chance at the phases
+that are checked, but never exceeds the range of the error: between phases and torques a share of that range is added.
 """
 
 from dataclasses import replace
@@ -11,28 +11,30 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem.contact.resolution import Resolution
+from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.elasticity.mesh_density import Density
-from fem.pair.pair import GearPair
 from fem.ste.load_interpolation import deflection_under
-from fem.ste.map_solver import QUANTITIES, each, sweep
-from fem.ste.ste_map import STIFFNESS, at_phases
+from fem.ste.map_solver import ContactModel, sweep
+from fem.ste.ste_map import STIFFNESS, TE, at_phases
 
-#: Errors fall with these powers of the number of elements along the section, and of those and slices across the width,
-#: at least; so slowly where loads are light and flanks crowned.
+#: Errors fall at least with these powers of the number of elements along the section, and of elements and slices across
+#: the width; so slowly only where loads are light and flanks crowned.
 SECTION_ORDER, WIDTH_ORDER = 1.5, 1.26
-#: Half-way is not always where an interpolation is furthest off.
+#: An interpolation error is not always largest half-way.
 FROM_HALFWAY = 1.5
 #: Share of the range of an error over the mesh cycle that counts for the peak to peak, between phases and torques.
 RANGE_SHARE = 0.25
+#: Loaded torques at which the error between phases is estimated.
 CHECKED_TORQUES = 5
-#: Slices and torques are off most where a corner touches, for some hundredths of the mesh cycle; meshes at some light
-#: load.
+#: Phases and loaded torques at which mesh errors are estimated: slices err most where a corner touches, for some
+#: hundredths of the mesh cycle, meshes at some light load.
 MESHED_PHASES, MESHED_TORQUES = 24, 9
-#: Not mirror images of one another, as those of equal gears about the pitch point would be the same again.
+#: Phases of `LoadedCurves`: no mirror images of one another, which would repeat the states of equal gears.
 CHECKED_PHASES = (np.arange(48) + 1 / 4) / 48
-#: Phases at which a curve between those of a map is looked at.
+#: Phases at which the peak to peak of an interpolated curve is taken.
 DENSE = np.arange(240) / 240
+#: Errors are interpolated over logarithms, which this bounds [m].
+LEAST_ERROR = 1e-15
 
 
 class MapError(NamedTuple):
@@ -42,17 +44,17 @@ class MapError(NamedTuple):
     peak_to_peak: np.ndarray
 
 
-def edges_of(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Of each offset the value furthest from nominal, where errors are largest."""
-    return {name: at[[-1]] if name == "a" else at[[np.argmax(np.abs(at))]] for name, at in values.items()}
+def at_furthest_offsets(model: ContactModel) -> ContactModel:
+    """The model at the value of each offset furthest from nominal, where errors are largest."""
+    furthest = {name: values[[np.argmax(np.abs(values))]] for name, values in model.offsets.items()}
+    return replace(model, offsets=furthest | {"a": model.offsets["a"][[-1]]})
 
 
-def curves(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> tuple[np.ndarray, np.ndarray]:
+def curves(model: ContactModel, torque, phase) -> tuple[np.ndarray, np.ndarray]:
     """(n_torque, n_phase) transmission errors [m], tangent stiffnesses [N/m] at the offsets furthest from nominal."""
-    forces, offsets = np.asarray(torque) / pair.pinion.r_b, edges_of(values)
-    states = sweep(pair, forces, np.asarray(phase), offsets, resolution, what="estimating errors")
-    columns = 0, 1 + list(QUANTITIES).index(STIFFNESS)
-    te, stiffness = (each(states, lambda state, i=i: state[i]).reshape(len(torque), len(phase)) for i in columns)
+    torque, phase = np.asarray(torque), np.asarray(phase)
+    states = sweep(at_furthest_offsets(model), torque / model.pair.pinion.r_b, phase, what="estimating errors")
+    te, stiffness = (states[name].values.reshape(torque.size, phase.size) for name in (TE, STIFFNESS))
     return te, stiffness
 
 
@@ -67,12 +69,30 @@ def peak_to_peak(phase: np.ndarray, te: np.ndarray) -> np.ndarray:
 
 
 def peak_to_peak_error(phase: np.ndarray, te: np.ndarray, error: np.ndarray, range_share: float = 0.0) -> np.ndarray:
-    """(...) of te (..., n_phase) that is off by an estimated error (..., n_phase) [m].
+    """(...) error of the peak to peak of te (..., n_phase) that has an estimated error (..., n_phase) [m].
 
-    range_share     of the range of the error, added to what the peak to peak changes
+    range_share     of the range of the error, added to the change of the peak to peak
     """
     changed = peak_to_peak(phase, te) - peak_to_peak(phase, te - error)
     return np.abs(changed) + range_share * peak_to_peak(phase, error)
+
+
+class Comparisons(NamedTuple):
+    """Resolutions that differ from a first one in the number of elements or slices, or that resolve strips."""
+
+    elements: Discretization
+    section: Discretization
+    slices: Discretization
+    strips: Discretization
+
+
+def comparisons(resolution: Discretization) -> Comparisons:
+    """Fewer elements or slices, or more if there is only one of them; strips with the other number of elements."""
+    compared = resolution.compared()
+    elements = replace(resolution, density=compared.density)
+    section = replace(resolution, density=replace(compared.density, width=resolution.density.width))
+    slices = replace(resolution, slices=compared.slices)
+    return Comparisons(elements, section, slices, strips=Resolution.like(elements))
 
 
 class MeshErrors(NamedTuple):
@@ -95,85 +115,90 @@ class MeshErrors(NamedTuple):
         return {"section": self.section, "width": self.width, "slices": self.slices, "strips": self.strips}
 
 
-def mesh_errors(pair: GearPair, torque, values: dict, resolution: Resolution) -> MeshErrors:
-    """Each by what other numbers of elements or slices change: fewer, or more where there is but one."""
+def mesh_errors(model: ContactModel, torque) -> MeshErrors:
+    """Errors by each cause, extrapolated from the change of te with the number of elements or slices."""
     torque, phase = np.asarray(torque), np.arange(MESHED_PHASES) / MESHED_PHASES
-    few, fine, coarse = _few(torque, MESHED_TORQUES), resolution.density, resolution.compared()
-    elements, slices = replace(resolution, density=coarse.density), replace(resolution, slices=coarse.slices)
-    section = replace(resolution, density=replace(coarse.density, width=fine.width))
-    strips = replace(elements, resolved=True)
-    te, by_elements, by_slices, by_section = (
-        curves(pair, few, phase, values, compared)[0] for compared in (resolution, elements, slices, section)
-    )
-    by_strips = by_elements if resolution.resolved else curves(pair, few, phase, values, strips)[0]
-    inside = left(te - by_section, along(fine) / along(coarse.density), SECTION_ORDER)
-    across = left(by_section - by_elements, fine.width / coarse.density.width, WIDTH_ORDER)
-    in_slices = left(te - by_slices, resolution.slices / coarse.slices, WIDTH_ORDER)
-    kinds = inside, across, inside + across, in_slices, by_elements - by_strips
-    return MeshErrors(*(_map_error(torque, few, rms(e), peak_to_peak_error(phase, te, e)) for e in kinds))
+    checked, fine, compared = _checked(torque, MESHED_TORQUES), model.resolution, comparisons(model.resolution)
+
+    def te_with(resolution: Discretization) -> np.ndarray:
+        return curves(replace(model, resolution=resolution), checked, phase)[0]
+
+    te, te_elements, te_section, te_slices = map(te_with, (fine, compared.elements, compared.section, compared.slices))
+    te_strips = te_elements if compared.strips == compared.elements else te_with(compared.strips)
+    coarse = compared.elements.density
+    section = richardson(te - te_section, elements_along(fine.density) / elements_along(coarse), SECTION_ORDER)
+    width = richardson(te_section - te_elements, fine.density.width / coarse.width, WIDTH_ORDER)
+    slices = richardson(te - te_slices, fine.slices / compared.slices.slices, WIDTH_ORDER)
+    causes = section, width, section + width, slices, te_elements - te_strips
+    errors = (MapError(rms(error), peak_to_peak_error(phase, te, error)) for error in causes)
+    return MeshErrors(*(_at_all(torque, checked, error) for error in errors))
 
 
-def mesh_error(pair: GearPair, torque, values: dict, resolution: Resolution) -> MapError:
-    """By elements and slices, in the slice mode also by what resolving the strips changes."""
-    return mesh_errors(pair, torque, values, resolution).total
+def mesh_error(model: ContactModel, torque) -> MapError:
+    """By elements and slices; of `Slices` also by what resolving the strips changes."""
+    return mesh_errors(model, torque).total
 
 
-def along(density: Density) -> float:
+def elements_along(density: Density) -> float:
     """Elements along a line through the tooth, either way in its section: the root of their number."""
     pairs = density.paired()
     return sqrt(pairs.flank * pairs.tooth)
 
 
-def left(change: np.ndarray, finer: float, order: float) -> np.ndarray:
-    """Error left after a change by so many times as many elements, of which it falls with a power (Richardson)."""
-    return change / (1 - finer**order)
+def richardson(change: np.ndarray, ratio: float, order: float) -> np.ndarray:
+    """Error of a fine solution from its change against a coarse one (Richardson extrapolation).
+
+    ratio   number of elements of the fine solution over that of the coarse one
+    order   power of the number of elements with which the error falls
+    """
+    return change / (1 - ratio**order)
 
 
-def phase_error(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> MapError:
-    """Of the periodic cubic spline through equidistant phases, seen half-way in the slice mode."""
+def phase_error(model: ContactModel, torque, phase) -> MapError:
+    """Of the periodic cubic spline through equidistant phases, estimated half-way between them by `Slices`."""
     torque, phase = np.asarray(torque), np.asarray(phase)
-    few, halfway = _few(torque, CHECKED_TORQUES), phase + 1 / (2 * phase.size)
-    twice = np.concatenate([phase, halfway])
-    te, _ = curves(pair, few, twice, values, replace(resolution, resolved=False))
+    checked, halfway = _checked(torque, CHECKED_TORQUES), phase + 1 / (2 * phase.size)
+    doubled = np.concatenate([phase, halfway])
+    te, _ = curves(replace(model, resolution=Slices.like(model.resolution)), checked, doubled)
     error = at_phases(phase, te[:, : phase.size], halfway) - te[:, phase.size :]
-    order = np.argsort(twice)
-    both, error_at_both = te[:, order], np.concatenate([0 * error, error], axis=1)[:, order]
-    swing = peak_to_peak_error(twice[order], both + error_at_both, error_at_both, RANGE_SHARE)
-    return _map_error(torque, few, FROM_HALFWAY * rms(error), FROM_HALFWAY * swing)
+    order = np.argsort(doubled)
+    te, spline_error = te[:, order], np.concatenate([0 * error, error], axis=1)[:, order]
+    swing = peak_to_peak_error(doubled[order], te + spline_error, spline_error, RANGE_SHARE)
+    return _at_all(torque, checked, MapError(FROM_HALFWAY * rms(error), FROM_HALFWAY * swing))
 
 
-def _map_error(torque: np.ndarray, few: np.ndarray, error: np.ndarray, swing: np.ndarray) -> MapError:
-    """Errors at all torques from those at few of them."""
-    return MapError(_at_all(torque, few, error), _at_all(torque, few, swing))
-
-
-def _few(torque: np.ndarray, number: int) -> np.ndarray:
-    """No torque, where that is among them, and a number of others with the first and the last."""
+def _checked(torque: np.ndarray, number: int) -> np.ndarray:
+    """A number of the loaded torques, with the first and the last of them; before them 0 if it is among the torques."""
     loaded = torque[torque > 0]
     chosen = np.unique(np.linspace(0, loaded.size - 1, number).round().astype(int))
     return np.concatenate([torque[torque == 0], loaded[chosen]])
 
 
-def _at_all(torque: np.ndarray, few: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Errors at all torques from those at few of them, along straight lines between logarithms."""
-    least, loaded = 1e-15, few > 0
-    known = np.log(np.maximum(error[loaded], least))
-    return np.append(error[~loaded], np.exp(np.interp(np.log(torque[torque > 0]), np.log(few[loaded]), known)))
+def _at_all(torque: np.ndarray, checked: np.ndarray, errors: MapError) -> MapError:
+    """Errors at all torques from those at the checked ones, along straight lines between logarithms."""
+    loaded = checked > 0
+
+    def interpolated(error: np.ndarray) -> np.ndarray:
+        logarithms = np.log(np.maximum(error[loaded], LEAST_ERROR))
+        under_load = np.exp(np.interp(np.log(torque[torque > 0]), np.log(checked[loaded]), logarithms))
+        return np.append(error[~loaded], under_load)
+
+    return MapError(*map(interpolated, errors))
 
 
 class LoadedCurves:
-    """Transmission errors and stiffnesses of slices at any torques over CHECKED_PHASES; each torque is solved once."""
+    """Transmission errors and stiffnesses by `Slices` over CHECKED_PHASES; each torque is solved once."""
 
-    def __init__(self, pair: GearPair, values: dict[str, np.ndarray], resolution: Resolution):
-        self.pair, self.values, self.resolution = pair, values, replace(resolution, resolved=False)
+    def __init__(self, model: ContactModel):
+        self.model = replace(model, resolution=Slices.like(model.resolution))
         self._solved: dict[float, tuple[np.ndarray, np.ndarray]] = {}
 
     def at(self, torque: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """te [m] and tangent stiffness [N/m], (n_torque, n_phase)."""
         missing = [load for load in torque.tolist() if load not in self._solved]
         if missing:
-            states = curves(self.pair, missing, CHECKED_PHASES, self.values, self.resolution)
-            self._solved.update(zip(missing, zip(*states, strict=True), strict=True))
+            rows = zip(*curves(self.model, missing, CHECKED_PHASES), strict=True)
+            self._solved.update(zip(missing, rows, strict=True))
         te, stiffness = zip(*(self._solved[load] for load in torque.tolist()), strict=True)
         return np.array(te), np.array(stiffness)
 
@@ -184,19 +209,19 @@ def halfway_torques(torque: np.ndarray) -> np.ndarray:
 
 
 def interval_error(loaded: LoadedCurves, torque: np.ndarray) -> MapError:
-    """(n_torque - 1,) errors between neighbouring torques, the first of them 0, seen half-way in the slice mode."""
-    halfway, r_b = halfway_torques(torque), loaded.pair.pinion.r_b
-    (te, stiffness), (between, _) = loaded.at(torque), loaded.at(halfway)
+    """(n_torque - 1,) errors between neighbouring torques, the first of them 0, estimated half-way by `Slices`."""
+    halfway, r_b = halfway_torques(torque), loaded.model.pair.pinion.r_b
+    (te, stiffness), (direct, _) = loaded.at(torque), loaded.at(halfway)
     deflection = deflection_under(torque[1:] / r_b, te[1:] - te[0], halfway / r_b, stiffness[1:])
-    error = te[0] + deflection - between
-    swing = peak_to_peak_error(CHECKED_PHASES, between + error, error, RANGE_SHARE)
-    return MapError(*(FROM_HALFWAY * _falling(halfway, estimate) for estimate in (rms(error), swing)))
+    error = te[0] + deflection - direct
+    swing = peak_to_peak_error(CHECKED_PHASES, direct + error, error, RANGE_SHARE)
+    return MapError(*(FROM_HALFWAY * _bounded_at_light_loads(halfway, estimate) for estimate in (rms(error), swing)))
 
 
-def _falling(torque: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Errors (n,) of which the two at the lightest loads fall with no more than the root of the torque.
+def _bounded_at_light_loads(torque: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Errors (n,) of which those at the two lightest loads fall at most with the root of the torque.
 
-    There corners touch for less of the cycle than lies between two checked phases.
+    There corners touch for less of the mesh cycle than the distance of two checked phases.
     """
     error = error.copy()
     for i in (1, 0):
@@ -205,17 +230,17 @@ def _falling(torque: np.ndarray, error: np.ndarray) -> np.ndarray:
     return error
 
 
-def torque_error(pair: GearPair, torque, values: dict, resolution: Resolution) -> MapError:
+def torque_error(model: ContactModel, torque) -> MapError:
     """Between a torque and its neighbours; torque: at least three values, the first of them 0."""
-    error = interval_error(LoadedCurves(pair, values, resolution), np.asarray(torque, float))
+    error = interval_error(LoadedCurves(model), np.asarray(torque, float))
     return MapError(*(np.maximum(np.append(0.0, part), np.append(part, 0.0)) for part in error))
 
 
-def interpolation_errors(pair: GearPair, torque, phase, values: dict, resolution: Resolution) -> dict[str, MapError]:
-    """Over phase and over torque, where they can be text_of, as `error_phase` and `error_torque`."""
+def interpolation_errors(model: ContactModel, torque, phase) -> dict[str, MapError]:
+    """Over phases if they are equidistant, and over torques if they start at 0: `error_phase` and `error_torque`."""
     torque, phase, errors = np.asarray(torque), np.asarray(phase), {}
     if phase.size >= 4 and np.allclose(np.diff(phase), 1 / phase.size, atol=1e-9):
-        errors["error_phase"] = phase_error(pair, torque, phase, values, resolution)
+        errors["error_phase"] = phase_error(model, torque, phase)
     if torque.size >= 3 and torque[0] == 0:
-        errors["error_torque"] = torque_error(pair, torque, values, resolution)
+        errors["error_torque"] = torque_error(model, torque)
     return errors

@@ -1,16 +1,32 @@
-"""Checks of what a map is asked for: torques, phases, accuracy, offsets at which the gears mesh."""
+"""What a map is asked for, checked: torques, phases, accuracy or resolution, offsets at which the gears mesh."""
+
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from fem.contact.resolution import Discretization
 from fem.elasticity.hertz import largest_torque
 from fem.microgeometry.flank import pitch_deviations
 from fem.pair.pair import GearPair
-from fem.ste.accuracy import UpTo
-from fem.support.validation import increasing, number, numbers, require
+from fem.support.representation import short
+from fem.support.validation import as_floats, increasing, number, numbers, require, text_of
 from fem.units import mm
 
 
-def check_places(pair: GearPair, a: np.ndarray, axial: np.ndarray) -> None:
+@short(torque="N m")
+@dataclass(frozen=True)
+class UpTo:
+    """Torques from 0 to a largest one [N m], as many as the requested accuracy takes."""
+
+    torque: float
+
+    def __post_init__(self):
+        as_floats(self)
+        require(0 < self.torque < np.inf, f"torque must be > 0 N m, got {self.torque}")
+
+
+def check_offsets_mesh(pair: GearPair, a: np.ndarray, axial: np.ndarray) -> None:
     """Require that the gears run together at all centre distances (n,) and meet at all axial offsets (m,) [m]."""
     for distance in a:
         GearPair(pair.pinion, pair.wheel, a=float(distance))
@@ -20,20 +36,41 @@ def check_places(pair: GearPair, a: np.ndarray, axial: np.ndarray) -> None:
     require(bool(shared >= least), f"axial offset {np.abs(axial).max() / mm:g} mm {left}")
 
 
-def checked_share(accuracy) -> float:
-    share = "accuracy must lie in [1e-4, 0.1] (share of the deflection, say 0.005) or be a fem.Resolution"
-    require(1e-4 <= number("accuracy", accuracy) <= 0.1, f"{share}, got {accuracy}")
-    return float(accuracy)
-
-
-def given(pair: GearPair, torque, phases) -> tuple[np.ndarray, np.ndarray]:
-    """Torques and phases of a map that are not left to an accuracy."""
+def checked_request(
+    pair: GearPair, torque, phases, accuracy: float | None, resolution: Discretization | None
+) -> tuple[Any, Any]:
+    """Torques (n_torque,) and phases (n_phase,), or `UpTo` and None if an accuracy is to choose them."""
+    conflict = f"accuracy={accuracy} chooses the resolution itself; leave out accuracy or resolution={resolution}"
+    require(accuracy is None or resolution is None, conflict)
     listed = phases is not None and not isinstance(torque, UpTo)
-    require(listed, "phases=None and torque=fem.UpTo(...) need an accuracy to choose by, say accuracy=0.005")
-    return checked_torque(pair, torque), checked_phases(phases, pair)
+    missing = "phases=None and torque=fem.UpTo(...) need an accuracy to choose by, say accuracy=0.005"
+    require(listed or accuracy is not None, missing)
+    torque = _checked_largest(pair, torque) if isinstance(torque, UpTo) else checked_torque(pair, torque)
+    loaded = accuracy is None or isinstance(torque, UpTo) or torque[-1] > 0
+    require(bool(loaded), f"accuracy needs a torque > 0 to be a share of its deflection, got {torque}")
+    return torque, None if phases is None else checked_phases(phases, pair)
+
+
+def checked_accuracy(name: str, accuracy) -> float:
+    """The requested accuracy as a Python float."""
+    kind = (
+        f"{name} must be one real number, got {text_of(accuracy)}; pass resolution=fem.{type(accuracy).__name__}(...)"
+    )
+    require(not isinstance(accuracy, Discretization), kind)
+    share = number(name, accuracy)
+    require(1e-4 <= share <= 0.1, f"{name} must lie in [1e-4, 0.1], a share of the deflection (say 0.005), got {share}")
+    return share
+
+
+def _checked_largest(pair: GearPair, torques: UpTo) -> UpTo:
+    limit = largest_torque(pair)
+    below = f"torque must be below {limit:.4g} N m, where Hertz pressure passes E/20, got {torques.torque:g}"
+    require(torques.torque < limit, below)
+    return torques
 
 
 def checked_torque(pair: GearPair, torque) -> np.ndarray:
+    """(n_torque,) increasing pinion torques [N m]."""
     values = increasing("torque", np.atleast_1d(numbers("torque", torque)))
     require(bool(values[0] >= 0), f"torque must increase from 0 or above [N m], got {torque}")
     largest = largest_torque(pair)
@@ -43,12 +80,13 @@ def checked_torque(pair: GearPair, torque) -> np.ndarray:
 
 
 def checked_phases(phases, pair: GearPair) -> np.ndarray:
+    """(n_phase,) increasing phases; a number of phases is spread over the first pitch."""
     values = numbers("phases", phases)
     if values.ndim == 0:
         require(bool(4 <= values < 1e6 and values % 1 == 0), f"phases must be a whole number, at least 4, got {phases}")
         return np.arange(int(values)) / int(values)
-    parts = (*pair.pinion.drive_flank, *pair.wheel.drive_flank)
-    end = 1e6 if pitch_deviations(parts) else 1
+    modifications = (*pair.pinion.drive_flank, *pair.wheel.drive_flank)
+    end = 1e6 if pitch_deviations(modifications) else 1
     within = bool(increasing("phases", values)[0] >= 0 and values[-1] < end)
     require(within, f"phases must increase within [0, {end:g}) as share of a pitch, got {phases}")
     return values

@@ -1,53 +1,54 @@
 """Deflection under loads between those of a map, at one phase and offset.
 
-Three ways were measured against direct solves of 21 pairs, spur and helical, plain and modified, at loads between
-torques 4, 2 and 2^0.5 times apart. Error of the peak to peak next to the largest torque, median over the pairs in per
-cent: compliance by PCHIP over ln F 5.8, 3.6, 0.5; cubic Hermite of the deflection over F^(2/3), with tangents, 7.9,
-1.8, 1.0; rational cubic over F, with tangents, 3.7, 1.0, 0.3. Where a further pair of teeth joins, the deflection bends
-sharply: the rational cubic stays concave there, a polynomial swings through.
+Three interpolations were measured against direct solves of 21 pairs, spur and helical, plain and modified, at loads
+between torques 4, 2 and 2^0.5 times apart. Error of the peak to peak next to the largest torque, median over the pairs
+in per cent: compliance by PCHIP over ln F 5.8, 3.6, 0.5; cubic Hermite of the deflection over F^(2/3), with tangents,
+7.9, 1.8, 1.0; rational cubic over F, with tangents, 3.7, 1.0, 0.3. Where a further tooth pair comes into contact, the
+deflection bends sharply: there the rational cubic stays concave, a polynomial overshoots.
 """
 
 import numpy as np
 import scipy
 
-#: Weight of the rational cubic's middle: larger ones are straight lines but for the very ends of an interval.
+#: Largest weight of the middle of a rational cubic: the curve is then straight except at the ends of its interval.
 STRAIGHTEST = 100.0
+#: Largest growth of the compliance per -ln F below the lowest load, over the compliance there: it stays positive.
+MOST_GROWTH = 0.9
 
 
-def deflection_under(given: np.ndarray, deflection: np.ndarray, force: np.ndarray, stiffness=None) -> np.ndarray:
-    """(n_force, ...) deflection [m] under forces (n_force,) > 0 [N] up to the largest given one.
+def deflection_under(loads: np.ndarray, deflection: np.ndarray, force: np.ndarray, stiffness=None) -> np.ndarray:
+    """(n_force, ...) deflection [m] under forces (n_force,) > 0 [N] up to the largest load.
 
-    given       (n_given,) increasing forces > 0 [N], at least two
-    deflection  (n_given, ...) beyond that without load [m]
-    stiffness   (n_given, ...) tangent stiffness dF/d deflection [N/m]; None: the compliance is interpolated
+    loads       (n_load,) increasing forces > 0 [N], at least two
+    deflection  (n_load, ...) beyond that without load [m]
+    stiffness   (n_load, ...) tangent stiffness dF/d deflection [N/m]; None: the compliance is interpolated
 
-    Below the lowest given force the compliance grows with -ln F, as that of a Hertzian line contact does.
+    Below the lowest load the compliance grows with -ln F, like that of a Hertzian line contact.
     """
     across = (slice(None),) + (None,) * (deflection.ndim - 1)
-    compliance = deflection / given[across]
+    compliance, bounded = deflection / loads[across], np.maximum(force, loads[0])
     if stiffness is None:
-        growth = (compliance[0] - compliance[1]) / np.log(given[1] / given[0])
-        above = scipy.interpolate.PchipInterpolator(np.log(given), compliance)(np.log(np.maximum(force, given[0])))
-        above = above * force[across]
+        growth = (compliance[0] - compliance[1]) / np.log(loads[1] / loads[0])
+        above = force[across] * scipy.interpolate.PchipInterpolator(np.log(loads), compliance)(np.log(bounded))
     else:
         growth = compliance[0] - 1 / stiffness[0]
-        above = rational_cubic(given, deflection, 1 / stiffness, np.maximum(force, given[0]))
-    growth = np.clip(growth, 0, 0.9 * compliance[0])
-    below = force[across] * (compliance[0] + growth * np.log(given[0] / np.minimum(force, given[0]))[across])
-    return np.where((force < given[0])[across], below, above)
+        above = rational_cubic(loads, deflection, 1 / stiffness, bounded)
+    growth = np.clip(growth, 0, MOST_GROWTH * compliance[0])
+    below = force[across] * (compliance[0] + growth * np.log(loads[0] / np.minimum(force, loads[0]))[across])
+    return np.where((force < loads[0])[across], below, above)
 
 
-def rational_cubic(x: np.ndarray, y: np.ndarray, slope: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """(m, ...) values at places at (m,) within x (n,) of the curve through y (n, ...) with positive slopes (n, ...).
+def rational_cubic(x: np.ndarray, y: np.ndarray, slope: np.ndarray, queries: np.ndarray) -> np.ndarray:
+    """(m, ...) values at queries (m,) within x (n,) of the curve through y (n, ...) with positive slopes (n, ...).
 
     Once continuously differentiable, monotone, and convex or concave where the data are.
     Source: Delbourgo & Gregory, Shape preserving piecewise rational interpolation, SIAM J. Sci. Stat. Comput. 6 (1985).
     """
     across = (slice(None),) + (None,) * (y.ndim - 1)
-    cell = np.clip(np.searchsorted(x, at, side="right") - 1, 0, x.size - 2)
-    h = (x[cell + 1] - x[cell])[across]
-    t = (at - x[cell])[across] / h
-    s, y_0, y_1, d_0, d_1 = 1 - t, y[cell], y[cell + 1], slope[cell], slope[cell + 1]
+    interval = np.clip(np.searchsorted(x, queries, side="right") - 1, 0, x.size - 2)
+    h = (x[interval + 1] - x[interval])[across]
+    t = (queries - x[interval])[across] / h
+    s, y_0, y_1, d_0, d_1 = 1 - t, y[interval], y[interval + 1], slope[interval], slope[interval + 1]
     chord = (y_1 - y_0) / h
     r = _weight(d_0, d_1, chord)
     numerator = s**3 * y_0 + t * s**2 * (r * y_0 + h * d_0) + t**2 * s * (r * y_1 - h * d_1) + t**3 * y_1

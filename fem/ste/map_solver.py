@@ -1,15 +1,16 @@
-"""Contact of a pair over all torques, offsets and phases."""
+"""Contact states of a gear pair over all mesh forces, offsets and phases."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import partial, singledispatch
 from itertools import product
 from math import ceil, floor, inf, sqrt
 
 import numpy as np
+import xarray as xr
 
-from fem.contact.resolution import Resolution
+from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.contact.tooth_contact import State, ToothContact
 from fem.elasticity.flank_compliance import Compliance, flank_compliance
 from fem.elasticity.mesh_density import Density
@@ -18,115 +19,161 @@ from fem.microgeometry.flank import removed
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import ANGLES, in_plane_of_action
 from fem.pair.pair import GearPair
+from fem.ste.ste_map import LOAD_SHARE, OFFSETS, PHASE
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar
 
-#: The tooth behind the loaded one is drawn; further ones move te by less than 0.1 %.
+FORCE, PAIR = "force", "pair"
+#: Toothed pitches modelled behind the loaded tooth; further ones change te by less than 0.1 %.
 BEHIND = 1
-ORDER = ("a", "axial", *ANGLES)
-#: What a map keeps of a state beside te and load shares, with units.
-QUANTITIES = {
-    "hertz_pressure": ("Pa", "largest contact pressure by Hertz of the line load"),
-    "peak_pressure": ("Pa", "largest contact pressure, on tip edges too"),
-    "tip_contact": ("1", "share of the load where the contact reaches a tip edge"),
-    "line_load": ("N/m", "largest force per length of contact line"),
-    "centroid": ("m", "axial place of the resultant force"),
-    "stiffness": ("N/m", "tangent mesh stiffness, change of the mesh force per transmission error"),
-}
+#: Slices over the whole face width where neither gap nor lines of contact vary across it.
+SLICES_OF_EVEN_FACE = 6
+#: Change of the gap across the width that counts as none: rounding [m].
+EVEN_GAP = 1e-15
+
+
+@dataclass(frozen=True)
+class ContactModel:
+    """What all contact states of a map share.
+
+    offsets     values (n,) of each offset of the wheel, as `Offsets.values` gives them
+    """
+
+    pair: GearPair
+    offsets: dict[str, np.ndarray]
+    resolution: Discretization
+
+    @property
+    def states_per_phase(self) -> int:
+        """Number of combinations of offsets."""
+        return int(np.prod([self.offsets[name].size for name in OFFSETS]))
+
+    def misalignment(self, alpha: float) -> np.ndarray:
+        """(n_misalignment, n_f_sigma_delta, n_f_sigma_beta) misalignment in the plane of action [rad]."""
+        misalignment, *parallelism = np.meshgrid(*(self.offsets[name] for name in ANGLES), indexing="ij")
+        return misalignment + in_plane_of_action(alpha, *parallelism)
 
 
 def sweep(
-    pair: GearPair,
+    model: ContactModel,
     forces: np.ndarray,
     phase: np.ndarray,
-    values: dict[str, np.ndarray],
-    resolution: Resolution,
     *,
     executor: Executor | None = None,
     what: str = "transmission error",
-) -> np.ndarray:
-    """(n_force, n_a, n_axial, n_misalignment, n_f_sigma_delta, n_f_sigma_beta, n_phase) what `kept` keeps of states.
+) -> xr.Dataset:
+    """`STATE_VARIABLES` of a map over (force, *OFFSETS, phase), load shares over pair too.
 
     forces      (n_force,) mesh forces >= 0 [N]
     phase       (n_phase,) positions in the mesh cycle
-    values      of each offset, as `Offsets.values` gives them
-    what        the bar says is computed
+    what        is solved, as the progress bar says
 
-    Raises RuntimeError where a contact does not settle.
+    Raises RuntimeError where a contact does not converge.
     """
-    bodies, slices = bodies_of(pair, values, resolution)
-    column = partial(_column, bodies, slices, resolution.resolved, forces, values)
-    meetings = [MeshPosition(pair, *place) for place in product(values["a"], values["axial"], phase)]
-    at_once = ceil(sqrt(len(meetings)) / 2)
-    spread = map if executor is None else partial(executor.map, chunksize=at_once)
-    columns: Iterable[np.ndarray] = spread(column, meetings)
-    states = len(meetings) * forces.size * int(np.prod([values[name].size for name in ANGLES]))
-    found = list(bar(columns, f"{what}: {states} states", np.ones(len(meetings))))
-    return _ordered(found, [forces.size, *(values[name].size for name in ORDER), phase.size])
+    bodies, slices = bodies_of(model.pair, model.offsets, model.resolution)
+    axes = product(model.offsets["a"], model.offsets["axial"], phase)
+    positions = [MeshPosition(model.pair, a, axial, at) for a, axial, at in axes]
+    pairs = sorted({number for position in positions for number in position.numbers()})
+    solve = partial(_states_at, bodies, slices, model, forces, pairs)
+    chunk = ceil(sqrt(len(positions)) / 2)
+    spread = map if executor is None else partial(executor.map, chunksize=chunk)
+    columns: Iterable[dict[str, np.ndarray]] = spread(solve, positions)
+    states = forces.size * phase.size * model.states_per_phase
+    solved = list(bar(columns, f"{what}: {states} states", np.ones(len(positions))))
+    return _labelled(solved, {FORCE: forces, **model.offsets, PHASE: phase, PAIR: pairs})
 
 
-def bodies_of(pair: GearPair, values: dict, resolution: Resolution) -> tuple[tuple[Compliance, Compliance], int]:
-    """Compliances of pinion and wheel, and the number of slices of what they span."""
-    varies, whole = across_width(pair, values)
-    bodies = (flank_compliance(*gear, whole=whole) for gear in elastic(pair, values, resolution))
+def _labelled(columns: list[dict[str, np.ndarray]], axes: dict) -> xr.Dataset:
+    """Variables over (force, *OFFSETS, phase) of the columns of all positions, in the order of a, axial and phase."""
+    dims = ["a", "axial", PHASE, FORCE, *ANGLES]
+    shape = [len(axes[name]) for name in dims]
+    variables = {}
+    for name in columns[0]:
+        further = [PAIR] if name == LOAD_SHARE else []
+        values = np.stack([column[name] for column in columns])
+        variables[name] = dims + further, values.reshape(shape + [len(axes[name]) for name in further])
+    return xr.Dataset(variables, axes).transpose(FORCE, *OFFSETS, PHASE, PAIR)
+
+
+def _states_at(
+    bodies: tuple[Compliance, Compliance],
+    slices: int,
+    model: ContactModel,
+    forces: np.ndarray,
+    pairs: Sequence[int],
+    position: MeshPosition,
+) -> dict[str, np.ndarray]:
+    """`STATE_VARIABLES` (n_force, *angles) at one mesh position; on one thread, which suits matrices of this size."""
+    misalignment = model.misalignment(position.alpha)
+    force, angle = np.broadcast_arrays(forces[:, None, None, None], misalignment)
+    with one_thread():
+        contact = ToothContact(position, *bodies, slices)
+        states = contact_states(model.resolution, contact, force.ravel(), angle.ravel())
+    quantities = [_quantities(state) for state in states]
+    column = {name: np.array([q[name] for q in quantities]).reshape(force.shape) for name in quantities[0]}
+    present = position.numbers()
+    shares = [[state.share(number) if number in present else 0.0 for number in pairs] for state in states]
+    return column | {LOAD_SHARE: np.reshape(shares, (*force.shape, len(pairs)))}
+
+
+def _quantities(state: State) -> dict[str, float]:
+    """`STATE_VARIABLES` of one state but for the load shares."""
+    return {
+        "te": state.te,
+        "stiffness": state.stiffness,
+        "centroid": state.centroid(),
+        "line_load": state.line_load(),
+        "hertz_pressure": state.hertz_pressure(),
+        "peak_pressure": state.peak_pressure(),
+        "tip_contact": state.tip_contact(),
+    }
+
+
+@singledispatch
+def contact_states(resolution: Discretization, contact: ToothContact, forces, misalignments) -> list[State]:
+    """States under mesh forces (n,) >= 0 [N] and misalignments (n,) [rad], by the solver of each kind of resolution."""
+    raise NotImplementedError(f"no contact solver is registered for {resolution}")
+
+
+@contact_states.register
+def _strip_states(resolution: Resolution, contact: ToothContact, forces, misalignments) -> list[State]:
+    return [contact.state(*load) for load in zip(forces.tolist(), misalignments.tolist(), strict=True)]
+
+
+@contact_states.register
+def _slice_states(resolution: Slices, contact: ToothContact, forces, misalignments) -> list[State]:
+    return contact.slice_states(forces, misalignments)
+
+
+def bodies_of(
+    pair: GearPair, offsets: dict[str, np.ndarray], resolution: Discretization
+) -> tuple[tuple[Compliance, Compliance], int]:
+    """Compliances of pinion and wheel, and the number of slices of the width that they model."""
+    varies, whole = across_width(pair, offsets)
+    bodies = (flank_compliance(*gear, whole=whole) for gear in elastic_gears(pair, offsets, resolution))
     pitches = inf if resolution.neighbours is None else resolution.neighbours
     pinion, wheel = (replace(body, pitches=pitches) for body in bodies)
-    slices = resolution.slices if varies else 6
+    slices = resolution.slices if varies else SLICES_OF_EVEN_FACE
     return (pinion, wheel), slices if pinion.share == 1 else slices // 2
 
 
-def elastic(pair: GearPair, values: dict, resolution: Resolution) -> list[tuple[Gear, Density, float]]:
+def elastic_gears(
+    pair: GearPair, offsets: dict[str, np.ndarray], resolution: Discretization
+) -> list[tuple[Gear, Density, float]]:
     """Pinion and wheel, each with the density of its finite elements and the width that can carry load [m]."""
-    closest = GearPair(pair.pinion, pair.wheel, a=float(values["a"].min()))
+    closest = GearPair(pair.pinion, pair.wheel, a=float(offsets["a"].min()))
     teeth = floor(closest.eps_alpha + closest.eps_beta) + 1
     density = resolution.density.with_teeth(teeth, behind=BEHIND)
-    loaded = pair.b + 2 * float(np.abs(values["axial"]).max())
+    loaded = pair.b + 2 * float(np.abs(offsets["axial"]).max())
     return [(gear, density, min(gear.b, loaded)) for gear in (pair.pinion, pair.wheel)]
 
 
-def across_width(pair: GearPair, values: dict) -> tuple[bool, bool]:
+def across_width(pair: GearPair, offsets: dict[str, np.ndarray]) -> tuple[bool, bool]:
     """Whether the gap varies across the width, and whether the two halves of the width differ."""
-    axial, added = np.linspace(-pair.b / 2, pair.b / 2, 101)[:, None], np.zeros(1)
+    axial, relief = np.linspace(-pair.b / 2, pair.b / 2, 101)[:, None], np.zeros(1)
     for gear in (pair.pinion, pair.wheel):
         roll = np.linspace(gear.roll_form, gear.roll_tip, 101)
-        added = added + removed(gear.drive_flank, gear.face, roll, axial)
-    tolerance = 1e-15
-    turned = bool(pair.beta_b or any(np.any(values[name]) for name in (*ANGLES, "axial")))
-    varies = turned or bool(np.ptp(added, axis=0).max() > tolerance)
-    return varies, turned or bool(np.abs(added - added[::-1]).max() > tolerance)
-
-
-def _column(bodies, slices: int, resolved: bool, forces: np.ndarray, values: dict, meeting: MeshPosition) -> np.ndarray:
-    """(n_force, *angles) states of one meeting; on one thread, which suits matrices of this size."""
-    encounter = ToothContact(meeting, bodies[0], bodies[1], slices)
-    angles = np.meshgrid(*(values[name] for name in ANGLES), indexing="ij")
-    misalignment = angles[0] + in_plane_of_action(meeting.alpha, *angles[1:])
-    force, angle = (x.ravel() for x in np.broadcast_arrays(forces[:, None, None, None], misalignment[None]))
-    with one_thread():
-        if resolved:
-            states = [encounter.state(*one) for one in zip(force.tolist(), angle.tolist(), strict=True)]
-        else:
-            states = encounter.slice_states(force, angle)
-    return kept(states).reshape(forces.shape + misalignment.shape)
-
-
-def kept(states: list[State]) -> np.ndarray:
-    """What a map keeps of each state: te, `QUANTITIES` in their order, shares by number of the pair of teeth."""
-    found = np.empty(len(states), object)
-    for i, state in enumerate(states):
-        shares = {int(k): state.share(k) for k in np.unique(state.cells.number)}
-        quantities = (getattr(state, name) for name in QUANTITIES)
-        found[i] = (state.te, *(value() if callable(value) else value for value in quantities), shares)
-    return found
-
-
-def each(states: np.ndarray, part) -> np.ndarray:
-    """One number of each of the states, in their order."""
-    return np.vectorize(part, otypes=[float])(states)
-
-
-def _ordered(columns: list[np.ndarray], shape: list[int]) -> np.ndarray:
-    """Columns of all meetings as one array (n_torque, n_a, n_axial, *angles, n_phase)."""
-    n_torque, n_a, n_axial, *angles, n_phase = shape
-    stacked = np.stack(columns).reshape(n_a, n_axial, n_phase, n_torque, *angles)
-    return np.moveaxis(np.moveaxis(stacked, 3, 0), 3, -1)
+        relief = relief + removed(gear.drive_flank, gear.face, roll, axial)
+    askew = bool(pair.beta_b or any(np.any(offsets[name]) for name in (*ANGLES, "axial")))
+    varies = askew or bool(np.ptp(relief, axis=0).max() > EVEN_GAP)
+    return varies, askew or bool(np.abs(relief - relief[::-1]).max() > EVEN_GAP)

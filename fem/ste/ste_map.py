@@ -1,4 +1,4 @@
-"""The STE map as data: names of its axes, checks, load and save."""
+"""The STE map as data: its axes and variables with their units, checks, load and save."""
 
 from dataclasses import fields
 from io import BytesIO
@@ -16,18 +16,44 @@ from fem.support.arguments import FilePath, Numbers, checked
 from fem.support.cache import whole
 from fem.support.validation import increasing, numbers, require, text_of
 
-SIZES = [f.name for f in fields(Gear) if f.name not in ("material", "flank")]
-#: Of these a gear has one.
+SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank")]
+#: Shapes of the root fillet, of which a gear has one.
 ROOTS = ("rho_f", "fillet")
-TORQUE, PHASE, TE, CENTROID, STIFFNESS = "torque", "phase", "te", "centroid", "stiffness"
+TORQUE, PHASE, TE, CENTROID, STIFFNESS, LOAD_SHARE = "torque", "phase", "te", "centroid", "stiffness", "load_share"
+#: Offsets of the wheel in the order of the axes of a map, with units and descriptions.
 OFFSETS = {
     "a": ("m", "working centre distance"),
-    "axial": ("m", "axial place of the wheel"),
+    "axial": ("m", "axial position of the wheel"),
     "misalignment": ("rad", "misalignment in the plane of action"),
     "f_sigma_delta": ("rad", "parallelism error in the plane of the axes"),
     "f_sigma_beta": ("rad", "parallelism error across the plane of the axes"),
 }
-AXES = {TORQUE: ("N m", "pinion torque"), **OFFSETS, PHASE: ("1", "phase of the mesh cycle")}
+AXES = {
+    TORQUE: ("N m", "pinion torque"),
+    **OFFSETS,
+    PHASE: ("1", "phase of the mesh cycle"),
+    "pair": ("1", "number of the tooth pair: pitches ahead of tooth pair 0"),
+}
+#: What each contact state contributes to a map.
+STATE_VARIABLES = {
+    TE: ("m", "static transmission error"),
+    STIFFNESS: ("N/m", "tangent mesh stiffness, change of the mesh force per transmission error"),
+    CENTROID: ("m", "axial position of the force centroid"),
+    "line_load": ("N/m", "largest force per length of contact line"),
+    "hertz_pressure": ("Pa", "largest contact pressure by Hertz of the line load"),
+    "peak_pressure": ("Pa", "largest contact pressure, including tip edges"),
+    "tip_contact": ("1", "share of the load where the contact reaches a tip edge"),
+    LOAD_SHARE: ("1", "share of the load on a tooth pair"),
+}
+VARIABLES = {
+    **STATE_VARIABLES,
+    "pairs_in_contact": ("1", "tooth pairs in contact"),
+    "contact_ratio": ("1", "contact ratio under load"),
+    "error_mesh": ("m", "estimated root mean square error by the mesh"),
+    "error_phase": ("m", "estimated root mean square error by interpolation over phase"),
+    "error_torque": ("m", "estimated root mean square error by interpolation over torque"),
+    "error_p2p": ("m", "estimated error of the peak to peak over the mesh cycle"),
+}
 #: Offsets that a force law follows, in this order.
 LAW_OFFSETS = ("a", "misalignment", "axial")
 
@@ -36,23 +62,27 @@ LAW_OFFSETS = ("a", "misalignment", "axial")
 def ste_map(
     pair: GearPair, torque: Numbers, phase: Numbers, te: Numbers, offsets: dict | None = None, **attributes
 ) -> xr.Dataset:
-    """Dataset with te [m] over torque [N m], offsets and phase [1]; pair and further inputs stand in the attributes.
+    """Map with te [m] over torque [N m], offsets and phase [1]; its attributes hold the pair and the `attributes`.
 
     torque      (n_torque,) pinion torque F r_b1 of the mesh force F, increasing from 0 (unloaded transmission error)
     phase       (n_phase,) position in the mesh cycle as share of a pitch, in [0, 1); 0: pair 0 at the pitch point
     te          (n_torque, *n_offset, n_phase) transmission error on the line of action, > 0: the pinion leads
-    offsets     axes between torque and phase: their names (see OFFSETS) and increasing values
+    offsets     axes between torque and phase: increasing values by name (a, axial, misalignment, ...)
+
+    Raises ValueError for axes that do not increase, unknown offsets and a te of another shape.
     """
+    unknown = set(offsets or {}) - OFFSETS.keys()
+    require(not unknown, f"offsets may be {list(OFFSETS)}, got {', '.join(map(str, unknown))}")
     axes = {TORQUE: torque, **(offsets or {}), PHASE: phase}
-    values, grid = {name: numbers(name, at) for name, at in axes.items()}, tuple(axes)
-    for name, at in values.items():
-        axis = f"{name} of the offsets" if name in OFFSETS else name
-        require(at.ndim == 1, f"{axis} must be increasing values (n,), got {text_of(axes[name])}")
-    te, shape = numbers(TE, te), tuple(at.size for at in values.values())
+    values, grid = {name: numbers(name, axis) for name, axis in axes.items()}, tuple(axes)
+    for name, axis in values.items():
+        argument = f"{name} of the offsets" if name in OFFSETS else name
+        require(axis.ndim == 1, f"{argument} must be increasing values (n,), got {text_of(axes[name])}")
+    te, shape = numbers(TE, te), tuple(axis.size for axis in values.values())
     require(te.shape == shape, f"te must have the shape {shape} over {grid}, got {te.shape}")
     data = xr.Dataset(
-        {TE: (grid, te, {"units": "m", "long_name": "static transmission error"})},
-        coords={name: (name, at, _described(name)) for name, at in values.items()},
+        {TE: (grid, te, description(TE))},
+        coords={name: (name, axis, description(name)) for name, axis in values.items()},
         attrs={"title": "static transmission error map", **pair_attributes(pair), **attributes},
     )
     check(data)
@@ -60,7 +90,7 @@ def ste_map(
 
 
 def check(data: xr.Dataset) -> xr.Dataset:
-    """The same dataset, after checking that it is a usable STE map.
+    """The dataset itself, checked to be a usable STE map.
 
     Raises ValueError for missing names, NaN, axes that do not increase, phases outside [0, 1).
     """
@@ -87,33 +117,33 @@ def _check_kinds(data: xr.Dataset) -> None:
     require(axes, f"te must have the axes torque and phase, got {data[TE].dims}; keep them: ste.sel(torque=[350.0])")
 
 
-def _described(name: str) -> dict[str, str]:
-    require(name in AXES, f"offsets may be {list(OFFSETS)}, got {name}")
-    return dict(zip(("units", "long_name"), AXES[name], strict=True))
+def description(name: str) -> dict[str, str]:
+    """Attributes of an axis or a variable of a map: units and long_name."""
+    return dict(zip(("units", "long_name"), (AXES | VARIABLES)[name], strict=True))
 
 
-def _check_one_for_all(data: xr.Dataset) -> None:
-    """ValueError unless the one pitch of the map stands for all."""
+def _check_pitches_alike(data: xr.Dataset) -> None:
+    """ValueError unless the map covers a single pitch, and all pitches of the pair are alike."""
     pitches = data.attrs.get("pitches", 1)
     remedy = "average them or select one, as fem.ste_map of the pair without its PitchDeviation"
     require(pitches == 1, f"the map runs over {pitches} pitches, each of its own; {remedy}")
     pair = pair_of(data) if "pinion_flank" in data.attrs else None
-    one = "the map is of one pitch, but no two are alike under the PitchDeviation of its flanks"
-    either = "map the pair without it, or map all pitches and average them as fem.ste_map of that pair"
-    require(pair is None or all(alike(gear.drive_flank) for gear in (pair.pinion, pair.wheel)), f"{one}; {either}")
+    unlike = "the map is of one pitch, but no two are alike under the PitchDeviation of its flanks"
+    remedy = "map the pair without it, or map all pitches and average them as fem.ste_map of that pair"
+    require(pair is None or all(alike(gear.drive_flank) for gear in (pair.pinion, pair.wheel)), f"{unlike}; {remedy}")
 
 
 def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:
     """Transmission error (torque, phase) of a map.
 
-    ValueError where it has further axes, of which select one value each, or its one pitch does not stand for all.
+    Raises ValueError if the map has further axes (select one value of each), or pitches that differ.
     """
-    _check_one_for_all(check(data))
+    _check_pitches_alike(check(data))
     return over_torque_and_phases(data)
 
 
 def over_torque_and_phases(data: xr.Dataset) -> xr.DataArray:
-    """The same of a map that may run over several pitches."""
+    """Transmission error (torque, phase) of a map that may run over several pitches."""
     te = check(data)[TE]
     further = [name for name in te.dims if name not in (TORQUE, PHASE)]
     chosen = ", ".join(f"{name}={data[name].values[0]:g}" for name in further)
@@ -133,7 +163,7 @@ def offset_axes(data: xr.Dataset) -> dict[str, np.ndarray]:
 
 def over_offsets(data: xr.Dataset, name: str) -> xr.DataArray:
     """A variable of a map over (torque, a, misalignment, axial, phase), axes of one value dropped."""
-    _check_one_for_all(data)
+    _check_pitches_alike(data)
     return (
         data[name]
         .squeeze([d for d in data[name].dims if d in LAW_OFFSETS and data[d].size == 1])
@@ -141,10 +171,10 @@ def over_offsets(data: xr.Dataset, name: str) -> xr.DataArray:
     )
 
 
-def at_phases(phase: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Values (..., n_at) between values (..., n_phase) over a mesh cycle, by a periodic cubic spline."""
+def at_phases(phase: np.ndarray, values: np.ndarray, queries: np.ndarray) -> np.ndarray:
+    """(..., n_query) values at phases between those of values (..., n_phase), by a periodic cubic spline."""
     closed = np.concatenate([values, values[..., :1]], axis=-1)
-    return scipy.interpolate.CubicSpline(np.append(phase, phase[0] + 1), closed, axis=-1, bc_type="periodic")(at)
+    return scipy.interpolate.CubicSpline(np.append(phase, phase[0] + 1), closed, axis=-1, bc_type="periodic")(queries)
 
 
 def pair_attributes(pair: GearPair) -> dict[str, float | str]:
@@ -153,21 +183,21 @@ def pair_attributes(pair: GearPair) -> dict[str, float | str]:
     for name, gear in (("pinion", pair.pinion), ("wheel", pair.wheel)):
         attributes |= {f"{name}_{size}": getattr(gear, size) for size in SIZES if getattr(gear, size) is not None}
         attributes[f"{name}_flank"] = to_text(gear.flank)
-        attributes |= {f"{name}_{f.name}": getattr(gear.material, f.name) for f in fields(Material)}
+        attributes |= {f"{name}_{part.name}": getattr(gear.material, part.name) for part in fields(Material)}
     return attributes
 
 
 def _gear(attributes, name: str) -> Gear:
-    material = Material(**{f.name: float(attributes[f"{name}_{f.name}"]) for f in fields(Material)})
-    given = [size for size in SIZES if size not in ROOTS or f"{name}_{size}" in attributes]
-    sizes = {size: float(attributes[f"{name}_{size}"]) for size in given}
+    material = Material(**{part.name: float(attributes[f"{name}_{part.name}"]) for part in fields(Material)})
+    stored = [size for size in SIZES if size not in ROOTS or f"{name}_{size}" in attributes]
+    sizes = {size: float(attributes[f"{name}_{size}"]) for size in stored}
     flank = from_text(attributes[f"{name}_flank"])
     return Gear(material=material, flank=flank, **sizes)  # type: ignore[arg-type]
 
 
 @checked
 def pair_of(data: xr.Dataset) -> GearPair:
-    """The gear pair whose inputs stand in the map's attributes; ValueError where they are not there."""
+    """The gear pair of a map, from the inputs in its attributes; ValueError where these are missing."""
     try:
         return GearPair(_gear(data.attrs, "pinion"), _gear(data.attrs, "wheel"), a=float(data.attrs["a"]))
     except KeyError as missing:
@@ -180,8 +210,8 @@ def pair_of(data: xr.Dataset) -> GearPair:
 
 @checked
 def save(data: xr.Dataset, path: FilePath) -> Path:
-    """Write compressed netCDF whole or not at all, from memory: HDF5 itself does not survive a full disk."""
-    path, content = Path(path), BytesIO()
+    """Write a map or a run as compressed netCDF; the file is complete or absent, even if the disk is full."""
+    path, content = Path(path), BytesIO()  # HDF5 itself does not survive a full disk: written in memory first
     packed = {name: {"zlib": True, "complevel": 1} for name, values in data.variables.items() if values.dtype == float}
     data.to_netcdf(content, engine="h5netcdf", encoding=packed)
     with whole(path) as file:
@@ -191,12 +221,12 @@ def save(data: xr.Dataset, path: FilePath) -> Path:
 
 @checked
 def load(path: FilePath) -> xr.Dataset:
-    """Read and check an STE map that `save` or Dataset.to_netcdf wrote; ValueError for a file that is none."""
+    """Read and check an STE map that `save` or Dataset.to_netcdf wrote; ValueError for any other file."""
     return check(read(path, "make the map again"))
 
 
 def read(path, remedy: str) -> xr.Dataset:
-    """The data of a netCDF file, in memory; ValueError with a remedy for a file that is none."""
+    """The data of a netCDF file, in memory; ValueError with a remedy for any other file."""
     try:
         with xr.open_dataset(path, engine="h5netcdf") as data:
             return data.load()

@@ -1,4 +1,4 @@
-"""Static transmission error by finite elements: the table of contents of this package."""
+"""Static transmission error by finite elements: from gear pair, torques and phases to the labelled map."""
 
 from concurrent.futures import Executor
 from dataclasses import replace
@@ -8,18 +8,17 @@ from typing import Annotated
 import numpy as np
 import xarray as xr
 
-from fem.contact.resolution import Resolution
+from fem.contact.resolution import Resolution, Slices
 from fem.pair.offsets import Offsets, check_offsets
 from fem.pair.pair import GearPair
-from fem.ste.accuracy import UpTo, choose
+from fem.ste.accuracy import MapGrid, choose
 from fem.ste.error_estimation import MapError
-from fem.ste.inputs import check_places, checked_phases, checked_share, checked_torque, given
-from fem.ste.map_solver import ORDER, QUANTITIES, each, sweep
-from fem.ste.ste_map import PHASE, TORQUE, ste_map
+from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
+from fem.ste.map_solver import FORCE, PAIR, ContactModel, sweep
+from fem.ste.ste_map import LOAD_SHARE, OFFSETS, TE, TORQUE, description, ste_map
 from fem.support.arguments import Numbers, checked
 from fem.support.progress import shown
 from fem.support.representation import exact
-from fem.support.validation import numbers, require
 
 
 @checked
@@ -29,117 +28,111 @@ def static_transmission_error(
     phases: Numbers | None = 30,
     *,
     offsets: Annotated[Offsets, check_offsets] | None = None,
-    accuracy: float | Resolution | None = None,
+    accuracy: Annotated[float, checked_accuracy] | None = None,
+    resolution: Resolution | Slices | None = None,
     executor: Executor | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
-    """STE map of a spur or helical pair: "te" [m] in mid-plane on the line of action over (torque, offsets, phase).
+    """Map of the static transmission error of a spur or helical pair over pinion torque, offsets and phase.
 
-    Beside it stand the tangent "stiffness" of the mesh [N/m], by which loads between the torques are interpolated,
-    "centroid" of the force across the width [m], "hertz_pressure" [Pa], of the line load on the curvature of the
-    involutes, as ISO 6336-2 has it, "line_load" [N/m], the "load_share" of every pair of teeth, "pairs_in_contact", and
-    over the torque "contact_ratio", that under load, as finely as phases lie (at 0 N m the nominal one). "tip_contact"
-    is the share of the load where the contact reaches a tip edge. There, where the corner of a face touches, or a
-    relief begins with a kink, "peak_pressure" [Pa] is far more: it has no limit on sharp edges, and is a mean over one
-    strip; `fem.EdgeBreak` rounds the tip's. In the slice mode it is that of Hertz.
+    Finite elements give the compliance of both gears; the contact of all tooth pairs is then solved at each phase,
+    offset and torque.
 
-    torque          pinion torque F r_b1 [N m], one or several increasing values >= 0; 0: unloaded transmission error;
-                    `UpTo(350)`: as many from 0 to 350 N m as the accuracy takes
-    phases          number of equidistant phases from 0 (pair 0 at the pitch point), or their values in [0, 1); with
-                    pitch deviations values up to any number of pitches, as each tooth differs (a number of phases maps
-                    the first pitch only, which makes no `exugear.MeshForce`); None: as many as the accuracy takes
-    offsets         of the wheel; those with several values are axes of the map
-    accuracy        share of the deflection that each kind of error may be, and of the largest peak to peak (see
-                    `fem.ste.accuracy`), say 0.005: it chooses the mesh, and the map carries what is estimated of each
-                    torque, "error_mesh", "error_phase", "error_torque", and of the peak to peak by all together
-                    "error_p2p" [m]; or a `Resolution`, without estimates (by default within 0.3 % of the converged mean
-                    of aligned spurs)
-    executor        any `concurrent.futures.Executor` to spread phases and places over; finite elements are solved here
-    progress        show bars with the time left
+    torque      pinion torque F r_b1 of the mesh force F [N m]: one or several increasing values >= 0, where 0 gives the
+                transmission error without load; or `fem.UpTo(350)`: 0 to 350 N m, as many as the accuracy takes
+    phases      number of equidistant phases, or increasing values in [0, 1) as share of a pitch; at 0, tooth pair 0
+                touches at the pitch point. None: as many as the accuracy takes. With a `fem.PitchDeviation` no two
+                teeth are alike: pass values up to any number of pitches (a number of phases maps the first pitch only,
+                from which no `exugear.MeshForce` can be made)
+    offsets     of the wheel; an offset with several values becomes an axis of the map
+    accuracy    largest root mean square error by each cause (mesh, phases, torques) over the deflection, say 0.005;
+                five times that share is allowed of the peak to peak. It chooses the mesh; the map holds the estimates
+    resolution  mesh and slices by hand instead of an accuracy, without estimated errors: `fem.Resolution` (default;
+                the mean of aligned spurs is within 0.3 % of the converged one) or `fem.Slices`, some 15 times as fast
+    executor    any `concurrent.futures.Executor`, which solves the contacts; finite elements are solved in this process
+    progress    whether to show bars with the time left
 
-    The compliance of each different gear is kept in the cache (see `fem.support.cache.folder`).
-    Raises ValueError for bad input, RuntimeError where a contact does not settle or the accuracy is not reached.
-    Source: Korta et al., section IV; TE = theta_P r_b1 + theta_G r_b2.
+    Returns a dataset with these variables over (torque, *offsets, phase); the inputs are its attributes:
+
+    te                  transmission error [m], in mid-plane on the line of action, > 0: the pinion leads
+    stiffness           tangent stiffness of the mesh [N/m], from which loads between the torques are interpolated
+    centroid            axial position of the force centroid [m]
+    line_load           largest force per length of contact line [N/m]
+    hertz_pressure      largest pressure of the line loads on the curvature of the involutes [Pa], as in ISO 6336-2
+    peak_pressure       largest pressure of a strip [Pa]; with `fem.Slices` that of Hertz. It has no limit on sharp
+                        edges: at tips (`fem.EdgeBreak` rounds them), corners of the face, kinks of a relief
+    tip_contact         share of the load where the contact reaches a tip edge
+    load_share          share of the load on each tooth pair; over pair too
+    pairs_in_contact    number of tooth pairs in contact
+    contact_ratio       mean number over the mesh cycle, over (torque, *offsets); at 0 N m the nominal contact ratio
+    error_mesh, error_phase, error_torque, error_p2p
+                        with an accuracy, over torque: root mean square errors [m] by the mesh and by interpolation over
+                        phase and torque, and the error of the peak to peak by all of them together [m]
+
+    The compliance of each gear is kept in the cache (see `fem.support.cache.folder`).
+    Raises ValueError for bad input, RuntimeError if a contact does not converge or the accuracy is not reached.
+    Source: Korta et al., section IV; te = theta_P r_b1 + theta_G r_b2.
     """
     offsets = Offsets() if offsets is None else offsets
     values = offsets.values(pair)
-    check_places(pair, values["a"], values["axial"])
+    check_offsets_mesh(pair, values["a"], values["axial"])
     pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair
+    torques, phase = checked_request(pair, torque, phases, accuracy, resolution)
     with shown(progress):
-        torque, phase, resolution, errors = _states(pair, torque, phases, values, accuracy)
-        states = sweep(pair, torque / pair.pinion.r_b, phase, values, resolution, executor=executor)
-    axes = {name: values[name] for name in offsets.axes()}
-    fixed = {name: float(values[name][0]) for name in ORDER[1:] if name not in axes}
-    attributes = {"resolution": exact(resolution), "pitches": floor(phase[-1]) + 1} | fixed
-    return _labelled(pair, torque, phase, axes, states, attributes).assign(_estimates(errors))
+        if accuracy is not None:
+            grid = choose(pair, values, torques, phase, accuracy)
+        else:
+            grid = MapGrid(torques, phase, resolution or Resolution(), errors={})
+        model = ContactModel(pair, values, grid.resolution)
+        states = sweep(model, grid.torque / pair.pinion.r_b, grid.phase, executor=executor)
+    return _labelled(model, grid, states, offsets.axes()).assign(_estimates(grid.errors))
 
 
-def _estimates(errors: dict[str, MapError]) -> dict:
-    """Estimated errors of each torque: root mean squares by kind, and of the peak to peak by all kinds together."""
-    if not errors:
-        return {}
-    kinds = {
-        "error_mesh": "mesh",
-        "error_phase": "interpolation over phase",
-        "error_torque": "interpolation over torque",
-    }
-    described = {name: f"estimated root mean square error by {kinds[name]}" for name in errors}
-    values = {name: error.rms for name, error in errors.items()}
-    values["error_p2p"] = np.sum([error.peak_to_peak for error in errors.values()], axis=0)
-    described["error_p2p"] = "estimated error of the peak to peak over the mesh cycle"
-    return {name: (TORQUE, values[name], {"units": "m", "long_name": text}) for name, text in described.items()}
+def _labelled(model: ContactModel, grid: MapGrid, states: xr.Dataset, offset_axes: tuple[str, ...]) -> xr.Dataset:
+    """The map with all its variables; an offset with one value is an attribute instead of an axis."""
+    fixed = [name for name in OFFSETS if name not in offset_axes]
+    states = states.rename({FORCE: TORQUE}).isel(dict.fromkeys(fixed, 0), drop=True)
+    axes = {name: model.offsets[name] for name in OFFSETS if name in offset_axes}
+    pitches = floor(grid.phase[-1]) + 1
+    attributes = {"resolution": exact(grid.resolution), "pitches": pitches}
+    attributes |= {name: float(model.offsets[name][0]) for name in fixed if name != "a"}
+    data = ste_map(model.pair, grid.torque, grid.phase, states[TE].values, axes, **attributes)
+    variables = {str(name): values for name, values in states.data_vars.items() if name != TE}
+    variables |= _load_sharing(states[LOAD_SHARE], phase_weights(grid.phase, pitches))
+    variables["contact_ratio"] = _nominal_without_load(variables["contact_ratio"], model.pair, grid.torque)
+    described = {name: (values.dims, values.values, description(name)) for name, values in variables.items()}
+    return data.assign(described).assign_coords(pair=(PAIR, variables[LOAD_SHARE][PAIR].values, description(PAIR)))
 
 
-def _states(pair, torque, phases, values: dict, accuracy) -> tuple[np.ndarray, np.ndarray, Resolution, dict]:
-    """Torques, phases and resolution of a map, given or chosen; then with estimated errors by kind (n_torque,) [m]."""
-    if accuracy is None or isinstance(accuracy, Resolution):
-        return *given(pair, torque, phases), accuracy or Resolution(), {}
-    accuracy = checked_share(accuracy)
-    loaded = isinstance(torque, UpTo) or numbers("torque", torque).max(initial=0.0) > 0
-    require(bool(loaded), f"accuracy needs a torque > 0 to be a share of its deflection, got {torque}")
-    torque = torque if isinstance(torque, UpTo) else checked_torque(pair, torque)
-    phase = None if phases is None else checked_phases(phases, pair)
-    return choose(pair, torque, phase, values, accuracy)
+def _load_sharing(share: xr.DataArray, weights: np.ndarray) -> dict[str, xr.DataArray]:
+    """Load shares of the tooth pairs that ever carry load, how many carry load, and their mean over the phases."""
+    loaded = (share > 0).any([name for name in share.dims if name != PAIR])
+    share = share.isel(pair=np.flatnonzero(loaded))
+    count = (share > 0).sum(PAIR)
+    contact_ratio = count.isel(phase=0, drop=True).copy(data=count.values @ weights)
+    return {LOAD_SHARE: share, "pairs_in_contact": count, "contact_ratio": contact_ratio}
 
 
-def _labelled(pair, torque, phase, axes: dict, states: np.ndarray, attributes: dict) -> xr.Dataset:
-    """The map with all its variables; offsets of one value are no axis."""
-    grid = (TORQUE, *(name for name in ORDER if name in axes), PHASE)
-    states = states.reshape([torque.size, *(axes[name].size for name in grid[1:-1]), phase.size])
-    te = each(states, lambda state: state[0])
-    data = ste_map(pair, torque, phase, te, {name: axes[name] for name in grid[1:-1]}, **attributes)
-    variables = {
-        name: (grid, each(states, lambda state, i=i: state[i]), {"units": units, "long_name": described})
-        for i, (name, (units, described)) in enumerate(QUANTITIES.items(), start=1)
-    }
-    data = data.assign(variables).assign(_shares(states, grid, lengths(phase, attributes["pitches"])))
-    return data.assign(contact_ratio=_nominal_unloaded(data["contact_ratio"], pair))
-
-
-def _nominal_unloaded(contact_ratio: xr.DataArray, pair: GearPair) -> xr.DataArray:
-    """Without load one point touches at a time: there the contact ratio of the involutes at that centre distance."""
-    nominal: float | xr.DataArray = pair.eps_gamma
-    if "a" in contact_ratio.dims:
-        at_distance = [replace(pair, a=float(a)).eps_gamma for a in contact_ratio["a"]]
-        nominal = xr.DataArray(at_distance, dims="a", coords={"a": contact_ratio["a"]})
-    return contact_ratio.where(contact_ratio[TORQUE] > 0, nominal).transpose(*contact_ratio.dims)
-
-
-def lengths(phase: np.ndarray, pitches: int) -> np.ndarray:
+def phase_weights(phase: np.ndarray, pitches: int) -> np.ndarray:
     """(n_phase,) share of the mesh cycles around each phase, half-way to its neighbours."""
     ahead = np.diff(phase, append=phase[0] + pitches)
     return (ahead + np.roll(ahead, 1)) / (2 * pitches)
 
 
-def _shares(states: np.ndarray, grid: tuple[str, ...], length: np.ndarray) -> dict:
-    """What the pairs of teeth carry, and how many do; on average over phases of these lengths."""
-    numbers = sorted({k for state in states.ravel() for k, share in state[-1].items() if share > 0})
-    columns = [each(states, lambda s, k=k: s[-1].get(k, 0.0)) for k in numbers]
-    shares = np.stack(columns, axis=-1) if numbers else np.zeros((*states.shape, 0))
-    count = (shares > 0).sum(axis=-1)
-    return {
-        "load_share": ((*grid, "pair"), shares, {"units": "1", "long_name": "share of the load on a pair of teeth"}),
-        "pairs_in_contact": (grid, count, {"units": "1", "long_name": "pairs of teeth in contact"}),
-        "contact_ratio": (grid[:-1], count @ length, {"units": "1", "long_name": "contact ratio under load"}),
-        "pair": ("pair", numbers, {"long_name": "number of the pair of teeth, ahead of pair 0"}),
-    }
+def _nominal_without_load(contact_ratio: xr.DataArray, pair: GearPair, torque: np.ndarray) -> xr.DataArray:
+    """Contact ratios; without load, where a single point touches at a time, those of the involutes."""
+    nominal: float | xr.DataArray = pair.eps_gamma
+    if "a" in contact_ratio.dims:
+        distances = contact_ratio["a"]
+        nominal = distances.copy(data=[replace(pair, a=float(a)).eps_gamma for a in distances])
+    loaded = xr.DataArray(torque > 0, dims=TORQUE)
+    return contact_ratio.where(loaded, nominal).transpose(*contact_ratio.dims)
+
+
+def _estimates(errors: dict[str, MapError]) -> dict[str, tuple]:
+    """Estimated errors of each torque: root mean squares by kind, and of the peak to peak by all kinds together."""
+    if not errors:
+        return {}
+    values = {name: error.rms for name, error in errors.items()}
+    values["error_p2p"] = np.sum([error.peak_to_peak for error in errors.values()], axis=0)
+    return {name: (TORQUE, error, description(name)) for name, error in values.items()}

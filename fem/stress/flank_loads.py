@@ -18,7 +18,7 @@ from fem.gear.gear import Gear
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import ANGLES, Offsets, in_plane_of_action
 from fem.pair.pair import GearPair
-from fem.ste.inputs import check_places
+from fem.ste.inputs import check_offsets_mesh
 from fem.ste.map_solver import bodies_of
 from fem.support.validation import require, require_kind
 from fem.units import deg
@@ -80,7 +80,7 @@ def encounters(
     axes = ", ".join(offsets.axes())
     require(not axes, f"offsets must have one value each, got several of {axes}; take one after the other")
     values = offsets.values(pair)
-    check_places(pair, values["a"], values["axial"])
+    check_offsets_mesh(pair, values["a"], values["axial"])
     (pinion, wheel), slices = bodies_of(pair, values, resolution)
     a, axial, misalignment, *errors = (float(values[name][0]) for name in ("a", "axial", *ANGLES))
     meetings = [MeshPosition(pair, a, axial, float(phase)) for phase in phases]

@@ -11,8 +11,7 @@ from fem.gear.gear import Gear
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
-from fem.ste.map_solver import QUANTITIES
-from fem.ste.ste_map import PHASE, TORQUE
+from fem.ste.ste_map import PHASE, TORQUE, description
 from fem.stress import gear_elasticity
 from fem.stress.flank_loads import (
     LEAST_INCLINATION,
@@ -156,6 +155,5 @@ def _cycle(torque: np.ndarray, phase: np.ndarray, found: np.ndarray, contact: np
         "root_stress": (("gear", *grid), found[:, 0], {"units": "Pa", "long_name": f"largest {said}"}),
         "tangent_stress": (("gear", *grid), found[:, 1], {"units": "Pa", "long_name": f"{said}, 30 degree tangent"}),
     }
-    described = {name: {"units": QUANTITIES[name][0], "long_name": QUANTITIES[name][1]} for name in CONTACT}
-    beside = {name: (grid, contact[i], described[name]) for i, name in enumerate(CONTACT)}
+    beside = {name: (grid, contact[i], description(name)) for i, name in enumerate(CONTACT)}
     return xr.Dataset(values | beside, axes, {"title": "tooth root stress and contact pressure over the mesh cycle"})

@@ -17,6 +17,10 @@ Made = TypeVar("Made", bound=Callable)
 Numbers = Annotated[Any, numbers]
 Finite = Annotated[float, finite]
 FilePath = str | PathLike[str]
+#: Default of an argument that must be given although it follows others with defaults, as in Exudyn's Create functions.
+REQUIRED: Any = None
+#: Default of a field that follows from the others unless it is given.
+DERIVED: Any = None
 #: Checks of what a hint stands for, raising ValueError, and how the hints read.
 CHECKS: dict[Any, Callable] = {float: number, int: whole_number, np.ndarray: numbers}
 WORDS = {

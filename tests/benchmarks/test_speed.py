@@ -6,7 +6,7 @@ one factorization of the gear, Exudyn's step with a spring of its own.
 
 import numpy as np
 import pytest
-from benchmark import own_spring
+from benchmark_growth import exudyn_spring
 from scenes import INERTIA, smooth_box
 
 import exugear
@@ -34,29 +34,29 @@ def test_factorization_of_the_gear(benchmark, paper_pair, empty_cache):
     assert body.share == 0.5
 
 
-@pytest.mark.parametrize("resolved", [True, False])
-def test_transmission_error_curve(benchmark, paper_pair, empty_cache, resolved):
+@pytest.mark.parametrize(("resolution", "allowed"), [(fem.Resolution(), 0.005), (fem.Slices(), 0.02)])
+def test_transmission_error_curve(benchmark, paper_pair, empty_cache, resolution, allowed):
     """30 phases, 150 and 350 N m, nothing cached; error against independent finite elements."""
-    options = {"accuracy": fem.Resolution(resolved=resolved), "progress": False}
+    options = {"resolution": resolution, "progress": False}
     ste = benchmark.pedantic(fem.static_transmission_error, (paper_pair, [150, 350], 30), options, rounds=1)
     means = ste["te"].mean("phase").values.squeeze() / um
     error = np.abs(means / [7.617, 16.98] - 1).max()
     benchmark.extra_info["error of the mean"] = error
-    assert error < (0.005 if resolved else 0.02)
+    assert error < allowed
 
 
 def test_states_in_slice_mode(benchmark, paper_pair):
     offsets = fem.Offsets(misalignment=np.linspace(-2, 2, 9) * 1e-4)
-    options = {"offsets": offsets, "accuracy": fem.Resolution(resolved=False), "progress": False}
+    options = {"offsets": offsets, "resolution": fem.Slices(), "progress": False}
     torques = np.linspace(20, 400, 8)
     ste = benchmark.pedantic(fem.static_transmission_error, (paper_pair, torques, 30), options, rounds=1)
     benchmark.extra_info["states"] = int(ste["te"].size)
     assert ste["te"].size == 8 * 9 * 30
 
 
-def test_exudyns_own_spring(benchmark):
+def test_spring_of_exudyn(benchmark):
     """Yardstick of the run-ups: as many steps of two masses, one of them driven, on a spring that is built in."""
-    _container, mbs = own_spring(INERTIA)
+    _container, mbs = exudyn_spring(INERTIA)
     settings = settings_for(Rule(BETA, STEP), STEP * STEPS, 1e-3)
     with quiet():
         assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)

@@ -43,6 +43,14 @@ def stresses() -> xr.Dataset:
     return xr.Dataset(names | roots, {"gear": ["pinion", "wheel"], "torque": [1.0, 9.0], "phase": np.arange(8) / 8})
 
 
+@cache
+def run_on_bearings() -> exugear.Run:
+    """A short run of the paper's pair on two bearings a shaft, which records their forces."""
+    ball = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
+    model = exugear.build(smooth_box(parts={0 * mm: ball, 60 * mm: ball}))
+    return exugear.run_up(model, speed=(50.0, 60.0), load=100.0, duration=0.02, progress=False, checks=0)
+
+
 def two_bodies() -> tuple[Any, Any, list]:
     """A hand-built system with the paper's pair in contact: container, mbs, its bodies and contact."""
     container = exu.SystemContainer()
@@ -73,6 +81,7 @@ def instances() -> dict[str, Any]:
         fem.Grid((1e-2, 2e-2), (-1e-2, 1e-2), ((0, 0), (0, 0))), fem.HelixSlope(5 * um), fem.LeadCrowning(5 * um),
         fem.PitchDeviation((0.0,) * 57), fem.ProfileCrowning(5 * um), fem.RootRelief(5 * um, 2 * mm),
         fem.TipRelief(5 * um, 2 * mm), fem.Sides(), fem.Offsets(a=150 * mm), fem.Resolution(neighbours=1),
+        fem.Slices(slices=40),
         fem.UpTo(100.0), fem.Material(), paper_gear(), paper_pair(), fem.map_cost(paper_pair(), 100.0), Density(),
         RunUp(), CentralDifferences(), field, exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3),
         exugear.Placement(), exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
@@ -114,10 +123,13 @@ def by_name() -> dict[str, Any]:
         "points_per_tooth": 24, "theta": 0.0, "tiles": 24, "scale": 2.0, "refine": 6, "fields": (made["Field"],),
         "t": 0.01, "pitch": 0.1, "title": "a", "message": "a", "value": 1.0, "unit": "1", "meaning": "a",
         "order": LINE, "low": LINE, "high": LINE, "rms": LINE,
+        "peaks": exugear.spectrum.Resonances(LINE[1:3], LINE[1:3]), "divisors": (2, 1), "within": 0.1,
+        "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
     }  # fmt: skip
     special = {
         "Density.refined.q": 2, "with_teeth.teeth": 2, "with_teeth.behind": 1, "Density.steps.name": "flank",
         "pair_of.data": shared_map(),
+        "static_transmission_error.resolution": None, "map_cost.resolution": None,
         "ste_map.torque": [0.0, 100.0], "ste_map.phase": np.arange(8) / 8, "ste_map.offsets": {},
         "transmission_error.run": RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20), "save.data": smooth_map(),
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
@@ -127,6 +139,7 @@ def by_name() -> dict[str, Any]:
         "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],
         "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,
         "plot_solid.ax": Figure().add_subplot(projection="3d"), "order_spectrum.speed": TURNS,
+        "plot_bearing_forces.run": run_on_bearings(), "bearing_force_rms.run": run_on_bearings(),
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
     return plain | special

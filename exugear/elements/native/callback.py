@@ -12,6 +12,7 @@ process before it is used.
 """
 
 import ctypes
+from _thread import interrupt_main
 from ctypes import CFUNCTYPE, POINTER, PYFUNCTYPE, addressof, c_char_p, c_double, c_int, c_uint64, c_void_p, py_object
 from types import SimpleNamespace
 from typing import Any
@@ -82,7 +83,7 @@ def forged(portable, kernel, addresses: tuple[int, ...], n: int):
     keep = SimpleNamespace(portable=portable, kernel=kernel, message=ctypes.create_string_buffer(LONGEST_MESSAGE))
     explain = explaining(portable, n, keep.message)
     keep.explain = CFUNCTYPE(c_void_p, c_double, POINTER(c_double), POINTER(c_double))(explain)
-    keep.code = machine_code(assembly(entry_of(kernel, n), addresses, n, keep))
+    keep.code = machine_code(assembly(entry_of(kernel, len(addresses), n), addresses, n, keep))
     keep.name = ctypes.create_string_buffer(SIGNATURE)
     keep.type = (c_uint64 * 2)(0, addressof(keep.name))
     record[FUNCTION], record[TYPE] = keep.code.get_function_address("contact"), addressof(keep.type)
@@ -105,9 +106,9 @@ def record_of_exudyn():
     return name, Record(*record)
 
 
-def entry_of(kernel, n: int) -> int:
-    """Address of the compiled code of a kernel for n coordinates."""
-    _, _, arguments, _ = kernel.get_call_template((types.int64,) * 3 + (types.float64,) * (1 + 2 * n), {})
+def entry_of(kernel, number: int, n: int) -> int:
+    """Address of the compiled code of a kernel that takes a number of addresses, for n coordinates."""
+    _, _, arguments, _ = kernel.get_call_template((types.int64,) * number + (types.float64,) * (1 + 2 * n), {})
     overload = kernel.overloads[arguments]
     if overload.signature.return_type != types.UniTuple(types.float64, n):
         raise ValueError(f"a kernel must return {n} floats")
@@ -163,6 +164,9 @@ def explaining(portable, n: int, message):
         try:
             portable(None, t, 0, q[:n], q_t[:n])
             message.value = b"the compiled contact failed\n"
+        except KeyboardInterrupt:
+            message.value = b"interrupted\n"
+            interrupt_main()  # which raises it again once C++ has returned
         except BaseException as error:
             message.value = f"{type(error).__name__}: {error}\n".encode()[: LONGEST_MESSAGE - 1]
         return addressof(message)

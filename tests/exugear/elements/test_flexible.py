@@ -20,6 +20,8 @@ from fem.units import um
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "examples"))
 import flexible_shaft as example
+import shaft_modes
+import shaft_rig
 
 PAIR = paper_pair()
 FORCE = example.TORQUE / PAIR.pinion.r_b
@@ -42,7 +44,7 @@ def flexible(solid, law):
 
 def beam_frequency(low: float, high: float) -> float:
     """Bending frequency [Hz] of the free Timoshenko beam between two bounds (transfer matrix)."""
-    area, inertia, density = np.pi * example.DIAMETER**2 / 4, np.pi * example.DIAMETER**4 / 64, STEEL.density
+    area, inertia, density = np.pi * shaft_modes.DIAMETER**2 / 4, np.pi * shaft_modes.DIAMETER**4 / 64, STEEL.density
     shear = STEEL.E / (2 * (1 + STEEL.nu)) * area * 6 * (1 + STEEL.nu) / (7 + 6 * STEEL.nu)
 
     def free_end(frequency):
@@ -50,13 +52,13 @@ def beam_frequency(low: float, high: float) -> float:
         rate = np.zeros((4, 4))
         rate[0, 1], rate[0, 3], rate[1, 2] = 1, 1 / shear, 1 / (STEEL.E * inertia)
         rate[2, 1], rate[2, 3], rate[3, 0] = -density * inertia * square, -1, -density * area * square
-        return np.linalg.det(expm(example.LENGTH * rate)[2:, :2])
+        return np.linalg.det(expm(shaft_modes.LENGTH * rate)[2:, :2])
 
     return brentq(free_end, low, high)
 
 
 def test_mass_and_elasticity_are_those_of_the_cylinder(solid):
-    mass = STEEL.density * np.pi / 4 * example.DIAMETER**2 * example.LENGTH
+    mass = STEEL.density * np.pi / 4 * shaft_modes.DIAMETER**2 * shaft_modes.LENGTH
     assert solid.massMatrix[::3, ::3].sum() == pytest.approx(mass, rel=1e-3)
     squares = eigsh(solid.stiffnessMatrix, 12, solid.massMatrix, sigma=-1e6, return_eigenvectors=False)
     free = np.sqrt(np.sort(squares)[6:]) / (2 * np.pi)
@@ -76,16 +78,16 @@ def test_reduced_shaft_keeps_bending_and_torsion_but_for_its_rigid_seats(solid):
 def test_static_deflection_is_that_of_a_timoshenko_beam(flexible):
     assert example.bending(flexible) == pytest.approx(example.beam_deflection(FORCE), rel=0.02)
     gear, one, other = flexible.positions()
-    assert np.hypot(*one[:2]) == pytest.approx(FORCE / 2 / example.BEARING, rel=0.01)
+    assert np.hypot(*one[:2]) == pytest.approx(FORCE / 2 / shaft_rig.BEARING, rel=0.01)
     assert one[:2] == pytest.approx(other[:2], rel=1e-3)
     away = np.arctan2(-gear[0], -gear[1])
     assert away == pytest.approx(PAIR.alpha_wt, abs=0.01)
 
 
 def test_torque_twists_the_shaft_between_its_end_and_the_gear(flexible):
-    polar, shear = np.pi * example.DIAMETER**4 / 32, STEEL.E / (2 * (1 + STEEL.nu))
-    angles = [flexible.mbs.GetMarkerOutput(seat, exu.OutputVariableType.Rotation)[2] for seat in flexible.seats]
-    twist = example.TORQUE * example.LENGTH / 2 / (shear * polar)
+    polar, shear = np.pi * shaft_modes.DIAMETER**4 / 32, STEEL.E / (2 * (1 + STEEL.nu))
+    angles = [flexible.mbs.GetMarkerOutput(seat, exu.OutputVariableType.Rotation)[2] for seat in flexible.markers]
+    twist = example.TORQUE * shaft_modes.LENGTH / 2 / (shear * polar)
     assert angles[1] - angles[0] == pytest.approx(twist, rel=0.01)
     assert angles[2] - angles[0] == pytest.approx(0, abs=0.01 * twist)
 
@@ -102,14 +104,14 @@ def test_both_integrators_carry_the_torque_and_agree(solid, law):
         settings = integrator(rig.mbs, 1.0, example.MESH_RESONANCE, tolerance=tolerance)
         assert settings.timeIntegration.generalizedAlpha.newmarkBeta == pytest.approx(beta)
         times, _ = example.run(rig, tolerance=tolerance)
-        assert example.last(times, rig.recorder.force, 20, 57).mean() == pytest.approx(FORCE, rel=1e-3)
-        peaks.append(np.ptp(example.last(times, rig.recorder.deflection, 20, 57)))
+        assert example.last_cycles(times, rig.recorder.force, 20, 57).mean() == pytest.approx(FORCE, rel=1e-3)
+        peaks.append(np.ptp(example.last_cycles(times, rig.recorder.deflection, 20, 57)))
     assert peaks[0] == pytest.approx(peaks[1], rel=0.01)
     rigid = example.stand(example.build(PAIR, law))
     times, _ = example.run(rigid)
     assert example.bending(rigid) < 1e-3 * um
-    assert example.last(times, rigid.recorder.force, 20, 57).mean() == pytest.approx(FORCE, rel=2e-3)
-    assert np.ptp(example.last(times, rigid.recorder.deflection, 20, 57)) > peaks[0] + 1 * um
+    assert example.last_cycles(times, rigid.recorder.force, 20, 57).mean() == pytest.approx(FORCE, rel=2e-3)
+    assert np.ptp(example.last_cycles(times, rigid.recorder.deflection, 20, 57)) > peaks[0] + 1 * um
 
 
 @pytest.mark.slow
@@ -130,10 +132,10 @@ def test_gear_on_the_floating_frame_moves_like_one_on_a_joint(solid, law, monkey
     on_frame, spins, frames, moved = example.flexible_shaft, example.spins, [], []
     monkeypatch.setattr(example, "spins", turning)
     for shaft in (on_frame, jointed):
-        monkeypatch.setattr(example, "flexible_shaft", shaft)
+        monkeypatch.setattr(shaft_rig, "flexible_shaft", shaft)
         rig = example.stand(example.build(PAIR, law, solid))
         times, _ = example.run(rig)
-        moved.append(example.last(times, rig.recorder.deflection, 20, 57))
+        moved.append(example.last_cycles(times, rig.recorder.deflection, 20, 57))
     assert moved[0].mean() == pytest.approx(moved[1].mean(), rel=1e-3)
     assert moved[0].std() == pytest.approx(moved[1].std(), rel=1e-3)
 

@@ -166,8 +166,8 @@ def test_stiffer_path_carries_more():
 
 def test_square_of_equal_gears():
     box = square()
-    assert box.places["d"] == pytest.approx((150 * mm, 150 * mm))
-    assert box.turns == {"a": 1, "b": -1, "c": -1, "d": 1}
+    assert box.shaft_positions["d"] == pytest.approx((150 * mm, 150 * mm))
+    assert box.directions == {"a": 1, "b": -1, "c": -1, "d": 1}
     assert box.static_forces(100.0) == pytest.approx([50 / paper_pair().wheel.r_b] * 4)
 
 
@@ -222,7 +222,7 @@ def test_loop_of_unlike_gears_fits_tooth_by_tooth():
 
 
 def test_loop_that_no_angles_close():
-    with pytest.raises(ValueError, match="no angles nearby do it"):
+    with pytest.raises(ValueError, match="no angles nearby fit"):
         Gearbox(quadrilateral([0.0, np.pi, 1.0, 2.0], teeth=(60, 40, 31, 18)))
 
 
@@ -357,4 +357,4 @@ def test_gearboxes_that_cannot_be_are_refused(build, message):
 
 def test_maps_and_laws_give_the_same_scene():
     shafts = wheels("a", "b")
-    assert Gearbox([Stage(*shafts, smooth_map())]).places == Gearbox([coupled(*shafts)]).places
+    assert Gearbox([Stage(*shafts, smooth_map())]).shaft_positions == Gearbox([coupled(*shafts)]).shaft_positions

@@ -69,7 +69,7 @@ def test_jumps_are_where_they_are():
     assert pitch.jumps == pytest.approx([0.25, 1.0], abs=1e-3)
 
 
-SLICES = fem.Resolution(resolved=False, slices=8)
+SLICES = fem.Slices(slices=8)
 SLOW = pytest.mark.slow  # its finite elements take 20 s
 GEARS = {
     "plain": ({}, {}),
@@ -85,7 +85,7 @@ def test_maps_do_not_jump(gears, torque):
     """Also at light load, where the second tooth pair takes over within 1/60 of a pitch."""
     pinion, wheel = (paper_gear(**changes) for changes in GEARS[gears])
     pair = fem.GearPair(pinion, wheel, a=paper_pair().a if gears != "helical" else None)
-    ste = fem.static_transmission_error(pair, torque, 60, accuracy=SLICES, progress=False)
+    ste = fem.static_transmission_error(pair, torque, 60, resolution=SLICES, progress=False)
     assert MeshForce.from_ste(ste).jumps.size == 0
 
 

@@ -139,3 +139,18 @@ def test_static_transmission_error_over_all_pitches_and_its_alternating_part():
         assert np.ptp(line.get_ydata()) == pytest.approx(np.ptp(ste["te"].values[1]) / um)
     with pytest.raises(ValueError, match="pitches must lie in"):
         plots.plot_ste(whole, pitches=4)
+
+
+def test_bearing_forces_show_what_varies_of_the_radial_force():
+    """A force that turns with amplitude 3 N about a steady force of 100 N; the axial force does not count."""
+    run = swept()
+    turn = 2 * np.pi * 400 * run["time"].values
+    force = np.stack([100 + 3 * np.cos(turn), 3 * np.sin(turn), 50 * np.sin(turn)])
+    axes = {"bearing": ["a at 0 mm"], "direction": ["x", "y", "z"]}
+    run = run.assign(bearing_force=(("bearing", "direction", "time"), force[None])).assign_coords(axes)
+    ax = plots.plot_bearing_forces(run, plots.figure().axes[0])
+    (line,) = ax.get_lines()
+    assert np.median(line.get_ydata()) == pytest.approx(3, rel=0.02)
+    assert ax.get_legend_handles_labels()[1] == ["a at 0 mm"]
+    with pytest.raises(ValueError, match="run must have bearings"):
+        plots.plot_bearing_forces(swept(), plots.figure().axes[0])

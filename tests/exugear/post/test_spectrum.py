@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy
 
-from exugear.post.spectrum import envelope, fourier_sum, order_spectrum, resonances
+from exugear.post.spectrum import Resonances, envelope, fourier_sum, order_spectrum, resonances, superharmonics
 
 
 def test_envelope_of_a_growing_sine():
@@ -109,3 +109,10 @@ FINE = np.linspace(0, 1, 20001)
 def test_bad_signals_are_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_superharmonics_are_the_peaks_at_shares_of_the_highest():
+    peaks = Resonances(np.array([300.0, 520.0, 1040.0, 2000.0]), np.array([0.1, 0.3, 0.5, 1.0]))
+    assert superharmonics(peaks, (4, 3, 2, 1)) == pytest.approx([520, np.nan, 1040, 2000], nan_ok=True)
+    with pytest.raises(ValueError, match="at least one peak"):
+        superharmonics(Resonances(np.array([]), np.array([])))

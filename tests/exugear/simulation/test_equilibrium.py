@@ -98,8 +98,8 @@ def test_imposed_speed_has_its_acceleration_from_the_first_step_on():
 
 def test_curves_know_their_slope():
     curve = Curve(lambda t: 3 + 2 * np.sin(5 * t), 1.0)
-    assert curve.slope == pytest.approx(10, rel=1e-6) and not curve.steady
-    assert Curve(lambda t: 3.0, 1.0).steady and Line(3.0, 0.0).steady and not Line(3.0, 1.0).steady
+    assert curve.initial_slope == pytest.approx(10, rel=1e-6) and not curve.constant
+    assert Curve(lambda t: 3.0, 1.0).constant and Line(3.0, 0.0).constant and not Line(3.0, 1.0).constant
 
 
 @pytest.mark.parametrize(

@@ -151,10 +151,10 @@ def even(a: float | None = None, **changes) -> fem.GearPair:
 )
 def test_nearly_singular_gears_run(pair):
     """Crawling they stand where the map says, running they hand the load on."""
-    quick = fem.Resolution(resolved=False)
+    quick = fem.Slices()
     load = 0.1 * pair.pinion.r**2 / (74e-3) ** 2 * 1500
     torque = load * np.array([0, 0.01, 0.1, 0.3, 1, 3])
-    ste = fem.static_transmission_error(pair, torque, 30, accuracy=quick, progress=False)
+    ste = fem.static_transmission_error(pair, torque, 30, resolution=quick, progress=False)
     model, pitch = meshing(ste, pair, 1000.0), 2 * np.pi / pair.pinion.z / (1 * rpm)
     carried = load * pair.wheel.z / pair.pinion.z
     slow = ran(model, speed=1 * rpm, load=carried, duration=pitch)["dte"].interp(time=ste["phase"].values * pitch)

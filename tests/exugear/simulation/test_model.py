@@ -5,8 +5,8 @@ import pytest
 from scenes import paper_gear, paper_pair, smooth_box, smooth_map
 
 import exugear
-from exugear.kernels.kinematics import phase_of
-from exugear.simulation.model import lay, open_system
+from exugear.kernels.reference_configuration import phase_of
+from exugear.simulation.model import open_system, with_deflections
 from fem.units import deg, mm
 
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-6)
@@ -38,8 +38,8 @@ def test_default_inertia_is_that_of_solid_steel_discs():
 
 def test_gearbox_knows_senses_places_ratios_and_static_forces():
     box = two_stages()
-    assert box.turns == {"fast": 1, "middle": -1, "last": 1}
-    assert box.places["last"] == pytest.approx((150 * mm, 150 * mm))
+    assert box.directions == {"fast": 1, "middle": -1, "last": 1}
+    assert box.shaft_positions["last"] == pytest.approx((150 * mm, 150 * mm))
     assert box.ratios == pytest.approx({"fast": 1, "middle": -1, "last": 1})
     assert box.static_forces(100.0) == pytest.approx([100 / paper_pair().wheel.r_b] * 2)
     assert (box.driving.name, box.driven.name) == ("fast", "last")
@@ -88,7 +88,7 @@ def test_shafts_laid_out_stand_at_the_wanted_deflections(unreduced):
     box = two_stages()
     plan = exugear.plan(box)
     model = exugear.build(box, plan=plan.with_joints() if unreduced else plan)
-    q = lay(model, [1e-5, 2e-5], np.zeros(model.meshes[0].row.size))
+    q = with_deflections(model, [1e-5, 2e-5], np.zeros(model.meshes[0].row.size))
     assert [mesh.row @ q for mesh in model.meshes] == pytest.approx([1e-5, 2e-5])
 
 
@@ -104,10 +104,10 @@ def test_loops_are_laid_out_where_the_deflections_agree(unreduced):
     box = square()
     plan = exugear.plan(box)
     model = exugear.build(box, plan=plan.with_joints() if unreduced else plan)
-    q = lay(model, [1e-5, 2e-5, 2e-5, 1e-5], np.zeros(model.meshes[0].row.size))
+    q = with_deflections(model, [1e-5, 2e-5, 2e-5, 1e-5], np.zeros(model.meshes[0].row.size))
     assert [mesh.row @ q for mesh in model.meshes] == pytest.approx([1e-5, 2e-5, 2e-5, 1e-5])
     assert q[model.spins["a"]] == 0
-    found = [mesh.row @ lay(model, [1e-5, 0, 0, 0], q) for mesh in model.meshes]
+    found = [mesh.row @ with_deflections(model, [1e-5, 0, 0, 0], q) for mesh in model.meshes]
     assert found == pytest.approx([0.75e-5, 0.25e-5, -0.25e-5, 0.25e-5], abs=1e-12)
 
 
@@ -178,7 +178,7 @@ def test_two_bearings_hold_a_shaft():
         (lambda: stage(backlash=-1e-5), "backlash must be >= 0"),
         (lambda: stage(angle=90.0), "pass radians"),
         (lambda: stage(slow=shaft("fast")), "two shafts"),
-        (lambda: stage(slow=exugear.Shaft("slow", {31 * mm: paper_gear()})), "one axial place"),
+        (lambda: stage(slow=exugear.Shaft("slow", {31 * mm: paper_gear()})), "one axial position"),
         (lambda: exugear.Stage("a", shaft(), smooth_map(), damping=0.0), "fast must be"),
         (lambda: exugear.Stage(shaft(), shaft("slow"), "map", damping=0.0), "mesh must be"),
         (lambda: exugear.Gearbox([]), "at least one Stage"),

@@ -60,7 +60,7 @@ def test_slow_running_follows_the_static_transmission_error(spinning):
 
 def test_segments_do_not_perturb_the_run(spinning, monkeypatch):
     parts = run(spinning, tolerance=1e-4, checks=0)
-    monkeypatch.setattr("exugear.simulation.step_error.PIECES", 1)
+    monkeypatch.setattr("exugear.simulation.step_error.SEGMENTS", 1)
     whole = run(spinning, tolerance=1e-4, checks=0)
     assert np.abs(whole.data["dte"] - parts.data["dte"]).max() < 1e-4 * np.ptp(whole.data["dte"].values)
 
@@ -121,7 +121,7 @@ def test_steps_sum_up_exactly(duration):
 )
 def test_estimated_errors_are_true(build, monkeypatch):
     """All hundred pieces of a run-up through the resonances, against a sixth of the step; above Newton's own error."""
-    monkeypatch.setattr(Solver, "telling", lambda self, pieces, number: pieces)
+    monkeypatch.setattr(Solver, "representative", lambda self, segments, number: segments)
     conditions = {"speed": (500 * rpm, 3500 * rpm), "duration": 10.0, "load": 150.0, "tolerance": 4e-3}
     rough = run(build(), **conditions, progress=True)
     finer = {"step": rough.step / 6, "sample": rough.data.attrs["sample"], "tolerance": 1e-5, "checks": 0}

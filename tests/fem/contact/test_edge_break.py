@@ -106,9 +106,8 @@ def test_sharp_edges_are_the_limit_of_small_radii():
 
 
 def test_where_tip_edges_touch_is_in_the_map():
-    for resolved in (True, False):
-        resolution = fem.Resolution(density=COARSE.density, resolved=resolved)
-        ste = fem.static_transmission_error(rounded_pair(0), [0, 350], PHASES, accuracy=resolution, progress=False)
+    for resolution in (fem.Resolution(density=COARSE.density), fem.Slices(density=COARSE.density)):
+        ste = fem.static_transmission_error(rounded_pair(0), [0, 350], PHASES, resolution=resolution, progress=False)
         none, share = ste["tip_contact"].values
         assert (none == 0).all()
         assert share[[0, 2]] == pytest.approx(ste["load_share"].sel(torque=350, pair=-1).values[[0, 2]])

@@ -156,7 +156,7 @@ def test_helical_pair_is_its_twin(pair):
     """
     twin, phases, torque = Twin(pair), np.arange(6) / 10, np.array([150, 350])
     ours, ours_without = (
-        fem.static_transmission_error(pair, torque, phases, accuracy=model, progress=False)["te"].values
+        fem.static_transmission_error(pair, torque, phases, resolution=model, progress=False)["te"].values
         for model in (FINER, replace(FINER, neighbours=1))
     )
     other, without = (

@@ -147,7 +147,7 @@ def test_light_loads_on_edges_across_the_width(beta):
     """Where end reliefs begin teeth touch first, and narrowly: some 3 % were missed with slices across such edges."""
     pair = end_relieved(beta)
     few, many = (
-        fem.static_transmission_error(pair, [5], 5, accuracy=fem.Resolution(slices=n), progress=False)["te"].values
+        fem.static_transmission_error(pair, [5], 5, resolution=fem.Resolution(slices=n), progress=False)["te"].values
         for n in (20, 60)
     )
     assert few == pytest.approx(many, rel=4e-3)
@@ -176,7 +176,7 @@ def test_line_load_where_reliefs_begin_on_lines_of_contact():
     pair = fem.GearPair(pinion, fem.Gear(z=40, beta=-15 * deg, d_bore=60 * mm, **common))
     few, many = (
         fem.static_transmission_error(
-            pair, 30, [0.23, 0.64, 0.65, 0.78], accuracy=fem.Resolution(slices=n), progress=False
+            pair, 30, [0.23, 0.64, 0.65, 0.78], resolution=fem.Resolution(slices=n), progress=False
         )["line_load"].values
         for n in (20, 60)
     )
@@ -312,7 +312,7 @@ def test_narrow_slices_beside_kinks_bear_any_load():
             torque,
             [0.1, 0.25, 0.4],
             offsets=fem.Offsets(axial=0.6 * mm),
-            accuracy=fem.Resolution(resolved=False, slices=slices),
+            resolution=fem.Slices(slices=slices),
             progress=False,
         )["te"].values[0]
         for slices in (6, 12, 20, 40)

@@ -77,6 +77,6 @@ def test_right_flanks_touch_where_left_ones_do_in_a_mirror(beta, side):
     mirror = fem.GearPair(mirrored(pair.pinion, 0), mirrored(pair.wheel, 1), a=pair.a)
     which, phase, known = (pair, at, 0.0) if side > 0 else (mirror, pair.back_phase - at, pair.backlash)
     offsets = fem.Offsets(f_sigma_delta=delta, f_sigma_beta=side * lean)
-    te = fem.static_transmission_error(which, 0, at, offsets=offsets, accuracy=ROUGH, progress=False)["te"].values[0]
+    te = fem.static_transmission_error(which, 0, at, offsets=offsets, resolution=ROUGH, progress=False)["te"].values[0]
     assert te == pytest.approx([play(pair, side, p, delta + 1j * lean) - known for p in phase], abs=0.05 * um)
     assert np.ptp(te) > 3 * um

@@ -104,9 +104,9 @@ def test_crowned_flanks_press_as_hertz_says_of_points():
 def test_narrow_gears_take_as_many_slices_as_one_likes():
     """1.2 mm wide, misaligned: slices shorter than the contact is wide."""
     narrow = paper_gear(b=1.2 * mm)
-    pair, offsets = fem.GearPair(narrow, narrow, a=150 * mm), fem.Offsets(misalignment=2e-3)
+    pair, options = fem.GearPair(narrow, narrow, a=150 * mm), {"offsets": fem.Offsets(misalignment=2e-3)}
     few, many = (
-        fem.static_transmission_error(pair, [8, 20], 8, offsets=offsets, accuracy=Resolution(slices=n), progress=False)
+        fem.static_transmission_error(pair, [8, 20], 8, resolution=Resolution(slices=n), progress=False, **options)
         for n in (10, 60)
     )
     assert few["te"].values == pytest.approx(many["te"].values, rel=1e-3)
@@ -124,7 +124,7 @@ def test_elements_of_the_section_need_not_resolve_what_bends_far_from_short_patc
     pair, torque = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm), [0, 5, 15, 60]
     coarse, fine = Density(width=5), Density(flank=22, fillet=5, tooth=6, rim=8, body=12, width=5)
     few, many = (
-        fem.static_transmission_error(pair, torque, 6, accuracy=Resolution(density), progress=False)["te"].values
+        fem.static_transmission_error(pair, torque, 6, resolution=Resolution(density), progress=False)["te"].values
         for density in (coarse, fine)
     )
     assert (few - few[0])[1:].mean(axis=1) == pytest.approx((many - many[0])[1:].mean(axis=1), rel=0.003)
@@ -132,5 +132,5 @@ def test_elements_of_the_section_need_not_resolve_what_bends_far_from_short_patc
 
 def _deflection(resolution: Resolution) -> np.ndarray:
     torque = [0, 0.02, 0.1]
-    te = fem.static_transmission_error(CROWNED, torque, 4, accuracy=resolution, progress=False)["te"].values
+    te = fem.static_transmission_error(CROWNED, torque, 4, resolution=resolution, progress=False)["te"].values
     return te[1:] - te[0]

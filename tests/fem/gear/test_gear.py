@@ -52,8 +52,8 @@ def test_published_gear_with_shifts_of_two_modules():
     pair = fem.GearPair(*(replace(gear, rho_f=0.5 * mm) for gear in (pinion, wheel)), a=91.5 * mm)
     assert [pair.eps_alpha, pair.eps_beta] == pytest.approx([0.93, 1.00], abs=0.005)
     rough = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1)
-    slices = fem.Resolution(density=rough, slices=8, resolved=False)
-    ste = fem.static_transmission_error(pair, [0, 100], 4, accuracy=slices, progress=False)
+    slices = fem.Slices(density=rough, slices=8)
+    ste = fem.static_transmission_error(pair, [0, 100], 4, resolution=slices, progress=False)
     te = ste["te"].values
     assert te[0] == pytest.approx(0, abs=1e-9) and (te[1] > 1 * um).all()
 

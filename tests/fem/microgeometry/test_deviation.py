@@ -152,7 +152,7 @@ def test_a_narrow_ridge_carries_the_first_load(half):
     pair = raised([-10 * mm, 3.5 * mm - half, 3.5 * mm, 3.5 * mm + half, 10 * mm], 3.5 * mm)
     coarse, fine = (
         fem.static_transmission_error(
-            pair, [0, 0.5, 5, 20, 200], [0.1, 0.6], accuracy=fem.Resolution(slices=slices), progress=False
+            pair, [0, 0.5, 5, 20, 200], [0.1, 0.6], resolution=fem.Resolution(slices=slices), progress=False
         )["te"].values
         for slices in (20, 80)
     )
@@ -164,7 +164,7 @@ def test_a_narrow_ridge_carries_the_first_load(half):
 @pytest.mark.parametrize("place", [-3.6 * mm, 0.4 * mm, 9.2 * mm])
 def test_every_line_of_an_even_grid_may_touch_first(place):
     pair = raised(np.linspace(-10, 10, 51) * mm, place)
-    te = fem.static_transmission_error(pair, [0], [0.1, 0.6], accuracy=fem.Resolution(), progress=False)["te"].values
+    te = fem.static_transmission_error(pair, [0], [0.1, 0.6], resolution=fem.Resolution(), progress=False)["te"].values
     assert te == pytest.approx(-6 * um, abs=1e-9 * um)
 
 

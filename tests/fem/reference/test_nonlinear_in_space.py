@@ -173,7 +173,7 @@ def test_helical_pair_on_hexahedra_confirms_the_compliance(pair):
         te = np.array([equilibrium(meshing, at, force).te for at in phases])
         linear, without = ([at_rest(one, at, force) for at in phases] for one in (meshing, next_only))
         ours, ours_without = (
-            fem.static_transmission_error(pair, torque, phases, accuracy=model, progress=False)["te"].values[0]
+            fem.static_transmission_error(pair, torque, phases, resolution=model, progress=False)["te"].values[0]
             for model in (fem.Resolution(), fem.Resolution(neighbours=1))
         )
         assert linear == pytest.approx(te, rel=1e-3)

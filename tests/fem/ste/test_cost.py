@@ -4,10 +4,10 @@ import pytest
 from paper_gears import few_teeth, paper_pair
 
 import fem
-from fem.ste.map_solver import QUANTITIES
+from fem.ste.ste_map import STATE_VARIABLES
 from fem.units import deg, mm
 
-QUICK = fem.Resolution(resolved=False)
+QUICK = fem.Slices()
 TILTED = fem.Offsets(misalignment=(-1e-4, 0.0, 1e-4), axial=(0.0, 1 * mm))
 
 
@@ -17,11 +17,11 @@ def cold(monkeypatch, tmp_path):
 
 
 def test_states_are_those_of_the_map(paper_pair):
-    cost = fem.map_cost(paper_pair, [0, 50, 150], 5, offsets=TILTED, accuracy=QUICK)
-    ste = fem.static_transmission_error(paper_pair, [0, 50, 150], 5, offsets=TILTED, accuracy=QUICK, progress=False)
+    cost = fem.map_cost(paper_pair, [0, 50, 150], 5, offsets=TILTED, resolution=QUICK)
+    ste = fem.static_transmission_error(paper_pair, [0, 50, 150], 5, offsets=TILTED, resolution=QUICK, progress=False)
     assert cost.states == ste["te"].size == 90 and cost.checks == 0 and not cost.at_least
-    parts = ("te", *QUANTITIES, "load_share", "pairs_in_contact")
-    assert cost.memory == pytest.approx(sum(ste[name].nbytes for name in parts), rel=0.3)
+    memory = sum(ste[name].nbytes for name in (*STATE_VARIABLES, "pairs_in_contact"))
+    assert cost.memory == pytest.approx(memory, rel=0.3)
 
 
 def test_what_is_cached_costs_nothing(cold, paper_pair):
@@ -39,8 +39,8 @@ def test_more_costs_more(cold, paper_pair):
     helical = fem.GearPair(few_teeth(beta=15 * deg), few_teeth(beta=-15 * deg, z=41))
     default = fem.map_cost(helical, [0, 50], 30)
     assert fem.map_cost(helical, [0, 20, 50], 30).contact == pytest.approx(1.5 * default.contact)
-    assert fem.map_cost(helical, [0, 50], 30, accuracy=QUICK).contact < 0.5 * default.contact
-    assert fem.map_cost(helical, [0, 50], 30, accuracy=fem.Resolution().finer()).seconds > 2 * default.seconds
+    assert fem.map_cost(helical, [0, 50], 30, resolution=QUICK).contact < 0.5 * default.contact
+    assert fem.map_cost(helical, [0, 50], 30, resolution=fem.Resolution().finer()).seconds > 2 * default.seconds
     assert fem.map_cost(paper_pair, [0, 50], 30).seconds < default.seconds
     unlike = fem.GearPair(few_teeth(), few_teeth(z=41))
     alike = fem.GearPair(few_teeth(), few_teeth())
@@ -48,9 +48,9 @@ def test_more_costs_more(cold, paper_pair):
 
 
 def test_an_accuracy_costs_at_least_its_coarsest_level(cold, paper_pair):
-    chosen = fem.map_cost(paper_pair, fem.UpTo(350), None, accuracy=0.02)
+    chosen = fem.map_cost(paper_pair, fem.UpTo(350), phases=None, accuracy=0.02)
     assert chosen.at_least and chosen.checks > chosen.states
-    assert chosen.seconds > fem.map_cost(paper_pair, [0, 5, 20, 90, 350], 12, accuracy=QUICK).seconds
+    assert chosen.seconds > fem.map_cost(paper_pair, [0, 5, 20, 90, 350], 12, resolution=QUICK).seconds
     assert "to estimate errors" in str(chosen) and ": at least " in str(chosen)
 
 
@@ -66,6 +66,10 @@ def test_words_are_those_of_a_plan(cold, paper_pair):
         ({"torque": fem.UpTo(50)}, "need an accuracy"),
         ({"torque": [50, 20]}, "torque must increase"),
         ({"torque": [50], "accuracy": 3.0}, "accuracy must lie"),
+        ({"torque": [0], "accuracy": 0.01}, "needs a torque > 0"),
+        ({"torque": fem.UpTo(1e6), "accuracy": 0.01}, "Hertz pressure passes"),
+        ({"torque": [50], "accuracy": fem.Slices()}, r"pass resolution=fem\.Slices"),
+        ({"torque": [50], "accuracy": 0.01, "resolution": fem.Slices()}, "leave out accuracy or resolution"),
         ({"torque": [50], "offsets": 0.1}, "offsets must be a"),
         ({"torque": [50], "phases": 2}, "phases must be"),
     ],

@@ -1,10 +1,10 @@
-"""Deflection between the torques of a map: closed forms, and the pairs on which users saw it go wrong."""
+"""Deflection between the torques of a map: closed forms, and pairs on which simpler interpolation failed."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from coarse_maps import ROUGH, SLICES, STRIPS, map_of, te_of
+from coarse_maps import ROUGH, SLICES, STRIPS, map_of, model_of, te_of
 from paper_gears import paper_gear
 from scipy.interpolate import CubicHermiteSpline
 
@@ -38,15 +38,15 @@ def wide_helical() -> fem.GearPair:
 def test_line_contact_is_exact_below_the_lowest_load():
     """deflection = F (c - ln F) has the compliance of a Hertzian line contact."""
     law, force = (lambda f: f * (20 - np.log(f))), np.geomspace(1e-3, 10, 40)
-    given = np.array([10.0, 40.0])
-    found = deflection_under(given, law(given), force, 1 / (19 - np.log(given)))
-    assert found == pytest.approx(law(force), rel=1e-12)
+    loads = np.array([10.0, 40.0])
+    deflection = deflection_under(loads, law(loads), force, 1 / (19 - np.log(loads)))
+    assert deflection == pytest.approx(law(force), rel=1e-12)
 
 
 def test_curve_keeps_points_tangents_and_curvature():
-    x, at = np.array([1.0, 4.0, 16.0]), np.linspace(1, 16, 2001)
-    y = rational_cubic(x, x**0.7, 0.7 * x**-0.3, at)
-    assert y == pytest.approx(at**0.7, rel=2e-3)
+    x, queries = np.array([1.0, 4.0, 16.0]), np.linspace(1, 16, 2001)
+    y = rational_cubic(x, x**0.7, 0.7 * x**-0.3, queries)
+    assert y == pytest.approx(queries**0.7, rel=2e-3)
     assert (np.diff(y, 2) < 1e-12).all()
     step = 1e-6
     ends = rational_cubic(x, x**0.7, 0.7 * x**-0.3, np.array([4 - step, 4.0, 4 + step]))
@@ -54,17 +54,17 @@ def test_curve_keeps_points_tangents_and_curvature():
 
 
 def test_where_a_further_pair_joins_the_curve_stays_concave():
-    """Soft up to 1.5, ten times as stiff beyond: a cubic between the same tangents swings through."""
-    x, y, slope, at = np.array([1.0, 4.0]), np.array([1.0, 1.75]), np.array([1.0, 0.1]), np.linspace(1, 4, 301)
-    curve, swinging = rational_cubic(x, y, slope, at), CubicHermiteSpline(x, y, slope)(at)
-    assert np.diff(swinging, 2).max() > 1e-6
+    """Soft up to 1.5, ten times as stiff beyond: a cubic polynomial with the same tangents overshoots."""
+    x, y, slope, queries = np.array([1.0, 4.0]), np.array([1.0, 1.75]), np.array([1.0, 0.1]), np.linspace(1, 4, 301)
+    curve, hermite = rational_cubic(x, y, slope, queries), CubicHermiteSpline(x, y, slope)(queries)
+    assert np.diff(hermite, 2).max() > 1e-6
     assert np.diff(curve, 2).max() < 1e-12
     assert (np.diff(curve) > 0).all()
 
 
 @pytest.mark.parametrize(("mode", "tolerance"), [(SLICES, 1e-4), (STRIPS, 0.03)])
 def test_stiffness_of_a_map_is_the_slope_of_its_loads(mode, tolerance):
-    """Resolved states settle their slices and strips anew at each load, which moves differences by 2 per cent."""
+    """Strips and loaded widths are chosen anew at each load, which changes difference quotients by 2 per cent."""
     gear = paper_gear(flank=(fem.LeadCrowning(10 * um), fem.TipRelief(15 * um, 2.5 * mm)))
     pair, step = fem.GearPair(gear, gear, a=150 * mm), 1e-3
     ste = map_of(pair, 150 * np.array([1 - step, 1, 1 + step]), 12, mode)
@@ -74,7 +74,7 @@ def test_stiffness_of_a_map_is_the_slope_of_its_loads(mode, tolerance):
 
 
 def test_law_between_torques_keeps_the_peak_to_peak():
-    """Torques four times apart; by the compliance alone up to 1.1 um of 10 um were missed."""
+    """Torques four times apart; interpolation of the compliance alone misses up to 1.1 um of 10 um."""
     pair, between, phase, mode = fzg_type_c(40 * um), np.array([100, 150, 200]), np.arange(48) / 48, SLICES
     ste = map_of(pair, [0, 18.9, 75.5, 302], 48, mode)
     force, deflection = loaded_deflection(ste, pair.pinion.r_b, phase)
@@ -84,9 +84,9 @@ def test_law_between_torques_keeps_the_peak_to_peak():
 
 
 def test_requested_accuracy_holds_the_peak_to_peak_between_torques():
-    """On a wide crowned helical pair with tip relief; torques that keep the mean alone are off by 20 %."""
+    """Of a wide crowned helical pair with tip relief; torques that hold the mean only err by 20 %."""
     pair, accuracy = wide_helical(), 0.05
-    loaded = LoadedCurves(pair, fem.Offsets().values(pair), ROUGH)
+    loaded = LoadedCurves(model_of(pair, ROUGH))
     torque = chosen_torques(loaded, 25465, accuracy)
     between, r_b = np.sqrt(torque[1:-1] * torque[2:]), pair.pinion.r_b
     (te, stiffness), (direct, _) = loaded.at(torque), loaded.at(between)
@@ -95,8 +95,8 @@ def test_requested_accuracy_holds_the_peak_to_peak_between_torques():
     assert (error < allowed_error(loaded, between, accuracy).peak_to_peak).all()
 
 
-def test_map_of_few_phases_says_how_far_off_its_peak_to_peak_is():
-    """24 phases in the slice mode ranked two reliefs the wrong way round; the stated error covers the difference."""
+def test_estimated_error_covers_the_peak_to_peak_of_a_map_of_few_phases():
+    """24 phases by slices rank two reliefs the wrong way round; the estimated error covers the difference."""
     for C_a in (40 * um, 50 * um):
         pair = fzg_type_c(C_a)
         ste = fem.static_transmission_error(pair, [302], 24, accuracy=0.1, progress=False)

@@ -28,8 +28,14 @@ def test_an_old_map_holds_its_pair(pair):
 
 def test_an_old_map_is_that_of_today(pair):
     old = fem.load(OLD)
-    coarse = fem.Resolution(resolved=False, slices=6)
-    new = fem.static_transmission_error(pair, old["torque"].values, 4, accuracy=coarse, progress=False)
+    coarse = fem.Slices(slices=6)
+    new = fem.static_transmission_error(pair, old["torque"].values, 4, resolution=coarse, progress=False)
     assert exugear.MeshForce.from_ste(old).deflection == pytest.approx(exugear.MeshForce.from_ste(new).deflection)
     for name in old.data_vars:
         assert new[name].values == pytest.approx(old[name].values, rel=1e-6, abs=1e-6 * abs(old[name]).max().item())
+
+
+@pytest.mark.parametrize("resolved", [True, False])
+def test_the_old_argument_of_a_resolution_raises_with_the_new_spelling(resolved):
+    with pytest.raises(TypeError, match=r"fem\.Resolution\(\) solves strips .* fem\.Slices\(\) one line load"):
+        fem.Resolution(resolved=resolved)

@@ -204,7 +204,7 @@ def test_force_on_a_tips_corner_is_on_the_flank(phase):
 def test_corner_presses_both_gears_alike(phase):
     """The largest pressure of the map, which a corner puts on one strip, is on both gears, in plane and in space."""
     options = {"density": COARSE, "resolution": ROUGH}
-    peak = fem.static_transmission_error(paper_pair(), 350, [phase], accuracy=ROUGH, progress=False)["peak_pressure"]
+    peak = fem.static_transmission_error(paper_pair(), 350, [phase], resolution=ROUGH, progress=False)["peak_pressure"]
     for fields in (stress.plane_fields, stress.solid_fields):
         for field in fields(paper_pair(), 350.0, phase, **options):
             assert field.pressure.max() == pytest.approx(peak.item(), rel=0.005)

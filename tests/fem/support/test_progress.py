@@ -66,6 +66,6 @@ def test_short_work_and_unwanted_words_are_left_out(monkeypatch, capsys):
 
 def test_a_map_without_progress_is_silent(monkeypatch, tmp_path, capsys):
     monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
-    quick = fem.Resolution(resolved=False)
-    fem.static_transmission_error(paper_pair(), [50], 4, accuracy=quick, progress=False)
+    quick = fem.Slices()
+    fem.static_transmission_error(paper_pair(), [50], 4, resolution=quick, progress=False)
     assert capsys.readouterr().err == ""

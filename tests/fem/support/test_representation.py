@@ -27,6 +27,7 @@ LEAVES = [
     fem.PitchDeviation(np.arange(20) * um / 10),
     fem.Offsets(misalignment=(-2e-4, 0, 2e-4), a=150 * mm),
     fem.Resolution(slices=40),
+    fem.Slices(slices=40),
     fem.UpTo(350),
     exugear.Bearing(2e8, 1e8, 1e5, clearance=5 * um),
     exugear.Bearing(matrix=np.diag([1e8, 1e8, 1e7, 1e4, 1e4, 0])),
@@ -91,6 +92,6 @@ def test_keys_tell_apart_what_looks_alike():
 
 
 def test_maps_keep_their_resolution_whole():
-    ste = fem.static_transmission_error(paper_pair(), [50], 4, accuracy=fem.Resolution(resolved=False), progress=False)
-    assert ste.attrs["resolution"].startswith("Resolution(density=Density(flank=16, fillet=3, ")
+    ste = fem.static_transmission_error(paper_pair(), [50], 4, resolution=fem.Slices(), progress=False)
+    assert ste.attrs["resolution"].startswith("Slices(density=Density(flank=16, fillet=3, ")
     assert smooth_map().attrs["pinion_m_n"] == 2.6 * mm

@@ -1,0 +1,112 @@
+"""The part of the face width that is modelled: all of it, or the half above mid-plane where symmetry gives the other.
+
+Axial positions count from mid-plane. Whatever depends on the symmetry asks the face: which displacements it holds, where
+forces act beside those of the model, and what the modelled part says of the whole.
+"""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from fem.gear.gear import Gear
+
+#: Nodes lie on the bore, and on mid-plane, within this share of the bore's radius, and of the face width.
+ON_BORE, ON_MID_PLANE = 1e-6, 1e-9
+
+
+@dataclass(frozen=True)
+class WholeFace:
+    """Both halves of the face width are modelled."""
+
+    name: ClassVar[str] = "whole"
+    #: Share of the load that acts on the modelled part.
+    share: ClassVar[float] = 1.0
+    #: Relative distance from mid-plane at which the modelled part begins; -1 and 1: the end faces.
+    start: ClassVar[float] = -1.0
+    #: Displacement components that vanish in mid-plane.
+    held: ClassVar[tuple[int, ...]] = ()
+    antisymmetric: ClassVar[bool] = False
+
+    def positions(self, upper: np.ndarray) -> np.ndarray:
+        """Axial positions of the model out of those from mid-plane on (n,), increasing from 0 [m]."""
+        return np.concatenate([-upper[:0:-1], upper])
+
+    def images(self, axial: np.ndarray) -> list[np.ndarray]:
+        """Axial positions where the forces of the model act [m]."""
+        return [axial]
+
+    def continued(self, axial: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Axial positions (n,), increasing, and values there, continued beyond the modelled part."""
+        return axial, values
+
+    def slices(self, number: int) -> int:
+        """Number of slices of the modelled part out of that of the whole face."""
+        return number
+
+    def force_centroid(self, axial: float) -> float:
+        """Axial position of the resultant force out of that on the modelled part [m]."""
+        return axial
+
+    def unfolded(self, low: np.ndarray, high: np.ndarray, *values: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Ends (n,) of slices and values (n, ...) on them, over the whole face."""
+        return low, high, *values
+
+
+@dataclass(frozen=True)
+class HalfFace:
+    """The half above mid-plane is modelled; the forces on both halves are equal, or opposite if antisymmetric."""
+
+    antisymmetric: bool = False
+    share: ClassVar[float] = 0.5
+    start: ClassVar[float] = 0.0
+
+    @property
+    def name(self) -> str:
+        return "odd" if self.antisymmetric else "even"
+
+    @property
+    def held(self) -> tuple[int, ...]:
+        """Equal forces do not move mid-plane along the axis, opposite ones do not move it in the transverse section."""
+        return (0, 1) if self.antisymmetric else (2,)
+
+    def positions(self, upper: np.ndarray) -> np.ndarray:
+        """As of `WholeFace`."""
+        return upper
+
+    def images(self, axial: np.ndarray) -> list[np.ndarray]:
+        """As of `WholeFace`, for equal forces."""
+        return [axial, -axial]
+
+    def continued(self, axial: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As of `WholeFace`: by the first position below mid-plane."""
+        return np.append(-axial[1], axial), np.append(values[1], values)
+
+    def slices(self, number: int) -> int:
+        """As of `WholeFace`."""
+        return number // 2
+
+    def force_centroid(self, axial: float) -> float:
+        """As of `WholeFace`: mid-plane."""
+        return 0.0
+
+    def unfolded(self, low: np.ndarray, high: np.ndarray, *values: np.ndarray) -> tuple[np.ndarray, ...]:
+        """As of `WholeFace`."""
+        ends = np.concatenate([-high[::-1], low]), np.concatenate([-low[::-1], high])
+        return *ends, *(np.concatenate([value[::-1], value]) for value in values)
+
+
+Face = WholeFace | HalfFace
+
+
+def clamped(gear: Gear, points: np.ndarray, components: int, face: Face) -> np.ndarray:
+    """(components, ...) which displacements vanish: all of points on the rigid hub, some in the plane of symmetry.
+
+    points      (2, ...) in the transverse section, or (3, ...) in space [m]
+    """
+    held = np.zeros((components, *points.shape[1:]), bool)
+    held[:, np.hypot(points[0], points[1]) < gear.d_bore / 2 * (1 + ON_BORE)] = True
+    if len(points) == 3:
+        for component in face.held:
+            held[component] |= np.abs(points[2]) < ON_MID_PLANE * gear.b
+    return held

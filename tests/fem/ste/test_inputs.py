@@ -1,0 +1,100 @@
+"""What a map is asked for: bad torques, phases, offsets, accuracies and resolutions are refused with a remedy."""
+
+import numpy as np
+import pytest
+
+import fem
+from fem.elasticity.mesh_density import Density
+from fem.units import mm
+
+
+@pytest.mark.parametrize(
+    ("torque", "phases", "message"),
+    [
+        (-150, 30, "torque must increase from 0"),
+        ([150, 100], 30, "sort it"),
+        (150e3, 30, "pass newton metres"),
+        (np.nan, 30, "torque must"),
+        ([], 30, "torque must"),
+        (150, 2, "phases must be a whole number"),
+        (150, 7.5, "phases must be a whole number"),
+        (150, [0.5, 0.2], "phases must increase"),
+        (150, [0.5, 1.0], "phases must increase"),
+        (150, [[0.1, 0.2]], "phases must increase"),
+        (150, [[0.1, 0.2], [0.3]], "phases must hold real numbers"),
+        (150, "30", "phases must hold real numbers"),
+        ("150", 30, "torque must hold real numbers"),
+        (None, 30, "torque must hold real numbers"),
+    ],
+)
+def test_bad_torques_and_phases_are_refused(paper_pair, torque, phases, message):
+    with pytest.raises(ValueError, match=message):
+        fem.static_transmission_error(paper_pair, torque, phases, progress=False)
+
+
+@pytest.mark.parametrize(
+    ("torque", "phases", "options", "message"),
+    [
+        (150, 30, {"accuracy": 0.5}, "accuracy must lie in"),
+        (150, 30, {"accuracy": float("nan")}, "accuracy must lie in"),
+        (150, 30, {"accuracy": "0.01"}, "accuracy must be one real number"),
+        (150, None, {}, "need an accuracy"),
+        (fem.UpTo(150), 30, {"resolution": fem.Resolution()}, "need an accuracy"),
+        (0, 30, {"accuracy": 0.01}, "needs a torque > 0"),
+        (fem.UpTo(1e6), 30, {"accuracy": 0.01}, "Hertz pressure passes"),
+        (150, 30, {"accuracy": fem.Resolution(slices=40)}, r"pass resolution=fem\.Resolution\("),
+        (150, 30, {"accuracy": fem.Slices()}, r"pass resolution=fem\.Slices\("),
+        (150, 30, {"accuracy": 0.01, "resolution": fem.Slices()}, "leave out accuracy or resolution"),
+        (150, 30, {"resolution": 0.01}, r"resolution must be a fem\.Resolution, a fem\.Slices or None, got 0\.01"),
+    ],
+)
+def test_bad_requests_are_refused(paper_pair, torque, phases, options, message):
+    with pytest.raises(ValueError, match=message):
+        fem.static_transmission_error(paper_pair, torque, phases, progress=False, **options)
+    with pytest.raises(ValueError, match=message):
+        fem.map_cost(paper_pair, torque, phases, **options)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: fem.Offsets(a=(0.151, 0.150)), "a must increase; sort it"),
+        (lambda: fem.Offsets(misalignment=0.5), "pass radians"),
+        (lambda: fem.Offsets(axial=float("nan")), "axial must be a number"),
+        (lambda: fem.Offsets(axial=None), "axial must be a number or increasing numbers .*0: none.*got None"),
+        (lambda: fem.Offsets(misalignment=None), "misalignment must be a number .*got None"),
+        (lambda: fem.Offsets(axial="1e-3"), "axial must hold real numbers"),
+        (lambda: fem.Resolution(Density(), 20, False), r"neighbours must .*got False; .*fem\.Slices\(\) one line load"),
+        (lambda: fem.Resolution(density=4), "density must be a fem.Density"),
+        (lambda: fem.Resolution(slices="20"), "slices must be one real number"),
+        (lambda: fem.Resolution(slices=float("inf")), "slices must be an even number"),
+        (lambda: fem.UpTo("350"), "torque must be one real number"),
+        (lambda: fem.Resolution(slices=5), "slices must be an even number"),
+        (lambda: fem.Slices(slices=5), "slices must be an even number"),
+        (lambda: fem.Resolution(neighbours=-1), "neighbours must be a whole number of pitches"),
+    ],
+)
+def test_bad_offsets_and_resolutions_are_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_offsets_of_another_kind_are_refused(paper_pair):
+    for offsets in ({"misalignment": 1e-4}, {}, 1e-4):
+        with pytest.raises(ValueError, match=r"offsets must be fem.Offsets, say fem.Offsets\(misalignment"):
+            fem.static_transmission_error(paper_pair, 150, 4, offsets=offsets, progress=False)
+
+
+def test_numbers_of_other_libraries_become_pythons():
+    offsets = fem.Offsets(a=np.float32(0.15), misalignment=np.array([0, 1e-4], np.float32), axial=np.int64(0))
+    assert offsets == fem.Offsets(a=float(np.float32(0.15)), misalignment=(0.0, float(np.float32(1e-4))))
+    assert offsets.axes() == ("misalignment",) and type(offsets.a) is type(offsets.axial) is float
+    assert fem.Offsets(a=None) == fem.Offsets()
+    resolution = fem.Resolution(Density(flank=np.int64(8), width=np.int32(2)), np.int64(6), np.int8(1))
+    assert repr(resolution) == repr(fem.Resolution(Density(flank=8, width=2), 6, neighbours=1))
+
+
+def test_offsets_beyond_the_gears_are_refused(paper_pair):
+    for offsets, message in ((fem.Offsets(axial=22 * mm), "face in contact"), (fem.Offsets(a=139 * mm), "a must lie")):
+        with pytest.raises(ValueError, match=message):
+            fem.static_transmission_error(paper_pair, 150, 4, offsets=offsets, progress=False)
