@@ -40,7 +40,7 @@ def test_published_helical_pair():
 
 
 def test_published_gear_with_shifts_of_two_modules():
-    """FZG H951: eps_alpha 0.93, eps_beta 1.00; with 0.38 m_n at the tool's tip the fillets would stand in the way."""
+    """FZG H951: eps_alpha 0.93, eps_beta 1.00; the fillets of a tool with tip radius 0.38 m_n would interfere."""
     data = {"m_n": 1.75 * mm, "b": 21.2418 * mm, "d_bore": 30 * mm}
     sizes = [{"d_a": 2 * r_a * mm, "d_f": 2 * r_f * mm} for r_a, r_f in ((38.115, 35.196), (55.867, 52.947))]
     pinion = fem.Gear(z=38, beta=15 * deg, x=1.6915, **data, **sizes[0])
@@ -60,7 +60,7 @@ def test_published_gear_with_shifts_of_two_modules():
 
 @pytest.mark.parametrize("x", [-3.0, -2.3, 2.3])
 def test_large_shifts_are_gears_of_more_or_fewer_teeth(x):
-    """Limited by pointed teeth and undercut only; the same tool leaves the same space at its tip."""
+    """A gear of 150 teeth is limited by pointed teeth and undercut only."""
     gear = fem.Gear(z=150, m_n=2 * mm, b=20 * mm, x=x, d_bore=20 * mm)
     assert gear.r_b < gear.r_form < gear.r_a
     assert gear.root.psi_f < pi / gear.z
@@ -76,7 +76,7 @@ def test_centre_distance_without_backlash_obeys_the_profile_shifts():
     assert pair.backlash == pytest.approx(0, abs=1e-12)
 
 
-def test_profile_shift_and_thickness_are_two_names_of_one_thing():
+def test_profile_shift_and_tooth_thickness_follow_from_each_other():
     by_shift = paper_gear(s_n=None, x=-0.2)
     assert paper_gear(s_n=by_shift.s_n).x == pytest.approx(-0.2, abs=1e-12)
 
@@ -88,13 +88,13 @@ def test_root_continues_the_involute(z, x):
     root_end = tooth_profile.cartesian(tooth_profile.fillet(gear, [0, 1e-6]))
     assert root_end[:, 0] == pytest.approx(involute_end[:, 0], abs=1e-15)
     tangents = np.diff(involute_end)[:, 0], np.diff(root_end)[:, 0]
-    one, other = (t / np.hypot(*t) for t in tangents)
-    assert one @ other == pytest.approx(-1, abs=1e-9)
+    upwards, downwards = (tangent / np.hypot(*tangent) for tangent in tangents)
+    assert upwards @ downwards == pytest.approx(-1, abs=1e-9)
     bottom = tooth_profile.fillet(gear, [1])
     assert bottom.r[0] == pytest.approx(gear.r_f, rel=1e-12)
 
 
-def test_addendum_of_the_tool_is_another_name_of_the_root_diameter():
+def test_root_diameter_follows_from_the_addendum_of_the_tool():
     """ISO 21771: d_f = d + 2 x m_n - 2 h_fP."""
     gear = paper_gear(x=0.2, s_n=None, d_f=None, h_fP=1.4 * 2.6 * mm)
     assert gear.d_f == pytest.approx(2 * gear.r + 0.4 * 2.6 * mm - 2.8 * 2.6 * mm)
@@ -156,7 +156,7 @@ def test_pairs_at_any_centre_distance_run_or_raise_value_errors(pair, factor):
 
 @given(pairs())
 @settings(max_examples=200, deadline=None, derandomize=True)
-def test_pairs_of_every_kind(pair):
+def test_a_pair_and_the_same_with_pinion_and_wheel_exchanged_agree(pair):
     m_n, pinion, wheel = pair.pinion.m_n, pair.pinion, pair.wheel
     swapped = fem.GearPair(wheel, pinion, a=pair.a)
     for name in ("eps_alpha", "eps_beta", "alpha_wt", "p_bt"):
@@ -168,14 +168,14 @@ def test_pairs_of_every_kind(pair):
     assert pair._backlash_at(pair.a_without_backlash) == pytest.approx(0, abs=1e-9 * m_n)
     assert pair.a >= pair.a_without_backlash - 1e-9 * m_n
     assert pair.a_without_backlash == pytest.approx(without_backlash(pinion, wheel), abs=1e-9 * m_n)
-    for one, mate, start in ((pinion, wheel, pair.roll_start), (wheel, pinion, swapped.roll_start)):
-        assert one.roll_form == start if start > line - mate.roll_tip + 1e-9 * m_n else one.roll_form < start
-        assert start == line - mate.roll_tip or one.undercut
+    for gear, mate, start in ((pinion, wheel, pair.roll_start), (wheel, pinion, swapped.roll_start)):
+        assert gear.roll_form == start if start > line - mate.roll_tip + 1e-9 * m_n else gear.roll_form < start
+        assert start == line - mate.roll_tip or gear.undercut
     assert pair_of(ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))) == pair
 
 
 def test_undercut_pinion_runs_with_every_mate_up_to_the_rack():
-    """What the rack's tip has swept leaves room for the lower tip of any mate; the contact begins where it cut."""
+    """The root that the rack cut clears the tip of every mate; the contact begins at the undercut end of the flank."""
     data = {"m_n": 3 * mm, "b": 20 * mm, "d_bore": 5 * mm}
     pinion, room = fem.Gear(z=12, **data), []
     for z in (12, 31, 150, 1500):
@@ -263,8 +263,8 @@ def test_impossible_pairs_are_refused(wheel, a, message):
         fem.GearPair(paper_gear(), paper_gear(**wheel), a=a)
 
 
-def test_each_gear_has_its_own_material():
-    """Compliance goes with 1/E."""
+def test_compliance_is_inversely_proportional_to_youngs_modulus():
+    """Each gear has a material of its own."""
     density = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=1)
     soft = paper_gear(material=fem.Material(E=3 * GPa))
     blocks = [flank_compliance(gear, density, gear.b).blocks for gear in (paper_gear(), soft)]
@@ -282,8 +282,8 @@ def test_materials_are_checked():
         fem.Material(E="210e9")
 
 
-def test_numbers_of_any_library_are_pythons():
-    """Also in single precision: what is computed from them takes the same way as with Python's."""
+def test_numbers_of_any_library_become_python_floats():
+    """Also in single precision: a gear of such numbers is equal to one of Python floats."""
     sizes = {"m_n": 2.6 * mm, "b": 23 * mm, "d_bore": 60 * mm, "s_n": 3.78 * mm, "rho_f": 0.9 * mm, "fillet": None}
     for kind in (np.float32, np.float64, np.array):
         given = {name: None if size is None else kind(size) for name, size in sizes.items()}
@@ -296,7 +296,7 @@ def test_numbers_of_any_library_are_pythons():
     assert repr(with_int) == repr(fem.Gear(z=20, m_n=2 * mm, b=20 * mm, d_bore=20 * mm, x=0.0, beta=0.0))
 
 
-def test_what_a_gear_has_computed_is_no_part_of_what_it_is():
+def test_equality_and_copies_ignore_cached_quantities():
     used, fresh = paper_gear(), paper_gear()
     assert used.face.roll_tip == used.roll_tip
     assert (used, hash(used), repr(used)) == (fresh, hash(fresh), repr(fresh))
