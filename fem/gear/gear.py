@@ -36,6 +36,7 @@ class Gear:
     rho_f       tip radius of the generating rack in its normal section, rho_fP of ISO 53, which generates the fillet;
                 by default 0.38 m_n, or less if less fits
     fillet      radius of a circular root fillet in the transverse section, instead of the rack's trochoid
+    material    of the body; by default steel
     flank       modifications of the flanks (`fem.microgeometry`), which add up: the same on both sides, or `fem.Sides`
 
     Raises ValueError where no such gear exists, for example for a value in millimetres or degrees, pointed teeth, teeth
