@@ -10,7 +10,7 @@ import numpy as np
 from fem.elasticity.mesh_density import Density
 from fem.support.arguments import Finite, checked
 from fem.support.representation import short
-from fem.support.validation import number, require, require_kind, told
+from fem.support.validation import number, require, require_kind, text_of
 
 #: On this mesh the mean transmission error of aligned spurs is within 0.3 % of the converged one.
 MAP_DENSITY = Density(width=4)
@@ -28,7 +28,7 @@ class Discretization:
     def __post_init__(self):
         require_kind("density", self.density, Density)
         self.density.paired()
-        even = f"slices must be an even number, at least 2, got {told(self.slices)}"
+        even = f"slices must be an even number, at least 2, got {text_of(self.slices)}"
         require(number("slices", self.slices) % 2 == 0 and self.slices >= 2, even)
         object.__setattr__(self, "slices", int(self.slices))
         if self.neighbours is not None:

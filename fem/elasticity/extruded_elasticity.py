@@ -123,6 +123,6 @@ def _summed(dim: int, factors: dict, section: Basis, along: np.ndarray) -> Krone
     inside = np.zeros((len(wanted), dim, n, dim, n))
     for (i, j, a, b, *pair), factor in factors.items():
         inside[wanted.index(tuple(pair)), i, :, j] += factor * along[a, b]
-    members = np.arange(dim * section.N * n).reshape(dim, section.N, n).swapaxes(0, 1).reshape(section.N, -1)
-    entries, values = section_products(section, wanted)
-    return KroneckerMatrix(entries, values, inside.reshape(-1, dim * n, dim * n), members)
+    unknowns = np.arange(dim * section.N * n).reshape(dim, section.N, n).swapaxes(0, 1).reshape(section.N, -1)
+    indices, entries = section_products(section, wanted)
+    return KroneckerMatrix(indices, entries, inside.reshape(-1, dim * n, dim * n), unknowns)

@@ -251,7 +251,7 @@ def solid(gear: Gear, arcs, axial, across: Basis, density: Density, face: Face) 
         full = np.einsum("cnh,ms->cnmsh", force, across_loads).reshape(-1, axial.size * arcs.size)
         loads.append(sp.csr_matrix(full[free]))
     loaded_dofs = np.unique(sp.hstack(loads).tocoo().row)
-    u = factorize(matrix, wanted=loaded_dofs)(loads[0].toarray())
+    u = factorize(matrix, accessed=loaded_dofs)(loads[0].toarray())
     shape = (axial.size, arcs.size)
     return np.stack([(load.T @ u).reshape(shape + shape) for load in loads])
 
