@@ -18,21 +18,21 @@ from numba import njit
 
 import exugear
 import fem
-from exugear.mesh_force.force_kernels import damping, spinning_force
+from exugear.force_table.force_kernels import damping, spinning_force
 from exugear.plan.integrator import BETA, Rule
 from exugear.simulation.solver_settings import settings_for
 from fem.units import mm
 
 
 @njit
-def compiled_loop(law, mobility, load, steps, h, turns):
+def compiled_loop(table, mobility, load, steps, h, turns):
     """Deflection of one rotational pair after a run-up, by velocity Verlet: the floor without a multibody code."""
     y, v, a = 1e-5, 0.0, 0.0
     for i in range(steps):
         t = i * h
         y += h * v + 0.5 * h * h * a
-        penetration, force, _ = spinning_force(law, turns * t * t, y)
-        b = mobility * (load - force - damping(law, penetration) * (v + 0.5 * h * a))
+        static = spinning_force(table, turns * t * t, y)
+        b = mobility * (load - static.force - damping(table, static.penetration) * (v + 0.5 * h * a))
         v, a = v + 0.5 * h * (a + b), b
     return y
 
@@ -58,7 +58,7 @@ def yardsticks(box: exugear.Gearbox, step: float) -> dict[str, float]:
     stage, steps = box.stages[0], round(LONG / step / 10)
     mobility = stage.pair.wheel.r_b**2 / box.driven.inertia
     turns = stage.pair.pinion.z * TOP_SPEED / (4 * np.pi * LONG)
-    arguments = stage.force.law, mobility, TORQUE / stage.pair.wheel.r_b, steps, step, turns
+    arguments = stage.force.table.head, mobility, TORQUE / stage.pair.wheel.r_b, steps, step, turns
     compiled_loop(*arguments[:3], 10, *arguments[4:])
     _, loop = timed(lambda: compiled_loop(*arguments))
     _container, spring = exudyn_spring(box.driven.inertia)

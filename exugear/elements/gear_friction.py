@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import exudyn as exu
-import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.elements.gear_contact import add_forces, check_mesh, frame_of, is_turned, kinds_of
+from exugear.elements.gear_contact import add_forces, check_mesh, frame_of, kinds_of
+from exugear.kernels.contact_records import is_turned
 from exugear.kernels.friction_kernels import friction_of
-from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
@@ -54,8 +53,8 @@ def CreateGearFriction(
     require(len(itemNumbers) == 2, two)
     kinds = kinds_of(mbs, itemNumbers, force)
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
-    numbers, kernel = np.r_[frame, friction.numbers(pair)], friction_of(kinds, is_turned(frame))
-    return add_forces(mbs, name, itemNumbers, kernel, force.law, numbers, Recorder())
+    kernel = friction_of(kinds, is_turned(frame))
+    return add_forces(mbs, name, itemNumbers, kernel, (force.table, frame, friction.table(pair)))
 
 
 extends(exu.MainSystem, "CreateGearFriction")(CreateGearFriction)

@@ -11,7 +11,7 @@ from fem.support.representation import short
 from fem.support.validation import increasing, require
 
 UNITS = {"radial": "N/m", "axial": "N/m", "tilt": "N m/rad", "damping": "s", "clearance": "m"}
-#: Stiffness [N/m, N m/rad] from which on somebody means a rigid bearing.
+#: Stiffness [N/m, N m/rad] from which on a rigid bearing is meant.
 RIGID, RIGID_TILT = 1e13, 1e11
 #: Stiffness below which another unit is meant. Rolling bearings have 10 to 10,000 N/um, the softest rubber mounts 1e4
 #: N/m: on less, a shaft of 1 kg sags by a millimetre. Tilt: two such mounts a centimetre beside the pole.
@@ -23,19 +23,19 @@ ROUNDING = 1e-9
 @short(**UNITS | {"clearance": "um"})
 @dataclass(frozen=True)
 class Bearing:
-    """Bearing at one axial place of a shaft; it lets the shaft spin.
+    """A bearing at an axial position of a shaft; the shaft is free to spin in it.
 
     radial      stiffness in x and y [N/m]
     axial       stiffness in z [N/m]
     tilt        stiffness about x and y [N m/rad]
-    damping     time by which the damping follows the stiffness [s]: force = stiffness (displacement + damping velocity)
-    clearance   radial play [m], half the diametral one: no radial force up to this radial displacement
+    damping     ratio of damping to stiffness [s]: force = stiffness (displacement + damping velocity)
+    clearance   radial clearance [m], half the diametral one: no radial force up to this radial displacement
     table       radial displacement (n,) [m] from 0 and radial force (n,) [N] from 0, linear in between, the same in all
                 directions; instead of radial and clearance
     matrix      stiffness (6, 6) over x, y, z and about x, y, z [N/m, N/rad, N, N m/rad]; instead of all but damping
 
-    Raises ValueError for stiffness below zero, meant as rigid or in another unit (0 < k < 1e4 N/m), tables that fall,
-    matrices that cannot be a stiffness.
+    Raises ValueError for a stiffness that is negative, meant as rigid or in another unit (0 < k < 1e4 N/m), for tables
+    with falling forces, and for matrices that are no stiffness matrix.
     """
 
     radial: float = 0.0
@@ -53,7 +53,7 @@ class Bearing:
         require(self.damping < 0.1, f"damping must be below 0.1 s, got {self.damping}; pass damping / stiffness")
         require(self.clearance < 1e-2, f"clearance must be below 0.01 m, got {self.clearance}; pass metres: 20*um")
         if self.table is not None:
-            self._take_table()
+            self._take_table(self.table)
         if self.matrix is not None:
             self._take_matrix()
         self._check_alone("matrix", ("radial", "axial", "tilt", "clearance", "table"))
@@ -61,12 +61,12 @@ class Bearing:
         require(self.clearance == 0 or self.radial > 0, "clearance needs a radial stiffness behind it, got radial = 0")
         self._check_size()
 
-    def _check_alone(self, name: str, others: tuple[str, ...]) -> None:
-        given = [other for other in others if getattr(self, other)] if getattr(self, name) is not None else []
-        require(not given, f"{name} stands instead of {', '.join(others)}; leave {', '.join(given)} out")
+    def _check_alone(self, name: str, replaced: tuple[str, ...]) -> None:
+        given = [field for field in replaced if getattr(self, field)] if getattr(self, name) is not None else []
+        require(not given, f"{name} stands instead of {', '.join(replaced)}; leave {', '.join(given)} out")
 
-    def _take_table(self) -> None:
-        columns = [np.asarray(column, float) for column in self.table]  # type: ignore[union-attr]
+    def _take_table(self, table: tuple[Sequence[float], Sequence[float]]) -> None:
+        columns = [np.asarray(column, float) for column in table]
         shapes = [column.shape for column in columns]
         fits = len(columns) == 2 and columns[0].ndim == 1 and shapes[0] == shapes[-1] and columns[0].size >= 2
         require(fits, f"table must be (displacement, force), each (n,) with n >= 2, got {shapes}")
@@ -87,8 +87,8 @@ class Bearing:
         scale = np.sqrt(np.maximum(np.diag(k), 0))
         scale[scale == 0] = 1
         k_1 = k / np.outer(scale, scale)
-        twin = bool(np.abs(k_1 - k_1.T).max() < ROUNDING)
-        require(twin, "matrix must be symmetric: a bearing stores energy; pass (matrix + matrix.T) / 2")
+        symmetric = bool(np.abs(k_1 - k_1.T).max() < ROUNDING)
+        require(symmetric, "matrix must be symmetric: a bearing stores energy; pass (matrix + matrix.T) / 2")
         require(not k[5].any(), "row and column of the matrix about z must be 0: a bearing lets the shaft spin")
         least = np.linalg.eigvalsh(k_1)[0]
         require(least > -ROUNDING, f"matrix must be positive semi-definite, its least eigenvalue is {least:.3g}")
@@ -109,7 +109,7 @@ class Bearing:
 
     @property
     def linear(self) -> bool:
-        """Whether the force follows the displacement in proportion."""
+        """Whether the force is proportional to the displacement."""
         return self.clearance == 0 and self.table is None
 
     @property
@@ -119,7 +119,7 @@ class Bearing:
 
     @property
     def stiffness(self) -> np.ndarray:
-        """(6, 6) stiffness over x, y, z and about x, y, z; of nonlinear bearings the steepest in all directions."""
+        """(6, 6) stiffness over x, y, z and about x, y, z; the largest tangent stiffness of nonlinear bearings."""
         if self.matrix is not None:
             return np.array(self.matrix)
         slope = self.radial if self.table is None else (np.diff(self.table[1]) / np.diff(self.table[0])).max()
@@ -127,13 +127,13 @@ class Bearing:
 
     @checked
     def at(self, lever: Finite) -> np.ndarray:
-        """(6, 6) stiffness over the motion of a pole that lies lever [m] below the bearing on the shaft's axis."""
+        """(6, 6) stiffness about a pole on the shaft's axis, the bearing at an axial distance lever [m] from it."""
         return about_pole(self.stiffness, lever)
 
     @checked
     def radial_force(self, r: Numbers):
         """Force [N] against a radial displacement r >= 0 [m], scalar or array; ValueError beyond the table."""
-        require(self.matrix is None, "a matrix has no one radial force; multiply it with the displacement")
+        require(self.matrix is None, "a matrix has no single radial force; multiply it with the displacement")
         r = np.asarray(r, float)
         require(bool((r >= 0).all()), f"r must be >= 0 m, got {r.min()}")
         require(bool((r <= self.reach).all()), f"r = {r.max():g} m lies beyond the table's {self.reach:g} m; extend it")
@@ -143,7 +143,7 @@ class Bearing:
 
 
 def about_pole(stiffness: np.ndarray, lever: float) -> np.ndarray:
-    """(6, 6) stiffness over the motion of a pole that lies lever [m] below on the shaft's axis."""
+    """(6, 6) stiffness about a pole on the shaft's axis, of a stiffness at an axial distance lever [m] from it."""
     motion = np.eye(6)
     motion[0, 4], motion[1, 3] = lever, -lever
     return motion.T @ stiffness @ motion

@@ -4,12 +4,12 @@ import numpy as np
 
 from exugear.gearbox.bearing import Bearing, about_pole
 
-#: Past the clearance the force grows in proportion, this far [m].
+#: Displacement beyond the clearance at which the table ends [m].
 REACH = 1.0
 
 
 def radial_table(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
-    """Radial displacement [m] and force [N] of a nonlinear bearing, linear in between."""
+    """Radial displacements [m] and forces [N] of a nonlinear bearing, linear in between."""
     if bearing.table is not None:
         return np.array(bearing.table[0]), np.array(bearing.table[1])
     return np.array([0.0, bearing.clearance, bearing.clearance + REACH]), np.array([0.0, 0.0, bearing.radial * REACH])
@@ -23,12 +23,12 @@ def radial_secant(bearing: Bearing, force: float) -> float:
 
 
 def linear_part(bearing: Bearing, lever: float) -> np.ndarray:
-    """(6, 6) stiffness about a pole lever [m] below, without the radial one of a nonlinear bearing."""
+    """(6, 6) stiffness about a pole at a distance lever [m], without the radial part of a nonlinear bearing."""
     if bearing.linear:
         return bearing.at(lever)
     return about_pole(np.diag([0.0, 0.0, bearing.axial, bearing.tilt, bearing.tilt, 0.0]), lever)
 
 
 def radial_part(k: float, lever: float) -> np.ndarray:
-    """(6, 6) stiffness about a pole lever [m] below of a radial spring k [N/m]."""
+    """(6, 6) stiffness about a pole at a distance lever [m], of a radial spring k [N/m]."""
     return about_pole(np.diag([k, k, 0.0, 0.0, 0.0, 0.0]), lever)

@@ -5,7 +5,7 @@ from math import isfinite
 
 import numpy as np
 
-from exugear.gearbox.gear_train import shaft_places, speed_ratios, walk_over_shafts
+from exugear.gearbox.gear_train import shaft_positions, speed_ratios, traverse_shafts
 from exugear.gearbox.mesh_phasing import phases
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
@@ -14,8 +14,9 @@ from fem.support.arguments import Finite, checked
 from fem.support.validation import require
 from fem.units import mm
 
+#: Share of the largest mesh force below which a force is rounding.
 ROUNDING = 1e-9
-#: Of the pitch, within which the loaded flanks of a loop touch together.
+#: Share of a pitch within which the loaded flanks of a loop touch at the same time.
 TOGETHER = 1e-6
 
 
@@ -23,19 +24,23 @@ TOGETHER = 1e-6
 class Gearbox:
     """Stages that couple parallel shafts. The first stage's fast shaft drives, the last stage's slow one is driven.
 
-    ratios     speed of every shaft over that of the driving one
-    turns      +1 or -1 per shaft: sense of rotation about z, +1 for the driving shaft
-    places     x, y of every shaft [m], the driving one at 0
-    phases     of every stage in the reference configuration, where all driving flanks touch, as share of a pitch
+    stages      `exugear.Stage`, in a tree or in loops
+
+    What follows from them, by the name of the shaft or in the order of the stages:
+
+    ratios            speed of every shaft over that of the driving one
+    directions        sense of rotation of every shaft about z, +1 or -1; +1 for the driving one
+    shaft_positions   x, y of every shaft [m], the driving one at 0
+    phases            of every stage in the reference configuration, where all driving flanks touch, as share of a pitch
 
     Raises ValueError for gears without mate, shafts that are not coupled, two shafts of one name, and loops that do not
-    close, jam, do not assemble, or whose loaded flanks do not touch together.
+    close, jam, do not assemble, or whose loaded flanks do not touch at the same time.
     """
 
     stages: tuple[Stage, ...]
     ratios: dict[str, float] = field(init=False, repr=False)
-    turns: dict[str, int] = field(init=False, repr=False)
-    places: dict[str, tuple[float, float]] = field(init=False, repr=False)
+    directions: dict[str, int] = field(init=False, repr=False)
+    shaft_positions: dict[str, tuple[float, float]] = field(init=False, repr=False)
     phases: tuple[float, ...] = field(init=False, repr=False)
 
     def __post_init__(self):
@@ -47,9 +52,9 @@ class Gearbox:
         self._check_mates()
         ends = f"shaft {self.driving.name!r} drives and is driven; list the stage of the driven shaft last"
         require(self.driving.name != self.driven.name, ends)
-        self._lay_out()
+        self._place_shafts()
         self._check_flanks()
-        object.__setattr__(self, "phases", phases(self.stages, self.turns))
+        object.__setattr__(self, "phases", phases(self.stages, self.directions))
 
     def __repr__(self) -> str:
         pairs = [(label, stage.pair) for label, stage in zip(self.labels, self.stages, strict=True)]
@@ -57,7 +62,7 @@ class Gearbox:
 
     @property
     def shafts(self) -> tuple[Shaft, ...]:
-        """In the order of the stages, each once."""
+        """All shafts in the order of the stages, each once."""
         return tuple({shaft.name: shaft for stage in self.stages for shaft in (stage.fast, stage.slow)}.values())
 
     @property
@@ -72,18 +77,18 @@ class Gearbox:
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Names of the stages, with the axial place where two couple the same shafts."""
+        """Names of the stages, with the axial position where two couple the same shafts."""
         names = [stage.name for stage in self.stages]
-        where = [f"{stage.name} at {stage.places[0] / mm:g} mm" for stage in self.stages]
-        return tuple(x if names.count(name) > 1 else name for name, x in zip(names, where, strict=True))
+        long = [f"{stage.name} at {stage.axial_positions[0] / mm:g} mm" for stage in self.stages]
+        return tuple(x if names.count(name) > 1 else name for name, x in zip(names, long, strict=True))
 
     @property
     def rows(self) -> np.ndarray:
-        """(n_stage, n_shaft) deflection per spin of the shafts: deflections = rows @ spins [m/rad]."""
+        """(n_stage, n_shaft) deflections of the meshes per spin of the shafts [m/rad]: deflections = rows @ spins."""
         column = {shaft.name: j for j, shaft in enumerate(self.shafts)}
         rows = np.zeros((len(self.stages), len(column)))
         for row, stage in zip(rows, self.stages, strict=True):
-            direction = self.turns[stage.fast.name]
+            direction = self.directions[stage.fast.name]
             row[column[stage.fast.name]] = direction * stage.pair.pinion.r_b
             row[column[stage.slow.name]] = direction * stage.pair.wheel.r_b
         return rows
@@ -97,7 +102,8 @@ class Gearbox:
 
         Loops share the load so that the elastic energy is least, all meshes at their largest stiffness.
         """
-        torque = np.array([-self.turns[shaft.name] * load * (shaft.name == self.driven.name) for shaft in self.shafts])
+        torque = np.zeros(len(self.shafts))
+        torque[self.shafts.index(self.driven)] = -self.directions[self.driven.name] * load
         torque -= [shaft.turning_inertia * self.ratios[shaft.name] * acceleration for shaft in self.shafts]
         root = np.sqrt([stage.force.stiffness_max for stage in self.stages])
         balance = (self.rows * root[:, None]).T[1:]
@@ -106,13 +112,13 @@ class Gearbox:
     @checked
     def offsets(self, stage: Stage) -> dict[str, float]:
         """a [m], misalignment [rad] and axial [m] of a stage by its shafts' static displacement (see `fem.Offsets`)."""
-        return stage_offsets(stage, self.places, self.turns[stage.fast.name])
+        return stage_offsets(stage, self.shaft_positions, self.directions[stage.fast.name])
 
     def _check_names(self) -> None:
         for stage in self.stages:
             for shaft in (stage.fast, stage.slow):
-                same = [other for other in self.shafts if other.name == shaft.name]
-                require(same[0] == shaft, f"two different shafts are named {shaft.name!r}; rename one")
+                namesake = next(listed for listed in self.shafts if listed.name == shaft.name)
+                require(namesake == shaft, f"two different shafts are named {shaft.name!r}; rename one")
 
     def _check_mates(self) -> None:
         meshes = [frozenset(stage.ends) for stage in self.stages]
@@ -125,22 +131,24 @@ class Gearbox:
             remedy = "add a stage or remove the gear"
             require(not alone, f"gear without mate on shaft {shaft.name!r} at {alone} mm; {remedy}")
 
-    def _lay_out(self) -> None:
-        found = walk_over_shafts(self.stages)
-        ratios = speed_ratios(self.stages, found)
-        turns = {name: 1 if ratio > 0 else -1 for name, ratio in ratios.items()}
+    def _place_shafts(self) -> None:
+        traversal = traverse_shafts(self.stages)
+        ratios = speed_ratios(self.stages, traversal)
+        directions = {name: 1 if ratio > 0 else -1 for name, ratio in ratios.items()}
         object.__setattr__(self, "ratios", {name: float(ratio) for name, ratio in ratios.items()})
-        object.__setattr__(self, "turns", turns)
-        object.__setattr__(self, "places", shaft_places(self.stages, found))
+        object.__setattr__(self, "directions", directions)
+        object.__setattr__(self, "shaft_positions", shaft_positions(self.stages, traversal))
 
     def _check_flanks(self) -> None:
-        """Driving flanks touch in the reference configuration; where a loop loads others, these must touch as well."""
+        """Require that the flanks that a load presses touch at the same time, back flanks in loops among them."""
         forces = np.array(self.static_forces(1.0))
         plays = [stage.force.backlash if isfinite(stage.force.backlash) else 0.0 for stage in self.stages]
         lead = np.where(forces < -ROUNDING * np.abs(forces).max(), -np.array(plays), 0.0)
-        others = self.rows[:, 1:]
-        apart = np.abs(lead - others @ np.linalg.lstsq(others, lead)[0]).max()
+        rows = self.rows[:, 1:]
+        apart = np.abs(lead - rows @ np.linalg.lstsq(rows, lead)[0]).max()
         back = [stage.name for stage, x in zip(self.stages, lead, strict=True) if x]
-        loose = f"loaded flanks of a loop do not touch together: stages {back} are driven from their slow shafts"
+        loose = (
+            f"loaded flanks of a loop do not touch at the same time: stages {back} are driven from their slow shafts"
+        )
         remedy = "name the shaft of the driving gear fast"
         require(apart < TOGETHER * min(stage.pair.p_bt for stage in self.stages), f"{loose}; {remedy}")

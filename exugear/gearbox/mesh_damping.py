@@ -1,4 +1,4 @@
-"""Damping of a mesh as a share of the critical one of its two shafts."""
+"""Damping of a mesh as a share of the critical damping of its two shafts."""
 
 from math import sqrt
 
@@ -9,10 +9,8 @@ from exugear.mesh_force.force import MeshForce
 from fem.pair.pair import GearPair
 from fem.support.validation import require
 
-PHASES = np.arange(256) / 256
-#: Share of the deflection over which the slope is taken.
-END = 1e-3
-#: Damping [N s/m] between which a ratio is meant where the ratio itself is below the least; ratio beyond that of gears.
+#: Values of a damping [N s/m] that are meant as a ratio, if they are below this share of the critical damping; largest
+#: ratio that gears may have.
 MEANT_AS_RATIO, LEAST_RATIO, LARGEST_RATIO = (1e-3, 1.0), 1e-3, 10.0
 
 
@@ -25,9 +23,7 @@ def mean_stiffness(force: MeshForce, pair: GearPair) -> float:
     """Mean tangent stiffness over a pitch [N/m] at the law's largest deflection, gears aligned as its axes allow."""
     aligned = {"a": pair.a, "misalignment": 0.0, "axial": 0.0}
     law = force.at(**{name: float(np.clip(aligned[name], axis[0], axis[-1])) for name, axis in force.offsets.items()})
-    unloaded, top = np.array([law.unloaded(phase) for phase in PHASES.tolist()]).T
-    span = END * (top - unloaded)
-    return float(np.mean((law(PHASES, top) - law(PHASES, top - span)) / span))
+    return float(law.table.head.last_stiffness)
 
 
 def damping_of(ratio: float, stiffness: float, mass: float) -> float:

@@ -1,4 +1,4 @@
-"""A shaft as data: what sits where on it, its inertia, what its bearings hold, and how far it was mounted off place."""
+"""A shaft as data: the parts on it, its inertia, the support by its bearings, and its static displacement."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,15 +9,15 @@ import numpy as np
 
 from exugear.gearbox.bearing import Bearing
 from fem.gear.gear import Gear
-from fem.support.arguments import Finite, checked
+from fem.support.arguments import DERIVED, Finite, checked
 from fem.support.representation import short
-from fem.support.validation import number, require, told
+from fem.support.validation import number, require, text_of
 from fem.units import mm
 
-#: Radius of gyration of discs [m], and relaxation time of couplings [s], beyond which another unit is meant; stiffness
-#: of a coupling [N m/rad] from which on somebody means a rigid one.
+#: Range of the radius of gyration of discs [m], and largest relaxation time of couplings [s], beyond which another unit
+#: is meant; stiffness of a coupling [N m/rad] from which on a rigid one is meant.
 GYRATION, RELAXATION, RIGID = (1e-5, 5.0), 1.0, 1e12
-#: Least eigenvalue of a support of unit diagonal that holds.
+#: Least eigenvalue of a stiffness matrix, scaled to a unit diagonal, that holds a shaft.
 LEAST_HOLD = 1e-12
 
 
@@ -32,11 +32,13 @@ def require_all(owner: str, values: object, names: Mapping[str, str], low: float
 @short(mass="kg", inertia="kg m^2", transverse="kg m^2")
 @dataclass(frozen=True)
 class Disc:
-    """Inertia that turns with the shaft.
+    """A rigid body on a shaft that turns with it: a flywheel, a hub, the shaft's own material.
 
     mass         [kg]
     inertia      about z [kg m^2]
-    transverse   inertia about x and y at the disc's own centre [kg m^2]
+    transverse   inertia about x and y through the disc's centre of mass [kg m^2]
+
+    Raises ValueError for inertias that no body has, and for values in another unit.
     """
 
     mass: float
@@ -56,7 +58,7 @@ class Disc:
     @classmethod
     @checked
     def cylinder(cls, length: float, d: float, d_bore: float = 0.0, density: float = 7850.0) -> "Disc":
-        """Round body of length and diameters [m], by default of steel [kg/m^3]."""
+        """A hollow cylinder of a length and diameters [m] and a density [kg/m^3], by default that of steel."""
         sizes = f"got length {length:g}, d {d:g}, d_bore {d_bore:g} m; pass metres: 30*mm"
         require(0 < length < 10 and 0 <= d_bore < d < 10, f"a cylinder needs length > 0 and d > d_bore >= 0, {sizes}")
         require(1 < density < 50e3, f"density must lie in (1, 50000) kg/m^3, got {density:g}")
@@ -69,11 +71,15 @@ class Disc:
 @short(torsion="N m/rad", damping="N m s/rad", inertia="kg m^2")
 @dataclass(frozen=True)
 class Coupling:
-    """Torsional spring and damper to an outside rotor, motor or brake, on which speed or load then act.
+    """A torsional spring and damper between the shaft and an outside rotor, the motor or the brake.
+
+    The imposed speed or the load then acts on the rotor.
 
     torsion   stiffness [N m/rad]
     damping   [N m s/rad]
-    inertia   of the outside rotor [kg m^2]
+    inertia   of the outside rotor about z [kg m^2]
+
+    Raises ValueError for a coupling that is meant as rigid, and for values in another unit.
     """
 
     torsion: float
@@ -93,11 +99,13 @@ class Coupling:
 @short(x="um", y="um", z="um", tilt_x="mrad", tilt_y="mrad", pivot="mm")
 @dataclass(frozen=True)
 class Placement:
-    """Static displacement of a whole shaft with its bearings from its nominal place.
+    """Static displacement of a whole shaft with its bearings from its nominal position.
 
-    x, y, z          of its point at the pivot [m]
-    tilt_x, tilt_y   then about x and y through that point [rad]
-    pivot            axial place [m]
+    x, y, z          displacement of the point of its axis at the pivot [m]
+    tilt_x, tilt_y   rotation about x, then about the tilted y axis, through that point [rad]
+    pivot            axial position of the point [m]
+
+    Raises ValueError beyond 0.01 m and 0.05 rad.
     """
 
     x: float = 0.0
@@ -124,7 +132,7 @@ class Placement:
 
     @checked
     def at(self, axial: Finite) -> np.ndarray:
-        """(3,) displaced place of the axis's point at an axial place [m], from the nominal one of the axial place 0."""
+        """(3,) displaced point of the axis at an axial position [m], from the nominal point at the axial position 0."""
         return np.array([self.x, self.y, self.z + self.pivot]) + (axial - self.pivot) * self.axis
 
 
@@ -133,39 +141,42 @@ NOWHERE = Placement()
 
 
 def check_parts(name: str, parts) -> None:
-    """ValueError unless these are what a shaft may carry, by its axial places."""
+    """ValueError unless these are parts that a shaft may carry, by their axial positions."""
     if not isinstance(parts, Mapping):
-        raise ValueError(f"{name} must map axial places to gears and bearings, got {told(parts)}")
+        raise ValueError(f"{name} must map axial positions to gears and bearings, got {text_of(parts)}")
     for axial, part in parts.items():
-        number(f"axial places of {name}", axial)
+        number(f"axial positions of {name}", axial)
         group = part if isinstance(part, list | tuple) else (part,)
         wrong = [x for x in group if not isinstance(x, Part)]
         kinds = f"{name} holds fem.Gear, Bearing, Disc and Coupling"
-        require(not wrong, f"{kinds}, got {told(wrong[0]) if wrong else wrong} at {axial:g} m")
+        require(not wrong, f"{kinds}, got {text_of(wrong[0]) if wrong else wrong} at {axial:g} m")
 
 
 @checked
 @short(parts="mm", inertia="kg m^2", mass="kg", transverse="kg m^2", length="mm")
 @dataclass(frozen=True)
 class Shaft:
-    """A rigid shaft along z. Without bearings it only spins; with them it moves in space.
+    """A rigid shaft along z with its gears. Without bearings it only spins; on bearings it also moves and tilts.
 
-    parts        axial place [m] -> fem.Gear, Bearing, Disc or Coupling, or several of them
-    inertia      about z [kg m^2]; by default that of its discs and of its gears as solid steel discs: up to the mean of
-                 tip and root circle, the bore filled by the shaft over the face width
-    mass         [kg], by default of the same
-    transverse   inertia about x and y at the centre of mass [kg m^2]; by default inertia / 2 and the widths and places
+    name         of the shaft, unique in a gearbox
+    parts        axial position [m] -> `fem.Gear`, `Bearing`, `Disc` or `Coupling`, or a list of them
+    inertia      about z [kg m^2]; by default that of its discs and gears, a gear taken as a solid steel disc up to the
+                 mean of tip and root circle: the shaft fills the bore over the face width
+    mass         [kg], by default that of the same discs and gears
+    transverse   inertia about x and y through the centre of mass [kg m^2]; by default that of the same discs and gears
+                 at their axial positions
     length       [m]; all parts must then lie within [0, length]
-    offset       static displacement from the nominal place
+    offset       `Placement`: static displacement from the nominal position
 
-    Raises ValueError for shafts without gears, parts outside the shaft, negative inertia, bearings that leave it loose.
+    Raises ValueError for shafts without gears, parts outside the shaft, inertia that is not positive, and bearings that
+    leave the shaft free to move or tilt.
     """
 
     name: str
     parts: Annotated[Mapping[float, Part | Sequence[Part]], check_parts]
-    inertia: float = field(default=None, kw_only=True)  # type: ignore[assignment]
-    mass: float = field(default=None, kw_only=True)  # type: ignore[assignment]
-    transverse: float = field(default=None, kw_only=True)  # type: ignore[assignment]
+    inertia: float = field(default=DERIVED, kw_only=True)
+    mass: float = field(default=DERIVED, kw_only=True)
+    transverse: float = field(default=DERIVED, kw_only=True)
     length: float | None = field(default=None, kw_only=True)
     offset: Placement = field(default=NOWHERE, kw_only=True)
     centre: float = field(init=False, repr=False)
@@ -174,7 +185,7 @@ class Shaft:
         listed = {axial: tuple(x) if isinstance(x, list) else x for axial, x in sorted(self.parts.items())}
         object.__setattr__(self, "parts", listed)
         self._check_parts()
-        self._check_places()
+        self._check_positions()
         self._fill_defaults()
         require_all(f"shaft {self.name!r}", self, {"inertia": "kg m^2", "mass": "kg", "transverse": "kg m^2"})
         self._check_support()
@@ -182,25 +193,25 @@ class Shaft:
     def _check_parts(self) -> None:
         require(bool(self.gears), f"shaft {self.name!r} carries no gear; add one to parts")
         for kind in (Gear, Bearing):
-            places = [axial for axial, _ in self._placed(kind)]
-            twice = f"shaft {self.name!r} carries two of a kind at one place: {kind.__name__} at {places} m; move one"
-            require(len(set(places)) == len(places), twice)
-        ends = len(self._placed(Coupling))
-        require(ends <= 1, f"shaft {self.name!r} carries {ends} couplings; a shaft has one at most")
+            positions = [axial for axial, _ in self._parts_of(kind)]
+            twice = f"shaft {self.name!r} carries two of a kind at one position: {kind.__name__} at {positions} m"
+            require(len(set(positions)) == len(positions), f"{twice}; move one of them")
+        couplings = len(self._parts_of(Coupling))
+        require(couplings <= 1, f"shaft {self.name!r} carries {couplings} couplings; leave one at most")
 
-    def _check_places(self) -> None:
+    def _check_positions(self) -> None:
         for axial in self.parts:
-            place = f"axial places must lie within 10 m, got {axial:g}; pass metres: 30*mm"
-            require(isfinite(axial) and abs(axial) < 10, place)
+            far = f"axial positions must lie within 10 m, got {axial:g}; pass metres: 30*mm"
+            require(isfinite(axial) and abs(axial) < 10, far)
         if self.length is None:
             return
         require(0 < self.length < 10, f"length must lie in (0, 10) m, got {self.length:g}; pass metres: 300*mm")
         outside = [axial / mm for axial in self.parts if not 0 <= axial <= self.length]
-        where = f"{outside} mm of [0, {self.length / mm:g}] mm; move the parts or lengthen the shaft"
-        require(not outside, f"positions outside the shaft {self.name!r}: {where}")
+        remedy = f"{outside} mm of [0, {self.length / mm:g}] mm; move the parts or lengthen the shaft"
+        require(not outside, f"positions outside the shaft {self.name!r}: {remedy}")
 
     def _fill_defaults(self) -> None:
-        turning = self._placed(Disc) + [(axial, blank(gear)) for axial, gear in self.gears.items()]
+        turning = self._parts_of(Disc) + [(axial, blank(gear)) for axial, gear in self.gears.items()]
         total = sum(disc.mass for _, disc in turning)
         object.__setattr__(self, "centre", sum(disc.mass * axial for axial, disc in turning) / total)
         if self.mass is None:
@@ -213,42 +224,42 @@ class Shaft:
             object.__setattr__(self, "transverse", self.inertia / 2 + self.mass * (sum(levers) + sum(widths)) / total)
 
     def _check_support(self) -> None:
-        """Rank 5: all but the spin held."""
+        """Require bearings that hold all but the spin: a stiffness matrix of rank 5."""
         if not self.bearings:
             return
         support = self.support[:5, :5]
         size = np.diag(support)
         held = bool((size[:3] > 0).all())
-        require(held, f"bearings of shaft {self.name!r} need radial and axial stiffness in all")
+        require(held, f"bearings of shaft {self.name!r} need radial and axial stiffness in total")
         scale = np.sqrt(np.where(size > 0, size, 1.0))
         holds = np.linalg.eigvalsh(support / np.outer(scale, scale))[0] > LEAST_HOLD
-        remedy = "give its bearing tilt stiffness or add a second one"
+        remedy = "give its bearing tilt stiffness or add a second bearing"
         require(bool(holds), f"shaft {self.name!r} is free to tilt; {remedy}")
 
-    def _placed(self, kind) -> list:
-        """All parts of a kind as (axial place [m], part), several at one place included."""
+    def _parts_of(self, kind) -> list:
+        """All parts of a kind as (axial position [m], part), several at one position included."""
         several = ((axial, part if isinstance(part, tuple) else (part,)) for axial, part in self.parts.items())
         return [(axial, part) for axial, group in several for part in group if isinstance(part, kind)]
 
     @property
     def gears(self) -> dict[float, Gear]:
-        """Axial place [m] -> gear."""
-        return dict(self._placed(Gear))
+        """Axial position [m] -> gear."""
+        return dict(self._parts_of(Gear))
 
     @property
     def bearings(self) -> dict[float, Bearing]:
-        """Axial place [m] -> bearing."""
-        return dict(self._placed(Bearing))
+        """Axial position [m] -> bearing."""
+        return dict(self._parts_of(Bearing))
 
     @property
     def discs(self) -> list[tuple[float, Disc]]:
-        """(axial place [m], disc) of each."""
-        return self._placed(Disc)
+        """(axial position [m], disc) of each disc."""
+        return self._parts_of(Disc)
 
     @property
     def coupling(self) -> Coupling | None:
-        """The coupling to an outside rotor, if there is one."""
-        return next((part for _, part in self._placed(Coupling)), None)
+        """The coupling to an outside rotor; None without one."""
+        return next((part for _, part in self._parts_of(Coupling)), None)
 
     @property
     def turning_inertia(self) -> float:
@@ -262,5 +273,5 @@ class Shaft:
 
 
 def blank(gear: Gear) -> Disc:
-    """Solid disc of the gear's steel up to the mean of tip and root circle."""
+    """Solid disc of the gear's material up to the mean of tip and root circle."""
     return Disc.cylinder(gear.b, gear.r_a + gear.r_f, density=gear.material.density)

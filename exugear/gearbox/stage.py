@@ -1,4 +1,4 @@
-"""A stage as data: two gears of two shafts, the law of their mesh, and where the wheel lies."""
+"""A stage as data: two gears on two shafts, the force law of their mesh, and where the wheel lies."""
 
 from dataclasses import dataclass, field, fields, replace
 from math import isfinite, pi
@@ -11,10 +11,13 @@ from exugear.mesh_force.force import MeshForce
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_of
-from fem.support.arguments import checked
+from fem.support.arguments import DERIVED, checked
 from fem.support.representation import field_text, short
 from fem.support.validation import require, require_within
 from fem.units import mm
+
+#: How far the mid-planes of two gears that mesh may lie apart [m].
+FACING = 1e-6
 
 
 @checked
@@ -23,33 +26,40 @@ from fem.units import mm
 class Stage:
     """One mesh: the pinion on shaft fast drives the wheel on shaft slow.
 
-    mesh       STE map (`fem.static_transmission_error`), or a MeshForce together with its pair
-    pair       by default the map's
-    damping    along the line of action [N s/m], by default none
-    damping_ratio   instead of it, in (0, 1), usually 0.03 to 0.17: damping = 2 damping_ratio sqrt(k m) with the mean
-               tangent stiffness k at the map's largest torque and the mass m = 1 / (r_b1^2 / J_1 + r_b2^2 / J_2) of
-               both shafts, rotors behind couplings apart. The mode of two shafts that are free to spin has this ratio;
-               where the fast shaft's speed is imposed, that of the slow one alone has r_b2 sqrt(m / J_2) times it
-    backlash   along the line of action [m], by default the pair's
-    angle      direction from the fast to the slow shaft, about z from x [rad]
-    phase      of the mesh in the reference configuration, as share of a pitch; by default what the other meshes of its
-               gears leave, and 0 where they leave it free
-    places     axial places of pinion and wheel on their shafts [m]
+    fast, slow      `exugear.Shaft` of the pinion and of the wheel, which face each other at one axial position
+    mesh            STE map (`fem.static_transmission_error`), or an `exugear.MeshForce` together with its pair
+    pair            `fem.GearPair`, by default the map's
+    damping         along the line of action [N s/m], by default none
+    damping_ratio   instead of damping, in (0, 1), usually 0.03 to 0.17: share of the critical damping 2 sqrt(k m), with
+                    the mean tangent stiffness k at the map's largest torque and the mass
+                    m = 1 / (r_b1^2 / J_1 + r_b2^2 / J_2) of both shafts without the rotors behind their couplings. The
+                    mode of two shafts that are free to spin has this ratio; where the fast shaft's speed is imposed,
+                    the mode of the slow shaft alone has the ratio r_b2 sqrt(m / J_2) damping_ratio
+    backlash        along the line of action [m], by default the pair's
+    angle           direction from the fast to the slow shaft, about z from x [rad]
+    phase           of the mesh in the reference configuration, as share of a pitch; by default the phase that the
+                    other meshes of its gears require, and 0 where they require none
 
-    Raises ValueError where the shafts do not carry the pair's gears at one axial place.
+    What follows from them:
+
+    force             `exugear.MeshForce` with the damping
+    axial_positions   of pinion and wheel on their shafts [m]
+
+    Raises ValueError where the shafts do not carry the pair's gears at one axial position, and for a damping in another
+    unit.
     """
 
     fast: Shaft
     slow: Shaft
     mesh: xr.Dataset | MeshForce
-    pair: GearPair = field(default=None, kw_only=True)  # type: ignore[assignment]
+    pair: GearPair = field(default=DERIVED, kw_only=True)
     damping: float | None = field(default=None, kw_only=True)
     damping_ratio: float | None = field(default=None, kw_only=True)
     backlash: float | None = field(default=None, kw_only=True)
     angle: float = field(default=0.0, kw_only=True)
     phase: float | None = field(default=None, kw_only=True)
     force: MeshForce = field(init=False, repr=False)
-    places: tuple[float, float] = field(init=False, repr=False)
+    axial_positions: tuple[float, float] = field(init=False, repr=False)
 
     def __post_init__(self):
         for name in ("fast", "slow"):
@@ -60,15 +70,17 @@ class Stage:
         require(abs(self.angle) <= 2 * pi, limit)
         share = f"phase must be finite, a share of a pitch, got {self.phase}"
         require(self.phase is None or isfinite(self.phase), share)
-        object.__setattr__(self, "force", self._given_force() if isinstance(self.mesh, MeshForce) else self._from_map())
+        mesh = self.mesh
+        force = self._given_force(mesh) if isinstance(mesh, MeshForce) else self._force_of_map(mesh)
+        object.__setattr__(self, "force", force)
         require(isinstance(self.pair, GearPair), f"pair must be a fem.GearPair, got {self.pair}; a MeshForce needs one")
-        object.__setattr__(self, "places", self._find_gears())
+        object.__setattr__(self, "axial_positions", self._find_gears())
         self._damp()
 
-    def _given_force(self) -> MeshForce:
-        own = self.damping is None and self.backlash is None
-        require(own, "damping and backlash belong to the MeshForce already; leave them out of the stage")
-        return self.mesh  # type: ignore[return-value]
+    def _given_force(self, force: MeshForce) -> MeshForce:
+        unset = self.damping is None and self.backlash is None
+        require(unset, "damping and backlash belong to the MeshForce already; leave them out of the stage")
+        return force
 
     def _damp(self) -> None:
         """Give the force the damping that the ratio asks for."""
@@ -81,18 +93,18 @@ class Stage:
             object.__setattr__(self, "force", replace(self.force, damping=damping))
         check_damping(self.force, mass)
 
-    def _from_map(self) -> MeshForce:
+    def _force_of_map(self, ste: xr.Dataset) -> MeshForce:
         if self.pair is None:
-            object.__setattr__(self, "pair", pair_of(self.mesh))
-        return MeshForce.from_ste(self.mesh, damping=self.damping or 0.0, backlash=self.backlash)  # type: ignore[arg-type]
+            object.__setattr__(self, "pair", pair_of(ste))
+        return MeshForce.from_ste(ste, damping=self.damping or 0.0, backlash=self.backlash)
 
     def _find_gears(self) -> tuple[float, float]:
         self._check_order()
         pinions = carried(self.fast, self.pair.pinion, "pinion")
         wheels = carried(self.slow, self.pair.wheel, "wheel")
-        facing = [(s, t) for s in pinions for t in wheels if abs(s - t) < 1e-6]
-        where = f"{[s / mm for s in pinions]} mm, wheel at {[t / mm for t in wheels]} mm"
-        require(bool(facing), f"pinion and wheel must face each other at one axial place, got pinion at {where}")
+        facing = [(s, t) for s in pinions for t in wheels if abs(s - t) < FACING]
+        listed = f"{[s / mm for s in pinions]} mm, wheel at {[t / mm for t in wheels]} mm"
+        require(bool(facing), f"pinion and wheel must face each other at one axial position, got pinion at {listed}")
         return facing[0]
 
     def _check_order(self) -> None:
@@ -105,26 +117,26 @@ class Stage:
 
     @property
     def name(self) -> str:
-        """Names of fast and slow shaft."""
+        """Names of the fast and the slow shaft."""
         return f"{self.fast.name}-{self.slow.name}"
 
     @property
     def ends(self) -> tuple[tuple[str, float], tuple[str, float]]:
-        """Pinion and wheel as (name of the shaft, axial place [m])."""
-        return (self.fast.name, self.places[0]), (self.slow.name, self.places[1])
+        """Pinion and wheel as (name of the shaft, axial position [m])."""
+        return (self.fast.name, self.axial_positions[0]), (self.slow.name, self.axial_positions[1])
 
 
 def carried(shaft: Shaft, gear: Gear, role: str) -> list[float]:
-    """Axial places [m] of a gear on a shaft; ValueError where there is none, naming the most similar one."""
-    places = [axial for axial, other in shaft.gears.items() if other == gear]
-    unlike = min((_differences(other, gear) for other in shaft.gears.values()), key=len)
+    """Axial positions [m] of a gear on a shaft; ValueError where the shaft lacks it, naming the most similar gear."""
+    positions = [axial for axial, candidate in shaft.gears.items() if candidate == gear]
+    unlike = min((_differences(candidate, gear) for candidate in shaft.gears.values()), key=len)
     similar = f"the most similar gear there has {', '.join(unlike[:3])}"
     remedy = f"add it to its parts ({similar})"
-    require(bool(places), f"shaft {shaft.name!r} does not carry the pair's {role}; {remedy}")
-    return places
+    require(bool(positions), f"shaft {shaft.name!r} does not carry the pair's {role}; {remedy}")
+    return positions
 
 
-def _differences(own: Gear, wanted: Gear) -> list[str]:
-    names = [part.name for part in fields(Gear) if getattr(own, part.name) != getattr(wanted, part.name)]
-    values = [[field_text(Gear, name, getattr(gear, name)) for gear in (own, wanted)] for name in names]
+def _differences(candidate: Gear, wanted: Gear) -> list[str]:
+    names = [part.name for part in fields(Gear) if getattr(candidate, part.name) != getattr(wanted, part.name)]
+    values = [[field_text(Gear, name, getattr(gear, name)) for gear in (candidate, wanted)] for name in names]
     return [f"{name} {has} instead of {needs}" for name, (has, needs) in zip(names, values, strict=True)]

@@ -1,4 +1,4 @@
-"""How far the gears of a stage stand off their nominal places, as offsets of the wheel in the pinion's frame."""
+"""Static offsets of a stage: how its gears stand, with their shafts displaced, in the frame of the pinion."""
 
 from collections.abc import Mapping
 from math import acos
@@ -11,19 +11,21 @@ from fem.support.validation import require
 from fem.units import mm
 
 
-def stage_offsets(stage: Stage, places: Mapping[str, tuple[float, float]], direction: int) -> dict[str, float]:
+def stage_offsets(stage: Stage, positions: Mapping[str, tuple[float, float]], direction: int) -> dict[str, float]:
     """a [m], misalignment [rad] and axial [m] by the shafts' static displacement, with the signs of `fem.Offsets`.
 
     Raises ValueError where no involutes can meet.
 
-    places      x, y of the shafts [m]
+    positions   x, y of the shafts [m]
     direction   sense of the pinion's rotation
     """
     shafts, axes = (stage.fast, stage.slow), (stage.fast.offset.axis, stage.slow.offset.axis)
-    ends = zip(shafts, stage.places, strict=True)
-    one, other = (np.array([*places[shaft.name], 0.0]) + shaft.offset.at(axial) for shaft, axial in ends)
-    axial = (other - one) @ axes[0]
-    line = other - one - axial * axes[0]
+    pinion, wheel = (
+        np.array([*positions[shaft.name], 0.0]) + shaft.offset.at(axial)
+        for shaft, axial in zip(shafts, stage.axial_positions, strict=True)
+    )
+    axial = (wheel - pinion) @ axes[0]
+    line = wheel - pinion - axial * axes[0]
     a = float(np.linalg.norm(line))
     e_r = line / a
     e_t = direction * np.cross(axes[0], e_r)

@@ -1,15 +1,16 @@
-"""Attitude of a rigid body of Exudyn: rotational coordinates -> rotation matrix and turn, and moments back.
+"""Attitude of a rigid body of Exudyn: rotational coordinates -> rotation matrix and angular velocity, and moments back.
 
-Matrices are tuples of three rows, moments and turns stand along the global axes. Rotational coordinates fill four
-numbers: angles of Rx(a) Ry(b) Rz(c); Euler parameters; or a rotation vector, whose rates are the turn in the body.
+Matrices are tuples of three rows; moments and angular velocities are components along the global axes. Rotational
+coordinates fill four numbers: angles of Rx(a) Ry(b) Rz(c); Euler parameters; or a rotation vector, whose rates are the
+angular velocity along the axes of the body.
 """
 
 from math import cos, sin, sqrt
 
 from fem.support.numba_cache import compiled, kept
 
-#: Codes of bodies: number of their coordinates, but for the rotation vector, which has six as well.
-SPIN_ALONE, IN_PLANE, RXYZ, EULER, VECTOR = 1, 3, 6, 7, 8
+#: Kinds of bodies; from RXYZ on their attitude has to be computed, in a turned contact frame.
+SPIN_ALONE, IN_PLANE, UPRIGHT, RXYZ, EULER, VECTOR = 1, 3, 5, 6, 7, 8
 
 
 @compiled
@@ -74,7 +75,7 @@ def attitude(kind, p):
 
 
 @compiled
-def turn(kind, p, matrix, v):
+def angular_velocity(kind, p, matrix, v):
     """Angular velocity (3) by rates v (4) of the rotational coordinates."""
     if kind == EULER:
         e, f, g, h = p
@@ -91,7 +92,7 @@ def turn(kind, p, matrix, v):
 
 @compiled
 def moments(kind, p, matrix, m):
-    """Generalized moments (4) of a moment m (3): its power is that of `turn`."""
+    """Generalized moments (4) of a moment m (3): its power is moment . `angular_velocity`."""
     if kind == EULER:
         e, f, g, h = p
         return (

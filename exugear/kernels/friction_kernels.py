@@ -5,119 +5,98 @@ from math import cos, floor, sin, tanh
 
 from numba import carray
 
-from exugear.kernels.contact_frame import bodies_seen, given_back
-from exugear.kernels.contact_kernels import CODES, SIZES, SPIN, bodies_of, table
-from exugear.kernels.kinematics import (
-    DIRECTION,
-    FRAME,
-    PHASE,
-    R_B1,
-    R_B2,
-    TURNS,
-    added,
-    dot,
-    flank_of,
-    meeting,
-    row_of,
-    scaled,
-)
-from exugear.kernels.recorder import at
-from exugear.mesh_force.force_kernels import static_force
+from exugear.force_table.force_kernels import spinning_force, static_force, table_at
+from exugear.force_table.kernel_records import doubles_at, reader, start_of
+from exugear.kernels.body_motion import SIZES, forces_on, motions_of
+from exugear.kernels.contact_kernels import SPIN, codes_of
+from exugear.kernels.contact_records import frame_at
+from exugear.kernels.kinematics import added, dot, flank_of, position_of, row_of, scaled
+from exugear.mesh_force.friction import FRICTION
 from fem.support.numba_cache import compiled, kept
 
-#: Numbers of `MeshFriction.numbers`, which follow those of the frame, and where its tables begin.
-COEFFICIENT, SPEED, TAN_ALPHA, STEPS, TABLES = (FRAME + i for i in range(5))
+FRICTION_SIZE = FRICTION.itemsize
+friction_at = reader(FRICTION)
 
 
 @compiled
-def framed(frame):
-    """The array of the frame and the friction behind it."""
-    return carray(at(frame), TABLES + 2 * int(carray(at(frame), TABLES)[STEPS]))
-
-
-@compiled
-def rubbing(frame, phase, force, speed):
+def friction_forces(friction, phase, force, speed):
     """(push along t [N], moment about z [N m]) on the wheel; speed omega_1 - omega_2."""
-    n = int(frame[STEPS])
+    n = friction.steps
+    pull_and_lever = carray(doubles_at(start_of(friction) + FRICTION_SIZE), (2, n))
     x = (phase - floor(phase)) * n
     i = min(int(x), n - 1)
-    a, b, t = TABLES + i, TABLES + (i + 1) % n, x - i
-    size = frame[COEFFICIENT] * force * tanh(speed / frame[SPEED])
-    return size * ((1.0 - t) * frame[a] + t * frame[b]), size * ((1.0 - t) * frame[a + n] + t * frame[b + n])
+    following, t = (i + 1) % n, x - i
+    size = friction.coefficient * force * tanh(speed / friction.speed)
+    pull = (1.0 - t) * pull_and_lever[0, i] + t * pull_and_lever[0, following]
+    return size * pull, size * ((1.0 - t) * pull_and_lever[1, i] + t * pull_and_lever[1, following])
 
 
 @compiled
-def rotational_friction(law, frame, q_1, q_2, v_1, v_2):
+def rotational_friction(table, frame, friction, q_1, q_2, v_1, v_2):
     """Torques (2) [N m] on two rotational coordinates."""
-    d, r_1, r_2 = frame[DIRECTION], frame[R_B1], frame[R_B2]
+    d, r_1, r_2 = frame.direction, frame.pinion.r_b, frame.wheel.r_b
     lead = d * (r_1 * q_1 + r_2 * q_2)
-    _, deflection, phase = flank_of(law, lead, 0.0, d * frame[TURNS] * q_1 + frame[PHASE])
-    _, force, _, _ = static_force(law, phase, deflection, 0.0, 0.0, 0.0)
-    push, moment = rubbing(frame, phase, force, v_1 - v_2)
-    push *= frame[TAN_ALPHA]
+    flank = flank_of(table, lead, 0.0, d * frame.pitches_per_radian * q_1 + frame.phase)
+    static = spinning_force(table, flank.phase, flank.deflection)
+    push, moment = friction_forces(friction, flank.phase, static.force, v_1 - v_2)
+    push *= friction.tan_alpha_wt
     return -r_1 * push - moment, -r_2 * push + moment
 
 
 @compiled
-def spatial_friction(law, frame, q_1, q_2, v_1, v_2):
+def spatial_friction(table, frame, friction, q_1, q_2, v_1, v_2):
     """Generalized forces (6), (6) on two Rxyz bodies."""
-    _, (side, deflection, phase), (x, y, _, r_w), n, offsets, bodies = meeting(law, frame, q_1, q_2)
-    _, force, centroid, _ = static_force(law, phase, deflection, *offsets)
-    (pole_1, a_1, b_1, _, centre_1), (pole_2, a_2, b_2, _, _) = bodies
-    spin_1, spin_2 = turn_of(a_1, b_1), turn_of(a_2, b_2)
-    push, moment = rubbing(frame, phase, force, dot(spin_1, v_1) - dot(spin_2, v_2))
-    contact = (centre_1[0] + r_w * x, centre_1[1] + r_w * y, centre_1[2] + side * frame[DIRECTION] * centroid)
+    position = position_of(table, frame, q_1, q_2)
+    pinion, wheel, flank, n = position.pinion, position.wheel, position.flank, position.normal
+    static = static_force(table, flank.phase, flank.deflection, *position.offsets)
+    spin_1, spin_2 = spin_row(pinion.a, pinion.b), spin_row(wheel.a, wheel.b)
+    push, moment = friction_forces(friction, flank.phase, static.force, dot(spin_1, v_1) - dot(spin_2, v_2))
+    (x, y), r_w, z = position.line.e_r, position.r_w, flank.side * frame.direction * static.centroid
+    point = (pinion.centre[0] + r_w * x, pinion.centre[1] + r_w * y, pinion.centre[2] + z)
     t = (-n[1], n[0], 0.0)
-    row_1, row_2 = row_of(pole_1, contact, t, a_1, b_1), row_of(pole_2, contact, t, a_2, b_2)
+    row_1, row_2 = row_of(pinion, point, t), row_of(wheel, point, t)
     return added(scaled(row_1, -push), scaled(spin_1, -moment)), added(scaled(row_2, push), scaled(spin_2, moment))
 
 
 @compiled
-def turn_of(a, b):
-    """Row (6) of one Rxyz body for a unit moment about z; times its velocity: how fast it turns about z."""
+def spin_row(a, b):
+    """Row (6) of an Rxyz body for a unit moment about z; times its velocity: its angular velocity about z."""
     return 0.0, 0.0, 0.0, 0.0, sin(a), cos(a) * cos(b)
 
 
 @cache
 def friction_of(kinds: tuple[str, ...], turned: bool = False):
-    """The function (law, frame, record, t, *coordinates, *velocities) -> generalized forces of two bodies.
+    """The function (table, frame, friction, t, *coordinates, *velocities) -> generalized forces of two bodies.
 
-    Addresses of law, and frame with the friction's numbers behind it; turned bodies have a contact frame of their own.
+    The first three are addresses: of a table's head, a contact frame and a friction record. turned: the contact frame
+    is not the global one.
     """
-    if turned:
-        return _turned(*(CODES[kind] for kind in kinds), *(SIZES[kind] for kind in kinds))
-    return rotational if kinds == (SPIN, SPIN) else _general(*(SIZES[kind] for kind in kinds))
+    if kinds == (SPIN, SPIN) and not turned:
+        return spin_friction
+    return _spatial_friction(*codes_of(kinds, turned))
 
 
 @kept
-def rotational(law, frame, record, t, q_1, q_2, v_1, v_2):
-    """Torques of friction on two bodies that spin about resting axes."""
-    return rotational_friction(table(law), framed(frame), q_1, q_2, v_1, v_2)
+def spin_friction(table, frame, friction, t, q_1, q_2, v_1, v_2):
+    """Torques of friction on two bodies that spin about fixed axes."""
+    return rotational_friction(table_at(table), frame_at(frame), friction_at(friction), q_1, q_2, v_1, v_2)
 
 
-def _general(n_1: int, n_2: int):
-    @kept
-    def general(law, frame, record, t, *x):
-        row_1, row_2 = spatial_friction(table(law), framed(frame), *bodies_of(x, n_1, n_2))
-        one = (row_1[5],) if n_1 == 1 else (row_1[0], row_1[1], row_1[5]) if n_1 == 3 else row_1
-        other = (row_2[5],) if n_2 == 1 else (row_2[0], row_2[1], row_2[5]) if n_2 == 3 else row_2
-        return one + other
-
-    return general
-
-
-def _turned(kind_1: int, kind_2: int, n_1: int, n_2: int):
-    """The same of bodies that stand in a contact frame of their own."""
+def _spatial_friction(kind_1: int, kind_2: int):
+    """As `exugear.kernels.contact_kernels._spatial_contact`."""
+    n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
 
     @kept
-    def turned(law, frame, record, t, *x):
-        numbers = framed(frame)
-        motion, standing_1, standing_2 = bodies_seen(numbers, kind_1, kind_2, n_1, n_2, x)
-        row_1, row_2 = spatial_friction(table(law), numbers, *motion)
-        back_1 = given_back(numbers, kind_1, standing_1, row_1)
-        back_2 = given_back(numbers, kind_2, standing_2, row_2)
-        one = (back_1[5],) if n_1 == 1 else (back_1[0], back_1[1], back_1[5]) if n_1 == 3 else back_1[:n_1]
-        other = (back_2[5],) if n_2 == 1 else (back_2[0], back_2[1], back_2[5]) if n_2 == 3 else back_2[:n_2]
-        return one + other
+    def friction_between(table, frame, friction, t, *x):
+        geometry = frame_at(frame)
+        pinion, wheel = motions_of(geometry, kind_1, kind_2, n_1, n_2, x)
+        forces_1, forces_2 = spatial_friction(
+            table_at(table), geometry, friction_at(friction), pinion.q, wheel.q, pinion.v, wheel.v
+        )
+        f = forces_on(geometry, kind_1, pinion.orientation, forces_1)
+        g = forces_on(geometry, kind_2, wheel.orientation, forces_2)
+        on_pinion = (f[5],) if n_1 == 1 else (f[0], f[1], f[5]) if n_1 == 3 else f[:n_1]
+        on_wheel = (g[5],) if n_2 == 1 else (g[0], g[1], g[5]) if n_2 == 3 else g[:n_2]
+        return on_pinion + on_wheel
 
-    return turned
+    return friction_between

@@ -1,7 +1,7 @@
 """The mesh force F(phase, deflection, rate, offsets) from an STE map or a user's table.
 
-`force_kernels` has its kernels: 512 x 64 patches invert a map within 1e-4 of the force, from 3e-6 of the largest on
-(tests/exugear/mesh_force/test_force.py).
+Its table (`exugear.force_table`) of 512 x 64 patches inverts a map within 1e-4 of the force, from 3e-6 of the largest
+force on (tests/exugear/mesh_force/test_force.py).
 """
 
 from collections.abc import Mapping
@@ -11,21 +11,12 @@ from math import inf, isfinite
 
 import numpy as np
 import xarray as xr
+from scipy.optimize import brentq
 
-from exugear.mesh_force.force_kernels import (
-    AXES,
-    BACK_PHASE,
-    BACKLASH,
-    HEADER,
-    OFFSETS,
-    PHASE_STEPS,
-    damping,
-    hermite,
-    spinning_force,
-    static_force,
-    weights_along,
-)
-from exugear.mesh_force.force_table import PHASES, PHASES_WITH_OFFSETS, U, tabulate
+from exugear.force_table.force_kernels import damping, range_at, spinning_force, static_force
+from exugear.force_table.layout import OFFSETS, PHASES, PHASES_WITH_OFFSETS, U
+from exugear.force_table.offset_interpolation import weights_along
+from exugear.force_table.tabulation import tabulate
 from exugear.mesh_force.jumps import jumps
 from exugear.mesh_force.map_range import beyond_map
 from exugear.mesh_force.ste_interpolation import loaded_centroid, loaded_deflection, te_under
@@ -35,26 +26,30 @@ from fem.support.numba_cache import kept
 from fem.support.representation import short
 from fem.support.validation import increases, increasing, numbers, require
 
+#: Tolerance of the deflection under a force [m]: rounding.
+FINEST = 1e-20
+
 
 @cache
 def mesh_forces(moves: bool):
-    """The function (law, phase, deflection, rate, *offsets) -> force [N] of both flanks of equally long arrays.
+    """The function (table, phase, deflection, rate, *offsets) -> force [N] of both flanks, all arrays equally long.
 
-    Force > 0 on the driving flank, < 0 on the other. A law whose bodies do not move needs no offsets.
+    Force > 0 on the driving flank, < 0 on the back flank. A law whose bodies do not move needs no offsets.
     """
 
     @kept
-    def forces(law, phase, deflection, rate, a, misalignment, axial):
+    def forces(table, phase, deflection, rate, a, misalignment, axial):
         force = np.empty(phase.size)
         for i in range(phase.size):
-            drives = deflection[i] >= -0.5 * law[BACKLASH]
-            at = phase[i] if drives else law[BACK_PHASE] - phase[i]
-            y = deflection[i] if drives else -(deflection[i] + law[BACKLASH])
+            drives = deflection[i] >= -0.5 * table.backlash
+            at = phase[i] if drives else table.back_phase - phase[i]
+            y = deflection[i] if drives else -(deflection[i] + table.backlash)
             if moves:
-                penetration, static, _, _ = static_force(law, at, y, a[i], misalignment[i], axial[i])
+                static = static_force(table, at, y, a[i], misalignment[i], axial[i])
             else:
-                penetration, static, _ = spinning_force(law, at, y)
-            force[i] = (static if drives else -static) + damping(law, penetration) * rate[i]
+                static = spinning_force(table, at, y)
+            push = static.force if drives else -static.force
+            force[i] = push + damping(table, static.penetration) * rate[i]
         return force
 
     return forces
@@ -64,21 +59,29 @@ def mesh_forces(moves: bool):
 @short(deflection="um", force_table="N", damping="N s/m", backlash="um", centroid="mm", mapped_force="N")
 @dataclass(frozen=True, eq=False)
 class MeshForce:
-    """Force law of one gear mesh; the table holds the driving flank, the other is its mirror image.
+    """Force law of a gear mesh: force over phase and deflection, by default from an STE map (`from_ste`).
 
-    phase        (n_phase,) share of a pitch, increasing in [0, 1); the law is periodic in it
-    deflection   broadcastable to the force table: along the line of action [m], increasing
-    force_table  (*n_offset, n_phase, n_defl) mesh force [N], 0 in the first column, increasing from contact on
-    damping      viscous damping along the line of action [N s/m]; ramps in over the first 1 um of penetration, so that
-                 the force is continuous, and is not clipped: a fast separation may pull for that micrometre
-    backlash     play along the line of action [m]; inf: the other flank is never met
-    back_phase   phase + phase of the mirrored contact on the other flank (`fem.GearPair.back_phase`)
-    centroid     like force_table: axial place of the force [m], from the pinion's mid-plane
-    offsets      axes of the table before phase, in the order a [m], misalignment [rad], axial [m] (`fem.Offsets`)
-    mapped_force [N] from which on the table is no longer measured, but continued
-    conserves    whether force and torques follow from one potential U(phase, deflection); needs a table without offsets
+    The table holds the driving flank; the back flank is its mirror image.
 
-    Uniform phases i / n are kept, others are resampled. Raises ValueError for what is no such law.
+    phase          (n_phase,) share of a pitch, increasing in [0, 1); the law is periodic in it
+    deflection     along the line of action [m], increasing along the last axis, broadcastable to force_table
+    force_table    (*n_offset, n_phase, n_deflection) mesh force [N], 0 in the first column, increasing from contact on
+    damping        viscous damping along the line of action [N s/m]; it ramps in over the first 1 um of penetration, so
+                   that the force is continuous, and is not limited: a fast separation may pull for that micrometre
+    backlash       along the line of action [m]; inf: the back flank never touches
+    back_phase     sum of the phases of driving and back flank (`fem.GearPair.back_phase`)
+    centroid       axial position of the force centroid [m] from the pinion's mid-plane, a number or like force_table
+    offsets        axes of the table before phase, in the order a [m], misalignment [rad], axial [m] (`fem.Offsets`)
+    conserves      whether force and torques derive from one potential over phase and deflection; needs a table without
+                   offsets
+    mapped_force   [N] beyond which the table extrapolates its map
+
+    What follows from them:
+
+    table           packed table that the compiled kernels read (`exugear.force_table.layout`)
+    stiffness_max   largest tangent stiffness [N/m]
+
+    Uniform phases i / n are kept, others are resampled. Raises ValueError for arrays that are no such law.
     """
 
     phase: np.ndarray
@@ -91,21 +94,20 @@ class MeshForce:
     offsets: Mapping[str, np.ndarray] = field(default_factory=dict, kw_only=True)
     conserves: bool = field(default=False, kw_only=True)
     mapped_force: float = field(default=inf, kw_only=True)
-    law: np.ndarray = field(init=False, repr=False)
+    table: np.record = field(init=False, repr=False)
     stiffness_max: float = field(init=False)
 
     def __post_init__(self):
         for name in ("phase", "deflection", "force_table", "centroid"):
             object.__setattr__(self, name, _frozen(np.array(getattr(self, name), float)))
         object.__setattr__(self, "offsets", {name: _frozen(np.array(x, float)) for name, x in self.offsets.items()})
-        require(self.mapped_force > 0, f"mapped_force must be > 0 N (inf: all is measured), got {self.mapped_force}")
+        require(self.mapped_force > 0, f"mapped_force must be > 0 N (inf: all is mapped), got {self.mapped_force}")
         _check_scalars(self.damping, self.backlash, self.back_phase)
         _check_offsets(self.offsets, self.conserves)
         _check_table(self.phase, self.deflection, self.force_table, [x.size for x in self.offsets.values()])
         _check_centroid(np.asarray(self.centroid), self.force_table)
-        law, stiffness_max = tabulate(self)
-        object.__setattr__(self, "law", _frozen(law))
-        object.__setattr__(self, "stiffness_max", stiffness_max)
+        object.__setattr__(self, "table", tabulate(self))
+        object.__setattr__(self, "stiffness_max", float(self.table.head.largest_stiffness))
 
     @classmethod
     @checked
@@ -118,18 +120,22 @@ class MeshForce:
         conserves: bool = False,
         extend: float = 1.0,
     ) -> "MeshForce":
-        """The law whose static deflection is the map; backlash is the pair's unless given.
+        """The law whose static deflection is an STE map.
 
-        ste   Dataset of `fem.ste_map`: te [m] over torque from 0 [N m], offsets and phase, smooth and periodic in
-              phase; its centroid, where it has one, is where the force acts.
-        extend   continue the law with its last stiffness to so many times the largest torque: for impacts, which the
-                 data of a run then measure (beyond_map_time, beyond_map_force)
-        The map is of the driving, left flanks; the law takes the right ones for their mirror image, also where
-        `fem.Sides` differ, which says how to map them.
-        Below the lowest torque the compliance grows with -ln F, as that of a Hertzian line contact does.
+        ste         Dataset of `fem.ste_map`: te [m] over torque from 0 [N m], offsets and phase, smooth and periodic in
+                    phase; the force acts at its centroid, if it has one, else in mid-plane
+        damping     along the line of action [N s/m]
+        backlash    along the line of action [m], by default the pair's
+        conserves   as in `MeshForce`
+        extend      extrapolate the law with its last stiffness to so many times the largest torque: for impacts; the
+                    data of a run then tell how long and how far (beyond_map_time, beyond_map_force)
 
-        Raises ValueError for a map that does not start at torque 0, whose te does not grow with the torque, or whose
-        one pitch does not stand for all (`fem.PitchDeviation`).
+        The map is that of the driving, left flanks. The law takes the right flanks for their mirror image, also where
+        `fem.Sides` differ, which says how to map them. Below the lowest torque the compliance grows with -ln F, as that
+        of a Hertzian line contact does.
+
+        Raises ValueError for a map that does not start at torque 0, whose te does not grow with the torque, or in which
+        one pitch does not represent all (`fem.PitchDeviation`).
         """
         pair = pair_of(check(ste))
         offsets = offset_axes(ste)
@@ -148,10 +154,12 @@ class MeshForce:
     def secant(
         cls, ste: xr.Dataset, torque: float, *, damping: float = 0.0, backlash: float | None = None
     ) -> "MeshForce":
-        """The law F = k(phase) deflection with the secant stiffness k = F / te at one torque [N m] of the map.
+        """The law F = k(phase) deflection with the secant stiffness k = F / te at a torque [N m] of the map.
 
-        Source: Palermo et al. 2013, Shweiki et al. (ISMA 2016); F and k along the line of action. Where the map ends,
-        at its largest te, the law ends. Raises ValueError for a torque outside the map.
+        F and k are along the line of action. The law ends at the largest te of the map. Raises ValueError for a torque
+        outside the map.
+
+        Source: Palermo et al. 2013, Shweiki et al. (ISMA 2016).
         """
         pair = pair_of(check(ste))
         phase = np.arange(PHASES) / PHASES
@@ -167,8 +175,9 @@ class MeshForce:
         return jumps(self)
 
     def __call__(self, phase, deflection, rate=0.0, **offsets) -> np.ndarray:
-        """Mesh force [N] at phase [1], deflection [m], rate [m/s] and the table's offsets by name, broadcast.
+        """Mesh force [N] at phase [1], deflection [m], rate of the deflection [m/s] and each of the law's offsets.
 
+        Arguments are numbers or arrays that broadcast. The force is > 0 on the driving flank and < 0 on the back flank.
         Raises ValueError beyond the table.
         """
         unknown = set(offsets) ^ set(self.offsets)
@@ -179,69 +188,65 @@ class MeshForce:
             require(bool(np.isfinite(value).all()), f"{name} must be finite, got {value}")
         try:
             flat = (np.ascontiguousarray(x).ravel() for x in values)
-            return mesh_forces(bool(self.offsets))(self.law, *flat).reshape(values[0].shape)
+            return mesh_forces(bool(self.offsets))(self.table.head, *flat).reshape(values[0].shape)
         except ValueError as error:
-            raise ValueError(beyond_map(self.law, error.args)) from None
+            raise ValueError(beyond_map(self.table.head, error.args)) from None
 
     @checked
     def at(self, **offsets: float) -> "MeshForce":
-        """The law at one value of some of its offsets, which are axes no longer; ValueError beyond them."""
+        """The law at fixed values of offsets, by name, without their axes; ValueError beyond the axes."""
         unknown = set(offsets) - set(self.offsets)
         require(not unknown, f"offsets may be {list(self.offsets)}, got {list(offsets)}")
         if not offsets:
             return self
-        values = self._places()
-        for i, name in enumerate(OFFSETS):
-            if name in offsets:
-                values = np.moveaxis(np.moveaxis(values, i, -1) @ self._weights(i, offsets[name])[:, None], -1, i)
+        weights = {i: self._weights(i, offsets[name]) for i, name in enumerate(OFFSETS) if name in offsets}
         left = {name: values for name, values in self.offsets.items() if name not in offsets}
-        values = values.reshape(*(axis.size for axis in left.values()), *values.shape[-2:])
-        unloaded, largest, stiffness, centroid = np.split(values, [1, 2, 2 + U.size], axis=-1)
-        penetration, phase = largest * U**4, np.arange(values.shape[-2]) / values.shape[-2]
-        deflection, force = unloaded + penetration, np.exp(stiffness) * penetration
-        middle = centroid if centroid.any() else 0.0
-        return replace(self, phase=phase, deflection=deflection, force_table=force, centroid=middle, offsets=left)
+        edges, nodes, centroids = self.table.edges, self.table.nodes, self.table.centroids
+        unloaded, largest, log_stiffness, centroid = (
+            _weighted(values, weights).reshape(*(axis.size for axis in left.values()), *values.shape[3:])
+            for values in (edges["unloaded"], edges["largest"], np.log(nodes["value"]), centroids)
+        )
+        penetration = largest[..., None] * U**4
+        return replace(
+            self,
+            phase=np.arange(largest.shape[-1]) / largest.shape[-1],
+            deflection=unloaded[..., None] + penetration,
+            force_table=np.exp(log_stiffness) * penetration,
+            centroid=centroid if centroid.any() else 0.0,
+            offsets=left,
+        )
 
-    def _places(self) -> np.ndarray:
-        """(*places, n_phase, 2 + 2 U.size) unloaded deflection, largest penetration, ln k and centroid over u."""
-        n, places = int(self.law[PHASE_STEPS]), [self.offsets.get(name, np.zeros(1)).size for name in OFFSETS]
-        blocks = self.law[HEADER : int(self.law[AXES])].reshape(*places, -1)
-        edge, patches, centroid = np.split(blocks, [4 * n, blocks.shape[-1] - n * U.size], axis=-1)
-        stiffness = np.log(patches.reshape(*places, n, U.size, 4)[..., 0])
-        return np.concatenate([edge.reshape(*places, n, 4)[..., ::2], stiffness, centroid.reshape(stiffness.shape)], -1)
-
-    def _weights(self, axis: int, value: float) -> np.ndarray:
-        """Weights of the places of an offset."""
-        require(isfinite(value), f"{OFFSETS[axis]} must be finite, got {value}")
+    def _weights(self, offset: int, value: float) -> np.ndarray:
+        """Weights of the values of an offset's axis, by the number of the offset."""
+        require(isfinite(value), f"{OFFSETS[offset]} must be finite, got {value}")
         try:
-            return weights_along(self.law, axis, float(value))
+            return weights_along(self.table.head, offset, float(value))
         except ValueError as error:
-            raise ValueError(beyond_map(self.law, error.args)) from None
+            raise ValueError(beyond_map(self.table.head, error.args)) from None
 
     @checked
     def deflection_at(self, phase: Finite, force: float, **offsets: float) -> float:
-        """Static deflection [m] on the driving flank under force >= 0 [N] (bisection); ValueError beyond the table."""
+        """Static deflection [m] on the driving flank under a force >= 0 [N]; ValueError beyond the table."""
         if self.offsets or offsets:
             return self.at(**offsets).deflection_at(phase, force)
         low, top = self.unloaded(phase)
         largest = float(self(phase, top))
         remedy = f"must lie in [0, {largest:.4g}] N, the map's range at phase {phase:.4g}, got {force:.4g}"
         require(0 <= force <= largest * (1 + 1e-9), f"force {remedy}; extend the map to a larger torque")
-        for _ in range(80):
-            middle = (low + top) / 2
-            low, top = (middle, top) if float(self(phase, middle)) < force else (low, middle)
-        return top
+        target = min(force, largest)
+        return brentq(lambda deflection: float(self(phase, deflection)) - target, low, top, xtol=FINEST)
 
     @checked
     def unloaded(self, phase: Finite) -> tuple[float, float]:
         """Deflections at loss of contact and at the end of the map [m], of a law without offsets."""
-        n = int(self.law[PHASE_STEPS])
-        x = (phase % 1.0) * n
-        i = min(int(x), n - 1)
-        edge = self.law[HEADER : HEADER + 4 * n].reshape(n, 4)
-        (y0, m0, s0, d0), (y1, m1, s1, d1) = edge[i], edge[(i + 1) % n]
-        start = hermite(x - i, y0, m0, y1, m1)
-        return start, start + hermite(x - i, s0, d0, s1, d1)
+        return range_at(self.table.head, float(phase))
+
+
+def _weighted(values: np.ndarray, weights: Mapping[int, np.ndarray]) -> np.ndarray:
+    """Sums of values over the axes with weights, which keep the length 1."""
+    for axis, factors in weights.items():
+        values = np.moveaxis(np.moveaxis(values, axis, -1) @ factors[:, None], -1, axis)
+    return values
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:
@@ -251,7 +256,7 @@ def _frozen(array: np.ndarray) -> np.ndarray:
 
 def _check_scalars(damping: float, backlash: float, back_phase: float) -> None:
     require(0 <= damping < inf, f"damping must be >= 0 N s/m and finite, got {damping}")
-    play = f"backlash must be >= 0 m (inf: no other flank), got {backlash}; it is meant on the line of action"
+    play = f"backlash must be >= 0 m (inf: no back flank), got {backlash}; it is meant on the line of action"
     require(backlash >= 0, play)
     unit = f"backlash must be below 0.01 m, or inf, got {backlash}; pass metres: 0.2*mm"
     require(backlash < 1e-2 or backlash == inf, unit)
@@ -274,12 +279,12 @@ def _check_centroid(centroid: np.ndarray, force: np.ndarray) -> None:
     require(near, f"centroid must be finite and within 1 m, got {np.abs(centroid).max():g}; pass metres")
 
 
-def _check_table(phase: np.ndarray, deflection: np.ndarray, force: np.ndarray, places: list[int]) -> None:
+def _check_table(phase: np.ndarray, deflection: np.ndarray, force: np.ndarray, counts: list[int]) -> None:
     within = bool(increasing("phase", phase)[0] >= 0 and phase[-1] < 1)
     require(within, f"phase must increase within [0, 1) as share of a pitch, got {phase}")
     shapes = f"got {phase.shape}, {deflection.shape}, {force.shape}"
     columns = deflection.shape[-1] if deflection.ndim else 0
-    fits = force.shape == (*places, phase.size, columns) and columns >= 2 and deflection.ndim <= force.ndim
+    fits = force.shape == (*counts, phase.size, columns) and columns >= 2 and deflection.ndim <= force.ndim
     fits = fits and all(x in (1, y) for x, y in zip(deflection.shape[::-1], force.shape[::-1], strict=False))
     require(fits, f"force_table must be (n_phase, n_defl) over phase (n_phase,) and deflection (n_defl,), {shapes}")
     require(increases(deflection), "deflection must increase along its last axis [m]; sort it and its forces")

@@ -34,5 +34,5 @@ class Coordinates(Enum):
 
 def pose(gearbox: Gearbox, shaft: Shaft) -> list[float]:
     """Reference coordinates (6) of a shaft's centre of mass, displaced as it is mounted."""
-    x, y, z = np.array([*gearbox.places[shaft.name], 0.0]) + shaft.offset.at(shaft.centre)
+    x, y, z = np.array([*gearbox.shaft_positions[shaft.name], 0.0]) + shaft.offset.at(shaft.centre)
     return [float(x), float(y), float(z), shaft.offset.tilt_x, shaft.offset.tilt_y, 0.0]

@@ -28,8 +28,8 @@ def static_offsets(gearbox: Gearbox, stage: Stage, side: int = 1) -> dict[str, f
 
     Its z runs along z where the mesh force turns the pinion clockwise, else against it.
     """
-    z = side * gearbox.turns[stage.fast.name]
-    offsets = stage_offsets(stage, gearbox.places, z)
+    z = side * gearbox.directions[stage.fast.name]
+    offsets = stage_offsets(stage, gearbox.shaft_positions, z)
     return {"a": offsets["a"], "misalignment": z * offsets["misalignment"], "axial": z * offsets["axial"]}
 
 

@@ -9,7 +9,7 @@ from exugear.gearbox.bearing_stiffness import linear_part, radial_part, radial_s
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
-from exugear.kernels.kinematics import R_B1, offsets_at, spatial_frame, spatial_row
+from exugear.kernels.reference_configuration import offsets_at, spatial_frame, spatial_row
 from exugear.plan.coordinates import Coordinates, pose
 from exugear.plan.map_axes import MEANING, MOVED_BY, is_slight, static_offsets
 from fem.support.validation import require
@@ -39,11 +39,11 @@ def missing_axes(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: floa
     return [_advice(gearbox, stage, shafts, load, moved) for stage in gearbox.stages]
 
 
-def _frame(gearbox: Gearbox, stage: Stage) -> np.ndarray:
-    ends = list(zip((stage.fast, stage.slow), stage.places, strict=True))
+def _frame(gearbox: Gearbox, stage: Stage) -> np.record:
+    ends = list(zip((stage.fast, stage.slow), stage.axial_positions, strict=True))
     axial = [position - shaft.centre for shaft, position in ends]
     poses = [pose(gearbox, shaft) for shaft, _ in ends]
-    return spatial_frame(stage.pair, 0.0, gearbox.turns[stage.fast.name], axial, poses)
+    return spatial_frame(stage.pair, 0.0, gearbox.directions[stage.fast.name], axial, poses)
 
 
 def _displacements(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: float) -> dict[str, np.ndarray]:
@@ -92,8 +92,8 @@ def _reached(gearbox: Gearbox, stage: Stage, moved: Mapping[str, np.ndarray]) ->
     """Offsets [m, rad] of a stage whose shafts are displaced."""
     frame = _frame(gearbox, stage)
     q_1, q_2 = (moved[shaft.name].copy() for shaft in (stage.fast, stage.slow))
-    q_1[5] = gearbox.turns[stage.fast.name] * LEAD / frame[R_B1]
-    return dict(zip(MEANING, offsets_at(stage.force.law, frame, tuple(q_1), tuple(q_2)), strict=True))
+    q_1[5] = gearbox.directions[stage.fast.name] * LEAD / frame.pinion.r_b
+    return dict(zip(MEANING, offsets_at(stage.force.table.head, frame, tuple(q_1), tuple(q_2)), strict=True))
 
 
 def _axis(name: str, static: float, reached: float) -> list[float]:

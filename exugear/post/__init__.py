@@ -1,4 +1,4 @@
-"""What results show: spectra, plots, pictures of gears."""
+"""Results: spectra, plots, pictures of gears."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""What Exudyn's viewer draws of gears and shafts: closed surfaces of triangles with outward normals.
+"""Gears and shafts for Exudyn's viewer: closed surfaces of triangles with outward normals.
 
 A gear lies about the z axis of its body; its tooth 0 points at phase_angle about z from x in mid-plane. In a pair whose
 wheel lies in the direction theta seen from the pinion, the driving flanks touch at the pitch point where the tooth
@@ -143,7 +143,7 @@ def face_triangles(z: int, n_outline: int, n_bore: int) -> np.ndarray:
     return (np.arange(z)[:, None, None] * size + pitch).reshape(-1, 3) % (z * size)
 
 
-def strip(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Triangles between two lines of as many points, counter-clockwise where `other` lies left."""
-    a, b, c, d = one[:-1], one[1:], other[1:], other[:-1]
+def strip(right: np.ndarray, left: np.ndarray) -> np.ndarray:
+    """Triangles between two lines of as many points, counter-clockwise where the second line lies on the left."""
+    a, b, c, d = right[:-1], right[1:], left[1:], left[:-1]
     return np.concatenate([np.c_[a, b, c][a != b], np.c_[a, c, d][c != d]])

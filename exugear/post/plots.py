@@ -33,7 +33,7 @@ __all__ = [
 
 STEEL = "#c9d3dc"
 TRACE, EDGE, MARK = "#9ecae1", "#08519c", "#cb181d"
-#: Mesh cycles of a line of an order map, and its largest share of a run.
+#: Length of a line of an order map in mesh cycles, and its largest share of the run.
 CYCLES, SHARE = 400, 1 / 20
 
 
@@ -108,9 +108,10 @@ def _colours(torque: np.ndarray) -> np.ndarray:
 
 @checked
 def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances | None = None) -> Axes:
-    """Dynamic transmission error of one stage over its mesh frequency, and the resonances found in its envelope.
+    """Dynamic transmission error of one stage over its mesh frequency, with its envelope.
 
     run     an `exugear.Run` or its data, as in all plots of runs
+    found   `Resonances` to be marked, as `exugear.resonances` finds them in the envelope
     """
     ax, data = _axes(ax), stage_data(run, stage)
     outline = dte_envelope(run, stage)
@@ -142,7 +143,8 @@ def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int =
     for (name, run), style in zip(runs.items(), cycle(("-", "--", ":")), strict=False):
         outline = dte_envelope(run, stage)
         ax.plot(outline.place, outline.amplitude / um, style, linewidth=1.4, label=name)
-    ax.set(xlabel="mesh frequency [Hz]", ylabel="half peak to peak of the DTE [µm]", ylim=(0, None))
+    ax.set(xlabel="mesh frequency [Hz]", ylabel="half peak to peak of the DTE [µm]")
+    ax.set_ylim(bottom=0, auto=True)
     ax.legend()
     ax.grid(alpha=0.3)
     return ax
@@ -150,26 +152,26 @@ def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int =
 
 @checked
 def plot_bearing_forces(run, ax: Axes | None = None) -> Axes:
-    """Root mean square of the varying radial force of every bearing over the speed of the driving shaft."""
+    """Root mean square of the varying part of each bearing's radial force over the speed of the driving shaft."""
     ax, forces = _axes(ax), bearing_force_rms(run)
     for name, row in zip(forces["bearing"].values, forces.values, strict=True):
         ax.plot(forces["speed"] / rpm, row, linewidth=1.2, label=str(name))
-    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="rms of the varying radial bearing force [N]")
-    ax.set_ylim(bottom=0)
+    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="rms of the varying radial force [N]")
+    ax.set_ylim(bottom=0, auto=True)
     ax.legend(frameon=False, fontsize="small")
     ax.grid(alpha=0.3)
     return ax
 
 
-def _mark(ax: Axes, outline: Envelope, found: Resonances) -> None:
-    """Resonances on the envelope, with room for their frequencies inside the frame."""
+def _mark(ax: Axes, outline: Envelope, resonances: Resonances) -> None:
+    """Mark resonances on the envelope, with room for their frequencies inside the frame."""
     order = np.argsort(outline.place)
-    heights = np.interp(found.place, outline.place[order], outline.high[order]) / um
-    ax.plot(found.place, heights, "v", color=MARK, markersize=5)
+    heights = np.interp(resonances.place, outline.place[order], outline.high[order]) / um
+    ax.plot(resonances.place, heights, "v", color=MARK, markersize=5)
     low, high = outline.low.min() / um, outline.high.max() / um
     ax.set_ylim(low - 0.05 * (high - low), high + 0.45 * (high - low))
-    for place, height in zip(found.place, heights, strict=True):
-        text = ax.annotate(f"{place:.0f} Hz", (place, height), (0, 7), textcoords="offset points", color=MARK)
+    for frequency, height in zip(resonances.place, heights, strict=True):
+        text = ax.annotate(f"{frequency:.0f} Hz", (frequency, height), (0, 7), textcoords="offset points", color=MARK)
         text.set(rotation=90, ha="center", fontsize="small")
 
 
@@ -177,10 +179,13 @@ def _mark(ax: Axes, outline: Envelope, found: Resonances) -> None:
 def plot_waterfall(
     run, ax: Axes | None = None, stage: int = 0, harmonics: Finite = 3.2, decibels: Finite = 60.0
 ) -> Axes:
-    """Order map of the DTE of one stage: amplitude over speed and order of its mesh, so far below the highest.
+    """Order map of the DTE of one stage: amplitude over speed and mesh order.
 
-    Lines that run across the orders are harmonics that the steps of the run fold; a smaller `tolerance` of
-    `exugear.run_up` makes them vanish.
+    harmonics   highest mesh order shown
+    decibels    range of amplitudes shown, down from the highest one
+
+    Lines that cross the orders obliquely are harmonics that the steps of the run alias; a smaller `tolerance` of
+    `exugear.run_up` removes them.
     """
     ax, data = _axes(ax), stage_data(run, stage)
     time, speed, frequency = (data[name].values for name in ("time", "speed", "mesh_frequency"))
@@ -193,7 +198,7 @@ def plot_waterfall(
     limits = {"vmin": top - decibels, "vmax": top}
     picture = ax.pcolormesh(shaft / rpm, orders, level.T, cmap="magma_r", rasterized=True, **limits)
     ax.figure.colorbar(picture, ax=ax, label="DTE amplitude [dB re 1 µm]")
-    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="order of the mesh frequency")
+    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="mesh order")
     ax.set_title(f"order map, {_title(data)}")
     return ax
 

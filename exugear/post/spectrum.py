@@ -1,4 +1,4 @@
-"""What a signal over a run-up holds: envelope, resonances, orders; arrays in, arrays out."""
+"""Envelope, resonances and orders of a signal over a run-up, and of what a run recorded."""
 
 from typing import NamedTuple
 
@@ -21,17 +21,23 @@ __all__ = [
     "superharmonics",
 ]
 
-#: Half the width of the Gaussian that spreads samples over a grid [cells]: amplitudes to 1e-6.
+#: Half the width of the Gaussian that spreads samples over a grid [grid points]: amplitudes are exact to 1e-6.
 SPREAD = 6
-#: Fewest samples per period of the highest order, anywhere in a line: the two of Nyquist, and room for the window.
+#: Fewest samples per period of the highest order, anywhere in a line: Nyquist's two, and a margin for the window.
 SAMPLES_PER_PERIOD = 2.05
-#: Peaks must stand out by so many times the scatter of an envelope.
+#: Least prominence of a peak, over the scatter of the envelope.
 SCATTERS = 6.0
 
 
 @checked
 class Envelope(NamedTuple):
-    """Per window: place of its middle, smallest and largest value, rms about the mean; each (n_window,)."""
+    """Envelope of a signal, each (n_window,).
+
+    place   mean of the abscissa in the window: time, speed or mesh frequency
+    low     smallest value of the signal
+    high    largest value
+    rms     root mean square about the mean
+    """
 
     place: np.ndarray
     low: np.ndarray
@@ -46,7 +52,7 @@ class Envelope(NamedTuple):
 
 @checked
 class Resonances(NamedTuple):
-    """Peaks of an envelope in rising order: place and height; each (n_peak,)."""
+    """Peaks of an envelope, each (n_peak,): place on the abscissa, rising, and height."""
 
     place: np.ndarray
     height: np.ndarray
@@ -63,12 +69,15 @@ class OrderSpectrum(NamedTuple):
 
 @checked
 def envelope(place: Numbers, signal: Numbers, windows: int = 280, *, cycles: Numbers | None = None) -> Envelope:
-    """Envelope of signal (n,) over place (n,) (time, speed or mesh frequency) in equally long windows.
+    """Envelope of a signal in windows of equal length.
 
-    cycles      (n,) mesh cycles passed up to each sample, if given: windows are joined until each holds a whole one
+    place       (n,) abscissa: time, speed or mesh frequency
+    signal      (n,)
+    windows     number of windows
+    cycles      (n,) mesh cycles passed up to each sample; if given, windows are joined until each holds a whole cycle
 
-    Extremes between samples lie on parabolas through three. A remainder shorter than a window is left out at the end.
-    Raises ValueError for NaN and too few samples.
+    Extremes between samples are those of parabolas through three samples. A remainder shorter than a window is left out
+    at the end. Raises ValueError for NaN and too few samples.
     """
     place, signal = np.asarray(place, float), np.asarray(signal, float)
     _check_signal(place=place, signal=signal)
@@ -86,7 +95,7 @@ def envelope(place: Numbers, signal: Numbers, windows: int = 280, *, cycles: Num
 
 
 def _joined(edges: np.ndarray, cycles: np.ndarray) -> np.ndarray:
-    """Those edges of windows between which a whole cycle passes; the last window takes what is left."""
+    """The edges of windows between which a whole cycle passes; the last window takes the remainder."""
     passed = cycles[np.minimum(edges, cycles.size - 1)]
     kept = [0]
     for i in range(1, edges.size):
@@ -96,21 +105,26 @@ def _joined(edges: np.ndarray, cycles: np.ndarray) -> np.ndarray:
 
 
 def _between_samples(signal: np.ndarray) -> np.ndarray:
-    """The signal with its extremes where parabolas through three samples have them."""
+    """The signal with its local extremes replaced by those of parabolas through three samples."""
     before, at, behind = signal[:-2], signal[1:-1], signal[2:]
     bend = before - 2 * at + behind
     extreme = ((at - before) * (behind - at) <= 0) & (bend != 0)
-    found = signal.copy()
-    found[1:-1] -= np.where(extreme, (before - behind) ** 2 / (8 * np.where(extreme, bend, 1.0)), 0.0)
-    return found
+    refined = signal.copy()
+    refined[1:-1] -= np.where(extreme, (before - behind) ** 2 / (8 * np.where(extreme, bend, 1.0)), 0.0)
+    return refined
 
 
 @checked
 def resonances(place: Numbers, amplitude: Numbers, prominence: float = 0.05) -> Resonances:
-    """Peaks of amplitude (n,) over place (n,) that stand out by prominence times the largest amplitude.
+    """Peaks of an amplitude over an abscissa.
 
-    They must also stand out of the scatter of the amplitudes, and lie within the range: what rises to its end is none.
-    The places are refined by parabolas through three points. Raises ValueError for NaN and a prominence outside (0, 1).
+    place        (n,) abscissa, such as the mesh frequency
+    amplitude    (n,)
+    prominence   least prominence of a peak, as share of the largest amplitude
+
+    A peak must also stand out of the scatter of the amplitudes and lie inside the range; an amplitude that rises up to
+    its end has no peak there. Place and height are refined by parabolas through three points. Raises ValueError for NaN
+    and a prominence outside (0, 1).
     """
     place, amplitude = np.asarray(place, float), np.asarray(amplitude, float)
     _check_signal(place=place, amplitude=amplitude)
@@ -118,15 +132,15 @@ def resonances(place: Numbers, amplitude: Numbers, prominence: float = 0.05) -> 
     peaks, _ = scipy.signal.find_peaks(amplitude, prominence=max(prominence * amplitude.max(), _scatter(amplitude)))
     before, at, behind = amplitude[peaks - 1], amplitude[peaks], amplitude[peaks + 1]
     shift = (before - behind) / (2 * (before - 2 * at + behind))
-    places = np.interp(peaks + shift, np.arange(place.size), place)
-    return Resonances(places, at - (before - behind) * shift / 4)
+    refined = np.interp(peaks + shift, np.arange(place.size), place)
+    return Resonances(refined, at - (before - behind) * shift / 4)
 
 
 @checked
 def superharmonics(peaks: Resonances, divisors: Numbers = (4, 3, 2, 1), within: float = 0.12) -> np.ndarray:
-    """Places (n,) of the peaks nearest to the highest peak's place over divisors (n,); NaN where none lies within.
+    """Frequencies (n,) of the peaks nearest to that of the highest peak over divisors (n,); NaN where there is none.
 
-    within      distance that still counts, as share of the place looked for
+    within      largest distance of a peak, as share of the frequency looked for
     """
     require(peaks.place.size > 0, "peaks must hold at least one peak, got none; lower the prominence")
     require(0 < within < 1, f"within must lie in (0, 1) as share of the place, got {within}")
@@ -138,7 +152,7 @@ def superharmonics(peaks: Resonances, divisors: Numbers = (4, 3, 2, 1), within: 
 
 
 def _scatter(amplitude: np.ndarray) -> float:
-    """By how much a peak must stand out of what neighbouring values scatter about a smooth curve."""
+    """Least prominence of a peak by the scatter of neighbouring values about a smooth curve."""
     return SCATTERS * float(np.median(np.abs(np.diff(amplitude, 2)))) / (0.6745 * np.sqrt(6))
 
 
@@ -146,16 +160,18 @@ def _scatter(amplitude: np.ndarray) -> float:
 def order_spectrum(
     time: Numbers, speed: Numbers, signal: Numbers, *, orders: float, revolutions: int = 8, overlap: float = 0.75
 ) -> OrderSpectrum:
-    """Amplitudes of a signal (n,) over the orders of a shaft that turns with speed (n,) [rad/s].
+    """Amplitudes of a signal over the orders of a shaft.
 
     time            (n,) [s]
+    speed           (n,) of the shaft [rad/s]
+    signal          (n,)
     orders          highest order wanted, for instance five times the number of teeth
-    revolutions     per line: the resolution is 1 / revolutions orders (Hann window)
+    revolutions     length of a line; the resolution is 1 / revolutions orders (Hann window)
     overlap         of neighbouring lines, as share of their length
 
-    Each line is a Fourier integral over the angle, from the samples at the angles where they lie: nothing is
-    interpolated, and what lies above the highest order is not folded below it. Lines with fewer than 2.05 samples per
-    period of the highest order are left out. With speed = 2 pi mesh_frequency orders are those of the mesh, revolutions
+    Each line is a Fourier integral over the shaft angle, summed over the samples at their own angles. So nothing is
+    interpolated, and nothing above the highest order is aliased below it. Lines with fewer than 2.05 samples per period
+    of the highest order are left out. With speed = 2 pi mesh_frequency the orders are mesh orders and the revolutions
     mesh cycles. Raises ValueError for signals shorter than a line, and where no line remains.
     """
     time, speed, signal = (np.asarray(x, float) for x in (time, speed, signal))
@@ -170,13 +186,13 @@ def order_spectrum(
     require(bool(lines), f"no {revolutions} revolutions are sampled well enough for order {orders:g}; sample finer")
     order = np.arange(int(orders * revolutions * (1 + 1e-9)) + 1) / revolutions
     shares = [(turns[part] - start) / revolutions for start, part in lines]
-    found = [_line(x, passed[part], signal[part], order.size) for x, (_, part) in zip(shares, lines, strict=True)]
-    speeds = [weight @ speed[part] for (weight, _), (_, part) in zip(found, lines, strict=True)]
-    return OrderSpectrum(np.array(speeds), order, np.array([amplitude for _, amplitude in found]))
+    spectra = [_line(x, passed[part], signal[part], order.size) for x, (_, part) in zip(shares, lines, strict=True)]
+    speeds = [weight @ speed[part] for (weight, _), (_, part) in zip(spectra, lines, strict=True)]
+    return OrderSpectrum(np.array(speeds), order, np.array([amplitude for _, amplitude in spectra]))
 
 
 def _sampled_lines(turns, passed, orders: float, revolutions: int, overlap: float) -> list[tuple[float, slice]]:
-    """Start [revolutions] and samples of every line in which the signal is sampled finely enough."""
+    """Start [revolutions] and samples of each line in which the signal is sampled finely enough."""
     starts = np.arange(0, turns[-1] * (1 + 1e-9) - revolutions, (1 - overlap) * revolutions)
     bounds = (np.searchsorted(turns, starts + k * revolutions).tolist() for k in (0, 1))
     lines = [(start, slice(first, end)) for start, first, end in zip(starts.tolist(), *bounds, strict=True)]
@@ -185,7 +201,7 @@ def _sampled_lines(turns, passed, orders: float, revolutions: int, overlap: floa
 
 
 def _line(share: np.ndarray, passed: np.ndarray, signal: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Weights of samples at shares of a line, each for the angle passed, and the amplitudes of n orders."""
+    """Weights of the samples of a line, Hann window times angle passed, and the amplitudes of n orders."""
     weight = np.sin(np.pi * share) ** 2 * passed
     weight /= weight.sum()
     return weight, 2 * np.abs(fourier_sum(share, weight * (signal - weight @ signal), n))
@@ -194,8 +210,8 @@ def _line(share: np.ndarray, passed: np.ndarray, signal: np.ndarray, n: int) -> 
 def fourier_sum(share: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
     """(n,) sums of values exp(-2 pi i k share), k = 0 to n - 1, over samples at any share of a period in [0, 1].
 
-    Spread by a Gaussian over a grid, to 1e-6 of the sum of the values' magnitudes. Source: Greengard and Lee, SIAM
-    Review 46 (2004).
+    The samples are spread by a Gaussian over a regular grid whose FFT is taken; exact to 1e-6 of the sum of the values'
+    magnitudes. Source: Greengard and Lee, SIAM Review 46 (2004).
     """
     size = 4 * n
     tau, cell = SPREAD * np.pi / (12 * n**2), 2 * np.pi / size
@@ -222,10 +238,10 @@ def _check_signal(**columns: np.ndarray) -> None:
 
 @checked
 def dte_envelope(run, stage: int = 0, windows: int = 280) -> Envelope:
-    """Envelope of the DTE of a stage [m] over its mesh frequency [Hz]; every window holds a whole mesh cycle.
+    """Envelope of the DTE of a stage [m] over its mesh frequency [Hz]; each window holds a whole mesh cycle.
 
     run         an `exugear.Run` or its data
-    windows     equally long ones, joined where the gears turn too slowly
+    windows     number of windows of equal length, joined where the gears turn too slowly for a mesh cycle
     """
     data = stage_data(run, stage)
     time, frequency = data["time"].values, data["mesh_frequency"].values
@@ -235,7 +251,7 @@ def dte_envelope(run, stage: int = 0, windows: int = 280) -> Envelope:
 
 @checked
 def bearing_force_rms(run, windows: int = 150) -> xr.DataArray:
-    """Root mean square of what varies of the radial force of each bearing [N], (bearing, speed [rad/s]).
+    """Root mean square of the varying part of the radial force of each bearing [N], (bearing, speed [rad/s]).
 
     run         an `exugear.Run` on bearings, or its data
     windows     of equal length, over which speed and force are averaged

@@ -41,8 +41,8 @@ def plot_gears(bodies: Sequence[Body], touching: Sequence[Numbers] = (), ax: Axe
         mesh = _triangulation(points, cells)
         ax.tripcolor(mesh, np.zeros(mesh.x.size), cmap=ListedColormap([STEEL]), rasterized=True)
         ax.triplot(mesh, color=OUTLINE, linewidth=0.12, alpha=0.6)
-    for places in touching:
-        x, y = np.asarray(places).mean(axis=1) / mm
+    for points in touching:
+        x, y = np.asarray(points).mean(axis=1) / mm
         ax.plot(x, y, "o", markersize=17, markerfacecolor="none", markeredgecolor=MARK, markeredgewidth=1.8)
     return plot_outlines(bodies, ax)
 
@@ -87,7 +87,7 @@ def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root
 def plot_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Hertz's pressure on the flanks over the mesh cycle, a colour per torque above 0; thin where a tip edge touches.
 
-    What the edge itself bears is `plot_peak_pressure`.
+    `plot_peak_pressure` shows the pressure at the edge itself.
     """
     _check_map(data, "hertz_pressure", "tip_contact")
     ax = _axes(ax)

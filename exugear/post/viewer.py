@@ -1,4 +1,4 @@
-"""A built gearbox for Exudyn's own viewer: its gears with the teeth where they mesh, their seats, its shafts."""
+"""A built gearbox in Exudyn's viewer: gears with their teeth in mesh, on the seats of their shafts."""
 
 from collections.abc import Sequence
 
@@ -12,43 +12,52 @@ from fem.support.arguments import checked
 from fem.support.validation import require
 
 #: Diameter of a drawn shaft over the smallest bore of its gears.
-SLIMMER = 0.8
+DIAMETER_SHARE = 0.8
 
 
 @checked
 def draw(model: Model) -> None:
-    """Give all bodies of the model their graphics; then mbs.SolveDynamic or exudyn's SolutionViewer shows them.
+    """Give all bodies of the model their graphics, which mbs.SolveDynamic or exudyn's SolutionViewer then shows.
 
-    Drive and contacts are no longer drawn as Exudyn's circles.
+    The circles that Exudyn draws of drive and contacts are hidden.
     """
     hide(model)
+    add_gears(model)
+    add_shafts(model)
+
+
+def add_gears(model: Model) -> None:
+    """Draw each gear once, its teeth turned to where they mesh, on a seat of the shaft."""
     drawn = set()
     for stage, phase in zip(model.gearbox.stages, model.gearbox.phases, strict=True):
-        direction = model.gearbox.turns[stage.fast.name]
-        angles = meshing_angles(stage.pair, stage.angle, direction, phase=phase)
+        angles = meshing_angles(stage.pair, stage.angle, model.gearbox.directions[stage.fast.name], phase=phase)
         gears = (stage.pair.pinion, stage.pair.wheel)
         for (name, axial), gear, angle in zip(stage.ends, gears, angles, strict=True):
             if (name, axial) not in drawn:
-                at = axial - origin(model, name)
-                add_gear_graphics(model.mbs, model.bodies[name], gear, axial=at, phase_angle=angle)
-                add_graphics(model.mbs, model.bodies[name], shaft_graphics(gear.b, gear.d_bore, axial=at))
+                mbs, body, on_body = model.mbs, model.bodies[name], axial - origin(model, name)
+                add_gear_graphics(mbs, body, gear, axial=on_body, phase_angle=angle)
+                add_graphics(mbs, body, shaft_graphics(gear.b, gear.d_bore, axial=on_body))
                 drawn.add((name, axial))
+
+
+def add_shafts(model: Model) -> None:
+    """Draw each shaft as a cylinder."""
     for shaft in model.gearbox.shafts:
         low, high = ends(shaft)
-        d = SLIMMER * min(gear.d_bore for gear in shaft.gears.values())
+        d = DIAMETER_SHARE * min(gear.d_bore for gear in shaft.gears.values())
         axial = (low + high) / 2 - origin(model, shaft.name)
         add_graphics(model.mbs, model.bodies[shaft.name], shaft_graphics(high - low, d, axial=axial))
 
 
 @checked
 def picture(
-    model: Model, *, rotation: Sequence[float] = (0.4, 0.6, 0.0), size: Sequence[int] = (1200, 800), zoom: float = 0.8
+    model: Model, *, rotation: Sequence[float] = (0.4, 0.6, 0.0), size: Sequence[int] = (900, 600), zoom: float = 0.92
 ) -> np.ndarray:
     """Image (height, width, 3) of a drawn model by Exudyn's raytracer, which needs no screen.
 
     rotation   of the view about x, y and z [rad]
     size       width and height [pixels]
-    zoom       half the height of what is seen over that which shows everything
+    zoom       height of the view over the height that shows the whole model
     """
     require(zoom > 0, f"zoom must be > 0, got {zoom}")
     settings, renderer = model.container.visualizationSettings, model.container.renderer
@@ -68,13 +77,13 @@ def hide(model: Model) -> None:
 
 
 def origin(model: Model, name: str) -> float:
-    """Axial place of a body's origin [m]: a planar body lies at 0."""
+    """Axial position of a body's origin [m]; that of a planar body is 0."""
     planar = model.plan.shafts[name] is Coordinates.PLANAR
     return 0.0 if planar else next(shaft.centre for shaft in model.gearbox.shafts if shaft.name == name)
 
 
 def ends(shaft: Shaft) -> tuple[float, float]:
-    """Axial ends of what a shaft carries, or of its length [m]."""
+    """Axial ends [m] of a shaft by its length, or of the parts that it carries."""
     if shaft.length is not None:
         return 0.0, shaft.length
     low = min([axial - gear.b / 2 for axial, gear in shaft.gears.items()] + list(shaft.parts))

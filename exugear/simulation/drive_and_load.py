@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 from exudyn.utilities import CreateSymbolicUserFunction
 
-from exugear.kernels.kinematics import HELD
+from exugear.elements.gear_contact import state_of
 from exugear.simulation.model import Model
 from exugear.simulation.time_functions import Conditions, Curve, Line
 
@@ -53,12 +53,13 @@ def set_drive(mbs, drive: int, angle_and_rate) -> None:
 
 def _set_load(model: Model, conditions: Conditions) -> None:
     """Load torque on the driven shaft; a constant one costs Exudyn no call of Python."""
-    mbs, sign, meshes = model.mbs, -model.gearbox.turns[model.gearbox.driven.name], model.meshes
+    mbs, sign = model.mbs, -model.gearbox.directions[model.gearbox.driven.name]
+    states = [(state_of(mbs, mesh.contact), mesh.held) for mesh in model.meshes]
 
     def torque(mbs, t, load):
         now = conditions.load_at(t)
-        for mesh in meshes:
-            mesh.frame[HELD] = mesh.held * now
+        for state, held in states:
+            state.holding_force = held * now
         return sign * now
 
     constant = conditions.constant_load

@@ -8,10 +8,11 @@ import exudyn as exu
 import numpy as np
 import scipy
 
-from exugear.kernels.kinematics import HELD
+from exugear.elements.exudyn_objects import quiet
+from exugear.elements.gear_contact import state_of
 from exugear.simulation.drive_and_load import OFFSETS, applied, set_drive
 from exugear.simulation.equilibrium import start
-from exugear.simulation.model import Model, linearized, quiet
+from exugear.simulation.model import Model, linearized
 from exugear.simulation.time_functions import Conditions
 from fem.support.arguments import checked
 from fem.support.validation import require
@@ -19,14 +20,16 @@ from fem.support.validation import require
 
 @checked
 def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
-    """Eigenfrequencies [Hz] (n,), rising, about the equilibrium under a load [N m], undamped, the shafts at rest.
+    """Eigenfrequencies [Hz] (n,) of the undamped gearbox at rest under a load, rising.
 
-    The driving shaft, or the rotor behind its coupling, is held as in a run; teeth, bearings and whatever else is in
-    the system have their tangent stiffness; the phases of the meshes are those in which the gearbox was built. The
-    system stays as it was.
+    load   torque on the driven shaft [N m]
 
-    Exudyn's own mbs.ComputeODE2Eigenvalues() linearizes about the state that the system is in. Straight after `build`
-    the teeth just touch there: they push on one side and are loose on the other, and its frequencies are far too low.
+    The driving shaft, or the rotor behind its coupling, is held as in a run. Teeth, bearings and further items of the
+    system have their tangent stiffness in the equilibrium under the load. The meshes are at the phases in which the
+    gearbox was built. The system stays as it was.
+
+    Exudyn's mbs.ComputeODE2Eigenvalues() linearizes about the present state of the system. Straight after `build` the
+    teeth just touch: they are stiff to one side and loose to the other, and its frequencies are far too low.
 
     Raises ValueError for a load of 0, under which the teeth only just touch, and for loads beyond the maps.
     """
@@ -42,18 +45,19 @@ def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
 
 @contextmanager
 def _restored(model: Model) -> Iterator[None]:
-    """Leave state, drive and load of the system as they were."""
+    """Leave coordinates, drive, load and the states of the contacts as they were."""
     mbs, initial = model.mbs, exu.ConfigurationType.Initial
-    held, load = [mesh.frame[HELD] for mesh in model.meshes], mbs.GetLoad(model.load)
+    contacts, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
+    holding_forces = [float(contact.holding_force) for contact in contacts]
     functions = [mbs.GetObjectParameter(model.drive, name) for name in OFFSETS]
-    state = mbs.systemData.GetSystemState(initial)
+    coordinates = mbs.systemData.GetSystemState(initial)
     try:
         yield
     finally:
         set_drive(mbs, model.drive, functions)
         for name in ("load", "loadUserFunction"):
             mbs.SetLoadParameter(model.load, name, load[name])
-        for mesh, force in zip(model.meshes, held, strict=True):
-            mesh.frame[HELD] = force
+        for contact, force in zip(contacts, holding_forces, strict=True):
+            contact.holding_force = force
         mbs.Assemble()
-        mbs.systemData.SetSystemState(state, initial)
+        mbs.systemData.SetSystemState(coordinates, initial)

@@ -12,11 +12,10 @@ import numpy as np
 from exugear.elements.divergence import DIVERGED
 from exugear.gearbox.bearing_stiffness import radial_secant, radial_table
 from exugear.gearbox.shaft import Coupling
-from exugear.kernels.kinematics import DIRECTION, TURNS
 from exugear.mesh_force.map_range import larger_torque
 from exugear.plan.map_axes import static_offsets
 from exugear.plan.plan import UNDAMPED
-from exugear.simulation.model import Mesh, Model, nonlinear_bearing_stiffness, open_system, with_deflections
+from exugear.simulation.model import Mesh, Model, nonlinear_bearing_stiffness, open_system
 from exugear.simulation.time_functions import Conditions
 from fem.support.validation import require
 from fem.units import mm, rpm
@@ -88,7 +87,7 @@ def _loaded_coordinates(model: Model, load: float, acceleration: float) -> np.nd
     q = _with_mesh_forces(model, forces, q)
     for shaft in box.shafts:
         if shaft.coupling:
-            outer = -box.turns[shaft.name] * load if shaft.name == box.driven.name else 0.0
+            outer = -box.directions[shaft.name] * load if shaft.name == box.driven.name else 0.0
             torque = outer - shaft.coupling.inertia * box.ratios[shaft.name] * acceleration
             rotor = model.rotors[shaft.name]
             q[rotor] = 0.0 if shaft.name == driving.name else q[rotor] + _twist(shaft.name, shaft.coupling, torque)
@@ -213,10 +212,25 @@ def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray) -> np.nda
     raise RuntimeError(NO_EQUILIBRIUM)
 
 
+def with_deflections(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
+    """The coordinates with spins at which the meshes have deflections (n_stage,) [m], to first order.
+
+    The driving shaft keeps its spin; in loops the spins are the least-squares solution.
+    """
+    q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
+    spins = [spin for name, spin in model.spins.items() if name != model.gearbox.driving.name]
+    rest = np.array([mesh.rest for mesh in model.meshes])
+    q[spins] += np.linalg.lstsq(rows[:, spins], deflections - rest - rows @ q)[0]
+    for name, rotor in model.rotors.items():
+        q[rotor] = q[model.spins[name]]
+    return q
+
+
 def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
     """Static deflection of a mesh [m] where its pinion has turned; ValueError for loads beyond the map."""
     law = mesh.law
-    phase = mesh.phase + mesh.frame[DIRECTION] * mesh.frame[TURNS] * q[model.spins[mesh.stage.fast.name]]
+    spin = q[model.spins[mesh.stage.fast.name]]
+    phase = mesh.phase + mesh.frame.direction * mesh.frame.pitches_per_radian * spin
     static = static_offsets(model.gearbox, mesh.stage, 1 if force >= 0 else -1)
     law = law.at(**{n: x for n, x in static.items() if n in law.offsets})
     if force >= 0:
@@ -232,7 +246,7 @@ def _deflection_under(mesh: Mesh, law, phase: float, force: float) -> float:
     try:
         return law.deflection_at(phase, force)
     except ValueError:
-        reason = larger_torque(law.law, force, mesh.stage.pair.pinion.r_b)
+        reason = larger_torque(law.table.head, force, mesh.stage.pair.pinion.r_b)
         raise ValueError(f"load: in stage {mesh.stage.name} {reason}") from None
 
 

@@ -72,7 +72,7 @@ def start_recorders(model: Model, steps: Steps) -> None:
 def keep_valid(model: Model, steps: Steps, stop: BaseException | None) -> BaseException | None:
     """Drop the samples after the end of a run that stopped; bearings that yielded are one more reason for a stop."""
     blocks = [mesh.recorder.samples for mesh in model.meshes]
-    lost = np.isnan([samples[0][:, 0] for samples in blocks]).any(axis=0)
+    lost = np.isnan([samples[0]["deflection"] for samples in blocks]).any(axis=0)
     if stop:
         lost |= steps.time >= model.mbs.systemData.GetTime()
     number = int(lost.argmax()) if lost.any() else lost.size

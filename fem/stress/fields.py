@@ -14,8 +14,9 @@ import numpy as np
 from skfem.helpers import ddot, eye, trace
 from skfem.io.meshio import to_meshio
 
+from fem.contact.contact_state import State
 from fem.contact.resolution import Resolution
-from fem.contact.tooth_contact import State, ToothContact
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity import section_mesh
 from fem.elasticity.mesh_density import Density
 from fem.pair.offsets import Offsets
@@ -96,9 +97,9 @@ def plane_fields(
     require_kind("density", density, Density)
     require(pair.beta_b == 0, "beta must be 0 for plane fields; take solid_fields for helical pairs")
     contact, state = _solved_contact(pair, torque, phase, offsets, resolution)
-    axial = state.cells.middle[np.argmax(state.pressure)]
+    axial = state.slices.middle[np.argmax(state.pressure)]
     fields = []
-    for loads, placed in zip(flank_loads(contact, state), placements(contact.meeting, state.te), strict=True):
+    for loads, placed in zip(flank_loads(contact, state), placements(contact.position, state.te), strict=True):
         lines = [line for load in loads if (line := load.section(axial - placed.centre[2])).force.any()]
         section = gear_elasticity.section_refined_at(placed.gear, with_loaded_teeth(density, loads), lines, 1 / refine)
         fields.append(_field(gear_elasticity.plane_gear(placed.gear, section), lines, placed, state.te))
@@ -124,7 +125,7 @@ def solid_fields(
     require_kind("density", density, Density)
     contact, state = _solved_contact(pair, torque, phase, offsets, resolution)
     fields = []
-    for loads, placed in zip(flank_loads(contact, state), placements(contact.meeting, state.te), strict=True):
+    for loads, placed in zip(flank_loads(contact, state), placements(contact.position, state.te), strict=True):
         elastic = gear_elasticity.solid_gear(placed.gear, with_loaded_teeth(density, loads))
         fields.append(_field(elastic, loads, placed, state.te))
     return fields[0], fields[1]

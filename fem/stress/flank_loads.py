@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fem.contact.contact_state import State
 from fem.contact.resolution import Resolution
-from fem.contact.tooth_contact import State, ToothContact
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
 from fem.pair.mesh_position import MeshPosition
@@ -83,27 +84,20 @@ def tooth_contacts(
 
 def flank_loads(contact: ToothContact, state: State) -> tuple[list[FlankLoad], list[FlankLoad]]:
     """Loads of a contact on pinion and wheel, over the whole width; only teeth that carry load."""
-    slices, position = state.cells, contact.meeting
+    slices, position = state.slices, contact.position
     loads: tuple[list[FlankLoad], list[FlankLoad]] = ([], [])
-    if state.strips is None or state.load is None:
+    if state.strips is None or state.strip_force is None:
         require(not state.force.any(), "state must know its strips; solve the contact with ToothContact.state")
         return loads
     for number in np.unique(slices.number[state.force > 0]):
         rows = np.flatnonzero((slices.number == number) & (state.force > 0))
         for side, gear in enumerate((position.pair.pinion, position.pair.wheel)):
             arcs, width = state.strips.arcs[side, rows], state.strips.width[rows]
-            edges, force = _sorted_strips(gear, arcs, state.load[rows], width)
-            low, high = (ends[rows] - side * position.axial for ends in (slices.low, slices.high))
-            load = FlankLoad(-int(number) if side else int(number), edges, low, high, force)
-            loads[side].append(_mirrored_about_mid_plane(load) if contact.pinion.share < 1 else load)
+            edges, force = _sorted_strips(gear, arcs, state.strip_force[rows], width)
+            ends = (axial[rows] - side * position.axial for axial in (slices.low, slices.high))
+            low, high, edges, force = state.face.unfolded(*ends, edges, force)
+            loads[side].append(FlankLoad(-int(number) if side else int(number), edges, low, high, force))
     return loads
-
-
-def _mirrored_about_mid_plane(load: FlankLoad) -> FlankLoad:
-    """Load on both halves of the face width, of that on the upper half."""
-    low, high = np.concatenate([-load.high[::-1], load.low]), np.concatenate([-load.low[::-1], load.high])
-    edges, force = (np.concatenate([upper[::-1], upper]) for upper in (load.edges, load.force))
-    return FlankLoad(load.tooth, edges, low, high, force)
 
 
 def with_loaded_teeth(density: Density, loads: list[FlankLoad]) -> Density:

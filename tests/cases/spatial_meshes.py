@@ -9,6 +9,8 @@ from scenes import K, paper_pair
 
 import exugear
 import fem
+from exugear.kernels.contact_records import contact_state, rotational_frame
+from exugear.kernels.kinematics import MeshForces, rotational_mesh, spatial_mesh
 from fem.units import deg, mm, um
 
 BETA = 15 * deg
@@ -40,6 +42,18 @@ def law_of(width: float = 20 * mm, k: float = K, tilts=None, **options) -> exuge
     return exugear.MeshForce(
         [0.0], depth, force, centroid=centroid, offsets=OFFSETS | {"misalignment": tilt}, **options
     )
+
+
+def mesh_in_space(force: exugear.MeshForce, frame, *motion) -> MeshForces:
+    """What the mesh does to two Rxyz bodies with displacements q_1, q_2 and velocities v_1, v_2, (6,) each."""
+    q_1, q_2, v_1, v_2 = (tuple(map(float, x)) for x in motion)
+    return spatial_mesh(force.table.head, frame, contact_state(), q_1, q_2, v_1, v_2)
+
+
+def mesh_of_spins(force: exugear.MeshForce, pair, phase: float, spins, speeds):
+    """(deflection, force, torques) of two bodies that spin."""
+    frame = rotational_frame(pair, phase, 1)
+    return rotational_mesh(force.table.head, frame, contact_state(), *map(float, (*spins, *speeds)))
 
 
 def attitudes(pair, seed: int, tilt: float = 0.05):

@@ -83,7 +83,7 @@ def forged(portable, kernel, addresses: tuple[int, ...], n: int):
     keep = SimpleNamespace(portable=portable, kernel=kernel, message=ctypes.create_string_buffer(LONGEST_MESSAGE))
     explain = explaining(portable, n, keep.message)
     keep.explain = CFUNCTYPE(c_void_p, c_double, POINTER(c_double), POINTER(c_double))(explain)
-    keep.code = machine_code(assembly(entry_of(kernel, n), addresses, n, keep))
+    keep.code = machine_code(assembly(entry_of(kernel, len(addresses), n), addresses, n, keep))
     keep.name = ctypes.create_string_buffer(SIGNATURE)
     keep.type = (c_uint64 * 2)(0, addressof(keep.name))
     record[FUNCTION], record[TYPE] = keep.code.get_function_address("contact"), addressof(keep.type)
@@ -106,9 +106,9 @@ def record_of_exudyn():
     return name, Record(*record)
 
 
-def entry_of(kernel, n: int) -> int:
-    """Address of the compiled code of a kernel for n coordinates."""
-    _, _, arguments, _ = kernel.get_call_template((types.int64,) * 3 + (types.float64,) * (1 + 2 * n), {})
+def entry_of(kernel, number: int, n: int) -> int:
+    """Address of the compiled code of a kernel that takes a number of addresses, for n coordinates."""
+    _, _, arguments, _ = kernel.get_call_template((types.int64,) * number + (types.float64,) * (1 + 2 * n), {})
     overload = kernel.overloads[arguments]
     if overload.signature.return_type != types.UniTuple(types.float64, n):
         raise ValueError(f"a kernel must return {n} floats")

@@ -13,8 +13,11 @@ from scipy.spatial.transform import Rotation
 from spatial_meshes import PAIRS, bodies_of_kinds, law_of
 
 import exugear
-from exugear.elements.gear_contact import contact_key, frame_of, is_turned, kind_of
+from exugear.elements.exudyn_objects import kind_of
+from exugear.elements.gear_contact import contact_key, frame_of
+from exugear.force_table.kernel_records import address_of
 from exugear.kernels.contact_frame import axes_about
+from exugear.kernels.contact_records import is_turned
 from exugear.kernels.friction_kernels import friction_of
 from fem.units import mm, um
 
@@ -100,8 +103,8 @@ def meshing(scene, pair, law, motion, direction=1):
     given = {"localAxes": [axis, axis], "phase": 0.2, "direction": direction, "recorder": recorder}
     number = mbs.CreateGearContact(itemNumbers=bodies, pair=pair, force=law, **given)
     recorder.start(1.0, 1)
-    kernel = partial(mbs.variables[contact_key(number)], recorder.header.ctypes.data, 0.0)
-    return pushed(mbs, bodies, node, axis, frame, motion, kernel), recorder.samples[0][0]
+    kernel = partial(mbs.variables[contact_key(number)], address_of(recorder.header), 0.0)
+    return pushed(mbs, bodies, node, axis, frame, motion, kernel), recorder.samples[0][0].item()
 
 
 def rubbing(scene, pair, law, motion):
@@ -111,8 +114,8 @@ def rubbing(scene, pair, law, motion):
     bodies = bodies_along(mbs, pair, frame, node, axis)
     mbs.CreateGearFriction(itemNumbers=bodies, pair=pair, force=law, friction=friction, localAxes=[axis, axis])
     plain = frame_of(mbs, bodies, pair, [(0, 0, 0)] * 2, [axis] * 2, phase=0.2, direction=1)
-    numbers, kinds = np.r_[plain, friction.numbers(pair)], (kind_of(mbs, bodies[0]),) * 2
-    kernel = partial(friction_of(kinds, is_turned(plain)), law.law.ctypes.data, numbers.ctypes.data, 0, 0.0)
+    records, kinds = (law.table, plain, friction.table(pair)), (kind_of(mbs, bodies[0]),) * 2
+    kernel = partial(friction_of(kinds, is_turned(plain)), *map(address_of, records), 0.0)
     return pushed(mbs, bodies, node, axis, frame, motion, kernel)
 
 
@@ -196,7 +199,7 @@ def deflection(node, axis, wheel_turned: float, law=None) -> float:
         q += [0, 0, 0, *coordinates(node, reference[3:], matrix)]
         if node == RXYZ:
             q[-3] = angle
-    mbs.variables[contact_key(number)](recorder.header.ctypes.data, 0.0, *map(float, q), *[0.0] * len(q))
+    mbs.variables[contact_key(number)](address_of(recorder.header), 0.0, *map(float, q), *[0.0] * len(q))
     return float(recorder.deflection[0])
 
 
@@ -221,11 +224,11 @@ def test_an_axis_may_have_either_sense():
     wheel = mbs.CreateRigidBody(inertia=InertiaCuboid(7850, [0.1, 0.1, 0.02]), nodeType=RXYZ, **upside_down)
     number = mbs.CreateGearContact(itemNumbers=[pinion, wheel], pair=pair, force=law_of(), phase=0.2, recorder=recorder)
     recorder.start(1.0, 1)
-    kernel = partial(mbs.variables[contact_key(number)], recorder.header.ctypes.data, 0.0)
+    kernel = partial(mbs.variables[contact_key(number)], address_of(recorder.header), 0.0)
     turned = [motion[0], (motion[1][0], motion[1][1] @ over, motion[1][2])]
     forces = pushed(mbs, (pinion, wheel), RXYZ, UP, frame, turned, kernel)
     assert np.abs(forces - expected).max() < 1e-9 * np.abs(expected).max()
-    assert recorder.samples[0][0] == pytest.approx(told, rel=1e-8, abs=1e-15)
+    assert recorder.samples[0][0].item() == pytest.approx(told, rel=1e-8, abs=1e-15)
 
 
 def test_a_body_in_the_plane_meshes_with_one_of_any_rotation():
@@ -238,7 +241,7 @@ def test_a_body_in_the_plane_meshes_with_one_of_any_rotation():
     )
     recorder.start(1.0, 1)
     lead = 30 * um / pair.pinion.r_b
-    kernel = partial(mbs.variables[contact_key(number)], recorder.header.ctypes.data, 0.0)
+    kernel = partial(mbs.variables[contact_key(number)], address_of(recorder.header), 0.0)
     forces = kernel(0.0, 0.0, lead, apart, *[0.0] * 16)
     depth = 30 * um - apart * np.sin(pair.alpha_wt)
     assert recorder.force[0] == pytest.approx(K * depth, rel=1e-3)

@@ -61,4 +61,4 @@ def test_gears_that_hardly_anything_keeps_from_tilting(tilt, message):
 )
 def test_where_no_gears_stand_the_solve_has_diverged(left, message):
     with pytest.raises(ValueError, match=message):
-        raise ValueError(stopped(law_over_misalignment().law, left))
+        raise ValueError(stopped(law_over_misalignment().table.head, left))

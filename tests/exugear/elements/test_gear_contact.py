@@ -9,11 +9,13 @@ import pytest
 from exudyn.rigidBodyUtilities import InertiaCuboid
 from paper_gears import paper_pair
 from scenes import INERTIA, K, linear_law, smooth_map, wrench
+from spatial_meshes import mesh_in_space, mesh_of_spins
 
 import exugear
 from exugear.elements.gear_contact import user_functions
 from exugear.kernels.contact_kernels import SPIN, kernel_of
-from exugear.kernels.kinematics import rotational_frame, rotational_mesh, spatial_frame, spatial_mesh
+from exugear.kernels.contact_records import contact_state, rotational_frame
+from exugear.kernels.reference_configuration import spatial_frame
 from fem.units import mm, um
 
 PAIR = paper_pair()
@@ -57,8 +59,8 @@ def test_forces_and_moments_balance_in_every_attitude(seed):
     reference, q, v = attitudes(seed)
     law = linear_law(reach=9e-3)
     frame = spatial_frame(PAIR, 0.2, 1, [0.01, -0.005], reference)
-    _, force, one, other, *_ = spatial_mesh(law.law, frame, *map(tuple, (*q, *v)))
-    wrenches = [wrench(r, x, f) for r, x, f in zip(reference, q, (one, other), strict=True)]
+    _, force, on_pinion, on_wheel, *_ = mesh_in_space(law, frame, *q, *v)
+    wrenches = [wrench(r, x, f) for r, x, f in zip(reference, q, (on_pinion, on_wheel), strict=True)]
     assert force > 100
     assert np.abs(wrenches[0] + wrenches[1]).max() < 1e-12 * np.abs(wrenches[0]).max()
     assert np.linalg.norm(wrenches[0][:3]) == pytest.approx(force, rel=1e-12)
@@ -74,21 +76,21 @@ def test_row_is_the_gradient_of_the_deflection(side, direction):
     q[5] = direction * (side * 200 - 50) * um / PAIR.pinion.r_b
 
     def energy(x):
-        _, force, *_ = spatial_mesh(law.law, frame, tuple(x[:6]), tuple(x[6:]), NONE, NONE)
+        _, force, *_ = mesh_in_space(law, frame, x[:6], x[6:], NONE, NONE)
         return force**2 / (2 * K)
 
-    _, _, one, other, *_ = spatial_mesh(law.law, frame, tuple(q[:6]), tuple(q[6:]), NONE, NONE)
+    _, _, on_pinion, on_wheel, *_ = mesh_in_space(law, frame, q[:6], q[6:], NONE, NONE)
     h = 2e-7
     slope = np.array([(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(12)])
-    assert np.r_[one, other] == pytest.approx(-slope, rel=1e-6, abs=1e-3)
+    assert np.r_[on_pinion, on_wheel] == pytest.approx(-slope, rel=1e-6, abs=1e-3)
 
 
 def test_generalized_forces_are_those_of_exudyns_own_force_and_torque(mbs):
     reference, q, v = attitudes(3)
     law, axial = linear_law(reach=9e-3), [0.01, -0.005]
     frame = spatial_frame(PAIR, 0.0, 1, axial, reference)
-    _, _, one, other, *_ = spatial_mesh(law.law, frame, *map(tuple, (*q, *v)))
-    for r, x, forces in zip(reference, q, (one, other), strict=True):
+    _, _, on_pinion, on_wheel, *_ = mesh_in_space(law, frame, *q, *v)
+    for r, x, forces in zip(reference, q, (on_pinion, on_wheel), strict=True):
         body = mbs.CreateRigidBody(
             referencePosition=r[:3], inertia=InertiaCuboid(1000, [1, 1, 1]), nodeType=exu.NodeType.RotationRxyz
         )
@@ -104,7 +106,7 @@ def test_generalized_forces_are_those_of_exudyns_own_force_and_torque(mbs):
     solver.ComputeODE2RHS(mbs)
     loads = np.array(solver.GetSystemResidual())[:12]
     solver.FinalizeSolver(mbs, settings)
-    assert np.abs(loads - np.r_[one, other]).max() < 1e-12 * np.abs(loads).max()
+    assert np.abs(loads - np.r_[on_pinion, on_wheel]).max() < 1e-12 * np.abs(loads).max()
 
 
 def test_spatial_and_rotational_contact_agree_while_the_centres_rest(law):
@@ -112,8 +114,8 @@ def test_spatial_and_rotational_contact_agree_while_the_centres_rest(law):
     reference[1, 0] = PAIR.a
     q, v = np.zeros((2, 6)), np.zeros((2, 6))
     q[:, 5], v[:, 5] = (3.1, -3.1 + 1e-4), (0.2, -0.1)
-    spatial = spatial_mesh(law.law, spatial_frame(PAIR, 0.1, 1, [0, 0], reference), *map(tuple, (*q, *v)))
-    spin = rotational_mesh(law.law, rotational_frame(PAIR, 0.1, 1), *q[:, 5], *v[:, 5])
+    spatial = mesh_in_space(law, spatial_frame(PAIR, 0.1, 1, [0, 0], reference), *q, *v)
+    spin = mesh_of_spins(law, PAIR, 0.1, q[:, 5], v[:, 5])
     assert spatial[:2] == pytest.approx(spin[:2], rel=1e-12)
     assert (spatial[2][5], spatial[3][5]) == pytest.approx(spin[2], rel=1e-12)
 
@@ -128,8 +130,8 @@ def test_opening_the_centre_distance_loosens_both_flanks():
     for lead in (50 * um, -150 * um):
         spun = (*NONE[:5], lead / PAIR.wheel.r_b)
         moved = tuple(np.add(apart, spun))
-        _, close, *_ = spatial_mesh(law.law, frame, NONE, spun, NONE, NONE)
-        _, far, *_ = spatial_mesh(law.law, frame, NONE, moved, NONE, NONE)
+        _, close, *_ = mesh_in_space(law, frame, NONE, spun, NONE, NONE)
+        _, far, *_ = mesh_in_space(law, frame, NONE, moved, NONE, NONE)
         assert abs(close) - abs(far) == pytest.approx(K * opening, rel=1e-2)
 
 
@@ -213,11 +215,15 @@ def test_settings_of_exudyn_serve_after_many_turns(mbs, law):
     assert recorder.deflection.max() < 5.1 * um
 
 
+def spinning_contact(law):
+    """Force and Jacobian of two bodies that spin, as Exudyn calls them."""
+    records = law.table, rotational_frame(PAIR, 0.0, 1), contact_state()
+    return user_functions(kernel_of((SPIN, SPIN)), records, exugear.Recorder())
+
+
 def test_jacobian_is_that_of_the_law(law):
     """Two rotational coordinates: tangent stiffness and damping times row row^T."""
-    contact, jacobian = user_functions(
-        kernel_of((SPIN, SPIN)), law.law, rotational_frame(PAIR, 0.0, 1), exugear.Recorder()
-    )
+    contact, jacobian = spinning_contact(law)
     lead, row = 8 * um, np.array([PAIR.pinion.r_b, PAIR.wheel.r_b])
     q = [lead / row[0], 0.0]
     tangent = (law(0.0, lead + 1e-9) - law(0.0, lead - 1e-9)) / 2e-9
@@ -265,7 +271,7 @@ def test_leaving_the_map_stops_the_solver_and_says_so(mbs, law):
 
 
 def test_a_state_that_is_no_number_stops_the_solver(mbs, law):
-    function, _ = user_functions(kernel_of((SPIN, SPIN)), law.law, rotational_frame(PAIR, 0.0, 1), exugear.Recorder())
+    function, _ = spinning_contact(law)
     for spins in ([np.nan, 0.0], [np.inf, 0.0], [0.0, np.nan]):
         with pytest.raises(RuntimeError, match="deflection must be finite"):
             function(mbs, 0.0, 0, spins, [0.0, 0.0])
@@ -311,7 +317,7 @@ def test_bad_arguments_are_refused(mbs, law, changes, message):
 
 def test_bodies_that_cannot_carry_a_gear_are_refused(mbs, law):
     points = [mbs.CreateMassPoint(referencePosition=[x, 0, 0], mass=1) for x in (0, PAIR.a)]
-    with pytest.raises(ValueError, match=r"gears cannot live on a Point .*; use CreateRigidBody"):
+    with pytest.raises(ValueError, match=r"gears cannot be carried by a Point .*; use CreateRigidBody"):
         mbs.CreateGearContact(itemNumbers=points, pair=PAIR, force=law)
     node = mbs.AddNode(eii.Node1D(referenceCoordinates=[0]))
     spin = mbs.AddObject(eii.ObjectRotationalMass1D(inertia=1, nodeNumber=node))
@@ -322,11 +328,11 @@ def test_bodies_that_cannot_carry_a_gear_are_refused(mbs, law):
 
 
 def test_a_distance_that_is_not_the_pairs_is_refused(mbs, law):
-    one, _ = bodies_of(mbs)
+    pinion, _ = bodies_of(mbs)
     inertia = InertiaCuboid(7850, [0.1, 0.1, 0.02])
     far = mbs.CreateRigidBody(referencePosition=[0.2, 0, 0], inertia=inertia, nodeType=exu.NodeType.RotationRxyz)
     with pytest.raises(ValueError, match=f"must be the pair's a = {PAIR.a / mm:g} mm"):
-        mbs.CreateGearContact(itemNumbers=[one, far], pair=PAIR, force=law)
+        mbs.CreateGearContact(itemNumbers=[pinion, far], pair=PAIR, force=law)
 
 
 @pytest.mark.parametrize("kinds", [("planar", "spatial"), ("spatial", "spatial")])

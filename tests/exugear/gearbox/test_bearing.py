@@ -112,6 +112,6 @@ def test_rubber_mounts_are_bearings():
     assert Bearing(2e4, 1e4, 5.0).stiffness[0, 0] == 2e4
 
 
-def test_a_matrix_has_no_one_radial_force():
-    with pytest.raises(ValueError, match="no one radial force"):
+def test_a_matrix_has_no_single_radial_force():
+    with pytest.raises(ValueError, match="no single radial force"):
         Bearing(matrix=COUPLED).radial_force(1e-6)

@@ -1,4 +1,4 @@
-"""Shafts as data: inertia of their parts, support of their bearings, displaced places, refusals."""
+"""Shafts as data: inertia of their parts, support of their bearings, displaced axes, refusals."""
 
 import numpy as np
 import pytest
@@ -81,7 +81,7 @@ WEAK = np.diag([1e8, 1e8, 1e8, 1e5, 0.0, 0.0])
         (lambda: Shaft("a", {-1 * mm: paper_gear()}, length=1.0), "positions outside the shaft"),
         (lambda: Shaft("a", GEAR, length=300.0), "length must lie in"),
         (lambda: Shaft("a", GEAR, offset=1e-3), "must be an exugear.Placement"),
-        (lambda: Shaft("a", {30 * mm: [paper_gear(), paper_gear()]}), "two of a kind at one place"),
+        (lambda: Shaft("a", {30 * mm: [paper_gear(), paper_gear()]}), "two of a kind at one position"),
         (lambda: Shaft("a", {30 * mm: [paper_gear(), "bearing"]}), "parts holds"),
         (lambda: Shaft("a", {**GEAR, 0.0: Coupling(1, inertia=1), 0.1: Coupling(1, inertia=1)}), "2 couplings"),
         (lambda: Shaft("a", {**GEAR, 0.0: Bearing(matrix=WEAK)}), "free to tilt"),

@@ -7,27 +7,32 @@ import pytest
 from exudyn.rigidBodyUtilities import InertiaCuboid, RotXYZ2RotationMatrix
 from friction_cases import MU, SPUR, N, friction_for, unlike_pair
 from scenes import INERTIA, K, linear_law, wrench
-from spatial_meshes import PAIRS, attitudes, bodies_of_kinds, law_of
+from spatial_meshes import PAIRS, attitudes, bodies_of_kinds, law_of, mesh_in_space
 
 import exugear
 from exugear.elements.gear_contact import user_functions
 from exugear.kernels.contact_kernels import SPIN
+from exugear.kernels.contact_records import rotational_frame
 from exugear.kernels.friction_kernels import friction_of, rotational_friction, spatial_friction
-from exugear.kernels.kinematics import R_B1, R_B2, line_of_centres, rotational_frame, spatial_frame, spatial_mesh
+from exugear.kernels.kinematics import line_of_centres, pose_of
+from exugear.kernels.reference_configuration import spatial_frame
 from fem.units import deg, um
 
 NONE = (0.0,) * 6
 LAW = linear_law(reach=9e-3)
 
 
-def framed(frame, pair, friction) -> np.ndarray:
-    return np.r_[frame, friction.numbers(pair)]
+def friction_in_space(pair, friction, frame, *motion, law=LAW):
+    """Generalized forces (6) on two Rxyz bodies with displacements q_1, q_2 and velocities v_1, v_2, (6,) each."""
+    q_1, q_2, v_1, v_2 = (tuple(map(float, x)) for x in motion)
+    return spatial_friction(law.table.head, frame, friction.table(pair).head, q_1, q_2, v_1, v_2)
 
 
 def spun(pair, friction, spins, speeds, *, phase=0.0, direction=1, law=LAW):
     """Torques on two bodies that spin."""
-    frame = framed(rotational_frame(pair, phase, direction), pair, friction)
-    return np.array(rotational_friction(law.law, frame, *spins, *speeds))
+    frame, table = rotational_frame(pair, phase, direction), friction.table(pair)
+    motion = map(float, (*spins, *speeds))
+    return np.array(rotational_friction(law.table.head, frame, table.head, *motion))
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -62,9 +67,9 @@ def test_efficiency_of_one_pair_of_teeth():
     shift = lead * SPUR.pinion.z / (2 * np.pi)
     for phase in (20 / N, 100 / N):
         s = phase * SPUR.p_bt
-        one, other = spun(SPUR, friction, (lead, 0), (90, -90), phase=phase - shift)
-        assert one == pytest.approx(-MU * force * (r_b * tan_a + s), rel=1e-9)
-        assert other == pytest.approx(-MU * force * (r_b * tan_a - s), rel=1e-9)
+        on_pinion, on_wheel = spun(SPUR, friction, (lead, 0), (90, -90), phase=phase - shift)
+        assert on_pinion == pytest.approx(-MU * force * (r_b * tan_a + s), rel=1e-9)
+        assert on_wheel == pytest.approx(-MU * force * (r_b * tan_a - s), rel=1e-9)
 
 
 @pytest.mark.parametrize("name", PAIRS)
@@ -73,13 +78,12 @@ def test_forces_and_moments_balance_in_every_attitude(name, seed):
     pair = PAIRS[name]
     reference, q, v = attitudes(pair, seed)
     v[0, 5] = 40.0
-    friction, law = friction_for(pair), LAW
-    frame = framed(spatial_frame(pair, 0.2, 1, [0.0, 0.0], reference), pair, friction)
-    one, other = spatial_friction(law.law, frame, *map(tuple, (*q, *v)))
-    first, second = (wrench(r, x, f) for r, x, f in zip(reference, q, (one, other), strict=True))
+    frame = spatial_frame(pair, 0.2, 1, [0.0, 0.0], reference)
+    forces = friction_in_space(pair, friction_for(pair), frame, *q, *v)
+    first, second = (wrench(r, x, f) for r, x, f in zip(reference, q, forces, strict=True))
     assert np.abs(first[3:]).max() > 1
     assert np.abs(first + second).max() < 1e-12 * np.abs(first).max()
-    _, force, pushed, *_ = spatial_mesh(law.law, frame, *map(tuple, (*q, *np.zeros((2, 6)))))
+    _, force, pushed, *_ = mesh_in_space(LAW, frame, *q, *np.zeros((2, 6)))
     normal = wrench(reference[0], q[0], pushed)[:3]
     assert abs(first[:3] @ normal) < 1e-12 * np.linalg.norm(normal) ** 2
     assert np.linalg.norm(first[:3]) <= MU * np.linalg.norm(normal) * (1 + 1e-12)
@@ -95,10 +99,10 @@ def rates(reference, q, pole, twist, spin) -> np.ndarray:
 
 
 def pitch_point(frame, reference, q) -> np.ndarray:
-    x, y, distance, _ = line_of_centres(frame, *map(tuple, q))
-    alpha = np.arccos(abs(frame[R_B1] + frame[R_B2]) / distance)
-    e_r = np.array([x, y, 0]) * np.sign(frame[R_B2])
-    return reference[0, :3] + q[0, :3] + frame[R_B1] / np.cos(alpha) * e_r
+    r_b1, r_b2 = frame.pinion.r_b, frame.wheel.r_b
+    line = line_of_centres(frame, *map(pose_of, (frame.pinion, frame.wheel), map(tuple, q)))
+    alpha = np.arccos((r_b1 + r_b2) / line.distance)
+    return reference[0, :3] + q[0, :3] + r_b1 / np.cos(alpha) * np.array([*line.e_r, 0])
 
 
 @pytest.mark.parametrize("name", PAIRS)
@@ -108,10 +112,10 @@ def test_rolling_bodies_lose_power_and_never_gain(name, seed):
     pair, random = PAIRS[name], np.random.default_rng(seed + 100)
     reference, q, _ = attitudes(pair, seed)
     spins, twist = random.normal(size=2) * 60, random.normal(size=3)
-    frame = framed(spatial_frame(pair, 0.2, 1, [0.0, 0.0], reference), pair, friction_for(pair))
+    frame = spatial_frame(pair, 0.2, 1, [0.0, 0.0], reference)
     pole = pitch_point(frame, reference, q)
     v = [rates(r, x, pole, twist, spin) for r, x, spin in zip(reference, q, spins, strict=True)]
-    forces = spatial_friction(LAW.law, frame, *map(tuple, (*q, *v)))
+    forces = friction_in_space(pair, friction_for(pair), frame, *q, *v)
     power = sum(np.dot(f, x) for f, x in zip(forces, v, strict=True))
     total = wrench(reference[1], q[1], forces[1])
     moment = total[3:] - np.cross(pole, total[:3])
@@ -127,14 +131,14 @@ def test_spins_and_bodies_in_space_agree(name, direction, side):
     pair, law, reference = PAIRS[name], linear_law(backlash=50 * um, reach=9e-3), np.zeros((2, 6))
     reference[1, 0] = pair.a
     friction = friction_for(pair)
-    frame = framed(spatial_frame(pair, 0.1, direction, [0, 0], reference), pair, friction)
+    frame = spatial_frame(pair, 0.1, direction, [0, 0], reference)
     lead = direction * (side * 60 - 25) * um
     spins = 7.3, -7.3 * pair.pinion.r_b / pair.wheel.r_b + lead / pair.wheel.r_b
     q, v = [(*NONE[:5], spin) for spin in spins], [(*NONE[:5], speed) for speed in (3.0, -1.0)]
-    one, other = spatial_friction(law.law, frame, *q, *v)
+    on_pinion, on_wheel = friction_in_space(pair, friction, frame, *q, *v, law=law)
     torques = spun(pair, friction, spins, (3.0, -1.0), phase=0.1, direction=direction, law=law)
     assert abs(torques).min() > 0
-    assert (one[5], other[5]) == pytest.approx(torques, rel=1e-9)
+    assert (on_pinion[5], on_wheel[5]) == pytest.approx(torques, rel=1e-9)
 
 
 @pytest.mark.parametrize("pair", [SPUR, unlike_pair(12 * deg)])
@@ -145,13 +149,13 @@ def test_directions_are_mirror_images(pair):
         np.array([9, -3]),
     )
     spins[0] += 8 * um / pair.pinion.r_b
-    one = spun(pair, friction, spins, speeds, phase=0.1)
-    assert spun(pair, friction, -spins, -speeds, phase=0.1, direction=-1) == pytest.approx(-one, rel=1e-9)
-    assert spun(pair, friction, spins, -speeds, phase=0.1) == pytest.approx(-one, rel=1e-9)
+    torques = spun(pair, friction, spins, speeds, phase=0.1)
+    assert spun(pair, friction, -spins, -speeds, phase=0.1, direction=-1) == pytest.approx(-torques, rel=1e-9)
+    assert spun(pair, friction, spins, -speeds, phase=0.1) == pytest.approx(-torques, rel=1e-9)
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_the_other_flank_rubs_like_a_driving_one(direction):
+def test_the_back_flank_rubs_like_a_driving_one(direction):
     pair, backlash, back = SPUR, 100 * um, 0.37
     law = linear_law(backlash=backlash, reach=9e-3)
     law = exugear.MeshForce(law.phase, law.deflection, law.force_table, backlash=backlash, back_phase=back)
@@ -210,8 +214,8 @@ def test_input_less_output_power_is_the_loss_in_a_run():
     container = exu.SystemContainer()
     friction, torque, speed = friction_for(SPUR, 0.1), 150.0, 100.0
     drive = torque * (1 + friction.loss(SPUR))
-    found = run_with_friction(container.AddSystem(), SPUR, linear_law(), friction, torque, speed, 4, 4000)
-    duration, q, v, force = found
+    run = run_with_friction(container.AddSystem(), SPUR, linear_law(), friction, torque, speed, 4, 4000)
+    duration, q, v, force = run
     stored = (INERTIA * (v[0] ** 2 + v[1] ** 2) + force**2 / K) / 2
     lost = drive * (q[0][-1] - q[0][0]) + torque * (q[1][-1] - q[1][0]) - (stored[-1] - stored[0])
     phase = (q[0] * SPUR.pinion.z / (2 * np.pi)) % 1.0
@@ -234,25 +238,24 @@ def test_bodies_of_any_kind_rub(kinds):
     mbs.Assemble()
     turning = {"spin": 0, "planar": 2, "spatial": 5}
     sizes = {"spin": 1, "planar": 3, "spatial": 6}
-    places = turning[kinds[0]], sizes[kinds[0]] + turning[kinds[1]]
+    spins = turning[kinds[0]], sizes[kinds[0]] + turning[kinds[1]]
     q, v = np.zeros(sum(sizes[kind] for kind in kinds)), np.zeros(sum(sizes[kind] for kind in kinds))
-    q[places[0]], v[list(places)] = lead, (20, -20)
+    q[spins[0]], v[list(spins)] = lead, (20, -20)
     mbs.systemData.SetODE2Coordinates(q, exu.ConfigurationType.Initial)
     mbs.systemData.SetODE2Coordinates_t(v, exu.ConfigurationType.Initial)
     solver, settings = exu.MainSolverImplicitSecondOrder(), exu.SimulationSettings()
     settings.solution.file.write = False
     solver.InitializeSolver(mbs, settings)
     solver.ComputeODE2RHS(mbs)
-    found = np.array(solver.GetSystemResidual())[list(places)]
+    torques = np.array(solver.GetSystemResidual())[list(spins)]
     solver.FinalizeSolver(mbs, settings)
     assert mbs.GetObject(number)["name"] == "rub"
-    assert found == pytest.approx(spun(SPUR, friction, (lead, 0), (20, -20), phase=0.2), rel=1e-9)
+    assert torques == pytest.approx(spun(SPUR, friction, (lead, 0), (20, -20), phase=0.2), rel=1e-9)
 
 
 def test_jacobian_is_the_slope_of_the_torques():
-    friction, law = friction_for(SPUR), LAW
-    frame = framed(rotational_frame(SPUR, 0.2, 1), SPUR, friction)
-    forces, jacobian = user_functions(friction_of((SPIN, SPIN)), law.law, frame, exugear.Recorder())
+    records = LAW.table, rotational_frame(SPUR, 0.2, 1), friction_for(SPUR).table(SPUR)
+    forces, jacobian = user_functions(friction_of((SPIN, SPIN)), records)
     q, v = np.array([8 * um / SPUR.pinion.r_b, 0]), np.array([0.2, -0.1])
     for factors, nudge in (((1.0, 0.0), [0, 1e-8]), ((0.0, 1.0), None)):
         step = np.array(nudge or [0, 1e-4])
@@ -265,11 +268,11 @@ def test_jacobian_is_the_slope_of_the_torques():
 def test_offsets_are_looked_up_for_bodies_that_move():
     law, reference = law_of(), np.zeros((2, 6))
     reference[1, 0] = SPUR.a
-    frame = framed(spatial_frame(SPUR, 0.2, 1, [0, 0], reference), SPUR, friction_for(SPUR))
+    frame, friction = spatial_frame(SPUR, 0.2, 1, [0, 0], reference), friction_for(SPUR)
     plain = law.at(a=SPUR.a, misalignment=0.0)
     spins = (*NONE[:5], 8 * um / SPUR.pinion.r_b), NONE, (*NONE[:5], 9.0), NONE
-    expected = spatial_friction(plain.law, frame, *spins)
-    assert np.array(spatial_friction(law.law, frame, *spins)) == pytest.approx(np.array(expected), rel=1e-6, abs=1e-9)
+    forces, expected = (np.array(friction_in_space(SPUR, friction, frame, *spins, law=x)) for x in (law, plain))
+    assert forces == pytest.approx(expected, rel=1e-6, abs=1e-9)
 
 
 @pytest.mark.parametrize(

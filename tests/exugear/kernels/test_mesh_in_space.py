@@ -7,11 +7,21 @@ import pytest
 from exudyn.rigidBodyUtilities import RotXYZ2RotationMatrix
 from paper_gears import paper_gear
 from scenes import K, linear_law, smooth_map, wrench
-from spatial_meshes import BETA, OFFSETS, PAIRS, SPUR, attitudes, bodies_of_kinds, law_of
+from spatial_meshes import (
+    BETA,
+    OFFSETS,
+    PAIRS,
+    SPUR,
+    attitudes,
+    bodies_of_kinds,
+    law_of,
+    mesh_in_space,
+    mesh_of_spins,
+)
 
 import exugear
 import fem
-from exugear.kernels.kinematics import rotational_frame, rotational_mesh, spatial_frame, spatial_mesh, spatial_row
+from exugear.kernels.reference_configuration import spatial_frame, spatial_row
 from fem.units import deg, mm, um
 
 NONE = (0.0,) * 6
@@ -31,10 +41,12 @@ def test_forces_moments_and_power_balance_in_every_attitude(name, seed):
     reference, q, v = attitudes(pair, seed)
     frame = spatial_frame(pair, 0.2, 1, [0.0, 0.0], reference)
     law = linear_law(reach=9e-3)
-    _, force, one, other, *_ = spatial_mesh(law.law, frame, *map(tuple, (*q, *v)))
-    wrenches = [wrench(r, x, f) for r, x, f in zip(reference, q, (one, other), strict=True)]
+    _, force, on_pinion, on_wheel, *_ = mesh_in_space(law, frame, *q, *v)
+    wrenches = [wrench(r, x, f) for r, x, f in zip(reference, q, (on_pinion, on_wheel), strict=True)]
     powers = [twist(r, x, u) @ w for r, x, u, w in zip(reference, q, v, wrenches, strict=True)]
-    assert np.sum(powers) == pytest.approx(np.r_[one, other] @ v.ravel(), rel=1e-9, abs=1e-12 * np.abs(powers).max())
+    assert np.sum(powers) == pytest.approx(
+        np.r_[on_pinion, on_wheel] @ v.ravel(), rel=1e-9, abs=1e-12 * np.abs(powers).max()
+    )
     assert abs(force) > 100
     assert np.abs(wrenches[0] + wrenches[1]).max() < 1e-12 * np.abs(wrenches[0]).max()
     assert np.linalg.norm(wrenches[0][:3]) * np.cos(pair.beta_b) == pytest.approx(abs(force), rel=1e-12)
@@ -54,15 +66,15 @@ def test_generalized_forces_are_the_slope_of_the_energy(name, side, direction):
     q[5] = direction * (side * 200 - 50) * um / pair.pinion.r_b
 
     def energy(x):
-        return spatial_mesh(law.law, frame, tuple(x[:6]), tuple(x[6:]), NONE, NONE)[1] ** 2 / (2 * K)
+        return mesh_in_space(law, frame, x[:6], x[6:], NONE, NONE)[1] ** 2 / (2 * K)
 
-    _, _, one, other, *_ = spatial_mesh(law.law, frame, tuple(q[:6]), tuple(q[6:]), NONE, NONE)
+    _, _, on_pinion, on_wheel, *_ = mesh_in_space(law, frame, q[:6], q[6:], NONE, NONE)
     h = 2e-7
     slope = np.array([(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(12)])
-    assert np.r_[one, other] == pytest.approx(-slope, rel=1e-6, abs=2e-3)
+    assert np.r_[on_pinion, on_wheel] == pytest.approx(-slope, rel=1e-6, abs=2e-3)
     if side == 1:
         force = law(0.0, 150 * um)
-        assert np.r_[one, other] == pytest.approx(-force * spatial_row(frame), rel=1e-4, abs=1e-6 * force)
+        assert np.r_[on_pinion, on_wheel] == pytest.approx(-force * spatial_row(frame), rel=1e-4, abs=1e-6 * force)
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -73,11 +85,11 @@ def test_axial_force_of_a_helical_pair(direction):
     reference[1, 0] = pair.a
     frame = spatial_frame(pair, 0.0, direction, [0, 0], reference)
     turned = (*NONE[:5], direction * 8 * um / pair.pinion.r_b)
-    _, force, one, other, *_ = spatial_mesh(linear_law().law, frame, turned, NONE, NONE, NONE)
-    f_t = abs(one[5]) / pair.pinion.r
-    assert one[2] == pytest.approx(direction * f_t * np.tan(BETA), rel=1e-6)
-    assert other[2] == -one[2]
-    assert abs(one[5]) == pytest.approx(force * pair.pinion.r_b, rel=1e-12)
+    _, force, on_pinion, on_wheel, *_ = mesh_in_space(linear_law(), frame, turned, NONE, NONE, NONE)
+    f_t = abs(on_pinion[5]) / pair.pinion.r
+    assert on_pinion[2] == pytest.approx(direction * f_t * np.tan(BETA), rel=1e-6)
+    assert on_wheel[2] == -on_pinion[2]
+    assert abs(on_pinion[5]) == pytest.approx(force * pair.pinion.r_b, rel=1e-12)
 
 
 def test_axial_shift_turns_a_helical_gear():
@@ -86,11 +98,11 @@ def test_axial_shift_turns_a_helical_gear():
     reference[1, 0] = pair.a
     frame = spatial_frame(pair, 0.0, 1, [0, 0], reference)
     lifted = (0.0, 0.0, 50 * um, 0.0, 0.0, 0.0)
-    deflection, *_ = spatial_mesh(linear_law().law, frame, NONE, lifted, NONE, NONE)
+    deflection, *_ = mesh_in_space(linear_law(), frame, NONE, lifted, NONE, NONE)
     assert deflection == pytest.approx(50 * um * np.tan(pair.beta_b), rel=1e-12)
 
 
-def test_misaligned_axes_meet_the_springs_at_their_centroid():
+def test_force_of_misaligned_axes_acts_at_the_centroid_of_the_springs():
     """Tilt about the line of action's normal: force and moment are those of springs across the width."""
     law, reference = law_of(backlash=1e-4), np.zeros((2, 6))
     reference[1, 0] = SPUR.a
@@ -99,18 +111,18 @@ def test_misaligned_axes_meet_the_springs_at_their_centroid():
     n = np.array([np.sin(alpha), np.cos(alpha)])
     tilts = -gamma * n[1], gamma * n[0]
     turned = (*NONE[:5], lead / SPUR.pinion.r_b)
-    _, force, _, other, (a, misalignment, axial), centroid = spatial_mesh(
-        law.law, frame, turned, (0.0, 0.0, 0.0, *tilts, 0.0), NONE, NONE
+    _, force, _, on_wheel, (a, misalignment, axial), centroid = mesh_in_space(
+        law, frame, turned, (0.0, 0.0, 0.0, *tilts, 0.0), NONE, NONE
     )
     assert (a, misalignment, axial) == pytest.approx((SPUR.a, gamma, 0.0), rel=1e-6, abs=1e-9)
     assert force == pytest.approx(K * lead, rel=1e-4)
     assert centroid == pytest.approx(-gamma * (20 * mm) ** 2 / 12 / lead, rel=1e-3)
-    total = wrench(reference[1], (*NONE[:3], *tilts, 0.0), other)
+    total = wrench(reference[1], (*NONE[:3], *tilts, 0.0), on_wheel)
     moment = total[3:] - np.cross(reference[1, :3], total[:3])
     assert np.hypot(*moment[:2]) == pytest.approx(force * abs(centroid), rel=1e-6)
 
 
-def test_law_with_offsets_meets_its_places_and_the_springs_between():
+def test_law_with_offsets_interpolates_between_their_values():
     law, lead = law_of(), 9 * um
     for a in OFFSETS["a"]:
         assert law(0.3, lead, a=a, misalignment=-5e-5) == pytest.approx(K * lead, rel=1e-6)
@@ -120,7 +132,7 @@ def test_law_with_offsets_meets_its_places_and_the_springs_between():
     assert law.deflection_at(0.1, K * lead, a=SPUR.a, misalignment=7e-5) == pytest.approx(lead, rel=2e-4)
 
 
-def test_force_stays_positive_between_places_far_apart():
+def test_force_stays_positive_between_offsets_far_apart():
     """Springs across the width at misalignments that differ by several times what the deflection closes."""
     law = law_of(tilts=np.array([0, 1, 3, 6]) * 1e-4)
     for tilt in np.linspace(0, 6e-4, 37):
@@ -150,8 +162,8 @@ def test_an_orbit_of_the_whole_pair_changes_nothing(name, turns):
     lead = 8 * um / pair.pinion.r_b
     at = pair.a * np.cos(angle) - pair.a, pair.a * np.sin(angle)
     law = linear_law((0.5 * K, K, 1.5 * K))
-    orbit = spatial_mesh(law.law, frame, (*NONE[:5], angle + lead), (*at, *NONE[:3], angle), NONE, NONE)
-    rest = spatial_mesh(law.law, frame, (*NONE[:5], lead), NONE, NONE, NONE)
+    orbit = mesh_in_space(law, frame, (*NONE[:5], angle + lead), (*at, *NONE[:3], angle), NONE, NONE)
+    rest = mesh_in_space(law, frame, (*NONE[:5], lead), NONE, NONE, NONE)
     assert orbit[:2] == pytest.approx(rest[:2], rel=1e-9 + 1e-9 * turns)
 
 
@@ -168,11 +180,11 @@ def torsional_frequency(kinds, depth: float = 10 * um) -> float:
     return float(np.sqrt(np.abs(squares).max()))
 
 
-@pytest.mark.parametrize("one", ["spin", "planar", "spatial"])
-@pytest.mark.parametrize("other", ["spin", "planar", "spatial"])
-def test_bodies_of_any_kind_mesh(one, other):
+@pytest.mark.parametrize("pinion", ["spin", "planar", "spatial"])
+@pytest.mark.parametrize("wheel", ["spin", "planar", "spatial"])
+def test_bodies_of_any_kind_mesh(pinion, wheel):
     expected = np.sqrt(2 * K * SPUR.pinion.r_b**2 / 1e-2)
-    assert torsional_frequency((one, other)) == pytest.approx(expected, rel=1e-6)
+    assert torsional_frequency((pinion, wheel)) == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize("kind", ["spin", "planar", "spatial"])
@@ -199,7 +211,7 @@ def test_carrier_takes_the_torques_of_both():
 
 @pytest.mark.parametrize("name", ["spur", "helical"])
 def test_conserving_forces_are_the_slope_of_one_potential(name):
-    """Work around a closed loop of spins and places is 0; without the torque from dU/dphase it is not."""
+    """Work around a closed loop of spins and displacements is 0; without the torque from dU/dphase it is not."""
     pair, law = PAIRS[name], exugear.MeshForce.from_ste(smooth_map(), conserves=True, backlash=np.inf)
     plain = exugear.MeshForce.from_ste(smooth_map(), backlash=np.inf)
     reference = np.zeros((2, 6))
@@ -213,10 +225,10 @@ def test_conserving_forces_are_the_slope_of_one_potential(name):
     path[:, 0], path[:, 5] = slide, pitch
     path[:, 11] = -pitch * turn + lead / pair.wheel.r_b
 
-    def work(one_law):
+    def work(force_law):
         step = np.roll(path, -1, axis=0) - path
         middle = path + step / 2
-        forces = [spatial_mesh(one_law.law, frame, tuple(q[:6]), tuple(q[6:]), NONE, NONE) for q in middle]
+        forces = [mesh_in_space(force_law, frame, q[:6], q[6:], NONE, NONE) for q in middle]
         return sum(np.r_[f[2], f[3]] @ s for f, s in zip(forces, step, strict=True))
 
     scale = float(plain(0.0, 12 * um)) * 8 * um
@@ -238,9 +250,9 @@ def test_conserving_spins_agree_with_bodies_in_space():
     reference[1, 0] = SPUR.a
     lead = 8 * um / SPUR.pinion.r_b
     for spins in ((0.02 + lead, -0.02), (0.07, -0.07 - SPUR.backlash / SPUR.wheel.r_b - lead)):
-        one, other = ((*NONE[:5], spin) for spin in spins)
-        space = spatial_mesh(law.law, spatial_frame(SPUR, 0.1, 1, [0, 0], reference), one, other, NONE, NONE)
-        spin = rotational_mesh(law.law, rotational_frame(SPUR, 0.1, 1), *spins, 0.0, 0.0)
+        frame, (q_1, q_2) = spatial_frame(SPUR, 0.1, 1, [0, 0], reference), ((*NONE[:5], spin) for spin in spins)
+        space = mesh_in_space(law, frame, q_1, q_2, NONE, NONE)
+        spin = mesh_of_spins(law, SPUR, 0.1, spins, (0.0, 0.0))
         assert (space[2][5], space[3][5]) == pytest.approx(spin[2], rel=1e-9)
         assert spin[2][0] != pytest.approx(spin[2][1], rel=1e-4)
 
@@ -276,8 +288,8 @@ def planetary(mbs, planets: int = 3) -> None:
     ring_base, law = -inner.wheel.r_b, linear_law((k_mesh,) * 3, reach=9e-3)
     fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
 
-    def body(place, mass, over_square, radius):
-        node = mbs.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*place, 0]))
+    def body(centre, mass, over_square, radius):
+        node = mbs.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*centre, 0]))
         data = {"mass": mass, "inertia": over_square * radius**2, "nodeNumber": node}
         return node, mbs.AddObject(eii.ObjectRigidBody2D(**data))
 
@@ -293,10 +305,12 @@ def planetary(mbs, planets: int = 3) -> None:
             spring(node, coordinate, k_bearing)
     spring(ring[0], 2, 1e9 * ring_base**2)
     for i in range(planets):
-        place = pair.a * np.cos(2 * np.pi * i / planets), pair.a * np.sin(2 * np.pi * i / planets)
-        _, planet = body(place, 0.66, 0.61, gear.r_b)
-        seats = {"localPosition0": [*place, 0], "localPosition1": [0, 0, 0]}
-        mbs.CreateCartesianSpringDamper(itemNumbers=[carrier[1], planet], stiffness=[k_bearing, k_bearing, 0], **seats)
+        centre = pair.a * np.cos(2 * np.pi * i / planets), pair.a * np.sin(2 * np.pi * i / planets)
+        _, planet = body(centre, 0.66, 0.61, gear.r_b)
+        positions = {"localPosition0": [*centre, 0], "localPosition1": [0, 0, 0]}
+        mbs.CreateCartesianSpringDamper(
+            itemNumbers=[carrier[1], planet], stiffness=[k_bearing, k_bearing, 0], **positions
+        )
         mbs.CreateGearContact(itemNumbers=[sun[1], planet], pair=pair, force=law)
         mbs.CreateGearContact(itemNumbers=[planet, ring[1]], pair=inner, force=law, direction=-1)
     mbs.Assemble()
@@ -312,7 +326,7 @@ def test_planetary_of_lin_and_parker():
     mbs = container.AddSystem()
     planetary(mbs)
     squares, _ = mbs.ComputeODE2Eigenvalues()
-    found = np.sqrt(np.abs(np.sort(squares))) / (2 * np.pi)
-    assert found[0] < 2
-    assert found[1:12] == pytest.approx(published[1:], rel=1e-3)
-    assert found[12:] == pytest.approx([6986.3, 6986.3, 7462.8, 9647.9, 9647.9, 11775.3], rel=1e-3)
+    frequencies = np.sqrt(np.abs(np.sort(squares))) / (2 * np.pi)
+    assert frequencies[0] < 2
+    assert frequencies[1:12] == pytest.approx(published[1:], rel=1e-3)
+    assert frequencies[12:] == pytest.approx([6986.3, 6986.3, 7462.8, 9647.9, 9647.9, 11775.3], rel=1e-3)

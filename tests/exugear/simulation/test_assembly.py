@@ -156,7 +156,7 @@ def test_coupling_twists_under_the_load_and_has_its_frequency():
     assert stiffness[rotor, spin] == pytest.approx(-2e4, rel=1e-6)
     exugear.run_up(model, **SLOW | {"speed": 0.0})
     q = model.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Current)
-    assert q[spin] - q[rotor] == pytest.approx(model.gearbox.turns["slow"] * 150 / 2e4, rel=1e-4)
+    assert q[spin] - q[rotor] == pytest.approx(model.gearbox.directions["slow"] * 150 / 2e4, rel=1e-4)
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,10 @@ import pytest
 from scenes import paper_gear, paper_pair, smooth_box, smooth_map
 
 import exugear
-from exugear.kernels.kinematics import phase_of
-from exugear.simulation.model import open_system, with_deflections
+from exugear.elements.gear_contact import state_of
+from exugear.kernels.reference_configuration import phase_of
+from exugear.simulation.equilibrium import with_deflections
+from exugear.simulation.model import open_system
 from fem.units import deg, mm
 
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-6)
@@ -38,8 +40,8 @@ def test_default_inertia_is_that_of_solid_steel_discs():
 
 def test_gearbox_knows_senses_places_ratios_and_static_forces():
     box = two_stages()
-    assert box.turns == {"fast": 1, "middle": -1, "last": 1}
-    assert box.places["last"] == pytest.approx((150 * mm, 150 * mm))
+    assert box.directions == {"fast": 1, "middle": -1, "last": 1}
+    assert box.shaft_positions["last"] == pytest.approx((150 * mm, 150 * mm))
     assert box.ratios == pytest.approx({"fast": 1, "middle": -1, "last": 1})
     assert box.static_forces(100.0) == pytest.approx([100 / paper_pair().wheel.r_b] * 2)
     assert (box.driving.name, box.driven.name) == ("fast", "last")
@@ -178,7 +180,7 @@ def test_two_bearings_hold_a_shaft():
         (lambda: stage(backlash=-1e-5), "backlash must be >= 0"),
         (lambda: stage(angle=90.0), "pass radians"),
         (lambda: stage(slow=shaft("fast")), "two shafts"),
-        (lambda: stage(slow=exugear.Shaft("slow", {31 * mm: paper_gear()})), "one axial place"),
+        (lambda: stage(slow=exugear.Shaft("slow", {31 * mm: paper_gear()})), "one axial position"),
         (lambda: exugear.Stage("a", shaft(), smooth_map(), damping=0.0), "fast must be"),
         (lambda: exugear.Stage(shaft(), shaft("slow"), "map", damping=0.0), "mesh must be"),
         (lambda: exugear.Gearbox([]), "at least one Stage"),
@@ -196,3 +198,17 @@ def test_two_bearings_hold_a_shaft():
 def test_bad_scenes_are_refused(build, message):
     with pytest.raises(ValueError, match=message):
         build()
+
+
+def test_a_run_changes_the_state_of_a_contact_and_nothing_else():
+    """Frame and table are read-only; the state returns to what it was, except for the force that holds the load."""
+    model = exugear.build(smooth_box())
+    mesh = model.meshes[0]
+    frame, table, before = mesh.frame.tobytes(), mesh.law.table.tobytes(), state_of(model.mbs, mesh.contact).copy()
+    exugear.run_up(model, speed=(0, 100.0), duration=1e-3, load=lambda t: 150.0, progress=False)
+    state = state_of(model.mbs, mesh.contact)
+    assert (mesh.frame.tobytes(), mesh.law.table.tobytes()) == (frame, table)
+    assert (state.engaged, state.lag) == (before.engaged, before.lag) == (1.0, 0.0)
+    assert state.holding_force == pytest.approx(150.0 * mesh.held)
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.frame.phase = 0.3

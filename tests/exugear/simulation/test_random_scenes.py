@@ -6,6 +6,7 @@ EXUGEAR_CASES in the environment says how many the slow test takes; with -n 0 -s
 import os
 import re
 from collections import Counter
+from itertools import product
 
 import exudyn as exu
 import numpy as np
@@ -15,8 +16,9 @@ from hypothesis import HealthCheck, Phase, given, settings
 from scenes import wrench
 
 import exugear
-from exugear.kernels.contact_kernels import bodies_of
-from exugear.kernels.kinematics import REFERENCE_1, REFERENCE_2, spatial_mesh
+from exugear.elements.gear_contact import state_of
+from exugear.kernels.contact_records import is_spatial
+from exugear.kernels.kinematics import spatial_mesh
 from exugear.simulation.model import integrated
 
 CASES = int(os.environ.get("EXUGEAR_CASES", "80"))
@@ -67,7 +69,7 @@ def faster(box: exugear.Gearbox, speed: float, duration: float) -> float:
 def torques(model: exugear.Model, forces: np.ndarray, load: float) -> tuple[np.ndarray, float]:
     """Rest of the torques on the shafts but the driving one [N m], beside the largest of them."""
     box = model.gearbox
-    outer = np.array([-box.turns[shaft.name] * load * (shaft is box.driven) for shaft in box.shafts])
+    outer = np.array([-box.directions[shaft.name] * load * (shaft is box.driven) for shaft in box.shafts])
     meshes = arms(model) * forces[:, None]
     return (outer - meshes.sum(axis=0))[1:], max(np.abs(meshes).max(), abs(load))
 
@@ -93,11 +95,11 @@ def starts_in_equilibrium(model, rest, load: float) -> None:
 def actions_are_reactions(model) -> None:
     """Force and moment that a mesh exerts on bodies in space, at the end of the run."""
     for mesh in model.meshes:
-        if not mesh.frame[REFERENCE_1:].any():
+        if not is_spatial(mesh.frame):
             continue
-        force, one, other, motion = meshing(model, mesh)
-        ends = mesh.frame[REFERENCE_1:REFERENCE_2], mesh.frame[REFERENCE_2:]
-        total = [wrench(end, np.array(y), f) for end, y, f in zip(ends, motion[:2], (one, other), strict=True)]
+        force, *forces, motion = meshing(model, mesh)
+        ends = mesh.frame.pinion.reference, mesh.frame.wheel.reference
+        total = [wrench(end, y, f) for end, y, f in zip(ends, motion[:2], forces, strict=True)]
         assert np.abs(total[0] + total[1]).max() <= 1e-11 * max(np.abs(total[0]).max(), 1e-300)
         assert force * mesh.recorder.force[-1] >= 0
 
@@ -106,11 +108,12 @@ def meshing(model, mesh):
     """Force, generalized forces on both shafts, and the motion of the mesh at the end of the run."""
     system, now = model.mbs.systemData, exu.ConfigurationType.Current
     q, q_t = system.GetODE2Coordinates(now), system.GetODE2Coordinates_t(now)
-    places = [coordinates_of(model, shaft) for shaft in (mesh.stage.fast, mesh.stage.slow)]
-    x = np.concatenate([values[place] for values in (q, q_t) for place in places])
-    motion = bodies_of(x, *(len(place) for place in places))
-    _, force, one, other, *_ = spatial_mesh(mesh.law.law, mesh.frame, *motion)
-    return force, one, other, motion
+    motion = np.zeros((4, 6))
+    for row, (values, shaft) in zip(motion, product((q, q_t), (mesh.stage.fast, mesh.stage.slow)), strict=True):
+        row[model.plan.shafts[shaft.name].components] = values[coordinates_of(model, shaft)]
+    state = state_of(model.mbs, mesh.contact)
+    forces = spatial_mesh(mesh.law.table.head, mesh.frame, state, *map(tuple, motion))
+    return forces.force, forces.pinion, forces.wheel, motion
 
 
 def arms(model) -> np.ndarray:
@@ -118,7 +121,7 @@ def arms(model) -> np.ndarray:
     box = model.gearbox
     found = box.rows.copy()
     for i, mesh in enumerate(model.meshes):
-        if mesh.frame[REFERENCE_1:].any():
+        if is_spatial(mesh.frame):
             force, *both, _ = meshing(model, mesh)
             for shaft, forces in zip((mesh.stage.fast, mesh.stage.slow), both, strict=True):
                 if force != 0:

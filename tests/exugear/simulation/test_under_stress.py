@@ -7,6 +7,7 @@ from scipy.integrate import cumulative_trapezoid, quad
 from scipy.optimize import brentq
 
 import exugear
+from exugear.force_table.kernel_records import address_of
 from exugear.kernels.recorder import sample_of
 from fem.units import rpm, um
 
@@ -156,9 +157,9 @@ def test_samples_of_ten_million_steps_are_found():
     """Time is summed up, as Exudyn does it; before, samples were lost from 7e6 steps on."""
     recorder, step, number = exugear.Recorder(), 2.8865556813498194e-05, 10**7
     recorder.start(step, 10, steps=1)
-    recorder.header[1] = number + 1
+    recorder.header.number = number + 1
     times = np.cumsum(np.full(number, step))
-    found = [sample_of(recorder.header.ctypes.data, time) for time in times[-2000:]]
+    found = [sample_of(address_of(recorder.header), time) for time in times[-2000:]]
     assert found == list(range(number - 1999, number + 1))
 
 

@@ -188,7 +188,7 @@ def test_loads_of_a_contact_balance_the_torque(hand, offsets):
     (contact,), misalignment = flank_loads.tooth_contacts(pair, [0.3], offsets, ROUGH)
     on_gears = flank_loads.flank_loads(contact, contact.state(150 / pair.pinion.r_b, misalignment))
     centroids = []
-    for on_teeth, shift in zip(on_gears, (0.0, contact.meeting.axial), strict=True):
+    for on_teeth, shift in zip(on_gears, (0.0, contact.position.axial), strict=True):
         force = np.concatenate([load.force.sum(axis=1) for load in on_teeth])
         middle = np.concatenate([(load.low + load.high) / 2 for load in on_teeth])
         assert force.sum() * np.cos(pair.beta_b) == pytest.approx(150 / pair.pinion.r_b, rel=2e-3)
@@ -204,7 +204,7 @@ def test_force_on_a_tips_corner_is_on_the_flank(phase):
     pair = fem.GearPair(gear, gear)
     (contact,), _ = flank_loads.tooth_contacts(pair, [phase], None, None)
     state = contact.state(150 / gear.r_b)
-    tip, pressed = tooth_boundary.flank_ends(gear)[1], state.load > 0
+    tip, pressed = tooth_boundary.flank_ends(gear)[1], state.strip_force > 0
     assert ((state.strips.arcs >= tip * (1 - 1e-9)) & pressed).sum(axis=(1, 2)).max() > 1
     pinion, wheel = (sum(load.force.sum() for load in side) for side in flank_loads.flank_loads(contact, state))
     assert pinion == pytest.approx(wheel, rel=1e-12)
@@ -241,7 +241,7 @@ def test_strips_of_both_gears_meet_where_the_gears_stand(hand):
     offsets = fem.Offsets(a=pair.a + 0.1 * mm, axial=2 * mm)
     (contact,), _ = flank_loads.tooth_contacts(pair, [0.3], offsets, ROUGH)
     state = contact.state(150 / pair.pinion.r_b)
-    placed, on_gears = placements(contact.meeting, state.te), flank_loads.flank_loads(contact, state)
+    placed, on_gears = placements(contact.position, state.te), flank_loads.flank_loads(contact, state)
     pinion, wheel = (strip_middles(*gear) for gear in zip(placed, on_gears, strict=True))
     overlap = np.linalg.norm(pinion - wheel, axis=0)
     assert 0.8 * state.te < overlap.min() and overlap.max() < 1.15 * state.te

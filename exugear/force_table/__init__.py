@@ -1,0 +1,1 @@
+"""The packed table of a mesh force, and the compiled kernels that read it."""

@@ -1,0 +1,74 @@
+"""Records: numbers with names that Python and the compiled kernels read alike, passed to kernels by their address.
+
+An integer argument costs a call from Python a tenth of an array argument, and is what Exudyn's callback can pass.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import carray, from_dtype, types
+from numba.extending import intrinsic
+
+from fem.support.numba_cache import compiled
+
+
+def record_type(*fields) -> np.dtype:
+    """Type of records with these fields, each (name, type) or (name, type, shape)."""
+    return np.dtype((np.record, np.dtype(list(fields), align=True)))
+
+
+def record_of(kind: np.dtype, **values) -> np.record:
+    """A read-only record of a kind; fields without a value are 0."""
+    record = np.zeros(1, kind)
+    for name, value in values.items():
+        record[name] = value
+    record.setflags(write=False)
+    return record[0]
+
+
+def changed(record: np.record, **values) -> np.record:
+    """A read-only copy of a record with new values in some of its fields."""
+    return record_of(record.dtype, **{name: record[name] for name in record.dtype.names or ()} | values)
+
+
+def address_of(record: np.record) -> int:
+    """Address of a record, valid as long as the record lives."""
+    return np.frombuffer(record, np.uint8).ctypes.data
+
+
+def pointer_to(kind) -> Any:
+    """The function of kernels: address -> pointer to values of a numba type."""
+
+    def to_pointer(typing_context, address):
+        pointer = types.CPointer(kind)
+
+        def code(context, builder, signature, arguments):
+            return builder.inttoptr(arguments[0], context.get_value_type(pointer))
+
+        return pointer(address), code
+
+    return intrinsic(to_pointer)
+
+
+def reader(kind: np.dtype) -> Any:
+    """The function of kernels: address -> the record of a kind that begins there."""
+    pointer = pointer_to(from_dtype(kind))
+
+    @compiled
+    def record_at(address):
+        return carray(pointer(address), 1)[0]
+
+    return record_at
+
+
+def _start_of(typing_context, record):
+    """The function of kernels: record -> its address."""
+
+    def code(context, builder, signature, arguments):
+        return builder.ptrtoint(arguments[0], context.get_value_type(types.int64))
+
+    return types.int64(record), code
+
+
+start_of: Any = intrinsic(_start_of)
+doubles_at = pointer_to(types.float64)

@@ -1,0 +1,80 @@
+"""The records of one contact: its frame, which never changes, and its state, which a run owns and changes."""
+
+from math import pi, tan
+
+import numpy as np
+
+from exugear.force_table.kernel_records import reader, record_of, record_type
+from fem.gear.involute import involute
+
+#: A gear on its body: base radius and axial position [m], reference coordinates of the body as an Rxyz body of the
+#: contact frame. In a turned frame also the rotational reference coordinates of its node, the axes of the gear on the
+#: body, and the factors of the fourth and sixth coordinate that count the turns of the body about the gear's axis.
+GEAR = record_type(
+    ("r_b", "f8"),
+    ("axial", "f8"),
+    ("reference", "f8", 6),
+    ("rotation", "f8", 4),
+    ("axes", "f8", (3, 3)),
+    ("spin_factors", "f8", 2),
+)
+#: Geometry of a contact. Line of centres (e_x, e_y) and height, as `kinematics.height`, in the reference configuration;
+#: base_pitch: 0 where coordinates count the turns of both bodies, else the base pitch [m], within which the lead is
+#: known; axes of a turned frame, 0 where it is the global one.
+CONTACT_FRAME = record_type(
+    ("pitches_per_radian", "f8"),
+    ("phase", "f8"),
+    ("direction", "f8"),
+    ("inv_alpha_wt", "f8"),
+    ("tan_beta_b", "f8"),
+    ("e_x", "f8"),
+    ("e_y", "f8"),
+    ("height", "f8"),
+    ("base_pitch", "f8"),
+    ("axes", "f8", (3, 3)),
+    ("pinion", GEAR),
+    ("wheel", GEAR),
+)
+#: What a run sets. engaged: 0 takes the gears out of mesh. By how much velocities of the integrator are too small, as
+#: `force_kernels.corrected_rate` takes it: lag [m/N]; by the bearings of pinion and wheel, per displacement rate.
+#: mobility: acceleration per mesh force [1/kg]; holding_force: mesh force that holds the load, bearings at rest [N].
+CONTACT_STATE = record_type(
+    ("engaged", "f8"),
+    ("lag", "f8"),
+    ("pinion_lag", "f8", 6),
+    ("wheel_lag", "f8", 6),
+    ("mobility", "f8"),
+    ("holding_force", "f8"),
+)
+frame_at, state_at = reader(CONTACT_FRAME), reader(CONTACT_STATE)
+
+
+def contact_state() -> np.record:
+    """A new state: in mesh, velocities as they are."""
+    state = np.zeros(1, CONTACT_STATE)
+    state["engaged"] = 1.0
+    return state[0]
+
+
+def rotational_frame(pair, phase: float, direction: int) -> np.record:
+    """Frame of a `fem.GearPair` or `RingPair` on two bodies that spin about fixed axes."""
+    return record_of(
+        CONTACT_FRAME,
+        pitches_per_radian=pair.pinion.z / (2 * pi),
+        phase=phase,
+        direction=direction,
+        inv_alpha_wt=involute(pair.alpha_wt),
+        tan_beta_b=tan(pair.beta_b),
+        pinion=record_of(GEAR, r_b=pair.pinion.r_b),
+        wheel=record_of(GEAR, r_b=pair.wheel.r_b),
+    )
+
+
+def is_spatial(frame: np.record) -> bool:
+    """Whether a frame knows where its gears are."""
+    return bool(frame.e_x or frame.e_y)
+
+
+def is_turned(frame: np.record) -> bool:
+    """Whether a contact has axes of its own."""
+    return bool(frame.axes.any())
