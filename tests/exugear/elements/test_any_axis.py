@@ -17,7 +17,7 @@ from exugear.elements.exudyn_objects import kind_of
 from exugear.elements.gear_contact import contact_key, frame_of
 from exugear.force_table.kernel_records import address_of
 from exugear.kernels.contact_frame import axes_about
-from exugear.kernels.contact_records import is_turned
+from exugear.kernels.contact_records import is_rotated
 from exugear.kernels.friction_kernels import friction_of
 from fem.units import mm, um
 
@@ -115,7 +115,7 @@ def rubbing(scene, pair, law, motion):
     mbs.CreateGearFriction(itemNumbers=bodies, pair=pair, force=law, friction=friction, localAxes=[axis, axis])
     plain = frame_of(mbs, bodies, pair, [(0, 0, 0)] * 2, [axis] * 2, phase=0.2, direction=1)
     records, kinds = (law.table, plain, friction.table(pair)), (kind_of(mbs, bodies[0]),) * 2
-    kernel = partial(friction_of(kinds, is_turned(plain)), *map(address_of, records), 0.0)
+    kernel = partial(friction_of(kinds, is_rotated(plain)), *map(address_of, records), 0.0)
     return pushed(mbs, bodies, node, axis, frame, motion, kernel)
 
 
@@ -253,7 +253,7 @@ def test_bodies_whose_axes_do_not_fit_are_refused():
     pair, mbs = paper_pair(), exu.SystemContainer().AddSystem()
     given = {"pair": pair, "force": linear_law()}
     pinion, wheel = bodies_along(mbs, pair, FRAMES["x"], RXYZ, UP)
-    with pytest.raises(ValueError, match=r"singular; use nodeType=exu.NodeType.RotationRotationVector, or lay"):
+    with pytest.raises(ValueError, match=r"singular; use nodeType=exu.NodeType.RotationRotationVector, or put"):
         mbs.CreateGearContact(itemNumbers=[pinion, wheel], **given)
     upright, _ = bodies_along(mbs, pair, FRAMES["z"], RXYZ, UP)
     with pytest.raises(ValueError, match=r"axes of pinion and wheel must be parallel within 0.05 rad.*, got 1"):
