@@ -7,7 +7,7 @@ from scenes import paper_gear, paper_pair, smooth_box, smooth_map
 import exugear
 from exugear.kernels.reference_configuration import phase_of
 from exugear.simulation.equilibrium import with_deflections
-from exugear.simulation.model import open_system
+from exugear.simulation.model import matrices_without_meshes
 from fem.units import deg, mm
 
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-6)
@@ -56,7 +56,7 @@ def test_plan_skips_what_is_absent_and_says_why():
 
 def test_mass_and_stiffness_of_the_built_system():
     model = exugear.build(smooth_box(BEARING))
-    mass, stiffness = open_system(model)
+    mass, stiffness = matrices_without_meshes(model)
     shaft = model.gearbox.shafts[0]
     inertia = [shaft.mass] * 3 + [shaft.transverse] * 2 + [shaft.inertia]
     assert np.diag(mass) == pytest.approx(np.tile(inertia, 2), rel=1e-12)
@@ -127,14 +127,14 @@ def test_shaft_without_bearings_beside_one_that_has_them():
 
 def test_bearing_by_its_matrix_is_the_same_bearing():
     boxes = smooth_box(BEARING), smooth_box(exugear.Bearing(matrix=BEARING.stiffness))
-    by_stiffness, by_matrix = (open_system(exugear.build(box))[1] for box in boxes)
+    by_stiffness, by_matrix = (matrices_without_meshes(exugear.build(box))[1] for box in boxes)
     assert np.abs(by_stiffness - by_matrix).max() < 1e-9 * np.abs(by_stiffness).max()
 
 
 def test_gears_without_backlash_are_taken_out_of_mesh_as_well():
     boxes = smooth_box(BEARING), smooth_box(BEARING, backlash=0.0)
     with_backlash, without_backlash = (
-        open_system(exugear.build(box, plan=exugear.plan(box).with_bodies()))[1] for box in boxes
+        matrices_without_meshes(exugear.build(box, plan=exugear.plan(box).with_bodies()))[1] for box in boxes
     )
     assert np.array_equal(with_backlash, without_backlash)
     assert not with_backlash[5].any() and not with_backlash[11].any()
