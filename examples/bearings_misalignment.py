@@ -101,7 +101,7 @@ def draw(path: Path, table: dict[float, dict[str, float]], runs: dict[float, exu
         ax.grid(alpha=0.3)
     for ax in (angles, bearings):
         ax.legend(frameon=False)
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=100)
 
 
 def main(folder: Path, quick: bool = False) -> dict[float, exugear.Run]:

@@ -91,7 +91,7 @@ def draw(path: Path, curves: dict[str, np.ndarray], n: int = 64) -> None:
     left.set(xlabel="mesh cycles", ylabel="dynamic transmission error [µm]", title=f"{SPEED / rpm:.0f} rpm")
     right.set(xlabel="mesh order", ylabel="amplitude [µm]")
     left.legend(frameon=False)
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=100)
 
 
 def main(folder: Path) -> None:

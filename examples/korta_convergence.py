@@ -59,7 +59,7 @@ def draw(path: Path, curves: dict[str, np.ndarray], seconds: dict[str, float]) -
     right.invert_yaxis()
     right.set(xlabel="wall time of 16 phases [s]")
     right.margins(x=0.2)
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=100)
 
 
 def main(folder: Path) -> None:

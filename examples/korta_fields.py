@@ -59,12 +59,12 @@ def draw_fields(fields_by_title, path: Path) -> None:
         stressed = [(f.points, f.cells, f.von_mises / MPa) for f in fields]
         stress_plots.plot_field(stressed, "von Mises stress [MPa]", below, top=peak / MPa, colours="inferno")
         above.set_title(f"{'AB'[column]}  {title} in contact")
-        middle.set_title(f"{'CD'[column]}  deflection, drawn {EXAGGERATION} times; grey: without load")
+        middle.set_title(f"{'CD'[column]}  deflection, drawn {EXAGGERATION} times")
         below.set_title(f"{'EF'[column]}  stress under the contact")
         look_at(above, (75 * mm, 0), 12 * mm, 7 * mm)
         look_at(middle, (75 * mm, 0), 12 * mm, 7 * mm)
         look_at(below, touching[0].mean(axis=1), 0.9 * mm, 0.525 * mm)
-    figure.savefig(path, dpi=150)
+    figure.savefig(path, dpi=100)
 
 
 def report(fields_by_title, cycle) -> str:
@@ -90,7 +90,7 @@ def draw_mesh(gear: fem.Gear, path: Path) -> None:
     solid, plane = hexahedra(gear, density), section(gear, density)
     plots.plot_solid(solid.p, solid.facets[:, solid.boundary_facets()], figure.axes[0])
     plots.plot_section(plane.p, plane.t, figure.axes[1], height=12 * mm)
-    figure.savefig(path, dpi=150)
+    figure.savefig(path, dpi=100)
 
 
 def main(folder: Path) -> None:
@@ -108,7 +108,7 @@ def main(folder: Path) -> None:
     figure = plots.figure(columns=2)
     stress_plots.plot_root_stress(cycle, figure.axes[0])
     stress_plots.plot_pressure(cycle, figure.axes[1])
-    figure.savefig(folder / "root_stress.png", dpi=150)
+    figure.savefig(folder / "root_stress.png", dpi=100)
     print(report(fields, cycle))
 
 

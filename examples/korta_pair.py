@@ -86,6 +86,6 @@ def resonance_table(runs: dict[str, dict[float, exugear.Run]]) -> str:
     for name, by_load in tables.items():
         rise = 100 * (by_load[350.0][-1] / by_load[150.0][-1] - 1)
         for load, peaks in by_load.items():
-            row = "".join(f"{peak:9.0f}" for peak in peaks)
+            row = "".join(f"{peak:9.0f}" for peak in peaks).replace("nan", "  -")
             lines.append(f"{name:18s}{load:4.0f} N m{row}" + (f"{rise:12.2f} %" if load == 350.0 else ""))
-    return "\n".join(lines).replace("nan", "  -")
+    return "\n".join(lines)

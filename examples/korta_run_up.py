@@ -24,6 +24,7 @@ from korta_pair import (
     resonances,
     run,
     run_ups,
+    shares_of_main,
 )
 
 import exugear
@@ -73,14 +74,16 @@ def compute(folder: Path, fit: bool, seconds: dict[str, float]):
 
 def draw(folder: Path, curves, ste, runs) -> None:
     """STE, run-ups and order maps as PNG."""
-    panels = plots.figure(columns=2), plots.figure(rows=2), plots.figure(columns=2)
+    panels = [plots.figure(columns=2) for _ in range(3)]
     plots.plot_ste(curves, panels[0].axes[0])
     plots.plot_stiffness(ste.sel(torque=[20, 50, 150, 350, 750, 1500]), panels[0].axes[1])
     for i, result in enumerate(runs.values()):
-        plots.plot_run_up(result, panels[1].axes[i], found=resonances(result))
+        peaks = shares_of_main(result)
+        peaks = peaks[np.isfinite(peaks)]
+        plots.plot_run_up(result, panels[1].axes[i], found=Resonances(peaks, 0 * peaks))
         plots.plot_waterfall(result, panels[2].axes[i])
     for name, panel in zip(("ste", "run_up", "orders"), panels, strict=True):
-        panel.savefig(folder / f"{name}.png", dpi=150)
+        panel.savefig(folder / f"{name}.png", dpi=100)
 
 
 def report(curves, box, runs, fit: bool, seconds: dict[str, float]) -> str:

@@ -63,7 +63,7 @@ def draw(path: Path, moving: xr.Dataset, phases: np.ndarray, te: np.ndarray, sec
         ylim=(0.8 * te.min() / um, 1.15 * te.max() / um),
     )
     right.legend(frameon=False, loc="upper right")
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=100)
 
 
 def main(folder: Path) -> None:

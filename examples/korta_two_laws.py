@@ -39,11 +39,11 @@ def compute(ste, duration: float = DURATION) -> dict[str, dict[float, exugear.Ru
 
 def draw(runs: dict[str, dict[float, exugear.Run]], path: Path) -> None:
     """Envelopes of the DTE by law, a panel per load."""
-    figure = plots.figure(rows=2)
+    figure = plots.figure(columns=2)
     for ax, load in zip(figure.axes, TORQUES, strict=True):
         at_load = {name: by_load[load] for name, by_load in runs.items()}
         plots.plot_envelopes(at_load, ax).set_title(f"{load:g} N m")
-    figure.savefig(path, dpi=150)
+    figure.savefig(path, dpi=100)
 
 
 def main(folder: Path, duration: float = DURATION) -> dict[str, dict[float, exugear.Run]]:

@@ -39,7 +39,7 @@ def main(folder: Path) -> np.ndarray:
     ax.bar(number + 0.2, PUBLISHED, 0.4, label="Lin & Parker (1999)")
     ax.set(xlabel="mode", ylabel="natural frequency [Hz]", xticks=number)
     ax.legend(frameon=False)
-    ax.figure.savefig(folder / "planetary.png", dpi=150)
+    ax.figure.savefig(folder / "planetary.png", dpi=100)
     for i, f, published in zip(number, frequencies, PUBLISHED, strict=False):
         print(f"mode {i:2d}: {f:8.1f} Hz, published {published:8.1f} Hz")
     return frequencies

@@ -78,12 +78,12 @@ def draw(path: Path, runs: dict) -> None:
     left.set(title=f"pin of planet 1 {-min(runs) / um:g} µm behind", ylabel="mesh force with the sun [kN]")
     for error, (times, forces, _) in runs.items():
         right.plot(times, shares(forces)[0] * 100, label=f"{error / um:+g} µm", linewidth=1.2)
-    right.set(title="pin of planet 1 ahead (+) or behind (-)", ylabel="share of planet 1 [%]")
+    right.set(title="pin of planet 1 ahead (+) or behind (-)", ylabel="share of planet 1 [%]", ylim=(None, 46))
     for ax in figure.axes:
         ax.set_xlabel(f"time [s]; load {LOAD[0]:g} to {LOAD[1]:g} N m")
         ax.grid(alpha=0.3)
-        ax.legend(frameon=False)
-    figure.savefig(path, dpi=110)
+        ax.legend(frameon=False, ncols=2)
+    figure.savefig(path, dpi=100)
 
 
 def report(runs: dict) -> str:

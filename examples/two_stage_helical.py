@@ -51,11 +51,11 @@ def gearbox(meshes: dict[str, exugear.MeshForce], geared: dict[str, fem.GearPair
     """Three shafts, each on a locating and a floating bearing."""
     locating = exugear.Bearing(radial=3e8, axial=2e8, damping=2e-5)
     floating = exugear.Bearing(radial=3e8, damping=2e-5)
-    seats = dict(zip(BEARINGS, (locating, floating), strict=True))
+    bearings = dict(zip(BEARINGS, (locating, floating), strict=True))
     first, second = geared["first"], geared["second"]
-    fast = exugear.Shaft("input", seats | {FIRST: first.pinion})
-    middle = exugear.Shaft("middle", seats | {FIRST: first.wheel, SECOND: second.pinion})
-    slow = exugear.Shaft("output", seats | {SECOND: second.wheel})
+    fast = exugear.Shaft("input", bearings | {FIRST: first.pinion})
+    middle = exugear.Shaft("middle", bearings | {FIRST: first.wheel, SECOND: second.pinion})
+    slow = exugear.Shaft("output", bearings | {SECOND: second.wheel})
     upper = exugear.Stage(middle, slow, meshes["second"], pair=second, angle=60 * deg)
     return exugear.Gearbox([exugear.Stage(fast, middle, meshes["first"], pair=first), upper])
 
@@ -101,7 +101,7 @@ def draw(path: Path, run: exugear.Run) -> None:
     for i, stage in enumerate(run.data["stage"].values):
         plots.plot_envelopes({str(stage): run}, figure.axes[0], stage=i)
     plots.plot_bearing_forces(run, figure.axes[1])
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=100)
 
 
 def main(folder: Path, quick: bool = False) -> tuple[exugear.Model, exugear.Gearbox, exugear.Run]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from skfem import ElementQuad1, ElementQuad2
 
-from fem.elasticity.mesh_density import Density
+from fem import Density
 from fem.reference.time_integration import RunUp
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
@@ -25,8 +25,7 @@ def printed(monkeypatch, capsys, tmp_path):
     def run(example, **settings) -> np.ndarray:
         for name, value in settings.items():
             monkeypatch.setattr(example, name, value)
-        monkeypatch.setattr(sys, "argv", [example.__name__, str(tmp_path)])
-        example.main()
+        example.main(tmp_path)
         assert (tmp_path / f"{example.__name__}.png").stat().st_size > 10_000
         return np.array(re.findall(r"mean +([\d.]+) um +peak to peak +([\d.]+) um", capsys.readouterr().out), float)
 

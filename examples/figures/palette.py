@@ -1,4 +1,4 @@
-"""Small PNG files for the documents: at most 64 colours.
+"""Small PNG files for the documents: a palette of a few colours, less than 60 kB.
 
     python examples/figures/palette.py results
 
@@ -12,10 +12,11 @@ from pathlib import Path
 from PIL import Image
 
 HERE = Path(__file__).parent
-#: Largest width of a figure of the gallery [pixels].
-WIDTH = 1040
+#: Widths of a figure of the gallery [pixels]: the first that is small enough, and that largest size [bytes].
+WIDTHS, LARGEST = (1040, 900, 830, 760), 60_000
 GALLERY = (
     "bearings_misalignment",
+    "benchmark",
     "flexible_shaft",
     "korta_convergence",
     "korta_fields",
@@ -32,8 +33,10 @@ NAMES = {"korta_run_up": "run_up", "korta_fields": "fields"}
 
 
 def small(image: Image.Image, path: Path, colours: int = 64) -> None:
-    """Write an image with a palette."""
-    image.convert("RGB").quantize(colours, dither=Image.Dither.NONE).save(path, optimize=True)
+    """Write an image with a palette that keeps rare colours."""
+    image.convert("RGB").quantize(colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(
+        path, optimize=True
+    )
 
 
 def save_small(figure, path: Path, dpi: int = 110) -> None:
@@ -44,12 +47,17 @@ def save_small(figure, path: Path, dpi: int = 110) -> None:
 
 
 def collect(results: Path) -> None:
-    """Figures of the gallery out of what the examples wrote."""
+    """Figures of the gallery out of what the examples wrote, if they wrote them."""
     for name in GALLERY:
-        image = Image.open(results / f"{NAMES.get(name, name)}.png").convert("RGB")
-        if image.width > WIDTH:
-            image = image.resize((WIDTH, round(image.height * WIDTH / image.width)), Image.Resampling.LANCZOS)
-        small(image, HERE / f"{name}.png")
+        source, path = results / f"{NAMES.get(name, name)}.png", HERE / f"{name}.png"
+        if not source.exists():
+            continue
+        image = Image.open(source).convert("RGB")
+        for width in WIDTHS:
+            size = min(width, image.width), round(image.height * min(width, image.width) / image.width)
+            small(image if size == image.size else image.resize(size, Image.Resampling.LANCZOS), path)
+            if path.stat().st_size < LARGEST:
+                break
 
 
 if __name__ == "__main__":

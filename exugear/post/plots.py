@@ -143,7 +143,8 @@ def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int =
     for (name, run), style in zip(runs.items(), cycle(("-", "--", ":")), strict=False):
         outline = dte_envelope(run, stage)
         ax.plot(outline.place, outline.amplitude / um, style, linewidth=1.4, label=name)
-    ax.set(xlabel="mesh frequency [Hz]", ylabel="half peak to peak of the DTE [µm]", ylim=(0, None))
+    ax.set(xlabel="mesh frequency [Hz]", ylabel="half peak to peak of the DTE [µm]")
+    ax.set_ylim(bottom=0, auto=True)
     ax.legend()
     ax.grid(alpha=0.3)
     return ax
@@ -155,8 +156,8 @@ def plot_bearing_forces(run, ax: Axes | None = None) -> Axes:
     ax, forces = _axes(ax), bearing_force_rms(run)
     for name, row in zip(forces["bearing"].values, forces.values, strict=True):
         ax.plot(forces["speed"] / rpm, row, linewidth=1.2, label=str(name))
-    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="rms of the varying radial bearing force [N]")
-    ax.set_ylim(bottom=0)
+    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="rms of the varying radial force [N]")
+    ax.set_ylim(bottom=0, auto=True)
     ax.legend(frameon=False, fontsize="small")
     ax.grid(alpha=0.3)
     return ax

@@ -51,7 +51,7 @@ def add_shafts(model: Model) -> None:
 
 @checked
 def picture(
-    model: Model, *, rotation: Sequence[float] = (0.4, 0.6, 0.0), size: Sequence[int] = (1200, 800), zoom: float = 0.8
+    model: Model, *, rotation: Sequence[float] = (0.4, 0.6, 0.0), size: Sequence[int] = (900, 600), zoom: float = 0.92
 ) -> np.ndarray:
     """Image (height, width, 3) of a drawn model by Exudyn's raytracer, which needs no screen.
 

@@ -31,7 +31,7 @@ def test_factorization_of_the_gear(benchmark, paper_pair, empty_cache):
     """Yardstick of the curve: all solutions of one gear, nothing else."""
     gear = paper_pair.pinion
     body = benchmark.pedantic(flank_compliance, (gear, Density().with_teeth(2, behind=1), gear.b), rounds=1)
-    assert body.share == 0.5
+    assert body.face.share == 0.5
 
 
 @pytest.mark.parametrize(("resolution", "allowed"), [(fem.Resolution(), 0.005), (fem.Slices(), 0.02)])

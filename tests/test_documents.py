@@ -1,0 +1,164 @@
+"""The documents: their code runs, their commands are those of CI, their pictures are small, the API pages build."""
+
+import contextlib
+import importlib.util
+import io
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fem
+from fem.units import rpm, um
+
+ROOT = Path(__file__).parents[1]
+README, FEM, EXUGEAR = ROOT / "README.md", ROOT / "fem" / "README.md", ROOT / "exugear" / "README.md"
+MEASURED = ROOT / "examples" / "MEASURED.md"
+DOCUMENTS = (README, FEM, EXUGEAR, ROOT / "examples" / "README.md", MEASURED)
+LARGEST_PICTURE = 60_000
+
+
+def text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+def blocks(path: Path, language: str = "python") -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", text(path), re.DOTALL)
+
+
+def executed(path: Path, folder: Path, replacements: dict[str, str] | None = None) -> tuple[dict, str]:
+    """Names and output of all code of a document, parts of it replaced, run in a folder."""
+    names: dict = {}
+    code, output = "\n".join(blocks(path)), io.StringIO()
+    for shown, shorter in (replacements or {}).items():
+        assert shown in code
+        code = code.replace(shown, shorter)
+    with contextlib.chdir(folder), contextlib.redirect_stdout(output):
+        exec(code, names)
+    return names, output.getvalue()
+
+
+@pytest.fixture(scope="module")
+def of_fem(tmp_path_factory):
+    return executed(FEM, tmp_path_factory.mktemp("fem"))
+
+
+def test_nine_lines_of_the_readme(tmp_path):
+    (code,) = blocks(README)
+    statements = [line for line in code.splitlines() if line.strip() and "import" not in line]
+    assert len(statements) <= 9
+    names, _ = executed(README, tmp_path)
+    assert np.median(names["run"].data["dte"].values[0]) == pytest.approx(17 * um, rel=0.1)
+    assert (tmp_path / "run_up.png").stat().st_size > 10_000
+
+
+def test_code_of_the_readme_of_fem(of_fem):
+    names, output = of_fem
+    assert "mean 16.987 um, peak to peak 6.047 um" in output
+    assert names["ste"]["te"].dims == ("torque", "misalignment", "phase")
+    ste = names["chosen"]
+    kinds = [float(ste[f"error_{kind}"][-1]) for kind in ("mesh", "phase", "torque")]
+    assert max(kinds) < 0.03 * float(ste["te"][-1].mean())
+
+
+def test_the_table_of_the_map_names_all_its_variables(of_fem):
+    rows = re.findall(r"^\| (.*?) \| (.*?) \|", text(FEM), re.MULTILINE)
+    units = {name: unit for names, unit in rows for name in re.findall(r"`(\w+)`", names)}
+    ste = of_fem[0]["chosen"]
+    for name in ste.variables:
+        if name not in ("torque", "phase", "pair"):
+            assert units[name] == ste[name].attrs["units"]
+
+
+def test_code_of_the_readme_of_exugear(tmp_path):
+    """The bearings of the slow shaft hold at the start what the idler pushes it with; beside it, 60 deg from x."""
+    names, _ = executed(EXUGEAR, tmp_path, {"duration=0.5": "duration=0.1", "windows=20": "windows=5"})
+    pair, data = names["pair"], names["run"].data
+    torque = 150.0 + names["slow"].inertia * 600 * rpm / 0.1
+    force, alpha, towards = torque / pair.wheel.r_b, pair.alpha_wt, np.pi / 3
+    pushed = force * np.array([np.sin(towards + alpha), -np.cos(towards + alpha), 0.0])
+    bearings = data["bearing_force"].sel(bearing=["slow at 0 mm", "slow at 60 mm"]).sum("bearing").isel(time=0)
+    assert bearings.values == pytest.approx(-pushed, abs=2e-3 * force)
+    assert np.isfinite(data["dte"].values).all()
+    assert set(data.data_vars) <= set(re.findall(r"`(\w+)`", text(EXUGEAR)))
+
+
+def test_coast_flank_has_the_dte_that_the_readme_states():
+    """Under a load that drives, the DTE is -(backlash + te), the mesh force < 0."""
+    import exugear
+
+    gear = fem.Gear(z=57, m_n=2.6e-3, b=23e-3, d_a=154.5e-3, d_f=141.7e-3, s_n=3.78e-3, d_bore=60e-3)
+    ste = fem.static_transmission_error(fem.GearPair(gear, gear, a=0.15), [0, 50, 150, 350], 12, progress=False)
+    shafts = [exugear.Shaft(name, {0.0: gear}) for name in ("fast", "slow")]
+    stage = exugear.Stage(*shafts, ste, damping=3600, backlash=20 * um)
+    model = exugear.build(exugear.Gearbox([stage]))
+    data = exugear.run_up(model, speed=1.0, duration=2 * np.pi / 57, load=-150.0, progress=False).data
+    assert float(data["dte"].mean()) == pytest.approx(-20 * um - float(ste["te"].sel(torque=150).mean()), rel=1e-3)
+    assert float(data["mesh_force"].mean()) == pytest.approx(-150.0 / gear.r_b, rel=1e-3)
+
+
+def test_readme_is_short_and_names_the_commands_of_ci():
+    assert len(text(README).splitlines()) <= 150
+    (command,) = re.findall(r"^python3 -m venv .*pytest$", text(README), re.MULTILINE)
+    assert ".[test]" in command
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_links_lead_to_files_and_headings(document):
+    for target in re.findall(r"\]\(([^)\s]+)\)", text(document)):
+        if target.startswith("http"):
+            continue
+        name, _, anchor = target.partition("#")
+        path = document.parent / name if name else document
+        assert path.exists(), target
+        headings = (
+            [re.sub(r"[^\w -]", "", line.lstrip("# ").lower()) for line in text(path).splitlines() if line[:1] == "#"]
+            if anchor
+            else []
+        )
+        assert not anchor or anchor in [heading.replace(" ", "-") for heading in headings], target
+
+
+def test_commands_of_measured_numbers_name_what_there_is():
+    commands = re.findall(r"`((?:fem|exugear|benchmarks|examples)/[\w/]+\.py)(?:::(\w+))?`", text(MEASURED))
+    assert len(commands) > 30
+    for name, test in commands:
+        path = ROOT / name if name.startswith("examples") else ROOT / "tests" / name
+        assert path.exists(), name
+        assert f"def {test}(" in text(path) if test else True, test
+
+
+def test_pictures_are_small_and_shown():
+    pictures = set((ROOT / "examples" / "figures").glob("*.png"))
+    assert max(path.stat().st_size for path in pictures) < LARGEST_PICTURE
+    everything = "".join(map(text, DOCUMENTS))
+    assert {path.name for path in pictures if path.name not in everything} == set()
+
+
+def test_api_reference_builds_without_warnings(tmp_path):
+    """By the command of the README; it shows the public names of both packages, which they import lazily."""
+    assert importlib.util.find_spec("pdoc"), "pdoc is missing; install with .[test]"
+    (command,) = re.findall(r"^\.venv/bin/pdoc (.*)$", text(README), re.MULTILINE)
+    arguments = [str(tmp_path) if part == "api" else part for part in shlex.split(command)]
+    surroundings = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])}
+    built = subprocess.run(
+        [sys.executable, "-W", "error", "-m", "pdoc", *arguments],
+        cwd=ROOT,
+        env=surroundings,
+        capture_output=True,
+        text=True,
+    )
+    assert built.returncode == 0, built.stderr
+    assert "warn" not in built.stderr.lower()
+    pages = {name: text(tmp_path / f"{name}.html") for name in ("fem", "exugear")}
+    for name, members in {
+        "fem": ("static_transmission_error", "Gear", "UpTo"),
+        "exugear": ("run_up", "Gearbox", "plan"),
+    }.items():
+        assert all(f'id="{member}"' in pages[name] for member in members)
+    assert 'id="plot_run_up"' in text(tmp_path / "exugear" / "post" / "plots.html")
