@@ -57,7 +57,7 @@ def checked(function: Checked) -> Checked:
                 check_kind(name, value, hint)
         return function(*args, **kwargs)
 
-    return cast(Made, checking)
+    return cast(Checked, checking)
 
 
 @cache
