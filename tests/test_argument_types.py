@@ -1,8 +1,8 @@
 """Public functions and classes refuse arguments of a wrong kind in words, before any work starts.
 
-The walk takes all that stands in `__all__` of both packages and of their public modules. An argument at a time gets a
-wrong value, all others are valid. A refusal counts where a `raise` of these packages made it a ValueError or TypeError
-and its message holds the argument's name; what a library raises, or Python where an attribute is missing, does not.
+All names in `__all__` of both packages and of their public modules are called with a wrong value of one argument, while
+all others are valid. A refusal is a ValueError or TypeError from a `raise` of these packages whose message holds the
+name of the argument; an exception of a library, or of Python if an attribute is missing, is none.
 """
 
 import importlib
@@ -34,7 +34,7 @@ MODULES = (
     *("fem", "fem.nonlinear", "fem.dynamic", "fem.explicit", "fem.stress", "fem.iso6336"),
     *("exugear", "exugear.plots", "stress_plots", "exugear.spectrum", "exugear.graphics"),
 )
-#: Only solvers make them: a face of a flank, and fields of stress.
+#: Arguments and classes that only solvers make: the extent of a flank, and fields of stress.
 ONLY_INSIDE = {"face"}, {"fem.stress.Field"}
 WRONG: dict[str, Any] = {
     "None": None,
@@ -47,7 +47,7 @@ WRONG: dict[str, Any] = {
     "dataset": xr.Dataset({"x": ("y", [1.0, 2.0])}),
     "ring": RING,
 }
-#: Which of those values arguments of these names take.
+#: Arguments by name for which one of those values is valid.
 TAKEN = {
     **dict.fromkeys(("name", "title", "label", "message", "unit", "meaning", "fileName"), "string"),
     **dict.fromkeys(("colour", "colours", "path", "BuiltPlan.contact"), "string"),
@@ -60,15 +60,15 @@ TAKEN = {
     **dict.fromkeys((f"Resonances.{name}" for name in ("place", "height")), "nan"),
     **dict.fromkeys(("CreateGearContact.pair", "CreateGearFriction.pair", "loss.pair", "numbers.pair"), "ring"),
 }
-#: What arguments are called in messages, where not by their names; "a" is also an article.
+#: Patterns of the names of arguments in messages, if they differ; "a" is also an article.
 CALLED = {"ste": "ste|map", "mesh": "mesh|map", "runs": "runs?", "phase": "phases?", "a": "a must"}
-#: Where work starts: no refusal comes from there or later.
+#: Functions that start the work: a refusal must come before them.
 WORK = (
     *(
         "fem.ste.map_solver.sweep",
-        "fem.stress.flank_loads.encounters",
-        "fem.reference.nonlinear.assembled",
-        "fem.reference.dynamic.turning_gears",
+        "fem.stress.flank_loads.tooth_contacts",
+        "fem.reference.nonlinear.static_problem",
+        "fem.reference.dynamic.equations_of_motion",
     ),
     *(
         "fem.reference.deformable_gear.clamped_pair",
@@ -102,13 +102,13 @@ def public() -> Iterator[tuple[str, Any]]:
 
 
 def named(value) -> dict[str, Parameter]:
-    """Arguments that have names, but for self."""
+    """Named arguments except self."""
     parts = inspect.signature(value).parameters.items()
     return {name: part for name, part in parts if name != "self" and part.kind is not Parameter.VAR_KEYWORD}
 
 
 def listed() -> dict[str, Any]:
-    """All that is public and takes arguments which somebody else than a solver passes."""
+    """Public functions and classes whose arguments users pass."""
     faces, fields = ONLY_INSIDE
     taking = {path: value for path, value in public() if named(value) and path not in fields}
     return {path: value for path, value in taking.items() if not faces & set(named(value))}
@@ -126,7 +126,7 @@ def bound(path: str):
 
 
 def arguments(path: str) -> dict[str, Any]:
-    """Valid ones; those that are left out by default stay out."""
+    """Valid arguments by name, without those that are None by default."""
     values = {name: valid(path, name) for name in named(LISTED[path])}
     return {name: value for name, value in values.items() if value is not None}
 
@@ -140,7 +140,7 @@ def wrong(path: str, name: str) -> dict[str, Any]:
 
 
 def objection(call, name: str) -> str | None:
-    """What is wrong with how a call refuses an argument, or None: see above."""
+    """Why a call does not refuse an argument as it should, or None if it does."""
     try:
         call()
     except Exception as error:
@@ -175,12 +175,12 @@ def no_work():
 
 @pytest.mark.parametrize("path", LISTED)
 def test_wrong_kinds_are_refused_in_words(path):
-    call, given = bound(path), arguments(path)
-    found = {}
+    call, valid_arguments = bound(path), arguments(path)
+    objections = {}
     for name in named(LISTED[path]):
         for kind, value in wrong(path, name).items():
-            found[name, kind] = objection(partial(call, **given | {name: value}), name)
-    assert {case: words for case, words in found.items() if words} == {}
+            objections[name, kind] = objection(partial(call, **valid_arguments | {name: value}), name)
+    assert {case: words for case, words in objections.items() if words} == {}
 
 
 @pytest.mark.parametrize("path", LISTED)
@@ -225,12 +225,12 @@ def guarded(pair: fem.GearPair, *, torque: float | None = None, parts: tuple[fem
         (slow, "torque", "work has started"),
     ],
 )
-def test_the_walk_finds_what_is_not_refused_in_words(function, name, words):
+def test_a_missing_refusal_is_an_objection(function, name, words):
     assert words in str(objection(partial(function, **{name: object()}), name))
 
 
 @pytest.mark.parametrize(
-    ("given", "words"),
+    ("changed", "words"),
     [
         ({"pair": None}, "pair must be a fem.GearPair, got None"),
         ({"pair": RING}, r"pair must be a fem.GearPair, got RingPair\("),
@@ -241,14 +241,14 @@ def test_the_walk_finds_what_is_not_refused_in_words(function, name, words):
         ({"further": "1"}, "further must be one real number in SI units, got '1'"),
     ],
 )
-def test_words(given, words):
+def test_words_of_refusals(changed, words):
     pair = valid("", "pair")
     assert guarded(pair, torque=1, parts=[pair.pinion], further=2) is guarded(pair) is pair
     with pytest.raises(ValueError, match=words):
-        guarded(**{"pair": pair} | given)
+        guarded(**{"pair": pair} | changed)
 
 
-def test_what_users_met():
+def test_refusals_that_users_reported():
     ring, model, data = RING, valid("", "model"), xr.Dataset()
     for call, words in (
         (lambda: fem.static_transmission_error(ring, 100.0), "pair must be a fem.GearPair"),

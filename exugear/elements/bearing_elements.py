@@ -1,4 +1,4 @@
-"""Bearings in Exudyn: linear ones of a shaft as one matrix, nonlinear ones by their radial force."""
+"""Bearings in Exudyn: the linear ones of a shaft as a matrix, each nonlinear one by its radial force."""
 
 from math import sqrt
 
@@ -15,10 +15,11 @@ from exugear.gearbox.shaft import Shaft
 from exugear.plan.coordinates import Coordinates
 from fem.support.numba_cache import compiled, kept
 
+#: Numbers before the columns of a table: size of a column, lever [m], damping [s].
 SIZE, LEVER, DAMPING = range(3)
 HEADER = 3
-#: Differences of coordinates [m, rad] and velocities [m/s, rad/s] for derivatives.
-NUDGES = 1e-9, 1e-6
+#: Steps of the difference Jacobian in coordinates [m, rad] and velocities [m/s, rad/s].
+DIFFERENCE_STEPS = 1e-9, 1e-6
 
 
 def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None:
@@ -40,8 +41,8 @@ def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None
 
 
 @compiled
-def between(table, r):
-    """Force and slope of a table at r >= 0; ValueError(r, end) beyond."""
+def interpolated(table, r):
+    """Force and slope of a table at r >= 0; ValueError(r, end) beyond its end."""
     n = int(table[SIZE])
     if not r <= table[HEADER + n - 1]:
         raise ValueError(r, table[HEADER + n - 1])
@@ -53,65 +54,71 @@ def between(table, r):
 
 
 @kept
-def seat_forces(address, x, y, z, a, b, c, u, v, w, d, e, f):
-    """Generalized forces (6) of a bearing on a shaft that is displaced and tilted a little."""
+def bearing_forces(address, x, y, z, a, b, c, u, v, w, d, e, f):
+    """Generalized forces (6) of a nonlinear bearing on a shaft, first order in the tilts.
+
+    x, y, z, a, b, c are the displacements, tilts and spin of the shaft's centre of mass, u, v, w, d, e, f their rates.
+    """
     table = carray(doubles_at(address), int(carray(doubles_at(address), HEADER)[SIZE]) * 2 + HEADER)
     lever = table[LEVER]
     x, y, u, v = x + lever * b, y - lever * a, u + lever * e, v - lever * d
     r = sqrt(x * x + y * y)
     if r == 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    force, slope = between(table, r)
+    force, slope = interpolated(table, r)
     total = force + table[DAMPING] * slope * (x * u + y * v) / r
     p, q = -total * x / r, -total * y / r
     return p, q, 0.0, -lever * q, lever * p, 0.0
 
 
 def user_functions(bearing: Bearing, lever: float):
-    """Force and Jacobian of a nonlinear bearing that Exudyn calls."""
+    """Force and Jacobian of a nonlinear bearing that Exudyn calls; the force owns the table that it addresses."""
     displacement, force = radial_table(bearing)
     table = np.concatenate([[displacement.size, lever, bearing.damping], displacement, force])
     address = table.ctypes.data
 
-    def called(*state):
+    def forces(*state):
         try:
-            return seat_forces(address, *state)
+            return bearing_forces(address, *state)
         except ValueError as error:
             r, end = error.args
-            grow = f"displacement {r:.4g} m of a bearing lies beyond its table, which ends at {end:.4g} m"
-            raise RuntimeError(f"{grow}; {'extend it' if r < FAR else DIVERGED}") from None
+            beyond = f"displacement {r:.4g} m of a bearing lies beyond its table, which ends at {end:.4g} m"
+            raise RuntimeError(f"{beyond}; {'extend it' if r < FAR else DIVERGED}") from None
 
     def bearing_force(mbs, t, item, q, q_t):
-        return called(*q, *q_t)
+        return forces(*q, *q_t)
 
     def bearing_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        return jacobian(called, q, q_t, (factor, factor_t), NUDGES)
+        return jacobian(forces, q, q_t, (factor, factor_t), DIFFERENCE_STEPS)
 
-    bearing_force.table = table  # type: ignore[attr-defined]
+    vars(bearing_force)["owned"] = table
     return bearing_force, bearing_jacobian
 
 
 def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray) -> dict[float, np.ndarray]:
-    """Force of each bearing on its shaft (n, 3) [N] by axial place; q, q_t (n, 5) displacements, tilts and rates."""
-    found = {}
+    """Force of each bearing on its shaft (n, 3) [N] by its axial position.
+
+    q, q_t   (n, 5) displacements and tilts of the shaft's centre of mass, and their rates
+    """
+    forces = {}
     for axial, bearing in shaft.bearings.items():
         lever = axial - shaft.centre
         motion = np.eye(6)[:, :5]
         motion[0, 4], motion[1, 3] = lever, -lever
-        own = linear_part(bearing, 0.0)[:3] @ motion
-        force = -(q + bearing.damping * q_t) @ own.T
+        stiffness = linear_part(bearing, 0.0)[:3] @ motion
+        force = -(q + bearing.damping * q_t) @ stiffness.T
         if not bearing.linear:
             force[:, :2] += _radial_reaction(bearing, q @ motion[:2].T, q_t @ motion[:2].T)
-        found[axial] = force
-    return found
+        forces[axial] = force
+    return forces
 
 
-def _radial_reaction(bearing: Bearing, place: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """(n, 2) radial force of a nonlinear bearing."""
-    displacement, force = radial_table(bearing)
-    r = np.linalg.norm(place, axis=1)
-    unit = place / np.maximum(r, 1e-300)[:, None]
-    slope = np.diff(force) / np.diff(displacement)
-    tangent = slope[np.clip(np.searchsorted(displacement, r) - 1, 0, slope.size - 1)]
-    total = np.interp(r, displacement, force) + bearing.damping * tangent * (unit * rate).sum(axis=1)
+def _radial_reaction(bearing: Bearing, displacement: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """(n, 2) radial force of a nonlinear bearing at radial displacements (n, 2) [m] and their rates."""
+    radii, forces = radial_table(bearing)
+    r = np.linalg.norm(displacement, axis=1)
+    unit = displacement / np.maximum(r, np.finfo(float).tiny)[:, None]
+    slopes = np.diff(forces) / np.diff(radii)
+    slope = slopes[np.clip(np.searchsorted(radii, r) - 1, 0, slopes.size - 1)]
+    total = np.interp(r, radii, forces) + bearing.damping * slope * (unit * rate).sum(axis=1)
     return -total[:, None] * unit

@@ -1,29 +1,29 @@
-"""Jacobians of the forces of contacts and bearings, by differences."""
+"""Jacobians of the forces of contacts and bearings by differences."""
 
 from collections.abc import Callable
 
 import numpy as np
 
 
-def jacobian(forces: Callable, q, q_t, factors: tuple[float, float], nudges: tuple[float, float]) -> np.ndarray:
+def jacobian(forces: Callable, q, q_t, factors: tuple[float, float], steps: tuple[float, float]) -> np.ndarray:
     """(n, n) matrix -factor dF/dq - factor_t dF/dq_t that Exudyn's ObjectGenericODE2 asks for.
 
     forces    (*q, *q_t) -> F (n,)
     factors   of the derivatives by coordinates and by velocities
-    nudges    differences of coordinates and of velocities
+    steps     of the differences in coordinates and in velocities
     """
     n, state = len(q), np.array([*q, *q_t])
-    here, total = np.array(forces(*state)), np.zeros((n, n))
+    middle, total = np.array(forces(*state)), np.zeros((n, n))
     for i in range(2 * n):
-        nudge = np.zeros(2 * n)
-        nudge[i] = nudges[i // n]
-        ahead, behind = (np.array(forces(*x)) for x in (state + nudge, state - nudge))
-        total[:, i % n] -= factors[i // n] * slope(behind, here, ahead, nudge[i])
+        step = np.zeros(2 * n)
+        step[i] = steps[i // n]
+        after, before = (np.array(forces(*x)) for x in (state + step, state - step))
+        total[:, i % n] -= factors[i // n] * slope(before, middle, after, step[i])
     return total
 
 
-def slope(behind: np.ndarray, here: np.ndarray, ahead: np.ndarray, nudge: float) -> np.ndarray:
-    """Derivative of forces by central differences; from the loaded side alone where the other one loses contact."""
-    if here.any() and ahead.any() != behind.any():
-        return (ahead - here if ahead.any() else here - behind) / nudge
-    return (ahead - behind) / (2 * nudge)
+def slope(before: np.ndarray, middle: np.ndarray, after: np.ndarray, step: float) -> np.ndarray:
+    """Derivative of forces by central differences; where contact is lost on one side, by those of the loaded side."""
+    if middle.any() and after.any() != before.any():
+        return (after - middle if after.any() else middle - before) / step
+    return (after - before) / (2 * step)

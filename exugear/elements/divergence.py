@@ -1,4 +1,4 @@
-"""What a user function says of coordinates at which no gears stand: the solve that asks for them has diverged."""
+"""Messages of user functions for coordinates far outside any mesh, at which only a diverged solve asks for forces."""
 
 from math import isfinite, nan
 
@@ -6,13 +6,13 @@ from exugear.force_table.layout import OFFSETS
 from exugear.mesh_force.map_range import beyond_map
 from fem.units import mm, um
 
-#: Distance from an axis [m, rad], and multiple of a map's largest deflection, at which no gears stand.
+#: Distance from the end of a map's axis [m, rad], and multiple of its largest deflection, that mean divergence.
 FAR, TIMES = 0.01, 20
 DIVERGED = "the solve diverged: hold bodies that are free to turn, tilt or move, or use smaller steps or less load"
 
 
 def stopped(table, reason: tuple[float, ...], r_b: float = nan) -> str:
-    """What stops a solve that leaves a map; arguments as those of `beyond_map`."""
+    """Message for a solve that leaves a map, or that has diverged; arguments as those of `beyond_map`."""
     value, largest, high, axis = (*reason, nan, nan)[:4]
     if isfinite(axis) and max(largest - value, value - high) > FAR:
         far = f"{OFFSETS[int(axis)]} {value:.4g} lies far beyond the map's axis from {largest:.6g} to {high:.6g}"

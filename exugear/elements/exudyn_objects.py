@@ -1,13 +1,84 @@
-"""Objects of an Exudyn system by their numbers."""
+"""Objects of an Exudyn system by their numbers: the bodies that carry gears, and their nodes."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, SupportsIndex
 
+import exudyn as exu
+import numpy as np
+
+from exugear.kernels.contact_frame import GearBody
+from exugear.kernels.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN
 from fem.support.validation import require
+
+#: Distance of a gear's centre from its axis that counts as rounding [m].
+OFF_AXIS = 1e-9
+#: Kinds of rigid bodies in space by Exudyn's names of their nodes.
+NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG": ROTATION_VECTOR}
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Switch Exudyn's console output off, and back to what it was."""
+    before = exu.config.printToConsole
+    exu.config.printToConsole = False
+    try:
+        yield
+    finally:
+        exu.config.printToConsole = before
 
 
 def object_of(mbs, name: str, item: SupportsIndex, **options) -> dict[str, Any]:
-    """What Exudyn knows of an object; ValueError, with the argument's name, for a number that it never gave."""
+    """Exudyn's dictionary of an object; ValueError, with the argument's name, for a number that Exudyn never gave."""
     known = mbs.systemData.NumberOfObjects()
     is_number = isinstance(item, SupportsIndex) and 0 <= int(item) < known
     require(is_number, f"{name} must be numbers of objects below {known}, as Exudyn gave them, got {str(item)[:80]}")
     return mbs.GetObject(item, **options)
+
+
+def gear_body(mbs, item, position, axis) -> GearBody:
+    """A body with the centre and the axis of its gear; ValueError where a gear cannot lie so."""
+    kind, centre, z = kind_of(mbs, item), vector("localPositions", position), vector("localAxes", axis)
+    require(bool(z.any()), f"localAxes must be directions, got {axis}")
+    z = z / np.linalg.norm(z)
+    flat = f"localAxes of a {kind} body must be [0, 0, 1], got {axis}; use CreateRigidBody for other axes"
+    require(kind not in (SPIN, PLANAR) or z[2] == 1, flat)
+    off = f"localPositions must lie on the gear's axis {axis} of the body, got {position}; move the body instead"
+    require(bool(np.linalg.norm(centre - centre @ z * z) < OFF_AXIS), off)
+    return GearBody(CODES[kind], np.array(reference_of(mbs, item)), z, centre)
+
+
+def vector(name: str, value) -> np.ndarray:
+    """(3,) array; ValueError unless the value is a finite vector."""
+    three = np.size(value) == 3 and np.ndim(value) == 1
+    require(three and bool(np.isfinite(value).all()), f"{name} must be x, y, z for each gear, got {value}")
+    return np.array(value, float)
+
+
+def reference_of(mbs, item) -> list[float]:
+    """Reference coordinates (6, or 7 with Euler parameters) of a body."""
+    kind, body = kind_of(mbs, item), mbs.GetObject(item)
+    if kind == SPIN:
+        return [*body["referencePosition"], 0.0, 0.0, 0.0]
+    coordinates = list(mbs.GetNode(body["nodeNumber"])["referenceCoordinates"])
+    return [*coordinates[:2], 0.0, 0.0, 0.0, coordinates[2]] if kind == PLANAR else coordinates
+
+
+def kind_of(mbs, item) -> str:
+    """How a body moves; ValueError for one that cannot carry a gear."""
+    require(item is not None, "itemNumbers must name two bodies, got None; pass [pinion, wheel]")
+    body = object_of(mbs, "itemNumbers", item)
+    require("nodeNumber" in body, f"itemNumbers must be bodies with one node, got {body['objectType']}")
+    kind = str(mbs.GetNode(body["nodeNumber"])["nodeType"])
+    if kind == "1D" and "Rotational" in str(body["objectType"]):
+        return SPIN
+    if kind in NODES:
+        return NODES[kind]
+    remedy = "use CreateRigidBody, or ObjectRotationalMass1D on Node1D"
+    require("2D" in kind and "Rigid" in kind, f"gears cannot be carried by a {kind} ({body['objectType']}); {remedy}")
+    return PLANAR
+
+
+def node_of(mbs, item):
+    """Number of the node with the body's coordinates."""
+    return mbs.GetObject(item)["nodeNumber"]

@@ -15,11 +15,11 @@ from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.elements.difference_jacobian import jacobian
 from exugear.elements.divergence import stopped
-from exugear.elements.exudyn_objects import object_of
+from exugear.elements.exudyn_objects import gear_body, kind_of, node_of
 from exugear.elements.native.native import direct_or_portable
 from exugear.force_table.kernel_records import address_of
-from exugear.kernels.contact_frame import GearBody, frame_between
-from exugear.kernels.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN, kernel_of
+from exugear.kernels.contact_frame import frame_between
+from exugear.kernels.contact_kernels import SPIN, kernel_of
 from exugear.kernels.contact_records import contact_state, is_turned, rotational_frame
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
@@ -28,13 +28,9 @@ from fem.pair.pair import GearPair
 from fem.support.arguments import REQUIRED, checked
 from fem.support.validation import require
 
-#: For derivatives by coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences move an angle by 1e-7
-#: of itself, which after a thousand revolutions is more than any mesh deflects.
-NUDGES = 1e-9, 1e-3
-#: How far a gear's centre may lie off its axis [m].
-OFF_AXIS = 1e-9
-#: Rigid bodies in space by Exudyn's names of their nodes.
-NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG": ROTATION_VECTOR}
+#: Steps of the difference Jacobian in coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences would
+#: change an angle by 1e-7 of its value, which after a thousand revolutions is more than any mesh deflects.
+DIFFERENCE_STEPS = 1e-9, 1e-3
 
 
 @checked
@@ -104,6 +100,16 @@ def kinds_of(mbs, items, force: MeshForce) -> tuple[str, ...]:
     return kinds
 
 
+def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.record:
+    """The contact frame of a pair on two bodies; ValueError where the bodies and the pair do not fit."""
+    for name, value in {"localPositions": positions, "localAxes": axes}.items():
+        require(len(value) == 2, f"{name} must name pinion and wheel, got {value}")
+    pinion, wheel = (gear_body(mbs, *mounting) for mounting in zip(items[:2], positions, axes, strict=True))
+    if all(kind_of(mbs, item) == SPIN for item in items):
+        return rotational_frame(pair, phase, direction)
+    return frame_between(pair, phase, direction, (pinion, wheel))
+
+
 def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.record, recorder: Recorder) -> int:
     """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its state (`state_of`)."""
     records = force.table, frame, contact_state()
@@ -128,22 +134,12 @@ def add_forces(mbs, name: str, items, kernel, records: Sequence[np.record], reco
 
 
 def contact_key(number: int) -> str:
-    """Under which mbs.variables keeps the kernel of a contact, for its sensors."""
+    """Key under which mbs.variables keeps the kernel of a contact, for its sensors."""
     return f"gear contact {int(number)}"
 
 
-def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.record:
-    """The contact frame of a pair on two bodies; ValueError where the bodies and the pair do not fit."""
-    for name, value in {"localPositions": positions, "localAxes": axes}.items():
-        require(len(value) == 2, f"{name} must name pinion and wheel, got {value}")
-    pinion, wheel = (gear_body(mbs, *given) for given in zip(items[:2], positions, axes, strict=True))
-    if all(kind_of(mbs, item) == SPIN for item in items):
-        return rotational_frame(pair, phase, direction)
-    return frame_between(pair, phase, direction, (pinion, wheel))
-
-
 def state_key(number: int) -> str:
-    """Under which mbs.variables keeps the state of a contact, for a run."""
+    """Key under which mbs.variables keeps the state of a contact, for a run."""
     return f"gear contact {int(number)} state"
 
 
@@ -152,64 +148,16 @@ def state_of(mbs, number: int) -> np.record:
     return mbs.variables[state_key(number)]
 
 
-def gear_body(mbs, item, position, axis) -> GearBody:
-    """A body with the gear's centre and axis on it."""
-    kind, centre, z = kind_of(mbs, item), vector("localPositions", position), vector("localAxes", axis)
-    require(bool(z.any()), f"localAxes must be directions, got {axis}")
-    z = z / np.linalg.norm(z)
-    flat = f"localAxes of a {kind} body must be [0, 0, 1], got {axis}; use CreateRigidBody for other axes"
-    require(kind not in (SPIN, PLANAR) or z[2] == 1, flat)
-    off = f"localPositions must lie on the gear's axis {axis} of the body, got {position}; move the body instead"
-    require(bool(np.linalg.norm(centre - centre @ z * z) < OFF_AXIS), off)
-    return GearBody(CODES[kind], np.array(reference_of(mbs, item)), z, centre)
-
-
-def vector(name: str, value) -> np.ndarray:
-    """(3,) array; ValueError for what is none."""
-    three = np.size(value) == 3 and np.ndim(value) == 1
-    require(three and bool(np.isfinite(value).all()), f"{name} must be x, y, z for each gear, got {value}")
-    return np.array(value, float)
-
-
-def reference_of(mbs, item) -> list[float]:
-    """Reference coordinates (6, or 7 with Euler parameters) of a body."""
-    kind, body = kind_of(mbs, item), mbs.GetObject(item)
-    if kind == SPIN:
-        return [*body["referencePosition"], 0.0, 0.0, 0.0]
-    coordinates = list(mbs.GetNode(body["nodeNumber"])["referenceCoordinates"])
-    return [*coordinates[:2], 0.0, 0.0, 0.0, coordinates[2]] if kind == PLANAR else coordinates
-
-
-def kind_of(mbs, item) -> str:
-    """How the body moves; ValueError where a gear cannot live on it."""
-    require(item is not None, "itemNumbers must name two bodies, got None; pass [pinion, wheel]")
-    body = object_of(mbs, "itemNumbers", item)
-    require("nodeNumber" in body, f"itemNumbers must be bodies with one node, got {body['objectType']}")
-    kind = str(mbs.GetNode(body["nodeNumber"])["nodeType"])
-    if kind == "1D" and "Rotational" in str(body["objectType"]):
-        return SPIN
-    if kind in NODES:
-        return NODES[kind]
-    remedy = "use CreateRigidBody, or ObjectRotationalMass1D on Node1D"
-    require("2D" in kind and "Rigid" in kind, f"gears cannot live on a {kind} ({body['objectType']}); {remedy}")
-    return PLANAR
-
-
-def node_of(mbs, item):
-    """The node that carries the body's coordinates."""
-    return mbs.GetObject(item)["nodeNumber"]
-
-
 def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | None = None):
     """Force and Jacobian that Exudyn calls; the force owns the records whose addresses it passes to the kernel.
 
     records    the first two are the table of the mesh force and the contact frame
     recorder   the last argument of the kernel before the time, if it records
     """
-    still, (table, frame, *_) = Recorder(), records
+    idle_recorder, (table, frame, *_) = Recorder(), records
     addresses = tuple(map(address_of, records))
     recording = (*addresses, address_of(recorder.header)) if recorder else addresses
-    silent = (*addresses, address_of(still.header)) if recorder else addresses
+    silent = (*addresses, address_of(idle_recorder.header)) if recorder else addresses
 
     def gear_contact(mbs, t, item, q, q_t):
         try:
@@ -219,11 +167,11 @@ def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | No
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         try:
-            return jacobian(partial(kernel, *silent, t), q, q_t, (factor, factor_t), NUDGES)
+            return jacobian(partial(kernel, *silent, t), q, q_t, (factor, factor_t), DIFFERENCE_STEPS)
         except ValueError as error:
             raise RuntimeError(stopped(table.head, error.args, float(frame.pinion.r_b))) from None
 
-    gear_contact.owned = (*records, recorder, still)  # type: ignore[attr-defined]
+    vars(gear_contact)["owned"] = (*records, recorder, idle_recorder)
     return gear_contact, gear_jacobian
 
 

@@ -1,4 +1,4 @@
-"""What a gear contact does, as a sensor of Exudyn."""
+"""A sensor of Exudyn for a gear contact."""
 
 from collections.abc import Callable
 
@@ -18,25 +18,27 @@ from fem.support.validation import require
 def CreateGearSensor(
     mbs: exu.MainSystem, contact: int, name: str = "", fileName: str = "", storeInternal: bool = False
 ) -> int:
-    """Sensor of a gear contact; also mbs.CreateGearSensor.
+    """Create a sensor of a gear contact; also called as mbs.CreateGearSensor(...).
 
-    contact   number that CreateGearContact returned
+    contact         number that CreateGearContact returned
+    fileName        file to which the values are written
+    storeInternal   keep the values in memory, for mbs.GetSensorStoredData
 
     Its values and their signs are those of `Recorder`: deflection (DTE) [m], mesh force [N], centre distance [m],
-    misalignment [rad], axial offset [m], centroid [m]. Returns the sensor's number. Where every step is wanted a
-    `Recorder` costs less.
+    misalignment [rad], axial offset [m], force centroid [m]. Where each step is wanted a `Recorder` costs less. Returns
+    the number of the sensor. Raises ValueError for the number of another object.
     """
     known = contact_key(contact) in dict(mbs.variables)
     require(known, f"contact must be what CreateGearContact returned, got object {contact}")
-    measured = mbs.variables[contact_key(contact)]
+    function = user_function(mbs.variables[contact_key(contact)], contact)
     item = eii.SensorUserFunction(
-        name=name, fileName=fileName, storeInternal=storeInternal, sensorUserFunction=reading(measured, contact)
+        name=name, fileName=fileName, storeInternal=storeInternal, sensorUserFunction=function
     )
     return mbs.AddSensor(item)
 
 
-def reading(measured: Callable, contact: int) -> Callable:
-    """Exudyn's user function: one call of the contact's kernel with a record of its own."""
+def user_function(kernel: Callable, contact: int) -> Callable:
+    """The function that Exudyn calls: it evaluates the kernel of the contact with a recorder of the sensor."""
     recorder = Recorder()
     recorder.start(1.0, 1)
 
@@ -46,7 +48,7 @@ def reading(measured: Callable, contact: int) -> Callable:
         q, q_t = (
             np.concatenate([np.atleast_1d(mbs.GetNodeOutput(n, kind, configuration)) for n in nodes]) for kind in kinds
         )
-        measured(address_of(recorder.header), 0.0, *q.tolist(), *q_t.tolist())
+        kernel(address_of(recorder.header), 0.0, *q.tolist(), *q_t.tolist())
         return list(recorder.samples[0][0].item())
 
     return gear_sensor

@@ -1,4 +1,6 @@
-"""Shafts as Exudyn's bodies: spinning, planar, in space; on bearings or joints; with the rotor behind a coupling."""
+"""Shafts as Exudyn's bodies on bearings or joints, rotors behind their couplings, drive and load."""
+
+from collections.abc import Mapping
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -6,14 +8,14 @@ import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 
 from exugear.elements import bearing_elements
-from exugear.elements.gear_contact import node_of
+from exugear.elements.exudyn_objects import node_of
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
 from exugear.plan.coordinates import Coordinates, pose
 
 
 def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
-    """A shaft as a body on its bearings."""
+    """Add a shaft as a body on its bearings."""
     x, y, z, a, b, _ = pose(gearbox, shaft)
     if coordinates is Coordinates.SPIN:
         node = mbs.AddNode(eii.Node1D(name=shaft.name, referenceCoordinates=[0.0]))
@@ -40,13 +42,13 @@ def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coor
     return body
 
 
-def spin_marker(mbs, body: int, place: int) -> int:
-    """Marker on a body's spin."""
-    return mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node_of(mbs, body), coordinate=place))
+def spin_marker(mbs, body: int, spin_index: int) -> int:
+    """Marker on the spin of a body, by its index among the body's coordinates."""
+    return mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node_of(mbs, body), coordinate=spin_index))
 
 
 def add_rotor(mbs, gearbox: Gearbox, body: int, coordinates: Coordinates, name: str) -> int | None:
-    """The rotor behind a shaft's coupling, if it has one."""
+    """Add the rotor behind the coupling of a shaft, if it has a coupling."""
     coupling = next(shaft for shaft in gearbox.shafts if shaft.name == name).coupling
     if coupling is None:
         return None
@@ -59,3 +61,23 @@ def add_rotor(mbs, gearbox: Gearbox, body: int, coordinates: Coordinates, name: 
     )
     mbs.AddObject(spring)
     return rotor
+
+
+def add_drive_and_load(
+    mbs,
+    gearbox: Gearbox,
+    bodies: Mapping[str, int],
+    rotors: Mapping[str, int | None],
+    coordinates: Mapping[str, Coordinates],
+) -> tuple[int, int]:
+    """Add the constraint of the driving shaft and the load on the driven one, at rotors behind couplings."""
+
+    def marker(shaft: Shaft) -> int:
+        rotor = rotors[shaft.name]
+        if rotor is None:
+            return spin_marker(mbs, bodies[shaft.name], coordinates[shaft.name].spin_index)
+        return spin_marker(mbs, rotor, 0)
+
+    fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
+    drive = mbs.AddObject(eii.CoordinateConstraint(name="drive", markerNumbers=[fixed, marker(gearbox.driving)]))
+    return drive, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=marker(gearbox.driven), load=0.0))

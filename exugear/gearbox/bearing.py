@@ -53,7 +53,7 @@ class Bearing:
         require(self.damping < 0.1, f"damping must be below 0.1 s, got {self.damping}; pass damping / stiffness")
         require(self.clearance < 1e-2, f"clearance must be below 0.01 m, got {self.clearance}; pass metres: 20*um")
         if self.table is not None:
-            self._take_table()
+            self._take_table(self.table)
         if self.matrix is not None:
             self._take_matrix()
         self._check_alone("matrix", ("radial", "axial", "tilt", "clearance", "table"))
@@ -65,8 +65,8 @@ class Bearing:
         given = [field for field in replaced if getattr(self, field)] if getattr(self, name) is not None else []
         require(not given, f"{name} stands instead of {', '.join(replaced)}; leave {', '.join(given)} out")
 
-    def _take_table(self) -> None:
-        columns = [np.asarray(column, float) for column in self.table]  # type: ignore[union-attr]
+    def _take_table(self, table: tuple[Sequence[float], Sequence[float]]) -> None:
+        columns = [np.asarray(column, float) for column in table]
         shapes = [column.shape for column in columns]
         fits = len(columns) == 2 and columns[0].ndim == 1 and shapes[0] == shapes[-1] and columns[0].size >= 2
         require(fits, f"table must be (displacement, force), each (n,) with n >= 2, got {shapes}")

@@ -9,9 +9,9 @@ import numpy as np
 
 from exugear.gearbox.bearing import Bearing
 from fem.gear.gear import Gear
-from fem.support.arguments import Finite, checked
+from fem.support.arguments import DERIVED, Finite, checked
 from fem.support.representation import short
-from fem.support.validation import number, require, told
+from fem.support.validation import number, require, text_of
 from fem.units import mm
 
 #: Range of the radius of gyration of discs [m], and largest relaxation time of couplings [s], beyond which another unit
@@ -143,13 +143,13 @@ NOWHERE = Placement()
 def check_parts(name: str, parts) -> None:
     """ValueError unless these are parts that a shaft may carry, by their axial positions."""
     if not isinstance(parts, Mapping):
-        raise ValueError(f"{name} must map axial positions to gears and bearings, got {told(parts)}")
+        raise ValueError(f"{name} must map axial positions to gears and bearings, got {text_of(parts)}")
     for axial, part in parts.items():
         number(f"axial positions of {name}", axial)
         group = part if isinstance(part, list | tuple) else (part,)
         wrong = [x for x in group if not isinstance(x, Part)]
         kinds = f"{name} holds fem.Gear, Bearing, Disc and Coupling"
-        require(not wrong, f"{kinds}, got {told(wrong[0]) if wrong else wrong} at {axial:g} m")
+        require(not wrong, f"{kinds}, got {text_of(wrong[0]) if wrong else wrong} at {axial:g} m")
 
 
 @checked
@@ -174,9 +174,9 @@ class Shaft:
 
     name: str
     parts: Annotated[Mapping[float, Part | Sequence[Part]], check_parts]
-    inertia: float = field(default=None, kw_only=True)  # type: ignore[assignment]
-    mass: float = field(default=None, kw_only=True)  # type: ignore[assignment]
-    transverse: float = field(default=None, kw_only=True)  # type: ignore[assignment]
+    inertia: float = field(default=DERIVED, kw_only=True)
+    mass: float = field(default=DERIVED, kw_only=True)
+    transverse: float = field(default=DERIVED, kw_only=True)
     length: float | None = field(default=None, kw_only=True)
     offset: Placement = field(default=NOWHERE, kw_only=True)
     centre: float = field(init=False, repr=False)

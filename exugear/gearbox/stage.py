@@ -11,7 +11,7 @@ from exugear.mesh_force.force import MeshForce
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_of
-from fem.support.arguments import checked
+from fem.support.arguments import DERIVED, checked
 from fem.support.representation import field_text, short
 from fem.support.validation import require, require_within
 from fem.units import mm
@@ -52,7 +52,7 @@ class Stage:
     fast: Shaft
     slow: Shaft
     mesh: xr.Dataset | MeshForce
-    pair: GearPair = field(default=None, kw_only=True)  # type: ignore[assignment]
+    pair: GearPair = field(default=DERIVED, kw_only=True)
     damping: float | None = field(default=None, kw_only=True)
     damping_ratio: float | None = field(default=None, kw_only=True)
     backlash: float | None = field(default=None, kw_only=True)
@@ -70,15 +70,17 @@ class Stage:
         require(abs(self.angle) <= 2 * pi, limit)
         share = f"phase must be finite, a share of a pitch, got {self.phase}"
         require(self.phase is None or isfinite(self.phase), share)
-        object.__setattr__(self, "force", self._given_force() if isinstance(self.mesh, MeshForce) else self._from_map())
+        mesh = self.mesh
+        force = self._given_force(mesh) if isinstance(mesh, MeshForce) else self._force_of_map(mesh)
+        object.__setattr__(self, "force", force)
         require(isinstance(self.pair, GearPair), f"pair must be a fem.GearPair, got {self.pair}; a MeshForce needs one")
         object.__setattr__(self, "axial_positions", self._find_gears())
         self._damp()
 
-    def _given_force(self) -> MeshForce:
+    def _given_force(self, force: MeshForce) -> MeshForce:
         unset = self.damping is None and self.backlash is None
         require(unset, "damping and backlash belong to the MeshForce already; leave them out of the stage")
-        return self.mesh  # type: ignore[return-value]
+        return force
 
     def _damp(self) -> None:
         """Give the force the damping that the ratio asks for."""
@@ -91,10 +93,10 @@ class Stage:
             object.__setattr__(self, "force", replace(self.force, damping=damping))
         check_damping(self.force, mass)
 
-    def _from_map(self) -> MeshForce:
+    def _force_of_map(self, ste: xr.Dataset) -> MeshForce:
         if self.pair is None:
-            object.__setattr__(self, "pair", pair_of(self.mesh))
-        return MeshForce.from_ste(self.mesh, damping=self.damping or 0.0, backlash=self.backlash)  # type: ignore[arg-type]
+            object.__setattr__(self, "pair", pair_of(ste))
+        return MeshForce.from_ste(ste, damping=self.damping or 0.0, backlash=self.backlash)
 
     def _find_gears(self) -> tuple[float, float]:
         self._check_order()

@@ -1,4 +1,4 @@
-"""Samples of one contact, written from inside the kernel at no cost."""
+"""Samples of a contact, written by the compiled kernel."""
 
 from dataclasses import dataclass, field
 
@@ -54,22 +54,22 @@ def write_motion(record, k, q_1, q_2, v_1, v_2):
 
 @dataclass(frozen=True, eq=False)
 class Recorder:
-    """What one contact does, written from inside the kernel at no cost.
+    """Samples of a contact, which its compiled kernel writes without further cost.
 
-    `start` it before a solve; then these hold the samples at t = 0, interval, ..., each (number,):
+    `start` it before a solve; afterwards these hold the samples at t = 0, interval, ..., each (number,):
 
     deflection     dynamic transmission error [m], > 0 where the pinion is ahead in the contact's direction
-    force          mesh force [N], > 0 on the driving flank, < 0 on the other
+    force          mesh force [N], > 0 on the driving flank, < 0 on the back flank
     a              centre distance in the pinion's mid-plane [m]
     misalignment   angle in the plane of action of the flank in contact by which the gap opens towards +z [rad]
     axial          z of the wheel's mid-plane less that of the pinion's [m]
-    centroid       z of the mesh force less that of the pinion's mid-plane [m]; 0 without contact
+    centroid       z of the force centroid less that of the pinion's mid-plane [m]; 0 without contact
 
-    The last four are 0 of shafts that only spin about their nominal axes. z is that of the contact: the global one or,
-    where the axes lie along another direction, the pinion's axis; it is the same whichever flank carries and whichever
-    way the pinion turns. An STE map, `fem.Offsets` and `exugear.MeshForce` count z the other way round where the mesh
-    force turns the pinion counter-clockwise (back flank, second stage): there change the signs of misalignment, axial
-    and centroid to look them up.
+    The last four are 0 for shafts that only spin about their nominal axes. z is that of the contact: the global z or,
+    where the axes lie along another direction, the pinion's axis; it does not depend on the flank in contact nor on the
+    direction of the pinion. An STE map, `fem.Offsets` and `exugear.MeshForce` count z in the opposite sense where the
+    mesh force turns the pinion counter-clockwise (back flank, second stage): change the signs of misalignment, axial
+    and centroid to compare them.
     """
 
     header: np.record = field(default_factory=lambda: np.zeros(1, HEADER)[0], init=False, repr=False)
@@ -77,10 +77,10 @@ class Recorder:
 
     @checked
     def start(self, interval: float, number: int, *, steps: int = 250, motion: bool = False) -> None:
-        """Make room for number samples, NaN until written; interval [s] must be a whole multiple of the step.
+        """Allocate a number of samples, NaN until written; interval [s] must be a whole multiple of the step.
 
-        steps    at most so many make an interval
-        motion   keep what `motion` returns, too
+        steps    largest number of steps in an interval
+        motion   also record what `motion` returns
         """
         require(interval > 0, f"interval must be > 0 s, got {interval}")
         require(number >= 1, f"number of samples must be at least 1, got {number}")

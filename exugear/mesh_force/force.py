@@ -1,7 +1,7 @@
 """The mesh force F(phase, deflection, rate, offsets) from an STE map or a user's table.
 
-`force_kernels` has its kernels: 512 x 64 patches invert a map within 1e-4 of the force, from 3e-6 of the largest on
-(tests/exugear/mesh_force/test_force.py).
+Its table (`exugear.force_table`) of 512 x 64 patches inverts a map within 1e-4 of the force, from 3e-6 of the largest
+force on (tests/exugear/mesh_force/test_force.py).
 """
 
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ from fem.support.numba_cache import kept
 from fem.support.representation import short
 from fem.support.validation import increases, increasing, numbers, require
 
-#: To which a deflection under a force is solved [m].
+#: Tolerance of the deflection under a force [m]: rounding.
 FINEST = 1e-20
 
 
@@ -59,21 +59,29 @@ def mesh_forces(moves: bool):
 @short(deflection="um", force_table="N", damping="N s/m", backlash="um", centroid="mm", mapped_force="N")
 @dataclass(frozen=True, eq=False)
 class MeshForce:
-    """Force law of one gear mesh; the table holds the driving flank, the other is its mirror image.
+    """Force law of a gear mesh: force over phase and deflection, by default from an STE map (`from_ste`).
 
-    phase        (n_phase,) share of a pitch, increasing in [0, 1); the law is periodic in it
-    deflection   broadcastable to the force table: along the line of action [m], increasing
-    force_table  (*n_offset, n_phase, n_defl) mesh force [N], 0 in the first column, increasing from contact on
-    damping      viscous damping along the line of action [N s/m]; ramps in over the first 1 um of penetration, so that
-                 the force is continuous, and is not clipped: a fast separation may pull for that micrometre
-    backlash     play along the line of action [m]; inf: the other flank is never met
-    back_phase   phase + phase of the mirrored contact on the other flank (`fem.GearPair.back_phase`)
-    centroid     like force_table: axial place of the force [m], from the pinion's mid-plane
-    offsets      axes of the table before phase, in the order a [m], misalignment [rad], axial [m] (`fem.Offsets`)
-    mapped_force [N] from which on the table is no longer measured, but continued
-    conserves    whether force and torques follow from one potential U(phase, deflection); needs a table without offsets
+    The table holds the driving flank; the back flank is its mirror image.
 
-    Uniform phases i / n are kept, others are resampled. Raises ValueError for what is no such law.
+    phase          (n_phase,) share of a pitch, increasing in [0, 1); the law is periodic in it
+    deflection     along the line of action [m], increasing along the last axis, broadcastable to force_table
+    force_table    (*n_offset, n_phase, n_deflection) mesh force [N], 0 in the first column, increasing from contact on
+    damping        viscous damping along the line of action [N s/m]; it ramps in over the first 1 um of penetration, so
+                   that the force is continuous, and is not limited: a fast separation may pull for that micrometre
+    backlash       along the line of action [m]; inf: the back flank never touches
+    back_phase     sum of the phases of driving and back flank (`fem.GearPair.back_phase`)
+    centroid       axial position of the force centroid [m] from the pinion's mid-plane, a number or like force_table
+    offsets        axes of the table before phase, in the order a [m], misalignment [rad], axial [m] (`fem.Offsets`)
+    conserves      whether force and torques derive from one potential over phase and deflection; needs a table without
+                   offsets
+    mapped_force   [N] beyond which the table extrapolates its map
+
+    What follows from them:
+
+    table           packed table that the compiled kernels read (`exugear.force_table.layout`)
+    stiffness_max   largest tangent stiffness [N/m]
+
+    Uniform phases i / n are kept, others are resampled. Raises ValueError for arrays that are no such law.
     """
 
     phase: np.ndarray
@@ -93,7 +101,7 @@ class MeshForce:
         for name in ("phase", "deflection", "force_table", "centroid"):
             object.__setattr__(self, name, _frozen(np.array(getattr(self, name), float)))
         object.__setattr__(self, "offsets", {name: _frozen(np.array(x, float)) for name, x in self.offsets.items()})
-        require(self.mapped_force > 0, f"mapped_force must be > 0 N (inf: all is measured), got {self.mapped_force}")
+        require(self.mapped_force > 0, f"mapped_force must be > 0 N (inf: all is mapped), got {self.mapped_force}")
         _check_scalars(self.damping, self.backlash, self.back_phase)
         _check_offsets(self.offsets, self.conserves)
         _check_table(self.phase, self.deflection, self.force_table, [x.size for x in self.offsets.values()])
@@ -112,18 +120,22 @@ class MeshForce:
         conserves: bool = False,
         extend: float = 1.0,
     ) -> "MeshForce":
-        """The law whose static deflection is the map; backlash is the pair's unless given.
+        """The law whose static deflection is an STE map.
 
-        ste   Dataset of `fem.ste_map`: te [m] over torque from 0 [N m], offsets and phase, smooth and periodic in
-              phase; its centroid, where it has one, is where the force acts.
-        extend   continue the law with its last stiffness to so many times the largest torque: for impacts, which the
-                 data of a run then measure (beyond_map_time, beyond_map_force)
-        The map is of the driving, left flanks; the law takes the right ones for their mirror image, also where
-        `fem.Sides` differ, which says how to map them.
-        Below the lowest torque the compliance grows with -ln F, as that of a Hertzian line contact does.
+        ste         Dataset of `fem.ste_map`: te [m] over torque from 0 [N m], offsets and phase, smooth and periodic in
+                    phase; the force acts at its centroid, if it has one, else in mid-plane
+        damping     along the line of action [N s/m]
+        backlash    along the line of action [m], by default the pair's
+        conserves   as in `MeshForce`
+        extend      extrapolate the law with its last stiffness to so many times the largest torque: for impacts; the
+                    data of a run then tell how long and how far (beyond_map_time, beyond_map_force)
 
-        Raises ValueError for a map that does not start at torque 0, whose te does not grow with the torque, or whose
-        one pitch does not stand for all (`fem.PitchDeviation`).
+        The map is that of the driving, left flanks. The law takes the right flanks for their mirror image, also where
+        `fem.Sides` differ, which says how to map them. Below the lowest torque the compliance grows with -ln F, as that
+        of a Hertzian line contact does.
+
+        Raises ValueError for a map that does not start at torque 0, whose te does not grow with the torque, or in which
+        one pitch does not represent all (`fem.PitchDeviation`).
         """
         pair = pair_of(check(ste))
         offsets = offset_axes(ste)
@@ -142,10 +154,12 @@ class MeshForce:
     def secant(
         cls, ste: xr.Dataset, torque: float, *, damping: float = 0.0, backlash: float | None = None
     ) -> "MeshForce":
-        """The law F = k(phase) deflection with the secant stiffness k = F / te at one torque [N m] of the map.
+        """The law F = k(phase) deflection with the secant stiffness k = F / te at a torque [N m] of the map.
 
-        Source: Palermo et al. 2013, Shweiki et al. (ISMA 2016); F and k along the line of action. Where the map ends,
-        at its largest te, the law ends. Raises ValueError for a torque outside the map.
+        F and k are along the line of action. The law ends at the largest te of the map. Raises ValueError for a torque
+        outside the map.
+
+        Source: Palermo et al. 2013, Shweiki et al. (ISMA 2016).
         """
         pair = pair_of(check(ste))
         phase = np.arange(PHASES) / PHASES
@@ -161,8 +175,9 @@ class MeshForce:
         return jumps(self)
 
     def __call__(self, phase, deflection, rate=0.0, **offsets) -> np.ndarray:
-        """Mesh force [N] at phase [1], deflection [m], rate [m/s] and the table's offsets by name, broadcast.
+        """Mesh force [N] at phase [1], deflection [m], rate of the deflection [m/s] and each of the law's offsets.
 
+        Arguments are numbers or arrays that broadcast. The force is > 0 on the driving flank and < 0 on the back flank.
         Raises ValueError beyond the table.
         """
         unknown = set(offsets) ^ set(self.offsets)
@@ -179,7 +194,7 @@ class MeshForce:
 
     @checked
     def at(self, **offsets: float) -> "MeshForce":
-        """The law at one value of some of its offsets, which are axes no longer; ValueError beyond them."""
+        """The law at fixed values of offsets, by name, without their axes; ValueError beyond the axes."""
         unknown = set(offsets) - set(self.offsets)
         require(not unknown, f"offsets may be {list(self.offsets)}, got {list(offsets)}")
         if not offsets:
@@ -218,8 +233,8 @@ class MeshForce:
         largest = float(self(phase, top))
         remedy = f"must lie in [0, {largest:.4g}] N, the map's range at phase {phase:.4g}, got {force:.4g}"
         require(0 <= force <= largest * (1 + 1e-9), f"force {remedy}; extend the map to a larger torque")
-        reached = min(force, largest)
-        return brentq(lambda deflection: float(self(phase, deflection)) - reached, low, top, xtol=FINEST)
+        target = min(force, largest)
+        return brentq(lambda deflection: float(self(phase, deflection)) - target, low, top, xtol=FINEST)
 
     @checked
     def unloaded(self, phase: Finite) -> tuple[float, float]:
@@ -241,7 +256,7 @@ def _frozen(array: np.ndarray) -> np.ndarray:
 
 def _check_scalars(damping: float, backlash: float, back_phase: float) -> None:
     require(0 <= damping < inf, f"damping must be >= 0 N s/m and finite, got {damping}")
-    play = f"backlash must be >= 0 m (inf: no other flank), got {backlash}; it is meant on the line of action"
+    play = f"backlash must be >= 0 m (inf: no back flank), got {backlash}; it is meant on the line of action"
     require(backlash >= 0, play)
     unit = f"backlash must be below 0.01 m, or inf, got {backlash}; pass metres: 0.2*mm"
     require(backlash < 1e-2 or backlash == inf, unit)
@@ -264,12 +279,12 @@ def _check_centroid(centroid: np.ndarray, force: np.ndarray) -> None:
     require(near, f"centroid must be finite and within 1 m, got {np.abs(centroid).max():g}; pass metres")
 
 
-def _check_table(phase: np.ndarray, deflection: np.ndarray, force: np.ndarray, places: list[int]) -> None:
+def _check_table(phase: np.ndarray, deflection: np.ndarray, force: np.ndarray, counts: list[int]) -> None:
     within = bool(increasing("phase", phase)[0] >= 0 and phase[-1] < 1)
     require(within, f"phase must increase within [0, 1) as share of a pitch, got {phase}")
     shapes = f"got {phase.shape}, {deflection.shape}, {force.shape}"
     columns = deflection.shape[-1] if deflection.ndim else 0
-    fits = force.shape == (*places, phase.size, columns) and columns >= 2 and deflection.ndim <= force.ndim
+    fits = force.shape == (*counts, phase.size, columns) and columns >= 2 and deflection.ndim <= force.ndim
     fits = fits and all(x in (1, y) for x, y in zip(deflection.shape[::-1], force.shape[::-1], strict=False))
     require(fits, f"force_table must be (n_phase, n_defl) over phase (n_phase,) and deflection (n_defl,), {shapes}")
     require(increases(deflection), "deflection must increase along its last axis [m]; sort it and its forces")

@@ -1,9 +1,10 @@
-"""Coulomb friction between the teeth as data: what the pairs in contact add up to over the mesh cycle.
+"""Coulomb friction between the teeth as data: the sum over the tooth pairs in contact, over the mesh cycle.
 
-A pair of teeth that touches at s beyond the pitch point along the line of action n slides with (omega_1 - omega_2) s
-along t = z x n and rubs with its share w of the force. All together push the wheel with mu F A along t in the pitch
-point, A = sum w sign(s), and turn it with mu F B about z, B = sum w |s|; the pinion feels the opposite. Where the gears
-roll at the pitch point the push does no work, so that friction takes the power mu F B |omega_1 - omega_2|.
+A tooth pair that touches at a distance s beyond the pitch point along the line of action n slides with
+(omega_1 - omega_2) s along t = z x n and carries the share w of the force. All tooth pairs together push the wheel with
+mu F A along t in the pitch point, A = sum w sign(s), and turn it with mu F B about z, B = sum w |s|; on the pinion act
+the opposite force and moment. The gears roll at the pitch point, so that the push does no work there and friction
+dissipates the power mu F B |omega_1 - omega_2|.
 """
 
 from dataclasses import dataclass, field
@@ -21,8 +22,10 @@ from fem.support.arguments import checked
 from fem.support.representation import short
 from fem.support.validation import require
 
+#: Steps of the tables over a pitch.
 STEPS = 512
 SHARE, PAIR = "load_share", "pair"
+#: Least speed below which friction may fade [rad/s].
 LEAST_SPEED = 0.01
 #: Coefficient of the transverse mesh force, speed below which friction fades [rad/s], number of steps of the tables.
 FRICTION = record_type(("coefficient", "f8"), ("speed", "f8"), ("tan_alpha_wt", "f8"), ("steps", "i8"))
@@ -38,16 +41,16 @@ def with_path(name: str, pair) -> None:
 @short(lever="mm", speed="rad/s")
 @dataclass(frozen=True, eq=False)
 class MeshFriction:
-    """Friction of one gear mesh; the tables hold the driving flank, the other is its mirror image.
+    """Friction of a gear mesh; the tables hold the driving flank, the back flank is its mirror image.
 
     coefficient  of friction mu, of the normal force
-    pull         (n,) sum of the shares of the load behind the pitch point less those before it, over phases i / n
+    pull         (n,) share of the load beyond the pitch point minus the share before it, over phases i / n
     lever        (n,) mean distance of the load from the pitch point [m], over phases i / n
-    speed        below a few of these speeds omega_1 - omega_2 friction fades: tanh((omega_1 - omega_2) / speed) [rad/s]
+    speed        [rad/s] below a few times which friction fades: tanh((omega_1 - omega_2) / speed)
 
-    Between the phases the tables are linear; they stay those of the nominal centre distance. Which way a pair slides is
-    decided by omega_1 - omega_2 alone: where teeth vibrate faster along their flanks than they slide, next to the pitch
-    point, their friction does not turn. Raises ValueError for what is no such table.
+    The tables are interpolated linearly between the phases and hold at the nominal centre distance. The direction of
+    sliding follows from omega_1 - omega_2 alone: where teeth vibrate faster along their flanks than they slide, next to
+    the pitch point, the friction does not change its sign. Raises ValueError for arrays that are no such tables.
     """
 
     coefficient: float
@@ -66,12 +69,12 @@ class MeshFriction:
     @classmethod
     @checked
     def of_pair(cls, pair: Annotated[GearPair, with_path], coefficient: float, *, speed: float = 1.0) -> "MeshFriction":
-        """Equal shares: of the width, and in each section of the pairs of teeth on the path of contact there.
+        """Friction of a pair whose load is spread evenly over the width and, in each section, over the tooth pairs.
 
-        Its loss is that of Ohlendorf's tooth loss factor. Helical gears rather load all lines of contact alike and lose
-        more: take `from_ste`. Raises ValueError for a ring, whose path is not known.
+        Its loss is that of Ohlendorf's tooth loss factor. Helical gears rather spread the load evenly over all contact
+        lines and lose more: take `from_ste`. Raises ValueError for a ring gear, whose path of contact is not known.
         """
-        start, end = _contact(_places(pair), pair)
+        start, end = _contact(_tooth_positions(pair), pair)
         total = np.zeros((3, STEPS))
         for low, high, number in _sections(pair):
             total += np.sum(_integrals(start, end, low, high), axis=1) / number
@@ -81,17 +84,18 @@ class MeshFriction:
     @classmethod
     @checked
     def from_ste(cls, ste: xr.Dataset, coefficient: float, *, torque: float, speed: float = 1.0) -> "MeshFriction":
-        """The shares of an STE map at one pinion torque [N m]; each pair of teeth spreads its own evenly.
+        """Friction by the load shares of an STE map at a pinion torque [N m], even over the width of each tooth pair.
 
-        A pair whose teeth bend into contact before the path begins, or keep it beyond, touches at the path's end.
-        Raises ValueError for a map without load_share or with further axes, and a torque outside it.
+        A tooth pair that carries load before the path of contact begins or after it ends, because teeth deflect, is
+        taken to touch at the end of the path. Raises ValueError for a map without load_share or with further axes, and
+        for a torque outside the map.
         """
         over_torque_and_phase(ste)
         pair = pair_of(ste)
-        place = _places(pair)
-        share = _shares(ste, torque, place)
-        width, pull, lever = _integrals(*_contact(place, pair), *_path(pair))
-        on, end = width > 0, np.clip(place, *_path(pair))
+        position = _tooth_positions(pair)
+        share = _shares(ste, torque, position)
+        width, pull, lever = _integrals(*_contact(position, pair), *_path(pair))
+        on, end = width > 0, np.clip(position, *_path(pair))
         width = np.where(on, width, 1.0)
         pull, lever = np.where(on, pull / width, np.sign(end)), np.where(on, lever / width, np.abs(end))
         pull, lever = ((share * x).sum(axis=0) / share.sum(axis=0) for x in (pull, lever))
@@ -99,7 +103,7 @@ class MeshFriction:
 
     @checked
     def loss(self, pair: GearPair | RingPair) -> float:
-        """Share of the power that a steady mesh of the pair loses, by a constant mesh force."""
+        """Share of the power that friction dissipates in a mesh of the pair, at constant mesh force and speed."""
         turns = abs(1 / pair.pinion.r_b + 1 / pair.wheel.r_b)
         return float(self.coefficient / cos(pair.beta_b) * self.lever.mean() * turns)
 
@@ -123,21 +127,21 @@ def _path(pair: GearPair) -> tuple[float, float]:
     return (pair.roll_start - pair.roll_pitch) / pair.p_bt, (pair.roll_end - pair.roll_pitch) / pair.p_bt
 
 
-def _places(pair: GearPair) -> np.ndarray:
-    """(n_pair, STEPS) places of the pairs of teeth in mid-plane, in pitches beyond the pitch point."""
+def _tooth_positions(pair: GearPair) -> np.ndarray:
+    """(n_pair, STEPS) positions of the tooth pairs in mid-plane, in pitches beyond the pitch point."""
     low, high = _path(pair)
     number = np.arange(floor(low - pair.eps_beta) - 1, ceil(high + pair.eps_beta) + 2)
     return number[:, None] + np.arange(STEPS) / STEPS
 
 
-def _contact(place: np.ndarray, pair: GearPair) -> tuple[np.ndarray, np.ndarray]:
-    """Places at both ends of the width; those of a spur gear while a step of the table passes."""
+def _contact(position: np.ndarray, pair: GearPair) -> tuple[np.ndarray, np.ndarray]:
+    """Positions of tooth pairs at both ends of the width; of spur gears over a step of the table."""
     half = max(pair.eps_beta, 1 / STEPS) / 2
-    return place - half, place + half
+    return position - half, position + half
 
 
 def _sections(pair: GearPair) -> list[tuple[float, float, float]]:
-    """Sections of the path of contact, as (start, end, number of pairs of teeth on the path at once)."""
+    """Sections of the path of contact, as (start, end, number of tooth pairs in contact)."""
     low, high = _path(pair)
     pitches = np.arange(ceil(high - low) + 1)
     ends = np.unique(np.r_[low + pitches, high - pitches].clip(low, high))
@@ -147,13 +151,13 @@ def _sections(pair: GearPair) -> list[tuple[float, float, float]]:
 
 
 def _integrals(start: np.ndarray, end: np.ndarray, low: float, high: float) -> tuple[np.ndarray, ...]:
-    """Of 1, sign(x) and |x| from start to end, as far as that lies between low and high."""
+    """Integrals of 1, sign(x) and |x| from start to end, over the part between low and high."""
     p, q = np.clip(start, low, high), np.clip(end, low, high)
     return q - p, np.abs(q) - np.abs(p), (q * np.abs(q) - p * np.abs(p)) / 2
 
 
-def _shares(ste, torque: float, place: np.ndarray) -> np.ndarray:
-    """Shares of the load at places in mid-plane, in pitches beyond the pitch point, linear between those of the map."""
+def _shares(ste, torque: float, position: np.ndarray) -> np.ndarray:
+    """Load shares of tooth pairs at positions in mid-plane, in pitches beyond the pitch point, linear in the map."""
     require(SHARE in ste, f"the map must have {SHARE}; make it with fem.static_transmission_error, or use of_pair")
     given, phase = ste[TORQUE].values, ste[PHASE].values
     within = f"torque must lie in ({max(0.0, given[0]):g}, {given[-1]:g}] N m of the map, got {torque}"
@@ -164,7 +168,7 @@ def _shares(ste, torque: float, place: np.ndarray) -> np.ndarray:
     number = np.arange(pairs.min() - 1, pairs.max() + 2)
     share = np.zeros((number.size, phase.size))
     share[pairs - number[0]] = known.T
-    return np.interp(place, (number[:, None] + phase).ravel(), share.ravel(), left=0.0, right=0.0)
+    return np.interp(position, (number[:, None] + phase).ravel(), share.ravel(), left=0.0, right=0.0)
 
 
 def _check_scalars(coefficient: float, speed: float) -> None:

@@ -1,29 +1,29 @@
-"""Jumps of a mesh force over phase, and steps that meet them alike in every mesh period.
+"""Jumps of a mesh force over phase, and time steps that resolve them alike in every mesh period.
 
-A jump that falls into another part of a step in every period excites what is not there: subharmonics of the mesh
-frequency, 6 % of the rms and 21 % of the peak to peak of a lightly damped mesh at 12.5 steps in a period.
+A jump at a different fraction of a time step in every mesh period excites subharmonics of the mesh frequency that the
+gears do not have: 6 % of the rms and 21 % of the peak to peak of a lightly damped mesh at 12.5 steps in a period.
 """
 
 from collections.abc import Sequence
 
 import numpy as np
 
-#: A jump: more than this share of the force's range over phase, at one deflection, within so much of a pitch.
+#: A jump is a change by this share of the force's range over phase, at a fixed deflection, within this part of a pitch.
 SHARE, WIDTH = 0.45, 1 / 256
-#: Phases at which that is looked for; ranges below this share of the force are none.
+#: Number of phases that are compared; share of the force below which its range over phase has no jumps.
 FINE, FLAT = 4096, 1e-3
-#: Share of the table's deflections that stays unused at the phase of the largest force.
+#: Share of the table's deflections above the deflection at which jumps are sought.
 UNUSED = 0.1
 #: Steps in a mesh period at a tolerance of 1e-3, measured; the error falls with the square of their number.
 PERIOD_STEPS = 100
-#: By how much of a pitch steps may miss a jump.
+#: Part of a pitch by which a step may miss a jump.
 MISS = 5e-4
-#: Steps in a period above which jumps that they miss move the rms by less than some 1 %.
+#: Steps in a mesh period above which missed jumps change the rms by less than about 1 %.
 MANY = 150
 
 
 def jumps(force) -> np.ndarray:
-    """(n,) phases at which a `MeshForce` jumps, at most of its deflection."""
+    """(n,) phases at which a `MeshForce` jumps, near its largest deflection."""
     if force.offsets:
         return jumps(force.at(**{name: float(values[values.size // 2]) for name, values in force.offsets.items()}))
     phase, window = np.arange(FINE) / FINE, round(WIDTH * FINE)
@@ -41,11 +41,11 @@ def jumps(force) -> np.ndarray:
 
 
 def dividing(step: float, meshes: Sequence[tuple[float, np.ndarray]]) -> float:
-    """The largest step up to the given one [s] of which mesh periods, and their jumps, are whole multiples.
+    """The largest step up to the given one [s] that divides the mesh periods and the times of their jumps.
 
-    meshes   mesh period [s] and phases of the jumps of each mesh that jumps
+    meshes   mesh period [s] and phases of the jumps, of each mesh that jumps
 
-    Where there is none down to half the step: the one that misses least.
+    Where no step down to half the given one does: the step that misses the jumps least.
     """
     period = meshes[0][0]
     fewest = int(np.ceil(period / step * (1 - 1e-9)))
@@ -56,7 +56,7 @@ def dividing(step: float, meshes: Sequence[tuple[float, np.ndarray]]) -> float:
 
 
 def missed(step: float, meshes: Sequence[tuple[float, np.ndarray]]) -> float:
-    """By how much of a pitch steps [s] miss the end of a mesh period or, after the first one, a jump."""
+    """Part of a pitch by which steps [s] miss the end of a mesh period or, counted from the first jump, a jump."""
     worst = 0.0
     for period, phases in meshes:
         step_counts = np.r_[1.0, phases - phases[0]] * period / step

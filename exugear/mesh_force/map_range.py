@@ -1,4 +1,4 @@
-"""Where a force law leaves its map: words that name the torque or the offsets to map."""
+"""Messages for a force law that leaves its map: they name the torque or the offsets to map."""
 
 from math import floor, isfinite, log10, nan
 
@@ -7,17 +7,18 @@ import numpy as np
 from exugear.force_table.layout import OFFSETS
 from fem.units import um
 
-#: What a run that left its map may yet reach, over what it has reached.
+#: Range to map over the value at which a run left its map: it may go further.
 MARGIN = 1.5
-#: Values of an offset's axis to map.
-PLACES = 5
+#: Number of values of an offset's axis to map.
+AXIS_VALUES = 5
 
 
 def beyond_map(table, reason: tuple[float, ...], r_b: float = nan) -> str:
-    """What to say when a deflection leaves the map, or an offset its axis.
+    """Message for a deflection that leaves the map, or an offset that leaves its axis.
 
     table    head of the law's table
-    reason   what its kernels raise: (deflection, largest one) [m], or (offset, low, high, number of the axis)
+    reason   arguments of the kernels' ValueError: (deflection, largest deflection) [m], or (offset, low, high, number
+             of the axis)
     r_b      base radius of the pinion [m], where it is known
     """
     deflection, largest, high, axis = (*reason, nan, nan)[:4]
@@ -28,17 +29,17 @@ def beyond_map(table, reason: tuple[float, ...], r_b: float = nan) -> str:
         return f"{name} {deflection:.6g} lies beyond {ends}; extend the axis: fem.Offsets({name}=({wider}))"
     if not isfinite(deflection):
         return f"deflection must be finite, got {deflection}; use a smaller step"
-    asked = table.last_force + table.last_stiffness * (deflection - largest)
+    needed = table.last_force + table.last_stiffness * (deflection - largest)
     ends = f"the map, which ends at {largest / um:.4g} um at this phase"
-    return f"deflection {deflection / um:.4g} um lies beyond {ends}; {larger_torque(table, asked, r_b)}"
+    return f"deflection {deflection / um:.4g} um lies beyond {ends}; {larger_torque(table, needed, r_b)}"
 
 
 def larger_torque(table, force: float, r_b: float) -> str:
-    """Up to which torque to map where a law is asked for a force [N]."""
+    """Remedy for a force [N] that a law does not reach: the torque to map."""
     if not isfinite(r_b):
         up_to = f"to {_rounded_up(MARGIN * force / 1e3)} kN (it ends at {table.last_force / 1e3:.4g} kN)"
         return f"extend the map to a larger torque, or the table's deflection, {up_to}"
-    ends = f"the map ends at a pinion torque of {table.last_force * r_b:.4g} N m, {force * r_b:.4g} N m are asked for"
+    ends = f"the map ends at a pinion torque of {table.last_force * r_b:.4g} N m, {force * r_b:.4g} N m are needed"
     return f"{ends}; extend the map to a larger torque, {_rounded_up(MARGIN * force * r_b)} N m or more"
 
 
@@ -47,13 +48,13 @@ def wider_axis(value: float, low: float, high: float) -> list[float]:
     middle = (low + high) / 2
     reach = float(f"{middle + MARGIN * (value - middle):.3g}" if middle == 0 else middle + MARGIN * (value - middle))
     low, high = min(low, reach), max(high, reach)
-    values = np.linspace(low, high, PLACES)
+    values = np.linspace(low, high, AXIS_VALUES)
     if low < 0 < high:
         values = np.r_[low, low / 2, 0.0, high / 2, high]
     return values.tolist()
 
 
 def _rounded_up(value: float) -> str:
-    """To two digits."""
+    """A value rounded up to two digits."""
     unit = 10.0 ** (floor(log10(abs(value))) - 1)
     return f"{np.ceil(value / unit * (1 - 1e-9)) * unit:g}"

@@ -1,4 +1,4 @@
-"""A pinion in an internal ring gear, as far as kinematics goes (ISO 21771: z, a and r_b of a ring are < 0)."""
+"""A pinion in an internal ring gear: its kinematics (ISO 21771: z, a and r_b of a ring are < 0)."""
 
 from dataclasses import dataclass
 from math import acos, cos, inf, pi
@@ -25,11 +25,16 @@ class Ring:
 @short(a="mm", backlash="um")
 @dataclass(frozen=True)
 class RingPair:
-    """A pinion that meshes with a ring gear of z < 0 teeth at the centre distance a < 0 [m] (ISO 21771).
+    """A pinion that meshes with a ring gear (ISO 21771).
 
-    It has no finite elements: its `MeshForce` is a table, say of a constant stiffness.
+    pinion     `fem.Gear`
+    z          number of teeth of the ring gear, < 0
+    a          centre distance [m], < 0
+    backlash   along the line of action [m]; inf: the back flank never touches
 
-    Raises ValueError for signs, sizes that do not fit.
+    There are no finite elements of ring gears: its `MeshForce` is a table, for example of a constant stiffness.
+
+    Raises ValueError for signs and sizes that do not fit.
     """
 
     pinion: Gear
@@ -40,7 +45,7 @@ class RingPair:
     def __post_init__(self):
         more = f"z must be a whole number below -{self.pinion.z} (a ring has z < 0), got {self.z}"
         require(self.z == int(self.z) and self.z < -self.pinion.z, more)
-        require(self.backlash >= 0, f"backlash must be >= 0 m (inf: no other flank), got {self.backlash}")
+        require(self.backlash >= 0, f"backlash must be >= 0 m (inf: no back flank), got {self.backlash}")
         base = self.pinion.r_b + self.wheel.r_b
         require(self.a < 0, f"a must be < 0 m for a ring gear, got {self.a}; change its sign")
         apart = f"a must lie beyond {base / mm:.6g} mm, where the base circles touch, got {self.a / mm:.6g} mm"

@@ -1,4 +1,4 @@
-"""What an STE map says of deflection and centroid under any load."""
+"""Deflection and force centroid under any load, interpolated from an STE map."""
 
 import numpy as np
 import scipy
@@ -8,16 +8,17 @@ from fem.ste.ste_map import CENTROID, PHASE, STIFFNESS, TE, TORQUE, at_phases, o
 from fem.support.validation import require
 from fem.units import um
 
-#: Loads below the map's lowest one, down to this share of it, and between the others.
+#: Least load as share of the map's lowest; number of loads below the lowest, and from there to the largest.
 LEAST, BELOW, BETWEEN = 1e-4, 40, 161
 
 
 def loaded_deflection(ste, r_b: float, phase: np.ndarray, *, extend: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Forces (n,) from 0 [N] and deflections (*n_offset, n_phase, n) under them [m].
 
-    Between the torques at each phase of the map, by its tangent stiffness where it has one, then between the phases.
+    Interpolated between the torques at each phase of the map, by its tangent stiffness where it has one, then between
+    the phases.
 
-    extend   continues them with their last stiffness to so many times the largest torque
+    extend   extrapolates them with their last stiffness to so many times the largest torque
     """
     range_of = f"extend must lie in [1, 10] times the largest torque, got {extend}; map larger torques instead"
     require(1 <= extend <= 10, range_of)
@@ -38,11 +39,11 @@ def loaded_deflection(ste, r_b: float, phase: np.ndarray, *, extend: float = 1.0
     loaded = at_phases(coarse, te[:1] + deflection_under(given, te[1:] - te[0], force, stiffness), phase)
     deflection = np.moveaxis(np.concatenate([at_phases(coarse, te[:1], phase), loaded]), 0, -1)
     force = np.r_[0, force]
-    return (force, deflection) if extend == 1 else _continued(force, deflection, extend)
+    return (force, deflection) if extend == 1 else _extrapolated(force, deflection, extend)
 
 
-def _continued(force: np.ndarray, deflection: np.ndarray, extend: float) -> tuple[np.ndarray, np.ndarray]:
-    """The same with further forces, spaced as the last ones, along the tangent at the largest one."""
+def _extrapolated(force: np.ndarray, deflection: np.ndarray, extend: float) -> tuple[np.ndarray, np.ndarray]:
+    """Forces and deflections with further forces, spaced as the last ones, along the tangent at the largest force."""
     curve = scipy.interpolate.PchipInterpolator(np.log(force[-5:]), deflection[..., -5:], axis=-1)
     compliance = curve(np.log(force[-1]), 1)[..., None] / force[-1]
     number = max(2, round(np.log(extend) / np.log(force[-1] / force[-2])))
@@ -52,16 +53,16 @@ def _continued(force: np.ndarray, deflection: np.ndarray, extend: float) -> tupl
 
 
 def _require_rising(torque: np.ndarray, te: np.ndarray, phase: np.ndarray) -> None:
-    """te (n_torque, ..., n_phase) [m] over torque [N m]."""
+    """Require te (n_torque, ..., n_phase) [m] that grows with the torque [N m]."""
     step, *_, at = np.unravel_index(np.diff(te, axis=0).argmin(), te[1:].shape)
     least = np.diff(te, axis=0).min()
-    where = f"{least / um:.3g} um from {torque[step]:g} to {torque[step + 1]:g} N m at phase {phase[at]:.3f}"
-    remedy = "check its sign, map more phases, smooth what was measured or drop torques that lie too close"
-    require(bool(least > 0), f"te must grow with the torque at every phase, got {where}; {remedy}")
+    growth = f"{least / um:.3g} um from {torque[step]:g} to {torque[step + 1]:g} N m at phase {phase[at]:.3f}"
+    remedy = "check its sign, map more phases, smooth measured values or drop torques that lie too close"
+    require(bool(least > 0), f"te must grow with the torque at every phase, got {growth}; {remedy}")
 
 
 def loaded_centroid(ste, r_b: float, phase: np.ndarray, force: np.ndarray) -> np.ndarray | float:
-    """Centroids (*n_offset, n_phase, n) under forces (n,) [m], below the lowest load as there; 0 if there are none."""
+    """Force centroids (*n_offset, n_phase, n) [m] under forces (n,), constant below the lowest load; 0 without any."""
     if CENTROID not in ste:
         return 0.0
     centroid = at_phases(ste[PHASE].values, over_offsets(ste, CENTROID).values[1:], phase)
@@ -73,7 +74,7 @@ def loaded_centroid(ste, r_b: float, phase: np.ndarray, force: np.ndarray) -> np
 def te_under(ste, torque: float, phase: np.ndarray) -> np.ndarray:
     """(n_phase,) transmission error [m] under a torque [N m] of the map's range; ValueError outside it.
 
-    A torque of the map is taken from there, and may be its only one.
+    At a torque of the map, which may hold no further torque, nothing is interpolated.
     """
     low, high = float(ste[TORQUE][0]), float(ste[TORQUE][-1])
     within = torque > 0 and low <= torque <= high

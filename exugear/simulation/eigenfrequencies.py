@@ -8,10 +8,11 @@ import exudyn as exu
 import numpy as np
 import scipy
 
+from exugear.elements.exudyn_objects import quiet
 from exugear.elements.gear_contact import state_of
 from exugear.simulation.drive_and_load import OFFSETS, applied, set_drive
 from exugear.simulation.equilibrium import start
-from exugear.simulation.model import Model, linearized, quiet
+from exugear.simulation.model import Model, linearized
 from exugear.simulation.time_functions import Conditions
 from fem.support.arguments import checked
 from fem.support.validation import require

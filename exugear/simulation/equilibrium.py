@@ -15,7 +15,7 @@ from exugear.gearbox.shaft import Coupling
 from exugear.mesh_force.map_range import larger_torque
 from exugear.plan.map_axes import static_offsets
 from exugear.plan.plan import UNDAMPED
-from exugear.simulation.model import Mesh, Model, nonlinear_bearing_stiffness, open_system, with_deflections
+from exugear.simulation.model import Mesh, Model, nonlinear_bearing_stiffness, open_system
 from exugear.simulation.time_functions import Conditions
 from fem.support.validation import require
 from fem.units import mm, rpm
@@ -210,6 +210,20 @@ def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray) -> np.nda
         if np.abs(q - before).max() < CONVERGED:
             return q
     raise RuntimeError(NO_EQUILIBRIUM)
+
+
+def with_deflections(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
+    """The coordinates with spins at which the meshes have deflections (n_stage,) [m], to first order.
+
+    The driving shaft keeps its spin; in loops the spins are the least-squares solution.
+    """
+    q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
+    spins = [spin for name, spin in model.spins.items() if name != model.gearbox.driving.name]
+    rest = np.array([mesh.rest for mesh in model.meshes])
+    q[spins] += np.linalg.lstsq(rows[:, spins], deflections - rest - rows @ q)[0]
+    for name, rotor in model.rotors.items():
+        q[rotor] = q[model.spins[name]]
+    return q
 
 
 def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:

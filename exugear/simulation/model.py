@@ -1,4 +1,4 @@
-"""From the scene to the assembled Exudyn system."""
+"""The built model: a gearbox as an assembled Exudyn system, its linear matrices and frequency bounds."""
 
 from collections.abc import Mapping
 from contextlib import contextmanager
@@ -8,16 +8,16 @@ from math import cos, pi, sin, sqrt
 from typing import Annotated, Any
 
 import exudyn as exu
-import exudyn.itemInterface as eii
 import numpy as np
 import scipy
 
-from exugear.elements.gear_contact import add_contact, kind_of, node_of, state_of
+from exugear.elements.exudyn_objects import kind_of, node_of, quiet
+from exugear.elements.gear_contact import add_contact, state_of
 from exugear.elements.native.native import call_path
-from exugear.elements.shaft_bodies import add_body, add_rotor, spin_marker
+from exugear.elements.shaft_bodies import add_body, add_drive_and_load, add_rotor
 from exugear.gearbox.bearing_stiffness import radial_part
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.shaft import NOWHERE, Shaft
+from exugear.gearbox.shaft import NOWHERE
 from exugear.gearbox.stage import Stage
 from exugear.kernels.contact_kernels import SPIN, kernel_of
 from exugear.kernels.contact_records import is_spatial, rotational_frame
@@ -38,16 +38,16 @@ STRAIN_SHARE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """One stage in the built system.
+    """The mesh of a stage in the built system.
 
     law        force law with the axes that the scene needs
     contact    object number of the gear contact
-    recorder   samples of its deflection and force
-    frame      numbers of its kinematics
+    recorder   samples of the contact
+    frame      geometry of the contact
     row        (n_coordinates,) deflection = rest + row . coordinates, about the reference configuration
-    rest       deflection in the reference configuration [m]: displaced shafts
-    opening    of either flank there [m]
-    phase      there
+    rest       deflection in the reference configuration [m], by displaced shafts
+    opening    of either flank in the reference configuration [m]
+    phase      in the reference configuration
     mobility   acceleration of the bodies along the line of action per mesh force, the drive held [1/kg]
     bearings   (12,) the same per displacement of pinion and wheel, by their bearings if all are linear [1/s^2]
     held       mesh force that holds a load of 1 N m while the bearings are not yet displaced [1/m]
@@ -112,23 +112,21 @@ def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
     Raises ValueError where gearbox is no `Gearbox`, and for the plan of another gearbox.
     """
     scene = _scene(gearbox, plan)
-    names = [shaft.name for shaft in gearbox.shafts]
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     ground = mbs.CreateGround()
     bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene.shafts[shaft.name]) for shaft in gearbox.shafts}
-    contacts = [_contact(mbs, gearbox, i, scene, bodies) for i in range(len(gearbox.stages))]
-    ends = {name: add_rotor(mbs, gearbox, bodies[name], scene.shafts[name], name) for name in names}
-    drive, load = _drive_and_load(mbs, gearbox, bodies, scene, ends)
+    meshes = [_mesh(mbs, gearbox, i, scene, bodies) for i in range(len(gearbox.stages))]
+    rotors = {name: add_rotor(mbs, gearbox, body, scene.shafts[name], name) for name, body in bodies.items()}
+    drive, load = add_drive_and_load(mbs, gearbox, bodies, rotors, scene.shafts)
     with quiet():
         mbs.Assemble()
-    start = {name: mbs.GetNodeODE2Index(node_of(mbs, body)) for name, body in bodies.items()}
-    rotors = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in ends.items() if rotor is not None}
-    meshes = tuple(_mesh(mbs, contact, start, scene) for contact in contacts)
-    spins = {name: start[name] + scene.shafts[name].spin_index for name in names}
-    plan_without_frequencies = BuiltPlan(scene, omega=0.0, omega_mesh=0.0, contact=call_path())
-    model = Model(gearbox, plan_without_frequencies, mbs, container, bodies, spins, rotors, meshes, drive, load)
-    return linearized(model)
+    first = {name: mbs.GetNodeODE2Index(node_of(mbs, body)) for name, body in bodies.items()}
+    spins = {name: index + scene.shafts[name].spin_index for name, index in first.items()}
+    rotor_spins = {name: mbs.GetNodeODE2Index(node_of(mbs, r)) for name, r in rotors.items() if r is not None}
+    rows = tuple(_with_row(mbs, mesh, first, scene) for mesh in meshes)
+    unlinearized = BuiltPlan(scene, omega=0.0, omega_mesh=0.0, contact=call_path())
+    return linearized(Model(gearbox, unlinearized, mbs, container, bodies, spins, rotor_spins, rows, drive, load))
 
 
 def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
@@ -152,7 +150,10 @@ def linearized(model: Model) -> Model:
 
 @contextmanager
 def integrated(model: Model, rule: Rule):
-    """Damping as the true velocities ask for, which the rule's lag behind; in loops the load leaves forces open."""
+    """Let contacts correct their damping for the lag of the rule's velocities; in loops by no acceleration.
+
+    There the load does not determine the mesh forces, from which the acceleration follows.
+    """
     loops = len(model.meshes) >= len(model.bodies)
     for mesh in model.meshes:
         state = state_of(model.mbs, mesh.contact)
@@ -166,73 +167,47 @@ def integrated(model: Model, rule: Rule):
             state.lag, state.pinion_lag, state.wheel_lag = 0.0, np.zeros(6), np.zeros(6)
 
 
-@contextmanager
-def quiet():
-    """Exudyn's console output off, and on again as it was."""
-    before = exu.config.printToConsole
-    exu.config.printToConsole = False
-    try:
-        yield
-    finally:
-        exu.config.printToConsole = before
-
-
-def _contact(mbs, gearbox: Gearbox, number: int, plan: Plan, bodies: Mapping[str, int]):
-    """Stage, contact's object number, recorder, frame, law, and what `at_rest` says of the reference configuration."""
-    stage, phase, label = gearbox.stages[number], gearbox.phases[number], gearbox.labels[number]
+def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> Mesh:
+    """Add the contact of a stage; the row of the mesh is known once the coordinates are numbered."""
+    stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
     items = [bodies[stage.fast.name], bodies[stage.slow.name]]
-    kinds, direction = tuple(kind_of(mbs, item) for item in items), gearbox.directions[stage.fast.name]
-    law, recorder = plan.laws[label], Recorder()
+    kinds = tuple(kind_of(mbs, item) for item in items)
     displaced = any(shaft.offset != NOWHERE for shaft in (stage.fast, stage.slow))
-    if set(kinds) == {SPIN} and not displaced:
-        frame = rotational_frame(stage.pair, phase, direction)
-    else:
-        axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
-        poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
-        nominal = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0}
-        frame = spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
+    frame = _frame(gearbox, number, spatial=displaced or set(kinds) != {SPIN})
     kernel = kernel_of(kinds, displaced)
-    contact = add_contact(mbs, label, items, kernel, law, frame, recorder)
+    contact = add_contact(mbs, gearbox.labels[number], items, kernel, law, frame, recorder)
     rest = at_rest(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
-    return stage, contact, recorder, frame, law, rest
+    return Mesh(stage, law, contact, recorder, frame, np.zeros(0), *rest)
 
 
-def _drive_and_load(mbs, gearbox: Gearbox, bodies, plan: Plan, ends) -> tuple[int, int]:
-    def marker(shaft: Shaft) -> int:
-        rotor = ends[shaft.name]
-        place = plan.shafts[shaft.name].spin_index if rotor is None else 0
-        return spin_marker(mbs, bodies[shaft.name] if rotor is None else rotor, place)
-
-    fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
-    drive = mbs.AddObject(eii.CoordinateConstraint(name="drive", markerNumbers=[fixed, marker(gearbox.driving)]))
-    return drive, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=marker(gearbox.driven), load=0.0))
-
-
-def _mesh(mbs, built, start: Mapping[str, int], plan: Plan) -> Mesh:
-    stage, contact, recorder, frame, law, rest = built
-    row, taken = np.zeros(mbs.systemData.ODE2Size()), [plan.shafts[s.name].components for s in (stage.fast, stage.slow)]
-    entries = spatial_row(frame) if is_spatial(frame) else np.insert(np.zeros(10), [5, 10], rotational_row(frame))
-    for shaft, part, own in zip((stage.fast, stage.slow), np.split(entries, 2), taken, strict=True):
-        row[start[shaft.name] : start[shaft.name] + len(own)] = part[own]
-    return Mesh(stage, law, contact, recorder, frame, row, *rest)
+def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
+    """Contact frame of a stage: of two spins, or of bodies in the plane or in space."""
+    stage, phase = gearbox.stages[number], gearbox.phases[number]
+    direction = gearbox.directions[stage.fast.name]
+    if not spatial:
+        return rotational_frame(stage.pair, phase, direction)
+    axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
+    poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
+    nominal = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0}
+    return spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
 
 
-def with_deflections(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
-    """The coordinates with spins at which the meshes have deflections (n_stage,) [m], to first order.
-
-    The driving shaft keeps its spin; in loops the spins are the least-squares solution.
-    """
-    q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
-    spins = [spin for name, spin in model.spins.items() if name != model.gearbox.driving.name]
-    rest = np.array([mesh.rest for mesh in model.meshes])
-    q[spins] += np.linalg.lstsq(rows[:, spins], deflections - rest - rows @ q)[0]
-    for name, rotor in model.rotors.items():
-        q[rotor] = q[model.spins[name]]
-    return q
+def _with_row(mbs, mesh: Mesh, first: Mapping[str, int], scene: Plan) -> Mesh:
+    """The mesh with its row over the coordinates of the system; first: index of each shaft's first coordinate."""
+    row, rotational = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
+    if is_spatial(mesh.frame):
+        entries = spatial_row(mesh.frame).reshape(2, 6)
+    else:
+        rotational[:, 5] = rotational_row(mesh.frame)
+        entries = rotational
+    for shaft, entry in zip((mesh.stage.fast, mesh.stage.slow), entries, strict=True):
+        components = scene.shafts[shaft.name].components
+        row[first[shaft.name] : first[shaft.name] + len(components)] = entry[components]
+    return replace(mesh, row=row)
 
 
 def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Mass and stiffness matrix of the built system, taken out of mesh."""
+    """Mass and stiffness matrix of the built system without the meshes."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     before, states = system.GetODE2Coordinates(initial), [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
     try:
@@ -308,5 +283,5 @@ def nonlinear_bearing_stiffness(model: Model, secants: Mapping[str, Mapping[floa
 
 
 def on_bearings(model: Model, mesh: Mesh) -> bool:
-    """Whether a shaft of a mesh stands on bearings that are built."""
+    """Whether the model has a shaft of a mesh on elastic bearings."""
     return any(model.plan.shafts[shaft.name].on_bearings for shaft in (mesh.stage.fast, mesh.stage.slow))

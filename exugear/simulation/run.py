@@ -11,10 +11,11 @@ from typing import Any
 
 import xarray as xr
 
+from exugear.elements.exudyn_objects import quiet
 from exugear.plan.integrator import Rule
 from exugear.simulation.drive_and_load import applied
 from exugear.simulation.equilibrium import start
-from exugear.simulation.model import Model, linearized, quiet
+from exugear.simulation.model import Model, linearized
 from exugear.simulation.run_data import keep_valid, labelled, start_recorders, stored
 from exugear.simulation.solver_settings import scheme_of
 from exugear.simulation.step_error import Solver

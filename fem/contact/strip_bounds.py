@@ -1,4 +1,4 @@
-"""Strips along the profile that carry the pressure of a contact: equal ones, or finer ones at a rounded tip edge."""
+"""Strips along the profile on which the contact pressure is constant: equal ones, finer ones at a rounded tip edge."""
 
 from dataclasses import dataclass
 from math import cos
@@ -9,28 +9,31 @@ from fem.contact.flank_gap import ContactSlices
 from fem.elasticity.hertz import log_mean
 from fem.microgeometry.flank import rounding
 
+#: Strips of a slice: the largest pressure is within 1 % of Hertz's.
 STRIPS = 21
-#: Strips reach this many Hertzian half-widths to either side.
+#: They reach this many Hertzian half-widths to either side.
 WINDOW = 1.5
-#: There are so many where an edge is rounded, the narrowest within this share of Hertz's half-width on the rounding.
+#: Strips where an edge is rounded, the narrowest within this share of Hertz's half-width on the rounding: the largest
+#: pressure is within 1 % of that on twice as many.
 FINE, NARROW = 41, 0.35
-#: Equal strips grow by less than the inverse of this over their window.
+#: Slices without a rounding have strips that grow by less than the inverse of this over their window.
 EVEN = 1e6
+#: Strips of a slice between which the smooth compliance is interpolated by parabolas.
 NODES = 3
 
 
 def nodes_of(strips: int) -> list[int]:
-    """The strips between which the smooth compliance is quadratic."""
+    """Numbers of the strips between which the smooth compliance is quadratic."""
     return [0, strips // 2, strips - 1]
 
 
-def shapes_of(at: np.ndarray) -> np.ndarray:
-    """(..., NODES, m) shape functions of that compliance for strips whose middles lie at (..., m)."""
-    powers = at[..., None, :] ** np.arange(NODES)[:, None]
-    return np.linalg.solve(powers[..., nodes_of(at.shape[-1])], powers)
+def shapes_of(middles: np.ndarray) -> np.ndarray:
+    """(..., NODES, m) quadratic shape functions at the middles of strips (..., m)."""
+    powers = middles[..., None, :] ** np.arange(NODES)[:, None]
+    return np.linalg.solve(powers[..., nodes_of(middles.shape[-1])], powers)
 
 
-#: (NODES, STRIPS) those of equal strips
+#: (NODES, STRIPS) shape functions at equal strips
 SHAPES = shapes_of(np.arange(STRIPS))
 #: (STRIPS, STRIPS) mean of -ln of the distance between two of equal strips of unit width
 BETWEEN_STRIPS = log_mean(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS)), 1.0, 1.0)
@@ -38,15 +41,15 @@ BETWEEN_STRIPS = log_mean(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS)
 
 @dataclass(frozen=True)
 class Strips:
-    """Strips along the profile in every cell.
+    """Strips along the profile in every slice.
 
     arcs        (2, n, m) arc lengths of their middles on pinion and wheel [m]
     width       (n, m) their widths [m]
     gap         (n, m) mean normal gap, aligned [m]
     approach    (n, m) normal approach per transmission error
-    tilts       (2, n, m) of the direction of contact against the normals of pinion and wheel [rad]
-    open        (2, n) whether there is more flank beside the first, and the last strip
-    expected    (n, m) pressure that Hertz expects on each, up to a factor
+    tilts       (2, n, m) angles of the direction of contact from the normals of pinion and wheel [rad]
+    open        (2, n) whether the flank goes on beyond the first, and the last strip
+    expected    (n, m) pressure by Hertz's ellipse, up to a factor
     """
 
     arcs: np.ndarray
@@ -59,17 +62,17 @@ class Strips:
 
     @property
     def equal(self) -> bool:
-        """Whether the strips of each cell are equal."""
+        """Whether the strips of each slice are equal."""
         return bool((self.width == self.width[:, :1]).all())
 
     @property
     def reach(self) -> float:
-        """Width of all strips of the widest cell [m]."""
+        """Width of all strips of the widest slice [m]."""
         return STRIPS * self.width.max() if self.equal else self.width.sum(axis=1).max()
 
     @property
     def middles(self) -> np.ndarray:
-        """(n, m) places of the strips, counted from the first edge [m]."""
+        """(n, m) middles of the strips from the first edge [m]."""
         return np.cumsum(self.width, axis=1) - self.width / 2
 
     @property
@@ -79,69 +82,70 @@ class Strips:
 
     @property
     def shapes(self) -> np.ndarray:
-        """As of `shapes_of`: of all cells, or (n, NODES, m) of each."""
+        """As of `shapes_of`: of all slices, or (n, NODES, m) of each."""
         return SHAPES if self.equal else shapes_of(self.middles / self.width.sum(axis=1, keepdims=True))
 
     def between(self, depth: float) -> np.ndarray:
-        """(n, m, m) displacement of half-planes held at a depth [m], per line load and flattening."""
+        """(n, m, m) displacement of half-planes clamped at a depth [m], per line load and flattening."""
         if self.equal:
             return BETWEEN_STRIPS - np.log(self.width[:, :1, None] / depth)
-        apart = self.middles[:, :, None] - self.middles[:, None]
-        return log_mean(apart, self.width[:, :, None], self.width[:, None]) + np.log(depth)
+        distance = self.middles[:, :, None] - self.middles[:, None]
+        return log_mean(distance, self.width[:, :, None], self.width[:, None]) + np.log(depth)
 
 
-def strips_of(cells: ContactSlices, half_width: np.ndarray) -> Strips:
+def strips_of(slices: ContactSlices, half_width: np.ndarray) -> Strips:
     """Strips as far as WINDOW times half_width (n,) [m] on either side of where the flanks are closest."""
-    r_own, reach = cells.radii[0], WINDOW * half_width
-    low, high, centre = (roll**2 / (2 * r_own) for roll in (*cells.limits, cells.closest))
+    r_host, reach = slices.radii[0], WINDOW * half_width
+    low, high, centre = (roll**2 / (2 * r_host) for roll in (*slices.limits, slices.closest))
     start, end = np.maximum(low, centre - reach[:, None]), np.minimum(high, centre + reach[:, None])
-    places, width = edges_and_middles(cells, start, end, half_width)
-    roll = np.sqrt(2 * r_own * places)
-    gap, foot = cells.clear(roll)
-    gap, slopes, roll, foot = means(gap), cells.slopes(roll[:, ::2]), roll[:, 1::2], foot[:, 1::2]
-    rise = cos(cells.meeting.pair.beta_b) * half_width**2 / (2 * cells.radius)
-    expected = np.sqrt(np.maximum(rise[:, None] - (gap - gap.min(axis=1, keepdims=True)), 0.0))
-    tilts = cells.tilts(roll, foot, slopes, expected * (width / width[:, :1]))
-    per_error = cells.approach(roll, foot, tilts)
-    arcs, beside = cells.arcs(roll, np.minimum(foot, cells.mate_tip)), np.stack([start > low, end < high])[..., 0]
-    return Strips(arcs, width, gap + per_error * cells.te, per_error, cells.by_gear(tilts), beside, expected)
+    arcs, width = edges_and_middles(slices, start, end, half_width)
+    roll = np.sqrt(2 * r_host * arcs)
+    gap, foot = slices.gap_at(roll)
+    gap, slopes, roll, foot = means(gap), slices.slopes(roll[:, ::2]), roll[:, 1::2], foot[:, 1::2]
+    closing = cos(slices.position.pair.beta_b) * half_width**2 / (2 * slices.radius)
+    expected = np.sqrt(np.maximum(closing[:, None] - (gap - gap.min(axis=1, keepdims=True)), 0.0))
+    tilts = slices.tilts(roll, foot, slopes, expected * (width / width[:, :1]))
+    approach = slices.approach(roll, foot, tilts)
+    is_open = np.stack([start > low, end < high])[..., 0]
+    gap = gap + approach * slices.te
+    return Strips(slices.arcs(roll, foot), width, gap, approach, slices.by_gear(tilts), is_open, expected)
 
 
-def edges_and_middles(cells: ContactSlices, start, end, half_width: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def edges_and_middles(slices: ContactSlices, start, end, half_width: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n, 2 m + 1) arc lengths of edges and middles of strips from start to end (n, 1) [m], and their (n, m) widths.
 
     half_width  (n,) of the contact of the involutes by Hertz [m]
 
     Beside a rounding of the mate's edge they are narrowest where it begins, or where it is closest.
     """
-    begin, radius = mates_edge(cells)
+    begin, radius = mates_edge(slices)
     if not radius.any():
         width = (end - start) / STRIPS
         return start + width * np.linspace(0, STRIPS, 2 * STRIPS + 1), np.broadcast_to(width, (width.size, STRIPS))
-    focus = np.minimum(cells.facing(begin), cells.closest) ** 2 / (2 * cells.radii[0])
-    beside = np.maximum(0.0, np.maximum(start - focus, focus - end))
-    narrow = NARROW * half_width[:, None] * np.sqrt(np.minimum(radius / cells.radius[:, None], 1.0))
-    scale = np.where(radius > 0, np.hypot(narrow, beside), EVEN * (end - start))
+    focus = np.minimum(slices.facing(begin), slices.closest) ** 2 / (2 * slices.radii[0])
+    outside = np.maximum(0.0, np.maximum(start - focus, focus - end))
+    narrow = NARROW * half_width[:, None] * np.sqrt(np.minimum(radius / slices.radius[:, None], 1.0))
+    scale = np.where(radius > 0, np.hypot(narrow, outside), EVEN * (end - start))
     first, last = np.arcsinh((start - focus) / scale), np.arcsinh((end - focus) / scale)
     edges = focus + scale * np.sinh(first + (last - first) * np.linspace(0, 1, FINE + 1))
-    places = np.empty((start.size, 2 * FINE + 1))
-    places[:, ::2], places[:, 1::2] = edges, (edges[:, 1:] + edges[:, :-1]) / 2
-    return places, np.diff(edges)
+    arcs = np.empty((start.size, 2 * FINE + 1))
+    arcs[:, ::2], arcs[:, 1::2] = edges, (edges[:, 1:] + edges[:, :-1]) / 2
+    return arcs, np.diff(edges)
 
 
-def mates_edge(cells: ContactSlices) -> tuple[np.ndarray, np.ndarray]:
+def mates_edge(slices: ContactSlices) -> tuple[np.ndarray, np.ndarray]:
     """(n, 1) roll lengths of the mate at which its tip edge begins, and radii to which it is rounded, 0: sharp [m]."""
-    pair = cells.meeting.pair
+    pair = slices.position.pair
     pinion, wheel = (rounding(gear.drive_flank, gear.face) for gear in (pair.pinion, pair.wheel))
-    begin, radius = (np.where(cells.own_is_pinion, *ends)[:, None] for ends in zip(wheel, pinion, strict=True))
+    begin, radius = (np.where(slices.pinion_is_host, *ends)[:, None] for ends in zip(wheel, pinion, strict=True))
     return begin, radius
 
 
-def at_tip_edge(cells: ContactSlices, force: np.ndarray) -> np.ndarray:
-    """(n,) whether the contact of cells under forces (n,) [N], as wide as Hertz says, reaches the mate's tip edge."""
-    begin, _ = mates_edge(cells)
-    reach = cells.by_gear(cells.touching)[1, :, 0] + cells.half_width(force / (cells.high - cells.low))
-    return (force > 0) & (reach >= begin[:, 0] ** 2 / (2 * cells.radii[1][:, 0]))
+def at_tip_edge(slices: ContactSlices, force: np.ndarray) -> np.ndarray:
+    """(n,) whether the contact of slices under forces (n,) [N], as wide as by Hertz, reaches the mate's tip edge."""
+    begin, _ = mates_edge(slices)
+    reach = slices.by_gear(slices.closest_arcs)[1, :, 0] + slices.half_width(force / slices.width)
+    return (force > 0) & (reach >= begin[:, 0] ** 2 / (2 * slices.radii[1][:, 0]))
 
 
 def means(values: np.ndarray) -> np.ndarray:

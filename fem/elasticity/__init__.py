@@ -1,1 +1,1 @@
-"""How a gear yields to loads on its flank: finite elements of the body, half-space and Hertz next to the load."""
+"""Compliance of a gear under loads on its flank: finite elements of the body, half-space and Hertz near the load."""

@@ -3,13 +3,14 @@
 import numpy as np
 from skfem import MeshHex, MeshLine, MeshQuad
 
+from fem.elasticity.face_symmetry import WholeFace
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import BORE, rotated, section
 from fem.gear.gear import Gear
 
 
 def half_width(b: float, loaded: float, n: int, grading: float = 1.3) -> MeshLine:
-    """Mesh of [0, b/2] from mid-plane to free end face: n elements up to loaded/2, then some beyond."""
+    """Mesh of [0, b/2] from mid-plane to the end face: n elements up to loaded/2, then some as long as the first."""
     inner = loaded / 2 * (1 - np.linspace(1, 0, n + 1) ** grading)
     rest = b / 2 - inner[-1]
     if rest <= 1e-9 * b:
@@ -19,9 +20,8 @@ def half_width(b: float, loaded: float, n: int, grading: float = 1.3) -> MeshLin
 
 
 def both_sides(half: MeshLine) -> MeshLine:
-    """Mesh from end face to end face, of that from mid-plane on."""
-    nodes = np.sort(half.p[0])
-    return MeshLine(np.concatenate([-nodes[:0:-1], nodes]))
+    """Mesh from end face to end face out of that from mid-plane on."""
+    return MeshLine(WholeFace().positions(np.sort(half.p[0])))
 
 
 def whole_width(gear: Gear, density: Density) -> MeshLine:

@@ -1,7 +1,7 @@
-"""The part of the face width that is modelled: all of it, or the half above mid-plane where symmetry gives the other.
+"""The modelled part of the face width: all of it, or the half above mid-plane where symmetry gives the other half.
 
-Axial positions count from mid-plane. Whatever depends on the symmetry asks the face: which displacements it holds, where
-forces act beside those of the model, and what the modelled part says of the whole.
+Axial positions count from mid-plane. All that depends on the symmetry is said here: which displacements it holds, where
+forces act beside those of the model, and what follows from the modelled part for the whole.
 """
 
 from dataclasses import dataclass
@@ -31,6 +31,10 @@ class WholeFace:
     def positions(self, upper: np.ndarray) -> np.ndarray:
         """Axial positions of the model out of those from mid-plane on (n,), increasing from 0 [m]."""
         return np.concatenate([-upper[:0:-1], upper])
+
+    def ends(self, low: float, high: float) -> tuple[float, float]:
+        """Axial ends of the modelled part out of those of the whole face [m]."""
+        return low, high
 
     def images(self, axial: np.ndarray) -> list[np.ndarray]:
         """Axial positions where the forces of the model act [m]."""
@@ -73,6 +77,10 @@ class HalfFace:
     def positions(self, upper: np.ndarray) -> np.ndarray:
         """As of `WholeFace`."""
         return upper
+
+    def ends(self, low: float, high: float) -> tuple[float, float]:
+        """As of `WholeFace`."""
+        return 0.0, high
 
     def images(self, axial: np.ndarray) -> list[np.ndarray]:
         """As of `WholeFace`, for equal forces."""

@@ -14,7 +14,7 @@ from math import copysign, cos, inf, sin
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import Basis, ElementLineP2, ElementQuad2, FacetBasis, LinearForm, MeshLine
+from skfem import Basis, ElementLineP1, ElementLineP2, ElementQuad2, LinearForm, MeshLine
 
 from fem.elasticity import extruded_elasticity, extrusion, section_mesh
 from fem.elasticity.face_symmetry import Face, HalfFace, WholeFace, clamped
@@ -176,22 +176,44 @@ def both_halves(equal: np.ndarray, opposite: np.ndarray) -> np.ndarray:
     return np.einsum("yi,dihjk,zj->dyhzk", joined, halves, joined, optimize=True)
 
 
-def flank_loads(gear: Gear, basis: Basis, arcs: np.ndarray, tooth: int) -> np.ndarray:
-    """(3, n_dofs, n_hat) unit forces into the flank of a tooth, spread as hats: along x and y, and their size.
+def flank_line(gear: Gear, section: Basis, tooth: int) -> tuple[Basis, np.ndarray, np.ndarray]:
+    """The flank of a tooth as a line of elements: its basis over the length, vertices (2, n) [m], dofs of the section.
 
-    Integrals over the flank of -n v hat with the outward normal n, over that of the hat.
+    scikit-fem's FacetBasis finds points on facets by Newton's method, which small elements far from the axis defeat.
     """
-    facets = section_mesh.flank_facets(gear, basis.mesh, tooth)
-    flank = FacetBasis(basis.mesh, basis.elem, facets=facets, intorder=FLANK_ORDER)
-    x, y = np.asarray(flank.global_coordinates())
-    spread_force = hats(arcs, (x**2 + y**2 - gear.r_b**2) / (2 * gear.r_b)) * flank.dx
-    direction = np.stack([*-np.asarray(flank.normals), np.ones_like(x)])
-    shapes = np.stack([np.broadcast_to(shape, x.shape) for (shape,) in flank.basis])
-    values = np.einsum("hfq,bfq,cfq->cbfh", spread_force, shapes, direction, optimize=True)
-    dofs = flank.element_dofs.ravel()
-    summing = sp.csr_matrix((np.ones(dofs.size), (dofs, np.arange(dofs.size))), shape=(basis.N, dofs.size))
-    loads = np.stack([summing @ component.reshape(dofs.size, -1) for component in values])
-    return loads / spread_force.sum(axis=(1, 2))
+    mesh, facets = section.mesh, section_mesh.flank_facets(gear, section.mesh, tooth)
+    facets = facets[np.argsort(np.hypot(*mesh.p[:, mesh.facets[:, facets]].mean(axis=1)))]
+    vertices = np.unique(mesh.facets[:, facets])
+    vertices = vertices[np.argsort(np.hypot(*mesh.p[:, vertices]))]
+    points, quadratic = mesh.p[:, vertices], bool(section.elem.facet_dofs)
+    length = np.append(0.0, np.cumsum(np.hypot(*np.diff(points))))
+    line = Basis(MeshLine(length), ElementLineP2() if quadratic else ElementLineP1(), intorder=FLANK_ORDER)
+    dofs = np.empty(line.N, int)
+    dofs[line.nodal_dofs[0]] = section.nodal_dofs[0][vertices]
+    if quadratic:
+        dofs[line.interior_dofs[0]] = section.facet_dofs[0][facets]
+    return line, points, dofs
+
+
+@LinearForm
+def spread_force(v, w):
+    """Work of a force per length."""
+    return w.force * v
+
+
+def flank_loads(gear: Gear, basis: Basis, arcs: np.ndarray, tooth: int) -> np.ndarray:
+    """(3, n_dofs, n_hat) unit forces into the flank of a tooth, spread as hats: along x and y, and their size."""
+    line, points, dofs = flank_line(gear, basis, tooth)
+    length = np.asarray(line.global_coordinates())[0]
+    x, y = (np.interp(length, line.mesh.p[0], coordinate) for coordinate in points)
+    hat_values = hats(arcs, (x**2 + y**2 - gear.r_b**2) / (2 * gear.r_b))
+    tangent_x, tangent_y = np.diff(points) / np.diff(line.mesh.p[0])
+    direction = np.stack([tangent_y, -tangent_x, np.ones_like(tangent_x)])[..., None]
+    loads = np.zeros((3, basis.N, arcs.size))
+    for i, component in enumerate(direction):
+        forces = [spread_force.assemble(line, force=component * values) for values in hat_values]
+        loads[i, dofs] = np.transpose(forces)
+    return loads / loads[2].sum(axis=0)
 
 
 def virtual_forces(gear: Gear, basis: Basis, arcs: np.ndarray, density: Density) -> list[np.ndarray]:
@@ -229,7 +251,7 @@ def solid(gear: Gear, arcs, axial, across: Basis, density: Density, face: Face) 
         full = np.einsum("cnh,ms->cnmsh", force, across_loads).reshape(-1, axial.size * arcs.size)
         loads.append(sp.csr_matrix(full[free]))
     loaded_dofs = np.unique(sp.hstack(loads).tocoo().row)
-    u = factorize(matrix, wanted=loaded_dofs)(loads[0].toarray())
+    u = factorize(matrix, accessed=loaded_dofs)(loads[0].toarray())
     shape = (axial.size, arcs.size)
     return np.stack([(load.T @ u).reshape(shape + shape) for load in loads])
 

@@ -3,48 +3,48 @@
 import numpy as np
 
 
-def hat(at: np.ndarray, tops: np.ndarray, values: np.ndarray) -> np.ndarray:
+def hat(positions: np.ndarray, tops: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Sum of hat functions with the given tops, weighted by values; 0 outside."""
-    return np.interp(at, tops, values, left=0.0, right=0.0)
+    return np.interp(positions, tops, values, left=0.0, right=0.0)
 
 
-def hats(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
+def hats(tops: np.ndarray, positions: np.ndarray) -> np.ndarray:
     """(n_hat, ...) values of the hat functions with the given tops; the outer two go on beyond them."""
-    return np.stack([np.interp(at, tops, row) for row in np.eye(tops.size)])
+    return np.stack([np.interp(positions, tops, row) for row in np.eye(tops.size)])
 
 
-def lines(tops: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """(n_hat, n) values at places at (n,) of lines with kinks that span the hats with given tops, and go on beyond."""
-    return np.stack([np.ones_like(at), at, *np.maximum(at - tops[1:-1, None], 0)])
+def lines(tops: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """(n_hat, n) values at positions (n,) of lines with kinks that span the hats with given tops, and go on beyond."""
+    return np.stack([np.ones_like(positions), positions, *np.maximum(positions - tops[1:-1, None], 0)])
 
 
 def products(tops: np.ndarray) -> np.ndarray:
-    """(n, n) integrals of products of two of the hats; their sums are the integrals of the hats."""
+    """(n, n) integrals of products of two of the hats (mass matrix); their sums are the integrals of the hats."""
     size = np.diff(tops)
     return np.diag(np.append(size, 0.0) + np.append(0.0, size)) / 3 + (np.diag(size, 1) + np.diag(size, -1)) / 6
 
 
 def overlap(tops: np.ndarray) -> np.ndarray:
     """(n, n) mean over one hat of the line load of a unit force spread as another [1/m]."""
-    both = products(tops)
-    return both / np.outer(both.sum(axis=0), both.sum(axis=0))
+    mass = products(tops)
+    return mass / np.outer(mass.sum(axis=0), mass.sum(axis=0))
 
 
 def spread(tops: np.ndarray, reach: float, *, odd: bool = False) -> np.ndarray:
-    """(n, n) as `overlap`, of what a line load moves as far along the line as exp(-distance / reach) [1/m].
+    """(n, n) as `overlap`, of displacements that decay along the line as exp(-distance / reach) from their load [1/m].
 
     odd         whether the loads beyond the first top are opposite, else they are alike; none lie beyond the last
 
     A uniform load is left as it is, as by `overlap`, which is the limit of no reach.
     """
-    both, size, free = products(tops), np.diff(tops), slice(1 if odd else 0, None)
+    mass, size, free = products(tops), np.diff(tops), slice(1 if odd else 0, None)
     slopes = np.diff(np.eye(tops.size), axis=0)
-    decaying = both + reach**2 * slopes.T @ (slopes / size[:, None])
-    moved = both[:, free] @ np.linalg.solve(decaying[free, free], both[free])
-    return moved / np.outer(both.sum(axis=0), both.sum(axis=0))
+    decaying = mass + reach**2 * slopes.T @ (slopes / size[:, None])
+    u = mass[:, free] @ np.linalg.solve(decaying[free, free], mass[free])
+    return u / np.outer(mass.sum(axis=0), mass.sum(axis=0))
 
 
 def values_of_means(tops: np.ndarray) -> np.ndarray:
     """(n, n) values at the tops of the sum of hats which has given means over the hats (projection in L2)."""
-    both = products(tops)
-    return np.linalg.solve(both, np.diag(both.sum(axis=1)))
+    mass = products(tops)
+    return np.linalg.solve(mass, np.diag(mass.sum(axis=1)))

@@ -11,16 +11,16 @@ def flattening(material: Material) -> float:
     return 2 * (1 - material.nu**2) / (np.pi * material.E)
 
 
-def half_width(line_load, radius, one: Material, other: Material):
+def half_width(line_load, radius, pinion: Material, wheel: Material):
     """Half-width of the contact of two cylinders [m] under line_load [N/m], radius = R1 R2 / (R1 + R2) [m]."""
-    return np.sqrt(2 * line_load * radius * (flattening(one) + flattening(other)))
+    return np.sqrt(2 * line_load * radius * (flattening(pinion) + flattening(wheel)))
 
 
-def log_mean(x, width_one, width_other):
-    """Mean of -ln|s - t| over two strips of given widths whose centres lie x apart; broadcasts."""
-    ends = [x + a * width_one / 2 + b * width_other / 2 for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
-    one, two, three, four = (_log_integral(end) for end in ends)
-    return -(one - two - three + four) / (width_one * width_other)
+def log_mean(distance, width, mate_width):
+    """Mean of -ln|s - t| over two strips of given widths whose middles lie a distance apart; broadcasts."""
+    inner, outer = (width - mate_width) / 2, (width + mate_width) / 2
+    ends = [_log_integral(distance + end) for end in (outer, inner, -inner, -outer)]
+    return -(ends[0] - ends[1] - ends[2] + ends[3]) / (width * mate_width)
 
 
 def _log_integral(x):
@@ -33,9 +33,9 @@ def _log_integral(x):
 
 def largest_torque(pair: GearPair) -> float:
     """Pinion torque at which Hertz pressure at the pitch point reaches E/20, far beyond any elastic gear [N m]."""
-    one, other = pair.pinion.material, pair.wheel.material
+    pinion, wheel = pair.pinion.material, pair.wheel.material
     roll = pair.roll_pitch, pair.path_of_contact.on_wheel(pair.roll_pitch)
     curvature = 1 / roll[0] + 1 / roll[1]
-    modulus = 2 / (np.pi * (flattening(one) + flattening(other)))
-    pressure = min(one.E, other.E) / 20
+    modulus = 2 / (np.pi * (flattening(pinion) + flattening(wheel)))
+    pressure = min(pinion.E, wheel.E) / 20
     return pair.pinion.r_b * pair.b * np.pi * pressure**2 / (modulus * curvature)

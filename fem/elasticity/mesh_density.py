@@ -15,7 +15,7 @@ PARTS = ("flank", "fillet", "land", "tooth", "rim", "body")
 @short()
 @dataclass(frozen=True)
 class Density:
-    """Numbers of elements of the section; `refined(q)` divides each of them into q, `paired` joins two and two.
+    """Numbers of elements of the section; `refined(q)` divides each element into q, `paired` joins pairs of them.
 
     flank, fillet, land     along the profile: involute, upper and lower half of the fillet each, root land
     tooth, rim, body        half across the tooth, in the layer below the root, from there to the bore

@@ -24,7 +24,7 @@ def flank_arcs(gear: Gear, n: int, divide: int = 1) -> np.ndarray:
     return divided(coarse, divide)
 
 
-def flank_places(gear: Gear, density: Density) -> np.ndarray:
+def flank_node_arcs(gear: Gear, density: Density) -> np.ndarray:
     """(n,) arc lengths of flank nodes from root form to tip [m], smaller steps beside the edges of the density."""
     nodes = flank_arcs(gear, density.flank, density.divide)
     if not density.edges:
@@ -102,7 +102,7 @@ def across_tooth(gear: Gear, density: Density, arcs: np.ndarray) -> np.ndarray:
 
 def tooth_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     """The tooth above the middle of its fillets and the layer below it down to `rim_radius`, as (2, n, m) grids."""
-    arcs = flank_places(gear, density)
+    arcs = flank_node_arcs(gear, density)
     across = across_tooth(gear, density, arcs)
     upper, even = density.steps("fillet")[::-1] / 2, np.linspace(0, 1, across.size)
     involute = tooth_profile.cartesian(tooth_profile.flank(gear, tooth_profile.roll_at(gear, arcs)))
@@ -179,10 +179,10 @@ def section_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     tooth, rim = tooth_blocks(gear, density)
     radii = body_radii(gear, density)
     body = polar_block(radii, np.linspace(np.pi, -np.pi, rim.shape[1]) / gear.z)
-    some = density.behind + density.teeth + 1 < gear.z
-    pitches = range(-density.behind, density.teeth + 1) if some else range(gear.z)
+    toothless_rest = density.behind + density.teeth + 1 < gear.z
+    pitches = range(-density.behind, density.teeth + 1) if toothless_rest else range(gear.z)
     blocks = [rotated(block, 2 * np.pi * k / gear.z) for k in pitches for block in (tooth, rim, body)]
-    if not some:
+    if not toothless_rest:
         return blocks
     outside = radii[-1] + (gear.r_f - radii[-1]) * rim_steps(density)
     return [*blocks, polar_block(np.concatenate([radii, outside[1:]]), ring_angles(gear, density))]
@@ -209,25 +209,27 @@ def merged(points: np.ndarray, cells: np.ndarray, tolerance: float) -> tuple[np.
     return np.ascontiguousarray(points[:, first]), np.ascontiguousarray(inverse.reshape(-1)[cells])
 
 
-#: Elements beside an edge are smaller by this factor, and grow by this share of their distance from it.
+#: Elements beside an edge are smaller by this factor, and grow by this share of their distance from it: te then changes
+#: smoothly while the contact passes the edge.
 CLOSER, GROWTH = 4, 0.1
 #: Each layer is thicker than the last by this factor.
 THICKER = 1.5
+#: Positions at which element sizes are evaluated: far more than there are nodes.
 SAMPLES = 100_001
 
 
 def beside(edges, nodes: np.ndarray) -> np.ndarray:
-    """Places spaced as nodes (n,), with edges (m,), increasing, among them and smaller elements beside each."""
-    places = np.linspace(nodes[0], nodes[-1], SAMPLES)
-    usual = np.interp(places, (nodes[1:] + nodes[:-1]) / 2, np.diff(nodes))
+    """Nodes spaced as nodes (n,), with edges (m,), increasing, among them and smaller elements beside each."""
+    positions = np.linspace(nodes[0], nodes[-1], SAMPLES)
+    usual = np.interp(positions, (nodes[1:] + nodes[:-1]) / 2, np.diff(nodes))
     size = usual
     for edge in edges:
-        size = np.minimum(size, np.interp(edge, places, usual) / CLOSER + GROWTH * np.abs(places - edge))
-    count = np.append(0.0, np.cumsum(np.diff(places) * 2 / (size[1:] + size[:-1])))
+        size = np.minimum(size, np.interp(edge, positions, usual) / CLOSER + GROWTH * np.abs(positions - edge))
+    count = np.append(0.0, np.cumsum(np.diff(positions) * 2 / (size[1:] + size[:-1])))
     parts = []
-    for start, end in pairwise(np.interp([nodes[0], *edges, nodes[-1]], places, count)):
+    for start, end in pairwise(np.interp([nodes[0], *edges, nodes[-1]], positions, count)):
         stops = np.linspace(start, end, max(1, round(end - start)) + 1)
-        parts.append(np.interp(stops[:-1], count, places))
+        parts.append(np.interp(stops[:-1], count, positions))
     return np.append(np.concatenate(parts), nodes[-1])
 
 
@@ -240,9 +242,9 @@ def layers(first: float, thickest: float) -> np.ndarray:
 
 
 def along_rows(grid: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """(2, k, m) points of a grid (2, n, m) moved along its m rows to shares (k,) of their lengths."""
-    found = np.empty((2, shares.size, grid.shape[2]))
+    """(2, k, m) points of a grid (2, n, m) spaced along its m rows to shares (k,) of their lengths."""
+    spaced = np.empty((2, shares.size, grid.shape[2]))
     for row, points in enumerate(np.moveaxis(grid, 2, 0)):
         length = np.append(0.0, np.cumsum(np.hypot(*np.diff(points))))
-        found[:, :, row] = [np.interp(shares * length[-1], length, part) for part in points]
-    return found
+        spaced[:, :, row] = [np.interp(shares * length[-1], length, part) for part in points]
+    return spaced

@@ -1,4 +1,4 @@
-"""Quantities with symbol, unit and meaning: a table to read, a mapping to compute with."""
+"""Data sheet of a gear or a pair: quantities by symbol with unit and meaning, a table that is also a mapping."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from html import escape
@@ -7,9 +7,9 @@ from typing import NamedTuple
 from fem.support.arguments import checked
 from fem.support.representation import quantity
 
-#: Units of the table in place of SI.
-DRAWN = {"m": "mm", "rad": "deg", "1": ""}
-#: Units and meanings of what stands in the sheet of a gear, and of a pair: 1 the pinion, 2 the wheel.
+#: Units that the printed table uses instead of SI units.
+PRINTED = {"m": "mm", "rad": "deg", "1": ""}
+#: Unit and meaning of the quantities of a gear, and of a pair (index 1: pinion, 2: wheel).
 GEAR = {
     "z": ("1", "number of teeth"),
     "m_n": ("m", "normal module"),
@@ -67,14 +67,14 @@ Row = tuple[str, float, str, str]
 
 @checked
 class Quantity(NamedTuple):
-    """A value in SI units ("1": none) and what it is."""
+    """A value in SI units ("1": dimensionless) with its meaning."""
 
     value: float
     unit: str
     meaning: str
 
     def __str__(self) -> str:
-        return quantity(self.value, DRAWN.get(self.unit, self.unit))
+        return quantity(self.value, PRINTED.get(self.unit, self.unit))
 
 
 @checked
@@ -103,8 +103,9 @@ class DataSheet(Mapping[str, Quantity]):
         return [(symbol, str(row), row.meaning) for symbol, row in self.items()]
 
     def __str__(self) -> str:
-        wide, wider = (max(len(row[i]) for row in self._cells) for i in (0, 1))
-        return "\n".join([self.title, *(f"{a:{wide}}  {b:{wider}}  {c}" for a, b, c in self._cells)])
+        widths = [max(len(row[i]) for row in self._cells) for i in (0, 1)]
+        rows = (f"{symbol:{widths[0]}}  {value:{widths[1]}}  {meaning}" for symbol, value, meaning in self._cells)
+        return "\n".join([self.title, *rows])
 
     __repr__ = __str__
 
@@ -115,6 +116,6 @@ class DataSheet(Mapping[str, Quantity]):
 
 
 def listed(meanings: Mapping[str, tuple[str, str]], instance, sizes: Mapping[str, float]) -> list[Row]:
-    """Rows of a data sheet; what does not stand among the sizes is an attribute of that name."""
+    """Rows of a data sheet; quantities that are not among the sizes are attributes of the instance."""
     values = {symbol: sizes[symbol] if symbol in sizes else getattr(instance, symbol) for symbol in meanings}
     return [(symbol, values[symbol], *meaning) for symbol, meaning in meanings.items()]

@@ -1,11 +1,10 @@
-"""Macro-geometry of one external involute cylindrical gear (ISO 21771), checked when born."""
+"""Macro-geometry of an external involute cylindrical gear (ISO 21771); a gear that cannot exist is refused."""
 
 from dataclasses import InitVar, dataclass, field
 from functools import cached_property
 from math import acos, asin, atan, cos, hypot, inf, pi, sin, sqrt, tan
 
-import numpy as np
-
+from fem.gear import limits
 from fem.gear.data_sheet import GEAR, DataSheet, listed
 from fem.gear.inspection import Teeth, measures
 from fem.gear.involute import involute
@@ -14,6 +13,7 @@ from fem.gear.tooth_root import Arc, Trochoid
 from fem.microgeometry import flank as flanks
 from fem.microgeometry.flank import Flank, Sides
 from fem.microgeometry.modification import FlankExtent
+from fem.support.arguments import DERIVED
 from fem.support.representation import short
 from fem.support.validation import as_floats, number, require, require_within
 from fem.units import deg, mm
@@ -22,7 +22,7 @@ from fem.units import deg, mm
 @short(**dict.fromkeys(("m_n", "b", "d_bore", "s_n", "d_a", "d_f", "rho_f", "fillet"), "mm"), alpha_n="deg", beta="deg")
 @dataclass(frozen=True, kw_only=True)
 class Gear:
-    """One external involute gear; lengths in metres, angles in radians (ISO 21771 symbols).
+    """External involute gear; lengths in metres, angles in radians (symbols of ISO 21771).
 
     z           number of teeth
     m_n         normal module
@@ -30,17 +30,18 @@ class Gear:
     d_bore      diameter where the body is clamped: the bore on a stiff shaft, or the inside of the rim on a web
     alpha_n     normal pressure angle
     beta        helix angle at the reference circle, > 0 right-hand
-    x           profile shift coefficient, as far as pointed teeth and undercut let it; by default the one that gives
-                s_n, or 0
-    s_n         normal circular tooth thickness at the reference circle; by default the one that x gives
+    x           profile shift coefficient, limited by pointed teeth and undercut; by default that of s_n, or 0
+    s_n         normal circular tooth thickness at the reference circle; by default that of x
     d_a, d_f    tip and root diameter; by default m_n (1 + x) above and h_fP - x m_n below the reference circle
-    h_fP        addendum of the generating rack as input instead of d_f; by default 1.25 m_n (ISO 53, profile A)
-    rho_f       tip radius rho_fP of the generating rack in its normal section (ISO 53), which leaves the fillet; by
-                default 0.38 m_n or what fits
+    h_fP        dedendum of the basic rack, the tool's addendum, instead of d_f; by default 1.25 m_n (ISO 53, profile A)
+    rho_f       tip radius of the generating rack in its normal section, rho_fP of ISO 53, which generates the fillet;
+                by default 0.38 m_n, or less if less fits
     fillet      radius of a circular root fillet in the transverse section, instead of the rack's trochoid
+    material    of the body; by default steel
     flank       modifications of the flanks (`fem.microgeometry`), which add up: the same on both sides, or `fem.Sides`
 
-    Raises ValueError where no such gear exists: unit slips, pointed teeth, nothing left by undercut, fillets too round.
+    Raises ValueError where no such gear exists, for example for a value in millimetres or degrees, pointed teeth, teeth
+    weakened too much by undercut, and fillets that do not fit between the teeth.
     """
 
     z: int
@@ -49,10 +50,10 @@ class Gear:
     d_bore: float
     alpha_n: float = 20 * deg
     beta: float = 0.0
-    x: float = None  # type: ignore[assignment]
-    s_n: float = None  # type: ignore[assignment]
-    d_a: float = None  # type: ignore[assignment]
-    d_f: float = None  # type: ignore[assignment]
+    x: float = DERIVED
+    s_n: float = DERIVED
+    d_a: float = DERIVED
+    d_f: float = DERIVED
     h_fP: InitVar[float | None] = None
     rho_f: float | None = None
     fillet: float | None = None
@@ -62,14 +63,11 @@ class Gear:
     def __post_init__(self, h_fP: float | None):
         as_floats(self)
         self._check_teeth_and_material()
-        require_within("m_n", self.m_n, 0, 100 * mm, unit=mm, remedy="mm (pass metres: 2.6*mm)")
-        require_within("alpha_n", self.alpha_n, 10 * deg, 35 * deg, unit=deg, remedy="deg (pass radians: 20*deg)")
-        require_within("beta", self.beta, -45 * deg, 45 * deg, unit=deg, remedy="deg (pass radians: 15*deg)")
+        limits.check_rack(self)
         self._fill_defaults(None if h_fP is None else number("h_fP", h_fP))
-        self._check_widths()
-        self._check_tip()
-        self._check_root()
-        require(self.r_a > self.r_form, f"no involute between root form and tip circle d_a = {self.d_a / mm:g} mm")
+        limits.check_sizes(self)
+        limits.check_tip(self)
+        limits.check_root(self)
         for side in (self.drive_flank, self.coast_flank):
             flanks.check(side, self.face)
 
@@ -79,13 +77,9 @@ class Gear:
         object.__setattr__(self, "z", int(z))
         require(isinstance(self.material, Material), f"{steel}, got {self.material!r}")
 
-    def _fill(self, name: str, value) -> None:
-        if getattr(self, name) is None:
-            object.__setattr__(self, name, value)
-
     def _fill_defaults(self, h_fP: float | None) -> None:
-        if self.x is None:
-            object.__setattr__(self, "x", self._shift())
+        """Set the fields that were left out, in the order in which they follow from one another."""
+        self._fill("x", self._shift())
         shift = "(profile shift in modules, less than the reference radius; for one in metres divide by m_n)"
         require_within("x", self.x, -self.z / 2, self.z / 2, remedy=shift)
         self._fill("s_n", self.m_n * (pi / 2 + 2 * self.x * tan(self.alpha_n)))
@@ -96,57 +90,23 @@ class Gear:
         self._fill("d_f", 2 * self.r - 2 * ((1.25 * self.m_n if h_fP is None else h_fP) - self.x * self.m_n))
         require(self.rho_f is None or self.fillet is None, "give rho_f of the rack or a fillet, not both")
         if self.fillet is None:
-            roundest = self._roundest_rack_tip
-            self._fill("rho_f", min(0.38 * self.m_n, roundest) if roundest > 0 else 0.38 * self.m_n)
+            largest = limits.largest_rack_radius(self)
+            self._fill("rho_f", min(0.38 * self.m_n, largest) if largest > 0 else 0.38 * self.m_n)
         if not isinstance(self.flank, Sides):
             object.__setattr__(self, "flank", flanks.parts_of(self.flank))
 
+    def _fill(self, name: str, value) -> None:
+        """Set a field that was left out."""
+        if getattr(self, name) is None:
+            object.__setattr__(self, name, value)
+
     def _shift(self) -> float:
-        """Profile shift coefficient that gives s_n."""
-        if self.s_n is None:
+        """Profile shift coefficient that x has by default: that of s_n, if given."""
+        if self.x is not None or self.s_n is None:
             return 0.0
         pitch = pi * self.m_n
         require_within("s_n", self.s_n, 0, 2 * pitch, unit=mm, remedy="mm (two pitches; pass metres: 3.78*mm)")
         return (self.s_n / self.m_n - pi / 2) / (2 * tan(self.alpha_n))
-
-    def _check_widths(self) -> None:
-        m_n, shifted = self.m_n, f"circle shifted by x = {self.x:.4g} modules"
-        none, middle = 2 * self.x * m_n * tan(self.alpha_n), 2 * self.r + 2 * self.x * m_n
-        require_within("b", self.b, 0.1 * m_n, 200 * m_n, unit=mm, remedy="mm (pass metres: 23*mm)")
-        thick = f"mm (between nothing and a whole pitch on the {shifted})"
-        require_within("s_n", self.s_n, none, none + pi * m_n, unit=mm, remedy=thick)
-        tip = f"mm (above the base circle, within 4 modules of the {shifted})"
-        require_within("d_a", self.d_a, 2 * self.r_b, middle + 8 * m_n, unit=mm, remedy=tip)
-        root = f"mm (below the tip circle, within 4 modules of the {shifted})"
-        require_within("d_f", self.d_f, middle - 8 * m_n, self.d_a, unit=mm, remedy=root)
-        rim = f"mm (leave a rim of one module below the root circle {self.d_f / mm:g} mm)"
-        require_within("d_bore", self.d_bore, 0, self.d_f - 2 * m_n, unit=mm, remedy=rim)
-
-    def _check_tip(self) -> None:
-        s_a = self.thickness(self.r_a)
-        tip = f"tip thickness {s_a / mm:.3g} mm at d_a = {self.d_a / mm:g} mm"
-        require(s_a > 0, f"teeth are pointed: {tip}; reduce d_a or x = {self.x:.4g} modules")
-
-    @property
-    def _roundest_rack_tip(self) -> float:
-        """Tip radius of a rack without a land, in the normal section [m]; <= 0 where its flanks meet above that."""
-        floor = self.m_n * pi - self.s_n - 2 * self.h_rack * tan(self.alpha_n)
-        return floor / 2 * cos(self.alpha_n) / (1 - sin(self.alpha_n))
-
-    def _check_root(self) -> None:
-        if self.rho_f is not None:
-            largest = self._roundest_rack_tip
-            deep = f"d_f = {self.d_f / mm:g} mm is too deep for s_n = {self.s_n / mm:.4g} mm (x = {self.x:.4g})"
-            require(largest > 0, f"{deep}: the generating rack's flanks meet above it; raise d_f or reduce x")
-            fits = "mm, the roundest tip that fits between the flanks of the generating rack in its normal section"
-            require_within("rho_f", self.rho_f, 0, largest * (1 + 1e-9), unit=mm, remedy=fits)
-        if self.fillet is not None:
-            require_within("fillet", self.fillet, 0, 4 * self.m_n, unit=mm, remedy="mm (pass metres: 1*mm)")
-            fits = f"fillet {self.fillet / mm:g} mm does not fit between two teeth; reduce it or x, or raise d_f"
-            require(self.root.psi_f <= pi / self.z * (1 + 1e-9), fits)
-        waist = 2 * min(r * psi for r, psi in zip(*self.root.points(np.linspace(0, 1, 33)), strict=True))
-        thin = f"z = {self.z}, x = {self.x:.4g} leave teeth {waist / mm:.3g} mm thick at the root"
-        require(waist > 0.1 * self.m_n, f"{thin}; the generating rack undercuts them: raise x, z, rho_f or d_f")
 
     @property
     def drive_flank(self) -> Flank:
@@ -220,7 +180,7 @@ class Gear:
 
     @cached_property
     def root(self) -> Trochoid | Arc:
-        """Outline between involute and root circle."""
+        """Curve between the involute and the root circle."""
         if self.fillet is not None:
             return Arc(self.r_b, self.r_f, self.psi_b, self.fillet)
         rack = self.alpha_t, self.beta, self.psi_b, self.h_rack, self.rho_f
@@ -233,12 +193,12 @@ class Gear:
 
     @cached_property
     def roll_tip(self) -> float:
-        """Roll length (radius of curvature) at the tip [m]."""
+        """Roll length (radius of curvature of the involute) at the tip [m]."""
         return sqrt(self.r_a**2 - self.r_b**2)
 
     @property
     def roll_form(self) -> float:
-        """Roll length where the root begins [m]."""
+        """Roll length at the root form circle, where the involute begins [m]."""
         return self.root.roll_form
 
     @property
@@ -248,7 +208,7 @@ class Gear:
 
     @cached_property
     def face(self) -> FlankExtent:
-        """Extent of a flank."""
+        """Extent of a flank, on which modifications are defined."""
         return FlankExtent(self.roll_form, self.roll_tip, self.b, self.r_b, self.z, land=self.thickness(self.r_a))
 
     def thickness(self, r: float) -> float:
@@ -263,8 +223,8 @@ class Gear:
         k       number of teeth in the span measurement
         D_M     diameter of balls that lie in opposite spaces [m]
 
-        By default span and balls touch near the diameter d + 2 x m_n, and are left out where none measure.
-        Raises ValueError for k and D_M that miss the flanks.
+        By default the span and the balls touch near the diameter d + 2 x m_n; a measure that is not possible is left
+        out. Raises ValueError for k and D_M that miss the flanks.
         """
         r, beta_a = self.r, atan(self.twist * self.r_a)
         teeth = Teeth(self.z, self.r_b, self.psi_b, self.beta_b, self.b, self.r_f, (self.roll_form, self.roll_tip))

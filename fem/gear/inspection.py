@@ -1,4 +1,4 @@
-"""What a workshop measures of a gear's teeth: the span over several, the dimension over two balls (ISO 21771)."""
+"""Measures by which a workshop inspects tooth thickness: span over k teeth, dimension over two balls (ISO 21771)."""
 
 from contextlib import nullcontext, suppress
 from math import cos, hypot, pi, sin, sqrt, tan
@@ -10,7 +10,7 @@ from fem.units import mm
 
 
 class Teeth(NamedTuple):
-    """What these measures depend on: numbers as in `fem.Gear`, roll lengths of the ends of the flank [m]."""
+    """Gear data that these measures depend on, as in `fem.Gear`; rolls: roll lengths of the ends of the flank [m]."""
 
     z: int
     r_b: float
@@ -31,7 +31,7 @@ class Teeth(NamedTuple):
         return 2 * self.r_b * self.psi_b * cos(self.beta_b)
 
     def touches(self, roll: float) -> bool:
-        """Whether there is a flank at a roll length [m]."""
+        """Whether the flank reaches a roll length [m]."""
         return self.rolls[0] <= roll <= self.rolls[1]
 
 
@@ -41,22 +41,22 @@ def span(teeth: Teeth, k: int) -> float:
     require(number("k", k) % 1 == 0 and 1 <= k <= teeth.z, number_of)
     w = (k - 1) * teeth.p_bn + teeth.s_bn
     roll, low, high = w * cos(teeth.beta_b) / 2, *teeth.rolls
-    off = f"touches at roll length {roll / mm:.4g} mm, the flanks reach from {low / mm:.4g} to {high / mm:.4g} mm"
-    require(teeth.touches(roll), f"the span over k = {k} teeth {off}; choose another k")
+    miss = f"touches at roll length {roll / mm:.4g} mm, the flanks reach from {low / mm:.4g} to {high / mm:.4g} mm"
+    require(teeth.touches(roll), f"the span over k = {k} teeth {miss}; choose another k")
     tilted = w * abs(sin(teeth.beta_b))
-    narrow = f"the span over k = {k} teeth takes {tilted / mm:.4g} mm of face width, there are {teeth.b / mm:.4g} mm"
-    require(tilted < teeth.b, f"{narrow}; choose fewer teeth, or measure over balls")
+    wide = f"the span over k = {k} teeth takes {tilted / mm:.4g} mm of face width, the gear has {teeth.b / mm:.4g} mm"
+    require(tilted < teeth.b, f"{wide}; choose fewer teeth, or measure over balls")
     return w
 
 
 def spanned(teeth: Teeth, r: float) -> int:
-    """Number of teeth k over which the span touches nearest to the circle of radius r, at least 2."""
+    """Number of teeth k whose span touches nearest to the circle of radius r [m], at least 2."""
     w = 2 * _roll(teeth, r) / cos(teeth.beta_b)
     return min(max(2, round(1 + (w - teeth.s_bn) / teeth.p_bn)), teeth.z)
 
 
 def _roll(teeth: Teeth, r: float) -> float:
-    """Roll length on the circle of radius r, or in the middle of the flank where that circle misses it [m]."""
+    """Roll length on the circle of radius r; that of the middle of the flank where the circle misses the flank [m]."""
     roll = sqrt(max(r**2 - teeth.r_b**2, 0.0))
     return roll if teeth.touches(roll) else sum(teeth.rolls) / 2
 
@@ -64,17 +64,17 @@ def _roll(teeth: Teeth, r: float) -> float:
 def over_balls(teeth: Teeth, d_m: float) -> float:
     """Dimension M_dK over two balls of diameter D_M = d_m in opposite spaces [m].
 
-    A ball rests on two flanks: inv(alpha_K) = D_M / (d_b cos beta_b) less half the space on the base circle.
-    Raises ValueError for balls that rest elsewhere, or below the tips.
+    A ball touches two flanks: inv(alpha_K) = D_M / (d_b cos beta_b) less half the space on the base circle, its centre
+    lies on d_K = d_b / cos(alpha_K). Raises ValueError for balls that miss the flanks, or stay below the tips.
     """
     require(number("D_M", d_m) > 0, f"D_M must be > 0 m, got {d_m}")
     half_space = pi / teeth.z - teeth.psi_b
-    sought = d_m / (2 * teeth.r_b * cos(teeth.beta_b)) - half_space
-    off = f"balls of D_M = {d_m / mm:.4g} mm do not rest on the flanks; choose other ones"
-    require(sought > 0, off)
-    alpha = inverse_involute(sought)
-    d_k = 2 * teeth.r_b / cos(alpha)
-    require(teeth.touches(teeth.r_b * tan(alpha) - d_m / 2 * cos(teeth.beta_b)), off)
+    involute_k = d_m / (2 * teeth.r_b * cos(teeth.beta_b)) - half_space
+    miss = f"balls of D_M = {d_m / mm:.4g} mm do not rest on the flanks; choose other ones"
+    require(involute_k > 0, miss)
+    alpha_k = inverse_involute(involute_k)
+    d_k = 2 * teeth.r_b / cos(alpha_k)
+    require(teeth.touches(teeth.r_b * tan(alpha_k) - d_m / 2 * cos(teeth.beta_b)), miss)
     d_a = 2 * hypot(teeth.r_b, teeth.rolls[1])
     require(d_k + d_m > d_a, f"balls of D_M = {d_m / mm:.4g} mm stay below the tips; choose larger ones")
     require(d_k - d_m > 2 * teeth.r_f, f"balls of D_M = {d_m / mm:.4g} mm rest on the root circle; choose larger ones")
@@ -82,14 +82,14 @@ def over_balls(teeth: Teeth, d_m: float) -> float:
 
 
 def ball(teeth: Teeth, r: float) -> float:
-    """Diameter [m] of a ball that touches near the circle of radius r, to two digits."""
+    """Diameter [m], to two digits, of a ball that touches the flanks near the circle of radius r [m]."""
     contact = _roll(teeth, r) / teeth.r_b
     d_m = 2 * teeth.r_b * cos(teeth.beta_b) * (tan(pi / teeth.z - teeth.psi_b + contact) - contact)
     return float(f"{d_m:.2g}")
 
 
 def fitting(teeth: Teeth, r: float) -> float | None:
-    """Diameter [m] of a ball that touches near the circle of radius r, or farther out if it must; None: none does."""
+    """Diameter [m] of a ball that touches the flanks near the circle of radius r [m], or next farther out, if any."""
     r_tip = hypot(teeth.r_b, teeth.rolls[1])
     for share in (0.0, 0.25, 0.5, 0.75, 0.9):
         d_m = ball(teeth, r + share * (r_tip - r))
@@ -100,9 +100,9 @@ def fitting(teeth: Teeth, r: float) -> float | None:
 
 
 def measures(teeth: Teeth, k: int | None, d_m: float | None, r: float) -> list[tuple[str, float, str, str]]:
-    """Rows of a data sheet; span and balls that are not given and cannot measure are left out.
+    """Rows of a data sheet with span and dimension over balls; a default that cannot be measured is left out.
 
-    r       radius near which span and balls that are not given touch [m]
+    r       radius of the circle near which the span and the balls touch by default [m]
     """
     rows: list[tuple[str, float, str, str]] = []
     with suppress(ValueError) if k is None else nullcontext():

@@ -1,4 +1,4 @@
-"""What gears are made of."""
+"""Material of a gear."""
 
 from dataclasses import dataclass
 

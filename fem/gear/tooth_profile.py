@@ -1,7 +1,8 @@
-"""Transverse tooth outline: involute flank, root fillet, root circle (ISO 21771).
+"""Outline of a tooth in the transverse section: involute flank, root fillet, root circle (ISO 21771).
 
 Polar coordinates about the gear's centre: radius r [m] and angle psi [rad] from the tooth's centre line, psi >= 0 on
-the flank that faces counter-clockwise. A point of the flank is named by its roll length rho, the radius of curvature.
+the flank that faces counter-clockwise. A point of the flank is named by its roll length, the radius of curvature of the
+involute there.
 """
 
 from typing import NamedTuple
@@ -11,7 +12,7 @@ import numpy as np
 from fem.gear.gear import Gear
 from fem.gear.involute import involute
 
-#: Rolls shorter than this share of that at the tip count as that long: at the base circle there is no curvature.
+#: Least roll length at which curvatures are taken, as share of that at the tip: on the base circle it would be 0.
 LEAST_ROLL = 0.01
 
 
@@ -29,7 +30,7 @@ def flank(gear: Gear, roll) -> Polar:
 
 
 def fillet(gear: Gear, share) -> Polar:
-    """Root fillet at shares (n,) of the way: 0 at the end of the involute, 1 on the root circle."""
+    """Root fillet at shares (n,) of the way from the involute (0) to the root circle (1)."""
     return Polar(*gear.root.points(share))
 
 
@@ -40,16 +41,31 @@ def root_land(gear: Gear, n: int) -> Polar:
 
 
 def arc_length(gear: Gear, roll):
-    """Length of the flank between base circle and roll length roll [m]."""
+    """Arc length [m] of the flank from the base circle to roll lengths roll [m]."""
     return np.square(roll) / (2 * gear.r_b)
 
 
 def roll_at(gear: Gear, arc):
-    """Inverse of `arc_length`."""
+    """Roll lengths [m] at arc lengths arc [m]; inverse of `arc_length`."""
     return np.sqrt(2 * gear.r_b * np.asarray(arc))
 
 
 def cartesian(polar: Polar, turn=0.0) -> np.ndarray:
-    """(2, n) points; psi is measured from the y axis, counter-clockwise, after turning the tooth by turn [rad]."""
+    """(2, n) points of a tooth whose centre line stands turn [rad] from the y axis, counter-clockwise."""
     angle = polar.psi + turn
     return np.stack([-polar.r * np.sin(angle), polar.r * np.cos(angle)])
+
+
+def flank_points(gear: Gear, arc, tooth: int = 0) -> np.ndarray:
+    """(2, ...) points [m] at arc lengths (...) on the flank of a tooth that faces counter-clockwise."""
+    return cartesian(flank(gear, roll_at(gear, arc)), 2 * np.pi * tooth / gear.z)
+
+
+def arc_at(gear: Gear, points: np.ndarray):
+    """Arc lengths (...) [m] of points (2, ...) of a flank: inverse of `flank_points`, 0 inside the base circle."""
+    return np.maximum(points[0] ** 2 + points[1] ** 2 - gear.r_b**2, 0.0) / (2 * gear.r_b)
+
+
+def tangent_angle(gear: Gear, arc, tooth: int = 0):
+    """Angle from the x axis of the flank's tangent towards the tip at arc lengths (...) [rad]."""
+    return np.pi / 2 + gear.psi_b + 2 * np.pi * tooth / gear.z - roll_at(gear, arc) / gear.r_b

@@ -1,7 +1,7 @@
-"""The root of a tooth, from the involute down to the root circle: a rack's trochoid, or a given arc.
+"""The tooth root between involute and root circle: the trochoid that a rack generates, or a circular arc.
 
-Polar coordinates as in `tooth_profile`. A point is named by its share of the way: 0 where the involute begins, 1 where
-the root circle does. Both kinds tell `roll_form`, the roll length at 0, and `psi_f`, the angle at 1.
+Polar coordinates as in `tooth_profile`. A point of the root is named by its share of the way from the involute (0) to
+the root circle (1). Both curves have `roll_form`, the roll length at share 0, and `psi_f`, the angle at share 1.
 """
 
 from dataclasses import dataclass
@@ -16,10 +16,10 @@ from fem.gear.involute import involute
 
 @dataclass(frozen=True)
 class Trochoid:
-    """What a generating rack leaves, undercut or not.
+    """Root that a generating rack leaves, undercut or not, in the transverse section.
 
-    The rounding of its tip is a circle in the normal section (ISO 53). In the transverse section, where all else here
-    is, that is an ellipse, longer by 1 / cos(beta) along the pitch line.
+    The rounding of the rack's tip is a circle in the normal section (ISO 53), hence in the transverse section an
+    ellipse, longer by 1 / cos(beta) along the pitch line.
 
     z, r, alpha_t   number of teeth, reference radius [m], transverse pressure angle [rad]
     beta            helix angle at the reference circle [rad]
@@ -43,16 +43,16 @@ class Trochoid:
 
     @property
     def tip_centre(self) -> float:
-        """Distance of the centre of the rounding from the middle of the rack's tooth [m]; negative: too round."""
+        """Distance of the centre of the rounding from the middle of the rack's tooth [m]; < 0: too large a radius."""
         half_space = self.r * (pi / self.z - self.psi_b + involute(self.alpha_t))
         cos_n, _ = self._in_normal_section(self.alpha_t)
         return half_space - (self.depth - self.rho) * tan(self.alpha_t) - self.rho / float(cos_n) / cos(self.beta)
 
     @property
     def straight_roll(self) -> float:
-        """Roll length that the end of the rack's straight flank generates [m]; negative: it undercuts.
+        """Roll length that the end of the rack's straight flank generates [m]; < 0: the rack undercuts the tooth.
 
-        That end lies depth - rho (1 - sin(alpha_n)) below the reference circle: h_FfP of ISO 53 less the shift.
+        That end lies at depth - rho (1 - sin(alpha_n)) below the reference circle: h_FfP of ISO 53 less the shift.
         """
         _, sin_n = self._in_normal_section(self.alpha_t)
         straight = self.depth - self.rho * (1 - float(sin_n))
@@ -60,7 +60,7 @@ class Trochoid:
 
     @property
     def undercuts(self) -> bool:
-        """Whether the trochoid cuts the involute off above the base circle."""
+        """Whether the trochoid cuts off the involute above the base circle."""
         return self.straight_roll < -1e-6 * self.r
 
     @cached_property
@@ -89,14 +89,15 @@ class Trochoid:
         return pi / self.z - self.tip_centre / self.r
 
     def _in_normal_section(self, theta) -> tuple[np.ndarray, np.ndarray]:
-        """Cosine and sine of the inclination that theta has in the normal section, tangent cos(beta) tan(theta)."""
+        """Cosine and sine of theta as seen in the normal section, where its tangent is cos(beta) tan(theta)."""
         length = np.sqrt(1 - (sin(self.beta) * np.sin(theta)) ** 2)
         return np.cos(theta) / length, cos(self.beta) * np.sin(theta) / length
 
     def at(self, theta) -> tuple[np.ndarray, np.ndarray]:
         """r [m] and psi [rad] where the rack's normal has the inclination theta: pi/2 on the root circle.
 
-        The normal runs through the pitch point, but beside the centre of the ellipse: offset is between the two.
+        The normal passes through the pitch point; offset is its distance from the centre of the ellipse along the
+        pitch line.
         """
         cos_n, sin_n = self._in_normal_section(theta)
         depth, reach = self.depth - self.rho, self.rho * cos_n / cos(self.beta)
@@ -106,7 +107,7 @@ class Trochoid:
         return np.hypot(across, up), pi / self.z - (np.arctan2(across, up) - turn)
 
     def points(self, share) -> tuple[np.ndarray, np.ndarray]:
-        """r [m] and psi [rad] at shares (n,) of the turn of the rack's normal, of the length where it undercuts."""
+        """r [m] and psi [rad] at shares (n,) of the turn of the rack's normal, or of the length of an undercut root."""
         share = np.asarray(share, float)
         if self.undercuts:
             share = np.interp(share, self._lengths, np.linspace(0, 1, self._lengths.size))
@@ -114,7 +115,7 @@ class Trochoid:
 
     @cached_property
     def _lengths(self) -> np.ndarray:
-        """Shares of the length at equal steps of the normal, which turns slowly along an undercut."""
+        """Shares of the length at equal steps of the normal, which hardly turns along an undercut."""
         r, psi = self.at(np.linspace(self.theta_form, pi / 2, 201))
         lengths = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(r * np.exp(1j * psi))))])
         return lengths / lengths[-1]
@@ -136,7 +137,7 @@ class Arc:
 
     @property
     def r_centre(self) -> float:
-        """Distance of the arc's centre from the gear's [m]."""
+        """Distance of the arc's centre from the gear's centre [m]."""
         return self.r_f + self.radius
 
     @property
@@ -164,7 +165,7 @@ class Arc:
         return float(self.psi_b + self.radius / self.r_b - involute(acos(self.r_b / self.r_centre)))
 
     def points(self, share) -> tuple[np.ndarray, np.ndarray]:
-        """r [m] and psi [rad] at shares (n,) of the length, the line and half of the arc up to 1/2."""
+        """r [m] and psi [rad] at shares (n,) of the way; 1/2 is the middle of the arc."""
         centre, down = self.r_centre * np.exp(1j * self.psi_f), -np.exp(1j * self.psi_f)
         psi = self.psi_b - involute(acos(min(1.0, self.r_b / self.r_touch)))
         sweep = np.angle((self.r_touch * np.exp(1j * psi) - centre) / down)

@@ -1,1 +1,1 @@
-"""Direct solution of sparse symmetric systems whose matrices are sums of Kronecker products."""
+"""Sparse symmetric matrices in blocks, and their direct solution by Cholesky factors."""

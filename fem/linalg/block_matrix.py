@@ -1,4 +1,4 @@
-"""Symmetric matrices whose unknowns come in groups, such as those over each dof of a prism's section."""
+"""Symmetric matrices whose unknowns come in blocks, such as all unknowns over one dof of a prism's section."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,109 +6,113 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-#: Columns of pivots (n,) at pivots and rows (m,), dense (n + m, n); numbers are places in the order of elimination.
-Panel = Callable[[np.ndarray, np.ndarray], np.ndarray]
+#: Function of pivots (n,) and later rows (m,), numbers of unknowns in the order of elimination: the pivots' columns of
+#: the lower triangle, dense (n + m, n), with the pivots' rows first.
+PivotColumns = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
-class Sparse:
-    """Any matrix (n, n) and the number (n,) of the group of each unknown, from 0 on without a gap."""
+class BlockMatrix:
+    """Any sparse matrix (n, n), and the number (n,) of the block of each unknown, from 0 on without a gap."""
 
     matrix: sp.csr_matrix
-    group: np.ndarray
+    block: np.ndarray
 
     @property
-    def coupled(self) -> sp.csr_matrix:
-        """Matrix whose pattern says which groups are coupled."""
+    def graph(self) -> sp.csr_matrix:
+        """Matrix whose pattern says which blocks are coupled."""
         ones = sp.csr_matrix((np.ones(self.matrix.nnz), self.matrix.indices, self.matrix.indptr), self.matrix.shape)
-        member = sp.csr_matrix((np.ones(self.group.size), self.group, np.arange(self.group.size + 1)))
-        return sp.csr_matrix(member.T @ (ones @ member))
+        in_block = sp.csr_matrix((np.ones(self.block.size), self.block, np.arange(self.block.size + 1)))
+        return sp.csr_matrix(in_block.T @ (ones @ in_block))
 
-    def panels(self, order: np.ndarray) -> Panel:
+    def pivot_columns(self, order: np.ndarray) -> PivotColumns:
         """Function that gives columns of the lower triangle; order (n,) of the unknowns."""
-        lower, place = sp.csc_matrix(sp.tril(self.matrix[order][:, order])), np.empty(order.size, int)
+        lower, local = sp.csc_matrix(sp.tril(self.matrix[order][:, order])), np.empty(order.size, int)
 
-        def panel(pivots: np.ndarray, rows: np.ndarray) -> np.ndarray:
-            every = np.concatenate([pivots, rows])
-            place[every] = np.arange(every.size)
-            found = np.zeros((every.size, pivots.size), order="F")
+        def columns_of(pivots: np.ndarray, rows: np.ndarray) -> np.ndarray:
+            unknowns = np.concatenate([pivots, rows])
+            local[unknowns] = np.arange(unknowns.size)
+            columns = np.zeros((unknowns.size, pivots.size), order="F")
             start, end = lower.indptr[[pivots[0], pivots[-1] + 1]]
-            across = np.repeat(np.arange(pivots.size), np.diff(lower.indptr[pivots[0] : pivots[-1] + 2]))
-            found[place[lower.indices[start:end]], across] = lower.data[start:end]
-            return found
+            column = np.repeat(np.arange(pivots.size), np.diff(lower.indptr[pivots[0] : pivots[-1] + 2]))
+            columns[local[lower.indices[start:end]], column] = lower.data[start:end]
+            return columns
 
-        return panel
+        return columns_of
 
 
 @dataclass(frozen=True)
 class KroneckerMatrix:
-    """Sum of Kronecker products of matrices between groups and of dense ones between what a group consists of.
+    """Sum over k of Kronecker products: a sparse matrix between the blocks times a dense one within a block.
 
-    places      (2, m) row and column of the entries of the matrices between groups
-    values      (m, k) these entries
-    inside      (k, n, n) the dense matrices
-    members     (n_group, n) numbers of the unknowns, increasing in each group
+    indices     (2, m) block row and block column of the entries of the sparse matrices
+    entries     (m, k) these entries, of each of the sparse matrices
+    dense       (k, n, n) the dense matrices
+    unknowns    (n_block, n) numbers of the unknowns of each block, increasing
     """
 
-    places: np.ndarray
-    values: np.ndarray
-    inside: np.ndarray
-    members: np.ndarray
+    indices: np.ndarray
+    entries: np.ndarray
+    dense: np.ndarray
+    unknowns: np.ndarray
 
     def __post_init__(self):
-        if (np.diff(self.members) <= 0).any():
-            raise ValueError("members must increase in each group; sort them and what is inside along with them")
+        if (np.diff(self.unknowns) <= 0).any():
+            raise ValueError("unknowns must increase in each block; sort them, and the dense matrices with them")
 
     @property
-    def group(self) -> np.ndarray:
-        """(n_unknown,) number of the group of each unknown."""
-        found = np.empty(self.members.size, int)
-        found[self.members] = np.arange(len(self.members))[:, None]
-        return found
+    def block(self) -> np.ndarray:
+        """(n_unknown,) number of the block of each unknown."""
+        block = np.empty(self.unknowns.size, int)
+        block[self.unknowns] = np.arange(len(self.unknowns))[:, None]
+        return block
 
     @property
-    def coupled(self) -> sp.csr_matrix:
-        """Matrix whose pattern says which groups are coupled."""
-        return sp.csr_matrix((np.ones(self.places.shape[1]), self.places), (len(self.members),) * 2)
+    def graph(self) -> sp.csr_matrix:
+        """Matrix whose pattern says which blocks are coupled."""
+        return sp.csr_matrix((np.ones(self.indices.shape[1]), self.indices), (len(self.unknowns),) * 2)
 
     @property
     def matrix(self) -> sp.csr_matrix:
         """The assembled matrix."""
-        one, other = np.nonzero(self.inside.any(axis=0))
-        row, column = self.members[self.places]
-        at = row[:, one].ravel(), column[:, other].ravel()
-        return sp.csr_matrix(((self.values @ self.inside[:, one, other]).ravel(), at), (self.members.size,) * 2)
+        i, j = np.nonzero(self.dense.any(axis=0))
+        row, column = self.unknowns[self.indices]
+        values = (self.entries @ self.dense[:, i, j]).ravel()
+        return sp.csr_matrix((values, (row[:, i].ravel(), column[:, j].ravel())), (self.unknowns.size,) * 2)
 
     def part(self, free: np.ndarray) -> "KroneckerMatrix":
-        """Matrix of the unknowns that are free (n_unknown,), of some groups the same members in each."""
-        kept = free[self.members]
-        groups, members = kept.any(axis=1), kept.any(axis=0)
-        if (kept != groups[:, None] & members).any():
-            raise ValueError("of every group the same members must be free, or none; use groups.Sparse")
-        number, both = np.cumsum(groups) - 1, groups[self.places].all(axis=0)
-        numbers = (np.cumsum(free) - 1)[self.members[groups][:, members]]
-        inside = self.inside[:, members][:, :, members]
-        return KroneckerMatrix(number[self.places[:, both]], self.values[both], inside, numbers)
+        """Matrix of the free unknowns (n_unknown,); a block is free in the same ones as all others, or not at all.
 
-    def panels(self, order: np.ndarray) -> Panel:
-        """Function that gives columns of the lower triangle; order (n,) of the unknowns, group by group."""
-        n = self.members.shape[1]
-        rank = np.argsort(self.group[order[::n]])
-        row, column = rank[self.places]
+        Raises ValueError where the free unknowns differ between blocks.
+        """
+        kept = free[self.unknowns]
+        blocks, inside = kept.any(axis=1), kept.any(axis=0)
+        if (kept != blocks[:, None] & inside).any():
+            raise ValueError("the same unknowns must be free in every block, or none; assemble it as a BlockMatrix")
+        number, coupled = np.cumsum(blocks) - 1, blocks[self.indices].all(axis=0)
+        unknowns = (np.cumsum(free) - 1)[self.unknowns[blocks][:, inside]]
+        dense = self.dense[:, inside][:, :, inside]
+        return KroneckerMatrix(number[self.indices[:, coupled]], self.entries[coupled], dense, unknowns)
+
+    def pivot_columns(self, order: np.ndarray) -> PivotColumns:
+        """Function that gives columns of the lower triangle; order (n,) of the unknowns, block by block."""
+        n = self.unknowns.shape[1]
+        rank = np.argsort(self.block[order[::n]])
+        row, column = rank[self.indices]
         lower = np.flatnonzero(row >= column)
         lower = lower[np.argsort(column[lower], kind="stable")]
-        row, column, values = row[lower], column[lower], self.values[lower]
-        flat = self.inside.reshape(len(self.inside), -1)
-        first, place = np.searchsorted(column, np.arange(rank.size + 1)), np.empty(rank.size, int)
+        row, column, entries = row[lower], column[lower], self.entries[lower]
+        dense = self.dense.reshape(len(self.dense), -1)
+        first, local = np.searchsorted(column, np.arange(rank.size + 1)), np.empty(rank.size, int)
 
-        def panel(pivots: np.ndarray, rows: np.ndarray) -> np.ndarray:
-            groups = np.concatenate([pivots, rows])[::n] // n
-            place[groups] = np.arange(groups.size)
-            found = np.zeros((groups.size * n, pivots.size), order="F")
+        def columns_of(pivots: np.ndarray, rows: np.ndarray) -> np.ndarray:
+            blocks = np.concatenate([pivots, rows])[::n] // n
+            local[blocks] = np.arange(blocks.size)
+            columns = np.zeros((blocks.size * n, pivots.size), order="F")
             start, end = pivots[0] // n, pivots[-1] // n + 1
-            some = slice(first[start], first[end])
-            by_group = found.reshape((n, groups.size, n, end - start), order="F")
-            by_group[:, place[row[some]], :, column[some] - start] = (values[some] @ flat).reshape(-1, n, n)
-            return found
+            stored = slice(first[start], first[end])
+            by_block = columns.reshape((n, blocks.size, n, end - start), order="F")
+            by_block[:, local[row[stored]], :, column[stored] - start] = (entries[stored] @ dense).reshape(-1, n, n)
+            return columns
 
-        return panel
+        return columns_of

@@ -1,1 +1,1 @@
-"""What designers and machines take off the involute: modifications, deviations, the flank they add up to."""
+"""Flank modifications by design, deviations by manufacture, and the flank that they add up to."""

@@ -1,4 +1,4 @@
-"""Deviations of a made flank: pitch error of every tooth (ISO 1328-1), and any deviation given on a grid."""
+"""Deviations of a manufactured flank: pitch deviation of every tooth (ISO 1328-1), and deviations on a grid."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -9,8 +9,8 @@ from fem.microgeometry.modification import FlankExtent, check_amount, check_with
 from fem.support.representation import short
 from fem.support.validation import increasing, numbers
 
-#: Lines of a grid that are nearer to a neighbour than by this share of their mean distance describe something narrow.
-NARROW = 0.5
+#: A grid line nearer to its neighbour than this share of the mean distance belongs to a local refinement.
+REFINED = 0.5
 
 
 @short(values="um")
@@ -18,7 +18,8 @@ NARROW = 0.5
 class PitchDeviation:
     """Index deviation [m] of every tooth, counter-clockwise from tooth 0; > 0 removes material from the whole flank.
 
-    In the flanks common to both sides it thins or thickens the teeth; give each side its own (`fem.Sides`) otherwise.
+    As a modification of both sides it makes the teeth thinner or thicker; to shift them, give left and right flanks
+    deviations of opposite sign (`fem.Sides`).
 
     values      (z,) displacement of each tooth's flank along its normal in the transverse section [m]
     """
@@ -34,7 +35,7 @@ class PitchDeviation:
             check_amount("values", value)
 
     def check(self, face: FlankExtent) -> None:
-        """ValueError unless every tooth has its value."""
+        """ValueError unless there is one value for each tooth."""
         if len(self.values) != face.z:
             raise ValueError(f"values must hold one pitch deviation a tooth, z = {face.z}, got {len(self.values)}")
 
@@ -48,7 +49,7 @@ class Grid:
     """Measured or computed deviations, bilinear between grid lines and constant beyond the outermost ones.
 
     roll        (n,) roll lengths, increasing [m]
-    axial       (m,) axial places from the middle of the face, increasing [m]
+    axial       (m,) axial positions from the middle of the face width, increasing [m]
     values      (n, m) material removed [m]
     """
 
@@ -71,7 +72,7 @@ class Grid:
         object.__setattr__(self, "values", tuple(map(tuple, values.tolist())))
 
     def check(self, face: FlankExtent) -> None:
-        """ValueError unless the grid covers some of the flank."""
+        """ValueError where the grid misses the flank."""
         for name, low, high in (("roll", face.roll_form, face.roll_tip), ("axial", -face.width / 2, face.width / 2)):
             first, last = getattr(self, name)[0], getattr(self, name)[-1]
             if not (first < high and last > low):
@@ -82,23 +83,23 @@ class Grid:
         return self.axial
 
     def edges_across(self, face: FlankExtent) -> tuple[float, ...]:
-        """Lines where the grid is finer than elsewhere; what all of an even one hold is left to the slices."""
+        """Lines where the grid is finer than elsewhere; an even grid has none, slices resolve it."""
         apart = np.diff(self.axial)
         nearest = np.minimum(np.append(apart, np.inf), np.insert(apart, 0, np.inf))
-        return tuple(np.array(self.axial)[nearest < NARROW * apart.mean()].tolist())
+        return tuple(np.array(self.axial)[nearest < REFINED * apart.mean()].tolist())
 
     @cached_property
     def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         return np.array(self.roll), np.array(self.axial), np.array(self.values)
 
     def removed(self, face: FlankExtent, roll, axial):
-        lines, places, values = self._arrays
-        (i, u), (j, v) = _between(lines, roll), _between(places, axial)
+        roll_lines, axial_lines, values = self._arrays
+        (i, u), (j, v) = _between(roll_lines, roll), _between(axial_lines, axial)
         low = values[i, j] * (1 - v) + values[i, j + 1] * v
         return low * (1 - u) + (values[i + 1, j] * (1 - v) + values[i + 1, j + 1] * v) * u
 
 
 def _between(lines: np.ndarray, at) -> tuple[np.ndarray, np.ndarray]:
-    """Number of the grid line below at, and the share of the way to the next one."""
+    """Number of the grid line below at, and the share of the distance to the next line."""
     i = np.clip(np.searchsorted(lines, at, side="right") - 1, 0, lines.size - 2)
     return i, np.clip((at - lines[i]) / (lines[i + 1] - lines[i]), 0, 1)

@@ -1,4 +1,4 @@
-"""The flanks of a gear: sums of modifications and deviations as metres of material removed, on one or on each side."""
+"""The flanks of a gear: sums of modifications and deviations, the material removed [m] on both or on either side."""
 
 import json
 from collections.abc import Iterable
@@ -8,7 +8,6 @@ import numpy as np
 
 from fem.microgeometry.deviation import Grid, PitchDeviation
 from fem.microgeometry.modification import (
-    MM,
     EdgeBreak,
     EndRelief,
     FlankExtent,
@@ -20,21 +19,23 @@ from fem.microgeometry.modification import (
     TipRelief,
 )
 from fem.support.representation import short
-from fem.support.validation import told
+from fem.support.validation import text_of
+from fem.units import mm
 
 DESIGNED = (TipRelief, RootRelief, ProfileCrowning, LeadCrowning, HelixSlope, EndRelief, EdgeBreak)
 KINDS = {kind.__name__: kind for kind in (*DESIGNED, PitchDeviation, Grid)}
 Flank = tuple[Modification, ...]
-#: Added material may rise by this much per length of profile.
+#: Largest slope over the profile length of material that a modification adds.
 STEEPEST = 0.3
-PLACES = 201
+#: Roll lengths at which that slope is checked.
+CHECKED_ROLLS = 201
 
 
 def parts_of(flank, name: str = "flank") -> Flank:
-    """The modifications as a tuple; ValueError for what is none."""
+    """The modifications as a tuple; ValueError for an object that is no modification."""
     parts = tuple(flank) if isinstance(flank, Iterable) else (flank,)
     if not all(hasattr(part, "removed") and not isinstance(part, type) for part in parts):
-        raise ValueError(f"{name} must hold modifications such as fem.TipRelief(15*um, 2.5*mm), got {told(flank)}")
+        raise ValueError(f"{name} must hold modifications such as fem.TipRelief(15*um, 2.5*mm), got {text_of(flank)}")
     return parts
 
 
@@ -43,13 +44,13 @@ def parts_of(flank, name: str = "flank") -> Flank:
 class Sides:
     """Modifications of left and right flanks (ISO 21771).
 
-    Seen from positive z with the tooth pointing up, the left flank faces counter-clockwise. It is the one that carries
-    the load, on pinion and wheel, while the pinion drives counter-clockwise.
+    Seen from positive z with the tooth pointing up, the left flank faces counter-clockwise. The left flanks of pinion
+    and wheel carry the load while the pinion drives counter-clockwise.
 
-    A map is of the left flanks; the right ones are checked and kept, but change nothing. For theirs map the pair as a
-    mirror shows it: both gears with left and right exchanged and beta of opposite sign, and of pitch deviations
-    values[-k] for tooth k of the pinion, values[1 - k] of the wheel; all else stays, but for the sign of
-    `Offsets.f_sigma_beta`. Phases of that map are `GearPair.back_phase` minus those of the left flanks.
+    A map is made of the left flanks; the right flanks are checked and stored, but do not change it. To map the right
+    flanks, map the mirror image of the pair: exchange left and right of both gears, reverse the signs of beta and of
+    `Offsets.f_sigma_beta`, and of pitch deviations take values[-k] for tooth k of the pinion and values[1 - k] for that
+    of the wheel. The phases of that map are `GearPair.back_phase` minus those of the left flanks.
     """
 
     left: Flank = ()
@@ -61,22 +62,23 @@ class Sides:
 
 
 def removed(flank: Flank, face: FlankExtent, roll, axial, *, tooth: int | np.ndarray = 0) -> np.ndarray:
-    """Sum of all modifications of a tooth, or of each of several [m], broadcast over roll, axial [m] and teeth.
+    """Sum of all modifications [m] at roll lengths and axial positions [m] of teeth, broadcast.
 
-    Beyond root form and tip, where there is no flank, as at these ends: a power law goes on to millimetres there.
+    Beyond root form and tip circle, where there is no flank, it keeps its value there: power laws would reach
+    millimetres.
     """
     roll, axial = np.asarray(roll, float), np.asarray(axial, float)
-    found = np.zeros(np.broadcast_shapes(roll.shape, axial.shape))
+    total = np.zeros(np.broadcast_shapes(roll.shape, axial.shape))
     if not flank:
-        return found
+        return total
     face, roll = face._replace(tooth=tooth), np.minimum(np.maximum(roll, face.roll_form), face.roll_tip)
     for part in flank:
-        found = found + part.removed(face, roll, axial)
-    return found
+        total = total + part.removed(face, roll, axial)
+    return total
 
 
 def pitch_deviations(flank: Flank) -> tuple[PitchDeviation, ...]:
-    """Those of a flank's modifications that turn the whole flank of a tooth."""
+    """The pitch deviations among the modifications of a flank, which turn whole flanks."""
     return tuple(part for part in flank if isinstance(part, PitchDeviation))
 
 
@@ -91,33 +93,33 @@ def edges(flank: Flank, face: FlankExtent) -> list[float]:
 
 
 def edges_across(flank: Flank, face: FlankExtent) -> list[float]:
-    """Axial places where the slope of a modification jumps [m]."""
+    """Axial positions where the slope of a modification jumps [m]."""
     return [edge for part in flank if hasattr(part, "edges_across") for edge in part.edges_across(face)]
 
 
 def lines_across(flank: Flank, face: FlankExtent) -> list[float]:
-    """Axial places where what a modification adds may be highest [m], of those with many lines across the width."""
+    """Axial grid lines of modifications with many of them [m]: added material may be highest there."""
     return [line for part in flank if hasattr(part, "lines_across") for line in part.lines_across(face)]
 
 
 def roundings(flank: Flank) -> Flank:
-    """Those of a flank's modifications that round its tip edge."""
+    """The modifications of a flank that round its tip edge."""
     return tuple(part for part in flank if hasattr(part, "rounding"))
 
 
 def without_roundings(flank: Flank) -> Flank:
-    """The others."""
+    """The modifications of a flank that do not round its tip edge."""
     return tuple(part for part in flank if not hasattr(part, "rounding"))
 
 
 def rounding(flank: Flank, face: FlankExtent) -> tuple[float, float]:
-    """Roll length where the tip edge begins, and the radius of its `EdgeBreak` [m]; a sharp one: the tip's, and 0."""
+    """Roll length where the rounding of the tip edge begins, and its radius [m]; the tip and 0 if sharp."""
     edges = [part.rounding(face) for part in flank if hasattr(part, "rounding")]
     return min(edges, default=(face.roll_tip, 0.0))
 
 
 def check(flank: Flank, face: FlankExtent) -> None:
-    """ValueError unless all modifications suit the face, and leave it a flank."""
+    """ValueError unless all modifications suit the flank."""
     for part in flank:
         if hasattr(part, "check"):
             part.check(face)
@@ -125,14 +127,14 @@ def check(flank: Flank, face: FlankExtent) -> None:
 
 
 def _check_added(part: Modification, face: FlankExtent) -> None:
-    """Near the base circle profiles are short: a little material added there is a spike."""
-    roll = np.linspace(face.roll_form, face.roll_tip, PLACES)
+    """ValueError for added material that rises steeply: near the base circle, where the profile is short, a spike."""
+    roll = np.linspace(face.roll_form, face.roll_tip, CHECKED_ROLLS)
     added = -part.removed(face, roll[:, None], np.array([-0.5, 0.0, 0.5]) * face.width)
     rise = np.abs(np.diff(added, axis=0) / np.diff(roll**2 / (2 * face.r_b))[:, None])
     steep = np.where(np.maximum(added[1:], added[:-1]) > 0, rise, 0.0).max(axis=1)
     if steep.max() > STEEPEST:
-        place = roll[np.argmax(steep)] / MM
-        cause = f"{part} adds {steep.max():.2g} m per metre of profile at roll length {place:.3g} mm"
+        steepest = roll[np.argmax(steep)] / mm
+        cause = f"{part} adds {steep.max():.2g} m per metre of profile at roll length {steepest:.3g} mm"
         raise ValueError(f"{cause}; at most {STEEPEST}: make it longer, or let the flank begin farther out")
 
 
@@ -147,7 +149,7 @@ def to_text(flank: Flank | Sides) -> str:
     return json.dumps(_listed(flank))
 
 
-def _made(parts: list[dict]) -> Flank:
+def _from_list(parts: list[dict]) -> Flank:
     unknown = [part["kind"] for part in parts if part["kind"] not in KINDS]
     if unknown:
         raise ValueError(f"unknown flank modifications {unknown}; known are {list(KINDS)}")
@@ -155,8 +157,8 @@ def _made(parts: list[dict]) -> Flank:
 
 
 def from_text(text: str) -> Flank | Sides:
-    """The modifications that `to_text` wrote; ValueError for a kind that is none."""
+    """The modifications that `to_text` wrote; ValueError for an unknown kind."""
     data = json.loads(text)
     if isinstance(data, dict):
-        return Sides(_made(data["left"]), _made(data["right"]))
-    return _made(data)
+        return Sides(_from_list(data["left"]), _from_list(data["right"]))
+    return _from_list(data)

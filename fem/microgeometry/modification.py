@@ -1,7 +1,10 @@
-"""Designed flank modifications: metres of material removed over roll length and axial place (ISO 21771).
+"""Designed flank modifications: material removed [m] over roll length and axial position (ISO 21771).
 
-Amounts count along the flank's normal in the transverse section; positive values remove material. Each modification
-is a small frozen object; `fem.microgeometry.flank` adds them up.
+Amounts are measured along the flank's normal in the transverse section; positive values remove material. Each
+modification is a small frozen object; `fem.microgeometry.flank` adds them up.
+
+To add a modification, write a frozen dataclass with the method `removed` and, where they apply, the further methods of
+`Modification`, and list it in `fem.microgeometry.flank.DESIGNED`.
 """
 
 from dataclasses import dataclass
@@ -12,18 +15,18 @@ import numpy as np
 
 from fem.support.representation import short
 from fem.support.validation import as_floats
-
-MM = 1e-3
+from fem.units import mm
 
 
 class FlankExtent(NamedTuple):
-    """One flank of a gear.
+    """Extent of the flank of a tooth.
 
-    roll_form, roll_tip     roll lengths of root form and tip [m]
-    width                   face width [m]; axial places count from its middle
+    roll_form, roll_tip     roll lengths at root form and tip circle [m]
+    width                   face width [m]; axial positions count from its middle
     r_b                     base radius [m]
-    z, tooth                number of teeth and of this tooth, counter-clockwise from tooth 0
-    land                    length of the tip circle on a tooth in the transverse section [m]
+    z                       number of teeth
+    tooth                   number of this tooth, counter-clockwise from tooth 0
+    land                    transverse tooth thickness at the tip circle [m]
     """
 
     roll_form: float
@@ -35,26 +38,26 @@ class FlankExtent(NamedTuple):
     land: float = inf
 
     def roll_at(self, d: float, name: str = "d") -> float:
-        """Roll length on the circle of diameter d [m]; ValueError, with its name, unless it crosses the flank."""
+        """Roll length on the circle of diameter d [m], called name in the ValueError where it misses the flank."""
         low, high = (2 * sqrt(roll**2 + self.r_b**2) for roll in (self.roll_form, self.roll_tip))
         if not low * (1 - 1e-9) <= d <= high * (1 + 1e-9):
-            limits = f"[{low / MM:.6g}, {high / MM:.6g}] mm, from root form to tip circle"
-            raise ValueError(f"{name}, where a relief begins, must lie in {limits}, got {d / MM:g} mm")
+            limits = f"[{low / mm:.6g}, {high / mm:.6g}] mm, from root form to tip circle"
+            raise ValueError(f"{name}, where a relief begins, must lie in {limits}, got {d / mm:g} mm")
         return sqrt(max(d * d / 4 - self.r_b**2, 0.0))
 
 
 class Modification(Protocol):
-    """What a flank may carry; some have more methods.
+    """Interface of flank modifications; the following methods are optional.
 
-    check(face)     raises ValueError where the modification does not suit the face
-    edges(face)     roll lengths where the slope along the profile jumps, or rises steeply [m]
-    edges_across(face)  likewise axial places [m]
-    lines_across(face)  axial places between which it is straight across the width [m], if there are many
-    rounding(face)  roll length where a rounded edge begins [m], and its radius [m]
+    check(face)         raises ValueError where the modification does not suit the flank
+    edges(face)         roll lengths where the slope along the profile jumps, or rises steeply [m]
+    edges_across(face)  axial positions where the slope across the face width jumps, or rises steeply [m]
+    lines_across(face)  axial positions between which it is linear across the face width [m], if there are many
+    rounding(face)      roll length where a rounded tip edge begins [m], and its radius [m]
     """
 
     def removed(self, face: FlankExtent, roll: np.ndarray, axial: np.ndarray) -> np.ndarray:
-        """Material removed [m] at roll lengths and axial places [m], broadcast."""
+        """Material removed [m] at roll lengths and axial positions [m], broadcast."""
         ...
 
 
@@ -65,8 +68,8 @@ def check_within(name: str, value: float, low: float, high: float, unit: str) ->
 
 
 def check_amount(name: str, value: float) -> None:
-    """ValueError unless value is a plausible amount of material."""
-    check_within(name, value, -1 * MM, 1 * MM, "m (pass metres: 15*um)")
+    """ValueError unless an amount of material lies within 1 mm."""
+    check_within(name, value, -1 * mm, 1 * mm, "m (pass metres: 15*um)")
 
 
 def _check_relief(name: str, amount: float, length: float, power: float) -> None:
@@ -78,7 +81,8 @@ def _check_relief(name: str, amount: float, length: float, power: float) -> None
 def _check_profile_relief(name: str, amount: float, length: float | None, power: float, d: float | None) -> None:
     name_d = f"d_{name.replace('_', '')}"
     if (length is None) == (d is None):
-        raise ValueError(f"a relief begins at a roll length or at a diameter: got length {length} and {name_d} {d}")
+        got = f"got length {length} and {name_d} {d}"
+        raise ValueError(f"a relief begins at a roll length or at a diameter; give length or {name_d}, {got}")
     if d is not None:
         check_within(name_d, d, 1e-6, 100.0, "m (pass metres: 150*mm)")
     _check_relief(name, amount, 1.0 if length is None else length, power)
@@ -86,28 +90,31 @@ def _check_profile_relief(name: str, amount: float, length: float | None, power:
 
 def _check_on_flank(length: float, face: FlankExtent, name_d: str, d: float | None) -> None:
     if d is not None and length < 1e-6:
-        ends = f"{name_d}, where a relief begins, must lie away from the circle where it ends"
-        raise ValueError(f"{ends}, got {d / MM:g} mm; that is a relief of no length")
+        apart = f"{name_d}, where a relief begins, must lie away from the circle where it ends"
+        raise ValueError(f"{apart}, got {d / mm:g} mm; such a relief has no length")
     check_within("length", length, 1e-6, (face.roll_tip - face.roll_form) * (1 + 1e-9), "m, the roll of the flank")
 
 
-def _share(inside, length: float, power: float) -> np.ndarray:
-    """0 up to where the relief begins, 1 at its end; inside counts from the beginning [m]."""
-    return np.maximum(inside / length, 0.0) ** power
+def _relieved(distance, length: float, power: float) -> np.ndarray:
+    """Share of the amount of a relief at a distance [m] from where it begins: 0 before, 1 at its length."""
+    return np.maximum(distance / length, 0.0) ** power
 
 
-def _if_sharp(edge: float, power: float) -> tuple[float, ...]:
-    """The edge where a relief begins, unless it leaves the flank as smoothly as a parabola."""
-    return (edge,) if power < 2 else ()
+def _edge(begin: float, power: float) -> tuple[float, ...]:
+    """Where a relief begins, if its slope jumps there: a parabolic one leaves the flank tangentially."""
+    return (begin,) if power < 2 else ()
 
 
 @short(C_a="um", length="mm", d_Ca="mm")
 @dataclass(frozen=True)
 class TipRelief:
-    """C_a [m] at the tip, over the last length of roll [m] or outside the diameter d_Ca [m].
+    """Tip relief C_a [m] at the tip circle; it begins a roll length before the tip or at the diameter d_Ca.
 
-    power 1: linear, 2: parabolic, which is also the circular arc that leaves the flank tangentially: they differ by
-    (C_a / length)^2 / 4 of C_a, 1e-5 for 15 um over 2.5 mm.
+    C_a         amount at the tip circle [m]
+    length      roll length from the beginning to the tip [m]; give it or d_Ca
+    power       1: linear, 2: parabolic; the parabola is within (C_a / length)^2 / 4 of C_a a circular arc that leaves
+                the flank tangentially, 1e-5 for 15 um over 2.5 mm
+    d_Ca        diameter where the relief begins [m]
     """
 
     C_a: float
@@ -120,7 +127,7 @@ class TipRelief:
         _check_profile_relief("C_a", self.C_a, self.length, self.power, self.d_Ca)
 
     def reach(self, face: FlankExtent) -> float:
-        """Roll length from the relief's beginning to the tip [m]."""
+        """Roll length from the beginning of the relief to the tip [m]."""
         return self.length if self.d_Ca is None else face.roll_tip - face.roll_at(self.d_Ca, "d_Ca")  # type: ignore[return-value]
 
     def check(self, face: FlankExtent) -> None:
@@ -128,22 +135,22 @@ class TipRelief:
         _check_on_flank(self.reach(face), face, "d_Ca", self.d_Ca)
 
     def edges(self, face: FlankExtent) -> tuple[float, ...]:
-        return _if_sharp(face.roll_tip - self.reach(face), self.power)
+        return _edge(face.roll_tip - self.reach(face), self.power)
 
     def removed(self, face: FlankExtent, roll, axial):
         length = self.reach(face)
-        return self.C_a * _share(roll - (face.roll_tip - length), length, self.power) + 0 * axial
+        return self.C_a * _relieved(roll - (face.roll_tip - length), length, self.power) + 0 * axial
 
 
 @short(radius="mm")
 @dataclass(frozen=True)
 class EdgeBreak:
-    """Tip edge rounded with a radius [m] in the transverse section, tangent to the flank and to the tip circle.
+    """Rounding of the tip edge with a radius [m] in the transverse section, tangent to the flank and the tip circle.
 
-    It takes the radius times tan(45 deg - alpha_a / 2) of the profile, alpha_a the pressure angle at the tip;
-    `GearPair.eps_alpha` stays that of the tip circle. What touches beyond the path of contact is the rounding, with a
-    peak pressure that finer strips, slices and finite elements change by less than 3 % of its largest value over the
-    cycle; in helical gears of 20 slices by less than 3.5 %, and any one phase by 5 %.
+    It shortens the involute by radius tan(45 deg - alpha_a / 2) of the profile, with alpha_a the pressure angle at the
+    tip; `GearPair.eps_alpha` stays that of the tip circle. Contact beyond the path of contact is on the rounding. Its
+    peak pressure changes with finer strips, slices and finite elements by less than 3 % of the largest value over the
+    cycle; in helical gears of 20 slices by less than 3.5 %, and by 5 % at any phase.
     """
 
     radius: float
@@ -157,7 +164,7 @@ class EdgeBreak:
         return self.radius * tan(pi / 4 - atan(face.roll_tip / face.r_b) / 2)
 
     def check(self, face: FlankExtent) -> None:
-        """ValueError unless the roundings of both flanks fit on the tip, and the flank keeps half of its profile."""
+        """ValueError unless the roundings of both flanks fit on the tip and leave half of the profile."""
         largest = min(face.land, (face.roll_tip**2 - face.roll_form**2) / (2 * face.r_b)) / 2
         largest *= self.radius / self.length(face)
         check_within("radius", self.radius, 1e-6, largest, "m (half the tip, half the profile)")
@@ -170,16 +177,19 @@ class EdgeBreak:
 
     def removed(self, face: FlankExtent, roll, axial):
         begin, radius = self.rounding(face)
-        along = np.clip((roll**2 - begin**2) / (2 * face.r_b), 0.0, radius)
-        return along**2 / (radius + np.sqrt(radius**2 - along**2)) + 0 * axial
+        arc = np.clip((roll**2 - begin**2) / (2 * face.r_b), 0.0, radius)
+        return arc**2 / (radius + np.sqrt(radius**2 - arc**2)) + 0 * axial
 
 
 @short(C_f="um", length="mm", d_Cf="mm")
 @dataclass(frozen=True)
 class RootRelief:
-    """C_f [m] at the root form circle, over the first length of roll [m] or inside the diameter d_Cf [m].
+    """Root relief C_f [m] at the root form circle; it ends a roll length after it or at the diameter d_Cf.
 
-    power as in TipRelief.
+    C_f         amount at the root form circle [m]
+    length      roll length from the root form circle to the end of the relief [m]; give it or d_Cf
+    power       1: linear, 2: parabolic, as in `TipRelief`
+    d_Cf        diameter where the relief ends [m]
     """
 
     C_f: float
@@ -192,7 +202,7 @@ class RootRelief:
         _check_profile_relief("C_f", self.C_f, self.length, self.power, self.d_Cf)
 
     def reach(self, face: FlankExtent) -> float:
-        """Roll length from the root form circle to the relief's end [m]."""
+        """Roll length from the root form circle to the end of the relief [m]."""
         return self.length if self.d_Cf is None else face.roll_at(self.d_Cf, "d_Cf") - face.roll_form  # type: ignore[return-value]
 
     def check(self, face: FlankExtent) -> None:
@@ -200,17 +210,17 @@ class RootRelief:
         _check_on_flank(self.reach(face), face, "d_Cf", self.d_Cf)
 
     def edges(self, face: FlankExtent) -> tuple[float, ...]:
-        return _if_sharp(face.roll_form + self.reach(face), self.power)
+        return _edge(face.roll_form + self.reach(face), self.power)
 
     def removed(self, face: FlankExtent, roll, axial):
         length = self.reach(face)
-        return self.C_f * _share(face.roll_form + length - roll, length, self.power) + 0 * axial
+        return self.C_f * _relieved(face.roll_form + length - roll, length, self.power) + 0 * axial
 
 
 @short(C_alpha="um")
 @dataclass(frozen=True)
 class ProfileCrowning:
-    """C_alpha [m] at tip and root form, 0 in the middle of the roll between them."""
+    """Profile crowning C_alpha [m] at tip and root form circle, parabolic over the roll length, 0 in its middle."""
 
     C_alpha: float
 
@@ -226,7 +236,7 @@ class ProfileCrowning:
 @short(C_beta="um")
 @dataclass(frozen=True)
 class LeadCrowning:
-    """C_beta [m] at both end faces, 0 in the middle."""
+    """Lead crowning C_beta [m] at both end faces, parabolic across the face width, 0 in its middle."""
 
     C_beta: float
 
@@ -241,7 +251,7 @@ class LeadCrowning:
 @short(C_Hbeta="um")
 @dataclass(frozen=True)
 class HelixSlope:
-    """C_Hbeta [m] from end face to end face, 0 in the middle; > 0 removes material on the side of positive z."""
+    """Helix slope C_Hbeta [m] from end face to end face, 0 in the middle; > 0 removes material towards positive z."""
 
     C_Hbeta: float
 
@@ -256,7 +266,7 @@ class HelixSlope:
 @short(C_e="um", length="mm")
 @dataclass(frozen=True)
 class EndRelief:
-    """C_e [m] at both end faces, over the outer length of face width [m]; power as in TipRelief."""
+    """End relief C_e [m] at both end faces, over a length of the face width [m] each; power as in `TipRelief`."""
 
     C_e: float
     length: float
@@ -271,9 +281,9 @@ class EndRelief:
         check_within("length", self.length, 1e-6, face.width / 2 * (1 + 1e-9), "m (up to half the face width)")
 
     def edges_across(self, face: FlankExtent) -> tuple[float, ...]:
-        inside = _if_sharp(face.width / 2 - self.length, self.power)
-        return (*inside, *(-edge for edge in inside))
+        begin = _edge(face.width / 2 - self.length, self.power)
+        return (*begin, *(-edge for edge in begin))
 
     def removed(self, face: FlankExtent, roll, axial):
-        inside = np.abs(axial) - (face.width / 2 - self.length)
-        return self.C_e * _share(inside, self.length, self.power) + 0 * roll
+        distance = np.abs(axial) - (face.width / 2 - self.length)
+        return self.C_e * _relieved(distance, self.length, self.power) + 0 * roll

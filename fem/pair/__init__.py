@@ -1,4 +1,4 @@
-"""Two gears in mesh: centre distance, interference, offsets, position in the mesh cycle, stiffness by ISO 6336."""
+"""Two gears in mesh: path of contact, interference, offsets, placement, position in the mesh cycle, ISO 6336."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Whether the mate's tip passes an undercut root without touching it, and what helps where it does not."""
+"""Interference of a mate's tip with an undercut root: its clearance, and remedies where there is none."""
 
 from math import atan, hypot, pi
 
@@ -10,9 +10,9 @@ from fem.units import mm
 
 
 def tip_path(gear: Gear, mate: Gear, a: float, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """r [m] and psi [rad] of the mate's tip corner beside tooth 0 of the gear, at centre distance a [m].
+    """r [m] and psi [rad] of the mate's tip corner relative to tooth 0 of the gear, at centre distance a [m].
 
-    turn        (n,) angle that the gear has turned since the corner was on the line of action [rad]
+    turn        (n,) angle by which the gear has turned since the corner was on the line of action [rad]
     """
     path = PathOfContact(gear, mate, a)
     roll = path.on_wheel(mate.roll_tip)
@@ -24,15 +24,15 @@ def tip_path(gear: Gear, mate: Gear, a: float, turn: np.ndarray) -> tuple[np.nda
 
 
 def root_clearance(gear: Gear, mate: Gear, a: float) -> float:
-    """Least distance along the circle between the mate's tip corner and the root [m]; negative where they overlap."""
+    """Least circumferential distance between the mate's tip corner and the root [m]; negative where they overlap."""
     r, psi = tip_path(gear, mate, a, np.linspace(-2, 2, 4001) * pi / gear.z)
     root_r, root_psi = gear.root.points(np.linspace(1, 0, 201))
     inside = r < gear.r_form
     return float((r * (psi - np.interp(r, root_r, root_psi)))[inside].min(initial=np.inf))
 
 
-def ways_out(gear: Gear, mate: Gear, name: str) -> str:
-    """What keeps the mate's tip off the root of the gear of that name."""
+def remedies(gear: Gear, mate: Gear, name: str) -> str:
+    """Changes of data, as text, that keep the mate's tip clear of the root of the gear called name."""
     rounding = "fillet" if gear.rho_f is None else "rho_f"
     radius = f"{rounding} = {getattr(gear, rounding) / mm:.4g} mm"
     deeper = f"d_f = {gear.d_f / mm:.6g} mm (deepen it by the tool's addendum h_fP)"

@@ -1,6 +1,6 @@
-"""Tooth stiffness after ISO 6336-1, method B: a quick estimate beside the finite elements.
+"""Tooth stiffness by ISO 6336-1, method B: a quick estimate to compare with finite elements.
 
-It knows neither rim nor hub: a gear clamped at its bore is softer by what its body yields, often by a third.
+It does not take rim and hub into account: a gear that is clamped at its bore is softer, often by a third.
 """
 
 from math import cos, degrees
@@ -14,7 +14,7 @@ from fem.units import GPa
 __all__ = ["basic_rack_factor", "face_load_stiffness", "mesh_stiffness", "single_stiffness", "virtual_teeth"]
 
 LINE_LOAD_OF_STANDARD = 100e3
-#: Young's modulus E_St of steel, to which the coefficients belong; other materials scale the stiffness with E.
+#: Young's modulus E_St of steel that the coefficients hold for; the stiffness of other materials is scaled with E.
 STEEL_OF_STANDARD = 206 * GPa
 COEFFICIENTS = (0.04723, 0.15551, 0.25791, -0.00635, -0.11654, -0.00193, -0.24188, 0.00529, 0.00182)
 PER_MM_UM = 1e9
@@ -30,14 +30,15 @@ def virtual_teeth(gear: Gear) -> float:
 def single_stiffness(
     pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD, *, C_R: float = 1.0, C_M: float = 0.8
 ) -> float:
-    """Largest stiffness c' of one pair of teeth per face width [N/m^2].
+    """Largest stiffness c' of a tooth pair per face width [N/m^2].
 
-    line_load   F_t K_A / b [N/m], F_t at the reference circle; below 100 N/mm the stiffness falls with its fourth root
+    line_load   F_t K_A / b [N/m], F_t at the reference circle; below 100 N/mm the stiffness is proportional to its
+                fourth root
     C_R         gear blank factor of web and rim; 1: solid discs
-    C_M         correction factor of measurements against theory
+    C_M         correction factor of the theoretical stiffness by measurements
 
-    Index 1 of the standard is the smaller gear, whichever drives. With the `Material` by default, E = 210 GPa, it is
-    210 / 206 of what the standard gives steel.
+    Index 1 of the standard is the smaller gear, whichever drives. With the default `Material`, E = 210 GPa, the
+    stiffness is 210 / 206 of that of the standard for steel.
 
     Source: ISO 6336-1, 9.3; 1 N/(mm um) = 1e9 N/m^2. Raises ValueError for a line load <= 0, factors outside (0, 1].
     """
@@ -50,12 +51,12 @@ def single_stiffness(
     theoretical = PER_MM_UM / sum(c * term for c, term in zip(COEFFICIENTS, terms, strict=True))
     rack = (basic_rack_factor(smaller) + basic_rack_factor(larger)) / 2
     light = min(1.0, line_load / LINE_LOAD_OF_STANDARD) ** 0.25
-    return theoretical * C_M * C_R * rack * cos(smaller.beta) * light * _softness(pair)
+    return theoretical * C_M * C_R * rack * cos(smaller.beta) * light * _relative_modulus(pair)
 
 
 @checked
 def basic_rack_factor(gear: Gear) -> float:
-    """C_B from dedendum and pressure angle of the generating rack."""
+    """Basic rack factor C_B from dedendum and pressure angle of the generating rack."""
     dedendum = gear.h_rack / gear.m_n + gear.x
     return (1 + 0.5 * (1.2 - dedendum)) * (1 - 0.02 * (20 - degrees(gear.alpha_n)))
 
@@ -72,11 +73,11 @@ def mesh_stiffness(
 def face_load_stiffness(
     pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD, *, C_R: float = 1.0, C_M: float = 0.8
 ) -> float:
-    """Mesh stiffness c_gamma_beta per face width [N/m^2], against which the face load factor counts misalignment."""
+    """Mesh stiffness c_gamma_beta per face width [N/m^2], for the face load factor K_Hbeta (ISO 6336-1, 9.3)."""
     return 0.85 * mesh_stiffness(pair, line_load, C_R=C_R, C_M=C_M)
 
 
-def _softness(pair: GearPair) -> float:
-    """Young's modulus of the pair over that of the standard's steel."""
+def _relative_modulus(pair: GearPair) -> float:
+    """Effective Young's modulus of the pair over that of the standard's steel."""
     E_1, E_2 = pair.pinion.material.E, pair.wheel.material.E
     return 2 * E_1 * E_2 / (E_1 + E_2) / STEEL_OF_STANDARD

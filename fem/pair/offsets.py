@@ -1,4 +1,4 @@
-"""How the wheel stands to the pinion: centre distance, misalignment, axial offset; one value each, or axes of a map."""
+"""Offsets of the wheel from the pinion: centre distance, misalignment, axial offset; values, or axes of a map."""
 
 from dataclasses import dataclass, fields
 from math import cos, sin
@@ -8,8 +8,9 @@ import numpy as np
 from fem.pair.pair import GearPair
 from fem.support.arguments import checked
 from fem.support.representation import short
-from fem.support.validation import increasing, numbers, require, told
+from fem.support.validation import increasing, numbers, require, text_of
 
+#: Angles beyond it are no misalignment of gears, but degrees [rad].
 LARGEST_ANGLE = 0.01
 ANGLES = ("misalignment", "f_sigma_delta", "f_sigma_beta")
 
@@ -17,16 +18,17 @@ ANGLES = ("misalignment", "f_sigma_delta", "f_sigma_beta")
 @short(a="mm", axial="mm", misalignment="mrad", f_sigma_delta="mrad", f_sigma_beta="mrad")
 @dataclass(frozen=True)
 class Offsets:
-    """Values that the offsets take; a sequence of increasing values makes an axis of the map, a number does not.
+    """Offsets of a map: a sequence of increasing values makes an axis of the map, a number does not.
 
     a               working centre distance [m]; by default that of the pair
     misalignment    angle in the plane of action by which the gap opens towards positive z [rad]
-    f_sigma_delta   parallelism error in the plane of the axes: the wheel's axis parts from the pinion's towards z [rad]
-    f_sigma_beta    parallelism error across it: towards z the wheel's axis leans to where the contact drives it [rad]
-    axial           place of the wheel's mid-plane along the pinion's axis [m]
+    f_sigma_delta   parallelism error in the plane of the axes, by which the axes diverge towards positive z [rad]
+    f_sigma_beta    parallelism error across that plane, by which the wheel's axis inclines towards positive z in the
+                    direction in which the contact drives the wheel [rad]
+    axial           axial position of the wheel's mid-plane from the pinion's [m]
 
-    The three angles add up in the plane of action (`in_plane_of_action`). Raises ValueError for angles beyond 0.01 rad
-    and for values that do not increase. Source of the parallelism errors: ISO/TR 10064-3.
+    The three angles add up in the plane of action (`in_plane_of_action`). Raises ValueError for angles of 0.01 rad or
+    more and for values that do not increase. Source of the parallelism errors: ISO/TR 10064-3.
     """
 
     a: float | tuple | None = None
@@ -36,13 +38,14 @@ class Offsets:
     axial: float | tuple = 0.0
 
     def __post_init__(self):
-        for part in fields(self):
-            value = getattr(self, part.name)
-            if part.name != "a" or value is not None:
-                require(value is not None, f"{part.name} must be a number or increasing numbers (0: none), got None")
-                self._check(part.name, numbers(part.name, value))
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name != "a" or value is not None:
+                require(value is not None, f"{field.name} must be a number or increasing numbers (0: none), got None")
+                self._take(field.name, numbers(field.name, value))
 
-    def _check(self, name: str, values: np.ndarray) -> None:
+    def _take(self, name: str, values: np.ndarray) -> None:
+        """Check an offset, and keep it as a number or as a tuple."""
         given = getattr(self, name)
         require(bool(np.isfinite(values).all()), f"{name} must be a number or increasing numbers, got {given}")
         if values.ndim:
@@ -50,26 +53,26 @@ class Offsets:
         object.__setattr__(self, name, tuple(values.tolist()) if values.ndim else float(values))
         if name in ANGLES:
             largest = np.abs(values).max()
-            slope = f"{name} must lie within {LARGEST_ANGLE} rad, got {largest}; pass radians: 0.5e-3"
-            require(bool(largest < LARGEST_ANGLE), slope)
+            within = f"{name} must lie within {LARGEST_ANGLE} rad, got {largest}; pass radians: 0.5e-3"
+            require(bool(largest < LARGEST_ANGLE), within)
 
     @checked
     def values(self, pair: GearPair) -> dict[str, np.ndarray]:
         """Values of each offset of a pair, (n,)."""
-        found = {part.name: np.atleast_1d(getattr(self, part.name)) for part in fields(self) if part.name != "a"}
-        return {"a": np.atleast_1d(pair.a if self.a is None else self.a)} | found
+        values = {field.name: np.atleast_1d(getattr(self, field.name)) for field in fields(self) if field.name != "a"}
+        return {"a": np.atleast_1d(pair.a if self.a is None else self.a)} | values
 
     def axes(self) -> tuple[str, ...]:
         """Names of the offsets that are an axis of the map."""
-        return tuple(part.name for part in fields(self) if isinstance(getattr(self, part.name), tuple))
+        return tuple(field.name for field in fields(self) if isinstance(getattr(self, field.name), tuple))
 
 
 def check_offsets(name: str, value) -> None:
     """ValueError unless these are `Offsets`."""
     example = f"{name} must be fem.Offsets, say fem.Offsets(misalignment=0.5e-3)"
-    require(isinstance(value, Offsets), f"{example}, got {told(value)}")
+    require(isinstance(value, Offsets), f"{example}, got {text_of(value)}")
 
 
 def in_plane_of_action(alpha_wt: float, f_sigma_delta, f_sigma_beta):
-    """Misalignment [rad] by parallelism errors [rad] (signs as in `Offsets`)."""
+    """Misalignment in the plane of action [rad] that parallelism errors [rad] cause (signs as in `Offsets`)."""
     return f_sigma_delta * sin(alpha_wt) + f_sigma_beta * cos(alpha_wt)

@@ -1,4 +1,4 @@
-"""Two external gears in mesh (ISO 21771), checked when born."""
+"""Two external gears in mesh (ISO 21771); gears that cannot run together are refused."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,14 +7,14 @@ from math import acos, cos, hypot, inf, pi, tan
 from fem.gear.data_sheet import PAIR, DataSheet, listed
 from fem.gear.gear import Gear
 from fem.gear.involute import inverse_involute, involute
-from fem.pair.interference import root_clearance, ways_out
+from fem.pair.interference import remedies, root_clearance
 from fem.pair.path_of_contact import PathOfContact
-from fem.support.arguments import checked
+from fem.support.arguments import DERIVED, checked
 from fem.support.representation import short
 from fem.support.validation import as_floats, require, require_within
 from fem.units import deg, mm
 
-#: Backlash is as exact as the data of drawings [modules].
+#: Negative backlash that counts as rounded data of a drawing [modules].
 ROUNDING = 1e-4
 
 
@@ -22,25 +22,28 @@ ROUNDING = 1e-4
 @short(a="mm")
 @dataclass(frozen=True)
 class GearPair:
-    """Two external gears in mesh at working centre distance a [m]; by default the one without backlash.
+    """Two external gears in mesh at the working centre distance a [m]; by default the one without backlash.
 
-    Raises ValueError where the two cannot run together: unlike base pitch, no contact, contact ratio below 1,
-    interference at the root, tip touching the mate's root, negative backlash.
+    Raises ValueError where the two cannot run together: different base pitch, helix angles that are not equal and
+    opposite, no contact, total contact ratio below 1, interference or no tip clearance at a root, negative backlash.
     """
 
     pinion: Gear
     wheel: Gear
-    a: float = None  # type: ignore[assignment]
+    a: float = DERIVED
 
     def __post_init__(self):
         as_floats(self)
         pinion, wheel = self.pinion, self.wheel
         for name in ("m_n", "alpha_n"):
-            one, other = getattr(pinion, name), getattr(wheel, name)
-            require(abs(one - other) < 1e-9, f"{name} of pinion and wheel must be equal, got {one:g} and {other:g}")
+            values = getattr(pinion, name), getattr(wheel, name)
+            got = f"got {values[0]:g} and {values[1]:g}"
+            require(abs(values[0] - values[1]) < 1e-9, f"{name} of pinion and wheel must be equal, {got}")
         opposite = abs(pinion.beta + wheel.beta) < 1e-9
         hands = f"{pinion.beta / deg:g} and {wheel.beta / deg:g} deg"
-        require(opposite, f"beta of pinion and wheel must be equal and opposite, got {hands}; change the hand of one")
+        require(
+            opposite, f"beta of pinion and wheel must be equal and opposite, got {hands}; change the hand of one gear"
+        )
         if self.a is None:
             object.__setattr__(self, "a", self.a_without_backlash)
         self._check_contact()
@@ -62,7 +65,7 @@ class GearPair:
             require(
                 lowest > gear.roll_form or passes,
                 f"interference: the mate's tip reaches roll length {lowest / mm:.4g} mm of the {name}, whose involute "
-                f"begins at {gear.roll_form / mm:.4g} mm; {ways_out(gear, mate, name)}",
+                f"begins at {gear.roll_form / mm:.4g} mm; {remedies(gear, mate, name)}",
             )
             clearance = self.a - gear.r_f - mate.r_a
             deeper = f"raise a = {self.a / mm:g} mm or reduce d_f of the {name}"
@@ -116,7 +119,7 @@ class GearPair:
 
     @property
     def backlash(self) -> float:
-        """Play along the line of action j_bt [m]; less than ROUNDING below zero counts as rounded data, so as zero."""
+        """Backlash j_bt along the line of action [m]; rounded data may make it negative, which counts as 0."""
         return max(0.0, self._backlash_at(self.a))
 
     @property
@@ -126,12 +129,12 @@ class GearPair:
 
     @property
     def roll_start(self) -> float:
-        """Roll length of the pinion where contact begins: the wheel's tip, or the undercut end of its flank [m]."""
+        """Roll length of the pinion where the path of contact begins [m]."""
         return self.path_of_contact.start
 
     @property
     def roll_end(self) -> float:
-        """Roll length of the pinion where contact ends: its tip, or the undercut end of the wheel's flank [m]."""
+        """Roll length of the pinion where the path of contact ends [m]."""
         return self.path_of_contact.end
 
     @property
@@ -151,14 +154,14 @@ class GearPair:
 
     @property
     def back_phase(self) -> float:
-        """Sum of the phases of driving and back flank: the back flank's phase is this minus the driving flank's."""
+        """Sum of the phases of driving and coast flank: the coast flank's phase is this minus the driving flank's."""
         r_w1, _ = self.path_of_contact.r_w
         return (self.pinion.thickness(r_w1) * self.pinion.z / (2 * pi * r_w1)) % 1.0
 
     def data_sheet(self) -> DataSheet:
         """Quantities of ISO 21771 by symbol, in SI units; print it for a table in mm and degrees.
 
-        1: pinion, 2: wheel. Sliding is given at the ends of the path of contact, where it is largest.
+        Index 1 is the pinion, 2 the wheel. Sliding is that at the ends of the path of contact, where it is largest.
         """
         pinion, wheel, j_wt = self.pinion, self.wheel, self.backlash / cos(self.alpha_wt)
         (r_w1, r_w2), u, path = self.path_of_contact.r_w, wheel.z / pinion.z, self.path_of_contact
@@ -190,5 +193,5 @@ class GearPair:
 
 
 def specific_sliding(roll: float, mate: float, u: float) -> float:
-    """Sliding per rolling speed of a flank at a roll length [m], its mate at another, with u times as many teeth."""
+    """Specific sliding of a flank at a roll length [m], of its mate at the roll length mate [m]; u = z_mate / z."""
     return 1 - mate / (u * roll) if roll > 0 else -inf

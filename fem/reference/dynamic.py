@@ -1,8 +1,13 @@
-"""Transmission error by time integration of both gears of finite elements: run-up of the pinion's hub from rest.
+"""Transmission error by implicit time integration of both gears of finite elements: run-up of the pinion from rest.
 
-Each gear lives in the frame of its hub, where the elements stay near rest; centrifugal, Coriolis and Euler forces bring
-the inertia of the turning body back. The pinion's hub turns as prescribed, the wheel's hub follows against a viscous
-load torque. Implicit in time (HHT-alpha: Hilber, Hughes, Taylor 1977), contact as in `fem.nonlinear`.
+In the frames of the hubs (`fem.reference.time_integration`) find displacements u of both gears and te with
+
+    M (u'' + 2 w x u' + w' x r + w x (w x r)) + d M v = -R(u) + G^T f       nodes; w: spin of the hub, r: position
+    sum r x (inertia and damping of the wheel) / r_b2 = load - c . f        hub of the wheel, on the line of action
+
+with the contact conditions, gaps and Newton steps of `fem.nonlinear`; v is the velocity relative to steady rotation.
+Time steps by HHT-alpha: Newmark's rule, forces averaged between both ends of a step with the weight alpha (Hilber,
+Hughes, Taylor, Improved numerical dissipation for time integration algorithms in structural dynamics, 1977).
 """
 
 from dataclasses import dataclass, replace
@@ -17,11 +22,11 @@ from skfem.element import Element
 from fem.elasticity.mesh_density import Density
 from fem.pair.pair import GearPair
 from fem.reference.deformable_gear import clamped_pair
-from fem.reference.mortar import quarter_turn
-from fem.reference.nonlinear import Meshing, Rows, correction, factorized, rows
+from fem.reference.deformed_flank import quarter_turn
+from fem.reference.mortar import MatingGears, PairGaps, pair_gaps
+from fem.reference.nonlinear import ContactProblem, contact_problem, newton_step
 from fem.reference.st_venant_kirchhoff import internal_force, lumped_mass
-from fem.reference.time_integration import RunUp, check_play, checked_run, over_time
-from fem.ste.ste_map import pair_attributes
+from fem.reference.time_integration import LoadedRun, RunUp, checked_run
 from fem.support.arguments import checked
 from fem.support.progress import bar, shown
 from fem.support.representation import exact
@@ -29,45 +34,65 @@ from fem.support.validation import require
 
 __all__ = ["RunUp", "transmission_error"]
 
-#: Newton steps in a time step; no step that converges moves te so far [modules].
-ITERATIONS, FARTHEST = 40, 1.0
+#: Newton steps in a time step; where one moves te by more than LARGEST_STEP [modules] the iteration diverges.
+NEWTON_STEPS, LARGEST_STEP = 40, 1.0
+#: A time step has converged where Newton moves nodes by less than this share of the pinion's largest displacement.
+TOLERANCE = 1e-6
 
 
 class Motion(NamedTuple):
-    """Displacements of both gears in their frames (n_dofs, 2) and transmission error, or a time derivative of them."""
+    """Displacements of both gears in their frames (n_dofs, 2) and te; or their rates, or forces on both and on te."""
 
     u: tuple[np.ndarray, np.ndarray]
     te: float
 
-    def plus(self, other: "Motion", factor: float) -> "Motion":
-        u = tuple(one + factor * two for one, two in zip(self.u, other.u, strict=True))
-        return Motion((u[0], u[1]), self.te + factor * other.te)
+    def plus(self, change: "Motion", factor: float) -> "Motion":
+        pinion, wheel = (u + factor * du for u, du in zip(self.u, change.u, strict=True))
+        return Motion((pinion, wheel), self.te + factor * change.te)
+
+
+class State(NamedTuple):
+    """Displacement, velocity, acceleration and all forces at the end of a time step."""
+
+    displacement: Motion
+    velocity: Motion
+    acceleration: Motion
+    force: Motion
 
 
 @dataclass(frozen=True)
 class Newmark:
-    """Newmark's rule with the parameters of HHT and a time step [s]."""
+    """Newmark's rule with the parameters beta = (1 - alpha)^2 / 4, gamma = 1/2 - alpha of HHT and a time step [s]."""
 
     alpha: float
     step: float
 
     @property
-    def per_place(self) -> float:
-        """Acceleration per displacement [1/s^2]."""
+    def acceleration_change(self) -> float:
+        """1 / (beta step^2): change of the acceleration per change of the displacement [1/s^2]."""
         return 4 / ((1 - self.alpha) ** 2 * self.step**2)
 
     @property
-    def per_speed(self) -> float:
-        """Velocity per displacement [1/s]."""
-        return (0.5 - self.alpha) * self.step * self.per_place
+    def velocity_change(self) -> float:
+        """gamma / (beta step): change of the velocity per change of the displacement [1/s]."""
+        return (0.5 - self.alpha) * self.step * self.acceleration_change
 
-    def predicted(self, at: Motion, speed: Motion, rate: Motion) -> tuple[Motion, Motion, Motion]:
-        """Motion, velocity and acceleration after a step in which nothing moves but at constant velocity."""
-        moved = at.plus(speed, self.step).plus(rate, self.step**2 / 2)
-        beta, gamma = 1 / (self.per_place * self.step**2), 0.5 - self.alpha
-        slower = speed.plus(rate, self.step * (1 - gamma))
-        ahead = moved.plus(rate, -beta * self.step**2)
-        return ahead, slower, Motion((0 * rate.u[0], 0 * rate.u[1]), 0.0)
+    def predicted(self, displacement: Motion, velocity: Motion, acceleration: Motion) -> tuple[Motion, Motion, Motion]:
+        """Displacement, velocity and acceleration after a step with acceleration 0 at its end."""
+        beta, gamma = 1 / (self.acceleration_change * self.step**2), 0.5 - self.alpha
+        ahead = displacement.plus(velocity, self.step).plus(acceleration, self.step**2 / 2)
+        ahead = ahead.plus(acceleration, -beta * self.step**2)
+        zero = Motion((0 * acceleration.u[0], 0 * acceleration.u[1]), 0.0)
+        return ahead, velocity.plus(acceleration, self.step * (1 - gamma)), zero
+
+    def corrected(self, motions: tuple[Motion, Motion, Motion], change: Motion) -> tuple[Motion, Motion, Motion]:
+        """Displacement, velocity and acceleration after a change of the displacement at the end of the step."""
+        displacement, velocity, acceleration = motions
+        return (
+            displacement.plus(change, 1.0),
+            velocity.plus(change, self.velocity_change),
+            acceleration.plus(change, self.acceleration_change),
+        )
 
 
 @checked
@@ -80,137 +105,145 @@ def transmission_error(
     element: Element | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
-    """Transmission error "te" [m] over "time" [s], and "phase" and load "torque" on the pinion [N m] of the moment.
+    """Transmission error "te" [m], "phase" and the present load "torque" on the pinion [N m] over "time" [s].
 
     torque      pinion torque F r_b1 at full speed [N m]; the viscous load follows the speed of the wheel's hub, which
-                te slows down and speeds up: it is the load of the moment that the statics must be compared under
-    density     of the FE mesh, element of scikit-fem: ElementQuad1() by default (plane strain)
+                varies with te: compare with statics under the present load
+    run         speed, phases, steps and damping of the run-up
+    density     of the FE mesh
+    element     of scikit-fem: ElementQuad1() by default (plane strain)
 
     Raises ValueError for bad input, RuntimeError where a step does not converge or the gears part beyond the backlash.
     """
     element = element or ElementQuad1()
     require(element.dim == 2, f"element must be a quadrilateral (plane strain), got {type(element).__name__}")
-    torque, run, density = checked_run(pair, torque, run, density, element)
-    pitch = 2 * np.pi / pair.pinion.z
-    times = run.times(pitch)
-    rule = Newmark(run.alpha, times[1] - times[0])
-    system = turning_gears(pair, torque, run, rule, density, element)
-    still = Motion((system.meshing.bodies[0].rest(), system.meshing.bodies[1].rest()), 0.0)
-    state = (still, still, still, still)
-    phase, spin, _ = np.array([run.motion(t, pitch) for t in times]).T
-    te, rate = np.zeros((2, times.size))
+    loaded, density = checked_run(pair, torque, run, density, element)
+    equations, times = equations_of_motion(loaded, density, element), loaded.times
+    state = equations.at_rest()
+    phase, spin, _ = np.array([loaded.motion(t) for t in times]).T
+    te, te_rate = np.zeros((2, times.size))
     with shown(progress):
         for i, t in enumerate(bar(times[1:], "time integration"), start=1):
-            state = system.step(state, t)
-            te[i], rate[i] = state[0].te, state[1].te
-            check_play(pair, te[i], phase[i])
-    of_moment = system.load * (spin * pair.pinion.r_b - rate) * pair.pinion.r_b
-    attributes = {**pair_attributes(pair), "torque": torque, "method": "HHT-alpha", "density": exact(density)}
-    return over_time(times, te, phase, of_moment).assign_attrs(attributes)
+            state = equations.step(state, t)
+            te[i], te_rate[i] = state.displacement.te, state.velocity.te
+            loaded.check_backlash(te[i], phase[i])
+    load_torque = loaded.load_torque(spin, te_rate)
+    return loaded.result(te, phase, load_torque, method="HHT-alpha", density=exact(density))
+
+
+def equations_of_motion(loaded: LoadedRun, density: Density, element: Element) -> "EquationsOfMotion":
+    """Both gears with their masses, factorized for a time step."""
+    gears, times = clamped_pair(loaded.pair, density, element), loaded.times
+    rule = Newmark(loaded.run.alpha, times[1] - times[0])
+    pinion, wheel = (lumped_mass(gear.solid) for gear in gears)
+    dynamic = stiffness_per_mass(rule, loaded.run)
+    mating = MatingGears(loaded.pair, gears, wheel_share=1.0)
+    return EquationsOfMotion(
+        contact_problem(mating, (dynamic * pinion, dynamic * wheel)), (pinion, wheel), loaded, rule
+    )
 
 
 def stiffness_per_mass(rule: Newmark, run: RunUp) -> float:
-    """Force of inertia and damping per mass and step [1/s^2]."""
-    return rule.per_place / (1 + run.alpha) + run.damping * rule.per_speed
-
-
-def turning_gears(pair, torque: float, run: RunUp, rule: Newmark, density: Density, element: Element) -> "System":
-    """Both gears with their masses, factorized for a time step."""
-    bodies = clamped_pair(pair, density, element)
-    masses = tuple(lumped_mass(body.solid) for body in bodies)
-    added = tuple(stiffness_per_mass(rule, run) * mass for mass in masses)
-    meshing = factorized(pair, bodies, added, penalty=np.inf, lag=1.0)
-    return System(meshing, masses, torque / pair.pinion.r_b, run, rule)  # type: ignore[arg-type]
+    """Change of the forces of inertia and damping per mass and displacement [1/s^2]."""
+    return rule.acceleration_change / (1 + run.alpha) + run.damping * rule.velocity_change
 
 
 @dataclass(frozen=True)
-class System:
-    """Equations of motion; force is the mesh force at full speed [N]."""
+class EquationsOfMotion:
+    """Time steps of both gears; masses (n_dofs,) [kg] of pinion and wheel."""
 
-    meshing: Meshing
+    problem: ContactProblem
     masses: tuple[np.ndarray, np.ndarray]
-    force: float
-    run: RunUp
+    loaded: LoadedRun
     rule: Newmark
 
-    @property
-    def load(self) -> float:
-        """Viscous load on the wheel's hub: force on the line of action per velocity there [N s/m]."""
-        return self.force / (self.run.speed * self.meshing.pair.pinion.r_b)
+    def at_rest(self) -> State:
+        pinion, wheel = (gear.undeformed() for gear in self.problem.gears)
+        rest = Motion((pinion, wheel), 0.0)
+        return State(rest, rest, rest, rest)
 
-    def applied(self, at: Motion, speed: Motion, drive: float) -> Motion:
+    def applied_forces(self, displacement: Motion, velocity: Motion, drive: float) -> Motion:
         """Internal, damping and load forces; drive is the velocity of the pinion's base circle [m/s]."""
-        found, torque = [], 0.0
-        for side, (body, mass, u, v) in enumerate(zip(self.meshing.bodies, self.masses, at.u, speed.u, strict=True)):
-            turning = quarter_turn((body.solid.places + u).T).T / self.meshing.pair.wheel.r_b
-            beyond = v + side * turning * speed.te
-            damping = self.run.damping * mass[:, None] * beyond
-            found.append(-internal_force(body.solid, u) - damping)
-            torque -= side * (turning * damping).sum()
-        return Motion((found[0], found[1]), torque + self.load * (drive - speed.te))
+        forces, on_hub, r_b = [], 0.0, self.loaded.pair.wheel.r_b
+        sides = zip(self.problem.gears, self.masses, displacement.u, velocity.u, strict=True)
+        for side, (gear, mass, u, v) in enumerate(sides):
+            per_te = quarter_turn((gear.solid.positions + u).T).T / r_b
+            relative = v + side * per_te * velocity.te
+            damping = self.loaded.run.damping * mass[:, None] * relative
+            forces.append(-internal_force(gear.solid, u) - damping)
+            on_hub -= side * (per_te * damping).sum()
+        return Motion((forces[0], forces[1]), on_hub + self.loaded.viscosity * (drive - velocity.te))
 
-    def inertia(self, at: Motion, speed: Motion, rate: Motion, spin: float, euler: float) -> Motion:
+    def inertia_forces(self, motions: tuple[Motion, Motion, Motion], spin: float, euler: float) -> Motion:
         """Mass times acceleration; spin and euler are the speed and acceleration of the pinion's hub."""
-        pair, found, along = self.meshing.pair, [], 0.0
-        ratio = -pair.pinion.z / pair.wheel.z
-        turns = ((spin, euler), (ratio * spin + speed.te / pair.wheel.r_b, ratio * euler + rate.te / pair.wheel.r_b))
-        for side, (body, mass) in enumerate(zip(self.meshing.bodies, self.masses, strict=True)):
-            (omega, rising), place = turns[side], (body.solid.places + at.u[side]).T
-            swept = rising * quarter_turn(place) + 2 * omega * quarter_turn(speed.u[side].T) - omega**2 * place
-            found.append(mass[:, None] * (rate.u[side] + swept.T))
-            along += side * (quarter_turn(place).T * found[side]).sum() / pair.wheel.r_b
-        return Motion((found[0], found[1]), along)
+        displacement, velocity, acceleration = motions
+        r_b, ratio, forces = self.loaded.pair.wheel.r_b, self.loaded.speed_ratio, []
+        spins = (spin, ratio * spin + velocity.te / r_b)
+        eulers = (euler, ratio * euler + acceleration.te / r_b)
+        for side, (gear, mass) in enumerate(zip(self.problem.gears, self.masses, strict=True)):
+            omega, position = spins[side], (gear.solid.positions + displacement.u[side]).T
+            frame = eulers[side] * quarter_turn(position) - omega**2 * position
+            frame = frame + 2 * omega * quarter_turn(velocity.u[side].T)
+            forces.append(mass[:, None] * (acceleration.u[side] + frame.T))
+        on_hub = (quarter_turn(position).T * forces[1]).sum() / r_b
+        return Motion((forces[0], forces[1]), on_hub)
 
-    def step(self, state: tuple[Motion, Motion, Motion, Motion], t: float, tolerance: float = 1e-6):
-        """Motion, velocity, acceleration and all forces at time t after those one step before."""
-        pair, alpha = self.meshing.pair, self.run.alpha
-        phase, spin, euler = self.run.motion(t, 2 * np.pi / pair.pinion.z)
-        drive, touches = spin * pair.pinion.r_b, self.meshing.touches(phase, state[0].te)
-        at, speed, rate = self.rule.predicted(*state[:3])
-        for _ in range(ITERATIONS):
-            applied = self.applied(at, speed, drive)
-            moving = self.inertia(at, speed, rate, spin, euler).plus(state[3], alpha)
-            rest = applied.plus(moving, -1 / (1 + alpha))
-            here = rows(self.meshing, touches, phase, at.te, at.u)
-            change, f = self._change(here, at.te, rest)
-            if not abs(change.te) < FARTHEST * pair.pinion.m_n:
+    def step(self, state: State, t: float) -> State:
+        """State at time t after the state of the step before."""
+        phase, spin, euler = self.loaded.motion(t)
+        drive = spin * self.loaded.pair.pinion.r_b
+        candidates = self.problem.mating.candidates(phase, state.displacement.te)
+        motions = self.rule.predicted(*state[:3])
+        for _ in range(NEWTON_STEPS):
+            residual = self._residual(motions, state.force, drive, (spin, euler))
+            gaps = pair_gaps(self.problem.mating, candidates, phase, motions[0].te, motions[0].u)
+            change, f = self._newton_step(gaps, motions[0].te, residual)
+            if not abs(change.te) < LARGEST_STEP * self.loaded.pair.pinion.m_n:
                 break
-            at, speed = at.plus(change, 1.0), speed.plus(change, self.rule.per_speed)
-            rate = rate.plus(change, self.rule.per_place)
-            if max(np.abs(du).max() for du in change.u) < tolerance * max(np.abs(at.u[0]).max(), 1e-9):
-                contact = self._contact(here, f)
-                return at, speed, rate, self.applied(at, speed, drive).plus(contact, 1.0)
-        longer = "use more steps per pitch, a longer run_up or alpha nearer -1/3"
-        raise RuntimeError(f"no balance at phase {phase:g}; {longer}")
+            motions = self.rule.corrected(motions, change)
+            if max(np.abs(du).max() for du in change.u) < TOLERANCE * max(np.abs(motions[0].u[0]).max(), 1e-9):
+                applied = self.applied_forces(motions[0], motions[1], drive)
+                return State(*motions, applied.plus(self._contact_forces(gaps, f), 1.0))
+        remedy = "use more steps per pitch, a longer run_up or alpha nearer -1/3"
+        raise RuntimeError(f"no balance at phase {phase:g}; {remedy}")
 
-    def _change(self, here: Rows, te: float, rest: Motion) -> tuple[Motion, np.ndarray]:
-        """Newton step towards the balance of what is at rest, and forces under the hats (n,) [N].
+    def _residual(self, motions, last_force: Motion, drive: float, hub: tuple[float, float]) -> Motion:
+        """Unbalanced forces of HHT apart from the contact; last_force at the start of the step."""
+        alpha, inertia = self.loaded.run.alpha, self.inertia_forces(motions, *hub)
+        applied = self.applied_forces(motions[0], motions[1], drive)
+        return applied.plus(inertia.plus(last_force, alpha), -1 / (1 + alpha))
 
-        The wheel's nodes ride on its hub: by a step of te they move as `_riding` says, if nothing else presses them.
+    def _newton_step(self, gaps: PairGaps, te: float, residual: Motion) -> tuple[Motion, np.ndarray]:
+        """Step towards the balance of the residual, and contact forces (n,) [N].
+
+        The displacement of the wheel, K du = r - c dte, is eliminated from the equation of its hub; c as `_coupling`.
         """
-        pushed, riding = self._riding
-        moved = here.by[1] @ (self.meshing.bodies[1].transverse @ riding.ravel())
-        inertia, force = self._inertia_of_error - (pushed * riding).sum(), rest.te - (riding * rest.u[1]).sum()
-        new = correction(self.meshing, replace(here, closing=here.closing + moved), te, rest.u, force, inertia)
-        return Motion((new.du[0], new.du[1] - riding * (new.te - te)), new.te - te), new.f
+        coupling, response = self._coupling
+        operator = self.problem.gears[1].flank_operator
+        closing = gaps.closing + gaps.gradients[1] @ (operator @ response.ravel())
+        hub_stiffness = self._hub_stiffness - (coupling * response).sum()
+        force = residual.te - (response * residual.u[1]).sum()
+        step = newton_step(self.problem, replace(gaps, closing=closing), te, residual.u, force, hub_stiffness)
+        change = step.te - te
+        return Motion((step.du[0], step.du[1] - response * change), change), step.contact_forces
 
     @cached_property
-    def _riding(self) -> tuple[np.ndarray, np.ndarray]:
-        """Forces of inertia and damping on the wheel's nodes per te [N/m], how these lag behind, each (n_dofs, 2)."""
-        turning = quarter_turn(self.meshing.bodies[1].solid.places.T).T / self.meshing.pair.wheel.r_b
-        pushed = (stiffness_per_mass(self.rule, self.run) * self.masses[1])[:, None] * turning
-        return pushed, self.meshing.solve[1](pushed[..., None])[..., 0]
+    def _coupling(self) -> tuple[np.ndarray, np.ndarray]:
+        """Forces of inertia and damping c on the wheel's nodes per te [N/m] and their response K^-1 c, (n_dofs, 2)."""
+        per_te = quarter_turn(self.problem.gears[1].solid.positions.T).T / self.loaded.pair.wheel.r_b
+        coupling = (stiffness_per_mass(self.rule, self.loaded.run) * self.masses[1])[:, None] * per_te
+        return coupling, self.problem.solvers[1](coupling[..., None])[..., 0]
 
     @cached_property
-    def _inertia_of_error(self) -> float:
-        """Derivative of the balance on the line of action by the transmission error [N/m]."""
-        places = self.meshing.bodies[1].solid.places
-        mass = (self.masses[1][:, None] * places**2).sum() / self.meshing.pair.wheel.r_b**2
-        damped = (self.run.damping * mass + self.load) * self.rule.per_speed
-        return float(mass * self.rule.per_place / (1 + self.run.alpha) + damped)
+    def _hub_stiffness(self) -> float:
+        """Change of inertia, damping and load of the rigid wheel per te, on the line of action [N/m]."""
+        positions, run = self.problem.gears[1].solid.positions, self.loaded.run
+        mass = (self.masses[1][:, None] * positions**2).sum() / self.loaded.pair.wheel.r_b**2
+        viscous = (run.damping * mass + self.loaded.viscosity) * self.rule.velocity_change
+        return float(mass * self.rule.acceleration_change / (1 + run.alpha) + viscous)
 
-    def _contact(self, here, f: np.ndarray) -> Motion:
-        found = []
-        for body, by in zip(self.meshing.bodies, here.by, strict=True):
-            found.append((body.transverse.T @ (f @ by)).reshape(body.solid.places.shape))
-        return Motion((found[0], found[1]), -float(here.closing @ f))
+    def _contact_forces(self, gaps: PairGaps, f: np.ndarray) -> Motion:
+        """Nodal forces of contact forces f (n,) on both gears, and their force on te."""
+        sides = zip(self.problem.gears, gaps.gradients, strict=True)
+        pinion, wheel = ((gear.flank_operator.T @ (f @ by)).reshape(gear.solid.positions.shape) for gear, by in sides)
+        return Motion((pinion, wheel), -float(gaps.closing @ f))

@@ -1,118 +1,104 @@
-"""Contact of two flanks where they are now: mean gaps over hats on one, closest points on the other (mortar method).
+"""Weighted gaps between the flanks of two deformable gears (mortar method).
 
-A flank is the exact involute plus the displacement of the elements beneath, so that straight edges do not touch. `own`
-carries the hats, which end at its tip corner; `mate` is looked up. Both are cut by transverse planes; where a helical
-tooth moves along its axis, a plane cuts another section of it. Each gear has a frame of its own, in which its hub rests
-and which turns with the sections along a helix; vectors are (2, ...).
+The slave flank carries the hat functions phi_i of its nodes, the master flank is searched for closest points. With the
+gap g from a point of the slave along the normal of the master, plus the material that modifications remove,
+
+    g_i = int phi_i g dA / int phi_i dA,        g_i >= 0,  f_i >= 0,  g_i f_i = 0
+
+for the contact forces f_i (Puso and Laursen, A mortar segment-to-segment contact method for large deformation solid
+mechanics, 2004; Wriggers, Computational Contact Mechanics, 2006). Vectors are (2, ...), in transverse planes.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly
 
-from fem.gear import tooth_profile
-from fem.gear.gear import Gear
-from fem.microgeometry.flank import removed
+from fem.elasticity.hat_functions import hats
+from fem.elasticity.section_mesh import rotated
+from fem.pair.mesh_position import MeshPosition
+from fem.pair.pair import GearPair
+from fem.pair.placement import Placement, placements
+from fem.reference.deformable_gear import DeformableGear
+from fem.reference.deformed_flank import Flank, WidthQuadrature, closest_points, quarter_turn
+
+#: A node is a contact candidate where its gap at rest exceeds the smallest by less than this [modules], or by te.
+CANDIDATE_GAP = 1 / 25
+#: A point in the middle of the path of contact belongs to the pinion's half, within this share of a pitch.
+ROUNDING = 1e-9
+#: Step of the difference quotient for the slope of the removed material [modules].
+SLOPE_STEP = 1e-3
+
+#: Displacements (n_dofs, dim) of two gears [m].
+Displacements = Sequence[np.ndarray]
 
 
-class Width(NamedTuple):
-    """Nodes across the width (n_across,) [m]; stations: places, widths (n,) [m], nodes' hats, shapes (n, n_across)."""
+class FlankQuadrature(NamedTuple):
+    """Quadrature along the profile of a slave flank.
 
-    nodes: np.ndarray
-    places: np.ndarray
-    widths: np.ndarray
-    hats: np.ndarray
+    arcs        (n,) arc lengths of the points [m]
+    shapes      (n, n_node) shape functions of all nodes
+    hats        (n, n_hat) hat functions of some nodes times quadrature weights [m]
+    nodes       (n_hat,) numbers of these nodes along the profile
+    """
+
+    arcs: np.ndarray
     shapes: np.ndarray
+    hats: np.ndarray
+    nodes: np.ndarray
+
+
+def profile_quadrature(flank: Flank, nodes: np.ndarray) -> FlankQuadrature:
+    """Four Gauss points in each interval between nodes that a hat function of the given nodes covers."""
+    points, weights = np.polynomial.legendre.leggauss(4)
+    left = np.unique(np.concatenate([nodes - 1, nodes]))
+    left = left[(left >= 0) & (left < flank.arcs.size - 1)]
+    start, size = flank.arcs[left, None], np.diff(flank.arcs)[left, None]
+    arcs = (start + size * (points + 1) / 2).ravel()
+    weighted_hats = hats(flank.arcs, arcs)[nodes].T * (size * weights / 2).reshape(-1, 1)
+    return FlankQuadrature(arcs, flank.shapes(arcs), weighted_hats, nodes)
 
 
 @dataclass(frozen=True)
-class Flank:
-    """Counter-clockwise flank of a tooth with a number; nodes (n, n_across) at arc lengths (n,) [m]."""
+class ContactCandidate:
+    """Two teeth that may touch.
 
-    gear: Gear
-    tooth: int
-    arcs: np.ndarray
-    nodes: np.ndarray
-    width: Width
-    degree: int
+    slave       gear that carries the hat functions: 0 the pinion, 1 the wheel
+    teeth       numbers of the teeth on pinion and wheel
+    quadrature  along the slave's profile
+    mask        (n_hat, n_across) nodes along the profile and across the width that may touch
+    """
 
-    @property
-    def turn(self) -> float:
-        """Angle of the tooth's centre line from that of tooth 0 [rad]."""
-        return 2 * np.pi * self.tooth / self.gear.z
+    slave: int
+    teeth: tuple[int, int]
+    quadrature: FlankQuadrature
+    mask: np.ndarray
 
-    @property
-    def turns(self) -> np.ndarray:
-        """(n_station,) angles of the sections at the stations from mid-plane's [rad]."""
-        return self.gear.twist * self.width.places
-
-    @property
-    def base(self) -> float:
-        """Angle where the involute of tooth 0 begins [rad]."""
-        return np.pi / 2 + float(tooth_profile.flank(self.gear, [0.0]).psi[0])
-
-    @cached_property
-    def shapes(self) -> PPoly:
-        """Values (..., n) of the nodes' shape functions at arc lengths (...), as in the elements beneath."""
-        return shape_functions(self.arcs, self.degree)
-
-    @cached_property
-    def smooth(self) -> PPoly:
-        """`shapes` without kinks, for a mate: a spline through the nodes of linear elements."""
-        return CubicSpline(self.arcs, np.eye(self.arcs.size)) if self.degree == 1 else self.shapes
-
-    def involute(self, arc: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Points [m], unit tangents towards the tip and second derivatives [1/m] over arc length."""
-        roll = tooth_profile.roll_at(self.gear, arc)
-        tangent = direction(self.base + self.turn - roll / self.gear.r_b)
-        normal, radius = quarter_turn(tangent), np.maximum(roll, tooth_profile.LEAST_ROLL * self.gear.roll_tip)
-        return self.gear.r_b * tangent + roll * normal, tangent, -normal / radius
-
-    @cached_property
-    def transverse(self) -> np.ndarray:
-        """(n, n_across, 2, dim) displacement in the transverse plane per displacement of the nodes.
-
-        A helical flank that moves along the axis is cut elsewhere, where it is turned.
-        """
-        turn, around = self.gear.twist * self.width.nodes, quarter_turn(self.involute(self.arcs)[0])
-        found = np.zeros((*self.nodes.shape, 2, 3))
-        found[:, :, 0, :2] = direction(turn).T
-        found[:, :, 1, :2] = quarter_turn(direction(turn)).T
-        found[:, :, :, 2] = -self.gear.twist * around.T[:, None]
-        return found
-
-    def at_stations(self, u: np.ndarray) -> np.ndarray:
-        """(2, n, n_station) displacement in the transverse plane of the nodes' lines at the stations."""
-        moved = np.einsum("akci,aki->cak", self.transverse[..., : u.shape[1]], u[self.nodes])
-        return moved @ self.width.shapes.T
-
-    def removed(self, arc: np.ndarray) -> np.ndarray:
-        """Material removed at arcs (n, 1 or n_station) [m]."""
-        roll = tooth_profile.roll_at(self.gear, np.maximum(arc, 0.0))
-        return removed(self.gear.drive_flank, self.gear.face, roll, self.width.places, tooth=self.tooth)
+    def mean_operator(self, width: WidthQuadrature) -> tuple[np.ndarray, np.ndarray]:
+        """Areas (n,) [m^2] of the hat functions, and (n, n_point * n_station) weights of the means over them."""
+        along, across = np.nonzero(self.mask)
+        axial_hats = (width.hats.T * width.weights)[across]
+        weights = np.einsum("hq,hz->hqz", self.quadrature.hats.T[along], axial_hats)
+        area = weights.sum(axis=(1, 2))
+        return area, weights.reshape(area.size, -1) / area[:, None]
 
 
-def shape_functions(nodes: np.ndarray, degree: int) -> PPoly:
-    """Values (..., n) at places (...) of the shape functions of a line of elements with nodes (n,)."""
-    linear, parabolas = [(-1, 1), (1, 0)], [(2, -3, 1), (-4, 4, 0), (2, -1, 0)]
-    ends = nodes[::degree]
-    first = degree * np.arange(ends.size - 1)
-    coefficients = np.zeros((degree + 1, first.size, nodes.size))
-    scale = np.diff(ends) ** np.arange(degree, -1, -1)[:, None]
-    for node, polynomial in enumerate(linear if degree == 1 else parabolas):
-        coefficients[:, np.arange(first.size), first + node] = np.array(polynomial)[:, None] / scale
-    return PPoly(coefficients, ends)
+class MeanGaps(NamedTuple):
+    """Gaps of a contact candidate.
 
+    gap, area           (n,) mean gap under each hat function [m] and its area [m^2]
+    closing             (n,) decrease of the gap per transmission error
+    slave_gradient      (n, n_node, n_across, 2) derivative by the displacements of the nodes in transverse planes
+    master_gradient     the same for the nodes of the master flank
+    """
 
-def direction(angle) -> np.ndarray:
-    return np.stack([np.cos(angle), np.sin(angle)])
-
-
-def quarter_turn(v: np.ndarray) -> np.ndarray:
-    return np.stack([-v[1], v[0]])
+    gap: np.ndarray
+    area: np.ndarray
+    closing: np.ndarray
+    slave_gradient: np.ndarray
+    master_gradient: np.ndarray
 
 
 def dot(v: np.ndarray, w: np.ndarray) -> np.ndarray:
@@ -123,117 +109,142 @@ def cross(v: np.ndarray, w: np.ndarray) -> np.ndarray:
     return v[0] * w[1] - v[1] * w[0]
 
 
-def turned(v: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
-    """v turned counter-clockwise."""
-    return np.cos(angle) * v + np.sin(angle) * quarter_turn(v)
+def mean_gaps(
+    candidate: ContactCandidate, flanks: tuple[Flank, Flank], placed: tuple[Placement, Placement], u: Displacements
+) -> MeanGaps:
+    """Gaps between two flanks; flanks, placements and displacements (n_dofs, dim) of the slave and of the master."""
+    (slave, master), (slave_gear, master_gear), quadrature = flanks, placed, candidate.quadrature
+    angle = slave_gear.rotation - master_gear.rotation + slave.station_angles - master.station_angles
+    lever = rotated(slave_points(slave, quadrature, u[0]), angle)
+    distance = (slave_gear.centre - master_gear.centre)[:2, None]
+    points = lever + rotated(distance, -(master_gear.rotation + master.station_angles))[:, None]
+    contact = contact_points(master, points, u[1])
+    closing = master_gear.turn_per_te * cross(contact.foot, contact.push)
+    closing = closing - slave_gear.turn_per_te * cross(lever, contact.push)
+    gap = contact.gap + slave.removed(quadrature.arcs[:, None])
+    by_slave = np.einsum("cqz,qa,zk->qzakc", rotated(contact.push, -angle), quadrature.shapes, slave.width.shapes)
+    by_master = np.einsum("cqz,qza,zk->qzakc", -contact.push, master.smooth_shapes(contact.arc), master.width.shapes)
+    area, weights = candidate.mean_operator(slave.width)
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        return (weights @ values.reshape(weights.shape[1], -1)).reshape(area.size, *values.shape[2:])
+
+    return MeanGaps(mean(gap), area, mean(closing), mean(by_slave), mean(by_master))
 
 
-class Placement(NamedTuple):
-    """Where a gear stands: centre (2,) [m], angle [rad], its turn per transmission error [rad/m]."""
-
-    centre: np.ndarray
-    angle: float
-    per_error: float
+def slave_points(flank: Flank, quadrature: FlankQuadrature, u: np.ndarray) -> np.ndarray:
+    """(2, n, n_station) quadrature points of a deformed flank in the frame of its gear."""
+    displacement = np.einsum("qa,caz->cqz", quadrature.shapes, flank.displacement_at_stations(u))
+    return flank.involute(quadrature.arcs[:, None]) + displacement
 
 
-class Sampling(NamedTuple):
-    """Quadrature of own's flank: arcs (n,), shapes there (n, n_node), weighted hats (n, n_hat), and their numbers."""
+class ContactPoints(NamedTuple):
+    """Points of the master flank that are closest to given ones, in the frame of the master.
 
-    arcs: np.ndarray
-    shapes: np.ndarray
-    hats: np.ndarray
-    chosen: np.ndarray
+    arc         (n, n_station) arc lengths [m]
+    foot        (2, n, n_station) points [m]
+    gap         (n, n_station) distance along the normal and material removed from the master [m]
+    push        (2, n, n_station) change of the gap per displacement of the given points: direction of the force
+    """
+
+    arc: np.ndarray
+    foot: np.ndarray
+    gap: np.ndarray
+    push: np.ndarray
 
 
-def sampling(flank: Flank, chosen: np.ndarray) -> Sampling:
-    """Four Gauss points in each interval between nodes that a chosen hat (numbers of nodes) covers."""
-    points, weights = np.polynomial.legendre.leggauss(4)
-    left = np.unique(np.concatenate([chosen - 1, chosen]))
-    left = left[(left >= 0) & (left < flank.arcs.size - 1)]
-    low, long = flank.arcs[left, None], np.diff(flank.arcs)[left, None]
-    arcs = (low + long * (points + 1) / 2).ravel()
-    hats = np.stack([np.interp(arcs, flank.arcs, one) for one in np.eye(flank.arcs.size)[chosen]], axis=1)
-    return Sampling(arcs, flank.shapes(arcs), hats * (long * weights / 2).reshape(-1, 1), chosen)
+def contact_points(master: Flank, points: np.ndarray, u: np.ndarray) -> ContactPoints:
+    """Closest points to points (2, n, n_station) in the frame of the master, which is displaced by u (n_dofs, dim)."""
+    arc, (foot, tangent, curvature) = closest_points(master, points, master.displacement_at_stations(u))
+    normal = quarter_turn(tangent) / np.sqrt(dot(tangent, tangent))
+    distance = dot(normal, points - foot)
+    step = SLOPE_STEP * master.gear.m_n
+    slope = (master.removed(arc + step) - master.removed(arc - step)) / (2 * step)
+    # The gap grows along the flank where the master is relieved: the force is normal to the relieved flank.
+    tilt = slope / (dot(tangent, tangent) - distance * dot(normal, curvature))
+    return ContactPoints(arc, foot, distance + master.removed(arc), normal + tilt * tangent)
 
 
 @dataclass(frozen=True)
-class Touch:
-    """Two teeth that may touch, numbered on pinion and wheel; own is the gear (0: pinion, 1: wheel) with the hats.
+class MatingGears:
+    """Deformable pinion and wheel of a pair; wheel_share of the transmission error turns the wheel back.
 
-    near        (n_chosen, n_across) which of the hats along the profile may touch where across the width
+    The pinion turns ahead by the rest.
     """
 
-    own: int
-    teeth: tuple[int, int]
-    sample: Sampling
-    near: np.ndarray
+    pair: GearPair
+    gears: tuple[DeformableGear, DeformableGear]
+    wheel_share: float = 0.5
+
+    def placements(self, phase: float, te: float) -> tuple[Placement, Placement]:
+        """Placements of pinion and wheel; tooth pair k touches k pitches ahead of pair 0."""
+        return placements(MeshPosition(self.pair, self.pair.a, 0.0, phase), te, lag=self.wheel_share)
+
+    def mean_gaps(self, candidate: ContactCandidate, placed: tuple[Placement, Placement], u: Displacements) -> MeanGaps:
+        """Gaps of a candidate; placements and displacements of pinion and wheel."""
+        pinion, wheel = (gear.flanks[tooth] for gear, tooth in zip(self.gears, candidate.teeth, strict=True))
+        if candidate.slave == 0:
+            return mean_gaps(candidate, (pinion, wheel), placed, u)
+        return mean_gaps(candidate, (wheel, pinion), placed[::-1], u[::-1])
+
+    def candidates(self, phase: float, te: float = 0.0) -> list[ContactCandidate]:
+        """Nodes of all teeth whose gap at rest is within CANDIDATE_GAP, or te, of the smallest one.
+
+        The slave is the gear that touches nearer to its tip.
+        """
+        rest = [gear.undeformed() for gear in self.gears]
+        possible = [candidate for candidate in self._all_candidates(phase) if candidate.mask.any()]
+        gaps = [self.mean_gaps(candidate, self.placements(phase, 0.0), rest).gap for candidate in possible]
+        limit = min(gap.min() for gap in gaps) + max(CANDIDATE_GAP * self.pair.pinion.m_n, te)
+        near = []
+        for candidate, gap in zip(possible, gaps, strict=True):
+            mask = candidate.mask.copy()
+            mask[mask] = gap < limit
+            nodes = np.flatnonzero(mask.any(axis=1))
+            if nodes.size:
+                flank = self.gears[candidate.slave].flanks[candidate.teeth[candidate.slave]]
+                near.append(replace(candidate, quadrature=profile_quadrature(flank, nodes), mask=mask[nodes]))
+        return near
+
+    def _all_candidates(self, phase: float) -> Iterator[ContactCandidate]:
+        """All nodes of all teeth: the pinion is the slave from the middle of the path of contact on."""
+        pair = self.pair
+        middle = (pair.roll_start + pair.roll_end) / 2 - pair.roll_pitch - ROUNDING * pair.p_bt
+        for k, slave in product(self.gears[0].flanks, (0, 1)):
+            flank = self.gears[slave].flanks[(k, -k)[slave]]
+            in_pinion_half = (phase + k) * pair.p_bt + flank.width.nodes * np.tan(pair.beta_b) >= middle
+            mask = np.tile(in_pinion_half if slave == 0 else ~in_pinion_half, (flank.arcs.size, 1))
+            yield ContactCandidate(slave, (k, -k), profile_quadrature(flank, np.arange(flank.arcs.size)), mask)
 
 
-class Gaps(NamedTuple):
-    """Mean gaps under the hats (n,) [m], their area [m^2], closing per transmission error, and their derivatives.
+@dataclass(frozen=True)
+class PairGaps:
+    """Gaps of all candidates: gap [m], area [m^2] and closing (n,) as in `MeanGaps`.
 
-    by_own, by_mate     (n, n_node, n_across, 2) derivatives by the nodes' displacements in the transverse plane
+    gradients   of pinion and wheel, (n, n_columns) over the rows of `DeformableGear.flank_operator`
     """
 
     gap: np.ndarray
     area: np.ndarray
     closing: np.ndarray
-    by_own: np.ndarray
-    by_mate: np.ndarray
+    gradients: tuple[np.ndarray, np.ndarray]
 
 
-def position(flank: Flank, arc: np.ndarray, moved: np.ndarray) -> list[np.ndarray]:
-    """Points and two derivatives over arc lengths (n, n_station), under moved (2, n_node, n_station)."""
-    undeformed = flank.involute(arc)
-    return [p + np.einsum("qza,caz->cqz", flank.smooth(arc, k), moved) for k, p in enumerate(undeformed)]
-
-
-def closest(mate: Flank, x: np.ndarray, moved: np.ndarray) -> np.ndarray:
-    """Arc lengths of the mate's points closest to x (2, n, n_station) in the mate's frame."""
-    low, high = mate.arcs[[0, -1]]
-    arc = np.clip((dot(x, x) / mate.gear.r_b - mate.gear.r_b) / 2, low, high)
-    for _ in range(3):
-        y, tangent, second = position(mate, arc, moved)
-        away = dot(second, x - y) - dot(tangent, tangent)
-        arc = np.clip(arc - dot(tangent, x - y) / away, low, high)
-    return arc
-
-
-def gaps(own: Flank, mate: Flank, places: tuple[Placement, Placement], u: tuple, touch: Touch) -> Gaps:
-    """Gaps between own and mate, placed at places and displaced by u = (own's, mate's) (n_dofs, dim)."""
-    sample = touch.sample
-    at_own, at_mate = own.at_stations(u[0]), mate.at_stations(u[1])
-    inside = own.involute(sample.arcs[:, None])[0] + np.einsum("qa,caz->cqz", sample.shapes, at_own)
-    there, here = places
-    ahead, angle = there.angle - here.angle + own.turns - mate.turns, here.angle + mate.turns
-    arm = turned(inside, ahead)
-    x = arm + turned((there.centre - here.centre)[:, None], -angle)[:, None]
-    arc = closest(mate, x, at_mate)
-    y, tangent, second = position(mate, arc, at_mate)
-    normal = quarter_turn(tangent) / np.sqrt(dot(tangent, tangent))
-    distance = dot(normal, x - y)
-    step = 1e-3 * mate.gear.m_n
-    slope = (mate.removed(arc + step) - mate.removed(arc - step)) / (2 * step)
-    # The gap grows along the flank where the mate is relieved: the force is normal to the relieved flank.
-    along = slope / (dot(tangent, tangent) - distance * dot(normal, second))
-    push = normal + along * tangent
-    closing = here.per_error * cross(y, push) - there.per_error * cross(arm, push)
-    values = distance + own.removed(sample.arcs[:, None]) + mate.removed(arc)
-    area, mean = averages(touch, own.width)
-    by_own = np.einsum("cqz,qa,zk->qzakc", turned(push, -ahead), sample.shapes, own.width.shapes)
-    by_mate = np.einsum("cqz,qza,zk->qzakc", -push, mate.smooth(arc), mate.width.shapes)
-    return Gaps(mean(values), area, mean(closing), mean(by_own), mean(by_mate))
-
-
-def averages(touch: Touch, width: Width):
-    """Areas under the hats (n,) [m^2]; function that turns values (n_point, n_station, ...) into means (n, ...)."""
-    along, across = np.nonzero(touch.near)
-    weights = np.einsum("hq,hz->hqz", touch.sample.hats.T[along], (width.hats.T * width.widths)[across])
-    area = weights.sum(axis=(1, 2))
-    weights = weights.reshape(area.size, -1) / area[:, None]
-
-    def mean(values: np.ndarray) -> np.ndarray:
-        shape = values.shape[2:]
-        return (weights @ values.reshape(weights.shape[1], -1)).reshape(area.size, *shape)
-
-    return area, mean
+def pair_gaps(
+    mating: MatingGears, candidates: list[ContactCandidate], phase: float, te: float, u: Displacements
+) -> PairGaps:
+    """Gaps of all candidates in the present placements and displacements of the gears."""
+    placed = mating.placements(phase, te)
+    parts = [mating.mean_gaps(candidate, placed, u) for candidate in candidates]
+    gap, area, closing = (np.concatenate([part[i] for part in parts]) for i in range(3))
+    gradients = tuple(np.zeros((gap.size, gear.flank_operator.shape[0])) for gear in mating.gears)
+    first = 0
+    for candidate, part in zip(candidates, parts, strict=True):
+        last = first + part.gap.size
+        for side, gear in enumerate(mating.gears):
+            gradient = part.slave_gradient if side == candidate.slave else part.master_gradient
+            columns = gradient.reshape(part.gap.size, -1)
+            start = list(gear.flanks).index(candidate.teeth[side]) * columns.shape[1]
+            gradients[side][first:last, start : start + columns.shape[1]] = columns
+        first = last
+    return PairGaps(gap, area, closing, (gradients[0], gradients[1]))

@@ -1,55 +1,90 @@
-"""Contact of two flanks by penalty in compiled loops: mean gaps under hats as in `mortar`, Coulomb friction.
+"""Penalty contact of two flanks with Coulomb friction in compiled loops, for linear elements in plane strain.
 
-The pressure under a hat is penalty times its mean penetration; friction is a spring of the same stiffness that slips
-where it exceeds friction times the pressure. Linear elements of plane strain; vectors are pairs of numbers.
+With the weighted gaps g_i and the area A_i of hat function i as in `fem.reference.mortar`,
+
+    pressure p_i = penalty max(-g_i, 0),    friction |q_i| <= mu p_i,  dq_i/dt = penalty (slip rate) while it sticks;
+
+and slides where it would exceed mu p_i (return mapping: Wriggers, Computational Contact Mechanics, 2006).
+Vectors are pairs of numbers in the frame of the master gear, unless they belong to the nodes of the slave.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from fem.gear.tooth_profile import LEAST_ROLL
-from fem.reference.deformable_gear import Body
-from fem.support.numba_cache import fast
+from fem.gear.tooth_profile import tangent_angle
+from fem.reference.deformable_gear import DeformableGear
+from fem.reference.deformed_flank import FlankCurve, closest_arc, cubic, curve_point, interval_of, involute_point
+from fem.reference.mortar import MatingGears
+from fem.support.numba_cache import compiled, fast
 
+#: Positions in [0, 1] and weights of the Gauss points in an interval between nodes.
 GAUSS = tuple((float(p + 1) / 2, float(w) / 2) for p, w in zip(*np.polynomial.legendre.leggauss(4), strict=True))
-RELIEF_STEPS = 2000
-#: Columns of a table of points of contact.
-GAP, PUSH, SLIDE, ARM, FOOT, AREA, ARC, SHARE = 0, 1, 3, 5, 7, 9, 10, 11
+#: Intervals of the table of removed material.
+RELIEF_INTERVALS = 2000
+#: Contact stiffness on a node is at most this times penalty times its area, as a slave or under a master's spline.
+STIFFNESS_BOUND = 3.0
+
+#: A point of the slave and what it touches: interval between nodes of the slave's profile and share of that interval,
+#: area [m^2], gap [m], arc length on the master [m], directions of push and slide, levers about both centres [m].
+CONTACT_POINT = np.dtype(
+    [
+        ("interval", np.int64),
+        *((name, np.float64) for name in ("share", "area", "gap", "arc")),
+        *((f"{name}_{axis}", np.float64) for name in ("push", "slide", "slave_arm", "master_arm") for axis in "xy"),
+    ]
+)
 
 
-class Teeth(NamedTuple):
-    """Flanks of a gear.
+class FlankArrays(NamedTuple):
+    """Flanks of a gear as arrays.
 
-    r_b, base   base radius [m]; angle where the involute of tooth 0 begins [rad]
-    b           width [m]
-    arcs        (n,) arc lengths of the nodes [m]
-    nodes       (3, n) their numbers, and turn (3,) the angles of the teeth [rad]
-    spline      (n, n - 1, 4) polynomials of `Flank.smooth`
-    relief      (m,) material removed at equidistant arc lengths [m]
+    r_b, b          base radius and face width [m]
+    start_angles    (n_tooth,) angles of the tangents where the involutes begin [rad]
+    arcs            (n,) arc lengths of the nodes [m]
+    nodes           (n_tooth, n) numbers of the nodes
+    polynomials     (n, n - 1, 4) as of `Flank.polynomials`
+    relief          (m,) material removed at equidistant arc lengths [m]
     """
 
     r_b: float
-    base: float
     b: float
+    start_angles: np.ndarray
     arcs: np.ndarray
     nodes: np.ndarray
-    turn: np.ndarray
-    spline: np.ndarray
+    polynomials: np.ndarray
     relief: np.ndarray
 
 
-class Side(NamedTuple):
-    """A gear that touches: displacements, velocities (n_dofs, 2) in the hub's frame, forces to add to, spin [rad/s]."""
+class MovingGear(NamedTuple):
+    """Flanks, displacements and velocities (n_dofs, 2) in the hub's frame, forces to add to, spin [rad/s]."""
 
-    teeth: Teeth
+    flanks: FlankArrays
     u: np.ndarray
     v: np.ndarray
     force: np.ndarray
     spin: float
 
 
-class Law(NamedTuple):
+class ToothPair(NamedTuple):
+    """Slave gear (0: pinion), positions of both teeth among the flanks, first and last hat function that may touch."""
+
+    slave: int
+    slave_tooth: int
+    master_tooth: int
+    first_hat: int
+    last_hat: int
+
+
+class RelativePose(NamedTuple):
+    """Centre (x, y) [m] and angle [rad] of the slave in the frame of the master."""
+
+    x: float
+    y: float
+    angle: float
+
+
+class ContactLaw(NamedTuple):
     """Penalty [Pa/m], coefficient of friction, time step [s]."""
 
     penalty: float
@@ -57,203 +92,191 @@ class Law(NamedTuple):
     step: float
 
 
-def teeth_of(body: Body) -> Teeth:
-    """Flanks of linear elements as arrays."""
-    flank = body.flanks[0]
-    arcs, gear = flank.arcs, flank.gear
-    places = np.linspace(arcs[0], arcs[-1], RELIEF_STEPS + 1)
-    nodes = np.stack([flank.nodes[:, 0] for flank in body.flanks.values()])
-    turn = np.array([flank.turn for flank in body.flanks.values()])
-    relief = flank.removed(places[:, None])[:, 0]
-    return Teeth(gear.r_b, flank.base, gear.b, arcs, nodes, turn, flank.smooth.c.T.copy(), relief)
+def flank_arrays(gear: DeformableGear) -> FlankArrays:
+    """Flanks of a gear of linear elements, whose teeth are all equal."""
+    flank = gear.flanks[0]
+    arcs, macro = flank.arcs, flank.gear
+    start_angles = np.array([tangent_angle(macro, 0.0, tooth) for tooth in gear.flanks])
+    nodes = np.stack([flank.nodes[:, 0] for flank in gear.flanks.values()])
+    relief = flank.removed(np.linspace(arcs[0], arcs[-1], RELIEF_INTERVALS + 1)[:, None])[:, 0]
+    return FlankArrays(macro.r_b, macro.b, start_angles, arcs, nodes, flank.polynomials, relief)
 
 
-@fast
-def _involute(teeth, tooth, arc):
-    """Point, tangent and roll length."""
-    roll = np.sqrt(2 * teeth.r_b * arc)
-    angle = teeth.base + teeth.turn[tooth] - roll / teeth.r_b
-    c, s = np.cos(angle), np.sin(angle)
-    return teeth.r_b * c - roll * s, teeth.r_b * s + roll * c, c, s, roll
+def contact_stiffness_bound(gear: DeformableGear, penalty: float) -> np.ndarray:
+    """(n_dofs,) largest stiffness that contact may have on each node [N/m]."""
+    bound = np.zeros(len(gear.solid.positions))
+    for flank in gear.flanks.values():
+        size = np.diff(flank.arcs)
+        area = flank.gear.b * (np.append(size, 0) + np.append(0, size)) / 2
+        bound[flank.nodes[:, 0]] += STIFFNESS_BOUND * penalty * area
+    return bound
 
 
-@fast
-def _bent(teeth, tooth, u):
-    """(n - 1, 2, 4) polynomials of the flank's displacement."""
-    n = teeth.arcs.size
-    found = np.zeros((n - 1, 2, 4))
+def tooth_pair_table(mating: MatingGears, phase: float, te: float = 0.0) -> np.ndarray:
+    """(n, 5) fields of a `ToothPair` for each contact candidate."""
+    table = []
+    for candidate in mating.candidates(phase, te):
+        slave, nodes = candidate.slave, candidate.quadrature.nodes
+        teeth = [list(mating.gears[side].flanks).index(candidate.teeth[side]) for side in (slave, 1 - slave)]
+        table.append((slave, *teeth, nodes[0], nodes[-1]))
+    return np.array(table, dtype=np.int64).reshape(-1, 5)
+
+
+@compiled(fastmath=True)
+def _polynomials(flanks, tooth, values):
+    """(n - 1, 2, 4) cubics of nodal values (n_dofs, 2) along a flank."""
+    n = flanks.arcs.size
+    coefficients = np.zeros((n - 1, 2, 4))
     for a in range(n):
-        x, y = u[teeth.nodes[tooth, a], 0], u[teeth.nodes[tooth, a], 1]
+        x, y = values[flanks.nodes[tooth, a], 0], values[flanks.nodes[tooth, a], 1]
         for i in range(n - 1):
             for k in range(4):
-                found[i, 0, k] += teeth.spline[a, i, k] * x
-                found[i, 1, k] += teeth.spline[a, i, k] * y
-    return found
+                coefficients[i, 0, k] += flanks.polynomials[a, i, k] * x
+                coefficients[i, 1, k] += flanks.polynomials[a, i, k] * y
+    return coefficients
 
 
-@fast
-def _cubic(p, t):
-    """Value, slope and second derivative of a polynomial."""
-    value, slope = p[3] + t * (p[2] + t * (p[1] + t * p[0])), p[2] + t * (2 * p[1] + 3 * t * p[0])
-    return value, slope, 2 * p[1] + 6 * t * p[0]
+@compiled(fastmath=True)
+def _relief(flanks, arc):
+    """Material removed and its slope, linear in the table."""
+    step = (flanks.arcs[-1] - flanks.arcs[0]) / (flanks.relief.size - 1)
+    position = (arc - flanks.arcs[0]) / step
+    i = min(max(int(position), 0), flanks.relief.size - 2)
+    change = flanks.relief[i + 1] - flanks.relief[i]
+    return flanks.relief[i] + (position - i) * change, change / step
 
 
-@fast
-def _interval(arcs, arc):
-    return min(max(np.searchsorted(arcs, arc) - 1, 0), arcs.size - 2)
-
-
-@fast
-def _on_flank(teeth, tooth, bent, arc):
-    """Point, derivative and second derivative over the arc length of a bent flank."""
-    x, y, c, s, roll = _involute(teeth, tooth, arc)
-    i = _interval(teeth.arcs, arc)
-    t = arc - teeth.arcs[i]
-    radius = max(roll, LEAST_ROLL * np.sqrt(2 * teeth.r_b * teeth.arcs[-1]))
-    dx, slope_x, second_x = _cubic(bent[i, 0], t)
-    dy, slope_y, second_y = _cubic(bent[i, 1], t)
-    return x + dx, y + dy, c + slope_x, s + slope_y, s / radius + second_x, -c / radius + second_y
-
-
-@fast
-def _relief(teeth, arc):
-    """Material removed and its slope."""
-    step = (teeth.arcs[-1] - teeth.arcs[0]) / (teeth.relief.size - 1)
-    share = (arc - teeth.arcs[0]) / step
-    i = min(max(int(share), 0), teeth.relief.size - 2)
-    slope = teeth.relief[i + 1] - teeth.relief[i]
-    return teeth.relief[i] + (share - i) * slope, slope / step
-
-
-@fast
-def _meet(mate, tooth, bent, x, y, point):
-    """Fills gap, push, slide, foot and arc of a point at (x, y) in the mate's frame."""
-    low, high, r_b = mate.arcs[0], mate.arcs[-1], mate.r_b
-    arc = min(max(((x * x + y * y) / r_b - r_b) / 2, low), high)
-    for _ in range(3):
-        fx, fy, tx, ty, sx, sy = _on_flank(mate, tooth, bent, arc)
-        away = sx * (x - fx) + sy * (y - fy) - tx * tx - ty * ty
-        arc = min(max(arc - (tx * (x - fx) + ty * (y - fy)) / away, low), high)
-    fx, fy, tx, ty, sx, sy = _on_flank(mate, tooth, bent, arc)
+@compiled(fastmath=True)
+def _fill_contact(flanks, curve, x, y, point):
+    """Fill gap, arc, directions and the master's arm of a contact point at (x, y)."""
+    point.arc = closest_arc(curve, x, y)
+    foot_x, foot_y, tx, ty, sx, sy = curve_point(curve, point.arc)
     size = np.hypot(tx, ty)
     nx, ny = -ty / size, tx / size
-    distance = nx * (x - fx) + ny * (y - fy)
-    removed, slope = _relief(mate, arc)
+    distance = nx * (x - foot_x) + ny * (y - foot_y)
+    removed, slope = _relief(flanks, point.arc)
     along = slope / (size * size - distance * (nx * sx + ny * sy))
-    point[GAP], point[ARC] = distance + removed, arc
-    point[PUSH], point[PUSH + 1] = nx + along * tx, ny + along * ty
-    point[SLIDE], point[SLIDE + 1] = tx / size, ty / size
-    point[FOOT], point[FOOT + 1] = fx, fy
+    point.gap = distance + removed
+    point.push_x, point.push_y = nx + along * tx, ny + along * ty
+    point.slide_x, point.slide_y = tx / size, ty / size
+    point.master_arm_x, point.master_arm_y = foot_x, foot_y
 
 
-@fast
-def _points(own, mate, touch, place, bent):
-    """(n, 12) table of points of contact, four in each interval of own's flank that a hat covers."""
-    dx, dy, turn = place
-    teeth, nodes = own.teeth, own.teeth.nodes[touch[1]]
-    c, s = np.cos(turn), np.sin(turn)
-    left, right = max(touch[3] - 1, 0), min(touch[4] + 1, teeth.arcs.size - 1)
-    points = np.zeros((4 * (right - left), 12))
+@compiled(fastmath=True)
+def _contact_points(slave, master, tooth_pair, pose):
+    """(n,) CONTACT_POINTs, four in each interval of the slave's profile that a hat function covers."""
+    flanks, tooth = slave.flanks, tooth_pair.slave_tooth
+    c, s, nodes, start_angle = np.cos(pose.angle), np.sin(pose.angle), flanks.nodes[tooth], flanks.start_angles[tooth]
+    displacement = _polynomials(master.flanks, tooth_pair.master_tooth, master.u)
+    master_angle = master.flanks.start_angles[tooth_pair.master_tooth]
+    curve = FlankCurve(master.flanks.r_b, master_angle, master.flanks.arcs, displacement)
+    left, right = max(tooth_pair.first_hat - 1, 0), min(tooth_pair.last_hat + 1, flanks.arcs.size - 1)
+    points = np.zeros(4 * (right - left), CONTACT_POINT)
     for row in range(len(points)):
         i, point = left + row // 4, points[row]
         share, weight = GAUSS[row % 4]
-        long = teeth.arcs[i + 1] - teeth.arcs[i]
-        arc = teeth.arcs[i] + share * long
-        x, y, _, _, _ = _involute(teeth, touch[1], arc)
-        x += (1 - share) * own.u[nodes[i], 0] + share * own.u[nodes[i + 1], 0]
-        y += (1 - share) * own.u[nodes[i], 1] + share * own.u[nodes[i + 1], 1]
-        point[ARM], point[ARM + 1] = c * x - s * y, s * x + c * y
-        point[AREA], point[SHARE] = weight * long * teeth.b, share
-        _meet(mate.teeth, touch[2], bent, point[ARM] + dx, point[ARM + 1] + dy, point)
-        point[GAP] += _relief(teeth, arc)[0]
+        size = flanks.arcs[i + 1] - flanks.arcs[i]
+        arc = flanks.arcs[i] + share * size
+        x, y, _, _, _ = involute_point(flanks.r_b, start_angle, arc)
+        x += (1 - share) * slave.u[nodes[i], 0] + share * slave.u[nodes[i + 1], 0]
+        y += (1 - share) * slave.u[nodes[i], 1] + share * slave.u[nodes[i + 1], 1]
+        point.slave_arm_x, point.slave_arm_y = c * x - s * y, s * x + c * y
+        point.interval, point.share, point.area = i, share, weight * size * flanks.b
+        _fill_contact(master.flanks, curve, point.slave_arm_x + pose.x, point.slave_arm_y + pose.y, point)
+        point.gap += _relief(flanks, arc)[0]
     return points
 
 
-@fast
-def _slip(own, mate, touch, turn, points, bent):
-    """(n,) velocity of own's points along the mate's flank, over that of the mate's."""
-    slip, c, s = np.zeros(len(points)), np.cos(turn), np.sin(turn)
-    nodes, left = own.teeth.nodes[touch[1]], max(touch[3] - 1, 0)
-    for row, point in enumerate(points):
-        i = left + row // 4
-        share, one, two = point[SHARE], own.v[nodes[i]], own.v[nodes[i + 1]]
-        vx, vy = (1 - share) * one[0] + share * two[0], (1 - share) * one[1] + share * two[1]
-        j = _interval(mate.teeth.arcs, point[ARC])
-        t = point[ARC] - mate.teeth.arcs[j]
-        wx, wy = _cubic(bent[j, 0], t)[0], _cubic(bent[j, 1], t)[0]
-        wx, wy = c * vx - s * vy - wx, s * vx + c * vy - wy
-        vx = wx - own.spin * point[ARM + 1] + mate.spin * point[FOOT + 1]
-        vy = wy + own.spin * point[ARM] - mate.spin * point[FOOT]
-        slip[row] = vx * point[SLIDE] + vy * point[SLIDE + 1]
-    return slip
+@compiled(fastmath=True)
+def _slip_rates(slave, master, tooth_pair, angle, points):
+    """(n,) velocities of the slave's points along the master's flank, relative to the master [m/s]."""
+    rates, c, s = np.zeros(len(points)), np.cos(angle), np.sin(angle)
+    nodes = slave.flanks.nodes[tooth_pair.slave_tooth]
+    velocity = _polynomials(master.flanks, tooth_pair.master_tooth, master.v)
+    for row in range(len(points)):
+        point = points[row]
+        share, v_left, v_right = point.share, slave.v[nodes[point.interval]], slave.v[nodes[point.interval + 1]]
+        vx, vy = (1 - share) * v_left[0] + share * v_right[0], (1 - share) * v_left[1] + share * v_right[1]
+        j = interval_of(master.flanks.arcs, point.arc)
+        t = point.arc - master.flanks.arcs[j]
+        wx, wy = cubic(velocity[j, 0], t)[0], cubic(velocity[j, 1], t)[0]
+        relative_x = c * vx - s * vy - wx - slave.spin * point.slave_arm_y + master.spin * point.master_arm_y
+        relative_y = s * vx + c * vy - wy + slave.spin * point.slave_arm_x - master.spin * point.master_arm_x
+        rates[row] = relative_x * point.slide_x + relative_y * point.slide_y
+    return rates
 
 
-@fast
-def _means(touch, points, values, n):
-    """(n,) means of values under the hats, and their areas."""
-    left = max(touch[3] - 1, 0)
+@compiled(fastmath=True)
+def _means(tooth_pair, points, values, n):
+    """(n,) means of values at the points over the hat functions, and areas of these."""
     mean, area = np.zeros(n), np.zeros(n)
-    for row, point in enumerate(points):
+    for row in range(len(points)):
+        point = points[row]
         for k in range(2):
-            hat = left + row // 4 + k
-            if touch[3] <= hat <= touch[4]:
-                part = point[AREA] * (point[SHARE] if k else 1 - point[SHARE])
+            hat = point.interval + k
+            if tooth_pair.first_hat <= hat <= tooth_pair.last_hat:
+                part = point.area * (point.share if k else 1 - point.share)
                 mean[hat] += part * values[row]
                 area[hat] += part
     return mean / np.maximum(area, 1e-300), area
 
 
 @fast
-def press(own, mate, touch, place, law, stick):
-    """Adds contact forces of two teeth to those of own and mate.
+def add_contact_forces(slave, master, tooth_pair, pose, law, friction):
+    """Add the contact forces of two teeth to `force` of slave and master (`MovingGear`).
 
-    touch       numbers: own gear, its tooth and the mate's among the flanks, first and last hat
-    place       own's centre and turn in the mate's frame
-    stick       (n_hat,) friction of one step before [Pa], is overwritten
+    friction    (n_hat,) friction of the step before [Pa], overwritten by the present one
 
-    Returns torques on own and mate [N m], stored energy [J], power lost by slip [W].
+    Returns torques on slave and master [N m], stored energy [J], power lost by slip [W].
     """
-    n, turn = own.teeth.arcs.size, place[2]
-    points = _points(own, mate, touch, place, _bent(mate.teeth, touch[2], mate.u))
-    gap, area = _means(touch, points, points[:, GAP], n)
+    n = slave.flanks.arcs.size
+    points = _contact_points(slave, master, tooth_pair, pose)
+    gap, area = _means(tooth_pair, points, points.gap, n)
     pressure = law.penalty * np.maximum(-gap, 0.0)
-    energy, lost = (area * pressure**2).sum() / (2 * law.penalty), 0.0
+    energy, lost_power = (area * pressure**2).sum() / (2 * law.penalty), 0.0
     if law.friction > 0:
-        slip = _slip(own, mate, touch, turn, points, _bent(mate.teeth, touch[2], mate.v))
-        mean, area = _means(touch, points, slip, n)
-        wanted = stick + law.penalty * law.step * mean
-        stick[:] = np.minimum(np.maximum(wanted, -law.friction * pressure), law.friction * pressure)
-        lost = (area * stick * mean).sum()
+        rates = _slip_rates(slave, master, tooth_pair, pose.angle, points)
+        slip, area = _means(tooth_pair, points, rates, n)
+        limit = law.friction * pressure
+        friction[:] = np.minimum(np.maximum(friction + law.penalty * law.step * slip, -limit), limit)
+        lost_power = (area * friction * slip).sum()
     if pressure.max() == 0:
-        return 0.0, 0.0, energy, lost
-    one, other = _spread(own, mate, touch, turn, points, (pressure, stick))
-    return one, other, energy, lost
+        return 0.0, 0.0, energy, lost_power
+    slave_torque, master_torque = _add_tractions(slave, master, tooth_pair, pose.angle, points, (pressure, friction))
+    return slave_torque, master_torque, energy, lost_power
 
 
-@fast
-def _spread(own, mate, touch, turn, points, tractions):
-    """Forces of pressure and friction under the hats on the nodes of both; their torques."""
-    c, s, nodes, left = np.cos(turn), np.sin(turn), own.teeth.nodes[touch[1]], max(touch[3] - 1, 0)
-    (pressure, friction), one, other = tractions, 0.0, 0.0
-    moments = np.zeros((2, mate.teeth.arcs.size - 1, 4))
-    for row, point in enumerate(points):
-        i, share = left + row // 4, point[SHARE]
-        p = point[AREA] * ((1 - share) * pressure[i] + share * pressure[i + 1])
-        f = point[AREA] * ((1 - share) * friction[i] + share * friction[i + 1])
-        fx, fy = p * point[PUSH] - f * point[SLIDE], p * point[PUSH + 1] - f * point[SLIDE + 1]
-        one += point[ARM] * fy - point[ARM + 1] * fx
-        other -= point[FOOT] * fy - point[FOOT + 1] * fx
+@compiled(fastmath=True)
+def _add_tractions(slave, master, tooth_pair, angle, points, tractions):
+    """Add forces of pressure and friction (n_hat,) to the nodes of both gears; torques on both."""
+    c, s, nodes = np.cos(angle), np.sin(angle), slave.flanks.nodes[tooth_pair.slave_tooth]
+    (pressure, friction), slave_torque, master_torque = tractions, 0.0, 0.0
+    moments = np.zeros((2, master.flanks.arcs.size - 1, 4))
+    for row in range(len(points)):
+        point = points[row]
+        i, share = point.interval, point.share
+        p = point.area * ((1 - share) * pressure[i] + share * pressure[i + 1])
+        q = point.area * ((1 - share) * friction[i] + share * friction[i + 1])
+        fx, fy = p * point.push_x - q * point.slide_x, p * point.push_y - q * point.slide_y
+        slave_torque += point.slave_arm_x * fy - point.slave_arm_y * fx
+        master_torque -= point.master_arm_x * fy - point.master_arm_y * fx
         for k, part in enumerate((1 - share, share)):
-            own.force[nodes[i + k], 0] += part * (c * fx + s * fy)
-            own.force[nodes[i + k], 1] += part * (c * fy - s * fx)
-        j = _interval(mate.teeth.arcs, point[ARC])
-        power = 1.0
-        for k in range(3, -1, -1):
-            moments[0, j, k] += power * fx
-            moments[1, j, k] += power * fy
-            power *= point[ARC] - mate.teeth.arcs[j]
-    for a in range(mate.teeth.arcs.size):
-        node = mate.teeth.nodes[touch[2], a]
-        mate.force[node, 0] -= (mate.teeth.spline[a] * moments[0]).sum()
-        mate.force[node, 1] -= (mate.teeth.spline[a] * moments[1]).sum()
-    return one, other
+            slave.force[nodes[i + k], 0] += part * (c * fx + s * fy)
+            slave.force[nodes[i + k], 1] += part * (c * fy - s * fx)
+        _add_moments(master.flanks.arcs, point.arc, fx, fy, moments)
+    for a in range(master.flanks.arcs.size):
+        node = master.flanks.nodes[tooth_pair.master_tooth, a]
+        master.force[node, 0] -= (master.flanks.polynomials[a] * moments[0]).sum()
+        master.force[node, 1] -= (master.flanks.polynomials[a] * moments[1]).sum()
+    return slave_torque, master_torque
+
+
+@compiled(fastmath=True)
+def _add_moments(arcs, arc, fx, fy, moments):
+    """Add the force at an arc length times powers of the distance from the interval's start to (2, n - 1, 4)."""
+    j = interval_of(arcs, arc)
+    power = 1.0
+    for k in range(3, -1, -1):
+        moments[0, j, k] += power * fx
+        moments[1, j, k] += power * fy
+        power *= arc - arcs[j]

@@ -1,4 +1,9 @@
-"""What implicit and explicit time integration share: the run from rest to speed, its checks, its result."""
+"""What implicit and explicit time integration share: the run from rest to a constant speed, the load, the result.
+
+Each gear is described in the frame of its hub, where the elements deform little; centrifugal, Coriolis and Euler forces
+stand for the motion of that frame. The hub of the pinion turns as prescribed; the hub of the wheel is free and carries
+a viscous load that is proportional to its speed.
+"""
 
 from dataclasses import dataclass
 
@@ -9,6 +14,7 @@ from skfem.element import Element
 from fem.elasticity.mesh_density import Density
 from fem.pair.pair import ROUNDING, GearPair
 from fem.reference.nonlinear import check, checked_load
+from fem.ste.ste_map import pair_attributes
 from fem.support.arguments import Finite, checked
 from fem.support.validation import as_floats, number, require, require_kind
 from fem.units import rpm
@@ -21,8 +27,8 @@ class RunUp:
     start, stop     phases between which the gears turn, within [-0.75, 0.75]: three teeth of each gear touch
     run_up          phase that passes before the speed is reached
     steps           time steps per pitch at full speed
-    damping         force per mass and velocity of every point beyond that of steady rotation [1/s]
-    alpha           of HHT: 0 keeps the energy, -1/3 damps most
+    damping         force per mass and velocity of every point relative to steady rotation [1/s]
+    alpha           of HHT: 0 conserves energy, -1/3 damps most
     """
 
     speed: float = 10 * rpm
@@ -50,8 +56,8 @@ class RunUp:
             return self.start + self.run_up + (t - ramp) * self.speed / pitch, self.speed, 0.0
         angle = np.pi * t / ramp
         turned = self.speed * (t - ramp / np.pi * np.sin(angle)) / 2
-        rate = np.pi / ramp * self.speed / 2 * np.sin(angle)
-        return self.start + turned / pitch, self.speed / 2 * (1 - np.cos(angle)), rate
+        acceleration = np.pi / ramp * self.speed / 2 * np.sin(angle)
+        return self.start + turned / pitch, self.speed / 2 * (1 - np.cos(angle)), acceleration
 
     @checked
     def times(self, pitch: Finite) -> np.ndarray:
@@ -60,27 +66,64 @@ class RunUp:
         return np.linspace(0, seconds, int(np.ceil((self.stop - self.start + self.run_up) * self.steps)) + 1)
 
 
+@dataclass(frozen=True)
+class LoadedRun:
+    """A run-up of a pair under a viscous load that is `torque` [N m] on the pinion at full speed."""
+
+    pair: GearPair
+    torque: float
+    run: RunUp
+
+    @property
+    def speed_ratio(self) -> float:
+        """Speed of the wheel over that of the pinion, < 0."""
+        return -self.pair.pinion.z / self.pair.wheel.z
+
+    @property
+    def times(self) -> np.ndarray:
+        """(n_time,) time steps [s]."""
+        return self.run.times(self.pitch)
+
+    @property
+    def pitch(self) -> float:
+        """Angle of the pinion per mesh cycle [rad]."""
+        return 2 * np.pi / self.pair.pinion.z
+
+    def motion(self, t: float) -> tuple[float, float, float]:
+        """Phase, speed and acceleration of the pinion's hub, as of `RunUp.motion`."""
+        return self.run.motion(t, self.pitch)
+
+    @property
+    def viscosity(self) -> float:
+        """Load on the line of action per velocity of the wheel's base circle [N s/m]."""
+        return self.torque / (self.run.speed * self.pair.pinion.r_b**2)
+
+    def load_torque(self, spin, te_rate):
+        """Load on the pinion [N m] while its hub turns at spin [rad/s] and te changes at te_rate [m/s]."""
+        return self.viscosity * (spin * self.pair.pinion.r_b - te_rate) * self.pair.pinion.r_b
+
+    def check_backlash(self, te: float, phase: float) -> None:
+        """RuntimeError where coast flanks would touch, which are not modelled; rounding as of `GearPair` may pass."""
+        if te < -self.pair.backlash - ROUNDING * self.pair.pinion.m_n:
+            parted = f"at phase {phase:g} the gears have parted by {-te:.3g} m, their backlash is"
+            remedy = "take a longer run_up, less speed, more torque or a larger a"
+            message = f"{parted} {self.pair.backlash:.3g} m; back flanks are not modelled: {remedy}"
+            raise RuntimeError(message)
+
+    def result(self, te, phase, load_torque, **attributes) -> xr.Dataset:
+        """Labelled columns (n_time,) with the pair and further attributes."""
+        columns = {
+            "te": ("time", te, {"units": "m", "long_name": "transmission error"}),
+            "phase": ("time", phase, {"units": "1", "long_name": "phase"}),
+            "torque": ("time", load_torque, {"units": "N m", "long_name": "load on the pinion"}),
+        }
+        time = {"time": ("time", self.times, {"units": "s", "long_name": "time"})}
+        return xr.Dataset(columns, time, {**pair_attributes(self.pair), "torque": self.torque, **attributes})
+
+
 def checked_run(pair: GearPair, torque, run: RunUp | None, density: Density | None, element: Element):
-    """Torque, run-up and density, those not given by default; ValueError for what time integration does not take."""
+    """`LoadedRun` and density with their defaults; ValueError for what time integration does not take."""
     density, run = Density() if density is None else density, RunUp() if run is None else run
     check(pair, element, density)
     require_kind("run", run, RunUp)
-    return float(checked_load(pair, number("torque", torque))[0]), run, density
-
-
-def check_play(pair: GearPair, te: float, phase: float) -> None:
-    """RuntimeError where back flanks would touch, which are not modelled; rounding as of `GearPair` may pass."""
-    if te < -pair.backlash - ROUNDING * pair.pinion.m_n:
-        apart = f"at phase {phase:g} the gears have parted by {-te:.3g} m, their backlash is {pair.backlash:.3g} m"
-        less = "take a longer run_up, less speed, more torque or a larger a"
-        raise RuntimeError(f"{apart}; back flanks are not modelled: {less}")
-
-
-def over_time(times, te, phase, torque) -> xr.Dataset:
-    """Labelled columns (n_time,)."""
-    columns = {
-        "te": ("time", te, {"units": "m", "long_name": "transmission error"}),
-        "phase": ("time", phase, {"units": "1", "long_name": "phase"}),
-        "torque": ("time", torque, {"units": "N m", "long_name": "load on the pinion"}),
-    }
-    return xr.Dataset(columns, {"time": ("time", times, {"units": "s", "long_name": "time"})})
+    return LoadedRun(pair, float(checked_load(pair, number("torque", torque))[0]), run), density

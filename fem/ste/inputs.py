@@ -10,7 +10,7 @@ from fem.elasticity.hertz import largest_torque
 from fem.microgeometry.flank import pitch_deviations
 from fem.pair.pair import GearPair
 from fem.support.representation import short
-from fem.support.validation import as_floats, increasing, number, numbers, require, told
+from fem.support.validation import as_floats, increasing, number, numbers, require, text_of
 from fem.units import mm
 
 
@@ -53,7 +53,9 @@ def checked_request(
 
 def checked_accuracy(name: str, accuracy) -> float:
     """The requested accuracy as a Python float."""
-    kind = f"{name} must be one real number, got {told(accuracy)}; pass resolution=fem.{type(accuracy).__name__}(...)"
+    kind = (
+        f"{name} must be one real number, got {text_of(accuracy)}; pass resolution=fem.{type(accuracy).__name__}(...)"
+    )
     require(not isinstance(accuracy, Discretization), kind)
     share = number(name, accuracy)
     require(1e-4 <= share <= 0.1, f"{name} must lie in [1e-4, 0.1], a share of the deflection (say 0.005), got {share}")

@@ -10,8 +10,9 @@ from math import ceil, floor, inf, sqrt
 import numpy as np
 import xarray as xr
 
+from fem.contact.contact_state import State
 from fem.contact.resolution import Discretization, Resolution, Slices
-from fem.contact.tooth_contact import State, ToothContact
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import Compliance, flank_compliance
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
@@ -154,7 +155,7 @@ def bodies_of(
     pitches = inf if resolution.neighbours is None else resolution.neighbours
     pinion, wheel = (replace(body, pitches=pitches) for body in bodies)
     slices = resolution.slices if varies else SLICES_OF_EVEN_FACE
-    return (pinion, wheel), slices if pinion.share == 1 else slices // 2
+    return (pinion, wheel), pinion.face.slices(slices)
 
 
 def elastic_gears(

@@ -14,7 +14,7 @@ from fem.microgeometry.flank import alike, from_text, to_text
 from fem.pair.pair import GearPair
 from fem.support.arguments import FilePath, Numbers, checked
 from fem.support.cache import whole
-from fem.support.validation import increasing, numbers, require, told
+from fem.support.validation import increasing, numbers, require, text_of
 
 SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank")]
 #: Shapes of the root fillet, of which a gear has one.
@@ -77,7 +77,7 @@ def ste_map(
     values, grid = {name: numbers(name, axis) for name, axis in axes.items()}, tuple(axes)
     for name, axis in values.items():
         argument = f"{name} of the offsets" if name in OFFSETS else name
-        require(axis.ndim == 1, f"{argument} must be increasing values (n,), got {told(axes[name])}")
+        require(axis.ndim == 1, f"{argument} must be increasing values (n,), got {text_of(axes[name])}")
     te, shape = numbers(TE, te), tuple(axis.size for axis in values.values())
     require(te.shape == shape, f"te must have the shape {shape} over {grid}, got {te.shape}")
     data = xr.Dataset(

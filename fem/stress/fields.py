@@ -1,7 +1,7 @@
-"""Fields of displacement, stress and pressure of a meshing pair at one phase and load.
+"""Fields of displacement, stress and pressure of both gears of a pair at a phase and a load.
 
-Two levels: plane strain on a section that resolves the contact, and the whole solid, where the contact is smaller than
-an element. Both carry the pressure that the contact found; what acts on one gear acts on the other.
+Two models: plane strain on a section that resolves the contact, and the whole solid, in which the contact is smaller
+than an element. Both gears carry the pressure of the contact solution of `fem.contact`.
 """
 
 import os
@@ -11,10 +11,12 @@ from pathlib import Path
 
 import meshio
 import numpy as np
+from skfem.helpers import ddot, eye, trace
 from skfem.io.meshio import to_meshio
 
+from fem.contact.contact_state import State
 from fem.contact.resolution import Resolution
-from fem.contact.tooth_contact import State, ToothContact
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity import section_mesh
 from fem.elasticity.mesh_density import Density
 from fem.pair.offsets import Offsets
@@ -22,8 +24,9 @@ from fem.pair.pair import GearPair
 from fem.pair.placement import Placement, placements
 from fem.ste.inputs import checked_phases, checked_torque
 from fem.stress import gear_elasticity, stress_recovery
-from fem.stress.flank_loads import FlankLoad, bent_root, encounters, flank_loads, with_loaded_teeth
-from fem.stress.gear_elasticity import FINE, SOLID, Body
+from fem.stress.flank_loads import FlankLoad, flank_loads, tooth_contacts, with_loaded_teeth
+from fem.stress.gear_elasticity import FINE, SOLID, ElasticGear
+from fem.stress.tooth_boundary import bent_root
 from fem.support.arguments import FilePath, Finite, checked
 from fem.support.validation import number, require, require_kind
 
@@ -32,15 +35,15 @@ __all__ = ["Field", "plane_fields", "save_vtu", "solid_fields"]
 
 @dataclass(frozen=True)
 class Field:
-    """One gear under load, in its meshing position: pinion at the origin, wheel at (a, 0), or (a, 0, axial).
+    """A gear under load in its meshing position: pinion at the origin, wheel at (a, 0), or (a, 0, axial).
 
-    points          (dim, n) without load, turned by phase and transmission error [m]
+    points          (dim, n) of the undeformed gear, turned by phase and transmission error [m]
     cells           (n_corner, n_cell) triangles or hexahedra, corners in meshio's order
-    displacement    (dim, n) elastic, seen from the hub [m]; points + displacement is what touches the mate
+    displacement    (dim, n) elastic, relative to the hub [m]; the flanks touch at points + displacement
     von_mises, principal    (n,) equivalent stress, largest principal stress [Pa]
-    pressure        (n,) contact pressure, the largest nearer to a point than to others [Pa]
-    fillet          (n,) whether a node lies on the tensile root of a loaded tooth, where bending rules the stress
-    centre, turn    (dim,) of the hub [m]; how far it turned from no load [rad]
+    pressure        (n,) largest contact pressure nearer to a point than to any other point [Pa]
+    fillet          (n,) whether a node lies on the tensile root of a loaded tooth where bending causes the stress
+    centre, turn    (dim,) centre of the hub [m]; its angle from the position without load [rad]
     """
 
     points: np.ndarray
@@ -60,11 +63,11 @@ class Field:
 
     @checked
     def deformed(self, scale: Finite) -> np.ndarray:
-        """(dim, n) points with displacement and turn of the hub scaled; what touches, touches at any scale."""
+        """(dim, n) points with displacement and turn of the hub scaled; contacts stay closed at any scale."""
         x, y = self.points[:2] - self.centre[:2, None]
-        moved = self.points + scale * self.displacement
-        moved[:2] += (scale - 1) * self.turn * np.stack([-y, x])
-        return moved
+        points = self.points + scale * self.displacement
+        points[:2] += (scale - 1) * self.turn * np.stack([-y, x])
+        return points
 
 
 @checked
@@ -93,14 +96,13 @@ def plane_fields(
     require(whole, f"refine must be a whole number >= 4, got {refine}")
     require_kind("density", density, Density)
     require(pair.beta_b == 0, "beta must be 0 for plane fields; take solid_fields for helical pairs")
-    encounter, state = _contact(pair, torque, phase, offsets, resolution)
-    worst = state.cells.middle[np.argmax(state.pressure)]
+    contact, state = _solved_contact(pair, torque, phase, offsets, resolution)
+    axial = state.slices.middle[np.argmax(state.pressure)]
     fields = []
-    placed = placements(encounter.meeting, state.te)
-    for loads, placement in zip(flank_loads(encounter, state), placed, strict=True):
-        lines = [line for load in loads if (line := load.section(worst - placement.centre[2])).force.any()]
-        section = gear_elasticity.graded(placement.gear, with_loaded_teeth(density, loads), lines, 1 / refine)
-        fields.append(_field(gear_elasticity.plane_body(placement.gear, section), lines, placement, state.te))
+    for loads, placed in zip(flank_loads(contact, state), placements(contact.position, state.te), strict=True):
+        lines = [line for load in loads if (line := load.section(axial - placed.centre[2])).force.any()]
+        section = gear_elasticity.section_refined_at(placed.gear, with_loaded_teeth(density, loads), lines, 1 / refine)
+        fields.append(_field(gear_elasticity.plane_gear(placed.gear, section), lines, placed, state.te))
     return fields[0], fields[1]
 
 
@@ -116,64 +118,63 @@ def solid_fields(
 ) -> tuple[Field, Field]:
     """Fields of pinion and wheel on hexahedra of the whole width, spur or helical; arguments as in `plane_fields`.
 
-    The contact is smaller than an element: pressure, bending and root stress are there, the stress under it is not.
-    Lines of contact of helical gears cross the width in steps: in each slice the load lies as in its middle. Elements
-    are quadratic; each is two hexahedra of the fields, one beside the other across the width.
+    The contact is smaller than an element: pressure, bending and root stress are resolved, the stress under the contact
+    is not. The line of contact of a helical gear is a step function: in each slice the load lies as in its middle.
+    Elements are quadratic; the fields divide each into two hexahedra along the width.
     """
     require_kind("density", density, Density)
-    encounter, state = _contact(pair, torque, phase, offsets, resolution)
+    contact, state = _solved_contact(pair, torque, phase, offsets, resolution)
     fields = []
-    placed = placements(encounter.meeting, state.te)
-    for loads, placement in zip(flank_loads(encounter, state), placed, strict=True):
-        body = gear_elasticity.solid_body(placement.gear, with_loaded_teeth(density, loads))
-        fields.append(_field(body, loads, placement, state.te))
+    for loads, placed in zip(flank_loads(contact, state), placements(contact.position, state.te), strict=True):
+        elastic = gear_elasticity.solid_gear(placed.gear, with_loaded_teeth(density, loads))
+        fields.append(_field(elastic, loads, placed, state.te))
     return fields[0], fields[1]
 
 
-def _contact(
+def _solved_contact(
     pair: GearPair, torque: float, phase: float, offsets: Offsets | None, resolution: Resolution | None
 ) -> tuple[ToothContact, State]:
     require(number("torque", torque) > 0, f"torque must be > 0 N m for a field, got {torque}")
     checked_torque(pair, torque), checked_phases([number("phase", phase)], pair)
-    (encounter,), misalignment = encounters(pair, [phase], offsets, resolution)
-    return encounter, encounter.state(torque / pair.pinion.r_b, misalignment)
+    (contact,), misalignment = tooth_contacts(pair, [phase], offsets, resolution)
+    return contact, contact.state(torque / pair.pinion.r_b, misalignment)
 
 
-def _field(body: Body, loads: list[FlankLoad], placement: Placement, te: float) -> Field:
-    """Solution of one gear, turned and moved to where it stands."""
-    mesh, dim, section = body.mesh, body.dim, body.section.mesh
-    u = body.displacement(gear_elasticity.forces(body, loads))
-    stress = stress_recovery.stress(body, u)
-    turned, root = np.eye(dim), np.zeros(section.p.shape[1], bool)
-    turned[:2, :2] = section_mesh.rotated(np.eye(2), placement.rotation)
+def _field(elastic: ElasticGear, loads: list[FlankLoad], placed: Placement, te: float) -> Field:
+    """Solution of a gear under loads, turned and moved to its placement."""
+    mesh, dim, section = elastic.mesh, elastic.dim, elastic.section.mesh
+    u = elastic.displacement(gear_elasticity.nodal_forces(elastic, loads))
+    stress = stress_recovery.stress(elastic, u)
+    rotation, root = np.eye(dim), np.zeros(section.p.shape[1], bool)
+    rotation[:2, :2] = section_mesh.rotated(np.eye(2), placed.rotation)
     for load in loads:
-        root[section.facets[:, bent_root(body.gear, section, load.tooth)]] = True
+        root[section.facets[:, bent_root(elastic.gear, section, load.tooth)]] = True
     return Field(
-        turned @ mesh.p + placement.centre[:dim, None],
+        rotation @ mesh.p + placed.centre[:dim, None],
         to_meshio(mesh).cells[0].data.T,
-        turned @ body.at_vertices(u),
+        rotation @ elastic.displacement_at_vertices(u),
         von_mises(stress),
         np.linalg.eigvalsh(stress.transpose(2, 0, 1))[:, -1],
-        gear_elasticity.contact_pressure(body, loads),
-        np.repeat(root, body.axial.size),
-        placement.centre[:dim],
-        te * placement.turn_per_te,
+        gear_elasticity.contact_pressure(elastic, loads),
+        np.repeat(root, elastic.axial.size),
+        placed.centre[:dim],
+        te * placed.turn_per_te,
     )
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:
     """(n,) equivalent stress of stress (3, 3, n)."""
-    deviator = stress - np.einsum("iin->n", stress) / 3 * np.eye(3)[:, :, None]
-    return np.sqrt(1.5 * (deviator**2).sum(axis=(0, 1)))
+    deviator = stress - eye(trace(stress) / 3, 3)
+    return np.sqrt(1.5 * ddot(deviator, deviator))
 
 
 @checked
 def save_vtu(fields: Sequence[Field], path: FilePath) -> Path:
-    """Write the fields of one or both gears as one VTU file, whole or not at all.
+    """Write fields of a gear or of both as a VTU file; an interrupted write leaves no file, or the old one.
 
     Point data: displacement [m], von_mises, principal, pressure [Pa].
     """
-    require(len(fields) > 0, "fields must be one or two in a tuple, as plane_fields and solid_fields give them")
+    require(len(fields) > 0, "fields must be a tuple of fields, as plane_fields and solid_fields return it")
     path = Path(path)
     require(path.suffix == ".vtu", f"path must end in .vtu, got {path}")
     first = np.cumsum([0] + [field.points.shape[1] for field in fields])

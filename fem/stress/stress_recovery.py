@@ -1,72 +1,74 @@
-"""Stress at the nodes of a body, recovered from the points where that of its quadratic elements is most accurate.
+"""Stress at the vertices of an elastic gear, recovered from the points where it is most accurate.
 
-These are Gauss points, two in each direction of the section. Source: Barlow, Optimal stress locations in finite element
-models, 1976.
+In quadratic elements these are the Gauss points, two in each direction of the section (Barlow, Optimal stress locations
+in finite element models, 1976). Nodal values are those whose linear interpolation is closest to the values there.
 """
 
 import numpy as np
 import scipy.sparse as sp
 from skfem import Basis, ElementQuad1, ElementTriP1, MeshTri
+from skfem.helpers import transpose
+from skfem.models.elasticity import lame_parameters, linear_stress
 
 from fem.elasticity import extruded_elasticity
 from fem.elasticity.section_mesh import rotated
 from fem.linalg.direct_solver import factorize
-from fem.stress.gear_elasticity import Body
+from fem.stress.gear_elasticity import ElasticGear
 
-#: Order that is integrated with the points of the section, and along the axis.
-SECTION, AXIS = 2, 4
-
-
-def stress(body: Body, u: np.ndarray) -> np.ndarray:
-    """(3, 3, n_vertex) stress [Pa] along fixed axes at the vertices of `body.mesh`, of unknowns u (n_dofs,)."""
-    section = Basis(body.section.mesh, body.section.elem, intorder=SECTION)
-    along, recovered = _along(body)
-    at_points = hooke(body, displacement_gradient(body, section, along, u))
-    nodal = _on_vertices(section, at_points @ recovered.T)
-    turned = np.zeros((3, 3, body.axial.size))
-    turned[2, 2] = 1.0
-    turned[:2, :2] = rotated(np.eye(2)[..., None], body.gear.twist * body.axial)
-    fixed = np.einsum("iaz,jbz,abnz->ijnz", turned, turned, nodal, optimize=True)
-    return fixed[..., body.upwards].reshape(3, 3, -1)
+#: Orders of quadrature on the section and along the axis.
+SECTION_ORDER, AXIS_ORDER = 2, 4
 
 
-def displacement_gradient(body: Body, section: Basis, along: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """(3, 3, n_point, n_place) d_j u_i, along axes that turn, at points of the section over places along."""
-    parts = u.reshape(body.dim, body.section.N, -1)[:, section.element_dofs.T]
-    in_section = np.einsum("eqno,cenz->coeqz", extruded_elasticity.operators(section), parts, optimize=True)
-    gradient = np.zeros((3, 3, *section.dx.shape, along.shape[1]))
-    for entry, terms in extruded_elasticity.displacement_gradient(body.dim, body.gear.twist).items():
-        for component, operator, axial, factor in terms:
-            gradient[entry] += factor * in_section[component, operator] @ along[axial].T
-    return gradient.reshape(3, 3, -1, along.shape[1])
+def stress(elastic: ElasticGear, u: np.ndarray) -> np.ndarray:
+    """(3, 3, n_vertex) stress [Pa] along fixed axes at the vertices of `elastic.mesh`, of dofs u (n_dofs,)."""
+    section = Basis(elastic.section.mesh, elastic.section.elem, intorder=SECTION_ORDER)
+    axis_shapes, axis_recovery = _axis_operators(elastic)
+    gradient = displacement_gradient(elastic, section, axis_shapes, u)
+    material = elastic.gear.material
+    at_points = linear_stress(*lame_parameters(material.E, material.nu))((gradient + transpose(gradient)) / 2)
+    nodal = _on_vertices(section, at_points @ axis_recovery.T)
+    rotation = np.zeros((3, 3, elastic.axial.size))
+    rotation[2, 2] = 1.0
+    rotation[:2, :2] = rotated(np.eye(2)[..., None], elastic.gear.twist * elastic.axial)
+    fixed = np.einsum("iaz,jbz,abnz->ijnz", rotation, rotation, nodal, optimize=True)
+    return fixed[..., elastic.axial_order].reshape(3, 3, -1)
 
 
-def hooke(body: Body, gradient: np.ndarray) -> np.ndarray:
-    """(3, 3, ...) stress of displacement gradients (3, 3, ...) [Pa]."""
-    lame, mu = extruded_elasticity.lame_parameters(body.gear.material)
-    volume = np.multiply.outer(np.eye(3), np.einsum("ii...->...", gradient))
-    return mu * (gradient + gradient.swapaxes(0, 1)) + lame * volume
+def displacement_gradient(elastic: ElasticGear, section: Basis, axis_shapes: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """(3, 3, n_point, n_axis_point) d_j u_i along axes that turn, at points of the section times those of the axis.
 
+    axis_shapes     as of `_axis_operators`
 
-def _along(body: Body) -> tuple[np.ndarray, np.ndarray]:
-    """Values of shape functions and derivatives (2, n_place, n_axis) at Gauss points of the axis, and their recovery.
-
-    The latter (n_axis, n_place) gives nodal values of which the interpolation is closest to values at the places.
+    On a displacement U(X, Y) N(z) of section and axis its terms are products of an operator on U and one on N.
     """
-    if body.axis is None:
+    dofs = u.reshape(elastic.dim, elastic.section.N, -1)[:, section.element_dofs.T]
+    in_section = np.einsum("eqno,cenz->coeqz", extruded_elasticity.operators(section), dofs, optimize=True)
+    gradient = np.zeros((3, 3, *section.dx.shape, axis_shapes.shape[1]))
+    for entry, terms in extruded_elasticity.displacement_gradient(elastic.dim, elastic.gear.twist).items():
+        for component, operator, derivative, factor in terms:
+            gradient[entry] += factor * in_section[component, operator] @ axis_shapes[derivative].T
+    return gradient.reshape(3, 3, -1, axis_shapes.shape[1])
+
+
+def _axis_operators(elastic: ElasticGear) -> tuple[np.ndarray, np.ndarray]:
+    """Shape functions of the axis and their derivatives (2, n_axis_point, n_axis) at Gauss points, and their recovery.
+
+    The recovery (n_axis, n_axis_point) is the projection in L2 of values at the points to nodal values.
+    """
+    if elastic.axis is None:
         return np.ones((2, 1, 1)), np.ones((1, 1))
-    axis = Basis(body.axis.mesh, body.axis.elem, intorder=AXIS)
-    found, (element, point) = np.zeros((2, *axis.dx.shape, axis.N)), np.indices(axis.dx.shape)
+    axis = Basis(elastic.axis.mesh, elastic.axis.elem, intorder=AXIS_ORDER)
+    shapes, (element, point) = np.zeros((2, *axis.dx.shape, axis.N)), np.indices(axis.dx.shape)
     for (shape,), dofs in zip(axis.basis, axis.element_dofs, strict=True):
-        found[0, element, point, dofs[:, None]] = shape
-        found[1, element, point, dofs[:, None]] = shape.grad[0]
-    along = found.reshape(2, -1, axis.N)
-    weighted = along[0].T * axis.dx.ravel()
-    return along, np.linalg.solve(weighted @ along[0], weighted)
+        shapes[0, element, point, dofs[:, None]] = shape
+        shapes[1, element, point, dofs[:, None]] = shape.grad[0]
+    shapes = shapes.reshape(2, -1, axis.N)
+    weighted = shapes[0].T * axis.dx.ravel()
+    return shapes, np.linalg.solve(weighted @ shapes[0], weighted)
 
 
 def _on_vertices(section: Basis, values: np.ndarray) -> np.ndarray:
-    """(3, 3, n_vertex, k) values whose linear interpolation is closest to values (3, 3, n_point, k)."""
+    """(3, 3, n_vertex, k) projection in L2 of values (3, 3, n_point, k) to linear elements."""
     linear = section.with_element(ElementTriP1() if isinstance(section.mesh, MeshTri) else ElementQuad1())
     shapes = np.stack([np.broadcast_to(shape, linear.dx.shape) for (shape,) in linear.basis], axis=-1)
     points = np.broadcast_to(np.arange(linear.dx.size).reshape(linear.dx.shape)[..., None], shapes.shape)

@@ -1,1 +1,1 @@
-"""What every package needs: checks of arguments, the cache, progress bars, compiled code."""
+"""Services for both packages: checks of arguments, texts of data, the cache, progress, compiled code, BLAS threads."""

@@ -1,4 +1,4 @@
-"""Arrays on disk, keyed by what they were computed from; data only, each file whole or absent."""
+"""Arrays on disk, keyed by the inputs that they were computed from; a file is complete or absent."""
 
 import hashlib
 import os
@@ -22,10 +22,9 @@ def folder() -> Path:
 
 
 def cached(inputs: str, compute: Callable[[], Arrays]) -> Arrays:
-    """The arrays that compute() gives, from disk where they were computed from the same inputs before.
+    """The arrays that compute() returns, from disk if they were computed from the same inputs before.
 
-    Raises ValueError for arrays of Python objects, and for a file that is damaged or holds something else: remove it
-    and run again.
+    Raises ValueError for arrays of Python objects, and for a file that is damaged or of other inputs.
     """
     path = _path(inputs)
     if path.exists():
@@ -38,7 +37,7 @@ def cached(inputs: str, compute: Callable[[], Arrays]) -> Arrays:
 
 
 def known(inputs: str) -> bool:
-    """Whether the cache has what `cached` gives for these inputs."""
+    """Whether the cache has the arrays of these inputs."""
     return _path(inputs).exists()
 
 
@@ -65,7 +64,7 @@ def _write(path: Path, arrays: Arrays) -> None:
 
 @contextmanager
 def whole(path: Path) -> Iterator[BinaryIO]:
-    """A file to write into, which stands at path once it is whole; OSError that names it where that fails."""
+    """A file to write, moved to path when it is complete; OSError that names the path where that fails."""
     part = path.with_name(f".{path.name}.{os.getpid()}.{get_ident()}.part")
     try:
         with part.open("wb") as file:

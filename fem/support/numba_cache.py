@@ -1,4 +1,4 @@
-"""Compilation by numba: `compiled` functions call one another; `kept` ones are called from Python and stay on disk."""
+"""Compilation by numba: `compiled` functions for other kernels, `kept` ones for Python, which are cached on disk."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -12,12 +12,12 @@ from fem.support.progress import announced
 from fem.support.source_stamp import source_stamp
 
 compiled = njit
-#: What `kept` was given.
+#: Functions that `kept` has compiled, or will compile.
 KEPT: set[Callable] = set()
 
 
 class Announcer(event.Listener):
-    """Tells of compilation, which takes long together, though each function takes a second."""
+    """Announces compilation, which takes long in total, though each function takes a second."""
 
     def __init__(self):
         self.depth, self.spent, self.line = 0, 0.0, ExitStack()
@@ -41,10 +41,10 @@ event.register("numba:compile", Announcer())
 
 
 def kept(function, **options):
-    """Compiled and, where a folder can be written, kept on disk with all that it calls, until any of that changes.
+    """The compiled function, cached on disk until its source or that of a callee changes.
 
-    Numba's cache knows a function's own file, but not those of the functions that it calls. The names below are
-    numba's private ones: where they differ, or no folder can be written, every process compiles for itself.
+    Numba's cache checks the file of a function, but not those of the functions that it calls. The names below are
+    private ones of numba: where they differ, or no folder is writable, every process compiles for itself.
     """
     KEPT.add(function)
     try:
@@ -58,5 +58,5 @@ def kept(function, **options):
     return dispatcher
 
 
-#: Sums in any order
+#: Compiled with sums in any order.
 fast = partial(kept, fastmath=True)

@@ -1,4 +1,4 @@
-"""Bars with the time left, shown while the caller wants them; lines that say what else takes long."""
+"""Progress bars with the time left, and lines that announce other long work, shown on request."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,18 +8,18 @@ from threading import Event, Thread
 import numpy as np
 from tqdm import tqdm
 
-#: None: nobody has said.
+#: Whether progress is shown; None: not requested either way.
 _WANTED: ContextVar[bool | None] = ContextVar("wanted", default=None)
 #: Shorter work shows no bar and no line [s].
 DELAY = 1.0
-#: Between two looks at the clock [s].
+#: Interval at which the time of a line is updated [s].
 TICK = 0.5
 STYLE = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
 
 
 @contextmanager
 def shown(wanted: bool) -> Iterator[None]:
-    """Context in which bars and lines are shown, or neither."""
+    """Context in which bars and lines are shown, or not."""
     before = _WANTED.set(wanted)
     try:
         yield
@@ -28,7 +28,7 @@ def shown(wanted: bool) -> Iterator[None]:
 
 
 def bar(steps, what: str, costs=None) -> Iterator:
-    """Steps one by one; where they take more than a second, beside a bar that moves by their costs (n_step,)."""
+    """Iterate over steps, with a bar that moves by their costs (n_step,) if they take more than a second."""
     costs = np.ones(len(steps)) if costs is None else np.asarray(costs)
     style = {"bar_format": STYLE, "delay": DELAY, "leave": False, "disable": not _WANTED.get()}
     with tqdm(total=costs.sum(), desc=what, **style) as moving:
@@ -39,10 +39,10 @@ def bar(steps, what: str, costs=None) -> Iterator:
 
 @contextmanager
 def announced(what: str, *, before: float = 0.0, once: bool = False) -> Iterator[None]:
-    """A line that says what is being done and for how long, gone afterwards; none for work of less than a second.
+    """Context with a line that shows what is done and for how long, removed afterwards; none for less than a second.
 
-    before      what was spent on it before [s]
-    once        after an installation: shown unless somebody has said that nothing is wanted
+    before      time spent on it before [s]
+    once        work that is needed once after an installation: shown unless progress was switched off
     """
     hidden = _WANTED.get() is False if once else not _WANTED.get()
     style = {"bar_format": "{desc}: {elapsed}", "delay": DELAY, "leave": False, "disable": hidden}

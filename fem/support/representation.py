@@ -1,4 +1,4 @@
-"""How data show themselves: short and in the units of drawings, or to the last digit, as keys of the cache need it."""
+"""Texts of data: short and in the units of drawings for people, or exact to the last digit for keys of the cache."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass
@@ -8,13 +8,13 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-#: Units that are shown in place of SI; all others are SI.
+#: Units that are shown instead of SI units.
 SHOWN = {"mm": 1e-3, "um": 1e-6, "deg": pi / 180, "mrad": 1e-3, "GPa": 1e9}
-#: More numbers, or more parts of a sequence, are counted rather than listed.
+#: Numbers, or parts of a sequence, that are listed; more are counted.
 LISTED = 3
-#: Fields that are shown of what is a field itself; one where they are longer than this, or farther inside.
+#: Fields that are shown of a nested dataclass; only the first where its text would be longer, or deeper inside.
 NESTED, LONGEST = 2, 64
-#: All is cut short that would be longer.
+#: Longest text of a dataclass; nested dataclasses of a longer one are shown without their fields.
 WHOLE = 200
 _UNITS: dict[type, Mapping[str, str]] = {}
 Kind = TypeVar("Kind", bound=type)
@@ -25,16 +25,17 @@ def short(**units: str) -> Callable[[Kind], Kind]:
 
     def decorated(kind: Kind) -> Kind:
         _UNITS[kind] = units
-        kind.__repr__ = _whole  # type: ignore[method-assign, assignment]
+        changed: Any = kind
+        changed.__repr__ = _whole
         return kind
 
     return decorated
 
 
 def exact(value) -> str:
-    """What `dataclasses` would show of a value, all fields to the last digit: two that are unlike never read alike.
+    """Text with all fields to the last digit, as of `dataclasses`: the texts of different values differ.
 
-    Raises TypeError for what shows itself cut short, such as arrays.
+    Raises TypeError for values whose text is abbreviated, such as arrays.
     """
     if is_dataclass(value) and not isinstance(value, type):
         parts = (f"{part.name}={exact(getattr(value, part.name))}" for part in fields(value) if part.repr)
@@ -47,7 +48,7 @@ def exact(value) -> str:
 
 
 def field_text(kind: type, name: str, value) -> str:
-    """A value of a field of such a dataclass, in its unit."""
+    """Text of a field's value of a dataclass that is `short`, in its unit."""
     return _text(value, (_units(kind) or {}).get(name, ""), 0)
 
 
@@ -62,7 +63,7 @@ def _number(value, unit: str) -> str:
 
 
 def _units(kind: type) -> Mapping[str, str] | None:
-    """Units of a dataclass that is `short`, or of one that it is derived from."""
+    """Units of a dataclass that is `short`, or derived from one."""
     return next((_UNITS[base] for base in kind.__mro__ if base in _UNITS), None)
 
 
@@ -71,7 +72,7 @@ def _whole(instance) -> str:
 
 
 def _shown(instance, depth: int) -> str:
-    """Name and fields; what is a field itself is cut short."""
+    """Text with name and fields; nested dataclasses are abbreviated."""
     given = [part for part in fields(instance) if part.repr and part.init]
     parts = [part for part in given if _telling(part, instance)] or given
     if depth == 0:
@@ -113,7 +114,7 @@ def _text(value, unit: str, depth: int) -> str:
 
 
 def _sequence(values, unit: str, depth: int) -> str:
-    """Few numbers or parts one by one, of many numbers their range."""
+    """Text of a sequence: few numbers or parts one by one, of many numbers the range."""
     try:
         numbers = np.asarray(values, float)
     except (TypeError, ValueError):

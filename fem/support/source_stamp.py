@@ -1,4 +1,4 @@
-"""A number that changes with the source of a module or of any module that it imports from these packages."""
+"""Checksum of the source of a module and of all modules that it imports from these packages."""
 
 import ast
 import sys
@@ -36,7 +36,7 @@ def source_stamp(module: str) -> int:
 
 
 def _source(file: Path) -> bytes:
-    """A module's source; where only its bytecode is installed, the version of the packages stands for it."""
+    """Source of a module; where only bytecode is installed, the version of the packages instead."""
     try:
         return file.read_bytes()
     except OSError:

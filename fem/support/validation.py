@@ -1,4 +1,4 @@
-"""Checks of input: ValueError with argument, value and remedy; numbers of any library become Python's."""
+"""Checks of input: ValueError with argument, value and remedy; numbers of any library become Python floats."""
 
 import sys
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from typing import SupportsIndex
 
 import numpy as np
 
-#: Longer values are told by their kind.
+#: Longest text of a value in a message; of a longer one the message names the class.
 LONGEST = 120
 
 
@@ -21,7 +21,7 @@ def require(condition: bool, message: str) -> None:
 
 
 def require_within(name: str, value: float, low: float, high: float, *, unit: float = 1.0, remedy: str) -> None:
-    """Require low < value < high; bounds and value are shown in multiples of unit."""
+    """Require low < value < high; the message shows bounds and value in multiples of unit."""
     low_, high_, value_ = low / unit, high / unit, value / unit
     require(low < value < high, f"{name} must lie in ({low_:g}, {high_:g}) {remedy}, got {value_:g}")
 
@@ -29,27 +29,27 @@ def require_within(name: str, value: float, low: float, high: float, *, unit: fl
 def require_kind(name: str, value, kind: type) -> None:
     """ValueError unless the value is an instance of that class."""
     if not isinstance(value, kind):
-        raise ValueError(f"{name} must be {kind_name(kind)}, got {told(value)}")
+        raise ValueError(f"{name} must be {kind_name(kind)}, got {text_of(value)}")
 
 
 def kind_name(kind: type) -> str:
     """Name of a class as the user imports it, with its article: a fem.GearPair."""
-    name = f"{_home(kind)}.{kind.__name__}".removeprefix("builtins.")
+    name = f"{_exporting_module(kind)}.{kind.__name__}".removeprefix("builtins.")
     return f"{'an' if name[0] in 'aeioux' else 'a'} {name}"
 
 
-def _home(kind: type) -> str:
-    """The package or public module that lists a class; where there is none, the module that defines it."""
+def _exporting_module(kind: type) -> str:
+    """The package or public module that exports a class, else the module that defines it."""
     top = kind.__module__.split(".")[0]
     package = sys.modules.get(top)
     public = {top: package} | {f"{top}.{name}": getattr(package, name) for name in getattr(package, "__all__", ())}
     modules = {name: value for name, value in public.items() if isinstance(value, ModuleType)}
-    homes = (name for name, module in modules.items() if getattr(module, kind.__name__, None) is kind)
-    return next(homes, kind.__module__)
+    exporting = (name for name, module in modules.items() if getattr(module, kind.__name__, None) is kind)
+    return next(exporting, kind.__module__)
 
 
-def told(value) -> str:
-    """A value in an error message, cut short where it is long."""
+def text_of(value) -> str:
+    """Text of a value in an error message; the name of its class where that is long."""
     if isinstance(value, int) and value.bit_length() > 1024:
         return "a number beyond those of floats"
     text = repr(value)
@@ -57,49 +57,48 @@ def told(value) -> str:
 
 
 def number(name: str, value) -> float:
-    """The value as a Python float; ValueError unless it is one real number, within the range of floats."""
+    """The value as a Python float; ValueError unless it is a real number within the range of floats."""
     plain = value.item() if getattr(value, "shape", None) == () else value
     try:
         if isinstance(plain, Real):
             return float(plain)
     except OverflowError:
         pass
-    raise ValueError(f"{name} must be one real number in SI units, got {told(value)}")
+    raise ValueError(f"{name} must be one real number in SI units, got {text_of(value)}")
 
 
 def finite(name: str, value) -> float:
-    """The value as a Python float; ValueError unless it is one finite number."""
+    """The value as a Python float; ValueError unless it is a finite number."""
     require(isfinite(number(name, value)), f"{name} must be finite, got {value}")
     return float(value)
 
 
 def whole_number(name: str, value) -> int:
-    """The value as a Python int, also of Exudyn's numbers of items; ValueError unless it is one whole number."""
+    """The value as a Python int, also of an Exudyn item index; ValueError unless it is a whole number."""
     plain = int(value) if isinstance(value, SupportsIndex) else value
     if number(name, plain) % 1 != 0:
-        raise ValueError(f"{name} must be a whole number, got {told(value)}")
+        raise ValueError(f"{name} must be a whole number, got {text_of(value)}")
     return int(plain)
 
 
 def numbers(name: str, values) -> np.ndarray:
-    """The values as an array of floats; ValueError where they are no numbers, or rows of unlike lengths."""
-    given = list(values) if isinstance(values, Iterator) else values
+    """The values as an array of floats; ValueError unless they are real numbers in rows of equal length."""
     try:
-        array = np.asarray(given)
+        array = np.asarray(list(values) if isinstance(values, Iterator) else values)
     except (TypeError, ValueError):
         array = np.empty(0, object)
     if array.dtype.kind not in "fiu":
         rows = f"{name} must hold real numbers, in rows of equal length if there are several"
-        raise ValueError(f"{rows}, got {told(values)}")
+        raise ValueError(f"{rows}, got {text_of(values)}")
     return array.astype(float)
 
 
 def increasing(name: str, values, *, least: int = 1) -> np.ndarray:
-    """The values as an array of floats (n,); ValueError unless they are at least so many and increase."""
+    """The values as an array of floats (n,); ValueError unless there are at least `least` and they increase."""
     axis = numbers(name, values)
     require(axis.ndim == 1, f"{name} must increase along one axis (n,), got the shape {axis.shape}")
-    require(axis.size >= least, f"{name} must increase over at least {least} values, got {told(values)}")
-    require(increases(axis), f"{name} must increase; sort it, got {told(values)}")
+    require(axis.size >= least, f"{name} must increase over at least {least} values, got {text_of(values)}")
+    require(increases(axis), f"{name} must increase; sort it, got {text_of(values)}")
     return axis
 
 
@@ -109,7 +108,7 @@ def increases(values: np.ndarray) -> bool:
 
 
 def as_floats(instance) -> None:
-    """Make the number fields of a frozen dataclass Python floats; None stays where it is the default."""
+    """Convert the number fields of a frozen dataclass to Python floats; None stays where it is the default."""
     for part in fields(instance):
         value = getattr(instance, part.name)
         absent = value is None and part.default is None

@@ -11,8 +11,8 @@ from scenes import INERTIA, smooth_box
 
 import exugear
 import fem
+from exugear.elements.exudyn_objects import quiet
 from exugear.plan.integrator import BETA, Rule
-from exugear.simulation.model import quiet
 from exugear.simulation.solver_settings import settings_for
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.mesh_density import Density
@@ -31,7 +31,7 @@ def test_factorization_of_the_gear(benchmark, paper_pair, empty_cache):
     """Yardstick of the curve: all solutions of one gear, nothing else."""
     gear = paper_pair.pinion
     body = benchmark.pedantic(flank_compliance, (gear, Density().with_teeth(2, behind=1), gear.b), rounds=1)
-    assert body.share == 0.5
+    assert body.face.share == 0.5
 
 
 @pytest.mark.parametrize(("resolution", "allowed"), [(fem.Resolution(), 0.005), (fem.Slices(), 0.02)])

@@ -12,7 +12,7 @@ LAW = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
 
 
 def box_of(pair=SPUR, law=LAW, fast=ENDS, slow=ENDS, offset=NOWHERE) -> exugear.Gearbox:
-    """Two shafts with a gear between what else they carry; the slow one displaced by offset."""
-    one = exugear.Shaft("fast", {30 * mm: pair.pinion} | fast)
-    other = exugear.Shaft("slow", {30 * mm: pair.wheel} | slow, offset=offset)
-    return exugear.Gearbox([exugear.Stage(one, other, law, pair=pair)])
+    """Two shafts, each with a gear between further parts; the slow shaft displaced by offset."""
+    fast_shaft = exugear.Shaft("fast", {30 * mm: pair.pinion} | fast)
+    slow_shaft = exugear.Shaft("slow", {30 * mm: pair.wheel} | slow, offset=offset)
+    return exugear.Gearbox([exugear.Stage(fast_shaft, slow_shaft, law, pair=pair)])

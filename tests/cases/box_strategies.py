@@ -66,7 +66,7 @@ class Scene:
     speed: float
 
     def box(self) -> exugear.Gearbox:
-        """ValueError for what is none."""
+        """The gearbox; ValueError where these data are none."""
         shafts = {given["name"]: exugear.Shaft(**given) for given in self.shafts}
         return exugear.Gearbox(
             [
@@ -105,7 +105,7 @@ def bearings(draw, k: float) -> exugear.Bearing:
 
 @st.composite
 def shafts(draw, name: str, gears: dict[float, fem.Gear], k: float) -> dict:
-    """Data of a shaft with some gears and some of all else that it may carry; k [N/m] is their mesh stiffness."""
+    """Data of a shaft with gears and some of all other parts that it may carry; k [N/m] is their mesh stiffness."""
     parts: dict[float, list] = {axial: [gear] for axial, gear in gears.items()}
     length = 2 * max(gear.b for gear in gears.values()) + max(gears)
     blank = [exugear.gearbox.shaft.blank(gear) for gear in gears.values()]
@@ -126,7 +126,7 @@ def shafts(draw, name: str, gears: dict[float, fem.Gear], k: float) -> dict:
 
 @st.composite
 def placements(draw, gears: dict[float, fem.Gear]) -> exugear.Placement:
-    """None mostly, or one that suits the maps' axes."""
+    """Mostly none, or a displacement within the maps' axes."""
     if draw(st.integers(0, 2)):
         return exugear.Placement()
     shift, tilt = 5e-3 * min(gear.m_n for gear in gears.values()), floats(-3e-4, 3e-4)
@@ -137,7 +137,7 @@ def placements(draw, gears: dict[float, fem.Gear]) -> exugear.Placement:
 
 @dataclass(frozen=True)
 class Mesh:
-    """One mesh to be: names of pinion's and wheel's shaft, axial place [m], pair, reversed stage or not."""
+    """A mesh to build: names of the shafts of pinion and wheel, axial position [m], pair."""
 
     ends: tuple[str, str]
     axial: float
@@ -146,7 +146,7 @@ class Mesh:
 
 @st.composite
 def even_pairs(draw) -> fem.GearPair:
-    """Pairs of which one pitch is as the other, as maps of one pitch ask for."""
+    """Pairs whose pitches are all alike, as maps of a single pitch require."""
     pair = draw(pairs())
     gears = [
         replace(gear, flank=[part for part in gear.drive_flank if not isinstance(part, fem.PitchDeviation)])
@@ -189,18 +189,18 @@ def scenes(draw) -> Scene:
         for name, gear in zip(mesh.ends, (mesh.pair.pinion, mesh.pair.wheel), strict=True):
             gears.setdefault(name, {})[mesh.axial] = gear
     axes = draw(st.sampled_from([(), (), (), (), ("misalignment",), ("a", "misalignment", "axial")]))
-    built = [draw(shafts(name, own, k)) for name, own in gears.items()]
+    built = [draw(shafts(name, carried, k)) for name, carried in gears.items()]
     if len(axes) == 3 or draw(st.integers(0, 29)) == 0:
         built = [given | {"offset": draw(placements(gears[given["name"]]))} for given in built]
     angle, stages = draw(floats(-3, 3)), []
     for mesh in meshes:
-        twin = [other.ends for other in meshes].count(mesh.ends) > 1
+        twin = [listed.ends for listed in meshes].count(mesh.ends) > 1
         inertia = exugear.gearbox.shaft.blank(mesh.pair.pinion).inertia / mesh.pair.pinion.r_b**2
         damping = 2 * draw(floats(0, 0.2)) * sqrt(stiffness(mesh.pair) * inertia)
         room = [0.2 * mesh.pair.pinion.m_n, inf]  # displaced shafts may close a smaller one
         backlash = draw(st.sampled_from(room if "offset" in built[0] else [None, None, None, 0.0, 20 * um, inf]))
         given = {"damping": damping, "backlash": backlash, "angle": angle if twin else draw(floats(-3, 3))}
         stages.append((mesh.ends, given | {"pair": mesh.pair}))
-    usual, other, beyond = floats(0.03, 0.3), floats(-0.3, 0.3), floats(0.9, 2)
-    share = draw(st.one_of(usual, usual, usual, usual, usual, usual, other, other, st.just(0.0), beyond))
+    usual, both_ways, beyond = floats(0.03, 0.3), floats(-0.3, 0.3), floats(0.9, 2)
+    share = draw(st.one_of(usual, usual, usual, usual, usual, usual, both_ways, both_ways, st.just(0.0), beyond))
     return Scene(built, stages, axes, share, draw(st.just(0.0) | floats(-0.2, 0.2)))

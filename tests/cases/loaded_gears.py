@@ -16,15 +16,15 @@ ROUGH = fem.Resolution(Density(flank=6, fillet=1, tooth=2, rim=1, body=2, width=
 PITCH_POINT = paper_pair().roll_pitch
 
 
-def helical(hand: int = 1) -> fem.Gear:
+def helical_gear(hand: int = 1) -> fem.Gear:
     return fem.Gear(z=57, m_n=2.5 * mm, b=23 * mm, beta=hand * 15 * deg, d_bore=60 * mm)
 
 
 def hertz_load(line_load: float, tooth: int = 0) -> tuple[FlankLoad, float, float]:
     """Elliptical pressure at the pitch point on twelve strips, its half-width [m] and its largest value [Pa]."""
     half = hertz.half_width(line_load, PITCH_POINT / 2, STEEL, STEEL)
-    at = np.linspace(-1, 1, 13)
-    share = np.diff(at * np.sqrt(1 - at**2) + np.arcsin(at)) / np.pi
-    edges = tooth_profile.arc_length(GEAR, PITCH_POINT) + half * at
+    x = np.linspace(-1, 1, 13)
+    share = np.diff(x * np.sqrt(1 - x**2) + np.arcsin(x)) / np.pi
+    edges = tooth_profile.arc_length(GEAR, PITCH_POINT) + half * x
     load = FlankLoad(tooth, edges[None], np.zeros(1), np.ones(1), line_load * share[None])
     return load, half, 2 * line_load / (np.pi * half)

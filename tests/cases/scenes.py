@@ -14,7 +14,7 @@ TORQUES = (0, 1, 5, 20, 50, 100, 150, 250, 350, 500, 1000, 2000, 4000)
 
 
 def smooth_map(torque=TORQUES, phases: int = 30):
-    """Compliance between one and two tooth pairs, softer at low load, contact that lengthens with the load."""
+    """Compliance between one and two tooth pairs, softer at low load; double contact lengthens with the load."""
     pair, load = paper_pair(), np.array(torque, float)[:, None]
     force = np.maximum(load, 1e-9) / pair.pinion.r_b
     phase = np.arange(phases) / phases
@@ -25,7 +25,7 @@ def smooth_map(torque=TORQUES, phases: int = 30):
 
 
 def smooth_box(part=None, parts=None, **stage) -> exugear.Gearbox:
-    """The paper's pair, free to spin or with the same bearing, or parts by their places, on both shafts."""
+    """The paper's pair, free to spin or with the same bearing, or further parts, on both shafts."""
     parts = {30 * mm: paper_gear()} | ({} if part is None else {0.0: part}) | (parts or {})
     fast, slow = exugear.Shaft("fast", parts), exugear.Shaft("slow", parts)
     return exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), **{"damping": 2700.0} | stage)])

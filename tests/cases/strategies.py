@@ -1,4 +1,4 @@
-"""Hypothesis strategies: gears and pairs of every kind that can be built."""
+"""Hypothesis strategies: gears and pairs of every kind that exists."""
 
 from dataclasses import replace
 from math import cos, hypot, sqrt, tan
@@ -61,7 +61,7 @@ def rough_data() -> st.SearchStrategy[dict]:
 
 @st.composite
 def gear_data(draw, shared=None) -> dict:
-    """Data of gears most of which exist; d_bore as share of the largest possible one."""
+    """Data of gears, most of which exist; d_bore as share of the largest possible one."""
     z = draw(st.integers(8, 150))
     if shared is None:
         hand = st.just(0.0) | floats(-35 * deg, 35 * deg)
@@ -84,7 +84,7 @@ def gear_data(draw, shared=None) -> dict:
 
 
 def built(data: dict, **changes) -> fem.Gear:
-    """The gear of some `gear_data`."""
+    """The gear of `gear_data` with changes."""
     gear = fem.Gear(**data | {"d_bore": 1e-6 * mm} | changes)
     return replace(gear, d_bore=data["d_bore"] * (gear.d_f - 2 * gear.m_n))
 
@@ -107,11 +107,11 @@ def gears(draw) -> fem.Gear:
 def pairs(draw) -> fem.GearPair:
     """Pairs that run: unequal gears with some backlash, whose tips are cut back where they would touch the roots."""
     data = draw(gear_data())
-    other = draw(gear_data({"m_n": data["m_n"], "alpha_n": data["alpha_n"], "beta": -data["beta"]}))
+    mate_data = draw(gear_data({"m_n": data["m_n"], "alpha_n": data["alpha_n"], "beta": -data["beta"]}))
     try:
-        gears = built(data), built(other)
+        gears = built(data), built(mate_data)
         a = without_backlash(*gears) + draw(st.just(0.0) | floats(0, 0.1)) * data["m_n"]
-        tips = (tip_diameter(one, mate, a) for one, mate in (gears, gears[::-1]))
+        tips = (tip_diameter(gear, mate, a) for gear, mate in (gears, gears[::-1]))
         cut = [replace(gear, d_a=d_a) for gear, d_a in zip(gears, tips, strict=True)]
         material = draw(st.sampled_from([fem.STEEL, fem.Material(E=3 * GPa, nu=0.4, density=1400)]))
         return fem.GearPair(modified(draw, cut[0]), replace(modified(draw, cut[1]), material=material), a=a)

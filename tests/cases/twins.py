@@ -4,6 +4,7 @@ import numpy as np
 
 import fem
 from fem.contact.tooth_contact import ToothContact
+from fem.elasticity.face_symmetry import HalfFace
 from fem.elasticity.flank_compliance import Compliance, along_helix
 from fem.elasticity.half_space import along_line, half_plane
 from fem.elasticity.hat_functions import values_of_means
@@ -21,8 +22,10 @@ def plane_twin(gear: fem.Gear, density: Density, refined: int) -> Compliance:
     blocks[0] -= half_plane(gear, arcs, depth)
     values = values_of_means(arcs)
     blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values)[:, None, :, None, :] / half * np.ones((1, 2, 1, 2, 1))
-    blocks[0] -= flattening(gear.material) * along_line(np.array([0.0, half]), half, depth, mirrored=True)[0, 0]
-    return Compliance(arcs, np.array([0.0, half]), half, blocks[: density.teeth + 1], blocks[density.teeth + 1 :])
+    blocks[0] -= flattening(gear.material) * along_line(np.array([0.0, half]), half, depth, HalfFace())[0, 0]
+    return Compliance(
+        arcs, np.array([0.0, half]), half, blocks[: density.teeth + 1], blocks[density.teeth + 1 :], HalfFace()
+    )
 
 
 def twin_te(pair: fem.GearPair, twin: Compliance, phase: float, force: float) -> float:

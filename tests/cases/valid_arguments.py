@@ -56,10 +56,10 @@ def two_bodies() -> tuple[Any, Any, list]:
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0.0])) for _ in range(2)]
-    places = ([0, 0, 0], [150 * mm, 0, 0])
+    positions = ([0, 0, 0], [150 * mm, 0, 0])
     items = [
-        mbs.AddObject(eii.ObjectRotationalMass1D(inertia=1e-3, nodeNumber=node, referencePosition=place))
-        for node, place in zip(nodes, places, strict=True)
+        mbs.AddObject(eii.ObjectRotationalMass1D(inertia=1e-3, nodeNumber=node, referencePosition=position))
+        for node, position in zip(nodes, positions, strict=True)
     ]
     contact = exugear.CreateGearContact(mbs, itemNumbers=items, pair=paper_pair(), force=linear_law())
     mbs.Assemble()
@@ -68,7 +68,7 @@ def two_bodies() -> tuple[Any, Any, list]:
 
 @cache
 def instances() -> dict[str, Any]:
-    """One of each public class; its fields are valid arguments of the class."""
+    """An instance of each public class; its fields are valid arguments of the class."""
     box = smooth_box()
     model = exugear.build(box)
     run = exugear.run_up(model, speed=(50.0, 60.0), load=100.0, duration=0.05, progress=False, checks=0)
@@ -92,7 +92,7 @@ def instances() -> dict[str, Any]:
 
 @cache
 def by_name() -> dict[str, Any]:
-    """Values of arguments by their names, where need be with the function's or class's name before it."""
+    """Values of arguments by name; where a name has several meanings, after the name of its function or class."""
     made, (container, mbs, items) = instances(), two_bodies()
     folder = Path(mkdtemp())
     fem.save(smooth_map(), folder / "map.nc")

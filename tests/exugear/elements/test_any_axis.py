@@ -13,7 +13,8 @@ from scipy.spatial.transform import Rotation
 from spatial_meshes import PAIRS, bodies_of_kinds, law_of
 
 import exugear
-from exugear.elements.gear_contact import contact_key, frame_of, kind_of
+from exugear.elements.exudyn_objects import kind_of
+from exugear.elements.gear_contact import contact_key, frame_of
 from exugear.force_table.kernel_records import address_of
 from exugear.kernels.contact_frame import axes_about
 from exugear.kernels.contact_records import is_turned

@@ -317,7 +317,7 @@ def test_bad_arguments_are_refused(mbs, law, changes, message):
 
 def test_bodies_that_cannot_carry_a_gear_are_refused(mbs, law):
     points = [mbs.CreateMassPoint(referencePosition=[x, 0, 0], mass=1) for x in (0, PAIR.a)]
-    with pytest.raises(ValueError, match=r"gears cannot live on a Point .*; use CreateRigidBody"):
+    with pytest.raises(ValueError, match=r"gears cannot be carried by a Point .*; use CreateRigidBody"):
         mbs.CreateGearContact(itemNumbers=points, pair=PAIR, force=law)
     node = mbs.AddNode(eii.Node1D(referenceCoordinates=[0]))
     spin = mbs.AddObject(eii.ObjectRotationalMass1D(inertia=1, nodeNumber=node))

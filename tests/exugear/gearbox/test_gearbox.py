@@ -22,8 +22,8 @@ def gear(z: int, x: float = 0.0, beta: float = 0.0) -> fem.Gear:
     return fem.Gear(z=z, m_n=2.5 * mm, b=20 * mm, d_bore=15 * mm, x=x, beta=beta)
 
 
-def loose_pair(one: fem.Gear, other: fem.Gear) -> fem.GearPair:
-    return fem.GearPair(one, other, a=without_backlash(one, other) + 0.1 * mm)
+def loose_pair(pinion: fem.Gear, wheel: fem.Gear) -> fem.GearPair:
+    return fem.GearPair(pinion, wheel, a=without_backlash(pinion, wheel) + 0.1 * mm)
 
 
 def on(name: str, *gears: fem.Gear) -> Shaft:
@@ -53,35 +53,35 @@ def half_angles(gear: fem.Gear, r: np.ndarray) -> np.ndarray:
     return gear.psi_b - (np.tan(alpha) - alpha)
 
 
-def pressed(pair: fem.GearPair, own: fem.Gear, psi: float, towards: float, side: int) -> tuple[float, float]:
-    """Place [rad] of a tooth of the mate that own's teeth press with their flanks of a side (+1: left), and the phase.
+def pressed(pair: fem.GearPair, gear: fem.Gear, psi: float, towards: float, side: int) -> tuple[float, float]:
+    """Angle [rad] of a tooth of the mate that a gear presses with its flanks of a side (+1: left), and the phase.
 
-    psi is the place of a tooth of own, towards the direction to the mate [rad]. By brute force: all points of own's
-    flanks are carried over to the mate, where a flank must pass through the one that reaches furthest.
+    psi is the angle of a tooth of the gear, towards the direction to the mate [rad]. By brute force: all points of the
+    gear's flanks are transformed to the mate, where a flank must pass through the point that reaches furthest.
     """
-    mate = pair.wheel if own is pair.pinion else pair.pinion
+    mate = pair.wheel if gear is pair.pinion else pair.pinion
     line = pair.a * np.sin(pair.alpha_wt)
-    roll = np.linspace(max(own.roll_form, line - mate.roll_tip), own.roll_tip, 20001)
-    r = np.hypot(own.r_b, roll)
-    for k in range(own.z):
-        polar = psi - towards + 2 * np.pi * k / own.z + side * half_angles(own, r)
+    roll = np.linspace(max(gear.roll_form, line - mate.roll_tip), gear.roll_tip, 20001)
+    r = np.hypot(gear.r_b, roll)
+    for k in range(gear.z):
+        polar = psi - towards + 2 * np.pi * k / gear.z + side * half_angles(gear, r)
         x, y = pair.a - r * np.cos(polar), r * np.sin(polar)
         r_mate = np.hypot(x, y)
         near = (r_mate > max(mate.r_form, mate.r_b)) & (r_mate < mate.r_a) & (x > 0)
         if not near.any():
             continue
-        place = np.arctan2(-y, x)[near] - side * half_angles(mate, r_mate[near])
-        furthest = np.argmin(side * place)
+        angle = np.arctan2(-y, x)[near] - side * half_angles(mate, r_mate[near])
+        furthest = np.argmin(side * angle)
         if 0 < furthest < near.sum() - 1:
             along = roll[near][furthest]
-            pinion_roll = along if own is pair.pinion else line - along
-            return towards + np.pi + place[furthest], (pinion_roll - pair.roll_pitch) / pair.p_bt
+            pinion_roll = along if gear is pair.pinion else line - along
+            return towards + np.pi + angle[furthest], (pinion_roll - pair.roll_pitch) / pair.p_bt
     raise AssertionError("no tooth stands in the path of contact")
 
 
-def apart(phase: float, other: float) -> float:
+def apart(phase_1: float, phase_2: float) -> float:
     """Distance of two phases, in shares of a pitch."""
-    return abs((phase - other + 0.5) % 1.0 - 0.5)
+    return abs((phase_1 - phase_2 + 0.5) % 1.0 - 0.5)
 
 
 @settings(max_examples=25, deadline=None)
@@ -92,20 +92,20 @@ def apart(phase: float, other: float) -> float:
     st.tuples(*[floats(-6, 6)] * 2),
     st.booleans(),
 )
-def test_idler_hands_the_phase_on(teeth, shifts, beta, angles, reverse):
-    """Teeth laid against teeth: a pushes b, whose other flanks touch c; or c, named as pinion, touches b."""
+def test_idler_passes_the_phase_on(teeth, shifts, beta, angles, reverse):
+    """Tooth by tooth: a pushes b, whose back flanks touch c; or c, named as pinion, touches b."""
     a, b, c = (gear(z, x, sense * beta) for z, x, sense in zip(teeth, shifts, (1, -1, 1), strict=True))
-    one, two = loose_pair(a, b), loose_pair(c, b) if reverse else loose_pair(b, c)
+    first, second = loose_pair(a, b), loose_pair(c, b) if reverse else loose_pair(b, c)
     shafts = [on(name, part) for name, part in zip("abc", (a, b, c), strict=True)]
     ends = shafts[2:0:-1] if reverse else shafts[1:]
-    stages = [Stage(*shafts[:2], STIFF, pair=one, angle=angles[0]), Stage(*ends, STIFF, pair=two, angle=angles[1])]
+    stages = [Stage(*shafts[:2], STIFF, pair=first, angle=angles[0]), Stage(*ends, STIFF, pair=second, angle=angles[1])]
     box = Gearbox(stages)
-    r_w = one.a * a.z / (a.z + b.z)
-    place, phase = pressed(one, a, angles[0] - half_angles(a, r_w), angles[0], +1)
+    r_w = first.a * a.z / (a.z + b.z)
+    tooth, phase = pressed(first, a, angles[0] - half_angles(a, r_w), angles[0], +1)
     assert apart(phase, 0) < 2e-4
-    _, second = pressed(two, b, place, angles[1] + (np.pi if reverse else 0), +1 if reverse else -1)
+    _, phase_2 = pressed(second, b, tooth, angles[1] + (np.pi if reverse else 0), +1 if reverse else -1)
     assert box.phases[0] == 0
-    assert apart(box.phases[1], second) < 2e-4
+    assert apart(box.phases[1], phase_2) < 2e-4
 
 
 def test_gear_turned_on_by_a_share_of_a_pitch_turns_all_phases_on():
@@ -124,17 +124,17 @@ def replace_phase(stage: Stage, phase: float) -> Stage:
 
 
 def split(first: float, second: float) -> Gearbox:
-    """Split path: a drives b and c, both drive d; the gears of b and c are clocked."""
-    one, other = gear(25), gear(40)
-    front, rear = loose_pair(one, other), loose_pair(one, other)
-    a, d = Shaft("a", {0.0: one}), Shaft("d", {50 * mm: other})
-    b, c = (Shaft(name, {0.0: other, 50 * mm: one}) for name in "bc")
+    """Split path: a drives b and c, both drive d; the gears of b and c are mounted to fit."""
+    pinion, wheel = gear(25), gear(40)
+    front, rear = loose_pair(pinion, wheel), loose_pair(pinion, wheel)
+    a, d = Shaft("a", {0.0: pinion}), Shaft("d", {50 * mm: wheel})
+    b, c = (Shaft(name, {0.0: wheel, 50 * mm: pinion}) for name in "bc")
     parts = {"mesh": STIFF, "pair": front}
     stages = [Stage(a, b, angle=first, **parts), Stage(b, d, STIFF, pair=rear, angle=second)]
     return Gearbox([*stages, Stage(a, c, angle=second, **parts), Stage(c, d, STIFF, pair=rear, angle=first)])
 
 
-def test_gears_of_their_own_are_clocked_so_that_the_flanks_touch():
+def test_gears_with_a_single_mate_are_mounted_so_that_the_flanks_touch():
     """Where a gear with two mates turns from one mesh on to the other, the latter is behind by the angle between."""
     box = split(0.3, 1.0)
     assert box.phases[:2] == pytest.approx((0, 0))
@@ -186,7 +186,7 @@ def quadrilateral(angles, teeth=(25, 40, 31, 28)) -> list[Stage]:
     gears = [gear(z, x) for z, x in zip(teeth, (0.1, 0.0, 0.3, -0.1), strict=True)]
     a, b, c, d = (on(name, part) for name, part in zip("abcd", gears, strict=True))
     ends = [(a, b), (a, c), (b, d), (c, d)]
-    pairs = [loose_pair(one.gears[0.0], other.gears[0.0]) for one, other in ends]
+    pairs = [loose_pair(fast.gears[0.0], slow.gears[0.0]) for fast, slow in ends]
     stages = zip(ends, pairs, angles, strict=True)
     return [Stage(*pair_ends, STIFF, pair=pair, angle=angle) for pair_ends, pair, angle in stages]
 
@@ -206,8 +206,8 @@ def pressed_both_ways(angles) -> float:
     start = angles[0] - half_angles(a, pairs[0].a * a.z / (a.z + b.z))
     ends = []
     for middle, i, j in ((b, 0, 2), (c, 1, 3)):
-        place, _ = pressed(pairs[i], a, start, angles[i], +1)
-        ends.append(pressed(pairs[j], middle, place, angles[j], -1)[0])
+        tooth, _ = pressed(pairs[i], a, start, angles[i], +1)
+        ends.append(pressed(pairs[j], middle, tooth, angles[j], -1)[0])
     return (ends[1] - ends[0]) * d.z / (2 * np.pi)
 
 
@@ -255,9 +255,9 @@ def test_two_meshes_between_the_same_shafts():
     assert box.labels == ("fast-slow at 0 mm", "fast-slow at 50 mm")
 
 
-def displaced(one: Placement, other: Placement, direction: int = 1) -> dict[str, float]:
+def displaced(pinion: Placement, wheel: Placement, direction: int = 1) -> dict[str, float]:
     """Offsets of the stage of a pair whose pinion turns by direction, gears at 50 mm."""
-    shafts = [Shaft(name, {50 * mm: paper_gear()}, offset=x) for name, x in (("one", one), ("other", other))]
+    shafts = [Shaft(name, {50 * mm: paper_gear()}, offset=x) for name, x in (("fast", pinion), ("slow", wheel))]
     if direction == 1:
         box = Gearbox([coupled(*shafts)])
         return box.offsets(box.stages[0])
@@ -291,9 +291,9 @@ def test_wheel_that_leans_to_where_it_is_driven_opens_the_gap(direction):
 def test_shafts_displaced_together_keep_their_offsets():
     """Turned as one body about the pinion's zero: small second-order rests alone."""
     a, tilt_x, tilt_y = paper_pair().a, 1e-3, -2e-3
-    one = Placement(x=1e-3, y=2e-3, z=-1e-3, tilt_x=tilt_x, tilt_y=tilt_y)
-    other = replace(one, z=one.z - a * tilt_y)
-    together = displaced(one, other)
+    pinion = Placement(x=1e-3, y=2e-3, z=-1e-3, tilt_x=tilt_x, tilt_y=tilt_y)
+    wheel = replace(pinion, z=pinion.z - a * tilt_y)
+    together = displaced(pinion, wheel)
     assert together == pytest.approx({"a": a, "misalignment": 0, "axial": 0}, abs=1e-6)
 
 

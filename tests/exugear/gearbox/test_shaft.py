@@ -1,4 +1,4 @@
-"""Shafts as data: inertia of their parts, support of their bearings, displaced places, refusals."""
+"""Shafts as data: inertia of their parts, support of their bearings, displaced axes, refusals."""
 
 import numpy as np
 import pytest

@@ -155,7 +155,7 @@ def test_directions_are_mirror_images(pair):
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_the_other_flank_rubs_like_a_driving_one(direction):
+def test_the_back_flank_rubs_like_a_driving_one(direction):
     pair, backlash, back = SPUR, 100 * um, 0.37
     law = linear_law(backlash=backlash, reach=9e-3)
     law = exugear.MeshForce(law.phase, law.deflection, law.force_table, backlash=backlash, back_phase=back)
@@ -214,8 +214,8 @@ def test_input_less_output_power_is_the_loss_in_a_run():
     container = exu.SystemContainer()
     friction, torque, speed = friction_for(SPUR, 0.1), 150.0, 100.0
     drive = torque * (1 + friction.loss(SPUR))
-    found = run_with_friction(container.AddSystem(), SPUR, linear_law(), friction, torque, speed, 4, 4000)
-    duration, q, v, force = found
+    run = run_with_friction(container.AddSystem(), SPUR, linear_law(), friction, torque, speed, 4, 4000)
+    duration, q, v, force = run
     stored = (INERTIA * (v[0] ** 2 + v[1] ** 2) + force**2 / K) / 2
     lost = drive * (q[0][-1] - q[0][0]) + torque * (q[1][-1] - q[1][0]) - (stored[-1] - stored[0])
     phase = (q[0] * SPUR.pinion.z / (2 * np.pi)) % 1.0

@@ -102,7 +102,7 @@ def test_axial_shift_turns_a_helical_gear():
     assert deflection == pytest.approx(50 * um * np.tan(pair.beta_b), rel=1e-12)
 
 
-def test_misaligned_axes_meet_the_springs_at_their_centroid():
+def test_force_of_misaligned_axes_acts_at_the_centroid_of_the_springs():
     """Tilt about the line of action's normal: force and moment are those of springs across the width."""
     law, reference = law_of(backlash=1e-4), np.zeros((2, 6))
     reference[1, 0] = SPUR.a
@@ -122,7 +122,7 @@ def test_misaligned_axes_meet_the_springs_at_their_centroid():
     assert np.hypot(*moment[:2]) == pytest.approx(force * abs(centroid), rel=1e-6)
 
 
-def test_law_with_offsets_meets_its_places_and_the_springs_between():
+def test_law_with_offsets_interpolates_between_their_values():
     law, lead = law_of(), 9 * um
     for a in OFFSETS["a"]:
         assert law(0.3, lead, a=a, misalignment=-5e-5) == pytest.approx(K * lead, rel=1e-6)
@@ -132,7 +132,7 @@ def test_law_with_offsets_meets_its_places_and_the_springs_between():
     assert law.deflection_at(0.1, K * lead, a=SPUR.a, misalignment=7e-5) == pytest.approx(lead, rel=2e-4)
 
 
-def test_force_stays_positive_between_places_far_apart():
+def test_force_stays_positive_between_offsets_far_apart():
     """Springs across the width at misalignments that differ by several times what the deflection closes."""
     law = law_of(tilts=np.array([0, 1, 3, 6]) * 1e-4)
     for tilt in np.linspace(0, 6e-4, 37):
@@ -211,7 +211,7 @@ def test_carrier_takes_the_torques_of_both():
 
 @pytest.mark.parametrize("name", ["spur", "helical"])
 def test_conserving_forces_are_the_slope_of_one_potential(name):
-    """Work around a closed loop of spins and places is 0; without the torque from dU/dphase it is not."""
+    """Work around a closed loop of spins and displacements is 0; without the torque from dU/dphase it is not."""
     pair, law = PAIRS[name], exugear.MeshForce.from_ste(smooth_map(), conserves=True, backlash=np.inf)
     plain = exugear.MeshForce.from_ste(smooth_map(), backlash=np.inf)
     reference = np.zeros((2, 6))

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import linear_law, paper_pair, smooth_map
-from scipy.interpolate import PchipInterpolator
 
 from exugear import MeshForce
-from exugear.force_table.pchip import monotone_cubic
 from exugear.mesh_force.ste_interpolation import loaded_deflection
 from fem import PitchDeviation, Sides
 from fem.ste.ste_map import over_torque_and_phase, pair_of, ste_map
@@ -57,7 +55,7 @@ def test_low_loads_soften_like_a_line_contact(law):
     assert (steps > 0).all()
 
 
-def test_other_flank_mirrors_the_driving_one(law):
+def test_back_flank_mirrors_the_driving_flank(law):
     deflection = np.linspace(1 * um, 15 * um, 7)
     back = law(law.back_phase - 0.3, -law.backlash - deflection, 0.01)
     assert back == pytest.approx(-law(0.3, deflection, -0.01))
@@ -188,13 +186,3 @@ def test_one_phase_is_a_constant_law():
     assert law(np.linspace(0, 0.99, 7), 10 * um) == pytest.approx(4200)
     assert law.stiffness_max == pytest.approx(4.2e8)
     assert law(0.3, -5e-3) == 0
-
-
-def test_monotone_cubic_is_scipys():
-    random = np.random.default_rng(4)
-    for n in (2, 3, 4, 30):
-        x, y = np.cumsum(random.uniform(0.1, 1, n)), random.normal(size=n)
-        curve, at = PchipInterpolator(x, y), np.linspace(x[0], x[-1], 101)
-        values, slopes = monotone_cubic(x, y, at)
-        assert values == pytest.approx(curve(at), rel=1e-12, abs=1e-12)
-        assert slopes == pytest.approx(curve(at, 1), rel=1e-11, abs=1e-11)

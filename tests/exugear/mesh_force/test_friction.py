@@ -12,7 +12,7 @@ from fem.units import deg
 
 
 def with_shares(pair, share, numbers, phases: int = 40):
-    """A map with load_share(place in pitches) at two loads."""
+    """A map with load_share(position in pitches) at two loads."""
     phase = np.arange(phases) / phases
     ste = fem.ste_map(pair, [0, 10.0, 300.0], phase, np.outer([0, 1e-6, 9e-6], np.ones(phases)))
     shares = share(phase[:, None] + np.array(numbers))
@@ -38,19 +38,19 @@ def test_equal_shares_lose_what_ohlendorf_says(pair):
 
 @pytest.mark.parametrize("pair", [SPUR, unlike_pair(12 * deg)])
 def test_shares_of_a_map(pair):
-    """Smooth shares against a sum over slices of the width; a pair beyond the path rubs at its end."""
+    """Smooth shares against a sum over slices of the width; a tooth pair beyond the path rubs at its end."""
     before, behind = parts(pair)
     low, high = -before - 0.1 - pair.eps_beta / 2, behind + 0.1 + pair.eps_beta / 2
     hill = lambda x: np.where((x > low) & (x < high), np.sin(np.pi * (x - low) / (high - low)) ** 2, 0)  # noqa: E731
     numbers = np.arange(-3, 4)
-    found = exugear.MeshFriction.from_ste(with_shares(pair, hill, numbers, phases=200), MU, torque=150.0)
-    place = numbers[:, None, None] + np.arange(N)[:, None] / N
-    slices = place + (np.arange(1001) / 1000 - 0.5) * max(pair.eps_beta, 1 / N)
+    friction = exugear.MeshFriction.from_ste(with_shares(pair, hill, numbers, phases=200), MU, torque=150.0)
+    position = numbers[:, None, None] + np.arange(N)[:, None] / N
+    slices = position + (np.arange(1001) / 1000 - 0.5) * max(pair.eps_beta, 1 / N)
     weight = ((-before <= slices) & (slices <= behind)) + 1e-9
-    weight *= hill(place) / hill(place).sum(axis=0) / weight.sum(axis=2, keepdims=True)
+    weight *= hill(position) / hill(position).sum(axis=0) / weight.sum(axis=2, keepdims=True)
     slices = np.clip(slices, -before, behind)
-    assert found.pull == pytest.approx((weight * np.sign(slices)).sum(axis=(0, 2)), abs=5e-3)
-    assert found.lever == pytest.approx((weight * abs(slices)).sum(axis=(0, 2)) * pair.p_bt, abs=2e-3 * pair.p_bt)
+    assert friction.pull == pytest.approx((weight * np.sign(slices)).sum(axis=(0, 2)), abs=5e-3)
+    assert friction.lever == pytest.approx((weight * abs(slices)).sum(axis=(0, 2)) * pair.p_bt, abs=2e-3 * pair.p_bt)
 
 
 @pytest.mark.parametrize("beta", [0.0, 5 * deg, 30 * deg])
@@ -58,19 +58,19 @@ def test_equal_shares_against_a_sum_over_sections(beta):
     pair = unlike_pair(beta)
     friction, (before, behind) = friction_for(pair), parts(pair)
     across = (np.arange(2001) / 2000 - 0.5) * max(pair.eps_beta, 1 / N)
-    place = np.arange(-4, 5)[:, None, None] + np.arange(0, N, 8)[:, None] / N + across
-    on = (-before <= place) & (place <= behind)
+    position = np.arange(-4, 5)[:, None, None] + np.arange(0, N, 8)[:, None] / N + across
+    on = (-before <= position) & (position <= behind)
     weight = on / on.sum(axis=0) / across.size
-    assert friction.pull[::8] == pytest.approx((weight * np.sign(place)).sum(axis=(0, 2)), abs=2e-3)
-    assert friction.lever[::8] == pytest.approx((weight * abs(place)).sum(axis=(0, 2)) * pair.p_bt, rel=1e-2)
+    assert friction.pull[::8] == pytest.approx((weight * np.sign(position)).sum(axis=(0, 2)), abs=2e-3)
+    assert friction.lever[::8] == pytest.approx((weight * abs(position)).sum(axis=(0, 2)) * pair.p_bt, rel=1e-2)
 
 
 def test_equal_shares_of_a_map_are_those_of_the_pair():
     low, high = -parts(SPUR)[0], parts(SPUR)[1]
     even = with_shares(SPUR, lambda x: ((low <= x) & (x <= high)).astype(float), range(-2, 3), phases=2000)
-    found, expected = exugear.MeshFriction.from_ste(even, MU, torque=300.0), friction_for(SPUR)
-    assert found.loss(SPUR) == pytest.approx(expected.loss(SPUR), rel=1e-3)
-    assert np.abs(found.pull - expected.pull).mean() < 1e-2
+    mapped, expected = exugear.MeshFriction.from_ste(even, MU, torque=300.0), friction_for(SPUR)
+    assert mapped.loss(SPUR) == pytest.approx(expected.loss(SPUR), rel=1e-3)
+    assert np.abs(mapped.pull - expected.pull).mean() < 1e-2
 
 
 @pytest.mark.parametrize(

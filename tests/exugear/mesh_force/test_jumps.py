@@ -1,4 +1,4 @@
-"""Force laws that jump over phase: found, said, and met by the steps of a run."""
+"""Force laws that jump over phase: detected, reported, and resolved by the steps of a run."""
 
 import numpy as np
 import pytest

@@ -125,9 +125,7 @@ def test_measured_waves_are_followed(wave):
 
 
 def test_noise_above_what_the_torques_differ_by_is_refused_with_place_and_remedy():
-    with pytest.raises(
-        ValueError, match=r"te must grow .* got -.* um from 0 to 1 N m at phase 0\..*smooth what was me"
-    ):
+    with pytest.raises(ValueError, match=r"te must grow .* got -.* um from 0 to 1 N m at phase 0\..*smooth me"):
         meshing(noisy(0.0, 0.1 * um), paper_pair())
 
 

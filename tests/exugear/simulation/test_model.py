@@ -5,8 +5,10 @@ import pytest
 from scenes import paper_gear, paper_pair, smooth_box, smooth_map
 
 import exugear
+from exugear.elements.gear_contact import state_of
 from exugear.kernels.reference_configuration import phase_of
-from exugear.simulation.model import open_system, with_deflections
+from exugear.simulation.equilibrium import with_deflections
+from exugear.simulation.model import open_system
 from fem.units import deg, mm
 
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-6)
@@ -196,3 +198,17 @@ def test_two_bearings_hold_a_shaft():
 def test_bad_scenes_are_refused(build, message):
     with pytest.raises(ValueError, match=message):
         build()
+
+
+def test_a_run_changes_the_state_of_a_contact_and_nothing_else():
+    """Frame and table are read-only; the state returns to what it was, except for the force that holds the load."""
+    model = exugear.build(smooth_box())
+    mesh = model.meshes[0]
+    frame, table, before = mesh.frame.tobytes(), mesh.law.table.tobytes(), state_of(model.mbs, mesh.contact).copy()
+    exugear.run_up(model, speed=(0, 100.0), duration=1e-3, load=lambda t: 150.0, progress=False)
+    state = state_of(model.mbs, mesh.contact)
+    assert (mesh.frame.tobytes(), mesh.law.table.tobytes()) == (frame, table)
+    assert (state.engaged, state.lag) == (before.engaged, before.lag) == (1.0, 0.0)
+    assert state.holding_force == pytest.approx(150.0 * mesh.held)
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.frame.phase = 0.3

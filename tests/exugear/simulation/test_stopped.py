@@ -54,7 +54,7 @@ def test_it_names_the_torque_to_map(stopped):
     until = 1.5 * float(stopped.run.data["time"][-1])
     further = exugear.run_up(wide, **RUN | {"duration": until, "speed": (0, 3000 * rpm * until)})
     assert np.isfinite(further.data["dte"]).all()
-    words = r"stage fast-slow the map ends .* of 400 N m, 500 N m are asked for; .* 750 N m"
+    words = r"stage fast-slow the map ends .* of 400 N m, 500 N m are needed; .* 750 N m"
     with pytest.raises(ValueError, match=words):
         exugear.run_up(exugear.build(box_of(smooth_map(SMALL))), **RUN | {"load": 500.0, "speed": 100 * rpm})
 

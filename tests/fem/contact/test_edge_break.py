@@ -9,7 +9,8 @@ from paper_gears import paper_gear
 
 import fem
 from fem.contact import strip_bounds
-from fem.contact.tooth_contact import State, ToothContact
+from fem.contact.contact_state import State
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.hertz import half_width
 from fem.elasticity.mesh_density import Density
 from fem.microgeometry import flank
@@ -31,13 +32,13 @@ def rounded_pair(radius: float) -> fem.GearPair:
 
 def states(pair: fem.GearPair, torque: float, phases=PHASES, resolution=COARSE) -> list[State]:
     bodies, slices = bodies_of(pair, fem.Offsets().values(pair), resolution)
-    meetings = [MeshPosition(pair, pair.a, 0.0, phase) for phase in phases]
+    positions = [MeshPosition(pair, pair.a, 0.0, phase) for phase in phases]
     with one_thread():
-        return [ToothContact(meeting, *bodies, slices).state(torque / pair.pinion.r_b) for meeting in meetings]
+        return [ToothContact(position, *bodies, slices).state(torque / pair.pinion.r_b) for position in positions]
 
 
-def peaks(found: list[State]) -> np.ndarray:
-    return np.array([state.peak_pressure() for state in found])
+def peaks(states: list[State]) -> np.ndarray:
+    return np.array([state.peak_pressure() for state in states])
 
 
 def test_rounding_is_a_circle_that_leaves_the_flank_tangentially_and_meets_the_tip():
@@ -59,9 +60,9 @@ def test_what_touches_beyond_the_path_of_contact_is_a_cylinder_of_that_radius():
     steel = pair.pinion.material
     for state in states(pair, 350, (0.17, 0.18)):
         strong = np.argmax(state.pressure)
-        line_load = (state.force / state.cells.length)[strong]
-        own = state.cells.closest[strong, 0]
-        radius = own * 0.3 * mm / (own + 0.3 * mm)
+        line_load = (state.force / state.slices.length)[strong]
+        roll = state.slices.closest[strong, 0]
+        radius = roll * 0.3 * mm / (roll + 0.3 * mm)
         width = half_width(line_load, radius, steel, steel)
         assert state.pressure[strong] == pytest.approx(2 * line_load / (pi * width), rel=0.03)
         assert state.pressure[strong] > 1.5 * state.hertz_pressure()

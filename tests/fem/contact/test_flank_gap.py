@@ -8,7 +8,7 @@ import fem
 from fem.contact import unilateral
 from fem.contact.flank_gap import ContactSlices
 from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
-from fem.contact.strip_contact import Contact
+from fem.contact.strip_contact import StripContact
 from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
 
@@ -22,19 +22,18 @@ def lines():
     pair = fem.GearPair(pinion, wheel, a=91.5 * mm)
     assert pair.eps_alpha == pytest.approx(1.4599, abs=1e-4)
     assert pair.eps_beta == pytest.approx(0.5414, abs=1e-4)
-    found = [np.array(list(MeshPosition(pair, pair.a, 0.0, i / 2000).lines().values())) for i in range(2000)]
-    return pair, found
+    return pair, [np.array(list(MeshPosition(pair, pair.a, 0.0, i / 2000).lines().values())) for i in range(2000)]
 
 
 def test_length_of_the_lines_of_contact(lines):
-    pair, found = lines
-    total = np.array([(ends[:, 1] - ends[:, 0]).sum() for ends in found]) / np.cos(pair.beta_b)
+    pair, at_phases = lines
+    total = np.array([(ends[:, 1] - ends[:, 0]).sum() for ends in at_phases]) / np.cos(pair.beta_b)
     assert [total.min(), total.max(), total.mean()] == pytest.approx([23.768 * mm, 43.855 * mm, 34.617 * mm], rel=1e-3)
 
 
 def test_centroid_of_evenly_loaded_lines(lines):
-    _, found = lines
-    centroid = [np.average(ends.mean(axis=1), weights=ends[:, 1] - ends[:, 0]) for ends in found]
+    _, at_phases = lines
+    centroid = [np.average(ends.mean(axis=1), weights=ends[:, 1] - ends[:, 0]) for ends in at_phases]
     assert np.ptp(centroid) == pytest.approx(3.946 * mm, rel=1e-3)
 
 
@@ -50,7 +49,7 @@ def test_misaligned_line_of_springs(tilt, delta, tangent, k_h_beta):
     springs = np.tile(np.eye(STRIPS) * STRIPS * n / (c * b), (n, 1, 1))
     gap = (np.arange(n * STRIPS).reshape(n, STRIPS) + 0.5) / (n * STRIPS) * tilt * um
     every, uncoupled = np.ones_like(gap, bool), np.zeros((n, NODES, n, NODES))
-    te, _, f = Contact(springs, uncoupled, gap, np.ones_like(gap)).solve(force, every)
+    te, _, f = StripContact(springs, uncoupled, gap, np.ones_like(gap)).solve(force, every)
     line_load = f * n * STRIPS / b
     assert te == pytest.approx(exact, rel=1e-6)
     assert te / um == pytest.approx(delta, abs=1e-3)
@@ -64,7 +63,7 @@ def test_strips_that_join_one_by_one_find_the_same_contact(monkeypatch):
     smooth = 1e-10 * (root @ root.T).reshape(n, NODES, n, NODES)
     local = np.tile(2e-9 * np.exp(-np.abs(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS))) / 5), (n, 1, 1))
     gap = rng.uniform(0, 5 * um, (n, STRIPS))
-    contact = Contact(local, smooth, gap, np.ones_like(gap))
+    contact = StripContact(local, smooth, gap, np.ones_like(gap))
     te, _, f = contact.solve(2000.0, np.ones_like(gap, bool))
     monkeypatch.setattr(unilateral, "EXCHANGES", 1)
     te_slow, _, f_slow = contact.solve(2000.0, np.ones_like(gap, bool))
@@ -78,16 +77,16 @@ def test_touching_flanks_have_one_normal(phase):
     """Where a parabolic relief touches, it is inclined by as much as the mate's normal says."""
     relief = fem.TipRelief(15 * um, 4 * mm, power=2)
     gear = paper_gear(flank=relief)
-    cells = ContactSlices(
+    slices = ContactSlices(
         MeshPosition(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]])
     )
-    foot = cells.clear(cells.closest)[1]
-    own, mate = cells.tilts(cells.closest, foot, np.zeros((1, 1)), np.ones((1, 1)))[:, 0, 0]
+    foot = slices.gap_at(slices.closest)[1]
+    of_host, of_mate = slices.tilts(slices.closest, foot, np.zeros((1, 1)), np.ones((1, 1)))[:, 0, 0]
     step = 1e-3 * mm
     change = np.diff(relief.removed(gear.face, np.array([-step, step]) + foot[0], 0.0))[0]
-    assert own == 0
-    assert mate > 2e-3
-    assert mate == pytest.approx(change / (2 * step * foot[0, 0] / gear.r_b), rel=0.02)
+    assert of_host == 0
+    assert of_mate > 2e-3
+    assert of_mate == pytest.approx(change / (2 * step * foot[0, 0] / gear.r_b), rel=0.02)
 
 
 def test_loaded_teeth_touch_nearer_to_both_tips():
@@ -96,39 +95,42 @@ def test_loaded_teeth_touch_nearer_to_both_tips():
     for phase in (-0.2, 0.1):
         rolls = []
         for at in (0.0, te):
-            cells = ContactSlices(MeshPosition(paper_pair(), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), at)
-            rolls.append(np.stack([cells.closest, cells.clear(cells.closest)[1]]))
+            slices = ContactSlices(
+                MeshPosition(paper_pair(), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), at
+            )
+            rolls.append(np.stack([slices.closest, slices.gap_at(slices.closest)[1]]))
         assert rolls[1] - rolls[0] == pytest.approx(te / 2 + 0 * rolls[0], rel=1e-3)
 
 
 @pytest.mark.parametrize("relief", [(), fem.ProfileCrowning(5 * um)])
-def test_directions_of_contact_do_not_prefer_a_gear(relief):
+def test_the_direction_of_contact_is_the_same_whichever_gear_carries_the_strips(relief):
     """At the pitch point either gear may carry the strips."""
     pair = fem.GearPair(paper_gear(flank=relief), paper_gear(flank=relief), a=150 * mm)
-    found = []
+    from_gears = []
     for phase in (-1e-12, 1e-12):
-        cells = ContactSlices(MeshPosition(pair, 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), 30 * um)
-        strips = strips_of(cells, np.array([0.2 * mm]))
-        order = slice(None) if cells.own_is_pinion[0] else slice(None, None, -1)
-        found.append([numbers[..., order] for numbers in (strips.tilts, strips.approach, strips.gap)])
-    for numbers, other, error in zip(*found, (3e-4, 3e-5, 1e-9), strict=True):
-        assert numbers == pytest.approx(other, abs=error)
-    assert 5e-3 < np.abs(found[0][0]).max() < 2e-2
-    assert np.abs(found[0][1] - 1).max() < 1e-3
+        slices = ContactSlices(MeshPosition(pair, 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), 30 * um)
+        strips = strips_of(slices, np.array([0.2 * mm]))
+        order = slice(None) if slices.pinion_is_host[0] else slice(None, None, -1)
+        from_gears.append([values[..., order] for values in (strips.tilts, strips.approach, strips.gap)])
+    for from_pinion, from_wheel, error in zip(*from_gears, (3e-4, 3e-5, 1e-9), strict=True):
+        assert from_pinion == pytest.approx(from_wheel, abs=error)
+    tilts, approach, _ = from_gears[0]
+    assert 5e-3 < np.abs(tilts).max() < 2e-2
+    assert np.abs(approach - 1).max() < 1e-3
 
 
 @pytest.mark.parametrize("flank", [(), fem.ProfileCrowning(5 * um)])
 def test_gaps_of_strips_are_means_over_them(flank):
     """Where they are read in the middle, curvature alone hides w^2 / (24 rho), here 5 nm."""
     pair = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm)
-    cells = ContactSlices(MeshPosition(pair, 150 * mm, 0.0, 0.2), *np.array([[0], [0], [1 * mm]]))
+    slices = ContactSlices(MeshPosition(pair, 150 * mm, 0.0, 0.2), *np.array([[0], [0], [1 * mm]]))
     reach = np.array([0.4 * mm])
-    strips, r_b = strips_of(cells, reach / WINDOW), cells.radii[0]
-    arcs = cells.closest**2 / (2 * r_b) + reach * np.linspace(-1, 1, 100 * STRIPS + 1)[50::100]
+    strips, r_b = strips_of(slices, reach / WINDOW), slices.radii[0]
+    arcs = slices.closest**2 / (2 * r_b) + reach * np.linspace(-1, 1, 100 * STRIPS + 1)[50::100]
     within = arcs[..., None] + strips.width[..., None] * ((np.arange(100) + 0.5) / 100 - 0.5)
-    gap = cells.clear(np.sqrt(2 * r_b * within.reshape(1, -1)))[0].reshape(*arcs.shape, 100).mean(axis=-1)
+    gap = slices.gap_at(np.sqrt(2 * r_b * within.reshape(1, -1)))[0].reshape(*arcs.shape, 100).mean(axis=-1)
     assert strips.gap == pytest.approx(gap, abs=1e-12)
-    assert np.abs(cells.clear(np.sqrt(2 * r_b * arcs))[0] - gap).max() > 3e-9
+    assert np.abs(slices.gap_at(np.sqrt(2 * r_b * arcs))[0] - gap).max() > 3e-9
 
 
 @pytest.mark.parametrize(("z", "x", "beta"), [((12, 150), 0.5, 0.0), ((14, 90), 0.2, 30 * deg), ((57, 57), 0.0, 0.0)])
@@ -136,12 +138,12 @@ def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
     data = {"m_n": 2 * mm, "b": 20 * mm, "d_bore": 10 * mm, "x": x}
     pair = fem.GearPair(fem.Gear(z=z[0], beta=beta, **data), fem.Gear(z=z[1], beta=-beta, **data))
     for phase in (0.0, 0.3, 0.7):
-        meeting = MeshPosition(pair, pair.a, 0.0, phase)
-        number, low = (at.ravel() for at in np.meshgrid(meeting.numbers(), np.linspace(-10, 9, 20) * mm))
-        cells = ContactSlices(meeting, number, low, low + 1 * mm, te=20 * um)
-        start, meet = cells.limits[0], ~cells.apart
-        beyond = cells.against(start)[1] - cells.mate_tip
-        form = np.where(cells.own_is_pinion, pair.pinion.roll_form, pair.wheel.roll_form)[:, None]
+        position = MeshPosition(pair, pair.a, 0.0, phase)
+        number, low = (at.ravel() for at in np.meshgrid(position.numbers(), np.linspace(-10, 9, 20) * mm))
+        slices = ContactSlices(position, number, low, low + 1 * mm, te=20 * um)
+        start, meet = slices.limits[0], ~slices.out_of_reach
+        beyond = slices.free_turn(start)[1] - slices.mate("roll_tip")
+        form = np.where(slices.pinion_is_host, pair.pinion.roll_form, pair.wheel.roll_form)[:, None]
         cut = meet & (start > form * (1 + 1e-12))
         assert cut.any()
         assert beyond[cut] == pytest.approx(0, abs=1e-12 * pair.a)

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from strategies import pairs
 
 import fem
+from fem.contact.contact_state import State
 from fem.contact.strip_contact import assemble
-from fem.contact.tooth_contact import State, ToothContact
+from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.hertz import largest_torque
 from fem.elasticity.mesh_density import Density
@@ -26,7 +27,7 @@ MANY = settings(max_examples=40, deadline=None, derandomize=True, phases=[Phase.
 
 @dataclass(frozen=True)
 class Scene:
-    """A pair at one place; axial and misalignment as in `fem.Offsets`, mesh force [N]."""
+    """A pair at one mesh position; axial and misalignment as in `fem.Offsets`, mesh force [N]."""
 
     pair: fem.GearPair
     phase: float
@@ -36,7 +37,7 @@ class Scene:
     slices: int = SLICES
 
     @property
-    def encounter(self) -> ToothContact:
+    def contact(self) -> ToothContact:
         pair = self.pair
         density = TINY.with_teeth(floor(pair.eps_gamma) + 1, behind=1)
         loaded = pair.b + 2 * abs(self.axial)
@@ -45,9 +46,9 @@ class Scene:
 
     def solved(self) -> tuple[State, State]:
         """In the resolved, and in the slice mode."""
-        encounter = self.encounter
-        one, angle = np.array([self.force]), np.array([self.misalignment])
-        return encounter.state(self.force, self.misalignment), encounter.slice_states(one, angle)[0]
+        contact = self.contact
+        force, angle = np.array([self.force]), np.array([self.misalignment])
+        return contact.state(self.force, self.misalignment), contact.slice_states(force, angle)[0]
 
 
 @st.composite
@@ -56,15 +57,15 @@ def scenes(draw) -> Scene:
     pair = draw(pairs())
     widest = WIDEST * pair.pinion.m_n
     try:
-        one, other = (replace(gear, b=min(gear.b, widest)) for gear in (pair.pinion, pair.wheel))
-        pair = fem.GearPair(one, other, a=pair.a)
+        pinion, wheel = (replace(gear, b=min(gear.b, widest)) for gear in (pair.pinion, pair.wheel))
+        pair = fem.GearPair(pinion, wheel, a=pair.a)
     except ValueError:
         reject()
     if pair.eps_gamma > MOST_PAIRS:
         reject()
     force = largest_torque(pair) / pair.pinion.r_b * 10 ** draw(st.floats(-5, -1))
-    place = {"axial": draw(st.sampled_from([0, 0.05, -0.3])) * pair.b, "misalignment": draw(st.floats(-1e-3, 1e-3))}
-    return Scene(pair, draw(st.floats(0, 1)), force, **draw(st.sampled_from([{}, place])))
+    displaced = {"axial": draw(st.sampled_from([0, 0.05, -0.3])) * pair.b, "misalignment": draw(st.floats(-1e-3, 1e-3))}
+    return Scene(pair, draw(st.floats(0, 1)), force, **draw(st.sampled_from([{}, displaced])))
 
 
 def of_pair(scene: Scene, change) -> Scene:
@@ -73,50 +74,49 @@ def of_pair(scene: Scene, change) -> Scene:
     return replace(scene, pair=fem.GearPair(change(pair.pinion), change(pair.wheel), a=pair.a))
 
 
-def alike(one: Scene, other: Scene, *, te: float = 1.0, centroid: float = 1.0, rel: float = 1e-5) -> None:
-    """Both modes give the other scene the same state, but for given factors."""
-    for here, there in zip(one.solved(), other.solved(), strict=True):
-        size = abs(here.te) + 0.01 * um
-        off = f"te {there.te / te / here.te - 1:.1e} off"
-        assert there.te == pytest.approx(te * here.te, abs=rel * te * size), off
-        assert there.centroid() == pytest.approx(centroid * here.centroid(), abs=10 * rel * one.pair.b)
+def alike(first: Scene, second: Scene, *, te: float = 1.0, centroid: float = 1.0, rel: float = 1e-5) -> None:
+    """Both modes give the second scene the state of the first, but for given factors."""
+    for expected, state in zip(first.solved(), second.solved(), strict=True):
+        size = abs(expected.te) + 0.01 * um
+        off = f"te {state.te / te / expected.te - 1:.1e} off"
+        assert state.te == pytest.approx(te * expected.te, abs=rel * te * size), off
+        assert state.centroid() == pytest.approx(centroid * expected.centroid(), abs=10 * rel * first.pair.b)
 
 
 def contact_is_balanced(scene: Scene) -> None:
     """Forces press, add up to the mesh force and stay on the common face; no strip is inside the mate's flank."""
-    encounter, (resolved, sliced) = scene.encounter, scene.solved()
-    balance = (resolved.strips.approach * resolved.load).sum(), sliced.force @ encounter.gaps(sliced.cells, 0.0)[1]
+    contact, (resolved, sliced) = scene.contact, scene.solved()
+    balance = (resolved.strips.approach * resolved.strip_force).sum(), sliced.force @ sliced.slices.smallest_gap[1]
     assert balance == pytest.approx((scene.force,) * 2, rel=1e-7)
-    low, high = encounter.meeting.face
+    low, high = contact.position.face
     for state in (resolved, sliced):
         assert np.isfinite([state.te, state.peak_pressure()]).all()
         assert state.force.min() >= 0
-        assert sum(state.share(k) for k in np.unique(state.cells.number)) == pytest.approx(1)
+        assert sum(state.share(k) for k in np.unique(state.slices.number)) == pytest.approx(1)
         assert low <= state.centroid() <= high
-        assert state.cells.low.min() >= low - 1e-12
-        assert state.cells.high.max() <= high + 1e-12
-    contact = assemble(resolved.cells, resolved.strips, encounter.pinion, encounter.wheel, scene.misalignment)
-    slack = contact.displacement(resolved.load) + contact.gap - contact.approach * resolved.te
+        assert state.slices.low.min() >= low - 1e-12
+        assert state.slices.high.max() <= high + 1e-12
+    strips = assemble(resolved.slices, resolved.strips, contact.bodies, scene.misalignment)
+    slack = strips.displacement(resolved.strip_force) + strips.gap - strips.approach * resolved.te
     assert slack.min() > -1e-9 * um - 1e-12 * abs(resolved.te)
 
 
 def swapped_gears_run_backwards(scene: Scene) -> None:
     """But for squares of te over the tooth's size: both gears turn by half of it on their own base circles.
 
-    What may differ is a share of te, or of what the load deflects: the loaded width is found but for a small one.
+    States may differ by a share of te, or of the deflection under load: the loaded width is accurate to a small share.
     """
     pair, turn = scene.pair, scene.misalignment if scene.axial == 0 else 0.0
-    other = fem.GearPair(pair.wheel, pair.pinion, a=pair.a)
-    here = replace(scene, misalignment=turn)
+    scene = replace(scene, misalignment=turn)
     phase = -scene.phase - scene.axial * np.tan(pair.beta_b) / pair.p_bt
-    there = Scene(other, phase, scene.force, -scene.axial, turn)
-    unloaded = here.encounter.state(0.0, turn).te
-    for one, two in zip(here.solved(), there.solved(), strict=True):
-        second_order = (one.te / pair.pinion.m_n) ** 2
-        share = (1e-3 + second_order) * max(abs(one.te), one.te - unloaded)
-        same = pytest.approx(one.te, abs=share + 1e-5 * um)
-        assert two.te == same, f"te {two.te / one.te - 1:.1e} off"
-        assert two.centroid() + scene.axial == pytest.approx(one.centroid(), abs=1e-3 * pair.b)
+    swapped = Scene(fem.GearPair(pair.wheel, pair.pinion, a=pair.a), phase, scene.force, -scene.axial, turn)
+    unloaded = scene.contact.state(0.0, turn).te
+    for state, backwards in zip(scene.solved(), swapped.solved(), strict=True):
+        second_order = (state.te / pair.pinion.m_n) ** 2
+        share = (1e-3 + second_order) * max(abs(state.te), state.te - unloaded)
+        same = pytest.approx(state.te, abs=share + 1e-5 * um)
+        assert backwards.te == same, f"te {backwards.te / state.te - 1:.1e} off"
+        assert backwards.centroid() + scene.axial == pytest.approx(state.centroid(), abs=1e-3 * pair.b)
 
 
 def mirror(part):
@@ -129,9 +129,9 @@ def mirror(part):
 
 
 def mirrored_gears_mirror_the_centroid(scene: Scene) -> None:
-    there = of_pair(scene, lambda g: replace(g, beta=-g.beta, flank=tuple(mirror(part) for part in g.drive_flank)))
-    there = replace(there, axial=-scene.axial, misalignment=-scene.misalignment)
-    alike(scene, there, centroid=-1.0)
+    mirrored = of_pair(scene, lambda g: replace(g, beta=-g.beta, flank=tuple(mirror(part) for part in g.drive_flank)))
+    mirrored = replace(mirrored, axial=-scene.axial, misalignment=-scene.misalignment)
+    alike(scene, mirrored, centroid=-1.0)
 
 
 def plain(scene: Scene) -> Scene:
@@ -143,8 +143,8 @@ def every_pitch_is_alike(scene: Scene) -> None:
     def even(gear):
         return replace(gear, flank=tuple(p for p in gear.drive_flank if not isinstance(p, fem.PitchDeviation)))
 
-    here = of_pair(scene, even)
-    alike(here, replace(here, phase=here.phase + 1))
+    scene = of_pair(scene, even)
+    alike(scene, replace(scene, phase=scene.phase + 1))
 
 
 def more_load_deflects_more_at_falling_rate(scene: Scene) -> None:
@@ -158,7 +158,7 @@ def more_load_deflects_more_at_falling_rate(scene: Scene) -> None:
 
 def unloaded_flanks_just_touch(scene: Scene) -> None:
     ideal = plain(scene)
-    assert ideal.encounter.state(0.0).te == pytest.approx(0, abs=1e-6 * um)
+    assert ideal.contact.state(0.0).te == pytest.approx(0, abs=1e-6 * um)
     light = replace(ideal, force=1e-6 * ideal.force).solved()
     for state, loaded in zip(light, ideal.solved(), strict=True):
         assert 0 < state.te < 1e-4 * loaded.te
@@ -173,15 +173,15 @@ def larger(gear: fem.Gear, s: float) -> fem.Gear:
 
 
 def sizes_and_stiffness_scale(scene: Scene) -> None:
-    here, s = plain(scene), 2.0
-    pair = fem.GearPair(larger(here.pair.pinion, s), larger(here.pair.wheel, s), a=s * here.pair.a)
-    alike(here, replace(here, pair=pair, force=s**2 * here.force, axial=s * here.axial), te=s, centroid=s)
-    soft = of_pair(here, lambda gear: replace(gear, material=replace(gear.material, E=gear.material.E / s)))
-    alike(here, replace(soft, force=here.force / s))
+    scene, s = plain(scene), 2.0
+    pair = fem.GearPair(larger(scene.pair.pinion, s), larger(scene.pair.wheel, s), a=s * scene.pair.a)
+    alike(scene, replace(scene, pair=pair, force=s**2 * scene.force, axial=s * scene.axial), te=s, centroid=s)
+    soft = of_pair(scene, lambda gear: replace(gear, material=replace(gear.material, E=gear.material.E / s)))
+    alike(scene, replace(soft, force=scene.force / s))
 
 
 def modes_agree(scene: Scene) -> None:
-    """Slices have one line load at the place where flanks are closest; only loaded tips need more."""
+    """Slices have one line load where the flanks are closest; only loaded tips need strips."""
     phases = [replace(plain(scene), axial=0.0, slices=16, phase=i / 4) for i in range(4)]
     resolved, sliced = np.array([[state.te for state in phase.solved()] for phase in phases]).mean(axis=0)
     assert sliced == pytest.approx(resolved, rel=BAND), f"slices {sliced / resolved - 1:.2%} off"

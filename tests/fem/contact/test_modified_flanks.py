@@ -9,7 +9,6 @@ from twins import plane_twin, twin_te
 
 import fem
 from fem.contact.contact_width import kinks, with_kinks
-from fem.contact.strip_contact import across_weights
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.mesh_density import Density
@@ -95,8 +94,8 @@ def test_force_is_normal_to_both_flanks_on_the_edge_of_a_relief():
     state = ToothContact(MeshPosition(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, 0.4), twin, twin, 1).state(
         50 / gear.r_b
     )
-    tooth = state.cells.number == 0
-    share, (pinion, wheel) = (state.load / state.force.sum())[tooth], state.strips.tilts[:, tooth]
+    tooth = state.slices.number == 0
+    share, (pinion, wheel) = (state.strip_force / state.force.sum())[tooth], state.strips.tilts[:, tooth]
     arcs, step = state.strips.arcs[0, tooth], state.strips.width[tooth] / 2
     ahead, behind = (relief.removed(gear.face, np.sqrt(2 * gear.r_b * (arcs + s)), 0.0) for s in (step, -step))
     slope = (ahead - behind) / (2 * step)
@@ -116,15 +115,14 @@ def test_plane_strain():
 def test_helix_slope_is_misalignment():
     pair = fem.GearPair(modified(fem.HelixSlope(11.5 * um)), paper_gear(), a=150 * mm)
     plain = fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
-    one = fem.static_transmission_error(pair, 150, 4, progress=False)["te"].values
-    other = fem.static_transmission_error(plain, 150, 4, offsets=fem.Offsets(misalignment=0.5e-3), progress=False)[
-        "te"
-    ].values
-    turned = fem.static_transmission_error(plain, 150, 4, offsets=fem.Offsets(misalignment=-0.5e-3), progress=False)[
-        "te"
-    ].values
-    assert one == pytest.approx(other, rel=1e-4)
-    assert turned == pytest.approx(other, rel=1e-6)
+
+    def te(pair: fem.GearPair, misalignment: float) -> np.ndarray:
+        offsets = fem.Offsets(misalignment=misalignment)
+        return fem.static_transmission_error(pair, 150, 4, offsets=offsets, progress=False)["te"].values
+
+    misaligned = te(plain, 0.5e-3)
+    assert te(pair, 0.0) == pytest.approx(misaligned, rel=1e-4)
+    assert te(plain, -0.5e-3) == pytest.approx(misaligned, rel=1e-6)
 
 
 def test_unloaded_error_is_the_smallest_gap():
@@ -156,11 +154,10 @@ def test_light_loads_on_edges_across_the_width(beta):
 def test_kinks_are_where_reliefs_begin_along_the_line_of_contact():
     pair = end_relieved(0.26)
     relieved = replace(pair, pinion=replace(pair.pinion, flank=(fem.TipRelief(15 * um, 2.5 * mm),)))
-    meeting = MeshPosition(relieved, relieved.a, 1 * mm, 0.3)
-    found = dict(zip(meeting.numbers(), kinks(meeting), strict=True))
-    for number, (high, low, along) in found.items():
+    position = MeshPosition(relieved, relieved.a, 1 * mm, 0.3)
+    for number, (high, low, along) in zip(position.numbers(), kinks(position), strict=True):
         assert np.array([low, high]) == pytest.approx(np.array([-7.5, 7.5]) * mm + 1 * mm)
-        assert meeting.nominal(number, along) == pytest.approx(relieved.pinion.roll_tip - 2.5 * mm)
+        assert position.nominal(number, along) == pytest.approx(relieved.pinion.roll_tip - 2.5 * mm)
 
 
 def test_slices_end_at_kinks():
@@ -188,24 +185,24 @@ def test_no_slice_is_a_sliver(seed):
     """Kinks of both gears may be one but for rounding, or lie on an end or on another edge."""
     rng = np.random.default_rng(seed)
     stops = np.linspace(*np.sort(rng.random(2)), rng.integers(2, 12))
-    some = np.concatenate([stops, rng.random(5)])
+    kinks_of_pinion = np.concatenate([stops, rng.random(5)])
     for tiny in (1e-18, 1e-12, 1e-4):
-        found = with_kinks(stops, np.append(some, some + tiny))
-        assert found[[0, -1]] == pytest.approx(stops[[0, -1]], abs=0)
-        assert np.diff(found).min() > 0.019 * (stops[1] - stops[0])
+        edges = with_kinks(stops, np.append(kinks_of_pinion, kinks_of_pinion + tiny))
+        assert edges[[0, -1]] == pytest.approx(stops[[0, -1]], abs=0)
+        assert np.diff(edges).min() > 0.019 * (stops[1] - stops[0])
 
 
 def test_kinks_of_both_gears_may_be_one():
-    """End reliefs of gears of unequal width that begin at one place, but for rounding or a nanometre."""
+    """End reliefs of gears of unequal width that begin at the same section but for rounding, or for a nanometre."""
     pinion, offsets = paper_gear(flank=(fem.EndRelief(20 * um, 4 * mm),)), fem.Offsets(misalignment=1e-4)
     wheels = (paper_gear(b=25 * mm, flank=(fem.EndRelief(20 * um, long),)) for long in (5 * mm, 5 * mm + 1e-9))
-    one, other = (
+    at_same_section, a_nanometre_apart = (
         fem.static_transmission_error(
             fem.GearPair(pinion, wheel, a=150 * mm), [5, 350], 4, offsets=offsets, progress=False
         )
         for wheel in wheels
     )
-    assert one["te"].values == pytest.approx(other["te"].values, abs=1e-9)
+    assert at_same_section["te"].values == pytest.approx(a_nanometre_apart["te"].values, abs=1e-9)
 
 
 def test_modifications_need_no_new_finite_elements(monkeypatch, tmp_path):
@@ -222,10 +219,10 @@ def test_halves_of_the_width_superpose():
     density = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
     half, whole = (flank_compliance(paper_gear(), density, 23 * mm, whole=w) for w in (False, True))
     end = np.array([11.5 * mm])
-    on_half, on_whole = across_weights(half, 0 * end, end)[:, 0], across_weights(whole, -end, end)[:, 0]
-    one = np.einsum("y,dyhzk,z->dhk", on_half, half.blocks, on_half)
-    other = np.einsum("y,dyhzk,z->dhk", on_whole, whole.blocks, on_whole)
-    assert 2 * other == pytest.approx(one, rel=1e-9)
+    on_half, on_whole = half.across(0 * end, end)[:, 0], whole.across(-end, end)[:, 0]
+    half_yields = np.einsum("y,dyhzk,z->dhk", on_half, half.blocks, on_half)
+    whole_yields = np.einsum("y,dyhzk,z->dhk", on_whole, whole.blocks, on_whole)
+    assert 2 * whole_yields == pytest.approx(half_yields, rel=1e-9)
 
 
 def test_modifications_at_their_ends():

@@ -51,7 +51,7 @@ def play(pair: fem.GearPair, side: int, phase: float, tilt: complex) -> float:
 
     tilt    of the wheel's axis: in the plane of the axes, and to where the pinion's left flanks push it
     """
-    (pinion, wheel), found = (pair.pinion, pair.wheel), []
+    (pinion, wheel), turns = (pair.pinion, pair.wheel), []
     roll = np.linspace(pinion.roll_form, pinion.roll_tip, 1001)
     half = [g.thickness(g.r_b / np.cos(pair.alpha_wt)) * np.cos(pair.alpha_wt) / g.r_b / 2 for g in (pinion, wheel)]
     turned = 2 * np.pi * phase / pinion.z - half[0], -2 * np.pi * phase / wheel.z - half[1]
@@ -66,8 +66,8 @@ def play(pair: fem.GearPair, side: int, phase: float, tilt: complex) -> float:
             if seen.size:
                 mate_roll = np.sqrt(abs(seen) ** 2 - wheel.r_b**2)
                 ahead = np.angle(seen * np.exp(-1j * (angle(wheel, side, mate, mate_roll, axial) + turned[1])))
-                found.append((side * ahead).min())
-    return min(found) * wheel.r_b
+                turns.append((side * ahead).min())
+    return min(turns) * wheel.r_b
 
 
 @pytest.mark.parametrize("beta", [0.0, 15 * deg])

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from paper_gears import paper_gear
 from skfem import Basis, ElementHex1, ElementLineP1, ElementLineP2, ElementQuad1, ElementQuad2, ElementVector, MeshLine
-from skfem.models.elasticity import linear_elasticity
+from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from fem.contact.resolution import Resolution
-from fem.contact.strip_contact import across_weights
 from fem.elasticity import extruded_elasticity, hertz
 from fem.elasticity.extrusion import extruded, half_width, hexahedra
+from fem.elasticity.face_symmetry import HalfFace
 from fem.elasticity.flank_compliance import flank_compliance, flank_loads
 from fem.elasticity.half_space import along_line
 from fem.elasticity.hertz import flattening
@@ -26,7 +26,7 @@ TINY = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
 def test_products_of_section_and_width_equal_hexahedra():
     quads, line = section(GEAR, TINY), half_width(GEAR.b, GEAR.b, TINY.width)
     solid = Basis(extruded(quads, line), ElementVector(ElementHex1()), intorder=8)
-    reference = linear_elasticity(*extruded_elasticity.lame_parameters(STEEL)).assemble(solid)
+    reference = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu)).assemble(solid)
     plane, width = Basis(quads, ElementQuad1(), intorder=8), Basis(line, ElementLineP1(), intorder=8)
     ours = extruded_elasticity.stiffness(plane, width, STEEL).matrix
     order = np.concatenate(list(solid.nodal_dofs))
@@ -34,16 +34,16 @@ def test_products_of_section_and_width_equal_hexahedra():
 
 
 @pytest.mark.parametrize("twist", [0.0, 4.0])
-def test_sections_that_all_do_the_same_yield_as_one(twist):
-    """Work per length, of displacements of which the prism's axis knows nothing; without twist in the plane."""
+def test_sections_that_deform_alike_are_a_prism_of_uniform_displacement(twist):
+    """Work per length of displacements that do not vary along the axis; without twist in the plane."""
     plane, line = Basis(section(GEAR, TINY), ElementQuad1()), half_width(GEAR.b, GEAR.b, 2)
-    one = extruded_elasticity.uniform_stiffness(plane, STEEL, twist).matrix
-    u = np.random.default_rng(0).standard_normal(one.shape[0])
+    per_length = extruded_elasticity.uniform_stiffness(plane, STEEL, twist).matrix
+    u = np.random.default_rng(0).standard_normal(per_length.shape[0])
     width = Basis(line, ElementLineP2())
-    alike = np.zeros((3, plane.N, width.N))
-    alike[: u.size // plane.N] = u.reshape(-1, plane.N, 1)
-    work = alike.ravel() @ extruded_elasticity.stiffness(plane, width, STEEL, twist).matrix @ alike.ravel()
-    assert work == pytest.approx(u @ one @ u * GEAR.b / 2, rel=1e-12)
+    uniform = np.zeros((3, plane.N, width.N))
+    uniform[: u.size // plane.N] = u.reshape(-1, plane.N, 1)
+    work = uniform.ravel() @ extruded_elasticity.stiffness(plane, width, STEEL, twist).matrix @ uniform.ravel()
+    assert work == pytest.approx(u @ per_length @ u * GEAR.b / 2, rel=1e-12)
 
 
 def turned(x, y, angle):
@@ -63,7 +63,7 @@ def test_rigid_motion_is_free_of_force(twist):
 
 
 def test_rigid_motion_of_a_large_section_is_free_of_force():
-    """Places of its entries, numbered row by row, pass 32 bits."""
+    """The numbers of its entries, row by row, exceed 32 bits."""
     plane = Basis(section(GEAR, Density().refined(3)), ElementQuad2())
     assert int(plane.N) ** 2 > 2**31
     stiffness = extruded_elasticity.uniform_stiffness(plane, STEEL).matrix
@@ -80,7 +80,7 @@ def test_twisted_prism_yields_like_twisted_hexahedra():
     mesh = extruded(quads, line)
     x, y = turned(mesh.p[0], mesh.p[1], twist * mesh.p[2])
     solid = Basis(type(mesh)(np.stack([x, y, mesh.p[2]]), mesh.t), ElementVector(ElementHex1()))
-    theirs = linear_elasticity(*extruded_elasticity.lame_parameters(STEEL)).assemble(solid)
+    theirs = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu)).assemble(solid)
     n = mesh.p.shape[1]
     angle = twist * mesh.p[2]
     free = np.flatnonzero(np.tile(np.hypot(x, y) > GEAR.d_bore / 2 * (1 + 1e-6), 3))
@@ -123,8 +123,8 @@ def compliance():
 
 def test_compliance_is_symmetric(compliance):
     n = compliance.arcs.size * compliance.axial.size
-    own = compliance.blocks[0].reshape(n, n)
-    assert np.abs(own - own.T).max() < 1e-10 * np.abs(own).max()
+    loaded_tooth = compliance.blocks[0].reshape(n, n)
+    assert np.abs(loaded_tooth - loaded_tooth.T).max() < 1e-10 * np.abs(loaded_tooth).max()
 
 
 def test_densities_are_whole_numbers():
@@ -141,10 +141,10 @@ def test_compliance_converges():
     fine = flank_compliance(GEAR, Density(tooth=5, rim=6, body=9, width=4, fillet=5, **few), GEAR.b)
 
     def line_load(body):
-        even = across_weights(body, np.array([0.0]), np.array([GEAR.b / 2]))[:, 0]
-        own = np.einsum("y,yhzk,z->hk", even, body.blocks[0], even)
-        half_space = flattening(STEEL) * along_line(np.array([0, body.end]), body.end, 0.1 * mm, mirrored=True)[0, 0]
-        return own[3, 3] + half_space, own[6, 6] + half_space
+        even = body.across(np.array([0.0]), np.array([GEAR.b / 2]))[:, 0]
+        smooth = np.einsum("y,yhzk,z->hk", even, body.blocks[0], even)
+        half_space = flattening(STEEL) * along_line(np.array([0, body.end]), body.end, 0.1 * mm, HalfFace())[0, 0]
+        return smooth[3, 3] + half_space, smooth[6, 6] + half_space
 
     assert line_load(coarse) == pytest.approx(line_load(fine), rel=3e-3)
 

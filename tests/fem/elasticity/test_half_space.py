@@ -13,6 +13,7 @@ from fem.contact.resolution import Resolution
 from fem.contact.strip_bounds import BETWEEN_STRIPS, STRIPS
 from fem.contact.strip_contact import CAPACITY
 from fem.contact.tooth_contact import ToothContact
+from fem.elasticity.face_symmetry import HalfFace, WholeFace
 from fem.elasticity.half_space import along_line
 from fem.elasticity.hertz import flattening
 from fem.elasticity.mesh_density import Density
@@ -27,22 +28,22 @@ CROWNED = fem.GearPair(paper_gear(flank=(fem.LeadCrowning(10 * um),)), paper_gea
 def test_line_of_force_moves_itself_by_the_logarithm_of_its_length():
     """Mean of 1/distance at depth d over a line of length L, on both sides: 2 / L (ln(2 L / d) - 1) for d << L."""
     length, depth = 3 * mm, 1e-3 * mm
-    found = along_line(np.array([0, length]), FAR, depth, mirrored=False)[0, 0]
-    assert found == pytest.approx((np.log(2 * length / depth) - 1) / length, rel=1e-3)
+    displacement = along_line(np.array([0, length]), FAR, depth, WholeFace())[0, 0]
+    assert displacement == pytest.approx((np.log(2 * length / depth) - 1) / length, rel=1e-3)
 
 
 def test_segments_apart_move_one_another_by_their_distance():
     edges = np.array([0, 0.1, 10, 10.1]) * mm
-    between = along_line(edges, FAR, 1e-2 * mm, mirrored=False)
+    between = along_line(edges, FAR, 1e-2 * mm, WholeFace())
     assert between[0, 2] == pytest.approx(1 / (2 * 10 * mm), rel=1e-3)
     assert between == pytest.approx(between.T)
 
 
 @given(st.lists(st.floats(0.05, 3), min_size=2, max_size=12), st.floats(1e-4, 2e-3))
-def test_force_moves_a_line_alike_at_any_depth_that_is_small(lengths, depth):
-    """Half-planes held at twice the depth: so much more of it is their part, so much less lies beside them."""
+def test_displacement_of_a_line_does_not_depend_on_a_small_depth(lengths, depth):
+    """Half-planes clamped at twice the depth yield by so much more, and the line beside them by so much less."""
     edges = np.append(0, np.cumsum(lengths))
-    deep, deeper = (along_line(edges, 1e3, d, mirrored=False) for d in (depth, 2 * depth))
+    deep, deeper = (along_line(edges, 1e3, d, WholeFace()) for d in (depth, 2 * depth))
     uniform = np.diff(edges)
     loss = (deep - deeper) @ uniform
     assert loss[1:-1] == pytest.approx(np.log(2), rel=0.02)
@@ -52,24 +53,24 @@ def test_force_moves_a_line_alike_at_any_depth_that_is_small(lengths, depth):
 def test_end_faces_mirror_the_forces_that_reach_them():
     """A force that is even from end to end moves the ends as it moves the middle, but for what is further away."""
     edges = np.linspace(-1, 1, 41)
-    open_ends, closed = (along_line(edges, end, 0.01, mirrored=False).sum(axis=1) for end in (1e3, 1.0))
+    open_ends, closed = (along_line(edges, end, 0.01, WholeFace()).sum(axis=1) for end in (1e3, 1.0))
     assert np.ptp(open_ends) > 10 * np.ptp(closed)
-    upper = along_line(edges[20:], 1.0, 0.01, mirrored=True)
-    whole = along_line(edges, 1.0, 0.01, mirrored=False)
+    upper = along_line(edges[20:], 1.0, 0.01, HalfFace())
+    whole = along_line(edges, 1.0, 0.01, WholeFace())
     assert upper == pytest.approx((whole + whole[::-1])[20:, 20:])
 
 
-@given(st.lists(st.floats(1e-2, 10), min_size=1, max_size=12), st.booleans())
-def test_forces_on_strips_always_do_work(lengths, mirrored):
-    """Strips of a thousandth to a hundred times the lengths along the contact, whose half-planes are held as deep."""
+@given(st.lists(st.floats(1e-2, 10), min_size=1, max_size=12), st.sampled_from([WholeFace(), HalfFace()]))
+def test_forces_on_strips_always_do_work(lengths, face):
+    """Strips of a thousandth to a hundred times the lengths along the contact, with half-planes clamped as deep."""
     edges = np.append(0, np.cumsum(lengths))
     depth = CAPACITY * STRIPS
-    along = along_line(edges, edges[-1], depth, mirrored=mirrored)
+    along = along_line(edges, edges[-1], depth, face)
     local = (BETWEEN_STRIPS + np.log(depth)) / np.diff(edges)[:, None, None]
     n = len(lengths)
-    both = np.zeros((n, STRIPS, n, STRIPS)) + along[:, None, :, None]
-    both[range(n), :, range(n)] += local
-    assert np.linalg.eigvalsh(both.reshape(n * STRIPS, -1)).min() > 0
+    compliance = np.zeros((n, STRIPS, n, STRIPS)) + along[:, None, :, None]
+    compliance[range(n), :, range(n)] += local
+    assert np.linalg.eigvalsh(compliance.reshape(n * STRIPS, -1)).min() > 0
 
 
 def elliptical_contact(force: float, radius_along: float, radius_across: float) -> tuple[float, float]:
@@ -87,15 +88,15 @@ def elliptical_contact(force: float, radius_along: float, radius_across: float) 
     return pressure / modulus * ratio * a * first, pressure
 
 
-def test_crowned_flanks_press_as_hertz_says_of_points():
-    """Pitch point, patches of 0.4 to 1.8 mm of 23; what the teeth yield beside it is in proportion to the force."""
+def test_crowned_flanks_approach_as_hertz_says_of_point_contacts():
+    """Pitch point, patches of 0.4 to 1.8 mm of 23; the rest of the teeth deflects in proportion to the force."""
     density = Density(flank=10, fillet=2, tooth=3, rim=3, body=4)
     bodies, _ = bodies_of(CROWNED, fem.Offsets().values(CROWNED), Resolution(density))
-    encounter = ToothContact(MeshPosition(CROWNED, CROWNED.a, 0.0, 0.0), *bodies, 40)
+    contact = ToothContact(MeshPosition(CROWNED, CROWNED.a, 0.0, 0.0), *bodies, 40)
     radii, force = ((CROWNED.b / 2) ** 2 / (2 * 10 * um), CROWNED.roll_pitch / 2), np.array([0.03, 0.1, 0.3, 1.0])
-    states = [encounter.state(f) for f in force]
+    states = [contact.state(f) for f in force]
     approach, pressure = np.transpose([elliptical_contact(f, *radii) for f in force])
-    deflection = np.array([state.te for state in states]) - encounter.unloaded(0.0)
+    deflection = np.array([state.te for state in states]) - contact.first_touch(0.0)
     beside = (deflection - approach) / force
     assert [state.peak_pressure() for state in states] == pytest.approx(pressure, rel=0.01)
     assert (np.abs(beside - beside[-1]) * force < 0.005 * approach).all()
@@ -118,8 +119,8 @@ def test_elements_across_the_width_need_not_resolve_short_patches():
     assert few == pytest.approx(many, rel=0.015)
 
 
-def test_elements_of_the_section_need_not_resolve_what_bends_far_from_short_patches():
-    """Contact over a fourth of the face: what coarse elements of rim and body miss is not all under the load."""
+def test_elements_of_the_section_need_not_resolve_bending_far_from_short_patches():
+    """Contact over a fourth of the face: coarse elements of rim and body err beside the load too."""
     flank = (fem.LeadCrowning(30 * um),)
     pair, torque = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm), [0, 5, 15, 60]
     coarse, fine = Density(width=5), Density(flank=22, fillet=5, tooth=6, rim=8, body=12, width=5)

@@ -11,16 +11,16 @@ TOPS = st.lists(st.floats(0.1, 3), min_size=2, max_size=12).map(lambda steps: np
 
 
 @given(TOPS, st.floats(0, 100))
-def test_a_uniform_load_moves_all_alike_however_far_it_reaches(tops, reach):
+def test_a_uniform_load_gives_a_uniform_displacement_at_any_reach(tops, reach):
     whole = products(tops).sum(axis=1)
     assert spread(tops, reach) @ whole == pytest.approx(np.ones(tops.size))
 
 
 @given(TOPS, st.floats(0, 100), st.booleans())
 def test_loads_on_a_line_do_work(tops, reach, odd):
-    found = spread(tops, reach, odd=odd)
-    assert found == pytest.approx(found.T)
-    assert np.linalg.eigvalsh(found).min() > -1e-12 * found.max()
+    decayed = spread(tops, reach, odd=odd)
+    assert decayed == pytest.approx(decayed.T)
+    assert np.linalg.eigvalsh(decayed).min() > -1e-12 * decayed.max()
 
 
 def test_no_reach_is_the_overlap_and_endless_reach_the_mean():
@@ -32,9 +32,9 @@ def test_no_reach_is_the_overlap_and_endless_reach_the_mean():
 def test_loads_decay_by_their_distance():
     """On a long line exp(-distance / reach) / (2 reach); what reaches an end comes back."""
     tops = np.linspace(-60, 60, 2401)
-    found = spread(tops, 2.0)
-    assert found[1200, 1202:1400] == pytest.approx(np.exp(-tops[1202:1400] / 2) / 4, rel=1e-3)
-    assert found[0, 0] == pytest.approx(1 / 2, rel=2e-2)
+    decayed = spread(tops, 2.0)
+    assert decayed[1200, 1202:1400] == pytest.approx(np.exp(-tops[1202:1400] / 2) / 4, rel=1e-3)
+    assert decayed[0, 0] == pytest.approx(1 / 2, rel=2e-2)
 
 
 def test_alike_and_opposite_halves_are_halves_of_a_whole():

@@ -19,12 +19,12 @@ EDGES = (25 * mm, 31 * mm)
 
 def test_steps_are_small_at_edges_and_as_before_far_from_them():
     nodes = np.linspace(0, 1, 41) ** 1.2
-    places = section_mesh.beside((0.3, 0.7), nodes)
-    steps, usual = np.diff(places), np.interp(places[:-1], nodes[:-1], np.diff(nodes))
-    assert places[[0, -1]] == pytest.approx(nodes[[0, -1]])
+    graded = section_mesh.beside((0.3, 0.7), nodes)
+    steps, usual = np.diff(graded), np.interp(graded[:-1], nodes[:-1], np.diff(nodes))
+    assert graded[[0, -1]] == pytest.approx(nodes[[0, -1]])
     for edge in (0.3, 0.7):
-        at = np.argmin(np.abs(places - edge))
-        assert places[at] == pytest.approx(edge, abs=1e-12)
+        at = np.argmin(np.abs(graded - edge))
+        assert graded[at] == pytest.approx(edge, abs=1e-12)
         assert steps[at - 1 : at + 1] == pytest.approx(usual[at] / section_mesh.CLOSER, rel=0.25)
     assert steps[3:6] == pytest.approx(usual[3:6], rel=0.1)
     assert (steps[1:] / steps[:-1]).max() < 1.3
@@ -53,7 +53,7 @@ def test_graded_section_has_the_area_and_flank_of_the_gear(divide):
 def test_graded_section_bends_like_the_plain_one():
     gear, density = paper_gear(), Density(flank=44)
     arcs = flank_hats(gear, Density(flank=16))
-    plain, graded = (along_helix(gear, arcs, one.refined(2))[0] for one in (density, Density(flank=44, edges=EDGES)))
+    plain, graded = (along_helix(gear, arcs, mesh.refined(2))[0] for mesh in (density, Density(flank=44, edges=EDGES)))
     assert graded == pytest.approx(plain, rel=2e-4)
 
 
@@ -101,7 +101,10 @@ def test_edges_are_where_reliefs_begin_on_either_gear():
 )
 def test_flanks_without_edges_and_those_that_want_none_get_none(flank, edges):
     gear = paper_gear(flank=flank)
-    assert [one.edges for one in with_edges(fem.GearPair(gear, gear, a=150 * mm), Density(edges=edges))] == [(), ()]
+    assert [graded.edges for graded in with_edges(fem.GearPair(gear, gear, a=150 * mm), Density(edges=edges))] == [
+        (),
+        (),
+    ]
 
 
 def test_edges_apart_by_less_than_an_element_are_one():

@@ -1,4 +1,4 @@
-"""Quantities of ISO 21771: published numbers, and what measuring the teeth themselves gives."""
+"""Quantities of ISO 21771 against published numbers and against measurements on the outline of the teeth."""
 
 from math import cos, pi, sin
 
@@ -12,14 +12,14 @@ from fem.units import deg, mm
 
 
 def measured_span(gear: fem.Gear, k: int) -> float:
-    """Between two parallel planes that touch the outer flanks of k teeth of a spur gear [m]."""
+    """Distance of two parallel planes that touch the outer flanks of k teeth of a spur gear [m]."""
     flank = tooth_profile.flank(gear, np.linspace(gear.roll_form, gear.roll_tip, 20001))
     across = flank.r * np.sin(flank.psi + (k - 1) * pi / gear.z)
     return 2 * across.max()
 
 
 def distance_to_flank(gear: fem.Gear, r: float) -> float:
-    """From the point at radius r in the middle of a space, in mid-plane, to the flank beside it [m]."""
+    """Distance from the middle of a space at radius r, in mid-plane, to the flank next to it [m]."""
     roll, axial = np.meshgrid(np.linspace(gear.roll_form, gear.roll_tip, 801), np.linspace(-0.1, 0.1, 801) * gear.b)
     flank = tooth_profile.flank(gear, roll)
     turn = flank.psi - pi / gear.z + axial * gear.twist
@@ -27,7 +27,7 @@ def distance_to_flank(gear: fem.Gear, r: float) -> float:
 
 
 @pytest.mark.parametrize("gear", [paper_gear(), few_teeth(), few_teeth(z=35, x=-0.2)], ids=lambda gear: f"z{gear.z}")
-def test_span_is_what_planes_measure(gear):
+def test_span_is_the_distance_of_parallel_planes_on_the_flanks(gear):
     sheet = gear.data_sheet()
     k = int(sheet["k"].value)
     assert sheet["W_k"].value == pytest.approx(measured_span(gear, k), rel=1e-8)
@@ -68,7 +68,7 @@ def test_measures_that_miss_the_flanks_are_refused():
     assert "W_k" not in narrow.data_sheet() and "M_dK" in narrow.data_sheet()
 
 
-def test_papers_pair():
+def test_data_sheet_of_the_papers_pair():
     sheet = paper_pair().data_sheet()
     published = {"alpha_wt": 21.8107 * deg, "eps_alpha": 1.45571, "p_bt": 7.67554 * mm, "j_bt": 1.8569 * mm}
     assert {name: sheet[name].value for name in published} == pytest.approx(published, rel=2e-5)
@@ -76,13 +76,13 @@ def test_papers_pair():
     assert sheet["d_Nf1"].value > sheet["d_Ff1"].value and sheet["d_Na1"].value == pytest.approx(154.5 * mm)
 
 
-def test_radial_backlash_is_how_far_the_gears_may_approach():
+def test_radial_backlash_is_the_decrease_of_the_centre_distance_to_zero_backlash():
     tight = fem.GearPair(few_teeth(), few_teeth(z=41))
     loose = fem.GearPair(tight.pinion, tight.wheel, a=tight.a + 1e-6)
     assert loose.data_sheet()["j_r"].value == pytest.approx(1e-6, rel=1e-4)
 
 
-def test_sliding_is_that_of_turning_gears():
+def test_specific_sliding_is_that_of_the_velocities_of_rotating_gears():
     """Velocities omega x r of both gears along the flank, where the path of contact begins."""
     pair = fem.GearPair(few_teeth(), few_teeth(z=41), a=62.2 * mm)
     sheet, alpha = pair.data_sheet(), pair.alpha_wt
@@ -90,9 +90,9 @@ def test_sliding_is_that_of_turning_gears():
     centre, r_w = np.array([-pair.a, 0.0]), sheet["d_w1"].value / 2
     point = centre + [r_w, 0] + (pair.roll_start - pair.roll_pitch) * along
     turned = lambda omega, arm: omega * np.array([-arm[1], arm[0]])  # noqa: E731
-    own, mate = turned(1.0, point - centre) @ flank, turned(-20 / 41, point) @ flank
-    assert sheet["zeta_f1"].value == pytest.approx((own - mate) / own, rel=1e-9)
-    assert sheet["K_gf"].value == pytest.approx(abs(own - mate) / r_w, rel=1e-9)
+    pinion, wheel = turned(1.0, point - centre) @ flank, turned(-20 / 41, point) @ flank
+    assert sheet["zeta_f1"].value == pytest.approx((pinion - wheel) / pinion, rel=1e-9)
+    assert sheet["K_gf"].value == pytest.approx(abs(pinion - wheel) / r_w, rel=1e-9)
 
 
 def test_a_sheet_is_a_table_and_a_mapping():

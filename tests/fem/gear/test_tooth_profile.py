@@ -1,4 +1,4 @@
-"""Outline of teeth of every kind: involute, undercut or whole trochoid, circular fillet; meshes of all of them."""
+"""Outline of all kinds of teeth: involute, trochoid with and without undercut, circular fillet; their FE meshes."""
 
 from dataclasses import replace
 
@@ -99,11 +99,11 @@ def test_root_leaves_the_involute_without_a_corner_unless_undercut(gear):
     if gear.undercut:
         return
     step = 1e-4
-    one, other = (
+    first, second = (
         tooth_profile.cartesian(tooth_profile.fillet(gear, [share, share + step]))[:, ::-1] for share in (0, step)
     )
     rolls = gear.roll_form + np.array([0.5, 1]) * 1e-3 * gear.m_n
-    bends = [np.diff(points)[:, 0] / np.hypot(*np.diff(points)[:, 0]) for points in (one, other)]
+    bends = [np.diff(points)[:, 0] / np.hypot(*np.diff(points)[:, 0]) for points in (first, second)]
     involute = np.diff(tooth_profile.cartesian(tooth_profile.flank(gear, rolls)))[:, 0]
     assert bends[0] @ bends[1] == pytest.approx(1, abs=1e-6)
     assert bends[0] @ involute / np.hypot(*involute) == pytest.approx(1, abs=1e-3)
@@ -111,7 +111,7 @@ def test_root_leaves_the_involute_without_a_corner_unless_undercut(gear):
 
 @given(gears())
 @many
-def test_every_gear_has_a_sound_mesh(gear):
+def test_elements_of_every_gear_have_positive_areas(gear):
     mesh = section(gear, COARSE)
     corners = mesh.p[:, mesh.t]
     ahead, behind = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
@@ -150,7 +150,7 @@ def test_undercut_begins_at_the_number_of_teeth_of_the_textbook(beta, z):
     assert gear_of(z=z, beta=beta).undercut and not gear_of(z=z + 1, beta=beta).undercut
 
 
-def test_involute_is_cut_off_no_sooner_than_it_undercuts():
+def test_trochoid_cuts_the_involute_only_where_it_undercuts():
     at_limit = 1.25 - 0.38 * (1 - np.sin(20 * deg)) - 12 * np.sin(20 * deg) ** 2 / 2
     assert gear_of(z=12, x=at_limit - 1e-3).undercut
     just, clear = (gear_of(z=12, x=at_limit + dx) for dx in (-1e-4, 1e-4))
@@ -177,8 +177,8 @@ def test_given_fillet_is_an_arc_tangent_to_both_its_ends(z, on_line):
         assert gear.r_form == gear.r_b
 
 
-def test_sharper_tools_leave_less_root():
-    """Arc and trochoid of like radius are near each other; a rounder one leaves more material in the corner."""
+def test_tools_with_smaller_tip_radius_leave_less_material_in_the_root():
+    """Arc and trochoid of about the same radius are close to each other."""
     rack, arc = gear_of(z=60), gear_of(z=60, fillet=0.9 * mm)
     assert isinstance(rack.root, Trochoid)
     assert arc.r_form == pytest.approx(rack.r_form, abs=0.2 * mm)

@@ -1,4 +1,4 @@
-"""Both direct solvers solve."""
+"""Direct solutions do not depend on the solver, nor on the blocks."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def test_superlu_solves(system):
     assert direct_solver.superlu(matrix)(matrix @ x) == pytest.approx(x, abs=1e-9)
 
 
-def test_groups_do_not_change_the_solution(system):
+def test_blocks_do_not_change_the_solution(system):
     matrix, x = system
-    for group in (np.arange(1600) // 40, np.full(1600, 7), np.random.default_rng(1).integers(0, 200, 1600)):
-        assert direct_solver.factorize(matrix, group)(matrix @ x) == pytest.approx(x, abs=1e-9)
+    for block in (np.arange(1600) // 40, np.full(1600, 7), np.random.default_rng(1).integers(0, 200, 1600)):
+        assert direct_solver.factorize(matrix, block)(matrix @ x) == pytest.approx(x, abs=1e-9)

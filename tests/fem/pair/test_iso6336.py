@@ -46,12 +46,12 @@ def test_published_wind_turbine_stage():
 
 
 @pytest.mark.parametrize("factor", [{"C_R": 0.0}, {"C_R": 1.2}, {"C_M": 80}])
-def test_factors_are_shares(factor):
+def test_factors_beyond_0_to_1_are_refused(factor):
     with pytest.raises(ValueError, match=r"must lie in \(0, 1\]"):
         iso6336.face_load_stiffness(example_one(), **factor)
 
 
-def test_stiffness_goes_with_youngs_modulus():
+def test_stiffness_is_proportional_to_youngs_modulus():
     """ISO 6336-1: c' = c'_St E / E_St with E = 2 E1 E2 / (E1 + E2) and E_St = 206 GPa; cast iron on steel 0.74."""
     steel = example_one()
     iron = fem.GearPair(steel.pinion, replace(steel.wheel, material=fem.Material(E=121 * GPa)), a=steel.a)
@@ -59,23 +59,23 @@ def test_stiffness_goes_with_youngs_modulus():
 
 
 @pytest.mark.parametrize("z, x", [((20, 100), (0.0, 0.0)), ((17, 103), (0.145, 0.0)), ((30, 30), (0.3, -0.1))])
-def test_it_does_not_matter_which_gear_drives(z, x):
-    one, other = (
+def test_stiffness_does_not_depend_on_which_gear_drives(z, x):
+    first, second = (
         fem.Gear(z=teeth, x=shift, m_n=3 * mm, b=30 * mm, d_bore=15 * mm) for teeth, shift in zip(z, x, strict=True)
     )
-    down, up = fem.GearPair(one, other), fem.GearPair(other, one)
+    down, up = fem.GearPair(first, second), fem.GearPair(second, first)
     for stiffness in (iso6336.single_stiffness, iso6336.mesh_stiffness):
         assert stiffness(up) == pytest.approx(stiffness(down), rel=1e-12)
 
 
-def test_light_loads_are_softer(paper_pair):
+def test_stiffness_falls_under_light_loads(paper_pair):
     full, light = (iso6336.single_stiffness(paper_pair, q) for q in (200e3, 50e3))
     assert light == pytest.approx(full * 0.5**0.25)
     with pytest.raises(ValueError, match="line_load must be > 0"):
         iso6336.single_stiffness(paper_pair, 0)
 
 
-def test_the_papers_pair(paper_pair):
+def test_stiffness_of_the_papers_pair(paper_pair):
     """Notes of independent finite elements: ISO gives 442 N/um, as of its steel, where a 60 mm bore gives 290 to 302.
 
     The paper's steel has 210 GPa, which the standard counts in full.

@@ -94,6 +94,11 @@ def test_numbers_of_other_libraries_become_pythons():
     assert repr(resolution) == repr(fem.Resolution(Density(flank=8, width=2), 6, neighbours=1))
 
 
+def test_stresses_need_strips(paper_pair):
+    with pytest.raises(ValueError, match=r"resolution must be a fem\.Resolution or None, got Slices"):
+        fem.root_stress(paper_pair, 100, 4, resolution=fem.Slices(), progress=False)
+
+
 def test_offsets_beyond_the_gears_are_refused(paper_pair):
     for offsets, message in ((fem.Offsets(axial=22 * mm), "face in contact"), (fem.Offsets(a=139 * mm), "a must lie")):
         with pytest.raises(ValueError, match=message):

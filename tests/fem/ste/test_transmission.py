@@ -76,10 +76,10 @@ def test_identical_gears_give_a_symmetric_curve(paper_pair):
 
 def test_contact_balances_the_load_and_never_pulls_nor_penetrates(paper_pair, bodies):
     meeting = encounter(paper_pair, bodies, 0.45)
-    cells = meeting.sliced({-1: meeting.face, 0: meeting.face}, 3)
+    cells = meeting.slicing.over(dict.fromkeys((-1, 0), meeting.slicing.ends))
     half_width = cells.half_width(np.full(cells.low.size, 90e3))
     strips = strips_of(cells, half_width)
-    contact = assemble(cells, strips, *bodies, 0.0)
+    contact = assemble(cells, strips, bodies, 0.0)
     delta, _, f = contact.solve(1000.0, strips.expected > 0)
     slack = contact.displacement(f) + contact.gap - contact.approach * delta
     assert (contact.approach * f).sum() == pytest.approx(1000.0, rel=1e-12)
@@ -103,8 +103,8 @@ def test_light_load_follows_line_contact(paper_pair, bodies):
 def test_peak_pressure_is_that_of_hertz(paper_pair, bodies):
     meeting = encounter(paper_pair, bodies, 0.0)
     state = meeting.state(2000.0)
-    line_load = state.force / state.cells.length
-    hertz = 2 * line_load / (np.pi * state.cells.half_width(line_load))
+    line_load = state.force / state.slices.length
+    hertz = 2 * line_load / (np.pi * state.slices.half_width(line_load))
     assert state.pressure == pytest.approx(hertz, rel=0.01)
     assert state.hertz_pressure() == pytest.approx(hertz.max(), rel=1e-12)
 
@@ -125,7 +125,7 @@ def test_more_torque_deflects_more_at_falling_rate(paper_pair):
 
 
 def test_unloaded_error_beyond_the_path_of_contact_is_a_gap(paper_pair, bodies):
-    separation = np.sort(np.divide(*encounter(paper_pair, bodies, 0.0).stations.nearest))
+    separation = np.sort(np.divide(*encounter(paper_pair, bodies, 0.0).slicing.stations.smallest_gap))
     assert separation[0] == pytest.approx(0, abs=1e-15)
     assert separation[-1] > 1 * um
 

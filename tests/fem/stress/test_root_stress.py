@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from loaded_gears import GEAR, ROUGH, helical, hertz_load
+from loaded_gears import GEAR, ROUGH, helical_gear, hertz_load
 from paper_gears import paper_gear, paper_pair
 from scipy.optimize import brentq
 
@@ -15,7 +15,7 @@ from fem.elasticity import section_mesh
 from fem.elasticity.mesh_density import Density
 from fem.gear import tooth_profile
 from fem.gear.involute import involute
-from fem.stress import flank_loads, gear_elasticity, root_stress, stress_recovery
+from fem.stress import flank_loads, gear_elasticity, root_stress, stress_recovery, tooth_boundary
 from fem.stress.flank_loads import FlankLoad
 from fem.stress.gear_elasticity import FINE
 from fem.units import MPa, deg, mm
@@ -25,19 +25,19 @@ SMALL = Density(flank=4, fillet=3, tooth=2, rim=1, body=1, width=1, teeth=1, beh
 
 @pytest.fixture(scope="module", name="plane")
 def plane_fixture():
-    return gear_elasticity.plane_body(GEAR, section_mesh.section(GEAR, FINE).to_meshtri())
+    return gear_elasticity.plane_gear(GEAR, section_mesh.section(GEAR, FINE).to_meshtri())
 
 
-def largest(body, *cases):
-    return root_stress.largest_in_roots(body, list(cases))
+def largest(elastic, *cases):
+    return root_stress.largest_in_roots(elastic, list(cases))
 
 
-def in_field(body, load: FlankLoad) -> float:
-    """Largest principal stress in the root, recovered; on linear elements it was 6 to 8 % too high."""
-    found = stress_recovery.stress(body, body.displacement(gear_elasticity.forces(body, [load])))
-    principal = np.linalg.eigvalsh(found.transpose(2, 0, 1))[:, -1].reshape(-1, body.axial.size)
-    section = body.section.mesh
-    return float(principal[section.facets[:, flank_loads.bent_root(body.gear, section, load.tooth)]].max())
+def in_field(elastic, load: FlankLoad) -> float:
+    """Largest principal stress in the root, recovered; with linear elements it was 6 to 8 % too high."""
+    stress = stress_recovery.stress(elastic, elastic.displacement(gear_elasticity.nodal_forces(elastic, [load])))
+    principal = np.linalg.eigvalsh(stress.transpose(2, 0, 1))[:, -1].reshape(-1, elastic.axial.size)
+    section = elastic.section.mesh
+    return float(principal[section.facets[:, tooth_boundary.bent_root(elastic.gear, section, load.tooth)]].max())
 
 
 def iso_root_stress(line_load: float, arc: float) -> float:
@@ -52,8 +52,8 @@ def iso_root_stress(line_load: float, arc: float) -> float:
 
     tangent = brentq(lambda share: inclination(share) - np.pi / 6, 1e-2, 1 - 1e-2)
     step = 1e-3
-    turned = inclination(tangent + step) - inclination(tangent - step)
-    rho = abs(np.hypot(*(point(tangent + step) - point(tangent - step))) / turned)
+    turn = inclination(tangent + step) - inclination(tangent - step)
+    rho = abs(np.hypot(*(point(tangent + step) - point(tangent - step))) / turn)
     (x, y), half_angle = point(tangent), GEAR.s_t / (2 * GEAR.r) + involute(GEAR.alpha_t)
     load_angle = tooth_profile.roll_at(GEAR, arc) / GEAR.r_b - half_angle
     s, h = 2 * abs(x), GEAR.r_b / np.cos(load_angle) - y
@@ -76,7 +76,7 @@ def test_root_stress_beside_iso_6336(plane):
 def test_root_stress_converges_with_the_fillet(plane):
     """Loaded at the pitch point: 99.35, 98.90, 98.83 MPa with 4, 8, 16 elements on each half of the fillet."""
     load = hertz_load(93.65e3)[0]
-    coarser = gear_elasticity.plane_body(GEAR, section_mesh.section(GEAR, replace(FINE, fillet=4, land=2)).to_meshtri())
+    coarser = gear_elasticity.plane_gear(GEAR, section_mesh.section(GEAR, replace(FINE, fillet=4, land=2)).to_meshtri())
     assert largest(coarser, [load])[0] == pytest.approx(largest(plane, [load])[0], rel=6e-3)
 
 
@@ -100,41 +100,44 @@ SHIFTED = fem.Gear(z=30, m_n=2 * mm, x=0.5, b=10 * mm, d_bore=30 * mm)
     ids=["plain", "shifted", "undercut"],
 )
 def test_default_solids_resolve_the_root(gear, share, error, error_in_field):
-    """With even layers below the root the fillet's stress jumped by 5 to 10 % in its middle, and was 2 to 10 % off."""
+    """With even layers below the root the fillet's stress jumped by 5 to 10 % in its middle, 2 to 10 % off."""
     arc = np.interp(share, [0, 1], tooth_profile.arc_length(gear, np.array([gear.roll_form, gear.roll_tip])))
     few = {"teeth": 1, "behind": 1, "width": 1}
     coarse = replace(root_stress.ROOT, **few)
     fine = Density(flank=6, fillet=12, land=3, tooth=8, rim=8, body=6, rim_power=2, **few)
-    found = [largest(gear_elasticity.solid_body(gear, density), [narrow(arc)])[:, 0] for density in (coarse, fine)]
-    assert found[0] == pytest.approx(found[1], rel=error)
-    recovered = in_field(gear_elasticity.solid_body(gear, replace(gear_elasticity.SOLID, **few)), narrow(arc))
-    assert recovered == pytest.approx(found[1][0], rel=error_in_field)
+    default, refined = (
+        largest(gear_elasticity.solid_gear(gear, density), [narrow(arc)])[:, 0] for density in (coarse, fine)
+    )
+    assert default == pytest.approx(refined, rel=error)
+    recovered = in_field(gear_elasticity.solid_gear(gear, replace(gear_elasticity.SOLID, **few)), narrow(arc))
+    assert recovered == pytest.approx(refined[0], rel=error_in_field)
 
 
 @pytest.mark.slow
-def test_default_solids_resolve_what_presses_on_an_end_of_the_face():
+def test_default_solids_resolve_loads_at_an_end_face():
     """Lines of contact begin and end there; with even, wider elements the stress was up to 13 % too high."""
     common = {"m_n": 3 * mm, "rho_f": 0.75 * mm}
     pinion = fem.Gear(z=20, b=30 * mm, beta=28 * deg, x=0.3, d_bore=25 * mm, **common)
     wheel = fem.Gear(z=45, b=25 * mm, beta=-28 * deg, x=-0.1, d_bore=60 * mm, **common)
-    met, misalignment = flank_loads.encounters(fem.GearPair(pinion, wheel), [0.3125, 0.375], None, None)
-    cases = [flank_loads.flank_loads(one, one.state(375 / pinion.r_b, misalignment))[1] for one in met]
-    every = [load for case in cases for load in case]
+    contacts, misalignment = flank_loads.tooth_contacts(fem.GearPair(pinion, wheel), [0.3125, 0.375], None, None)
+    states = [contact.state(375 / pinion.r_b, misalignment) for contact in contacts]
+    cases = [flank_loads.flank_loads(*solved)[1] for solved in zip(contacts, states, strict=True)]
+    loads = [load for case in cases for load in case]
     densities = root_stress.ROOT, replace(root_stress.ROOT, width=5)
-    bodies = (gear_elasticity.solid_body(wheel, flank_loads.with_loaded_teeth(density, every)) for density in densities)
-    found, fine = (largest(body, *cases) for body in bodies)
-    assert found == pytest.approx(fine, rel=0.04)
+    bodies = (gear_elasticity.solid_gear(wheel, flank_loads.with_loaded_teeth(density, loads)) for density in densities)
+    default, fine = (largest(elastic, *cases) for elastic in bodies)
+    assert default == pytest.approx(fine, rel=0.04)
 
 
-def test_contact_near_the_fillet_is_no_bending_of_the_root():
-    """On a coarse flank it leaves a spike at the fillet's upper end, higher than any stress of bending."""
-    arc, found = tooth_profile.arc_length(SHIFTED, SHIFTED.roll_form) + 0.8 * mm, []
+def test_stress_of_contact_near_the_fillet_is_left_out():
+    """On a coarse flank it is a spike at the fillet's upper end, higher than any bending stress."""
+    arc, stresses = tooth_profile.arc_length(SHIFTED, SHIFTED.roll_form) + 0.8 * mm, []
     for flank in (4, 16):
         density = Density(flank=flank, fillet=12, tooth=8, rim=2, body=2, teeth=0, behind=0, width=1)
-        body = gear_elasticity.solid_body(SHIFTED, density)
-        u = body.displacement(gear_elasticity.forces(body, [narrow(arc)]))
-        found.append([root_stress.along_root(body, u, 0).max(), largest(body, [narrow(arc)])[0, 0]])
-    (spike, coarse), (_, fine) = found
+        elastic = gear_elasticity.solid_gear(SHIFTED, density)
+        u = elastic.displacement(gear_elasticity.nodal_forces(elastic, [narrow(arc)]))
+        stresses.append([root_stress.along_root(elastic, u, 0).max(), largest(elastic, [narrow(arc)])[0, 0]])
+    (spike, coarse), (_, fine) = stresses
     assert coarse == pytest.approx(fine, rel=0.02) and spike > 1.5 * fine
 
 
@@ -146,43 +149,48 @@ def across_width(load: FlankLoad, low, high) -> FlankLoad:
 
 def test_middle_of_a_wide_tooth_is_in_plane_strain():
     wide, load = paper_gear(b=80 * mm), hertz_load(93.65e3)[0]
-    body = gear_elasticity.solid_body(wide, SMALL)
-    forces = gear_elasticity.forces(body, [across_width(load, -40 * mm, 40 * mm)])
-    (middle,) = np.flatnonzero(np.sort(body.axial) == 0)
-    found = root_stress.along_root(body, body.displacement(forces), 0).max(axis=0)[middle]
-    section = gear_elasticity.plane_body(GEAR, section_mesh.section(GEAR, SMALL).to_meshtri())
-    assert found == pytest.approx(largest(section, [load])[0, 0], rel=0.02)
+    elastic = gear_elasticity.solid_gear(wide, SMALL)
+    forces = gear_elasticity.nodal_forces(elastic, [across_width(load, -40 * mm, 40 * mm)])
+    (middle,) = np.flatnonzero(np.sort(elastic.axial) == 0)
+    stress = root_stress.along_root(elastic, elastic.displacement(forces), 0).max(axis=0)[middle]
+    section = gear_elasticity.plane_gear(GEAR, section_mesh.section(GEAR, SMALL).to_meshtri())
+    assert stress == pytest.approx(largest(section, [load])[0, 0], rel=0.02)
 
 
 @pytest.fixture(scope="module", name="hands")
 def hands_fixture():
-    return [gear_elasticity.solid_body(helical(hand), SMALL) for hand in (1, -1)]
+    return [gear_elasticity.solid_gear(helical_gear(hand), SMALL) for hand in (1, -1)]
 
 
-def test_moved_as_a_whole_a_root_has_no_stress(hands):
-    """Turned by 1e-3 about each axis, and displaced: less than 1e-4 of that strain, by steps along z."""
-    for body in hands:
+def test_rigid_motion_causes_no_root_stress(hands):
+    """Rotation by 1e-3 about each axis and translation: less than 1e-4 of that strain, by differences along z."""
+    for elastic in hands:
         x, y = section_mesh.rotated(
-            np.repeat(body.section.doflocs[:, :, None], body.axial.size, 2), body.gear.twist * body.axial
+            np.repeat(elastic.section.doflocs[:, :, None], elastic.axial.size, 2), elastic.gear.twist * elastic.axial
         )
-        z, one = np.broadcast_to(body.axial, x.shape), np.ones_like(x)
-        for motion in ((-y, x, 0 * one), (0 * one, -z, y), (z, 0 * one, -x), (one * mm, one * mm, one * mm)):
+        z, zero, shift = np.broadcast_to(elastic.axial, x.shape), np.zeros_like(x), np.full_like(x, mm)
+        for motion in ((-y, x, zero), (zero, -z, y), (z, zero, -x), (shift, shift, shift)):
             u = 1e-3 * np.stack(motion)
-            u[:2] = section_mesh.rotated(u[:2], -body.gear.twist * body.axial)
-            assert np.abs(root_stress.along_root(body, u.ravel(), 0)).max() < 1e-4 * 1e-3 * 210e9
+            u[:2] = section_mesh.rotated(u[:2], -elastic.gear.twist * elastic.axial)
+            assert np.abs(root_stress.along_root(elastic, u.ravel(), 0)).max() < 1e-4 * 1e-3 * 210e9
 
 
-def test_other_hand_mirrors_the_root_stress(hands):
-    found = []
-    for body, side in zip(hands, (1, -1), strict=True):
+def test_opposite_hand_mirrors_the_root_stress(hands):
+    """And stresses of two loaded teeth add up."""
+    stresses = []
+    for elastic, side in zip(hands, (1, -1), strict=True):
         ends = np.sort(np.array([2, 9]) * side) * mm
         cases = [across_width(hertz_load(93e3)[0], *ends), across_width(hertz_load(40e3, -1)[0], *ends)]
-        u = [body.displacement(gear_elasticity.forces(body, loads)) for loads in (cases, cases[:1], cases[1:])]
-        both, one, other = (root_stress.along_root(body, moved, 0)[:, ::side] for moved in u)
-        assert both == pytest.approx(one + other, rel=1e-9, abs=1.0)
-        found.append(both)
-    assert found[0] == pytest.approx(found[1], rel=1e-6, abs=1e-6 * found[0].max())
-    assert found[0].max(axis=0).argmax() > found[0].shape[1] // 2
+        u = [
+            elastic.displacement(gear_elasticity.nodal_forces(elastic, loads))
+            for loads in (cases, cases[:1], cases[1:])
+        ]
+        together, *single = (root_stress.along_root(elastic, displacement, 0)[:, ::side] for displacement in u)
+        assert together == pytest.approx(sum(single), rel=1e-9, abs=1.0)
+        stresses.append(together)
+    right, left = stresses
+    assert right == pytest.approx(left, rel=1e-6, abs=1e-6 * right.max())
+    assert right.max(axis=0).argmax() > right.shape[1] // 2
 
 
 def test_strain_of_a_stretched_plane():
@@ -190,8 +198,8 @@ def test_strain_of_a_stretched_plane():
     gradient = np.array([[1e-3, 4e-4, 0], [-2e-4, 5e-4, 0], [0, 0, 0]])
     along = b[:, 0] / np.linalg.norm(b)
     across = np.array([along[1], -along[0], 0])
-    found = root_stress.surface_strain(a, b, (gradient @ a)[:, :, None], (gradient @ b)[:, :, None])
-    assert np.ravel(found) == pytest.approx([across @ gradient @ across, along @ gradient @ along])
+    strains = root_stress.surface_strain(a, b, (gradient @ a)[:, :, None], (gradient @ b)[:, :, None])
+    assert np.ravel(strains) == pytest.approx([across @ gradient @ across, along @ gradient @ along])
 
 
 @pytest.fixture(scope="module", name="cycle")
@@ -200,7 +208,7 @@ def cycle_fixture():
     return root_stress.root_stress(paper_pair(), [0, 150], [0.0, 0.25, 0.75], **options)
 
 
-def test_equal_gears_change_places_over_the_cycle(cycle):
+def test_equal_gears_are_mirrored_over_the_cycle(cycle):
     assert (cycle.sel(torque=0).to_array() == 0).all()
     swapped = cycle["root_stress"].sel(gear="wheel", phase=[0.75, 0.25]).values
     assert cycle["root_stress"].sel(gear="pinion", phase=[0.25, 0.75]).values == pytest.approx(swapped, rel=1e-6)
@@ -208,18 +216,18 @@ def test_equal_gears_change_places_over_the_cycle(cycle):
     assert pinion == pytest.approx(wheel, rel=5e-3)
 
 
-def test_uneven_load_is_helped_by_its_neighbours(cycle):
-    """Between the aligned tooth and the most loaded slice alone, in plane strain."""
+def test_less_loaded_slices_support_the_most_loaded(cycle):
+    """Stress between that of an aligned tooth and that of the most loaded slice alone, in plane strain."""
     options = {"density": SMALL, "resolution": ROUGH, "progress": False}
     uneven = fem.Offsets(misalignment=0.5e-3)
-    found = root_stress.root_stress(paper_pair(), 150, [0.0], offsets=uneven, **options)["root_stress"].values.ravel()
-    (encounter,), misalignment = flank_loads.encounters(paper_pair(), [0.0], uneven, ROUGH)
-    (load,), _ = flank_loads.flank_loads(encounter, encounter.state(150 / GEAR.r_b, misalignment))
-    worst = np.argmax(load.force.sum(axis=1) / (load.high - load.low))
-    alone = gear_elasticity.plane_body(GEAR, section_mesh.section(GEAR, SMALL).to_meshtri())
-    slice_alone = largest(alone, [load.section(load.low[worst])])[0, 0]
-    assert (found < 0.9 * slice_alone).all()
-    assert (found > 1.3 * cycle["root_stress"].sel(torque=150, phase=0).values).all()
+    stress = root_stress.root_stress(paper_pair(), 150, [0.0], offsets=uneven, **options)["root_stress"].values.ravel()
+    (contact,), misalignment = flank_loads.tooth_contacts(paper_pair(), [0.0], uneven, ROUGH)
+    (load,), _ = flank_loads.flank_loads(contact, contact.state(150 / GEAR.r_b, misalignment))
+    most_loaded = np.argmax(load.force.sum(axis=1) / (load.high - load.low))
+    alone = gear_elasticity.plane_gear(GEAR, section_mesh.section(GEAR, SMALL).to_meshtri())
+    slice_alone = largest(alone, [load.section(load.low[most_loaded])])[0, 0]
+    assert (stress < 0.9 * slice_alone).all()
+    assert (stress > 1.3 * cycle["root_stress"].sel(torque=150, phase=0).values).all()
 
 
 @pytest.mark.parametrize("power", [0.5, float("nan"), 10])
@@ -243,7 +251,7 @@ def test_curves_are_drawn_over_one_pitch(cycle):
     assert pressure.get_ydata()[-1] == pytest.approx(float(cycle["peak_pressure"][1, 0]) / MPa)
 
 
-def test_pressure_is_drawn_as_hertz_has_it_and_thin_where_a_tip_edge_touches(cycle):
+def test_hertz_pressure_is_drawn_thin_where_a_tip_edge_touches(cycle):
     thin, thick = (line.get_ydata()[:3] for line in stress_plots.plot_pressure(cycle, plots.figure().axes[0]).lines)
     row = cycle.sel(torque=150)
     assert thin == pytest.approx(row["hertz_pressure"].values / MPa)

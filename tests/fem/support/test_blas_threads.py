@@ -1,4 +1,4 @@
-"""Algebra takes one thread while anyone asks for it, and as many as before once nobody does."""
+"""Dense algebra takes one thread inside the context, and as many as before after the last of them."""
 
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier, Event
@@ -22,7 +22,7 @@ def threads() -> set[int]:
 
 
 def test_limit_ends_with_the_last_of_overlapping_contexts():
-    """The first one in is the first one out, while the other is still at work."""
+    """The context that is entered first is left first, while the second is still active."""
     began, entered, left = Event(), Event(), Event()
 
     def first():
@@ -39,9 +39,9 @@ def test_limit_ends_with_the_last_of_overlapping_contexts():
             return threads()
 
     with ThreadPoolExecutor(2) as executor:
-        one, other = executor.submit(first), executor.submit(second)
-        one.result()
-        assert other.result() == {1}
+        futures = executor.submit(first), executor.submit(second)
+        futures[0].result()
+        assert futures[1].result() == {1}
     assert threads() == {2}
 
 
@@ -67,7 +67,7 @@ def test_limit_ends_with_an_error():
 
 @pytest.mark.parametrize("owned", [False, True])
 def test_threads_are_set_with_and_without_owners_of_a_pool(monkeypatch, owned):
-    """From threadpoolctl 3.8 on a pool has an owner, its first caller, whom others must depose."""
+    """From threadpoolctl 3.8 on a pool is controlled by its first caller until that is released."""
 
     class Pool:
         num_threads, deposed = 2, 0

@@ -1,4 +1,4 @@
-"""Cache and map files are whole or absent, and say so when they are damaged."""
+"""Cache and map files are complete or absent; damaged ones are refused."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def test_second_call_reads_what_the_first_wrote(folder):
 
 def test_other_inputs_are_computed_anew(folder):
     cache.cached("key", lambda: {"a": np.zeros(1)})
-    assert cache.cached("other", lambda: {"a": np.ones(1)})["a"] == [1]
+    assert cache.cached("different", lambda: {"a": np.ones(1)})["a"] == [1]
 
 
 def test_interruption_leaves_nothing(folder, monkeypatch):

@@ -1,4 +1,4 @@
-"""Compiled functions on disk: found again as they are, and forgotten with all that they call."""
+"""Compiled functions on disk are used again until they or a function that they call change."""
 
 import importlib
 import sys
@@ -53,9 +53,9 @@ def test_compiling_is_announced_as_long_as_all_of_it_takes(tmp_path, monkeypatch
     monkeypatch.setattr(fem.support.progress, "DELAY", 1e-9)
     monkeypatch.setattr(fem.support.progress, "TICK", 1e-3)
     write(tmp_path, 2.0)
-    for told in (True, False):
+    for compiles in (True, False):
         entry_in(tmp_path, monkeypatch)(1.0)
-        assert ("compiling the contact, once after an installation: 0" in capsys.readouterr().err) == told
+        assert ("compiling the contact, once after an installation: 0" in capsys.readouterr().err) == compiles
     write(tmp_path, 3.0)
     with fem.support.progress.shown(False):
         entry_in(tmp_path, monkeypatch)(1.0)
@@ -73,7 +73,7 @@ def test_compiled_code_is_renewed_when_a_module_of_another_folder_changes(tmp_pa
 
 
 def test_nothing_is_kept_where_numbas_cache_has_other_names(tmp_path, monkeypatch):
-    """Compiled in every process: slow, never out of date."""
+    """Then every process compiles for itself: slow, but never out of date."""
     monkeypatch.setattr("sys.dont_write_bytecode", True)
     monkeypatch.setattr(fem.support.numba_cache, "njit", lambda function, cache=False: numba.njit(function))
     for factor in (2.0, 3.0):

@@ -1,4 +1,4 @@
-"""Bars with the time left: where they are wanted, and by what they move."""
+"""Progress bars are shown on request and move by the costs of the steps."""
 
 from functools import partial
 from time import sleep
@@ -23,37 +23,37 @@ def test_a_bar_moves_by_costs(capsys):
     with shown(True):
         for _ in bar("abc", "work", [1, 3, 4]):
             sleep(0.2)
-    told = capsys.readouterr().err
-    assert "work:  12%" in told and "work:  50%" in told
+    output = capsys.readouterr().err
+    assert "work:  12%" in output and "work:  50%" in output
 
 
-def test_no_bar_where_none_is_wanted_even_after_a_failure(capsys):
+def test_no_bar_without_request_even_after_a_failure(capsys):
     with pytest.raises(RuntimeError), shown(True):
         raise RuntimeError
     list(bar("ab", "work", [1, 3]))
     assert capsys.readouterr().err == ""
 
 
-def test_choosing_an_accuracy_shows_what_takes_long(monkeypatch, tmp_path, capsys):
-    """From gear data on, cold: finite elements, errors of the meshes that are tried, and the map itself."""
+def test_choosing_an_accuracy_shows_its_stages(monkeypatch, tmp_path, capsys):
+    """From gear data, with an empty cache: finite elements, errors of the meshes that are tried, the map itself."""
     monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
     fem.static_transmission_error(paper_pair(), [0, 20, 50, 150], 60, accuracy=0.01)
-    told = capsys.readouterr().err
+    output = capsys.readouterr().err
     for what in ("compliance of the gear of 57 teeth", "finite elements", "estimating errors", "transmission error"):
-        assert f"{what}" in told
-    assert "transmission error: 240 states: " in told
+        assert what in output
+    assert "transmission error: 240 states: " in output
 
 
-def test_what_takes_long_is_announced_while_it_lasts(capsys):
+def test_long_work_is_announced_while_it_lasts(capsys):
     with shown(True), announced("factorizing", before=61.0):
         sleep(0.1)
     with announced("compiling", once=True):
         sleep(0.1)
-    told = capsys.readouterr().err
-    assert "factorizing: 01:01" in told and "compiling, once after an installation: 00:00" in told
+    output = capsys.readouterr().err
+    assert "factorizing: 01:01" in output and "compiling, once after an installation: 00:00" in output
 
 
-def test_short_work_and_unwanted_words_are_left_out(monkeypatch, capsys):
+def test_short_work_is_not_announced_nor_is_any_without_request(monkeypatch, capsys):
     with shown(False), announced("compiling", once=True):
         sleep(0.1)
     with announced("factorizing"):

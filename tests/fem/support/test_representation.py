@@ -1,4 +1,4 @@
-"""What data show of themselves; and what they must not show less of, as the cache is found by it."""
+"""Texts of data are short; the exact ones, keys of the cache, differ for different data."""
 
 import re
 from dataclasses import replace
@@ -67,7 +67,7 @@ def test_models_show_a_few_lines():
 
 
 def test_keys_of_the_cache_hold_all_that_a_solution_depends_on():
-    """All fields to the last digit, and the checksum of all sources: what other code has solved is solved anew."""
+    """All fields to the last digit, and the checksum of the sources, so that changed code computes anew."""
     stamp = source_stamp("fem.elasticity.flank_compliance")
     sizes = "z=57, m_n=0.0026000000000000003, b=0.023, d_bore=0.06, alpha_n=0.3490658503988659, beta=0.0, "
     tooth = "x=-0.1606589796889921, s_n=0.00378, d_a=0.1545, d_f=0.1417, rho_f=0.0009880000000000002, fillet=None, "
@@ -80,7 +80,7 @@ def test_keys_of_the_cache_hold_all_that_a_solution_depends_on():
     }
 
 
-def test_keys_tell_apart_what_looks_alike():
+def test_keys_of_data_with_equal_short_texts_differ():
     gear = paper_gear()
     for unlike in (replace(gear, b=gear.b * (1 + 1e-12)), replace(gear, material=fem.Material(E=210.0001 * GPa))):
         assert repr(unlike) == repr(gear) or "Material" in repr(unlike)
@@ -91,7 +91,7 @@ def test_keys_tell_apart_what_looks_alike():
         exact((1.0, np.zeros(2)))
 
 
-def test_maps_keep_their_resolution_whole():
+def test_maps_keep_the_exact_text_of_their_resolution():
     ste = fem.static_transmission_error(paper_pair(), [50], 4, resolution=fem.Slices(), progress=False)
     assert ste.attrs["resolution"].startswith("Slices(density=Density(flank=16, fillet=3, ")
     assert smooth_map().attrs["pinion_m_n"] == 2.6 * mm

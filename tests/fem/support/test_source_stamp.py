@@ -1,4 +1,4 @@
-"""The checksum that tells compiled code and cached solutions of other sources from those of today."""
+"""The checksum by which compiled code and cached solutions of changed sources are recognized."""
 
 import importlib
 import sys
@@ -36,7 +36,7 @@ def stamp() -> int:
 
 
 @pytest.mark.parametrize("name", ["solver/entry.py", "law/force.py", "numbers.py"])
-def test_any_source_that_is_imported_counts_wherever_it_lies(package: Path, name):
+def test_the_checksum_changes_with_every_imported_source(package: Path, name):
     before = stamp()
     assert stamp() == before
     file = package / name
@@ -44,7 +44,7 @@ def test_any_source_that_is_imported_counts_wherever_it_lies(package: Path, name
     assert stamp() != before
 
 
-def test_sources_beside_do_not_count(package: Path):
+def test_the_checksum_does_not_change_with_sources_that_are_not_imported(package: Path):
     before = stamp()
     (package / "beside.py").write_text("UNUSED = 2.0\n")
     assert stamp() == before

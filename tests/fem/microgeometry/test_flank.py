@@ -1,4 +1,4 @@
-"""Flanks as made and as designed: reliefs by diameter, arcs, pitch deviations, grids, two sides, their sums."""
+"""Flank modifications and deviations: reliefs by diameter, arcs, pitch deviations, grids, both sides, their sums."""
 
 from dataclasses import replace
 from itertools import permutations
@@ -38,7 +38,7 @@ def test_sums_do_not_depend_on_the_order(parts):
 
 @given(modifications(z=57), st.floats(18e-3, 33e-3), st.floats(-11e-3, 11e-3))
 @SEVERAL
-def test_flanks_have_no_steps(parts, roll, axial):
+def test_modifications_are_continuous(parts, roll, axial):
     """A nanometre along the flank changes the material by no more than the steepest slope allows."""
     near = removed(parts, FACE, roll + np.array([0, 1e-9]), axial + np.array([[0], [1e-9]]))
     assert np.ptp(near) < 2e-9 * 20
@@ -46,9 +46,9 @@ def test_flanks_have_no_steps(parts, roll, axial):
 
 @given(modifications(z=57))
 @SEVERAL
-def test_text_holds_everything(parts):
-    for one in (parts, fem.Sides(parts), fem.Sides((), parts)):
-        assert flank.from_text(flank.to_text(one)) == one
+def test_modifications_are_read_back_from_their_text(parts):
+    for modified in (parts, fem.Sides(parts), fem.Sides((), parts)):
+        assert flank.from_text(flank.to_text(modified)) == modified
 
 
 @given(gears(), st.floats(0.01, 0.99))
@@ -58,15 +58,15 @@ def test_relief_by_diameter_is_relief_by_roll_length(gear, share):
     roll = gear.roll_form + share * (gear.roll_tip - gear.roll_form)
     d = 2 * float(tooth_profile.flank(gear, [roll]).r[0])
     at = np.linspace(gear.roll_form, gear.roll_tip, 21)
-    for one, other in (
+    for by_diameter, by_length in (
         (fem.TipRelief(9 * um, d_Ca=d), fem.TipRelief(9 * um, gear.roll_tip - roll)),
         (fem.RootRelief(9 * um, d_Cf=d, power=2), fem.RootRelief(9 * um, roll - gear.roll_form, power=2)),
     ):
-        made = replace(gear, flank=[one])
-        assert removed(made.drive_flank, made.face, at, 0) == pytest.approx(
-            removed((other,), gear.face, at, 0), abs=1e-6 * um
+        relieved = replace(gear, flank=[by_diameter])
+        assert removed(relieved.drive_flank, relieved.face, at, 0) == pytest.approx(
+            removed((by_length,), gear.face, at, 0), abs=1e-6 * um
         )
-        assert removed(made.drive_flank, made.face, [roll], 0) == pytest.approx(0, abs=1e-6 * um)
+        assert removed(relieved.drive_flank, relieved.face, [roll], 0) == pytest.approx(0, abs=1e-6 * um)
 
 
 @pytest.mark.parametrize("amount", [15 * um, 50 * um])
@@ -90,7 +90,7 @@ def test_pitch_deviation_displaces_its_tooth_alone():
     assert removed(parts, FACE, ROLL, AXIAL) == pytest.approx(plain + 3 * um)
 
 
-def test_sides_are_told_apart():
+def test_left_and_right_flanks_have_modifications_of_their_own():
     left, right = fem.TipRelief(15 * um, 2.5 * mm), fem.LeadCrowning(4 * um)
     gear = paper_gear(flank=fem.Sides([left], [right]))
     assert (gear.drive_flank, gear.coast_flank) == ((left,), (right,))
@@ -138,18 +138,18 @@ def test_grid_of_a_smooth_flank_converges_with_the_square_of_its_spacing():
     assert np.array(errors[:-1]) / errors[1:] == pytest.approx(4, rel=0.02)
 
 
-def raised(lines, place: float) -> fem.GearPair:
-    """One line of the pinion's grid stands 6 um out."""
+def with_ridge(lines, axial: float) -> fem.GearPair:
+    """Pair with a pinion on which a grid line at an axial position is raised by 6 um."""
     data = {"m_n": 3 * mm, "b": 20 * mm}
-    values = np.where(np.isclose(lines, place), -6 * um, 0.0)
+    values = np.where(np.isclose(lines, axial), -6 * um, 0.0)
     grid = fem.Grid([1 * mm, 40 * mm], lines, np.stack([values, values]))
     return fem.GearPair(fem.Gear(z=25, d_bore=30 * mm, flank=grid, **data), fem.Gear(z=40, d_bore=50 * mm, **data))
 
 
 @pytest.mark.parametrize("half", [0.2 * mm, 0.45 * mm])
 def test_a_narrow_ridge_carries_the_first_load(half):
-    """Unloaded it touches alone; then te grows with the torque, as with slices that are narrower than the ridge."""
-    pair = raised([-10 * mm, 3.5 * mm - half, 3.5 * mm, 3.5 * mm + half, 10 * mm], 3.5 * mm)
+    """Without load it touches alone; with load te grows as with slices that are narrower than the ridge."""
+    pair = with_ridge([-10 * mm, 3.5 * mm - half, 3.5 * mm, 3.5 * mm + half, 10 * mm], 3.5 * mm)
     coarse, fine = (
         fem.static_transmission_error(
             pair, [0, 0.5, 5, 20, 200], [0.1, 0.6], resolution=fem.Resolution(slices=slices), progress=False
@@ -161,20 +161,20 @@ def test_a_narrow_ridge_carries_the_first_load(half):
     assert coarse - coarse[0] == pytest.approx(fine - fine[0], rel=0.05)
 
 
-@pytest.mark.parametrize("place", [-3.6 * mm, 0.4 * mm, 9.2 * mm])
-def test_every_line_of_an_even_grid_may_touch_first(place):
-    pair = raised(np.linspace(-10, 10, 51) * mm, place)
+@pytest.mark.parametrize("axial", [-3.6 * mm, 0.4 * mm, 9.2 * mm])
+def test_any_line_of_an_even_grid_may_touch_first(axial):
+    pair = with_ridge(np.linspace(-10, 10, 51) * mm, axial)
     te = fem.static_transmission_error(pair, [0], [0.1, 0.6], resolution=fem.Resolution(), progress=False)["te"].values
     assert te == pytest.approx(-6 * um, abs=1e-9 * um)
 
 
 @pytest.mark.parametrize(("lines", "edges"), [(range(9), ()), ((0, 6, 6.5, 7, 14), (6, 6.5, 7)), ((0, 1), ())])
-def test_edges_of_a_grid_are_its_narrow_lines(lines, edges):
+def test_edges_of_a_grid_are_the_lines_of_local_refinements(lines, edges):
     grid = fem.Grid([18 * mm, 33 * mm], np.array(lines) * mm, np.zeros((2, len(lines))))
     assert flank.edges_across((grid,), FACE) == pytest.approx(np.array(edges) * mm)
 
 
-def test_files_hold_gears_of_every_kind(tmp_path):
+def test_pairs_are_read_back_from_files(tmp_path):
     rng = np.random.default_rng(1)
     grid = fem.Grid(
         np.linspace(18, 33, 60) * mm, np.linspace(-11, 11, 120) * mm, 5 * um * rng.standard_normal((60, 120))
@@ -186,17 +186,17 @@ def test_files_hold_gears_of_every_kind(tmp_path):
     assert stored(pair, tmp_path / "pair.nc") == pair
 
 
-def test_flanks_of_own_making_join_in():
+def test_modifications_that_users_write_are_added_to_the_others():
     class Wave:
         def removed(self, face, roll, axial):
             return 1 * um * np.sin(roll / mm) + 0 * axial
 
     gear = paper_gear(flank=[Wave(), fem.HelixSlope(2 * um)])
-    both = removed(gear.flank, gear.face, ROLL, AXIAL)
-    assert both == pytest.approx(1 * um * np.sin(ROLL / mm) + 2 * um * AXIAL / (23 * mm), abs=1e-18)
+    total = removed(gear.flank, gear.face, ROLL, AXIAL)
+    assert total == pytest.approx(1 * um * np.sin(ROLL / mm) + 2 * um * AXIAL / (23 * mm), abs=1e-18)
 
 
-def test_pitch_deviations_are_python_numbers():
+def test_pitch_deviations_become_python_floats():
     values = np.linspace(0, 5, 57).astype(np.float32) * np.float32(um)
     part = fem.PitchDeviation(values)
     assert part == fem.PitchDeviation(float(value) for value in values) == fem.PitchDeviation(values.tolist())

@@ -1,0 +1,108 @@
+"""Time and memory of one gear's factorization: pytest tests/benchmarks/test_direct_solver.py -m slow -n 0 -s.
+
+The solid is that of `flank_compliance`. Each solver runs in a process of its own, on one thread; the time is that of
+the processor, and a solver that needs the assembled matrix assembles it.
+CHOLMOD is compared where scikit-sparse is installed, which needs the headers of SuiteSparse.
+"""
+
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from importlib.util import find_spec
+from multiprocessing import get_context
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from helical_gears import helical
+from paper_gears import paper_gear
+from threadpoolctl import threadpool_limits
+
+import fem
+from fem.elasticity import flank_compliance
+from fem.elasticity.mesh_density import Density
+from fem.linalg import direct_solver, multifrontal
+from fem.linalg.block_matrix import KroneckerMatrix
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="reads memory as Linux shows it"),
+]
+GEARS = {"spur": paper_gear, "helical": lambda: helical(1)}
+ROUNDS = 2
+System = tuple[KroneckerMatrix, np.ndarray, np.ndarray]
+
+
+class Caught(Exception):
+    """Carries a linear system out of the function that would solve it."""
+
+
+def linear_system(gear: fem.Gear) -> System:
+    """Matrix, numbers of the unknowns that are loaded or read, and right-hand sides of a gear's solid."""
+
+    def catch(matrix, block=None, accessed=None):
+        def solve(b):
+            raise Caught(matrix, accessed, b)
+
+        return solve if accessed is not None else direct_solver.factorize(matrix, block)
+
+    density = Density().with_teeth(2, behind=1)
+    with patch.object(flank_compliance, "factorize", catch), pytest.raises(Caught) as caught:
+        flank_compliance.flank_compliance(gear, density, gear.b)
+    return caught.value.args  # type: ignore[return-value]
+
+
+def by_multifrontal(matrix: KroneckerMatrix, accessed: np.ndarray) -> Callable:
+    return multifrontal.factorize(matrix, accessed)
+
+
+def by_superlu(matrix: KroneckerMatrix, accessed: np.ndarray) -> Callable:
+    return direct_solver.superlu(matrix.matrix)
+
+
+def by_cholmod(matrix: KroneckerMatrix, accessed: np.ndarray) -> Callable:
+    from sksparse.cholmod import cholesky
+
+    return cholesky(sp.csc_matrix(matrix.matrix), mode="supernodal")
+
+
+def resident_memory(kind: str) -> float:
+    """Memory of this process [MB], now (VmRSS) or at its peak (VmHWM)."""
+    (line,) = (line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith(kind))
+    return int(line.split()[1]) / 1024
+
+
+def measured(solver: Callable, system: System) -> tuple[float, float, np.ndarray]:
+    """Processor time [s] and peak memory [MB] of factorization and solution, and the solution where it is read."""
+    matrix, accessed, b = system
+    before = resident_memory("VmRSS")
+    Path("/proc/self/clear_refs").write_text("5")  # resets the peak
+    with threadpool_limits(1):
+        start = time.process_time()
+        x = solver(matrix, accessed)(b)
+        spent = time.process_time() - start
+    return spent, resident_memory("VmHWM") - before, x[accessed]
+
+
+def in_a_process_of_its_own(solver: Callable, system: System) -> tuple[float, float, np.ndarray]:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        return executor.submit(measured, solver, system).result()
+
+
+@pytest.mark.parametrize("kind", GEARS)
+def test_multifrontal_takes_the_least_time_and_memory(kind, tmp_path, monkeypatch):
+    monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
+    solvers = [by_multifrontal, by_superlu, *([by_cholmod] if find_spec("sksparse") else [])]
+    system = linear_system(GEARS[kind]())
+    rounds = [[in_a_process_of_its_own(solver, system) for solver in solvers] for _ in range(ROUNDS)]
+    expected = rounds[0][0][2]
+    best = {}
+    for solver, runs in zip(solvers, zip(*rounds, strict=True), strict=True):
+        time_spent, memory = (min(run[i] for run in runs) for i in (0, 1))
+        best[solver] = time_spent, memory
+        print(f"{kind:8} {solver.__name__:16} {time_spent:6.2f} s {memory:6.0f} MB")
+        for *_, x in runs:
+            assert x == pytest.approx(expected, rel=1e-6, abs=1e-9 * np.abs(expected).max())
+    assert best[by_multifrontal] == tuple(min(values) for values in zip(*best.values(), strict=True))
