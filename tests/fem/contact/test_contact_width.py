@@ -71,7 +71,8 @@ def test_a_width_that_never_settles_says_what_to_try():
     growing = iter(-11.5 * um + 0.02 * um * 1.3 ** np.arange(30))
 
     def solve(slices, last) -> State:
-        return State(next(growing), slices, np.ones(slices.low.size), np.zeros(slices.low.size), WholeFace())
+        force = np.where(slices.number == 0, 1.0, 0.0)
+        return State(next(growing), slices, force, 0 * force, WholeFace())
 
     with pytest.raises(RuntimeError, match="the loaded width did not converge; try a neighbouring phase"):
         slicing.loaded(solve(slicing.whole, None), 1e-3, solve)
