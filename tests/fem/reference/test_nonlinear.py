@@ -11,6 +11,7 @@ from twins import plane_twin, twin_te
 
 import fem
 from fem.contact.flank_gap import ContactSlices
+from fem.elasticity.face_symmetry import HalfFace
 from fem.elasticity.mesh_density import Density
 from fem.pair.mesh_position import MeshPosition
 from fem.reference import mortar
@@ -51,7 +52,7 @@ def test_gap_at_rest_is_that_of_exact_flanks(flank):
 def test_flanks_have_the_nodes_of_their_elements_and_no_others(density, element):
     """Also where straight edges lie far inside the involute, and where the first layer below the flank is thin."""
     gear = fem.Gear(z=17, x=0.2, m_n=2 * mm, b=10 * mm, d_bore=20 * mm)
-    deformable = discretized(gear, replace(density, width=1, teeth=1, behind=1), element)
+    deformable = discretized(gear, replace(density, width=1, teeth=1, behind=1), element, face=HalfFace())
     for tooth, flank in deformable.flanks.items():
         across = flank.degree + 1 if element.dim == 3 else 1
         assert flank.nodes.shape == (flank.degree * density.flank + 1, across)
