@@ -284,11 +284,11 @@ def test_quadratic_hexahedra_confirm_crowning(paper_pair):
     space = static_problem(crowned, HEXAHEDRA, ElementHex2())
     te = missed_by_section(paper_pair, HEXAHEDRA, phases, force)
     te += [equilibrium(space, phase, force).te for phase in phases]
-    ours = fem.static_transmission_error(crowned, 350, phases, progress=False)["te"].values[0]
+    ste = fem.static_transmission_error(crowned, 350, phases, progress=False)["te"].values[0]
     plain = fem.static_transmission_error(paper_pair, 350, phases, progress=False)["te"].values[0]
-    assert te == pytest.approx(ours, rel=5e-3)
-    assert te.mean() == pytest.approx(ours.mean(), rel=3e-3)
-    assert (ours - plain).min() > 0.1 * ours.min()
+    assert te == pytest.approx(ste, rel=5e-3)
+    assert te.mean() == pytest.approx(ste.mean(), rel=3e-3)
+    assert (ste - plain).min() > 0.1 * ste.min()
 
 
 @pytest.mark.slow
