@@ -125,11 +125,11 @@ def test_forces_are_those_along_z(name, node, axis):
     pair, law = PAIRS["helical"], law_of(backlash=50 * um, damping=2700.0)
     for direction, lead in ((1, 8 * um), (-1, 58 * um)):
         motion = motion_of(pair, lead)
-        expected, told = meshing(ALONG_Z, pair, law, motion, direction)
+        expected, reference = meshing(ALONG_Z, pair, law, motion, direction)
         forces, recorded = meshing((FRAMES[name], node, axis), pair, law, motion, direction)
-        assert abs(told[1]) > 2000 and np.sign(told[1]) == direction and abs(told[3]) > 1e-5
+        assert abs(reference[1]) > 2000 and np.sign(reference[1]) == direction and abs(reference[3]) > 1e-5
         assert np.abs(forces - expected).max() < 1e-9 * np.abs(expected).max()
-        assert recorded == pytest.approx(told, rel=1e-8, abs=1e-15)
+        assert recorded == pytest.approx(reference, rel=1e-8, abs=1e-15)
 
 
 def test_friction_is_that_along_z():
@@ -217,7 +217,7 @@ def test_whole_turns_are_counted_where_a_coordinate_counts_them():
 def test_an_axis_may_have_either_sense():
     """A wheel that is mounted upside down."""
     pair, frame, motion = PAIRS["helical"], FRAMES["y"], motion_of(PAIRS["helical"], 8 * um)
-    expected, told = meshing((frame, RXYZ, UP), pair, law_of(), motion)
+    expected, reference = meshing((frame, RXYZ, UP), pair, law_of(), motion)
     mbs, recorder, over = exu.SystemContainer().AddSystem(), exugear.Recorder(), np.diag([1.0, -1.0, -1.0])
     pinion, wheel = bodies_along(mbs, pair, frame, RXYZ, UP)
     upside_down = {"referencePosition": frame @ [pair.a, 0, 0], "referenceRotationMatrix": frame @ over}
@@ -228,7 +228,7 @@ def test_an_axis_may_have_either_sense():
     turned = [motion[0], (motion[1][0], motion[1][1] @ over, motion[1][2])]
     forces = pushed(mbs, (pinion, wheel), RXYZ, UP, frame, turned, kernel)
     assert np.abs(forces - expected).max() < 1e-9 * np.abs(expected).max()
-    assert recorder.samples[0][0].item() == pytest.approx(told, rel=1e-8, abs=1e-15)
+    assert recorder.samples[0][0].item() == pytest.approx(reference, rel=1e-8, abs=1e-15)
 
 
 def test_a_body_in_the_plane_meshes_with_one_of_any_rotation():
