@@ -20,7 +20,7 @@ from exugear.elements.native.native import direct_or_portable
 from exugear.force_table.kernel_records import address_of
 from exugear.kernels.contact_frame import frame_between
 from exugear.kernels.contact_kernels import SPIN, kernel_of
-from exugear.kernels.contact_records import contact_state, is_turned, rotational_frame
+from exugear.kernels.contact_records import contact_state, is_rotated, rotational_frame
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
@@ -77,7 +77,7 @@ def CreateGearContact(
     require(len(itemNumbers) in (2, 3), f"itemNumbers must be [pinion, wheel] (and a carrier), got {itemNumbers}")
     kinds = kinds_of(mbs, itemNumbers, force)
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
-    kernel = kernel_of(kinds, turned=is_turned(frame))
+    kernel = kernel_of(kinds, rotated=is_rotated(frame))
     return add_contact(mbs, name, itemNumbers, kernel, force, frame, recorder or Recorder())
 
 

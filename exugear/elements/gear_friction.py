@@ -7,7 +7,7 @@ import exudyn as exu
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.elements.gear_contact import add_forces, check_mesh, frame_of, kinds_of
-from exugear.kernels.contact_records import is_turned
+from exugear.kernels.contact_records import is_rotated
 from exugear.kernels.friction_kernels import friction_of
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction import MeshFriction
@@ -53,7 +53,7 @@ def CreateGearFriction(
     require(len(itemNumbers) == 2, two)
     kinds = kinds_of(mbs, itemNumbers, force)
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
-    kernel = friction_of(kinds, is_turned(frame))
+    kernel = friction_of(kinds, is_rotated(frame))
     return add_forces(mbs, name, itemNumbers, kernel, (force.table, frame, friction.table(pair)))
 
 

@@ -63,7 +63,7 @@ class Bearing:
 
     def _check_alone(self, name: str, replaced: tuple[str, ...]) -> None:
         given = [field for field in replaced if getattr(self, field)] if getattr(self, name) is not None else []
-        require(not given, f"{name} stands instead of {', '.join(replaced)}; leave {', '.join(given)} out")
+        require(not given, f"{name} replaces {', '.join(replaced)}; leave {', '.join(given)} out")
 
     def _take_table(self, table: tuple[Sequence[float], Sequence[float]]) -> None:
         columns = [np.asarray(column, float) for column in table]

@@ -83,11 +83,11 @@ class Stage:
         return force
 
     def _damp(self) -> None:
-        """Give the force the damping that the ratio asks for."""
+        """Give the force the damping of the ratio, and require a plausible damping."""
         mass, ratio = reduced_mass(self.pair, self.fast, self.slow), self.damping_ratio
         if ratio is not None:
             require_within("damping_ratio", ratio, 0, 1, remedy="(6 % of the critical damping: 0.06)")
-            twice = f"damping_ratio stands instead of damping, got both: {ratio:g} and {self.force.damping:g} N s/m"
+            twice = f"damping_ratio replaces damping, got both: {ratio:g} and {self.force.damping:g} N s/m"
             require(self.damping is None and self.force.damping == 0, f"{twice}; leave one out")
             damping = damping_of(ratio, mean_stiffness(self.force, self.pair), mass)
             object.__setattr__(self, "force", replace(self.force, damping=damping))

@@ -9,7 +9,7 @@ from math import cos, sin, sqrt
 
 from fem.support.numba_cache import compiled, kept
 
-#: Kinds of bodies; from RXYZ on their attitude has to be computed, in a turned contact frame.
+#: Kinds of bodies; from RXYZ on their attitude has to be computed, in a rotated contact frame.
 SPIN_ALONE, IN_PLANE, UPRIGHT, RXYZ, EULER, VECTOR = 1, 3, 5, 6, 7, 8
 
 

@@ -1,8 +1,8 @@
 """Bodies of any kind as Rxyz bodies about z of the contact frame: coordinates -> displacements there, and forces back.
 
-z of a turned contact frame runs along the pinion's axis in the reference configuration. The attitude of a body there is
-Rx(a) Ry(b) Rz(c) with small tilts a, b and the spin c about the gear's axis, whatever coordinates its node has. Forces
-follow from the displacements by virtual work; the mesh itself is that of `exugear.kernels.kinematics`.
+z of a rotated contact frame runs along the pinion's axis in the reference configuration. The attitude of a body in it
+is Rx(a) Ry(b) Rz(c) with small tilts a, b and the spin c about the gear's axis, whatever coordinates its node has.
+Forces follow from the displacements by virtual work; the mesh itself is that of `exugear.kernels.kinematics`.
 """
 
 from math import atan2, cos, floor, hypot, pi, sin
@@ -81,8 +81,8 @@ def coordinates_of(x, i, kind):
 
 
 @compiled
-def turned_motion(frame, gear, kind, q, v):
-    """Motion of a body in space in a turned contact frame."""
+def rotated_motion(frame, gear, kind, q, v):
+    """Motion of a body in space in a rotated contact frame."""
     axes = transposed(rows_of(frame.axes))
     d, reference = rotational(kind, q), gear.rotation
     p = reference[0] + d[0], reference[1] + d[1], reference[2] + d[2], reference[3] + d[3]
@@ -100,8 +100,8 @@ def turned_motion(frame, gear, kind, q, v):
 
 
 @compiled
-def turned_forces(frame, kind, orientation, forces):
-    """Generalized forces (7) on the coordinates of a body in space, of those (6) in a turned contact frame."""
+def rotated_forces(frame, kind, orientation, forces):
+    """Generalized forces (7) on the coordinates of a body in space, of those (6) in a rotated contact frame."""
     a, b = orientation.a, orientation.b
     axes = rows_of(frame.axes)
     along = (forces[5] - sin(b) * forces[3]) / cos(b)
@@ -113,9 +113,9 @@ def turned_forces(frame, kind, orientation, forces):
 
 @compiled(forceinline=True)
 def motion_of(frame, gear, kind, q, v):
-    """Motion of a body with coordinates q and velocities v (7); upright ones stand in the contact frame as they are."""
+    """Motion of a body with coordinates q and velocities v (7); upright ones already are those of the contact frame."""
     if kind >= RXYZ:
-        return turned_motion(frame, gear, kind, q, v)
+        return rotated_motion(frame, gear, kind, q, v)
     return Motion(q[:6], v[:6], Orientation((0.0, 0.0, 0.0, 0.0), IDENTITY, 0.0, 0.0))
 
 
@@ -131,5 +131,5 @@ def motions_of(frame, kind_1, kind_2, n_1, n_2, x):
 def forces_on(frame, kind, orientation, forces):
     """Generalized forces (7) on the coordinates of a body, of any kind."""
     if kind >= RXYZ:
-        return turned_forces(frame, kind, orientation, forces)
+        return rotated_forces(frame, kind, orientation, forces)
     return forces[0], forces[1], forces[2], forces[3], forces[4], forces[5], 0.0

@@ -124,7 +124,7 @@ def _spin_factors(body: GearBody) -> tuple[float, float]:
     from_x, from_z = float(body.direction[0]), float(body.axis[2])
     apart = abs(np.arccos(min(abs(from_x), 1)) - np.arccos(min(abs(from_z), 1)))
     lock = "a body on an Rxyz node must not turn its z axis into global x, where the node is singular"
-    remedy = "use nodeType=exu.NodeType.RotationRotationVector, or lay the gear's axis along another axis of the body"
+    remedy = "use nodeType=exu.NodeType.RotationRotationVector, or put the gear on another axis of the body"
     example = "for a shaft along x no referenceRotationMatrix and localAxes=[[1, 0, 0], [1, 0, 0]]"
     require(bool(apart > LOCK), f"{lock}; {remedy}: {example}")
     return (0.0, float(np.sign(from_z))) if abs(from_z) > abs(from_x) else (float(np.sign(from_x)), 0.0)

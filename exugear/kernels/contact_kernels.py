@@ -17,13 +17,13 @@ CODES = {SPIN: SPIN_ALONE, PLANAR: IN_PLANE, SPATIAL: RXYZ, PARAMETERS: EULER, R
 TAKEN = {PLANAR: [0, 1, 5], SPATIAL: [0, 1, 2, 3, 4, 5]}
 
 
-def codes_of(kinds: tuple[str, ...], turned: bool) -> list[int]:
-    """Codes of the bodies, those on Rxyz nodes upright unless the contact frame is turned."""
-    return [UPRIGHT if kind == SPATIAL and not turned else CODES[kind] for kind in kinds]
+def codes_of(kinds: tuple[str, ...], rotated: bool) -> list[int]:
+    """Codes of the bodies, those on Rxyz nodes upright unless the contact frame is rotated."""
+    return [UPRIGHT if kind == SPATIAL and not rotated else CODES[kind] for kind in kinds]
 
 
 @cache
-def kernel_of(kinds: tuple[str, ...], displaced: bool = False, turned: bool = False):
+def kernel_of(kinds: tuple[str, ...], displaced: bool = False, rotated: bool = False):
     """The function (table, frame, state, record, t, *coordinates, *velocities) -> generalized forces of two bodies.
 
     The first four are addresses: of a table's head, a contact frame, a contact state and a recorder's header.
@@ -31,11 +31,11 @@ def kernel_of(kinds: tuple[str, ...], displaced: bool = False, turned: bool = Fa
     that only spins carries two that only spin.
 
     displaced   bodies that only spin stand at other positions than the pair's nominal ones
-    turned      the contact frame is not the global one
+    rotated     the contact frame is not the global one
     """
-    if kinds == (SPIN, SPIN) and not displaced and not turned:
+    if kinds == (SPIN, SPIN) and not displaced and not rotated:
         return spin_contact
-    return carrier_contact if kinds == (SPIN, SPIN, SPIN) else _spatial_contact(*codes_of(kinds, turned))
+    return carrier_contact if kinds == (SPIN, SPIN, SPIN) else _spatial_contact(*codes_of(kinds, rotated))
 
 
 @kept

@@ -8,7 +8,7 @@ from exugear.force_table.kernel_records import reader, record_of, record_type
 from fem.gear.involute import involute
 
 #: A gear on its body: base radius and axial position [m], reference coordinates of the body as an Rxyz body of the
-#: contact frame. In a turned frame also the rotational reference coordinates of its node, the axes of the gear on the
+#: contact frame. In a rotated frame also the rotational reference coordinates of its node, the axes of the gear on the
 #: body, and the factors of the fourth and sixth coordinate that count the turns of the body about the gear's axis.
 GEAR = record_type(
     ("r_b", "f8"),
@@ -20,7 +20,7 @@ GEAR = record_type(
 )
 #: Geometry of a contact. Line of centres (e_x, e_y) and height, as `kinematics.height`, in the reference configuration;
 #: base_pitch: 0 where coordinates count the turns of both bodies, else the base pitch [m], within which the lead is
-#: known; axes of a turned frame, 0 where it is the global one.
+#: known; axes of a rotated frame, 0 where it is the global one.
 CONTACT_FRAME = record_type(
     ("pitches_per_radian", "f8"),
     ("phase", "f8"),
@@ -75,6 +75,6 @@ def is_spatial(frame: np.record) -> bool:
     return bool(frame.e_x or frame.e_y)
 
 
-def is_turned(frame: np.record) -> bool:
+def is_rotated(frame: np.record) -> bool:
     """Whether a contact has axes of its own."""
     return bool(frame.axes.any())

@@ -65,15 +65,15 @@ def spin_row(a, b):
 
 
 @cache
-def friction_of(kinds: tuple[str, ...], turned: bool = False):
+def friction_of(kinds: tuple[str, ...], rotated: bool = False):
     """The function (table, frame, friction, t, *coordinates, *velocities) -> generalized forces of two bodies.
 
-    The first three are addresses: of a table's head, a contact frame and a friction record. turned: the contact frame
+    The first three are addresses: of a table's head, a contact frame and a friction record. rotated: the contact frame
     is not the global one.
     """
-    if kinds == (SPIN, SPIN) and not turned:
+    if kinds == (SPIN, SPIN) and not rotated:
         return spin_friction
-    return _spatial_friction(*codes_of(kinds, turned))
+    return _spatial_friction(*codes_of(kinds, rotated))
 
 
 @kept

@@ -185,11 +185,11 @@ def mid_plane(body, x, y):
 
 @compiled
 def rotation_of_line(frame, q_1, q_2, e_r):
-    """By how much e_r has turned [rad], whole turns such that |lead| stays far below that of a whole turn."""
+    """Angle by which e_r has rotated [rad], with those whole turns that keep |lead| far below that of a whole turn."""
     r_1, r_2 = frame.pinion.r_b, frame.wheel.r_b
-    turned = atan2(frame.e_x * e_r[1] - frame.e_y * e_r[0], frame.e_x * e_r[0] + frame.e_y * e_r[1])
+    angle = atan2(frame.e_x * e_r[1] - frame.e_y * e_r[0], frame.e_x * e_r[0] + frame.e_y * e_r[1])
     whole = 2.0 * pi * (r_1 + r_2)
-    return turned + 2.0 * pi * floor((r_1 * (q_1[5] - turned) + r_2 * (q_2[5] - turned)) / whole + 0.5)
+    return angle + 2.0 * pi * floor((r_1 * (q_1[5] - angle) + r_2 * (q_2[5] - angle)) / whole + 0.5)
 
 
 @compiled
@@ -208,15 +208,15 @@ def position_of(table, frame, q_1, q_2):
     (x, y), distance = line.e_r, line.distance
     if not (r_1 + r_2) / distance < 1.0:
         raise ValueError(abs(distance), abs(r_1 + r_2))
-    turned = rotation_of_line(frame, q_1, q_2, line.e_r)
+    rotation = rotation_of_line(frame, q_1, q_2, line.e_r)
     alpha = acos((r_1 + r_2) / distance)
     r_w = r_1 / cos(alpha)
     opening = (r_1 + r_2) * (compiled_involute(alpha) - frame.inv_alpha_wt)
     raised = height(pinion, wheel, line.e_r, r_w) - frame.height
-    lead = d * (r_1 * (q_1[5] - turned) + r_2 * (q_2[5] - turned) - tan_b * raised)
+    lead = d * (r_1 * (q_1[5] - rotation) + r_2 * (q_2[5] - rotation) - tan_b * raised)
     if frame.base_pitch != 0.0:
         lead = nearest_lead(table, frame.base_pitch, lead)
-    flank = flank_of(table, lead, opening, d * frame.pitches_per_radian * (q_1[5] - turned) + frame.phase)
+    flank = flank_of(table, lead, opening, d * frame.pitches_per_radian * (q_1[5] - rotation) + frame.phase)
     side_d = flank.side * d
     n = (-side_d * cos(alpha) * y + sin(alpha) * x, side_d * cos(alpha) * x + sin(alpha) * y, -side_d * tan_b)
     misalignment = side_d * (n[0] * (wheel.axis[0] - pinion.axis[0]) + n[1] * (wheel.axis[1] - pinion.axis[1]))

@@ -80,6 +80,6 @@ def rotational_row(frame: np.record) -> np.ndarray:
 
 
 def phase_of(frame: np.record, spin: float) -> float:
-    """Phase in [0, 1) where the pinion has turned by spin [rad] and the centres rest."""
-    turned = frame.direction * frame.pitches_per_radian * spin + frame.phase
-    return turned - floor(turned)
+    """Phase in [0, 1) at a spin of the pinion [rad], the centres in their reference positions."""
+    phase = frame.direction * frame.pitches_per_radian * spin + frame.phase
+    return phase - floor(phase)

@@ -1,1 +1,1 @@
-"""What a scene needs: coordinates of the bodies, axes of the maps, integrator and step. No Exudyn."""
+"""Decisions before a solve: coordinates of the bodies, axes of the maps, integrator and steps. No Exudyn."""

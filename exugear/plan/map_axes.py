@@ -1,4 +1,4 @@
-"""Which axes of a map a scene needs: those along which its bodies move; the others stand at their static value."""
+"""Axes of a map that a scene needs: those along which its bodies move; the others are fixed at their static values."""
 
 from collections.abc import Mapping
 from math import acos, isfinite
@@ -12,21 +12,22 @@ from fem.gear.involute import involute
 from fem.support.validation import require
 from fem.units import um
 
-#: Kinds of motion that change an offset.
+#: Coordinates of a shaft that change an offset.
 MOVED_BY = {
     "a": (Coordinates.PLANAR, Coordinates.BEARINGS),
     "misalignment": (Coordinates.BEARINGS,),
     "axial": (Coordinates.BEARINGS,),
 }
-#: Static offsets that a map without the axis may ignore: gap at the ends of the face, distance [m], share of the face.
+#: Largest differences of offsets that a map without the axis may ignore: gap by misalignment at the ends of the face
+#: [m], centre distance [m], axial offset as share of the face width.
 IGNORED = {"misalignment": 0.01 * um, "a": 1 * um, "axial": 2e-3}
-MEANING = {"a": "centre distance", "misalignment": "misalignment", "axial": "axial offset"}
+AXIS_NAMES = {"a": "centre distance", "misalignment": "misalignment", "axial": "axial offset"}
 
 
 def static_offsets(gearbox: Gearbox, stage: Stage, side: int = 1) -> dict[str, float]:
-    """Static offsets of a stage as its map counts them, on the driving flank or the other (side -1).
+    """Static offsets of a stage with the signs of its map, on the driving flank (side 1) or on the back flank (-1).
 
-    Its z runs along z where the mesh force turns the pinion clockwise, else against it.
+    The z axis of the map points along z where the mesh force turns the pinion clockwise, else against it.
     """
     z = side * gearbox.directions[stage.fast.name]
     offsets = stage_offsets(stage, gearbox.shaft_positions, z)
@@ -34,20 +35,22 @@ def static_offsets(gearbox: Gearbox, stage: Stage, side: int = 1) -> dict[str, f
 
 
 def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates]) -> tuple[MeshForce, str]:
-    """The law with the axes that the scene needs, and why; ValueError for a map without one that it excites."""
+    """Force law with the axes that the scene needs, and the reasons; ValueError for a map that lacks such an axis."""
     kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
     static, law = static_offsets(gearbox, stage), stage.force
     moving = [name for name, movers in MOVED_BY.items() if kinds & set(movers)]
     _check_excited(stage, static)
     _check_reached(stage, static)
     _check_play(stage, static["a"])
-    behind = static_offsets(gearbox, stage, -1) if isfinite(law.backlash) else static
-    alike = [name for name in law.offsets if is_slight(stage, name, static[name] - behind[name])]
+    on_back_flank = static_offsets(gearbox, stage, -1) if isfinite(law.backlash) else static
+    alike = [name for name in law.offsets if is_slight(stage, name, static[name] - on_back_flank[name])]
     fixed = {name: static[name] for name in alike if name not in moving}
-    lines = ["map over " + ", ".join(["phase", "force", *(MEANING[name] for name in law.offsets if name not in fixed)])]
-    lines += [f"{MEANING[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
-    lines += [f"{MEANING[name]} kept: it differs between the flanks" for name in law.offsets if name not in alike]
-    lines += [f"{MEANING[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
+    lines = [
+        "map over " + ", ".join(["phase", "force", *(AXIS_NAMES[name] for name in law.offsets if name not in fixed)])
+    ]
+    lines += [f"{AXIS_NAMES[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
+    lines += [f"{AXIS_NAMES[name]} kept: it differs between the flanks" for name in law.offsets if name not in alike]
+    lines += [f"{AXIS_NAMES[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
     return law.at(**fixed), "; ".join(lines)
 
 
@@ -58,7 +61,7 @@ def is_slight(stage: Stage, name: str, difference: float) -> bool:
 
 
 def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
-    """Require the axes along which the shafts are displaced."""
+    """Require map axes for the offsets by which the shafts are displaced statically."""
     nominal = {"misalignment": 0.0, "a": stage.pair.a, "axial": 0.0}
     for name, value in nominal.items():
         missing = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, its map has no such axis"
@@ -68,7 +71,7 @@ def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
 
 
 def _check_reached(stage: Stage, static: Mapping[str, float]) -> None:
-    """Require axes that reach to where the shafts stand."""
+    """Require map axes that contain the static offsets."""
     for name, axis in stage.force.offsets.items():
         beyond = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, beyond the map's axis"
         ends = f"from {axis[0]:.6g} to {axis[-1]:.6g}"
@@ -76,7 +79,7 @@ def _check_reached(stage: Stage, static: Mapping[str, float]) -> None:
 
 
 def _check_play(stage: Stage, a: float) -> None:
-    """Require backlash to be left: one flank at a time can press."""
+    """Require remaining backlash, since the law takes a single flank to be in contact at a time."""
     pair = stage.pair
     r_b = pair.pinion.r_b + pair.wheel.r_b
     play = stage.force.backlash + 2 * r_b * (involute(acos(r_b / a)) - involute(pair.alpha_wt))

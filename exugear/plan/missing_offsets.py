@@ -11,7 +11,7 @@ from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.kernels.reference_configuration import offsets_at, spatial_frame, spatial_row
 from exugear.plan.coordinates import Coordinates, pose
-from exugear.plan.map_axes import MEANING, MOVED_BY, is_slight, static_offsets
+from exugear.plan.map_axes import AXIS_NAMES, MOVED_BY, is_slight, static_offsets
 from fem.support.validation import require
 
 #: Iterations for the secant stiffness of nonlinear bearings.
@@ -84,7 +84,7 @@ def _advice(gearbox: Gearbox, stage: Stage, shafts, load: float, moved: Mapping[
         return f"under {load:.4g} N m it moves too little to matter" if lacking else ""
     offsets = ", ".join(f"{name} = {reached[name]:.6g}" for name in far)
     axes = dict(stage.force.offsets) | {name: _axis(name, static[name], reached[name]) for name in far}
-    written = ", ".join(f"{name}=({', '.join(f'{x:.9g}' for x in axes[name])})" for name in MEANING if name in axes)
+    written = ", ".join(f"{name}=({', '.join(f'{x:.9g}' for x in axes[name])})" for name in AXIS_NAMES if name in axes)
     return f"under {load:.4g} N m {offsets}: map with offsets=fem.Offsets({written})"
 
 
@@ -93,7 +93,7 @@ def _reached(gearbox: Gearbox, stage: Stage, moved: Mapping[str, np.ndarray]) ->
     frame = _frame(gearbox, stage)
     q_1, q_2 = (moved[shaft.name].copy() for shaft in (stage.fast, stage.slow))
     q_1[5] = gearbox.directions[stage.fast.name] * LEAD / frame.pinion.r_b
-    return dict(zip(MEANING, offsets_at(stage.force.table.head, frame, tuple(q_1), tuple(q_2)), strict=True))
+    return dict(zip(AXIS_NAMES, offsets_at(stage.force.table.head, frame, tuple(q_1), tuple(q_2)), strict=True))
 
 
 def _axis(name: str, static: float, reached: float) -> list[float]:

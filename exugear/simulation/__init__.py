@@ -1,1 +1,1 @@
-"""From the gearbox to a run: Exudyn model, static equilibrium, drive and load, time integration, its data."""
+"""From the gearbox to a run: built model, static equilibrium, drive and load, time integration, data of the run."""

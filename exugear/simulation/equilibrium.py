@@ -15,7 +15,7 @@ from exugear.gearbox.shaft import Coupling
 from exugear.mesh_force.map_range import larger_torque
 from exugear.plan.map_axes import static_offsets
 from exugear.plan.plan import UNDAMPED
-from exugear.simulation.model import Mesh, Model, nonlinear_bearing_stiffness, open_system
+from exugear.simulation.model import Mesh, Model, matrices_without_meshes, nonlinear_bearing_stiffness
 from exugear.simulation.time_functions import Conditions
 from fem.support.validation import require
 from fem.units import mm, rpm
@@ -158,7 +158,7 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
         return q
     free = np.concatenate([model.spins[name] - np.arange(1, kind.spin_index + 1) for name, kind in held.items()])
     push = -forces @ np.array([mesh.row for mesh in model.meshes])
-    _, stiffness = open_system(model)
+    _, stiffness = matrices_without_meshes(model)
     secants = None
     for _ in range(ITERATIONS):
         total = stiffness + nonlinear_bearing_stiffness(model, secants)

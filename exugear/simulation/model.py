@@ -142,7 +142,7 @@ def linearized(model: Model) -> Model:
     added = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
     meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(added))) for mesh in model.meshes)
     model = replace(model, meshes=meshes)
-    mass, stiffness = open_system(model)
+    mass, stiffness = matrices_without_meshes(model)
     omega, omega_mesh = _frequency_bounds(model, mass, stiffness)
     meshes = tuple(_with_mobility(model, mesh, mass, stiffness) for mesh in meshes)
     return replace(model, plan=replace(model.plan, omega=omega, omega_mesh=omega_mesh), meshes=meshes)
@@ -194,19 +194,18 @@ def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
 
 def _with_row(mbs, mesh: Mesh, first: Mapping[str, int], scene: Plan) -> Mesh:
     """The mesh with its row over the coordinates of the system; first: index of each shaft's first coordinate."""
-    row, rotational = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
+    row, entries = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
     if is_spatial(mesh.frame):
-        entries = spatial_row(mesh.frame).reshape(2, 6)
+        entries[:] = spatial_row(mesh.frame).reshape(2, 6)
     else:
-        rotational[:, 5] = rotational_row(mesh.frame)
-        entries = rotational
+        entries[:, 5] = rotational_row(mesh.frame)
     for shaft, entry in zip((mesh.stage.fast, mesh.stage.slow), entries, strict=True):
         components = scene.shafts[shaft.name].components
         row[first[shaft.name] : first[shaft.name] + len(components)] = entry[components]
     return replace(mesh, row=row)
 
 
-def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
+def matrices_without_meshes(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Mass and stiffness matrix of the built system without the meshes."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     before, states = system.GetODE2Coordinates(initial), [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
@@ -225,17 +224,17 @@ def open_system(model: Model) -> tuple[np.ndarray, np.ndarray]:
 
 def _with_mobility(model: Model, mesh: Mesh, mass: np.ndarray, stiffness: np.ndarray) -> Mesh:
     """The mesh with the accelerations of its bodies along the line of action by mesh force and bearings."""
-    moved = _acceleration_by_force(model, mesh, mass)
-    mobility = float(mesh.row @ moved)
+    accelerations = _acceleration_by_force(model, mesh, mass)
+    mobility = float(mesh.row @ accelerations)
     static_forces = np.array(model.gearbox.static_forces(1.0))
-    pushed = static_forces @ np.array([each.row for each in model.meshes])
+    forces_on_bodies = static_forces @ np.array([each.row for each in model.meshes])
     by_bearings, held = np.zeros((2, 6)), float(static_forces[model.meshes.index(mesh)])
-    for accelerations, shaft in zip(by_bearings, (mesh.stage.fast, mesh.stage.slow), strict=True):
+    for by_displacement, shaft in zip(by_bearings, (mesh.stage.fast, mesh.stage.slow), strict=True):
         if all(bearing.linear for bearing in shaft.bearings.values()):
             components = model.plan.shafts[shaft.name].components[:-1]
             displacements = slice(model.spins[shaft.name] - len(components), model.spins[shaft.name])
-            accelerations[components] = (stiffness @ moved)[displacements]
-            held -= float(moved[displacements] @ pushed[displacements]) / mobility
+            by_displacement[components] = (stiffness @ accelerations)[displacements]
+            held -= float(accelerations[displacements] @ forces_on_bodies[displacements]) / mobility
     return replace(mesh, mobility=mobility, bearings=by_bearings.ravel(), held=held)
 
 
@@ -244,9 +243,9 @@ def _acceleration_by_force(model: Model, mesh: Mesh, mass: np.ndarray) -> np.nda
     driving = model.gearbox.driving.name
     constrained = np.append(held_by_joints(model), model.rotors.get(driving, model.spins[driving]))
     free = np.setdiff1d(np.arange(len(mass)), constrained)
-    moved = np.zeros(len(mass))
-    moved[free] = np.linalg.solve(mass[np.ix_(free, free)], mesh.row[free])
-    return moved
+    accelerations = np.zeros(len(mass))
+    accelerations[free] = np.linalg.solve(mass[np.ix_(free, free)], mesh.row[free])
+    return accelerations
 
 
 def _frequency_bounds(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> tuple[float, float]:

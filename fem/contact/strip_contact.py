@@ -140,14 +140,14 @@ def coupling(slices: ContactSlices, arcs: np.ndarray, bodies: Bodies, tilts=None
         across = body.across(slices.low - shift, slices.high - shift)
         weights = (across.repeat(m, axis=1)[:, None] * body.along(arcs[side])).reshape(-1, n * m)
         tilted = weights * 2 * tilts[side].ravel()
-        for (k, moved), (j, loaded) in product(groups, repeat=2):
-            ahead = (k - j) * (-1) ** side
+        for (k, rows), (loaded_pair, columns) in product(groups, repeat=2):
+            ahead = (k - loaded_pair) * (-1) ** side
             if abs(ahead) > body.pitches:
                 continue
-            u = weights[:, moved].T @ body.normal(ahead)
-            if tilted[:, moved].any():
-                u -= tilted[:, moved].T @ body.tangential(ahead)
-            total[moved, loaded] += u @ weights[:, loaded]
+            u = weights[:, rows].T @ body.normal(ahead)
+            if tilted[:, rows].any():
+                u -= tilted[:, rows].T @ body.tangential(ahead)
+            total[rows, columns] += u @ weights[:, columns]
     return ((total + total.T) / 2).reshape(n, m, n, m)
 
 

@@ -1,7 +1,7 @@
 """The modelled part of the face width: all of it, or the half above mid-plane where symmetry gives the other half.
 
-Axial positions count from mid-plane. All that depends on the symmetry is said here: which displacements it holds, where
-forces act beside those of the model, and what follows from the modelled part for the whole.
+Axial positions count from mid-plane. What depends on the symmetry is said here: which displacements it clamps, where
+forces act beside those of the model, and what follows from the modelled part for the whole face.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class WholeFace:
     #: Relative distance from mid-plane at which the modelled part begins; -1 and 1: the end faces.
     start: ClassVar[float] = -1.0
     #: Displacement components that vanish in mid-plane.
-    held: ClassVar[tuple[int, ...]] = ()
+    clamped_in_mid_plane: ClassVar[tuple[int, ...]] = ()
     antisymmetric: ClassVar[bool] = False
 
     def positions(self, upper: np.ndarray) -> np.ndarray:
@@ -70,7 +70,7 @@ class HalfFace:
         return "odd" if self.antisymmetric else "even"
 
     @property
-    def held(self) -> tuple[int, ...]:
+    def clamped_in_mid_plane(self) -> tuple[int, ...]:
         """Equal forces do not move mid-plane along the axis, opposite ones do not move it in the transverse section."""
         return (0, 1) if self.antisymmetric else (2,)
 
@@ -112,9 +112,9 @@ def clamped(gear: Gear, points: np.ndarray, components: int, face: Face) -> np.n
 
     points      (2, ...) in the transverse section, or (3, ...) in space [m]
     """
-    held = np.zeros((components, *points.shape[1:]), bool)
-    held[:, np.hypot(points[0], points[1]) < gear.d_bore / 2 * (1 + ON_BORE)] = True
+    vanish = np.zeros((components, *points.shape[1:]), bool)
+    vanish[:, np.hypot(points[0], points[1]) < gear.d_bore / 2 * (1 + ON_BORE)] = True
     if len(points) == 3:
-        for component in face.held:
-            held[component] |= np.abs(points[2]) < ON_MID_PLANE * gear.b
-    return held
+        for component in face.clamped_in_mid_plane:
+            vanish[component] |= np.abs(points[2]) < ON_MID_PLANE * gear.b
+    return vanish

@@ -1,4 +1,4 @@
-"""References that share no contact code with the maps: large displacements, mortar contact, time integration."""
+"""Reference methods with gaps and compliance of their own: large displacements, mortar contact, time integration."""
 
 import lazy_loader
 

@@ -14,7 +14,7 @@ from fem.microgeometry.flank import alike, from_text, to_text
 from fem.pair.pair import GearPair
 from fem.support.arguments import FilePath, Numbers, checked
 from fem.support.cache import whole
-from fem.support.validation import increasing, numbers, require, text_of
+from fem.support.validation import increasing, numbers, require
 
 SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank")]
 #: Shapes of the root fillet, of which a gear has one.
@@ -74,10 +74,8 @@ def ste_map(
     unknown = set(offsets or {}) - OFFSETS.keys()
     require(not unknown, f"offsets may be {list(OFFSETS)}, got {', '.join(map(str, unknown))}")
     axes = {TORQUE: torque, **(offsets or {}), PHASE: phase}
-    values, grid = {name: numbers(name, axis) for name, axis in axes.items()}, tuple(axes)
-    for name, axis in values.items():
-        argument = f"{name} of the offsets" if name in OFFSETS else name
-        require(axis.ndim == 1, f"{argument} must be increasing values (n,), got {text_of(axes[name])}")
+    in_words = {name: f"{name} of the offsets" if name in OFFSETS else name for name in axes}
+    values, grid = {name: increasing(in_words[name], axis) for name, axis in axes.items()}, tuple(axes)
     te, shape = numbers(TE, te), tuple(axis.size for axis in values.values())
     require(te.shape == shape, f"te must have the shape {shape} over {grid}, got {te.shape}")
     data = xr.Dataset(

@@ -17,7 +17,7 @@ from exugear.elements.exudyn_objects import kind_of
 from exugear.elements.gear_contact import contact_key, frame_of
 from exugear.force_table.kernel_records import address_of
 from exugear.kernels.contact_frame import axes_about
-from exugear.kernels.contact_records import is_turned
+from exugear.kernels.contact_records import is_rotated
 from exugear.kernels.friction_kernels import friction_of
 from fem.units import mm, um
 
@@ -115,7 +115,7 @@ def rubbing(scene, pair, law, motion):
     mbs.CreateGearFriction(itemNumbers=bodies, pair=pair, force=law, friction=friction, localAxes=[axis, axis])
     plain = frame_of(mbs, bodies, pair, [(0, 0, 0)] * 2, [axis] * 2, phase=0.2, direction=1)
     records, kinds = (law.table, plain, friction.table(pair)), (kind_of(mbs, bodies[0]),) * 2
-    kernel = partial(friction_of(kinds, is_turned(plain)), *map(address_of, records), 0.0)
+    kernel = partial(friction_of(kinds, is_rotated(plain)), *map(address_of, records), 0.0)
     return pushed(mbs, bodies, node, axis, frame, motion, kernel)
 
 
@@ -125,11 +125,11 @@ def test_forces_are_those_along_z(name, node, axis):
     pair, law = PAIRS["helical"], law_of(backlash=50 * um, damping=2700.0)
     for direction, lead in ((1, 8 * um), (-1, 58 * um)):
         motion = motion_of(pair, lead)
-        expected, told = meshing(ALONG_Z, pair, law, motion, direction)
+        expected, reference = meshing(ALONG_Z, pair, law, motion, direction)
         forces, recorded = meshing((FRAMES[name], node, axis), pair, law, motion, direction)
-        assert abs(told[1]) > 2000 and np.sign(told[1]) == direction and abs(told[3]) > 1e-5
+        assert abs(reference[1]) > 2000 and np.sign(reference[1]) == direction and abs(reference[3]) > 1e-5
         assert np.abs(forces - expected).max() < 1e-9 * np.abs(expected).max()
-        assert recorded == pytest.approx(told, rel=1e-8, abs=1e-15)
+        assert recorded == pytest.approx(reference, rel=1e-8, abs=1e-15)
 
 
 def test_friction_is_that_along_z():
@@ -217,7 +217,7 @@ def test_whole_turns_are_counted_where_a_coordinate_counts_them():
 def test_an_axis_may_have_either_sense():
     """A wheel that is mounted upside down."""
     pair, frame, motion = PAIRS["helical"], FRAMES["y"], motion_of(PAIRS["helical"], 8 * um)
-    expected, told = meshing((frame, RXYZ, UP), pair, law_of(), motion)
+    expected, reference = meshing((frame, RXYZ, UP), pair, law_of(), motion)
     mbs, recorder, over = exu.SystemContainer().AddSystem(), exugear.Recorder(), np.diag([1.0, -1.0, -1.0])
     pinion, wheel = bodies_along(mbs, pair, frame, RXYZ, UP)
     upside_down = {"referencePosition": frame @ [pair.a, 0, 0], "referenceRotationMatrix": frame @ over}
@@ -228,7 +228,7 @@ def test_an_axis_may_have_either_sense():
     turned = [motion[0], (motion[1][0], motion[1][1] @ over, motion[1][2])]
     forces = pushed(mbs, (pinion, wheel), RXYZ, UP, frame, turned, kernel)
     assert np.abs(forces - expected).max() < 1e-9 * np.abs(expected).max()
-    assert recorder.samples[0][0].item() == pytest.approx(told, rel=1e-8, abs=1e-15)
+    assert recorder.samples[0][0].item() == pytest.approx(reference, rel=1e-8, abs=1e-15)
 
 
 def test_a_body_in_the_plane_meshes_with_one_of_any_rotation():
@@ -253,7 +253,7 @@ def test_bodies_whose_axes_do_not_fit_are_refused():
     pair, mbs = paper_pair(), exu.SystemContainer().AddSystem()
     given = {"pair": pair, "force": linear_law()}
     pinion, wheel = bodies_along(mbs, pair, FRAMES["x"], RXYZ, UP)
-    with pytest.raises(ValueError, match=r"singular; use nodeType=exu.NodeType.RotationRotationVector, or lay"):
+    with pytest.raises(ValueError, match=r"singular; use nodeType=exu.NodeType.RotationRotationVector, or put"):
         mbs.CreateGearContact(itemNumbers=[pinion, wheel], **given)
     upright, _ = bodies_along(mbs, pair, FRAMES["z"], RXYZ, UP)
     with pytest.raises(ValueError, match=r"axes of pinion and wheel must be parallel within 0.05 rad.*, got 1"):

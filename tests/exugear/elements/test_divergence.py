@@ -38,8 +38,8 @@ def test_gears_that_hardly_anything_keeps_from_tilting(tilt, message):
         bodies.append(mbs.CreateRigidBody(referencePosition=[x, 0, 0], inertia=inertia, nodeType=kind))
         node, springs = mbs.GetObject(bodies[-1])["nodeNumber"], np.diag([5e8, 5e8, 1e8, tilt, tilt, spin])
         mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=springs))
-    places = [[0, 0, 10 * mm]] * 2
-    mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=law_over_misalignment(), localPositions=places)
+    centres = [[0, 0, 10 * mm]] * 2
+    mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=law_over_misalignment(), localPositions=centres)
     mbs.CreateTorque(itemNumber=bodies[1], loadVector=[0, 0, 150.0])
     mbs.Assemble()
     settings = exu.SimulationSettings()

@@ -68,18 +68,18 @@ def test_mass_and_elasticity_are_those_of_the_cylinder(solid):
 
 
 def test_reduced_shaft_keeps_bending_and_torsion_but_for_its_rigid_seats(solid):
-    found = example.free_frequencies(solid)
-    assert found[:2] == pytest.approx(2 * [beam_frequency(1500, 2500)], rel=0.02)
-    assert found[2:4] == pytest.approx(2 * [beam_frequency(4500, 5500)], rel=0.02)
-    assert found[4] == pytest.approx(example.torsion_frequency(), rel=0.01)
-    assert found[4] > example.torsion_frequency() and found[0] > beam_frequency(1500, 2500)
+    frequencies = example.free_frequencies(solid)
+    assert frequencies[:2] == pytest.approx(2 * [beam_frequency(1500, 2500)], rel=0.02)
+    assert frequencies[2:4] == pytest.approx(2 * [beam_frequency(4500, 5500)], rel=0.02)
+    assert frequencies[4] == pytest.approx(example.torsion_frequency(), rel=0.01)
+    assert frequencies[4] > example.torsion_frequency() and frequencies[0] > beam_frequency(1500, 2500)
 
 
 def test_static_deflection_is_that_of_a_timoshenko_beam(flexible):
     assert example.bending(flexible) == pytest.approx(example.beam_deflection(FORCE), rel=0.02)
-    gear, one, other = flexible.positions()
-    assert np.hypot(*one[:2]) == pytest.approx(FORCE / 2 / shaft_rig.BEARING, rel=0.01)
-    assert one[:2] == pytest.approx(other[:2], rel=1e-3)
+    gear, left_bearing, right_bearing = flexible.positions()
+    assert np.hypot(*left_bearing[:2]) == pytest.approx(FORCE / 2 / shaft_rig.BEARING, rel=0.01)
+    assert left_bearing[:2] == pytest.approx(right_bearing[:2], rel=1e-3)
     away = np.arctan2(-gear[0], -gear[1])
     assert away == pytest.approx(PAIR.alpha_wt, abs=0.01)
 
@@ -116,10 +116,10 @@ def test_both_integrators_carry_the_torque_and_agree(solid, law):
 
 @pytest.mark.slow
 def test_gear_on_the_floating_frame_moves_like_one_on_a_joint(solid, law, monkeypatch):
-    def jointed(mbs, place, solid):
-        frame, seats = on_frame(mbs, place, solid)
+    def jointed(mbs, position, solid):
+        frame, seats = on_frame(mbs, position, solid)
         frames.append(frame)
-        node = mbs.AddNode(eii.NodeRigidBodyRxyz(referenceCoordinates=[*place, 0, 0, 0, 0]))
+        node = mbs.AddNode(eii.NodeRigidBodyRxyz(referenceCoordinates=[*position, 0, 0, 0, 0]))
         body = mbs.AddObject(eii.ObjectRigidBody(nodeNumber=node, mass=1e-6, inertia=3 * [1e-9] + 3 * [0]))
         marker = mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=body))
         mbs.AddObject(eii.ObjectJointGeneric(markerNumbers=[seats[0], marker]))

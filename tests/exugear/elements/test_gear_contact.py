@@ -162,9 +162,9 @@ def test_modes_of_a_pair_on_springs_along_the_line_of_action(mbs, ky, published)
     q[5] = 10 * um / PAIR.pinion.r_b
     mbs.systemData.SetODE2Coordinates(q, exu.ConfigurationType.Initial)
     squares, _ = mbs.ComputeODE2Eigenvalues()
-    found = np.sqrt(np.abs(squares)) / (2 * np.pi)
-    assert found[0] < 0.01
-    assert found[1:] == pytest.approx(published[1:], rel=1e-4)
+    frequencies = np.sqrt(np.abs(squares)) / (2 * np.pi)
+    assert frequencies[0] < 0.01
+    assert frequencies[1:] == pytest.approx(published[1:], rel=1e-4)
 
 
 @pytest.mark.usefixtures("way")

@@ -12,6 +12,7 @@ from strategies import floats, without_backlash
 
 import fem
 from exugear import Gearbox, Placement, Shaft, Stage
+from fem.gear.involute import involute
 from fem.units import deg, mm
 
 Z = 57
@@ -50,7 +51,7 @@ def square(angle: float = 90 * deg, **changes) -> Gearbox:
 def half_angles(gear: fem.Gear, r: np.ndarray) -> np.ndarray:
     """Half the tooth's angle at radii (n,)."""
     alpha = np.arccos(gear.r_b / r)
-    return gear.psi_b - (np.tan(alpha) - alpha)
+    return gear.psi_b - involute(alpha)
 
 
 def pressed(pair: fem.GearPair, gear: fem.Gear, psi: float, towards: float, side: int) -> tuple[float, float]:

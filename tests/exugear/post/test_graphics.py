@@ -42,7 +42,7 @@ def area(gear: fem.Gear) -> float:
     blocks = section_blocks(gear, Density().refined(8))[:3]
     points = [x + 1j * y for x, y in blocks]
     diagonals = [(p[1:, 1:] - p[:-1, :-1], p[1:, :-1] - p[:-1, 1:]) for p in points]
-    return gear.z * sum(abs((np.conj(one) * other).imag.sum()) / 2 for one, other in diagonals)
+    return gear.z * sum(abs((np.conj(diagonal) * crossing).imag.sum()) / 2 for diagonal, crossing in diagonals)
 
 
 @pytest.mark.parametrize("name", GEARS)
@@ -130,16 +130,16 @@ def signed_distance(p: np.ndarray, polygon: np.ndarray) -> np.ndarray:
 def test_gears_of_a_pair_touch_at_the_pitch_point_without_overlap(direction):
     pair = paper_pair()
     psi_1, psi_2 = graphics.meshing_angles(pair, 0.0, direction)
-    one, other = outline_of(pair.pinion, psi_1, 0.0), outline_of(pair.wheel, psi_2, pair.a)
+    pinion, wheel = outline_of(pair.pinion, psi_1, 0.0), outline_of(pair.wheel, psi_2, pair.a)
     pitch_point = pair.pinion.r_b / np.cos(pair.alpha_wt)
-    near = [p[abs(p - pitch_point) < 20 * mm] for p in (one, other)]
-    gaps = signed_distance(near[0], other), signed_distance(near[1], one)
+    near = [p[abs(p - pitch_point) < 20 * mm] for p in (pinion, wheel)]
+    gaps = signed_distance(near[0], wheel), signed_distance(near[1], pinion)
     assert min(gap.min() for gap in gaps) > -0.2 * um
     assert max(gap.min() for gap in gaps) < 0.5 * um
-    for outline in (one, other):
+    for outline in (pinion, wheel):
         assert abs(signed_distance(np.array([pitch_point + 0j]), outline)) < 0.2 * um
     turned = outline_of(pair.pinion, psi_1 + direction * 10 * um / pair.pinion.r_b, 0.0)
-    deep = signed_distance(turned[abs(turned - pitch_point) < 20 * mm], other).min()
+    deep = signed_distance(turned[abs(turned - pitch_point) < 20 * mm], wheel).min()
     assert deep == pytest.approx(-10 * um, abs=0.5 * um)
 
 

@@ -78,11 +78,11 @@ def test_each_stage_meshes_at_order_one_of_its_own(two_stages, stage):
 
 def test_plots_take_runs_and_their_data(two_stages):
     for draw in (plots.plot_run_up, plots.plot_waterfall):
-        one, same = (draw(x, plots.figure().axes[0], stage=1) for x in (two_stages, two_stages.data))
-        assert one.dataLim.bounds == same.dataLim.bounds
-    both = {"run": two_stages, "data": two_stages.data}
-    one, same = plots.plot_envelopes(both, plots.figure().axes[0], stage=1).lines
-    assert np.array_equal(one.get_xydata(), same.get_xydata())
+        of_run, of_data = (draw(x, plots.figure().axes[0], stage=1) for x in (two_stages, two_stages.data))
+        assert of_run.dataLim.bounds == of_data.dataLim.bounds
+    runs = {"run": two_stages, "data": two_stages.data}
+    of_run, of_data = plots.plot_envelopes(runs, plots.figure().axes[0], stage=1).lines
+    assert np.array_equal(of_run.get_xydata(), of_data.get_xydata())
     for draw in (plots.plot_run_up, plots.plot_waterfall):
         with pytest.raises(ValueError, match=r"run must be an exugear\.Run or its data, got int"):
             draw(3)

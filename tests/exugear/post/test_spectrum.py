@@ -9,26 +9,26 @@ from exugear.post.spectrum import Resonances, envelope, fourier_sum, order_spect
 
 def test_envelope_of_a_growing_sine():
     t = np.linspace(0, 10, 200_001)
-    found = envelope(t, t * np.sin(2 * np.pi * 50 * t) + 3, windows=100)
-    assert found.amplitude == pytest.approx(found.place, abs=0.06)
-    assert found.rms == pytest.approx(found.place / np.sqrt(2), abs=0.02)
-    assert (found.high + found.low) / 2 == pytest.approx(3, abs=0.06)
+    outline = envelope(t, t * np.sin(2 * np.pi * 50 * t) + 3, windows=100)
+    assert outline.amplitude == pytest.approx(outline.place, abs=0.06)
+    assert outline.rms == pytest.approx(outline.place / np.sqrt(2), abs=0.02)
+    assert (outline.high + outline.low) / 2 == pytest.approx(3, abs=0.06)
 
 
 def test_resonances_of_oscillators_are_found_between_the_samples():
     f = np.linspace(1, 3000, 400)
     response = sum(a / np.hypot(1 - (f / f0) ** 2, 0.06 * f / f0) for a, f0 in ((1, 600), (2, 1800)))
-    found = resonances(f, response)
-    assert found.place == pytest.approx([600, 1800], rel=3e-3)
-    assert (np.diff(found.place) > 0).all()
+    peaks = resonances(f, response)
+    assert peaks.place == pytest.approx([600, 1800], rel=3e-3)
+    assert (np.diff(peaks.place) > 0).all()
 
 
 def test_windows_hold_whole_cycles_of_a_slow_start():
     t = np.linspace(0, 3, 75_001)
     cycles = 500 * t**2
-    found = envelope(t, np.cos(2 * np.pi * cycles), cycles=cycles)
-    assert found.amplitude == pytest.approx(1, abs=0.02)
-    assert found.place.size > 250
+    outline = envelope(t, np.cos(2 * np.pi * cycles), cycles=cycles)
+    assert outline.amplitude == pytest.approx(1, abs=0.02)
+    assert outline.place.size > 250
     (whole,) = envelope(t, t, cycles=0 * t).amplitude
     assert whole == pytest.approx(1.5, rel=0.01)
 
@@ -37,29 +37,29 @@ def test_beat_of_samples_and_cycles_is_no_resonance():
     """Some six samples a cycle: the largest sample of a window falls and rises with where they lie in the cycle."""
     t = np.arange(0, 7, 4.8e-5)
     frequency = 3440 + 60 * t / 7
-    found = envelope(frequency, np.cos(2 * np.pi * (3440 + 30 * t / 7) * t))
-    assert found.amplitude == pytest.approx(1, abs=0.03)
-    assert resonances(found.place, found.amplitude).place.size == 0
+    outline = envelope(frequency, np.cos(2 * np.pi * (3440 + 30 * t / 7) * t))
+    assert outline.amplitude == pytest.approx(1, abs=0.03)
+    assert resonances(outline.place, outline.amplitude).place.size == 0
 
 
 def test_scatter_and_a_rise_to_the_end_are_no_resonances():
     f = np.linspace(1, 3000, 280)
     planted = 1 / np.hypot(1 - (f / 1800) ** 2, 0.16 * f / 1800) + 0.5 / np.hypot(1 - (f / 3300) ** 2, 0.08 * f / 3300)
     scatter = 0.01 * np.random.default_rng(3).normal(size=f.size)
-    found = resonances(f, planted + scatter, prominence=0.004)
-    assert found.place == pytest.approx([1800], rel=0.02)
+    peaks = resonances(f, planted + scatter, prominence=0.004)
+    assert peaks.place == pytest.approx([1800], rel=0.02)
 
 
 def test_orders_of_a_run_up_stay_where_they_are():
     t = np.linspace(0, 10, 400_001)
     speed = 20 + 20 * t
     angle = 20 * t + 10 * t**2
-    found = order_spectrum(t, speed, 2 * np.sin(57 * angle) + 0.5 * np.cos(114 * angle), orders=150)
+    spectrum = order_spectrum(t, speed, 2 * np.sin(57 * angle) + 0.5 * np.cos(114 * angle), orders=150)
     for order, amplitude in ((57, 2.0), (114, 0.5)):
-        line = np.argmin(np.abs(found.order - order))
-        assert found.amplitude[:, line] == pytest.approx(amplitude, rel=1e-4)
-    assert found.amplitude[:, np.abs(found.order - 80) < 10].max() < 1e-4
-    step = found.speed[1:] ** 2 - found.speed[:-1] ** 2
+        line = np.argmin(np.abs(spectrum.order - order))
+        assert spectrum.amplitude[:, line] == pytest.approx(amplitude, rel=1e-4)
+    assert spectrum.amplitude[:, np.abs(spectrum.order - 80) < 10].max() < 1e-4
+    step = spectrum.speed[1:] ** 2 - spectrum.speed[:-1] ** 2
     assert step == pytest.approx(2 * 20 * 2 * np.pi * 2, rel=0.02), "lines overlap by three quarters"
 
 
@@ -69,10 +69,10 @@ def test_what_lies_above_the_orders_is_not_folded_below_them(frequency):
     t = np.linspace(0, 10, 400_001)
     speed = 2 * np.pi * np.minimum(0.9 * frequency / 150, 100) * (0.2 + 0.08 * t)
     angle = scipy.integrate.cumulative_trapezoid(speed, t, initial=0)
-    found = order_spectrum(t, speed, np.sin(57 * angle) + np.sin(2 * np.pi * frequency * t), orders=150)
-    away = np.abs(found.order - 57) > 0.5
-    assert found.amplitude[:, away].max() < 1e-3
-    assert found.amplitude[:, found.order == 57] == pytest.approx(1, rel=0.01)
+    spectrum = order_spectrum(t, speed, np.sin(57 * angle) + np.sin(2 * np.pi * frequency * t), orders=150)
+    away = np.abs(spectrum.order - 57) > 0.5
+    assert spectrum.amplitude[:, away].max() < 1e-3
+    assert spectrum.amplitude[:, spectrum.order == 57] == pytest.approx(1, rel=0.01)
 
 
 def test_fourier_sum_is_the_sum():
@@ -84,8 +84,8 @@ def test_fourier_sum_is_the_sum():
 
 def test_orders_that_are_sampled_too_coarsely_are_left_out():
     t = np.linspace(0, 10, 20_001)
-    found = order_spectrum(t, 100 * t, np.sin(t), orders=60)
-    assert found.speed.max() < 2 * np.pi * 2000 / (2.2 * 60) * 1.01
+    spectrum = order_spectrum(t, 100 * t, np.sin(t), orders=60)
+    assert spectrum.speed.max() < 2 * np.pi * 2000 / (2.2 * 60) * 1.01
     with pytest.raises(ValueError, match="sample finer"):
         order_spectrum(t, 1000 + 0 * t, np.sin(t), orders=600)
 

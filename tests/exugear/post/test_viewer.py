@@ -61,8 +61,8 @@ def show(path: str, window: bool = True) -> None:
 def tooth_angle(dark: np.ndarray, centre: complex, r: float, z: int) -> float:
     """Angle of a tooth [rad] from the z-th harmonic of what is dark on a circle; pixels, y upwards."""
     around = np.linspace(0, 2 * np.pi, 7200, endpoint=False)
-    place = centre + r * np.exp(1j * around)
-    on = dark[np.round(place.imag).astype(int), np.round(place.real).astype(int)]
+    points = centre + r * np.exp(1j * around)
+    on = dark[np.round(points.imag).astype(int), np.round(points.real).astype(int)]
     return float(np.angle((on * np.exp(1j * z * around)).sum())) / z
 
 
@@ -77,8 +77,8 @@ def check_teeth(path: Path) -> None:
     left = columns[0] + pinion.r_a * pixels + 1j * (rows[0] + rows[-1]) / 2
     centres, turns = (left, left + pair.a * pixels), (TURNED, -TURNED)
     for gear, centre, angle, turn in zip((pinion, wheel), centres, meshing_angles(pair), turns, strict=True):
-        found = tooth_angle(dark, centre, (gear.r_a + 3 * gear.r_f) / 4 * pixels, gear.z)
-        off = (found - angle - turn) * gear.z / (2 * np.pi)
+        measured = tooth_angle(dark, centre, (gear.r_a + 3 * gear.r_f) / 4 * pixels, gear.z)
+        off = (measured - angle - turn) * gear.z / (2 * np.pi)
         assert off - round(off) == pytest.approx(0, abs=0.05)
 
 
@@ -88,7 +88,7 @@ def test_teeth_mesh_before_the_raytracer(tmp_path):
 
 
 def test_teeth_mesh_in_the_window(display, tmp_path):
-    path, here = tmp_path / "picture.png", Path(__file__).parent
-    call = [sys.executable, "-c", SCRIPT, str(here), str(path)]
-    subprocess.run(call, env=os.environ | {"DISPLAY": display}, check=True, cwd=here.parent, timeout=120)
+    path, folder = tmp_path / "picture.png", Path(__file__).parent
+    call = [sys.executable, "-c", SCRIPT, str(folder), str(path)]
+    subprocess.run(call, env=os.environ | {"DISPLAY": display}, check=True, cwd=folder.parent, timeout=120)
     check_teeth(path)

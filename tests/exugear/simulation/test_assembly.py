@@ -11,7 +11,7 @@ from spatial_meshes import helical_pair, law_of
 
 import exugear
 import fem
-from exugear.simulation.model import open_system
+from exugear.simulation.model import matrices_without_meshes
 from fem.units import mm, um
 
 SLOW = {"speed": 0.5, "duration": 1e-3, "load": 150.0, "progress": False}
@@ -29,10 +29,10 @@ def windows(model, speed=(150.0, 200.0), **options) -> np.ndarray:
     return np.array([part.std() for part in parts])
 
 
-def moment_of(data, places) -> float:
+def moment_of(data, axial) -> float:
     """Moment of the fast shaft's bearing forces about the gear's middle, across the line of action [N m]."""
     n = np.array([np.sin(SPUR.alpha_wt), np.cos(SPUR.alpha_wt)])
-    return sum(data["bearing_force"].sel(bearing=f"fast at {z:g} mm").values[:2] @ n * (z - 30) * mm for z in places)
+    return sum(data["bearing_force"].sel(bearing=f"fast at {z:g} mm").values[:2] @ n * (z - 30) * mm for z in axial)
 
 
 def test_planar_and_spatial_bodies_agree_and_the_plan_says_why():
@@ -61,8 +61,8 @@ def test_stiff_bearings_converge_to_the_spinning_scene():
 def test_an_unused_feature_changes_neither_result_nor_plan(unused):
     ends = {axial: exugear.Bearing(b.radial, b.axial, damping=b.damping, clearance=0.0) for axial, b in ENDS.items()}
     changes = {"offset": {"offset": exugear.Placement(x=0.0)}, "clearance": {"fast": ends}}[unused]
-    plain, other = box_of(), box_of(**changes)
-    models = [exugear.build(box) for box in (plain, other)]
+    plain, with_unused = box_of(), box_of(**changes)
+    models = [exugear.build(box) for box in (plain, with_unused)]
     assert str(models[0].plan) == str(models[1].plan)
     runs = [exugear.run_up(model, **SLOW).data["dte"].values for model in models]
     assert (runs[0] == runs[1]).all()
@@ -70,8 +70,10 @@ def test_an_unused_feature_changes_neither_result_nor_plan(unused):
 
 def test_shafts_that_close_the_backlash_are_refused():
     """Both flanks would press at once: 2 tan(alpha_wt) of play per distance."""
-    reach, places = np.array([0.0, 1e-4]), {"a": SPUR.a + np.array([-1, 0, 1]) * 100 * um}
-    law = exugear.MeshForce([0, 1 / 3, 2 / 3], reach, np.tile(4e8 * reach, (3, 3, 1)), backlash=40 * um, offsets=places)
+    reach, distances = np.array([0.0, 1e-4]), {"a": SPUR.a + np.array([-1, 0, 1]) * 100 * um}
+    law = exugear.MeshForce(
+        [0, 1 / 3, 2 / 3], reach, np.tile(4e8 * reach, (3, 3, 1)), backlash=40 * um, offsets=distances
+    )
     for x, jams in ((-50 * um, False), (-60 * um, True)):
         box = box_of(law=law, fast={}, slow={}, offset=exugear.Placement(x=x))
         closed = -2 * x * np.tan(SPUR.alpha_wt)
@@ -90,9 +92,9 @@ def test_helical_forces_reach_the_bearings():
     mesh = float(run.data["mesh_force"][0, 0])
     assert mesh == pytest.approx(150 / pair.pinion.r_b, rel=1e-6)
     for name, sign in (("fast", -1), ("slow", 1)):
-        own = force.sel(bearing=[b for b in force["bearing"].values if b.startswith(name)]).sum("bearing").values
+        on_shaft = force.sel(bearing=[b for b in force["bearing"].values if b.startswith(name)]).sum("bearing").values
         expected = sign * mesh * np.array([np.sin(pair.alpha_wt), np.cos(pair.alpha_wt), -np.tan(pair.beta_b)])
-        assert own == pytest.approx(-expected, rel=2e-3)
+        assert on_shaft == pytest.approx(-expected, rel=2e-3)
     axial = force.sel(direction="z", bearing="fast at 0 mm")
     f_t = 150 / pair.pinion.r
     assert abs(float(axial)) == pytest.approx(f_t * np.tan(pair.pinion.beta), rel=1e-5)
@@ -133,8 +135,8 @@ def test_clearance_lets_the_shaft_fall_until_the_bearing_carries():
     play = {axial: exugear.Bearing(5e8, b.axial, clearance=c) for axial, b in ENDS.items()}
     data = exugear.run_up(exugear.build(box_of(fast=play)), **SLOW).data.isel(time=0)
     force = float(data["mesh_force"][0])
-    own = np.hypot(*data["bearing_force"].sel(bearing="fast at 0 mm").values[:2])
-    assert own == pytest.approx(force / 2, rel=1e-3)
+    radial = np.hypot(*data["bearing_force"].sel(bearing="fast at 0 mm").values[:2])
+    assert radial == pytest.approx(force / 2, rel=1e-3)
     table = {
         axial: exugear.Bearing(axial=b.axial, table=([0, c, c + 100 * um], [0, 0, 5e4])) for axial, b in ENDS.items()
     }
@@ -150,7 +152,7 @@ def test_coupling_twists_under_the_load_and_has_its_frequency():
     fast = exugear.Shaft("fast", {30 * mm: paper_gear()})
     slow = exugear.Shaft("slow", {30 * mm: paper_gear(), 0.1: coupling})
     model = exugear.build(exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), damping=2700.0)]))
-    mass, stiffness = open_system(model)
+    mass, stiffness = matrices_without_meshes(model)
     rotor, spin = model.rotors["slow"], model.spins["slow"]
     assert mass[rotor, rotor] == pytest.approx(0.5)
     assert stiffness[rotor, spin] == pytest.approx(-2e4, rel=1e-6)
@@ -184,8 +186,8 @@ def test_misaligned_scene_stands_where_the_finite_elements_do():
     shafts = [exugear.Shaft(name, {30 * mm: paper_gear()} | ends) for name in ("fast", "slow")]
     model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, ste)]))
     data = exugear.run_up(model, **SLOW).data.isel(time=0, stage=0)
-    found = fem.Offsets(misalignment=float(data["misalignment"]))
-    direct = fem.static_transmission_error(SPUR, 150.0, [0.0], offsets=found, progress=False)
+    offsets = fem.Offsets(misalignment=float(data["misalignment"]))
+    direct = fem.static_transmission_error(SPUR, 150.0, [0.0], offsets=offsets, progress=False)
     assert abs(float(data["misalignment"])) > 1e-5
     assert float(data["dte"]) == pytest.approx(direct["te"].item(), rel=1e-3)
     assert float(data["centroid"]) == pytest.approx(direct["centroid"].item(), rel=1e-2)
@@ -197,14 +199,14 @@ def test_misaligned_scene_stands_where_the_finite_elements_do():
 
 
 def test_stiff_bearings_make_the_step_small_or_the_rule_stable():
-    """Second order where the fourth-order step would be tiny; both tell the same of the DTE."""
+    """Second order where the fourth-order step would be tiny; both give the same DTE."""
     models = [exugear.build(box_of(fast=softened(f), slow=softened(f))) for f in (1, 1000)]
     assert "fourth order" in str(models[0].plan)
     assert "trapezoidal rule" in str(models[1].plan.rule(1e-2))
     short = {"duration": 0.05, "tolerance": 1e-2}
-    one = windows(models[1], **short)
-    other = windows(models[1], **short | {"step": 0.9 * models[1].plan.largest_step})
-    assert one == pytest.approx(other, rel=3e-2)
+    trapezoidal = windows(models[1], **short)
+    fourth_order = windows(models[1], **short | {"step": 0.9 * models[1].plan.largest_step})
+    assert trapezoidal == pytest.approx(fourth_order, rel=3e-2)
 
 
 def test_gears_are_drawn_where_they_mesh():
@@ -237,6 +239,6 @@ def test_what_is_added_to_the_system_counts_for_the_step():
     mass = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
     mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=[ground, mass], stiffness=(2e5) ** 2))
     mbs.Assemble()
-    one, other = (exugear.run_up(m, **SLOW | {"tolerance": 1e-2}) for m in (model, plain))
-    assert one.step < 1.01 * np.sqrt(6) / 2e5 < other.step
-    assert one.data["dte"].values[0, -1] == pytest.approx(other.data["dte"].values[0, -1], rel=1e-4)
+    with_mass, without = (exugear.run_up(m, **SLOW | {"tolerance": 1e-2}) for m in (model, plain))
+    assert with_mass.step < 1.01 * np.sqrt(6) / 2e5 < without.step
+    assert with_mass.data["dte"].values[0, -1] == pytest.approx(without.data["dte"].values[0, -1], rel=1e-4)

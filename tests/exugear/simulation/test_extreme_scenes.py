@@ -52,8 +52,8 @@ def test_masses_over_decades_are_similar(share, unit):
 def test_inertia_of_the_shaft_whose_speed_is_imposed_does_not_matter(share):
     """Beside that of the slow shaft from a thousandth to a million times."""
     conditions = {"duration": 0.1, "step": 3e-6, "sample": 1.2e-5, "tolerance": 1e-6}
-    one, other = (ran(heavy(fast, 1), **conditions)["dte"].values for fast in (share, 1))
-    assert one == pytest.approx(other, abs=1e-6 * np.ptp(other))
+    dte, reference = (ran(heavy(fast, 1), **conditions)["dte"].values for fast in (share, 1))
+    assert dte == pytest.approx(reference, abs=1e-6 * np.ptp(reference))
 
 
 @pytest.mark.parametrize(("fast", "slow"), [(1e12, 1e6), (1e6, 1e12)])
@@ -79,10 +79,10 @@ def test_bearings_that_let_the_teeth_part_are_named(soft):
 def test_a_map_of_one_torque_makes_the_secant_law_and_no_other():
     """Its law is that of the whole map at this torque."""
     single, pair = SMOOTH.sel(torque=[150.0]), paper_pair()
-    whole, one = (exugear.MeshForce.secant(ste, 150.0, damping=2700.0) for ste in (SMOOTH, single))
+    law_of_whole_map, law = (exugear.MeshForce.secant(ste, 150.0, damping=2700.0) for ste in (SMOOTH, single))
     phase = np.linspace(0, 1, 101)
-    assert one(phase, 5 * um) == pytest.approx(whole(phase, 5 * um), rel=1e-6)
-    crawl = ran(meshing(one, pair, None), speed=1 * rpm, load=50.0, duration=0.01)
+    assert law(phase, 5 * um) == pytest.approx(law_of_whole_map(phase, 5 * um), rel=1e-6)
+    crawl = ran(meshing(law, pair, None), speed=1 * rpm, load=50.0, duration=0.01)
     assert crawl["dte"].values[0, -1] * 3 == pytest.approx(single["te"].values[0, 0], rel=1e-2)
     with pytest.raises(ValueError, match=r"torque needs 0 and two loads .*MeshForce.secant"):
         meshing(single, pair)

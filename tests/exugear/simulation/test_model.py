@@ -8,7 +8,7 @@ import exugear
 from exugear.elements.gear_contact import state_of
 from exugear.kernels.reference_configuration import phase_of
 from exugear.simulation.equilibrium import with_deflections
-from exugear.simulation.model import open_system
+from exugear.simulation.model import matrices_without_meshes
 from fem.units import deg, mm
 
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-6)
@@ -57,9 +57,9 @@ def test_plan_skips_what_is_absent_and_says_why():
 
 def test_mass_and_stiffness_of_the_built_system():
     model = exugear.build(smooth_box(BEARING))
-    mass, stiffness = open_system(model)
-    one = model.gearbox.shafts[0]
-    inertia = [one.mass] * 3 + [one.transverse] * 2 + [one.inertia]
+    mass, stiffness = matrices_without_meshes(model)
+    shaft = model.gearbox.shafts[0]
+    inertia = [shaft.mass] * 3 + [shaft.transverse] * 2 + [shaft.inertia]
     assert np.diag(mass) == pytest.approx(np.tile(inertia, 2), rel=1e-12)
     lever = 30 * mm
     tilt = BEARING.tilt + BEARING.radial * lever**2
@@ -70,8 +70,8 @@ def test_mass_and_stiffness_of_the_built_system():
 
 def test_highest_eigenfrequency_of_two_spinning_shafts():
     model = exugear.build(smooth_box())
-    law, one = model.meshes[0].stage.force, model.gearbox.shafts[0]
-    omega = np.sqrt(2 * law.stiffness_max * paper_pair().pinion.r_b ** 2 / one.inertia)
+    law, shaft = model.meshes[0].stage.force, model.gearbox.shafts[0]
+    omega = np.sqrt(2 * law.stiffness_max * paper_pair().pinion.r_b ** 2 / shaft.inertia)
     assert model.plan.omega == pytest.approx(omega, rel=1e-6)
     assert model.plan.omega_mesh == pytest.approx(omega, rel=1e-6)
 
@@ -109,8 +109,8 @@ def test_loops_are_laid_out_where_the_deflections_agree(unreduced):
     q = with_deflections(model, [1e-5, 2e-5, 2e-5, 1e-5], np.zeros(model.meshes[0].row.size))
     assert [mesh.row @ q for mesh in model.meshes] == pytest.approx([1e-5, 2e-5, 2e-5, 1e-5])
     assert q[model.spins["a"]] == 0
-    found = [mesh.row @ with_deflections(model, [1e-5, 0, 0, 0], q) for mesh in model.meshes]
-    assert found == pytest.approx([0.75e-5, 0.25e-5, -0.25e-5, 0.25e-5], abs=1e-12)
+    deflections = [mesh.row @ with_deflections(model, [1e-5, 0, 0, 0], q) for mesh in model.meshes]
+    assert deflections == pytest.approx([0.75e-5, 0.25e-5, -0.25e-5, 0.25e-5], abs=1e-12)
 
 
 def test_phases_reach_the_meshes():
@@ -128,15 +128,17 @@ def test_shaft_without_bearings_beside_one_that_has_them():
 
 def test_bearing_by_its_matrix_is_the_same_bearing():
     boxes = smooth_box(BEARING), smooth_box(exugear.Bearing(matrix=BEARING.stiffness))
-    one, other = (open_system(exugear.build(box))[1] for box in boxes)
-    assert np.abs(one - other).max() < 1e-9 * np.abs(one).max()
+    by_stiffness, by_matrix = (matrices_without_meshes(exugear.build(box))[1] for box in boxes)
+    assert np.abs(by_stiffness - by_matrix).max() < 1e-9 * np.abs(by_stiffness).max()
 
 
 def test_gears_without_backlash_are_taken_out_of_mesh_as_well():
     boxes = smooth_box(BEARING), smooth_box(BEARING, backlash=0.0)
-    one, other = (open_system(exugear.build(box, plan=exugear.plan(box).with_bodies()))[1] for box in boxes)
-    assert np.array_equal(one, other)
-    assert not one[5].any() and not one[11].any()
+    with_backlash, without_backlash = (
+        matrices_without_meshes(exugear.build(box, plan=exugear.plan(box).with_bodies()))[1] for box in boxes
+    )
+    assert np.array_equal(with_backlash, without_backlash)
+    assert not with_backlash[5].any() and not with_backlash[11].any()
 
 
 def test_plan_of_another_gearbox_is_refused():

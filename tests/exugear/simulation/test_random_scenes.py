@@ -119,14 +119,14 @@ def meshing(model, mesh):
 def arms(model) -> np.ndarray:
     """(n_stage, n_shaft) of the mesh forces about the shafts, which may stand askew [m]."""
     box = model.gearbox
-    found = box.rows.copy()
+    arms = box.rows.copy()
     for i, mesh in enumerate(model.meshes):
         if is_spatial(mesh.frame):
-            force, *both, _ = meshing(model, mesh)
-            for shaft, forces in zip((mesh.stage.fast, mesh.stage.slow), both, strict=True):
+            force, *by_shaft, _ = meshing(model, mesh)
+            for shaft, forces in zip((mesh.stage.fast, mesh.stage.slow), by_shaft, strict=True):
                 if force != 0:
-                    found[i, box.shafts.index(shaft)] = -forces[5] / force
-    return found
+                    arms[i, box.shafts.index(shaft)] = -forces[5] / force
+    return arms
 
 
 def coordinates_of(model, shaft: exugear.Shaft) -> list[int]:
@@ -158,11 +158,11 @@ def blurred(model) -> float:
     """What single precision, in which runs keep the motion, may change of the bearings' forces [N]."""
     system, now, total = model.mbs.systemData, exu.ConfigurationType.Current, 0.0
     for shaft in model.gearbox.shafts:
-        place = coordinates_of(model, shaft)[:-1]
+        displacements = coordinates_of(model, shaft)[:-1]
         for axial, bearing in shaft.bearings.items():
-            arm = np.array([1.0, 1.0, 1.0, *[abs(axial - shaft.centre)] * 2])[: len(place)]
+            arm = np.array([1.0, 1.0, 1.0, *[abs(axial - shaft.centre)] * 2])[: len(displacements)]
             moved = [
-                np.abs(values[place]) @ arm
+                np.abs(values[displacements]) @ arm
                 for values in (system.GetODE2Coordinates(now), system.GetODE2Coordinates_t(now))
             ]
             total += bearing.stiffness.max() * (moved[0] + bearing.damping * moved[1])
@@ -170,10 +170,10 @@ def blurred(model) -> float:
 
 
 def check(scene: Scene) -> None:
-    found = solved(scene)
-    if found is None:
+    solution = solved(scene)
+    if solution is None:
         return
-    model, rest, run, load = found
+    model, rest, run, load = solution
     for name, values in run.data.items():
         assert np.isfinite(values.values).all(), name
     starts_in_equilibrium(model, rest, load)

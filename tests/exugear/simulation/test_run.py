@@ -69,15 +69,15 @@ def test_reduced_and_unreduced_scenes_agree(spinning):
     box = spinning.gearbox
     unreduced = exugear.build(box, plan=exugear.plan(box).with_joints())
     conditions = {"speed": (1000 * rpm, 1100 * rpm), "duration": 0.5}
-    one, other = (run(model, **conditions).data["dte"].values for model in (spinning, unreduced))
-    assert np.abs(one - other).max() < 1e-4 * np.ptp(one)
+    dte_reduced, dte_unreduced = (run(model, **conditions).data["dte"].values for model in (spinning, unreduced))
+    assert np.abs(dte_reduced - dte_unreduced).max() < 1e-4 * np.ptp(dte_reduced)
 
 
 def test_stiff_bearings_come_close_to_ideal_ones(spinning):
     hard = exugear.build(smooth_box(exugear.Bearing(radial=1e11, axial=1e11, tilt=1e9, damping=1e-6)))
     conditions = {"speed": 300 * rpm, "duration": 0.5}
-    one, other = (windows(run(model, **conditions), 0.1) for model in (spinning, hard))
-    assert other == pytest.approx(one, rel=0.02)
+    ideal, stiff = (windows(run(model, **conditions), 0.1) for model in (spinning, hard))
+    assert stiff == pytest.approx(ideal, rel=0.02)
 
 
 def test_windows_are_converged_at_the_default_tolerance(spinning):
@@ -89,10 +89,12 @@ def test_windows_are_converged_at_the_default_tolerance(spinning):
 
 
 def fall(box, speed: float) -> float:
-    """By what power of the step the DTE's error falls, from 24 to 12 us."""
+    """Power of the step with which the error of the DTE falls, from 24 to 12 us."""
     conditions = {"speed": speed, "duration": 0.048, "sample": 4.8e-5, "tolerance": 1e-6}
-    one, other, fine = (run(exugear.build(box), step=h, **conditions).data["dte"].values for h in (24e-6, 12e-6, 15e-7))
-    return float(np.log2(np.std(one - fine) / np.std(other - fine)))
+    coarse, half, fine = (
+        run(exugear.build(box), step=h, **conditions).data["dte"].values for h in (24e-6, 12e-6, 15e-7)
+    )
+    return float(np.log2(np.std(coarse - fine) / np.std(half - fine)))
 
 
 @pytest.mark.parametrize("damping", [0.0, 2700.0])
@@ -126,8 +128,8 @@ def test_estimated_errors_are_true(build, monkeypatch):
     rough = run(build(), **conditions, progress=True)
     finer = {"step": rough.step / 6, "sample": rough.data.attrs["sample"], "tolerance": 1e-5, "checks": 0}
     fine = run(build(), **conditions | finer)
-    one, other = (np.array_split(x.data["dte"].values[0, :-1], 100) for x in (rough, fine))
-    true = np.array([np.abs(a.std() / b.std() - 1) for a, b in zip(one, other, strict=True)])
+    rough_parts, fine_parts = (np.array_split(x.data["dte"].values[0, :-1], 100) for x in (rough, fine))
+    true = np.array([np.abs(a.std() / b.std() - 1) for a, b in zip(rough_parts, fine_parts, strict=True)])
     ratio = rough.data["step_error"].values[0] / true
     assert np.mean((ratio > 1 / 3) & (ratio < 3)) >= 0.9
     assert np.median(ratio) == pytest.approx(1, abs=0.3)
@@ -191,8 +193,8 @@ def test_bodies_on_bearings_are_damped_as_well(tau):
     box = smooth_box(exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5, damping=tau))
     model = exugear.build(box, plan=exugear.plan(box).with_bodies())
     conditions = {"speed": (1900 * rpm, 2000 * rpm), "duration": 1.0, "tolerance": 1e-6}
-    one, other = (windows(run(model, **conditions, step=step), 0.1) for step in (2e-5, 5e-6))
-    assert one == pytest.approx(other, rel=1e-3)
+    coarse, fine = (windows(run(model, **conditions, step=step), 0.1) for step in (2e-5, 5e-6))
+    assert coarse == pytest.approx(fine, rel=1e-3)
 
 
 @pytest.mark.parametrize("load", [150.0, lambda t: 150 + t])

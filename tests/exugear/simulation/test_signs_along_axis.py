@@ -36,8 +36,8 @@ def two_stages(hand: int) -> exugear.Model:
     ends = {axial: exugear.Bearing(RADIAL, AXIAL) for axial in PLACES}
     shafts = [exugear.Shaft(name, dict(zip(GEARS[name], teeth[name], strict=True)) | ends) for name in GEARS]
     law, pair = law_of(backlash=50 * um, damping=2700.0), fem.GearPair(right, left, a=150 * mm)
-    both = [exugear.Stage(*shafts[i : i + 2], law, pair=pair, angle=ANGLES[i]) for i in (0, 1)]
-    return exugear.build(exugear.Gearbox(both))
+    stages = [exugear.Stage(*shafts[i : i + 2], law, pair=pair, angle=ANGLES[i]) for i in (0, 1)]
+    return exugear.build(exugear.Gearbox(stages))
 
 
 def bearings_of(data, shaft: str) -> np.ndarray:

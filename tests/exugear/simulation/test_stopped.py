@@ -197,5 +197,7 @@ def test_sensors_keep_all_their_samples_and_the_step_error_stands(progress):
 
 
 def test_bar_or_none_the_run_is_the_same():
-    one, other = (exugear.run_up(exugear.build(smooth_box()), **RUN | {"progress": p}).data for p in (True, False))
-    assert one.identical(other)
+    with_bar, without_bar = (
+        exugear.run_up(exugear.build(smooth_box()), **RUN | {"progress": p}).data for p in (True, False)
+    )
+    assert with_bar.identical(without_bar)

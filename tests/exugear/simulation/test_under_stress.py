@@ -159,8 +159,8 @@ def test_samples_of_ten_million_steps_are_found():
     recorder.start(step, 10, steps=1)
     recorder.header.number = number + 1
     times = np.cumsum(np.full(number, step))
-    found = [sample_of(address_of(recorder.header), time) for time in times[-2000:]]
-    assert found == list(range(number - 1999, number + 1))
+    numbers = [sample_of(address_of(recorder.header), time) for time in times[-2000:]]
+    assert numbers == list(range(number - 1999, number + 1))
 
 
 def test_a_run_that_misses_samples_is_refused(monkeypatch, spinning):

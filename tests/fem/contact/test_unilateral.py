@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq, nnls
 
@@ -62,6 +62,7 @@ def least_squares(compliance, gap, force: float) -> float:
 
 
 @given(st.integers(0, 10**6), st.integers(1, 25), st.floats(0, 4))
+@settings(deadline=None)
 def test_random_compliances_against_least_squares(seed, n, exponent):
     rng, force = np.random.default_rng(seed), 10**exponent
     root = rng.standard_normal((n, n))
@@ -105,6 +106,7 @@ def test_candidates_may_touch_without_force(seed):
 
 
 @given(st.integers(0, 10**6))
+@settings(deadline=None)
 def test_candidates_that_join_one_by_one_reach_the_same_equilibrium(seed):
     rng, n = np.random.default_rng(seed), 20
     root = rng.standard_normal((n, n))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from paper_gears import paper_gear
 from scipy.optimize import brentq
@@ -61,6 +61,7 @@ def test_end_faces_mirror_the_forces_that_reach_them():
 
 
 @given(st.lists(st.floats(1e-2, 10), min_size=1, max_size=12), st.sampled_from([WholeFace(), HalfFace()]))
+@settings(deadline=None)
 def test_forces_on_strips_always_do_work(lengths, face):
     """Strips of a thousandth to a hundred times the lengths along the contact, with half-planes clamped as deep."""
     edges = np.append(0, np.cumsum(lengths))

@@ -1,0 +1,78 @@
+"""Grading and slices of the face, and the search for the loaded width: inverse, kinks, closed forms of the overlap."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from paper_gears import paper_gear, paper_pair
+
+import fem
+from fem.contact.contact_state import State
+from fem.contact.contact_width import LEAST_REACH, SHORT, FaceGrading, FaceSlicing, positive_range, union
+from fem.contact.flank_gap import closest_point
+from fem.elasticity.face_symmetry import HalfFace, WholeFace
+from fem.pair.mesh_position import MeshPosition
+from fem.units import mm, um
+
+
+@pytest.mark.parametrize("face", [WholeFace(), HalfFace()])
+def test_positions_and_shares_of_the_face_are_inverse(face):
+    grading = FaceGrading(-10 * mm, 10 * mm, face.start)
+    share = np.linspace(0, 1, 11)
+    assert grading.share(grading.axial(share)) == pytest.approx(share, abs=1e-12)
+    assert grading.axial(np.array([0, 1])) == pytest.approx(face.ends(-10 * mm, 10 * mm), abs=1e-15)
+    steps = np.diff(grading.axial(share))
+    assert steps[-1] < steps[-2] < steps[-3]
+
+
+@given(st.floats(-0.9, 0.9), st.floats(0.1, 2))
+def test_positive_range_of_a_parabola_ends_at_its_roots(middle, half):
+    """But reaches beyond the last positive value by a share of a step at least."""
+    axial = np.linspace(-4, 4, 81)
+    low, high = positive_range(axial, half**2 - (axial - middle) ** 2)
+    assert (low, high) == pytest.approx((middle - half, middle + half), abs=1.01 * LEAST_REACH * 0.1)
+
+
+def test_the_union_of_loaded_widths_holds_both():
+    assert union({0: (1.0, 2.0), 1: (0.0, 1.0)}, {0: (1.5, 3.0), -1: (0.0, 2.0)}) == {
+        -1: (0.0, 2.0),
+        0: (1.0, 3.0),
+        1: (0.0, 1.0),
+    }
+
+
+def test_the_closest_point_of_a_parabola():
+    position, gap = closest_point(
+        lambda s: ((s - 0.3217) ** 2,), np.linspace(0, 1, 11)[None], 0.1, (0, 1), rounds=6, around=17
+    )
+    assert position[0, 0] == pytest.approx(0.3217, abs=1e-6)
+    assert gap[0, 0] < 1e-12
+
+
+@pytest.mark.parametrize("te", [2 * um, 5 * um])
+def test_the_search_returns_the_width_on_which_crowned_flanks_overlap(te):
+    """Crowning C_beta over b: they overlap by te where C_beta (2 z / b)^2 < te."""
+    crowned = paper_gear(flank=fem.LeadCrowning(10 * um))
+    pair = fem.GearPair(crowned, paper_gear(), a=150 * mm)
+    slicing = FaceSlicing(MeshPosition(pair, pair.a, 0.0, 0.0), HalfFace(), 10)
+
+    def solve(slices, last: State) -> State:
+        return State(te, slices, np.ones(slices.low.size), np.zeros(slices.low.size), HalfFace())
+
+    state = slicing.loaded(solve(slicing.whole, None), 0.0, solve)
+    wanted = pair.b / 2 * np.sqrt(te / (10 * um))
+    assert state.slices.low.min() == pytest.approx(0.0, abs=1e-9)
+    assert state.slices.high[state.slices.number == 0].max() == pytest.approx(wanted, rel=SHORT)
+
+
+def test_a_width_that_never_settles_says_what_to_try():
+    pair = paper_pair()
+    slicing = FaceSlicing(MeshPosition(pair, pair.a, 0.0, 0.0), WholeFace(), 4)
+    growing = iter(-11.5 * um + 0.02 * um * 1.3 ** np.arange(30))
+
+    def solve(slices, last) -> State:
+        force = np.where(slices.number == 0, 1.0, 0.0)
+        return State(next(growing), slices, force, 0 * force, WholeFace())
+
+    with pytest.raises(RuntimeError, match="the loaded width did not converge; try a neighbouring phase"):
+        slicing.loaded(solve(slicing.whole, None), 1e-3, solve)
