@@ -16,8 +16,8 @@ from fem.elasticity.hertz import flattening, log_mean
 from fem.elasticity.section_mesh import divided
 from fem.gear.gear import Gear
 
-#: Depth at which half-planes under hats are clamped, over the least distance of the hats across the width: so far below
-#: it that the choice does not matter.
+#: Depth at which half-planes under hats are clamped, over the least distance of the hats across the width: small enough
+#: that the sum of half-plane and line does not depend on it.
 DEPTH = 0.1
 #: Strips of constant load in each interval between the tops of hats.
 PARTS_PER_INTERVAL = 12
