@@ -1,1 +1,1 @@
-"""Gearboxes as data: bearings, shafts, stages, the gear train they form."""
+"""Gearboxes as data: bearings, shafts, stages, and the gear train that they form."""

@@ -1,1 +1,1 @@
-"""Compiled mesh forces of one pair: kinematics, forces on the bodies, what is recorded. No Exudyn."""
+"""Compiled kinematics of a gear pair: from its bodies' coordinates to deflection, forces, friction and samples."""

@@ -64,18 +64,16 @@ def frame_between(pair, phase: float, direction: int, bodies: tuple[GearBody, Ge
     frame = spatial_frame(pair, phase, direction, axial, reference)
     if global_z and all(body.kind <= RXYZ and body.axis[2] == 1 for body in bodies):
         return frame
-    factors = [_spin_factors(body) for body in bodies]
-    pinion, wheel = (
-        changed(
-            gear,
-            rotation=np.append(body.reference[3:], 0.0)[:4],
-            axes=axes_about(body.axis),
-            spin_factors=spin_factors,
-        )
-        for gear, body, spin_factors in zip((frame.pinion, frame.wheel), bodies, factors, strict=True)
-    )
-    base_pitch = 0.0 if all(any(counting) for counting in factors) else 2 * pi * pair.pinion.r_b / pair.pinion.z
+    pinion, wheel = (_on_body(gear, body) for gear, body in zip((frame.pinion, frame.wheel), bodies, strict=True))
+    counted = pinion.spin_factors.any() and wheel.spin_factors.any()
+    base_pitch = 0.0 if counted else 2 * pi * pair.pinion.r_b / pair.pinion.z
     return changed(frame, axes=axes, pinion=pinion, wheel=wheel, base_pitch=base_pitch)
+
+
+def _on_body(gear: np.record, body: GearBody) -> np.record:
+    """The record of a gear with the rotational coordinates of its body and its axes on it."""
+    rotation = np.append(body.reference[3:], 0.0)[:4]
+    return changed(gear, rotation=rotation, axes=axes_about(body.axis), spin_factors=_spin_factors(body))
 
 
 def axes_about(z: np.ndarray) -> np.ndarray:

@@ -1,1 +1,1 @@
-"""The force law of a gear mesh, made from an STE map and tabulated for compiled code."""
+"""The force law of a gear mesh, from an STE map or a table, and the friction between its teeth."""

@@ -19,8 +19,8 @@ def smooth_map(torque=TORQUES, phases: int = 30):
     force = np.maximum(load, 1e-9) / pair.pinion.r_b
     phase = np.arange(phases) / phases
     half = (pair.eps_alpha - 1) / 2 + 3e-5 * load
-    two = 0.5 + 0.5 * np.tanh(1.5 * (half - abs(phase - 0.5)) / (0.03 + 6e-5 * load))
-    te = force * (1 + 0.03 * np.log(2155 / force)) * (4.05e-9 - 1.45e-9 * two)
+    double = 0.5 + 0.5 * np.tanh(1.5 * (half - abs(phase - 0.5)) / (0.03 + 6e-5 * load))
+    te = force * (1 + 0.03 * np.log(2155 / force)) * (4.05e-9 - 1.45e-9 * double)
     return ste_map(pair, np.array(torque, float), phase, np.where(load > 0, te, 0))
 
 

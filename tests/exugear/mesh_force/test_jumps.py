@@ -48,17 +48,17 @@ def test_the_tolerance_chooses_how_many_steps_divide_the_mesh_period(oscillator)
         assert fewest <= round(steps) <= 2 * fewest
 
 
-def test_steps_divide_periods_and_meet_jumps():
+def test_steps_divide_mesh_periods_and_their_jumps():
     phases = np.array([0.4496, 0.9995])
     for period in (1e-3, 7.7e-4):
         step = dividing(3.1e-5, [(period, phases)])
         assert step <= 3.1e-5
         assert missed(step, [(period, phases)]) < 5e-4
-    two = [(1e-3, phases), (1e-3 * 57 / 20, phases)]
-    assert missed(dividing(3.1e-5, two), two) < 5e-4
+    meshes = [(1e-3, phases), (1e-3 * 57 / 20, phases)]
+    assert missed(dividing(3.1e-5, meshes), meshes) < 5e-4
 
 
-def test_jumps_are_where_they_are():
+def test_jumps_of_known_laws_are_detected():
     assert rectangular_law().jumps == pytest.approx([0.45, 1.0], abs=1e-3)
     assert linear_law((1e8, 1e8, 3e8, 3e8), (0.0, 0.4999, 0.5, 0.9999)).jumps == pytest.approx([0.5, 1.0], abs=1e-3)
     steps = linear_law((1e8, 1e8, 2e8, 2e8, 3e8, 3e8), (0.0, 0.2999, 0.3, 0.6999, 0.7, 0.9999))
