@@ -82,9 +82,10 @@ class Started(BaseException):
     """Work has started."""
 
 
-def methods(kind: type) -> set[str]:
+def methods(kind: type) -> list[str]:
     """Names that a class defines, or inherits from another class of these packages."""
-    return {name for base in kind.__mro__ if base.__module__.split(".")[0] in ("fem", "exugear") for name in vars(base)}
+    ours = [base for base in kind.__mro__ if base.__module__.split(".")[0] in ("fem", "exugear")]
+    return sorted({name for base in ours for name in vars(base)})
 
 
 def public() -> Iterator[tuple[str, Any]]:

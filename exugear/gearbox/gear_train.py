@@ -11,7 +11,7 @@ from fractions import Fraction
 from math import cos, hypot, sin
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from exugear.gearbox.stage import Stage
 from fem.support.validation import require
@@ -131,7 +131,7 @@ def fitting_angles(
         gap = [sides @ np.cos(angles), sides @ np.sin(angles)]
         return gap if assembly is None else [*gap, assembly(angles)]
 
-    solution = least_squares(misses, given[free], xtol=FINEST, ftol=FINEST, gtol=FINEST)
+    solution = scipy.optimize.least_squares(misses, given[free], xtol=FINEST, ftol=FINEST, gtol=FINEST)
     if np.abs(solution.fun).max() > SOLVED:
         return None
     angles = (solution.x + np.pi) % (2 * np.pi) - np.pi

@@ -10,8 +10,8 @@ from functools import cache, cached_property
 from math import inf, isfinite
 
 import numpy as np
+import scipy
 import xarray as xr
-from scipy.optimize import brentq
 
 from exugear.force_table.force_kernels import damping, range_at, spinning_force, static_force
 from exugear.force_table.layout import OFFSETS, PHASES, PHASES_WITH_OFFSETS, U
@@ -234,7 +234,7 @@ class MeshForce:
         remedy = f"must lie in [0, {largest:.4g}] N, the map's range at phase {phase:.4g}, got {force:.4g}"
         require(0 <= force <= largest * (1 + 1e-9), f"force {remedy}; extend the map to a larger torque")
         target = min(force, largest)
-        return brentq(lambda deflection: float(self(phase, deflection)) - target, low, top, xtol=FINEST)
+        return scipy.optimize.brentq(lambda deflection: float(self(phase, deflection)) - target, low, top, xtol=FINEST)
 
     @checked
     def unloaded(self, phase: Finite) -> tuple[float, float]:

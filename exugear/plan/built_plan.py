@@ -43,6 +43,21 @@ class BuiltPlan:
         return self.scene.laws
 
     @property
+    def why(self) -> Mapping[str, str]:
+        """Reason for the coordinates of each shaft."""
+        return self.scene.why
+
+    @property
+    def axes(self) -> Mapping[str, str]:
+        """Reason for the axes of each stage's map."""
+        return self.scene.axes
+
+    @property
+    def undamped(self) -> bool:
+        """Whether no mesh, bearing or coupling is damped."""
+        return self.scene.undamped
+
+    @property
     def on_bearings(self) -> bool:
         """Whether bearings carry at least one shaft."""
         return any(kind.on_bearings for kind in self.shafts.values())
