@@ -169,4 +169,4 @@ class NewtonSteps:
         right[:, :n, 0], right[:, n, 0] = np.where(active, -gap - flattened, 0.0), self.load.force
         right[:, n, 1] = 1.0
         solution = np.linalg.solve(self.system, right)
-        return solution[:, n, 0], 1 / solution[:, n, 1], solution[:, :n, 0]
+        return solution[:, n, 0], 1 / solution[:, n, 1], np.where(active, solution[:, :n, 0], 0.0)
