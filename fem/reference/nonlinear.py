@@ -200,7 +200,7 @@ def complementarity(matrix, gap, closing, force: float, inertia: float = 0.0) ->
     """
     first_touch = gap / closing
 
-    def equilibrium(active: np.ndarray) -> Equilibrium:
+    def solve(active: np.ndarray) -> Equilibrium:
         touching = active[0] if active.any() or inertia else first_touch == first_touch.min()
         factor = cho_factor(matrix[np.ix_(touching, touching)], lower=True, check_finite=False)
         per_error, per_gap = cho_solve(factor, np.stack([closing[touching], gap[touching]], axis=1)).T
@@ -211,7 +211,7 @@ def complementarity(matrix, gap, closing, force: float, inertia: float = 0.0) ->
         slack = np.where(touching, 0.0, gap + matrix @ f[0] - closing * te)
         return Equilibrium(te, np.array([stiffness]), f, slack[None])
 
-    state = unilateral_contact(equilibrium, first_touch[None] < first_touch.min() + 1e-9)
+    state = unilateral_contact(solve, first_touch[None] < first_touch.min() + 1e-9)
     return float(state.te[0]), state.force[0]
 
 
