@@ -1,4 +1,4 @@
-"""Bearings in Exudyn: the linear ones of a shaft as a matrix, each nonlinear one by its radial force."""
+"""Bearings in Exudyn: stiffness and damping matrices of linear bearings, user functions of nonlinear ones."""
 
 from math import sqrt
 
@@ -8,16 +8,18 @@ from numba import carray
 
 from exugear.elements.difference_jacobian import jacobian
 from exugear.elements.divergence import DIVERGED, FAR
-from exugear.force_table.kernel_records import doubles_at
+from exugear.force_table.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_stiffness import linear_part, radial_table
 from exugear.gearbox.shaft import Shaft
 from exugear.plan.coordinates import Coordinates
 from fem.support.numba_cache import compiled, kept
 
-#: Numbers before the columns of a table: size of a column, lever [m], damping [s].
-SIZE, LEVER, DAMPING = range(3)
-HEADER = 3
+#: Head of a radial law: number of points, axial distance from the centre of mass [m], damping over stiffness [s]. Behind
+#: it lie the displacements [m] and the forces [N] of the points.
+RADIAL_LAW = record_type(("points", "i8"), ("lever", "f8"), ("damping", "f8"))
+HEAD_SIZE = RADIAL_LAW.itemsize
+radial_law_at = reader(RADIAL_LAW)
 #: Steps of the difference Jacobian in coordinates [m, rad] and velocities [m/s, rad/s].
 DIFFERENCE_STEPS = 1e-9, 1e-6
 
@@ -41,41 +43,56 @@ def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None
 
 
 @compiled
-def interpolated(table, r):
-    """Force and slope of a table at r >= 0; ValueError(r, end) beyond its end."""
-    n = int(table[SIZE])
-    if not r <= table[HEADER + n - 1]:
-        raise ValueError(r, table[HEADER + n - 1])
+def radial_force(law, r):
+    """Force [N] and slope [N/m] at a radial displacement r >= 0 [m]; ValueError(r, end) beyond the law's end."""
+    n = law.points
+    columns = carray(doubles_at(start_of(law) + HEAD_SIZE), (2, n))
+    displacement, force = columns[0], columns[1]
+    if not r <= displacement[n - 1]:
+        raise ValueError(r, displacement[n - 1])
     i = 0
-    while i < n - 2 and r > table[HEADER + i + 1]:
+    while i < n - 2 and r > displacement[i + 1]:
         i += 1
-    slope = (table[HEADER + n + i + 1] - table[HEADER + n + i]) / (table[HEADER + i + 1] - table[HEADER + i])
-    return table[HEADER + n + i] + slope * (r - table[HEADER + i]), slope
+    slope = (force[i + 1] - force[i]) / (displacement[i + 1] - displacement[i])
+    return force[i] + slope * (r - displacement[i]), slope
 
 
 @kept
 def bearing_forces(address, x, y, z, a, b, c, u, v, w, d, e, f):
     """Generalized forces (6) of a nonlinear bearing on a shaft, first order in the tilts.
 
-    x, y, z, a, b, c are the displacements, tilts and spin of the shaft's centre of mass, u, v, w, d, e, f their rates.
+    address            of its radial law
+    x, y, z, a, b, c   displacements [m], tilts and spin [rad] of the shaft's centre of mass
+    u, v, w, d, e, f   their rates
     """
-    table = carray(doubles_at(address), int(carray(doubles_at(address), HEADER)[SIZE]) * 2 + HEADER)
-    lever = table[LEVER]
+    law = radial_law_at(address)
+    lever = law.lever
     x, y, u, v = x + lever * b, y - lever * a, u + lever * e, v - lever * d
     r = sqrt(x * x + y * y)
     if r == 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    force, slope = interpolated(table, r)
-    total = force + table[DAMPING] * slope * (x * u + y * v) / r
+    force, slope = radial_force(law, r)
+    total = force + law.damping * slope * (x * u + y * v) / r
     p, q = -total * x / r, -total * y / r
     return p, q, 0.0, -lever * q, lever * p, 0.0
 
 
-def user_functions(bearing: Bearing, lever: float):
-    """Force and Jacobian of a nonlinear bearing that Exudyn calls; the force owns the table that it addresses."""
+def radial_law(bearing: Bearing, lever: float) -> np.record:
+    """The record of a nonlinear bearing that `bearing_forces` reads: `RADIAL_LAW`, behind it the points."""
     displacement, force = radial_table(bearing)
-    table = np.concatenate([[displacement.size, lever, bearing.damping], displacement, force])
-    address = table.ctypes.data
+    n = displacement.size
+    head = record_of(RADIAL_LAW, points=n, lever=lever, damping=bearing.damping)
+    kind = record_type(("head", RADIAL_LAW), ("displacement", "f8", n), ("force", "f8", n))
+    return record_of(kind, head=head, displacement=displacement, force=force)
+
+
+def user_functions(bearing: Bearing, lever: float):
+    """Force and Jacobian of a nonlinear bearing for Exudyn; the force keeps the law alive whose address it passes.
+
+    lever   axial distance of the bearing from the shaft's centre of mass [m]
+    """
+    law = radial_law(bearing, lever)
+    address = address_of(law)
 
     def forces(*state):
         try:
@@ -91,14 +108,14 @@ def user_functions(bearing: Bearing, lever: float):
     def bearing_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         return jacobian(forces, q, q_t, (factor, factor_t), DIFFERENCE_STEPS)
 
-    vars(bearing_force)["owned"] = table
+    vars(bearing_force)["owned"] = law
     return bearing_force, bearing_jacobian
 
 
 def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray) -> dict[float, np.ndarray]:
-    """Force of each bearing on its shaft (n, 3) [N] by its axial position.
+    """Forces (n, 3) [N] of each bearing on its shaft, by the bearing's axial position [m].
 
-    q, q_t   (n, 5) displacements and tilts of the shaft's centre of mass, and their rates
+    q, q_t   (n, 5) displacements [m] and tilts [rad] of the shaft's centre of mass, and their rates
     """
     forces = {}
     for axial, bearing in shaft.bearings.items():

@@ -1,4 +1,4 @@
-"""Records: numbers with names that Python and the compiled kernels read alike, passed to kernels by their address.
+"""Records: named numbers that Python and the compiled kernels read alike; kernels get the address of a record.
 
 An integer argument costs a call from Python a tenth of an array argument, and is what Exudyn's callback can pass.
 """
