@@ -24,7 +24,7 @@ from exugear.simulation.run import Run, RunStopped, run_up
 from exugear.simulation.solver_settings import integrator
 from fem.support.version import __version__
 
-#: Modules that only pictures need, imported when they are first asked for.
+#: Modules for pictures, imported on first use.
 __getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs={"post": ["graphics", "plots"]})
 
 __all__ = [

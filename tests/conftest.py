@@ -1,4 +1,4 @@
-"""The paper's gear pair and a cache of its own for every test session."""
+"""The paper's gear pair, and a separate cache for every test session."""
 
 import os
 
@@ -18,7 +18,7 @@ matplotlib.use("Agg")
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_of_this_session(tmp_path_factory):
-    """Its workers, which have folders side by side, share it."""
+    """Set the cache of this session, which its workers share."""
     folder = tmp_path_factory.getbasetemp()
     shared = folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
     with pytest.MonkeyPatch.context() as patch:

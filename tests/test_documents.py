@@ -76,7 +76,7 @@ def test_the_table_of_the_map_names_all_its_variables(of_fem):
 
 
 def test_code_of_the_readme_of_exugear(tmp_path):
-    """The bearings of the slow shaft hold at the start what the idler pushes it with; beside it, 60 deg from x."""
+    """At the start the bearings of the slow shaft balance the mesh force of the idler; the idler lies 60 deg from x."""
     names, _ = executed(EXUGEAR, tmp_path, {"duration=0.5": "duration=0.1", "windows=20": "windows=5"})
     pair, data = names["pair"], names["run"].data
     torque = 150.0 + names["slow"].inertia * 600 * rpm / 0.1

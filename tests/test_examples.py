@@ -120,7 +120,7 @@ def test_radial_forces_of_both_meshes_balance_on_the_middle_shaft(stages):
 
 
 def test_shuttling_alone_shakes_the_bearings_of_a_slow_helical_stage(stages):
-    """The force wanders along the face: it moves to and fro between the bearings."""
+    """The force centroid moves along the face width, and the force to and fro between the bearings."""
     model, *_ = stages
     slow = exugear.run_up(model, speed=100 * rpm, duration=0.15, load=600.0, progress=False).data
     slow = slow.isel(time=slice(slow["time"].size // 5, None))
@@ -182,7 +182,7 @@ def test_teeth_that_hardly_touch_are_refused(depth):
 
 
 def test_planets_share_the_load_by_the_position_of_their_pins(planets):
-    """Sun's and ring's torques balance the carrier's; what a displaced pin moves is linear and free of the load."""
+    """Sun's and ring's torques balance the carrier's; the effect of a displaced pin is linear, independent of load."""
     moved = []
     for times, forces, torque in planets.values():
         half = times.size // 2
@@ -198,7 +198,7 @@ def test_planets_share_the_load_by_the_position_of_their_pins(planets):
 
 
 def test_a_sun_held_harder_shares_the_load_worse():
-    """The floating sun evens the shares out."""
+    """A floating sun equalizes the shares."""
     spread = []
     for bearing in (1e6, 1e8, 1e10):
         gears = planetary_set.build(-20 * um, sun_bearing=bearing)

@@ -28,7 +28,7 @@ import fem
 from fem.support import cache
 from pathlib import Path
 sys.path.insert(0, {str(ROOT / "tests" / "cases")!r})
-place = Path(os.environ["EXUGEAR_CACHE"])
+cache_folder = Path(os.environ["EXUGEAR_CACHE"])
 
 def of(i):
     return cache.cached(f"key {{i}}", lambda: {{"a": np.full({SIZE}, float(i))}})["a"]
@@ -39,9 +39,7 @@ def map_of(i):
     return fem.ste_map(paper_pair(), np.arange(500.0), np.arange(40) / 40, te)
 """
 FILL = "for i in range({first}, 10**9): of(i); print(i, flush=True)"
-SAVE = (
-    "maps = map_of(1), map_of(2)\nfor i in range(10**9): fem.save(maps[i % 2], place / 'map.nc'); print(i, flush=True)"
-)
+SAVE = "maps = map_of(1), map_of(2)\nfor i in range(10**9): fem.save(maps[i % 2], cache_folder / 'map.nc'); print(i, flush=True)"
 
 
 @pytest.fixture
@@ -95,8 +93,8 @@ def test_killed_processes_leave_whole_maps(folder):
 def test_processes_share_a_cache_and_agree(folder):
     """Each waits for the others, then all compute the same arrays."""
     script = """
-(place / f"ready {os.getpid()}").touch()
-while len(list(place.glob("ready *"))) < 4: pass
+(cache_folder / f"ready {os.getpid()}").touch()
+while len(list(cache_folder.glob("ready *"))) < 4: pass
 print(sum(of(i).sum() for i in range(20)))
 """
     processes = [child(script) for _ in range(4)]
@@ -107,11 +105,11 @@ print(sum(of(i).sum() for i in range(20)))
 
 
 def test_threads_share_a_cache_and_agree(folder):
-    barrier, found = threading.Barrier(4), []
+    barrier, results = threading.Barrier(4), []
 
     def work():
         barrier.wait()
-        found.append(
+        results.append(
             [float(cache.cached(f"key {i}", lambda i=i: {"a": np.full(SIZE, i)})["a"].sum()) for i in range(9)]
         )
 
@@ -120,11 +118,11 @@ def test_threads_share_a_cache_and_agree(folder):
         thread.start()
     for thread in threads:
         thread.join()
-    assert found == [[SIZE * float(i) for i in range(9)]] * 4
+    assert results == [[SIZE * float(i) for i in range(9)]] * 4
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits the size of files")
-@pytest.mark.parametrize("write", ["of(1)", "fem.save(map_of(1), place / 'map.nc')"])
+@pytest.mark.parametrize("write", ["of(1)", "fem.save(map_of(1), cache_folder / 'map.nc')"])
 def test_a_full_disk_is_reported_and_leaves_nothing(folder, write):
     """The size of files is limited; the process lives on and ends well."""
     script = f"""
@@ -207,7 +205,7 @@ def test_maps_with_foreign_attributes_are_refused(attributes):
         fem.pair_of(data)
 
 
-def test_what_is_no_file_is_refused(folder):
+def test_paths_that_are_no_files_are_refused(folder):
     with pytest.raises(ValueError, match="damaged or no netCDF file"):
         fem.load(folder)
     cache.cached("key", lambda: {"a": np.zeros(1)})

@@ -1,4 +1,4 @@
-"""What an import costs: nothing that the scene does not use."""
+"""Imports: no library that a scene does not use."""
 
 import pydoc
 import subprocess
@@ -29,11 +29,11 @@ exugear.run_up(model, speed=100.0, duration=0.01, load=50.0, progress=False)
         (SPINNING, {"skfem", "matplotlib"}),
     ],
 )
-def test_nothing_is_imported_that_is_not_used(script, absent):
-    told = subprocess.run(
+def test_no_library_is_imported_before_it_is_used(script, absent):
+    printed = subprocess.run(
         [sys.executable, "-c", f"{script}\nprint(*sys.modules)"], capture_output=True, text=True, check=True
     )
-    assert not absent & set(told.stdout.split())
+    assert not absent & set(printed.stdout.split())
 
 
 def test_public_names_are_there():
@@ -48,14 +48,14 @@ def test_public_names_are_there():
         _ = fem.nothing
 
 
-def test_help_lists_what_there_is():
-    """As somebody meets it who types help(exugear) or presses the tabulator."""
+def test_help_lists_the_public_names():
+    """help(exugear) and completion by the tabulator."""
     import exugear
     import fem
 
-    told = pydoc.plaintext.document(exugear)
+    printed = pydoc.plaintext.document(exugear)
     for name in ("class Gearbox", "class Stage", "build(", "run_up(", "resonances(", "CreateGearContact"):
-        assert name in told
+        assert name in printed
     assert {"Gear", "GearPair", "static_transmission_error", "map_cost", "units"} <= set(dir(fem))
 
 

@@ -1,4 +1,4 @@
-"""Data that are none: one number of a valid gear, pair, shaft part or stage made impossible is refused in words."""
+"""Invalid data: a valid gear, pair, shaft part or stage with an impossible number is refused in words."""
 
 from math import inf, nan
 
@@ -35,7 +35,7 @@ FAR = (-1e300, -1.0, -1e-300, 0.0, 1e-300, 1e300)
 
 
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, (_, data) in MAKERS.items() for name in data])
-def test_what_is_no_number_is_refused_by_its_name(kind, name):
+def test_values_that_are_no_numbers_are_refused_by_name(kind, name):
     make, data = MAKERS[kind]
     make(**data)
     for value in NOT_NUMBERS:

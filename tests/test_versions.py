@@ -34,7 +34,7 @@ def test_requirements_without_a_lower_bound_alone_are_refused(requirement):
 
 
 def chosen(folder: Path, *names: str) -> str:
-    """What CI's search for a Python answers with the folder at the head of the PATH."""
+    """Result of CI's search for a Python with the folder at the head of the PATH."""
     (search,) = re.findall(r"^first_python\(\) \{.*?^\}", (CI / "run").read_text(encoding="utf-8"), re.M | re.DOTALL)
     command = ["bash", "-euc", f"{search}\nfirst_python {' '.join(names)}"]
     surroundings = os.environ | {"PATH": f"{folder}:{os.environ['PATH']}"}

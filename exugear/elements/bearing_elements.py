@@ -15,8 +15,8 @@ from exugear.gearbox.shaft import Shaft
 from exugear.plan.coordinates import Coordinates
 from fem.support.numba_cache import compiled, kept
 
-#: Head of a radial law: number of points, axial distance from the centre of mass [m], damping over stiffness [s]. Behind
-#: it lie the displacements [m] and the forces [N] of the points.
+#: Head of a radial law: number of points, axial distance from the centre of mass [m], damping over stiffness [s];
+#: behind it lie the displacements [m] and the forces [N] of the points.
 RADIAL_LAW = record_type(("points", "i8"), ("lever", "f8"), ("damping", "f8"))
 HEAD_SIZE = RADIAL_LAW.itemsize
 radial_law_at = reader(RADIAL_LAW)

@@ -1,4 +1,4 @@
-"""Jacobians of the forces of contacts and bearings by differences."""
+"""Jacobians of the forces of contacts and bearings by finite differences."""
 
 from collections.abc import Callable
 
@@ -23,7 +23,7 @@ def jacobian(forces: Callable, q, q_t, factors: tuple[float, float], steps: tupl
 
 
 def slope(before: np.ndarray, middle: np.ndarray, after: np.ndarray, step: float) -> np.ndarray:
-    """Derivative of forces by central differences; where contact is lost on one side, by those of the loaded side."""
+    """Derivative of forces by central differences; by a one-sided difference where only one side has contact."""
     if middle.any() and after.any() != before.any():
         return (after - middle if after.any() else middle - before) / step
     return (after - before) / (2 * step)

@@ -1,4 +1,4 @@
-"""Objects of an Exudyn system by their numbers: the bodies that carry gears, and their nodes."""
+"""Objects of an Exudyn system, by their numbers: the bodies that carry gears, and their nodes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ from fem.support.validation import require
 
 #: Distance of a gear's centre from its axis that counts as rounding [m].
 OFF_AXIS = 1e-9
-#: Kinds of rigid bodies in space by Exudyn's names of their nodes.
+#: Kinds of rigid bodies in space, by Exudyn's names of their nodes.
 NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG": ROTATION_VECTOR}
 
 
@@ -29,7 +29,7 @@ def quiet() -> Iterator[None]:
 
 
 def object_of(mbs, name: str, item: SupportsIndex, **options) -> dict[str, Any]:
-    """Exudyn's dictionary of an object; ValueError, with the argument's name, for a number that Exudyn never gave."""
+    """Exudyn's dictionary of an object; ValueError, with the argument's name, for a number without an object."""
     known = mbs.systemData.NumberOfObjects()
     is_number = isinstance(item, SupportsIndex) and 0 <= int(item) < known
     require(is_number, f"{name} must be numbers of objects below {known}, as Exudyn gave them, got {str(item)[:80]}")
@@ -37,7 +37,7 @@ def object_of(mbs, name: str, item: SupportsIndex, **options) -> dict[str, Any]:
 
 
 def gear_body(mbs, item, position, axis) -> GearBody:
-    """A body with the centre and the axis of its gear; ValueError where a gear cannot lie so."""
+    """A body with the centre and the axis of its gear; ValueError where the body cannot carry a gear there."""
     kind, centre, z = kind_of(mbs, item), vector("localPositions", position), vector("localAxes", axis)
     require(bool(z.any()), f"localAxes must be directions, got {axis}")
     z = z / np.linalg.norm(z)
@@ -65,7 +65,7 @@ def reference_of(mbs, item) -> list[float]:
 
 
 def kind_of(mbs, item) -> str:
-    """How a body moves; ValueError for one that cannot carry a gear."""
+    """Kind of a body, by its motion; ValueError for a body that cannot carry a gear."""
     require(item is not None, "itemNumbers must name two bodies, got None; pass [pinion, wheel]")
     body = object_of(mbs, "itemNumbers", item)
     require("nodeNumber" in body, f"itemNumbers must be bodies with one node, got {body['objectType']}")

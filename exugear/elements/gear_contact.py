@@ -1,7 +1,7 @@
-"""The gear contact in Exudyn: one ObjectGenericODE2 on the nodes of both gears, whose forces a compiled kernel gives.
+"""The gear contact in Exudyn: an ObjectGenericODE2 on the nodes of two gears, with forces by a compiled kernel.
 
-`CreateGearContact` has more than the seven arguments of the house, and defaults for those that it requires: so have the
-Create functions of Exudyn, beside which it stands.
+`CreateGearContact` has more than seven arguments, and defaults for those that it requires: it follows the Create
+functions of Exudyn.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.elements.difference_jacobian import jacobian
-from exugear.elements.divergence import stopped
+from exugear.elements.divergence import stop_message
 from exugear.elements.exudyn_objects import gear_body, kind_of, node_of
 from exugear.elements.native.native import direct_or_portable
 from exugear.force_table.kernel_records import address_of
@@ -29,7 +29,7 @@ from fem.support.arguments import REQUIRED, checked
 from fem.support.validation import require
 
 #: Steps of the difference Jacobian in coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences would
-#: change an angle by 1e-7 of its value, which after a thousand revolutions is more than any mesh deflects.
+#: change an angle by 1e-7 of its value: after a thousand revolutions more than any mesh deflects.
 DIFFERENCE_STEPS = 1e-9, 1e-3
 
 
@@ -50,14 +50,14 @@ def CreateGearContact(
 
     itemNumbers      [pinion, wheel]: rigid bodies, ObjectRigidBody2D or ObjectRotationalMass1D, in any mixture. The
                      last two turn about global z; an ObjectRotationalMass1D stands at its referencePosition. Two
-                     ObjectRotationalMass1D may be followed by a third one that carries both (planet carrier)
+                     ObjectRotationalMass1D may be followed by a third, the carrier of their axes (planet carrier)
     pair             `fem.GearPair`, or `RingPair` for a ring gear
     force            `MeshForce`, the force law of the mesh
     localPositions   centre of each gear on its body [m]; it must lie on the gear's axis
     localAxes        direction of each gear's axis on its body
     phase            phase of the mesh in the reference configuration, as share of a pitch. There the driving flanks
                      just touch: deflection 0
-    direction        +1: the pinion drives counter-clockwise, so that this makes the deflection positive; -1: clockwise
+    direction        +1: the pinion drives counter-clockwise, so that its lead is a positive deflection; -1: clockwise
     recorder         `Recorder` that takes samples of the contact
 
     The axes must be parallel within 0.05 rad. The z axis of the contact is global z where the gears' axes lie along it,
@@ -90,7 +90,7 @@ def check_mesh(pair, force, phase: float, direction: int) -> None:
 
 
 def kinds_of(mbs, items, force: MeshForce) -> tuple[str, ...]:
-    """How each of the bodies moves; ValueError where they cannot carry gears of such a force law."""
+    """Kind of each body; ValueError where they cannot carry gears of such a force law."""
     kinds = tuple(kind_of(mbs, item) for item in items)
     spins = set(kinds) == {SPIN}
     carrier = "a third body carries ObjectRotationalMass1D alone; for bodies that move in space leave it out"
@@ -149,10 +149,10 @@ def state_of(mbs, number: int) -> np.record:
 
 
 def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | None = None):
-    """Force and Jacobian that Exudyn calls; the force owns the records whose addresses it passes to the kernel.
+    """Force and Jacobian for Exudyn; the force keeps the records alive whose addresses it passes to the kernel.
 
-    records    the first two are the table of the mesh force and the contact frame
-    recorder   the last argument of the kernel before the time, if it records
+    records    arguments of the kernel; the first two are the table of the mesh force and the contact frame
+    recorder   argument of the kernel behind the records, if it records
     """
     idle_recorder, (table, frame, *_) = Recorder(), records
     addresses = tuple(map(address_of, records))
@@ -163,13 +163,13 @@ def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | No
         try:
             return kernel(*recording, t, *q, *q_t)
         except ValueError as error:
-            raise RuntimeError(stopped(table.head, error.args, float(frame.pinion.r_b))) from None
+            raise RuntimeError(stop_message(table.head, error.args, float(frame.pinion.r_b))) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         try:
             return jacobian(partial(kernel, *silent, t), q, q_t, (factor, factor_t), DIFFERENCE_STEPS)
         except ValueError as error:
-            raise RuntimeError(stopped(table.head, error.args, float(frame.pinion.r_b))) from None
+            raise RuntimeError(stop_message(table.head, error.args, float(frame.pinion.r_b))) from None
 
     vars(gear_contact)["owned"] = (*records, recorder, idle_recorder)
     return gear_contact, gear_jacobian

@@ -1,4 +1,4 @@
-"""Friction between the teeth in Exudyn: one ObjectGenericODE2 beside that of the contact, on the same nodes."""
+"""Friction between the teeth in Exudyn: an ObjectGenericODE2 on the same nodes as that of the contact."""
 
 from collections.abc import Sequence
 from typing import Annotated, Any
@@ -39,7 +39,7 @@ def CreateGearFriction(
     """Create the Coulomb friction of a gear contact; also called as mbs.CreateGearFriction(...).
 
     itemNumbers, pair, force, localPositions, localAxes, phase, direction
-                as passed to `CreateGearContact` for the contact that rubs, without a carrier
+                as for the `CreateGearContact` of the same gears, without a carrier
     friction    `MeshFriction`
 
     The normal force of the friction is the static mesh force, without its damping. The torques of the friction jump

@@ -15,7 +15,7 @@ from exugear.plan.coordinates import Coordinates, pose
 
 
 def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
-    """Add a shaft as a body on its bearings."""
+    """Add a shaft as a body with its bearings or its joint; returns the number of the body."""
     x, y, z, a, b, _ = pose(gearbox, shaft)
     if coordinates is Coordinates.SPIN:
         node = mbs.AddNode(eii.Node1D(name=shaft.name, referenceCoordinates=[0.0]))
@@ -48,7 +48,7 @@ def spin_marker(mbs, body: int, spin_index: int) -> int:
 
 
 def add_rotor(mbs, gearbox: Gearbox, body: int, coordinates: Coordinates, name: str) -> int | None:
-    """Add the rotor behind the coupling of a shaft, if it has a coupling."""
+    """Add the rotor behind the coupling of a shaft; returns its number, or None without a coupling."""
     coupling = next(shaft for shaft in gearbox.shafts if shaft.name == name).coupling
     if coupling is None:
         return None
@@ -70,7 +70,10 @@ def add_drive_and_load(
     rotors: Mapping[str, int | None],
     coordinates: Mapping[str, Coordinates],
 ) -> tuple[int, int]:
-    """Add the constraint of the driving shaft and the load on the driven one, at rotors behind couplings."""
+    """Add the constraint on the driving and the load on the driven shaft, or on the rotors behind their couplings.
+
+    Returns the numbers of the constraint and of the load.
+    """
 
     def marker(shaft: Shaft) -> int:
         rotor = rotors[shaft.name]

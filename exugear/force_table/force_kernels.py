@@ -1,13 +1,15 @@
 """The kernels of a mesh force: bicubic Hermite patches over phase and penetration for each value of the offsets.
 
-At each phase the secant stiffness k stands over u = (penetration / largest penetration)^(1/4): F = k penetration, so
-that the force is exactly 0 without contact and the low loads, where a Hertzian contact softens, keep their resolution.
-Values and slopes along phase and u make the law once continuously differentiable. Between the values of the offsets
-unloaded deflection, largest penetration, ln k and force centroid follow polynomials through up to four of them; those
-over the misalignment have a corner at 0, where the first contact moves from one end of the face to the other.
+At each phase the table holds the secant stiffness k over u = (penetration / largest penetration)^(1/4). The force is
+F = k penetration: it is exactly 0 without contact, and low loads, where a Hertzian contact softens, are resolved.
+Values and slopes along phase and u make the law once continuously differentiable. Unloaded deflection, largest
+penetration, ln k and force centroid are interpolated between the offset values by polynomials through up to four of
+them; those over the misalignment have a corner at 0, where the first contact moves from one end of the face to the
+other.
 
 A table that conserves energy holds w = W / penetration^2 instead of k, W the potential; force and dW/dphase are its
-derivatives. Kernels take the head of a table, `FORCE_TABLE`, and read the arrays that lie behind it.
+derivatives. Kernels take the head of a table (`FORCE_TABLE` in `exugear.force_table.layout`) and read the arrays that
+lie behind it.
 """
 
 from math import exp, floor, log, nan, sqrt
@@ -21,8 +23,9 @@ from exugear.force_table.offset_interpolation import BEYOND, stencil
 from exugear.force_table.pchip import hermite, hermite_slope
 from fem.support.numba_cache import compiled, kept
 
-MANY_PITCHES = 1e12
-#: Bytes of the entries of a table.
+#: Phase from which on rounding leaves too little of its fractional part.
+LARGEST_PHASE = 1e12
+#: Sizes of the entries of a table [bytes].
 EDGE_SIZE, NODE_SIZE, DOUBLE = EDGE.itemsize, NODE.itemsize, 8
 table_at, edge_at, node_at = reader(FORCE_TABLE), reader(EDGE), reader(NODE)
 
@@ -68,7 +71,7 @@ def node(table, number):
 @compiled
 def phase_cell(table, phase):
     """Cell of the phase; ValueError for a phase that is not finite."""
-    if not abs(phase) < MANY_PITCHES:
+    if not abs(phase) < LARGEST_PHASE:
         raise ValueError(nan, nan)
     n = table.phase_steps
     x = (phase - floor(phase)) * n
@@ -106,7 +109,7 @@ def corners(table, block, phase, load):
 
 @compiled
 def along_phase(a, b, t):
-    """Value, and slope along u, between two nodes of neighbouring phases."""
+    """Value, and slope along u, interpolated between two nodes of neighbouring phases."""
     return hermite(t, a.value, a.by_phase, b.value, b.by_phase), hermite(t, a.by_u, a.by_phase_u, b.by_u, b.by_phase_u)
 
 
@@ -131,7 +134,7 @@ def centroid_at(table, block, phase, load):
 
 @compiled
 def damping(table, penetration):
-    """Coefficient [N s/m], which ramps in with the penetration; 0 without contact."""
+    """Damping coefficient [N s/m], which ramps in with the penetration; 0 without contact."""
     if penetration <= 0.0:
         return 0.0
     r = min(penetration / table.damping_ramp, 1.0)
@@ -140,13 +143,15 @@ def damping(table, penetration):
 
 @compiled
 def corrected_rate(rate, lag, mobility, rise, excess, coefficient):
-    """The rate [m/s] without the lag of the integrator's velocities: rate + lag d(force)/dt, with its own damping.
+    """The rate [m/s] corrected for the lag of the integrator's velocities: rate + lag d(force)/dt.
 
-    lag           share by which the rate is too small, per rise of the force [m/N]
+    The force contains the damping force at the corrected rate, for which the equation is solved.
+
+    lag           by how much the rate is too small, per time derivative of the force [m/N]
     mobility      acceleration of the bodies per force [1/kg]; 0: unknown
-    rise          of the static force over time [N/s]
-    excess        static force above what holds the load [N]
-    coefficient   of the damping by that rate [N s/m]
+    rise          time derivative of the static force [N/s]
+    excess        static force minus the force that balances the load [N]
+    coefficient   of the damping [N s/m]
     """
     c = coefficient
     return (rate + lag * (rise - c * mobility * excess)) / (1.0 + lag * mobility * c * c)
@@ -168,13 +173,13 @@ def spinning_force(table, phase, deflection):
 
 @compiled
 def block_number(table, a, misalignment, axial):
-    """Number of the block at these numbers of the offsets' values."""
+    """Number of the block at an index along each of the three offset axes."""
     return (a * table.offset_counts[1] + misalignment) * table.offset_counts[2] + axial
 
 
 @compiled
 def blended_range(table, stencils, phase):
-    """Unloaded deflection and largest penetration [m] between the values of the offsets."""
+    """Unloaded deflection and largest penetration [m], interpolated between the offset values."""
     a, misalignment, axial = stencils
     unloaded = largest = 0.0
     for p in range(4):
@@ -190,7 +195,7 @@ def blended_range(table, stencils, phase):
 
 @compiled
 def blended_force(table, stencils, phase, load):
-    """ln of the secant stiffness and force centroid [m] between the values of the offsets."""
+    """ln of the secant stiffness and force centroid [m], interpolated between the offset values."""
     a, misalignment, axial = stencils
     log_stiffness = centroid = 0.0
     for p in range(4):
@@ -206,7 +211,7 @@ def blended_force(table, stencils, phase, load):
 
 @compiled
 def conserving(table, phase, deflection):
-    """`StaticForce` of one flank out of the potential; no force without contact."""
+    """`StaticForce` of one flank, derived from the potential; no force without contact."""
     cell = phase_cell(table, phase)
     unloaded, largest = contact_range(table, 0, cell)
     penetration = deflection - unloaded
@@ -215,13 +220,13 @@ def conserving(table, phase, deflection):
     load = load_cell(table, penetration, largest, unloaded)
     n, m, t = table.phase_steps, table.penetration_steps, cell.share
     low, high = edge(table, 0, cell.low), edge(table, 0, cell.high)
-    unloaded_by = n * hermite_slope(t, low.unloaded, low.unloaded_slope, high.unloaded, high.unloaded_slope)
-    largest_by = n * hermite_slope(t, low.largest, low.largest_slope, high.largest, high.largest_slope)
+    unloaded_slope = n * hermite_slope(t, low.unloaded, low.unloaded_slope, high.unloaded, high.unloaded_slope)
+    largest_slope = n * hermite_slope(t, low.largest, low.largest_slope, high.largest, high.largest_slope)
     value, by_phase, by_u = patch_slopes(table, cell, load)
     u, by_phase, by_u = (load.low + load.share) / m, n * by_phase, m * by_u
     force = penetration * (2.0 * value + 0.25 * u * by_u)
-    moved = penetration * penetration * (by_phase - 0.25 * u * by_u * largest_by / largest)
-    return StaticForce(penetration, force, 0.0, moved - unloaded_by * force)
+    value_slope = penetration * penetration * (by_phase - 0.25 * u * by_u * largest_slope / largest)
+    return StaticForce(penetration, force, 0.0, value_slope - unloaded_slope * force)
 
 
 @compiled

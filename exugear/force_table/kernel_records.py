@@ -1,6 +1,6 @@
 """Records: named numbers that Python and the compiled kernels read alike; kernels get the address of a record.
 
-An integer argument costs a call from Python a tenth of an array argument, and is what Exudyn's callback can pass.
+An integer argument costs a call from Python a tenth of an array argument, and the direct call by Exudyn can pass it.
 """
 
 from typing import Any
@@ -13,12 +13,12 @@ from fem.support.numba_cache import compiled
 
 
 def record_type(*fields) -> np.dtype:
-    """Type of records with these fields, each (name, type) or (name, type, shape)."""
+    """Type of a record with these fields, each (name, type) or (name, type, shape)."""
     return np.dtype((np.record, np.dtype(list(fields), align=True)))
 
 
 def record_of(kind: np.dtype, **values) -> np.record:
-    """A read-only record of a kind; fields without a value are 0."""
+    """A read-only record of a type; fields without a value are 0."""
     record = np.zeros(1, kind)
     for name, value in values.items():
         record[name] = value
@@ -37,7 +37,7 @@ def address_of(record: np.record) -> int:
 
 
 def pointer_to(kind) -> Any:
-    """The function of kernels: address -> pointer to values of a numba type."""
+    """The function for kernels: address -> pointer to values of a numba type."""
 
     def to_pointer(typing_context, address):
         pointer = types.CPointer(kind)
@@ -51,7 +51,7 @@ def pointer_to(kind) -> Any:
 
 
 def reader(kind: np.dtype) -> Any:
-    """The function of kernels: address -> the record of a kind that begins there."""
+    """The function for kernels: address -> the record of a type that begins there."""
     pointer = pointer_to(from_dtype(kind))
 
     @compiled
@@ -62,7 +62,7 @@ def reader(kind: np.dtype) -> Any:
 
 
 def _start_of(typing_context, record):
-    """The function of kernels: record -> its address."""
+    """The function for kernels: record -> its address."""
 
     def code(context, builder, signature, arguments):
         return builder.ptrtoint(arguments[0], context.get_value_type(types.int64))

@@ -8,14 +8,14 @@ import numpy as np
 
 from exugear.force_table.kernel_records import record_type
 
-PHASES = 512
-#: With offsets there are many blocks, which need fewer phases for the same size.
-PHASES_WITH_OFFSETS = 256
+#: Phase steps of a table; with offsets, where it has many blocks, fewer, to limit its size.
+PHASES, PHASES_WITH_OFFSETS = 512, 256
+#: Steps of u, and their nodes.
 PENETRATIONS = 64
 U = np.linspace(0, 1, PENETRATIONS + 1)
 OFFSETS = ("a", "misalignment", "axial")
-#: Sizes; scalars of the law; forces [N] and tangent stiffnesses [N/m], the last ones means over phase; where the
-#: arrays begin [bytes from the head].
+#: Head of a table: numbers of steps and of offset values; scalars of the law; means over phase of force [N] and tangent
+#: stiffness [N/m] at the end of the table; largest tangent stiffness; starts of the arrays [bytes from the head].
 FORCE_TABLE = record_type(
     ("phase_steps", "i8"),
     ("penetration_steps", "i8"),
@@ -40,7 +40,7 @@ NODE = record_type(*((name, "f8") for name in ("value", "by_phase", "by_u", "by_
 
 
 def table_type(counts: tuple[int, ...], phase_steps: int) -> np.dtype:
-    """Type of a whole table with so many values of the offsets (3) and so many phase steps."""
+    """Type of a whole table with counts (3) of the offset values and a number of phase steps."""
     over_nodes = (*counts, phase_steps, U.size)
     return record_type(
         ("head", FORCE_TABLE),

@@ -1,4 +1,4 @@
-"""Weights of the values of an offset's axis: polynomials through up to four of them.
+"""Weights of the values of an offset axis: Lagrange polynomials through up to four neighbouring values.
 
 Over the misalignment the polynomials have a corner at 0, where the first contact moves from one end of the face to the
 other.
@@ -12,11 +12,12 @@ from numba import carray
 from exugear.force_table.kernel_records import doubles_at, start_of
 from fem.support.numba_cache import compiled, kept
 
+#: Share of an axis, or of the largest penetration, by which rounding may exceed its end.
 BEYOND = 1e-9
 
 
 class Stencil(NamedTuple):
-    """Number of the first of the values of an offset that take part, and the weights of up to four of them."""
+    """Index of the first offset value with a weight, and the weights of up to four values from there on."""
 
     first: int
     weights: tuple[float, float, float, float]
@@ -38,19 +39,19 @@ def stencil(table, offset, x):
     margin = BEYOND * (high - low)
     if not low - margin <= x <= high + margin:
         raise ValueError(x, low, high, offset)
-    cell, least, most = 0, 0, axis.size - 1
+    cell, lowest, highest = 0, 0, axis.size - 1
     for k in range(1, axis.size - 1):
         if axis[k] <= x:
             cell = k
         if offset == 1 and axis[k] == 0.0:
-            least, most = (k, most) if x >= 0.0 else (least, k)
-    first = max(least, min(cell - 1, most - 3))
-    return Stencil(first, lagrange(axis, first, min(most - first, 3) + 1, x))
+            lowest, highest = (k, highest) if x >= 0.0 else (lowest, k)
+    first = max(lowest, min(cell - 1, highest - 3))
+    return Stencil(first, lagrange(axis, first, min(highest - first, 3) + 1, x))
 
 
 @compiled
 def lagrange(axis, first, count, x):
-    """Weights (4) of the polynomial through count values of an axis, at x."""
+    """Weights (4) at x of the polynomial through count values of an axis, from the first one on."""
     weights = (0.0, 0.0, 0.0, 0.0)
     for k in range(count):
         weight = 1.0
@@ -69,7 +70,8 @@ def lagrange(axis, first, count, x):
 @kept
 def weights_along(table, offset, x):
     """(n,) weights of the values of one offset at x."""
-    taking_part, weights = stencil(table, offset, x), np.zeros(table.offset_counts[offset])
-    for k in range(min(4, weights.size - taking_part.first)):
-        weights[taking_part.first + k] = taking_part.weights[k]
+    first, nonzero = stencil(table, offset, x)
+    weights = np.zeros(table.offset_counts[offset])
+    for k in range(min(4, weights.size - first)):
+        weights[first + k] = nonzero[k]
     return weights

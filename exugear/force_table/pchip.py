@@ -1,7 +1,7 @@
-"""Cubic Hermite polynomials, and monotone curves of them through points (Fritsch & Butland 1984).
+"""Cubic Hermite polynomials, and monotone piecewise cubic curves through points (Fritsch & Butland 1984).
 
-The curves are those of scipy's PchipInterpolator, which builds an object for each: 110 us a curve of 200 points against
-1.8 us here. A map with two axes of five offsets has 12,800 curves.
+The curves equal those of scipy's PchipInterpolator, which builds an object for each: 110 us for a curve of 200 points,
+against 1.8 us by these kernels. A map with two axes of five offsets has 12,800 curves.
 """
 
 import numpy as np

@@ -26,7 +26,14 @@ DAMPING_RAMP = 1 * um
 
 
 class PhaseCurves(NamedTuple):
-    """A law at one phase, or at all of them along the first axis; all but the first two over U."""
+    """A law at one phase, or at all phases along the first axis; value and the following are arrays over `U`.
+
+    unloaded   deflection at which the flanks touch [m]
+    largest    penetration at the end of the table [m]
+    value      of the nodes [N/m], and by_u its slope per step of u
+    tangent    tangent stiffness [N/m]
+    centroid   axial force centroid [m]
+    """
 
     unloaded: np.ndarray
     largest: np.ndarray
@@ -48,8 +55,8 @@ def tabulate(force) -> np.record:
     blocks = [_block(phase, phase_steps, force.conserves, *tables) for tables in zip(*rows, strict=True)]
     edges, nodes, centroids, tangents = (np.array(column) for column in zip(*blocks, strict=True))
     jam = -2 * edges["unloaded"].min()
-    room = f"backlash must be >= {jam:.4g} m, or the unloaded error jams the teeth, got {force.backlash}"
-    require(force.backlash >= jam - 1e-9, room)
+    least = f"backlash must be >= {jam:.4g} m, or the unloaded transmission error jams the teeth, got {force.backlash}"
+    require(force.backlash >= jam - 1e-9, least)
     head = record_of(
         FORCE_TABLE,
         **{name: getattr(force, name) for name in ("conserves", "backlash", "back_phase", "damping")},
@@ -73,8 +80,8 @@ def _block(phase, phase_steps: int, conserves: bool, deflection, force, centroid
 
     deflection, force, centroid   (n_phase, n_deflection) over the given phases
     """
-    over = _potential if conserves else _stiffness
-    rows = [_over_penetration(*columns, over) for columns in zip(deflection, force, centroid, strict=True)]
+    node_values = _potential if conserves else _stiffness
+    rows = [_curves_at_phase(*columns, node_values) for columns in zip(deflection, force, centroid, strict=True)]
     curves = PhaseCurves(*(np.array(column) for column in zip(*rows, strict=True)))
     uniform = np.arange(phase_steps) / phase_steps
     edges, nodes = np.empty(phase_steps, EDGE), np.empty((phase_steps, U.size), NODE)
@@ -86,21 +93,21 @@ def _block(phase, phase_steps: int, conserves: bool, deflection, force, centroid
     return edges, nodes, centroids, tangent
 
 
-def _over_penetration(deflection: np.ndarray, force: np.ndarray, centroid: np.ndarray, over) -> PhaseCurves:
-    """The curves at one phase; over: the value of the nodes and its slope from the secant stiffness."""
+def _curves_at_phase(deflection: np.ndarray, force: np.ndarray, centroid: np.ndarray, node_values) -> PhaseCurves:
+    """The curves at one phase; node_values: function from the secant stiffness to values and slopes over u."""
     contact = int(np.flatnonzero(force == 0)[-1])
     unloaded, largest = deflection[contact], deflection[-1] - deflection[contact]
     penetration, force = deflection[contact + 1 :] - unloaded, force[contact + 1 :]
     k = force / penetration
     u, k = np.r_[0, (penetration / largest) ** 0.25], np.r_[k[0], k]
     secant, slope = monotone_cubic(u, k, U)
-    values, slopes = over(u, k, secant, slope)
+    values, slopes = node_values(u, k, secant, slope)
     at_nodes, _ = monotone_cubic(u, np.r_[centroid[contact + 1], centroid[contact + 1 :]], U)
     return PhaseCurves(unloaded, largest, values, slopes / PENETRATIONS, secant + 0.25 * U * slope, at_nodes)
 
 
 def _stiffness(u, k, secant, slope) -> tuple[np.ndarray, np.ndarray]:
-    """Secant stiffness and its slope over u."""
+    """Secant stiffness and its slope over u, as they are."""
     return secant, slope
 
 

@@ -11,11 +11,13 @@ from fem.support.representation import short
 from fem.support.validation import increasing, require
 
 UNITS = {"radial": "N/m", "axial": "N/m", "tilt": "N m/rad", "damping": "s", "clearance": "m"}
-#: Stiffness [N/m, N m/rad] from which on a rigid bearing is meant.
+#: Stiffness [N/m, N m/rad] from which on the user is taken to mean a rigid bearing.
 RIGID, RIGID_TILT = 1e13, 1e11
-#: Stiffness below which another unit is meant. Rolling bearings have 10 to 10,000 N/um, the softest rubber mounts 1e4
-#: N/m: on less, a shaft of 1 kg sags by a millimetre. Tilt: two such mounts a centimetre beside the pole.
+#: Stiffness below which the user is taken to mean another unit. Rolling bearings have 10 to 10,000 N/um, the softest
+#: rubber mounts 1e4 N/m: on less, a shaft of 1 kg sags by a millimetre. Tilt: two such mounts, each a centimetre from
+#: the pole.
 SOFT, SOFT_TILT = 1e4, 1.0
+#: Relative error of a matrix that counts as rounding.
 ROUNDING = 1e-9
 
 
@@ -34,8 +36,9 @@ class Bearing:
                 directions; instead of radial and clearance
     matrix      stiffness (6, 6) over x, y, z and about x, y, z [N/m, N/rad, N, N m/rad]; instead of all but damping
 
-    Raises ValueError for a stiffness that is negative, meant as rigid or in another unit (0 < k < 1e4 N/m), for tables
-    with falling forces, and for matrices that are no stiffness matrix.
+    Raises ValueError for a stiffness that is negative, so high that a rigid bearing is meant, or so low that another
+    unit is meant (0 < k < 1e4 N/m), for tables with falling forces, and for matrices that are not symmetric and
+    positive semi-definite.
     """
 
     radial: float = 0.0
@@ -77,7 +80,7 @@ class Bearing:
         increasing("displacements of the table", displacement, least=2)
         require(displacement[-1] < 1e-2, f"table ends at {displacement[-1]:g} m; pass metres: 20*um")
         rises = bool((np.diff(force) >= 0).all() and force[-1] > 0)
-        require(rises, "forces of the table must not fall and must end above 0 N; a falling one would be unstable")
+        require(rises, "forces of the table must not fall and must end above 0 N; falling forces would be unstable")
         object.__setattr__(self, "table", tuple(tuple(column.tolist()) for column in columns))
 
     def _take_matrix(self) -> None:
@@ -86,11 +89,11 @@ class Bearing:
         require(bool(np.isfinite(k).all()), "matrix must be finite everywhere")
         scale = np.sqrt(np.maximum(np.diag(k), 0))
         scale[scale == 0] = 1
-        k_1 = k / np.outer(scale, scale)
-        symmetric = bool(np.abs(k_1 - k_1.T).max() < ROUNDING)
+        scaled = k / np.outer(scale, scale)
+        symmetric = bool(np.abs(scaled - scaled.T).max() < ROUNDING)
         require(symmetric, "matrix must be symmetric: a bearing stores energy; pass (matrix + matrix.T) / 2")
         require(not k[5].any(), "row and column of the matrix about z must be 0: a bearing lets the shaft spin")
-        least = np.linalg.eigvalsh(k_1)[0]
+        least = np.linalg.eigvalsh(scaled)[0]
         require(least > -ROUNDING, f"matrix must be positive semi-definite, its least eigenvalue is {least:.3g}")
         object.__setattr__(self, "matrix", tuple(map(tuple, ((k + k.T) / 2).tolist())))
 
@@ -114,7 +117,7 @@ class Bearing:
 
     @property
     def reach(self) -> float:
-        """Largest radial displacement [m] that the data cover; inf without a table."""
+        """Largest radial displacement [m] for which the force is known; inf without a table."""
         return inf if self.table is None else self.table[0][-1]
 
     @property
@@ -127,12 +130,12 @@ class Bearing:
 
     @checked
     def at(self, lever: Finite) -> np.ndarray:
-        """(6, 6) stiffness about a pole on the shaft's axis, the bearing at an axial distance lever [m] from it."""
+        """(6, 6) stiffness about a pole on the shaft's axis; lever: axial distance of the bearing from the pole [m]."""
         return about_pole(self.stiffness, lever)
 
     @checked
     def radial_force(self, r: Numbers):
-        """Force [N] against a radial displacement r >= 0 [m], scalar or array; ValueError beyond the table."""
+        """Restoring force [N] at a radial displacement r >= 0 [m], number or array; ValueError beyond the table."""
         require(self.matrix is None, "a matrix has no single radial force; multiply it with the displacement")
         r = np.asarray(r, float)
         require(bool((r >= 0).all()), f"r must be >= 0 m, got {r.min()}")
@@ -143,7 +146,7 @@ class Bearing:
 
 
 def about_pole(stiffness: np.ndarray, lever: float) -> np.ndarray:
-    """(6, 6) stiffness about a pole on the shaft's axis, of a stiffness at an axial distance lever [m] from it."""
+    """(6, 6) stiffness about a pole on the shaft's axis, from the stiffness (6, 6) at an axial distance lever [m]."""
     motion = np.eye(6)
     motion[0, 4], motion[1, 3] = lever, -lever
     return motion.T @ stiffness @ motion

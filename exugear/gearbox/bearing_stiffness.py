@@ -9,7 +9,7 @@ REACH = 1.0
 
 
 def radial_table(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
-    """Radial displacements [m] and forces [N] of a nonlinear bearing, linear in between."""
+    """Radial displacements (n,) [m] and forces (n,) [N] of a nonlinear bearing, linear in between."""
     if bearing.table is not None:
         return np.array(bearing.table[0]), np.array(bearing.table[1])
     return np.array([0.0, bearing.clearance, bearing.clearance + REACH]), np.array([0.0, 0.0, bearing.radial * REACH])
@@ -18,8 +18,8 @@ def radial_table(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
 def radial_secant(bearing: Bearing, force: float) -> float:
     """Secant stiffness [N/m] of a nonlinear bearing under a radial force > 0 [N] that its table reaches."""
     displacement, table = radial_table(bearing)
-    loaded = np.flatnonzero(table == 0)[-1]
-    return force / float(np.interp(force, table[loaded:], displacement[loaded:]))
+    contact = np.flatnonzero(table == 0)[-1]
+    return force / float(np.interp(force, table[contact:], displacement[contact:]))
 
 
 def linear_part(bearing: Bearing, lever: float) -> np.ndarray:

@@ -1,7 +1,7 @@
-"""The gear train as a graph: where its shafts lie and how fast they turn; loops must close and agree.
+"""The gear train as a graph: positions and speeds of its shafts; loops of stages must close and give equal speeds.
 
-Stages are visited in the order in which they are listed, as far as they are coupled to those before. The traversal has
-14 lines; scipy.sparse.csgraph needs node numbers and holds only one edge between two nodes, where a gearbox may have
+Stages are visited in the order in which they are listed, as soon as they are coupled to visited ones. The traversal has
+14 lines; scipy.sparse.csgraph needs node numbers and holds only one edge between two nodes, whereas a gearbox may have
 two stages between the same shafts.
 """
 
@@ -22,7 +22,7 @@ Path = tuple[tuple[int, int], ...]
 Edge = tuple[Hashable, Hashable]
 #: Gap at which a loop of shafts counts as closed, as share of the centre distance.
 CLOSED = 1e-6
-#: The same for angles that are solved for, and the solver's tolerance.
+#: Largest such gap that remains after angles are solved for, and the solver's tolerance.
 SOLVED, FINEST = 1e-12, 1e-15
 
 
@@ -40,7 +40,7 @@ class Traversal:
     paths: dict[Hashable, Path]
 
     def loop(self, number: int, edge: Edge) -> Path:
-        """The loop that an edge closes, in the sense of the edge; its edges in the order in which they are reached."""
+        """The loop that an edge closes, in the sense of that edge; edges in the order in which they are reached."""
         out, back = (self.paths[node] for node in edge)
         senses = {i: sense for i, sense in out if (i, sense) not in back}
         senses |= {i: -sense for i, sense in back if (i, sense) not in out} | {number: 1}
@@ -76,7 +76,7 @@ def traverse_shafts(stages: Sequence[Stage]) -> Traversal:
 
 
 def speed_ratios(stages: Sequence[Stage], traversal: Traversal) -> dict[str, Fraction]:
-    """Speed of every shaft over that of the driving one, < 0 in the other sense; ValueError where loops disagree."""
+    """Speed of every shaft over that of the driving shaft, < 0 if opposite; ValueError where loops disagree."""
     ratios = {stages[0].fast.name: Fraction(1)}
     for i, sense in traversal.tree:
         reached, new = _shaft_names(stages[i])[::sense]
@@ -85,7 +85,7 @@ def speed_ratios(stages: Sequence[Stage], traversal: Traversal) -> dict[str, Fra
         slow = stages[i].slow.name
         ratio, by_loop = ratios[slow], ratios[stages[i].fast.name] * _ratio(stages[i])
         loop = f"the loop {_names(stages, traversal, i)}"
-        senses = f"{loop} jams: an odd number of meshes turns shaft {slow!r} both ways"
+        senses = f"{loop} jams: an odd number of meshes turns shaft {slow!r} in both senses"
         require(ratio * by_loop > 0, f"{senses}; drop a stage or add an idler")
         teeth = f"{loop} jams: shaft {slow!r} would turn at {ratio} and at {by_loop} of the driving shaft"
         require(ratio == by_loop, f"{teeth}; change numbers of teeth")
@@ -93,7 +93,7 @@ def speed_ratios(stages: Sequence[Stage], traversal: Traversal) -> dict[str, Fra
 
 
 def shaft_positions(stages: Sequence[Stage], traversal: Traversal) -> dict[str, tuple[float, float]]:
-    """x, y of every shaft [m], the driving one at 0; ValueError where a loop does not close."""
+    """x, y of every shaft [m], the driving shaft at 0; ValueError where a loop does not close."""
     positions = {stages[0].fast.name: (0.0, 0.0)}
     for i, sense in traversal.tree:
         stage = stages[i]
@@ -104,7 +104,7 @@ def shaft_positions(stages: Sequence[Stage], traversal: Traversal) -> dict[str, 
         stage = stages[i]
         (x_1, y_1), (x_2, y_2) = (positions[name] for name in _shaft_names(stage))
         gap = hypot(x_1 + stage.pair.a * cos(stage.angle) - x_2, y_1 + stage.pair.a * sin(stage.angle) - y_2)
-        loop = f"the loop {_names(stages, traversal, i)} misses by {gap / mm:.6g} mm to close"
+        loop = f"the loop {_names(stages, traversal, i)} does not close, the gap is {gap / mm:.6g} mm"
         if not gap < CLOSED * stage.pair.a:
             angles = fitting_angles(stages, traversal.loop(i, _shaft_names(stage)))
             raise ValueError(f"{loop}; {fitting_remedy(stages, angles)}")
@@ -114,24 +114,24 @@ def shaft_positions(stages: Sequence[Stage], traversal: Traversal) -> dict[str, 
 def fitting_angles(
     stages: Sequence[Stage], loop: Path, assembly: Callable[[np.ndarray], float] | None = None
 ) -> dict[int, float] | None:
-    """Angles [rad] by stage that close a loop, near the given ones; the stages reached first keep theirs.
+    """Angles [rad] by stage that close a loop, near the given angles; None where no such angles are nearby.
 
-    assembly   further condition on the angles (n,) of the loop, solved by one more angle
+    assembly   further condition on the angles (n,) of the loop: a function that is 0 where they assemble
 
-    None where there are none nearby.
+    The last two stages of the loop turn, with a further condition the last three; the others keep their angles.
     """
     numbers, senses = (np.array(column) for column in zip(*loop, strict=True))
     sides = senses * [stages[i].pair.a for i in numbers] / stages[numbers[0]].pair.a
     given = np.array([stages[i].angle for i in numbers], float)
     free = slice(-2 if assembly is None else -3, None)
 
-    def misses(free_angles: np.ndarray) -> list[float]:
+    def residuals(free_angles: np.ndarray) -> list[float]:
         angles = given.copy()
         angles[free] = free_angles
         gap = [sides @ np.cos(angles), sides @ np.sin(angles)]
         return gap if assembly is None else [*gap, assembly(angles)]
 
-    solution = scipy.optimize.least_squares(misses, given[free], xtol=FINEST, ftol=FINEST, gtol=FINEST)
+    solution = scipy.optimize.least_squares(residuals, given[free], xtol=FINEST, ftol=FINEST, gtol=FINEST)
     if np.abs(solution.fun).max() > SOLVED:
         return None
     angles = (solution.x + np.pi) % (2 * np.pi) - np.pi
@@ -139,7 +139,7 @@ def fitting_angles(
 
 
 def fitting_remedy(stages: Sequence[Stage], angles: dict[int, float] | None) -> str:
-    """What to write for `fitting_angles`."""
+    """Remedy for a loop: its `fitting_angles`, as the arguments to write."""
     if angles is None:
         return "no angles nearby fit; change centre distances or numbers of teeth"
     written = ", ".join(f"angle={angle:.11g} in stage {i} ({stages[i].name})" for i, angle in angles.items())

@@ -1,4 +1,4 @@
-"""The gearbox as data: stages that couple shafts, in trees and in loops."""
+"""The gearbox as data: stages that couple parallel shafts, in trees and in loops."""
 
 from dataclasses import dataclass, field
 from math import isfinite
@@ -26,15 +26,15 @@ class Gearbox:
 
     stages      `exugear.Stage`, in a tree or in loops
 
-    What follows from them, by the name of the shaft or in the order of the stages:
+    Derived from them, by the name of the shaft or in the order of the stages:
 
-    ratios            speed of every shaft over that of the driving one
-    directions        sense of rotation of every shaft about z, +1 or -1; +1 for the driving one
-    shaft_positions   x, y of every shaft [m], the driving one at 0
+    ratios            speed of every shaft over that of the driving shaft
+    directions        sense of rotation of every shaft about z, +1 or -1; +1 for the driving shaft
+    shaft_positions   x, y of every shaft [m], the driving shaft at 0
     phases            of every stage in the reference configuration, where all driving flanks touch, as share of a pitch
 
-    Raises ValueError for gears without mate, shafts that are not coupled, two shafts of one name, and loops that do not
-    close, jam, do not assemble, or whose loaded flanks do not touch at the same time.
+    Raises ValueError for gears without a mate, shafts that are not coupled, two shafts of the same name, and loops that
+    do not close, jam, do not assemble, or whose loaded flanks do not touch at the same time.
     """
 
     stages: tuple[Stage, ...]
@@ -67,7 +67,7 @@ class Gearbox:
 
     @property
     def driving(self) -> Shaft:
-        """Shaft whose speed is imposed."""
+        """Shaft whose speed the drive prescribes."""
         return self.stages[0].fast
 
     @property
@@ -100,7 +100,7 @@ class Gearbox:
         acceleration   of the driving shaft [rad/s^2]; all shafts and the rotors behind their couplings follow it at
                        their ratios, and their inertia torques add to the load
 
-        Loops share the load so that the elastic energy is least, all meshes at their largest stiffness.
+        In loops the meshes share the load so that the elastic energy is least, each at its largest stiffness.
         """
         torque = np.zeros(len(self.shafts))
         torque[self.shafts.index(self.driven)] = -self.directions[self.driven.name] * load
@@ -111,7 +111,7 @@ class Gearbox:
 
     @checked
     def offsets(self, stage: Stage) -> dict[str, float]:
-        """a [m], misalignment [rad] and axial [m] of a stage by its shafts' static displacement (see `fem.Offsets`)."""
+        """a [m], misalignment [rad] and axial [m] of a stage whose shafts are displaced (signs as in `fem.Offsets`)."""
         return stage_offsets(stage, self.shaft_positions, self.directions[stage.fast.name])
 
     def _check_names(self) -> None:
@@ -140,15 +140,13 @@ class Gearbox:
         object.__setattr__(self, "shaft_positions", shaft_positions(self.stages, traversal))
 
     def _check_flanks(self) -> None:
-        """Require that the flanks that a load presses touch at the same time, back flanks in loops among them."""
+        """Require that all flanks that a load presses touch at the same time, also back flanks in loops."""
         forces = np.array(self.static_forces(1.0))
         plays = [stage.force.backlash if isfinite(stage.force.backlash) else 0.0 for stage in self.stages]
         lead = np.where(forces < -ROUNDING * np.abs(forces).max(), -np.array(plays), 0.0)
         rows = self.rows[:, 1:]
         apart = np.abs(lead - rows @ np.linalg.lstsq(rows, lead)[0]).max()
         back = [stage.name for stage, x in zip(self.stages, lead, strict=True) if x]
-        loose = (
-            f"loaded flanks of a loop do not touch at the same time: stages {back} are driven from their slow shafts"
-        )
-        remedy = "name the shaft of the driving gear fast"
-        require(apart < TOGETHER * min(stage.pair.p_bt for stage in self.stages), f"{loose}; {remedy}")
+        cause = f"stages {back} are driven from their slow shafts; name the shaft of the driving gear fast"
+        together = bool(apart < TOGETHER * min(stage.pair.p_bt for stage in self.stages))
+        require(together, f"loaded flanks of a loop do not touch at the same time: {cause}")

@@ -9,8 +9,8 @@ from exugear.mesh_force.force import MeshForce
 from fem.pair.pair import GearPair
 from fem.support.validation import require
 
-#: Values of a damping [N s/m] that are meant as a ratio, if they are below this share of the critical damping; largest
-#: ratio that gears may have.
+#: Range of values [N s/m] that a user means as ratios where they lie below the least share of the critical damping;
+#: least and largest ratio of gears.
 MEANT_AS_RATIO, LEAST_RATIO, LARGEST_RATIO = (1e-3, 1.0), 1e-3, 10.0
 
 
@@ -20,7 +20,7 @@ def reduced_mass(pair: GearPair, fast: Shaft, slow: Shaft) -> float:
 
 
 def mean_stiffness(force: MeshForce, pair: GearPair) -> float:
-    """Mean tangent stiffness over a pitch [N/m] at the law's largest deflection, gears aligned as its axes allow."""
+    """Mean tangent stiffness over a pitch [N/m] at the law's largest deflection, the gears aligned within its axes."""
     aligned = {"a": pair.a, "misalignment": 0.0, "axial": 0.0}
     law = force.at(**{name: float(np.clip(aligned[name], axis[0], axis[-1])) for name, axis in force.offsets.items()})
     return float(law.table.head.last_stiffness)
@@ -32,7 +32,7 @@ def damping_of(ratio: float, stiffness: float, mass: float) -> float:
 
 
 def check_damping(force: MeshForce, mass: float) -> None:
-    """Require a damping that is no ratio and that lets the mass [kg] vibrate on the mesh."""
+    """Require a damping that is no ratio and with which the mass [kg] still moves on the mesh."""
     c, critical = force.damping, damping_of(1.0, force.stiffness_max, mass)
     (low, high), got = MEANT_AS_RATIO, f"got {c:g} of a critical {critical:.3g} N s/m"
     meant = low <= c < min(high, LEAST_RATIO * critical)

@@ -1,11 +1,11 @@
-"""How the teeth stand in the reference configuration, where all driving flanks touch: the phase of every mesh.
+"""Phase of every mesh in the reference configuration, where all driving flanks touch.
 
-Tooth position of a gear: where the middle of a tooth stands, counted from x in the gear's sense of rotation, as share
-of a pitch; as all gears turn, tooth positions and phases grow alike. At phase 0 the driving flanks touch at the pitch
-point in mid-plane: there the middle of the pinion's tooth stands half a tooth behind the line of centres, that of the
-wheel's half a tooth ahead of it (half of its thickness on the working pitch circle). So a mesh's phase is the tooth
-position of either gear minus what it is at phase 0, and a gear with two mates passes the phase on. Gears without
-further mates are mounted so that the driving flanks touch.
+The tooth position of a gear is the angle from x to the middle of a tooth, in the gear's sense of rotation and as share
+of a pitch; as the gears turn, tooth positions and phases grow alike. At phase 0 the driving flanks touch at the pitch
+point in mid-plane: there the middle of the pinion's tooth lies half a tooth thickness behind the line of centres and
+that of the wheel's tooth half a tooth thickness ahead of it, both on the working pitch circles. The phase of a mesh is
+the tooth position of either gear minus the tooth position of that gear at phase 0; a gear with two mates thus couples
+the phases of its meshes. Gears with a single mate are mounted so that the driving flanks touch.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,16 +18,17 @@ from exugear.gearbox.stage import Stage
 from fem.pair.placement import meshing_angles
 from fem.support.validation import require
 
-#: Shares of a pitch within which the teeth of a loop fit.
+#: Share of a pitch within which the teeth of a loop fit.
 FITS = 1e-6
 
 
 def phases(stages: Sequence[Stage], directions: Mapping[str, int]) -> tuple[float, ...]:
-    """Phase of every stage; ValueError where gears that mesh in a loop, or given phases, leave no common one."""
+    """Phase of every stage; ValueError where the teeth of a loop of gears do not fit, or given phases disagree."""
     edges = [stage.ends for stage in stages]
     known: dict[int, float] = {}
     while rest := [i for i in range(len(stages)) if i not in known]:
         known |= _phases_of_train(stages, directions, traverse(edges, edges[rest[0]][0]))
+    # The second remainder turns 1.0, to which small negative phases round, into 0.0.
     return tuple(known[i] % 1.0 % 1.0 for i in range(len(stages)))
 
 
@@ -36,7 +37,7 @@ def _phases_of_train(stages: Sequence[Stage], directions: Mapping[str, int], tra
     positions = dict.fromkeys(train.paths, 0.0)
     for i, sense in train.tree:
         reached, new = stages[i].ends[::sense]
-        positions[new] = positions[reached] + sense * step(stages[i], directions)
+        positions[new] = positions[reached] + sense * wheel_lead(stages[i], directions)
     _check_loops(stages, directions, train)
     numbers = sorted([*(i for i, _ in train.tree), *train.closing])
     relative = {i: positions[stages[i].ends[0]] - positions_at_zero(stages[i], directions)[0] for i in numbers}
@@ -45,13 +46,13 @@ def _phases_of_train(stages: Sequence[Stage], directions: Mapping[str, int], tra
 
 
 def _shift(stages: Sequence[Stage], relative: Mapping[int, float]) -> float:
-    """What to add to the phases of a train to reach the given one, or 0 in its first stage where none is given."""
+    """Shift of the phases of a train to a given phase; without one, to phase 0 in the first stage."""
     given = {i: phase for i in relative if (phase := stages[i].phase) is not None}
     first = next(iter(given or relative))
     shift = given.get(first, 0.0) - relative[first]
     for i, phase in given.items():
         left = f"the gears that it shares with stage {stages[first].name} leave {(relative[i] + shift) % 1.0:.8g}"
-        fit = f"got {phase:.8g}; leave it out, or that of the other stage"
+        fit = f"got {phase:.8g}; leave it out, or leave out the phase of the other stage"
         require(abs(wrapped(relative[i] + shift - phase)) < FITS, f"phase of stage {stages[i].name}: {left}, {fit}")
     return shift
 
@@ -63,22 +64,22 @@ def positions_at_zero(stage: Stage, directions: Mapping[str, int]) -> tuple[floa
     return direction * stage.pair.pinion.z * pinion / (2 * pi), -direction * stage.pair.wheel.z * wheel / (2 * pi)
 
 
-def step(stage: Stage, directions: Mapping[str, int]) -> float:
+def wheel_lead(stage: Stage, directions: Mapping[str, int]) -> float:
     """Tooth position of the wheel minus that of the pinion, at any phase."""
     pinion, wheel = positions_at_zero(stage, directions)
     return wheel - pinion
 
 
 def wrapped(share: float) -> float:
-    """The same share of a pitch in [-0.5, 0.5]."""
+    """A share of a pitch, reduced by whole pitches to [-0.5, 0.5]."""
     return share - round(share)
 
 
 def _check_loops(stages: Sequence[Stage], directions: Mapping[str, int], train: Traversal) -> None:
-    """The assembly condition: along a loop of gears the teeth must fit."""
+    """Require the assembly condition: along a loop of gears the teeth must fit."""
     for i in train.closing:
         loop = train.loop(i, stages[i].ends)
-        miss = wrapped(sum(sense * step(stages[j], directions) for j, sense in loop))
+        miss = wrapped(sum(sense * wheel_lead(stages[j], directions) for j, sense in loop))
         if abs(miss) >= FITS:
             names = ", ".join(stages[j].name for j, _ in loop)
             apart = f"teeth of the loop {names} miss each other by {miss:.4g} of a pitch (assembly)"
@@ -89,7 +90,7 @@ def _check_loops(stages: Sequence[Stage], directions: Mapping[str, int], train: 
 def _assembling_angles(
     stages: Sequence[Stage], directions: Mapping[str, int], loop: Path, miss: float
 ) -> dict[int, float] | None:
-    """Angles by stage with which the teeth of a loop fit, which now miss each other by a share of a pitch."""
+    """Angles by stage at which the teeth of a loop fit; miss: share of a pitch by which they miss each other now."""
     teeth = [stages[i].pair.pinion.z + stages[i].pair.wheel.z for i, _ in loop]
     senses = [-sense * directions[stages[i].fast.name] for i, sense in loop]
     slopes = np.array(senses) * teeth / (2 * pi)

@@ -14,15 +14,15 @@ from fem.support.representation import short
 from fem.support.validation import number, require, text_of
 from fem.units import mm
 
-#: Range of the radius of gyration of discs [m], and largest relaxation time of couplings [s], beyond which another unit
-#: is meant; stiffness of a coupling [N m/rad] from which on a rigid one is meant.
+#: Range of the radius of gyration of discs [m] and largest relaxation time of couplings [s], beyond which the user is
+#: taken to mean another unit; stiffness [N m/rad] from which on the user is taken to mean a rigid coupling.
 GYRATION, RELAXATION, RIGID = (1e-5, 5.0), 1.0, 1e12
-#: Least eigenvalue of a stiffness matrix, scaled to a unit diagonal, that holds a shaft.
+#: Least eigenvalue of a stiffness matrix, scaled to a unit diagonal, that counts as support of a shaft.
 LEAST_HOLD = 1e-12
 
 
 def require_all(owner: str, values: object, names: Mapping[str, str], low: float = 0.0) -> None:
-    """Require low < value < inf of named attributes; names map to units."""
+    """Require low < value < inf for attributes of an object; names: attribute -> unit."""
     for name, unit in names.items():
         value = getattr(values, name)
         require(low < value < inf, f"{name} of {owner} must be > {low:g} {unit} and finite, got {value}")
@@ -32,13 +32,13 @@ def require_all(owner: str, values: object, names: Mapping[str, str], low: float
 @short(mass="kg", inertia="kg m^2", transverse="kg m^2")
 @dataclass(frozen=True)
 class Disc:
-    """A rigid body on a shaft that turns with it: a flywheel, a hub, the shaft's own material.
+    """A rigid body that turns with its shaft: a flywheel, a hub, the material of the shaft.
 
     mass         [kg]
     inertia      about z [kg m^2]
     transverse   inertia about x and y through the disc's centre of mass [kg m^2]
 
-    Raises ValueError for inertias that no body has, and for values in another unit.
+    Raises ValueError for impossible inertias and for values that suggest another unit.
     """
 
     mass: float
@@ -49,7 +49,7 @@ class Disc:
         require_all("a disc", self, {"mass": "kg", "inertia": "kg m^2", "transverse": "kg m^2"})
         possible = self.inertia <= 2 * self.transverse * (1 + 1e-9)
         got = f"got {self.inertia:g} and {self.transverse:g} kg m^2"
-        require(possible, f"inertia of a disc cannot exceed twice its transverse one, {got}")
+        require(possible, f"inertia of a disc cannot exceed twice its transverse inertia, {got}")
         gyration = sqrt(self.inertia / self.mass)
         far = f"a disc of {self.mass:g} kg and {self.inertia:g} kg m^2 has a radius of gyration of {gyration:.3g} m"
         least, largest = GYRATION
@@ -73,13 +73,13 @@ class Disc:
 class Coupling:
     """A torsional spring and damper between the shaft and an outside rotor, the motor or the brake.
 
-    The imposed speed or the load then acts on the rotor.
+    The drive or the load then acts on the rotor instead of the shaft.
 
     torsion   stiffness [N m/rad]
     damping   [N m s/rad]
     inertia   of the outside rotor about z [kg m^2]
 
-    Raises ValueError for a coupling that is meant as rigid, and for values in another unit.
+    Raises ValueError for a coupling so stiff that a rigid one is meant, and for values that suggest another unit.
     """
 
     torsion: float
@@ -137,11 +137,11 @@ class Placement:
 
 
 Part = Gear | Bearing | Disc | Coupling
-NOWHERE = Placement()
+NO_DISPLACEMENT = Placement()
 
 
 def check_parts(name: str, parts) -> None:
-    """ValueError unless these are parts that a shaft may carry, by their axial positions."""
+    """ValueError unless parts maps axial positions [m] to parts that a shaft may carry."""
     if not isinstance(parts, Mapping):
         raise ValueError(f"{name} must map axial positions to gears and bearings, got {text_of(parts)}")
     for axial, part in parts.items():
@@ -169,7 +169,7 @@ class Shaft:
     offset       `Placement`: static displacement from the nominal position
 
     Raises ValueError for shafts without gears, parts outside the shaft, inertia that is not positive, and bearings that
-    leave the shaft free to move or tilt.
+    do not hold the shaft against displacement and tilt.
     """
 
     name: str
@@ -178,7 +178,7 @@ class Shaft:
     mass: float = field(default=DERIVED, kw_only=True)
     transverse: float = field(default=DERIVED, kw_only=True)
     length: float | None = field(default=None, kw_only=True)
-    offset: Placement = field(default=NOWHERE, kw_only=True)
+    offset: Placement = field(default=NO_DISPLACEMENT, kw_only=True)
     centre: float = field(init=False, repr=False)
 
     def __post_init__(self):
@@ -224,22 +224,22 @@ class Shaft:
             object.__setattr__(self, "transverse", self.inertia / 2 + self.mass * (sum(levers) + sum(widths)) / total)
 
     def _check_support(self) -> None:
-        """Require bearings that hold all but the spin: a stiffness matrix of rank 5."""
+        """Require bearings that support all motions but the spin: a stiffness matrix of rank 5."""
         if not self.bearings:
             return
         support = self.support[:5, :5]
         size = np.diag(support)
-        held = bool((size[:3] > 0).all())
-        require(held, f"bearings of shaft {self.name!r} need radial and axial stiffness in total")
+        supported = bool((size[:3] > 0).all())
+        require(supported, f"bearings of shaft {self.name!r} need radial and axial stiffness in total")
         scale = np.sqrt(np.where(size > 0, size, 1.0))
         holds = np.linalg.eigvalsh(support / np.outer(scale, scale))[0] > LEAST_HOLD
         remedy = "give its bearing tilt stiffness or add a second bearing"
         require(bool(holds), f"shaft {self.name!r} is free to tilt; {remedy}")
 
     def _parts_of(self, kind) -> list:
-        """All parts of a kind as (axial position [m], part), several at one position included."""
-        several = ((axial, part if isinstance(part, tuple) else (part,)) for axial, part in self.parts.items())
-        return [(axial, part) for axial, group in several for part in group if isinstance(part, kind)]
+        """All parts of a kind as (axial position [m], part), also where a list of parts shares a position."""
+        groups = ((axial, part if isinstance(part, tuple) else (part,)) for axial, part in self.parts.items())
+        return [(axial, part) for axial, group in groups for part in group if isinstance(part, kind)]
 
     @property
     def gears(self) -> dict[float, Gear]:

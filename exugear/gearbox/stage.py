@@ -1,4 +1,4 @@
-"""A stage as data: two gears on two shafts, the force law of their mesh, and where the wheel lies."""
+"""A stage as data: two gears on two shafts, the force law of their mesh, and the direction from shaft to shaft."""
 
 from dataclasses import dataclass, field, fields, replace
 from math import isfinite, pi
@@ -16,7 +16,7 @@ from fem.support.representation import field_text, short
 from fem.support.validation import require, require_within
 from fem.units import mm
 
-#: How far the mid-planes of two gears that mesh may lie apart [m].
+#: Largest axial distance of the mid-planes of two gears that mesh [m].
 FACING = 1e-6
 
 
@@ -33,20 +33,20 @@ class Stage:
     damping_ratio   instead of damping, in (0, 1), usually 0.03 to 0.17: share of the critical damping 2 sqrt(k m), with
                     the mean tangent stiffness k at the map's largest torque and the mass
                     m = 1 / (r_b1^2 / J_1 + r_b2^2 / J_2) of both shafts without the rotors behind their couplings. The
-                    mode of two shafts that are free to spin has this ratio; where the fast shaft's speed is imposed,
-                    the mode of the slow shaft alone has the ratio r_b2 sqrt(m / J_2) damping_ratio
+                    mode of two shafts that are free to spin has this ratio; where the drive prescribes the speed of the
+                    fast shaft, the mode of the slow shaft alone has the ratio r_b2 sqrt(m / J_2) damping_ratio
     backlash        along the line of action [m], by default the pair's
     angle           direction from the fast to the slow shaft, about z from x [rad]
     phase           of the mesh in the reference configuration, as share of a pitch; by default the phase that the
-                    other meshes of its gears require, and 0 where they require none
+                    other meshes of its gears require, or 0 where they leave it free
 
-    What follows from them:
+    Derived from them:
 
     force             `exugear.MeshForce` with the damping
     axial_positions   of pinion and wheel on their shafts [m]
 
-    Raises ValueError where the shafts do not carry the pair's gears at one axial position, and for a damping in another
-    unit.
+    Raises ValueError where the shafts do not carry the pair's gears at one axial position, and for a damping that
+    suggests another unit.
     """
 
     fast: Shaft
@@ -100,15 +100,15 @@ class Stage:
 
     def _find_gears(self) -> tuple[float, float]:
         self._check_order()
-        pinions = carried(self.fast, self.pair.pinion, "pinion")
-        wheels = carried(self.slow, self.pair.wheel, "wheel")
+        pinions = gear_positions(self.fast, self.pair.pinion, "pinion")
+        wheels = gear_positions(self.slow, self.pair.wheel, "wheel")
         facing = [(s, t) for s in pinions for t in wheels if abs(s - t) < FACING]
         listed = f"{[s / mm for s in pinions]} mm, wheel at {[t / mm for t in wheels]} mm"
         require(bool(facing), f"pinion and wheel must face each other at one axial position, got pinion at {listed}")
         return facing[0]
 
     def _check_order(self) -> None:
-        """Require the pinion on the fast shaft, where the shafts carry the pair at all."""
+        """Require that fast and slow are not swapped: the pinion on the fast shaft."""
         fast, slow, pair = self.fast.gears.values(), self.slow.gears.values(), self.pair
         swapped = pair.wheel in fast and pair.pinion in slow and pair.pinion not in fast
         meant = f"fast shaft {self.fast.name!r} carries the pair's wheel, slow shaft {self.slow.name!r} its pinion"
@@ -126,7 +126,7 @@ class Stage:
         return (self.fast.name, self.axial_positions[0]), (self.slow.name, self.axial_positions[1])
 
 
-def carried(shaft: Shaft, gear: Gear, role: str) -> list[float]:
+def gear_positions(shaft: Shaft, gear: Gear, role: str) -> list[float]:
     """Axial positions [m] of a gear on a shaft; ValueError where the shaft lacks it, naming the most similar gear."""
     positions = [axial for axial, candidate in shaft.gears.items() if candidate == gear]
     unlike = min((_differences(candidate, gear) for candidate in shaft.gears.values()), key=len)

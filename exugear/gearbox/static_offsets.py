@@ -1,4 +1,4 @@
-"""Static offsets of a stage: how its gears stand, with their shafts displaced, in the frame of the pinion."""
+"""Static offsets of a stage: relative position of its gears on displaced shafts, in the frame of the pinion."""
 
 from collections.abc import Mapping
 from math import acos
@@ -12,12 +12,12 @@ from fem.units import mm
 
 
 def stage_offsets(stage: Stage, positions: Mapping[str, tuple[float, float]], direction: int) -> dict[str, float]:
-    """a [m], misalignment [rad] and axial [m] by the shafts' static displacement, with the signs of `fem.Offsets`.
-
-    Raises ValueError where no involutes can meet.
+    """a [m], misalignment [rad] and axial [m] under the shafts' static displacement, with the signs of `fem.Offsets`.
 
     positions   x, y of the shafts [m]
-    direction   sense of the pinion's rotation
+    direction   sense of the pinion's rotation, +1 or -1
+
+    Raises ValueError for a centre distance below the sum of the base radii, where involutes cannot meet.
     """
     shafts, axes = (stage.fast, stage.slow), (stage.fast.offset.axis, stage.slow.offset.axis)
     pinion, wheel = (

@@ -1,15 +1,15 @@
-"""Attitude of a rigid body of Exudyn: rotational coordinates -> rotation matrix and angular velocity, and moments back.
+"""Attitude of a rigid body of Exudyn: rotation matrix, angular velocity and generalized moments.
 
 Matrices are tuples of three rows; moments and angular velocities are components along the global axes. Rotational
-coordinates fill four numbers: angles of Rx(a) Ry(b) Rz(c); Euler parameters; or a rotation vector, whose rates are the
-angular velocity along the axes of the body.
+coordinates are passed as four numbers, unused ones as 0: angles of Rx(a) Ry(b) Rz(c); Euler parameters; or a rotation
+vector, whose rates are the angular velocity along the axes of the body.
 """
 
 from math import cos, sin, sqrt
 
 from fem.support.numba_cache import compiled, kept
 
-#: Kinds of bodies; from RXYZ on their attitude has to be computed, in a rotated contact frame.
+#: Kinds of bodies. In a rotated contact frame the attitude of those from RXYZ on has to be computed.
 SPIN_ALONE, IN_PLANE, UPRIGHT, RXYZ, EULER, VECTOR = 1, 3, 5, 6, 7, 8
 
 
@@ -25,7 +25,7 @@ def times(m, v):
 
 @compiled
 def transposed(m):
-    """The matrix with rows for columns."""
+    """The transposed matrix."""
     return (m[0][0], m[1][0], m[2][0]), (m[0][1], m[1][1], m[2][1]), (m[0][2], m[1][2], m[2][2])
 
 
@@ -38,7 +38,7 @@ def product(m, n):
 
 @compiled
 def by_angles(p):
-    """Rx(a) Ry(b) Rz(c)."""
+    """Rotation matrix Rx(a) Ry(b) Rz(c) of the angles p = (a, b, c, ...)."""
     a, b, s, t = p[0], p[1], sin(p[2]), cos(p[2])
     return (
         (cos(b) * t, -cos(b) * s, sin(b)),
@@ -49,7 +49,7 @@ def by_angles(p):
 
 @compiled
 def by_parameters(p):
-    """Rotation by Euler parameters, times their squared length."""
+    """Rotation matrix of Euler parameters, times their squared length."""
     e, f, g, h = p
     return (
         (e * e + f * f - g * g - h * h, 2 * (f * g - e * h), 2 * (f * h + e * g)),
@@ -60,7 +60,7 @@ def by_parameters(p):
 
 @compiled
 def by_vector(p):
-    """Rotation about a vector by its length, through Euler parameters."""
+    """Rotation matrix of a rotation vector, whose length is the angle, by way of Euler parameters."""
     half = 0.5 * sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
     share = 0.5 * sin(half) / half if half > 1e-9 else 0.5
     return by_parameters((cos(half), share * p[0], share * p[1], share * p[2]))
@@ -76,7 +76,7 @@ def attitude(kind, p):
 
 @compiled
 def angular_velocity(kind, p, matrix, v):
-    """Angular velocity (3) by rates v (4) of the rotational coordinates."""
+    """Angular velocity (3) [rad/s] at rates v (4) of the rotational coordinates p (4)."""
     if kind == EULER:
         e, f, g, h = p
         return (
@@ -92,7 +92,7 @@ def angular_velocity(kind, p, matrix, v):
 
 @compiled
 def moments(kind, p, matrix, m):
-    """Generalized moments (4) of a moment m (3): its power is moment . `angular_velocity`."""
+    """Generalized moments (4) of a moment m (3) [N m]; with the rates they have the power m . `angular_velocity`."""
     if kind == EULER:
         e, f, g, h = p
         return (

@@ -1,8 +1,8 @@
-"""Bodies of any kind as Rxyz bodies about z of the contact frame: coordinates -> displacements there, and forces back.
+"""Bodies of any kind as Rxyz bodies about z of the contact frame: their displacements, and forces back on coordinates.
 
 z of a rotated contact frame runs along the pinion's axis in the reference configuration. The attitude of a body in it
 is Rx(a) Ry(b) Rz(c) with small tilts a, b and the spin c about the gear's axis, whatever coordinates its node has.
-Forces follow from the displacements by virtual work; the mesh itself is that of `exugear.kernels.kinematics`.
+Forces on the coordinates follow by virtual work; `exugear.kernels.kinematics` computes the mesh in the contact frame.
 """
 
 from math import atan2, cos, floor, hypot, pi, sin
@@ -25,7 +25,7 @@ from exugear.kernels.attitude import (
 from exugear.kernels.kinematics import Row, Vector
 from fem.support.numba_cache import compiled, kept
 
-#: Number of coordinates.
+#: Number of coordinates of each kind of body.
 SIZES = {SPIN_ALONE: 1, IN_PLANE: 3, UPRIGHT: 6, RXYZ: 6, EULER: 7, VECTOR: 6}
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -40,7 +40,7 @@ class Orientation(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Displacements and velocities of a body in the contact frame, and its orientation, which takes forces back."""
+    """Displacements q and velocities v of a body in the contact frame, and its orientation, which transforms forces."""
 
     q: Row
     v: Row
@@ -59,7 +59,7 @@ def rows_of(matrix):
 
 @kept
 def angles_of(matrix):
-    """Angles a, b, c of Rx(a) Ry(b) Rz(c), of any multiple of it."""
+    """Angles a, b, c of a matrix Rx(a) Ry(b) Rz(c), or of a multiple of it."""
     (x, y, z), (_, _, w), (_, _, u) = matrix
     return atan2(-w, u), atan2(z, hypot(w, u)), atan2(-y, x)
 
@@ -72,7 +72,7 @@ def rotational(kind, x):
 
 @compiled
 def coordinates_of(x, i, kind):
-    """Coordinates (7) of the body whose coordinates begin at i, displacements and tilts that it lacks as zeros."""
+    """Coordinates (7) of the body whose coordinates in x begin at i; displacements and tilts that it lacks are 0."""
     if kind == SPIN_ALONE:
         return 0.0, 0.0, 0.0, 0.0, 0.0, x[i], 0.0
     if kind == IN_PLANE:
@@ -101,7 +101,7 @@ def rotated_motion(frame, gear, kind, q, v):
 
 @compiled
 def rotated_forces(frame, kind, orientation, forces):
-    """Generalized forces (7) on the coordinates of a body in space, of those (6) in a rotated contact frame."""
+    """Generalized forces (7) on the coordinates of a body in space, from those (6) in a rotated contact frame."""
     a, b = orientation.a, orientation.b
     axes = rows_of(frame.axes)
     along = (forces[5] - sin(b) * forces[3]) / cos(b)
@@ -113,7 +113,7 @@ def rotated_forces(frame, kind, orientation, forces):
 
 @compiled(forceinline=True)
 def motion_of(frame, gear, kind, q, v):
-    """Motion of a body with coordinates q and velocities v (7); upright ones already are those of the contact frame."""
+    """Motion of a body with coordinates q and velocities v (7); those of upright bodies are in the contact frame."""
     if kind >= RXYZ:
         return rotated_motion(frame, gear, kind, q, v)
     return Motion(q[:6], v[:6], Orientation((0.0, 0.0, 0.0, 0.0), IDENTITY, 0.0, 0.0))
@@ -121,7 +121,7 @@ def motion_of(frame, gear, kind, q, v):
 
 @compiled(forceinline=True)
 def motions_of(frame, kind_1, kind_2, n_1, n_2, x):
-    """Motions of pinion and wheel, of kinds with n_1 and n_2 coordinates; x: coordinates of both, then rates."""
+    """Motions of pinion and wheel, with n_1 and n_2 coordinates; x: their coordinates, then the rates of these."""
     q_1, v_1 = coordinates_of(x, 0, kind_1), coordinates_of(x, n_1 + n_2, kind_1)
     q_2, v_2 = coordinates_of(x, n_1, kind_2), coordinates_of(x, n_1 + n_2 + n_1, kind_2)
     return motion_of(frame, frame.pinion, kind_1, q_1, v_1), motion_of(frame, frame.wheel, kind_2, q_2, v_2)
@@ -129,7 +129,7 @@ def motions_of(frame, kind_1, kind_2, n_1, n_2, x):
 
 @compiled(forceinline=True)
 def forces_on(frame, kind, orientation, forces):
-    """Generalized forces (7) on the coordinates of a body, of any kind."""
+    """Generalized forces (7) on the coordinates of a body of any kind, from those (6) in the contact frame."""
     if kind >= RXYZ:
         return rotated_forces(frame, kind, orientation, forces)
     return forces[0], forces[1], forces[2], forces[3], forces[4], forces[5], 0.0

@@ -1,4 +1,4 @@
-"""The frame of a contact between two bodies of any kind, one of them at least in space.
+"""The frame of a contact between two bodies of any kind, of which at least one moves in space.
 
 z of the contact is global z where the axes lie along it, else the pinion's axis in the reference configuration.
 """
@@ -24,7 +24,7 @@ E_Z = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class GearBody:
-    """Body of a gear: kind, reference coordinates of its node, the gear's axis (3) and centre (3) on the body."""
+    """Body of a gear: kind, reference coordinates of its node, the gear's axis (3) and centre (3) [m] on the body."""
 
     kind: int
     reference: np.ndarray
@@ -38,7 +38,7 @@ class GearBody:
 
     @property
     def direction(self) -> np.ndarray:
-        """(3,) of the gear's axis in the reference configuration."""
+        """(3,) direction of the gear's axis in the reference configuration."""
         return self.matrix @ self.axis
 
     @property
@@ -47,12 +47,12 @@ class GearBody:
         return float(self.position @ self.axis)
 
     def along(self, z: np.ndarray) -> "GearBody":
-        """The body with that sense of the axis that agrees with z."""
+        """The body with its gear's axis reversed where it points against z."""
         return self if self.direction @ z > 0 else replace(self, axis=-self.axis)
 
 
 def frame_between(pair, phase: float, direction: int, bodies: tuple[GearBody, GearBody]) -> np.record:
-    """The contact frame of a pair on two bodies; ValueError where they cannot carry it."""
+    """The contact frame of a pair on two bodies; ValueError where the bodies do not fit the pair."""
     upright = any(body.kind < RXYZ for body in bodies)
     z = E_Z if upright else bodies[0].direction
     bodies = bodies[0].along(z), bodies[1].along(z)
@@ -71,7 +71,7 @@ def frame_between(pair, phase: float, direction: int, bodies: tuple[GearBody, Ge
 
 
 def _on_body(gear: np.record, body: GearBody) -> np.record:
-    """The record of a gear with the rotational coordinates of its body and its axes on it."""
+    """The record of a gear with the rotational coordinates of its body and the gear's axes on the body."""
     rotation = np.append(body.reference[3:], 0.0)[:4]
     return changed(gear, rotation=rotation, axes=axes_about(body.axis), spin_factors=_spin_factors(body))
 
@@ -85,7 +85,7 @@ def axes_about(z: np.ndarray) -> np.ndarray:
 
 
 def check_distance(pair, line: np.ndarray) -> None:
-    """Require the pair's centre distance, and faces that overlap."""
+    """Require the pair's centre distance and overlapping face widths; line: (3,) from pinion to wheel [m]."""
     distance, shift = hypot(line[0], line[1]), line[2]
     a = abs(pair.a)
     agree = abs(distance - a) < 1e-6 * a
@@ -111,7 +111,7 @@ def _check_parallel(pinion: GearBody, wheel: GearBody) -> None:
 
 
 def _spin_factors(body: GearBody) -> tuple[float, float]:
-    """Factors of the fourth and sixth coordinate that count the body's turns about the gear's axis; 0: neither does.
+    """Factors of the fourth and sixth coordinate that count a body's turns about the gear's axis; 0 if none does.
 
     An Rxyz node is singular where its z axis points along global x: no coordinate counts the turns there.
     """

@@ -1,4 +1,4 @@
-"""The compiled contact that Exudyn's user function calls: one function for each two kinds of bodies."""
+"""The compiled contact that Exudyn's user function calls: a function for each pair of kinds of bodies."""
 
 from functools import cache
 
@@ -13,8 +13,6 @@ from fem.support.numba_cache import kept
 SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
 PARAMETERS, ROTATION_VECTOR = "Euler parameters", "rotation vector"
 CODES = {SPIN: SPIN_ALONE, PLANAR: IN_PLANE, SPATIAL: RXYZ, PARAMETERS: EULER, ROTATION_VECTOR: VECTOR}
-#: Coordinates of a body among displacements and tilts.
-TAKEN = {PLANAR: [0, 1, 5], SPATIAL: [0, 1, 2, 3, 4, 5]}
 
 
 def codes_of(kinds: tuple[str, ...], rotated: bool) -> list[int]:
@@ -27,11 +25,11 @@ def kernel_of(kinds: tuple[str, ...], displaced: bool = False, rotated: bool = F
     """The function (table, frame, state, record, t, *coordinates, *velocities) -> generalized forces of two bodies.
 
     The first four are addresses: of a table's head, a contact frame, a contact state and a recorder's header.
-    Coordinates and velocities are numbers: a list of them would cost 14 us more in each call from Python. A third body
-    that only spins carries two that only spin.
+    Coordinates and velocities are separate arguments: a list would cost 14 us more in each call from Python. Three
+    bodies that only spin are pinion, wheel and their carrier.
 
-    displaced   bodies that only spin stand at other positions than the pair's nominal ones
-    rotated     the contact frame is not the global one
+    displaced   whether bodies that only spin are displaced from the pair's nominal positions
+    rotated     whether the contact frame is rotated against the global one
     """
     if kinds == (SPIN, SPIN) and not displaced and not rotated:
         return spin_contact
@@ -51,7 +49,7 @@ def spin_contact(table, frame, state, record, t, q_1, q_2, v_1, v_2):
 
 @kept
 def carrier_contact(table, frame, state, record, t, q_1, q_2, q_3, v_1, v_2, v_3):
-    """Torques on two bodies that spin and on a third one that carries them."""
+    """Torques on two bodies that spin and on the carrier of their axes."""
     torques = spin_contact(table, frame, state, record, t, q_1 - q_3, q_2 - q_3, v_1 - v_3, v_2 - v_3)
     return torques[0], torques[1], -torques[0] - torques[1]
 
@@ -59,7 +57,7 @@ def carrier_contact(table, frame, state, record, t, q_1, q_2, q_3, v_1, v_2, v_3
 def _spatial_contact(kind_1: int, kind_2: int):
     """The compiled function of two kinds of bodies.
 
-    It encloses only numbers, by which it is found on disk; branches that these exclude are not compiled.
+    It encloses numbers only, by which the cache on disk identifies it; branches that they exclude are not compiled.
     """
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
 

@@ -1,4 +1,4 @@
-"""The records of one contact: its frame, which never changes, and its state, which a run owns and changes."""
+"""The records of one contact: its frame, which never changes, and its state, which a run changes."""
 
 from math import pi, tan
 
@@ -19,8 +19,8 @@ GEAR = record_type(
     ("spin_factors", "f8", 2),
 )
 #: Geometry of a contact. Line of centres (e_x, e_y) and height, as `kinematics.height`, in the reference configuration;
-#: base_pitch: 0 where coordinates count the turns of both bodies, else the base pitch [m], within which the lead is
-#: known; axes of a rotated frame, 0 where it is the global one.
+#: base_pitch: 0 where coordinates count the turns of both bodies, else the base pitch [m], up to whole multiples of
+#: which the lead is known; axes: of a rotated frame, 0 where it is the global frame.
 CONTACT_FRAME = record_type(
     ("pitches_per_radian", "f8"),
     ("phase", "f8"),
@@ -35,9 +35,10 @@ CONTACT_FRAME = record_type(
     ("pinion", GEAR),
     ("wheel", GEAR),
 )
-#: What a run sets. engaged: 0 takes the gears out of mesh. By how much velocities of the integrator are too small, as
-#: `force_kernels.corrected_rate` takes it: lag [m/N]; by the bearings of pinion and wheel, per displacement rate.
-#: mobility: acceleration per mesh force [1/kg]; holding_force: mesh force that holds the load, bearings at rest [N].
+#: Values that a run sets. engaged: 0 takes the gears out of mesh. The lag of the integrator's velocities, as in
+#: `force_kernels.corrected_rate`: by the mesh force [m/N], and by the bearings of pinion and wheel, as factors of their
+#: velocities. mobility: acceleration per mesh force [1/kg]. holding_force: mesh force that balances the load while the
+#: bearings are not displaced [N].
 CONTACT_STATE = record_type(
     ("engaged", "f8"),
     ("lag", "f8"),
@@ -50,7 +51,7 @@ frame_at, state_at = reader(CONTACT_FRAME), reader(CONTACT_STATE)
 
 
 def contact_state() -> np.record:
-    """A new state: in mesh, velocities as they are."""
+    """A new state: in mesh, velocities without lag."""
     state = np.zeros(1, CONTACT_STATE)
     state["engaged"] = 1.0
     return state[0]
@@ -71,10 +72,10 @@ def rotational_frame(pair, phase: float, direction: int) -> np.record:
 
 
 def is_spatial(frame: np.record) -> bool:
-    """Whether a frame knows where its gears are."""
+    """Whether a frame holds the positions of its gears, as that of two bodies about fixed axes does not."""
     return bool(frame.e_x or frame.e_y)
 
 
 def is_rotated(frame: np.record) -> bool:
-    """Whether a contact has axes of its own."""
+    """Whether a contact frame is rotated against the global one."""
     return bool(frame.axes.any())

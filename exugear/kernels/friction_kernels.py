@@ -20,7 +20,11 @@ friction_at = reader(FRICTION)
 
 @compiled
 def friction_forces(friction, phase, force, speed):
-    """(push along t [N], moment about z [N m]) on the wheel; speed omega_1 - omega_2."""
+    """Force along t [N] and moment about z [N m] on the wheel, t as in `exugear.mesh_force.friction`.
+
+    force   static mesh force [N]
+    speed   omega_1 - omega_2 [rad/s]
+    """
     n = friction.steps
     pull_and_lever = carray(doubles_at(start_of(friction) + FRICTION_SIZE), (2, n))
     x = (phase - floor(phase)) * n
@@ -60,7 +64,7 @@ def spatial_friction(table, frame, friction, q_1, q_2, v_1, v_2):
 
 @compiled
 def spin_row(a, b):
-    """Row (6) of an Rxyz body for a unit moment about z; times its velocity: its angular velocity about z."""
+    """Row (6) of an Rxyz body for a unit moment about z; row . velocity is the angular velocity about z."""
     return 0.0, 0.0, 0.0, 0.0, sin(a), cos(a) * cos(b)
 
 
@@ -68,8 +72,8 @@ def spin_row(a, b):
 def friction_of(kinds: tuple[str, ...], rotated: bool = False):
     """The function (table, frame, friction, t, *coordinates, *velocities) -> generalized forces of two bodies.
 
-    The first three are addresses: of a table's head, a contact frame and a friction record. rotated: the contact frame
-    is not the global one.
+    The first three are addresses: of a table's head, a contact frame and a friction record. rotated: whether the
+    contact frame is rotated against the global one.
     """
     if kinds == (SPIN, SPIN) and not rotated:
         return spin_friction
@@ -83,7 +87,7 @@ def spin_friction(table, frame, friction, t, q_1, q_2, v_1, v_2):
 
 
 def _spatial_friction(kind_1: int, kind_2: int):
-    """As `exugear.kernels.contact_kernels._spatial_contact`."""
+    """The compiled friction of two kinds of bodies; it encloses numbers only, as `contact_kernels._spatial_contact`."""
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
 
     @kept

@@ -1,17 +1,17 @@
-"""Kinematics of one involute mesh: body coordinates -> deflection, and the same rows back to generalized forces.
+"""Kinematics of an involute mesh: its deflection from body coordinates, generalized forces by the same rows.
 
 Shafts run along z. e_r points from the pinion's to the wheel's axis in the pinion's mid-plane, e_t = z x e_r. A ring
 gear has a negative base radius and a negative centre distance (ISO 21771), so that e_r points away from its axis.
-For direction +1 the deflection is positive where the pinion leads counter-clockwise. On the flank side = direction the
-line of action is n = side cos(alpha) e_t + sin(alpha) e_r - side tan(beta_b) e_z; F n pushes the wheel and -F n the
-pinion in one common point, the pitch point at the force centroid. F, the transverse force, is what a torque F r_b1
-needs, and generalized forces are -F row, the rate is row . velocity (virtual work). The law counts z along side z,
-records along z (`exugear.kernels.recorder.Recorder`).
+For direction +1 the deflection is positive where the pinion leads counter-clockwise. With side = direction on
+the driving and -direction on the back flank, the line of action is n = side cos(alpha) e_t + sin(alpha) e_r -
+side tan(beta_b) e_z. F n pushes the wheel and -F n the pinion, in the pitch point at the force centroid. F is the
+transverse force, which balances a torque F r_b1. Generalized forces are -F row, the rate is row . velocity (virtual
+work). The force law counts z along side e_z, `exugear.kernels.recorder.Recorder` along e_z.
 
 Offsets as in `fem.Offsets`: the centre distance is that in the pinion's mid-plane, the misalignment the angle of the
-axes in the plane of action by which the gap opens along side z, the axial offset that of the wheel.
-Exact for involutes whose axes stay parallel, at any centre distance and position of the centres, orbiting ones as well;
-first order in the tilts.
+axes in the plane of action by which the gap opens along side e_z, the axial offset that of the wheel.
+Exact for involutes whose axes stay parallel, at any centre distance and position of the centres, also when they orbit
+each other; first order in the tilts.
 """
 
 from math import acos, atan2, cos, floor, pi, sin, sqrt
@@ -22,7 +22,7 @@ from fem.gear.involute import involute
 from fem.support.numba_cache import compiled
 
 compiled_involute = compiled(involute)
-#: Over which the static force's rise is taken [s].
+#: Time over which the derivative of the static force is taken by a difference [s].
 INSTANT = 1e-9
 #: Displacements of a body in its reference configuration.
 AT_REFERENCE = (0.0,) * 6
@@ -31,7 +31,7 @@ Row = tuple[float, float, float, float, float, float]
 
 
 class Pose(NamedTuple):
-    """Body of a gear: absolute pole, tilts, direction of the axis, centre of the gear."""
+    """Body of a gear: absolute position of its pole [m], tilts [rad], direction of the axis, centre of the gear [m]."""
 
     pole: Vector
     a: float
@@ -57,7 +57,16 @@ class Flank(NamedTuple):
 
 
 class Position(NamedTuple):
-    """How two gears stand: lead and opening of the flanks [m], the nearest flank, r_w1 [m], n, offsets, both bodies."""
+    """Relative position of two gears, with the poses of their bodies.
+
+    lead      by which the pinion is ahead, along the line of action [m]
+    opening   gap of either flank by a larger centre distance [m]
+    flank     nearest to contact
+    line      of centres
+    r_w       working pitch radius of the pinion [m]
+    normal    direction n of the line of action
+    offsets   a [m], misalignment [rad], axial [m] as the map counts them
+    """
 
     lead: float
     opening: float
@@ -71,7 +80,7 @@ class Position(NamedTuple):
 
 
 class MeshForces(NamedTuple):
-    """Deflection [m], mesh force [N], generalized forces, offsets and force centroid [m] as `Recorder` counts them."""
+    """Deflection [m], mesh force [N], generalized forces; offsets and force centroid [m] signed as in `Recorder`."""
 
     deflection: float
     force: float
@@ -121,7 +130,7 @@ def added(a, b):
 
 @compiled
 def flank_of(table, lead, opening, phase):
-    """The flank nearest to contact; lead: by how much the pinion is ahead [m], phase: of the driving flank."""
+    """The flank nearest to contact, from the lead of the pinion [m], the opening [m] and the driving flank's phase."""
     if lead >= -0.5 * table.backlash:
         return Flank(1.0, lead - opening, phase)
     return Flank(-1.0, -(lead + table.backlash) - opening, table.back_phase - phase)
@@ -136,12 +145,12 @@ def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
         return lead, 0.0, (0.0, 0.0)
     flank = flank_of(table, lead, 0.0, d * turns * q_1 + frame.phase)
     side, phase, deflection = flank.side, flank.phase, flank.deflection
-    rate, passing = side * d * (r_1 * v_1 + r_2 * v_2), side * d * turns * v_1
+    rate, phase_rate = side * d * (r_1 * v_1 + r_2 * v_2), side * d * turns * v_1
     static = spinning_force(table, phase, deflection)
     force, c = static.force, damping(table, static.penetration)
     if c > 0.0:
         if state.lag != 0.0:
-            later = spinning_force(table, phase + INSTANT * passing, deflection + INSTANT * rate)
+            later = spinning_force(table, phase + INSTANT * phase_rate, deflection + INSTANT * rate)
             rise, excess = (later.force - force) / INSTANT, force - side * state.holding_force
             rate = corrected_rate(rate, state.lag, state.mobility, rise, excess, c)
         force += c * rate
@@ -171,7 +180,7 @@ def line_of_centres(frame, pinion, wheel):
 
 @compiled
 def height(pinion, wheel, e_r, r_w):
-    """How much higher the pinion's mid-plane is at the pitch point than the wheel's [m]."""
+    """z of the pinion's mid-plane minus z of the wheel's, at the pitch point [m]."""
     x, y = pinion.centre[0] + r_w * e_r[0], pinion.centre[1] + r_w * e_r[1]
     return mid_plane(pinion, x, y) - mid_plane(wheel, x, y)
 
@@ -185,7 +194,7 @@ def mid_plane(body, x, y):
 
 @compiled
 def rotation_of_line(frame, q_1, q_2, e_r):
-    """Angle by which e_r has rotated [rad], with those whole turns that keep |lead| far below that of a whole turn."""
+    """Angle by which e_r has rotated [rad], with the whole turns for which |lead| is far below that of a whole turn."""
     r_1, r_2 = frame.pinion.r_b, frame.wheel.r_b
     angle = atan2(frame.e_x * e_r[1] - frame.e_y * e_r[0], frame.e_x * e_r[0] + frame.e_y * e_r[1])
     whole = 2.0 * pi * (r_1 + r_2)
@@ -194,7 +203,7 @@ def rotation_of_line(frame, q_1, q_2, e_r):
 
 @compiled
 def nearest_lead(table, pitch, lead):
-    """Lead [m] of the teeth nearest to each other, of bodies whose whole turns are unknown."""
+    """Lead [m] of the teeth nearest to each other, for bodies whose whole turns are unknown; pitch: base pitch [m]."""
     middle = -0.5 * table.backlash if table.backlash < pitch else 0.0
     return lead - pitch * floor((lead - middle) / pitch + 0.5)
 
@@ -225,18 +234,18 @@ def position_of(table, frame, q_1, q_2):
 
 
 @compiled
-def damped_force(table, state, position, static, passing, rate, displacement_force):
+def damped_force(table, state, position, static, phase_rate, rate, displacement_force):
     """Force [N] of a flank with its damping.
 
-    passing              phase per time [1/s]
+    phase_rate           time derivative of the phase [1/s]
     rate                 of the deflection [m/s]
-    displacement_force   mesh force that the bearings' displacements hold, times the lag
+    displacement_force   mesh force that the displaced bearings balance [N], times the lag [m/N]
     """
     force, c, flank = static.force, damping(table, static.penetration), position.flank
     if c <= 0.0:
         return force
     if state.lag != 0.0:
-        phase, deflection = flank.phase + INSTANT * passing, flank.deflection + INSTANT * rate
+        phase, deflection = flank.phase + INSTANT * phase_rate, flank.deflection + INSTANT * rate
         later = static_force(table, phase, deflection, *position.offsets)
         excess = force + flank.side * (displacement_force / state.lag - state.holding_force)
         mobility = state.mobility if flank.side > 0.0 else 0.0
@@ -256,9 +265,9 @@ def spatial_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     point = (pinion.centre[0] + r_w * x, pinion.centre[1] + r_w * y, pinion.centre[2] + z)
     row_1, row_2 = row_of(pinion, point, position.normal), row_of(wheel, point, position.normal)
     lag = dot(state.pinion_lag, v_1) + dot(state.wheel_lag, v_2)
-    rate, passing = dot(row_1, v_1) - dot(row_2, v_2) + flank.side * lag, side_d * frame.pitches_per_radian * v_1[5]
+    rate, phase_rate = dot(row_1, v_1) - dot(row_2, v_2) + flank.side * lag, side_d * frame.pitches_per_radian * v_1[5]
     displacement_force = dot(state.pinion_lag, q_1) + dot(state.wheel_lag, q_2)
-    force = damped_force(table, state, position, static, passing, rate, displacement_force)
+    force = damped_force(table, state, position, static, phase_rate, rate, displacement_force)
     forces_1, forces_2 = scaled(row_1, -force), scaled(row_2, force)
     if static.phase_moment != 0.0:
         torque = side_d * frame.pitches_per_radian * static.phase_moment
@@ -271,7 +280,7 @@ def spatial_mesh(table, frame, state, q_1, q_2, v_1, v_2):
 
 @compiled
 def phase_torques(position, torque):
-    """Rows (6), (6) of the torque [N m] that a conserving law puts on the pinion against the line of centres."""
+    """Generalized forces (6), (6) of a conserving law's torque [N m] between the pinion and the line of centres."""
     pinion, wheel, (x, y), distance = position.pinion, position.wheel, position.line.e_r, position.line.distance
     opposite = (pinion.centre[0] + distance * x, pinion.centre[1] + distance * y, pinion.centre[2])
     e_t, push = (-y, x, 0.0), torque / distance

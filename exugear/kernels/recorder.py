@@ -1,4 +1,4 @@
-"""Samples of a contact, written by the compiled kernel."""
+"""Samples of a contact, which its compiled kernel writes."""
 
 from dataclasses import dataclass, field
 
@@ -11,20 +11,24 @@ from fem.support.validation import require
 
 NAMES = ("deflection", "force", "a", "misalignment", "axial", "centroid")
 SAMPLE = record_type(*((name, "f8") for name in NAMES))
-#: Displacements and tilts of both bodies and their rates.
+#: Displacements [m] and tilts [rad] of pinion and wheel, and their rates.
 MOTION = record_type(*((name, "f4", 5) for name in ("q_1", "q_2", "v_1", "v_2")))
-#: Time between samples [s], their number, addresses of samples and motions (0: not wanted), and the share of an
-#: interval by which the time of a sample may be missed.
+#: Time between samples [s], their number, addresses of samples and of motions (0: none are recorded), and the share of
+#: an interval by which the time of a call may differ from that of a sample.
 HEADER = record_type(("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("tolerance", "f8"))
 SAMPLE_SIZE, MOTION_SIZE = SAMPLE.itemsize, MOTION.itemsize
 header_at, sample_at, motion_at = reader(HEADER), reader(SAMPLE), reader(MOTION)
-#: Share of a step within which a time is that of the step: Exudyn sums the steps up, 1e7 of them err by 0.002.
+#: Share of a step by which a time may differ from that of the step: Exudyn adds the steps up, with an error of 0.002
+#: steps after 1e7 of them.
 SAME = 0.25
 
 
 @compiled
 def sample_of(record, t):
-    """Number of the sample at t, -1 where there is none; Newton's last call of a step, the converged one, stays."""
+    """Number of the sample at t, -1 where there is none.
+
+    Newton's iteration calls several times in a step; its last, converged call overwrites the others.
+    """
     header = header_at(record)
     if header.number == 0 or t < 0.0:
         return -1
@@ -43,7 +47,7 @@ def write(record, k, deflection, force, offsets, centroid):
 
 @compiled
 def write_motion(record, k, q_1, q_2, v_1, v_2):
-    """Store displacements and velocities of sample k where they are wanted."""
+    """Store displacements and velocities of sample k if they are recorded."""
     motions = header_at(record).motions
     if motions == 0:
         return

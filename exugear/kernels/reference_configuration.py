@@ -1,4 +1,4 @@
-"""A contact in its reference configuration: the frame of bodies in space, deflection, phase and rows there."""
+"""A contact in its reference configuration: frame of bodies in space, deflection, phase and rows."""
 
 from math import acos, cos, floor, sin
 
@@ -41,7 +41,7 @@ def reference_line_and_height(frame, r_w):
 
 
 @kept
-def at_rest(table, frame):
+def reference_deflection(table, frame):
     """Deflection [m], opening of either flank [m] and phase of the driving one in the reference configuration."""
     position = position_of(table, frame, AT_REFERENCE, AT_REFERENCE)
     side, phase = position.flank.side, position.flank.phase
@@ -51,13 +51,13 @@ def at_rest(table, frame):
 
 @kept
 def offsets_at(table, frame, q_1, q_2):
-    """Offsets (3) as the map counts them of two Rxyz bodies with displacements q (6)."""
+    """Offsets (3) of two Rxyz bodies with displacements q_1, q_2 (6), with the signs of the map."""
     return position_of(table, frame, q_1, q_2).offsets
 
 
 @kept
 def spatial_rows(frame):
-    """Rows (6), (6) of pinion and wheel on the driving flank, at mid-plane."""
+    """Rows (6), (6) of pinion and wheel for a unit force on the driving flank, in mid-plane."""
     pinion, wheel = pose_of(frame.pinion, AT_REFERENCE), pose_of(frame.wheel, AT_REFERENCE)
     line = line_of_centres(frame, pinion, wheel)
     (x, y), distance = line.e_r, line.distance
@@ -69,7 +69,7 @@ def spatial_rows(frame):
 
 
 def spatial_row(frame: np.record) -> np.ndarray:
-    """Row (12): deflection = row . displacements of both bodies, to first order."""
+    """Row (12): deflection = row . displacements of pinion and wheel, to first order."""
     row_1, row_2 = spatial_rows(frame)
     return np.r_[row_1, -np.array(row_2)]
 

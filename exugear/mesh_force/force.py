@@ -1,7 +1,7 @@
 """The mesh force F(phase, deflection, rate, offsets) from an STE map or a user's table.
 
-Its table (`exugear.force_table`) of 512 x 64 patches inverts a map within 1e-4 of the force, from 3e-6 of the largest
-force on (tests/exugear/mesh_force/test_force.py).
+Its table (`exugear.force_table`) of 512 x 64 patches inverts a map with a relative error of the force below 1e-4, for
+forces above 3e-6 of the largest one (tests/exugear/mesh_force/test_force.py).
 """
 
 from collections.abc import Mapping
@@ -26,15 +26,15 @@ from fem.support.numba_cache import kept
 from fem.support.representation import short
 from fem.support.validation import increases, increasing, numbers, require
 
-#: Tolerance of the deflection under a force [m]: rounding.
+#: Tolerance of the deflection under a force [m], below rounding.
 FINEST = 1e-20
 
 
 @cache
-def mesh_forces(moves: bool):
-    """The function (table, phase, deflection, rate, *offsets) -> force [N] of both flanks, all arrays equally long.
+def mesh_forces(has_offsets: bool):
+    """The compiled function (table, phase, deflection, rate, *offsets) -> force [N] on the flank in contact.
 
-    Force > 0 on the driving flank, < 0 on the back flank. A law whose bodies do not move needs no offsets.
+    All arguments but the table are arrays (n,). The force is > 0 on the driving flank, < 0 on the back flank.
     """
 
     @kept
@@ -44,7 +44,7 @@ def mesh_forces(moves: bool):
             drives = deflection[i] >= -0.5 * table.backlash
             at = phase[i] if drives else table.back_phase - phase[i]
             y = deflection[i] if drives else -(deflection[i] + table.backlash)
-            if moves:
+            if has_offsets:
                 static = static_force(table, at, y, a[i], misalignment[i], axial[i])
             else:
                 static = spinning_force(table, at, y)
@@ -67,7 +67,7 @@ class MeshForce:
     deflection     along the line of action [m], increasing along the last axis, broadcastable to force_table
     force_table    (*n_offset, n_phase, n_deflection) mesh force [N], 0 in the first column, increasing from contact on
     damping        viscous damping along the line of action [N s/m]; it ramps in over the first 1 um of penetration, so
-                   that the force is continuous, and is not limited: a fast separation may pull for that micrometre
+                   that the force is continuous, and is not limited: a fast separation may pull within that micrometre
     backlash       along the line of action [m]; inf: the back flank never touches
     back_phase     sum of the phases of driving and back flank (`fem.GearPair.back_phase`)
     centroid       axial position of the force centroid [m] from the pinion's mid-plane, a number or like force_table
@@ -76,12 +76,12 @@ class MeshForce:
                    offsets
     mapped_force   [N] beyond which the table extrapolates its map
 
-    What follows from them:
+    Derived from them:
 
     table           packed table that the compiled kernels read (`exugear.force_table.layout`)
     stiffness_max   largest tangent stiffness [N/m]
 
-    Uniform phases i / n are kept, others are resampled. Raises ValueError for arrays that are no such law.
+    Uniform phases i / n are kept, others are resampled. Raises ValueError for arrays that do not form such a law.
     """
 
     phase: np.ndarray
@@ -123,19 +123,20 @@ class MeshForce:
         """The law whose static deflection is an STE map.
 
         ste         Dataset of `fem.ste_map`: te [m] over torque from 0 [N m], offsets and phase, smooth and periodic in
-                    phase; the force acts at its centroid, if it has one, else in mid-plane
+                    phase; the force acts at its force centroid where the map has one, else in mid-plane
         damping     along the line of action [N s/m]
         backlash    along the line of action [m], by default the pair's
         conserves   as in `MeshForce`
-        extend      extrapolate the law with its last stiffness to so many times the largest torque: for impacts; the
-                    data of a run then tell how long and how far (beyond_map_time, beyond_map_force)
+        extend      multiple of the largest torque up to which the law is extrapolated with its last stiffness, for
+                    impacts; the data of a run then tell for how long and how far it was beyond the map
+                    (beyond_map_time, beyond_map_force)
 
-        The map is that of the driving, left flanks. The law takes the right flanks for their mirror image, also where
-        `fem.Sides` differ, which says how to map them. Below the lowest torque the compliance grows with -ln F, as that
-        of a Hertzian line contact does.
+        The map holds the driving, left flanks; the law takes the right flanks as their mirror image. Where they are not
+        (`fem.Sides`), map them as `fem.Sides` describes. Below the lowest torque the compliance grows with -ln F, like
+        that of a Hertzian line contact.
 
         Raises ValueError for a map that does not start at torque 0, whose te does not grow with the torque, or in which
-        one pitch does not represent all (`fem.PitchDeviation`).
+        the pitches differ (`fem.PitchDeviation`).
         """
         pair = pair_of(check(ste))
         offsets = offset_axes(ste)
@@ -171,7 +172,7 @@ class MeshForce:
 
     @cached_property
     def jumps(self) -> np.ndarray:
-        """(n,) phases at which the force jumps: by 45 % of its range or more within 1/256 of a pitch."""
+        """(n,) phases at which the force jumps, by at least 45 % of its range within 1/256 of a pitch."""
         return jumps(self)
 
     def __call__(self, phase, deflection, rate=0.0, **offsets) -> np.ndarray:
@@ -243,7 +244,7 @@ class MeshForce:
 
 
 def _weighted(values: np.ndarray, weights: Mapping[int, np.ndarray]) -> np.ndarray:
-    """Sums of values over the axes with weights, which keep the length 1."""
+    """Weighted sums of values over the axes that have weights; these axes keep the length 1."""
     for axis, factors in weights.items():
         values = np.moveaxis(np.moveaxis(values, axis, -1) @ factors[:, None], -1, axis)
     return values
@@ -256,7 +257,7 @@ def _frozen(array: np.ndarray) -> np.ndarray:
 
 def _check_scalars(damping: float, backlash: float, back_phase: float) -> None:
     require(0 <= damping < inf, f"damping must be >= 0 N s/m and finite, got {damping}")
-    play = f"backlash must be >= 0 m (inf: no back flank), got {backlash}; it is meant on the line of action"
+    play = f"backlash must be >= 0 m (inf: no back flank), got {backlash}; it is measured on the line of action"
     require(backlash >= 0, play)
     unit = f"backlash must be below 0.01 m, or inf, got {backlash}; pass metres: 0.2*mm"
     require(backlash < 1e-2 or backlash == inf, unit)

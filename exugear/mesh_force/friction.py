@@ -25,14 +25,15 @@ from fem.support.validation import require
 #: Steps of the tables over a pitch.
 STEPS = 512
 SHARE, PAIR = "load_share", "pair"
-#: Least speed below which friction may fade [rad/s].
+#: Least value of `MeshFriction.speed` [rad/s].
 LEAST_SPEED = 0.01
-#: Coefficient of the transverse mesh force, speed below which friction fades [rad/s], number of steps of the tables.
+#: Coefficient of friction over cos(beta_b), for the transverse mesh force; speed over which friction fades [rad/s];
+#: tangent of the working pressure angle; number of steps of the tables.
 FRICTION = record_type(("coefficient", "f8"), ("speed", "f8"), ("tan_alpha_wt", "f8"), ("steps", "i8"))
 
 
-def with_path(name: str, pair) -> None:
-    """ValueError unless the path of contact of the pair is known."""
+def check_path(name: str, pair) -> None:
+    """ValueError for a pair whose path of contact is not known."""
     remedy = "a ring has no path of contact: pass the tables, MeshFriction(coefficient, pull, lever)"
     require(isinstance(pair, GearPair), f"{name} must be a fem.GearPair, got {type(pair).__name__}; {remedy}")
 
@@ -43,14 +44,14 @@ def with_path(name: str, pair) -> None:
 class MeshFriction:
     """Friction of a gear mesh; the tables hold the driving flank, the back flank is its mirror image.
 
-    coefficient  of friction mu, of the normal force
+    coefficient  Coulomb's coefficient of friction mu, of the normal force
     pull         (n,) share of the load beyond the pitch point minus the share before it, over phases i / n
     lever        (n,) mean distance of the load from the pitch point [m], over phases i / n
-    speed        [rad/s] below a few times which friction fades: tanh((omega_1 - omega_2) / speed)
+    speed        [rad/s] over which friction fades at low speed, by the factor tanh((omega_1 - omega_2) / speed)
 
     The tables are interpolated linearly between the phases and hold at the nominal centre distance. The direction of
     sliding follows from omega_1 - omega_2 alone: where teeth vibrate faster along their flanks than they slide, next to
-    the pitch point, the friction does not change its sign. Raises ValueError for arrays that are no such tables.
+    the pitch point, the friction does not change its sign. Raises ValueError for tables out of range.
     """
 
     coefficient: float
@@ -68,11 +69,15 @@ class MeshFriction:
 
     @classmethod
     @checked
-    def of_pair(cls, pair: Annotated[GearPair, with_path], coefficient: float, *, speed: float = 1.0) -> "MeshFriction":
+    def of_pair(
+        cls, pair: Annotated[GearPair, check_path], coefficient: float, *, speed: float = 1.0
+    ) -> "MeshFriction":
         """Friction of a pair whose load is spread evenly over the width and, in each section, over the tooth pairs.
 
-        Its loss is that of Ohlendorf's tooth loss factor. Helical gears rather spread the load evenly over all contact
-        lines and lose more: take `from_ste`. Raises ValueError for a ring gear, whose path of contact is not known.
+        Its loss is that of Ohlendorf's tooth loss factor. In helical gears the load is spread rather evenly over all
+        contact lines and the loss is higher: use `from_ste`.
+
+        Raises ValueError for a ring gear, whose path of contact is not known.
         """
         start, end = _contact(_tooth_positions(pair), pair)
         total = np.zeros((3, STEPS))
@@ -86,9 +91,9 @@ class MeshFriction:
     def from_ste(cls, ste: xr.Dataset, coefficient: float, *, torque: float, speed: float = 1.0) -> "MeshFriction":
         """Friction by the load shares of an STE map at a pinion torque [N m], even over the width of each tooth pair.
 
-        A tooth pair that carries load before the path of contact begins or after it ends, because teeth deflect, is
-        taken to touch at the end of the path. Raises ValueError for a map without load_share or with further axes, and
-        for a torque outside the map.
+        A tooth pair that carries load before the path of contact begins or after it ends, because teeth deflect,
+        counts as in contact at that end of the path. Raises ValueError for a map without load_share or with further
+        axes, and for a torque outside the map.
         """
         over_torque_and_phase(ste)
         pair = pair_of(ste)
@@ -109,7 +114,7 @@ class MeshFriction:
 
     @checked
     def table(self, pair: GearPair | RingPair) -> np.record:
-        """What the kernels of `exugear.kernels.friction_kernels` read, for a pair: `FRICTION`, behind it the tables."""
+        """The record that `exugear.kernels.friction_kernels` read for a pair: `FRICTION`, behind it the tables."""
         n = self.pull.size
         head = record_of(
             FRICTION,
@@ -135,7 +140,7 @@ def _tooth_positions(pair: GearPair) -> np.ndarray:
 
 
 def _contact(position: np.ndarray, pair: GearPair) -> tuple[np.ndarray, np.ndarray]:
-    """Positions of tooth pairs at both ends of the width; of spur gears over a step of the table."""
+    """Positions of tooth pairs at both ends of the width; those of spur gears are a step of the table apart."""
     half = max(pair.eps_beta, 1 / STEPS) / 2
     return position - half, position + half
 

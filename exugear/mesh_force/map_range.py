@@ -1,4 +1,4 @@
-"""Messages for a force law that leaves its map: they name the torque or the offsets to map."""
+"""Messages for a deflection or an offset beyond the map of a force law, with the torque or the offsets to map."""
 
 from math import floor, isfinite, log10, nan
 
@@ -7,14 +7,14 @@ import numpy as np
 from exugear.force_table.layout import OFFSETS
 from fem.units import um
 
-#: Range to map over the value at which a run left its map: it may go further.
+#: Range to map, over the value at which a run left its map: the run may go beyond that value.
 MARGIN = 1.5
 #: Number of values of an offset's axis to map.
 AXIS_VALUES = 5
 
 
 def beyond_map(table, reason: tuple[float, ...], r_b: float = nan) -> str:
-    """Message for a deflection that leaves the map, or an offset that leaves its axis.
+    """Message for a deflection beyond the map, or an offset beyond its axis.
 
     table    head of the law's table
     reason   arguments of the kernels' ValueError: (deflection, largest deflection) [m], or (offset, low, high, number

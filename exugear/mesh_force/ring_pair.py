@@ -32,9 +32,9 @@ class RingPair:
     a          centre distance [m], < 0
     backlash   along the line of action [m]; inf: the back flank never touches
 
-    There are no finite elements of ring gears: its `MeshForce` is a table, for example of a constant stiffness.
+    No STE map of ring gears can be computed: pass a `MeshForce` made from a table, for example of a constant stiffness.
 
-    Raises ValueError for signs and sizes that do not fit.
+    Raises ValueError for z and a of the wrong sign, and for base circles that overlap.
     """
 
     pinion: Gear

@@ -8,7 +8,7 @@ from fem.ste.ste_map import CENTROID, PHASE, STIFFNESS, TE, TORQUE, at_phases, o
 from fem.support.validation import require
 from fem.units import um
 
-#: Least load as share of the map's lowest; number of loads below the lowest, and from there to the largest.
+#: Least load as share of the lowest load of the map; numbers of loads below that load, and from it to the largest.
 LEAST, BELOW, BETWEEN = 1e-4, 40, 161
 
 
@@ -18,14 +18,14 @@ def loaded_deflection(ste, r_b: float, phase: np.ndarray, *, extend: float = 1.0
     Interpolated between the torques at each phase of the map, by its tangent stiffness where it has one, then between
     the phases.
 
-    extend   extrapolates them with their last stiffness to so many times the largest torque
+    extend   multiple of the largest torque up to which they are extrapolated with their last stiffness
     """
-    range_of = f"extend must lie in [1, 10] times the largest torque, got {extend}; map larger torques instead"
-    require(1 <= extend <= 10, range_of)
+    limits = f"extend must lie in [1, 10] times the largest torque, got {extend}; map larger torques instead"
+    require(1 <= extend <= 10, limits)
     torque, coarse = ste[TORQUE].values, ste[PHASE].values
     require(coarse.size >= 3, f"phase needs at least 3 values as share of a pitch, got {coarse.size}")
     few = f"torque needs 0 and two loads or more, got {torque} N m"
-    require(torque.size >= 3, f"{few}; map more, or take MeshForce.secant, which needs one")
+    require(torque.size >= 3, f"{few}; map more, or use MeshForce.secant, which needs a single load")
     require(torque[0] == 0, f"torque must start at 0 (unloaded transmission error), got {torque[0]} N m; add it")
     te, stiffness = over_offsets(ste, TE).values, None
     _require_rising(torque, at_phases(coarse, te, phase), phase)
@@ -62,7 +62,10 @@ def _require_rising(torque: np.ndarray, te: np.ndarray, phase: np.ndarray) -> No
 
 
 def loaded_centroid(ste, r_b: float, phase: np.ndarray, force: np.ndarray) -> np.ndarray | float:
-    """Force centroids (*n_offset, n_phase, n) [m] under forces (n,), constant below the lowest load; 0 without any."""
+    """Force centroids (*n_offset, n_phase, n) [m] under forces (n,) [N]; 0 where the map has none.
+
+    They are constant below the lowest load.
+    """
     if CENTROID not in ste:
         return 0.0
     centroid = at_phases(ste[PHASE].values, over_offsets(ste, CENTROID).values[1:], phase)

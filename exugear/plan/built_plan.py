@@ -1,4 +1,4 @@
-"""The plan of a built model: with its eigenfrequencies known, integrator, step and cost follow."""
+"""The plan of a built model: integrator, step and cost, which follow from its eigenfrequencies."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from exugear.plan.integrator import ANGLE_AT_1E3, ANGLE_ON_BEARINGS_AT_1E3, BOUN
 from exugear.plan.plan import Plan
 from fem.support.arguments import Finite, checked
 
-#: Wall time of a step per mesh on a two-core machine [s].
+#: Wall time of a step per mesh, measured on a two-core machine [s].
 STEP_COST = {Coordinates.SPIN: 4e-6, Coordinates.PLANAR: 8e-6, Coordinates.BEARINGS: 13e-6, Coordinates.JOINT: 13e-6}
 #: Memory per sample and mesh [bytes].
 SAMPLE_SIZE, SAMPLE_SIZE_ON_BEARINGS = 48, 130
@@ -19,12 +19,12 @@ SAMPLE_SIZE, SAMPLE_SIZE_ON_BEARINGS = 48, 130
 @checked
 @dataclass(frozen=True)
 class BuiltPlan:
-    """The plan of a built model, with what only the built system tells: integrator, step and cost; print it.
+    """The plan of a built model, with integrator, step and cost, which need the built system; print it.
 
     scene       the `Plan` by which the model was built
     omega       upper bound of all eigenfrequencies, meshes at their stiffest [rad/s]
-    omega_mesh  the same of the modes in which meshes take part, which the step resolves [rad/s]
-    contact     how Exudyn calls the contacts: without Python, or by way of Python and why
+    omega_mesh  upper bound for the modes in which meshes deform, which the step resolves [rad/s]
+    contact     whether Exudyn calls the contacts without Python, or why by way of Python
     """
 
     scene: Plan
@@ -75,7 +75,7 @@ class BuiltPlan:
 
     @checked
     def step(self, tolerance: float = 1e-3, mesh_frequency: Finite = 0.0) -> float:
-        """Step [s] of that rule."""
+        """Step [s] of the integrator that `rule` chooses."""
         return self.rule(tolerance, mesh_frequency).step
 
     @checked
@@ -89,7 +89,7 @@ class BuiltPlan:
         return f"{duration:g} s in {steps:.3g} steps of {step:.3g} s: {about}"
 
     def __str__(self) -> str:
-        resolved = f"{self.omega_mesh / 2 / pi:.4g} Hz with meshes in them"
+        resolved = f"those in which meshes deform below {self.omega_mesh / 2 / pi:.4g} Hz"
         lines = [
             *self.scene.lines(),
             f"integrator: {self.rule()}",

@@ -1,4 +1,4 @@
-"""Coordinates of the shafts' bodies: which ones a shaft has, and its reference position."""
+"""Coordinates of the shafts' bodies, and their reference values."""
 
 from enum import Enum
 
@@ -9,7 +9,7 @@ from exugear.gearbox.shaft import Shaft
 
 
 class Coordinates(Enum):
-    """The motion of a shaft."""
+    """The motion of a shaft: its coordinates and their support."""
 
     SPIN = "1 coordinate, spin about z"
     PLANAR = "3 coordinates, planar body on elastic bearings"
@@ -23,7 +23,7 @@ class Coordinates(Enum):
 
     @property
     def components(self) -> list[int]:
-        """Which of x, y, z, the tilts about x and y, and the spin (0 to 5) are its coordinates, in their order."""
+        """Which of x, y, z, the tilts about x and y, and the spin (numbers 0 to 5) are its coordinates, in order."""
         return {Coordinates.SPIN: [5], Coordinates.PLANAR: [0, 1, 5]}.get(self, [0, 1, 2, 3, 4, 5])
 
     @property
@@ -33,6 +33,6 @@ class Coordinates(Enum):
 
 
 def pose(gearbox: Gearbox, shaft: Shaft) -> list[float]:
-    """Reference coordinates (6) of a shaft's centre of mass, displaced as it is mounted."""
+    """Reference coordinates (6) [m, rad] of a shaft's centre of mass, its static displacement included."""
     x, y, z = np.array([*gearbox.shaft_positions[shaft.name], 0.0]) + shaft.offset.at(shaft.centre)
     return [float(x), float(y), float(z), shaft.offset.tilt_x, shaft.offset.tilt_y, 0.0]

@@ -8,7 +8,7 @@ from fem.support.validation import require_within
 #: Newmark beta = 1/12, gamma = 1/2 (Fox & Goodwin 1949): fourth order, stable for omega h below this.
 STABLE = sqrt(6)
 BETA, TRAPEZOIDAL_BETA, GAMMA = 1 / 12, 1 / 4, 1 / 2
-#: omega_mesh h at a tolerance of 1e-3, whose error was measured as half of it (tests/exugear/simulation/test_run.py).
+#: omega_mesh h at a tolerance of 1e-3; the measured error is half of that (tests/exugear/simulation/test_run.py).
 ANGLE_AT_1E3 = 0.63
 #: The same for bodies on bearings, where the bound omega_mesh lies farther above the modes that the meshes excite.
 ANGLE_ON_BEARINGS_AT_1E3 = 0.8
@@ -22,9 +22,9 @@ BOUND_MARGIN = 0.95
 
 @dataclass(frozen=True)
 class Rule:
-    """A Newmark rule with gamma = 1/2, its beta and its step [s].
+    """Newmark's rule with gamma = 1/2, a beta and a step [s].
 
-    With a spectral radius it is the generalized-alpha method (Chung & Hulbert 1993) instead, for comparison.
+    With a spectral radius it is the generalized-alpha method (Chung & Hulbert 1993) instead, for comparisons.
     """
 
     beta: float
@@ -33,7 +33,7 @@ class Rule:
 
     @property
     def lag(self) -> float:
-        """By q_t + lag d2(q_t)/dt2 velocities of the fourth-order rule are true to its order [s^2]; else 0."""
+        """Factor [s^2] with which q_t + lag d2(q_t)/dt2 is of fourth order, too, in the fourth-order rule; else 0."""
         return self.step**2 / 12 if self.beta == BETA and self.spectral_radius is None else 0.0
 
     def __str__(self) -> str:
@@ -46,7 +46,7 @@ class Rule:
 def rule_for(
     omega_mesh: float, largest: float, tolerance: float = 1e-3, mesh_frequency: float = 0.0, angle: float = ANGLE_AT_1E3
 ) -> Rule:
-    """Of the two rules the one that takes the larger step for a relative error of the windowed rms of the DTE.
+    """The rule that allows the larger step, of the two, for a relative error of the windowed rms of the DTE.
 
     omega_mesh       highest eigenfrequency of interest [rad/s]
     largest          step up to which the fourth-order rule is stable [s]

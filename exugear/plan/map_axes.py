@@ -1,4 +1,4 @@
-"""Axes of a map that a scene needs: those along which its bodies move; the others are fixed at their static values."""
+"""Axes of a map that a scene needs: those along which its gears move; the others are fixed at their static values."""
 
 from collections.abc import Mapping
 from math import acos, isfinite
@@ -12,13 +12,13 @@ from fem.gear.involute import involute
 from fem.support.validation import require
 from fem.units import um
 
-#: Coordinates of a shaft that change an offset.
+#: Offset -> coordinates of shafts whose motion changes it.
 MOVED_BY = {
     "a": (Coordinates.PLANAR, Coordinates.BEARINGS),
     "misalignment": (Coordinates.BEARINGS,),
     "axial": (Coordinates.BEARINGS,),
 }
-#: Largest differences of offsets that a map without the axis may ignore: gap by misalignment at the ends of the face
+#: Largest changes of offsets that a map without the axis may ignore: gap by misalignment at the ends of the face width
 #: [m], centre distance [m], axial offset as share of the face width.
 IGNORED = {"misalignment": 0.01 * um, "a": 1 * um, "axial": 2e-3}
 AXIS_NAMES = {"a": "centre distance", "misalignment": "misalignment", "axial": "axial offset"}
@@ -35,7 +35,7 @@ def static_offsets(gearbox: Gearbox, stage: Stage, side: int = 1) -> dict[str, f
 
 
 def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates]) -> tuple[MeshForce, str]:
-    """Force law with the axes that the scene needs, and the reasons; ValueError for a map that lacks such an axis."""
+    """Force law with the axes that the scene needs, and the reasons; ValueError where the map lacks such an axis."""
     kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
     static, law = static_offsets(gearbox, stage), stage.force
     moving = [name for name, movers in MOVED_BY.items() if kinds & set(movers)]
@@ -55,7 +55,7 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
 
 
 def is_slight(stage: Stage, name: str, difference: float) -> bool:
-    """Whether a map without the axis may ignore a difference of offsets."""
+    """Whether a map without the axis may ignore a change of the offset."""
     scale = {"misalignment": stage.pair.b / 2, "a": 1.0, "axial": 1 / stage.pair.b}
     return abs(difference) * scale[name] <= IGNORED[name]
 
@@ -79,7 +79,7 @@ def _check_reached(stage: Stage, static: Mapping[str, float]) -> None:
 
 
 def _check_play(stage: Stage, a: float) -> None:
-    """Require remaining backlash, since the law takes a single flank to be in contact at a time."""
+    """Require backlash at the static centre distance, since the law has a single flank in contact at a time."""
     pair = stage.pair
     r_b = pair.pinion.r_b + pair.wheel.r_b
     play = stage.force.backlash + 2 * r_b * (involute(acos(r_b / a)) - involute(pair.alpha_wt))

@@ -1,4 +1,4 @@
-"""How far the gears of a stage move along the axes that its map lacks, and the offsets to map it with."""
+"""Motion of the gears of a stage along the axes that its map lacks, and the offsets to map."""
 
 from collections.abc import Mapping
 from math import ceil, floor, hypot, isfinite, log10
@@ -25,10 +25,10 @@ LARGEST = 0.005
 
 
 def missing_axes(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: float | None) -> list[str]:
-    """Advice for each stage whose bodies move along axes that its map lacks: the offsets to map; else empty.
+    """Advice for each stage: the offsets to map where its gears move along axes that its map lacks; else empty.
 
-    They are estimated from the static displacement of the shafts under a load [N m], by default the largest load that
-    all maps carry.
+    The offsets are estimated from the static displacement of the shafts under a load [N m], by default the largest load
+    that all maps carry.
     """
     if load is None:
         shares = np.abs(gearbox.static_forces(1.0))
@@ -56,7 +56,7 @@ def _displacements(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: fl
 
 
 def _displaced(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
-    """(6,) displacement of a shaft's centre of mass under generalized forces (6,), nonlinear bearings by secants."""
+    """(6,) displacement of a shaft's centre of mass under generalized forces (6,), nonlinear bearings as secants."""
     q, levers = np.zeros(6), {axial: axial - shaft.centre for axial in shaft.bearings}
     if not (shaft.bearings and free):
         return q
@@ -73,15 +73,16 @@ def _displaced(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
 
 
 def _advice(gearbox: Gearbox, stage: Stage, shafts, load: float, moved: Mapping[str, np.ndarray]) -> str:
-    """Advice on the axes that the map of a stage lacks, with the `fem.Offsets` to paste; empty where none matters."""
+    """Advice on the axes that the map of a stage lacks, with the `fem.Offsets` to paste; empty where it lacks none."""
     kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
     lacking = [name for name, by in MOVED_BY.items() if kinds & set(by) and name not in stage.force.offsets]
     if lacking and max(np.abs(moved[shaft.name]).max() for shaft in (stage.fast, stage.slow)) > LARGEST:
-        return f"under {load:.4g} N m the bearings yield farther than gears mesh: stiffer ones (in N/m), or less load"
+        yielding = f"under {load:.4g} N m the bearings yield too far for the gears to mesh"
+        return f"{yielding}: use stiffer bearings (in N/m) or less load"
     static, reached = static_offsets(gearbox, stage), _reached(gearbox, stage, moved)
     far = [name for name in lacking if not is_slight(stage, name, reached[name] - static[name])]
     if not far:
-        return f"under {load:.4g} N m it moves too little to matter" if lacking else ""
+        return f"under {load:.4g} N m the gears move too little to matter" if lacking else ""
     offsets = ", ".join(f"{name} = {reached[name]:.6g}" for name in far)
     axes = dict(stage.force.offsets) | {name: _axis(name, static[name], reached[name]) for name in far}
     written = ", ".join(f"{name}=({', '.join(f'{x:.9g}' for x in axes[name])})" for name in AXIS_NAMES if name in axes)

@@ -1,4 +1,4 @@
-"""What a scene needs: coordinates of its shafts and axes of its maps, and why."""
+"""The plan of a gearbox: coordinates of its shafts and axes of its maps, with the reason for each."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -15,9 +15,10 @@ from exugear.plan.map_axes import stage_law
 from exugear.plan.missing_offsets import missing_axes
 from fem.support.arguments import checked
 
+#: Relative coupling stiffness, or distance [m], that counts as rounding.
 ROUNDING = 1e-9
 UNDAMPED = "damping: none, vibrations do not decay; give Stage(damping_ratio=0.06)"
-#: What only `BuiltPlan` has.
+#: Attributes that only a `BuiltPlan` has.
 KNOWN_ONCE_BUILT = "omega", "omega_mesh", "contact", "largest_step", "rule", "step", "cost"
 JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
 
@@ -28,9 +29,9 @@ class Plan:
     """How a gearbox becomes a model, decided from the scene alone; print it.
 
     shafts      coordinates of each shaft
-    why         reason for them, by shaft
+    why         reason for the coordinates, by shaft
     laws        force law of each stage by its label, with the axes that the scene needs
-    axes        reason for them, by stage
+    axes        reason for the axes, by stage
     undamped    whether no mesh, bearing or coupling is damped
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
@@ -47,13 +48,13 @@ class Plan:
         return self._with(dict.fromkeys(self.shafts, Coordinates.JOINT))
 
     def with_bodies(self) -> "Plan":
-        """The plan in which planar bodies move in space, to check the reduced one."""
+        """The plan in which planar bodies move in space, to check the reduction."""
         planar = [name for name, kind in self.shafts.items() if kind is Coordinates.PLANAR]
         return self._with(dict.fromkeys(planar, Coordinates.BEARINGS))
 
     def _with(self, shafts: Mapping[str, Coordinates]) -> "Plan":
         """The plan with other coordinates of these shafts."""
-        why = dict.fromkeys(shafts, "asked for: unreduced, to check the reduced one")
+        why = dict.fromkeys(shafts, "chosen by the user: unreduced, to check the reduction")
         return replace(self, shafts={**self.shafts, **shafts}, why={**self.why, **why})
 
     def lines(self) -> list[str]:
@@ -79,18 +80,18 @@ class Plan:
 
 @checked
 def plan(gearbox: Gearbox, *, load: float | None = None) -> Plan:
-    """Choose coordinates for the shafts of a gearbox and axes for its maps; what is absent is skipped.
+    """Choose coordinates for the shafts of a gearbox and axes for its maps, no more than the scene needs.
 
     A shaft without bearings only spins. With bearings it is a planar body where nothing tilts it or pushes it along
     its axis, else a rigid body in space. A map keeps the axes (centre distance, misalignment, axial offset) along which
     its bodies move; the others are fixed at their static values. The plan gives a reason for each of these choices.
 
     load   torque on the driven shaft [N m] under which the plan estimates how far the gears move along axes that their
-           maps lack; by default the largest that all maps carry. Where that matters the plan prints the `fem.Offsets`
-           to map them with
+           maps lack; by default the largest that all maps carry. Where that motion matters the plan prints the
+           `fem.Offsets` to map
 
     Returns a `Plan`: print it, pass it to `exugear.build`. Integrator, step and cost are known once the model is built.
-    Raises ValueError for displaced shafts whose map lacks the axis or does not reach them.
+    Raises ValueError for statically displaced shafts whose map lacks the axis, or whose map ends before their offsets.
     """
     choices = {shaft.name: _coordinates(gearbox, shaft) for shaft in gearbox.shafts}
     shafts = {name: kind for name, (kind, _) in choices.items()}
@@ -119,18 +120,18 @@ def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:
 
 
 def _cause_of_tilt(shaft: Shaft, stages: list[Stage]) -> str:
-    """What moves a shaft out of its plane; empty where nothing does."""
+    """The first cause that moves a shaft out of its plane; empty where there is none."""
     gear_position, *further_gears = shaft.gears
     laws = [stage.force for stage in stages]
     causes = {
         "it carries several gears": bool(further_gears),
         "helical gears push it along its axis": any(stage.pair.beta_b for stage in stages),
-        "the force of its mesh wanders along the face": any(np.any(law.centroid) for law in laws),
+        "the force centroid of its mesh moves along the face": any(np.any(law.centroid) for law in laws),
         "its map has a misalignment axis": any("misalignment" in law.offsets for law in laws),
         "its mass lies beside the gear": abs(shaft.centre - gear_position) > ROUNDING,
-        "its bearings do not lie alike about the gear": _bearings_couple_tilt(shaft, gear_position),
+        "its bearings do not lie symmetrically about the gear": _bearings_couple_tilt(shaft, gear_position),
         "a bearing is not linear": not all(bearing.linear for bearing in shaft.bearings.values()),
-        "it stands askew": any(askew(stage) for stage in stages),
+        "its stage has tilted shafts": any(has_tilted_shafts(stage) for stage in stages),
     }
     return next((cause for cause, holds in causes.items() if holds), "")
 
@@ -142,6 +143,6 @@ def _bearings_couple_tilt(shaft: Shaft, gear_position: float) -> bool:
     return bool(np.abs(stiffness / np.outer(scale, scale))[:2, 2:5].max() > ROUNDING)
 
 
-def askew(stage: Stage) -> bool:
+def has_tilted_shafts(stage: Stage) -> bool:
     """Whether the shafts of a stage are tilted."""
     return any(shaft.offset.tilt_x or shaft.offset.tilt_y for shaft in (stage.fast, stage.slow))

@@ -29,9 +29,9 @@ ROUNDING = 1e-9
 class Steps:
     """Steps of equal size, some of which are sampled.
 
-    size      of a step [s]
-    every     steps from a sample to the next
-    samples   number of samples after that at t = 0
+    size      duration of a step [s]
+    every     number of steps between two samples
+    samples   number of samples after the sample at t = 0
     """
 
     size: float
@@ -75,7 +75,7 @@ def of_size(duration: float, step: float, sample: float) -> Steps:
 def summable(step: float, duration: float) -> float:
     """The step [s] rounded down so that sums of it, and of its half, up to a duration [s] are exact.
 
-    Exudyn adds its steps up, and makes a further one where 1e-10 s are missing at the end.
+    Exudyn adds its steps up, and makes a further step where 1e-10 s are missing at the end.
     """
     unit = 2 * ulp(duration)
     return step // unit * unit
@@ -87,7 +87,7 @@ def steps_of(
     """Steps of at most the given size [s], and a note on laws that jump; warns where steps may miss the jumps.
 
     jumping   shortest mesh period of the run [s] and phases of the jumps by the label of the stage
-    steady    whether the mesh periods stay as they are, so that steps can divide them
+    steady    whether the mesh periods are constant, so that steps can divide them
     """
     if not jumping:
         return filling(duration, step, sample), ""
@@ -112,7 +112,7 @@ def dividing_step(step: float, meshes: Sequence[tuple[float, np.ndarray]]) -> fl
 
     meshes   mesh period [s] and phases of the jumps, of each mesh that jumps
 
-    If none of the steps down to half the given one does, the one with the smallest miss.
+    Where no step down to half the given one does, the step with the smallest miss.
     """
     period = meshes[0][0]
     fewest = int(np.ceil(period / step * (1 - 1e-9)))

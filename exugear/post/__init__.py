@@ -2,5 +2,5 @@
 
 import lazy_loader
 
-#: Modules that only pictures need, imported when they are first asked for.
+#: Modules for pictures, imported on first use.
 __getattr__, __dir__, __all__ = lazy_loader.attach(__name__, ["graphics", "plots", "stress_plots"])

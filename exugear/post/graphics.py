@@ -1,9 +1,9 @@
 """Gears and shafts for Exudyn's viewer: closed surfaces of triangles with outward normals.
 
-A gear lies about the z axis of its body; its tooth 0 points at phase_angle about z from x in mid-plane. In a pair whose
-wheel lies in the direction theta seen from the pinion, the driving flanks touch at the pitch point where the tooth
-stands at theta - gamma on the pinion and at theta + pi - gamma on the wheel (pinion driving counter-clockwise; + gamma
-for clockwise), gamma = thickness(r_w) / (2 r_w) of each gear: `meshing_angles`, of `fem.pair.placement`.
+A gear turns about the z axis of its body; the middle of its tooth 0 lies at the angle phase_angle about z from x, in
+mid-plane. Let theta be the direction from pinion to wheel. The driving flanks touch at the pitch point where tooth 0
+lies at theta - gamma on the pinion and at theta + pi - gamma on the wheel, gamma = thickness(r_w) / (2 r_w) of each
+gear, if the pinion drives counter-clockwise (+ gamma if clockwise): `meshing_angles`, of `fem.pair.placement`.
 """
 
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ def gear_graphics(
     color: Sequence[float] = STEEL_GREY,
     points_per_tooth: int = 24,
 ) -> dict[str, Any]:
-    """Exudyn's GraphicsData of the toothed gear with open bore, mid-plane at axial [m], tooth 0 at phase_angle [rad].
+    """Exudyn's GraphicsData of a toothed gear with a bore, mid-plane at axial [m], tooth 0 at phase_angle [rad].
 
     points_per_tooth   on the outline of one pitch, even, at least 8; the outline's corners lie on the true one
     """
@@ -77,13 +77,13 @@ def shaft_graphics(
 
 @checked
 def add_gear_graphics(mbs: exu.MainSystem, body: int, gear: Gear, **options) -> None:
-    """Let a body of a hand-built model be drawn with a gear, besides what it shows; options of `gear_graphics`."""
+    """Add a gear to the graphics of a body of a hand-built model; options as those of `gear_graphics`."""
     add_graphics(mbs, body, gear_graphics(gear, **options))
 
 
 @checked
 def add_graphics(mbs: exu.MainSystem, body: int, data: dict[str, Any]) -> None:
-    """Let a body be drawn with graphics data besides what it shows; ValueError where it cannot."""
+    """Add graphics data to those of a body; ValueError for an object that cannot carry graphics."""
     known = object_of(mbs, "body", body, addGraphicsData=True)
     require(
         "VgraphicsData" in known, f"object {body} cannot carry graphics; pass a rigid body or an ObjectRotationalMass1D"
@@ -103,7 +103,7 @@ def half_outline(gear: Gear, n: int) -> tooth_profile.Polar:
 def pitch_section(gear: Gear, points_per_tooth: int) -> tuple[np.ndarray, np.ndarray]:
     """Outline and bore of one pitch about the x axis as points x + iy, counter-clockwise.
 
-    Both begin at the middle of the space, the outline goes on up the right flank and down the left one.
+    Each begins at the middle of the tooth space; the outline runs up the right flank and down the left flank.
     """
     half = half_outline(gear, points_per_tooth // 2)
     foot = min(half.psi[0], (1 - 1e-3) * pi / gear.z)
@@ -134,7 +134,7 @@ def wall(loop: np.ndarray, layer: int) -> np.ndarray:
 
 
 def face_triangles(z: int, n_outline: int, n_bore: int) -> np.ndarray:
-    """Triangles of an end face seen from +z: every tooth cut across at equal radii, and the ring below its foot."""
+    """Triangles of an end face seen from +z: each tooth in strips of equal radius, and the ring below its foot."""
     size, half = n_outline + n_bore, np.arange((n_outline - 1) // 2)
     tooth = strip(1 + half, n_outline - 1 - half)
     foot = np.array([0, 1, n_outline - 1, size])[(3 * np.arange(n_bore + 1) + n_bore // 2) // n_bore]
@@ -144,6 +144,6 @@ def face_triangles(z: int, n_outline: int, n_bore: int) -> np.ndarray:
 
 
 def strip(right: np.ndarray, left: np.ndarray) -> np.ndarray:
-    """Triangles between two lines of as many points, counter-clockwise where the second line lies on the left."""
+    """Triangles between two lines of equally many points, counter-clockwise where the second line is on the left."""
     a, b, c, d = right[:-1], right[1:], left[1:], left[:-1]
     return np.concatenate([np.c_[a, b, c][a != b], np.c_[a, c, d][c != d]])

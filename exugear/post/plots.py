@@ -1,4 +1,4 @@
-"""Pictures for a report: each takes data and an axes (or makes one) and returns the axes."""
+"""Plots of maps, runs and meshes: each function takes data and optionally axes, and returns the axes."""
 
 from collections.abc import Mapping
 from itertools import cycle
@@ -33,11 +33,12 @@ __all__ = [
 
 STEEL = "#c9d3dc"
 TRACE, EDGE, MARK = "#9ecae1", "#08519c", "#cb181d"
-#: Length of a line of an order map in mesh cycles, and its largest share of the run.
+#: Length of a line of an order map [mesh cycles], and its largest share of the run.
 CYCLES, SHARE = 400, 1 / 20
 
 
-def _axes(ax: Axes | None, **projection) -> Axes:
+def axes_or_new(ax: Axes | None, **projection) -> Axes:
+    """The given axes, or those of a new figure."""
     if ax is not None:
         return ax
     from matplotlib import pyplot
@@ -48,20 +49,20 @@ def _axes(ax: Axes | None, **projection) -> Axes:
 @checked
 def figure(rows: int = 1, columns: int = 1, spatial: tuple[int, ...] = ()) -> Figure:
     """Empty figure for a report; the axes numbered in spatial are three-dimensional."""
-    made = Figure(figsize=(5.2 * columns, 3.5 * rows), layout="constrained")
+    empty = Figure(figsize=(5.2 * columns, 3.5 * rows), layout="constrained")
     for i in range(rows * columns):
-        made.add_subplot(rows, columns, i + 1, projection="3d" if i in spatial else None)
-    return made
+        empty.add_subplot(rows, columns, i + 1, projection="3d" if i in spatial else None)
+    return empty
 
 
 @checked
 def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float | None = None, alternating: bool = False) -> Axes:
     """Transmission error over some pitches, a curve per torque.
 
-    pitches         two by default; of a map that runs over several, all of them
-    alternating     less the mean over the mesh cycle, which is what excites vibration
+    pitches         number of pitches shown: by default two, or all pitches of a map over several
+    alternating     subtract the mean over the mesh cycle; the rest excites vibrations
     """
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     mapped = int(ste.attrs.get("pitches", 1))
     te = over_torque_and_phase(ste) if mapped == 1 else over_torque_and_phases(ste)
     default, most = (2, 1000) if mapped == 1 else (mapped, mapped)
@@ -81,7 +82,7 @@ def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float | None = No
 
 
 def _cycle_mean(phase: np.ndarray, te: np.ndarray, pitches: int) -> np.ndarray:
-    """(n_torque, 1) means of te (n_torque, n_phase) over so many pitches."""
+    """(n_torque, 1) means of te (n_torque, n_phase) over a number of pitches."""
     closed = np.append(te, te[:, :1], axis=1)
     return np.trapezoid(closed, np.append(phase, phase[0] + pitches), axis=1)[:, None] / pitches
 
@@ -89,7 +90,7 @@ def _cycle_mean(phase: np.ndarray, te: np.ndarray, pitches: int) -> np.ndarray:
 @checked
 def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Secant mesh stiffness F / STE over the phase, a curve per torque above 0."""
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     r_b = pair_of(ste).pinion.r_b
     loaded = ste.sel({TORQUE: ste[TORQUE] > 0})
     torque = loaded[TORQUE].values
@@ -113,7 +114,7 @@ def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances |
     run     an `exugear.Run` or its data, as in all plots of runs
     found   `Resonances` to be marked, as `exugear.resonances` finds them in the envelope
     """
-    ax, data = _axes(ax), stage_data(run, stage)
+    ax, data = axes_or_new(ax), stage_data(run, stage)
     outline = dte_envelope(run, stage)
     ax.fill_between(outline.place, outline.low / um, outline.high / um, color=TRACE, linewidth=0)
     for side in (outline.high, outline.low):
@@ -128,7 +129,7 @@ def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances |
 
 
 def _title(data: xr.Dataset) -> str:
-    """Stage, and load where it is constant."""
+    """Name of the stage, and the load where it is constant."""
     stage = str(data["stage"].item())
     try:
         return f"{stage}, {float(data.attrs['load']):.4g} N m"
@@ -139,7 +140,7 @@ def _title(data: xr.Dataset) -> str:
 @checked
 def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int = 0) -> Axes:
     """Half peak to peak of the DTE of several runs over mesh frequency; runs: name -> `exugear.Run` or its data."""
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     for (name, run), style in zip(runs.items(), cycle(("-", "--", ":")), strict=False):
         outline = dte_envelope(run, stage)
         ax.plot(outline.place, outline.amplitude / um, style, linewidth=1.4, label=name)
@@ -153,7 +154,7 @@ def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int =
 @checked
 def plot_bearing_forces(run, ax: Axes | None = None) -> Axes:
     """Root mean square of the varying part of each bearing's radial force over the speed of the driving shaft."""
-    ax, forces = _axes(ax), bearing_force_rms(run)
+    ax, forces = axes_or_new(ax), bearing_force_rms(run)
     for name, row in zip(forces["bearing"].values, forces.values, strict=True):
         ax.plot(forces["speed"] / rpm, row, linewidth=1.2, label=str(name))
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="rms of the varying radial force [N]")
@@ -187,7 +188,7 @@ def plot_waterfall(
     Lines that cross the orders obliquely are harmonics that the steps of the run alias; a smaller `tolerance` of
     `exugear.run_up` removes them.
     """
-    ax, data = _axes(ax), stage_data(run, stage)
+    ax, data = axes_or_new(ax), stage_data(run, stage)
     time, speed, frequency = (data[name].values for name in ("time", "speed", "mesh_frequency"))
     cycles = max(1, min(CYCLES, int(SHARE * np.trapezoid(frequency, time))))
     spectrum = order_spectrum(time, 2 * np.pi * frequency, data["dte"].values, orders=harmonics, revolutions=cycles)
@@ -204,7 +205,7 @@ def plot_waterfall(
 
 
 def _visible(order: np.ndarray, amplitude: np.ndarray, lines: int = 120) -> tuple[np.ndarray, np.ndarray]:
-    """Largest amplitudes of neighbouring orders, so that no line is thinner than a picture shows."""
+    """Orders and amplitudes in groups of neighbouring orders, about as many as lines: mean order, largest amplitude."""
     share = max(1, order.size // lines)
     n = order.size // share * share
     middle = order[:n].reshape(-1, share).mean(axis=1)
@@ -213,9 +214,9 @@ def _visible(order: np.ndarray, amplitude: np.ndarray, lines: int = 120) -> tupl
 
 @checked
 def plot_section(points: Numbers, quads: Numbers, ax: Axes | None = None, height: Finite | None = None) -> Axes:
-    """Transverse section of a mesh, points (2, n) [m] and quads (4, n); height: only that much below the tip [m]."""
+    """Transverse section of a mesh, points (2, n) [m] and quads (4, n); height: shows this much below the tip [m]."""
     points, quads = _coordinates(points, 2) / mm, _corners("quads", quads)
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     ax.add_collection(PolyCollection(points[:, quads].T, facecolor=STEEL, edgecolor="k", linewidth=0.3))
     top = points[1].max()
     if height is None:
@@ -230,7 +231,7 @@ def plot_section(points: Numbers, quads: Numbers, ax: Axes | None = None, height
 def plot_solid(points: Numbers, facets: Numbers, ax: Axes | None = None) -> Axes:
     """Surface of a solid mesh in space, points (3, n) [m] and the rings of its outer facets (4, n)."""
     corners = _coordinates(points, 3)[:, _corners("facets", facets)].transpose(2, 1, 0) / mm
-    space: Any = _axes(ax, projection="3d")
+    space: Any = axes_or_new(ax, projection="3d")
     normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     shade = 0.55 + 0.45 * np.abs(normal @ np.array([0.3, 0.4, 0.86]))

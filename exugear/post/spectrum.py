@@ -1,4 +1,4 @@
-"""Envelope, resonances and orders of a signal over a run-up, and of what a run recorded."""
+"""Envelope, resonances and order spectrum of a signal over a run-up, and of the data of a run."""
 
 from typing import NamedTuple
 
@@ -23,9 +23,9 @@ __all__ = [
 
 #: Half the width of the Gaussian that spreads samples over a grid [grid points]: amplitudes are exact to 1e-6.
 SPREAD = 6
-#: Fewest samples per period of the highest order, anywhere in a line: Nyquist's two, and a margin for the window.
+#: Least number of samples per period of the highest order, in all of a line: Nyquist's two and a margin for the window.
 SAMPLES_PER_PERIOD = 2.05
-#: Least prominence of a peak, over the scatter of the envelope.
+#: Least prominence of a peak as multiple of the scatter of the envelope.
 SCATTERS = 6.0
 
 
@@ -74,10 +74,10 @@ def envelope(place: Numbers, signal: Numbers, windows: int = 280, *, cycles: Num
     place       (n,) abscissa: time, speed or mesh frequency
     signal      (n,)
     windows     number of windows
-    cycles      (n,) mesh cycles passed up to each sample; if given, windows are joined until each holds a whole cycle
+    cycles      (n,) mesh cycles up to each sample; if given, windows are joined until each holds a whole cycle
 
-    Extremes between samples are those of parabolas through three samples. A remainder shorter than a window is left out
-    at the end. Raises ValueError for NaN and too few samples.
+    Extremes between samples are those of parabolas through three samples. A remainder at the end that is shorter than a
+    window is left out. Raises ValueError for NaN and for too few samples.
     """
     place, signal = np.asarray(place, float), np.asarray(signal, float)
     _check_signal(place=place, signal=signal)
@@ -87,15 +87,18 @@ def envelope(place: Numbers, signal: Numbers, windows: int = 280, *, cycles: Num
         _check_signal(place=place, cycles=(cycles := np.asarray(cycles, float)))
         edges = _joined(edges, cycles)
     first, length, end = edges[:-1], np.diff(edges), edges[-1]
-    mean = lambda values: np.add.reduceat(values[:end], first) / length  # noqa: E731
-    about = signal[:end] - np.repeat(mean(signal), length)
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        return np.add.reduceat(values[:end], first) / length
+
+    deviation = signal[:end] - np.repeat(mean(signal), length)
     extremes = _between_samples(signal)[:end]
     low, high = np.minimum.reduceat(extremes, first), np.maximum.reduceat(extremes, first)
-    return Envelope(mean(place), low, high, np.sqrt(np.add.reduceat(about**2, first) / length))
+    return Envelope(mean(place), low, high, np.sqrt(mean(deviation**2)))
 
 
 def _joined(edges: np.ndarray, cycles: np.ndarray) -> np.ndarray:
-    """The edges of windows between which a whole cycle passes; the last window takes the remainder."""
+    """The edges of windows that each hold a whole cycle; the last window takes the remainder."""
     passed = cycles[np.minimum(edges, cycles.size - 1)]
     kept = [0]
     for i in range(1, edges.size):
@@ -106,11 +109,11 @@ def _joined(edges: np.ndarray, cycles: np.ndarray) -> np.ndarray:
 
 def _between_samples(signal: np.ndarray) -> np.ndarray:
     """The signal with its local extremes replaced by those of parabolas through three samples."""
-    before, at, behind = signal[:-2], signal[1:-1], signal[2:]
-    bend = before - 2 * at + behind
-    extreme = ((at - before) * (behind - at) <= 0) & (bend != 0)
+    before, at, after = signal[:-2], signal[1:-1], signal[2:]
+    bend = before - 2 * at + after
+    extreme = ((at - before) * (after - at) <= 0) & (bend != 0)
     refined = signal.copy()
-    refined[1:-1] -= np.where(extreme, (before - behind) ** 2 / (8 * np.where(extreme, bend, 1.0)), 0.0)
+    refined[1:-1] -= np.where(extreme, (before - after) ** 2 / (8 * np.where(extreme, bend, 1.0)), 0.0)
     return refined
 
 
@@ -122,28 +125,31 @@ def resonances(place: Numbers, amplitude: Numbers, prominence: float = 0.05) -> 
     amplitude    (n,)
     prominence   least prominence of a peak, as share of the largest amplitude
 
-    A peak must also stand out of the scatter of the amplitudes and lie inside the range; an amplitude that rises up to
-    its end has no peak there. Place and height are refined by parabolas through three points. Raises ValueError for NaN
-    and a prominence outside (0, 1).
+    A peak must also exceed the scatter of the amplitudes and lie inside the range: an amplitude that rises up to its
+    end has no peak there. Place and height are refined by parabolas through three points. Raises ValueError for NaN
+    and for a prominence outside (0, 1).
     """
     place, amplitude = np.asarray(place, float), np.asarray(amplitude, float)
     _check_signal(place=place, amplitude=amplitude)
     require(0 < prominence < 1, f"prominence must lie in (0, 1) as share of the largest amplitude, got {prominence}")
     peaks, _ = scipy.signal.find_peaks(amplitude, prominence=max(prominence * amplitude.max(), _scatter(amplitude)))
-    before, at, behind = amplitude[peaks - 1], amplitude[peaks], amplitude[peaks + 1]
-    shift = (before - behind) / (2 * (before - 2 * at + behind))
+    before, at, after = amplitude[peaks - 1], amplitude[peaks], amplitude[peaks + 1]
+    shift = (before - after) / (2 * (before - 2 * at + after))
     refined = np.interp(peaks + shift, np.arange(place.size), place)
-    return Resonances(refined, at - (before - behind) * shift / 4)
+    return Resonances(refined, at - (before - after) * shift / 4)
 
 
 @checked
 def superharmonics(peaks: Resonances, divisors: Numbers = (4, 3, 2, 1), within: float = 0.12) -> np.ndarray:
-    """Frequencies (n,) of the peaks nearest to that of the highest peak over divisors (n,); NaN where there is none.
+    """Frequencies (n,) of the peaks nearest to the main resonance over divisors (n,); NaN where no peak is near.
 
-    within      largest distance of a peak, as share of the frequency looked for
+    peaks       `Resonances`; the highest peak is the main resonance
+    within      largest distance of a peak from the expected frequency, as share of the latter
+
+    Raises ValueError without peaks, and for divisors and shares out of range.
     """
     require(peaks.place.size > 0, "peaks must hold at least one peak, got none; lower the prominence")
-    require(0 < within < 1, f"within must lie in (0, 1) as share of the place, got {within}")
+    require(0 < within < 1, f"within must lie in (0, 1) as share of the frequency, got {within}")
     ratios = np.atleast_1d(np.asarray(divisors, float))
     require(bool((ratios > 0).all()), f"divisors must be > 0, got {divisors}")
     expected = peaks.place[np.argmax(peaks.height)] / ratios
@@ -152,7 +158,7 @@ def superharmonics(peaks: Resonances, divisors: Numbers = (4, 3, 2, 1), within: 
 
 
 def _scatter(amplitude: np.ndarray) -> float:
-    """Least prominence of a peak by the scatter of neighbouring values about a smooth curve."""
+    """Least prominence of a peak, by the scatter of neighbouring values about a smooth curve."""
     return SCATTERS * float(np.median(np.abs(np.diff(amplitude, 2)))) / (0.6745 * np.sqrt(6))
 
 
@@ -169,7 +175,7 @@ def order_spectrum(
     revolutions     length of a line; the resolution is 1 / revolutions orders (Hann window)
     overlap         of neighbouring lines, as share of their length
 
-    Each line is a Fourier integral over the shaft angle, summed over the samples at their own angles. So nothing is
+    Each line is a Fourier integral over the shaft angle, summed over the samples at their angles. Thus nothing is
     interpolated, and nothing above the highest order is aliased below it. Lines with fewer than 2.05 samples per period
     of the highest order are left out. With speed = 2 pi mesh_frequency the orders are mesh orders and the revolutions
     mesh cycles. Raises ValueError for signals shorter than a line, and where no line remains.
@@ -228,10 +234,10 @@ def fourier_sum(share: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
 
 
 def _check_signal(**columns: np.ndarray) -> None:
-    """ValueError unless all are finite and of one length (n,), at least 3."""
+    """ValueError unless all are finite and equally long, (n,) with n >= 3."""
     names, shapes = " and ".join(columns), [column.shape for column in columns.values()]
     fits = len(set(shapes)) == 1 and len(shapes[0]) == 1 and shapes[0][0] >= 3
-    require(fits, f"{names} must be of one length (n,), at least 3, got {' and '.join(map(str, shapes))}")
+    require(fits, f"{names} must be equally long, (n,) with n >= 3, got {' and '.join(map(str, shapes))}")
     for name, column in columns.items():
         require(bool(np.isfinite(column).all()), f"{name} must be finite, got NaN")
 
@@ -257,7 +263,7 @@ def bearing_force_rms(run, windows: int = 150) -> xr.DataArray:
     windows     of equal length, over which speed and force are averaged
     """
     data = stage_data(run)
-    bearings = "run must have bearings, whose forces it records; this one's shafts only spin"
+    bearings = "run must have bearings, whose forces it records; the shafts of this run only spin"
     require("bearing_force" in data, bearings)
     speed, force = data["speed"].values, data["bearing_force"].transpose("bearing", "direction", "time")
     windows = min(windows, speed.size // 2)

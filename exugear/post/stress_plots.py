@@ -1,7 +1,7 @@
-"""Pictures of stress: fields of meshing gears on their meshes, root stress and pressure over the mesh cycle.
+"""Plots of stress: fields of meshing gears on their meshes, root stress and pressure over the mesh cycle.
 
-A body is a tuple (points (2, n) [m], cells (3, n_cell)) or (points, cells, values (n,)); all bodies of one picture
-share its colours.
+A body is a tuple (points (2, n) [m], cells (3, n_cell)) or (points, cells, values (n,)); all bodies of a plot
+share its colour scale.
 """
 
 from collections.abc import Sequence
@@ -14,6 +14,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.tri import Triangulation
 
+from exugear.post.plots import axes_or_new
 from fem.ste.ste_map import PHASE, TORQUE
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.validation import require
@@ -25,18 +26,10 @@ Body = Sequence[Numbers]
 STEEL, OUTLINE, MARK = "#dde3e9", "#30363c", "#cb181d"
 
 
-def _axes(ax: Axes | None) -> Axes:
-    if ax is not None:
-        return ax
-    from matplotlib import pyplot
-
-    return pyplot.figure(figsize=(8, 4.5), layout="constrained").add_subplot()
-
-
 @checked
 def plot_gears(bodies: Sequence[Body], touching: Sequence[Numbers] = (), ax: Axes | None = None) -> Axes:
-    """Plain gears with their meshes; touching: points (2, n) [m] of each contact, marked."""
-    ax = _axes(ax)
+    """Gears with their meshes, without values; touching: points (2, n) [m] of each contact, to be marked."""
+    ax = axes_or_new(ax)
     for points, cells, *_ in bodies:
         mesh = _triangulation(points, cells)
         ax.tripcolor(mesh, np.zeros(mesh.x.size), cmap=ListedColormap([STEEL]), rasterized=True)
@@ -51,8 +44,8 @@ def plot_gears(bodies: Sequence[Body], touching: Sequence[Numbers] = (), ax: Axe
 def plot_field(
     bodies: Sequence[Body], label: str, ax: Axes | None = None, *, top: Finite | None = None, colours: str = "viridis"
 ) -> Axes:
-    """Values of all bodies on one scale from 0 to top, by default the largest value; label: of the colour bar."""
-    ax = _axes(ax)
+    """Values of all bodies on a common scale from 0 to top, by default the largest value; label: of the colour bar."""
+    ax = axes_or_new(ax)
     top = max(np.max(values) for *_, values in bodies) if top is None else top
     for points, cells, values in bodies:
         mesh = _triangulation(points, cells)
@@ -64,7 +57,7 @@ def plot_field(
 @checked
 def plot_outlines(bodies: Sequence[Body], ax: Axes | None = None, colour: str = OUTLINE, width: Finite = 0.8) -> Axes:
     """Boundaries of the bodies; equal axes in millimetres."""
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     for points, cells, *_ in bodies:
         ends = (np.asarray(points) / mm)[:, _boundary(np.asarray(cells))]
         ax.add_collection(LineCollection(list(ends.T), colors=colour, linewidths=width))
@@ -76,7 +69,7 @@ def plot_outlines(bodies: Sequence[Body], ax: Axes | None = None, colour: str = 
 def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root_stress") -> Axes:
     """Root stress of pinion (full) and wheel (dashed) over the mesh cycle, a colour per torque above 0."""
     _check_map(data, name)
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     for gear, line in (("pinion", "-"), ("wheel", "--")):
         _curves(ax, data[name].sel(gear=gear), line, f"{gear}, ")
     ax.set(ylabel="tooth root stress [MPa]")
@@ -90,7 +83,7 @@ def plot_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
     `plot_peak_pressure` shows the pressure at the edge itself.
     """
     _check_map(data, "hertz_pressure", "tip_contact")
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     flanks = data["hertz_pressure"]
     _curves(ax, flanks, "-", "", linewidth=0.8)
     _curves(ax, flanks.where(data["tip_contact"] == 0), "-", None, linewidth=2.4)
@@ -102,7 +95,7 @@ def plot_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
 def plot_peak_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Largest contact pressure over the mesh cycle, on tip edges too, a colour per torque above 0."""
     _check_map(data, "peak_pressure")
-    ax = _axes(ax)
+    ax = axes_or_new(ax)
     _curves(ax, data["peak_pressure"], "-", "")
     ax.set(ylabel="peak contact pressure [MPa]")
     return ax
@@ -131,7 +124,7 @@ def _triangulation(points, cells) -> Triangulation:
 
 
 def _boundary(cells: np.ndarray) -> np.ndarray:
-    """(2, n) edges that belong to one triangle only."""
+    """(2, n) edges that belong to a single triangle."""
     edges = np.sort(np.hstack([cells[[0, 1]], cells[[1, 2]], cells[[2, 0]]]), axis=0)
     unique, count = np.unique(edges, axis=1, return_counts=True)
     return unique[:, count == 1]

@@ -1,4 +1,4 @@
-"""A built gearbox in Exudyn's viewer: gears with their teeth in mesh, on the seats of their shafts."""
+"""A built gearbox in Exudyn's viewer: gears with their teeth in mesh, on their shafts."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ DIAMETER_SHARE = 0.8
 
 @checked
 def draw(model: Model) -> None:
-    """Give all bodies of the model their graphics, which mbs.SolveDynamic or exudyn's SolutionViewer then shows.
+    """Give all bodies of the model their graphics, which mbs.SolveDynamic or Exudyn's SolutionViewer shows.
 
     The circles that Exudyn draws of drive and contacts are hidden.
     """
@@ -27,7 +27,7 @@ def draw(model: Model) -> None:
 
 
 def add_gears(model: Model) -> None:
-    """Draw each gear once, its teeth turned to where they mesh, on a seat of the shaft."""
+    """Draw each gear once, its teeth in mesh, with a cylinder of the shaft in its bore."""
     drawn = set()
     for stage, phase in zip(model.gearbox.stages, model.gearbox.phases, strict=True):
         angles = meshing_angles(stage.pair, stage.angle, model.gearbox.directions[stage.fast.name], phase=phase)
@@ -71,19 +71,19 @@ def picture(
 
 
 def hide(model: Model) -> None:
-    """Draw no drive and no contacts."""
+    """Hide Exudyn's symbols of drive and contacts."""
     for item in (model.drive, *(mesh.contact for mesh in model.meshes)):
         model.mbs.SetObjectParameter(item, "Vshow", False)
 
 
 def origin(model: Model, name: str) -> float:
-    """Axial position of a body's origin [m]; that of a planar body is 0."""
+    """Axial position of the origin of a shaft's body [m]; 0 for a planar body."""
     planar = model.plan.shafts[name] is Coordinates.PLANAR
     return 0.0 if planar else next(shaft.centre for shaft in model.gearbox.shafts if shaft.name == name)
 
 
 def ends(shaft: Shaft) -> tuple[float, float]:
-    """Axial ends [m] of a shaft by its length, or of the parts that it carries."""
+    """Axial ends [m] of a shaft by its length, else by the parts that it carries."""
     if shaft.length is not None:
         return 0.0, shaft.length
     low = min([axial - gear.b / 2 for axial, gear in shaft.gears.items()] + list(shaft.parts))

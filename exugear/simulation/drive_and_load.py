@@ -14,10 +14,10 @@ OFFSETS = "offsetUserFunction", "offsetUserFunction_t"
 
 @contextmanager
 def applied(model: Model, conditions: Conditions) -> Iterator[None]:
-    """Speed of the driving shaft and load on the driven one; they stay on the system afterwards.
+    """Apply the speed of the driving shaft and the load on the driven shaft; the system keeps them afterwards.
 
-    While the system is solved, Exudyn evaluates a speed that is a line by symbolic expressions of its own, without
-    Python. These are taken away again because they would keep the system in memory for ever.
+    While the system is solved, Exudyn evaluates a linear speed by its symbolic expressions, without Python. Afterwards
+    functions of Python replace them, because symbolic expressions would keep the system in memory for ever.
     """
     mbs, drive, functions = model.mbs, model.drive, angle_and_rate(conditions.speed_of)
     if isinstance(conditions.speed_of, Line):
@@ -46,21 +46,21 @@ def angle_and_rate(speed_of: Line | Curve):
 
 
 def set_drive(mbs, drive: int, angle_and_rate) -> None:
-    """Let the constraint of the drive follow an angle and its rate."""
+    """Let the constraint of the drive follow an angle and its rate (user functions)."""
     for name, function in zip(OFFSETS, angle_and_rate, strict=True):
         mbs.SetObjectParameter(drive, name, function)
 
 
 def _set_load(model: Model, conditions: Conditions) -> None:
-    """Load torque on the driven shaft; a constant one costs Exudyn no call of Python."""
+    """Set the load torque on the driven shaft; a constant torque needs no call of Python."""
     mbs, sign = model.mbs, -model.gearbox.directions[model.gearbox.driven.name]
-    states = [(state_of(mbs, mesh.contact), mesh.held) for mesh in model.meshes]
+    states = [(state_of(mbs, mesh.contact), mesh.force_per_load) for mesh in model.meshes]
 
     def torque(mbs, t, load):
-        now = conditions.load_at(t)
-        for state, held in states:
-            state.holding_force = held * now
-        return sign * now
+        load_torque = conditions.load_at(t)
+        for state, force_per_load in states:
+            state.holding_force = force_per_load * load_torque
+        return sign * load_torque
 
     constant = conditions.constant_load
     mbs.SetLoadParameter(model.load, "load", torque(mbs, 0.0, 0.0) if constant else 0.0)

@@ -24,14 +24,14 @@ def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
 
     load   torque on the driven shaft [N m]
 
-    The driving shaft, or the rotor behind its coupling, is held as in a run. Teeth, bearings and further items of the
-    system have their tangent stiffness in the equilibrium under the load. The meshes are at the phases in which the
-    gearbox was built. The system stays as it was.
+    The driving shaft, or the rotor behind its coupling, is fixed, as a run prescribes its speed. Teeth, bearings and
+    further items of the system have their tangent stiffness in the equilibrium under the load. The meshes are at the
+    phases in which the gearbox was built. The state of the system is restored afterwards.
 
     Exudyn's mbs.ComputeODE2Eigenvalues() linearizes about the present state of the system. Straight after `build` the
-    teeth just touch: they are stiff to one side and loose to the other, and its frequencies are far too low.
+    teeth just touch: they are stiff in compression only, and its frequencies are far too low.
 
-    Raises ValueError for a load of 0, under which the teeth only just touch, and for loads beyond the maps.
+    Raises ValueError for a load of 0, under which the teeth just touch, and for loads beyond the maps.
     """
     require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}; build(gearbox)")
     require(isfinite(load) and load != 0, f"load must be finite and not 0, got {load}; without it no teeth are pressed")
@@ -45,7 +45,7 @@ def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
 
 @contextmanager
 def _restored(model: Model) -> Iterator[None]:
-    """Leave coordinates, drive, load and the states of the contacts as they were."""
+    """Restore coordinates, drive, load and the states of the contacts afterwards."""
     mbs, initial = model.mbs, exu.ConfigurationType.Initial
     contacts, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
     holding_forces = [float(contact.holding_force) for contact in contacts]

@@ -23,12 +23,13 @@ from fem.units import mm, rpm
 #: Duration of the static solve, in which the spins do not advance [s].
 INSTANT = 1e-12
 NO_EQUILIBRIUM = "no static equilibrium; try a load under which teeth and bearings touch, less load or stiffer bearings"
-#: Iterations for the secant stiffness of nonlinear bearings and for the phases of meshes, these to within [m, rad].
+#: Iterations for the secant stiffness of nonlinear bearings and for the phases of meshes; tolerance of the latter
+#: [m, rad].
 ITERATIONS, CONVERGED = 30, 1e-14
-#: Static displacement of a shaft [m, rad] and twist of a coupling [rad] beyond which data are in another unit.
+#: Static displacement of a shaft [m, rad] and twist of a coupling [rad] that suggest data in another unit.
 LARGEST_SHIFT, LARGEST_TILT, LARGEST_TWIST = 0.01, 0.05, 2.0
 UNIT = "(in N/m: 200 N/um are 200e6)"
-#: Share of a map's largest force below which inertia torques are left out.
+#: Share of a map's largest force below which the mesh force by inertia torques is neglected.
 LEAST_INERTIA_SHARE = 1e-6
 #: How Exudyn reports an exception of a user function: its name and the message.
 USER_FUNCTION_ERROR = r"USER FUNCTION '([^']*)':\s*([^\n]+)"
@@ -50,8 +51,9 @@ def start(model: Model, conditions: Conditions) -> None:
     try:
         q = _loaded_coordinates(model, load, considered)
     except ValueError as error:
-        cause = f"; of it inertia torques at {acceleration:.4g} rad/s^2: let the speed rise more slowly at the start"
-        raise ValueError(f"{error}{cause if considered else ''}") from None
+        inertia = f"it includes inertia torques at {acceleration:.4g} rad/s^2"
+        remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered else ""
+        raise ValueError(f"{error}{remedy}") from None
     if _needs_static_solve(model):
         q = _statically_solved(model, q, speed, considered * ratios)
     system.SetODE2Coordinates(q, initial)
@@ -60,7 +62,7 @@ def start(model: Model, conditions: Conditions) -> None:
 
 
 def _inertia_matters(model: Model, acceleration: float) -> bool:
-    """Whether inertia loads a mesh by more than a share of its map that a static solve can resolve."""
+    """Whether inertia loads a mesh by more than a static solve can resolve."""
     forces = np.abs(model.gearbox.static_forces(0.0, acceleration))
     return any(
         f > LEAST_INERTIA_SHARE * mesh.law.force_table.max() for f, mesh in zip(forces, model.meshes, strict=True)
@@ -68,7 +70,7 @@ def _inertia_matters(model: Model, acceleration: float) -> bool:
 
 
 def _speed_ratios(model: Model) -> np.ndarray:
-    """(n_coordinates,) speed of each coordinate over that of the driving shaft: the ratios of the spins."""
+    """(n_coordinates,) speed of each coordinate over that of the driving shaft; 0 for all but the spins."""
     ratios = np.zeros(model.mbs.systemData.ODE2Size())
     for name, ratio in model.gearbox.ratios.items():
         ratios[[model.spins[name], model.rotors.get(name, model.spins[name])]] = ratio
@@ -87,15 +89,15 @@ def _loaded_coordinates(model: Model, load: float, acceleration: float) -> np.nd
     q = _with_mesh_forces(model, forces, q)
     for shaft in box.shafts:
         if shaft.coupling:
-            outer = -box.directions[shaft.name] * load if shaft.name == box.driven.name else 0.0
-            torque = outer - shaft.coupling.inertia * box.ratios[shaft.name] * acceleration
+            load_torque = -box.directions[shaft.name] * load if shaft.name == box.driven.name else 0.0
+            torque = load_torque - shaft.coupling.inertia * box.ratios[shaft.name] * acceleration
             rotor = model.rotors[shaft.name]
             q[rotor] = 0.0 if shaft.name == driving.name else q[rotor] + _twist(shaft.name, shaft.coupling, torque)
     return q
 
 
 def _twist(name: str, coupling: Coupling, torque: float) -> float:
-    """Twist [rad] of the coupling of a shaft under a torque [N m]; ValueError beyond what couplings stand."""
+    """Twist [rad] of the coupling of a shaft under a torque [N m]; ValueError beyond `LARGEST_TWIST`."""
     torsion = coupling.torsion
     far = f"the coupling of shaft {name!r} twists by {torque / torsion:.3g} rad under {torque:.4g} N m"
     units = "pass its torsion in N m/rad (8 kN m/rad are 8e3), or less load"
@@ -104,13 +106,13 @@ def _twist(name: str, coupling: Coupling, torque: float) -> float:
 
 
 def _needs_static_solve(model: Model) -> bool:
-    """Whether bearings, couplings or loops leave the equilibrium to a static solve."""
+    """Whether bearings, couplings or loops need a static solve for the equilibrium."""
     elastic = any(kind.on_bearings for kind in model.plan.shafts.values())
     return elastic or bool(model.rotors) or len(model.meshes) >= len(model.bodies)
 
 
 def _statically_solved(model: Model, q: np.ndarray, speed: float, accelerations: np.ndarray) -> np.ndarray:
-    """Coordinates in equilibrium with these accelerations of all coordinates; the solve starts at q."""
+    """Coordinates in equilibrium with the inertia torques at accelerations (n_coordinates,); the solve starts at q."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
@@ -124,7 +126,7 @@ def _statically_solved(model: Model, q: np.ndarray, speed: float, accelerations:
 
 
 def _spinning_inertias(model: Model) -> list[tuple[int, int, float]]:
-    """Index of the spin among all coordinates and among those of its node, and inertia, of each shaft and rotor."""
+    """For each shaft and rotor: index of its spin among all coordinates, index in its node, inertia [kg m^2]."""
     shafts, kinds = model.gearbox.shafts, model.plan.shafts
     inertias = [(model.spins[shaft.name], kinds[shaft.name].spin_index, shaft.inertia) for shaft in shafts]
     return inertias + [(model.rotors[s.name], 0, s.coupling.inertia) for s in shafts if s.coupling]
@@ -132,7 +134,7 @@ def _spinning_inertias(model: Model) -> list[tuple[int, int, float]]:
 
 @contextmanager
 def _inertia_torques(model: Model, accelerations: np.ndarray) -> Iterator[None]:
-    """Inertia torques at accelerations (n_coordinates,) as loads on the spins of shafts and rotors; none at 0."""
+    """Apply the inertia torques at accelerations (n_coordinates,) as loads on the spins of shafts and rotors."""
     mbs, loads = model.mbs, []
     nodes = {mbs.GetNodeODE2Index(n): n for n in range(mbs.systemData.NumberOfNodes())}
     for spin, coordinate, inertia in _spinning_inertias(model) if accelerations.any() else ():
@@ -153,10 +155,10 @@ def _inertia_torques(model: Model, accelerations: np.ndarray) -> Iterator[None]:
 def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
     """Coordinates of the shafts on their bearings under mesh forces (n_stage,) [N], spins 0."""
     q = np.zeros(model.mbs.systemData.ODE2Size())
-    held = {name: kind for name, kind in model.plan.shafts.items() if kind.on_bearings}
-    if not held:
+    borne = {name: kind for name, kind in model.plan.shafts.items() if kind.on_bearings}
+    if not borne:
         return q
-    free = np.concatenate([model.spins[name] - np.arange(1, kind.spin_index + 1) for name, kind in held.items()])
+    free = np.concatenate([model.spins[name] - np.arange(1, kind.spin_index + 1) for name, kind in borne.items()])
     push = -forces @ np.array([mesh.row for mesh in model.meshes])
     _, stiffness = matrices_without_meshes(model)
     secants = None
@@ -171,7 +173,7 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
 
 
 def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
-    """RuntimeError where bearings yield under forces (n_stage,) [N] until no gears mesh: another unit is meant."""
+    """RuntimeError where bearings yield so far under forces (n_stage,) [N] that their unit must be wrong."""
     for mesh, force in zip(model.meshes, forces, strict=True):
         shafts = [s.name for s in (mesh.stage.fast, mesh.stage.slow) if model.plan.shafts[s.name].on_bearings]
         displaced = [q[model.spins[s] - model.plan.shafts[s].spin_index : model.spins[s]] for s in shafts]
@@ -183,7 +185,10 @@ def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
 
 
 def _secants(model: Model, q: np.ndarray, before) -> dict[str, dict[float, float]]:
-    """Secant stiffness [N/m] of each nonlinear bearing under the force that it has carried, by shaft and position."""
+    """Secant stiffness [N/m] of each nonlinear bearing, by shaft and axial position.
+
+    It is that under the force which the secants before carry at the coordinates q.
+    """
     secants: dict[str, dict[float, float]] = {}
     for shaft in model.gearbox.shafts:
         nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
@@ -201,12 +206,11 @@ def _secants(model: Model, q: np.ndarray, before) -> dict[str, dict[float, float
 
 
 def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """The coordinates with spins at which the meshes carry forces (n_stage,) [N]; the spins also move the phases."""
+    """The coordinates with spins at which the meshes carry forces (n_stage,) [N]; phases follow the spins."""
     for _ in range(ITERATIONS):
         before = q
-        q = with_deflections(
-            model, [_deflection(model, mesh, f, q) for mesh, f in zip(model.meshes, forces, strict=True)], q
-        )
+        deflections = [_deflection(model, mesh, f, before) for mesh, f in zip(model.meshes, forces, strict=True)]
+        q = with_deflections(model, deflections, before)
         if np.abs(q - before).max() < CONVERGED:
             return q
     raise RuntimeError(NO_EQUILIBRIUM)
@@ -219,15 +223,15 @@ def with_deflections(model: Model, deflections, coordinates: np.ndarray) -> np.n
     """
     q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
     spins = [spin for name, spin in model.spins.items() if name != model.gearbox.driving.name]
-    rest = np.array([mesh.rest for mesh in model.meshes])
-    q[spins] += np.linalg.lstsq(rows[:, spins], deflections - rest - rows @ q)[0]
+    reference = np.array([mesh.reference_deflection for mesh in model.meshes])
+    q[spins] += np.linalg.lstsq(rows[:, spins], deflections - reference - rows @ q)[0]
     for name, rotor in model.rotors.items():
         q[rotor] = q[model.spins[name]]
     return q
 
 
 def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
-    """Static deflection of a mesh [m] where its pinion has turned; ValueError for loads beyond the map."""
+    """Static deflection [m] of a mesh under a force [N] at coordinates q; ValueError for loads beyond the map."""
     law = mesh.law
     spin = q[model.spins[mesh.stage.fast.name]]
     phase = mesh.phase + mesh.frame.direction * mesh.frame.pitches_per_radian * spin
@@ -235,10 +239,10 @@ def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
     law = law.at(**{n: x for n, x in static.items() if n in law.offsets})
     if force >= 0:
         return _deflection_under(mesh, law, phase, force)
-    endless = f"backlash must be finite for a load that lies on the other flank, got {law.backlash}"
-    require(isfinite(law.backlash), endless)
-    behind = law.backlash + 2 * mesh.opening
-    return -behind - _deflection_under(mesh, law, law.back_phase - phase, -force)
+    no_contact = f"backlash must be finite for a load on the back flank, got {law.backlash}"
+    require(isfinite(law.backlash), no_contact)
+    play = law.backlash + 2 * mesh.opening
+    return -play - _deflection_under(mesh, law, law.back_phase - phase, -force)
 
 
 def _deflection_under(mesh: Mesh, law, phase: float, force: float) -> float:
@@ -252,7 +256,7 @@ def _deflection_under(mesh: Mesh, law, phase: float, force: float) -> float:
 
 @contextmanager
 def explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
-    """Turn what Exudyn raises into RuntimeError with time, speed and the next thing to try; Ctrl-C stays as it is."""
+    """Turn Exudyn's exceptions into RuntimeError with time, speed and remedy; Ctrl-C stays KeyboardInterrupt."""
     try:
         yield
     except Exception as error:
@@ -260,11 +264,11 @@ def explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
             raise KeyboardInterrupt from None
         t = model.mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
-        raise RuntimeError(f"{where}: {_reason(str(error), remedy)}{without_damping(model, t)}") from None
+        raise RuntimeError(f"{where}: {_reason(str(error), remedy)}{damping_remark(model, t)}") from None
 
 
 def _reason(text: str, remedy: str) -> str:
-    """Why a solve failed, by the text of Exudyn's exception."""
+    """Reason of a failed solve, from the text of Exudyn's exception."""
     message, foreign = re.search(MESSAGE, text), re.search(USER_FUNCTION_ERROR, text)
     if message:
         return message.group(0).replace(DIVERGED, remedy)
@@ -273,6 +277,6 @@ def _reason(text: str, remedy: str) -> str:
     return f"Newton's iteration failed; {remedy}"
 
 
-def without_damping(model: Model, t: float) -> str:
+def damping_remark(model: Model, t: float) -> str:
     """Remark on a run that fails at t [s] where no mesh, bearing or coupling is damped; else empty."""
     return f" ({UNDAMPED})" if model.plan.scene.undamped and t > INSTANT else ""

@@ -1,4 +1,4 @@
-"""The built model: a gearbox as an assembled Exudyn system, its linear matrices and frequency bounds."""
+"""The built model: a gearbox as an assembled Exudyn system, with its matrices and frequency bounds."""
 
 from collections.abc import Mapping
 from contextlib import contextmanager
@@ -17,12 +17,18 @@ from exugear.elements.native.native import call_path
 from exugear.elements.shaft_bodies import add_body, add_drive_and_load, add_rotor
 from exugear.gearbox.bearing_stiffness import radial_part
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.shaft import NOWHERE
+from exugear.gearbox.shaft import NO_DISPLACEMENT
 from exugear.gearbox.stage import Stage
 from exugear.kernels.contact_kernels import SPIN, kernel_of
 from exugear.kernels.contact_records import is_spatial, rotational_frame
 from exugear.kernels.recorder import Recorder
-from exugear.kernels.reference_configuration import at_rest, phase_of, rotational_row, spatial_frame, spatial_row
+from exugear.kernels.reference_configuration import (
+    phase_of,
+    reference_deflection,
+    rotational_row,
+    spatial_frame,
+    spatial_row,
+)
 from exugear.mesh_force.force import MeshForce
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import Coordinates, pose
@@ -40,17 +46,18 @@ STRAIN_SHARE = 0.02
 class Mesh:
     """The mesh of a stage in the built system.
 
-    law        force law with the axes that the scene needs
-    contact    object number of the gear contact
-    recorder   samples of the contact
-    frame      geometry of the contact
-    row        (n_coordinates,) deflection = rest + row . coordinates, about the reference configuration
-    rest       deflection in the reference configuration [m], by displaced shafts
-    opening    of either flank in the reference configuration [m]
-    phase      in the reference configuration
-    mobility   acceleration of the bodies along the line of action per mesh force, the drive held [1/kg]
-    bearings   (12,) the same per displacement of pinion and wheel, by their bearings if all are linear [1/s^2]
-    held       mesh force that holds a load of 1 N m while the bearings are not yet displaced [1/m]
+    law                        force law with the axes that the scene needs
+    contact                    object number of the gear contact
+    recorder                   samples of the contact
+    frame                      geometry of the contact
+    row                        (n_coordinates,) deflection = reference_deflection + row . coordinates, to first order
+    reference_deflection       in the reference configuration, by static displacement of the shafts [m]
+    opening                    of either flank in the reference configuration [m]
+    phase                      in the reference configuration
+    mobility                   acceleration along the line of action per mesh force, the drive fixed [1/kg]
+    acceleration_by_bearings   (12,) acceleration along the line of action per displacement of pinion and wheel [1/s^2];
+                               0 for a shaft with nonlinear bearings
+    force_per_load             mesh force that balances a load of 1 N m, the bearings not yet displaced [1/m]
     """
 
     stage: Stage
@@ -59,12 +66,12 @@ class Mesh:
     recorder: Recorder
     frame: np.record
     row: np.ndarray
-    rest: float
+    reference_deflection: float
     opening: float
     phase: float
     mobility: float = 0.0
-    bearings: np.ndarray = field(default_factory=lambda: np.zeros(12))
-    held: float = 0.0
+    acceleration_by_bearings: np.ndarray = field(default_factory=lambda: np.zeros(12))
+    force_per_load: float = 0.0
 
 
 @checked
@@ -102,8 +109,8 @@ class Model:
 def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
     """Assemble the Exudyn system of a gearbox: bodies on their bearings, gear contacts, drive and load.
 
-    plan   by default `exugear.plan(gearbox)`; a changed one such as `exugear.plan(gearbox).with_joints()` builds an
-           unreduced model. The plan of a built model stands for the `Plan` behind it
+    plan   by default `exugear.plan(gearbox)`; a changed plan such as `exugear.plan(gearbox).with_joints()` builds an
+           unreduced model. The plan of a built model counts as its `Plan`
 
     Returns a `Model`. Its system `model.mbs` is open to further items of your own; call `model.mbs.Assemble()` after
     adding them. `print(model.plan)` says which coordinates the shafts have and why, which integrator and step a run
@@ -130,7 +137,7 @@ def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
 
 
 def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
-    """The plan to build by; ValueError for that of another gearbox."""
+    """The plan by which to build; ValueError for the plan of another gearbox."""
     scene = plan.scene if isinstance(plan, BuiltPlan) else plan or plan_of(gearbox)
     names = [shaft.name for shaft in gearbox.shafts]
     require(list(scene.shafts) == names, f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}")
@@ -138,7 +145,7 @@ def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
 
 
 def linearized(model: Model) -> Model:
-    """The model with rows, eigenfrequencies and mobilities of its system as assembled now, further items included."""
+    """The model with the rows, frequency bounds and mobilities of its present system, further items included."""
     added = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
     meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(added))) for mesh in model.meshes)
     model = replace(model, meshes=meshes)
@@ -149,16 +156,17 @@ def linearized(model: Model) -> Model:
 
 
 @contextmanager
-def integrated(model: Model, rule: Rule):
-    """Let contacts correct their damping for the lag of the rule's velocities; in loops by no acceleration.
+def lag_corrected(model: Model, rule: Rule):
+    """Let contacts correct their damping for the lag of the velocities of an integration rule.
 
-    There the load does not determine the mesh forces, from which the acceleration follows.
+    In loops the correction leaves out the acceleration by the mesh force: there the load does not determine the mesh
+    forces.
     """
     loops = len(model.meshes) >= len(model.bodies)
     for mesh in model.meshes:
         state = state_of(model.mbs, mesh.contact)
         state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
-        state.pinion_lag, state.wheel_lag = np.split(rule.lag * mesh.bearings, 2)
+        state.pinion_lag, state.wheel_lag = np.split(rule.lag * mesh.acceleration_by_bearings, 2)
     try:
         yield
     finally:
@@ -168,20 +176,20 @@ def integrated(model: Model, rule: Rule):
 
 
 def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> Mesh:
-    """Add the contact of a stage; the row of the mesh is known once the coordinates are numbered."""
+    """Add the contact of a stage; `_with_row` sets the row once the coordinates are numbered."""
     stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
     items = [bodies[stage.fast.name], bodies[stage.slow.name]]
     kinds = tuple(kind_of(mbs, item) for item in items)
-    displaced = any(shaft.offset != NOWHERE for shaft in (stage.fast, stage.slow))
+    displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
     frame = _frame(gearbox, number, spatial=displaced or set(kinds) != {SPIN})
     kernel = kernel_of(kinds, displaced)
     contact = add_contact(mbs, gearbox.labels[number], items, kernel, law, frame, recorder)
-    rest = at_rest(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
-    return Mesh(stage, law, contact, recorder, frame, np.zeros(0), *rest)
+    reference = reference_deflection(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
+    return Mesh(stage, law, contact, recorder, frame, np.zeros(0), *reference)
 
 
 def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
-    """Contact frame of a stage: of two spins, or of bodies in the plane or in space."""
+    """Contact frame of a stage; spatial: whether its bodies move in the plane or in space, or are displaced."""
     stage, phase = gearbox.stages[number], gearbox.phases[number]
     direction = gearbox.directions[stage.fast.name]
     if not spatial:
@@ -223,23 +231,24 @@ def matrices_without_meshes(model: Model) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _with_mobility(model: Model, mesh: Mesh, mass: np.ndarray, stiffness: np.ndarray) -> Mesh:
-    """The mesh with the accelerations of its bodies along the line of action by mesh force and bearings."""
+    """The mesh with the accelerations of its bodies along the line of action, by the mesh force and by bearings."""
     accelerations = _acceleration_by_force(model, mesh, mass)
     mobility = float(mesh.row @ accelerations)
     static_forces = np.array(model.gearbox.static_forces(1.0))
     forces_on_bodies = static_forces @ np.array([each.row for each in model.meshes])
-    by_bearings, held = np.zeros((2, 6)), float(static_forces[model.meshes.index(mesh)])
+    by_bearings, force_per_load = np.zeros((2, 6)), float(static_forces[model.meshes.index(mesh)])
     for by_displacement, shaft in zip(by_bearings, (mesh.stage.fast, mesh.stage.slow), strict=True):
         if all(bearing.linear for bearing in shaft.bearings.values()):
             components = model.plan.shafts[shaft.name].components[:-1]
             displacements = slice(model.spins[shaft.name] - len(components), model.spins[shaft.name])
             by_displacement[components] = (stiffness @ accelerations)[displacements]
-            held -= float(accelerations[displacements] @ forces_on_bodies[displacements]) / mobility
-    return replace(mesh, mobility=mobility, bearings=by_bearings.ravel(), held=held)
+            force_per_load -= float(accelerations[displacements] @ forces_on_bodies[displacements]) / mobility
+    mesh = replace(mesh, mobility=mobility, force_per_load=force_per_load)
+    return replace(mesh, acceleration_by_bearings=by_bearings.ravel())
 
 
 def _acceleration_by_force(model: Model, mesh: Mesh, mass: np.ndarray) -> np.ndarray:
-    """(n_coordinates,) accelerations by a unit mesh force [1/kg, 1/(kg m)], the drive held."""
+    """(n_coordinates,) accelerations by a unit mesh force [1/kg, 1/(kg m)], the drive fixed."""
     driving = model.gearbox.driving.name
     constrained = np.append(held_by_joints(model), model.rotors.get(driving, model.spins[driving]))
     free = np.setdiff1d(np.arange(len(mass)), constrained)
@@ -249,9 +258,9 @@ def _acceleration_by_force(model: Model, mesh: Mesh, mass: np.ndarray) -> np.nda
 
 
 def _frequency_bounds(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> tuple[float, float]:
-    """Upper bounds of all eigenfrequencies, and of those of the modes in which meshes take part [rad/s].
+    """Upper bounds of all eigenfrequencies, and of those of the modes in which meshes deform [rad/s].
 
-    Each mesh and nonlinear bearing at its stiffest, the driving shaft free to turn.
+    Each mesh and nonlinear bearing has its largest stiffness; the driving shaft is free to turn.
     """
     stiffness = stiffness + nonlinear_bearing_stiffness(model)
     free = np.setdiff1d(np.arange(len(mass)), held_by_joints(model))
@@ -270,7 +279,10 @@ def held_by_joints(model: Model) -> np.ndarray:
 
 
 def nonlinear_bearing_stiffness(model: Model, secants: Mapping[str, Mapping[float, float]] | None = None) -> np.ndarray:
-    """Stiffness matrix of the nonlinear bearings, at their steepest or by secants [N/m] of shaft and axial position."""
+    """Stiffness matrix of the nonlinear bearings, at their steepest slopes or by secants.
+
+    secants   secant stiffness [N/m] of each bearing, by shaft and axial position
+    """
     total = np.zeros((model.mbs.systemData.ODE2Size(),) * 2)
     for shaft in model.gearbox.shafts:
         first = model.spins[shaft.name] - 5
@@ -282,5 +294,5 @@ def nonlinear_bearing_stiffness(model: Model, secants: Mapping[str, Mapping[floa
 
 
 def on_bearings(model: Model, mesh: Mesh) -> bool:
-    """Whether the model has a shaft of a mesh on elastic bearings."""
+    """Whether a shaft of a mesh stands on elastic bearings."""
     return any(model.plan.shafts[shaft.name].on_bearings for shaft in (mesh.stage.fast, mesh.stage.slow))

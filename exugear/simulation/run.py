@@ -1,7 +1,7 @@
 """A run-up: speed and load over time, integrated from static equilibrium, with the meshes recorded.
 
-`run_up` has more than the seven arguments of the house: all are keywords that users' scripts pass. Inside they become
-the operating conditions (`Conditions`) and the scheme of integration and sampling (`Scheme`).
+`run_up` has more than seven arguments; all but the model are keywords. They become the operating conditions
+(`Conditions`) and the scheme of integration and sampling (`Scheme`).
 """
 
 import time as clock
@@ -34,7 +34,7 @@ class Run:
 
     data        Dataset over time [s] and stage: speed of the driving shaft [rad/s], mesh_frequency (stage, time) [Hz],
                 dte (stage, time) [m], mesh_force (stage, time) [N]; with bearings also bearing_force (bearing,
-                direction, time) [N] and the relative position of the gears; all inputs in the attributes
+                direction, time) [N] and the relative position of the gears; the attributes hold all inputs
     wall_time   of the integration [s], without that of the error estimate
     step        of the integrator [s]
     """
@@ -45,21 +45,21 @@ class Run:
 
     @checked
     def save(self, path: FilePath):
-        """Write the run as netCDF, whole or not at all; `load` reads it back."""
+        """Write the run as netCDF, completely or not at all; `load` reads it."""
         return save(self.data.assign_attrs(wall_time=self.wall_time, step=self.step), path)
 
     @classmethod
     @checked
     def load(cls, path: FilePath) -> "Run":
-        """Read what `save` wrote; wall_time is NaN where a file does not hold it. ValueError for a file of no run."""
+        """Read a file that `save` wrote; wall_time is NaN where the file lacks it. ValueError for other files."""
         data = stored(path)
         return cls(data, float(data.attrs.pop("wall_time", nan)), float(data.attrs["step"]))
 
 
 class RunStopped(RuntimeError):
-    """A run that left its map, whose bearings yielded until the teeth part, or whose Newton iteration failed.
+    """A run left its map, its bearings yielded until the teeth parted, or its Newton iteration failed.
 
-    run   what was computed until then; the attribute "stopped" of its data holds the message
+    run   the `Run` up to that time; the attribute "stopped" of its data holds the message
     """
 
     @checked
@@ -86,16 +86,16 @@ def run_up(
 
     speed           of the driving shaft [rad/s]: a constant, (from, to), or a function of time [s]
     duration        of the run [s]
-    load            torque on the driven shaft against its motion at positive speed [N m]: likewise
+    load            torque on the driven shaft against its motion at positive speed [N m], given like the speed
     tolerance       relative error wanted of the rms of the DTE in windows of time; integrator and step follow
-    step            [s] of the fourth-order integrator, instead of the one that tolerance chooses; or an integrator
-                    with its step, as `model.plan.rule()` returns it
+    step            step of the fourth-order integrator [s], instead of a choice by the tolerance; or an integrator with
+                    its step, as `model.plan.rule()` returns it
     sample          time between two recorded samples [s], rounded down to whole steps
     sensor_period   time between two samples of your own sensors [s], rounded down to whole steps; by default sample
     progress        show a bar with the time left
-    checks          number of segments, each a hundredth of the run and the one that vibrates most among them, that are
-                    integrated again at half the step; the change estimates the error by the step, step_error in the
-                    data. Segments of a short run are not checked
+    checks          number of segments, each a hundredth of the run, that are integrated again at half the step, among
+                    them the segment that vibrates most; the change estimates the error by the step, step_error in
+                    the data. Segments of a short run are not checked
 
     Returns a `Run`; `run.data["dte"]` is the dynamic transmission error.
 
@@ -103,8 +103,8 @@ def run_up(
     initial load and the inertia torques of the initial acceleration.
 
     Raises ValueError for input out of range and for a step beyond the stability limit. Raises `RunStopped`, a
-    RuntimeError that holds what was computed, where the run leaves the map, bearings yield until the teeth part, or
-    Newton's iteration fails. Ctrl-C raises KeyboardInterrupt with the same attribute run.
+    RuntimeError with the attribute run up to that time, where the run leaves the map, bearings yield until the teeth
+    part, or Newton's iteration fails. Ctrl-C raises KeyboardInterrupt with the same attribute.
     """
     model = linearized(model)
     conditions = Conditions(speed, load, duration)
@@ -125,7 +125,7 @@ def run_up(
 
 
 def _stopped(stop: Any, run: Run) -> BaseException:
-    """The exception that hands over a run that stopped early."""
+    """The exception with a run that stopped early."""
     interrupted = isinstance(stop, KeyboardInterrupt)
     run.data.attrs["stopped"] = "interrupted" if interrupted else str(stop)
     if not interrupted:

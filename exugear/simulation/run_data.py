@@ -1,4 +1,4 @@
-"""The data of a run: samples, variables with their labels and units, reading from a file and of one stage."""
+"""The data of a run: samples, variables with labels and units, reading from a file, selection of a stage."""
 
 from bisect import bisect_left
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from fem.ste.ste_map import pair_attributes, read
 from fem.support.validation import require
 from fem.units import mm
 
-#: What every run holds.
+#: Variables that every run holds.
 VARIABLES = ("time", "stage", "speed", "mesh_frequency", "dte", "mesh_force")
 #: Variables over stage and time: the recorder's name (signs: `Recorder`), unit, long name.
 RECORDED = {
@@ -38,7 +38,7 @@ RECORDED_ON_BEARINGS = {
 def stage_data(run, stage: int = 0) -> xr.Dataset:
     """The data of a stage, by its number; run: an `exugear.Run` or its data.
 
-    Raises ValueError for what is neither, and for stages that the run does not have.
+    Raises ValueError for other objects and for stages that the run does not have.
     """
     data = run if isinstance(run, xr.Dataset) else getattr(run, "data", xr.Dataset())
     is_run = isinstance(data, xr.Dataset) and set(VARIABLES) <= set(data.variables)
@@ -51,7 +51,7 @@ def stage_data(run, stage: int = 0) -> xr.Dataset:
 
 
 def stored(path) -> xr.Dataset:
-    """The data of a run that `exugear.Run.save` wrote; ValueError for a file of none."""
+    """The data of a run from a file of `exugear.Run.save`; ValueError for other files."""
     data = read(path, "run it again")
     missing = [name for name in VARIABLES if name not in data.variables] + ["step"] * ("step" not in data.attrs)
     require(not missing, f"{path} holds no run, it lacks {missing}; pass what exugear.Run.save wrote")
@@ -64,13 +64,13 @@ def stored(path) -> xr.Dataset:
 
 
 def start_recorders(model: Model, steps: Steps) -> None:
-    """Make room for the samples of a run."""
+    """Start the recorders of all meshes for a run."""
     for mesh in model.meshes:
         mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, motion=on_bearings(model, mesh))
 
 
 def keep_valid(model: Model, steps: Steps, stop: BaseException | None) -> BaseException | None:
-    """Drop the samples after the end of a run that stopped; bearings that yielded are one more reason for a stop."""
+    """Drop the samples after a stop; returns the stop, also where bearings have yielded until the teeth part."""
     blocks = [mesh.recorder.samples for mesh in model.meshes]
     lost = np.isnan([samples[0]["deflection"] for samples in blocks]).any(axis=0)
     if stop:
@@ -84,7 +84,10 @@ def keep_valid(model: Model, steps: Steps, stop: BaseException | None) -> BaseEx
 
 
 def _out_of_mesh(model: Model, number: int) -> tuple[int, str]:
-    """The first of so many samples at which bearings have yielded until the teeth part, and the reason; or none."""
+    """First sample at which bearings have yielded until the teeth part, and the reason; else (number, "").
+
+    number   of samples to examine
+    """
     for mesh in model.meshes:
         if on_bearings(model, mesh):
             pair, peaks = mesh.stage.pair, np.maximum.accumulate(mesh.recorder.a[:number])
@@ -96,7 +99,7 @@ def _out_of_mesh(model: Model, number: int) -> tuple[int, str]:
 
 
 def _is_apart(pair, a: float) -> bool:
-    """Whether a pair cannot be mounted at a centre distance [m] that is no smaller than its own."""
+    """Whether a pair is out of mesh at a centre distance [m]; smaller distances than its nominal one count as that."""
     try:
         replace(pair, a=max(float(a), pair.a))
     except ValueError:
@@ -119,7 +122,7 @@ def labelled(
 
 
 def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
-    """What is recorded over time."""
+    """The variables over time."""
     over, frequency = ("stage", "time"), np.outer(model.mesh_cycles, np.abs(speed))
     data = xr.Dataset(
         {
@@ -156,7 +159,7 @@ def _bearing_forces(model: Model) -> dict[str, Any]:
 
 
 def _beyond_maps(model: Model, interval: float) -> dict[str, Any]:
-    """For how long and how far meshes went beyond their maps; empty where no law is continued beyond its map."""
+    """For how long and how far meshes were beyond their maps; empty where no law is extrapolated."""
     ends = np.array([mesh.law.mapped_force for mesh in model.meshes])
     if np.isinf(ends).all():
         return {}
@@ -175,12 +178,12 @@ def _step_error(checked: Sequence[tuple[Segment, np.ndarray]], h: float) -> dict
     middles = [(segment.first + segment.last) / 2 * h for segment, _ in checked]
     errors = np.array([error for _, error in checked]).T
     about = {"units": "1", "long_name": "relative error of the rms of the DTE by the step, estimated"}
-    middle = {"units": "s", "long_name": "middle of what was solved again at half the step"}
+    middle = {"units": "s", "long_name": "middle of the segment that was integrated again at half the step"}
     return {"step_error": (("stage", "checked"), errors, about), "checked": ("checked", middles, middle)}
 
 
 def _scene(model: Model) -> dict[str, float | str]:
-    """Shafts, pairs and force laws as flat numbers."""
+    """Data of shafts, pairs and force laws, by attribute name."""
     inputs: dict[str, float | str] = {}
     for shaft in model.gearbox.shafts:
         inputs |= {f"{shaft.name}_{name}": getattr(shaft, name) for name in ("inertia", "mass", "transverse")}

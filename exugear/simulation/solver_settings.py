@@ -16,7 +16,7 @@ from fem.support.validation import require, require_within
 #: Share of the stability limit that is used where the stiffness of a single state is known: teeth may become twice as
 #: stiff in others.
 MARGIN = sqrt(0.5)
-#: Newton's relative tolerance per tolerance: leaves 7e-5 of the peak to peak of the DTE at 1e-3, measured.
+#: Newton's relative tolerance over the tolerance; at 1e-3 it leaves an error of 7e-5 of the peak to peak DTE, measured.
 NEWTON_SHARE = 0.07
 
 
@@ -44,7 +44,7 @@ class Scheme:
     rule           integrator with its step
     steps          number and size of the steps, and which of them are sampled
     sensor_steps   steps between two samples of the user's sensors
-    tolerance      relative error asked for, which the tolerance of Newton's iteration follows
+    tolerance      relative error wanted; Newton's tolerance is proportional to it
     jumps          where force laws jump and whether the steps meet the jumps; empty where none jumps
     """
 
@@ -80,7 +80,7 @@ def scheme_of(
 
 
 def _rule(model: Model, conditions: Conditions, tolerance: float, step: float | Rule | None) -> Rule:
-    """Integrator and step that a tolerance asks for, or those that the user chose; ValueError for unstable steps."""
+    """Integrator and step by the tolerance or by the user's choice; ValueError for unstable steps."""
     mesh_frequency = float(model.mesh_cycles.max()) * conditions.highest_speed
     chosen = model.plan.rule(tolerance, mesh_frequency)
     if step is None or isinstance(step, Rule):
@@ -110,7 +110,7 @@ def highest_frequency(mbs) -> float:
 def integrator(
     mbs: exu.MainSystem, duration: float, frequency: float, *, tolerance: float = 1e-3
 ) -> exu.SimulationSettings:
-    """Settings for mbs.SolveDynamic on a hand-built model: flexible bodies, and whatever else is coupled to the gears.
+    """Settings for mbs.SolveDynamic on a hand-built model, for example with flexible bodies coupled to the gears.
 
     duration    [s]
     frequency   highest frequency to be resolved [Hz]: that of the mesh, or of its resonance, whichever is higher

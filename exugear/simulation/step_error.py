@@ -1,4 +1,4 @@
-"""A run is integrated in segments; some of them again at half the step, which estimates the error by the step."""
+"""Integration of a run in segments; repeating some of them at half the step estimates the error by the step."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from exugear.plan.integrator import Rule
 from exugear.simulation.equilibrium import explained
-from exugear.simulation.model import Model, integrated
+from exugear.simulation.model import Model, lag_corrected
 from exugear.simulation.solver_settings import Scheme, settings_for
 from exugear.simulation.time_functions import Conditions
 
@@ -21,7 +21,7 @@ SEGMENTS = 100
 BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
 #: Error of a fourth-order result over its change when the step is halved.
 RICHARDSON = 16 / 15
-#: Samples below which the rms of a segment says little.
+#: Least number of samples for a meaningful rms of a segment.
 FEWEST_SAMPLES = 50
 #: rms of the DTE below which it is rounding [m].
 NO_VIBRATION = 1e-12
@@ -30,7 +30,7 @@ INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 
 @dataclass(frozen=True)
 class Segment:
-    """Part of a run: its first and last step, and Exudyn's system state at the first."""
+    """Part of a run: its first and last step, and Exudyn's system state at the first step."""
 
     first: int
     last: int
@@ -56,15 +56,13 @@ class Solver:
         return segments, None
 
     def errors(self, segments: Sequence[Segment], number: int) -> list[tuple[Segment, np.ndarray]]:
-        """Representative segments, at most so many, with the (n_stage,) relative errors of their rms of the DTE.
+        """Representative segments, at most number, with the (n_stage,) relative errors of their rms of the DTE.
 
-        The samples and the state of the system stay as they were.
+        The samples and the state of the system are restored.
         """
         system, kinds = self.model.mbs.systemData, (INITIAL, CURRENT)
         ends = [system.GetSystemState(kind) for kind in kinds]
-        errors = [
-            (segment, self.error(segment)) for segment in (self.representative(segments, number) if number else ())
-        ]
+        errors = [(segment, self.error(segment)) for segment in self.representative(segments, number)]
         for end, kind in zip(ends, kinds, strict=True):
             system.SetSystemState(end, kind)
         return errors
@@ -84,9 +82,9 @@ class Solver:
     def _advancing(self) -> Iterator[Callable[[Segment], None]]:
         """The function that integrates the next segment.
 
-        Without sensors each segment is a solve of its own by Exudyn's solver. Sensors must not start anew with each
-        segment: for them a single solve is halted after each segment. That needs a solver driven from Python, which
-        Exudyn asks for overrides in every step: 0.7 us each.
+        Without sensors each segment is a separate solve. Sensors must not restart with each segment: with sensors a
+        single solve halts after each segment. This needs a solver driven from Python, whose overrides Exudyn looks up
+        in every step, at 0.7 us each.
         """
         if not self.conditions.speed_of.constant:
             self._compute_initial_forces()
@@ -99,12 +97,12 @@ class Solver:
     def _settings(self) -> exu.SimulationSettings:
         settings = settings_for(self.scheme.rule, self.scheme.steps.size, self.scheme.tolerance)
         if not self.conditions.speed_of.constant:
-            # Exudyn's initial accelerations leave out the slope of an imposed speed; those of the state hold it.
+            # Exudyn's initial accelerations leave out the slope of the given speed; those of the state contain it.
             settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
         return settings
 
     def _solve_dynamic(self, segment: Segment) -> None:
-        """Integrate a segment from the state that the one before it left."""
+        """Integrate a segment from the final state of the segment before."""
         settings, h = self._settings(), self.scheme.steps.size
         integration = settings.timeIntegration
         integration.startTime, integration.endTime = segment.first * h, segment.last * h
@@ -112,7 +110,7 @@ class Solver:
         self.model.mbs.SolveDynamic(settings, updateInitialValues=True)
 
     def _continue(self, solver, settings: exu.SimulationSettings, segment: Segment) -> None:
-        """Let a halted solver go on to the end of a segment, at whose start the sensors have been written already."""
+        """Let a halted solver continue to the end of a segment; the sensors at its start have been written already."""
         h = self.scheme.steps.size
         solver.it.endTime = segment.last * h
         if segment.first:
@@ -136,7 +134,7 @@ class Solver:
             solver.FinalizeSolver(mbs, settings)
 
     def _compute_initial_forces(self) -> None:
-        """Evaluate all forces in the initial state, which takes their first samples."""
+        """Evaluate all forces in the initial state, so that the recorders take their first samples."""
         settings, mbs = settings_for(self.scheme.rule, self.scheme.steps.size, self.scheme.tolerance), self.model.mbs
         settings.solution.sensors.active = False
         solver: Any = exu.MainSolverStatic()
@@ -146,7 +144,7 @@ class Solver:
 
     @contextmanager
     def _explained(self, rule: Rule) -> Iterator[None]:
-        with integrated(self.model, rule), explained(self.model, self._remedy, self.conditions.speed_of):
+        with lag_corrected(self.model, rule), explained(self.model, self._remedy, self.conditions.speed_of):
             yield
 
     @property
@@ -163,7 +161,7 @@ class Solver:
         return [*inner.tolist(), steps.number]
 
     def _require_samples(self) -> None:
-        """Where Newton's iteration fails Exudyn cuts the step, and may then miss the times of the samples."""
+        """Require all samples: where Newton's iteration fails Exudyn cuts the step and may miss times of samples."""
         for mesh in self.model.meshes:
             lost = np.flatnonzero(np.isnan(mesh.recorder.deflection))
             if lost.size:
@@ -172,14 +170,14 @@ class Solver:
                 raise RuntimeError(f"{where}: {cause}; {self._remedy}")
 
     def representative(self, segments: Sequence[Segment], number: int) -> list[Segment]:
-        """The segment that vibrates most, and others spread over the run, so many in total; none of short segments."""
+        """The segment that vibrates most and others spread over the run, at most number; none of short segments."""
         length = segments[0].last - segments[0].first
         if number < 1 or length < FEWEST_SAMPLES * self.scheme.steps.every:
             return []
         rms = np.array([self.vibration(segment) for segment in segments])
-        liveliest = int(np.argmax((rms / np.maximum(rms.max(axis=0), np.finfo(float).tiny)).max(axis=1)))
+        strongest = int(np.argmax((rms / np.maximum(rms.max(axis=0), np.finfo(float).tiny)).max(axis=1)))
         spread = np.linspace(0, len(segments), number + 1).astype(int)[1:-1]
-        return [segments[i] for i in sorted({liveliest, *spread.tolist()})]
+        return [segments[i] for i in sorted({strongest, *spread.tolist()})]
 
     def vibration(self, segment: Segment) -> np.ndarray:
         """(n_stage,) rms of the DTE about its mean in a segment [m]."""
@@ -203,7 +201,7 @@ class Solver:
 
     @contextmanager
     def _samples_kept(self, segment: Segment) -> Iterator[None]:
-        """Put the samples of a segment back as they were."""
+        """Restore the samples of a segment afterwards."""
         blocks = [block for mesh in self.model.meshes for block in mesh.recorder.samples]
         copies = [block[self._samples(segment)].copy() for block in blocks]
         try:
@@ -213,7 +211,7 @@ class Solver:
                 block[self._samples(segment)] = copy
 
     def _solve_at_half_the_step(self, segment: Segment) -> None:
-        """Integrate a segment from its state on, without sensors."""
+        """Integrate a segment again from its state, without sensors."""
         h = self.scheme.steps.size
         rule = replace(self.scheme.rule, step=h / 2)
         settings = settings_for(rule, rule.step, self.scheme.tolerance)

@@ -11,16 +11,16 @@ import scipy
 
 from fem.support.validation import number, require, require_within
 
-#: What a user passes: a constant, (from, to), or a function of time [s].
+#: Speed or load as users pass it: a constant, (from, to), or a function of time [s].
 TimeFunction = float | tuple[float, float] | Callable[[float], float]
-#: Intervals of a spline through a function of time: at first, and at most.
+#: Least and largest number of intervals of a spline through a function of time.
 COARSEST, FINEST = 512, 2**20
-#: Instants at which the speed of a run is looked at.
+#: Number of instants at which the speed of a run is evaluated for its range.
 INSTANTS = 1001
 
 
 class Line:
-    """a + b t, with its integral; works on numbers, arrays and Exudyn's symbols."""
+    """The function a + b t and its integral from 0, of numbers, arrays and Exudyn's symbols."""
 
     def __init__(self, a: float, b: float):
         self.a, self.b = a, b
@@ -34,7 +34,7 @@ class Line:
 
 
 class Curve:
-    """Cubic spline through a function of time, as fine as it needs, with the spline's integral; quick for numbers."""
+    """Cubic spline through a function of time, refined until it reproduces the function, and its integral from 0."""
 
     def __init__(self, function: Callable[[float], float], duration: float):
         self._spline = _spline_through(function, duration)
@@ -72,7 +72,7 @@ def _spline_through(function: Callable[[float], float], duration: float) -> Any:
 
 
 def _sampled(function: Callable[[float], float], duration: float, n: int) -> np.ndarray:
-    """(n + 1,) values of a speed; ValueError where it gives no finite number."""
+    """(n + 1,) values of a speed over its duration [s]; ValueError where a value is no finite number."""
     values = np.array([number("speed(t)", function(t)) for t in np.linspace(0, duration, n + 1).tolist()])
     require(bool(np.isfinite(values).all()), f"speed(t) must be finite for 0 <= t <= {duration:g} s")
     return values
@@ -95,7 +95,7 @@ class Conditions:
     duration   [s]
     speed_of   the speed as a function of time, whose integral is the angle
 
-    Raises ValueError for a duration that is none, and for speeds and loads that are not finite.
+    Raises ValueError for a duration out of range, and for speeds and loads that are not finite.
     """
 
     speed: TimeFunction
@@ -116,7 +116,7 @@ class Conditions:
         self.load_at(0.0)
 
     def load_at(self, t: float) -> float:
-        """The load [N m]; ValueError where a function of time gives no finite number."""
+        """The load [N m] at a time [s]; ValueError where it is no finite number."""
         load = number("load(t)", self._load_of(t))
         require(isfinite(load), f"load(t) must be finite, got {load} at t = {t:.6g} s")
         return load
@@ -141,5 +141,5 @@ class Conditions:
         return bool(np.ptp(self._magnitudes) <= 1e-9 * self._magnitudes.max())
 
     def as_text(self) -> dict[str, str]:
-        """Speed and load as a run notes them: numbers, or the name of the function."""
+        """Speed and load for the attributes of a run: numbers, or the name of the function."""
         return {name: getattr(x, "__name__", str(x)) for name, x in (("speed", self.speed), ("load", self.load))}

@@ -7,11 +7,11 @@ from fem.units import mm
 
 SPUR = paper_pair()
 ENDS = {0.0: exugear.Bearing(5e8, 1e8, damping=1e-6), 60 * mm: exugear.Bearing(5e8, damping=1e-6)}
-NOWHERE = exugear.Placement()
+NO_DISPLACEMENT = exugear.Placement()
 LAW = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
 
 
-def box_of(pair=SPUR, law=LAW, fast=ENDS, slow=ENDS, offset=NOWHERE) -> exugear.Gearbox:
+def box_of(pair=SPUR, law=LAW, fast=ENDS, slow=ENDS, offset=NO_DISPLACEMENT) -> exugear.Gearbox:
     """Two shafts, each with a gear between further parts; the slow shaft displaced by offset."""
     fast_shaft = exugear.Shaft("fast", {30 * mm: pair.pinion} | fast)
     slow_shaft = exugear.Shaft("slow", {30 * mm: pair.wheel} | slow, offset=offset)

@@ -6,9 +6,9 @@ another address and type into it. At that address lies the machine code of `ASSE
 calls the kernel by numba's convention, i32 (result, exception, arguments). Where the kernel raises, the code asks
 Python for the reason and throws a C++ exception with that message.
 
-This is a deliberate hack, and no other folder knows of it. It holds on Linux x86-64 for the releases of Exudyn,
-pybind11 and numba that have these records and conventions; `exugear.elements.native.native` tries it in a separate
-process before it is used.
+This is a deliberate hack that nothing outside of this folder depends on. It works on Linux x86-64 for the releases of
+Exudyn, pybind11 and numba that have these records and conventions; `exugear.elements.native.native` checks it in a
+separate process before it is used.
 """
 
 import ctypes
@@ -73,11 +73,12 @@ def python(name: str, result, *arguments):
 
 
 def forged(portable, kernel, addresses: tuple[int, ...], n: int):
-    """The user function portable(mbs, t, item, q, q_t) of n coordinates as one that Exudyn calls without Python.
+    """The user function portable(mbs, t, item, q, q_t) of n coordinates, as a function that Exudyn calls directly.
 
     kernel, addresses   the compiled kernel(*addresses, t, *q, *q_t) that portable calls, and its integers
 
-    Called from Python it runs portable, which it keeps alive. ValueError where this Exudyn has other records.
+    Called from Python it runs portable, which it keeps alive. Raises ValueError where Exudyn's functions have records
+    of another layout.
     """
     name, record = record_of_exudyn()
     keep = SimpleNamespace(portable=portable, kernel=kernel, message=ctypes.create_string_buffer(LONGEST_MESSAGE))
@@ -102,7 +103,7 @@ def record_of_exudyn():
     record = Record.from_address(python("PyCapsule_GetPointer", c_void_p, py_object, c_void_p)(capsule, name))
     texts = ctypes.string_at(record[NAME]), ctypes.string_at((c_uint64 * 2).from_address(record[TYPE])[1])
     if texts != (b"Help", b"PFvvE") or record[NEXT] != 0:
-        raise ValueError("Exudyn's functions have other records")
+        raise ValueError("Exudyn's functions have records of another layout")
     return name, Record(*record)
 
 
@@ -116,7 +117,7 @@ def entry_of(kernel, number: int, n: int) -> int:
 
 
 def assembly(entry: int, addresses: tuple[int, ...], n: int, keep) -> str:
-    """LLVM assembly of both functions for a kernel of n coordinates."""
+    """`ASSEMBLY` for a kernel of n coordinates."""
     cpp = ctypes.CDLL("libstdc++.so.6")
     targets = {
         "kernel": entry,
@@ -155,7 +156,7 @@ def machine_code(text: str):
 
 
 def explaining(portable, n: int, message):
-    """The function (t, q, q_t) that writes into message what portable raises, and returns its address.
+    """The function (t, q, q_t) that writes into message the error that portable raises, and returns its address.
 
     It is called from C++ and must not raise.
     """
@@ -166,7 +167,7 @@ def explaining(portable, n: int, message):
             message.value = b"the compiled contact failed\n"
         except KeyboardInterrupt:
             message.value = b"interrupted\n"
-            interrupt_main()  # which raises it again once C++ has returned
+            interrupt_main()  # raises KeyboardInterrupt again once C++ has returned
         except BaseException as error:
             message.value = f"{type(error).__name__}: {error}\n".encode()[: LONGEST_MESSAGE - 1]
         return addressof(message)

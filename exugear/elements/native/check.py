@@ -1,6 +1,6 @@
-"""The trial of the direct call: a small system is solved by both call paths, in a process of its own that may crash.
+"""Check of the direct call: a small system is solved by either call path, in a separate process that may crash.
 
-It imports only what it needs, because a user waits for it.
+It imports no more than it needs, because the user waits for it.
 """
 
 import re
@@ -23,7 +23,7 @@ def spring(stiffness, law, record, t, q_1, q_2, v_1, v_2):
 
 
 def solved(function, speed: float) -> tuple[list[float], str]:
-    """Coordinates that two spinning bodies reach in a dynamic and in a static solve, and the message that stops it."""
+    """Coordinates of two spinning bodies after a dynamic and a static solve, and the message where a solve stops."""
     mbs = exu.SystemContainer().AddSystem()
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
     for node in nodes:
@@ -49,7 +49,7 @@ def solved(function, speed: float) -> tuple[list[float], str]:
     return reached, ""
 
 
-def trial() -> None:
+def check() -> None:
     """End the process with a message where the results of the two call paths differ."""
     exu.config.printToConsole = False
     calls = []
@@ -75,7 +75,7 @@ def trial() -> None:
 
 
 def require_equal(expected, actual) -> None:
-    """The same coordinates and the same message, or SystemExit."""
+    """SystemExit unless coordinates and messages are equal."""
     differences = [abs(x - y) for x, y in zip(expected[0], actual[0], strict=True)]
     if max(differences, default=0.0) > 1e-12 or expected[1] != actual[1]:
         raise SystemExit(f"by way of Python {expected}, directly {actual}")

@@ -1,9 +1,9 @@
 """Exudyn calls the compiled contact directly, without Python in between: EXUGEAR_PORTABLE=1 switches this off.
 
 A direct call needs a function record that pybind11 did not make (`exugear.elements.native.callback`). Whether that
-works depends on the platform and on the versions of Exudyn, pybind11, numba and LLVM. So it is tried first, in a
-process of its own that may crash (`exugear.elements.native.check`), and the result is kept on disk. Where the trial
-fails Exudyn calls the contact by way of Python: same numbers, slower. The printed plan of a model says which call is
+works depends on the platform and on the versions of Exudyn, pybind11, numba and LLVM. So it is checked first, in
+a separate process that may crash (`exugear.elements.native.check`), and the result is cached on disk. Where the check
+fails Exudyn calls the contact by way of Python: same numbers, slower. The printed plan of a model states which call is
 used, and why.
 """
 
@@ -23,20 +23,20 @@ from exugear.elements.native import callback
 from fem.support.cache import cached
 from fem.support.progress import announced
 
-#: Time limit of the trial [s]; it takes three.
+#: Time limit of the check [s], which takes 3 s.
 TIME_LIMIT = 60
-#: The trial in a new process. An empty package stands for exugear: importing all of it would take as long again.
+#: The check in a new process. An empty package stands in for exugear: importing all of it would take as long again.
 SCRIPT = """
 import sys, types
 sys.exudynFast = {fast}
 sys.modules["exugear"] = types.ModuleType("exugear")
 sys.modules["exugear"].__path__ = [{folder!r}]
-from exugear.elements.native.check import trial
-trial()
+from exugear.elements.native.check import check
+check()
 """
 #: The only platform with these records and calling conventions.
 PLATFORM = "linux", "x86_64", "CPython"
-#: Longest part of the trial's error output that is quoted.
+#: Longest quotation of the check's error output.
 LONGEST_QUOTE = 200
 PACKAGES = "exudyn", "numba", "llvmlite", "numpy"
 
@@ -51,7 +51,7 @@ def direct_or_portable(portable, kernel, addresses: tuple[int, ...], n: int):
 
 
 def call_path() -> str:
-    """How Exudyn calls contacts, as the printed plan says it."""
+    """How Exudyn calls contacts, for the printed plan."""
     return f"by way of Python ({obstacle()})" if obstacle() else "called without Python"
 
 
@@ -67,28 +67,28 @@ def _obstacle() -> str:
     if system != PLATFORM:
         return f"only {' '.join(PLATFORM)} can do without, this is {' '.join(system)}"
     if "python" not in Path(sys.executable).name:
-        return f"the trial needs python as a process of its own, not {sys.executable}"
+        return f"the check needs python as a separate process, not {sys.executable}"
     try:
-        return str(cached(_circumstances(), lambda: {"obstacle": np.array(_trial_failure())})["obstacle"])
+        return str(cached(_circumstances(), lambda: {"obstacle": np.array(_failure_of_check())})["obstacle"])
     except (AttributeError, OSError, subprocess.TimeoutExpired) as error:
-        return f"no trial of the direct call: {error}"
+        return f"the direct call could not be checked: {error}"
 
 
 def _circumstances() -> str:
-    """All that the result of the trial may depend on: the key under which it is kept."""
+    """All that the result of the check may depend on: the key under which it is cached."""
     packages = [f"{name} {version(name)}" for name in PACKAGES]
     sources = sorted(Path(callback.__file__).parent.glob("*.py"))
     source = str(crc32(b"".join(path.read_bytes() for path in sources)))
     system = sys.version, *platform.libc_ver(), os.environ.get("LD_PRELOAD", "")
-    return "\n".join(["native trial", SCRIPT, source, exu.Help.__module__, *packages, *system])
+    return "\n".join(["check of the direct call", SCRIPT, source, exu.Help.__module__, *packages, *system])
 
 
-def _trial_failure() -> str:
-    """How the trial failed, with the end of its error output; empty where it passed."""
+def _failure_of_check() -> str:
+    """How the check failed, with the end of its error output; empty where it passed."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONWARNINGS": "ignore"}
     fast, folder = exu.Help.__module__.endswith("fast"), str(Path(callback.__file__).parents[2])
     command = [sys.executable, "-P", "-c", SCRIPT.format(fast=fast, folder=folder)]
-    with announced("trying whether Exudyn may call the compiled contact without Python", once=True):
+    with announced("checking whether Exudyn can call the compiled contact without Python", once=True):
         ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=TIME_LIMIT)
-    quote = " ".join(ended.stderr.split())[-LONGEST_QUOTE:] or "no words"
-    return f"its trial ended with {ended.returncode}: {quote}" if ended.returncode else ""
+    quote = " ".join(ended.stderr.split())[-LONGEST_QUOTE:] or "no message"
+    return f"its check ended with {ended.returncode}: {quote}" if ended.returncode else ""

@@ -96,7 +96,7 @@ def pushed(mbs, bodies, node, axis, frame, motion, kernel) -> np.ndarray:
 
 
 def meshing(scene, pair, law, motion, direction=1):
-    """What `pushed` returns and what the recorder sees of bodies in motion."""
+    """The forces that `pushed` returns and the sample of the recorder, of bodies in motion."""
     frame, node, axis = scene
     mbs, recorder = exu.SystemContainer().AddSystem(), exugear.Recorder()
     bodies = bodies_along(mbs, pair, frame, node, axis)
@@ -108,7 +108,7 @@ def meshing(scene, pair, law, motion, direction=1):
 
 
 def rubbing(scene, pair, law, motion):
-    """What `pushed` returns of friction."""
+    """The forces of friction, as `pushed` returns them."""
     frame, node, axis = scene
     mbs, friction = exu.SystemContainer().AddSystem(), friction_for(pair)
     bodies = bodies_along(mbs, pair, frame, node, axis)
@@ -121,7 +121,7 @@ def rubbing(scene, pair, law, motion):
 
 @pytest.mark.parametrize(("name", "node", "axis"), SCENES)
 def test_forces_are_those_along_z(name, node, axis):
-    """Tilted, displaced and in motion, on either flank and in either direction; the recorder sees the contact frame."""
+    """Tilted, displaced and in motion, on either flank and in either direction; samples are in the contact frame."""
     pair, law = PAIRS["helical"], law_of(backlash=50 * um, damping=2700.0)
     for direction, lead in ((1, 8 * um), (-1, 58 * um)):
         motion = motion_of(pair, lead)
@@ -204,7 +204,7 @@ def deflection(node, axis, wheel_turned: float, law=None) -> float:
 
 
 def test_whole_turns_are_counted_where_a_coordinate_counts_them():
-    """Elsewhere the teeth that lie nearest to each other mesh."""
+    """Otherwise the teeth nearest to each other mesh."""
     pair = paper_pair()
     pitch = 2 * np.pi / pair.wheel.z
     apart = [-(40 * um) / pair.wheel.r_b - k * pitch for k in (0, 1, 57)]
@@ -231,7 +231,7 @@ def test_an_axis_may_have_either_sense():
     assert recorder.samples[0][0].item() == pytest.approx(reference, rel=1e-8, abs=1e-15)
 
 
-def test_a_body_in_the_plane_meshes_with_one_of_any_rotation():
+def test_a_planar_body_meshes_with_a_body_of_any_rotation():
     """Displaced along the line of centres, which opens both flanks."""
     pair, mbs, recorder, apart = paper_pair(), exu.SystemContainer().AddSystem(), exugear.Recorder(), 20 * um
     pinion = bodies_of_kinds(mbs, ("planar", "spin"))[0]

@@ -1,4 +1,4 @@
-"""A solve that diverges says so, and asks for no larger map."""
+"""A diverged solve is reported as such, without asking for a larger map."""
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -8,7 +8,7 @@ from exudyn.rigidBodyUtilities import InertiaCuboid
 from scenes import paper_pair, smooth_map
 
 import exugear
-from exugear.elements.divergence import stopped
+from exugear.elements.divergence import stop_message
 from fem.ste.ste_map import ste_map
 from fem.units import mm
 
@@ -29,7 +29,7 @@ def law_over_misalignment() -> exugear.MeshForce:
         (2e5, "lies beyond .* extend the axis"),
     ],
 )
-def test_gears_that_hardly_anything_keeps_from_tilting(tilt, message):
+def test_gears_on_very_low_tilt_stiffness(tilt, message):
     """Static solve by hand, gears 10 mm beside their supports: on 10 N m/rad they tilt by a third of a radian."""
     container = exu.SystemContainer()
     mbs, bodies = container.AddSystem(), []
@@ -59,6 +59,6 @@ def test_gears_that_hardly_anything_keeps_from_tilting(tilt, message):
         ((np.nan, np.nan), "use a smaller step"),
     ],
 )
-def test_where_no_gears_stand_the_solve_has_diverged(left, message):
+def test_offsets_far_beyond_the_map_mean_divergence(left, message):
     with pytest.raises(ValueError, match=message):
-        raise ValueError(stopped(law_over_misalignment().table.head, left))
+        raise ValueError(stop_message(law_over_misalignment().table.head, left))

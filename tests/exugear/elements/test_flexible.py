@@ -67,7 +67,7 @@ def test_mass_and_elasticity_are_those_of_the_cylinder(solid):
     assert free[4] == pytest.approx(example.torsion_frequency(), rel=1e-3)
 
 
-def test_reduced_shaft_keeps_bending_and_torsion_but_for_its_rigid_seats(solid):
+def test_reduced_shaft_keeps_bending_and_torsion_but_for_its_rigid_sections(solid):
     frequencies = example.free_frequencies(solid)
     assert frequencies[:2] == pytest.approx(2 * [beam_frequency(1500, 2500)], rel=0.02)
     assert frequencies[2:4] == pytest.approx(2 * [beam_frequency(4500, 5500)], rel=0.02)
@@ -117,13 +117,13 @@ def test_both_integrators_carry_the_torque_and_agree(solid, law):
 @pytest.mark.slow
 def test_gear_on_the_floating_frame_moves_like_one_on_a_joint(solid, law, monkeypatch):
     def jointed(mbs, position, solid):
-        frame, seats = on_frame(mbs, position, solid)
+        frame, sections = on_frame(mbs, position, solid)
         frames.append(frame)
         node = mbs.AddNode(eii.NodeRigidBodyRxyz(referenceCoordinates=[*position, 0, 0, 0, 0]))
         body = mbs.AddObject(eii.ObjectRigidBody(nodeNumber=node, mass=1e-6, inertia=3 * [1e-9] + 3 * [0]))
         marker = mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=body))
-        mbs.AddObject(eii.ObjectJointGeneric(markerNumbers=[seats[0], marker]))
-        return node, seats
+        mbs.AddObject(eii.ObjectJointGeneric(markerNumbers=[sections[0], marker]))
+        return node, sections
 
     def turning(rig):
         driving, driven = spins(rig)
@@ -171,6 +171,6 @@ def test_stiff_models_fall_back_to_the_trapezoidal_rule(stiff, beta):
 
 
 @pytest.mark.parametrize(("arguments", "word"), [((0.0, 100.0), "duration"), ((1.0, 0.0), "frequency")])
-def test_integrator_refuses_what_is_out_of_range(arguments, word):
+def test_integrator_refuses_arguments_out_of_range(arguments, word):
     with pytest.raises(ValueError, match=word):
         integrator(chain(100.0, 200.0), *arguments)

@@ -1,4 +1,4 @@
-"""The gear contact on Exudyn's bodies: balance, virtual work, modes, and what it refuses."""
+"""The gear contact on Exudyn's bodies: balance, virtual work, modes, refused arguments."""
 
 import importlib
 
@@ -109,7 +109,7 @@ def test_generalized_forces_are_those_of_exudyns_own_force_and_torque(mbs):
     assert np.abs(loads - np.r_[on_pinion, on_wheel]).max() < 1e-12 * np.abs(loads).max()
 
 
-def test_spatial_and_rotational_contact_agree_while_the_centres_rest(law):
+def test_spatial_and_rotational_contact_agree_with_fixed_centres(law):
     reference = np.zeros((2, 6))
     reference[1, 0] = PAIR.a
     q, v = np.zeros((2, 6)), np.zeros((2, 6))
@@ -196,7 +196,7 @@ def test_a_model_built_by_hand_transmits_the_load(mbs, law):
 
 
 @pytest.mark.usefixtures("way")
-def test_settings_of_exudyn_serve_after_many_turns(mbs, law):
+def test_default_settings_of_exudyn_converge_after_many_turns(mbs, law):
     """1e4 rad: Exudyn's own differences would move the pinion by 70 um on the line of action."""
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
     bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]
@@ -257,7 +257,7 @@ def test_recorder_keeps_the_converged_values(mbs, law):
 
 
 @pytest.mark.usefixtures("way")
-def test_leaving_the_map_stops_the_solver_and_says_so(mbs, law):
+def test_leaving_the_map_stops_the_solver_with_a_message(mbs, law):
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
     bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]
     mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=law)
@@ -270,14 +270,14 @@ def test_leaving_the_map_stops_the_solver_and_says_so(mbs, law):
         mbs.SolveDynamic(settings)
 
 
-def test_a_state_that_is_no_number_stops_the_solver(mbs, law):
+def test_a_state_of_nan_stops_the_solver(mbs, law):
     function, _ = spinning_contact(law)
     for spins in ([np.nan, 0.0], [np.inf, 0.0], [0.0, np.nan]):
         with pytest.raises(RuntimeError, match="deflection must be finite"):
             function(mbs, 0.0, 0, spins, [0.0, 0.0])
 
 
-def test_recorder_refuses_what_it_cannot_keep():
+def test_recorder_refuses_bad_intervals_and_numbers():
     recorder = exugear.Recorder()
     with pytest.raises(ValueError, match="start it before the solve"):
         _ = recorder.force
@@ -327,7 +327,7 @@ def test_bodies_that_cannot_carry_a_gear_are_refused(mbs, law):
         mbs.CreateGearContact(itemNumbers=[mbs.CreateGround(), spin], pair=PAIR, force=law)
 
 
-def test_a_distance_that_is_not_the_pairs_is_refused(mbs, law):
+def test_a_distance_other_than_the_centre_distance_is_refused(mbs, law):
     pinion, _ = bodies_of(mbs)
     inertia = InertiaCuboid(7850, [0.1, 0.1, 0.02])
     far = mbs.CreateRigidBody(referencePosition=[0.2, 0, 0], inertia=inertia, nodeType=exu.NodeType.RotationRxyz)
@@ -337,6 +337,6 @@ def test_a_distance_that_is_not_the_pairs_is_refused(mbs, law):
 
 @pytest.mark.parametrize("kinds", [("planar", "spatial"), ("spatial", "spatial")])
 def test_kernels_are_found_on_disk_by_numbers(kinds):
-    """Functions that a kernel encloses are told apart by names that change from session to session."""
+    """A closure over functions would get a new name in every session, and miss the cache."""
     enclosed = [cell.cell_contents for cell in kernel_of(kinds).py_func.__closure__]
     assert all(isinstance(value, int) for value in enclosed)

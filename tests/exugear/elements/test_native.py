@@ -81,7 +81,7 @@ def call_of(mbs, contact: int):
 
 @needs_native
 def test_contacts_are_called_without_python(monkeypatch):
-    """With these versions of Exudyn, numba, llvmlite and numpy; both plan and run say so."""
+    """With these versions of Exudyn, numba, llvmlite and numpy; plan and run state it."""
     monkeypatch.delenv("EXUGEAR_PORTABLE", raising=False)
     assert native.obstacle() == ""
     model = exugear.build(smooth_box())
@@ -202,7 +202,7 @@ def test_a_million_calls_leave_no_memory_behind(law, monkeypatch):
 
 
 @pytest.fixture
-def untried(monkeypatch, tmp_path):
+def unchecked(monkeypatch, tmp_path):
     """As in a new process whose cache is empty."""
     monkeypatch.delenv("EXUGEAR_PORTABLE", raising=False)
     monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
@@ -214,23 +214,25 @@ def untried(monkeypatch, tmp_path):
 @needs_native
 @pytest.mark.parametrize(
     ("script", "end"),
-    [("import os; os.abort()", "-6: no words"), ("raise SystemExit('records differ')", "1: records differ")],
+    [("import os; os.abort()", "-6: no message"), ("raise SystemExit('records differ')", "1: records differ")],
 )
-def test_a_failed_trial_leaves_the_portable_path_and_the_plan_says_so(untried, law, monkeypatch, tmp_path, script, end):
+def test_a_failed_check_leaves_the_portable_path_and_the_plan_says_so(
+    unchecked, law, monkeypatch, tmp_path, script, end
+):
     monkeypatch.setattr(native, "SCRIPT", script)
     assert not call_of(*spinning(law))[1]
     assert len(list(tmp_path.iterdir())) == 1
     plan = exugear.build(smooth_box()).plan
-    assert f"contact: by way of Python (its trial ended with {end})" in str(plan)
+    assert f"contact: by way of Python (its check ended with {end})" in str(plan)
 
 
-def test_other_platforms_take_the_portable_path_and_the_plan_says_so(untried, law, monkeypatch):
+def test_other_platforms_take_the_portable_path_and_the_plan_states_it(unchecked, law, monkeypatch):
     monkeypatch.setattr("platform.machine", lambda: "arm64")
     assert not call_of(*spinning(law))[1]
     assert "by way of Python (only linux x86_64 CPython can do without, this is" in native.call_path()
 
 
-def test_an_exudyn_without_help_is_called_by_way_of_python(untried, law, monkeypatch):
+def test_an_exudyn_without_help_is_called_by_way_of_python(unchecked, law, monkeypatch):
     monkeypatch.delattr("exudyn.Help")
     assert not call_of(*spinning(law))[1]
     assert native.call_path().startswith("by way of Python (")

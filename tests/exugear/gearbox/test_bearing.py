@@ -1,4 +1,4 @@
-"""Bearings as data: stiffness about a pole, play, tables, and what is refused."""
+"""Bearings as data: stiffness about a pole, clearance, tables, refused arguments."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ COUPLED = LOOSE_SPIN + X_AND_ABOUT_Y
 
 
 def motion_at(pole, lever: float) -> np.ndarray:
-    """Small displacement of the point lever above a pole that moves by (6,): x + phi x r."""
+    """Displacement (6,) of a point at a lever above a pole that moves by (6,), to first order: x + phi x r."""
     pole = np.asarray(pole)
     return np.r_[pole[:3] + np.cross(pole[3:], [0, 0, lever]), pole[3:]]
 
@@ -25,19 +25,19 @@ def motion_at(pole, lever: float) -> np.ndarray:
 def test_stiffness_about_a_pole_stores_the_energy_of_the_bearing(lever, angle):
     pole = np.array([np.cos(angle), np.sin(angle), 0.3, np.sin(3 * angle), np.cos(2 * angle), 0.7])
     for bearing in (Bearing(5e8, 1e8, 2e5), Bearing(matrix=COUPLED)):
-        there = motion_at(pole, lever)
-        energy = there @ bearing.stiffness @ there
+        motion = motion_at(pole, lever)
+        energy = motion @ bearing.stiffness @ motion
         assert pole @ bearing.at(lever) @ pole == pytest.approx(energy, rel=1e-12)
 
 
-def test_poles_can_be_moved_there_and_back():
+def test_moving_the_pole_forth_and_back_restores_the_stiffness():
     bearing = Bearing(5e8, 1e8, 2e5)
-    once = Bearing(matrix=bearing.at(0.2))
-    assert once.at(-0.2) == pytest.approx(bearing.stiffness, rel=1e-12, abs=1e-6)
+    about_pole = Bearing(matrix=bearing.at(0.2))
+    assert about_pole.at(-0.2) == pytest.approx(bearing.stiffness, rel=1e-12, abs=1e-6)
     assert not bearing.at(0.2)[5].any()
 
 
-def test_clearance_comes_before_the_stiffness():
+def test_radial_force_begins_beyond_the_clearance():
     bearing = Bearing(1e8, clearance=10 * um)
     assert bearing.radial_force([0, 10 * um, 30 * um]) == pytest.approx([0, 0, 2000])
     assert (bearing.linear, bearing.reach) == (False, np.inf)
@@ -45,14 +45,14 @@ def test_clearance_comes_before_the_stiffness():
 
 
 def test_bearings_are_as_stiff_just_beyond_their_clearance():
-    """Derivatives do not reach back into it; within it they are 0."""
+    """The difference quotients do not reach back into it; within it they are 0."""
     _, jacobian = user_functions(Bearing(1e8, clearance=10 * um), 0.0)
     for x, stiffness in ((10 * um + 1e-11, 1e8), (10 * um - 2e-9, 0.0)):
         matrix = jacobian(None, 0.0, 0, [x, 0, 0, 0, 0, 0], [0] * 6, 1.0, 0.0)
         assert matrix[0, 0] == pytest.approx(stiffness, rel=1e-6)
 
 
-def test_tables_end_where_they_end():
+def test_forces_beyond_a_table_are_refused():
     bearing = Bearing(axial=1e8, table=([0, 10 * um, 20 * um], [0, 100, 1100]))
     assert bearing.radial_force([5 * um, 15 * um]) == pytest.approx([50, 600])
     assert (bearing.linear, bearing.reach) == (False, 20 * um)
@@ -102,7 +102,7 @@ def test_linear_bearings_are_positional_and_comparable():
         ({"matrix": LOOSE_SPIN * 1e6}, "meant as rigid"),
     ],
 )
-def test_bearings_that_cannot_be_are_refused(changes, message):
+def test_impossible_bearings_are_refused(changes, message):
     with pytest.raises(ValueError, match=message):
         Bearing(**changes)
 

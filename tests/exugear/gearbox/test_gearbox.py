@@ -1,4 +1,4 @@
-"""Gearboxes as data: clocking of idlers and loops, shared loads, displaced shafts, refusals."""
+"""Gearboxes as data: mesh phases of idlers and loops, load sharing, displaced shafts, refusals."""
 
 import re
 from dataclasses import replace
@@ -93,7 +93,7 @@ def apart(phase_1: float, phase_2: float) -> float:
     st.tuples(*[floats(-6, 6)] * 2),
     st.booleans(),
 )
-def test_idler_passes_the_phase_on(teeth, shifts, beta, angles, reverse):
+def test_idler_couples_the_phases_of_its_meshes(teeth, shifts, beta, angles, reverse):
     """Tooth by tooth: a pushes b, whose back flanks touch c; or c, named as pinion, touches b."""
     a, b, c = (gear(z, x, sense * beta) for z, x, sense in zip(teeth, shifts, (1, -1, 1), strict=True))
     first, second = loose_pair(a, b), loose_pair(c, b) if reverse else loose_pair(b, c)
@@ -109,7 +109,7 @@ def test_idler_passes_the_phase_on(teeth, shifts, beta, angles, reverse):
     assert apart(box.phases[1], phase_2) < 2e-4
 
 
-def test_gear_turned_on_by_a_share_of_a_pitch_turns_all_phases_on():
+def test_gear_turned_by_a_share_of_a_pitch_shifts_all_phases():
     a, b, c, d = wheels("a", "b", "c", "d")
     angles = [0.3, 1.1, -0.4]
     chain = [coupled(*ends, angle) for ends, angle in zip([(a, b), (b, c), (c, d)], angles, strict=True)]
@@ -136,7 +136,7 @@ def split(first: float, second: float) -> Gearbox:
 
 
 def test_gears_with_a_single_mate_are_mounted_so_that_the_flanks_touch():
-    """Where a gear with two mates turns from one mesh on to the other, the latter is behind by the angle between."""
+    """A gear with two mates reaches its second mesh by the angle between them later."""
     box = split(0.3, 1.0)
     assert box.phases[:2] == pytest.approx((0, 0))
     assert apart(box.phases[2], -0.7 * 25 / (2 * np.pi)) < 1e-9
@@ -165,7 +165,7 @@ def test_stiffer_path_carries_more():
     assert forces == pytest.approx(total * np.array([up, down, up, down]) / (up + down))
 
 
-def test_square_of_equal_gears():
+def test_square_of_equal_gears_assembles():
     box = square()
     assert box.shaft_positions["d"] == pytest.approx((150 * mm, 150 * mm))
     assert box.directions == {"a": 1, "b": -1, "c": -1, "d": 1}
@@ -175,7 +175,7 @@ def test_square_of_equal_gears():
 @given(st.integers(34, 100))
 @settings(deadline=None, max_examples=20)
 def test_rhombus_assembles_at_whole_multiples_of_half_a_pitch(n):
-    """Tilting it by delta turns the gears by 4 z delta / 2 pi pitches against each other."""
+    """Turning its sides by delta shifts the teeth by 4 z delta / 2 pi pitches against each other."""
     angle = n * np.pi / (2 * Z)
     square(angle)
     with pytest.raises(ValueError, match=r"miss each other by -?0\.4"):
@@ -222,16 +222,16 @@ def test_loop_of_unlike_gears_fits_tooth_by_tooth():
     assert Gearbox(quadrilateral(fitting)).phases[0] == 0
 
 
-def test_loop_that_no_angles_close():
+def test_loop_that_cannot_close_gets_no_angles():
     with pytest.raises(ValueError, match="no angles nearby fit"):
         Gearbox(quadrilateral([0.0, np.pi, 1.0, 2.0], teeth=(60, 40, 31, 18)))
 
 
-def test_remedies_for_loops_fit():
+def test_angles_of_the_messages_close_the_loops():
     """The angles that the messages name are taken, and the box is built."""
     a, b, c, d = wheels("a", "b", "c", "d")
     stages = [coupled(a, b), coupled(a, c, 1.2), coupled(b, d, 1.21), coupled(c, d, 0.01)]
-    with pytest.raises(ValueError, match=r"misses by .* mm to close; these angles") as refused:
+    with pytest.raises(ValueError, match=r"does not close, the gap is .* mm; these angles") as refused:
         Gearbox(stages)
     stages = with_angles(stages, str(refused.value))
     with pytest.raises(ValueError, match=r"miss each other by .* of a pitch .* gear of its own") as refused:
@@ -270,7 +270,7 @@ def displaced(pinion: Placement, wheel: Placement, direction: int = 1) -> dict[s
 NONE = Placement()
 
 
-def test_displaced_wheel():
+def test_offsets_of_a_displaced_wheel():
     pair = paper_pair()
     assert displaced(NONE, NONE) == pytest.approx({"a": pair.a, "misalignment": 0, "axial": 0}, abs=1e-15)
     moved = displaced(NONE, Placement(x=1e-4, z=2e-4))
@@ -281,8 +281,8 @@ def test_displaced_wheel():
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_wheel_that_leans_to_where_it_is_driven_opens_the_gap(direction):
-    """tilt_x < 0 leans the axis to +y, where a pinion that turns counter-clockwise drives the wheel."""
+def test_wheel_tilted_towards_the_driving_force_opens_the_gap(direction):
+    """tilt_x < 0 tilts the axis towards +y, where a pinion that turns counter-clockwise drives the wheel."""
     lean = direction * 1e-3
     leaning = displaced(NONE, Placement(y=-50 * mm * lean, tilt_x=-lean), direction)
     assert leaning["misalignment"] == pytest.approx(1e-3 * np.cos(paper_pair().alpha_wt), rel=1e-5)
@@ -290,7 +290,7 @@ def test_wheel_that_leans_to_where_it_is_driven_opens_the_gap(direction):
 
 
 def test_shafts_displaced_together_keep_their_offsets():
-    """Turned as one body about the pinion's zero: small second-order rests alone."""
+    """A rotation of the whole pair about the pinion's origin; only second-order terms remain."""
     a, tilt_x, tilt_y = paper_pair().a, 1e-3, -2e-3
     pinion = Placement(x=1e-3, y=2e-3, z=-1e-3, tilt_x=tilt_x, tilt_y=tilt_y)
     wheel = replace(pinion, z=pinion.z - a * tilt_y)
@@ -340,7 +340,7 @@ def speed_increaser() -> Stage:
             reversed_square,
             r"stages \['d-b'\] are driven from their slow shafts; name the shaft of the driving gear fast",
         ),
-        (odd_loop, "odd number of meshes turns shaft 'c' both ways"),
+        (odd_loop, "odd number of meshes turns shaft 'c' in both senses"),
         (unequal_ratios, "would turn at 25/64 and at 5/8 of the driving shaft"),
         (lambda: Gearbox([coupled(*wheels("a", "b")), coupled(*wheels("c", "a"))]), "drives and is driven"),
         (other_hand, "does not carry the pair's wheel; .*beta 20 deg instead of -20 deg"),
@@ -351,7 +351,7 @@ def speed_increaser() -> Stage:
         ),
     ],
 )
-def test_gearboxes_that_cannot_be_are_refused(build, message):
+def test_impossible_gearboxes_are_refused(build, message):
     with pytest.raises(ValueError, match=message):
         build()
 

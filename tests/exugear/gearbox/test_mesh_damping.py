@@ -1,4 +1,4 @@
-"""Damping by its ratio, and what happens without any."""
+"""Damping by its ratio, and runs without damping."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ def stage(law=None, **changes) -> exugear.Stage:
 
 @pytest.mark.parametrize("ratio", [0.02, 0.06])
 def test_free_vibrations_decay_with_the_ratio(ratio):
-    """Two shafts free to spin on a linear mesh: the soft coupling hardly holds the fast one."""
+    """Two shafts free to spin on a linear mesh: the coupling of the fast shaft is very soft."""
     soft = exugear.Coupling(200.0, inertia=1.0)
     fast, slow = shaft("fast", INERTIA, soft), shaft("slow", 3 * INERTIA)
     given = {"pair": paper_pair(), "damping_ratio": ratio}
@@ -67,19 +67,19 @@ def test_stiffness_of_a_map_is_the_slope_at_its_largest_torque():
         ({"law": smooth_map(), "damping": 2.7e6}, "stuck together"),
     ],
 )
-def test_dampings_that_are_none_are_refused(changes, message):
+def test_implausible_dampings_are_refused(changes, message):
     with pytest.raises(ValueError, match=message):
         stage(**changes)
 
 
 def test_damping_of_watch_gears_may_be_small():
-    """0.06 N s/m where 6 % of the critical damping are no more."""
+    """0.06 N s/m is 6 % of the critical damping of such gears."""
     light = [exugear.Shaft(name, {0.0: paper_gear()}, inertia=1e-12) for name in ("fast", "slow")]
     assert exugear.Stage(*light, linear_law([1e6] * 3), pair=paper_pair(), damping_ratio=0.06).force.damping < 1
 
 
-def test_a_run_without_damping_says_so():
-    """In its plan, and where it leaves the map at resonance: not a larger map, damping is what it lacks."""
+def test_missing_damping_is_reported():
+    """In its plan, and where it leaves the map at resonance: the remedy is damping, not a larger map."""
     law = exugear.MeshForce.from_ste(smooth_map((0, 50, 150, 350)))
     model = exugear.build(exugear.Gearbox([stage(law)]))
     assert "damping: none" in str(model.plan) and "damping: none" in str(exugear.plan(model.gearbox))
@@ -91,5 +91,5 @@ DAMPED = [exugear.Bearing(1e9, 1e9, 1e6, 1e-6), exugear.Coupling(1e4, 2.0, inert
 
 
 @pytest.mark.parametrize("part", [*DAMPED, *(replace(part, damping=0.0) for part in DAMPED)])
-def test_damping_anywhere_counts(part):
+def test_damping_of_any_part_counts(part):
     assert ("damping: none" in str(exugear.plan(smooth_box(part, damping=0.0)))) == (part.damping == 0)

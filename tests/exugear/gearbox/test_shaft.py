@@ -10,7 +10,7 @@ from fem.units import mm
 GEAR = {30 * mm: paper_gear()}
 
 
-def test_cylinder_is_that_of_the_textbook():
+def test_cylinder_has_its_closed_form_inertia():
     length, d, d_bore = 0.2, 0.1, 0.04
     disc = Disc.cylinder(length, d, d_bore, density=7850)
     mass = 7850 * np.pi / 4 * (0.1**2 - 0.04**2) * 0.2
@@ -19,7 +19,7 @@ def test_cylinder_is_that_of_the_textbook():
     assert disc.transverse == pytest.approx(mass / 12 * (3 * (0.05**2 + 0.02**2) + 0.2**2))
 
 
-def test_cylinders_end_to_end_are_one_cylinder():
+def test_cylinders_end_to_end_equal_a_single_cylinder():
     """Against the gear's own blank, from which they are told apart by subtraction."""
     bare = Shaft("a", GEAR)
     whole = Shaft("a", {**GEAR, 200 * mm: Disc.cylinder(0.3, 0.05)})
@@ -35,7 +35,7 @@ def test_cylinders_end_to_end_are_one_cylinder():
     assert whole.centre == pytest.approx((30 * mm * bare.mass + 200 * mm * disc.mass) / whole.mass)
 
 
-def test_several_parts_share_one_place():
+def test_several_parts_share_an_axial_position():
     disc, bearing = Disc.cylinder(0.1, 0.05), Bearing(1e8, 1e8, 1e5)
     shaft = Shaft("a", {30 * mm: [paper_gear(), disc, disc, bearing]})
     assert shaft.gears == {30 * mm: paper_gear()}
@@ -45,7 +45,7 @@ def test_several_parts_share_one_place():
     assert shaft.centre == pytest.approx(30 * mm)
 
 
-def test_coupling_hangs_outside_of_the_shaft():
+def test_rotor_behind_a_coupling_is_not_part_of_the_shaft():
     coupling = Coupling(1e4, 2.0, inertia=0.1)
     shaft = Shaft("a", {0.0: coupling, **GEAR})
     assert shaft.coupling == coupling and Shaft("a", GEAR).coupling is None

@@ -1,4 +1,4 @@
-"""Friction between the teeth at work: balance, dissipation, mirrors, and a driven pair in Exudyn."""
+"""Friction between the teeth: balance, dissipation, mirror images, and a driven pair in Exudyn."""
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -49,7 +49,7 @@ def test_mean_power_over_a_mesh_cycle_is_the_loss(direction):
 
 
 def test_single_contact_jumps_at_the_pitch_point():
-    """The friction force turns: 2 mu F r_b tan(alpha) on either gear, and no loss there."""
+    """The friction force reverses: its torque on either gear jumps by 2 mu F r_b tan(alpha), without loss there."""
     friction, lead, force = friction_for(SPUR), 8 * um / SPUR.pinion.r_b, K * 8 * um
     shift = lead * SPUR.pinion.z / (2 * np.pi)
     before, at, behind = (spun(SPUR, friction, (lead, 0), (90, -90), phase=p - shift) for p in (-1 / N, 0, 1 / N))
@@ -107,8 +107,8 @@ def pitch_point(frame, reference, q) -> np.ndarray:
 
 @pytest.mark.parametrize("name", PAIRS)
 @pytest.mark.parametrize("seed", range(6))
-def test_rolling_bodies_lose_power_and_never_gain(name, seed):
-    """The moment's power alone: what rolls at the pitch point takes none, and the whole may turn as it likes."""
+def test_friction_dissipates_power_for_any_motion(name, seed):
+    """It is the power of the moment alone: there is none in the rolling of the pitch point or a common rotation."""
     pair, random = PAIRS[name], np.random.default_rng(seed + 100)
     reference, q, _ = attitudes(pair, seed)
     spins, twist = random.normal(size=2) * 60, random.normal(size=3)
@@ -155,7 +155,7 @@ def test_directions_are_mirror_images(pair):
 
 
 @pytest.mark.parametrize("direction", [1, -1])
-def test_the_back_flank_rubs_like_a_driving_one(direction):
+def test_friction_of_the_back_flank_is_that_of_a_driving_flank(direction):
     pair, backlash, back = SPUR, 100 * um, 0.37
     law = linear_law(backlash=backlash, reach=9e-3)
     law = exugear.MeshForce(law.phase, law.deflection, law.force_table, backlash=backlash, back_phase=back)
@@ -169,7 +169,7 @@ def test_the_back_flank_rubs_like_a_driving_one(direction):
     assert far == pytest.approx(near, rel=1e-6)
 
 
-def test_nothing_rubs_without_friction_force_or_sliding():
+def test_no_friction_without_coefficient_force_or_sliding():
     lead = 8 * um / SPUR.pinion.r_b
     assert not spun(SPUR, friction_for(SPUR, 0.0), (lead, 0), (9, -9), phase=0.3).any()
     assert not spun(SPUR, friction_for(SPUR), (-lead, 0), (9, -9), phase=0.3).any()
@@ -230,7 +230,7 @@ def test_input_less_output_power_is_the_loss_in_a_run():
 
 
 @pytest.mark.parametrize("kinds", [("spin", "spin"), ("planar", "spatial"), ("spatial", "spin")])
-def test_bodies_of_any_kind_rub(kinds):
+def test_friction_between_bodies_of_any_kind(kinds):
     mbs = exu.SystemContainer().AddSystem()
     bodies = bodies_of_kinds(mbs, kinds)
     friction, law, lead = friction_for(SPUR), LAW, 8 * um / SPUR.pinion.r_b
@@ -265,7 +265,7 @@ def test_jacobian_is_the_slope_of_the_torques():
         assert np.array(jacobian(None, 0.0, 0, q, v, *factors))[:, 1] == pytest.approx(slope, rel=1e-4)
 
 
-def test_offsets_are_looked_up_for_bodies_that_move():
+def test_friction_uses_the_mesh_force_at_the_offsets_of_the_bodies():
     law, reference = law_of(), np.zeros((2, 6))
     reference[1, 0] = SPUR.a
     frame, friction = spatial_frame(SPUR, 0.2, 1, [0, 0], reference), friction_for(SPUR)

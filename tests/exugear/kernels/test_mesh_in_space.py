@@ -188,13 +188,13 @@ def test_bodies_of_any_kind_mesh(pinion, wheel):
 
 
 @pytest.mark.parametrize("kind", ["spin", "planar", "spatial"])
-def test_teeth_that_just_touch_are_as_stiff_as_any(kind):
-    """Derivatives do not reach over the loss of contact; the rest is rounding of the deflection."""
+def test_teeth_that_just_touch_have_the_full_stiffness(kind):
+    """Difference quotients do not reach across the loss of contact; the error is rounding of the deflection."""
     expected = np.sqrt(2 * K * SPUR.pinion.r_b**2 / 1e-2)
     assert torsional_frequency((kind, kind), depth=1e-12) == pytest.approx(expected, rel=1e-4)
 
 
-def test_carrier_takes_the_torques_of_both():
+def test_carrier_takes_the_torques_of_pinion_and_wheel():
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(3)]
@@ -257,7 +257,7 @@ def test_conserving_spins_agree_with_bodies_in_space():
         assert spin[2][0] != pytest.approx(spin[2][1], rel=1e-4)
 
 
-def test_secant_law_of_the_paper():
+def test_secant_law_has_the_stiffness_at_its_torque():
     ste = smooth_map()
     law, torque = exugear.MeshForce.secant(ste, 150.0), 150.0
     te = ste["te"].sel(torque=torque).values
@@ -319,7 +319,7 @@ def planetary(mbs, planets: int = 3) -> None:
     mbs.systemData.SetODE2Coordinates(q, exu.ConfigurationType.Initial)
 
 
-def test_planetary_of_lin_and_parker():
+def test_natural_frequencies_of_the_planetary_set_of_lin_and_parker():
     """Natural frequencies at rest [Hz] (1999, planar, three planets)."""
     published = (0, 743.2, 743.2, 1102.4, 1102.4, 1475.7, 1896.0, 1896.0, 1930.3, 2276.4, 2276.4, 2658.3)
     container = exu.SystemContainer()

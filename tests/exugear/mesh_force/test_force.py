@@ -1,4 +1,4 @@
-"""The mesh force against the map it comes from, its limits and its refusals."""
+"""The mesh force against its map, its limits, and refused arguments."""
 
 from dataclasses import replace
 
@@ -139,7 +139,7 @@ def test_bad_tables_are_refused(changes, message):
         MeshForce(*table, **data)
 
 
-def test_maps_that_are_no_force_law_are_refused():
+def test_maps_that_define_no_force_law_are_refused():
     with pytest.raises(ValueError, match="torque must start at 0"):
         MeshForce.from_ste(smooth_map((5, 50, 150)), damping=0.0)
     falling = smooth_map()
@@ -151,14 +151,14 @@ def test_maps_that_are_no_force_law_are_refused():
 
 
 def with_flank(ste, flank):
-    """The same map, said to be of a pair whose pinion has this flank."""
+    """The same map with the attributes of a pair whose pinion has this flank."""
     pair = pair_of(ste)
     pair = replace(pair, pinion=replace(pair.pinion, flank=flank))
     return ste_map(pair, ste["torque"].values, ste["phase"].values, ste["te"].values)
 
 
-def test_one_pitch_does_not_stand_for_all_where_teeth_differ(law):
-    """Its end and its beginning would meet in a jump that no gear has; what teeth have in common makes none."""
+def test_maps_of_gears_with_unequal_pitches_are_refused(law):
+    """A map of unequal pitches would jump from its end to its beginning; deviations common to all teeth do not jump."""
     worn = PitchDeviation(np.linspace(0, 8 * um, 57))
     for make in (MeshForce.from_ste, lambda ste: MeshForce.secant(ste, 150)):
         with pytest.raises(ValueError, match=r"one pitch, but no two are alike .* map the pair without it"):
@@ -171,13 +171,13 @@ def test_one_pitch_does_not_stand_for_all_where_teeth_differ(law):
 
 
 @pytest.mark.parametrize("argument", [(np.nan, 1e-6, 0.0), (0.1, np.nan, 0.0), (0.1, 1e-6, np.inf)])
-def test_what_is_not_finite_is_refused(law, argument):
+def test_arguments_that_are_not_finite_are_refused(law, argument):
     with pytest.raises(ValueError, match="must be finite"):
         law(*argument)
 
 
-def test_kernels_compile_where_they_cannot_be_kept():
-    """Such as those that are in no file."""
+def test_kernels_compile_where_they_cannot_be_cached():
+    """Kernels of functions that are in no file."""
     assert kept(eval("lambda x: 2.0 * x"))(3.0) == 6.0
 
 

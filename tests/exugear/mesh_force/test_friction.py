@@ -28,7 +28,7 @@ def parts(pair) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("pair", [SPUR, unlike_pair(), unlike_pair(12 * deg), PAIRS["helical"]])
-def test_equal_shares_lose_what_ohlendorf_says(pair):
+def test_loss_of_equal_shares_is_ohlendorfs(pair):
     """H_v holds for equal shares of one or two pairs, the pitch point in single contact."""
     u, eps_1, eps_2 = pair.wheel.z / pair.pinion.z, *parts(pair)
     assert max(eps_1, eps_2) < 1 < pair.eps_alpha < 2
@@ -37,7 +37,7 @@ def test_equal_shares_lose_what_ohlendorf_says(pair):
 
 
 @pytest.mark.parametrize("pair", [SPUR, unlike_pair(12 * deg)])
-def test_shares_of_a_map(pair):
+def test_friction_follows_the_load_shares_of_a_map(pair):
     """Smooth shares against a sum over slices of the width; a tooth pair beyond the path rubs at its end."""
     before, behind = parts(pair)
     low, high = -before - 0.1 - pair.eps_beta / 2, behind + 0.1 + pair.eps_beta / 2

@@ -1,4 +1,4 @@
-"""What a plan knows before the model is built, and what only the built model knows."""
+"""The plan before and after the model is built."""
 
 import pytest
 from bearing_boxes import box_of
@@ -9,7 +9,7 @@ from exugear.plan.plan import KNOWN_ONCE_BUILT
 
 
 @pytest.mark.parametrize("name", KNOWN_ONCE_BUILT)
-def test_a_plan_asks_for_the_model_where_integrator_and_step_are_wanted(name):
+def test_integrator_and_step_need_the_built_model(name):
     plan = exugear.plan(smooth_box())
     with pytest.raises(AttributeError, match=rf"build the model first: exugear.build\(box\).plan.{name}$"):
         getattr(plan, name)

@@ -1,4 +1,4 @@
-"""What the plan says of axes that a map lacks: pasted into the map, the run stays within it."""
+"""Advice of the plan on axes that a map lacks: a run stays within a map that is made by it."""
 
 import re
 
@@ -20,7 +20,7 @@ RECORDED = {"a": "centre_distance", "misalignment": "misalignment", "axial": "ax
 
 
 def pasted(plan: exugear.Plan) -> dict[str, np.ndarray]:
-    """The offsets that the plan writes."""
+    """The `fem.Offsets` of the printed plan."""
     line = re.search(r"map with offsets=(fem\.Offsets\(.*\))", str(plan)).group(1)
     offsets = eval(line, {"fem": fem})
     return {name: np.array(getattr(offsets, name)) for name in offsets.axes()}
@@ -52,7 +52,7 @@ def box(parts, offsets=(), pair=None) -> exugear.Gearbox:
         (SOFT, helical_pair(), {"a", "misalignment", "axial"}),
     ],
 )
-def test_offsets_that_the_plan_writes_hold_the_run(parts, pair, axes):
+def test_a_run_stays_within_a_map_over_the_offsets_of_the_plan(parts, pair, axes):
     offsets = pasted(exugear.plan(box(parts, pair=pair), load=350.0))
     assert set(offsets) == axes
     data = ran(exugear.build(box(parts, offsets, pair)), load=350.0, duration=0.01)
@@ -64,7 +64,7 @@ def test_offsets_that_the_plan_writes_hold_the_run(parts, pair, axes):
         assert reached == pytest.approx(step, rel=0.15)
 
 
-def test_axes_that_the_map_has_stay_in_what_is_written():
+def test_axes_that_the_map_has_stay_in_the_advice():
     a = np.array([149.9, 150, 150.2]) * mm
     offsets = pasted(exugear.plan(box(LINEAR, {"a": a}), load=350.0))
     assert offsets["a"] == pytest.approx(a, rel=1e-9)
@@ -75,15 +75,15 @@ def test_by_default_the_load_is_the_largest_of_the_map():
     assert "under 1000 N m a = " in str(exugear.plan(box(LINEAR)))
 
 
-def test_what_does_not_move_is_not_asked_for():
+def test_shafts_that_hardly_move_need_no_axes():
     stiff = exugear.Bearing(9e12, 9e12, 9e10)
     assert "too little to matter" in str(exugear.plan(smooth_box(parts={30 * mm: [paper_gear(), stiff]}), load=1.0))
     assert "Offsets" not in str(exugear.plan(smooth_box()))
 
 
-def test_bearings_that_hold_no_gears_in_mesh_are_named():
+def test_bearings_too_soft_for_gears_to_mesh_are_named():
     soft = exugear.Bearing(2e5, 1e5, 1e4)
-    assert "yield farther than gears mesh: stiffer ones" in str(exugear.plan(smooth_box(soft), load=350.0))
+    assert "yield too far for the gears to mesh: use stiffer" in str(exugear.plan(smooth_box(soft), load=350.0))
 
 
 def test_plans_need_a_load():

@@ -1,4 +1,4 @@
-"""Gears and shafts that Exudyn draws: closed, outward, of the right volume, and meshing where they should."""
+"""Graphics of gears and shafts: closed surfaces, outward normals, volumes, and teeth in mesh."""
 
 from collections import Counter
 
@@ -82,7 +82,7 @@ def test_twist_keeps_the_volume(beta):
 
 
 @pytest.mark.parametrize("name", GEARS)
-def test_right_number_of_teeth_one_at_the_angle(name):
+def test_outline_has_z_teeth_with_tooth_zero_at_the_given_angle(name):
     gear, angle = GEARS[name], 0.37
     points, _ = surface(graphics.gear_graphics(gear, phase_angle=angle, axial=5 * mm))
     for side in (-1, 1):
@@ -153,7 +153,7 @@ def test_shafts_have_the_volume_of_cylinders():
 
 
 @pytest.mark.parametrize("assembled", [False, True])
-def test_gear_is_added_to_what_a_body_shows(assembled):
+def test_gear_is_added_to_the_graphics_of_a_body(assembled):
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     inertia = InertiaCuboid(1000, [1, 1, 1])

@@ -1,4 +1,4 @@
-"""Plots of maps and runs: what is drawn, where, and that nothing is drawn that is not there."""
+"""Plots of maps and runs: curves, marks, labels and limits."""
 
 import numpy as np
 import pytest
@@ -59,7 +59,7 @@ def test_each_stage_has_its_own_mesh_frequency(two_stages):
 
 
 @pytest.mark.parametrize("stage", [0, 1])
-def test_each_stage_meshes_at_order_one_of_its_own(two_stages, stage):
+def test_each_stage_has_its_largest_amplitude_at_mesh_order_one(two_stages, stage):
     data = two_stages.data
     speed, dte = 2 * np.pi * data["mesh_frequency"].values[stage], data["dte"].values[stage]
     spectrum = exugear.order_spectrum(data["time"].values, speed, dte, orders=3.2, revolutions=20)
@@ -111,7 +111,7 @@ def test_marks_lie_inside_the_frame_which_names_stage_and_load():
         assert box.y0 > frame.y0 and box.y1 < frame.y1
 
 
-def test_order_map_spans_the_decibels_that_are_asked_for():
+def test_order_map_spans_the_given_decibels():
     (picture,) = plots.plot_waterfall(swept(), plots.figure().axes[0], decibels=40.0).collections
     low, high = picture.get_clim()
     assert high == pytest.approx(20 * np.log10(2), abs=0.01)
@@ -141,7 +141,7 @@ def test_static_transmission_error_over_all_pitches_and_its_alternating_part():
         plots.plot_ste(whole, pitches=4)
 
 
-def test_bearing_forces_show_what_varies_of_the_radial_force():
+def test_bearing_forces_show_the_varying_part_of_the_radial_force():
     """A force that turns with amplitude 3 N about a steady force of 100 N; the axial force does not count."""
     run = swept()
     turn = 2 * np.pi * 400 * run["time"].values

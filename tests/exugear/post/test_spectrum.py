@@ -15,7 +15,7 @@ def test_envelope_of_a_growing_sine():
     assert (outline.high + outline.low) / 2 == pytest.approx(3, abs=0.06)
 
 
-def test_resonances_of_oscillators_are_found_between_the_samples():
+def test_resonances_of_oscillators_are_interpolated_between_samples():
     f = np.linspace(1, 3000, 400)
     response = sum(a / np.hypot(1 - (f / f0) ** 2, 0.06 * f / f0) for a, f0 in ((1, 600), (2, 1800)))
     peaks = resonances(f, response)
@@ -34,7 +34,7 @@ def test_windows_hold_whole_cycles_of_a_slow_start():
 
 
 def test_beat_of_samples_and_cycles_is_no_resonance():
-    """Some six samples a cycle: the largest sample of a window falls and rises with where they lie in the cycle."""
+    """About six samples a cycle: the largest sample of a window varies with the position of samples in the cycle."""
     t = np.arange(0, 7, 4.8e-5)
     frequency = 3440 + 60 * t / 7
     outline = envelope(frequency, np.cos(2 * np.pi * (3440 + 30 * t / 7) * t))
@@ -50,7 +50,7 @@ def test_scatter_and_a_rise_to_the_end_are_no_resonances():
     assert peaks.place == pytest.approx([1800], rel=0.02)
 
 
-def test_orders_of_a_run_up_stay_where_they_are():
+def test_orders_of_a_run_up_do_not_depend_on_speed():
     t = np.linspace(0, 10, 400_001)
     speed = 20 + 20 * t
     angle = 20 * t + 10 * t**2
@@ -64,8 +64,8 @@ def test_orders_of_a_run_up_stay_where_they_are():
 
 
 @pytest.mark.parametrize("frequency", [700.0, 6100.0, 9300.0, 15500.0])
-def test_what_lies_above_the_orders_is_not_folded_below_them(frequency):
-    """A tone of constant frequency beside order 57, above order 150 at all speeds; below -60 dB of it."""
+def test_frequencies_above_the_highest_order_are_not_aliased(frequency):
+    """A tone of constant frequency beside order 57, above order 150 at all speeds: it stays below -60 dB."""
     t = np.linspace(0, 10, 400_001)
     speed = 2 * np.pi * np.minimum(0.9 * frequency / 150, 100) * (0.2 + 0.08 * t)
     angle = scipy.integrate.cumulative_trapezoid(speed, t, initial=0)
@@ -75,7 +75,7 @@ def test_what_lies_above_the_orders_is_not_folded_below_them(frequency):
     assert spectrum.amplitude[:, spectrum.order == 57] == pytest.approx(1, rel=0.01)
 
 
-def test_fourier_sum_is_the_sum():
+def test_fourier_sum_equals_the_direct_sum():
     random = np.random.default_rng(5)
     share, values = random.random(400), random.normal(size=400)
     exact = np.exp(-2j * np.pi * np.outer(np.arange(90), share)) @ values
@@ -98,7 +98,7 @@ FINE = np.linspace(0, 1, 20001)
     ("call", "message"),
     [
         (lambda: envelope(np.arange(9.0), np.full(9, np.nan)), "finite"),
-        (lambda: envelope(np.arange(9.0), np.zeros(8)), "one length"),
+        (lambda: envelope(np.arange(9.0), np.zeros(8)), "equally long"),
         (lambda: envelope(np.arange(9.0), np.zeros(9), windows=6), "windows must be"),
         (lambda: resonances(np.arange(9.0), np.zeros(9), prominence=5), "prominence must"),
         (lambda: order_spectrum(np.arange(9.0), np.ones(9), np.ones(9), orders=-1), "orders must"),
@@ -111,7 +111,7 @@ def test_bad_signals_are_refused(call, message):
         call()
 
 
-def test_superharmonics_are_the_peaks_at_shares_of_the_highest():
+def test_superharmonics_are_the_peaks_at_fractions_of_the_main_resonance():
     peaks = Resonances(np.array([300.0, 520.0, 1040.0, 2000.0]), np.array([0.1, 0.3, 0.5, 1.0]))
     assert superharmonics(peaks, (4, 3, 2, 1)) == pytest.approx([520, np.nan, 1040, 2000], nan_ok=True)
     with pytest.raises(ValueError, match="at least one peak"):

@@ -1,4 +1,4 @@
-"""What Exudyn's own renderer shows of a built gearbox: without a screen, and in its window on a (virtual) one."""
+"""A built gearbox in Exudyn's renderer: by its raytracer without a screen, and in its window on a (virtual) screen."""
 
 import os
 import shutil

@@ -100,8 +100,8 @@ def test_helical_forces_reach_the_bearings():
     assert abs(float(axial)) == pytest.approx(f_t * np.tan(pair.pinion.beta), rel=1e-5)
 
 
-def test_displaced_shaft_meets_its_map():
-    """Stiff bearings, an askew wheel: misalignment, centroid and deflection are those of the springs at that place."""
+def test_displaced_shaft_has_the_deflection_of_its_map():
+    """Stiff bearings, an askew wheel: misalignment, centroid and deflection are those of springs across the width."""
     alpha, gamma = SPUR.alpha_wt, 1e-4
     askew = exugear.Placement(tilt_x=-gamma * np.cos(alpha), tilt_y=gamma * np.sin(alpha), x=20 * um)
     stiff = {axial: exugear.Bearing(1e11, 1e11) for axial in (0.0, 60 * mm)}
@@ -118,7 +118,7 @@ def test_displaced_shaft_meets_its_map():
     assert moment == pytest.approx(force * float(data["centroid"]), rel=1e-3)
 
 
-def test_spinning_shafts_that_stand_askew_need_no_axes():
+def test_tilted_shafts_that_only_spin_need_no_map_axes():
     law = law_of(backlash=1e-3)
     askew = exugear.Placement(tilt_x=-1e-4, x=20 * um)
     model = exugear.build(box_of(law=law, fast={}, slow={}, offset=askew))
@@ -175,7 +175,7 @@ def test_displaced_shafts_need_the_axis(placement, message):
 
 
 @pytest.mark.slow
-def test_misaligned_scene_stands_where_the_finite_elements_do():
+def test_misaligned_scene_agrees_with_a_direct_finite_element_solve():
     """Deflection and centroid against a direct solve at the misalignment that the scene finds.
 
     A torque on the spin of an Rxyz node stands along (0, -tilt_x, 1) and takes part in the moments.
@@ -209,14 +209,14 @@ def test_stiff_bearings_make_the_step_small_or_the_rule_stable():
     assert trapezoidal == pytest.approx(fourth_order, rel=3e-2)
 
 
-def test_gears_are_drawn_where_they_mesh():
+def test_graphics_have_their_teeth_in_mesh():
     model = exugear.build(box_of())
     exugear.draw(model)
     for body in model.bodies.values():
         assert len(model.mbs.GetObject(body, addGraphicsData=True)["VgraphicsData"]) >= 2
 
 
-def test_sensor_of_a_contact_tells_what_the_recorder_does():
+def test_sensor_and_recorder_of_a_contact_agree():
     model = exugear.build(box_of())
     sensor = model.mbs.CreateGearSensor(model.meshes[0].contact, storeInternal=True)
     model.mbs.Assemble()
@@ -229,7 +229,7 @@ def test_sensor_of_a_contact_tells_what_the_recorder_does():
         model.mbs.CreateGearSensor(model.bodies["fast"])
 
 
-def test_what_is_added_to_the_system_counts_for_the_step():
+def test_items_added_to_the_system_count_for_the_step():
     """A stiff oscillator beside the gears: its eigenfrequency shortens the step, and nothing else changes."""
     model, plain = (exugear.build(smooth_box()) for _ in range(2))
     mbs = model.mbs

@@ -1,4 +1,4 @@
-"""Eigenfrequencies under load: closed forms, published modes on bearings, and what Exudyn's own call sees."""
+"""Eigenfrequencies under load: closed forms, published modes on bearings, and Exudyn's own call."""
 
 from math import pi
 
@@ -17,7 +17,7 @@ MODES = {1e9: (2078.72, 2851.86, 4765.41), 2e8: (1002.75, 1275.39, 4417.94)}
 
 
 def linear(*parts: object, ratio: float = 1.0, fast: tuple = ()) -> exugear.Model:
-    """The paper's pair on a mesh of constant stiffness; ratio: inertia of the slow shaft over that of the fast one."""
+    """The paper's pair on a mesh of constant stiffness; ratio: inertia of the slow over that of the fast shaft."""
     inertia = {"fast": INERTIA, "slow": ratio * INERTIA}
     on = {"fast": [paper_gear(), *parts, *fast], "slow": [paper_gear(), *parts]}
     shafts = [exugear.Shaft(name, {0.0: on[name]}, inertia=inertia[name], mass=3.1145) for name in on]
@@ -25,13 +25,13 @@ def linear(*parts: object, ratio: float = 1.0, fast: tuple = ()) -> exugear.Mode
 
 
 @pytest.mark.parametrize("load", [150.0, 3.0, 2000.0])
-def test_slow_shaft_swings_on_the_mesh_while_the_drive_is_held(load):
+def test_slow_shaft_vibrates_on_the_mesh_while_the_drive_is_fixed(load):
     frequencies = exugear.eigenfrequencies(linear(ratio=3.0), load=load)
     assert frequencies == pytest.approx([np.sqrt(K * R_B**2 / (3 * INERTIA)) / (2 * pi)], rel=1e-6)
 
 
-def test_two_shafts_free_to_spin_swing_against_each_other():
-    """Behind a coupling that hardly holds them."""
+def test_two_shafts_free_to_spin_vibrate_against_each_other():
+    """The drive acts through a very soft coupling."""
     model = linear(ratio=3.0, fast=(exugear.Coupling(10.0, inertia=1.0),))
     high = np.sqrt(K * (R_B**2 / INERTIA + R_B**2 / (3 * INERTIA))) / (2 * pi)
     low = np.sqrt(10.0 / (4 * INERTIA)) / (2 * pi)
@@ -48,7 +48,7 @@ def test_modes_on_bearings_are_the_known_ones(k):
 
 
 def test_teeth_that_just_touch_are_no_spring():
-    """A resonance is where the function says; Exudyn's call straight after build takes half the mesh stiffness."""
+    """The resonance lies at `eigenfrequencies`; Exudyn's call straight after build takes half the mesh stiffness."""
     model = linear()
     loaded = exugear.eigenfrequencies(model, load=150.0)[0]
     touching = model.mbs.ComputeODE2Eigenvalues(convert2Frequencies=True)[0][0]
@@ -62,7 +62,7 @@ def test_joints_and_reduced_shafts_agree():
     assert exugear.eigenfrequencies(joints, load=150.0) == pytest.approx(reduced, rel=1e-6)
 
 
-def test_the_system_stays_as_it_was():
+def test_eigenfrequencies_leave_the_state_of_the_system_unchanged():
     model = exugear.build(smooth_box(exugear.Bearing(5e8, 3e8, 2e5, 1e-6)))
     exugear.run_up(model, speed=1000 * rpm, load=50.0, duration=1e-3, progress=False)
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial

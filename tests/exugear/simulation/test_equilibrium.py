@@ -1,4 +1,4 @@
-"""Runs start in the equilibrium that the speed's slope asks for: nothing rings that nobody struck."""
+"""Runs start in the equilibrium under load and initial acceleration: no transient vibrations."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ R_B = paper_pair().pinion.r_b
 
 
 def constant(damping: float = 2700.0):
-    """A mesh whose stiffness does not change: what moves, moves by the start."""
+    """A mesh of constant stiffness, in which only the start can excite vibrations."""
     return replace(linear_law(), damping=damping)
 
 
@@ -26,19 +26,19 @@ def shafts(*names: str, parts=None, **changes) -> list[exugear.Shaft]:
 
 
 def accelerated(box, slope: float = 400.0, load: float = 150.0, duration: float = 0.02, **changes):
-    """Data of a run from 500 rpm on."""
+    """Data of a run whose speed rises from 500 rpm with a slope [rad/s^2]."""
     speed = (500 * rpm, 500 * rpm + slope * duration)
     options = {"speed": speed, "load": load, "duration": duration, "progress": False, "tolerance": 1e-6}
     return exugear.run_up(exugear.build(box), **options | changes).data
 
 
 def ripple(force: np.ndarray, balance: float) -> float:
-    """Largest deviation from a force as share of it."""
+    """Largest deviation from the balancing force, as share of it."""
     return float(np.abs(force / balance - 1).max())
 
 
-def test_soft_coupling_does_not_ring():
-    """Beside J alpha / k, by which the twist of a start from rest would ring at 3.2 Hz."""
+def test_soft_coupling_starts_without_torsional_vibration():
+    """Against J alpha / k, the amplitude at 3.2 Hz of a start without the inertia torques."""
     inertia, torsion, slope = 20.0, 8e3, 5.0
     brake = exugear.Coupling(torsion, inertia=inertia)
     fast, slow = shafts("fast")[0], shafts("slow", parts={0.0: brake})[0]
@@ -52,7 +52,7 @@ def test_soft_coupling_does_not_ring():
 
 @pytest.mark.parametrize("where", ["fast", "slow"])
 @pytest.mark.parametrize("part", [None, BEARING, exugear.Bearing(5e8, 3e8, 2e5, 1e-5, clearance=5e-6)])
-def test_gears_that_accelerate_stay_where_they_start(where, part):
+def test_accelerated_gears_keep_their_initial_mesh_force(where, part):
     """Spinning, planar, in space on nonlinear bearings; rotors behind couplings on either side."""
     rotor = {0.0: exugear.Coupling(2e4, inertia=0.1)}
     bearing = {} if part is None else {30 * mm: [paper_gear(), part]}
@@ -63,7 +63,7 @@ def test_gears_that_accelerate_stay_where_they_start(where, part):
 
 
 @pytest.mark.parametrize("part", [None, BEARING])
-def test_loops_that_accelerate_stay_where_they_start(part):
+def test_accelerated_loops_keep_their_initial_mesh_forces(part):
     bearing = {} if part is None else {30 * mm: [paper_gear(), part]}
     a, b, c, d = shafts("a", "b", "c", "d", parts=bearing)
     ends = [(a, b, 0.0), (a, c, np.pi / 2), (b, d, np.pi / 2), (c, d, 0.0)]
@@ -75,22 +75,22 @@ def test_loops_that_accelerate_stay_where_they_start(part):
     assert ripple(force[:2].sum(axis=0), last + 2 * INERTIA * 400 / R_B) < 1e-3
 
 
-def test_deceleration_starts_on_the_other_flank():
-    """The gears brake the shaft whose load is less than its inertia asks for."""
+def test_deceleration_starts_on_the_back_flank():
+    """The inertia torque exceeds the load: the gears brake the slow shaft."""
     fast, slow = shafts("fast", "slow")
     law = replace(constant(), backlash=1e-5)
     data = accelerated(exugear.Gearbox([exugear.Stage(fast, slow, law, pair=paper_pair())]), -400.0, load=1.0)
     assert ripple(data["mesh_force"].values[0], (1 - INERTIA * 400) / R_B) < 1e-3
 
 
-def test_slopes_beyond_the_map_are_named():
+def test_initial_accelerations_beyond_the_map_are_named():
     model = exugear.build(smooth_box())
     with pytest.raises(ValueError, match=r"extend the map.*inertia torques at 1e\+06 rad/s\^2"):
         exugear.run_up(model, speed=(0.0, 100.0), load=150.0, duration=1e-4, sample=1e-5)
 
 
-def test_imposed_speed_has_its_acceleration_from_the_first_step_on():
-    """Not twice as much and nothing, in turns."""
+def test_driving_shaft_has_its_acceleration_from_the_first_step_on():
+    """It does not alternate between twice the acceleration and 0."""
     model = exugear.build(smooth_box())
     exugear.run_up(model, speed=(50.0, 60.0), load=150.0, duration=0.02)
     assert model.mbs.systemData.GetODE2Coordinates_tt()[model.spins["fast"]] == pytest.approx(500, rel=1e-6)
@@ -110,8 +110,8 @@ def test_curves_know_their_slope():
         (exugear.Coupling(8.0, inertia=1.0), "coupling of shaft 'fast' twists by -18.7 rad under -150 N m.*8e3"),
     ],
 )
-def test_units_that_a_load_brings_to_light(part, message):
-    """200 N/um given as 200e3, 50 as 50e3, 8 kN m/rad given as 8."""
+def test_stiffness_in_a_wrong_unit_is_named_under_load(part, message):
+    """200 N/um given as 200e3, 50 N/um as 50e3, 8 kN m/rad as 8."""
     model = exugear.build(smooth_box(parts={30 * mm: [paper_gear(), part]}))
     with pytest.raises((ValueError, RuntimeError), match=message):
         exugear.run_up(model, speed=0.0, load=150.0, duration=1e-3)

@@ -1,4 +1,4 @@
-"""Scenes at their ends: masses, bearings, maps and gears, each with the right answer or a clear stop."""
+"""Extreme masses, bearings, maps and gears: the right answer, or a refusal with its reason."""
 
 import numpy as np
 import pytest
@@ -15,14 +15,14 @@ SMOOTH = smooth_map()
 
 
 def heavy(fast: float, slow: float, damping: float = 2700.0) -> exugear.Model:
-    """The smooth pair with so many times its inertia on either shaft."""
+    """The smooth pair with its inertia times a factor on each shaft."""
     inertias = {"fast": fast * INERTIA, "slow": slow * INERTIA}
     shafts = [exugear.Shaft(name, {0.0: paper_gear()}, inertia=x) for name, x in inertias.items()]
     return exugear.build(exugear.Gearbox([exugear.Stage(*shafts, SMOOTH, damping=damping)]))
 
 
 def held(fast: float, slow: float) -> exugear.Model:
-    """The smooth pair with a bearing of so much stiffness [N/m] under either gear, where nothing tilts it."""
+    """The smooth pair with a bearing of a stiffness [N/m] under each gear, so that the shafts do not tilt."""
     stiffness = {"fast": fast, "slow": slow}
     ends = {name: exugear.Bearing(k, k, tilt=1e-3 * k, damping=1e-5) for name, k in stiffness.items()}
     shafts = [exugear.Shaft(name, {0.0: [paper_gear(), end]}) for name, end in ends.items()]
@@ -41,7 +41,7 @@ def unit() -> np.ndarray:
 
 @pytest.mark.parametrize("share", [1e-3, 1e3, 1e6])
 def test_masses_over_decades_are_similar(share, unit):
-    """Times as the root of the inertia, speeds and damping accordingly: the same deflections."""
+    """Times scale with the root of the inertia, speeds and damping accordingly: the deflections stay the same."""
     slower = share**0.5
     times = {"speed": 1000 * rpm / slower, "duration": 0.2 * slower, "sample": 4e-5 * slower}
     dte = ran(heavy(share, share, damping=2700 * slower), **times)["dte"].values
@@ -49,8 +49,8 @@ def test_masses_over_decades_are_similar(share, unit):
 
 
 @pytest.mark.parametrize("share", [1e-3, 1e3, 1e6])
-def test_inertia_of_the_shaft_whose_speed_is_imposed_does_not_matter(share):
-    """Beside that of the slow shaft from a thousandth to a million times."""
+def test_inertia_of_the_driving_shaft_does_not_matter(share):
+    """From a thousandth to a million times the inertia of the slow shaft."""
     conditions = {"duration": 0.1, "step": 3e-6, "sample": 1.2e-5, "tolerance": 1e-6}
     dte, reference = (ran(heavy(fast, 1), **conditions)["dte"].values for fast in (share, 1))
     assert dte == pytest.approx(reference, abs=1e-6 * np.ptp(reference))
@@ -58,7 +58,7 @@ def test_inertia_of_the_shaft_whose_speed_is_imposed_does_not_matter(share):
 
 @pytest.mark.parametrize(("fast", "slow"), [(1e12, 1e6), (1e6, 1e12)])
 def test_bearings_a_million_times_apart_carry_the_mesh_force(fast, slow):
-    """At rest; and running, it is the same at half the step."""
+    """At rest; while running, half the step gives the same force."""
     model = held(fast, slow)
     rest = ran(model, speed=0.0, duration=1e-3, load=15.0)
     assert rest["mesh_force"].values == pytest.approx(FORCE / 10, rel=1e-9)
@@ -71,12 +71,12 @@ def test_bearings_a_million_times_apart_carry_the_mesh_force(fast, slow):
 
 @pytest.mark.parametrize("soft", [1e5, 5e5])
 def test_bearings_that_let_the_teeth_part_are_named(soft):
-    """22 and 4 mm along the line of action; at 1.3 mm more centre distance the contact ratio falls to 1."""
+    """They yield by 22 and 4 mm; at 1.3 mm more centre distance the contact ratio falls to 1."""
     with pytest.raises(RuntimeError, match=r"bearings of fast-slow yield .* mm, .* try less load or stiffer bearings"):
         ran(held(1e11, soft), duration=0.005)
 
 
-def test_a_map_of_one_torque_makes_the_secant_law_and_no_other():
+def test_a_map_of_a_single_torque_defines_the_secant_law_alone():
     """Its law is that of the whole map at this torque."""
     single, pair = SMOOTH.sel(torque=[150.0]), paper_pair()
     law_of_whole_map, law = (exugear.MeshForce.secant(ste, 150.0, damping=2700.0) for ste in (SMOOTH, single))
@@ -112,7 +112,7 @@ def noisy(wave: float, each: float):
 
 @pytest.mark.parametrize("wave", [0.1 * um, 1 * um, 5 * um])
 def test_measured_waves_are_followed(wave):
-    """Slowly, but for the lag of the damping; at speed the load is handed on, with contact loss at 5 um."""
+    """At low speed the DTE is the map, but for the lag by damping; at speed, also with contact loss, the mean load."""
     ste = noisy(wave, 0.0)
     pitch = 2 * np.pi / TEETH / (0.5 * rpm)
     slow = ran(meshing(ste, paper_pair()), speed=0.5 * rpm, duration=pitch)
@@ -124,7 +124,7 @@ def test_measured_waves_are_followed(wave):
     assert (fast.min() <= 0) == (wave > 4 * um)
 
 
-def test_noise_above_what_the_torques_differ_by_is_refused_with_place_and_remedy():
+def test_noise_that_makes_te_fall_with_torque_is_refused_with_phase_and_remedy():
     with pytest.raises(ValueError, match=r"te must grow .* got -.* um from 0 to 1 N m at phase 0\..*smooth me"):
         meshing(noisy(0.0, 0.1 * um), paper_pair())
 
@@ -148,7 +148,7 @@ def even(a: float | None = None, **changes) -> fem.GearPair:
     ],
 )
 def test_nearly_singular_gears_run(pair):
-    """Crawling they stand where the map says, running they hand the load on."""
+    """At low speed the DTE is the map; at speed the gears transmit the load."""
     quick = fem.Slices()
     load = 0.1 * pair.pinion.r**2 / (74e-3) ** 2 * 1500
     torque = load * np.array([0, 0.01, 0.1, 0.3, 1, 3])

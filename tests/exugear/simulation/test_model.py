@@ -38,7 +38,7 @@ def test_default_inertia_is_that_of_solid_steel_discs():
     assert shaft(inertia=0.5).inertia == 0.5
 
 
-def test_gearbox_knows_senses_places_ratios_and_static_forces():
+def test_gearbox_has_directions_positions_ratios_and_static_forces():
     box = two_stages()
     assert box.directions == {"fast": 1, "middle": -1, "last": 1}
     assert box.shaft_positions["last"] == pytest.approx((150 * mm, 150 * mm))
@@ -47,7 +47,7 @@ def test_gearbox_knows_senses_places_ratios_and_static_forces():
     assert (box.driving.name, box.driven.name) == ("fast", "last")
 
 
-def test_plan_skips_what_is_absent_and_says_why():
+def test_plan_chooses_the_fewest_coordinates_with_reasons():
     plan = exugear.plan(smooth_box())
     assert "1 coordinate" in str(plan) and "no bearings given" in str(plan)
     assert "6 coordinates" in str(exugear.plan(smooth_box(BEARING)))
@@ -86,7 +86,7 @@ def test_step_follows_the_tolerance_with_fourth_order():
 
 
 @pytest.mark.parametrize("unreduced", [False, True])
-def test_shafts_laid_out_stand_at_the_wanted_deflections(unreduced):
+def test_shafts_take_the_spins_of_given_deflections(unreduced):
     box = two_stages()
     plan = exugear.plan(box)
     model = exugear.build(box, plan=plan.with_joints() if unreduced else plan)
@@ -102,7 +102,7 @@ def square() -> exugear.Gearbox:
 
 
 @pytest.mark.parametrize("unreduced", [False, True])
-def test_loops_are_laid_out_where_the_deflections_agree(unreduced):
+def test_loops_take_the_spins_at_which_deflections_agree(unreduced):
     box = square()
     plan = exugear.plan(box)
     model = exugear.build(box, plan=plan.with_joints() if unreduced else plan)
@@ -126,13 +126,13 @@ def test_shaft_without_bearings_beside_one_that_has_them():
     assert kinds == ["BEARINGS", "SPIN"]
 
 
-def test_bearing_by_its_matrix_is_the_same_bearing():
+def test_bearing_by_its_matrix_equals_the_bearing_by_its_stiffnesses():
     boxes = smooth_box(BEARING), smooth_box(exugear.Bearing(matrix=BEARING.stiffness))
     by_stiffness, by_matrix = (matrices_without_meshes(exugear.build(box))[1] for box in boxes)
     assert np.abs(by_stiffness - by_matrix).max() < 1e-9 * np.abs(by_stiffness).max()
 
 
-def test_gears_without_backlash_are_taken_out_of_mesh_as_well():
+def test_matrices_without_meshes_also_of_gears_without_backlash():
     boxes = smooth_box(BEARING), smooth_box(BEARING, backlash=0.0)
     with_backlash, without_backlash = (
         matrices_without_meshes(exugear.build(box, plan=exugear.plan(box).with_bodies()))[1] for box in boxes
@@ -203,7 +203,7 @@ def test_bad_scenes_are_refused(build, message):
 
 
 def test_a_run_changes_the_state_of_a_contact_and_nothing_else():
-    """Frame and table are read-only; the state returns to what it was, except for the force that holds the load."""
+    """Frame and table are read-only; the state is restored, except for the force that balances the load."""
     model = exugear.build(smooth_box())
     mesh = model.meshes[0]
     frame, table, before = mesh.frame.tobytes(), mesh.law.table.tobytes(), state_of(model.mbs, mesh.contact).copy()
@@ -211,6 +211,6 @@ def test_a_run_changes_the_state_of_a_contact_and_nothing_else():
     state = state_of(model.mbs, mesh.contact)
     assert (mesh.frame.tobytes(), mesh.law.table.tobytes()) == (frame, table)
     assert (state.engaged, state.lag) == (before.engaged, before.lag) == (1.0, 0.0)
-    assert state.holding_force == pytest.approx(150.0 * mesh.held)
+    assert state.holding_force == pytest.approx(150.0 * mesh.force_per_load)
     with pytest.raises(ValueError, match="read-only"):
         mesh.frame.phase = 0.3

@@ -1,4 +1,4 @@
-"""Oscillators with known answers, through the built model and Exudyn."""
+"""Oscillators with published or closed-form solutions, by the built model in Exudyn."""
 
 import numpy as np
 import pytest

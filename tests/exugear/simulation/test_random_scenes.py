@@ -19,7 +19,7 @@ import exugear
 from exugear.elements.gear_contact import state_of
 from exugear.kernels.contact_records import is_spatial
 from exugear.kernels.kinematics import spatial_mesh
-from exugear.simulation.model import integrated
+from exugear.simulation.model import lag_corrected
 
 CASES = int(os.environ.get("EXUGEAR_CASES", "80"))
 QUICK = settings(max_examples=25, deadline=None, derandomize=True, phases=[Phase.generate])
@@ -34,7 +34,7 @@ OUTCOMES: Counter = Counter()
 
 
 def is_in_words(error: Exception) -> bool:
-    """Whether exugear itself says what is wrong and what to do, rather than a library below it."""
+    """Whether exugear states fault and remedy, rather than a library below it."""
     return type(error) in (ValueError, RuntimeError, exugear.RunStopped) and bool(REMEDY.search(str(error)))
 
 
@@ -75,14 +75,14 @@ def torques(model: exugear.Model, forces: np.ndarray, load: float) -> tuple[np.n
 
 
 def whole(model) -> float:
-    """Largest torque that the maps hold on any shaft [N m]."""
+    """Largest torque within the maps on any shaft [N m]."""
     tops = [top_force(stage.pair) for stage in model.gearbox.stages]
     return float(np.abs(model.gearbox.rows * np.array(tops)[:, None]).max())
 
 
 def laid(model) -> float:
     """What the second order of the shafts' displacement may leave of the torques where meshes are laid out [N m]."""
-    second = [mesh.rest**2 / mesh.stage.pair.pinion.r_b for mesh in model.meshes]
+    second = [mesh.reference_deflection**2 / mesh.stage.pair.pinion.r_b for mesh in model.meshes]
     forces = [mesh.law.stiffness_max * x for mesh, x in zip(model.meshes, second, strict=True)]
     return float(np.abs(model.gearbox.rows * np.array(forces)[:, None]).sum())
 
@@ -117,7 +117,7 @@ def meshing(model, mesh):
 
 
 def arms(model) -> np.ndarray:
-    """(n_stage, n_shaft) of the mesh forces about the shafts, which may stand askew [m]."""
+    """(n_stage, n_shaft) of the mesh forces about the shafts, which may be tilted [m]."""
     box = model.gearbox
     arms = box.rows.copy()
     for i, mesh in enumerate(model.meshes):
@@ -130,7 +130,7 @@ def arms(model) -> np.ndarray:
 
 
 def coordinates_of(model, shaft: exugear.Shaft) -> list[int]:
-    """Places of a shaft's coordinates in the system."""
+    """Indices of a shaft's coordinates in the system."""
     spin = model.spins[shaft.name]
     return list(range(spin - model.plan.shafts[shaft.name].spin_index, spin + 1))
 
@@ -177,19 +177,19 @@ def check(scene: Scene) -> None:
     for name, values in run.data.items():
         assert np.isfinite(values.values).all(), name
     starts_in_equilibrium(model, rest, load)
-    with integrated(model, model.plan.rule()):
+    with lag_corrected(model, model.plan.rule()):
         actions_are_reactions(model)
     accelerates_as_forces_ask(model, run)
 
 
 @given(scenes())
 @QUICK
-def test_some_gearboxes(scene):
+def test_a_few_random_gearboxes(scene):
     check(scene)
 
 
 @pytest.mark.slow
-def test_many_gearboxes():
+def test_many_random_gearboxes():
     OUTCOMES.clear()
     given(scenes())(LONG(check))()
     print(*(f"{number:6d} {outcome}" for outcome, number in OUTCOMES.most_common()), sep="\n")

@@ -1,4 +1,4 @@
-"""Run-ups: equilibrium, energy, invariance of the reduction, accuracy of the step, refusals."""
+"""Run-ups: equilibrium, energy, reduced against unreduced scenes, accuracy of the step, refusals."""
 
 import _thread
 import gc
@@ -44,7 +44,7 @@ def with_bearings() -> exugear.Model:
 
 
 @pytest.mark.parametrize("build", [lambda: exugear.build(smooth_box()), with_bearings])
-def test_a_resting_gearbox_rests(build):
+def test_a_gearbox_without_speed_stays_in_equilibrium(build):
     data = run(build(), speed=0.0, duration=0.01).data
     assert data["mesh_force"].values == pytest.approx(LOAD / paper_pair().wheel.r_b, rel=1e-4)
     assert np.ptp(data["dte"].values) < 1e-4 * um * 10
@@ -109,7 +109,7 @@ def test_contact_loss_makes_the_error_fall_more_slowly():
 
 @pytest.mark.parametrize("duration", [1e-3, 0.7, 70.0, 1234.5])
 def test_steps_sum_up_exactly(duration):
-    """As Exudyn adds them: else one more, of some 1e-10 s, would ruin the rates at the end."""
+    """As Exudyn adds them: a further step of some 1e-10 s would spoil the rates at the end."""
     n = 3_000_017
     step = summable(duration / n, duration)
     for h, number in ((step, n), (step / 2, 2 * n)):
@@ -121,8 +121,8 @@ def test_steps_sum_up_exactly(duration):
 @pytest.mark.parametrize(
     "build", [lambda: exugear.build(smooth_box()), pytest.param(with_bearings, marks=pytest.mark.slow)]
 )
-def test_estimated_errors_are_true(build, monkeypatch):
-    """All hundred pieces of a run-up through the resonances, against a sixth of the step; above Newton's own error."""
+def test_estimated_errors_match_true_errors(build, monkeypatch):
+    """All hundred segments of a run-up through the resonances, against a sixth of the step; above Newton's error."""
     monkeypatch.setattr(Solver, "representative", lambda self, segments, number: segments)
     conditions = {"speed": (500 * rpm, 3500 * rpm), "duration": 10.0, "load": 150.0, "tolerance": 4e-3}
     rough = run(build(), **conditions, progress=True)
@@ -135,7 +135,7 @@ def test_estimated_errors_are_true(build, monkeypatch):
     assert np.median(ratio) == pytest.approx(1, abs=0.3)
 
 
-def test_checks_leave_the_run_as_it_was():
+def test_checks_do_not_change_the_run():
     runs = [run(exugear.build(smooth_box()), progress=True, checks=checks) for checks in (0, 3)]
     plain, checked = (x.data for x in runs)
     assert "step_error" not in plain
@@ -167,7 +167,7 @@ def test_seventy_seconds_in_space_on_revolute_joints(spinning, run_up):
     assert np.median(np.abs(windows(run(unreduced, **RUN_UP)) / windows(run_up) - 1)) < 1e-3
 
 
-def test_forced_vibration_from_rest_is_the_textbooks():
+def test_forced_vibration_from_rest_has_its_closed_form():
     oscillator, w = Oscillator(linear_law(), zeta=0.0), 0.6
     y, x = oscillator.run(lambda x: 0.0, lambda x: 2000 + 500 * np.sin(2 * np.pi * w * x), 20.0)
     angle = 2 * np.pi * x
@@ -175,8 +175,8 @@ def test_forced_vibration_from_rest_is_the_textbooks():
     assert y * K == pytest.approx(textbook, abs=0.05)
 
 
-def test_damping_at_resonance_is_the_textbooks():
-    """Newmark's velocities alone would take (omega h)^2 / 12 from it: 1.3 %."""
+def test_damped_resonance_has_its_closed_form():
+    """Newmark's velocities without correction would reduce it by (omega h)^2 / 12, 1.3 %."""
     zeta = 0.05
     c = 2 * zeta * np.sqrt(K * INERTIA) / paper_pair().pinion.r_b
     oscillator = Oscillator(replace(linear_law(), damping=c), zeta=0.0)
@@ -189,7 +189,7 @@ def test_damping_at_resonance_is_the_textbooks():
 
 @pytest.mark.parametrize("tau", [0.0, 1e-6])
 def test_bodies_on_bearings_are_damped_as_well(tau):
-    """About a resonance, with mesh damping and hardly any of the bearings."""
+    """Near a resonance, with damping of the mesh and hardly any of the bearings."""
     box = smooth_box(exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5, damping=tau))
     model = exugear.build(box, plan=exugear.plan(box).with_bodies())
     conditions = {"speed": (1900 * rpm, 2000 * rpm), "duration": 1.0, "tolerance": 1e-6}
@@ -208,7 +208,7 @@ def test_systems_that_are_no_longer_used_are_freed(speed, load):
     assert system() is None
 
 
-def test_load_turned_round_lies_on_the_other_flank(spinning):
+def test_reversed_load_acts_on_the_back_flank(spinning):
     forward, back = (run(spinning, speed=0.0, duration=0.01, load=load).data for load in (LOAD, -LOAD))
     assert back["mesh_force"].values == pytest.approx(-forward["mesh_force"].values, rel=1e-3)
     assert (back["dte"].values < -paper_pair().backlash).all()
@@ -216,7 +216,7 @@ def test_load_turned_round_lies_on_the_other_flank(spinning):
 
 @pytest.mark.parametrize("load", [LOAD, -LOAD])
 def test_heavily_damped_gears_on_bearings_rest_on_either_flank(load):
-    """The shafts lean by 1e-3, which changes the arms by its square."""
+    """The shafts tilt by 1e-3 rad, which changes the lever arms by its square."""
     soft = exugear.Bearing(radial=5e7, axial=1e7, tilt=1e5)
     box = smooth_box(soft, damping=40000.0)
     data = run(exugear.build(box), speed=0.0, duration=0.01, load=load).data
@@ -233,14 +233,14 @@ def two_stages() -> exugear.Model:
 
 
 @pytest.mark.parametrize("load", [LOAD, -LOAD])
-def test_what_the_load_turns_moves_the_phase_of_the_next_stage(two_stages, load):
-    """A gear that crosses its backlash turns by some hundredths of a pitch; the start is exact all the same."""
+def test_rotation_under_load_shifts_the_phase_of_the_next_stage(two_stages, load):
+    """A gear that crosses its backlash turns by some hundredths of a pitch; the start is still exact."""
     forces = run(two_stages, speed=0.0, duration=0.01, load=load).data["mesh_force"].values
     wanted = np.array([[load], [load]]) / paper_pair().wheel.r_b
     assert forces == pytest.approx(np.broadcast_to(wanted, forces.shape), rel=1e-9)
 
 
-def test_two_stages_hand_the_load_on(two_stages):
+def test_two_stages_transmit_the_load(two_stages):
     data = run(two_stages, speed=5.0, duration=0.1).data
     assert data["stage"].values.tolist() == ["fast-middle", "middle-slow"]
     assert data["mesh_force"].values.mean(axis=1) == pytest.approx(LOAD / paper_pair().wheel.r_b, rel=0.02)
@@ -299,7 +299,7 @@ def test_data_are_labelled_and_saved_whole(spinning, tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["run.nc"]
 
 
-def test_saved_runs_come_back(two_stages, tmp_path):
+def test_saved_runs_are_read_back(two_stages, tmp_path):
     done = run(two_stages, speed=5.0, duration=0.01)
     same = exugear.Run.load(done.save(tmp_path / "run.nc"))
     xr.testing.assert_identical(same.data, done.data)
@@ -309,8 +309,8 @@ def test_saved_runs_come_back(two_stages, tmp_path):
     assert np.isnan(exugear.Run.load(tmp_path / "older.nc").wall_time)
 
 
-def test_files_of_one_mesh_frequency_come_back_where_it_is_the_one(two_stages, spinning, tmp_path):
-    """So they were saved before each stage had its own."""
+def test_files_with_a_single_mesh_frequency_are_read_for_a_single_stage(two_stages, spinning, tmp_path):
+    """Older versions saved the mesh frequency of the first stage alone."""
     done, several = run(spinning, duration=0.01), run(two_stages, duration=0.01)
     path = tmp_path / "older.nc"
     done.data.assign(mesh_frequency=done.data["mesh_frequency"][0]).to_netcdf(path, engine="h5netcdf")
@@ -320,7 +320,7 @@ def test_files_of_one_mesh_frequency_come_back_where_it_is_the_one(two_stages, s
         exugear.Run.load(path)
 
 
-def test_files_of_no_run_are_refused(tmp_path):
+def test_files_without_a_run_are_refused(tmp_path):
     smooth_map().to_netcdf(tmp_path / "map.nc", engine="h5netcdf")
     (tmp_path / "text.nc").write_text("no netCDF")
     for name, message in (("map.nc", "holds no run, it lacks"), ("text.nc", "damaged or no netCDF file; run it again")):
@@ -330,7 +330,7 @@ def test_files_of_no_run_are_refused(tmp_path):
         exugear.Run.load(tmp_path / "missing.nc")
 
 
-def test_a_load_that_ends_in_nan_is_named(spinning):
+def test_a_load_that_becomes_nan_is_named(spinning):
     with pytest.raises(RuntimeError, match=r"load\(t\) must be finite, got nan at t = 0.03"):
         run(spinning, load=lambda t: np.nan if t > 0.03 else 50.0)
 
@@ -393,7 +393,7 @@ def test_bad_conditions_are_refused(spinning, changes, message):
         run(spinning, **changes)
 
 
-def test_the_stability_limit_is_where_it_is_said_to_be():
+def test_the_run_is_stable_up_to_the_stated_limit():
     oscillator = Oscillator(linear_law(backlash=np.inf, reach=9e-3))
     limit = 6**0.5 / oscillator.omega
     assert oscillator.model.plan.largest_step == pytest.approx(limit / 2**0.5, rel=1e-3)

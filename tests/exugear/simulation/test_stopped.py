@@ -1,4 +1,4 @@
-"""Runs that stop: what they computed, what they say, and laws that are continued beyond the map."""
+"""Runs that stop: their data and messages; laws that are extrapolated beyond the map."""
 
 import _thread
 import os
@@ -36,7 +36,7 @@ def stopped() -> exugear.RunStopped:
     return caught.value
 
 
-def test_a_run_that_leaves_its_map_hands_over_what_it_computed(stopped, tmp_path):
+def test_a_run_that_leaves_its_map_keeps_its_data(stopped, tmp_path):
     data = exugear.run_up(exugear.build(box_of(smooth_map(), damping=500.0)), **RUN).data
     until = stopped.run.data
     assert 1000 < until["time"].size < data["time"].size
@@ -47,7 +47,7 @@ def test_a_run_that_leaves_its_map_hands_over_what_it_computed(stopped, tmp_path
     assert stopped.run.save(tmp_path / "run.nc").exists()
 
 
-def test_it_names_the_torque_to_map(stopped):
+def test_the_message_names_the_torque_to_map(stopped):
     assert "the map ends at a pinion torque of 400 N m, 40" in str(stopped)
     assert "extend the map to a larger torque, 610 N m" in str(stopped)
     wide = exugear.build(box_of(smooth_map((*SMALL, 610)), damping=500.0))
@@ -59,8 +59,8 @@ def test_it_names_the_torque_to_map(stopped):
         exugear.run_up(exugear.build(box_of(smooth_map(SMALL))), **RUN | {"load": 500.0, "speed": 100 * rpm})
 
 
-def test_it_names_the_offsets_to_map():
-    """Line to paste: half as much again as was reached, 0 among the values, what was mapped included."""
+def test_the_message_names_the_offsets_to_map():
+    """A line to paste: an axis 1.5 times as wide as the offset reached, with 0 and the mapped range in it."""
     force = np.broadcast_to([0.0, 1e4], (3, 3, 2))
     offsets = {"misalignment": np.array([-2e-4, 0, 2e-4])}
     law = MeshForce([0, 0.3, 0.6], [0, 30 * um], force, offsets=offsets)
@@ -84,8 +84,8 @@ def test_a_failing_function_of_the_user_is_named():
     assert caught.value.run.data["time"].values[-1] == pytest.approx(0.05, abs=1e-4)
 
 
-def test_bearings_that_yield_end_the_run_where_they_do():
-    """A load that grows until the gears are too far apart."""
+def test_bearings_that_yield_until_the_teeth_part_stop_the_run():
+    """Under a growing load, until the gears are too far apart."""
     soft = exugear.Bearing(radial=2e6, axial=1e7, tilt=1e5, damping=1e-4)
     model = exugear.build(smooth_box(soft, damping=27000.0))
     load = lambda t: 20 + 1500 * t  # noqa: E731
@@ -105,7 +105,7 @@ def listening_to_ctrl_c():
 
 
 @pytest.mark.usefixtures("listening_to_ctrl_c")
-def test_ctrl_c_keeps_what_was_computed():
+def test_ctrl_c_keeps_the_data():
     def load(t: float) -> float:
         if t > 0.05:
             _thread.interrupt_main()
@@ -126,7 +126,7 @@ exugear.run_up(exugear.build(exugear.Gearbox([stage])), speed=(0, 300.0), durati
 """
 
 
-def test_nothing_of_exudyn_stands_above_the_message():
+def test_messages_of_exudyn_are_not_printed():
     paths = [str(ROOT), str(ROOT / "tests" / "cases")]
     surroundings = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
     done = subprocess.run([sys.executable, "-c", SCRIPT], env=surroundings, capture_output=True, text=True)
@@ -138,7 +138,7 @@ def test_nothing_of_exudyn_stands_above_the_message():
 
 
 @pytest.mark.parametrize("conserves", [False, True])
-def test_a_continued_law_is_the_map_within_it_and_straight_beyond(conserves):
+def test_an_extrapolated_law_equals_the_map_within_it_and_is_straight_beyond(conserves):
     """Within the map as exact as without (test_force), from 3e-6 of its largest force on; slope continuous."""
     ste, phase = smooth_map(), np.random.default_rng(0).random(100)
     law = MeshForce.from_ste(ste, extend=2.0, conserves=conserves)
@@ -160,8 +160,8 @@ def slope(law, phase, start, end) -> np.ndarray:
     return (law(phase, end) - law(phase, start)) / (end - start)
 
 
-def test_a_run_says_how_long_and_how_far_it_was_beyond_its_map():
-    """As the same run in a larger map: the stiffness hardly changes there."""
+def test_a_run_reports_how_long_and_how_far_it_was_beyond_its_map():
+    """Against the same run on a larger map, whose stiffness hardly changes there."""
     law = MeshForce.from_ste(smooth_map(SMALL), extend=4.0, damping=1500.0)
     options = RUN | {"speed": (1000 * rpm, 1100 * rpm), "duration": 0.1}
     data = exugear.run_up(exugear.build(box_of(law, pair=paper_pair())), **options).data.isel(stage=0)
@@ -174,14 +174,14 @@ def test_a_run_says_how_long_and_how_far_it_was_beyond_its_map():
 
 
 @pytest.mark.parametrize("extend", [0.5, 11, np.nan])
-def test_extensions_that_are_none_are_refused(extend):
+def test_extensions_out_of_range_are_refused(extend):
     with pytest.raises(ValueError, match="extend must lie in"):
         MeshForce.from_ste(smooth_map(), extend=extend)
 
 
 @pytest.mark.parametrize("progress", [True, False])
 def test_sensors_keep_all_their_samples_and_the_step_error_stands(progress):
-    """Every step of it by default, each once; 11 of 3567 were kept without a bar, the last hundredth with one."""
+    """By default one sample at every step, with and without progress bar."""
     model = exugear.build(smooth_box())
     sensor = model.mbs.CreateGearSensor(model.meshes[0].contact, storeInternal=True)
     model.mbs.Assemble()
@@ -196,7 +196,7 @@ def test_sensors_keep_all_their_samples_and_the_step_error_stands(progress):
     assert steps == pytest.approx(np.full(steps.size, 2e-3), rel=0.02)
 
 
-def test_bar_or_none_the_run_is_the_same():
+def test_the_progress_bar_does_not_change_the_run():
     with_bar, without_bar = (
         exugear.run_up(exugear.build(smooth_box()), **RUN | {"progress": p}).data for p in (True, False)
     )

@@ -1,4 +1,4 @@
-"""Run-ups under stress: steps, damping, backlash and loads at their ends, rattle, contact loss, long and fast runs."""
+"""Runs at extreme steps, damping, backlash and loads; rattle, contact loss, long and fast runs."""
 
 import numpy as np
 import pytest
@@ -50,8 +50,8 @@ def test_four_times_the_step_is_refused_with_the_limit(spinning):
 
 @pytest.mark.parametrize("backlash", BACKLASHES)
 @pytest.mark.parametrize(("before", "after"), [(50.0, 150.0), (350.0, 20.0), (150.0, 0.0), (150.0, -150.0)])
-def test_torque_step_without_damping_swings_as_far_as_its_energy(before, after, backlash):
-    """Within contact, into flight and back, through the backlash onto the other flank and back."""
+def test_torque_step_without_damping_conserves_energy(before, after, backlash):
+    """Within contact, into free flight and back, through the backlash onto the back flank and back."""
     law, step = loose(backlash), 2e-6
     dte = ran(pair_of(law), speed=0.0, load=lambda t: after if t > 0 else before, step=step, sample=step, duration=0.03)
     start = law.deflection_at(0.0, before / R_B)
@@ -70,14 +70,14 @@ def test_torque_step_without_damping_swings_as_far_as_its_energy(before, after, 
         assert (part * way).min() == pytest.approx(start * way, abs=2e-3 * abs(end - start))
 
 
-def test_without_another_flank_a_reversed_load_lets_the_wheel_fall_freely():
+def test_without_back_flank_a_reversed_load_accelerates_the_wheel_freely():
     data = ran(pair_of(loose(np.inf)), load=lambda t: 150.0 if t < 0.01 else -150.0, duration=0.02, sample=1e-5)
     time, y = data["time"].values, data["dte"].values[0]
     fall = np.polyfit(time[time > 0.015], y[time > 0.015], 2)[0]
     assert fall == pytest.approx(-150 / R_B / MASS / 2, rel=1e-6)
 
 
-def test_impact_out_of_a_huge_backlash_leaves_the_map_and_says_so():
+def test_impact_after_a_huge_backlash_is_reported_beyond_the_map():
     with pytest.raises(RuntimeError, match=r"at t = .* rpm\): deflection .* beyond the map.* larger torque"):
         ran(pair_of(loose(9.9e-3, damping=2700.0)), load=lambda t: 150.0 if t < 0.01 else -150.0)
 
@@ -85,7 +85,7 @@ def test_impact_out_of_a_huge_backlash_leaves_the_map_and_says_so():
 @pytest.mark.parametrize("load", [0.0, 5.0])
 @pytest.mark.parametrize("backlash", BACKLASHES)
 def test_rattle_obeys_newton(backlash, load):
-    """Speed that swings at 50 Hz: the deflection is the twice integrated difference of both gears' accelerations."""
+    """Speed that varies at 50 Hz: the deflection is the twice integrated difference of the gears' accelerations."""
     pulse, swing = 2 * np.pi * 50, 50.0
     law = loose(backlash, damping=2700.0)
     speed = lambda t: 100 + swing * np.sin(pulse * t)  # noqa: E731
@@ -98,14 +98,14 @@ def test_rattle_obeys_newton(backlash, load):
 
 
 @pytest.mark.parametrize("backlash", BACKLASHES)
-def test_no_load_at_constant_speed_moves_nothing(backlash):
+def test_unloaded_gears_at_constant_speed_do_not_vibrate(backlash):
     data = ran(pair_of(loose(backlash, damping=2700.0)), load=0.0)
     assert np.abs(data["mesh_force"].values).max() < 1e-9
     assert np.abs(data["dte"].values).max() < 1e-15
 
 
-def test_resonance_with_contact_lost_in_every_cycle_still_hands_the_load_on(spinning):
-    """Down onto the upper branch, then held; whole cycles."""
+def test_resonance_with_contact_loss_in_every_cycle_transmits_the_mean_load(spinning):
+    """Sweep down onto the upper branch, then constant speed; whole cycles."""
     top, held = 2100 * rpm, 1700 * rpm
     speed = lambda t: top + (held - top) * min(t / 0.5, 1.0)  # noqa: E731
     model = exugear.build(smooth_box(damping=1500.0))
@@ -120,7 +120,7 @@ def test_resonance_with_contact_lost_in_every_cycle_still_hands_the_load_on(spin
 
 
 @pytest.mark.parametrize("turning", [0.1, 1.0, 10.0])
-def test_crawling_follows_the_map(turning, spinning):
+def test_dte_at_low_speed_follows_the_map(turning, spinning):
     """One pitch; the damping lags by 0.0005 um/rpm where the map is steepest."""
     pitch = 2 * np.pi / TEETH / (turning * rpm)
     data = ran(spinning, speed=turning * rpm, duration=pitch, sample=pitch / 500)
@@ -132,7 +132,7 @@ def test_crawling_follows_the_map(turning, spinning):
 
 @pytest.mark.parametrize("turning", [6e3, 20e3, 60e3])
 def test_far_above_resonance_the_gears_turn_steadily(turning, spinning):
-    """The deflection rests where the mean force is the load's; what moves falls with the speed squared."""
+    """The mean force balances the load; the vibration falls with the square of the speed."""
     data = ran(spinning, speed=turning * rpm, duration=0.1, sample=1 / (16 * TEETH * turning / 60))
     y, law = data["dte"].values[0], spinning.meshes[0].stage.force
     late = y[y.size // 2 :]
@@ -144,8 +144,8 @@ def test_far_above_resonance_the_gears_turn_steadily(turning, spinning):
 
 
 @pytest.mark.slow
-def test_two_thousand_revolutions_end_as_they_began(spinning):
-    """In one piece; the 16 samples of every pitch come at the same phases all the time: a step that sums up exactly."""
+def test_two_thousand_revolutions_stay_periodic(spinning):
+    """In a single run, whose 16 samples of every pitch stay at the same phases: the step sums up exactly."""
     step = 2.0**-16 * 7 / 8
     turn = TEETH * 16 * step
     data = ran(spinning, speed=2 * np.pi / turn, duration=2000 * turn, step=step, sample=step)
@@ -154,7 +154,7 @@ def test_two_thousand_revolutions_end_as_they_began(spinning):
 
 
 def test_samples_of_ten_million_steps_are_found():
-    """Time is summed up, as Exudyn does it; before, samples were lost from 7e6 steps on."""
+    """The time is a sum of steps, as in Exudyn."""
     recorder, step, number = exugear.Recorder(), 2.8865556813498194e-05, 10**7
     recorder.start(step, 10, steps=1)
     recorder.header.number = number + 1
