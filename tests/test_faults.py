@@ -28,7 +28,7 @@ import fem
 from fem.support import cache
 from pathlib import Path
 sys.path.insert(0, {str(ROOT / "tests" / "cases")!r})
-cache_folder = Path(os.environ["EXUGEAR_CACHE"])
+store = Path(os.environ["EXUGEAR_CACHE"])
 
 def of(i):
     return cache.cached(f"key {{i}}", lambda: {{"a": np.full({SIZE}, float(i))}})["a"]
@@ -39,7 +39,9 @@ def map_of(i):
     return fem.ste_map(paper_pair(), np.arange(500.0), np.arange(40) / 40, te)
 """
 FILL = "for i in range({first}, 10**9): of(i); print(i, flush=True)"
-SAVE = "maps = map_of(1), map_of(2)\nfor i in range(10**9): fem.save(maps[i % 2], cache_folder / 'map.nc'); print(i, flush=True)"
+SAVE = (
+    "maps = map_of(1), map_of(2)\nfor i in range(10**9): fem.save(maps[i % 2], store / 'map.nc'); print(i, flush=True)"
+)
 
 
 @pytest.fixture
@@ -93,8 +95,8 @@ def test_killed_processes_leave_whole_maps(folder):
 def test_processes_share_a_cache_and_agree(folder):
     """Each waits for the others, then all compute the same arrays."""
     script = """
-(cache_folder / f"ready {os.getpid()}").touch()
-while len(list(cache_folder.glob("ready *"))) < 4: pass
+(store / f"ready {os.getpid()}").touch()
+while len(list(store.glob("ready *"))) < 4: pass
 print(sum(of(i).sum() for i in range(20)))
 """
     processes = [child(script) for _ in range(4)]
@@ -122,7 +124,7 @@ def test_threads_share_a_cache_and_agree(folder):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits the size of files")
-@pytest.mark.parametrize("write", ["of(1)", "fem.save(map_of(1), cache_folder / 'map.nc')"])
+@pytest.mark.parametrize("write", ["of(1)", "fem.save(map_of(1), store / 'map.nc')"])
 def test_a_full_disk_is_reported_and_leaves_nothing(folder, write):
     """The size of files is limited; the process lives on and ends well."""
     script = f"""

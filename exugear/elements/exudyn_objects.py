@@ -19,7 +19,7 @@ NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Switch Exudyn's console output off, and back to what it was."""
+    """Switch Exudyn's console output off, and restore it afterwards."""
     before = exu.config.printToConsole
     exu.config.printToConsole = False
     try:

@@ -56,9 +56,9 @@ class Bearing:
         require(self.damping < 0.1, f"damping must be below 0.1 s, got {self.damping}; pass damping / stiffness")
         require(self.clearance < 1e-2, f"clearance must be below 0.01 m, got {self.clearance}; pass metres: 20*um")
         if self.table is not None:
-            self._take_table(self.table)
+            self._set_table(self.table)
         if self.matrix is not None:
-            self._take_matrix()
+            self._set_matrix()
         self._check_alone("matrix", ("radial", "axial", "tilt", "clearance", "table"))
         self._check_alone("table", ("radial", "clearance"))
         require(self.clearance == 0 or self.radial > 0, "clearance needs a radial stiffness behind it, got radial = 0")
@@ -68,7 +68,7 @@ class Bearing:
         given = [field for field in replaced if getattr(self, field)] if getattr(self, name) is not None else []
         require(not given, f"{name} replaces {', '.join(replaced)}; leave {', '.join(given)} out")
 
-    def _take_table(self, table: tuple[Sequence[float], Sequence[float]]) -> None:
+    def _set_table(self, table: tuple[Sequence[float], Sequence[float]]) -> None:
         columns = [np.asarray(column, float) for column in table]
         shapes = [column.shape for column in columns]
         fits = len(columns) == 2 and columns[0].ndim == 1 and shapes[0] == shapes[-1] and columns[0].size >= 2
@@ -83,7 +83,7 @@ class Bearing:
         require(rises, "forces of the table must not fall and must end above 0 N; falling forces would be unstable")
         object.__setattr__(self, "table", tuple(tuple(column.tolist()) for column in columns))
 
-    def _take_matrix(self) -> None:
+    def _set_matrix(self) -> None:
         k = np.asarray(self.matrix, float)
         require(k.shape == (6, 6), f"matrix must be (6, 6) over x, y, z and about x, y, z, got {k.shape}")
         require(bool(np.isfinite(k).all()), "matrix must be finite everywhere")

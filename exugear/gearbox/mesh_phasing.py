@@ -2,10 +2,10 @@
 
 The tooth position of a gear is the angle from x to the middle of a tooth, in the gear's sense of rotation and as share
 of a pitch; as the gears turn, tooth positions and phases grow alike. At phase 0 the driving flanks touch at the pitch
-point in mid-plane: there the middle of the pinion's tooth lies half a tooth thickness behind the line of centres and
-that of the wheel's tooth half a tooth thickness ahead of it, both on the working pitch circles. The phase of a mesh is
-the tooth position of either gear minus the tooth position of that gear at phase 0; a gear with two mates thus couples
-the phases of its meshes. Gears with a single mate are mounted so that the driving flanks touch.
+point in mid-plane: there the middle of the pinion's tooth lies half a tooth thickness behind the line of centres, and
+the middle of the wheel's tooth half a tooth thickness ahead of it, both on the working pitch circles. The phase of a
+mesh is the tooth position of either gear minus the tooth position of that gear at phase 0; a gear with two mates thus
+couples the phases of its meshes. Gears with a single mate are mounted so that the driving flanks touch.
 """
 
 from collections.abc import Mapping, Sequence

@@ -162,7 +162,7 @@ class Shaft:
     parts        axial position [m] -> `fem.Gear`, `Bearing`, `Disc` or `Coupling`, or a list of them
     inertia      about z [kg m^2]; by default that of its discs and gears, a gear taken as a solid steel disc up to the
                  mean of tip and root circle: the shaft fills the bore over the face width
-    mass         [kg], by default that of the same discs and gears
+    mass         [kg]; by default the mass of the same discs and gears
     transverse   inertia about x and y through the centre of mass [kg m^2]; by default that of the same discs and gears
                  at their axial positions
     length       [m]; all parts must then lie within [0, length]

@@ -66,10 +66,10 @@ class Recorder:
     force          mesh force [N], > 0 on the driving flank, < 0 on the back flank
     a              centre distance in the pinion's mid-plane [m]
     misalignment   angle in the plane of action of the flank in contact by which the gap opens towards +z [rad]
-    axial          z of the wheel's mid-plane less that of the pinion's [m]
-    centroid       z of the force centroid less that of the pinion's mid-plane [m]; 0 without contact
+    axial          z of the wheel's mid-plane minus z of the pinion's [m]
+    centroid       z of the force centroid minus z of the pinion's mid-plane [m]; 0 without contact
 
-    The last four are 0 for shafts that only spin about their nominal axes. z is that of the contact: the global z or,
+    The last four are 0 for shafts that only spin about their nominal axes. z is the axis of the contact: the global z or,
     where the axes lie along another direction, the pinion's axis; it does not depend on the flank in contact nor on the
     direction of the pinion. An STE map, `fem.Offsets` and `exugear.MeshForce` count z in the opposite sense where the
     mesh force turns the pinion counter-clockwise (back flank, second stage): change the signs of misalignment, axial

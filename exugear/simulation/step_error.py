@@ -68,6 +68,7 @@ class Solver:
         return errors
 
     def _integrate(self, segments: list[Segment], progress: bool) -> None:
+        """Integrate the run, appending each segment before it is solved."""
         h, mbs = self.scheme.steps.size, self.model.mbs
         style = {"bar_format": BAR, "unit_scale": h, "leave": False, "disable": not progress}
         with tqdm(total=self.scheme.steps.number, desc="run-up", **style) as bar, self._explained(self.scheme.rule):

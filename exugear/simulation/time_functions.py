@@ -116,7 +116,7 @@ class Conditions:
         self.load_at(0.0)
 
     def load_at(self, t: float) -> float:
-        """The load [N m] at a time [s]; ValueError where it is no finite number."""
+        """The load [N m] at a time [s]; ValueError where it is not finite."""
         load = number("load(t)", self._load_of(t))
         require(isfinite(load), f"load(t) must be finite, got {load} at t = {t:.6g} s")
         return load

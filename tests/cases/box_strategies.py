@@ -1,4 +1,4 @@
-"""Hypothesis strategies: gearboxes of one to three stages with maps by formula, and data that are none."""
+"""Hypothesis strategies: gearboxes of one to three stages with maps by formula, and invalid data."""
 
 from dataclasses import dataclass, replace
 from math import inf, pi, sqrt
@@ -30,7 +30,7 @@ def top_force(pair: fem.GearPair) -> float:
 
 
 def formula_map(pair: fem.GearPair, axes=()):
-    """Springs that change with the load and over the mesh cycle, stiffer where the gears stand closer and straight."""
+    """Springs that vary with the load and over the mesh cycle, stiffest at small centre distance and aligned axes."""
     force = LEVELS * top_force(pair)
     values = {
         "a": pair.a + np.array([-0.02, 0.02]) * pair.pinion.m_n,
@@ -50,7 +50,7 @@ def formula_map(pair: fem.GearPair, axes=()):
 
 @dataclass(frozen=True)
 class Scene:
-    """What a gearbox is made of and what to do with it.
+    """Data of a gearbox and of a run of it.
 
     shafts   arguments of each
     stages   names of fast and slow shaft, arguments
@@ -66,7 +66,7 @@ class Scene:
     speed: float
 
     def box(self) -> exugear.Gearbox:
-        """The gearbox; ValueError where these data are none."""
+        """The gearbox; ValueError where these data do not make a gearbox."""
         shafts = {given["name"]: exugear.Shaft(**given) for given in self.shafts}
         return exugear.Gearbox(
             [
@@ -76,14 +76,14 @@ class Scene:
         )
 
     def load(self, box: exugear.Gearbox) -> float:
-        """[N m] on the driven shaft."""
+        """Load torque on the driven shaft [N m]."""
         forces = np.abs(box.static_forces(1.0))
         return self.share / max(force / top_force(stage.pair) for force, stage in zip(forces, box.stages, strict=True))
 
 
 @st.composite
 def bearings(draw, k: float) -> exugear.Bearing:
-    """Bearings of every kind about a stiffness k [N/m] that hold a shaft, alone or in twos."""
+    """Bearings of every kind with stiffnesses around k [N/m] that support a shaft, alone or as a pair."""
     radial = k * 10 ** draw(floats(-1, 1.5))
     play = draw(floats(0, 30)) * um
     rest = {"axial": radial * draw(floats(0.05, 1)), "damping": draw(st.just(0.0) | floats(1e-7, 1e-4))}
@@ -105,7 +105,7 @@ def bearings(draw, k: float) -> exugear.Bearing:
 
 @st.composite
 def shafts(draw, name: str, gears: dict[float, fem.Gear], k: float) -> dict:
-    """Data of a shaft with gears and some of all other parts that it may carry; k [N/m] is their mesh stiffness."""
+    """Data of a shaft with gears and further parts of any kind; k [N/m] is the mesh stiffness of the gears."""
     parts: dict[float, list] = {axial: [gear] for axial, gear in gears.items()}
     length = 2 * max(gear.b for gear in gears.values()) + max(gears)
     blank = [exugear.gearbox.shaft.blank(gear) for gear in gears.values()]
@@ -126,7 +126,7 @@ def shafts(draw, name: str, gears: dict[float, fem.Gear], k: float) -> dict:
 
 @st.composite
 def placements(draw, gears: dict[float, fem.Gear]) -> exugear.Placement:
-    """Mostly none, or a displacement within the maps' axes."""
+    """Displacements of a shaft within the maps' axes, mostly 0."""
     if draw(st.integers(0, 2)):
         return exugear.Placement()
     shift, tilt = 5e-3 * min(gear.m_n for gear in gears.values()), floats(-3e-4, 3e-4)
@@ -181,7 +181,7 @@ def trains(draw) -> list[Mesh]:
 
 @st.composite
 def scenes(draw) -> Scene:
-    """Gearboxes of every kind that can be built, and some that cannot; loads within the maps and some beyond."""
+    """Gearboxes of every kind that can be built, and a few that cannot; loads within the maps and a few beyond."""
     meshes = draw(trains())
     k = max(stiffness(mesh.pair) for mesh in meshes)
     gears: dict[str, dict[float, fem.Gear]] = {}

@@ -1,4 +1,4 @@
-"""Scenes shared by the tests: a smooth map with the numbers of the paper's pair, and oscillators with known answers."""
+"""Scenes shared by the tests: a smooth map with the data of the paper's pair, and oscillators with known solutions."""
 
 import exudyn.itemInterface as eii
 import numpy as np
@@ -14,7 +14,7 @@ TORQUES = (0, 1, 5, 20, 50, 100, 150, 250, 350, 500, 1000, 2000, 4000)
 
 
 def smooth_map(torque=TORQUES, phases: int = 30):
-    """Compliance between one and two tooth pairs, softer at low load; double contact lengthens with the load."""
+    """Compliance between that of one and of two tooth pairs, softer at low load; double contact grows with the load."""
     pair, load = paper_pair(), np.array(torque, float)[:, None]
     force = np.maximum(load, 1e-9) / pair.pinion.r_b
     phase = np.arange(phases) / phases
@@ -32,7 +32,7 @@ def smooth_box(part=None, parts=None, **stage) -> exugear.Gearbox:
 
 
 class Oscillator:
-    """y = deflection of a wheel against a pinion whose speed is imposed, damped by Exudyn's own damper.
+    """Deflection y of a wheel against a pinion of given speed, damped by a damper of Exudyn.
 
     Natural frequency sqrt(K / m), m = INERTIA / r_b^2; y'' + 2 zeta omega y' + force(y) / m = push(t) / m.
     """
@@ -73,12 +73,12 @@ def rectangular_law(n: int = 1000, reach: float = 1e-4) -> exugear.MeshForce:
 
 
 def swept(start: float, end: float, periods: float):
-    """From start to end over so many periods, then held."""
+    """A ramp from start to end over a number of periods, then constant."""
     return lambda x: start + (end - start) * min(max(x / periods, 0.0), 1.0)
 
 
 def wrench(reference, q, forces) -> np.ndarray:
-    """Force and moment about the origin (6) of the generalized forces of one Rxyz body."""
+    """Force and moment about the origin (6) of the generalized forces on an Rxyz body."""
     a, b = reference[3] + q[3], reference[4] + q[4]
     g = np.c_[[1, 0, 0], [0, np.cos(a), np.sin(a)], RotXYZ2RotationMatrix([a, b, 0])[:, 2]]
     push, turn = np.array(forces[:3]), np.linalg.solve(g.T, forces[3:])

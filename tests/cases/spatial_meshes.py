@@ -45,7 +45,7 @@ def law_of(width: float = 20 * mm, k: float = K, tilts=None, **options) -> exuge
 
 
 def mesh_in_space(force: exugear.MeshForce, frame, *motion) -> MeshForces:
-    """What the mesh does to two Rxyz bodies with displacements q_1, q_2 and velocities v_1, v_2, (6,) each."""
+    """Mesh forces on two Rxyz bodies with displacements q_1, q_2 and velocities v_1, v_2, (6,) each."""
     q_1, q_2, v_1, v_2 = (tuple(map(float, x)) for x in motion)
     return spatial_mesh(force.table.head, frame, contact_state(), q_1, q_2, v_1, v_2)
 
@@ -71,7 +71,7 @@ def attitudes(pair, seed: int, tilt: float = 0.05):
 
 
 def bodies_of_kinds(mbs, kinds):
-    """Two bodies of the paper's pair, held but for their spins."""
+    """Two bodies of the paper's pair that are free to spin only."""
     fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
     bodies = []
     for kind, x in zip(kinds, (0, SPUR.a), strict=True):

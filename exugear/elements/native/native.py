@@ -42,7 +42,7 @@ PACKAGES = "exudyn", "numba", "llvmlite", "numpy"
 
 
 def direct_or_portable(portable, kernel, addresses: tuple[int, ...], n: int):
-    """The user function that Exudyn calls directly; where that does not work, the portable one as it is.
+    """The user function that Exudyn calls directly; where that does not work, the portable function itself.
 
     portable            (mbs, t, item, q, q_t) -> forces of n coordinates; raises RuntimeError
     kernel, addresses   the compiled kernel(*addresses, t, *q, *q_t) that it calls, and the addresses

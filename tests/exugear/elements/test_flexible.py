@@ -86,7 +86,7 @@ def test_static_deflection_is_that_of_a_timoshenko_beam(flexible):
 
 def test_torque_twists_the_shaft_between_its_end_and_the_gear(flexible):
     polar, shear = np.pi * shaft_modes.DIAMETER**4 / 32, STEEL.E / (2 * (1 + STEEL.nu))
-    angles = [flexible.mbs.GetMarkerOutput(seat, exu.OutputVariableType.Rotation)[2] for seat in flexible.markers]
+    angles = [flexible.mbs.GetMarkerOutput(marker, exu.OutputVariableType.Rotation)[2] for marker in flexible.markers]
     twist = example.TORQUE * shaft_modes.LENGTH / 2 / (shear * polar)
     assert angles[1] - angles[0] == pytest.approx(twist, rel=0.01)
     assert angles[2] - angles[0] == pytest.approx(0, abs=0.01 * twist)
