@@ -69,8 +69,8 @@ class Recorder:
     axial          z of the wheel's mid-plane minus z of the pinion's [m]
     centroid       z of the force centroid minus z of the pinion's mid-plane [m]; 0 without contact
 
-    The last four are 0 for shafts that only spin about their nominal axes. z is the axis of the contact: the global z or,
-    where the axes lie along another direction, the pinion's axis; it does not depend on the flank in contact nor on the
+    The last four are 0 for shafts that only spin about their nominal axes. z is the axis of the contact: the global z,
+    or the pinion's axis where that lies along another direction; it does not depend on the flank in contact nor on the
     direction of the pinion. An STE map, `fem.Offsets` and `exugear.MeshForce` count z in the opposite sense where the
     mesh force turns the pinion counter-clockwise (back flank, second stage): change the signs of misalignment, axial
     and centroid to compare them.

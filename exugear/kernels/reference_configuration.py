@@ -41,7 +41,7 @@ def reference_line_and_height(frame, r_w):
 
 
 @kept
-def reference_deflection(table, frame):
+def reference_state(table, frame):
     """Deflection [m], opening of either flank [m] and phase of the driving one in the reference configuration."""
     position = position_of(table, frame, AT_REFERENCE, AT_REFERENCE)
     side, phase = position.flank.side, position.flank.phase

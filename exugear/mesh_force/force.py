@@ -131,8 +131,8 @@ class MeshForce:
                     impacts; the data of a run then tell for how long and how far it was beyond the map
                     (beyond_map_time, beyond_map_force)
 
-        The map holds the driving, left flanks; the law takes the right flanks as their mirror image. Where they are not
-        (`fem.Sides`), map them as `fem.Sides` describes. Below the lowest torque the compliance grows with -ln F, like
+        The map holds the driving, left flanks; the law always takes the right flanks as their mirror image. If they
+        are not, `fem.Sides` describes how to map them. Below the lowest torque the compliance grows with -ln F, like
         that of a Hertzian line contact.
 
         Raises ValueError for a map that does not start at torque 0, whose te does not grow with the torque, or in which

@@ -24,7 +24,7 @@ from exugear.kernels.contact_records import is_spatial, rotational_frame
 from exugear.kernels.recorder import Recorder
 from exugear.kernels.reference_configuration import (
     phase_of,
-    reference_deflection,
+    reference_state,
     rotational_row,
     spatial_frame,
     spatial_row,
@@ -184,7 +184,7 @@ def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, 
     frame = _frame(gearbox, number, spatial=displaced or set(kinds) != {SPIN})
     kernel = kernel_of(kinds, displaced)
     contact = add_contact(mbs, gearbox.labels[number], items, kernel, law, frame, recorder)
-    reference = reference_deflection(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
+    reference = reference_state(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
     return Mesh(stage, law, contact, recorder, frame, np.zeros(0), *reference)
 
 
