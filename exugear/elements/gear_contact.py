@@ -49,7 +49,7 @@ def CreateGearContact(
     """Create the contact of a gear pair between two bodies; also called as mbs.CreateGearContact(...).
 
     itemNumbers      [pinion, wheel]: rigid bodies, ObjectRigidBody2D or ObjectRotationalMass1D, in any mixture. The
-                     last two turn about global z; an ObjectRotationalMass1D stands at its referencePosition. Two
+                     last two turn about global z; an ObjectRotationalMass1D lies at its referencePosition. Two
                      ObjectRotationalMass1D may be followed by a third, the carrier of their axes (planet carrier)
     pair             `fem.GearPair`, or `RingPair` for a ring gear
     force            `MeshForce`, the force law of the mesh

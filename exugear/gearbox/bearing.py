@@ -99,7 +99,7 @@ class Bearing:
 
     def _check_size(self) -> None:
         size = np.diag(self.stiffness)
-        require(bool(size.any()), "the bearing holds nothing; give it a stiffness or leave it out")
+        require(bool(size.any()), "the bearing has no stiffness; give it radial, axial or tilt, or leave it out")
         radial = "steepest slope of the table" if self.table is not None else "radial"
         for i, name in enumerate((radial, radial, "axial", "tilt", "tilt")):
             name = name if self.matrix is None else f"matrix[{i}, {i}]"

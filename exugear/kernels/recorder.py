@@ -97,12 +97,12 @@ class Recorder:
     def __getattr__(self, name: str) -> np.ndarray:
         if name not in NAMES:
             raise AttributeError(name)
-        require(bool(self.samples), "the recorder holds nothing yet; start it before the solve")
+        require(bool(self.samples), "the recorder has no samples; start it before the solve")
         return self.samples[0][name]
 
     @checked
     def motion(self, side: int) -> tuple[np.ndarray, np.ndarray]:
         """Displacements and tilts (number, 5) [m, rad] of pinion (0) or wheel (1), and their rates."""
-        require(len(self.samples) == 2, "the recorder holds no motion; start it with motion=True")
+        require(len(self.samples) == 2, "the recorder has no motion; start it with motion=True")
         q, v = (("q_1", "v_1"), ("q_2", "v_2"))[side]
         return self.samples[1][q], self.samples[1][v]

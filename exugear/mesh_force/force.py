@@ -128,7 +128,7 @@ class MeshForce:
         backlash    along the line of action [m], by default the pair's
         conserves   as in `MeshForce`
         extend      multiple of the largest torque up to which the law is extrapolated with its last stiffness, for
-                    impacts; the data of a run then tell for how long and how far it was beyond the map
+                    impacts; the data of a run then contain for how long and how far it was beyond the map
                     (beyond_map_time, beyond_map_force)
 
         The map holds the driving, left flanks; the law always takes the right flanks as their mirror image. If they

@@ -64,7 +64,7 @@ def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
     """Require map axes for the offsets by which the shafts are displaced statically."""
     nominal = {"misalignment": 0.0, "a": stage.pair.a, "axial": 0.0}
     for name, value in nominal.items():
-        missing = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, its map has no such axis"
+        missing = f"the shafts of stage {stage.name!r} give {name} = {static[name]:.6g}, but its map has no such axis"
         remedy = f"map it with fem.Offsets({name}=(...))"
         ignored = is_slight(stage, name, static[name] - value)
         require(name in stage.force.offsets or ignored, f"{missing}; {remedy}")
@@ -73,7 +73,7 @@ def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
 def _check_reached(stage: Stage, static: Mapping[str, float]) -> None:
     """Require map axes that contain the static offsets."""
     for name, axis in stage.force.offsets.items():
-        beyond = f"stage {stage.name!r} stands at {name} = {static[name]:.6g}, beyond the map's axis"
+        beyond = f"the shafts of stage {stage.name!r} give {name} = {static[name]:.6g}, beyond the map's axis"
         ends = f"from {axis[0]:.6g} to {axis[-1]:.6g}"
         require(axis[0] <= static[name] <= axis[-1], f"{beyond} {ends}; extend the axis fem.Offsets({name}=...)")
 

@@ -113,7 +113,7 @@ def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
            unreduced model. The plan of a built model counts as its `Plan`
 
     Returns a `Model`. Its system `model.mbs` is open to further items of your own; call `model.mbs.Assemble()` after
-    adding them. `print(model.plan)` says which coordinates the shafts have and why, which integrator and step a run
+    adding them. `print(model.plan)` shows which coordinates the shafts have and why, which integrator and step a run
     takes, what it costs, and how Exudyn calls the contacts.
 
     Raises ValueError where gearbox is no `Gearbox`, and for the plan of another gearbox.

@@ -57,8 +57,8 @@ def call_path() -> str:
 
 def obstacle() -> str:
     """Why Exudyn calls contacts by way of Python; empty where it calls them directly."""
-    asked = os.environ.get("EXUGEAR_PORTABLE", "") not in ("", "0")
-    return "EXUGEAR_PORTABLE asks for it" if asked else _obstacle()
+    requested = os.environ.get("EXUGEAR_PORTABLE", "") not in ("", "0")
+    return "EXUGEAR_PORTABLE requests it" if requested else _obstacle()
 
 
 @cache

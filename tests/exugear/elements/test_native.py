@@ -241,4 +241,4 @@ def test_an_exudyn_without_help_is_called_by_way_of_python(unchecked, law, monke
 def test_the_portable_path_can_be_requested(law, monkeypatch):
     monkeypatch.setenv("EXUGEAR_PORTABLE", "1")
     assert not call_of(*spinning(law))[1]
-    assert native.call_path() == "by way of Python (EXUGEAR_PORTABLE asks for it)"
+    assert native.call_path() == "by way of Python (EXUGEAR_PORTABLE requests it)"

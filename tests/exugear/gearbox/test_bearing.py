@@ -70,7 +70,7 @@ def test_linear_bearings_are_positional_and_comparable():
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({}, "holds nothing"),
+        ({}, "has no stiffness"),
         ({"radial": 200}, r"radial must be 0 or from 10000 N/m on, got 200; pass N/m: 200 N/um are 200e6"),
         ({"radial": 2e8, "axial": 100}, "axial must be 0 or from 10000 N/m on, got 100"),
         ({"radial": 2e8, "axial": 1e8, "tilt": 0.2}, r"tilt must be 0 or from 1 N m/rad on, got 0.2"),
@@ -98,7 +98,7 @@ def test_linear_bearings_are_positional_and_comparable():
         ({"matrix": LOOSE_SPIN + 13 * X_AND_ABOUT_Y}, "positive semi-definite"),
         ({"matrix": -LOOSE_SPIN}, "positive semi-definite"),
         ({"matrix": np.eye(6)}, "lets the shaft spin"),
-        ({"matrix": np.zeros((6, 6))}, "holds nothing"),
+        ({"matrix": np.zeros((6, 6))}, "has no stiffness"),
         ({"matrix": LOOSE_SPIN * 1e6}, "meant as rigid"),
     ],
 )

@@ -245,7 +245,7 @@ def with_angles(stages: list[Stage], message: str) -> list[Stage]:
     return [coupled(x.fast, x.slow, named.get(i, x.angle)) for i, x in enumerate(stages)]
 
 
-def test_two_meshes_between_the_same_shafts():
+def test_two_meshes_between_the_same_shafts_share_the_load():
     left, right = gear(25, beta=20 * deg), gear(25, beta=-20 * deg)
     fast, slow = on("fast", left, right), on("slow", right, left)
     stages = [Stage(fast, slow, STIFF, pair=loose_pair(*pair)) for pair in ((left, right), (right, left))]

@@ -165,7 +165,7 @@ def test_coupling_twists_under_the_load_and_has_its_frequency():
     ("placement", "message"),
     [
         (exugear.Placement(tilt_x=1e-4), r"misalignment = .*map it with fem.Offsets\(misalignment"),
-        (exugear.Placement(x=50 * um), r"at a = 0.15005.*map it with fem.Offsets\(a"),
+        (exugear.Placement(x=50 * um), r"give a = 0.15005.*map it with fem.Offsets\(a"),
         (exugear.Placement(z=1 * mm), r"axial = .*map it with fem.Offsets\(axial"),
     ],
 )
