@@ -46,12 +46,13 @@ def test_transmission_error_curve(benchmark, paper_pair, empty_cache, resolution
 
 
 def test_states_in_slice_mode(benchmark, paper_pair):
-    offsets = fem.Offsets(misalignment=np.linspace(-2, 2, 9) * 1e-4)
+    angles, opening, axial = np.linspace(-2, 2, 5) * 1e-4, np.linspace(0, 0.2, 5) * mm, np.linspace(-1, 1, 3) * mm
+    offsets = fem.Offsets(a=paper_pair.a + opening, misalignment=angles, axial=axial)
     options = {"offsets": offsets, "resolution": fem.Slices(), "progress": False}
     torques = np.linspace(20, 400, 8)
     ste = benchmark.pedantic(fem.static_transmission_error, (paper_pair, torques, 30), options, rounds=1)
     benchmark.extra_info["states"] = int(ste["te"].size)
-    assert ste["te"].size == 8 * 9 * 30
+    assert ste["te"].size == 8 * 30 * 5 * 5 * 3
 
 
 def test_spring_of_exudyn(benchmark):
