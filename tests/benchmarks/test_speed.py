@@ -1,9 +1,10 @@
 """Times with their errors beside them: pytest tests/benchmarks -m slow -n 0 --benchmark-enable.
 
 Without --benchmark-enable every one runs once. Times mean little on a busy machine; the yardsticks were made for that:
-one factorization of the gear, Exudyn's step with a spring of its own.
+one factorization of the gear, Exudyn's step with a spring or with bearings of its own.
 """
 
+import exudyn as exu
 import numpy as np
 import pytest
 from benchmark_growth import exudyn_spring
@@ -58,6 +59,24 @@ def test_states_in_slice_mode(benchmark, paper_pair):
 def test_spring_of_exudyn(benchmark):
     """Yardstick of the run-ups: as many steps of two masses, one of them driven, on a spring that is built in."""
     _container, mbs = exudyn_spring(INERTIA)
+    settings = settings_for(Rule(BETA, STEP), STEP * STEPS, 1e-3)
+    with quiet():
+        assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)
+
+
+def test_bearings_of_exudyn(benchmark):
+    """Yardstick of the run-ups on bearings: two turning bodies in space, each on two springs of Exudyn, no gears."""
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    inertia = exu.rigidBodyUtilities.RigidBodyInertia(mass=3.1, inertiaTensor=np.diag([5e-3, 5e-3, INERTIA]))
+    spring = {"stiffness": [5e8, 5e8, 1e8], "damping": [1e3, 1e3, 200]}
+    for x in (0.0, 0.15):
+        motion = {"initialAngularVelocity": [0, 0, 1000 * rpm], "nodeType": exu.NodeType.RotationRxyz}
+        body = mbs.CreateRigidBody(referencePosition=[x, 0, 0], inertia=inertia, **motion)
+        for z in (-30 * mm, 30 * mm):
+            ends = {"itemNumbers": [mbs.CreateGround(), body], "localPosition0": [x, 0, z], "localPosition1": [0, 0, z]}
+            mbs.CreateCartesianSpringDamper(**ends, **spring)
+    mbs.Assemble()
     settings = settings_for(Rule(BETA, STEP), STEP * STEPS, 1e-3)
     with quiet():
         assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)
