@@ -2,7 +2,7 @@
 
 Masses and stiffnesses: Lin & Parker, Analytical characterization of the unique properties of planetary gear free
 vibration, J. Vib. Acoust. 121 (1999); every mesh has a constant stiffness. Damping and teeth are chosen here. Only the
-ratios of inertia to squared base radius enter the frequencies, so that any radii that fit each other serve.
+ratios of inertia to squared base radius enter the frequencies, so that any radii of gears that fit will do.
 """
 
 from dataclasses import dataclass, field
