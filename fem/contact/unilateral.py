@@ -54,7 +54,7 @@ class Equilibrium(NamedTuple):
         return (self.force > 0) | (self.gap < -PENETRATION)
 
 
-#: Equilibrium for an active set (m, n); where it is empty and a force is given, of one candidate.
+#: Equilibrium for an active set (m, n); if this is empty under a force, of the candidate that touches first.
 Solve = Callable[[np.ndarray], Equilibrium]
 
 
@@ -75,7 +75,7 @@ def unilateral_contact(solve: Solve, active: np.ndarray) -> Equilibrium:
 
 
 def _joined_one_by_one(solve: Solve, force: np.ndarray) -> Equilibrium:
-    """The same from forces (m, n) >= 0 [N], by one candidate of each state at a time."""
+    """Equilibrium from forces (m, n) >= 0 [N]; candidates join one at a time in each state."""
     joining = np.zeros(force.shape, bool)
     for _ in range(STEPS_PER_CANDIDATE * force.shape[1] + EXCHANGES):
         least = FORCELESS * np.maximum(force.max(axis=1, keepdims=True), np.finfo(float).tiny)

@@ -9,8 +9,8 @@ from fem.elasticity.section_mesh import BORE, rotated, section
 from fem.gear.gear import Gear
 
 
-def half_width(b: float, loaded: float, n: int, grading: float = 1.3) -> MeshLine:
-    """Mesh of [0, b/2] from mid-plane to the end face: n elements up to loaded/2, then some as long as the first."""
+def half_face(b: float, loaded: float, n: int, grading: float = 1.3) -> MeshLine:
+    """Mesh of [0, b/2] from mid-plane to the end face: n elements up to loaded/2, then elements like the first."""
     inner = loaded / 2 * (1 - np.linspace(1, 0, n + 1) ** grading)
     rest = b / 2 - inner[-1]
     if rest <= 1e-9 * b:
@@ -20,13 +20,13 @@ def half_width(b: float, loaded: float, n: int, grading: float = 1.3) -> MeshLin
 
 
 def both_sides(half: MeshLine) -> MeshLine:
-    """Mesh from end face to end face out of that from mid-plane on."""
+    """Mesh from end face to end face; half is the mesh from mid-plane on."""
     return MeshLine(WholeFace().positions(np.sort(half.p[0])))
 
 
 def whole_width(gear: Gear, density: Density) -> MeshLine:
     """Mesh from end face to end face, finer towards both: 4 `width` elements."""
-    return both_sides(half_width(gear.b, gear.b, 2 * density.width))
+    return both_sides(half_face(gear.b, gear.b, 2 * density.width))
 
 
 def hexahedra(gear: Gear, density: Density) -> MeshHex:

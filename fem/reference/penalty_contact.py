@@ -43,7 +43,7 @@ class FlankArrays(NamedTuple):
     start_angles    (n_tooth,) angles of the tangents where the involutes begin [rad]
     arcs            (n,) arc lengths of the nodes [m]
     nodes           (n_tooth, n) numbers of the nodes
-    polynomials     (n, n - 1, 4) as of `Flank.polynomials`
+    polynomials     (n, n - 1, 4) coefficients of `Flank.polynomials`
     relief          (m,) material removed at equidistant arc lengths [m]
     """
 

@@ -8,7 +8,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from fem.contact.resolution import Resolution
 from fem.elasticity import extruded_elasticity, hertz
-from fem.elasticity.extrusion import extruded, half_width, hexahedra
+from fem.elasticity.extrusion import extruded, half_face, hexahedra
 from fem.elasticity.face_symmetry import HalfFace
 from fem.elasticity.flank_compliance import flank_compliance, flank_loads
 from fem.elasticity.half_space import along_line
@@ -24,7 +24,7 @@ TINY = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
 
 
 def test_products_of_section_and_width_equal_hexahedra():
-    quads, line = section(GEAR, TINY), half_width(GEAR.b, GEAR.b, TINY.width)
+    quads, line = section(GEAR, TINY), half_face(GEAR.b, GEAR.b, TINY.width)
     solid = Basis(extruded(quads, line), ElementVector(ElementHex1()), intorder=8)
     reference = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu)).assemble(solid)
     plane, width = Basis(quads, ElementQuad1(), intorder=8), Basis(line, ElementLineP1(), intorder=8)
@@ -36,7 +36,7 @@ def test_products_of_section_and_width_equal_hexahedra():
 @pytest.mark.parametrize("twist", [0.0, 4.0])
 def test_sections_that_deform_alike_are_a_prism_of_uniform_displacement(twist):
     """Work per length of displacements that do not vary along the axis; without twist in the plane."""
-    plane, line = Basis(section(GEAR, TINY), ElementQuad1()), half_width(GEAR.b, GEAR.b, 2)
+    plane, line = Basis(section(GEAR, TINY), ElementQuad1()), half_face(GEAR.b, GEAR.b, 2)
     per_length = extruded_elasticity.uniform_stiffness(plane, STEEL, twist).matrix
     u = np.random.default_rng(0).standard_normal(per_length.shape[0])
     width = Basis(line, ElementLineP2())
@@ -52,7 +52,7 @@ def turned(x, y, angle):
 
 @pytest.mark.parametrize("twist", [0.0, 4.0])
 def test_rigid_motion_is_free_of_force(twist):
-    plane, width = Basis(section(GEAR, TINY), ElementQuad1()), Basis(half_width(GEAR.b, GEAR.b, 4), ElementLineP2())
+    plane, width = Basis(section(GEAR, TINY), ElementQuad1()), Basis(half_face(GEAR.b, GEAR.b, 4), ElementLineP2())
     stiffness = extruded_elasticity.stiffness(plane, width, STEEL, twist).matrix
     z = np.tile(width.doflocs[0], plane.N)
     x, y = turned(*(np.repeat(c, width.N) for c in plane.doflocs), twist * z)

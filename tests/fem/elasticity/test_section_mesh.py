@@ -8,7 +8,7 @@ from skfem.helpers import det
 
 import fem
 from fem.elasticity import section_mesh
-from fem.elasticity.flank_compliance import along_helix
+from fem.elasticity.flank_compliance import uniform_load_compliance
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import flank_hats, flank_nodes, section
 from fem.reference.deformable_gear import with_edges
@@ -53,7 +53,9 @@ def test_graded_section_has_the_area_and_flank_of_the_gear(divide):
 def test_graded_section_bends_like_the_plain_one():
     gear, density = paper_gear(), Density(flank=44)
     arcs = flank_hats(gear, Density(flank=16))
-    plain, graded = (along_helix(gear, arcs, mesh.refined(2))[0] for mesh in (density, Density(flank=44, edges=EDGES)))
+    plain, graded = (
+        uniform_load_compliance(gear, arcs, mesh.refined(2))[0] for mesh in (density, Density(flank=44, edges=EDGES))
+    )
     assert graded == pytest.approx(plain, rel=2e-4)
 
 

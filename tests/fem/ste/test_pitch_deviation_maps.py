@@ -27,7 +27,7 @@ def test_a_tooth_that_stands_back_sheds_load_and_opens_a_gap_without_load():
     plain = fem.static_transmission_error(nominal, 150, 4, resolution=COARSE, progress=False)
     assert (set_back <= plain["load_share"].sel(torque=150, pair=0).values + 1e-9).all()
     assert te[1, -4:] == pytest.approx(plain["te"].values[0] / um, rel=1e-3)
-    with pytest.raises(ValueError, match="each of its own"):
+    with pytest.raises(ValueError, match="differ from one another"):
         over_torque_and_phase(ste)
 
 
