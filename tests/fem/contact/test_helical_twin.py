@@ -151,8 +151,8 @@ def contact(matrix: np.ndarray, gap: np.ndarray, approach: np.ndarray, force: fl
 
 
 @pytest.mark.slow
-def test_helical_pair_is_its_twin(pair):
-    """Also where a loaded tooth moves one two pitches away: 0.11 and 0.30 um of te at the pitch point.
+def test_te_of_a_helical_pair_agrees_with_the_second_method(pair):
+    """Also the coupling of teeth two pitches apart, which contributes 0.11 and 0.30 um to te at the pitch point.
 
     The twin's peak to peak still grows by 2 % at 150 N m with twice the elements and slices across the width.
     """

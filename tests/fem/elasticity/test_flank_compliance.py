@@ -63,7 +63,7 @@ def test_rigid_motion_is_free_of_force(twist):
 
 
 def test_rigid_motion_of_a_large_section_is_free_of_force():
-    """The numbers of its entries, row by row, exceed 32 bits."""
+    """The flat numbers of its matrix entries exceed 32 bits."""
     plane = Basis(section(GEAR, Density().refined(3)), ElementQuad2())
     assert int(plane.N) ** 2 > 2**31
     stiffness = extruded_elasticity.uniform_stiffness(plane, STEEL).matrix

@@ -101,7 +101,7 @@ def test_edges_are_where_reliefs_begin_on_either_gear():
         ((fem.TipRelief(15 * um, 2.5 * mm),), ()),
     ],
 )
-def test_flanks_without_edges_and_those_that_want_none_get_none(flank, edges):
+def test_no_edges_without_reliefs_or_where_none_are_requested(flank, edges):
     gear = paper_gear(flank=flank)
     assert [graded.edges for graded in with_edges(fem.GearPair(gear, gear, a=150 * mm), Density(edges=edges))] == [
         (),
@@ -109,8 +109,8 @@ def test_flanks_without_edges_and_those_that_want_none_get_none(flank, edges):
     ]
 
 
-def test_edges_apart_by_less_than_an_element_are_one():
-    """Reliefs of both gears that begin at one place of the path of contact, 1 nm apart, and one from root to tip."""
+def test_edges_closer_than_an_element_are_merged():
+    """Reliefs of both gears that begin 1 nm apart on the path of contact, and a relief from root to tip."""
     gear = paper_gear()
     pair = fem.GearPair(gear, gear, a=150 * mm)
     length = gear.roll_tip - pair.a * np.sin(pair.alpha_wt) / 2

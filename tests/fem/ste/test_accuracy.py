@@ -1,4 +1,4 @@
-"""Requested accuracy: what is chosen, and that estimated errors hold against refined runs."""
+"""Requested accuracy: chosen mesh, torques and phases; estimated errors against refined solutions."""
 
 import os
 from dataclasses import replace
@@ -94,7 +94,7 @@ def true_peak_to_peak_error(pair, torque, phases: int, resolution, truth) -> np.
 
 
 @pytest.mark.slow
-def test_estimates_are_honest():
+def test_estimated_errors_bound_the_true_errors():
     """At least 95 % of the estimates are above the true error, none far below it, and they are of its size."""
     rng, ratios, swings = np.random.default_rng(1), [], []
     for _ in range(int(os.environ.get("EXUGEAR_CASES", 30))):
@@ -139,7 +139,7 @@ def test_requested_accuracy_chooses_and_is_kept():
 
 
 @pytest.mark.parametrize("flank", [fem.ProfileCrowning(5 * um), fem.LeadCrowning(5 * um)])
-def test_no_stated_error_passes_the_request(flank):
+def test_no_estimated_error_exceeds_the_requested_accuracy(flank):
     """At any torque; here shares of the map's deflection, while the choice uses the deflection by slices."""
     pair = fem.GearPair(paper_gear(flank=(flank,)), paper_gear(), a=150 * mm)
     ste = fem.static_transmission_error(pair, fem.UpTo(350), phases=None, accuracy=0.02, progress=False)
@@ -195,7 +195,7 @@ def test_the_small_contact_of_crowned_flanks_under_light_load_is_resolved():
 
 
 def test_errors_between_torques_are_estimated_where_a_corner_touches():
-    """Corners touch for some hundredths of the cycle, others at each torque; truth from five times the phases."""
+    """Corners touch for some hundredths of the cycle, others at each torque; true errors from five times the phases."""
     rng, fast, ratios = np.random.default_rng(5), fem.Slices.like(ROUGH), []
     sharp = paper_gear(flank=(fem.TipRelief(20 * um, 3 * mm),))
     pairs = [fem.GearPair(gear, gear, a=150 * mm) for gear in (paper_gear(), sharp)]
