@@ -137,13 +137,13 @@ class ContactSlices:
     def _seen_from_mate(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """The host's points at roll (n, m) from the mate's centre (x, y) [m], the mate's roll length [m], the lever.
 
-        Roll lengths of the host are as made, those of the mate as set back. The lever is that of the host's
-        normal about the mate's centre over the mate's base radius.
+        Pitch deviations shorten roll lengths by `set_back`: roll is given before, the mate's is that after it.
+        The lever is that of the host's normal about the mate's centre over the mate's base radius.
         """
-        a, (r_host, r_mate), roll_made = self.position.a, self.radii, roll - self.set_back[0]
+        a, (r_host, r_mate), shortened = self.position.a, self.radii, roll - self.set_back[0]
         angle = -self.position.alpha - (roll - self.nominal) / r_host
         n_x, n_y = -np.sin(angle), np.cos(angle)
-        x, y = a - r_host * n_y - roll_made * n_x, r_host * n_x - roll_made * n_y
+        x, y = a - r_host * n_y - shortened * n_x, r_host * n_x - shortened * n_y
         mate_roll = np.sqrt(np.maximum(x**2 + y**2 - r_mate**2, 0.0))
         return x, y, mate_roll, np.maximum((a * n_y - r_host) / r_mate, LEAST_LEVER)
 
@@ -221,8 +221,8 @@ class ContactSlices:
         """(2, n, m) angles of the direction of contact from the normals of host and mate, towards their tips [rad].
 
         Half-planes do not turn one another: under pressure p on flanks with a difference of slopes h' the integral of
-        p h' vanishes. The mean normals of both are then the same, which is the direction of the force; about its mean
-        the direction lies half-way between the normals. load (n, m) is the expected pressure, slopes (n, m) are those
+        p h' vanishes. The mean normals of both flanks are then the direction of the force; about its mean the direction
+        lies half-way between the normals. load (n, m) is the expected pressure, slopes (n, m) are those
         of `slopes`.
         """
         r_host, r_mate = self.radii

@@ -121,7 +121,7 @@ class Load(NamedTuple):
 
 
 class NewtonSteps:
-    """Equilibrium of m loads on n slices for active sets, each linearized at the one before.
+    """Equilibrium of m loads on n slices for active sets, each linearized at the last equilibrium.
 
     Large arrays are reused in every step: allocating them anew takes a third of the time.
     """

@@ -19,7 +19,7 @@ SPELLING = "fem.Resolution() solves strips along the profile, fem.Slices() one l
 
 @dataclass(frozen=True)
 class Discretization:
-    """FE mesh and slices: what `Resolution` and `Slices` have in common."""
+    """FE mesh and slices: the common fields of `Resolution` and `Slices`."""
 
     density: Density = MAP_DENSITY
     slices: int = 20

@@ -25,7 +25,7 @@ def both_sides(half: MeshLine) -> MeshLine:
 
 
 def whole_width(gear: Gear, density: Density) -> MeshLine:
-    """Mesh from end face to end face, finer towards both: 4 `width` elements."""
+    """Mesh from end face to end face, finer towards both of them: 4 `width` elements."""
     return both_sides(half_face(gear.b, gear.b, 2 * density.width))
 
 

@@ -63,7 +63,7 @@ class Density:
 
     @checked
     def scaled(self, factor: Finite) -> "Density":
-        """Numbers of pairs of elements, and of those across the width, times a factor, at least one; the same teeth."""
+        """Density with numbers of pairs of elements, and of elements across the width, times a factor; at least 1."""
         numbers = {name: 2 * max(1, round(getattr(self, name) * factor / 2)) for name in PARTS}
         return replace(self, **numbers, width=max(1, round(self.width * factor)))
 

@@ -146,7 +146,7 @@ def rim_steps(density: Density) -> np.ndarray:
 
 
 def body_radii(gear: Gear, density: Density) -> np.ndarray:
-    """Radii from the bore to `rim_radius`, closer together at both [m]."""
+    """Radii from the bore to `rim_radius` [m], closer together at both ends."""
     inner, outer = gear.d_bore / 2, rim_radius(gear)
     even = 2 * np.pi * density.steps("body")
     return inner + (outer - inner) * (even - 0.4 * np.sin(even)) / (2 * np.pi)

@@ -25,8 +25,8 @@ RELIEF_INTERVALS = 2000
 #: Contact stiffness on a node is at most this times penalty times its area, as a slave or under a master's spline.
 STIFFNESS_BOUND = 3.0
 
-#: A point of the slave and what it touches: interval between nodes of the slave's profile and share of that interval,
-#: area [m^2], gap [m], arc length on the master [m], directions of push and slide, levers about both centres [m].
+#: A point of the slave and the closest point of the master: interval between nodes of the slave's profile and share of
+#: that interval, area [m^2], gap [m], arc length on the master [m], directions of push and slide, levers about both centres [m].
 CONTACT_POINT = np.dtype(
     [
         ("interval", np.int64),

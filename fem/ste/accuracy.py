@@ -38,8 +38,8 @@ LEAST_RATIO_MESH, LEAST_RATIO_BETWEEN = 0.08, 0.02
 PEAK_TO_PEAK_FACTOR = 5.0
 #: Least number of slices of the curves by which torques and phases are chosen, and largest number of a map.
 FEWEST_SLICES, MOST_SLICES = 40, 80
-#: Largest elements along the flank squared times those across half the width: such a mesh takes 1.6 to 2.3 GB. Most
-#: spurs are modelled over half the width only.
+#: Largest number of elements along the flank squared times that across half the width: such a mesh takes 1.6 to
+#: 2.3 GB. Most spurs are modelled over half the width only.
 LARGEST_HELICAL, LARGEST_SPUR = 24**2 * 4, 36**2 * 6
 #: A cause of errors is refined if it contributes more than this share of the allowed error.
 NEGLIGIBLE = 0.2

@@ -111,7 +111,7 @@ class MeshErrors(NamedTuple):
 
     @property
     def by_cause(self) -> dict[str, MapError]:
-        """Errors by what can be refined."""
+        """Errors by cause that can be refined: section, width, slices, strips."""
         return {"section": self.section, "width": self.width, "slices": self.slices, "strips": self.strips}
 
 

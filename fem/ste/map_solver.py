@@ -35,7 +35,7 @@ EVEN_GAP = 1e-15
 
 @dataclass(frozen=True)
 class ContactModel:
-    """What all contact states of a map share.
+    """Pair, offsets and resolution: the common inputs of all contact states of a map.
 
     offsets     values (n,) of each offset of the wheel, as `Offsets.values` gives them
     """

@@ -13,7 +13,7 @@ from fem.gear.material import Material
 from fem.microgeometry.flank import equal_on_all_teeth, from_text, to_text
 from fem.pair.pair import GearPair
 from fem.support.arguments import FilePath, Numbers, checked
-from fem.support.cache import whole
+from fem.support.cache import complete_file
 from fem.support.validation import increasing, numbers, require
 
 SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank")]
@@ -213,7 +213,7 @@ def save(data: xr.Dataset, path: FilePath) -> Path:
     path, content = Path(path), BytesIO()  # HDF5 itself does not survive a full disk: written in memory first
     packed = {name: {"zlib": True, "complevel": 1} for name, values in data.variables.items() if values.dtype == float}
     data.to_netcdf(content, engine="h5netcdf", encoding=packed)
-    with whole(path) as file:
+    with complete_file(path) as file:
         file.write(content.getbuffer())
     return path
 

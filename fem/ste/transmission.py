@@ -39,9 +39,9 @@ def static_transmission_error(
     offset and torque.
 
     torque      pinion torque F r_b1 of the mesh force F [N m]: one or several increasing values >= 0, where 0 gives the
-                transmission error without load; or `fem.UpTo(350)`: 0 to 350 N m, as many as the accuracy takes
+                transmission error without load; or `fem.UpTo(350)`: 0 to 350 N m, as many as the accuracy needs
     phases      number of equidistant phases, or increasing values in [0, 1) as share of a pitch; at 0, tooth pair 0
-                touches at the pitch point. None: as many as the accuracy takes. With a `fem.PitchDeviation` no two
+                touches at the pitch point. None: as many as the accuracy needs. With a `fem.PitchDeviation` no two
                 teeth are alike: pass values up to any number of pitches (a number of phases maps the first pitch only,
                 from which no `exugear.MeshForce` can be made)
     offsets     offsets of the wheel; an offset with several values becomes an axis of the map

@@ -87,10 +87,10 @@ def plane_fields(
 
     torque          pinion torque F r_b1 > 0 [N m]
     phase           position in the mesh cycle in [0, 1); 0: pair 0 at the pitch point
-    offsets         of the wheel, one value each
-    density         of the section away from the contact; its teeth follow from the load
+    offsets         offsets of the wheel, one value each
+    density         density of the section away from the contact; its teeth follow from the load
     refine          elements over half the width of the contact, at least 4
-    resolution      of the contact, as of a map
+    resolution      resolution of the contact, as for a map
 
     Returns the `Field` of pinion and wheel, lengths in metres, stresses in Pa.
     Raises ValueError for bad input and helical pairs, RuntimeError where the contact does not converge.

@@ -75,7 +75,7 @@ def _hints(function: Callable) -> tuple[dict[str, tuple[Any, Any]], tuple[Any, A
 
 
 def check_kind(name: str, value, hint) -> None:
-    """ValueError unless the value matches a type hint; the message is that of the check of the hint, if it has one."""
+    """ValueError unless the value matches a type hint, with the message of the hint's check if it has a check."""
     if _matches(value, hint):
         return
     annotated = [part for part in get_args(hint) if get_origin(part) is Annotated]

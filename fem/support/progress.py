@@ -1,4 +1,4 @@
-"""Progress bars with the time left, and lines that announce other long work, shown on request."""
+"""Progress bars with the time left, and lines with the elapsed time of other long work, shown on request."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

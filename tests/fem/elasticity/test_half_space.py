@@ -63,7 +63,7 @@ def test_end_faces_mirror_the_forces_that_reach_them():
 @given(st.lists(st.floats(1e-2, 10), min_size=1, max_size=12), st.sampled_from([WholeFace(), HalfFace()]))
 @settings(deadline=None)
 def test_compliance_of_strips_is_positive_definite(lengths, face):
-    """Strips of a thousandth to a hundred times the width of all strips, half-planes clamped at its quarter."""
+    """Slices of a hundredth to ten times the width of a strip; half-planes clamped at a quarter of all strips."""
     edges = np.append(0, np.cumsum(lengths))
     depth = CAPACITY * STRIPS
     along = along_line(edges, edges[-1], depth, face)
