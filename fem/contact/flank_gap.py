@@ -54,7 +54,7 @@ def _closest_of(gaps: GapFunction, positions: np.ndarray) -> list[np.ndarray]:
 class ContactSlices:
     """Slices of tooth pairs: number of the tooth pair, axial ends low and high [m], each (n,).
 
-    te is the transmission error [m], one or (n, 1), about which gap and approach are linearized; there they are exact.
+    te is the transmission error [m], a number or (n, 1), about which gap and approach are linearized.
 
     One gear, the host, carries the strips of a slice; the normals of its flank are the directions of contact. It is the
     pinion before the pitch point and the wheel behind it, so that only the tip of the mate can end the strips.

@@ -24,14 +24,10 @@ def both_sides(half: MeshLine) -> MeshLine:
     return MeshLine(WholeFace().positions(np.sort(half.p[0])))
 
 
-def whole_width(gear: Gear, density: Density) -> MeshLine:
-    """Mesh from end face to end face, finer towards both of them: 4 `width` elements."""
-    return both_sides(half_face(gear.b, gear.b, 2 * density.width))
-
-
 def hexahedra(gear: Gear, density: Density) -> MeshHex:
-    """The whole width as hexahedra, along the helix, with the boundary "bore"; for pictures and export."""
-    mesh = extruded(section(gear, density), whole_width(gear, density), gear.twist)
+    """The gear as hexahedra along the helix with the boundary "bore", 4 `width` of them from end face to end face."""
+    line = both_sides(half_face(gear.b, gear.b, 2 * density.width))
+    mesh = extruded(section(gear, density), line, gear.twist)
     limit = gear.d_bore / 2 * (1 + 1e-6)
     return mesh.with_boundaries({BORE: lambda x: np.hypot(x[0], x[1]) < limit})
 

@@ -182,7 +182,7 @@ def both_halves(equal: np.ndarray, opposite: np.ndarray) -> np.ndarray:
 def flank_line(gear: Gear, section: Basis, tooth: int) -> tuple[Basis, np.ndarray, np.ndarray]:
     """The flank of a tooth as a line of elements: its basis over the length, vertices (2, n) [m], dofs of the section.
 
-    scikit-fem's FacetBasis finds points on facets by Newton's method, which small elements far from the axis defeat.
+    scikit-fem's FacetBasis finds points on facets by Newton's method, which fails for small elements far from the axis.
     """
     mesh, facets = section.mesh, section_mesh.flank_facets(gear, section.mesh, tooth)
     facets = facets[np.argsort(np.hypot(*mesh.p[:, mesh.facets[:, facets]].mean(axis=1)))]

@@ -34,7 +34,7 @@ def flank_node_arcs(gear: Gear, density: Density) -> np.ndarray:
     require(
         gear.roll_form < low and high < gear.roll_tip, f"edges must lie in {ends}, on the flank, got {density.edges}"
     )
-    return beside(tooth_profile.arc_length(gear, np.array(density.edges)), nodes)
+    return refined_at_edges(tooth_profile.arc_length(gear, np.array(density.edges)), nodes)
 
 
 def flank_hats(gear: Gear, density: Density) -> np.ndarray:
@@ -218,7 +218,7 @@ THICKER = 1.5
 SAMPLES = 100_001
 
 
-def beside(edges, nodes: np.ndarray) -> np.ndarray:
+def refined_at_edges(edges, nodes: np.ndarray) -> np.ndarray:
     """Nodes spaced as nodes (n,), with edges (m,), increasing, among them and smaller elements beside each."""
     positions = np.linspace(nodes[0], nodes[-1], SAMPLES)
     usual = np.interp(positions, (nodes[1:] + nodes[:-1]) / 2, np.diff(nodes))

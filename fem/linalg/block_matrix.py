@@ -81,7 +81,7 @@ class KroneckerMatrix:
         return sp.csr_matrix((values, (row[:, i].ravel(), column[:, j].ravel())), (self.unknowns.size,) * 2)
 
     def part(self, free: np.ndarray) -> "KroneckerMatrix":
-        """Matrix of the free unknowns (n_unknown,); blocks have no free unknown, or all the same ones.
+        """Matrix of the free unknowns (n_unknown,); a block has the same free unknowns as all others, or none.
 
         Raises ValueError where the free unknowns differ between blocks.
         """

@@ -26,7 +26,8 @@ RELIEF_INTERVALS = 2000
 STIFFNESS_BOUND = 3.0
 
 #: A point of the slave and the closest point of the master: interval between nodes of the slave's profile and share of
-#: that interval, area [m^2], gap [m], arc length on the master [m], directions of push and slide, levers about both centres [m].
+#: that interval, area [m^2], gap [m], arc length on the master [m], directions of push and slide, levers about the
+#: centres of both gears [m].
 CONTACT_POINT = np.dtype(
     [
         ("interval", np.int64),

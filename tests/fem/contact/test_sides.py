@@ -47,7 +47,7 @@ def angle(gear: fem.Gear, side: int, tooth: int, roll, axial: float):
 
 
 def play(pair: fem.GearPair, side: int, phase: float, tilt: complex) -> float:
-    """How far the wheel may turn from where unmodified left flanks touch, at a phase of theirs, on its base circle [m].
+    """Turn of the wheel to its contact from where unmodified left flanks touch, at their phase, on its base circle [m].
 
     tilt    tilt of the wheel's axis: in the plane of the axes, and in the direction of the left flanks' force on it
     """

@@ -17,14 +17,14 @@ def contact(compliance, gap, force: float, active=None) -> Equilibrium:
 
     def solve(active: np.ndarray) -> Equilibrium:
         touching = active[0] if active.any() else gap == gap.min()
-        per_error, per_gap = np.linalg.solve(
+        per_te, per_gap = np.linalg.solve(
             compliance[touching][:, touching], np.stack([np.ones(n), gap], axis=1)[touching]
         ).T
-        te = (force + per_gap.sum()) / per_error.sum()
+        te = (force + per_gap.sum()) / per_te.sum()
         f = np.zeros(n)
-        f[touching] = per_error * te - per_gap
+        f[touching] = per_te * te - per_gap
         slack = np.where(touching, 0.0, compliance @ f + gap - te)
-        return Equilibrium(np.array([te]), np.array([per_error.sum()]), f[None], slack[None])
+        return Equilibrium(np.array([te]), np.array([per_te.sum()]), f[None], slack[None])
 
     return unilateral_contact(solve, np.ones((1, n), bool) if active is None else active[None])
 

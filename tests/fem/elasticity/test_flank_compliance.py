@@ -28,9 +28,9 @@ def test_products_of_section_and_width_equal_hexahedra():
     solid = Basis(extruded(quads, line), ElementVector(ElementHex1()), intorder=8)
     reference = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu)).assemble(solid)
     plane, width = Basis(quads, ElementQuad1(), intorder=8), Basis(line, ElementLineP1(), intorder=8)
-    ours = extruded_elasticity.stiffness(plane, width, STEEL).matrix
+    matrix = extruded_elasticity.stiffness(plane, width, STEEL).matrix
     order = np.concatenate(list(solid.nodal_dofs))
-    assert abs(ours - reference[order][:, order]).max() < 1e-12 * abs(reference).max()
+    assert abs(matrix - reference[order][:, order]).max() < 1e-12 * abs(reference).max()
 
 
 @pytest.mark.parametrize("twist", [0.0, 4.0])
@@ -76,19 +76,21 @@ def test_twisted_prism_yields_like_twisted_hexahedra():
     twist, tiny = 6.0, Density(flank=2, fillet=1, tooth=1, rim=1, body=1, teeth=0, behind=0, width=1)
     quads, line = section(GEAR, tiny), MeshLine(np.linspace(0, 10 * mm, 17))
     basis, axis = Basis(quads, ElementQuad1()), Basis(line, ElementLineP1())
-    ours = extruded_elasticity.stiffness(basis, axis, STEEL, twist).matrix
+    matrix = extruded_elasticity.stiffness(basis, axis, STEEL, twist).matrix
     mesh = extruded(quads, line)
     x, y = turned(mesh.p[0], mesh.p[1], twist * mesh.p[2])
     solid = Basis(type(mesh)(np.stack([x, y, mesh.p[2]]), mesh.t), ElementVector(ElementHex1()))
-    theirs = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu)).assemble(solid)
+    reference = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu)).assemble(solid)
     n = mesh.p.shape[1]
     angle = twist * mesh.p[2]
     free = np.flatnonzero(np.tile(np.hypot(x, y) > GEAR.d_bore / 2 * (1 + 1e-6), 3))
     force = np.random.default_rng(0).standard_normal(3 * n) * np.tile(np.hypot(x, y) > 70 * mm, 3)
     local = np.concatenate([*turned(force[:n], force[n : 2 * n], -angle), force[2 * n :]])
     order = np.concatenate(list(solid.nodal_dofs))
-    theirs = theirs[order][:, order]
-    work = [f[free] @ factorize(k[free][:, free])(f[free][:, None])[:, 0] for f, k in ((local, ours), (force, theirs))]
+    reference = reference[order][:, order]
+    work = [
+        f[free] @ factorize(k[free][:, free])(f[free][:, None])[:, 0] for f, k in ((local, matrix), (force, reference))
+    ]
     assert work[0] == pytest.approx(work[1], rel=2e-3)
 
 

@@ -19,7 +19,7 @@ EDGES = (25 * mm, 31 * mm)
 
 def test_steps_are_small_at_edges_and_as_before_far_from_them():
     nodes = np.linspace(0, 1, 41) ** 1.2
-    graded = section_mesh.beside((0.3, 0.7), nodes)
+    graded = section_mesh.refined_at_edges((0.3, 0.7), nodes)
     steps, usual = np.diff(graded), np.interp(graded[:-1], nodes[:-1], np.diff(nodes))
     assert graded[[0, -1]] == pytest.approx(nodes[[0, -1]])
     for edge in (0.3, 0.7):

@@ -96,7 +96,7 @@ def test_requested_accuracy_holds_the_peak_to_peak_between_torques():
 
 
 def test_estimated_error_covers_the_peak_to_peak_of_a_map_of_few_phases():
-    """24 phases by slices rank two reliefs the wrong way round; the estimated error covers the difference."""
+    """24 phases by slices rank two reliefs in the wrong order; the estimated error covers the difference."""
     for C_a in (40 * um, 50 * um):
         pair = fzg_type_c(C_a)
         ste = fem.static_transmission_error(pair, [302], 24, accuracy=0.1, progress=False)
