@@ -33,7 +33,7 @@ def test_curve_keeps_points_tangents_and_curvature():
     assert np.diff(ends) / step == pytest.approx(np.full(2, 0.7 * 4**-0.3), rel=1e-5)
 
 
-def test_where_a_further_pair_joins_the_curve_stays_concave():
+def test_the_curve_stays_concave_where_a_further_pair_comes_into_contact():
     """Soft up to 1.5, ten times as stiff beyond: a cubic polynomial with the same tangents overshoots."""
     x, y, slope, queries = np.array([1.0, 4.0]), np.array([1.0, 1.75]), np.array([1.0, 0.1]), np.linspace(1, 4, 301)
     curve, hermite = rational_cubic(x, y, slope, queries), CubicHermiteSpline(x, y, slope)(queries)
@@ -76,7 +76,7 @@ def test_requested_accuracy_holds_the_peak_to_peak_between_torques():
 
 
 def test_estimated_error_covers_the_peak_to_peak_of_a_map_of_few_phases():
-    """24 phases by slices rank two reliefs the wrong way round; the estimated error covers the difference."""
+    """24 phases by slices rank two reliefs in the wrong order; the estimated error covers the difference."""
     for C_a in (40 * um, 50 * um):
         pair = fzg_type_c(C_a)
         ste = fem.static_transmission_error(pair, [302], 24, accuracy=0.1, progress=False)
