@@ -43,7 +43,7 @@ def draw_growth(ax, grown: dict) -> None:
 
 
 def draw_legends(ax, panels: dict) -> None:
-    """Those of all panels below one another, instead of a panel."""
+    """Legends of all panels, one below the other, in place of a panel."""
     ax.axis("off")
     top = 1.0
     for title, panel in panels.items():

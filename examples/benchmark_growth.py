@@ -38,7 +38,7 @@ def compiled_loop(table, mobility, load, steps, h, turns):
 
 
 def exudyn_spring(inertia: float):
-    """Two spinning masses on a spring that is built into Exudyn, one of them held like a drive."""
+    """Two spinning masses on a spring that is built into Exudyn, the first held as by a drive."""
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0.0])) for _ in range(2)]
@@ -70,7 +70,7 @@ def yardsticks(box: exugear.Gearbox, step: float) -> dict[str, float]:
 
 
 def chain(box: exugear.Gearbox, stages: int) -> exugear.Gearbox:
-    """So many equal stages one after the other, each in a plane of its own."""
+    """A chain of equal stages, each in its axial plane."""
     pair, law = box.stages[0].pair, box.stages[0].force
     planes = [i * 80 * mm for i in range(stages)]
     parts = [dict.fromkeys((planes[max(i - 1, 0)], planes[min(i, stages - 1)]), pair.pinion) for i in range(stages + 1)]
@@ -108,7 +108,7 @@ def slices(misalignments: int = 1, phases: int = 15, torques: int = 4):
 
 
 def exponent(sizes, times) -> float:
-    """Of a power law through times over sizes."""
+    """Exponent of the power law that fits times over sizes."""
     return float(np.polyfit(np.log(sizes), np.log(times), 1)[0])
 
 

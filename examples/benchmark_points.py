@@ -25,14 +25,14 @@ class Points:
 
 
 def timed(call: Callable):
-    """What a call returns, and its wall time [s]."""
+    """Result and wall time [s] of a call."""
     start = time.perf_counter()
     result = call()
     return result, time.perf_counter() - start
 
 
 def cold(call: Callable):
-    """The same with an empty cache."""
+    """Result and wall time [s] of a call with an empty cache."""
     before = os.environ.get("EXUGEAR_CACHE")
     with tempfile.TemporaryDirectory() as folder:
         os.environ["EXUGEAR_CACHE"] = folder

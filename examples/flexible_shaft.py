@@ -26,8 +26,8 @@ from fem.units import rpm, um
 SPEED, MESH_DAMPING, MESH_RESONANCE = 1000 * rpm, 2700.0, 2900.0
 
 
-def stand(rig: Rig) -> Rig:
-    """Static equilibrium under the torque, from where the teeth of shafts that do not bend would stand."""
+def equilibrium(rig: Rig) -> Rig:
+    """Solve the static equilibrium under the torque; the first guess is the deflection of the mesh of rigid shafts."""
     system, initial = rig.mbs.systemData, exu.ConfigurationType.Initial
     q = np.zeros(system.ODE2Size())
     q[spins(rig)[0]] = rig.force.deflection_at(0.0, TORQUE / rig.pair.pinion.r_b) / rig.pair.pinion.r_b
@@ -105,7 +105,7 @@ def main(folder: Path) -> None:
     torsion = free[abs(free - torsion_frequency()).argmin()]
     print(f"free shaft: bending {free[0]:.0f} Hz, torsion {torsion:.0f} Hz (rod: {torsion_frequency():.0f} Hz)")
     for name, shaft in (("rigid shaft", None), ("flexible shaft", solid)):
-        rig = stand(build(pair, force, shaft))
+        rig = equilibrium(build(pair, force, shaft))
         print(f"{name}: bends by {bending(rig) / um:.2f} um (beam: {beam_deflection(mean) / um:.2f} um)", end=", ")
         times, cost = run(rig)
         dte, forces = (last_cycles(times, x, 20, pair.pinion.z) for x in (rig.recorder.deflection, rig.recorder.force))

@@ -28,7 +28,7 @@ EXAGGERATION = 150
 
 
 def contacts(field) -> list[np.ndarray]:
-    """Points (2, n) of each contact [m], root of the mesh's turning first."""
+    """Points (2, n) of each contact [m], the contact of the lowest y first."""
     points = field.points[:, field.pressure > 0]
     points = points[:, np.argsort(points[1])]
     gaps = np.flatnonzero(np.hypot(*np.diff(points, axis=1)) > 1 * mm)
@@ -36,6 +36,7 @@ def contacts(field) -> list[np.ndarray]:
 
 
 def look_at(ax, centre, half_width: float, half_height: float) -> None:
+    """Limit a panel to a rectangle about a point, all in metres."""
     x, y = np.asarray(centre) / mm
     w, h = half_width / mm, half_height / mm
     ax.set(xlim=(x - w, x + w), ylim=(y - h, y + h))

@@ -21,7 +21,7 @@ MAP_PHASES = 60
 TOP_SPEED, DURATION = 3500 * rpm, 70.0
 #: Finer than the default, at which the steps fold the 12th to 14th harmonic of the mesh onto the main resonance.
 TOLERANCE = 1e-4
-#: Resonances [Hz] by load [N m]. The first is no simple share of the main one and is not looked for.
+#: Resonances [Hz] by load [N m]. The first is no simple fraction of the main one and is left out.
 TABLE_II = {150.0: (116, 438, 597, 907, 1804), 350.0: (122, 479, 650, 980, 1958)}
 
 

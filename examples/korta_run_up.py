@@ -46,7 +46,7 @@ def fitted_inertia(box: exugear.Gearbox, at_150: Resonances) -> float:
 
 @contextmanager
 def timed(seconds: dict[str, float], name: str):
-    """Enter the wall time of a phase under its name."""
+    """Store the wall time of a part of the job under its name."""
     print(f"{name} ...", flush=True)
     start = time.perf_counter()
     yield

@@ -4,7 +4,8 @@
 
 The paper's element (Palermo et al. 2013) has the secant stiffness F / STE at the nominal torque. The law of the map
 follows the STE over all torques. The conserving law derives force and torques from one potential. Pair, inertia and
-damping are the same: only the law differs. Far from resonance all three agree; where teeth part they do not.
+damping are the same: only the law differs. Far from resonance all three agree. Where teeth part, the secant law
+differs; the conserving law stays with that of the map.
 """
 
 import sys

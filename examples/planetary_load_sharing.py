@@ -2,7 +2,7 @@
 
     python examples/planetary_load_sharing.py results
 
-A pin ahead of its nominal position takes load off its planet, a pin behind adds load. What the displacement moves does
+A pin ahead of its nominal position takes load off its planet, a pin behind adds load. The force that it shifts does
 not depend on the load, so that the shares even out as the load rises. A floating sun (soft bearings) evens them out as
 well. Load and displacements are chosen here.
 """

@@ -2,7 +2,7 @@
 
 Masses and stiffnesses: Lin & Parker, Analytical characterization of the unique properties of planetary gear free
 vibration, J. Vib. Acoust. 121 (1999); every mesh has a constant stiffness. Damping and teeth are chosen here. Only the
-ratios of inertia to squared base radius enter the frequencies, so that any radii that fit each other serve.
+ratios of inertia to squared base radius enter the frequencies, so that any radii of gears that fit will do.
 """
 
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ from fem.units import deg, mm, um
 MESH, BEARING, RING_TORSION = 5e8, 1e8, 1e9
 #: Mass [kg], inertia over the squared base radius (carrier: squared centre distance) [kg]
 SUN, RING, CARRIER, PLANET = (0.4, 0.39), (2.35, 3.0), (5.43, 6.29), (0.66, 0.61)
-#: How deep the teeth press for natural frequencies [m], which it moves by 2e-6; 0.2 um by 2e-5, 10 um by 1e-3.
+#: Depth to which teeth press for natural frequencies [m], which change by 2e-6; by 2e-5 at 0.2 um, 1e-3 at 10 um.
 DEPTH, LEAST = 0.02 * um, 1e-9
 DAMPING_TIME, MESH_DAMPING = 2e-5, 1500.0
 

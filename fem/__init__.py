@@ -1,7 +1,7 @@
 """From gear data to static transmission error maps by finite elements.
 
-Names and modules are listed in `__init__.pyi` and imported when they are first asked for: who loads a map or writes a
-gear down does not wait for scikit-fem.
+Names and modules are listed in `__init__.pyi` and imported at their first use: a script that loads a map or makes a
+gear does not import scikit-fem.
 """
 
 import lazy_loader

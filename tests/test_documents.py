@@ -133,6 +133,17 @@ def test_commands_of_measured_numbers_name_what_there_is():
         assert f"def {test}(" in text(path) if test else True, test
 
 
+def test_each_measured_number_has_a_command():
+    """In tables with a column of commands, whose last cell is then never empty."""
+    with_commands = False
+    for line in text(MEASURED).splitlines():
+        if not line.startswith("|"):
+            with_commands = False
+        elif line.endswith("| command |"):
+            with_commands = True
+        assert not with_commands or line.split("|")[-2].strip(), line
+
+
 def test_pictures_are_small_and_shown():
     pictures = set((ROOT / "examples" / "figures").glob("*.png"))
     assert max(path.stat().st_size for path in pictures) < LARGEST_PICTURE

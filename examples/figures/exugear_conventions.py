@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from fem_conventions import GREY, LINE, PINION, WHEEL, arrow
+from fem_conventions import GREY, LINE, PINION, WHEEL, WHITE, arrow
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle, Rectangle
@@ -41,7 +41,7 @@ def draw_train(ax) -> None:
         turn(ax, centre, radius, sense, LINE)
     arrow(ax, (0, 0), (1.9, 0))
     arrow(ax, (0, 0), (0, 1.9))
-    ax.text(1.95, -0.4, "x")
+    ax.text(1.45, -0.42, "x")
     ax.text(0.1, 1.8, "y")
     ax.plot(0, 0, "o", ms=8, mfc="w", mec="k")
     ax.plot(0, 0, ".", ms=4, color="k")
@@ -49,11 +49,11 @@ def draw_train(ax) -> None:
     ax.plot([first[0], first[0] + 3.2], [0, 0], color=GREY, lw=0.8)
     ax.plot(*np.transpose([first, second]), color=GREY, lw=0.8)
     ax.add_patch(Arc(first, 5.0, 5.0, theta1=0, theta2=50, color=GREY))
-    ax.text(first[0] + 2.6, 0.5, "angle of\nthe stage", color=GREY, va="center")
+    ax.text(first[0] + 2.75, 0.62, "angle of\nthe stage", color=GREY, va="center", bbox=WHITE)
     ax.text(0, -1.3, "fast: speed\nimposed", ha="center", va="top")
     ax.text(first[0], -2.0, "middle", ha="center", va="top")
     ax.text(second[0], second[1] + 1.5, "slow: load against\nits motion", ha="center")
-    ax.set(aspect="equal", xlim=(-1.5, 7.0), ylim=(-2.8, 4.4), title="Gearbox, seen from +z")
+    ax.set(aspect="equal", xlim=(-1.5, 7.4), ylim=(-2.8, 4.4), title="Gearbox, seen from +z")
     ax.axis("off")
 
 
@@ -72,11 +72,13 @@ def draw_shaft(ax) -> None:
     ax.text(7.1, 0, "z", va="center")
     arrow(ax, (0, 0), (0, 1.7))
     ax.text(0, 1.85, "y", ha="center")
-    ax.plot([-0.5, 6.5], [1.2, 0.1 - 0.6], "-.", color=LINE, lw=1.2)
+    gear, slope = 2.55, -0.24
+    ax.plot([-0.5, 6.5], [slope * (z - gear) for z in (-0.5, 6.5)], "-.", color=LINE, lw=1.2)
+    ax.plot(gear, 0, "o", color=LINE, ms=4)
     ax.annotate(
-        "Placement: tilt_x > 0\n(about +x)",
-        (1.0, 0.86),
-        (2.6, 2.0),
+        "Placement(tilt_x > 0, pivot=51 mm):\nthe shaft turns about +x at the gear",
+        (1.3, slope * (1.3 - gear)),
+        (1.0, 2.1),
         color=LINE,
         va="center",
         arrowprops={"arrowstyle": "-", "color": LINE, "lw": 0.8},

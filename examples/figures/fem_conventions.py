@@ -170,7 +170,7 @@ def draw_hand(ax) -> None:
     ax.text(-1.4, -0.05, "z", ha="center")
     arrow(ax, (-1.4, -0.9), (-0.8, -0.9))
     ax.text(-0.7, -0.92, "y", va="center")
-    ax.text(0.25, -1.02, "seen from +x", ha="center", va="center")
+    ax.text(0.0, 0.9, "seen from +x", ha="center", va="center")
     bare(ax, r"$\beta$ > 0: right-hand pinion")
 
 

@@ -50,7 +50,7 @@ def draw_law(ax, force: exugear.MeshForce) -> None:
     deflection = np.linspace(-5, 20, 200) * um
     for phase, side in ((0.0, "top"), (0.5, "bottom")):
         ax.plot(deflection / um, force(phase, deflection) / 1e3)
-        ax.text(20, force(phase, 20 * um) / 1e3 - 1.6 * (side == "top"), f"phase {phase:g}", ha="right", va=side)
+        ax.text(20, force(phase, 20 * um) / 1e3 - 2.6 * (side == "top"), f"phase {phase:g}", ha="right", va=side)
     ax.set(xlabel="deflection [µm]", ylabel="force [kN]", ylim=(-0.5, 8))
 
 

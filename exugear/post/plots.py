@@ -14,7 +14,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from exugear.post.spectrum import Envelope, Resonances, bearing_force_rms, dte_envelope, order_spectrum
 from exugear.simulation.run_data import stage_data
-from fem.ste.ste_map import PHASE, TORQUE, over_torque_and_phase, over_torque_and_phases, pair_of
+from fem.ste.ste_map import PHASE, TORQUE, over_torque_and_phase, over_torque_and_pitches, pair_of
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.validation import require
 from fem.units import mm, rpm, um
@@ -64,7 +64,7 @@ def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float | None = No
     """
     ax = axes_or_new(ax)
     mapped = int(ste.attrs.get("pitches", 1))
-    te = over_torque_and_phase(ste) if mapped == 1 else over_torque_and_phases(ste)
+    te = over_torque_and_phase(ste) if mapped == 1 else over_torque_and_pitches(ste)
     default, most = (2, 1000) if mapped == 1 else (mapped, mapped)
     shown = default if pitches is None else pitches
     require(0 < shown <= most, f"pitches must lie in (0, {most}], got {pitches}")

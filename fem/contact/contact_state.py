@@ -1,4 +1,4 @@
-"""What the contact of all tooth pairs at one mesh position is under a load: the result of a contact solve."""
+"""State of the contact of all tooth pairs at one mesh position under a load: the result of a contact solve."""
 
 from dataclasses import dataclass
 
@@ -24,10 +24,11 @@ class State:
     te          static transmission error in mid-plane [m]
     slices      slices of tooth pairs that may carry load, on the modelled part of the face
     force       (n,) normal forces on the slices [N]
-    pressure    (n,) largest contact pressure in each [Pa]
-    face        part of the face width that is modelled
+    pressure    (n,) largest contact pressure in each slice [Pa]
+    face        modelled part of the face width
     stiffness   tangent stiffness of the mesh: change of the mesh force per transmission error [N/m]; 0 without load
-    strips      strips of the slices, and strip_force (n, m) their normal forces [N]; None where slices have line loads
+    strips      strips of the slices; None where slices have line loads
+    strip_force (n, m) normal forces on the strips [N], or None
     """
 
     te: float

@@ -18,15 +18,16 @@ GRADING = 1.6
 #: Kinks keep this distance from one another and from the ends, graded edges from kinks, as shares of an even slice:
 #: beside a narrow slice the load on it would be inaccurate.
 BETWEEN_KINKS, BESIDE_KINKS = 0.02, 0.2
-#: A loaded width reaches beyond a section that touches by at least this share of the distance to the next one.
+#: A loaded width reaches beyond the last section that touches by at least this share of the distance to the next.
 LEAST_REACH = 1e-3
-#: Tooth pairs whose flanks are so close count as touching [modules]: they join at once instead of in the next round.
+#: Flanks closer than this count as touching [modules]: their tooth pair joins at once instead of in the next round.
 NEARLY = 4e-7
-#: A loaded width is accepted that falls short of what touches, or exceeds it, by less than these shares of the widest.
+#: A loaded width is accepted if its ends lie inside the overlap, or outside it, by less than these shares of the
+#: widest overlap.
 SHORT, EXCESS = 0.02, 0.1
 #: Rounds of the search; after WIDEN_FROM of them a width only grows, so that it cannot alternate between two values.
 ROUNDS, WIDEN_FROM = 24, 6
-#: Slices with little load have strips as wide as for this share of the largest line load.
+#: Strips of slices with little load are as wide as for this share of the largest line load.
 LEAST_LOAD = 0.05
 
 #: Axial ends [m] of the part of the face that carries load, by number of the tooth pair
@@ -38,7 +39,7 @@ class FaceGrading:
     """Axial positions at shares of the modelled face, closer together towards the end faces.
 
     low, high   axial ends of the common face [m]
-    start       relative distance from its middle at which the modelled part begins, as of `WholeFace` and `HalfFace`
+    start       relative distance from its middle at which the modelled part begins: `WholeFace.start`, `HalfFace.start`
     """
 
     low: float
@@ -76,7 +77,7 @@ class FaceSlicing:
 
     @cached_property
     def grading(self) -> FaceGrading:
-        """Of its slices."""
+        """Grading of the slices towards the end faces."""
         return FaceGrading(*self.position.face, self.face.start)
 
     @cached_property
@@ -92,13 +93,13 @@ class FaceSlicing:
 
     @cached_property
     def station_shares(self) -> np.ndarray:
-        """(n_pair, n) these and even shares, at which the overlap of the flanks is evaluated."""
+        """(n_pair, n) equidistant shares and `kink_shares`, at which the overlap of the flanks is evaluated."""
         even = np.linspace(0, 1, self.slices + 1)
         return np.stack([np.append(even, kink) for kink in self.kink_shares.values()])
 
     @cached_property
     def stations(self) -> ContactSlices:
-        """Sections at these shares."""
+        """Sections at `station_shares`."""
         return self.sections(self.station_shares)
 
     def sections(self, shares: np.ndarray) -> ContactSlices:
@@ -109,7 +110,8 @@ class FaceSlicing:
     def over(self, width: LoadedWidth, te: float = 0.0) -> ContactSlices:
         """Slices over a loaded width, which end at kinks.
 
-        The widest has as many as the fourth root of its share of the face demands, others as the root of theirs.
+        The widest gets `slices` times the fourth root of its share of the face; the numbers of the tooth pairs are in
+        proportion to the square roots of their shares.
         """
         parts, shares = {}, {number: self.grading.share(np.array(ends)) for number, ends in width.items()}
         even = self.slices / max(map(np.ptp, shares.values()), default=1.0) ** 0.25
@@ -123,9 +125,9 @@ class FaceSlicing:
         return ContactSlices(self.position, numbers, low, high, te)
 
     def overlap(self, state: State, misalignment: float) -> LoadedWidth:
-        """On which part of the face the flanks of each tooth pair overlap under the transmission error of a state.
+        """Part of the face on which the flanks of each tooth pair overlap under the transmission error of a state.
 
-        Where they overlap between stations only, it is what the slices with load cover.
+        Where they overlap between stations only, it is the part that the slices with load cover.
         """
         width: LoadedWidth = {}
         te, stations, slices = state.te + NEARLY * self.position.pair.pinion.m_n, self.stations, state.slices
@@ -142,8 +144,8 @@ class FaceSlicing:
                 width[number] = float(slices.low[loaded].min()), float(slices.high[loaded].max())
         return width
 
-    def holds(self, width: LoadedWidth, touching: LoadedWidth, excess: float) -> bool:
-        """Whether a loaded width holds what touches, and beside it no more than an excess over the widest."""
+    def fits(self, width: LoadedWidth, touching: LoadedWidth, excess: float) -> bool:
+        """Whether a loaded width covers the touching part, and exceeds it by less than a share of the widest part."""
         if touching.keys() - width.keys():
             return False
         wanted = self.grading.share(np.array(list(touching.values())))
@@ -152,25 +154,25 @@ class FaceSlicing:
         return bool(outwards.min() > -SHORT and outwards.max() < excess)
 
     def loaded(self, guess: State, misalignment: float, solve: Callable[[ContactSlices, State], State]) -> State:
-        """State on slices that hold all that touches, and little more.
+        """State on slices that cover all of the contact, and little more.
 
-        guess       state that says where the flanks overlap at first
-        solve       state of slices out of the state of the round before
+        guess       state from which the first loaded width follows
+        solve       function of slices and the state of the last round that returns the state of these slices
 
-        Raises RuntimeError where no such width is found.
+        Raises RuntimeError where the loaded width does not converge.
         """
         state, width = guess, self.overlap(guess, misalignment)
         for step in range(ROUNDS):
             state = solve(self.over(width, state.te), state)
             touching = self.overlap(state, misalignment)
-            if self.holds(width, touching, EXCESS if step < WIDEN_FROM else inf):
+            if self.fits(width, touching, EXCESS if step < WIDEN_FROM else inf):
                 return state
             width = touching if step < WIDEN_FROM else union(touching, width)
         raise RuntimeError("the loaded width did not converge; try a neighbouring phase or more slices")
 
 
 def flank_positions(position: MeshPosition, positions_of) -> np.ndarray:
-    """(n,) axial positions on the flanks of both gears [m]; positions_of: a flank and its extent, as `edges_across`."""
+    """(n,) axial positions on both flanks [m], from a function of flank and extent such as `edges_across`."""
     pinion, wheel = ((gear.drive_flank, gear.face) for gear in (position.pair.pinion, position.pair.wheel))
     return np.array([*positions_of(*pinion), *(position.axial + axial for axial in positions_of(*wheel))])
 
@@ -202,7 +204,7 @@ def with_kinks(steps: np.ndarray, kinks: np.ndarray) -> np.ndarray:
 
 
 def union(first: LoadedWidth, second: LoadedWidth) -> LoadedWidth:
-    """The smallest loaded width that holds both."""
+    """The smallest loaded width that covers both."""
     ends = {k: [width[k] for width in (first, second) if k in width] for k in sorted(first.keys() | second.keys())}
     return {k: (min(low for low, _ in pairs), max(high for _, high in pairs)) for k, pairs in ends.items()}
 
@@ -228,9 +230,9 @@ def _root(x: np.ndarray, y: np.ndarray, before: int, inside: int, outside: int) 
 
 
 def line_loads(slices: ContactSlices, last: State, force: float) -> np.ndarray:
-    """(n,) line loads of slices, interpolated from those of a state by tooth pair [N/m].
+    """(n,) line loads of slices, interpolated from those of the last state by tooth pair [N/m].
 
-    None is below a share of the largest; together they carry at least the force on the modelled face [N].
+    They are at least LEAST_LOAD of the largest line load; their sum is at least the force on the modelled face [N].
     """
     loads, known = np.zeros(slices.low.size), last.force / last.slices.width
     for number in np.unique(slices.number):

@@ -1,7 +1,8 @@
 """The gap between two flanks before they deflect: exact involutes, modifications, offsets.
 
-The face width of each tooth pair is cut into slices, in which everything is as in the middle section, along the line of
-contact. `closest_point` is the search for closest points, along the profile here, across the face in `tooth_contact`.
+The face width of each tooth pair is cut into slices; in a slice gap and load are those of its middle section, along the
+line of contact. `closest_point` searches for closest points: along the profile in this module, across the face in
+`tooth_contact`.
 """
 
 from collections.abc import Callable
@@ -16,14 +17,14 @@ from fem.gear.tooth_profile import LEAST_ROLL
 from fem.microgeometry.flank import pitch_deviations, removed, roundings, without_roundings
 from fem.pair.mesh_position import MeshPosition
 
-#: Positions on a modified profile, closer together than reliefs are long; rounds of the search around the closest one,
-#: and their positions: steps shrink by 8 in each, to 1e-5 of a flank.
+#: Number of positions on a modified profile, with steps shorter than reliefs; number of rounds of the search around the
+#: closest position, and positions in a round: steps shrink by 8 in each round, to 1e-5 of a flank.
 SAMPLES, ROUNDS, AROUND = 41, 3, 17
-#: Points and weights across a slice, and of a section of no width
+#: Gauss points and weights across a slice, and for a section of no width.
 GAUSS, MIDDLE = (np.polynomial.legendre.leggauss(points) for points in (3, 1))
-#: Newton steps to the mate's tip corner; the last one is shorter than this share of the roll length at the tip.
+#: Newton steps to the mate's tip corner; they end with a step shorter than this share of the roll length at the tip.
 NEWTON_STEPS, SHORTEST = 12, 1e-8
-#: Gap of flanks that cannot touch [m]; least lever of a normal about the mate: shorter ones belong to no contact.
+#: Gap of flanks that cannot touch [m]; least lever of a normal about the mate: normals of contacts have longer ones.
 OUT_OF_REACH, LEAST_LEVER = 1.0, 0.1
 GapFunction = Callable[[np.ndarray], tuple[np.ndarray, ...]]
 
@@ -32,7 +33,8 @@ def closest_point(gaps: GapFunction, positions: np.ndarray, step, limits, *, rou
     """Position (n, 1) of the smallest gap, and the values of `gaps` there.
 
     gaps        gap (n, m), and further values, at positions (n, m) along a line
-    positions   (n, m) to start from; then `rounds` times `around` positions within a step of the closest, ever closer
+    positions   (n, m) positions of the first round; each of the next `rounds` has `around` positions within a step of
+                the closest, and a smaller step
     limits      least and largest position
     """
     closest = _closest_of(gaps, positions)
@@ -52,8 +54,7 @@ def _closest_of(gaps: GapFunction, positions: np.ndarray) -> list[np.ndarray]:
 class ContactSlices:
     """Slices of tooth pairs: number of the tooth pair, axial ends low and high [m], each (n,).
 
-    te is the transmission error [m] at which flanks are compared, or (n, 1) of each slice: there the gap is exact, and
-    linear about it.
+    te is the transmission error [m], a number or (n, 1), about which gap and approach are linearized.
 
     One gear, the host, carries the strips of a slice; the normals of its flank are the directions of contact. It is the
     pinion before the pitch point and the wheel behind it, so that only the tip of the mate can end the strips.
@@ -126,7 +127,7 @@ class ContactSlices:
     def set_back(self) -> np.ndarray:
         """(2, n, 1) material that pitch deviations remove from host and mate [m].
 
-        They turn a flank as a whole, and its corner stays on the tip circle; other material is removed from the gap.
+        A pitch deviation turns the whole flank, whose corner stays on the tip circle; other material changes the gap.
         """
         if not self.modified:
             return np.zeros((2, *self.nominal.shape))
@@ -136,20 +137,20 @@ class ContactSlices:
     def _seen_from_mate(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """The host's points at roll (n, m) from the mate's centre (x, y) [m], the mate's roll length [m], the lever.
 
-        Roll lengths of the host are as made, those of the mate as set back. The lever is that of the normal about the
-        mate over the mate's base radius.
+        Pitch deviations shorten roll lengths by `set_back`: roll is given before, the mate's is that after it.
+        The lever is that of the host's normal about the mate's centre over the mate's base radius.
         """
-        a, (r_host, r_mate), roll_made = self.position.a, self.radii, roll - self.set_back[0]
+        a, (r_host, r_mate), shortened = self.position.a, self.radii, roll - self.set_back[0]
         angle = -self.position.alpha - (roll - self.nominal) / r_host
         n_x, n_y = -np.sin(angle), np.cos(angle)
-        x, y = a - r_host * n_y - roll_made * n_x, r_host * n_x - roll_made * n_y
+        x, y = a - r_host * n_y - shortened * n_x, r_host * n_x - shortened * n_y
         mate_roll = np.sqrt(np.maximum(x**2 + y**2 - r_mate**2, 0.0))
         return x, y, mate_roll, np.maximum((a * n_y - r_host) / r_mate, LEAST_LEVER)
 
     def free_turn(self, roll: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """How far the mate may turn until it touches the host at roll (n, m), on the mate's base circle [m].
+        """Turn of the mate until it touches the host at roll (n, m), on the mate's base circle [m].
 
-        Also the mate's roll length there [m], and the lever of the host's normal about the mate over its base radius.
+        Also the mate's roll length there [m], and the lever of `_seen_from_mate`.
         """
         r_mate, (x, y, mate_roll, lever) = self.radii[1], self._seen_from_mate(roll)
         turn = np.arctan2(y * r_mate - x * mate_roll, x * r_mate + y * mate_roll) + self.position.alpha
@@ -164,7 +165,7 @@ class ContactSlices:
 
     @cached_property
     def limits(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n, 1) roll lengths of the host at the mate's tip corner and at its own tip; all of flanks out of reach."""
+        """(n, 1) roll lengths of the host at the mate's tip corner and at the host's tip; all of it out of reach."""
         corner = self.facing(self.mate("roll_tip"))
         return np.where(self.out_of_reach, self.host("roll_form"), corner), self.host("roll_tip")
 
@@ -210,7 +211,7 @@ class ContactSlices:
         return cos(beta_b) * (gap + sum(self._removed(pinion_roll, wheel_roll, self.middle[:, None], roundings)))
 
     def _removed(self, pinion_roll: np.ndarray, wheel_roll: np.ndarray, axial: np.ndarray, parts_of=tuple):
-        """(..., n, m) material removed from pinion, and from wheel, in the transverse section [m], by parts of each."""
+        """(..., n, m) material removed from pinion and wheel in transverse sections [m], by `parts_of` each flank."""
         pinion, wheel, tooth = self.position.pair.pinion, self.position.pair.wheel, self.number[:, None]
         of_pinion = removed(parts_of(pinion.drive_flank), pinion.face, pinion_roll, axial, tooth=tooth)
         on_wheel = axial - self.position.axial
@@ -220,9 +221,9 @@ class ContactSlices:
         """(2, n, m) angles of the direction of contact from the normals of host and mate, towards their tips [rad].
 
         Half-planes do not turn one another: under pressure p on flanks with a difference of slopes h' the integral of
-        p h' vanishes. The mean normals of both are then the same, which is the direction of the force; about its mean
-        the direction lies half-way between the normals. load (n, m) is the expected pressure, slopes (n, m) are as of
-        `slopes`.
+        p h' vanishes. The mean normals of both flanks are then the direction of the force; about its mean the direction
+        lies half-way between the normals. load (n, m) is the expected pressure, slopes (n, m) are those
+        of `slopes`.
         """
         r_host, r_mate = self.radii
         between_normals = (roll - self.nominal) / r_host - (foot - self.mate_nominal) / r_mate
@@ -231,7 +232,7 @@ class ContactSlices:
         return cos(self.position.pair.beta_b) * np.stack([from_host, from_host + between_normals])
 
     def approach(self, roll: np.ndarray, foot: np.ndarray, tilts: np.ndarray) -> np.ndarray:
-        """(n, m) normal approach per transmission error, of which each gear turns one half; tilts as of `tilts`."""
+        """(n, m) normal approach per transmission error, of which each gear turns one half; tilts of `tilts`."""
         r_host, r_mate = self.radii
         inclined = cos(self.position.pair.beta_b)
         of_host, of_mate = tilts / inclined
@@ -275,7 +276,7 @@ class ContactSlices:
         return (gap + approach * self.te)[:, 0], approach[:, 0]
 
     def gap_by(self, misalignment) -> np.ndarray:
-        """(..., n) normal gap that misalignments (...) [rad], as of `fem.Offsets`, add [m]."""
+        """(..., n) normal gap that misalignments (...) [rad], as in `fem.Offsets`, add [m]."""
         return cos(self.position.pair.beta_b) * np.multiply.outer(misalignment, self.middle)
 
     def first_touch(self, misalignment) -> np.ndarray:
@@ -296,5 +297,5 @@ class ContactSlices:
         return self.by_gear(np.stack([roll**2 / (2 * r_host), mate_roll**2 / (2 * r_mate)]))
 
     def by_gear(self, values: np.ndarray) -> np.ndarray:
-        """(2, n, m) values of pinion and wheel out of those of host and mate, or these out of those."""
+        """(2, n, m) values of host and mate, (2, n, m) or (2, n, 1), by pinion and wheel; also the reverse."""
         return np.where(self.pinion_is_host[:, None], values, values[::-1])

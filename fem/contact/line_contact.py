@@ -1,4 +1,4 @@
-"""Contact with one line load in each slice, flattened as Hertz says: many loads at once, and the first guess of strips.
+"""Contact with one line load in each slice and Hertz's flattening: many loads at once, and the first guess for strips.
 
 Slices n of length l under forces f are in equilibrium where, for the active ones,
 
@@ -21,16 +21,16 @@ from fem.contact.unilateral import Equilibrium, unilateral_contact
 
 #: Share of the mesh force by which forces may still change from one Newton step to the next.
 CONVERGED = 1e-9
-#: Slices that pull are linearized at this share of their last force: the logarithm has no value at 0.
+#: Slices that pull are linearized at this share of their last force, as the logarithm is infinite at 0.
 RELEASED = 0.2
-#: Least flattening per force, over the factor of its logarithm: by Hertz's formula slices so overloaded that they are
-#: no half-planes would push back.
+#: Least flattening per force, over the factor of its logarithm: Hertz's formula becomes negative for slices whose
+#: contact is too wide for half-planes.
 LEAST = 0.1
-#: By which a transmission error under load may fall short of the first touch [m]: rounding.
+#: Rounding by which a transmission error under load may be less than that of the first touch [m].
 SHORT = 1e-9
-#: Half-planes under whole slices are clamped at this depth, in modules: no less than half of what their width gets to.
+#: Half-planes under whole slices are clamped at this depth, in modules: at least half of the largest contact width.
 DEPTH = 1 / 2
-#: Overlap of the flanks, in modules, over which their compliance is taken as linear.
+#: Overlap of the flanks, in modules, for the difference quotient of their compliance.
 OVERLAP = 1 / 250
 
 
@@ -66,7 +66,7 @@ class LineContact:
 
     @property
     def depth(self) -> float:
-        """At which half-planes under the slices are clamped [m]."""
+        """Depth at which half-planes under the slices are clamped [m]."""
         return DEPTH * self.slices.position.pair.pinion.m_n
 
     def compliance_at(self, te: float) -> np.ndarray:
@@ -88,7 +88,7 @@ class LineContact:
 
     @cached_property
     def flattening(self) -> Flattening:
-        """Of all slices under their line loads."""
+        """Hertz's flattening of all slices under their line loads."""
         width = self.slices.half_width(1 / self.slices.width)
         return Flattening(flattening_of(self.slices), 0.5 + np.log(2 * self.depth / width))
 
@@ -121,9 +121,9 @@ class Load(NamedTuple):
 
 
 class NewtonSteps:
-    """Equilibrium of m loads on n slices for active sets, each linearized at the one before.
+    """Equilibrium of m loads on n slices for active sets, each linearized at the last equilibrium.
 
-    Large arrays are kept from step to step: to allocate them anew takes a third of the time.
+    Large arrays are reused in every step: allocating them anew takes a third of the time.
     """
 
     def __init__(self, compliance: np.ndarray, softening: np.ndarray | None, flattening: Flattening, load: Load):
@@ -134,7 +134,7 @@ class NewtonSteps:
         self.system = np.zeros((m, n + 1, n + 1))
 
     def __call__(self, active: np.ndarray) -> Equilibrium:
-        """Equilibrium of the active slices (m, n), linear about the last one; where none is active, of the first."""
+        """Equilibrium of active slices (m, n), linear about the last; without active ones, of the first to touch."""
         load, total = self.load, self.load.force[:, None]
         if not active.any(axis=1).all():
             first = load.gap / load.approach <= load.first_touch[:, None]

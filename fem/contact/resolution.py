@@ -19,7 +19,7 @@ SPELLING = "fem.Resolution() solves strips along the profile, fem.Slices() one l
 
 @dataclass(frozen=True)
 class Discretization:
-    """FE mesh and slices: what `Resolution` and `Slices` have in common."""
+    """FE mesh and slices: the common fields of `Resolution` and `Slices`."""
 
     density: Density = MAP_DENSITY
     slices: int = 20
@@ -45,22 +45,22 @@ class Discretization:
         return cls(resolution.density, resolution.slices, resolution.neighbours)
 
     def compared(self) -> Self:
-        """About two thirds as fine in every direction; half as fine again if nothing coarser exists in one of them."""
+        """About two thirds of the elements and slices; 1.5 times as many if a number cannot be reduced."""
         coarser = self.scaled(2 / 3)
         fewer_slices, fewer_across = self.slices > coarser.slices, self.density.width > coarser.density.width
         return coarser if fewer_slices and fewer_across and self.density.flank > coarser.density.flank else self.finer()
 
     def finer(self) -> Self:
-        """Half as fine again in every direction."""
+        """1.5 times as many elements in every direction, and slices."""
         return self.scaled(3 / 2)
 
     def finer_across(self) -> Self:
-        """Half as fine again across the width."""
+        """1.5 times as many slices and elements across the width."""
         finer = self.finer()
         return replace(finer, density=replace(self.density, width=finer.density.width))
 
     def finer_inside(self) -> Self:
-        """Half as fine again, except for the elements across the width."""
+        """1.5 times as many slices and elements in the section."""
         finer = self.finer()
         return replace(finer, density=replace(finer.density, width=self.density.width))
 
@@ -92,10 +92,10 @@ class Resolution(Discretization):
     """Strips along the profile in every slice of the face width: the pressure across the contact is resolved.
 
     density     of the FE mesh, whose quadratic elements are made of two `paired`; `teeth` come from the contact ratio
-    slices      of the face width where gap or lines of contact vary across it; elsewhere half of the width has 3
+    slices      number across the face width where gap or lines of contact vary across it; elsewhere there are 6
     neighbours  largest distance in pitches at which a loaded tooth deflects another one; None: all teeth in contact,
-                which are two pitches apart where three pairs are in contact; 1: adjacent teeth only, as in programs
-                that neglect the others
+                which are two pitches apart where three pairs are in contact; 1: adjacent teeth only, to compare with
+                programs that neglect teeth further apart
 
     Raises ValueError for bad input.
     """
@@ -108,7 +108,7 @@ class Slices(Discretization):
 
     The peak to peak of wide, crowned helical pairs takes 40 slices and more; `accuracy=` of a map estimates its error.
 
-    density, slices, neighbours     as of `Resolution`
+    density, slices, neighbours     as in `Resolution`
 
     Raises ValueError for bad input.
     """

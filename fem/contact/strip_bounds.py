@@ -11,10 +11,10 @@ from fem.microgeometry.flank import rounding
 
 #: Strips of a slice: the largest pressure is within 1 % of Hertz's.
 STRIPS = 21
-#: They reach this many Hertzian half-widths to either side.
+#: Strips reach this many Hertzian half-widths to either side.
 WINDOW = 1.5
-#: Strips where an edge is rounded, the narrowest within this share of Hertz's half-width on the rounding: the largest
-#: pressure is within 1 % of that on twice as many.
+#: Strips of a slice where an edge is rounded, and width of the narrowest over Hertz's half-width on the rounding: the
+#: largest pressure is within 1 % of that on twice as many.
 FINE, NARROW = 41, 0.35
 #: Slices without a rounding have strips that grow by less than the inverse of this over their window.
 EVEN = 1e6
@@ -77,12 +77,12 @@ class Strips:
 
     @property
     def nodes(self) -> list[int]:
-        """As of `nodes_of`."""
+        """Numbers of the strips at the nodes of the smooth compliance."""
         return nodes_of(self.width.shape[1])
 
     @property
     def shapes(self) -> np.ndarray:
-        """As of `shapes_of`: of all slices, or (n, NODES, m) of each."""
+        """(NODES, m) shape functions of `shapes_of`, or (n, NODES, m) of each slice."""
         return SHAPES if self.equal else shapes_of(self.middles / self.width.sum(axis=1, keepdims=True))
 
     def between(self, depth: float) -> np.ndarray:
@@ -114,7 +114,7 @@ def strips_of(slices: ContactSlices, half_width: np.ndarray) -> Strips:
 def edges_and_middles(slices: ContactSlices, start, end, half_width: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n, 2 m + 1) arc lengths of edges and middles of strips from start to end (n, 1) [m], and their (n, m) widths.
 
-    half_width  (n,) of the contact of the involutes by Hertz [m]
+    half_width  (n,) Hertz's half-widths of the contact of the involutes [m]
 
     Beside a rounding of the mate's edge they are narrowest where it begins, or where it is closest.
     """

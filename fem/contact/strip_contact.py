@@ -21,9 +21,10 @@ from fem.elasticity.flank_compliance import Compliance
 from fem.elasticity.half_space import along_line
 from fem.elasticity.hertz import flattening
 
-#: Half-planes are clamped at this share of the width of all strips: from there on every load presses them down.
+#: Half-planes are clamped at this share of the width of all strips, the logarithmic capacity of an interval: at this
+#: depth and beyond the compliance is positive definite.
 CAPACITY = 1 / 4
-#: Strips that reach less far than the contact are widened by a factor, so often: by a hundred times in total.
+#: Factor by which strips are widened that are narrower than the contact, and how often: to a hundred times in total.
 WIDENING, WIDENINGS = 1.6, 12
 
 #: Compliances of pinion and wheel
@@ -48,7 +49,7 @@ class Solution(NamedTuple):
 class StripContact:
     """Potential contact of m strips in each of n slices.
 
-    local       (n, m, m) compliance between the strips of a slice as of half-planes [m/N]
+    local       (n, m, m) compliance between the strips of a slice as half-planes [m/N]
     smooth      (n, NODES, n, NODES) all other compliance, between the strips that the shapes interpolate [m/N]
     gap         (n, m) [m]
     approach    (n, m) normal approach per transmission error
@@ -84,7 +85,7 @@ class StripContact:
         return Solution(float(state.te[0]), float(state.stiffness[0]), state.force.reshape(active.shape))
 
     def slice_forces(self, active: np.ndarray, slices: np.ndarray) -> np.ndarray:
-        """(n, m, 2 + NODES) forces on the active strips of some slices (n,) that do `right_sides`, uncoupled."""
+        """(n, m, 2 + NODES) forces on the active strips of selected slices (n,) that cause `right_sides`, uncoupled."""
         active = active[slices]
         local = np.where(active[:, :, None] & active[:, None, :], self.local[slices], 0.0)
         strip = np.arange(active.shape[1])
@@ -114,7 +115,7 @@ class ActiveStrips:
         self.active, self.slice_forces = np.zeros(contact.gap.shape, bool), np.zeros(contact.right_sides.shape)
 
     def __call__(self, active: np.ndarray) -> Equilibrium:
-        """Equilibrium of the active strips (1, n m); where none is active, of that which touches first."""
+        """Equilibrium of the active strips (1, n m); where none is active, of the strip that touches first."""
         contact, active = self.contact, active.reshape(self.active.shape)
         if not active.any():
             first_touch = contact.gap / contact.approach
@@ -158,9 +159,9 @@ def slices_by_pair(slices: ContactSlices) -> list[tuple[int, slice]]:
 
 
 def along_contact(slices: ContactSlices, depth: float, bodies: Bodies) -> np.ndarray:
-    """(n, n) displacement between the flanks per force in slices as of half-spaces, beside half-planes [m/N].
+    """(n, n) displacement between the flanks per force in slices: half-spaces less their half-planes [m/N].
 
-    depth       at which the half-planes are clamped [m]
+    depth       depth at which the half-planes are clamped [m]
 
     The slices of a tooth pair adjoin, from low to high.
     """
@@ -194,11 +195,11 @@ def assemble(slices: ContactSlices, strips: Strips, bodies: Bodies, misalignment
 def wide_enough(
     slices: ContactSlices, bodies: Bodies, force: float, misalignment: float, half_width: np.ndarray
 ) -> tuple[Strips, Solution]:
-    """Strips that hold all of the contact, and its solution under a force on the modelled face [N].
+    """Strips that cover all of the contact, and its solution under a force on the modelled face [N].
 
     half_width  (n,) guess of the contact's half-widths [m]
 
-    Where strips are loaded to the edge they are widened; the others start with those that touched.
+    Slices whose outermost strips are loaded get wider strips; in other slices the active set starts from the last one.
 
     Raises RuntimeError where the contact is far wider than the guess.
     """

@@ -1,4 +1,4 @@
-"""Contact of all tooth pairs at one mesh position: what may touch, and what does under a load."""
+"""Contact of all tooth pairs at one mesh position: the candidates, and their state under a load."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,7 +15,7 @@ from fem.elasticity.flank_compliance import Compliance
 from fem.microgeometry.flank import lines_across
 from fem.pair.mesh_position import MeshPosition
 
-#: Rounds of the search for the section that touches first, and its sections around the last one: steps shrink by 4.
+#: Rounds of the search for the section that touches first, and number of sections in a round: steps shrink by 4.
 ROUNDS, AROUND = 3, 9
 
 
@@ -86,9 +86,9 @@ class ToothContact:
         return [State(t, slices, f, p, self.face, k) for t, f, p, k in zip(*columns, strict=True)]
 
     def first_touch(self, misalignment: float) -> float:
-        """Transmission error at which the first tooth pair touches without load [m]; sought across the face.
+        """Transmission error at which the first tooth pair touches without load [m], by a search across the face.
 
-        Sections are compared as the gears stand once the closest one of the last round touches.
+        Each round evaluates the gaps at the transmission error of the round before.
         """
         lines = np.clip(flank_positions(self.position, lines_across), *self.slicing.ends)
         lines = self.slicing.grading.share(lines)

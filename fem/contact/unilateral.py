@@ -6,7 +6,7 @@ A primal-dual active set exchanges all candidates that violate a condition at on
 penetrate join. It takes about five solutions of the linear system and has no parameter, but it may cycle. Then
 candidates join one at a time, and leave as they run out of force: every step lowers the energy, so that no set occurs
 twice. Of 38 problems of 40 and 150 candidates whose compliance is singular but for 1e-9 of its size, exchanges cycle in
-32; one by one all are solved. To exchange random halves fails in 13 of them, to exchange one violated condition in 32.
+32; one by one, all are solved. To exchange random halves fails in 13 of them, to exchange one violated condition in 32.
 
 Sources: Hintermueller, Ito and Kunisch, The primal-dual active set strategy as a semismooth Newton method, SIAM J.
 Optim. 13, 2003; Lawson and Hanson, Solving Least Squares Problems, 1974, chapter 23.
@@ -19,7 +19,7 @@ import numpy as np
 
 #: Penetration that counts as touching [m]: a hundred times the rounding of gaps between points 0.1 m from the axes.
 PENETRATION = 1e-14
-#: Share of the largest force that counts as no force where candidates leave one by one: some rounding errors.
+#: Share of the largest force that counts as 0 where candidates leave one by one: a few rounding errors.
 FORCELESS = 1e-14
 #: Exchanges of all candidates; contacts that do not cycle take up to 30.
 EXCHANGES = 40
@@ -50,11 +50,11 @@ class Equilibrium(NamedTuple):
 
     @property
     def touching(self) -> np.ndarray:
-        """(m, n) the next active set: what presses or penetrates."""
+        """(m, n) the next active set: candidates that press or penetrate."""
         return (self.force > 0) | (self.gap < -PENETRATION)
 
 
-#: Equilibrium for an active set (m, n); where it is empty and a force is given, of one candidate.
+#: Equilibrium for an active set (m, n); if this is empty under a force, of the candidate that touches first.
 Solve = Callable[[np.ndarray], Equilibrium]
 
 
@@ -75,7 +75,7 @@ def unilateral_contact(solve: Solve, active: np.ndarray) -> Equilibrium:
 
 
 def _joined_one_by_one(solve: Solve, force: np.ndarray) -> Equilibrium:
-    """The same from forces (m, n) >= 0 [N], by one candidate of each state at a time."""
+    """Equilibrium from forces (m, n) >= 0 [N]; candidates join one at a time in each state."""
     joining = np.zeros(force.shape, bool)
     for _ in range(STEPS_PER_CANDIDATE * force.shape[1] + EXCHANGES):
         least = FORCELESS * np.maximum(force.max(axis=1, keepdims=True), np.finfo(float).tiny)

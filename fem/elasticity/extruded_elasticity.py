@@ -46,7 +46,7 @@ def displacement_gradient(dim: int, twist: float) -> dict[tuple[int, int], list[
     return gradient
 
 
-def energy(dim: int, twist: float, lame: float, mu: float) -> dict:
+def weak_form_factors(dim: int, twist: float, lame: float, mu: float) -> dict:
     """Factors of the weak form by components i, j, axial derivatives a, b and section operators m, n of v and u."""
     gradient = displacement_gradient(dim, twist)
     factors: dict[tuple, float] = defaultdict(float)
@@ -84,7 +84,7 @@ def section_products(basis: Basis, wanted: list[tuple[int, int]]) -> tuple[np.nd
 
 
 def points(section: Basis, axis: Basis) -> np.ndarray:
-    """(3, n_section, n_axis) coordinates of the dofs that turn with the twist [m]."""
+    """(3, n_section, n_axis) coordinates of the dofs, along axes that turn with the twist [m]."""
     x, y = section.doflocs[:, :, None]
     return np.stack(np.broadcast_arrays(x, y, axis.doflocs[0]))
 
@@ -97,28 +97,28 @@ def axis_products(basis: Basis) -> np.ndarray:
 
 
 def stiffness(section: Basis, axis: Basis | None, material: Material, twist: float = 0.0) -> KroneckerMatrix:
-    """Stiffness [N/m], or of plane strain where axis is None [N/m^2]; unknowns by component, section dof, axis dof.
+    """Stiffness [N/m], without an axis that of plane strain [N/m^2]; unknowns by component, section dof, axis dof.
 
     twist       turn of the section per length along the axis [1/m]
     """
     lame = lame_parameters(material.E, material.nu)
     if axis is None:
-        return _summed(2, energy(2, twist, *lame), section, UNIFORM)
-    return _summed(3, energy(3, twist, *lame), section, axis_products(axis))
+        return _summed(2, weak_form_factors(2, twist, *lame), section, UNIFORM)
+    return _summed(3, weak_form_factors(3, twist, *lame), section, axis_products(axis))
 
 
 def uniform_stiffness(section: Basis, material: Material, twist: float = 0.0) -> KroneckerMatrix:
     """Stiffness [N/m^2] of a prism whose sections all deform alike; unknowns by component, section dof.
 
-    A straight prism has two components (plane strain), a twisted one also that along the axis.
+    A straight prism has two components (plane strain), a twisted prism has the axial component too.
     """
-    factors = energy(3 if twist else 2, twist, *lame_parameters(material.E, material.nu))
+    factors = weak_form_factors(3 if twist else 2, twist, *lame_parameters(material.E, material.nu))
     uniform = {key: factor for key, factor in factors.items() if key[2:4] == (ACROSS, ACROSS)}
     return _summed(3 if twist else 2, uniform, section, UNIFORM)
 
 
 def _summed(dim: int, factors: dict, section: Basis, along: np.ndarray) -> KroneckerMatrix:
-    """Sum of the products of section and axis with the factors of `energy`."""
+    """Sum of the products of section and axis with the factors of `weak_form_factors`."""
     n, wanted = along.shape[-1], sorted({key[-2:] for key in factors})
     inside = np.zeros((len(wanted), dim, n, dim, n))
     for (i, j, a, b, *pair), factor in factors.items():

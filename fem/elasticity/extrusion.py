@@ -9,8 +9,8 @@ from fem.elasticity.section_mesh import BORE, rotated, section
 from fem.gear.gear import Gear
 
 
-def half_width(b: float, loaded: float, n: int, grading: float = 1.3) -> MeshLine:
-    """Mesh of [0, b/2] from mid-plane to the end face: n elements up to loaded/2, then some as long as the first."""
+def half_face(b: float, loaded: float, n: int, grading: float = 1.3) -> MeshLine:
+    """Mesh of [0, b/2] from mid-plane to the end face: n elements up to loaded/2, then elements like the first."""
     inner = loaded / 2 * (1 - np.linspace(1, 0, n + 1) ** grading)
     rest = b / 2 - inner[-1]
     if rest <= 1e-9 * b:
@@ -20,18 +20,14 @@ def half_width(b: float, loaded: float, n: int, grading: float = 1.3) -> MeshLin
 
 
 def both_sides(half: MeshLine) -> MeshLine:
-    """Mesh from end face to end face out of that from mid-plane on."""
+    """Mesh from end face to end face; half is the mesh from mid-plane on."""
     return MeshLine(WholeFace().positions(np.sort(half.p[0])))
 
 
-def whole_width(gear: Gear, density: Density) -> MeshLine:
-    """Mesh from end face to end face, finer towards both: 4 `width` elements."""
-    return both_sides(half_width(gear.b, gear.b, 2 * density.width))
-
-
 def hexahedra(gear: Gear, density: Density) -> MeshHex:
-    """The whole width as hexahedra, along the helix, with the boundary "bore"; for pictures and export."""
-    mesh = extruded(section(gear, density), whole_width(gear, density), gear.twist)
+    """The gear as hexahedra along the helix with the boundary "bore", 4 `width` of them from end face to end face."""
+    line = both_sides(half_face(gear.b, gear.b, 2 * density.width))
+    mesh = extruded(section(gear, density), line, gear.twist)
     limit = gear.d_bore / 2 * (1 + 1e-6)
     return mesh.with_boundaries({BORE: lambda x: np.hypot(x[0], x[1]) < limit})
 

@@ -1,7 +1,7 @@
 """The modelled part of the face width: all of it, or the half above mid-plane where symmetry gives the other half.
 
-Axial positions count from mid-plane. What depends on the symmetry is said here: which displacements it clamps, where
-forces act beside those of the model, and what follows from the modelled part for the whole face.
+Axial positions count from mid-plane. The two classes hold all that depends on the symmetry: the displacements that it
+clamps, the positions of the mirrored forces, and the extension of results from the modelled part to the whole face.
 """
 
 from dataclasses import dataclass
@@ -29,15 +29,15 @@ class WholeFace:
     antisymmetric: ClassVar[bool] = False
 
     def positions(self, upper: np.ndarray) -> np.ndarray:
-        """Axial positions of the model out of those from mid-plane on (n,), increasing from 0 [m]."""
+        """Axial positions on the modelled part; upper (n,) are those from mid-plane on, increasing from 0 [m]."""
         return np.concatenate([-upper[:0:-1], upper])
 
     def ends(self, low: float, high: float) -> tuple[float, float]:
-        """Axial ends of the modelled part out of those of the whole face [m]."""
+        """Axial ends of the modelled part; low and high are those of the whole face [m]."""
         return low, high
 
     def images(self, axial: np.ndarray) -> list[np.ndarray]:
-        """Axial positions where the forces of the model act [m]."""
+        """Axial positions of the forces on the model and of their mirror images [m]."""
         return [axial]
 
     def continued(self, axial: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -45,11 +45,11 @@ class WholeFace:
         return axial, values
 
     def slices(self, number: int) -> int:
-        """Number of slices of the modelled part out of that of the whole face."""
+        """Number of slices of the modelled part; number is that of the whole face."""
         return number
 
     def force_centroid(self, axial: float) -> float:
-        """Axial position of the resultant force out of that on the modelled part [m]."""
+        """Axial position of the resultant force; axial is that on the modelled part [m]."""
         return axial
 
     def unfolded(self, low: np.ndarray, high: np.ndarray, *values: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -75,31 +75,31 @@ class HalfFace:
         return (0, 1) if self.antisymmetric else (2,)
 
     def positions(self, upper: np.ndarray) -> np.ndarray:
-        """As of `WholeFace`."""
+        """As in `WholeFace`."""
         return upper
 
     def ends(self, low: float, high: float) -> tuple[float, float]:
-        """As of `WholeFace`."""
+        """As in `WholeFace`."""
         return 0.0, high
 
     def images(self, axial: np.ndarray) -> list[np.ndarray]:
-        """As of `WholeFace`, for equal forces."""
+        """As in `WholeFace`, for equal forces."""
         return [axial, -axial]
 
     def continued(self, axial: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As of `WholeFace`: by the first position below mid-plane."""
+        """As in `WholeFace`: one position below mid-plane is added."""
         return np.append(-axial[1], axial), np.append(values[1], values)
 
     def slices(self, number: int) -> int:
-        """As of `WholeFace`."""
+        """As in `WholeFace`."""
         return number // 2
 
     def force_centroid(self, axial: float) -> float:
-        """As of `WholeFace`: mid-plane."""
+        """As in `WholeFace`: mid-plane."""
         return 0.0
 
     def unfolded(self, low: np.ndarray, high: np.ndarray, *values: np.ndarray) -> tuple[np.ndarray, ...]:
-        """As of `WholeFace`."""
+        """As in `WholeFace`."""
         ends = np.concatenate([-high[::-1], low]), np.concatenate([-low[::-1], high])
         return *ends, *(np.concatenate([value[::-1], value]) for value in values)
 
@@ -108,7 +108,7 @@ Face = WholeFace | HalfFace
 
 
 def clamped(gear: Gear, points: np.ndarray, components: int, face: Face) -> np.ndarray:
-    """(components, ...) which displacements vanish: all of points on the rigid hub, some in the plane of symmetry.
+    """(components, ...) whether a displacement vanishes: all do on the rigid hub, some in the plane of symmetry.
 
     points      (2, ...) in the transverse section, or (3, ...) in space [m]
     """

@@ -1,11 +1,11 @@
-"""Flank compliance of one gear by one factorization, with all that is local to a load split off.
+"""Flank compliance of one gear by one factorization; the half-space under the load is split off in closed form.
 
-A load on the flank of tooth 0 is a sum of hat functions along the profile times hat functions across the face width. In
-space the solid has a coarse mesh of quadratic elements. Its section under uniform line loads, in plane strain or in
-what that is along a helix, is solved on the same mesh and on refined ones: the difference corrects the solid near the
-load and in the bending of tooth and rim. From the sum the half-space under the same load is subtracted. What remains is
-smooth in both directions and is tabulated here; the half-space is closed form (`half_space`), so that the contact may
-be as fine as it likes in both directions.
+A load on the flank of tooth 0 is a sum of hat functions along the profile times hat functions across the face width.
+The solid has a coarse mesh of quadratic hexahedra. Its section under uniform line loads (plane strain, or along a helix
+a state in which all sections deform alike) is solved on the same mesh and on refined ones: the difference corrects the
+solid near the load and in the bending of tooth and rim. From the sum the half-space under the same load is subtracted.
+The remainder is smooth in both directions and is tabulated here; the half-space has a closed form
+(`half_space`), so that the contact may be discretized as finely as it needs in both directions.
 """
 
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ from skfem import Basis, ElementLineP1, ElementLineP2, ElementQuad2, LinearForm,
 from fem.elasticity import extruded_elasticity, extrusion, section_mesh
 from fem.elasticity.face_symmetry import Face, HalfFace, WholeFace, clamped
 from fem.elasticity.half_space import half_space
-from fem.elasticity.hat_functions import hat, hats, lines, overlap, spread, values_of_means
+from fem.elasticity.hat_functions import hat, hats, kinked_lines, overlap, spread, values_of_means
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
 from fem.linalg.direct_solver import factorize
@@ -30,7 +30,7 @@ from fem.support.source_stamp import source_stamp
 
 #: Parts of the section that bend, and how much finer they are in the section from which the bending is corrected.
 BENDING_PARTS, FINER = ("tooth", "fillet", "rim", "body"), 2
-#: Names of solutions in the cache: of the section, and of the solid from end face to end face.
+#: Kinds of solutions in the cache: of the section, and of the solid from end face to end face.
 NEAR, WHOLE = "near field", WholeFace.name
 #: Loads on the whole width of a spur gear are sums of equal and of opposite ones on its halves.
 HALVES = HalfFace(), HalfFace(antisymmetric=True)
@@ -46,9 +46,10 @@ class Compliance:
     axial       (n_axial,) axial positions of their tops across the width [m]
     end         distance from mid-plane to the gear's end faces [m]
     blocks      (teeth + 1, n_axial, n_hat, n_axial, n_hat) displacement of tooth d per force on tooth 0 [m/N]
-    slide       (behind + 1 + teeth, ...) likewise the displacement along the profile towards the tip, from -behind on
-    face        what is modelled of the face width; on a half the same forces act on the other half
-    pitches     how far apart teeth may be to move one another
+    slide       (behind + 1 + teeth, ...) the same for the displacement along the profile towards the tip, from tooth
+                -behind on
+    face        modelled part of the face width; if it is half of it, the same forces act on the other half
+    pitches     largest distance in pitches at which a loaded tooth deflects another tooth
     """
 
     arcs: np.ndarray
@@ -61,8 +62,8 @@ class Compliance:
 
     @cached_property
     def _hats_of_lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n_axial, n_axial) and (n_hat, n_hat) hat functions across and along, as sums of `hat_functions.lines`."""
-        across, along = (np.linalg.inv(lines(tops, tops)) for tops in (self.axial, self.arcs))
+        """(n_axial, n_axial) and (n_hat, n_hat) coefficients of the hats across and along as sums of `kinked_lines`."""
+        across, along = (np.linalg.inv(kinked_lines(tops, tops)) for tops in (self.axial, self.arcs))
         return across, along
 
     def across(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -73,15 +74,15 @@ class Compliance:
 
     def along(self, arcs: np.ndarray) -> np.ndarray:
         """(n_hat, n m) values of the hat functions along the profile at arcs (n, m) [m]; linear beyond the ends."""
-        return self._hats_of_lines[1] @ lines(self.arcs, arcs.ravel())
+        return self._hats_of_lines[1] @ kinked_lines(self.arcs, arcs.ravel())
 
     def normal(self, ahead: int) -> np.ndarray:
-        """(n_axial n_hat, n_axial n_hat) displacement into a tooth so many teeth ahead of the loaded one [m/N]."""
+        """(n_axial n_hat, n_axial n_hat) displacement into the tooth so far ahead of the loaded one [m/N]."""
         block = self.blocks[abs(ahead)].reshape(self.axial.size * self.arcs.size, -1)
         return block if ahead >= 0 else block.T
 
     def tangential(self, ahead: int) -> np.ndarray:
-        """Likewise along the profile; that of the last computed tooth behind stands for those further behind."""
+        """The same along the profile; teeth further behind take the values of the last computed tooth behind."""
         block = self.slide[max(0, ahead + len(self.slide) - len(self.blocks))]
         return block.reshape(self.axial.size * self.arcs.size, -1)
 
@@ -90,9 +91,9 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     """Compliance of the gear clamped at its bore, from the cache where it was computed before.
 
     loaded      width of the part of the face that can carry load, in its middle [m]
-    whole       from end face to end face, for loads that differ on the two halves; helical gears always are
+    whole       whether to model the whole face, for loads that differ on its halves; always done for helical gears
     """
-    arcs, line = section_mesh.flank_hats(gear, density), extrusion.half_width(gear.b, loaded, density.width)
+    arcs, line = section_mesh.flank_hats(gear, density), extrusion.half_face(gear.b, loaded, density.width)
     upper = np.sort(line.p[0])[: density.width + 1]
     face = WholeFace() if whole or gear.beta else HalfFace()
     means, axial = mean_compliance(gear, arcs, upper, line, density, loaded, face), face.positions(upper)
@@ -133,7 +134,7 @@ def bare(gear: Gear) -> Gear:
 
 
 def solutions(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> dict[str, str]:
-    """Names in the cache of what `flank_compliance` takes: of the section, and by the modelled face of each solid."""
+    """Cache names of the solutions that `flank_compliance` needs: the section, and a solid for each modelled face."""
     body, section = exact(bare(gear)), exact(replace(density, width=1))
     stamp = source_stamp(__name__)
     faces: tuple[Face, ...] = (WholeFace(),) if gear.beta else HALVES if whole else HALVES[:1]
@@ -142,19 +143,21 @@ def solutions(gear: Gear, density: Density, loaded: float, *, whole: bool = Fals
 
 
 def section_corrections(gear: Gear, arcs: np.ndarray, density: Density) -> Arrays:
-    """(n_virtual, n_hat, n_hat) what uniform line loads on refined sections add to that on the coarse one [m^2/N].
+    """(n_virtual, n_hat, n_hat) displacement on refined sections minus the coarse one, per uniform line load [m^2/N].
 
-    "bending" is added by finer elements inside tooth, root, rim and body; it is felt along the width half as far as
-    tooth and rim layer are deep. "local" is the rest, under the load.
+    "bending" comes from finer elements inside tooth, root, rim and body; it decays along the width over half the depth
+    of tooth and rim layer. "local" is the rest, under the load.
     """
     coarse = density.paired()
     inside = replace(coarse, **{name: FINER * getattr(coarse, name) for name in BENDING_PARTS})
-    u_coarse, u_inside, u_fine = (along_helix(gear, arcs, mesh) for mesh in (coarse, inside, density.refined(2)))
+    u_coarse, u_inside, u_fine = (
+        uniform_load_compliance(gear, arcs, mesh) for mesh in (coarse, inside, density.refined(2))
+    )
     return {"local": u_fine - u_inside, "bending": u_inside - u_coarse}
 
 
 def corrected_solid(gear: Gear, arcs, upper, half: MeshLine, density: Density, corrections: Arrays, face: Face):
-    """Compliance of a solid with beta >= 0 as of `mean_compliance`, corrected by `section_corrections`."""
+    """Compliance of a solid with beta >= 0 as in `mean_compliance`, corrected by `section_corrections`."""
     axial, across = face.positions(upper), Basis(MeshLine(face.positions(np.sort(half.p[0]))), ElementLineP2())
     reach = (gear.r_a - section_mesh.rim_radius(gear)) / 2
     along = {"local": overlap(axial), "bending": spread(axial, reach, odd=face.antisymmetric)}
@@ -163,7 +166,7 @@ def corrected_solid(gear: Gear, arcs, upper, half: MeshLine, density: Density, c
 
 
 def both_halves(equal: np.ndarray, opposite: np.ndarray) -> np.ndarray:
-    """Blocks over the whole width out of those under equal and opposite loads on the two halves."""
+    """Blocks over the whole width, superposed from those under equal and under opposite loads on its halves."""
     same_half, across_mid_plane = (equal + opposite) / 2, (equal - opposite) / 2
     back = slice(None, None, -1)
     upper = np.concatenate([same_half[:, back, :, back], across_mid_plane[:, back]], axis=3)
@@ -179,7 +182,7 @@ def both_halves(equal: np.ndarray, opposite: np.ndarray) -> np.ndarray:
 def flank_line(gear: Gear, section: Basis, tooth: int) -> tuple[Basis, np.ndarray, np.ndarray]:
     """The flank of a tooth as a line of elements: its basis over the length, vertices (2, n) [m], dofs of the section.
 
-    scikit-fem's FacetBasis finds points on facets by Newton's method, which small elements far from the axis defeat.
+    scikit-fem's FacetBasis finds points on facets by Newton's method, which fails for small elements far from the axis.
     """
     mesh, facets = section.mesh, section_mesh.flank_facets(gear, section.mesh, tooth)
     facets = facets[np.argsort(np.hypot(*mesh.p[:, mesh.facets[:, facets]].mean(axis=1)))]
@@ -217,9 +220,9 @@ def flank_loads(gear: Gear, basis: Basis, arcs: np.ndarray, tooth: int) -> np.nd
 
 
 def virtual_forces(gear: Gear, basis: Basis, arcs: np.ndarray, density: Density) -> list[np.ndarray]:
-    """(3, n_dofs, n_hat) unit forces, the work of which is the displacement that the compliance holds.
+    """(3, n_dofs, n_hat) unit forces whose work is the displacement that the compliance contains.
 
-    Normal to teeth from 0 on, the first of which is the load; then along the profile of teeth from -behind on.
+    Forces normal to the teeth from 0 on, of which the first is the load; then along the profile, from tooth -behind on.
     """
     normal, loads = np.array([cos(gear.beta_b), cos(gear.beta_b), sin(gear.beta_b)])[:, None, None], {}
     for tooth in range(-density.behind, density.teeth + 1):
@@ -228,10 +231,10 @@ def virtual_forces(gear: Gear, basis: Basis, arcs: np.ndarray, density: Density)
     return [normal * loads[tooth] for tooth in range(density.teeth + 1)] + along
 
 
-def along_helix(gear: Gear, arcs: np.ndarray, density: Density) -> np.ndarray:
+def uniform_load_compliance(gear: Gear, arcs: np.ndarray, density: Density) -> np.ndarray:
     """(n_virtual, n_hat, n_hat) displacements under `virtual_forces` per uniform line load on tooth 0 [m^2/N].
 
-    In plane strain, or in what this is along a helix.
+    In plane strain, or along a helix, where all sections deform alike.
     """
     basis = Basis(section_mesh.section(gear, density), ElementQuad2())
     matrix = extruded_elasticity.uniform_stiffness(basis, gear.material, gear.twist).matrix

@@ -1,9 +1,9 @@
-"""Half-spaces under forces along a line, in closed form, and under the hat functions that flank loads are sums of.
+"""Half-space under forces along a line, in closed form, and under the hat functions that make up flank loads.
 
 A force on a half-space moves a point at a distance by the force times (1 - nu^2) / (pi E) over the distance (Johnson,
 Contact Mechanics, 3.2). For forces along a line this is the displacement of a half-plane that is clamped at a depth,
-under each length of the line, plus a displacement that depends on positions along the line only wherever they are
-further apart than the depth: the sum does not depend on the depth. The end faces are taken as planes of symmetry.
+under each length of the line, plus a displacement along the line that depends on the distance alone where this is
+larger than the depth: the sum does not depend on the depth. The end faces are taken as planes of symmetry.
 """
 
 from math import cos, log
@@ -16,8 +16,8 @@ from fem.elasticity.hertz import flattening, log_mean
 from fem.elasticity.section_mesh import divided
 from fem.gear.gear import Gear
 
-#: Depth at which half-planes under hats are clamped, over the least distance of the hats across the width: small enough
-#: that the sum of half-plane and line does not depend on it.
+#: Depth at which half-planes under hats are clamped, over the least distance of tops across the width: so small that
+#: the sum of half-plane and line does not depend on it.
 DEPTH = 0.1
 #: Strips of constant load in each interval between the tops of hats.
 PARTS_PER_INTERVAL = 12

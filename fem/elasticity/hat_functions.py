@@ -9,12 +9,12 @@ def hat(positions: np.ndarray, tops: np.ndarray, values: np.ndarray) -> np.ndarr
 
 
 def hats(tops: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """(n_hat, ...) values of the hat functions with the given tops; the outer two go on beyond them."""
+    """(n_hat, ...) values of the hat functions with the given tops; the outer two are constant beyond their tops."""
     return np.stack([np.interp(positions, tops, row) for row in np.eye(tops.size)])
 
 
-def lines(tops: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """(n_hat, n) values at positions (n,) of lines with kinks that span the hats with given tops, and go on beyond."""
+def kinked_lines(tops: np.ndarray, positions: np.ndarray) -> np.ndarray:
+    """(n_hat, n) values at positions x (n,) of 1, x and max(x - top, 0): they span the hats, extended linearly."""
     return np.stack([np.ones_like(positions), positions, *np.maximum(positions - tops[1:-1, None], 0)])
 
 
@@ -25,17 +25,17 @@ def products(tops: np.ndarray) -> np.ndarray:
 
 
 def overlap(tops: np.ndarray) -> np.ndarray:
-    """(n, n) mean over one hat of the line load of a unit force spread as another [1/m]."""
+    """(n, n) mean over a hat of the line load of a unit force that is spread as another hat [1/m]."""
     mass = products(tops)
     return mass / np.outer(mass.sum(axis=0), mass.sum(axis=0))
 
 
 def spread(tops: np.ndarray, reach: float, *, odd: bool = False) -> np.ndarray:
-    """(n, n) as `overlap`, of displacements that decay along the line as exp(-distance / reach) from their load [1/m].
+    """(n, n) as `overlap`, for displacements that decay along the line as exp(-distance / reach) from their load [1/m].
 
-    odd         whether the loads beyond the first top are opposite, else they are alike; none lie beyond the last
+    odd         whether the mirrored loads beyond the first top are opposite instead of equal; none lie beyond the last
 
-    A uniform load is left as it is, as by `overlap`, which is the limit of no reach.
+    Under a uniform load the result is that of `overlap`, which is the limit of reach 0.
     """
     mass, size, free = products(tops), np.diff(tops), slice(1 if odd else 0, None)
     slopes = np.diff(np.eye(tops.size), axis=0)

@@ -22,8 +22,9 @@ class Density:
     width                   quadratic elements over half the face width
     teeth, behind           toothed pitches ahead of tooth 0 (counter-clockwise) and behind it
     rim_power               above 1: rim elements are smaller beside the root, which root stress asks for
-    edges                   roll lengths on the flank [m], increasing, where elements are smaller, nodes lie and layers
-                            below are thin; None: none, and with `nonlinear` and `dynamic` where reliefs begin
+    edges                   roll lengths on the flank [m], increasing, with a node at each, smaller elements beside it
+                            and thin layers below; None: none, but `nonlinear` and `dynamic` take those where reliefs
+                            begin
     """
 
     flank: int = 16
@@ -52,21 +53,23 @@ class Density:
 
     @checked
     def refined(self, q: int) -> "Density":
+        """Density with each element of the section divided into q along each direction."""
         return replace(self, divide=self.divide * q)
 
     def paired(self) -> "Density":
-        """One element instead of two: quadratic ones then have about as many dofs. ValueError where flank is odd."""
+        """Density with one element for two: about as many dofs if quadratic. ValueError where flank is odd."""
         require(self.flank % 2 == 0, f"flank must be an even number of elements, got {self.flank}")
         return replace(self, **{name: -(-getattr(self, name) // 2) for name in PARTS})
 
     @checked
     def scaled(self, factor: Finite) -> "Density":
-        """Numbers of pairs of elements, and of those across the width, times a factor, at least one; the same teeth."""
+        """Density with numbers of pairs of elements, and of elements across the width, times a factor; at least 1."""
         numbers = {name: 2 * max(1, round(getattr(self, name) * factor / 2)) for name in PARTS}
         return replace(self, **numbers, width=max(1, round(self.width * factor)))
 
     @checked
     def with_teeth(self, teeth: int, behind: int) -> "Density":
+        """Density with these numbers of toothed pitches ahead of tooth 0 and behind it."""
         return replace(self, teeth=teeth, behind=behind)
 
     @checked

@@ -1,4 +1,4 @@
-"""Structured quadrilateral mesh of a gear's transverse section, its extrusion to hexahedra, and the flank's load basis.
+"""Structured quadrilateral mesh of a gear's transverse section, with the nodes and facets of its flanks.
 
 Tooth 0 points along y; teeth count counter-clockwise; the flank that faces counter-clockwise carries the load.
 """
@@ -25,7 +25,7 @@ def flank_arcs(gear: Gear, n: int, divide: int = 1) -> np.ndarray:
 
 
 def flank_node_arcs(gear: Gear, density: Density) -> np.ndarray:
-    """(n,) arc lengths of flank nodes from root form to tip [m], smaller steps beside the edges of the density."""
+    """(n,) arc lengths of flank nodes from root form to tip [m], with smaller steps beside the edges of the density."""
     nodes = flank_arcs(gear, density.flank, density.divide)
     if not density.edges:
         return nodes
@@ -34,7 +34,7 @@ def flank_node_arcs(gear: Gear, density: Density) -> np.ndarray:
     require(
         gear.roll_form < low and high < gear.roll_tip, f"edges must lie in {ends}, on the flank, got {density.edges}"
     )
-    return beside(tooth_profile.arc_length(gear, np.array(density.edges)), nodes)
+    return refined_at_edges(tooth_profile.arc_length(gear, np.array(density.edges)), nodes)
 
 
 def flank_hats(gear: Gear, density: Density) -> np.ndarray:
@@ -56,7 +56,7 @@ def flank_facets(gear: Gear, mesh: MeshQuad, tooth: int) -> np.ndarray:
 
 
 def flank_nodes(gear: Gear, mesh: MeshQuad, tooth: int) -> np.ndarray:
-    """(2, n) vertices of the mesh on that flank [m], from root form to tip."""
+    """(2, n) vertices of the mesh on the flank of `flank_facets` [m], from root form to tip."""
     nodes = mesh.p[:, np.unique(mesh.facets[:, flank_facets(gear, mesh, tooth)])]
     return nodes[:, np.argsort(np.hypot(*nodes))]
 
@@ -118,7 +118,7 @@ def tooth_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
 
 
 def tooth_foot(gear: Gear, density: Density) -> np.ndarray:
-    """(2, n) outline from the middle of the fillet to the middle of the space, whose land may have no width."""
+    """(2, n) outline from the middle of the fillet to the middle of the space; the root land may have no width."""
     n = density.land * density.divide
     if gear.r_f * (np.pi / gear.z - gear.root.psi_f) > 0.02 * gear.m_n:
         lower = tooth_profile.fillet(gear, (1 + density.steps("fillet")) / 2)
@@ -146,7 +146,7 @@ def rim_steps(density: Density) -> np.ndarray:
 
 
 def body_radii(gear: Gear, density: Density) -> np.ndarray:
-    """Radii from the bore to `rim_radius`, closer together at both [m]."""
+    """Radii from the bore to `rim_radius` [m], closer together at both ends."""
     inner, outer = gear.d_bore / 2, rim_radius(gear)
     even = 2 * np.pi * density.steps("body")
     return inner + (outer - inner) * (even - 0.4 * np.sin(even)) / (2 * np.pi)
@@ -202,11 +202,11 @@ def section(gear: Gear, density: Density) -> MeshQuad:
     return mesh.with_boundaries({BORE: lambda x: np.hypot(*x) < limit})
 
 
-def merged(points: np.ndarray, cells: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-    """Points (2, n) without duplicates closer than tolerance, and the cells renumbered."""
+def merged(points: np.ndarray, quads: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points (2, n) without duplicates closer than tolerance [m], and the quadrilaterals (4, n) renumbered."""
     keys = np.round(points / tolerance).astype(np.int64)
     _, first, inverse = np.unique(keys, axis=1, return_index=True, return_inverse=True)
-    return np.ascontiguousarray(points[:, first]), np.ascontiguousarray(inverse.reshape(-1)[cells])
+    return np.ascontiguousarray(points[:, first]), np.ascontiguousarray(inverse.reshape(-1)[quads])
 
 
 #: Elements beside an edge are smaller by this factor, and grow by this share of their distance from it: te then changes
@@ -218,7 +218,7 @@ THICKER = 1.5
 SAMPLES = 100_001
 
 
-def beside(edges, nodes: np.ndarray) -> np.ndarray:
+def refined_at_edges(edges, nodes: np.ndarray) -> np.ndarray:
     """Nodes spaced as nodes (n,), with edges (m,), increasing, among them and smaller elements beside each."""
     positions = np.linspace(nodes[0], nodes[-1], SAMPLES)
     usual = np.interp(positions, (nodes[1:] + nodes[:-1]) / 2, np.diff(nodes))

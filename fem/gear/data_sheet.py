@@ -81,8 +81,8 @@ class Quantity(NamedTuple):
 class DataSheet(Mapping[str, Quantity]):
     """Quantities by symbol; print it, or show it in a notebook, as a table.
 
-    title       of the table
-    rows        (symbol, value in SI units, unit, meaning) of each
+    title       title of the table
+    rows        (symbol, value in SI units, unit, meaning) of each quantity
     """
 
     def __init__(self, title: str, rows: Iterable[Row]):

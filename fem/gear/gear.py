@@ -30,12 +30,12 @@ class Gear:
     d_bore      diameter where the body is clamped: the bore on a stiff shaft, or the inside of the rim on a web
     alpha_n     normal pressure angle
     beta        helix angle at the reference circle, > 0 right-hand
-    x           profile shift coefficient, limited by pointed teeth and undercut; by default that of s_n, or 0
-    s_n         normal circular tooth thickness at the reference circle; by default that of x
+    x           profile shift coefficient, limited by pointed teeth and undercut; by default from s_n, or 0
+    s_n         normal circular tooth thickness at the reference circle; by default from x
     d_a, d_f    tip and root diameter; by default m_n (1 + x) above and h_fP - x m_n below the reference circle
     h_fP        dedendum of the basic rack, the tool's addendum, instead of d_f; by default 1.25 m_n (ISO 53, profile A)
     rho_f       tip radius of the generating rack in its normal section, rho_fP of ISO 53, which generates the fillet;
-                by default 0.38 m_n, or less if less fits
+                by default 0.38 m_n, or the largest that fits between the flanks of the rack
     fillet      radius of a circular root fillet in the transverse section, instead of the rack's trochoid
     material    of the body; by default steel
     flank       modifications of the flanks (`fem.microgeometry`), which add up: the same on both sides, or `fem.Sides`
@@ -101,7 +101,7 @@ class Gear:
             object.__setattr__(self, name, value)
 
     def _shift(self) -> float:
-        """Profile shift coefficient that x has by default: that of s_n, if given."""
+        """Default of x: the profile shift coefficient that gives s_n, or 0."""
         if self.x is not None or self.s_n is None:
             return 0.0
         pitch = pi * self.m_n
@@ -212,7 +212,7 @@ class Gear:
         return FlankExtent(self.roll_form, self.roll_tip, self.b, self.r_b, self.z, land=self.thickness(self.r_a))
 
     def thickness(self, r: float) -> float:
-        """Transverse tooth thickness on the circle of radius r >= r_b [m]; ValueError for others."""
+        """Transverse tooth thickness on the circle of radius r [m]; ValueError for r below the base radius."""
         if not self.r_b <= number("r", r) < inf:
             raise ValueError(f"r must be at least the base radius {self.r_b / mm:.6g} mm, got {r / mm:.6g} mm")
         return 2 * r * float(self.psi_b - involute(acos(self.r_b / r)))

@@ -37,8 +37,8 @@ class Teeth(NamedTuple):
 
 def span(teeth: Teeth, k: int) -> float:
     """Span measurement W_k over k teeth [m]; ValueError where it misses the flanks or is wider than the gear."""
-    number_of = f"k must be a whole number of teeth from 1 to {teeth.z}, got {k}"
-    require(number("k", k) % 1 == 0 and 1 <= k <= teeth.z, number_of)
+    whole = f"k must be a whole number of teeth from 1 to {teeth.z}, got {k}"
+    require(number("k", k) % 1 == 0 and 1 <= k <= teeth.z, whole)
     w = (k - 1) * teeth.p_bn + teeth.s_bn
     roll, low, high = w * cos(teeth.beta_b) / 2, *teeth.rolls
     miss = f"touches at roll length {roll / mm:.4g} mm, the flanks reach from {low / mm:.4g} to {high / mm:.4g} mm"
@@ -49,14 +49,14 @@ def span(teeth: Teeth, k: int) -> float:
     return w
 
 
-def spanned(teeth: Teeth, r: float) -> int:
+def default_k(teeth: Teeth, r: float) -> int:
     """Number of teeth k whose span touches nearest to the circle of radius r [m], at least 2."""
     w = 2 * _roll(teeth, r) / cos(teeth.beta_b)
     return min(max(2, round(1 + (w - teeth.s_bn) / teeth.p_bn)), teeth.z)
 
 
 def _roll(teeth: Teeth, r: float) -> float:
-    """Roll length on the circle of radius r; that of the middle of the flank where the circle misses the flank [m]."""
+    """Roll length on the circle of radius r [m]; where the circle misses the flank, that in the middle of the flank."""
     roll = sqrt(max(r**2 - teeth.r_b**2, 0.0))
     return roll if teeth.touches(roll) else sum(teeth.rolls) / 2
 
@@ -81,18 +81,18 @@ def over_balls(teeth: Teeth, d_m: float) -> float:
     return d_k * (cos(pi / (2 * teeth.z)) if teeth.z % 2 else 1.0) + d_m
 
 
-def ball(teeth: Teeth, r: float) -> float:
+def ball_diameter(teeth: Teeth, r: float) -> float:
     """Diameter [m], to two digits, of a ball that touches the flanks near the circle of radius r [m]."""
     contact = _roll(teeth, r) / teeth.r_b
     d_m = 2 * teeth.r_b * cos(teeth.beta_b) * (tan(pi / teeth.z - teeth.psi_b + contact) - contact)
     return float(f"{d_m:.2g}")
 
 
-def fitting(teeth: Teeth, r: float) -> float | None:
-    """Diameter [m] of a ball that touches the flanks near the circle of radius r [m], or next farther out, if any."""
+def default_ball_diameter(teeth: Teeth, r: float) -> float | None:
+    """Diameter [m] of a ball that touches the flanks near radius r [m], or farther out; None if no ball fits."""
     r_tip = hypot(teeth.r_b, teeth.rolls[1])
     for share in (0.0, 0.25, 0.5, 0.75, 0.9):
-        d_m = ball(teeth, r + share * (r_tip - r))
+        d_m = ball_diameter(teeth, r + share * (r_tip - r))
         with suppress(ValueError):
             over_balls(teeth, d_m)
             return d_m
@@ -106,10 +106,10 @@ def measures(teeth: Teeth, k: int | None, d_m: float | None, r: float) -> list[t
     """
     rows: list[tuple[str, float, str, str]] = []
     with suppress(ValueError) if k is None else nullcontext():
-        number_of = spanned(teeth, r) if k is None else k
-        w = span(teeth, number_of)
-        rows += [("k", number_of, "1", "teeth in the span"), ("W_k", w, "m", "span measurement over k teeth")]
-    size = fitting(teeth, r) if d_m is None else d_m
+        spanned = default_k(teeth, r) if k is None else k
+        w = span(teeth, spanned)
+        rows += [("k", spanned, "1", "teeth in the span"), ("W_k", w, "m", "span measurement over k teeth")]
+    size = default_ball_diameter(teeth, r) if d_m is None else d_m
     if size is not None:
         over = over_balls(teeth, size)
         rows += [("D_M", size, "m", "diameter of balls"), ("M_dK", over, "m", "dimension over two balls")]

@@ -1,6 +1,6 @@
 """Limits within which a gear exists: ValueError with the argument, its value and a remedy for a gear beyond them.
 
-The functions take a `fem.Gear`, or one whose data are complete up to what they check.
+The functions take a `fem.Gear`; its initialization calls them while later fields are still missing.
 """
 
 from math import cos, pi, sin, tan
@@ -41,7 +41,7 @@ def check_tip(gear) -> None:
 
 
 def check_root(gear) -> None:
-    """Require a rack, or a fillet, that fits between the teeth and leaves them a foot and an involute."""
+    """Require a rack, or a fillet, that fits between the teeth and leaves a thick enough root and an involute."""
     if gear.rho_f is not None:
         largest = largest_rack_radius(gear)
         deep = f"d_f = {gear.d_f / mm:g} mm is too deep for s_n = {gear.s_n / mm:.4g} mm (x = {gear.x:.4g})"

@@ -12,7 +12,7 @@ import numpy as np
 from fem.gear.gear import Gear
 from fem.gear.involute import involute
 
-#: Least roll length at which curvatures are taken, as share of that at the tip: on the base circle it would be 0.
+#: Least roll length for curvatures, over the roll length at the tip: on the base circle the radius of curvature is 0.
 LEAST_ROLL = 0.01
 
 

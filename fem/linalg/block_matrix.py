@@ -13,7 +13,7 @@ PivotColumns = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class BlockMatrix:
-    """Any sparse matrix (n, n), and the number (n,) of the block of each unknown, from 0 on without a gap."""
+    """A sparse symmetric matrix (n, n), and the number (n,) of the block of each unknown, from 0 on without a gap."""
 
     matrix: sp.csr_matrix
     block: np.ndarray
@@ -81,7 +81,7 @@ class KroneckerMatrix:
         return sp.csr_matrix((values, (row[:, i].ravel(), column[:, j].ravel())), (self.unknowns.size,) * 2)
 
     def part(self, free: np.ndarray) -> "KroneckerMatrix":
-        """Matrix of the free unknowns (n_unknown,); a block is free in the same ones as all others, or not at all.
+        """Matrix of the free unknowns (n_unknown,); a block has the same free unknowns as all others, or none.
 
         Raises ValueError where the free unknowns differ between blocks.
         """

@@ -14,7 +14,7 @@ def factorize(
 ) -> Solve:
     """Function that solves matrix x = b for b (n, k).
 
-    block       (n,) number of the block of coupled unknowns that each belongs to, unless the matrix knows its blocks
+    block       (n,) number of the block of coupled unknowns to which each unknown belongs; a KroneckerMatrix has blocks
     accessed    numbers of the unknowns that are loaded or read, which saves memory with blocks; x may be nan elsewhere
     """
     if isinstance(matrix, KroneckerMatrix):

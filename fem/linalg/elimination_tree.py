@@ -37,7 +37,7 @@ def supernodes(graph: sp.csr_matrix) -> list[Supernode]:
     for block, rows in enumerate(column_structures(sp.csr_matrix(graph[order][:, order]))):
         supernode = Supernode([block], rows)
         for child in waiting.pop(block, []):
-            _adopt(supernode, child)
+            _add_child(supernode, child)
         (waiting[min(rows)] if rows else roots).append(supernode)
     tree = _postordered(roots)
     return [Supernode(order[node.pivots].tolist(), set(order[list(node.rows)].tolist())) for node in tree]
@@ -50,7 +50,7 @@ def minimum_degree(graph: sp.csr_matrix) -> np.ndarray:
 
 
 def column_structures(graph: sp.csr_matrix) -> list[set[int]]:
-    """Of each block the later ones in which its column of the factor is not zero; those of its children count too."""
+    """Later blocks in which the factor's column of each block is not zero, with those that its children fill in."""
     rows = [set(row[row > block].tolist()) for block, row in enumerate(np.split(graph.indices, graph.indptr[1:-1]))]
     for structure in rows:
         if structure:
@@ -59,8 +59,8 @@ def column_structures(graph: sp.csr_matrix) -> list[set[int]]:
     return rows
 
 
-def _adopt(supernode: Supernode, child: Supernode) -> None:
-    """The child is merged into the supernode where both have the same rows below, else it stays a child."""
+def _add_child(supernode: Supernode, child: Supernode) -> None:
+    """Merge a child with the same rows below into the supernode; any other stays a child."""
     if len(child.rows) == len(supernode.pivots) + len(supernode.rows):
         supernode.pivots += child.pivots
         supernode.children += child.children

@@ -62,7 +62,7 @@ def factorize(matrix: BlockMatrix | KroneckerMatrix, accessed: np.ndarray | None
     def solve(b: np.ndarray) -> np.ndarray:
         ordered = b.astype(float, copy=False)[order]
         if ordered[~stored].any():
-            raise ValueError("b must be zero beside the accessed unknowns; factorize with its entries among them")
+            raise ValueError("b must be zero except at the accessed unknowns; factorize with its entries among them")
         with one_thread():
             solution = _substituted(factor, ordered)[stored]
         x = np.full(b.shape, np.nan)

@@ -9,7 +9,7 @@ from fem.microgeometry.modification import FlankExtent, check_amount, check_with
 from fem.support.representation import short
 from fem.support.validation import increasing, numbers
 
-#: A grid line nearer to its neighbour than this share of the mean distance belongs to a local refinement.
+#: Grid lines closer together than this share of the mean distance belong to a local refinement.
 REFINED = 0.5
 
 
@@ -83,7 +83,7 @@ class Grid:
         return self.axial
 
     def edges_across(self, face: FlankExtent) -> tuple[float, ...]:
-        """Lines where the grid is finer than elsewhere; an even grid has none, slices resolve it."""
+        """Lines where the grid is finer than elsewhere; an equidistant grid has none, as the slices resolve it."""
         apart = np.diff(self.axial)
         nearest = np.minimum(np.append(apart, np.inf), np.insert(apart, 0, np.inf))
         return tuple(np.array(self.axial)[nearest < REFINED * apart.mean()].tolist())

@@ -1,4 +1,4 @@
-"""The flanks of a gear: sums of modifications and deviations, the material removed [m] on both or on either side."""
+"""The flanks of a gear: sums of modifications and deviations, the material removed [m] from each side."""
 
 import json
 from collections.abc import Iterable
@@ -64,8 +64,8 @@ class Sides:
 def removed(flank: Flank, face: FlankExtent, roll, axial, *, tooth: int | np.ndarray = 0) -> np.ndarray:
     """Sum of all modifications [m] at roll lengths and axial positions [m] of teeth, broadcast.
 
-    Beyond root form and tip circle, where there is no flank, it keeps its value there: power laws would reach
-    millimetres.
+    Beyond root form and tip circle, where there is no flank, the values on these circles continue: extrapolated power
+    laws would reach millimetres.
     """
     roll, axial = np.asarray(roll, float), np.asarray(axial, float)
     total = np.zeros(np.broadcast_shapes(roll.shape, axial.shape))
@@ -82,7 +82,7 @@ def pitch_deviations(flank: Flank) -> tuple[PitchDeviation, ...]:
     return tuple(part for part in flank if isinstance(part, PitchDeviation))
 
 
-def alike(flank: Flank) -> bool:
+def equal_on_all_teeth(flank: Flank) -> bool:
     """Whether all teeth have the same flank."""
     return all(len(set(part.values)) == 1 for part in pitch_deviations(flank))
 

@@ -52,7 +52,7 @@ class Modification(Protocol):
     check(face)         raises ValueError where the modification does not suit the flank
     edges(face)         roll lengths where the slope along the profile jumps, or rises steeply [m]
     edges_across(face)  axial positions where the slope across the face width jumps, or rises steeply [m]
-    lines_across(face)  axial positions between which it is linear across the face width [m], if there are many
+    lines_across(face)  axial grid lines between which the material is linear [m], if there are many
     rounding(face)      roll length where a rounded tip edge begins [m], and its radius [m]
     """
 
@@ -112,8 +112,8 @@ class TipRelief:
 
     C_a         amount at the tip circle [m]
     length      roll length from the beginning to the tip [m]; give it or d_Ca
-    power       1: linear, 2: parabolic; the parabola is within (C_a / length)^2 / 4 of C_a a circular arc that leaves
-                the flank tangentially, 1e-5 for 15 um over 2.5 mm
+    power       1: linear, 2: parabolic; the parabola differs from a circular arc that leaves the flank tangentially by
+                (C_a / length)^2 / 4 of C_a, which is 1e-5 for 15 um over 2.5 mm
     d_Ca        diameter where the relief begins [m]
     """
 
@@ -148,9 +148,9 @@ class EdgeBreak:
     """Rounding of the tip edge with a radius [m] in the transverse section, tangent to the flank and the tip circle.
 
     It shortens the involute by radius tan(45 deg - alpha_a / 2) of the profile, with alpha_a the pressure angle at the
-    tip; `GearPair.eps_alpha` stays that of the tip circle. Contact beyond the path of contact is on the rounding. Its
-    peak pressure changes with finer strips, slices and finite elements by less than 3 % of the largest value over the
-    cycle; in helical gears of 20 slices by less than 3.5 %, and by 5 % at any phase.
+    tip; `GearPair.eps_alpha` stays that of the tip circle. Contact beyond the path of contact is on the rounding. The
+    peak pressure there changes with finer strips, slices and finite elements by less than 3 % of the largest value over
+    the cycle; in helical gears of 20 slices by less than 3.5 %, and by 5 % at any phase.
     """
 
     radius: float

@@ -1,4 +1,4 @@
-"""Interference of a mate's tip with an undercut root: its clearance, and remedies where there is none."""
+"""Clearance between an undercut root and the tip of the mating gear, and remedies for interference."""
 
 from math import atan, hypot, pi
 
@@ -10,7 +10,7 @@ from fem.units import mm
 
 
 def tip_path(gear: Gear, mate: Gear, a: float, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """r [m] and psi [rad] of the mate's tip corner relative to tooth 0 of the gear, at centre distance a [m].
+    """r [m] and psi [rad] of the mating gear's tip corner relative to tooth 0 of the gear, at centre distance a [m].
 
     turn        (n,) angle by which the gear has turned since the corner was on the line of action [rad]
     """
@@ -24,7 +24,7 @@ def tip_path(gear: Gear, mate: Gear, a: float, turn: np.ndarray) -> tuple[np.nda
 
 
 def root_clearance(gear: Gear, mate: Gear, a: float) -> float:
-    """Least circumferential distance between the mate's tip corner and the root [m]; negative where they overlap."""
+    """Least circumferential distance between the mating gear's tip corner and the root [m]; negative: interference."""
     r, psi = tip_path(gear, mate, a, np.linspace(-2, 2, 4001) * pi / gear.z)
     root_r, root_psi = gear.root.points(np.linspace(1, 0, 201))
     inside = r < gear.r_form
@@ -32,7 +32,7 @@ def root_clearance(gear: Gear, mate: Gear, a: float) -> float:
 
 
 def remedies(gear: Gear, mate: Gear, name: str) -> str:
-    """Changes of data, as text, that keep the mate's tip clear of the root of the gear called name."""
+    """Changes of gear data, as text, that prevent interference at the root of the gear called name."""
     rounding = "fillet" if gear.rho_f is None else "rho_f"
     radius = f"{rounding} = {getattr(gear, rounding) / mm:.4g} mm"
     deeper = f"d_f = {gear.d_f / mm:.6g} mm (deepen it by the tool's addendum h_fP)"

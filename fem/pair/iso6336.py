@@ -13,10 +13,13 @@ from fem.units import GPa
 
 __all__ = ["basic_rack_factor", "face_load_stiffness", "mesh_stiffness", "single_stiffness", "virtual_teeth"]
 
+#: Line load from which on the stiffness is constant [N/m].
 LINE_LOAD_OF_STANDARD = 100e3
 #: Young's modulus E_St of steel that the coefficients hold for; the stiffness of other materials is scaled with E.
 STEEL_OF_STANDARD = 206 * GPa
+#: C_1 to C_9 of the standard, for the compliance of a tooth pair [mm um/N].
 COEFFICIENTS = (0.04723, 0.15551, 0.25791, -0.00635, -0.11654, -0.00193, -0.24188, 0.00529, 0.00182)
+#: 1 N/(mm um) in N/m^2.
 PER_MM_UM = 1e9
 
 

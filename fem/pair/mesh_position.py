@@ -1,9 +1,9 @@
-"""Where two gears stand to each other in the mesh cycle; the lines of contact of their rigid flanks.
+"""Position of two gears in the mesh cycle, and the lines of contact of their rigid flanks.
 
 The gears turn so that the contact moves from the root to the tip of the pinion. Tooth pair k runs k pitches ahead of
 tooth pair 0, whose flanks touch at the pitch point in mid-plane at phase 0; it consists of tooth k of the pinion and
 tooth -k of the wheel. Under the transmission error te > 0 the pinion runs ahead by te / (2 r_b1) and the wheel stays
-behind by te / (2 r_b2), so that neither gear is preferred.
+behind by te / (2 r_b2), so that results do not depend on which gear is called the pinion.
 """
 
 from dataclasses import dataclass
@@ -61,7 +61,7 @@ class MeshPosition:
         return {number: (low, high) for number, (low, high) in lines if low < high}
 
     def _line(self, roll: float) -> tuple[float, float]:
-        """Axial ends of the line of contact that crosses mid-plane at a roll length; low >= high: there is none."""
+        """Axial ends of the line of contact that crosses mid-plane at a roll length; low >= high without contact."""
         slope, (start, end) = tan(self.pair.beta_b), (self.path.start, self.path.end)
         if not slope:
             return self.face if start <= roll <= end else (0.0, 0.0)

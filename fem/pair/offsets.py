@@ -10,7 +10,7 @@ from fem.support.arguments import checked
 from fem.support.representation import short
 from fem.support.validation import increasing, numbers, require, text_of
 
-#: Angles beyond it are no misalignment of gears, but degrees [rad].
+#: Angles must be smaller [rad]: larger ones are probably degrees.
 LARGEST_ANGLE = 0.01
 ANGLES = ("misalignment", "f_sigma_delta", "f_sigma_beta")
 
@@ -42,9 +42,9 @@ class Offsets:
             value = getattr(self, field.name)
             if field.name != "a" or value is not None:
                 require(value is not None, f"{field.name} must be a number or increasing numbers (0: none), got None")
-                self._take(field.name, numbers(field.name, value))
+                self._set_checked(field.name, numbers(field.name, value))
 
-    def _take(self, name: str, values: np.ndarray) -> None:
+    def _set_checked(self, name: str, values: np.ndarray) -> None:
         """Check an offset, and keep it as a number or as a tuple."""
         given = getattr(self, name)
         require(bool(np.isfinite(values).all()), f"{name} must be a number or increasing numbers, got {given}")
@@ -68,7 +68,7 @@ class Offsets:
 
 
 def check_offsets(name: str, value) -> None:
-    """ValueError unless these are `Offsets`."""
+    """ValueError unless the value is an `Offsets`."""
     example = f"{name} must be fem.Offsets, say fem.Offsets(misalignment=0.5e-3)"
     require(isinstance(value, Offsets), f"{example}, got {text_of(value)}")
 

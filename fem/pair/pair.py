@@ -22,7 +22,7 @@ ROUNDING = 1e-4
 @short(a="mm")
 @dataclass(frozen=True)
 class GearPair:
-    """Two external gears in mesh at the working centre distance a [m]; by default the one without backlash.
+    """Two external gears in mesh at the working centre distance a [m]; by default that without backlash.
 
     Raises ValueError where the two cannot run together: different base pitch, helix angles that are not equal and
     opposite, no contact, total contact ratio below 1, interference or no tip clearance at a root, negative backlash.
@@ -77,7 +77,7 @@ class GearPair:
 
     @property
     def a_without_backlash(self) -> float:
-        """Centre distance at which the teeth fill each other's spaces [m]; that of touching base circles if none."""
+        """Centre distance at which the teeth fill each other's spaces [m]; at least the sum of the base radii."""
         alpha_wt = inverse_involute(max(0.0, self._involute_without_backlash))
         return (self.pinion.r_b + self.wheel.r_b) / cos(alpha_wt)
 
@@ -88,7 +88,7 @@ class GearPair:
         return (pinion.z * pinion.psi_b + wheel.z * wheel.psi_b - pi) / (pinion.z + wheel.z)
 
     def _backlash_at(self, a: float) -> float:
-        """Play along the line of action at centre distance a [m], < 0 where the teeth overlap."""
+        """Backlash along the line of action at centre distance a [m], < 0 where the teeth overlap."""
         base = self.pinion.r_b + self.wheel.r_b
         return 2 * base * (involute(acos(base / a)) - self._involute_without_backlash)
 
@@ -161,7 +161,7 @@ class GearPair:
     def data_sheet(self) -> DataSheet:
         """Quantities of ISO 21771 by symbol, in SI units; print it for a table in mm and degrees.
 
-        Index 1 is the pinion, 2 the wheel. Sliding is that at the ends of the path of contact, where it is largest.
+        Index 1 is the pinion, 2 the wheel. Sliding is given at the ends of the path of contact, where it is largest.
         """
         pinion, wheel, j_wt = self.pinion, self.wheel, self.backlash / cos(self.alpha_wt)
         (r_w1, r_w2), u, path = self.path_of_contact.r_w, wheel.z / pinion.z, self.path_of_contact
@@ -192,6 +192,6 @@ class GearPair:
         return DataSheet(repr(self), listed(PAIR, self, sizes))
 
 
-def specific_sliding(roll: float, mate: float, u: float) -> float:
-    """Specific sliding of a flank at a roll length [m], of its mate at the roll length mate [m]; u = z_mate / z."""
-    return 1 - mate / (u * roll) if roll > 0 else -inf
+def specific_sliding(roll: float, mate_roll: float, u: float) -> float:
+    """Specific sliding of a flank at its roll length and that of the mating flank [m]; u = z_mate / z."""
+    return 1 - mate_roll / (u * roll) if roll > 0 else -inf

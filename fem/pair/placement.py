@@ -1,9 +1,9 @@
-"""Where the gears of a pair stand in the plane: their centres, and the angles of their teeth.
+"""Placement of the gears of a pair in the plane: their centres, and the angles of their teeth.
 
 The pinion's mid-plane lies at the origin, the wheel's centre in the direction of x, the axes along z; the pinion drives
 counter-clockwise, and angles count counter-clockwise. The driving flank of tooth 0 touches the line of action at the
 roll length roll where the middle of the tooth stands roll / r_b - alpha_wt - psi_b ahead of the line of centres: this
-holds for either gear, seen from its own centre.
+holds for either gear, as seen from its centre.
 """
 
 from math import pi
@@ -18,10 +18,10 @@ from fem.support.arguments import Finite, checked
 
 
 class Placement(NamedTuple):
-    """Where a gear stands.
+    """Position and angle of a gear.
 
-    centre          (3,) of its mid-plane [m]
-    angle           of the middle of tooth 0 in the mid-plane, from the x axis [rad]
+    centre          (3,) centre of its mid-plane [m]
+    angle           angle of the middle of tooth 0 in the mid-plane, from the x axis [rad]
     turn_per_te     angle by which the gear turns per transmission error [rad/m]
     """
 
@@ -32,7 +32,7 @@ class Placement(NamedTuple):
 
     @property
     def rotation(self) -> float:
-        """Angle by which a section is turned whose tooth 0 lay along y [rad]."""
+        """Rotation of a section whose tooth 0 lies along y before it is placed [rad]."""
         return self.angle - pi / 2
 
 

@@ -1,4 +1,4 @@
-"""Reference methods with gaps and compliance of their own: large displacements, mortar contact, time integration."""
+"""Independent reference methods: large displacements, mortar and penalty contact, time integration."""
 
 import lazy_loader
 

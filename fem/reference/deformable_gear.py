@@ -21,7 +21,7 @@ from fem.pair.pair import GearPair
 from fem.reference.deformed_flank import Flank, WidthQuadrature, gauss_width, plane_strain_width
 from fem.reference.st_venant_kirchhoff import Solid, solid_on_basis, stiffness
 
-#: Deflection lets teeth touch this share of a pitch before and after the path of contact of rigid gears.
+#: Loaded teeth touch up to this share of a pitch before and after the path of contact of rigid gears.
 EARLY_CONTACT = 1 / 4
 #: Edges of the mesh keep this distance from each other and from the ends of the flank [modules].
 LEAST_EDGE_DISTANCE = 1 / 100
@@ -31,7 +31,7 @@ EQUAL_WITHIN = 1e-9
 
 @dataclass(frozen=True)
 class DeformableGear:
-    """A clamped gear. Displacements are arrays (n_dofs, dim), 0 where the hub or the symmetry plane holds them.
+    """A clamped gear. Displacements are arrays (n_dofs, dim), 0 where the hub or the symmetry plane clamps them.
 
     face        modelled part of the face width
     solid       finite elements
@@ -67,7 +67,7 @@ class DeformableGear:
 
     @cached_property
     def flank_operator(self) -> sp.csr_matrix:
-        """Maps flat displacements to those of the flank nodes in transverse planes, tooth by tooth, flat.
+        """Operator from flat displacements to those of the flank nodes in transverse planes, flat, tooth by tooth.
 
         Its transpose maps forces on the flank nodes to nodal forces of the gear.
         """
@@ -152,7 +152,7 @@ def discretized(
     if element.dim == 2:
         width, solid = plane_strain_width(gear.b), solid_on_basis(section, gear.material, gear.b)
     else:
-        half = np.sort(extrusion.half_width(gear.b, gear.b, density.width).p[0])
+        half = np.sort(extrusion.half_face(gear.b, gear.b, density.width).p[0])
         line = MeshLine(face.positions(half))
         width = gauss_width(section_mesh.divided(np.sort(line.p[0]), degree), degree)
         in_space = Basis(extrusion.extruded(mesh, line, gear.twist), element, intorder=2 * degree + 1)

@@ -1,11 +1,11 @@
-"""Flank of a loaded tooth as a plane curve, and the closest point of it to a given point.
+"""Flank of a loaded tooth as a plane curve, and its closest point to a given point.
 
 With the arc length s of the undeformed flank, the displacements u_a of its nodes and their shape functions N_a,
 
     x(s) = involute(s) + sum_a N_a(s) u_a,      closest to p where x'(s) . (p - x(s)) = 0.
 
-The involute is exact: the straight edges of the elements never touch. Each gear has a frame that rests in its hub and
-turns along the width with the sections of a helical gear; vectors in it are (2, ...).
+The involute is exact: contact is not on the straight edges of the elements. Each gear has a frame that is fixed to its
+hub and turns along the width with the sections of a helical gear; vectors in it are (2, ...).
 """
 
 from dataclasses import dataclass
@@ -48,7 +48,7 @@ def shape_functions(nodes: np.ndarray, degree: int) -> PPoly:
 
 
 class WidthQuadrature(NamedTuple):
-    """Quadrature across the face width, in plane strain of a single point.
+    """Quadrature across the face width; a single point in plane strain.
 
     nodes       (n_across,) axial positions of the nodes [m]
     axial       (n_station,) axial positions of the quadrature points [m]
@@ -84,9 +84,9 @@ class Flank:
 
     tooth       number of the tooth
     arcs        (n,) arc lengths of the nodes from root form to tip [m]
-    nodes       (n, n_across) numbers of the dofs
+    nodes       (n, n_across) dofs of the nodes along the profile and across the width
     width       quadrature across the width
-    degree      of the elements
+    degree      degree of the elements
     """
 
     gear: Gear
@@ -136,7 +136,7 @@ class Flank:
         return operator
 
     def displacement_at_stations(self, u: np.ndarray) -> np.ndarray:
-        """(2, n, n_station) displacement of the nodes' lines at the quadrature points, of u (n_dofs, dim)."""
+        """(2, n, n_station) displacement at the quadrature points along the lines of nodes, of u (n_dofs, dim)."""
         at_nodes = np.einsum("akci,aki->cak", self.section_displacement[..., : u.shape[1]], u[self.nodes])
         return at_nodes @ self.width.shapes.T
 
@@ -163,7 +163,7 @@ class FlankCurve(NamedTuple):
 
 @compiled(fastmath=True)
 def interval_of(knots, arc):
-    """Number of the interval between knots that holds an arc length; the outer intervals go on beyond their ends."""
+    """Number of the interval between knots that contains an arc length; the outer intervals are unbounded."""
     return min(max(np.searchsorted(knots, arc) - 1, 0), knots.size - 2)
 
 

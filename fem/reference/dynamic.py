@@ -41,7 +41,7 @@ TOLERANCE = 1e-6
 
 
 class Motion(NamedTuple):
-    """Displacements of both gears in their frames (n_dofs, 2) and te; or their rates, or forces on both and on te."""
+    """Displacements u (n_dofs, 2) of both gears in their frames and te; also their rates, or the forces on them."""
 
     u: tuple[np.ndarray, np.ndarray]
     te: float
@@ -110,10 +110,10 @@ def transmission_error(
     torque      pinion torque F r_b1 at full speed [N m]; the viscous load follows the speed of the wheel's hub, which
                 varies with te: compare with statics under the present load
     run         speed, phases, steps and damping of the run-up
-    density     of the FE mesh
-    element     of scikit-fem: ElementQuad1() by default (plane strain)
+    density     density of the FE mesh
+    element     element of scikit-fem: ElementQuad1() by default (plane strain)
 
-    Raises ValueError for bad input, RuntimeError where a step does not converge or the gears part beyond the backlash.
+    Raises ValueError for bad input, RuntimeError where a step does not converge or the gears separate by the backlash.
     """
     element = element or ElementQuad1()
     require(element.dim == 2, f"element must be a quadrilateral (plane strain), got {type(element).__name__}")
@@ -132,7 +132,7 @@ def transmission_error(
 
 
 def equations_of_motion(loaded: LoadedRun, density: Density, element: Element) -> "EquationsOfMotion":
-    """Both gears with their masses, factorized for a time step."""
+    """Equations of both gears with their masses, factorized for a time step."""
     gears, times = clamped_pair(loaded.pair, density, element), loaded.times
     rule = Newmark(loaded.run.alpha, times[1] - times[0])
     pinion, wheel = (lumped_mass(gear.solid) for gear in gears)

@@ -38,16 +38,16 @@ from fem.support.validation import as_floats, require, require_kind
 
 __all__ = ["CentralDifferences", "transmission_error"]
 
-#: Works in `Motion.work`: by the drive, against load, damping and slip.
+#: Entries of `Motion.work`: by the drive, against load, damping and slip.
 DRIVE, LOAD, DAMPING, SLIP = range(4)
 
 
 @dataclass(frozen=True)
 class CentralDifferences:
-    """How to integrate.
+    """Parameters of the explicit integration.
 
-    step        time step [s]; nodes get the mass that it takes to be stable. At low speed this has no effect; where
-                gears vibrate take a step so short that attrs["added_mass"] stays below some hundredths
+    step        time step [s]; nodes get the mass that makes it stable. At low speed this has no effect; where gears
+                vibrate choose a step so short that attrs["added_mass"] stays below a few hundredths
     penalty     contact pressure per penetration, and friction per slip [Pa/m]
     friction    Coulomb's coefficient
     """
@@ -77,12 +77,12 @@ def transmission_error(
 
     torque      pinion torque F r_b1 at full speed [N m]
     run         run-up; its steps are those between two records, alpha has no effect
-    density     of the FE mesh; without `edges` unless it has some: small elements would shorten the step
+    density     density of the FE mesh; reliefs add no `edges`, as small elements would shorten the step
 
     "energy": kinetic, strain and contact energy [J]; "work": by the pinion's hub, against load, damping and slip [J];
-    damping acts against the motion relative to steady rotation and does work on gears that turn slower than that.
+    damping acts against the motion relative to steady rotation and does work on gears that turn more slowly.
     attrs["added_mass"]: mass scaling as share of the gears' mass.
-    Raises ValueError for bad input, RuntimeError where the integration is not stable or the gears part beyond the
+    Raises ValueError for bad input, RuntimeError where the integration is not stable or the gears separate by the
     backlash.
     """
     loaded, density = checked_run(pair, torque, run, density, ElementQuad1())
@@ -101,7 +101,7 @@ def transmission_error(
 
 
 class Rotor(NamedTuple):
-    """A gear as arrays: elements of a `Solid`, masses (n_dofs,) [kg], whether the hub holds a node, flanks."""
+    """A gear as arrays: elements of a `Solid`, masses (n_dofs,) [kg], whether nodes are clamped to the hub, flanks."""
 
     dofs: np.ndarray
     gradients: np.ndarray
@@ -130,11 +130,11 @@ def stiffness_bound(gear: DeformableGear, penalty: float) -> np.ndarray:
 
 
 class Motion(NamedTuple):
-    """What a step changes: displacements and velocities (n_dofs, 2) in the hubs' frames, transmission error, works.
+    """State of the integration: displacements, velocities (n_dofs, 2) in the hubs' frames, transmission error, works.
 
     te          (2,) transmission error [m] and its rate [m/s]
     friction    (2, n_tooth, n_hat) friction under the hat functions of each slave tooth [Pa]
-    work        (4,) works [J], see DRIVE
+    work        (4,) works [J] at the indices DRIVE, LOAD, DAMPING, SLIP
     """
 
     u: tuple[np.ndarray, np.ndarray]
@@ -162,6 +162,7 @@ class Drive(NamedTuple):
 
 
 def drive_of(loaded: LoadedRun, mating: MatingGears) -> Drive:
+    """Kinematics and load of a run."""
     pair, (pinion, wheel) = loaded.pair, mating.placements(0.0, 0.0)
     angles_per_phase = pair.p_bt / pair.pinion.r_b, -pair.p_bt / pair.wheel.r_b
     speeds = loaded.speed_ratio, loaded.viscosity, loaded.run.damping

@@ -67,7 +67,7 @@ class ContactCandidate:
 
     slave       gear that carries the hat functions: 0 the pinion, 1 the wheel
     teeth       numbers of the teeth on pinion and wheel
-    quadrature  along the slave's profile
+    quadrature  quadrature along the slave's profile
     mask        (n_hat, n_across) nodes along the profile and across the width that may touch
     """
 
@@ -139,7 +139,7 @@ def slave_points(flank: Flank, quadrature: FlankQuadrature, u: np.ndarray) -> np
 
 
 class ContactPoints(NamedTuple):
-    """Points of the master flank that are closest to given ones, in the frame of the master.
+    """Points of the master flank that are closest to given points, in the frame of the master.
 
     arc         (n, n_station) arc lengths [m]
     foot        (2, n, n_station) points [m]

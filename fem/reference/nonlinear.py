@@ -96,7 +96,7 @@ def checked_load(pair: GearPair, torque) -> np.ndarray:
 
 
 def check(pair: GearPair, element: Element, density: Density) -> None:
-    """ValueError unless all teeth of a gear are equal, and in plane strain the same across the width."""
+    """ValueError unless the method models the pair: equal teeth and, in plane strain, no variation across the width."""
     require_kind("density", density, Density)
     names = ", ".join(f"{kind.__name__}()" for kind in ELEMENTS)
     require(isinstance(element, ELEMENTS), f"element must be one of {names}, got {element}")
@@ -120,8 +120,8 @@ def check(pair: GearPair, element: Element, density: Density) -> None:
 class ContactProblem:
     """Mating gears with their factorized stiffness.
 
-    solvers         of pinion and wheel, as of `DeformableGear.solver`
-    flexibility     of their flanks, as of `flank_flexibility` [m/N]
+    solvers         solvers of pinion and wheel from `DeformableGear.solver`
+    flexibility     flexibilities of their flanks from `flank_flexibility` [m/N]
     penalty         contact stiffness [Pa/m]
     """
 
@@ -203,11 +203,11 @@ def complementarity(matrix, gap, closing, force: float, inertia: float = 0.0) ->
     def solve(active: np.ndarray) -> Equilibrium:
         touching = active[0] if active.any() or inertia else first_touch == first_touch.min()
         factor = cho_factor(matrix[np.ix_(touching, touching)], lower=True, check_finite=False)
-        per_error, per_gap = cho_solve(factor, np.stack([closing[touching], gap[touching]], axis=1)).T
-        stiffness = closing[touching] @ per_error + inertia
+        per_te, per_gap = cho_solve(factor, np.stack([closing[touching], gap[touching]], axis=1)).T
+        stiffness = closing[touching] @ per_te + inertia
         te = np.array([(force + closing[touching] @ per_gap) / stiffness])
         f = np.zeros((1, gap.size))
-        f[0, touching] = per_error * te - per_gap
+        f[0, touching] = per_te * te - per_gap
         slack = np.where(touching, 0.0, gap + matrix @ f[0] - closing * te)
         return Equilibrium(te, np.array([stiffness]), f, slack[None])
 
@@ -216,7 +216,7 @@ def complementarity(matrix, gap, closing, force: float, inertia: float = 0.0) ->
 
 
 class StaticState(NamedTuple):
-    """Transmission error [m], displacements of pinion and wheel (n_dofs, dim) [m], contact forces (n,) [N]."""
+    """Transmission error [m], displacements of both gears (n_dofs, dim) [m], contact forces (n,) [N] on candidates."""
 
     te: float
     u: tuple[np.ndarray, np.ndarray]
@@ -227,7 +227,7 @@ class StaticState(NamedTuple):
 def equilibrium(problem: ContactProblem, phase: float, force: float, tolerance: float = 1e-6) -> StaticState:
     """Equilibrium of both gears under the mesh force force > 0 [N].
 
-    Raises RuntimeError where Newton's steps do not fall below tolerance times the displacement.
+    Raises RuntimeError where Newton's steps stay larger than tolerance times the displacement.
     """
     phase, mating = phase - round(phase), problem.mating
     state = _newton(problem, phase, mating.candidates(phase), force, tolerance)

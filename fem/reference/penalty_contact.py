@@ -25,8 +25,9 @@ RELIEF_INTERVALS = 2000
 #: Contact stiffness on a node is at most this times penalty times its area, as a slave or under a master's spline.
 STIFFNESS_BOUND = 3.0
 
-#: A point of the slave and what it touches: interval between nodes of the slave's profile and share of that interval,
-#: area [m^2], gap [m], arc length on the master [m], directions of push and slide, levers about both centres [m].
+#: A point of the slave and the closest point of the master: interval between nodes of the slave's profile and share of
+#: that interval, area [m^2], gap [m], arc length on the master [m], directions of push and slide, levers about the
+#: centres of both gears [m].
 CONTACT_POINT = np.dtype(
     [
         ("interval", np.int64),
@@ -43,7 +44,7 @@ class FlankArrays(NamedTuple):
     start_angles    (n_tooth,) angles of the tangents where the involutes begin [rad]
     arcs            (n,) arc lengths of the nodes [m]
     nodes           (n_tooth, n) numbers of the nodes
-    polynomials     (n, n - 1, 4) as of `Flank.polynomials`
+    polynomials     (n, n - 1, 4) coefficients of `Flank.polynomials`
     relief          (m,) material removed at equidistant arc lengths [m]
     """
 

@@ -1,8 +1,8 @@
-"""What implicit and explicit time integration share: the run from rest to a constant speed, the load, the result.
+"""Common parts of implicit and explicit time integration: run from rest to a constant speed, load, result.
 
 Each gear is described in the frame of its hub, where the elements deform little; centrifugal, Coriolis and Euler forces
-stand for the motion of that frame. The hub of the pinion turns as prescribed; the hub of the wheel is free and carries
-a viscous load that is proportional to its speed.
+account for the motion of that frame. The hub of the pinion turns as prescribed; the hub of the wheel is free and has a
+viscous load in proportion to its speed.
 """
 
 from dataclasses import dataclass
@@ -22,13 +22,13 @@ from fem.units import rpm
 
 @dataclass(frozen=True)
 class RunUp:
-    """From rest to a constant speed [rad/s] of the pinion's hub.
+    """Run-up of the pinion's hub from rest to a constant speed [rad/s].
 
-    start, stop     phases between which the gears turn, within [-0.75, 0.75]: three teeth of each gear touch
-    run_up          phase that passes before the speed is reached
+    start, stop     phases between which the gears turn, within [-0.75, 0.75]
+    run_up          change of phase until the speed is reached
     steps           time steps per pitch at full speed
     damping         force per mass and velocity of every point relative to steady rotation [1/s]
-    alpha           of HHT: 0 conserves energy, -1/3 damps most
+    alpha           parameter of HHT: 0 conserves energy, -1/3 damps most
     """
 
     speed: float = 10 * rpm
@@ -61,7 +61,7 @@ class RunUp:
 
     @checked
     def times(self, pitch: Finite) -> np.ndarray:
-        """All time steps [s]; pitch [rad]."""
+        """(n_time,) times [s] of all steps; pitch [rad]."""
         seconds = (self.stop - self.start + self.run_up) * pitch / self.speed
         return np.linspace(0, seconds, int(np.ceil((self.stop - self.start + self.run_up) * self.steps)) + 1)
 
@@ -81,7 +81,7 @@ class LoadedRun:
 
     @property
     def times(self) -> np.ndarray:
-        """(n_time,) time steps [s]."""
+        """(n_time,) times of all steps [s]."""
         return self.run.times(self.pitch)
 
     @property
@@ -90,7 +90,7 @@ class LoadedRun:
         return 2 * np.pi / self.pair.pinion.z
 
     def motion(self, t: float) -> tuple[float, float, float]:
-        """Phase, speed and acceleration of the pinion's hub, as of `RunUp.motion`."""
+        """Phase, speed and acceleration of the pinion's hub from `RunUp.motion`."""
         return self.run.motion(t, self.pitch)
 
     @property
@@ -103,11 +103,11 @@ class LoadedRun:
         return self.viscosity * (spin * self.pair.pinion.r_b - te_rate) * self.pair.pinion.r_b
 
     def check_backlash(self, te: float, phase: float) -> None:
-        """RuntimeError where coast flanks would touch, which are not modelled; rounding as of `GearPair` may pass."""
+        """RuntimeError where coast flanks, which are not modelled, would touch; ROUNDING of `GearPair` is allowed."""
         if te < -self.pair.backlash - ROUNDING * self.pair.pinion.m_n:
             parted = f"at phase {phase:g} the gears have parted by {-te:.3g} m, their backlash is"
             remedy = "take a longer run_up, less speed, more torque or a larger a"
-            message = f"{parted} {self.pair.backlash:.3g} m; back flanks are not modelled: {remedy}"
+            message = f"{parted} {self.pair.backlash:.3g} m; coast flanks are not modelled: {remedy}"
             raise RuntimeError(message)
 
     def result(self, te, phase, load_torque, **attributes) -> xr.Dataset:
@@ -122,7 +122,7 @@ class LoadedRun:
 
 
 def checked_run(pair: GearPair, torque, run: RunUp | None, density: Density | None, element: Element):
-    """`LoadedRun` and density with their defaults; ValueError for what time integration does not take."""
+    """`LoadedRun` and density with their defaults; ValueError for input that time integration does not support."""
     density, run = Density() if density is None else density, RunUp() if run is None else run
     check(pair, element, density)
     require_kind("run", run, RunUp)

@@ -3,8 +3,9 @@
 Each kind of error is bounded twice, at every torque. Its root mean square over the mesh cycle is a share of the
 deflection, the mean of te under load minus te without load (at light loads: of a tenth of the largest deflection). Its
 effect on the peak to peak is five times that share of the peak to peak (0.01: half a decibel), or of a quarter of the
-largest peak to peak. If te hardly varies over the cycle, a share of the deflection bounds the error of the peak to
-peak: that is a small difference of large numbers, for which meshes, unlike torques and phases, soon grow too large.
+largest peak to peak. If te hardly varies over the cycle, its peak to peak is a small difference of large numbers: then
+the allowed error is a share of the deflection, larger for the mesh, which would grow too large, than between torques
+and phases.
 """
 
 from dataclasses import dataclass, replace
@@ -29,18 +30,18 @@ from fem.ste.inputs import UpTo
 from fem.ste.map_solver import ContactModel
 
 FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 12, 400, 40
-#: A deflection counts with at least this share of the largest one, a peak to peak with that share of the largest one.
-LEAST_DEFLECTION, LEAST_SWING = 0.1, 0.25
-#: A peak to peak counts with at least this share of the deflection: for the mesh, and between phases and torques.
-QUIET_MESH, QUIET_BETWEEN = 0.08, 0.02
-#: Allowed share of the peak to peak over the allowed share of te.
-SWING = 5.0
+#: Least deflection that counts, over the largest; least peak to peak that counts, over the largest.
+LEAST_DEFLECTION, LEAST_PEAK_TO_PEAK = 0.1, 0.25
+#: Least peak to peak that counts, over the deflection: for the mesh, and between phases and torques.
+LEAST_RATIO_MESH, LEAST_RATIO_BETWEEN = 0.08, 0.02
+#: Allowed relative error of the peak to peak over that of te.
+PEAK_TO_PEAK_FACTOR = 5.0
 #: Least number of slices of the curves by which torques and phases are chosen, and largest number of a map.
 FEWEST_SLICES, MOST_SLICES = 40, 80
-#: Largest elements along the flank squared times those across half the width: such a mesh takes 1.6 to 2.3 GB. Most
-#: spurs are modelled over half the width only.
+#: Largest number of elements along the flank squared times that across half the width: such a mesh takes 1.6 to
+#: 2.3 GB. Most spurs are modelled over half the width only.
 LARGEST_HELICAL, LARGEST_SPUR = 24**2 * 4, 36**2 * 6
-#: A cause is refined from this share of the allowed error on.
+#: A cause of errors is refined if it contributes more than this share of the allowed error.
 NEGLIGIBLE = 0.2
 #: Torques from which the choice starts, over the largest one.
 FIRST_TORQUES = np.array([0, 1 / 64, 1 / 16, 1 / 4, 1])
@@ -48,12 +49,12 @@ FIRST_TORQUES = np.array([0, 1 / 64, 1 / 16, 1 / 4, 1])
 
 @dataclass(frozen=True)
 class MapGrid:
-    """Where and how finely a map is solved.
+    """Torques, phases and resolution at which a map is solved.
 
     torque      (n_torque,) pinion torques [N m]
-    phase       (n_phase,) phases
-    resolution  of the contact
-    errors      estimated errors by name, each of every torque
+    phase       (n_phase,) phases as share of a pitch
+    resolution  resolution of mesh and contact
+    errors      estimated errors of all torques, by name
     """
 
     torque: np.ndarray
@@ -79,7 +80,7 @@ def choose(
         slices = max(model.resolution.slices, FEWEST_SLICES)
         loaded = LoadedCurves(replace(model, resolution=replace(model.resolution, slices=slices)))
         torques = chosen_torques(loaded, torque.torque, accuracy) if isinstance(torque, UpTo) else torque
-        allowed = allowed_error(loaded, torques, accuracy, QUIET_MESH)
+        allowed = allowed_error(loaded, torques, accuracy, LEAST_RATIO_MESH)
         errors = mesh_errors(model, torques)
         excess = _excess(errors.total, allowed).max()
         if excess <= 1:
@@ -96,7 +97,7 @@ def choose(
 
 
 def _refined(model: ContactModel, errors: MeshErrors, allowed: MapError) -> Discretization | None:
-    """The resolution refined in the cause of the largest error that can be refined; None if none matters."""
+    """The resolution refined against the cause of the largest error; None if no cause that matters can be refined."""
     excess = {cause: _excess(error, allowed).max() for cause, error in errors.by_cause.items()}
     largest = LARGEST_HELICAL if model.pair.beta_b else LARGEST_SPUR
     for cause in sorted(excess, key=excess.__getitem__, reverse=True):
@@ -108,7 +109,7 @@ def _refined(model: ContactModel, errors: MeshErrors, allowed: MapError) -> Disc
 
 
 def _finer_in(resolution: Discretization, cause: str) -> Discretization:
-    """Twice the slices, resolved strips, or half as many elements again."""
+    """Twice the slices, resolved strips, or 1.5 times the elements across the width or of the section."""
     density, finer = resolution.density, resolution.density.scaled(3 / 2)
     return {
         "slices": replace(resolution, slices=2 * resolution.slices),
@@ -118,17 +119,19 @@ def _finer_in(resolution: Discretization, cause: str) -> Discretization:
     }[cause]
 
 
-def allowed_error(loaded: LoadedCurves, torque: np.ndarray, accuracy: float, quiet: float = QUIET_BETWEEN) -> MapError:
-    """Errors of each torque that are the requested shares.
+def allowed_error(
+    loaded: LoadedCurves, torque: np.ndarray, accuracy: float, least_ratio: float = LEAST_RATIO_BETWEEN
+) -> MapError:
+    """Largest allowed errors of each torque.
 
-    quiet       least share of the deflection that counts as peak to peak
+    least_ratio     least peak to peak that counts, over the deflection
     """
     (unloaded, *te), _ = loaded.at(np.append(0.0, torque))
     deflection = np.mean(te - unloaded, axis=1)
     counted = np.maximum(deflection, LEAST_DEFLECTION * deflection.max())
-    swing = peak_to_peak(CHECKED_PHASES, np.array(te))
-    swing = np.max([swing, np.full(swing.size, LEAST_SWING * swing.max()), quiet * counted], axis=0)
-    return MapError(accuracy * counted, SWING * accuracy * swing)
+    p2p = peak_to_peak(CHECKED_PHASES, np.array(te))
+    p2p = np.max([p2p, np.full(p2p.size, LEAST_PEAK_TO_PEAK * p2p.max()), least_ratio * counted], axis=0)
+    return MapError(accuracy * counted, PEAK_TO_PEAK_FACTOR * accuracy * p2p)
 
 
 def _excess(error: MapError, allowed: MapError) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What an STE map will cost: states, wall time, memory, before any of it is solved."""
+"""Cost of an STE map before it is solved: states, wall time, memory."""
 
 from dataclasses import dataclass, replace
 from math import ceil
@@ -25,26 +25,25 @@ from fem.ste.ste_map import LOAD_SHARE, STATE_VARIABLES
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.cache import known
 
-#: Wall time of a state on a two-core machine that does nothing else, measured within a factor of two [s]: of spur pairs
-#: whose gap is the same over the width; of all others, with the default slices and a total contact ratio of 2, in
-#: proportion to both.
+#: Wall time of a state on an idle two-core machine, within a factor of two [s]: of spur pairs whose gap is the same
+#: over the width; of other pairs with the default slices and a total contact ratio of 2, in proportion to these.
 PER_STATE: dict[type[Discretization], tuple[float, float]] = {Resolution: (3.5e-3, 6e-3), Slices: (0.8e-3, 1.3e-3)}
-#: Likewise per toothed pitch at the default density: of the near field, and of a solid of half the width. They grow
-#: with these powers of the number of elements in the section, and across the width.
+#: Wall time per toothed pitch at the default density [s]: of the near field, and of a solid of half the width. The
+#: latter grows with these powers of the numbers of elements in the section, and across the width.
 NEAR_FIELD, SOLID, SECTION_POWER, WIDTH_POWER = 0.2, 0.25, 1.25, 2.0
 
 
 @checked
 @dataclass(frozen=True)
 class MapCost:
-    """What a map costs on a two-core machine in one process; print it.
+    """Cost of a map on a two-core machine in one process; print it.
 
-    states        of the map
-    checks        further states that estimating its errors takes
+    states        number of contact states of the map
+    checks        number of further states for the estimated errors
     contact       wall time of all these states [s]
     compliances   wall time of the finite elements that are not yet in the cache [s]
-    memory        of the map [bytes]
-    at_least      whether this is only the start: an accuracy chooses mesh, torques or phases while the map is solved
+    memory        memory of the map [bytes]
+    at_least      whether this is a lower bound, as an accuracy chooses mesh, torques or phases while the map is solved
     """
 
     states: int
@@ -84,9 +83,9 @@ def map_cost(
     accuracy: Annotated[float, checked_accuracy] | None = None,
     resolution: Resolution | Slices | None = None,
 ) -> MapCost:
-    """What `fem.static_transmission_error` of the same arguments costs, before it runs.
+    """Cost of `fem.static_transmission_error` with the same arguments, before it runs.
 
-    With an accuracy it is the cost of the coarsest mesh, fewest phases and torques: at least that.
+    With an accuracy it is the cost of the coarsest mesh, fewest phases and torques: a lower bound.
     Raises ValueError for bad input.
     """
     values = (Offsets() if offsets is None else offsets).values(pair)
@@ -143,6 +142,6 @@ def finite_elements(density: Density, kind: str) -> float:
 
 
 def _bytes(pair: GearPair, states: int) -> int:
-    """Of the variables of each state, and the load shares of all tooth pairs that may touch."""
+    """Memory of the variables of all states, and the load shares of all tooth pairs that may touch [bytes]."""
     scalars, tooth_pairs = len(STATE_VARIABLES.keys() - {LOAD_SHARE}) + 1, ceil(pair.eps_gamma) + 2
     return 8 * states * (scalars + tooth_pairs)

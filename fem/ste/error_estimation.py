@@ -18,9 +18,9 @@ from fem.ste.map_solver import ContactModel, sweep
 from fem.ste.ste_map import STIFFNESS, TE, at_phases
 
 #: Errors fall at least with these powers of the number of elements along the section, and of elements and slices across
-#: the width; so slowly only where loads are light and flanks crowned.
+#: the width; such slow convergence occurs only where loads are light and flanks crowned.
 SECTION_ORDER, WIDTH_ORDER = 1.5, 1.26
-#: An interpolation error is not always largest half-way.
+#: Factor on interpolation errors that are estimated half-way, as they are not always largest there.
 FROM_HALFWAY = 1.5
 #: Share of the range of an error over the mesh cycle that counts for the peak to peak, between phases and torques.
 RANGE_SHARE = 0.25
@@ -29,11 +29,11 @@ CHECKED_TORQUES = 5
 #: Phases and loaded torques at which mesh errors are estimated: slices err most where a corner touches, for some
 #: hundredths of the mesh cycle, meshes at some light load.
 MESHED_PHASES, MESHED_TORQUES = 24, 9
-#: Phases of `LoadedCurves`: no mirror images of one another, which would repeat the states of equal gears.
+#: Phases of `LoadedCurves`: none is the mirror image of another, which would repeat the states of equal gears.
 CHECKED_PHASES = (np.arange(48) + 1 / 4) / 48
 #: Phases at which the peak to peak of an interpolated curve is taken.
 DENSE = np.arange(240) / 240
-#: Errors are interpolated over logarithms, which this bounds [m].
+#: Least error of which a logarithm is taken for interpolation [m].
 LEAST_ERROR = 1e-15
 
 
@@ -78,7 +78,7 @@ def peak_to_peak_error(phase: np.ndarray, te: np.ndarray, error: np.ndarray, ran
 
 
 class Comparisons(NamedTuple):
-    """Resolutions that differ from a first one in the number of elements or slices, or that resolve strips."""
+    """Resolutions to compare with a given one: other numbers of elements or slices, or resolved strips."""
 
     elements: Discretization
     section: Discretization
@@ -87,7 +87,7 @@ class Comparisons(NamedTuple):
 
 
 def comparisons(resolution: Discretization) -> Comparisons:
-    """Fewer elements or slices, or more if there is only one of them; strips with the other number of elements."""
+    """Fewer elements or slices, or more if there is only one; strips with that number of elements."""
     compared = resolution.compared()
     elements = replace(resolution, density=compared.density)
     section = replace(resolution, density=replace(compared.density, width=resolution.density.width))
@@ -96,7 +96,7 @@ def comparisons(resolution: Discretization) -> Comparisons:
 
 
 class MeshErrors(NamedTuple):
-    """Errors by elements of the section, across the width, by both, which may cancel; by slices; by missing strips."""
+    """Errors by cause: elements of the section, elements across the width, both (may cancel), slices, no strips."""
 
     section: MapError
     width: MapError
@@ -106,12 +106,12 @@ class MeshErrors(NamedTuple):
 
     @property
     def total(self) -> MapError:
-        """Sum of those by elements, slices and strips."""
+        """Sum of the errors by elements, slices and strips."""
         return MapError(*(np.sum(parts, axis=0) for parts in zip(self.elements, self.slices, self.strips, strict=True)))
 
     @property
     def by_cause(self) -> dict[str, MapError]:
-        """Errors by what can be refined."""
+        """Errors by cause that can be refined: section, width, slices, strips."""
         return {"section": self.section, "width": self.width, "slices": self.slices, "strips": self.strips}
 
 
@@ -134,13 +134,8 @@ def mesh_errors(model: ContactModel, torque) -> MeshErrors:
     return MeshErrors(*(_at_all(torque, checked, error) for error in errors))
 
 
-def mesh_error(model: ContactModel, torque) -> MapError:
-    """By elements and slices; of `Slices` also by what resolving the strips changes."""
-    return mesh_errors(model, torque).total
-
-
 def elements_along(density: Density) -> float:
-    """Elements along a line through the tooth, either way in its section: the root of their number."""
+    """Number of elements along a line through the section of a tooth: the square root of their number."""
     pairs = density.paired()
     return sqrt(pairs.flank * pairs.tooth)
 
@@ -155,7 +150,7 @@ def richardson(change: np.ndarray, ratio: float, order: float) -> np.ndarray:
 
 
 def phase_error(model: ContactModel, torque, phase) -> MapError:
-    """Of the periodic cubic spline through equidistant phases, estimated half-way between them by `Slices`."""
+    """Error of the periodic cubic spline through equidistant phases, estimated half-way between them by `Slices`."""
     torque, phase = np.asarray(torque), np.asarray(phase)
     checked, halfway = _checked(torque, CHECKED_TORQUES), phase + 1 / (2 * phase.size)
     doubled = np.concatenate([phase, halfway])
@@ -163,12 +158,12 @@ def phase_error(model: ContactModel, torque, phase) -> MapError:
     error = at_phases(phase, te[:, : phase.size], halfway) - te[:, phase.size :]
     order = np.argsort(doubled)
     te, spline_error = te[:, order], np.concatenate([0 * error, error], axis=1)[:, order]
-    swing = peak_to_peak_error(doubled[order], te + spline_error, spline_error, RANGE_SHARE)
-    return _at_all(torque, checked, MapError(FROM_HALFWAY * rms(error), FROM_HALFWAY * swing))
+    p2p = peak_to_peak_error(doubled[order], te + spline_error, spline_error, RANGE_SHARE)
+    return _at_all(torque, checked, MapError(FROM_HALFWAY * rms(error), FROM_HALFWAY * p2p))
 
 
 def _checked(torque: np.ndarray, number: int) -> np.ndarray:
-    """A number of the loaded torques, with the first and the last of them; before them 0 if it is among the torques."""
+    """So many of the loaded torques, with the first and the last of them, after 0 if it is among the torques."""
     loaded = torque[torque > 0]
     chosen = np.unique(np.linspace(0, loaded.size - 1, number).round().astype(int))
     return np.concatenate([torque[torque == 0], loaded[chosen]])
@@ -214,14 +209,14 @@ def interval_error(loaded: LoadedCurves, torque: np.ndarray) -> MapError:
     (te, stiffness), (direct, _) = loaded.at(torque), loaded.at(halfway)
     deflection = deflection_under(torque[1:] / r_b, te[1:] - te[0], halfway / r_b, stiffness[1:])
     error = te[0] + deflection - direct
-    swing = peak_to_peak_error(CHECKED_PHASES, direct + error, error, RANGE_SHARE)
-    return MapError(*(FROM_HALFWAY * _bounded_at_light_loads(halfway, estimate) for estimate in (rms(error), swing)))
+    p2p = peak_to_peak_error(CHECKED_PHASES, direct + error, error, RANGE_SHARE)
+    return MapError(*(FROM_HALFWAY * _bounded_at_light_loads(halfway, estimate) for estimate in (rms(error), p2p)))
 
 
 def _bounded_at_light_loads(torque: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Errors (n,) of which those at the two lightest loads fall at most with the root of the torque.
+    """Errors (n,), where those at the two lightest loads fall at most with the square root of the torque.
 
-    There corners touch for less of the mesh cycle than the distance of two checked phases.
+    Under light loads corners touch for less of the mesh cycle than lies between two checked phases.
     """
     error = error.copy()
     for i in (1, 0):
@@ -231,13 +226,13 @@ def _bounded_at_light_loads(torque: np.ndarray, error: np.ndarray) -> np.ndarray
 
 
 def torque_error(model: ContactModel, torque) -> MapError:
-    """Between a torque and its neighbours; torque: at least three values, the first of them 0."""
+    """Error between a torque and its neighbours; torque: at least three values, the first of them 0."""
     error = interval_error(LoadedCurves(model), np.asarray(torque, float))
     return MapError(*(np.maximum(np.append(0.0, part), np.append(part, 0.0)) for part in error))
 
 
 def interpolation_errors(model: ContactModel, torque, phase) -> dict[str, MapError]:
-    """Over phases if they are equidistant, and over torques if they start at 0: `error_phase` and `error_torque`."""
+    """Errors over phases if equidistant, "error_phase", and over torques if they start at 0, "error_torque"."""
     torque, phase, errors = np.asarray(torque), np.asarray(phase), {}
     if phase.size >= 4 and np.allclose(np.diff(phase), 1 / phase.size, atol=1e-9):
         errors["error_phase"] = phase_error(model, torque, phase)

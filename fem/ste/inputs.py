@@ -1,4 +1,4 @@
-"""What a map is asked for, checked: torques, phases, accuracy or resolution, offsets at which the gears mesh."""
+"""Checks of the inputs of a map: torques, phases, accuracy or resolution, offsets at which the gears mesh."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -17,7 +17,7 @@ from fem.units import mm
 @short(torque="N m")
 @dataclass(frozen=True)
 class UpTo:
-    """Torques from 0 to a largest one [N m], as many as the requested accuracy takes."""
+    """Torques from 0 to the largest torque [N m], as many as the requested accuracy needs."""
 
     torque: float
 

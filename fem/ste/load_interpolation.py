@@ -12,7 +12,7 @@ import scipy
 
 #: Largest weight of the middle of a rational cubic: the curve is then straight except at the ends of its interval.
 STRAIGHTEST = 100.0
-#: Largest growth of the compliance per -ln F below the lowest load, over the compliance there: it stays positive.
+#: Largest growth of the compliance per -ln F below the lowest load, over the compliance at that load.
 MOST_GROWTH = 0.9
 
 
@@ -20,7 +20,7 @@ def deflection_under(loads: np.ndarray, deflection: np.ndarray, force: np.ndarra
     """(n_force, ...) deflection [m] under forces (n_force,) > 0 [N] up to the largest load.
 
     loads       (n_load,) increasing forces > 0 [N], at least two
-    deflection  (n_load, ...) beyond that without load [m]
+    deflection  (n_load, ...) transmission error less that without load [m]
     stiffness   (n_load, ...) tangent stiffness dF/d deflection [N/m]; None: the compliance is interpolated
 
     Below the lowest load the compliance grows with -ln F, like that of a Hertzian line contact.

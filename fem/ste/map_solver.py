@@ -35,7 +35,7 @@ EVEN_GAP = 1e-15
 
 @dataclass(frozen=True)
 class ContactModel:
-    """What all contact states of a map share.
+    """Pair, offsets and resolution: the common inputs of all contact states of a map.
 
     offsets     values (n,) of each offset of the wheel, as `Offsets.values` gives them
     """
@@ -63,11 +63,11 @@ def sweep(
     executor: Executor | None = None,
     what: str = "transmission error",
 ) -> xr.Dataset:
-    """`STATE_VARIABLES` of a map over (force, *OFFSETS, phase), load shares over pair too.
+    """`STATE_VARIABLES` of a map over (force, *OFFSETS, phase); load shares also over pair.
 
     forces      (n_force,) mesh forces >= 0 [N]
     phase       (n_phase,) positions in the mesh cycle
-    what        is solved, as the progress bar says
+    what        name of the solved quantity in the progress bar
 
     Raises RuntimeError where a contact does not converge.
     """
@@ -118,7 +118,7 @@ def _states_at(
 
 
 def _quantities(state: State) -> dict[str, float]:
-    """`STATE_VARIABLES` of one state but for the load shares."""
+    """`STATE_VARIABLES` of one state without the load shares."""
     return {
         "te": state.te,
         "stiffness": state.stiffness,
@@ -149,7 +149,7 @@ def _slice_states(resolution: Slices, contact: ToothContact, forces, misalignmen
 def bodies_of(
     pair: GearPair, offsets: dict[str, np.ndarray], resolution: Discretization
 ) -> tuple[tuple[Compliance, Compliance], int]:
-    """Compliances of pinion and wheel, and the number of slices of the width that they model."""
+    """Compliances of pinion and wheel, and the number of slices of the modelled part of the face width."""
     varies, whole = across_width(pair, offsets)
     bodies = (flank_compliance(*gear, whole=whole) for gear in elastic_gears(pair, offsets, resolution))
     pitches = inf if resolution.neighbours is None else resolution.neighbours

@@ -10,10 +10,10 @@ import xarray as xr
 
 from fem.gear.gear import Gear
 from fem.gear.material import Material
-from fem.microgeometry.flank import alike, from_text, to_text
+from fem.microgeometry.flank import equal_on_all_teeth, from_text, to_text
 from fem.pair.pair import GearPair
 from fem.support.arguments import FilePath, Numbers, checked
-from fem.support.cache import whole
+from fem.support.cache import complete_file
 from fem.support.validation import increasing, numbers, require
 
 SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank")]
@@ -34,7 +34,7 @@ AXES = {
     PHASE: ("1", "phase of the mesh cycle"),
     "pair": ("1", "number of the tooth pair: pitches ahead of tooth pair 0"),
 }
-#: What each contact state contributes to a map.
+#: Variables of a map that have a value for each contact state.
 STATE_VARIABLES = {
     TE: ("m", "static transmission error"),
     STIFFNESS: ("N/m", "tangent mesh stiffness, change of the mesh force per transmission error"),
@@ -124,11 +124,12 @@ def _check_pitches_alike(data: xr.Dataset) -> None:
     """ValueError unless the map covers a single pitch, and all pitches of the pair are alike."""
     pitches = data.attrs.get("pitches", 1)
     remedy = "average them or select one, as fem.ste_map of the pair without its PitchDeviation"
-    require(pitches == 1, f"the map runs over {pitches} pitches, each of its own; {remedy}")
+    require(pitches == 1, f"the map runs over {pitches} pitches, which differ from one another; {remedy}")
     pair = pair_of(data) if "pinion_flank" in data.attrs else None
     unlike = "the map is of one pitch, but no two are alike under the PitchDeviation of its flanks"
     remedy = "map the pair without it, or map all pitches and average them as fem.ste_map of that pair"
-    require(pair is None or all(alike(gear.drive_flank) for gear in (pair.pinion, pair.wheel)), f"{unlike}; {remedy}")
+    equal = pair is None or all(equal_on_all_teeth(gear.drive_flank) for gear in (pair.pinion, pair.wheel))
+    require(equal, f"{unlike}; {remedy}")
 
 
 def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:
@@ -137,11 +138,11 @@ def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:
     Raises ValueError if the map has further axes (select one value of each), or pitches that differ.
     """
     _check_pitches_alike(check(data))
-    return over_torque_and_phases(data)
+    return over_torque_and_pitches(data)
 
 
-def over_torque_and_phases(data: xr.Dataset) -> xr.DataArray:
-    """Transmission error (torque, phase) of a map that may run over several pitches."""
+def over_torque_and_pitches(data: xr.Dataset) -> xr.DataArray:
+    """Transmission error (torque, phase) of a map of one or several pitches; ValueError if it has further axes."""
     te = check(data)[TE]
     further = [name for name in te.dims if name not in (TORQUE, PHASE)]
     chosen = ", ".join(f"{name}={data[name].values[0]:g}" for name in further)
@@ -212,7 +213,7 @@ def save(data: xr.Dataset, path: FilePath) -> Path:
     path, content = Path(path), BytesIO()  # HDF5 itself does not survive a full disk: written in memory first
     packed = {name: {"zlib": True, "complevel": 1} for name, values in data.variables.items() if values.dtype == float}
     data.to_netcdf(content, engine="h5netcdf", encoding=packed)
-    with whole(path) as file:
+    with complete_file(path) as file:
         file.write(content.getbuffer())
     return path
 

@@ -39,12 +39,12 @@ def static_transmission_error(
     offset and torque.
 
     torque      pinion torque F r_b1 of the mesh force F [N m]: one or several increasing values >= 0, where 0 gives the
-                transmission error without load; or `fem.UpTo(350)`: 0 to 350 N m, as many as the accuracy takes
+                transmission error without load; or `fem.UpTo(350)`: 0 to 350 N m, as many as the accuracy needs
     phases      number of equidistant phases, or increasing values in [0, 1) as share of a pitch; at 0, tooth pair 0
-                touches at the pitch point. None: as many as the accuracy takes. With a `fem.PitchDeviation` no two
+                touches at the pitch point. None: as many as the accuracy needs. With a `fem.PitchDeviation` no two
                 teeth are alike: pass values up to any number of pitches (a number of phases maps the first pitch only,
                 from which no `exugear.MeshForce` can be made)
-    offsets     of the wheel; an offset with several values becomes an axis of the map
+    offsets     offsets of the wheel; an offset with several values becomes an axis of the map
     accuracy    largest root mean square error by each cause (mesh, phases, torques) over the deflection, say 0.005;
                 five times that share is allowed of the peak to peak. It chooses the mesh; the map holds the estimates
     resolution  mesh and slices by hand instead of an accuracy, without estimated errors: `fem.Resolution` (default;
@@ -105,7 +105,7 @@ def _labelled(model: ContactModel, grid: MapGrid, states: xr.Dataset, offset_axe
 
 
 def _load_sharing(share: xr.DataArray, weights: np.ndarray) -> dict[str, xr.DataArray]:
-    """Load shares of the tooth pairs that ever carry load, how many carry load, and their mean over the phases."""
+    """Load shares of the tooth pairs that carry load at any phase, number that carry load, and its mean over phases."""
     loaded = (share > 0).any([name for name in share.dims if name != PAIR])
     share = share.isel(pair=np.flatnonzero(loaded))
     count = (share > 0).sum(PAIR)

@@ -40,10 +40,12 @@ class Field:
     points          (dim, n) of the undeformed gear, turned by phase and transmission error [m]
     cells           (n_corner, n_cell) triangles or hexahedra, corners in meshio's order
     displacement    (dim, n) elastic, relative to the hub [m]; the flanks touch at points + displacement
-    von_mises, principal    (n,) equivalent stress, largest principal stress [Pa]
-    pressure        (n,) largest contact pressure nearer to a point than to any other point [Pa]
+    von_mises       (n,) equivalent stress [Pa]
+    principal       (n,) largest principal stress [Pa]
+    pressure        (n,) largest contact pressure in the part of the flank that is nearest to each point [Pa]
     fillet          (n,) whether a node lies on the tensile root of a loaded tooth where bending causes the stress
-    centre, turn    (dim,) centre of the hub [m]; its angle from the position without load [rad]
+    centre          (dim,) centre of the hub [m]
+    turn            angle of the hub from its position without load [rad]
     """
 
     points: np.ndarray
@@ -85,12 +87,13 @@ def plane_fields(
 
     torque          pinion torque F r_b1 > 0 [N m]
     phase           position in the mesh cycle in [0, 1); 0: pair 0 at the pitch point
-    offsets         of the wheel, one value each
-    density         of the section away from the contact; its teeth follow from the load
+    offsets         offsets of the wheel, one value each
+    density         density of the section away from the contact; its teeth follow from the load
     refine          elements over half the width of the contact, at least 4
-    resolution      of the contact, as of a map
+    resolution      resolution of the contact, as for a map
 
-    Raises ValueError for bad input and helical pairs, RuntimeError where the contact does not settle.
+    Returns the `Field` of pinion and wheel, lengths in metres, stresses in Pa.
+    Raises ValueError for bad input and helical pairs, RuntimeError where the contact does not converge.
     """
     whole = 4 <= number("refine", refine) < 1e3 and refine % 1 == 0
     require(whole, f"refine must be a whole number >= 4, got {refine}")
@@ -119,7 +122,7 @@ def solid_fields(
     """Fields of pinion and wheel on hexahedra of the whole width, spur or helical; arguments as in `plane_fields`.
 
     The contact is smaller than an element: pressure, bending and root stress are resolved, the stress under the contact
-    is not. The line of contact of a helical gear is a step function: in each slice the load lies as in its middle.
+    is not. The line of contact of a helical gear is a step function: a slice is loaded as in its middle section.
     Elements are quadratic; the fields divide each into two hexahedra along the width.
     """
     require_kind("density", density, Density)
@@ -170,9 +173,10 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 
 @checked
 def save_vtu(fields: Sequence[Field], path: FilePath) -> Path:
-    """Write fields of a gear or of both as a VTU file; an interrupted write leaves no file, or the old one.
+    """Write the fields of one or both gears as a VTU file; an interrupted write leaves no file, or the old one.
 
     Point data: displacement [m], von_mises, principal, pressure [Pa].
+    Raises ValueError for an empty sequence, and for a path that does not end in .vtu.
     """
     require(len(fields) > 0, "fields must be a tuple of fields, as plane_fields and solid_fields return it")
     path = Path(path)

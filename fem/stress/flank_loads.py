@@ -1,6 +1,6 @@
 """Loads that a contact applies to the flanks of both gears: pressure on strips of the profile in slices of the width.
 
-In a slice of a helical gear the load lies as in its middle section, as in `fem.contact.flank_gap`.
+A slice of a helical gear is loaded as in its middle section, see `fem.contact.flank_gap`.
 """
 
 from dataclasses import dataclass
@@ -27,8 +27,8 @@ class FlankLoad:
 
     tooth       number of the tooth, counter-clockwise
     edges       (n_slice, n_strip + 1) arc lengths that bound the strips, not decreasing [m]
-    low, high   (n_slice,) axial ends of the slices [m]; in a section 0 and 1: per metre
-    force       (n_slice, n_strip) normal to the flank [N]
+    low, high   (n_slice,) axial ends of the slices [m]; of a section 0 and 1, for loads per metre
+    force       (n_slice, n_strip) forces normal to the flank [N]
     """
 
     tooth: int
@@ -50,7 +50,7 @@ class FlankLoad:
         return (self.edges[:, 1:] + self.edges[:, :-1]) / 2
 
     def section(self, axial: float) -> "FlankLoad":
-        """Line load of the slice at an axial position [N/m], without any strip where no slice lies."""
+        """Line load of the slice at an axial position [N/m]; without strips where there is no slice."""
         at = np.flatnonzero((self.low <= axial) & (axial < self.high))[:1]
         line_load = self.force[at] / (self.high - self.low)[at, None]
         return FlankLoad(self.tooth, self.edges[at], np.zeros(at.size), np.ones(at.size), line_load)
@@ -83,11 +83,11 @@ def tooth_contacts(
 
 
 def flank_loads(contact: ToothContact, state: State) -> tuple[list[FlankLoad], list[FlankLoad]]:
-    """Loads of a contact on pinion and wheel, over the whole width; only teeth that carry load."""
+    """Loads of a contact on the loaded teeth of pinion and wheel, over the whole width."""
     slices, position = state.slices, contact.position
     loads: tuple[list[FlankLoad], list[FlankLoad]] = ([], [])
     if state.strips is None or state.strip_force is None:
-        require(not state.force.any(), "state must know its strips; solve the contact with ToothContact.state")
+        require(not state.force.any(), "state has no strips, got line loads; solve the contact with ToothContact.state")
         return loads
     for number in np.unique(slices.number[state.force > 0]):
         rows = np.flatnonzero((slices.number == number) & (state.force > 0))
@@ -109,7 +109,7 @@ def with_loaded_teeth(density: Density, loads: list[FlankLoad]) -> Density:
 def _sorted_strips(gear: Gear, arcs: np.ndarray, force: np.ndarray, width) -> tuple[np.ndarray, np.ndarray]:
     """Edges (n, m + 1) of strips around arcs (n, m), within the flank, and their forces, from root to tip.
 
-    Where the tip's corner touches, several strips may lie there: each has the width (n, m) it has on the mating flank.
+    Where the tip's corner touches, several strips may lie there; they keep their width (n, m) on the mating flank.
     """
     order = np.argsort(arcs, axis=1)
     arcs, force, width = (np.take_along_axis(values, order, axis=1) for values in (arcs, force, width))

@@ -2,7 +2,8 @@
 
 Quadratic elements of the section times those of the axis (`fem.elasticity.extruded_elasticity`, which states the weak
 form). Dofs are numbered by component, dof of the section, dof of the axis; those of a helical gear are components along
-axes that turn with the section. The gear stands as in `fem.elasticity.section_mesh`.
+axes that turn with the section. The position of the gear is that of
+`fem.elasticity.section_mesh`.
 """
 
 from dataclasses import dataclass
@@ -22,9 +23,9 @@ from fem.stress.flank_loads import FlankLoad
 from fem.stress.tooth_boundary import flank_shares, inward_normal, outline, strip_means
 from fem.support.progress import announced
 
-#: Section for stress: root stress within 0.5 % of that with four times as many elements along the fillet.
+#: Mesh of a section for stress: root stress within 0.5 % of that with four times as many elements along the fillet.
 FINE = Density(flank=30, fillet=8, land=4, tooth=5, rim=8, body=8)
-#: Solid for fields: root stress within 1 to 3 % of that on finer ones, 4 % on undercut teeth.
+#: Mesh of a solid for fields: root stress within 1 to 3 % of that on finer meshes, 4 % on undercut teeth.
 SOLID = Density(flank=12, fillet=8, land=2, tooth=4, rim=4, body=4, width=2, rim_power=1.5)
 
 #: Power by which elements of solids narrow towards the end faces, where lines of contact of helical gears begin.
@@ -99,7 +100,7 @@ def plane_gear(gear: Gear, mesh: MeshTri) -> ElasticGear:
 
 def solid_gear(gear: Gear, density: Density) -> ElasticGear:
     """Quadratic elements of the whole width, which resolve the root but not the contact."""
-    line = extrusion.both_sides(extrusion.half_width(gear.b, gear.b, density.width, GRADING))
+    line = extrusion.both_sides(extrusion.half_face(gear.b, gear.b, density.width, GRADING))
     with announced(f"finite elements of the gear of {gear.z} teeth"):
         return _clamped(gear, Basis(section_mesh.section(gear, density), ElementQuad2()), Basis(line, ElementLineP2()))
 
@@ -140,7 +141,7 @@ def _on_involute(gear: Gear, mesh: MeshTri, loads: list[FlankLoad]) -> MeshTri:
 
 
 def nodal_forces(elastic: ElasticGear, loads: list[FlankLoad]) -> np.ndarray:
-    """(n_dofs,) consistent nodal forces int p . v dA of the loads [N], in plane strain [N/m]."""
+    """(n_dofs,) consistent nodal forces int p . v dA of the loads [N]; [N/m] in plane strain."""
     total = np.zeros((elastic.dim, elastic.section.N, elastic.axial.size))
     for load in loads:
         low, high = load.edges[:, :-1], load.edges[:, 1:]
@@ -159,7 +160,7 @@ def axial_shares(axis: Basis | None, low: np.ndarray, high: np.ndarray) -> np.nd
 
 
 def contact_pressure(elastic: ElasticGear, loads: list[FlankLoad]) -> np.ndarray:
-    """(n_vertex,) largest pressure on the flanks [Pa] nearer to a vertex of `mesh` than to the next vertices."""
+    """(n_vertex,) largest pressure [Pa] in the part of the flanks that is nearest to each vertex of `mesh`."""
     section, axial_cells = elastic.section.mesh, _cell_bounds(elastic.axial[elastic.axial_order])
     pressure = np.zeros((section.p.shape[1], elastic.axial.size))
     for load in loads:

@@ -43,18 +43,18 @@ def root_stress(
     """Root stress of both gears and contact pressure over (torque, phase).
 
     "root_stress" [Pa] over (gear, torque, phase): largest tensile stress in the roots of all loaded teeth where the
-    fillet is inclined by 20 degrees or more to the tooth's centre line; "tangent_stress": the stress at the 30 degree
-    tangent of the fillet (ISO 6336-3); "hertz_pressure" [Pa], "tip_contact" and "peak_pressure" [Pa] over (torque,
-    phase), as of `fem.static_transmission_error`.
+    fillet is inclined by 20 degrees or more to the tooth's centre line; "tangent_stress" [Pa]: the stress at the 30
+    degree tangent of the fillet (ISO 6336-3); "hertz_pressure" [Pa], "tip_contact" and "peak_pressure" [Pa] over
+    (torque, phase), as in `fem.static_transmission_error`.
 
     torque          pinion torques F r_b1 >= 0 [N m], increasing
     phases          number of equidistant phases, or their values in [0, 1)
-    offsets         of the wheel, one value each
-    density         of the solid on which the roots are solved; the default's stress is within 1 to 4 % of finer ones
-    resolution      of the contact, as of a map
+    offsets         offsets of the wheel, one value each
+    density         density of the solid; stresses on the default one are within 1 to 4 % of those on finer solids
+    resolution      resolution of the contact, as for a map
 
     The factorized solids are not cached: about 7 s for a spur gear, 13 s for a helical gear, 0.2 s per state.
-    Raises ValueError for bad input, RuntimeError where the contact does not settle.
+    Raises ValueError for bad input, RuntimeError where the contact does not converge.
     """
     torque, phase = checked_torque(pair, torque), checked_phases(phases, pair)
     gears = pair.pinion, pair.wheel
@@ -77,7 +77,7 @@ def _solved_contacts(contacts: list[ToothContact], forces, misalignment: float) 
 
 
 def _root_stresses(gear: Gear, density: Density, columns: list[list[list[FlankLoad]]]) -> np.ndarray:
-    """(2, n_torque, n_phase) as of `largest_in_roots`, under the loads on a gear by phase and torque."""
+    """(2, n_torque, n_phase) stresses of `largest_in_roots` [Pa], under the loads on a gear by phase and torque."""
     all_loads = [load for column in columns for loads in column for load in loads]
     if not all_loads:
         return np.zeros((2, len(columns[0]), len(columns)))

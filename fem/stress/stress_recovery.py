@@ -1,7 +1,7 @@
 """Stress at the vertices of an elastic gear, recovered from the points where it is most accurate.
 
 In quadratic elements these are the Gauss points, two in each direction of the section (Barlow, Optimal stress locations
-in finite element models, 1976). Nodal values are those whose linear interpolation is closest to the values there.
+in finite element models, 1976). Linear interpolation of the nodal values is the least-squares fit to these stresses.
 """
 
 import numpy as np
@@ -37,7 +37,7 @@ def stress(elastic: ElasticGear, u: np.ndarray) -> np.ndarray:
 def displacement_gradient(elastic: ElasticGear, section: Basis, axis_shapes: np.ndarray, u: np.ndarray) -> np.ndarray:
     """(3, 3, n_point, n_axis_point) d_j u_i along axes that turn, at points of the section times those of the axis.
 
-    axis_shapes     as of `_axis_operators`
+    axis_shapes     shape functions of `_axis_operators`
 
     On a displacement U(X, Y) N(z) of section and axis its terms are products of an operator on U and one on N.
     """

@@ -1,7 +1,7 @@
 """Flank and root of a tooth on the boundary of a meshed section, and means of shape functions over strips of a flank.
 
-The gear stands as in `fem.elasticity.section_mesh`: tooth 0 along y, teeth counted counter-clockwise, the flank that
-faces counter-clockwise is loaded.
+The position of the gear is that of `fem.elasticity.section_mesh`: tooth 0 along y, teeth counted counter-clockwise, the
+flank that faces counter-clockwise is loaded.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from fem.gear.gear import Gear
 from fem.support.validation import require
 from fem.units import deg
 
-#: Root facets less inclined to the tooth's centre line are left out: the contact beside them rules there, not bending.
+#: Root facets less inclined to the tooth's centre line are left out: their stress comes from the contact beside them.
 LEAST_INCLINATION = 20 * deg
 
 

@@ -1,1 +1,1 @@
-"""Services for both packages: checks of arguments, texts of data, the cache, progress, compiled code, BLAS threads."""
+"""Services for both packages: checks of arguments, texts for data, the cache, progress, compiled code, BLAS threads."""

@@ -1,4 +1,4 @@
-"""Arguments of public functions and classes are compared with their type hints when these are called."""
+"""Checks of the arguments of public functions and classes against their type hints, at each call."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import InitVar
@@ -44,8 +44,8 @@ def checked(function: Checked) -> Checked:
     Raises ValueError with the argument, what it must be, and its value.
     """
     if isinstance(function, type):
-        maker = "__new__" if issubclass(function, tuple) else "__init__"
-        setattr(function, maker, checked(getattr(function, maker)))
+        constructor = "__new__" if issubclass(function, tuple) else "__init__"
+        setattr(function, constructor, checked(getattr(function, constructor)))
         return function
 
     @wraps(function)
@@ -62,20 +62,20 @@ def checked(function: Checked) -> Checked:
 
 @cache
 def _hints(function: Callable) -> tuple[dict[str, tuple[Any, Any]], tuple[Any, Any]]:
-    """Hint and default of each argument of a function, and those of its further keyword arguments."""
+    """Hint and default of each named argument of a function, and of its further keyword arguments (**kwargs)."""
     hints, named, further = get_type_hints(function, include_extras=True), {}, (Any, None)
-    for name, part in signature(function).parameters.items():
+    for name, parameter in signature(function).parameters.items():
         hint = hints.get(name, Any)
-        known = (hint.type if isinstance(hint, InitVar) else hint), part.default
-        if part.kind is Parameter.VAR_KEYWORD:
-            further = known
+        hint_and_default = (hint.type if isinstance(hint, InitVar) else hint), parameter.default
+        if parameter.kind is Parameter.VAR_KEYWORD:
+            further = hint_and_default
         else:
-            named[name] = known
+            named[name] = hint_and_default
     return named, further
 
 
 def check_kind(name: str, value, hint) -> None:
-    """ValueError unless the value matches a type hint; the message is that of the check of the hint, if it has one."""
+    """ValueError unless the value matches a type hint, with the message of the hint's check if it has a check."""
     if _matches(value, hint):
         return
     annotated = [part for part in get_args(hint) if get_origin(part) is Annotated]
@@ -113,7 +113,7 @@ def _matches(value, hint) -> bool:
 
 
 def _matches_sequence(value, parts: tuple) -> bool:
-    """Whether it is a sequence that matches the parts of a hint; of equal parts it may be of any length."""
+    """Whether a value is a sequence that matches the parts of a hint; equal parts match sequences of any length."""
     if isinstance(value, str | bytes | Mapping) or not isinstance(value, Iterable):
         return False
     if isinstance(value, Iterator):

@@ -1,4 +1,4 @@
-"""Dense algebra on one thread: with matrices of this size more threads are slower, above all in parallel processes."""
+"""Dense algebra on one thread: more threads slow down matrices of this size, above all in parallel processes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,14 +18,14 @@ class _Limit:
         with self.lock:
             if not self.contexts:
                 self.before = [pool.num_threads for pool in _shared()]
-                _set([1] * len(self.before))
+                _set_threads([1] * len(self.before))
             self.contexts += 1
 
     def __exit__(self, *error):
         with self.lock:
             self.contexts -= 1
             if not self.contexts:
-                _set(self.before)
+                _set_threads(self.before)
 
 
 _LIMIT = _Limit()
@@ -45,12 +45,12 @@ def _threads() -> ThreadpoolController:
 
 
 def _shared() -> list:
-    """BLAS pools that all threads share; with OpenMP every thread has a pool of its own."""
+    """BLAS pools that all threads share; with OpenMP every thread has a separate pool."""
     pools = _threads().select(user_api="blas").lib_controllers
     return [pool for pool in pools if getattr(pool, "threading_layer", None) != "openmp"]
 
 
-def _set(numbers: list[int]) -> None:
+def _set_threads(numbers: list[int]) -> None:
     """Set the numbers of threads of the shared pools."""
     for pool, number in zip(_shared(), numbers, strict=True):
         _release(pool)

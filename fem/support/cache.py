@@ -24,7 +24,7 @@ def folder() -> Path:
 def cached(inputs: str, compute: Callable[[], Arrays]) -> Arrays:
     """The arrays that compute() returns, from disk if they were computed from the same inputs before.
 
-    Raises ValueError for arrays of Python objects, and for a file that is damaged or of other inputs.
+    Raises ValueError for arrays of Python objects, and for a file that is damaged or belongs to other inputs.
     """
     path = _path(inputs)
     if path.exists():
@@ -58,12 +58,12 @@ def _read(path: Path, inputs: str) -> Arrays:
 
 def _write(path: Path, arrays: Arrays) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    with whole(path) as file:
+    with complete_file(path) as file:
         np.savez(file, allow_pickle=False, **arrays)
 
 
 @contextmanager
-def whole(path: Path) -> Iterator[BinaryIO]:
+def complete_file(path: Path) -> Iterator[BinaryIO]:
     """A file to write, moved to path when it is complete; OSError that names the path where that fails."""
     part = path.with_name(f".{path.name}.{os.getpid()}.{get_ident()}.part")
     try:

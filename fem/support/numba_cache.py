@@ -1,4 +1,4 @@
-"""Compilation by numba: `compiled` functions for other kernels, `kept` ones for Python, which are cached on disk."""
+"""Compilation by numba: `compiled` functions are called by kernels; `kept` functions, by Python, are cached on disk."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -43,8 +43,8 @@ event.register("numba:compile", Announcer())
 def kept(function, **options):
     """The compiled function, cached on disk until its source or that of a callee changes.
 
-    Numba's cache checks the file of a function, but not those of the functions that it calls. The names below are
-    private ones of numba: where they differ, or no folder is writable, every process compiles for itself.
+    Numba's cache checks the file of a function, but not the files of the functions that it calls. This function uses
+    private attributes of numba: where they differ, or no folder is writable, every process compiles anew.
     """
     KEPT.add(function)
     try:
@@ -58,5 +58,5 @@ def kept(function, **options):
     return dispatcher
 
 
-#: Compiled with sums in any order.
+#: `kept` with sums in any order.
 fast = partial(kept, fastmath=True)

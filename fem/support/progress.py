@@ -1,4 +1,4 @@
-"""Progress bars with the time left, and lines that announce other long work, shown on request."""
+"""Progress bars with the time left, and lines with the elapsed time of other long work, shown on request."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,7 +10,7 @@ from tqdm import tqdm
 
 #: Whether progress is shown; None: not requested either way.
 _WANTED: ContextVar[bool | None] = ContextVar("wanted", default=None)
-#: Shorter work shows no bar and no line [s].
+#: Work that takes less time than this shows no bar and no line [s].
 DELAY = 1.0
 #: Interval at which the time of a line is updated [s].
 TICK = 0.5
@@ -39,10 +39,10 @@ def bar(steps, what: str, costs=None) -> Iterator:
 
 @contextmanager
 def announced(what: str, *, before: float = 0.0, once: bool = False) -> Iterator[None]:
-    """Context with a line that shows what is done and for how long, removed afterwards; none for less than a second.
+    """Context that shows a line with the task and its elapsed time after a second, and removes it at the end.
 
-    before      time spent on it before [s]
-    once        work that is needed once after an installation: shown unless progress was switched off
+    before      time already spent on the task [s]
+    once        whether the task is needed once after an installation: shown unless progress was switched off
     """
     hidden = _WANTED.get() is False if once else not _WANTED.get()
     style = {"bar_format": "{desc}: {elapsed}", "delay": DELAY, "leave": False, "disable": hidden}

@@ -1,4 +1,4 @@
-"""Texts of data: short and in the units of drawings for people, or exact to the last digit for keys of the cache."""
+"""Text representations of data: short, in the units of drawings, for people; exact to the last digit for cache keys."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass
@@ -10,12 +10,12 @@ import numpy as np
 
 #: Units that are shown instead of SI units.
 SHOWN = {"mm": 1e-3, "um": 1e-6, "deg": pi / 180, "mrad": 1e-3, "GPa": 1e9}
-#: Numbers, or parts of a sequence, that are listed; more are counted.
+#: Longest sequence of which all items are listed.
 LISTED = 3
-#: Fields that are shown of a nested dataclass; only the first where its text would be longer, or deeper inside.
-NESTED, LONGEST = 2, 64
-#: Longest text of a dataclass; nested dataclasses of a longer one are shown without their fields.
-WHOLE = 200
+#: Number of fields shown of a nested dataclass, and longest text with them; else only the first field is shown.
+NESTED, LONGEST_NESTED = 2, 64
+#: Longest text of a dataclass; in a longer one, nested dataclasses show only their first field.
+LONGEST = 200
 _UNITS: dict[type, Mapping[str, str]] = {}
 Kind = TypeVar("Kind", bound=type)
 
@@ -26,14 +26,14 @@ def short(**units: str) -> Callable[[Kind], Kind]:
     def decorated(kind: Kind) -> Kind:
         _UNITS[kind] = units
         changed: Any = kind
-        changed.__repr__ = _whole
+        changed.__repr__ = _repr
         return kind
 
     return decorated
 
 
 def exact(value) -> str:
-    """Text with all fields to the last digit, as of `dataclasses`: the texts of different values differ.
+    """Text with all fields to the last digit, like the repr of a dataclass: the texts of different values differ.
 
     Raises TypeError for values whose text is abbreviated, such as arrays.
     """
@@ -67,28 +67,29 @@ def _units(kind: type) -> Mapping[str, str] | None:
     return next((_UNITS[base] for base in kind.__mro__ if base in _UNITS), None)
 
 
-def _whole(instance) -> str:
+def _repr(instance) -> str:
     return _shown(instance, 0)
 
 
 def _shown(instance, depth: int) -> str:
     """Text with name and fields; nested dataclasses are abbreviated."""
     given = [part for part in fields(instance) if part.repr and part.init]
-    parts = [part for part in given if _telling(part, instance)] or given
+    parts = [part for part in given if _differs_from_default(part, instance)] or given
     if depth == 0:
-        text = _cut(instance, parts, len(parts), 0)
-        return text if len(text) <= WHOLE else _cut(instance, parts, len(parts), 1)
-    text = _cut(instance, parts, NESTED if depth == 1 else 1, depth)
-    return text if len(text) <= LONGEST else _cut(instance, parts, 1, depth)
+        text = _with_fields(instance, parts, len(parts), 0)
+        return text if len(text) <= LONGEST else _with_fields(instance, parts, len(parts), 1)
+    text = _with_fields(instance, parts, NESTED if depth == 1 else 1, depth)
+    return text if len(text) <= LONGEST_NESTED else _with_fields(instance, parts, 1, depth)
 
 
-def _cut(instance, parts: list[Field], most: int, depth: int) -> str:
+def _with_fields(instance, parts: list[Field], most: int, depth: int) -> str:
+    """Name of the class with at most so many fields; dots stand for the rest."""
     units = _units(type(instance)) or {}
     texts = [f"{p.name}={_text(getattr(instance, p.name), units.get(p.name, ''), depth)}" for p in parts[:most]]
     return f"{type(instance).__name__}({', '.join(texts + ['...'] * (len(parts) > most))})"
 
 
-def _telling(part: Field, instance) -> bool:
+def _differs_from_default(part: Field, instance) -> bool:
     """Whether a field differs from its default."""
     default: Any = part.default if part.default_factory is MISSING else part.default_factory()
     value = getattr(instance, part.name)
@@ -110,11 +111,11 @@ def _text(value, unit: str, depth: int) -> str:
     if isinstance(value, tuple | list | np.ndarray) and np.shape(value) != (0,):
         return _sequence(value, unit, depth)
     plain = repr(value)
-    return plain if len(plain) <= LONGEST else f"{type(value).__name__}(...)"
+    return plain if len(plain) <= LONGEST_NESTED else f"{type(value).__name__}(...)"
 
 
 def _sequence(values, unit: str, depth: int) -> str:
-    """Text of a sequence: few numbers or parts one by one, of many numbers the range."""
+    """Text of a sequence: its items if they are few, else their number, and the range of numbers."""
     try:
         numbers = np.asarray(values, float)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""Version of what is installed: that of the one distribution of `fem` and `exugear`."""
+"""Version of the installed distribution, which holds `fem` and `exugear`."""
 
 from importlib.metadata import PackageNotFoundError, version
 

@@ -1,9 +1,10 @@
 """Times with their errors beside them: pytest tests/benchmarks -m slow -n 0 --benchmark-enable.
 
 Without --benchmark-enable every one runs once. Times mean little on a busy machine; the yardsticks were made for that:
-one factorization of the gear, Exudyn's step with a spring of its own.
+one factorization of the gear, Exudyn's step with a spring or with bearings of its own.
 """
 
+import exudyn as exu
 import numpy as np
 import pytest
 from benchmark_growth import exudyn_spring
@@ -46,17 +47,36 @@ def test_transmission_error_curve(benchmark, paper_pair, empty_cache, resolution
 
 
 def test_states_in_slice_mode(benchmark, paper_pair):
-    offsets = fem.Offsets(misalignment=np.linspace(-2, 2, 9) * 1e-4)
+    angles, opening, axial = np.linspace(-2, 2, 5) * 1e-4, np.linspace(0, 0.2, 5) * mm, np.linspace(-1, 1, 3) * mm
+    offsets = fem.Offsets(a=paper_pair.a + opening, misalignment=angles, axial=axial)
     options = {"offsets": offsets, "resolution": fem.Slices(), "progress": False}
     torques = np.linspace(20, 400, 8)
     ste = benchmark.pedantic(fem.static_transmission_error, (paper_pair, torques, 30), options, rounds=1)
     benchmark.extra_info["states"] = int(ste["te"].size)
-    assert ste["te"].size == 8 * 9 * 30
+    assert ste["te"].size == 8 * 30 * 5 * 5 * 3
 
 
 def test_spring_of_exudyn(benchmark):
     """Yardstick of the run-ups: as many steps of two masses, one of them driven, on a spring that is built in."""
     _container, mbs = exudyn_spring(INERTIA)
+    settings = settings_for(Rule(BETA, STEP), STEP * STEPS, 1e-3)
+    with quiet():
+        assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)
+
+
+def test_bearings_of_exudyn(benchmark):
+    """Yardstick of the run-ups on bearings: two turning bodies in space, each on two springs of Exudyn, no gears."""
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    inertia = exu.rigidBodyUtilities.RigidBodyInertia(mass=3.1, inertiaTensor=np.diag([5e-3, 5e-3, INERTIA]))
+    spring = {"stiffness": [5e8, 5e8, 1e8], "damping": [1e3, 1e3, 200]}
+    for x in (0.0, 0.15):
+        motion = {"initialAngularVelocity": [0, 0, 1000 * rpm], "nodeType": exu.NodeType.RotationRxyz}
+        body = mbs.CreateRigidBody(referencePosition=[x, 0, 0], inertia=inertia, **motion)
+        for z in (-30 * mm, 30 * mm):
+            ends = {"itemNumbers": [mbs.CreateGround(), body], "localPosition0": [x, 0, z], "localPosition1": [0, 0, z]}
+            mbs.CreateCartesianSpringDamper(**ends, **spring)
+    mbs.Assemble()
     settings = settings_for(Rule(BETA, STEP), STEP * STEPS, 1e-3)
     with quiet():
         assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)

@@ -7,7 +7,7 @@ from skfem import Basis, ElementHex1, ElementQuad2, ElementVector, MeshLine
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import fem
-from fem.elasticity.extrusion import extruded, half_width
+from fem.elasticity.extrusion import extruded, half_face
 from fem.elasticity.face_symmetry import Face, clamped
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import section
@@ -41,7 +41,7 @@ class RawGear:
     def __init__(self, gear: fem.Gear, density: Density, element, face: Face):
         mesh, thickness = section(gear, density), gear.b
         if element.dim == 3:
-            half, thickness = np.sort(half_width(gear.b, gear.b, density.width).p[0]), 1.0
+            half, thickness = np.sort(half_face(gear.b, gear.b, density.width).p[0]), 1.0
             mesh = extruded(mesh, MeshLine(face.positions(half)), gear.twist)
         basis = Basis(mesh, ElementVector(element), intorder=5 if mesh.dim() == 2 else 3)
         numbers = [dofs for _, dofs in components(basis)]

@@ -5,7 +5,7 @@ import numpy as np
 import fem
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.face_symmetry import HalfFace
-from fem.elasticity.flank_compliance import Compliance, along_helix
+from fem.elasticity.flank_compliance import Compliance, uniform_load_compliance
 from fem.elasticity.half_space import along_line, half_plane
 from fem.elasticity.hat_functions import values_of_means
 from fem.elasticity.hertz import flattening
@@ -18,7 +18,7 @@ from fem.units import mm
 def plane_twin(gear: fem.Gear, density: Density, refined: int) -> Compliance:
     """Compliance of the refined section in plane strain."""
     arcs, half, depth = flank_hats(gear, density), gear.b / 2, 1 * mm
-    blocks = along_helix(gear, arcs, density.refined(refined))
+    blocks = uniform_load_compliance(gear, arcs, density.refined(refined))
     blocks[0] -= half_plane(gear, arcs, depth)
     values = values_of_means(arcs)
     blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values)[:, None, :, None, :] / half * np.ones((1, 2, 1, 2, 1))

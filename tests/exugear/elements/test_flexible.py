@@ -39,7 +39,7 @@ def law() -> exugear.MeshForce:
 
 @pytest.fixture(scope="module")
 def flexible(solid, law):
-    return example.stand(example.build(PAIR, law, solid))
+    return example.equilibrium(example.build(PAIR, law, solid))
 
 
 def beam_frequency(low: float, high: float) -> float:
@@ -100,14 +100,14 @@ def test_gear_on_the_floating_frame_adds_no_frequency(flexible, solid):
 def test_both_integrators_carry_the_torque_and_agree(solid, law):
     stiffer, peaks = example.reduced(copy(solid), 8), []
     for body, tolerance, beta in ((solid, 1e-3, 1 / 12), (stiffer, 1e-2, 0.25)):
-        rig = example.stand(example.build(PAIR, law, body))
+        rig = example.equilibrium(example.build(PAIR, law, body))
         settings = integrator(rig.mbs, 1.0, example.MESH_RESONANCE, tolerance=tolerance)
         assert settings.timeIntegration.generalizedAlpha.newmarkBeta == pytest.approx(beta)
         times, _ = example.run(rig, tolerance=tolerance)
         assert example.last_cycles(times, rig.recorder.force, 20, 57).mean() == pytest.approx(FORCE, rel=1e-3)
         peaks.append(np.ptp(example.last_cycles(times, rig.recorder.deflection, 20, 57)))
     assert peaks[0] == pytest.approx(peaks[1], rel=0.01)
-    rigid = example.stand(example.build(PAIR, law))
+    rigid = example.equilibrium(example.build(PAIR, law))
     times, _ = example.run(rigid)
     assert example.bending(rigid) < 1e-3 * um
     assert example.last_cycles(times, rigid.recorder.force, 20, 57).mean() == pytest.approx(FORCE, rel=2e-3)
@@ -133,7 +133,7 @@ def test_gear_on_the_floating_frame_moves_like_one_on_a_joint(solid, law, monkey
     monkeypatch.setattr(example, "spins", turning)
     for shaft in (on_frame, jointed):
         monkeypatch.setattr(shaft_rig, "flexible_shaft", shaft)
-        rig = example.stand(example.build(PAIR, law, solid))
+        rig = example.equilibrium(example.build(PAIR, law, solid))
         times, _ = example.run(rig)
         moved.append(example.last_cycles(times, rig.recorder.deflection, 20, 57))
     assert moved[0].mean() == pytest.approx(moved[1].mean(), rel=1e-3)

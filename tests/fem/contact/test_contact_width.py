@@ -27,13 +27,13 @@ def test_positions_and_shares_of_the_face_are_inverse(face):
 
 @given(st.floats(-0.9, 0.9), st.floats(0.1, 2))
 def test_positive_range_of_a_parabola_ends_at_its_roots(middle, half):
-    """But reaches beyond the last positive value by a share of a step at least."""
+    """It reaches beyond the last positive value by at least a share of a step."""
     axial = np.linspace(-4, 4, 81)
     low, high = positive_range(axial, half**2 - (axial - middle) ** 2)
     assert (low, high) == pytest.approx((middle - half, middle + half), abs=1.01 * LEAST_REACH * 0.1)
 
 
-def test_the_union_of_loaded_widths_holds_both():
+def test_the_union_of_loaded_widths_covers_both():
     assert union({0: (1.0, 2.0), 1: (0.0, 1.0)}, {0: (1.5, 3.0), -1: (0.0, 2.0)}) == {
         -1: (0.0, 2.0),
         0: (1.0, 3.0),
@@ -65,7 +65,7 @@ def test_the_search_returns_the_width_on_which_crowned_flanks_overlap(te):
     assert state.slices.high[state.slices.number == 0].max() == pytest.approx(wanted, rel=SHORT)
 
 
-def test_a_width_that_never_settles_says_what_to_try():
+def test_a_loaded_width_that_does_not_converge_raises_with_a_remedy():
     pair = paper_pair()
     slicing = FaceSlicing(MeshPosition(pair, pair.a, 0.0, 0.0), WholeFace(), 4)
     growing = iter(-11.5 * um + 0.02 * um * 1.3 ** np.arange(30))

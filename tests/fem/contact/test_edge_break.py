@@ -21,7 +21,7 @@ from fem.units import deg, mm, um
 
 COARSE = fem.Resolution(density=Density(flank=8, fillet=1, tooth=3, rim=2, body=2, width=2))
 FINE = fem.Resolution(density=Density(flank=12, fillet=2, tooth=4, rim=2, body=3, width=2))
-#: Before and at the end of the path of contact, and beyond; 0.5 is where two pairs of teeth carry the same.
+#: Before and at the end of the path of contact, and beyond; at 0.5 two tooth pairs carry equal loads.
 PHASES = (0.15, 0.18, 0.21, 0.25, 0.28, 0.30, 0.5, 0.7)
 
 
@@ -54,8 +54,8 @@ def test_rounding_is_a_circle_that_leaves_the_flank_tangentially_and_meets_the_t
     assert removed[-1] > 40 * um and (removed[:2] == 0).all()
 
 
-def test_what_touches_beyond_the_path_of_contact_is_a_cylinder_of_that_radius():
-    """All of the contact lies on the rounding there, so the pressure is that of Hertz on it; Johnson, ch. 4."""
+def test_contact_beyond_the_path_of_contact_is_that_of_a_cylinder_of_the_edge_radius():
+    """All of the contact lies on the rounding, so the pressure is that of Hertz for its radius (Johnson, ch. 4)."""
     pair = rounded_pair(0.3 * mm)
     steel = pair.pinion.material
     for state in states(pair, 350, (0.17, 0.18)):
@@ -97,7 +97,7 @@ def test_pressure_hardly_depends_on_slices_of_helical_gears():
 
 
 def test_sharp_edges_are_the_limit_of_small_radii():
-    """What a rounding takes from the path of contact is in proportion to its radius."""
+    """The rounding shortens the path of contact in proportion to its radius."""
     sharp, *rounded = (
         np.array([state.te for state in states(rounded_pair(radius), 350)]) for radius in (0, 10 * um, 40 * um)
     )
@@ -106,7 +106,7 @@ def test_sharp_edges_are_the_limit_of_small_radii():
     assert larger == pytest.approx(4 * small, rel=0.3)
 
 
-def test_where_tip_edges_touch_is_in_the_map():
+def test_tip_contact_is_the_load_share_of_pairs_that_touch_at_a_tip_edge():
     for resolution in (fem.Resolution(density=COARSE.density), fem.Slices(density=COARSE.density)):
         ste = fem.static_transmission_error(rounded_pair(0), [0, 350], PHASES, resolution=resolution, progress=False)
         none, share = ste["tip_contact"].values
@@ -115,7 +115,7 @@ def test_where_tip_edges_touch_is_in_the_map():
         assert share[6] == 0
 
 
-def test_edges_survive_the_file_and_are_checked():
+def test_edge_breaks_are_read_back_from_their_text_and_checked():
     edge = fem.EdgeBreak(0.2 * mm)
     assert repr(edge) == "EdgeBreak(radius=0.2 mm)"
     assert repr(fem.RootRelief(8 * um, 2 * mm)) == "RootRelief(C_f=8 um, length=2 mm)"

@@ -1,4 +1,4 @@
-"""Lines of contact against closed forms; contact of springs against its own closed form."""
+"""Lines of contact, and the contact of springs, against closed forms; gaps and directions of contact."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from fem.units import deg, mm, um
 
 @pytest.fixture(scope="module")
 def lines():
-    """Of a published geometry: z 20/30, m_n 3.5 mm, beta 15 deg."""
+    """A published pair and its lines of contact: z 20/30, m_n 3.5 mm, beta 15 deg."""
     data = {"m_n": 3.5 * mm, "b": 23 * mm, "d_bore": 20 * mm}
     pinion = fem.Gear(z=20, beta=15 * deg, x=0.1809, d_a=2 * 40.336 * mm, **data)
     wheel = fem.Gear(z=30, beta=-15 * deg, x=0.0891, d_a=2 * 58.132 * mm, **data)
@@ -57,7 +57,7 @@ def test_misaligned_line_of_springs(tilt, delta, tangent, k_h_beta):
     assert line_load.max() / (force / b) == pytest.approx(k_h_beta, abs=1e-3)
 
 
-def test_strips_that_join_one_by_one_find_the_same_contact(monkeypatch):
+def test_strips_that_join_one_by_one_reach_the_same_contact(monkeypatch):
     rng, n = np.random.default_rng(0), 6
     root = rng.standard_normal((n * NODES, n * NODES))
     smooth = 1e-10 * (root @ root.T).reshape(n, NODES, n, NODES)
@@ -73,8 +73,8 @@ def test_strips_that_join_one_by_one_find_the_same_contact(monkeypatch):
 
 
 @pytest.mark.parametrize("phase", [-0.3, 0.3])
-def test_touching_flanks_have_one_normal(phase):
-    """Where a parabolic relief touches, it is inclined by as much as the mate's normal says."""
+def test_flanks_in_contact_have_a_common_normal(phase):
+    """At the contact point the slope of a parabolic relief is the angle between the normals of the involutes."""
     relief = fem.TipRelief(15 * um, 4 * mm, power=2)
     gear = paper_gear(flank=relief)
     slices = ContactSlices(
@@ -90,7 +90,7 @@ def test_touching_flanks_have_one_normal(phase):
 
 
 def test_loaded_teeth_touch_nearer_to_both_tips():
-    """On the line of action rigid flanks would overlap by the transmission error, one half beyond the contact each."""
+    """On the line of action rigid flanks would overlap by te; the contact lies in the middle of this overlap."""
     te = 10 * um
     for phase in (-0.2, 0.1):
         rolls = []
@@ -121,7 +121,7 @@ def test_the_direction_of_contact_is_the_same_whichever_gear_carries_the_strips(
 
 @pytest.mark.parametrize("flank", [(), fem.ProfileCrowning(5 * um)])
 def test_gaps_of_strips_are_means_over_them(flank):
-    """Where they are read in the middle, curvature alone hides w^2 / (24 rho), here 5 nm."""
+    """Gaps at the middles of strips neglect the curvature: w^2 / (24 rho), here 5 nm."""
     pair = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm)
     slices = ContactSlices(MeshPosition(pair, 150 * mm, 0.0, 0.2), *np.array([[0], [0], [1 * mm]]))
     reach = np.array([0.4 * mm])

@@ -75,7 +75,7 @@ def of_pair(scene: Scene, change) -> Scene:
 
 
 def alike(first: Scene, second: Scene, *, te: float = 1.0, centroid: float = 1.0, rel: float = 1e-5) -> None:
-    """Both modes give the second scene the state of the first, but for given factors."""
+    """In both modes the state of the second scene is that of the first times given factors."""
     for expected, state in zip(first.solved(), second.solved(), strict=True):
         size = abs(expected.te) + 0.01 * um
         off = f"te {state.te / te / expected.te - 1:.1e} off"
@@ -102,7 +102,7 @@ def contact_is_balanced(scene: Scene) -> None:
 
 
 def swapped_gears_run_backwards(scene: Scene) -> None:
-    """But for squares of te over the tooth's size: both gears turn by half of it on their own base circles.
+    """Up to the square of te over the tooth's size: either gear turns by half of te on its base circle.
 
     States may differ by a share of te, or of the deflection under load: the loaded width is accurate to a small share.
     """
@@ -200,7 +200,7 @@ CHECKS = (
 
 @given(scenes())
 @FAST
-def test_some_pairs(scene):
+def test_invariants_of_a_few_pairs(scene):
     for check in CHECKS:
         check(scene)
 
@@ -209,5 +209,5 @@ def test_some_pairs(scene):
 @pytest.mark.parametrize("check", (*CHECKS, sizes_and_stiffness_scale))
 @given(scene=scenes())
 @MANY
-def test_hundreds_of_pairs(check, scene):
+def test_invariants_of_hundreds_of_pairs(check, scene):
     check(scene)

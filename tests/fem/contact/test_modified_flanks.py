@@ -70,8 +70,8 @@ def test_mean_under_tip_relief_in_plane_strain():
 def test_tip_relief_between_nodes_in_plane_strain():
     """The reference is met by a relief that is linear between nodes 0.08 mm apart, as finite elements have it.
 
-    It is the peak to peak at 150 N m that asks for them: two teeth touch on the edge of the relief at phase 0.4, where
-    te rises by 14 nm per thousandth of a pitch.
+    The peak to peak at 150 N m depends on these nodes: two teeth touch at the edge of the relief at phase 0.4, where te
+    rises by 14 nm per thousandth of a pitch.
     """
     plain, relief = paper_gear(), fem.TipRelief(15 * um, 2.5 * mm)
     arcs = plain.roll_tip**2 / (2 * plain.r_b) - np.arange(40)[::-1] * 0.08 * mm
@@ -84,9 +84,9 @@ def test_tip_relief_between_nodes_in_plane_strain():
 
 
 def test_force_is_normal_to_both_flanks_on_the_edge_of_a_relief():
-    """Half-planes do not turn one another: the mean normals of both under the load are one, and the force's direction.
+    """Half-planes do not turn one another: the mean normals of both flanks agree with the direction of the force.
 
-    Here the wheel carries the strips, and the pinion's relief begins among them.
+    The wheel carries the strips, and the pinion's relief begins among them.
     """
     relief = fem.TipRelief(15 * um, 2.5 * mm)
     gear = modified(relief)
@@ -142,7 +142,7 @@ def end_relieved(beta: float) -> fem.GearPair:
 
 @pytest.mark.parametrize("beta", [0.0, 0.26])
 def test_light_loads_on_edges_across_the_width(beta):
-    """Where end reliefs begin teeth touch first, and narrowly: some 3 % were missed with slices across such edges."""
+    """Teeth touch first where end reliefs begin, on a short line: slices across such edges err by 3 %."""
     pair = end_relieved(beta)
     few, many = (
         fem.static_transmission_error(pair, [5], 5, resolution=fem.Resolution(slices=n), progress=False)["te"].values
@@ -181,8 +181,8 @@ def test_line_load_where_reliefs_begin_on_lines_of_contact():
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_no_slice_is_a_sliver(seed):
-    """Kinks of both gears may be one but for rounding, or lie on an end or on another edge."""
+def test_kinks_make_no_narrow_slices(seed):
+    """Kinks of both gears may coincide up to rounding, or lie at an end or at another edge."""
     rng = np.random.default_rng(seed)
     stops = np.linspace(*np.sort(rng.random(2)), rng.integers(2, 12))
     kinks_of_pinion = np.concatenate([stops, rng.random(5)])
@@ -192,8 +192,8 @@ def test_no_slice_is_a_sliver(seed):
         assert np.diff(edges).min() > 0.019 * (stops[1] - stops[0])
 
 
-def test_kinks_of_both_gears_may_be_one():
-    """End reliefs of gears of unequal width that begin at the same section but for rounding, or for a nanometre."""
+def test_kinks_of_both_gears_may_coincide():
+    """End reliefs of gears of unequal width that begin in the same section up to rounding, or up to a nanometre."""
     pinion, offsets = paper_gear(flank=(fem.EndRelief(20 * um, 4 * mm),)), fem.Offsets(misalignment=1e-4)
     wheels = (paper_gear(b=25 * mm, flank=(fem.EndRelief(20 * um, long),)) for long in (5 * mm, 5 * mm + 1e-9))
     at_same_section, a_nanometre_apart = (
@@ -238,14 +238,14 @@ def test_modifications_at_their_ends():
     assert together == pytest.approx(tip + root + profile + lead + slope + end)
 
 
-def test_material_is_not_piled_up_where_the_profile_is_short():
+def test_added_material_must_not_be_steep_where_the_profile_is_short():
     """At the base circle a roll length of 0.2 mm is 2 um of profile."""
     fem.Gear(z=25, m_n=1 * mm, b=8 * mm, d_bore=5 * mm, flank=fem.RootRelief(8 * um, 0.2 * mm))
     with pytest.raises(ValueError, match=r"adds .* m per metre of profile"):
         fem.Gear(z=25, m_n=1 * mm, b=8 * mm, d_bore=5 * mm, x=-0.5, flank=fem.RootRelief(-8 * um, 0.2 * mm))
 
 
-def test_modifications_survive_the_file():
+def test_modifications_are_read_back_from_the_file():
     assert flank.from_text(flank.to_text(ALL)) == ALL
     pair = fem.GearPair(modified(*ALL), paper_gear(), a=150 * mm)
     assert fem.pair_of(fem.ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))) == pair
@@ -297,7 +297,7 @@ def test_modifications_end_with_the_flank():
 
 
 def test_narrow_slices_beside_kinks_bear_any_load():
-    """Slices of 0.04 mm under 4.5 kN/mm, beyond what half-planes can: any number of slices gives one te."""
+    """Slices of 0.04 mm under 4.5 kN/mm, too much for half-planes: te does not depend on the number of slices."""
     common = {"m_n": 1.5 * mm, "b": 12 * mm, "alpha_n": 0.36487030420051161, "rho_f": 0.57 * mm}
     pinion = fem.Gear(z=100, d_bore=120.5 * mm, x=0.24, d_a=153.253 * mm, d_f=147.42 * mm, **common)
     wheel = fem.Gear(z=110, d_bore=153.28 * mm, x=0.883, d_a=170.468 * mm, d_f=164.349 * mm, **common)

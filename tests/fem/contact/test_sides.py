@@ -29,7 +29,7 @@ def pair_of(beta: float) -> fem.GearPair:
 
 
 def mirrored(gear: fem.Gear, first: int) -> fem.Gear:
-    """What `fem.Sides` says of it; first is the tooth that tooth 0 becomes."""
+    """Mirror image of a gear by the rule in `fem.Sides`; first is the number that tooth 0 gets."""
 
     def reversed_teeth(part):
         turned = isinstance(part, fem.PitchDeviation)
@@ -40,16 +40,16 @@ def mirrored(gear: fem.Gear, first: int) -> fem.Gear:
 
 
 def angle(gear: fem.Gear, side: int, tooth: int, roll, axial: float):
-    """Of a tooth's left (side 1) or right flank (-1) from the middle of tooth 0 in mid-plane, counter-clockwise."""
+    """Angle of a left (side 1) or right flank (-1) from the middle of tooth 0 in mid-plane, counter-clockwise."""
     parts = gear.flank.left if side > 0 else gear.flank.right
     half = tooth_profile.flank(gear, roll).psi - removed(parts, gear.face, roll, axial, tooth=tooth) / gear.r_b
     return side * half + 2 * np.pi * tooth / gear.z + gear.twist * axial
 
 
 def play(pair: fem.GearPair, side: int, phase: float, tilt: complex) -> float:
-    """How far the wheel may turn from where unmodified left flanks touch, at a phase of theirs, on its base circle [m].
+    """Turn of the wheel to its contact from where unmodified left flanks touch, at their phase, on its base circle [m].
 
-    tilt    of the wheel's axis: in the plane of the axes, and to where the pinion's left flanks push it
+    tilt    tilt of the wheel's axis: in the plane of the axes, and in the direction of the left flanks' force on it
     """
     (pinion, wheel), turns = (pair.pinion, pair.wheel), []
     roll = np.linspace(pinion.roll_form, pinion.roll_tip, 1001)

@@ -17,14 +17,14 @@ def contact(compliance, gap, force: float, active=None) -> Equilibrium:
 
     def solve(active: np.ndarray) -> Equilibrium:
         touching = active[0] if active.any() else gap == gap.min()
-        per_error, per_gap = np.linalg.solve(
+        per_te, per_gap = np.linalg.solve(
             compliance[touching][:, touching], np.stack([np.ones(n), gap], axis=1)[touching]
         ).T
-        te = (force + per_gap.sum()) / per_error.sum()
+        te = (force + per_gap.sum()) / per_te.sum()
         f = np.zeros(n)
-        f[touching] = per_error * te - per_gap
+        f[touching] = per_te * te - per_gap
         slack = np.where(touching, 0.0, compliance @ f + gap - te)
-        return Equilibrium(np.array([te]), np.array([per_error.sum()]), f[None], slack[None])
+        return Equilibrium(np.array([te]), np.array([per_te.sum()]), f[None], slack[None])
 
     return unilateral_contact(solve, np.ones((1, n), bool) if active is None else active[None])
 
@@ -74,7 +74,7 @@ def test_random_compliances_against_least_squares(seed, n, exponent):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_exchanges_that_cycle_end_by_joining_one_by_one(monkeypatch, seed):
-    """A compliance that is singular but for 1e-9 of its size, as that of strips much finer than what they resolve."""
+    """A compliance that is singular up to 1e-9 of its size, like that of very narrow strips."""
     exchanges, solutions = [], []
     joined = unilateral._joined_one_by_one
 
@@ -95,7 +95,7 @@ def test_exchanges_that_cycle_end_by_joining_one_by_one(monkeypatch, seed):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_candidates_may_touch_without_force(seed):
-    """There the signs of force and gap are rounding, and exchanges of them alone would never end."""
+    """The signs of their force and gap are rounding, by which exchanges would never end."""
     rng, n, te = np.random.default_rng(seed), 40, 5 * um
     root = rng.standard_normal((n, n))
     compliance, f = 1e-9 * (root @ root.T / n + 1e-3 * np.eye(n)), np.where(rng.random(n) < 0.4, rng.random(n), 0.0)
@@ -119,7 +119,7 @@ def test_candidates_that_join_one_by_one_reach_the_same_equilibrium(seed):
     assert slow.force == pytest.approx(usual.force, abs=1e-8)
 
 
-def test_a_system_that_never_balances_says_what_to_try():
+def test_a_system_without_equilibrium_raises_with_a_remedy():
     def solve(active: np.ndarray) -> Equilibrium:
         return Equilibrium(np.zeros(1), np.ones(1), np.ones((1, 2)), np.zeros((1, 2)), converged=False)
 

@@ -1,4 +1,4 @@
-"""What the symmetry about mid-plane clamps, mirrors and folds; a half face and a whole one say the same."""
+"""Symmetry about mid-plane: clamped displacements, positions and slices of half and whole face agree."""
 
 import numpy as np
 import pytest

@@ -8,7 +8,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from fem.contact.resolution import Resolution
 from fem.elasticity import extruded_elasticity, hertz
-from fem.elasticity.extrusion import extruded, half_width, hexahedra
+from fem.elasticity.extrusion import extruded, half_face, hexahedra
 from fem.elasticity.face_symmetry import HalfFace
 from fem.elasticity.flank_compliance import flank_compliance, flank_loads
 from fem.elasticity.half_space import along_line
@@ -24,19 +24,19 @@ TINY = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
 
 
 def test_products_of_section_and_width_equal_hexahedra():
-    quads, line = section(GEAR, TINY), half_width(GEAR.b, GEAR.b, TINY.width)
+    quads, line = section(GEAR, TINY), half_face(GEAR.b, GEAR.b, TINY.width)
     solid = Basis(extruded(quads, line), ElementVector(ElementHex1()), intorder=8)
     reference = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu)).assemble(solid)
     plane, width = Basis(quads, ElementQuad1(), intorder=8), Basis(line, ElementLineP1(), intorder=8)
-    ours = extruded_elasticity.stiffness(plane, width, STEEL).matrix
+    matrix = extruded_elasticity.stiffness(plane, width, STEEL).matrix
     order = np.concatenate(list(solid.nodal_dofs))
-    assert abs(ours - reference[order][:, order]).max() < 1e-12 * abs(reference).max()
+    assert abs(matrix - reference[order][:, order]).max() < 1e-12 * abs(reference).max()
 
 
 @pytest.mark.parametrize("twist", [0.0, 4.0])
 def test_sections_that_deform_alike_are_a_prism_of_uniform_displacement(twist):
     """Work per length of displacements that do not vary along the axis; without twist in the plane."""
-    plane, line = Basis(section(GEAR, TINY), ElementQuad1()), half_width(GEAR.b, GEAR.b, 2)
+    plane, line = Basis(section(GEAR, TINY), ElementQuad1()), half_face(GEAR.b, GEAR.b, 2)
     per_length = extruded_elasticity.uniform_stiffness(plane, STEEL, twist).matrix
     u = np.random.default_rng(0).standard_normal(per_length.shape[0])
     width = Basis(line, ElementLineP2())
@@ -52,7 +52,7 @@ def turned(x, y, angle):
 
 @pytest.mark.parametrize("twist", [0.0, 4.0])
 def test_rigid_motion_is_free_of_force(twist):
-    plane, width = Basis(section(GEAR, TINY), ElementQuad1()), Basis(half_width(GEAR.b, GEAR.b, 4), ElementLineP2())
+    plane, width = Basis(section(GEAR, TINY), ElementQuad1()), Basis(half_face(GEAR.b, GEAR.b, 4), ElementLineP2())
     stiffness = extruded_elasticity.stiffness(plane, width, STEEL, twist).matrix
     z = np.tile(width.doflocs[0], plane.N)
     x, y = turned(*(np.repeat(c, width.N) for c in plane.doflocs), twist * z)
@@ -63,7 +63,7 @@ def test_rigid_motion_is_free_of_force(twist):
 
 
 def test_rigid_motion_of_a_large_section_is_free_of_force():
-    """The numbers of its entries, row by row, exceed 32 bits."""
+    """The flat numbers of its matrix entries exceed 32 bits."""
     plane = Basis(section(GEAR, Density().refined(3)), ElementQuad2())
     assert int(plane.N) ** 2 > 2**31
     stiffness = extruded_elasticity.uniform_stiffness(plane, STEEL).matrix
@@ -76,19 +76,21 @@ def test_twisted_prism_yields_like_twisted_hexahedra():
     twist, tiny = 6.0, Density(flank=2, fillet=1, tooth=1, rim=1, body=1, teeth=0, behind=0, width=1)
     quads, line = section(GEAR, tiny), MeshLine(np.linspace(0, 10 * mm, 17))
     basis, axis = Basis(quads, ElementQuad1()), Basis(line, ElementLineP1())
-    ours = extruded_elasticity.stiffness(basis, axis, STEEL, twist).matrix
+    matrix = extruded_elasticity.stiffness(basis, axis, STEEL, twist).matrix
     mesh = extruded(quads, line)
     x, y = turned(mesh.p[0], mesh.p[1], twist * mesh.p[2])
     solid = Basis(type(mesh)(np.stack([x, y, mesh.p[2]]), mesh.t), ElementVector(ElementHex1()))
-    theirs = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu)).assemble(solid)
+    reference = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu)).assemble(solid)
     n = mesh.p.shape[1]
     angle = twist * mesh.p[2]
     free = np.flatnonzero(np.tile(np.hypot(x, y) > GEAR.d_bore / 2 * (1 + 1e-6), 3))
     force = np.random.default_rng(0).standard_normal(3 * n) * np.tile(np.hypot(x, y) > 70 * mm, 3)
     local = np.concatenate([*turned(force[:n], force[n : 2 * n], -angle), force[2 * n :]])
     order = np.concatenate(list(solid.nodal_dofs))
-    theirs = theirs[order][:, order]
-    work = [f[free] @ factorize(k[free][:, free])(f[free][:, None])[:, 0] for f, k in ((local, ours), (force, theirs))]
+    reference = reference[order][:, order]
+    work = [
+        f[free] @ factorize(k[free][:, free])(f[free][:, None])[:, 0] for f, k in ((local, matrix), (force, reference))
+    ]
     assert work[0] == pytest.approx(work[1], rel=2e-3)
 
 

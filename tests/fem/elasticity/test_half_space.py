@@ -25,14 +25,14 @@ FAR = 30.0
 CROWNED = fem.GearPair(paper_gear(flank=(fem.LeadCrowning(10 * um),)), paper_gear(), a=150 * mm)
 
 
-def test_line_of_force_moves_itself_by_the_logarithm_of_its_length():
+def test_a_line_of_force_displaces_itself_by_the_logarithm_of_its_length():
     """Mean of 1/distance at depth d over a line of length L, on both sides: 2 / L (ln(2 L / d) - 1) for d << L."""
     length, depth = 3 * mm, 1e-3 * mm
     displacement = along_line(np.array([0, length]), FAR, depth, WholeFace())[0, 0]
     assert displacement == pytest.approx((np.log(2 * length / depth) - 1) / length, rel=1e-3)
 
 
-def test_segments_apart_move_one_another_by_their_distance():
+def test_distant_segments_displace_one_another_by_the_inverse_of_their_distance():
     edges = np.array([0, 0.1, 10, 10.1]) * mm
     between = along_line(edges, FAR, 1e-2 * mm, WholeFace())
     assert between[0, 2] == pytest.approx(1 / (2 * 10 * mm), rel=1e-3)
@@ -41,7 +41,7 @@ def test_segments_apart_move_one_another_by_their_distance():
 
 @given(st.lists(st.floats(0.05, 3), min_size=2, max_size=12), st.floats(1e-4, 2e-3))
 def test_displacement_of_a_line_does_not_depend_on_a_small_depth(lengths, depth):
-    """Half-planes clamped at twice the depth yield by so much more, and the line beside them by so much less."""
+    """Half-planes clamped at twice the depth are displaced more, and the line beside them less by the same amount."""
     edges = np.append(0, np.cumsum(lengths))
     deep, deeper = (along_line(edges, 1e3, d, WholeFace()) for d in (depth, 2 * depth))
     uniform = np.diff(edges)
@@ -51,7 +51,7 @@ def test_displacement_of_a_line_does_not_depend_on_a_small_depth(lengths, depth)
 
 
 def test_end_faces_mirror_the_forces_that_reach_them():
-    """A force that is even from end to end moves the ends as it moves the middle, but for what is further away."""
+    """A uniform force moves the ends as it moves the middle, except for the part of the force that is further away."""
     edges = np.linspace(-1, 1, 41)
     open_ends, closed = (along_line(edges, end, 0.01, WholeFace()).sum(axis=1) for end in (1e3, 1.0))
     assert np.ptp(open_ends) > 10 * np.ptp(closed)
@@ -62,8 +62,8 @@ def test_end_faces_mirror_the_forces_that_reach_them():
 
 @given(st.lists(st.floats(1e-2, 10), min_size=1, max_size=12), st.sampled_from([WholeFace(), HalfFace()]))
 @settings(deadline=None)
-def test_forces_on_strips_always_do_work(lengths, face):
-    """Strips of a thousandth to a hundred times the lengths along the contact, with half-planes clamped as deep."""
+def test_compliance_of_strips_is_positive_definite(lengths, face):
+    """Slices of a hundredth to ten times the width of a strip; half-planes clamped at a quarter of all strips."""
     edges = np.append(0, np.cumsum(lengths))
     depth = CAPACITY * STRIPS
     along = along_line(edges, edges[-1], depth, face)
@@ -103,7 +103,7 @@ def test_crowned_flanks_approach_as_hertz_says_of_point_contacts():
     assert (np.abs(beside - beside[-1]) * force < 0.005 * approach).all()
 
 
-def test_narrow_gears_take_as_many_slices_as_one_likes():
+def test_slices_of_narrow_gears_may_be_shorter_than_the_contact_is_wide():
     """1.2 mm wide, misaligned: slices shorter than the contact is wide."""
     narrow = paper_gear(b=1.2 * mm)
     pair, options = fem.GearPair(narrow, narrow, a=150 * mm), {"offsets": fem.Offsets(misalignment=2e-3)}

@@ -1,4 +1,4 @@
-"""Sums of hats on a line: projections, and loads that reach along it."""
+"""Sums of hat functions on a line: projections, and displacements that decay along the line."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def test_a_uniform_load_gives_a_uniform_displacement_at_any_reach(tops, reach):
 
 
 @given(TOPS, st.floats(0, 100), st.booleans())
-def test_loads_on_a_line_do_work(tops, reach, odd):
+def test_compliance_of_loads_on_a_line_is_positive_semidefinite(tops, reach, odd):
     decayed = spread(tops, reach, odd=odd)
     assert decayed == pytest.approx(decayed.T)
     assert np.linalg.eigvalsh(decayed).min() > -1e-12 * decayed.max()
@@ -30,14 +30,14 @@ def test_no_reach_is_the_overlap_and_endless_reach_the_mean():
 
 
 def test_loads_decay_by_their_distance():
-    """On a long line exp(-distance / reach) / (2 reach); what reaches an end comes back."""
+    """On a long line exp(-distance / reach) / (2 reach); the ends reflect."""
     tops = np.linspace(-60, 60, 2401)
     decayed = spread(tops, 2.0)
     assert decayed[1200, 1202:1400] == pytest.approx(np.exp(-tops[1202:1400] / 2) / 4, rel=1e-3)
     assert decayed[0, 0] == pytest.approx(1 / 2, rel=2e-2)
 
 
-def test_alike_and_opposite_halves_are_halves_of_a_whole():
+def test_equal_and_opposite_halves_are_halves_of_a_whole():
     half = np.array([0, 0.4, 1.0, 1.2])
     whole = spread(np.append(-half[:0:-1], half), 0.7)
     same, opposite = (spread(half, 0.7, odd=odd) for odd in (False, True))

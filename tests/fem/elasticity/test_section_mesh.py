@@ -8,7 +8,7 @@ from skfem.helpers import det
 
 import fem
 from fem.elasticity import section_mesh
-from fem.elasticity.flank_compliance import along_helix
+from fem.elasticity.flank_compliance import uniform_load_compliance
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import flank_hats, flank_nodes, section
 from fem.reference.deformable_gear import with_edges
@@ -19,7 +19,7 @@ EDGES = (25 * mm, 31 * mm)
 
 def test_steps_are_small_at_edges_and_as_before_far_from_them():
     nodes = np.linspace(0, 1, 41) ** 1.2
-    graded = section_mesh.beside((0.3, 0.7), nodes)
+    graded = section_mesh.refined_at_edges((0.3, 0.7), nodes)
     steps, usual = np.diff(graded), np.interp(graded[:-1], nodes[:-1], np.diff(nodes))
     assert graded[[0, -1]] == pytest.approx(nodes[[0, -1]])
     for edge in (0.3, 0.7):
@@ -53,7 +53,9 @@ def test_graded_section_has_the_area_and_flank_of_the_gear(divide):
 def test_graded_section_bends_like_the_plain_one():
     gear, density = paper_gear(), Density(flank=44)
     arcs = flank_hats(gear, Density(flank=16))
-    plain, graded = (along_helix(gear, arcs, mesh.refined(2))[0] for mesh in (density, Density(flank=44, edges=EDGES)))
+    plain, graded = (
+        uniform_load_compliance(gear, arcs, mesh.refined(2))[0] for mesh in (density, Density(flank=44, edges=EDGES))
+    )
     assert graded == pytest.approx(plain, rel=2e-4)
 
 
@@ -99,7 +101,7 @@ def test_edges_are_where_reliefs_begin_on_either_gear():
         ((fem.TipRelief(15 * um, 2.5 * mm),), ()),
     ],
 )
-def test_flanks_without_edges_and_those_that_want_none_get_none(flank, edges):
+def test_no_edges_without_reliefs_or_where_none_are_requested(flank, edges):
     gear = paper_gear(flank=flank)
     assert [graded.edges for graded in with_edges(fem.GearPair(gear, gear, a=150 * mm), Density(edges=edges))] == [
         (),
@@ -107,8 +109,8 @@ def test_flanks_without_edges_and_those_that_want_none_get_none(flank, edges):
     ]
 
 
-def test_edges_apart_by_less_than_an_element_are_one():
-    """Reliefs of both gears that begin at one place of the path of contact, 1 nm apart, and one from root to tip."""
+def test_edges_closer_than_an_element_are_merged():
+    """Reliefs of both gears that begin 1 nm apart on the path of contact, and a relief from root to tip."""
     gear = paper_gear()
     pair = fem.GearPair(gear, gear, a=150 * mm)
     length = gear.roll_tip - pair.a * np.sin(pair.alpha_wt) / 2

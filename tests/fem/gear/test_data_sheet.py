@@ -59,9 +59,13 @@ def test_balls_rest_on_both_flanks(gear):
 
 def test_measures_that_miss_the_flanks_are_refused():
     gear = paper_gear()
-    for wrong, named in (({"k": 30}, "choose another k"), ({"k": 2.5}, "whole number"), ({"D_M": 1 * mm}, "rest on")):
+    for arguments, named in (
+        ({"k": 30}, "choose another k"),
+        ({"k": 2.5}, "whole number"),
+        ({"D_M": 1 * mm}, "rest on"),
+    ):
         with pytest.raises(ValueError, match=named):
-            gear.data_sheet(**wrong)
+            gear.data_sheet(**arguments)
     narrow = few_teeth(z=60, beta=30 * deg, b=8 * mm)
     with pytest.raises(ValueError, match="face width"):
         narrow.data_sheet(k=10)

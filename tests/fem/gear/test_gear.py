@@ -145,7 +145,7 @@ def test_impossible_gears_are_refused(changes, message):
 
 
 def test_compliance_is_inversely_proportional_to_youngs_modulus():
-    """Each gear has a material of its own."""
+    """The gears of a pair may have different materials."""
     density = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=1)
     soft = paper_gear(material=fem.Material(E=3 * GPa))
     blocks = [flank_compliance(gear, density, gear.b).blocks for gear in (paper_gear(), soft)]

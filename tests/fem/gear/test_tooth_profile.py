@@ -25,7 +25,7 @@ def gear_of(**changes) -> Gear:
 
 
 def half_outline(gear: Gear) -> tooth_profile.Polar:
-    """From the tip corner to the middle of the space."""
+    """Outline from the tip corner to the middle of the space."""
     flank = tooth_profile.flank(gear, np.linspace(gear.roll_tip, gear.roll_form, 40))
     parts = [flank, tooth_profile.fillet(gear, SHARES), tooth_profile.root_land(gear, 4)]
     return tooth_profile.Polar(*(np.concatenate(column) for column in zip(*parts, strict=True)))
@@ -197,7 +197,7 @@ def test_lengths_scale_with_the_gear(changes, factor):
 
 @pytest.mark.parametrize(("alpha_n", "beta"), [(25 * deg, 0.0), (28 * deg, 0.0), (25 * deg, 35 * deg)])
 def test_root_without_land(alpha_n, beta):
-    """The rack of profile A has no room for its tip radius at 25 deg: a fully rounded one takes its place."""
+    """The rack of profile A has no room for its tip radius at 25 deg: a fully rounded tip is taken instead."""
     gear = gear_of(alpha_n=alpha_n, beta=beta)
     floor = np.pi / 2 - 2 * 1.25 * np.tan(alpha_n)
     assert gear.rho_f == pytest.approx(floor / 2 / np.tan((np.pi / 2 - alpha_n) / 2) * gear.m_n)

@@ -48,7 +48,7 @@ def test_unknowns_that_are_not_accessed_stay_unknown():
 
 def test_loads_on_unknowns_that_are_not_accessed_are_refused():
     solve = multifrontal.factorize(BlockMatrix(grid(3, 3), np.arange(9)), accessed=np.array([2, 4]))
-    with pytest.raises(ValueError, match="b must be zero beside the accessed unknowns"):
+    with pytest.raises(ValueError, match="b must be zero except at the accessed unknowns"):
         solve(np.ones((9, 1)))
 
 

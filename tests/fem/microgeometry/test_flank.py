@@ -90,7 +90,7 @@ def test_pitch_deviation_displaces_its_tooth_alone():
     assert removed(parts, FACE, ROLL, AXIAL) == pytest.approx(plain + 3 * um)
 
 
-def test_left_and_right_flanks_have_modifications_of_their_own():
+def test_left_and_right_flanks_may_have_different_modifications():
     left, right = fem.TipRelief(15 * um, 2.5 * mm), fem.LeadCrowning(4 * um)
     gear = paper_gear(flank=fem.Sides([left], [right]))
     assert (gear.drive_flank, gear.coast_flank) == ((left,), (right,))

@@ -43,7 +43,7 @@ def test_flanks_overlap_along_the_line_of_action_by_the_transmission_error(pair,
 
 @pytest.mark.parametrize("pair", PAIRS)
 def test_teeth_pass_the_line_of_centres_by_half_their_thickness(pair):
-    """At phase 0 the flank of either gear stands in the pitch point, in both directions and wherever the wheel lies."""
+    """At phase 0 the flanks of both gears pass the pitch point, for either direction and any direction to the wheel."""
     half = [
         gear.thickness(r) / (2 * r) for gear, r in zip((pair.pinion, pair.wheel), pair.path_of_contact.r_w, strict=True)
     ]

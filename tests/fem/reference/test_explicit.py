@@ -153,7 +153,7 @@ def test_energy_is_conserved(short, rubbing):
 
 
 def test_energy_is_balanced_with_damping():
-    """Damping acts relative to steady rotation, behind which the wheel lags while teeth deflect."""
+    """Damping acts relative to steady rotation; the wheel turns more slowly while the teeth deflect."""
     run = RunUp(20 * rpm, 0.02, 0.14, 0.06, steps=200, damping=5000.0)
     result = transmission_error(paper_pair(), 150, run, CentralDifferences(1e-6), density=COARSE, progress=False)
     stored = result["energy"].values.sum(axis=1).max()
@@ -161,7 +161,7 @@ def test_energy_is_balanced_with_damping():
     assert np.abs(result["work"].values[:, 2]).max() > 5e-3 * stored
 
 
-def test_gears_that_part_by_more_than_their_backlash_are_refused():
+def test_gears_that_separate_by_more_than_their_backlash_are_refused():
     gear = fem.Gear(z=30, m_n=2 * mm, b=10 * mm, d_bore=30 * mm)
     run = RunUp(1000 * rpm, -0.3, 0.3, 0.1)
     with pytest.raises(RuntimeError, match=r"have parted by .* their backlash is .*: take a longer run_up"):
@@ -211,7 +211,7 @@ def static_with_friction(problem, phase: float, force: float, mu: float) -> floa
 
 
 @pytest.mark.slow
-def test_friction_moves_te_as_in_statics_with_coulomb_forces():
+def test_friction_changes_te_as_in_statics_with_coulomb_forces():
     """Less before the pitch point, more behind it, while the normal force does the opposite."""
     result = run_at(10 * rpm, -0.3, 0.2, 0.08, step=1e-6, friction=0.3)
     problem, changes = static_problem(paper_pair(), COARSE, ElementQuad1(), penalty=PENALTY, wheel_share=1.0), []

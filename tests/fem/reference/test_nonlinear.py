@@ -159,7 +159,7 @@ def test_softer_contact_gives_more(paper_pair):
 
 
 def whole_cycle(half) -> np.ndarray:
-    """(30,) values at 30 phases of like gears, of those at phases 0 to 1/2 (16,)."""
+    """(30,) values over a cycle of equal gears from those at 16 phases from 0 to 1/2."""
     return np.append(half, half[14:0:-1])
 
 
@@ -229,7 +229,7 @@ def test_plane_strain_is_near_its_linear_twin(problem):
 @pytest.mark.slow
 @pytest.mark.parametrize(("flank", "peak_to_peak"), [((), 1e-3), ((RELIEF,), 6e-3)])
 def test_plane_strain_is_its_linear_twin(problem, flank, peak_to_peak):
-    """30 phases by symmetry. Large displacements make the difference, at most 0.1 % of te, with relief as without."""
+    """30 phases by symmetry. Large displacements cause the difference of at most 0.1 % of te."""
     gear = paper_gear(flank=flank)
     pinion, wheel = (deformable.with_flanks_of(gear) for deformable in problem.gears)
     problem = replace(problem, mating=MatingGears(fem.GearPair(gear, gear, a=150 * mm), (pinion, wheel)))

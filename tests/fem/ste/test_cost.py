@@ -1,4 +1,4 @@
-"""What a map will cost: counted like the map itself, less what the cache has."""
+"""Cost of a map before it is solved: its number of states, less the cached finite elements."""
 
 import pytest
 from paper_gears import few_teeth, paper_pair
@@ -54,7 +54,7 @@ def test_an_accuracy_costs_at_least_its_coarsest_level(cold, paper_pair):
     assert "to estimate errors" in str(chosen) and ": at least " in str(chosen)
 
 
-def test_words_are_those_of_a_plan(cold, paper_pair):
+def test_a_cost_prints_states_compliances_time_and_memory(cold, paper_pair):
     cost = fem.map_cost(paper_pair, [0, 50, 150], 30)
     assert str(cost).startswith("90 states of 3.5 ms, compliances ")
     assert ": about " in str(cost) and str(cost).endswith(" MB of map")

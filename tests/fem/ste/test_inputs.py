@@ -1,4 +1,4 @@
-"""What a map is asked for: bad torques, phases, offsets, accuracies and resolutions are refused with a remedy."""
+"""Inputs of a map: bad torques, phases, offsets, accuracies and resolutions are refused with a remedy."""
 
 import numpy as np
 import pytest
@@ -85,7 +85,7 @@ def test_offsets_of_another_kind_are_refused(paper_pair):
             fem.static_transmission_error(paper_pair, 150, 4, offsets=offsets, progress=False)
 
 
-def test_numbers_of_other_libraries_become_pythons():
+def test_numbers_of_any_library_become_python_numbers():
     offsets = fem.Offsets(a=np.float32(0.15), misalignment=np.array([0, 1e-4], np.float32), axial=np.int64(0))
     assert offsets == fem.Offsets(a=float(np.float32(0.15)), misalignment=(0.0, float(np.float32(1e-4))))
     assert offsets.axes() == ("misalignment",) and type(offsets.a) is type(offsets.axial) is float

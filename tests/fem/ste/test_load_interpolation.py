@@ -1,10 +1,9 @@
 """Deflection between the torques of a map: closed forms, and pairs on which simpler interpolation failed."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from coarse_maps import ROUGH, SLICES, STRIPS, map_of, model_of, te_of
+from modified_pairs import fzg_type_c, wide_helical
 from paper_gears import paper_gear
 from scipy.interpolate import CubicHermiteSpline
 
@@ -14,25 +13,6 @@ from fem.ste.accuracy import allowed_error, chosen_torques
 from fem.ste.error_estimation import CHECKED_PHASES, LoadedCurves, peak_to_peak
 from fem.ste.load_interpolation import deflection_under, rational_cubic
 from fem.units import mm, um
-
-
-def fzg_type_c(C_a: float) -> fem.GearPair:
-    """Type C of FZG with tip relief and crowning, teeth 0.06 mm thinner than nominal."""
-    flank = (fem.TipRelief(C_a, 4.5 * mm), fem.LeadCrowning(4 * um))
-    common = {"m_n": 4.5 * mm, "b": 14 * mm, "d_bore": 30 * mm, "flank": flank}
-    pinion = fem.Gear(z=16, x=0.1824, d_a=82.45 * mm, **common)
-    wheel = fem.Gear(z=24, x=0.1715, d_a=118.35 * mm, **common)
-    thinner = (replace(gear, s_n=gear.s_n - 0.06 * mm) for gear in (pinion, wheel))
-    return fem.GearPair(*thinner, a=91.5 * mm)
-
-
-def wide_helical() -> fem.GearPair:
-    """Helix 14 deg over 200 mm, parabolic tip relief and crowning on both gears."""
-    flank = (fem.TipRelief(70 * um, 8 * mm, power=2), fem.LeadCrowning(25 * um))
-    common = {"m_n": 8 * mm, "flank": flank}
-    pinion = fem.Gear(z=25, b=210 * mm, beta=0.24434609527920614, x=0.25, d_bore=120 * mm, **common)
-    wheel = fem.Gear(z=98, b=200 * mm, beta=-0.24434609527920614, x=-0.05, d_bore=500 * mm, **common)
-    return fem.GearPair(pinion, wheel, a=fem.GearPair(pinion, wheel).a + 0.2 * mm)
 
 
 def test_line_contact_is_exact_below_the_lowest_load():
@@ -53,7 +33,7 @@ def test_curve_keeps_points_tangents_and_curvature():
     assert np.diff(ends) / step == pytest.approx(np.full(2, 0.7 * 4**-0.3), rel=1e-5)
 
 
-def test_where_a_further_pair_joins_the_curve_stays_concave():
+def test_the_curve_stays_concave_where_a_further_pair_comes_into_contact():
     """Soft up to 1.5, ten times as stiff beyond: a cubic polynomial with the same tangents overshoots."""
     x, y, slope, queries = np.array([1.0, 4.0]), np.array([1.0, 1.75]), np.array([1.0, 0.1]), np.linspace(1, 4, 301)
     curve, hermite = rational_cubic(x, y, slope, queries), CubicHermiteSpline(x, y, slope)(queries)
@@ -96,7 +76,7 @@ def test_requested_accuracy_holds_the_peak_to_peak_between_torques():
 
 
 def test_estimated_error_covers_the_peak_to_peak_of_a_map_of_few_phases():
-    """24 phases by slices rank two reliefs the wrong way round; the estimated error covers the difference."""
+    """24 phases by slices rank two reliefs in the wrong order; the estimated error covers the difference."""
     for C_a in (40 * um, 50 * um):
         pair = fzg_type_c(C_a)
         ste = fem.static_transmission_error(pair, [302], 24, accuracy=0.1, progress=False)

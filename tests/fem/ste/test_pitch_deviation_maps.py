@@ -11,8 +11,8 @@ from fem.ste.ste_map import over_torque_and_phase
 from fem.units import mm, um
 
 
-def test_a_tooth_that_stands_back_sheds_load_and_opens_a_gap_without_load():
-    """One tooth of the pinion stands 8 um back."""
+def test_a_tooth_set_back_carries_less_load_and_opens_a_gap_without_load():
+    """A pitch deviation sets a tooth of the pinion back by 8 um."""
     deviation = [0.0] * 57
     deviation[0] = 8 * um
     gear = paper_gear(flank=fem.PitchDeviation(deviation))
@@ -27,12 +27,12 @@ def test_a_tooth_that_stands_back_sheds_load_and_opens_a_gap_without_load():
     plain = fem.static_transmission_error(nominal, 150, 4, resolution=COARSE, progress=False)
     assert (set_back <= plain["load_share"].sel(torque=150, pair=0).values + 1e-9).all()
     assert te[1, -4:] == pytest.approx(plain["te"].values[0] / um, rel=1e-3)
-    with pytest.raises(ValueError, match="each of its own"):
+    with pytest.raises(ValueError, match="differ from one another"):
         over_torque_and_phase(ste)
 
 
 def test_phases_may_end_on_a_whole_pitch():
-    """From pitch point to pitch point; the end counts to the pitch that begins there."""
+    """From pitch point to pitch point; the last phase belongs to the next pitch."""
     gear = paper_gear(flank=fem.PitchDeviation(np.linspace(0, 5 * um, 57)))
     pair, plain = fem.GearPair(gear, paper_gear(), a=150 * mm), fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
     ste = fem.static_transmission_error(pair, [0, 150], [0, 0.5, 1], resolution=COARSE, progress=False)

@@ -60,12 +60,12 @@ def test_swapping_pinion_and_wheel_mirrors_the_phase(unequal):
     assert te == pytest.approx(np.roll(mirrored[::-1], 1), rel=2e-3)
 
 
-def encounter(pair, bodies, phase) -> ToothContact:
+def tooth_contact(pair, bodies, phase) -> ToothContact:
     return ToothContact(MeshPosition(pair, pair.a, 0.0, phase), *bodies, 3)
 
 
-def test_which_tooth_is_called_0_does_not_matter(paper_pair, bodies):
-    te, renumbered = (encounter(paper_pair, bodies, phase).state(2000.0).te for phase in (0.3, 1.3))
+def test_te_does_not_depend_on_which_tooth_is_number_0(paper_pair, bodies):
+    te, renumbered = (tooth_contact(paper_pair, bodies, phase).state(2000.0).te for phase in (0.3, 1.3))
     assert renumbered == pytest.approx(te, rel=1e-9)
 
 
@@ -75,19 +75,19 @@ def test_identical_gears_give_a_symmetric_curve(paper_pair):
 
 
 def test_contact_balances_the_load_and_never_pulls_nor_penetrates(paper_pair, bodies):
-    meeting = encounter(paper_pair, bodies, 0.45)
-    cells = meeting.slicing.over(dict.fromkeys((-1, 0), meeting.slicing.ends))
-    half_width = cells.half_width(np.full(cells.low.size, 90e3))
-    strips = strips_of(cells, half_width)
-    contact = assemble(cells, strips, bodies, 0.0)
-    delta, _, f = contact.solve(1000.0, strips.expected > 0)
-    slack = contact.displacement(f) + contact.gap - contact.approach * delta
-    assert (contact.approach * f).sum() == pytest.approx(1000.0, rel=1e-12)
+    contact = tooth_contact(paper_pair, bodies, 0.45)
+    slices = contact.slicing.over(dict.fromkeys((-1, 0), contact.slicing.ends))
+    half_width = slices.half_width(np.full(slices.low.size, 90e3))
+    strips = strips_of(slices, half_width)
+    strip_contact = assemble(slices, strips, bodies, 0.0)
+    delta, _, f = strip_contact.solve(1000.0, strips.expected > 0)
+    slack = strip_contact.displacement(f) + strip_contact.gap - strip_contact.approach * delta
+    assert (strip_contact.approach * f).sum() == pytest.approx(1000.0, rel=1e-12)
     assert f.min() >= 0
     assert slack.min() > -1e-12 * um
     assert np.abs(f * slack).max() < 1e-9 * um
     assert (f.reshape(2, -1, STRIPS).sum(axis=(1, 2)) > 0).all()
-    compliance = [contact.displacement(unit.reshape(f.shape)).ravel() for unit in np.eye(f.size)]
+    compliance = [strip_contact.displacement(unit.reshape(f.shape)).ravel() for unit in np.eye(f.size)]
     assert compliance == pytest.approx(np.transpose(compliance), rel=1e-9)
     assert np.linalg.eigvalsh(compliance).min() > 0
 
@@ -95,14 +95,14 @@ def test_contact_balances_the_load_and_never_pulls_nor_penetrates(paper_pair, bo
 def test_light_load_follows_line_contact(paper_pair, bodies):
     """One pair alone: compliance te/F falls by (c1 + c2) / (2 b) per unit of ln F (Hertz)."""
     force = np.array([0.01, 0.1, 1.0, 10.0])
-    compliance = [encounter(paper_pair, bodies, 0.0).state(f).te / f for f in force]
+    compliance = [tooth_contact(paper_pair, bodies, 0.0).state(f).te / f for f in force]
     slope = -np.diff(compliance) / np.diff(np.log(force))
     assert slope == pytest.approx(flattening(paper_pair.pinion.material) / paper_pair.b, rel=0.02)
 
 
 def test_peak_pressure_is_that_of_hertz(paper_pair, bodies):
-    meeting = encounter(paper_pair, bodies, 0.0)
-    state = meeting.state(2000.0)
+    contact = tooth_contact(paper_pair, bodies, 0.0)
+    state = contact.state(2000.0)
     line_load = state.force / state.slices.length
     hertz = 2 * line_load / (np.pi * state.slices.half_width(line_load))
     assert state.pressure == pytest.approx(hertz, rel=0.01)
@@ -110,8 +110,8 @@ def test_peak_pressure_is_that_of_hertz(paper_pair, bodies):
 
 
 def test_line_loads_flattened_by_hertz_agree_with_strips_away_from_the_tips(paper_pair, bodies):
-    meeting = encounter(paper_pair, bodies, 0.0)
-    resolved, sliced = meeting.state(2000.0), meeting.slice_states(np.array([2000.0]), np.zeros(1))[0]
+    contact = tooth_contact(paper_pair, bodies, 0.0)
+    resolved, sliced = contact.state(2000.0), contact.slice_states(np.array([2000.0]), np.zeros(1))[0]
     assert sliced.te == pytest.approx(resolved.te, rel=2e-3)
     assert sliced.pressure[sliced.force > 0] == pytest.approx(resolved.pressure, rel=0.01)
 
@@ -125,7 +125,7 @@ def test_more_torque_deflects_more_at_falling_rate(paper_pair):
 
 
 def test_unloaded_error_beyond_the_path_of_contact_is_a_gap(paper_pair, bodies):
-    separation = np.sort(np.divide(*encounter(paper_pair, bodies, 0.0).slicing.stations.smallest_gap))
+    separation = np.sort(np.divide(*tooth_contact(paper_pair, bodies, 0.0).slicing.stations.smallest_gap))
     assert separation[0] == pytest.approx(0, abs=1e-15)
     assert separation[-1] > 1 * um
 
@@ -175,7 +175,7 @@ def test_misaligned_force_moves_to_the_closed_side(paper_pair):
 
 
 def test_pressure_grows_with_the_root_of_the_load(paper_pair, bodies):
-    light, heavy = (encounter(paper_pair, bodies, 0.0).state(f).peak_pressure() for f in (500.0, 2000.0))
+    light, heavy = (tooth_contact(paper_pair, bodies, 0.0).state(f).peak_pressure() for f in (500.0, 2000.0))
     assert heavy == pytest.approx(2 * light, rel=0.01)
 
 
@@ -186,7 +186,7 @@ def test_executor_gives_the_same_map(paper_pair):
     assert np.abs(spread["te"] - alone["te"]).max() < 1e-12 * um
 
 
-def test_map_survives_the_disk(paper_pair, tmp_path):
+def test_map_is_read_back_from_the_file(paper_pair, tmp_path):
     ste = fem.static_transmission_error(paper_pair, [0, 150], 6, progress=False)
     path = fem.save(ste, tmp_path / "pair.nc")
     again = fem.load(path)
@@ -211,7 +211,7 @@ def test_helical_reference_by_its_own_model(helical_pair):
 
 
 def test_helical_mean_with_all_teeth_coupled(helical_pair):
-    """As of the reference; the peak to peak is larger, 0.72 and 1.35 um, as in `test_helical_twin`."""
+    """The mean is that of the reference; the peak to peak is larger, 0.72 and 1.35 um, as in `test_helical_twin`."""
     ste = fem.static_transmission_error(helical_pair, [150, 350], 30, progress=False)
     assert mean_and_peak_to_peak(ste, 150)[0] == pytest.approx(8.59 * um, rel=0.003)
     assert mean_and_peak_to_peak(ste, 350)[0] == pytest.approx(19.34 * um, rel=0.006)

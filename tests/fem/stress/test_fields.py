@@ -223,7 +223,7 @@ def test_pressure_of_a_corner_is_equal_on_both_gears(phase):
 
 
 def strip_middles(placement: Placement, on_teeth: list[FlankLoad]) -> np.ndarray:
-    """(3, n) middles of all strips that carry load, where the gear stands; in order of z and y."""
+    """(3, n) middles of all strips that carry load, in the position of the gear; in order of z and y."""
     points = []
     for load in on_teeth:
         axial = np.broadcast_to((load.low + load.high)[:, None] / 2, load.force.shape)
@@ -264,7 +264,7 @@ def double_contact_fixture():
 
 
 def test_swapped_gears_mirror_the_fields(double_contact):
-    """An equal wheel as far behind the pitch point is the pinion before it, turned by pi.
+    """An equal wheel behind the pitch point is the pinion as far before it, turned by pi.
 
     To 0.1 %: the same flank belongs to another tooth of the mesh, which has teeth on a few pitches only.
     """

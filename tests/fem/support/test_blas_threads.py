@@ -1,4 +1,4 @@
-"""Dense algebra takes one thread inside the context, and as many as before after the last of them."""
+"""Dense algebra takes one thread inside the context, and as many as before after the last context ends."""
 
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier, Event

@@ -72,8 +72,8 @@ def test_compiled_code_is_renewed_when_a_module_of_another_folder_changes(tmp_pa
     assert results == [(3.0, 0), (3.0, 1), (4.0, 0)]
 
 
-def test_nothing_is_kept_where_numbas_cache_has_other_names(tmp_path, monkeypatch):
-    """Then every process compiles for itself: slow, but never out of date."""
+def test_nothing_is_cached_where_numbas_private_names_differ(tmp_path, monkeypatch):
+    """Then every process compiles anew: slow, but never out of date."""
     monkeypatch.setattr("sys.dont_write_bytecode", True)
     monkeypatch.setattr(fem.support.numba_cache, "njit", lambda function, cache=False: numba.njit(function))
     for factor in (2.0, 3.0):

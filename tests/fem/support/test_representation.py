@@ -1,4 +1,4 @@
-"""Texts of data are short; the exact ones, keys of the cache, differ for different data."""
+"""Texts of data are short; exact texts, the keys of the cache, differ for different data."""
 
 import re
 from dataclasses import replace

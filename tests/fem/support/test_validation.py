@@ -1,4 +1,4 @@
-"""Checks of input say which argument is wrong, what it is and what helps."""
+"""Messages of input checks name the argument, its value and a remedy."""
 
 import numpy as np
 import pytest

@@ -1,0 +1,213 @@
+"""Numbers of examples/MEASURED.md that no other test shows: pytest tests/benchmarks/test_measured.py -m slow -n 0 -s.
+
+Each test prints its row of a table. Times mean little on a busy machine, and only values are asserted.
+"""
+
+import resource
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from functools import partial
+from multiprocessing import get_context
+
+import korta_pair
+import numpy as np
+import pytest
+import two_stage_helical
+from benchmark_run_up import on_bearings
+from helical_gears import helical
+from modified_pairs import fzg_type_c, wide_helical
+from paper_gears import paper_gear
+
+import exugear
+import fem
+from exugear.post.plots import CYCLES
+from fem.contact.resolution import Resolution, Slices
+from fem.units import deg, mm, rpm, um
+
+pytestmark = pytest.mark.slow
+DEFAULT = Resolution()
+FINER = DEFAULT.finer_inside()
+ADJACENT = Resolution(fem.Density(flank=24, width=4), neighbours=1)
+TIP_RELIEF, LEAD_CROWNING = fem.TipRelief(15 * um, 2.5 * mm), fem.LeadCrowning(10 * um)
+PROCESSES = 2
+
+
+def paper_pair(*flank) -> fem.GearPair:
+    gear = paper_gear(flank=flank)
+    return fem.GearPair(gear, gear, a=150 * mm)
+
+
+def helical_pair(*flank) -> fem.GearPair:
+    return fem.GearPair(helical(1, flank=flank), helical(-1, flank=flank), a=150 * mm)
+
+
+def peak_to_peak(te) -> np.ndarray:
+    return np.ptp(np.asarray(te), axis=-1) / um
+
+
+@pytest.mark.parametrize(
+    ("resolution", "mean", "swing"),
+    [
+        (DEFAULT, (8.583, 19.403), (0.714, 1.345)),
+        (FINER, (8.590, 19.420), (0.719, 1.356)),
+        (ADJACENT, (8.549, 19.288), (0.673, 1.161)),
+        (ADJACENT.finer_inside(), (8.558, 19.310), (0.674, 1.165)),
+        (replace(DEFAULT, neighbours=1), None, (0.667, 1.149)),
+    ],
+    ids=["coupled", "coupled, finer", "adjacent, flank 24", "adjacent, finer", "adjacent, default"],
+)
+def test_helical_pair_by_resolution(resolution, mean, swing):
+    ste = fem.static_transmission_error(helical_pair(), [150, 350], 30, resolution=resolution, progress=False)
+    te = ste["te"].values
+    half_cycle = peak_to_peak(te[:, :16:3])
+    print(f"mean {te.mean(axis=1) / um} um, peak to peak {peak_to_peak(te)} um, of six phases {half_cycle} um")
+    assert mean is None or te.mean(axis=1) / um == pytest.approx(mean, rel=1e-3)
+    assert peak_to_peak(te) == pytest.approx(swing, rel=5e-3)
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.1])
+def test_coupling_of_teeth_two_pitches_apart(phase):
+    coupled, adjacent = (
+        fem.static_transmission_error(helical_pair(), [150, 350], [phase], resolution=resolution, progress=False)["te"]
+        for resolution in (FINER, replace(FINER, neighbours=1))
+    )
+    difference = (coupled - adjacent).values[:, 0] / um
+    print(f"phase {phase}: {difference} um")
+    assert difference == pytest.approx({0.0: (0.106, 0.306), 0.1: (0.085, 0.265)}[phase], rel=0.02)
+
+
+def spur_and_helix(beta: float) -> fem.GearPair:
+    pinion = fem.Gear(z=25, m_n=2 * mm, b=20 * mm, d_bore=20 * mm, beta=beta)
+    return fem.GearPair(pinion, fem.Gear(z=47, m_n=2 * mm, b=20 * mm, d_bore=40 * mm, beta=-beta))
+
+
+REQUESTS = {
+    "paper": (paper_pair(), 350, (0.02, 0.005)),
+    "tip relief": (paper_pair(TIP_RELIEF), 350, (0.02, 0.005)),
+    "lead crowning": (paper_pair(LEAD_CROWNING), 350, (0.02,)),
+    "helix 20 deg": (spur_and_helix(20 * deg), 100, (0.02,)),
+    "FZG C, 40 um": (fzg_type_c(40 * um), 302, (0.02,)),
+    "FZG C, 50 um": (fzg_type_c(50 * um), 302, (0.02,)),
+    "wide": (wide_helical(), 25_465, (0.02,)),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "accuracy"), [(name, accuracy) for name, (*_, requested) in REQUESTS.items() for accuracy in requested]
+)
+def test_requested_accuracy(name, accuracy):
+    pair, torque, _ = REQUESTS[name]
+    start = time.perf_counter()
+    ste = fem.static_transmission_error(pair, fem.UpTo(torque), phases=None, accuracy=accuracy, progress=False)
+    spent, error = time.perf_counter() - start, float(ste["error_p2p"][-1]) / um
+    swing = peak_to_peak(ste["te"])[-1]
+    size = f"{ste['torque'].size} x {ste['phase'].size}"
+    print(f"{name}, {accuracy}: {size}, peak to peak {swing:.2f} +- {error:.2f} um, {spent:.1f} s")
+    assert error < 5 * accuracy * swing * 3.1
+
+
+@pytest.mark.parametrize("resolution", [DEFAULT, *(Slices(slices=n) for n in (20, 40, 80))], ids=str)
+def test_wide_pair_by_resolution(resolution):
+    ste = fem.static_transmission_error(wide_helical(), 25_465, 28, resolution=resolution, progress=False)
+    print(f"peak to peak {peak_to_peak(ste['te'])} um")
+    assert 1.7 < peak_to_peak(ste["te"])[0] < 2.2
+
+
+@pytest.mark.parametrize("load", [150.0, 350.0])
+@pytest.mark.parametrize("ratio", [0.05, 0.07, 0.08, 0.1])
+def test_resonances_by_mesh_damping(ratio, load):
+    """Peaks at 1/4, 1/3, 1/2 and all of the main resonance; more damping raises its frequency."""
+    ste = fem.static_transmission_error(paper_pair(), korta_pair.MAP_TORQUES, korta_pair.MAP_PHASES, progress=False)
+    peaks = korta_pair.shares_of_main(korta_pair.run(korta_pair.gearbox(ste, ratio), load))
+    print(f"{ratio:.0%} of critical damping, {load:g} N m: {peaks.round()} Hz")
+    assert 1850 < peaks[-1] < 2080
+
+
+@pytest.mark.parametrize("load", [150.0, 350.0])
+@pytest.mark.parametrize(("tolerance", "step"), [(1e-3, None), (1e-4, None), (1e-4, 6e-6)])
+def test_folded_harmonics_between_the_mesh_orders(tolerance, step, load):
+    """Largest amplitude at least 0.05 mesh orders away from each order, in lines from 2450 rpm on."""
+    ste = fem.static_transmission_error(paper_pair(), korta_pair.MAP_TORQUES, korta_pair.MAP_PHASES, progress=False)
+    model = exugear.build(korta_pair.gearbox(ste))
+    conditions = {"speed": (0, korta_pair.TOP_SPEED), "duration": korta_pair.DURATION, "progress": False}
+    run = exugear.run_up(model, load=load, tolerance=tolerance, step=step, **conditions)
+    data = run.data.isel(stage=0)
+    speed = 2 * np.pi * data["mesh_frequency"].values
+    lines = exugear.order_spectrum(data["time"].values, speed, data["dte"].values, orders=3.2, revolutions=CYCLES)
+    level = 20 * np.log10(lines.amplitude / um)
+    between = (lines.order > 0.5) & (np.abs(lines.order - np.round(lines.order)) > 0.05)
+    folded = level[lines.speed > paper_gear().z * 2450 * rpm][:, between].max(axis=1)
+    print(f"step {run.step / 1e-6:.1f} us, {load:g} N m: median {np.median(folded):.0f}, largest {folded.max():.0f} dB")
+    print(f"  main resonance {level[:, lines.order > 0.5].max():.0f} dB re 1 um")
+    assert np.median(folded) < (-30 if tolerance > 5e-4 else -45)
+
+
+STATES = {
+    "spur": (paper_pair, ()),
+    "spur, tip relief": (paper_pair, (TIP_RELIEF,)),
+    "spur, lead crowning": (paper_pair, (LEAD_CROWNING,)),
+    "helix 15 deg": (helical_pair, ()),
+    "helix 15 deg, relief and crowning": (helical_pair, (TIP_RELIEF, LEAD_CROWNING)),
+}
+
+
+def state_time(pair: fem.GearPair, torque, executor=None) -> float:
+    """Median time of a state [ms] in maps of 30 phases, compliances in the cache."""
+    times = []
+    for _ in range(6):
+        start = time.perf_counter()
+        ste = fem.static_transmission_error(pair, torque, 30, executor=executor, progress=False)
+        times.append((time.perf_counter() - start) / ste["te"].size * 1e3)
+    return float(np.median(times[1:]))
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_time_of_a_state(name):
+    make, flank = STATES[name]
+    pair, torques = make(*flank), np.linspace(150, 350, 5)
+    single, pairwise, several = (state_time(pair, torque) for torque in ([350], [150, 350], torques))
+    further = (several * 5 - pairwise * 2) / 3
+    with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as executor:
+        spread = state_time(pair, [350], executor)
+    print(f"{name}: further torque {further:.1f}, 150 and 350 N m {pairwise:.1f}, 350 N m {single:.1f} ms")
+    print(f"  over {PROCESSES} processes {spread:.1f} ms")
+    assert single > 0
+
+
+def measured_time(call) -> float:
+    """Time of a call [s], printed with the peak memory of the process."""
+    start = time.perf_counter()
+    call()
+    spent = time.perf_counter() - start
+    print(f"{spent:.1f} s, {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB at the peak")
+    return spent
+
+
+@pytest.mark.parametrize("pair", [paper_pair(), helical_pair()], ids=["spur", "helical"])
+@pytest.mark.parametrize(
+    "call",
+    [lambda pair: fem.stress.solid_fields(pair, 150, 0.0), lambda pair: fem.root_stress(pair, 150, 8, progress=False)],
+    ids=["solid fields", "root stress"],
+)
+def test_time_of_stresses(call, pair):
+    assert measured_time(partial(call, pair)) > 0
+
+
+def test_helical_curve_with_nothing_cached(tmp_path, monkeypatch):
+    monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
+    curve = partial(fem.static_transmission_error, helical_pair(), [150, 350], 30, progress=False)
+    assert measured_time(curve) > 0
+
+
+def test_time_of_two_helical_stages_on_bearings():
+    """Time of a step and a mesh beside that of a spur pair in space on bearings."""
+    ste = fem.static_transmission_error(paper_pair(), korta_pair.MAP_TORQUES, korta_pair.MAP_PHASES, progress=False)
+    elastic = on_bearings(korta_pair.gearbox(ste))
+    single = exugear.build(elastic, plan=exugear.plan(elastic).with_bodies())
+    double = exugear.build(two_stage_helical.gearbox(two_stage_helical.laws(), two_stage_helical.pairs()))
+    conditions = {"speed": two_stage_helical.SPEED, "duration": 10.0, "progress": False}
+    runs = [exugear.run_up(model, load=load, **conditions) for model, load in ((single, 150.0), (double, 600.0))]
+    of_pair, of_stages = (run.wall_time * run.step / 10.0 / 1e-6 / run.data["stage"].size for run in runs)
+    print(f"{runs[1].wall_time:.1f} s; a step takes {of_pair:.1f} and {of_stages:.1f} us per mesh")
+    assert runs[1].data["dte"].sizes["stage"] == 2

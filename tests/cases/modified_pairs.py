@@ -1,0 +1,25 @@
+"""Pairs with modified flanks: type C of FZG, and a wide helical pair."""
+
+from dataclasses import replace
+
+import fem
+from fem.units import mm, um
+
+
+def fzg_type_c(C_a: float) -> fem.GearPair:
+    """Type C of FZG with tip relief and crowning, teeth 0.06 mm thinner than nominal."""
+    flank = (fem.TipRelief(C_a, 4.5 * mm), fem.LeadCrowning(4 * um))
+    common = {"m_n": 4.5 * mm, "b": 14 * mm, "d_bore": 30 * mm, "flank": flank}
+    pinion = fem.Gear(z=16, x=0.1824, d_a=82.45 * mm, **common)
+    wheel = fem.Gear(z=24, x=0.1715, d_a=118.35 * mm, **common)
+    thinner = (replace(gear, s_n=gear.s_n - 0.06 * mm) for gear in (pinion, wheel))
+    return fem.GearPair(*thinner, a=91.5 * mm)
+
+
+def wide_helical() -> fem.GearPair:
+    """Helix 14 deg over 200 mm, parabolic tip relief and crowning on both gears."""
+    flank = (fem.TipRelief(70 * um, 8 * mm, power=2), fem.LeadCrowning(25 * um))
+    common = {"m_n": 8 * mm, "flank": flank}
+    pinion = fem.Gear(z=25, b=210 * mm, beta=0.24434609527920614, x=0.25, d_bore=120 * mm, **common)
+    wheel = fem.Gear(z=98, b=200 * mm, beta=-0.24434609527920614, x=-0.05, d_bore=500 * mm, **common)
+    return fem.GearPair(pinion, wheel, a=fem.GearPair(pinion, wheel).a + 0.2 * mm)
