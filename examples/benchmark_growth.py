@@ -19,7 +19,7 @@ from numba import njit
 import exugear
 import fem
 from exugear.force_table.force_kernels import damping, spinning_force
-from exugear.plan.integrator import BETA, Rule
+from exugear.plan.integrator_and_step import BETA, Rule
 from exugear.simulation.solver_settings import settings_for
 from fem.units import mm
 

@@ -14,9 +14,9 @@ import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.elements.difference_jacobian import jacobian
-from exugear.elements.divergence import stop_message
 from exugear.elements.exudyn_objects import gear_body, kind_of, node_of
 from exugear.elements.native.native import direct_or_portable
+from exugear.elements.stop_messages import stop_message
 from exugear.force_table.kernel_records import address_of
 from exugear.kernels.contact_frame import frame_between
 from exugear.kernels.contact_kernels import SPIN, kernel_of

@@ -8,7 +8,8 @@ Forces on the coordinates follow by virtual work; `exugear.kernels.kinematics` c
 from math import atan2, cos, floor, hypot, pi, sin
 from typing import NamedTuple
 
-from exugear.kernels.attitude import (
+from exugear.kernels.kinematics import Row, Vector
+from exugear.kernels.rotation import (
     EULER,
     IN_PLANE,
     RXYZ,
@@ -22,7 +23,6 @@ from exugear.kernels.attitude import (
     times,
     transposed,
 )
-from exugear.kernels.kinematics import Row, Vector
 from fem.support.numba_cache import compiled, kept
 
 #: Number of coordinates of each kind of body.

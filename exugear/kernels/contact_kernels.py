@@ -3,11 +3,11 @@
 from functools import cache
 
 from exugear.force_table.force_kernels import table_at
-from exugear.kernels.attitude import EULER, IN_PLANE, RXYZ, SPIN_ALONE, UPRIGHT, VECTOR
 from exugear.kernels.body_motion import SIZES, forces_on, motions_of
 from exugear.kernels.contact_records import frame_at, state_at
 from exugear.kernels.kinematics import rotational_mesh, spatial_mesh
 from exugear.kernels.recorder import sample_of, write, write_motion
+from exugear.kernels.rotation import EULER, IN_PLANE, RXYZ, SPIN_ALONE, UPRIGHT, VECTOR
 from fem.support.numba_cache import kept
 
 SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"

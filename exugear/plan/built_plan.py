@@ -6,7 +6,14 @@ from math import pi
 
 from exugear.mesh_force.force import MeshForce
 from exugear.plan.coordinates import Coordinates
-from exugear.plan.integrator import ANGLE_AT_1E3, ANGLE_ON_BEARINGS_AT_1E3, BOUND_MARGIN, STABLE, Rule, rule_for
+from exugear.plan.integrator_and_step import (
+    ANGLE_AT_1E3,
+    ANGLE_ON_BEARINGS_AT_1E3,
+    BOUND_MARGIN,
+    STABLE,
+    Rule,
+    rule_for,
+)
 from exugear.plan.plan import Plan
 from fem.support.arguments import Finite, checked
 

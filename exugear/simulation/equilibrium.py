@@ -9,7 +9,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
-from exugear.elements.divergence import DIVERGED
+from exugear.elements.stop_messages import DIVERGED
 from exugear.gearbox.bearing_stiffness import radial_secant, radial_table
 from exugear.gearbox.shaft import Coupling
 from exugear.mesh_force.map_range import larger_torque
@@ -33,7 +33,7 @@ UNIT = "(in N/m: 200 N/um are 200e6)"
 LEAST_INERTIA_SHARE = 1e-6
 #: How Exudyn reports an exception of a user function: its name and the message.
 USER_FUNCTION_ERROR = r"USER FUNCTION '([^']*)':\s*([^\n]+)"
-#: Messages of the user functions of this package (`exugear.elements.divergence`, `Conditions.load_at`).
+#: Messages of the user functions of this package (`exugear.elements.stop_messages`, `Conditions.load_at`).
 MESSAGE = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
 
 

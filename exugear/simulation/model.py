@@ -32,7 +32,7 @@ from exugear.kernels.reference_configuration import (
 from exugear.mesh_force.force import MeshForce
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import Coordinates, pose
-from exugear.plan.integrator import Rule
+from exugear.plan.integrator_and_step import Rule
 from exugear.plan.plan import Plan
 from exugear.plan.plan import plan as plan_of
 from fem.support.arguments import checked

@@ -12,7 +12,7 @@ from typing import Any
 import xarray as xr
 
 from exugear.elements.exudyn_objects import quiet
-from exugear.plan.integrator import Rule
+from exugear.plan.integrator_and_step import Rule
 from exugear.simulation.drive_and_load import applied
 from exugear.simulation.equilibrium import start
 from exugear.simulation.model import Model, linearized

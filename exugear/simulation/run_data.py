@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.elements.bearing_elements import reactions
-from exugear.plan.time_steps import Steps
+from exugear.plan.sampling import Steps
 from exugear.simulation.equilibrium import UNIT
 from exugear.simulation.model import Model, on_bearings
 from exugear.simulation.solver_settings import Scheme

@@ -11,7 +11,7 @@ import exudyn as exu
 import numpy as np
 from tqdm import tqdm
 
-from exugear.plan.integrator import Rule
+from exugear.plan.integrator_and_step import Rule
 from exugear.simulation.equilibrium import explained
 from exugear.simulation.model import Model, lag_corrected
 from exugear.simulation.solver_settings import Scheme, settings_for

@@ -1,8 +1,7 @@
 """The gap between two flanks before they deflect: exact involutes, modifications, offsets.
 
 The face width of each tooth pair is cut into slices; in a slice gap and load are those of its middle section, along the
-line of contact. `closest_point` searches for closest points: along the profile in this module, across the face in
-`tooth_contact`.
+line of contact. `closest_point` searches along the profile here, and across the face in `tooth_contact`.
 """
 
 from collections.abc import Callable

@@ -3,8 +3,8 @@
     M (u'' + 2 w x u' + w' x r + w x (w x r)) + d M v = -R(u) + contact,        v_(n+1/2) = v_(n-1/2) + h v'_n
 
 with hubs, frames and load of `fem.reference.time_integration`. No system is solved, but the step h must satisfy
-h <= 2 / omega_max of the mesh (Courant, Friedrichs, Lewy); a node that is too light for a requested step gets the mass
-it needs (mass scaling: Belytschko, Liu, Moran, Nonlinear Finite Elements, 2000), which lowers natural frequencies.
+h <= 2 / omega_max of the mesh (Courant, Friedrichs, Lewy); nodes too light for a requested step get more mass, which
+lowers natural frequencies (mass scaling: Belytschko, Liu, Moran, Nonlinear Finite Elements, 2000).
 """
 
 from dataclasses import dataclass, replace
@@ -82,8 +82,7 @@ def transmission_error(
     "energy": kinetic, strain and contact energy [J]; "work": by the pinion's hub, against load, damping and slip [J];
     damping acts against the motion relative to steady rotation and does work on gears that turn more slowly.
     attrs["added_mass"]: mass scaling as share of the gears' mass.
-    Raises ValueError for bad input, RuntimeError where the integration is not stable or the gears separate by the
-    backlash.
+    Raises ValueError for bad input, RuntimeError for an unstable integration and gears that separate by the backlash.
     """
     loaded, density = checked_run(pair, torque, run, density, ElementQuad1())
     scheme = CentralDifferences() if scheme is None else scheme

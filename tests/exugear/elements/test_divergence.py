@@ -8,7 +8,7 @@ from exudyn.rigidBodyUtilities import InertiaCuboid
 from scenes import paper_pair, smooth_map
 
 import exugear
-from exugear.elements.divergence import stop_message
+from exugear.elements.stop_messages import stop_message
 from fem.ste.ste_map import ste_map
 from fem.units import mm
 

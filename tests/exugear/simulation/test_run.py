@@ -13,7 +13,7 @@ import xarray as xr
 from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, smooth_box, smooth_map
 
 import exugear
-from exugear.plan.time_steps import summable
+from exugear.plan.sampling import summable
 from exugear.simulation.step_error import Solver
 from exugear.simulation.time_functions import Curve, line
 from fem.units import mm, rpm, um

@@ -1,4 +1,4 @@
-"""Integrator and step: fourth order while it is stable, else the trapezoidal rule."""
+"""Choice of the integrator and the time step: fourth order while it is stable, else the trapezoidal rule."""
 
 from dataclasses import dataclass
 from math import sqrt

@@ -1,4 +1,6 @@
-"""Steps and samples of a run: their number and size, and whether they meet the jumps of force laws.
+"""Samples of a run and whole steps between them, which fit the duration and meet the jumps of force laws.
+
+The step that accuracy and stability allow is chosen in `integrator_and_step`.
 
 A jump that lies at another fraction of a time step in every mesh period excites subharmonics of the mesh frequency
 that the gears do not have: 6 % of the rms and 21 % of the peak to peak of a lightly damped mesh at 12.5 steps in a

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from exugear.plan.time_steps import dividing_step, miss
+from exugear.plan.sampling import dividing_step, miss
 
 
 def test_steps_divide_mesh_periods_and_the_times_of_jumps():
