@@ -1,4 +1,7 @@
-"""Local flattening of a line contact: half-planes under strips of pressure (Johnson, Contact Mechanics, ch. 2, 4)."""
+"""Local flattening of a line contact: half-planes under strips of pressure (Johnson, Contact Mechanics, ch. 2, 4).
+
+`fem.contact.line_contact.Flattening` takes it as the law of one line load, `fem.contact.strip_bounds` between strips.
+"""
 
 import numpy as np
 

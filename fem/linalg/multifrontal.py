@@ -9,7 +9,7 @@ Why not a library: the solid of a spur gear (52 800 unknowns over half of the wi
 0.4 s and 0.11 GB on one core, against 2.2 s and 0.34 GB of CHOLMOD and 4.5 s and 0.67 GB of SuperLU; that of a helical
 gear 2.1 s and 0.42 GB, against 6.9 s and 0.76 GB of CHOLMOD and 13 s and 1.6 GB of SuperLU. The blocks of a prism are
 known beforehand, its matrix is never assembled, and columns that no load or reading needs are not stored. Measured by
-``pytest tests/benchmarks/test_direct_solver.py -m slow -n 0 -s``.
+``pytest tests/benchmarks/test_direct_solver.py -m measured -n 0 -s``.
 """
 
 from collections import defaultdict

@@ -27,7 +27,7 @@ from fem.linalg import direct_solver, multifrontal
 from fem.linalg.block_matrix import KroneckerMatrix
 
 pytestmark = [
-    pytest.mark.slow,
+    pytest.mark.measured,
     pytest.mark.skipif(not Path("/proc/self/clear_refs").exists(), reason="reads memory as Linux shows it"),
 ]
 GEARS = {"spur": paper_gear, "helical": lambda: helical(1)}

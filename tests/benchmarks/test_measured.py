@@ -25,7 +25,7 @@ from exugear.post.plots import CYCLES
 from fem.contact.resolution import Resolution, Slices
 from fem.units import deg, mm, rpm, um
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.measured
 DEFAULT = Resolution()
 FINER = DEFAULT.finer_inside()
 ADJACENT = Resolution(fem.Density(flank=24, width=4), neighbours=1)
