@@ -1,4 +1,4 @@
-"""Time and memory of one gear's factorization: pytest tests/benchmarks/test_direct_solver.py -m slow -n 0 -s.
+"""Time and memory of one gear's factorization: pytest tests/benchmarks/test_direct_solver.py -m measured -n 0 -s.
 
 The solid is that of `flank_compliance`. Each solver runs in a process of its own, on one thread; the time is that of
 the processor, and a solver that needs the assembled matrix assembles it.
