@@ -1,6 +1,6 @@
 """Checksum of the source of a module and of all modules that it imports from these packages."""
 
-import ast
+import re
 import sys
 from functools import cache
 from pathlib import Path
@@ -9,15 +9,19 @@ from zlib import crc32
 from fem.support.version import __version__
 
 
+#: Import statements, of several lines where names stand in parentheses.
+IMPORT = re.compile(
+    r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE
+)
+
+
 @cache
 def imported(source: bytes) -> tuple[str, ...]:
-    """Names of all modules that a source may import."""
+    """Names of all modules that a source may import, and of what it imports from them."""
     names: list[str] = []
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.Import):
-            names += [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+    for module, members, modules in IMPORT.findall(source.decode()):
+        names += re.findall(r"[\w.]+", modules)
+        names += [module, *(f"{module}.{member}" for member in re.findall(r"\w+", members))] if module else []
     return tuple(names)
 
 

@@ -21,6 +21,8 @@ from fem.units import um
 
 TINY = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1)
 SLICES, WIDEST, MOST_PAIRS, BAND = 6, 8, 2.5, 0.025
+#: Deflection in modules up to which gears are stiff enough to mesh.
+MESHABLE = 0.1
 FAST = settings(max_examples=6, deadline=None, derandomize=True, phases=[Phase.generate])
 MANY = settings(max_examples=40, deadline=None, derandomize=True, phases=[Phase.generate])
 
@@ -184,6 +186,8 @@ def modes_agree(scene: Scene) -> None:
     """Slices have one line load where the flanks are closest; only loaded tips need strips."""
     phases = [replace(plain(scene), axial=0.0, slices=16, phase=i / 4) for i in range(4)]
     resolved, sliced = np.array([[state.te for state in phase.solved()] for phase in phases]).mean(axis=0)
+    if resolved > MESHABLE * scene.pair.pinion.m_n:
+        reject()
     assert sliced == pytest.approx(resolved, rel=BAND), f"slices {sliced / resolved - 1:.2%} off"
 
 
