@@ -8,7 +8,6 @@ from zlib import crc32
 
 from fem.support.version import __version__
 
-
 #: Import statements, of several lines where names stand in parentheses.
 IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE

@@ -1,4 +1,6 @@
-"""Numbers of examples/MEASURED.md that no other test shows: pytest tests/benchmarks/test_measured.py -m measured -n 0 -s.
+"""Numbers of examples/MEASURED.md that no other test shows.
+
+    pytest tests/benchmarks/test_measured.py -m measured -n 0 -s
 
 Each test prints its row of a table. Times mean little on a busy machine, and only values are asserted.
 """
