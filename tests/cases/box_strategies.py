@@ -9,6 +9,7 @@ from strategies import floats, pairs
 
 import exugear
 import fem
+from exugear.gearbox.bearing import SOFT, SOFT_TILT
 from fem.ste.ste_map import ste_map
 from fem.units import GPa, MPa, um
 
@@ -84,10 +85,10 @@ class Scene:
 @st.composite
 def bearings(draw, k: float) -> exugear.Bearing:
     """Bearings of every kind with stiffnesses around k [N/m] that support a shaft, alone or as a pair."""
-    radial = k * 10 ** draw(floats(-1, 1.5))
+    radial = max(k * 10 ** draw(floats(-1, 1.5)), SOFT)
     play = draw(floats(0, 30)) * um
-    rest = {"axial": radial * draw(floats(0.05, 1)), "damping": draw(st.just(0.0) | floats(1e-7, 1e-4))}
-    rest["tilt"] = radial * draw(floats(1e-4, 1e-2))
+    rest = {"axial": max(radial * draw(floats(0.05, 1)), SOFT), "damping": draw(st.just(0.0) | floats(1e-7, 1e-4))}
+    rest["tilt"] = max(radial * draw(floats(1e-4, 1e-2)), SOFT_TILT)
     r = np.array([0, play, play + 5e-3]) if play > 0.1 * um else np.array([0, 20 * um, 5e-3])
     table = r, np.array([0, 0.3 * radial * r[1] * draw(st.booleans()), radial * r[2]])
     coupled = exugear.Bearing(radial, rest["axial"], rest["tilt"]).at(draw(floats(-0.05, 0.05)))
