@@ -1,6 +1,6 @@
 """Run time against error: STE by several methods, run-ups by step, integrator and reduction, growth with the scene.
 
-    python examples/benchmark.py results            (10 to 15 minutes on two cores; --quick: a minute)
+    python examples/benchmark.py results            (3 minutes on two cores; --quick: a minute)
 
 Every error is against a run that is several times finer. Every time stands beside yardsticks: a compiled loop without
 Exudyn, Exudyn with a built-in spring instead of the mesh, and the times that the paper states.

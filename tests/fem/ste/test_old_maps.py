@@ -26,6 +26,7 @@ def test_an_old_map_holds_its_pair(pair):
     assert fem.pair_of(fem.load(OLD)) == pair
 
 
+@pytest.mark.slow
 def test_an_old_map_is_that_of_today(pair):
     old = fem.load(OLD)
     coarse = fem.Slices(slices=6)
