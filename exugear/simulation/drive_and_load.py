@@ -1,40 +1,110 @@
-"""Speed and load of a run, applied to the built system while it is solved."""
+"""Imposed speed and torques of a run, applied to the built system while it is solved."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 
+import exudyn as exu
+import exudyn.itemInterface as eii
 from exudyn.utilities import CreateSymbolicUserFunction
 
+from exugear.elements.exudyn_objects import node_of
 from exugear.elements.gear_contact import state_of
+from exugear.elements.shaft_torque import ShaftTorque, add_torque
+from exugear.operation.conditions import Conditions, ShaftEnd
+from exugear.operation.piecewise_cubics import constant
+from exugear.operation.shaft_ends import Torque
+from exugear.operation.stop_conditions import SpeedReached
+from exugear.operation.time_functions import Curve, Line
+from exugear.operation.torque_tables import TIME, TorqueTable
 from exugear.simulation.model import Model
-from exugear.simulation.time_functions import Conditions, Curve, Line
 
-OFFSETS = "offsetUserFunction", "offsetUserFunction_t"
+#: Parameters of the constraint that a run sets.
+CONSTRAINT = "offsetUserFunction", "offsetUserFunction_t", "markerNumbers", "activeConnector"
+OFFSETS = CONSTRAINT[:2]
+NO_TORQUE = TorqueTable(TIME, constant(0.0))
+INITIAL = exu.ConfigurationType.Initial
+
+
+#: Tabulated torques and recorded motions of a run, by the name of the shaft, or `rotor_name` of it.
+ShaftTorques = dict[str, ShaftTorque]
+
+
+def rotor_name(shaft: str) -> str:
+    """Name of the rotor behind the coupling of a shaft."""
+    return f"{shaft} rotor"
 
 
 @contextmanager
-def applied(model: Model, conditions: Conditions) -> Iterator[None]:
-    """Apply the speed of the driving shaft and the load on the driven shaft; the system keeps them afterwards.
+def applied(model: Model, conditions: Conditions, start_angle: float = 0.0) -> Iterator[ShaftTorques]:
+    """Apply the imposed speed and the torques; afterwards the system keeps the speed and the load of the driven shaft.
 
-    While the system is solved, Exudyn evaluates a linear speed by its symbolic expressions, without Python. Afterwards
-    functions of Python replace them, because symbolic expressions would keep the system in memory for ever.
+    Until `released` the torques have their values at the start, and where all shafts are free the anchor is held, so
+    that the static equilibrium can be solved.
+
+    start_angle   of the held shaft about z [rad]
     """
-    mbs, drive, functions = model.mbs, model.drive, angle_and_rate(conditions.speed_of)
-    if isinstance(conditions.speed_of, Line):
-        named = zip(functions, OFFSETS, strict=True)
-        set_drive(mbs, drive, [CreateSymbolicUserFunction(mbs, function, name, drive) for function, name in named])
-    else:
-        set_drive(mbs, drive, functions)
-    _set_load(model, conditions)
-    mbs.Assemble()
+    torques: ShaftTorques = {}
+    loads: list[int] = []
+    functions = _hold(model, conditions, start_angle)
+    model.mbs.SetLoadParameter(model.load, "load", 0.0)
+    model.mbs.SetLoadParameter(model.load, "loadUserFunction", 0)
+    _set_holding_forces(model, conditions)
     try:
-        yield
+        for end in conditions.ends:
+            loads += _apply(model, conditions, end, torques)
+        _record_motion(model, conditions, torques)
+        model.mbs.Assemble()
+        yield torques
     finally:
-        set_drive(mbs, drive, functions)
+        _remove(model, torques, loads)
+        if functions:
+            # Symbolic expressions would keep the system in memory for ever.
+            _set_offsets(model, functions)
 
 
-def angle_and_rate(speed_of: Line | Curve):
-    """Angle of the driving shaft and its rate as user functions of Exudyn."""
+def released(model: Model, conditions: Conditions, torques: ShaftTorques) -> None:
+    """Let the torques vary and free shafts turn; the initial state of the system stays."""
+    for shaft_torque in torques.values():
+        shaft_torque.record.held = 0
+    if conditions.held is None:
+        model.mbs.SetObjectParameter(model.drive, "activeConnector", False)
+    if conditions.held is None or torques:
+        assemble_in_state(model)
+
+
+def assemble_in_state(model: Model) -> None:
+    """Assemble the system without a change of its initial state."""
+    state = model.mbs.systemData.GetSystemState(INITIAL)
+    model.mbs.Assemble()
+    model.mbs.systemData.SetSystemState(state, INITIAL)
+
+
+def _hold(model: Model, conditions: Conditions, start_angle: float):
+    """Let the constraint hold the anchor at its imposed speed, or at rest; returns its functions in Python if any.
+
+    While the system is solved, Exudyn evaluates a linear speed by its symbolic expressions, without Python.
+    """
+    mbs, drive, speed_of = model.mbs, model.drive, conditions.speed_of
+    markers = [mbs.GetObjectParameter(drive, "markerNumbers")[0], model.end_markers[conditions.anchor]]
+    mbs.SetObjectParameter(drive, "markerNumbers", markers)
+    mbs.SetObjectParameter(drive, "activeConnector", True)
+    functions = angle_and_rate(speed_of, model.gearbox.directions[conditions.anchor], start_angle) if speed_of else None
+    if functions is None:
+        for name in OFFSETS:
+            mbs.SetObjectParameter(drive, name, 0)
+    elif isinstance(speed_of, Line):
+        named = zip(functions, OFFSETS, strict=True)
+        _set_offsets(model, [CreateSymbolicUserFunction(mbs, function, name, drive) for function, name in named])
+    else:
+        _set_offsets(model, functions)
+    return functions
+
+
+def angle_and_rate(speed_of: Line | Curve, direction: int, start_angle: float):
+    """Angle about z of a shaft and its rate as user functions of Exudyn; speed_of in the sense of its motion."""
+    if isinstance(speed_of, Line) and direction < 0:
+        speed_of, direction = Line(-speed_of.a, -speed_of.b), 1
 
     def angle(mbs, t, item, offset):
         return speed_of.integral(t)
@@ -42,26 +112,98 @@ def angle_and_rate(speed_of: Line | Curve):
     def rate(mbs, t, item, offset):
         return speed_of(t)
 
-    return angle, rate
+    def angle_from_start(mbs, t, item, offset):
+        return start_angle + speed_of.integral(t)
+
+    def opposite_angle(mbs, t, item, offset):
+        return start_angle - speed_of.integral(t)
+
+    def opposite_rate(mbs, t, item, offset):
+        return -speed_of(t)
+
+    if direction < 0:
+        return opposite_angle, opposite_rate
+    return (angle_from_start if start_angle else angle), rate
 
 
-def set_drive(mbs, drive: int, angle_and_rate) -> None:
-    """Let the constraint of the drive follow an angle and its rate (user functions)."""
-    for name, function in zip(OFFSETS, angle_and_rate, strict=True):
-        mbs.SetObjectParameter(drive, name, function)
+def _set_offsets(model: Model, functions) -> None:
+    for name, function in zip(OFFSETS, functions, strict=True):
+        model.mbs.SetObjectParameter(model.drive, name, function)
 
 
-def _set_load(model: Model, conditions: Conditions) -> None:
-    """Set the load torque on the driven shaft; a constant torque needs no call of Python."""
-    mbs, sign = model.mbs, -model.gearbox.directions[model.gearbox.driven.name]
-    states = [(state_of(mbs, mesh.contact), mesh.force_per_load) for mesh in model.meshes]
+def _set_holding_forces(model: Model, conditions: Conditions) -> None:
+    """Mesh forces that balance the torques at the start, by which contacts correct their damping."""
+    for mesh in model.meshes:
+        holding = float(mesh.force_per_torque @ conditions.initial_torques)
+        state_of(model.mbs, mesh.contact).holding_force = holding
+
+
+def _apply(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques) -> list:
+    """Apply the torque of an end, constant as a load, else by its table; returns the numbers of added loads."""
+    mbs, name = model.mbs, end.shaft
+    sign = end.sense * model.gearbox.directions[name]
+    if end.of_time is None and not conditions.tables[name].constant:
+        key = rotor_name(name) if name in model.rotors else name
+        torques[key] = _add_torque(model, conditions, end, conditions.tables[name])
+        return []
+    if name == model.gearbox.driven.name:
+        load, added = model.load, []
+    else:
+        load = mbs.AddLoad(eii.LoadCoordinate(markerNumber=model.end_markers[name], load=0.0))
+        added = [load]
+    if end.of_time is None:
+        mbs.SetLoadParameter(load, "load", sign * float(conditions.tables[name](0.0, 0.0, 0.0)))
+    else:
+        mbs.SetLoadParameter(load, "loadUserFunction", _called(model, conditions, end))
+    return added
+
+
+def _called(model: Model, conditions: Conditions, end: ShaftEnd):
+    """User function of a load that calls a function of time."""
+    sign, shafts = end.sense * model.gearbox.directions[end.shaft], [shaft.name for shaft in model.gearbox.shafts]
+    column = shafts.index(end.shaft)
+    states = [(state_of(model.mbs, mesh.contact), mesh.force_per_torque[column]) for mesh in model.meshes]
 
     def torque(mbs, t, load):
-        load_torque = conditions.load_at(t)
-        for state, force_per_load in states:
-            state.holding_force = force_per_load * load_torque
-        return sign * load_torque
+        value = sign * conditions.called(end, t)
+        for state, factor in states:
+            state.holding_force = factor * value
+        return value
 
-    constant = conditions.constant_load
-    mbs.SetLoadParameter(model.load, "load", torque(mbs, 0.0, 0.0) if constant else 0.0)
-    mbs.SetLoadParameter(model.load, "loadUserFunction", 0 if constant else torque)
+    return torque
+
+
+def _add_torque(model: Model, conditions: Conditions, end: ShaftEnd, table: TorqueTable, *, body=False) -> ShaftTorque:
+    """Add a tabulated torque on the end of a shaft, or on its body, with its value at the start."""
+    names = [shaft.name for shaft in model.gearbox.shafts]
+    column, marker = names.index(end.shaft), model.end_markers[end.shaft]
+    node = node_of(model.mbs, model.bodies[end.shaft]) if body else model.mbs.GetMarker(marker)["nodeNumber"]
+    states = [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
+    factors = [float(mesh.force_per_torque[column]) for mesh in model.meshes]
+    directions = {"direction": model.gearbox.directions[end.shaft], "sense": end.sense}
+    shaft_torque = add_torque(model.mbs, node, table, **directions, states=states, factors=factors)
+    shaft_torque.record.held = 1
+    shaft_torque.record.torque = 0.0 if table is NO_TORQUE else conditions.initial_torques[column]
+    return shaft_torque
+
+
+def _record_motion(model: Model, conditions: Conditions, torques: ShaftTorques) -> None:
+    """Record the motion of all shafts and rotors where it does not follow from an imposed speed, or a stop needs it."""
+    if conditions.held and not any(isinstance(stop, SpeedReached) for stop in conditions.stop):
+        return
+    for name in model.bodies:
+        idle = partial(_add_torque, model, conditions, ShaftEnd(name, 1, Torque(0.0)), NO_TORQUE)
+        if name not in torques:
+            torques[name] = idle(body=True)
+        if name in model.rotors and rotor_name(name) not in torques:
+            torques[rotor_name(name)] = idle()
+
+
+def _remove(model: Model, torques: ShaftTorques, loads: list) -> None:
+    """Remove what a run has added to the system, the last first; its state stays."""
+    for shaft_torque in sorted(torques.values(), key=lambda each: -each.number):
+        model.mbs.DeleteObject(shaft_torque.number, deleteDependentItems=False, suppressWarnings=True)
+    for load in reversed(loads):
+        model.mbs.DeleteLoad(load, deleteDependentMarkers=False, suppressWarnings=True)
+    if loads or torques:
+        assemble_in_state(model)

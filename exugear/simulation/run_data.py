@@ -6,20 +6,25 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+import exudyn as exu
 import numpy as np
 import xarray as xr
 
 from exugear.elements.bearing_elements import reactions
+from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.plan.sampling import Steps
+from exugear.simulation.drive_and_load import ShaftTorques, rotor_name
 from exugear.simulation.equilibrium import UNIT
 from exugear.simulation.model import Model, on_bearings
 from exugear.simulation.solver_settings import Scheme
-from exugear.simulation.step_error import Segment
-from exugear.simulation.time_functions import Conditions
+from exugear.simulation.step_error import End, Segment
 from fem.ste.ste_map import pair_attributes, read
 from fem.support.validation import require
 from fem.units import mm
 
+INITIAL = exu.ConfigurationType.Initial
+#: Rows of the end state of a run.
+DERIVATIVES = ("coordinates", "velocities", "accelerations")
 #: Variables that every run holds.
 VARIABLES = ("time", "stage", "speed", "mesh_frequency", "dte", "mesh_force")
 #: Variables over stage and time: the recorder's name (signs: `Recorder`), unit, long name.
@@ -63,16 +68,20 @@ def stored(path) -> xr.Dataset:
     return data.assign_coords(texts)
 
 
-def start_recorders(model: Model, steps: Steps) -> None:
-    """Start the recorders of all meshes for a run."""
+def start_recorders(model: Model, steps: Steps, torques: ShaftTorques) -> None:
+    """Start the recorders of all meshes and shafts for a run."""
     for mesh in model.meshes:
         mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, motion=on_bearings(model, mesh))
+    for torque in torques.values():
+        torque.recorder.start(steps.interval, steps.samples + 1, steps=steps.every)
 
 
-def keep_valid(model: Model, steps: Steps, stop: BaseException | None) -> BaseException | None:
-    """Drop the samples after a stop; returns the stop, also where bearings have yielded until the teeth part."""
+def keep_valid(model: Model, steps: Steps, end: End | None, stop: BaseException | None) -> BaseException | None:
+    """Drop the samples after an end or a stop; returns the stop, also where bearings yield until the teeth part."""
     blocks = [mesh.recorder.samples for mesh in model.meshes]
     lost = np.isnan([samples[0]["deflection"] for samples in blocks]).any(axis=0)
+    if end:
+        lost |= np.arange(lost.size) > end.sample
     if stop:
         lost |= steps.time >= model.mbs.systemData.GetTime()
     number = int(lost.argmax()) if lost.any() else lost.size
@@ -108,17 +117,87 @@ def _is_apart(pair, a: float) -> bool:
 
 
 def labelled(
-    model: Model, conditions: Conditions, scheme: Scheme, checked: Sequence[tuple[Segment, np.ndarray]]
+    model: Model,
+    conditions: Conditions,
+    scheme: Scheme,
+    checked: Sequence[tuple[Segment, np.ndarray]],
+    torques: ShaftTorques,
 ) -> xr.Dataset:
-    """All variables of a run, its inputs in the attributes; checked: segments with their errors by the step."""
+    """All variables of a run, its inputs in the attributes.
+
+    checked   segments with their errors by the step
+    torques   tabulated torques and recorded motions of shafts
+    """
     time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
-    data = _over_time(model, time, conditions.speed_of(time))
+    speeds = recorded_speeds(model, torques, time.size)
+    driving = model.gearbox.driving.name
+    data = _over_time(model, time, conditions.driving_speed(time) if conditions.held else speeds[driving])
     data = data.assign(_beyond_maps(model, scheme.steps.interval) | _step_error(checked, scheme.steps.size))
+    data = data.assign(_shaft_speeds(speeds) | _torques(model, conditions, torques, time))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
     steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}
     jumps = {"jumps": scheme.jumps} if scheme.jumps else {}
-    return data.assign_attrs({"title": "run-up"} | conditions.as_text() | inputs | steps | used | jumps | _scene(model))
+    return data.assign_attrs({**conditions.as_text(), **inputs, **steps, **used, **jumps, **_scene(model)})
+
+
+def recorded_speeds(model: Model, torques: ShaftTorques, number: int) -> dict[str, np.ndarray]:
+    """(number,) speeds [rad/s] of all shafts and rotors in their senses of motion; empty where not all are recorded."""
+    senses = model.gearbox.directions
+    directions = senses | {rotor_name(name): sense for name, sense in senses.items()}
+    if not model.bodies.keys() <= torques.keys():
+        return {}
+    return {name: directions[name] * torque.recorder["speed"][:number] for name, torque in torques.items()}
+
+
+def _shaft_speeds(speeds: dict[str, np.ndarray]) -> dict[str, Any]:
+    if not speeds:
+        return {}
+    about = {"units": "rad/s", "long_name": "speed of the shaft in its sense of motion"}
+    values = np.array(list(speeds.values()))
+    return {"shaft_speed": (("shaft", "time"), values, about), "shaft": ("shaft", list(speeds))}
+
+
+def _torques(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> dict[str, Any]:
+    """Torques of drives, with the motion, and of loads, against it, over the ends of shafts and time."""
+    by_sense: dict[int, dict[str, np.ndarray]] = {1: {}, -1: {}}
+    imposed = imposed_torque(model, conditions, time)
+    if conditions.held and imposed is not None:
+        by_sense[conditions.held_sense][conditions.held] = imposed
+    for end in conditions.ends:
+        by_sense[end.sense][end.shaft] = _applied_torque(model, conditions, end, torques, time)
+    data: dict[str, Any] = {}
+    for sense, (name, words) in {1: ("drive", "of the drive, with"), -1: ("load", "of the load, against")}.items():
+        if by_sense[sense]:
+            about = {"units": "N m", "long_name": f"torque {words} the motion of the shaft at positive speed"}
+            data[f"{name}_torque"] = (f"{name}_end", "time"), np.array(list(by_sense[sense].values())), about
+            data[f"{name}_end"] = f"{name}_end", list(by_sense[sense])
+    return data
+
+
+def _applied_torque(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques, time) -> np.ndarray:
+    """(n,) torque of an end [N m], > 0 as the user gives it."""
+    if end.of_time:
+        return np.array([conditions.called(end, t) for t in time.tolist()])
+    recorded = torques.get(rotor_name(end.shaft) if end.shaft in model.rotors else end.shaft)
+    if recorded is None or conditions.tables[end.shaft].constant:
+        return conditions.tables[end.shaft](time, 0.0 * time, 0.0 * time)
+    return end.sense * model.gearbox.directions[end.shaft] * recorded.recorder["torque"][: time.size]
+
+
+def imposed_torque(model: Model, conditions: Conditions, time: np.ndarray) -> np.ndarray | None:
+    """(n,) torque [N m] by which a drive imposes its speed, with the motion (against it for a load).
+
+    It is the torque of the meshes on the shaft plus the inertia torque. None where a coupling stands between.
+    """
+    if conditions.held is None or conditions.held in model.rotors:
+        return None
+    shaft = next(shaft for shaft in model.gearbox.shafts if shaft.name == conditions.held)
+    ratio, spin = model.gearbox.ratios[shaft.name], model.spins[shaft.name]
+    about_z = shaft.inertia * ratio * conditions.driving_acceleration(time)
+    for mesh in model.meshes:
+        about_z = about_z + mesh.row[spin] * mesh.recorder.force
+    return conditions.held_sense * model.gearbox.directions[shaft.name] * about_z
 
 
 def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
@@ -191,3 +270,13 @@ def _scene(model: Model) -> dict[str, float | str]:
         numbers = pair_attributes(stage.pair) | {"damping": stage.force.damping, "backlash": stage.force.backlash}
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
     return inputs
+
+
+def with_end_state(model: Model, data: xr.Dataset, end: End | None) -> xr.Dataset:
+    """The data with the state of the system at the end, and with the condition that has ended the run, if any."""
+    system = model.mbs.systemData
+    state = [system.GetODE2Coordinates(INITIAL), system.GetODE2Coordinates_t(INITIAL)]
+    values = np.array([*state, system.GetODE2Coordinates_tt(INITIAL)])
+    about = {"units": "SI", "long_name": "coordinates of the system at the end, with their time derivatives"}
+    data = data.assign(end_state=(("derivative", "coordinate"), values, about), derivative=list(DERIVATIVES))
+    return data.assign_attrs(stopped_by=str(end.condition)) if end else data
