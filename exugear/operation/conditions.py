@@ -10,7 +10,7 @@ import numpy as np
 
 from exugear.gearbox.gearbox import Gearbox
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
-from exugear.operation.stop_conditions import SpeedReached, StopCondition
+from exugear.operation.stop_conditions import SpeedReached, StopCondition, check_stop
 from exugear.operation.time_functions import TimeFunction, line, speed_function
 from exugear.operation.torque_tables import TorqueTable, raw_torque, torque_table
 from exugear.operation.train_motion import HIGHEST_SPEED, acceleration, expected_speeds
@@ -146,7 +146,7 @@ class Conditions:
         """Torques in the sense of the motion, for `exugear.operation.train_motion`."""
 
         def signed(end: ShaftEnd):
-            torque = raw_torque(end.torque, self.duration)
+            torque = raw_torque(end.torque, end.role, self.duration)
             return lambda t, speed, angle: end.sense * torque(t, speed, angle)
 
         return [(end.shaft, signed(end)) for end in self.ends]
@@ -204,6 +204,7 @@ def conditions_of(
     for argument, given in {"drives": drives, "loads": loads}.items():
         unknown = [name for name in given if name not in names]
         require(not unknown, f"{argument}: no shafts {unknown}; the shafts are {names}")
+    check_stop(stop, names, gearbox.labels)
     twice = sorted(drives.keys() & loads.keys())
     require(not twice, f"drives and loads: shafts {twice} stand in both; keep each in one of them")
     ends = [(name, 1, _end(f"drives[{name!r}]", value, Speed)) for name, value in drives.items()]

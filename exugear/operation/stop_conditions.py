@@ -1,6 +1,6 @@
 """Conditions that end a run, evaluated on its samples."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,6 +63,20 @@ class Apart:
 
 
 StopCondition = SpeedReached | Apart
+
+
+@dataclass(frozen=True)
+class End:
+    """The sample at which a condition has ended a run."""
+
+    sample: int
+    condition: StopCondition
+
+
+def first_end(stop: Sequence[StopCondition], speeds, forces, interval: float) -> End | None:
+    """The condition that holds first; arguments as those of `SpeedReached.first_sample`."""
+    ends = [End(condition.first_sample(speeds, forces, interval), condition) for condition in stop]
+    return min((end for end in ends if end.sample >= 0), key=lambda end: end.sample, default=None)
 
 
 def check_stop(stop, shafts, labels) -> None:

@@ -1,5 +1,6 @@
 """Torques as tables over time, speed or angle, for the compiled kernels and for arrays of times."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, pi
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from exugear.operation.piecewise_cubics import PiecewiseCubic, constant, ramp, tabulated, through_points
 from exugear.operation.shaft_ends import Torque
-from fem.support.validation import numbers, require
+from fem.support.validation import finite, numbers, require
 
 #: What a torque depends on, as the kernels count it.
 TIME, SPEED, ANGLE = 0, 1, 2
@@ -40,14 +41,17 @@ class TorqueTable:
         return self.cubic((t, speed, np.mod(angle, 2 * pi))[self.variable])
 
 
-def raw_torque(torque: Torque, duration: float):
-    """The torque as a Python function (t, speed, angle), before it is tabulated."""
-    value, variable = next(
-        (x, i) for i, x in enumerate((torque.value, torque.of_speed, torque.of_angle)) if x is not None
-    )
+def raw_torque(torque: Torque, where: str, duration: float) -> Callable[[float, float, float], float]:
+    """The torque as a function (t, speed, angle), before it is tabulated; where: name of the argument, in messages."""
+    values = {"t": torque.value, "speed": torque.of_speed, "angle": torque.of_angle}
+    variable, (name, value) = next((i, given) for i, given in enumerate(values.items()) if given[1] is not None)
     if not callable(value):
-        return torque_table(torque, "", duration, 1.0)
-    return lambda t, speed, angle: value((t, speed, angle % (2 * pi))[variable])
+        return torque_table(torque, where, duration, 1.0)
+
+    def called(t: float, speed: float, angle: float) -> float:
+        return finite(f"{where}({name})", value((t, speed, angle % (2 * pi))[variable]))
+
+    return called
 
 
 def torque_table(torque: Torque, where: str, duration: float, highest_speed: float) -> TorqueTable:

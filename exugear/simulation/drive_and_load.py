@@ -8,7 +8,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 from exudyn.utilities import CreateSymbolicUserFunction
 
-from exugear.elements.exudyn_objects import node_of
+from exugear.elements.exudyn_objects import node_of, set_state_of_system, state_of_system
 from exugear.elements.gear_contact import state_of
 from exugear.elements.shaft_torque import ShaftTorque, add_torque
 from exugear.operation.conditions import Conditions, ShaftEnd
@@ -75,9 +75,9 @@ def released(model: Model, conditions: Conditions, torques: ShaftTorques) -> Non
 
 def assemble_in_state(model: Model) -> None:
     """Assemble the system without a change of its initial state."""
-    state = model.mbs.systemData.GetSystemState(INITIAL)
+    state = state_of_system(model.mbs, INITIAL)
     model.mbs.Assemble()
-    model.mbs.systemData.SetSystemState(state, INITIAL)
+    set_state_of_system(model.mbs, state, INITIAL)
 
 
 def _hold(model: Model, conditions: Conditions, start_angle: float):

@@ -8,7 +8,7 @@ import exudyn as exu
 import numpy as np
 import scipy
 
-from exugear.elements.exudyn_objects import quiet
+from exugear.elements.exudyn_objects import quiet, set_state_of_system, state_of_system
 from exugear.elements.gear_contact import state_of
 from exugear.operation.conditions import run_up_conditions
 from exugear.simulation.drive_and_load import CONSTRAINT, applied
@@ -51,7 +51,7 @@ def _restored(model: Model) -> Iterator[None]:
     contacts, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
     holding_forces = [float(contact.holding_force) for contact in contacts]
     constraint = {name: mbs.GetObjectParameter(model.drive, name) for name in CONSTRAINT}
-    coordinates = mbs.systemData.GetSystemState(initial)
+    coordinates = state_of_system(mbs, initial)
     try:
         yield
     finally:
@@ -62,4 +62,4 @@ def _restored(model: Model) -> Iterator[None]:
         for contact, force in zip(contacts, holding_forces, strict=True):
             contact.holding_force = force
         mbs.Assemble()
-        mbs.systemData.SetSystemState(coordinates, initial)
+        set_state_of_system(mbs, coordinates, initial)

@@ -45,7 +45,7 @@ def start(model: Model, conditions: Conditions) -> None:
     """
     speed, acceleration = conditions.initial_speed, conditions.initial_acceleration
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
-    ratios = _speed_ratios(model)
+    ratios = model.speed_ratios
     considered = acceleration if _inertia_matters(model, acceleration) else 0.0
     try:
         q = _loaded_coordinates(model, conditions, considered)
@@ -66,14 +66,6 @@ def _inertia_matters(model: Model, acceleration: float) -> bool:
     return any(
         f > LEAST_INERTIA_SHARE * mesh.law.force_table.max() for f, mesh in zip(forces, model.meshes, strict=True)
     )
-
-
-def _speed_ratios(model: Model) -> np.ndarray:
-    """(n_coordinates,) speed of each coordinate over that of the driving shaft; 0 for all but the spins."""
-    ratios = np.zeros(model.mbs.systemData.ODE2Size())
-    for name, ratio in model.gearbox.ratios.items():
-        ratios[[model.spins[name], model.rotors.get(name, model.spins[name])]] = ratio
-    return ratios
 
 
 def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: float) -> np.ndarray:

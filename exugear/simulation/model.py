@@ -92,6 +92,14 @@ class Model:
         return self.rotors.get(name, self.spins[name])
 
     @property
+    def speed_ratios(self) -> np.ndarray:
+        """(n_coordinates,) speed of each coordinate over that of the driving shaft; 0 for all but the spins."""
+        ratios = np.zeros(self.mbs.systemData.ODE2Size())
+        for name, ratio in self.gearbox.ratios.items():
+            ratios[[self.spins[name], self.end_coordinate(name)]] = ratio
+        return ratios
+
+    @property
     def mesh_cycles(self) -> np.ndarray:
         """(n_stage,) mesh cycles per radian of the driving shaft."""
         box = self.gearbox

@@ -16,7 +16,7 @@ import xarray as xr
 
 from exugear.elements.exudyn_objects import quiet
 from exugear.operation.conditions import Conditions, conditions_of, run_up_conditions
-from exugear.operation.stop_conditions import Apart, SpeedReached, check_stop
+from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.operation.time_functions import TimeFunction
 from exugear.plan.integrator_and_step import Rule
 from exugear.simulation.drive_and_load import applied, released
@@ -119,7 +119,6 @@ def run(
     conditions = conditions_of(
         model.gearbox, drives or {}, loads or {}, duration=duration, start_speed=start_speed, stop=stop or ()
     )
-    check_stop(conditions.stop, model.bodies, model.gearbox.labels)
     options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
     return _solved(model, conditions, initial, progress=progress, checks=checks, **options)
 
@@ -181,7 +180,7 @@ def _solved(
         else:
             _restart(model, state)
         released(model, conditions, torques)
-        solver = Solver(model, conditions, scheme, torques, restarted=state is not None)
+        solver = Solver(model, conditions, scheme, torques, angle, restarted=state is not None)
         start_recorders(model, scheme.steps, torques)
         began = clock.perf_counter()
         segments, end, stop = solver.run(progress)

@@ -11,15 +11,18 @@ import exudyn as exu
 import numpy as np
 from tqdm import tqdm
 
+from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
 from exugear.operation.conditions import Conditions
-from exugear.operation.stop_conditions import StopCondition
+from exugear.operation.stop_conditions import End, first_end
 from exugear.plan.integrator_and_step import Rule
 from exugear.simulation.drive_and_load import ShaftTorques
 from exugear.simulation.equilibrium import explained
 from exugear.simulation.model import Model, lag_corrected
 from exugear.simulation.solver_settings import Scheme, settings_for
 
-SEGMENTS = 100
+#: Number of segments of a run; more where a segment would have more steps: rounding turns the driving shaft by at most
+#: 1e-16 of its angle in a step, and `Solver._realign` takes that back after each segment.
+SEGMENTS, LONGEST_SEGMENT = 100, 100_000
 BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
 #: Error of a fourth-order result over its change when the step is halved.
 RICHARDSON = 16 / 15
@@ -32,7 +35,7 @@ INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 
 @dataclass(frozen=True)
 class Segment:
-    """Part of a run: its first and last step, and Exudyn's system state at the first step."""
+    """Part of a run: its first and last step, and the state of the system at the first step (`state_of_system`)."""
 
     first: int
     last: int
@@ -40,18 +43,11 @@ class Segment:
 
 
 @dataclass(frozen=True)
-class End:
-    """The sample at which a condition has ended a run."""
-
-    sample: int
-    condition: StopCondition
-
-
-@dataclass(frozen=True)
 class Solver:
     """Integrates a run of a model in segments.
 
     torques     recorded motions of shafts, which the conditions that end a run read
+    start_angle   of the held shaft about z [rad]
     restarted   whether the run continues another run instead of starting from equilibrium
     """
 
@@ -59,6 +55,7 @@ class Solver:
     conditions: Conditions
     scheme: Scheme
     torques: ShaftTorques
+    start_angle: float = 0.0
     restarted: bool = False
 
     def run(self, progress: bool) -> tuple[list[Segment], End | None, BaseException | None]:
@@ -80,11 +77,11 @@ class Solver:
 
         The samples and the state of the system are restored.
         """
-        system, kinds = self.model.mbs.systemData, (INITIAL, CURRENT)
-        ends = [system.GetSystemState(kind) for kind in kinds]
+        mbs, kinds = self.model.mbs, (INITIAL, CURRENT)
+        ends = [state_of_system(mbs, kind) for kind in kinds]
         errors = [(segment, self.error(segment)) for segment in self.representative(segments, number)]
         for end, kind in zip(ends, kinds, strict=True):
-            system.SetSystemState(end, kind)
+            set_state_of_system(mbs, end, kind)
         return errors
 
     def _integrate(self, segments: list[Segment], progress: bool) -> End | None:
@@ -95,7 +92,7 @@ class Solver:
         with tqdm(total=self.scheme.steps.number, desc="run", **style) as bar, self._explained(self.scheme.rule):
             with self._advancing() as advance:
                 for first, last in pairwise(self.bounds):
-                    segments.append(Segment(first, last, mbs.systemData.GetSystemState(CURRENT if first else INITIAL)))
+                    segments.append(Segment(first, last, state_of_system(mbs, self._present(first))))
                     advance(segments[-1])
                     bar.update(last - first)
                     end = self._end_in(last)
@@ -103,29 +100,29 @@ class Solver:
                         break
             if end:
                 segments[-1] = self._cut(segments[-1], end.sample * self.scheme.steps.every)
-            mbs.systemData.SetSystemState(mbs.systemData.GetSystemState(CURRENT), INITIAL)
+            if mbs.systemData.NumberOfSensors() and not end:
+                set_state_of_system(mbs, state_of_system(mbs, CURRENT), INITIAL)
         return end
+
+    def _present(self, step: int) -> exu.ConfigurationType:
+        """The configuration that holds the state at a step between two segments."""
+        halted = step and self.model.mbs.systemData.NumberOfSensors()
+        return CURRENT if halted else INITIAL
 
     def _end_in(self, last: int) -> End | None:
         """The first of the conditions that holds at a sample up to a step."""
-        number = last // self.scheme.steps.every + 1
-        directions, labels = self.model.gearbox.directions, self.model.gearbox.labels
-        speeds = {
-            name: directions[name] * torque.recorder["speed"][:number]
-            for name, torque in self.torques.items()
-            if name in directions
-        }
-        forces = {label: mesh.recorder.force[:number] for label, mesh in zip(labels, self.model.meshes, strict=True)}
-        interval = self.scheme.steps.interval
-        ends = [End(stop.first_sample(speeds, forces, interval), stop) for stop in self.conditions.stop]
-        return min((end for end in ends if end.sample >= 0), key=lambda end: end.sample, default=None)
+        number, box = last // self.scheme.steps.every + 1, self.model.gearbox
+        recorded = {name: torque.recorder["speed"] for name, torque in self.torques.items() if name in box.directions}
+        speeds = {name: box.directions[name] * speed[:number] for name, speed in recorded.items()}
+        forces = {box.labels[i]: mesh.recorder.force[:number] for i, mesh in enumerate(self.model.meshes)}
+        return first_end(self.conditions.stop, speeds, forces, self.scheme.steps.interval)
 
     def _cut(self, segment: Segment, last: int) -> Segment:
         """The segment that ends at a step: it is integrated again up to there, without sensors."""
         segment = replace(segment, last=last)
         settings = self._settings()
         settings.solution.sensors.active = False
-        self.model.mbs.systemData.SetSystemState(segment.state, INITIAL)
+        set_state_of_system(self.model.mbs, segment.state, INITIAL)
         self._solve(settings, segment)
         return segment
 
@@ -161,6 +158,17 @@ class Solver:
     def _solve_dynamic(self, segment: Segment) -> None:
         """Integrate a segment from the final state of the segment before."""
         self._solve(self._settings(), segment)
+        self._realign(segment.last)
+
+    def _realign(self, last: int) -> None:
+        """Turn the whole train by the angle by which rounding has let the held shaft drift from its imposed angle."""
+        model, held = self.model, self.conditions.held
+        if held:
+            imposed = model.gearbox.directions[held] * self.conditions.speed_of.integral(last * self.scheme.steps.size)
+            q, spin = model.mbs.systemData.GetODE2Coordinates(INITIAL), model.end_coordinate(held)
+            ratios = model.speed_ratios
+            q += (self.start_angle + imposed - q[spin]) * ratios / ratios[spin]
+            model.mbs.systemData.SetODE2Coordinates(q, INITIAL)
 
     def _solve(self, settings: exu.SimulationSettings, segment: Segment, halvings: int = 0) -> None:
         """Integrate a segment from the initial state, its steps halved so many times."""
@@ -223,7 +231,8 @@ class Solver:
         """Steps at which segments end; sensors are sampled at each of them, since Exudyn writes them where it halts."""
         steps = self.scheme.steps
         unit = max(steps.every, self.scheme.sensor_steps)
-        number = max(1, min(SEGMENTS, steps.number // unit))
+        wanted = max(SEGMENTS, steps.number // LONGEST_SEGMENT)
+        number = max(1, min(wanted, steps.number // unit))
         inner = np.linspace(0, steps.number // unit, number + 1).astype(int)[:-1] * unit
         return [*inner.tolist(), steps.number]
 
@@ -282,6 +291,6 @@ class Solver:
         rule = replace(self.scheme.rule, step=self.scheme.steps.size / 2)
         settings = settings_for(rule, rule.step, self.scheme.tolerance)
         settings.solution.sensors.active = False
-        self.model.mbs.systemData.SetSystemState(segment.state, INITIAL)
+        set_state_of_system(self.model.mbs, segment.state, INITIAL)
         with self._explained(rule):
             self._solve(settings, segment, halvings=1)
