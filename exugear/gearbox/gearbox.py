@@ -10,7 +10,7 @@ from exugear.gearbox.mesh_phasing import phases
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
-from fem.support.arguments import Finite, checked
+from fem.support.arguments import Finite, Numbers, checked
 from fem.support.validation import require
 from fem.units import mm
 
@@ -106,17 +106,21 @@ class Gearbox:
         torques[self.shafts.index(self.driven)] = -self.directions[self.driven.name] * load
         return self.forces_under(torques, acceleration, held=self.driving.name).tolist()
 
-    def forces_under(self, torques: np.ndarray, acceleration: float, *, held: str) -> np.ndarray:
+    @checked
+    def forces_under(self, torques: Numbers, acceleration: Finite, *, held: str) -> np.ndarray:
         """(n_stage,) mesh forces [N] under torques (n_shaft,) about z on the shafts [N m], as `static_forces`.
 
         acceleration   of the driving shaft [rad/s^2]
         held           name of the shaft that takes the torque which is left, from the drive that imposes its speed
         """
+        shafts = [shaft.name for shaft in self.shafts]
+        require(np.shape(torques) == (len(shafts),), f"torques must be {len(shafts)}, one of each shaft, got {torques}")
+        require(held in shafts, f"held must be one of the shafts {shafts}, got {held!r}")
         inertia_torques = [shaft.turning_inertia * self.ratios[shaft.name] * acceleration for shaft in self.shafts]
         root = np.sqrt([stage.force.stiffness_max for stage in self.stages])
-        free = [shaft.name != held for shaft in self.shafts]
+        free = [name != held for name in shafts]
         balance = (self.rows * root[:, None]).T[free]
-        return root * np.linalg.lstsq(balance, (torques - inertia_torques)[free])[0]
+        return root * np.linalg.lstsq(balance, np.subtract(torques, inertia_torques)[free])[0]
 
     @checked
     def offsets(self, stage: Stage) -> dict[str, float]:

@@ -21,7 +21,7 @@ class SpeedReached:
     shaft: str
     speed: Finite
 
-    def first_sample(self, speeds: Mapping[str, np.ndarray], forces: Mapping[str, np.ndarray], interval: float) -> int:
+    def _first_sample(self, speeds: Mapping[str, np.ndarray], forces: Mapping[str, np.ndarray], interval: float) -> int:
         """First sample at which the condition holds, -1 if there is none.
 
         speeds     (n,) of each shaft [rad/s]
@@ -51,7 +51,7 @@ class Apart:
     def __post_init__(self):
         require_within("duration", self.duration, 0, 1e5, remedy="s")
 
-    def first_sample(self, speeds: Mapping[str, np.ndarray], forces: Mapping[str, np.ndarray], interval: float) -> int:
+    def _first_sample(self, speeds: Mapping[str, np.ndarray], forces: Mapping[str, np.ndarray], interval: float) -> int:
         """First sample at which the condition holds, -1 if there is none; arguments as of `SpeedReached`."""
         samples = max(1, int(np.ceil(self.duration / interval * (1 - 1e-9))))
         stages = list(forces) if self.stage is None else [self.stage]
@@ -74,8 +74,8 @@ class End:
 
 
 def first_end(stop: Sequence[StopCondition], speeds, forces, interval: float) -> End | None:
-    """The condition that holds first; arguments as those of `SpeedReached.first_sample`."""
-    ends = [End(condition.first_sample(speeds, forces, interval), condition) for condition in stop]
+    """The condition that holds first; arguments as those of `SpeedReached._first_sample`."""
+    ends = [End(condition._first_sample(speeds, forces, interval), condition) for condition in stop]
     return min((end for end in ends if end.sample >= 0), key=lambda end: end.sample, default=None)
 
 

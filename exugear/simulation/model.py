@@ -87,16 +87,12 @@ class Model:
     drive: int
     load: int
 
-    def end_coordinate(self, name: str) -> int:
-        """Index of the spin that drive or load of a shaft acts on: that of its rotor if it has a coupling."""
-        return self.rotors.get(name, self.spins[name])
-
     @property
     def speed_ratios(self) -> np.ndarray:
         """(n_coordinates,) speed of each coordinate over that of the driving shaft; 0 for all but the spins."""
         ratios = np.zeros(self.mbs.systemData.ODE2Size())
         for name, ratio in self.gearbox.ratios.items():
-            ratios[[self.spins[name], self.end_coordinate(name)]] = ratio
+            ratios[[self.spins[name], end_coordinate(self, name)]] = ratio
         return ratios
 
     @property
@@ -107,6 +103,11 @@ class Model:
 
     def __repr__(self) -> str:
         return f"Model of {self.gearbox!r}\n{self.plan}"
+
+
+def end_coordinate(model: Model, name: str) -> int:
+    """Index of the spin that drive or load of a shaft acts on: that of its rotor if it has a coupling."""
+    return model.rotors.get(name, model.spins[name])
 
 
 def linearized(model: Model, held: str | None) -> Model:
@@ -191,7 +192,7 @@ def _free_coordinates(model: Model, held: str | None) -> np.ndarray:
     """Indices of the coordinates that neither ideal joints nor an imposed speed constrain."""
     constrained = held_by_joints(model)
     if held:
-        constrained = np.append(constrained, model.end_coordinate(held))
+        constrained = np.append(constrained, end_coordinate(model, held))
     return np.setdiff1d(np.arange(model.meshes[0].row.size), constrained)
 
 

@@ -21,7 +21,7 @@ from exugear.operation.time_functions import TimeFunction
 from exugear.plan.integrator_and_step import Rule
 from exugear.simulation.drive_and_load import applied, released
 from exugear.simulation.equilibrium import start
-from exugear.simulation.model import Model, linearized
+from exugear.simulation.model import Model, end_coordinate, linearized
 from exugear.simulation.run_data import keep_valid, labelled, start_recorders, stored, with_end_state
 from exugear.simulation.solver_settings import scheme_of
 from exugear.simulation.step_error import Solver
@@ -173,7 +173,7 @@ def _solved(
     model = linearized(model, conditions.held)
     scheme = scheme_of(model, conditions, **options)
     state = None if initial is None else _start_of(model, conditions, initial.data)
-    angle = 0.0 if state is None or conditions.held is None else float(state[0, model.end_coordinate(conditions.held)])
+    angle = 0.0 if state is None or conditions.held is None else float(state[0, end_coordinate(model, conditions.held)])
     with shown(progress), quiet(), applied(model, conditions, angle) as torques:
         if state is None:
             start(model, conditions)
@@ -204,7 +204,7 @@ def _start_of(model: Model, conditions: Conditions, data: xr.Dataset) -> np.ndar
     require(same, f"initial is a run of {stages} with {state.shape[1]} coordinates, the model has {labels}, {number}")
     if conditions.held:
         direction = model.gearbox.directions[conditions.held]
-        ended_at = direction * float(state[1, model.end_coordinate(conditions.held)])
+        ended_at = direction * float(state[1, end_coordinate(model, conditions.held)])
         imposed = float(conditions.speed_of(0.0))
         jump = f"initial ends with shaft {conditions.held!r} at {ended_at:.6g} rad/s, the imposed speed starts at"
         near = abs(imposed - ended_at) <= LARGEST_JUMP * max(abs(imposed), abs(ended_at))

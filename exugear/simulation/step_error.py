@@ -17,7 +17,7 @@ from exugear.operation.stop_conditions import End, first_end
 from exugear.plan.integrator_and_step import Rule
 from exugear.simulation.drive_and_load import ShaftTorques
 from exugear.simulation.equilibrium import explained
-from exugear.simulation.model import Model, lag_corrected
+from exugear.simulation.model import Model, end_coordinate, lag_corrected
 from exugear.simulation.solver_settings import Scheme, settings_for
 
 #: Number of segments of a run; more where a segment would have more steps: rounding turns the driving shaft by at most
@@ -165,7 +165,7 @@ class Solver:
         model, held = self.model, self.conditions.held
         if held:
             imposed = model.gearbox.directions[held] * self.conditions.speed_of.integral(last * self.scheme.steps.size)
-            q, spin = model.mbs.systemData.GetODE2Coordinates(INITIAL), model.end_coordinate(held)
+            q, spin = model.mbs.systemData.GetODE2Coordinates(INITIAL), end_coordinate(model, held)
             ratios = model.speed_ratios
             q += (self.start_angle + imposed - q[spin]) * ratios / ratios[spin]
             model.mbs.systemData.SetODE2Coordinates(q, INITIAL)
