@@ -15,7 +15,6 @@ from exugear.operation.torque_kernels import torque_kernel, torque_record, torqu
 from exugear.operation.torque_tables import torque_table
 from exugear.operation.train_motion import expected_speeds, force_per_torque, reduced_inertia
 
-
 TURN = np.linspace(0, 2 * np.pi, 721)
 
 
@@ -101,8 +100,6 @@ def test_the_condition_that_holds_first_ends_the_run():
         assert (end and end.sample) == sample
     earlier = SpeedReached("fast", 0.5)
     assert first_end([Apart(0.2), earlier], speeds, forces, 0.1).condition == earlier
-        "fast", 0.5
-    )
 
 
 @pytest.mark.parametrize(
