@@ -183,6 +183,15 @@ def test_a_run_of_twice_the_time_is_two_runs(tmp_path, free):
     assert second["end_state"].values[:2] == pytest.approx(whole["end_state"].values[:2], rel=1e-8)
 
 
+def test_free_trains_are_integrated_in_fourth_order():
+    """The damping takes the velocities without their lag, by the forces that the torques would hold."""
+    model = exugear.build(smooth_box(damping=6000.0))
+    ends = {"drives": {"fast": Torque(150.0)}, "loads": {"slow": Torque(150.0)}, "start_speed": 150.0}
+    steps = (1e-6, 1e-5, 2e-5)
+    exact, fine, coarse = (run(model, 0.02, **ends, step=h, tolerance=1e-8).data["dte"].values for h in steps)
+    assert np.std(coarse - exact) > 12 * np.std(fine - exact)
+
+
 def test_a_run_ends_at_the_first_sample_at_which_a_speed_is_reached(pair):
     stop = [exugear.SpeedReached("slow", 120.0)]
     result = run(pair, 1.0, drives={"fast": Torque(100.0)}, start_speed=100.0, stop=stop)
