@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
+from math import isfinite, pi
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,8 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import SpeedReached, StopCondition, check_stop
 from exugear.operation.time_functions import TimeFunction, line, speed_function
-from exugear.operation.torque_tables import TorqueTable, raw_torque, torque_table
-from exugear.operation.train_motion import HIGHEST_SPEED, acceleration, expected_speeds
+from exugear.operation.torque_tables import ANGLE, TorqueTable, torque_of_speed, torque_table
+from exugear.operation.train_motion import HIGHEST_SPEED, expected_speeds, reduced_inertia
 from fem.support.validation import number, require, require_within, text_of
 from fem.units import rpm
 
@@ -99,11 +99,17 @@ class Conditions:
     def tables(self) -> dict[str, TorqueTable]:
         """Table of the torque on each shaft that has a tabulated one."""
         top = SPEED_MARGIN * self.highest_speed
-        tabulated = [end for end in self.ends if end.of_time is None]
-        return {
-            end.shaft: torque_table(end.torque, end.role, self.duration, top * self._ratio(end.shaft) + LEAST_RANGE)
-            for end in tabulated
+        of_speed = [end for end in self.ends if end.torque.of_speed is not None]
+        ranges = {end: top * self._ratio(end.shaft) + LEAST_RANGE for end in of_speed}
+        return self._tables_without_speed | {
+            end.shaft: torque_table(end.torque, end.role, self.duration, highest) for end, highest in ranges.items()
         }
+
+    @cached_property
+    def _tables_without_speed(self) -> dict[str, TorqueTable]:
+        """Tables of the torques over time and angle, which do not need to know the range of speeds."""
+        ends = [end for end in self.ends if end.of_time is None and end.torque.of_speed is None]
+        return {end.shaft: torque_table(end.torque, end.role, self.duration, 0.0) for end in ends}
 
     @property
     def initial_speed(self) -> float:
@@ -115,7 +121,8 @@ class Conditions:
         """Acceleration of the driving shaft at the start [rad/s^2]: the imposed one, or that of the free train."""
         if self.held:
             return self.speed_of.initial_slope / self._ratio(self.held)
-        return acceleration(self.gearbox, self._train_torques, 0.0, self.start_speed, 0.0)
+        ratios = [self.gearbox.ratios[shaft.name] for shaft in self.gearbox.shafts]
+        return float(self.initial_torques @ ratios) / reduced_inertia(self.gearbox)
 
     @cached_property
     def initial_torques(self) -> np.ndarray:
@@ -142,23 +149,34 @@ class Conditions:
         return abs(self.gearbox.ratios[name])
 
     @cached_property
-    def _train_torques(self) -> list[tuple[str, Callable]]:
-        """Torques in the sense of the motion, for `exugear.operation.train_motion`."""
-
-        def signed(end: ShaftEnd):
-            torque = raw_torque(end.torque, end.role, self.duration)
-            return lambda t, speed, angle: end.sense * torque(t, speed, angle)
-
-        return [(end.shaft, signed(end)) for end in self.ends]
-
-    @cached_property
     def _speeds(self) -> np.ndarray:
         """(n,) expected magnitudes of the speed of the driving shaft over the run [rad/s]."""
         times = np.linspace(0, self.duration, INSTANTS)
         if self.held:
             return np.abs(self.driving_speed(times))
-        ends = [stop.speed / self._ratio(stop.shaft) for stop in self.stop if isinstance(stop, SpeedReached)]
-        return np.abs(expected_speeds(self.gearbox, self._train_torques, self.start_speed, times, ends))
+        stops = [stop.speed / self._ratio(stop.shaft) for stop in self.stop if isinstance(stop, SpeedReached)]
+        means, of_speed = self._mean_torques(times), self._torque_of_speed()
+        return np.abs(expected_speeds(self.gearbox, means, of_speed, self.start_speed, times, stops))
+
+    def _mean_torques(self, times: np.ndarray) -> np.ndarray:
+        """(n - 1,) torques over time and angle, reduced to the driving shaft, their means between times (n,)."""
+        total = np.zeros(times.size - 1)
+        for end in self.ends:
+            table = self._tables_without_speed.get(end.shaft)
+            if table:
+                x = np.array([0.0, 2 * pi]) if table.variable == ANGLE else times
+                mean = np.diff(table.cubic.integral(x)) / np.diff(x)
+                total += end.sense * self._ratio(end.shaft) * mean
+        return total
+
+    def _torque_of_speed(self) -> Callable[[float], float]:
+        """Torques over the speed, reduced to the driving shaft, as a function of its speed."""
+        ends = [
+            (end.sense * self._ratio(end.shaft), self._ratio(end.shaft), torque_of_speed(end.torque, end.role))
+            for end in self.ends
+            if end.torque.of_speed is not None
+        ]
+        return lambda speed: sum(factor * torque(ratio * speed) for factor, ratio, torque in ends)
 
     @property
     def highest_speed(self) -> float:

@@ -32,6 +32,14 @@ class PiecewiseCubic:
         s, c = x - self.knots[piece], self.coefficients[piece].T
         return c[0] + s * (c[1] + s * (c[2] + s * c[3]))
 
+    def integral(self, x) -> np.ndarray:
+        """Integral from the first knot to x."""
+        integrals = self.coefficients / np.arange(1, 5)
+        at_knots = np.cumsum(np.r_[0.0, (integrals * np.diff(self.knots)[:, None] ** np.arange(1, 5)).sum(axis=1)])
+        piece = np.clip(np.searchsorted(self.knots, x, "right") - 1, 0, len(self.coefficients) - 1)
+        s, c = x - self.knots[piece], integrals[piece].T
+        return at_knots[piece] + s * (c[0] + s * (c[1] + s * (c[2] + s * c[3])))
+
 
 def constant(value: float) -> PiecewiseCubic:
     """The table of a constant."""

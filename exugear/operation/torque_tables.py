@@ -41,17 +41,13 @@ class TorqueTable:
         return self.cubic((t, speed, np.mod(angle, 2 * pi))[self.variable])
 
 
-def raw_torque(torque: Torque, where: str, duration: float) -> Callable[[float, float, float], float]:
-    """The torque as a function (t, speed, angle), before it is tabulated; where: name of the argument, in messages."""
-    values = {"t": torque.value, "speed": torque.of_speed, "angle": torque.of_angle}
-    variable, (name, value) = next((i, given) for i, given in enumerate(values.items()) if given[1] is not None)
-    if not callable(value):
-        return torque_table(torque, where, duration, 1.0)
-
-    def called(t: float, speed: float, angle: float) -> float:
-        return finite(f"{where}({name})", value((t, speed, angle % (2 * pi))[variable]))
-
-    return called
+def torque_of_speed(torque: Torque, where: str) -> Callable[[float], float]:
+    """A torque over the speed as a function, before it is tabulated; where: name of the argument, in messages."""
+    function = torque.of_speed
+    if callable(function):
+        return lambda speed: finite(f"{where}(speed)", function(speed))
+    table = through_points(*numbers(where, function))
+    return lambda speed: float(table(speed))
 
 
 def torque_table(torque: Torque, where: str, duration: float, highest_speed: float) -> TorqueTable:

@@ -139,6 +139,8 @@ def labelled(
     steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}
     jumps = {"jumps": scheme.jumps} if scheme.jumps else {}
+    if conditions.run_up:
+        data = data.squeeze([name for name in ("drive_end", "load_end") if name in data.dims])
     return data.assign_attrs({**conditions.as_text(), **inputs, **steps, **used, **jumps, **_scene(model)})
 
 

@@ -78,8 +78,12 @@ def test_the_free_train_moves_as_one_inertia():
     box, times = smooth_box(), np.linspace(0.0, 1.0, 11)
     inertia = reduced_inertia(box)
     assert inertia == pytest.approx(2 * box.driving.inertia)
-    speeds = expected_speeds(box, [("slow", lambda t, speed, angle: -0.02 * speed)], 100.0, times)
-    assert speeds == pytest.approx(100.0 * np.exp(-0.02 / inertia * times), rel=1e-4)
+    speeds = expected_speeds(box, np.zeros(10), lambda speed: -0.02 * speed, 100.0, times)
+    assert speeds == pytest.approx(100.0 * np.exp(-0.02 / inertia * times), rel=1e-6)
+    steep = expected_speeds(box, np.full(10, 5.0), lambda speed: -50.0 * (speed - 80.0), 0.0, times)
+    assert steep[1:] == pytest.approx(80.1)
+    stopped = expected_speeds(box, np.full(10, inertia * 100.0), lambda speed: 0.0, 0.0, times, [35.0])
+    assert stopped == pytest.approx([0.0, 10.0, 20.0, 30.0, 40.0])
 
 
 def test_a_free_train_takes_half_of_the_torque_to_each_of_two_equal_shafts():
