@@ -1,12 +1,13 @@
 """Operating conditions of a run: what acts on each shaft, resolved for a gearbox, and the speeds to expect."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite, pi
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from exugear.gearbox.gearbox import Gearbox
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
@@ -75,7 +76,7 @@ class Conditions:
         require_within("duration", self.duration, 0, HIGHEST_SPEED, remedy="s")
         top = self.highest_speed
         require(top < HIGHEST_SPEED, f"speed must stay below 1e5 rad/s, got {top:g}; pass 3500*rpm")
-        self.initial_torques  # noqa: B018
+        require(bool(np.isfinite(self.initial_torques).all()), "drives and loads must be finite at the start")
 
     @property
     def anchor(self) -> str:
@@ -215,9 +216,19 @@ def run_up_conditions(gearbox: Gearbox, speed: TimeFunction, load: TimeFunction,
 
 
 def conditions_of(
-    gearbox: Gearbox, drives: Mapping[str, Any], loads: Mapping[str, Any], *, duration: float, start_speed, stop
+    gearbox: Gearbox,
+    drives: Mapping[str, Any],
+    loads: Mapping[str, Any],
+    *,
+    duration: float,
+    start_speed: float | None,
+    stop: Sequence[StopCondition],
+    initial: xr.Dataset | None,
 ) -> Conditions:
-    """The conditions of `exugear.run`; ValueError for shafts that do not exist, and for ends that contradict."""
+    """The conditions of `exugear.run`; ValueError for shafts that do not exist, and for ends that contradict.
+
+    initial   data of the run that goes on, which give the speed at the start
+    """
     names = [shaft.name for shaft in gearbox.shafts]
     for argument, given in {"drives": drives, "loads": loads}.items():
         unknown = [name for name in given if name not in names]
@@ -232,8 +243,10 @@ def conditions_of(
     torques = tuple(ShaftEnd(name, sense, end) for name, sense, end in ends if isinstance(end, Torque))
     held, speed = next(((name, end.value) for name, end in speeds.items()), (None, None))
     sense = 1 if held in drives else -1
-    start_speed = 0.0 if start_speed is None else start_speed
-    return Conditions(gearbox, duration, held, speed, torques, start_speed, tuple(stop), held_sense=sense)
+    require(initial is None or start_speed is None, f"start_speed {start_speed} stands beside initial; leave one out")
+    if initial is not None:
+        start_speed = float(initial["speed"][-1])
+    return Conditions(gearbox, duration, held, speed, torques, start_speed or 0.0, tuple(stop), held_sense=sense)
 
 
 def _end(where: str, value, shorthand: type) -> Speed | Torque:
@@ -253,8 +266,10 @@ def _check_speeds(gearbox: Gearbox, speeds: Mapping[str, Speed], start_speed: fl
     """ValueError for more than one imposed speed, and for a start speed beside an imposed one."""
     if len(speeds) > 1:
         ratios = ", ".join(f"{name!r} {abs(gearbox.ratios[name]):.6g}" for name in speeds)
-        both = f"drives and loads: speeds are imposed on {list(speeds)}, whose ratios to the driving shaft are {ratios}"
-        raise ValueError(f"{both}; the torque between them is then unknown: impose one, give the others a Torque")
+        imposed = f"speeds are imposed on {list(speeds)}, whose ratios to the driving shaft are {ratios}"
+        raise ValueError(
+            f"drives and loads: {imposed}; the torque between them is then unknown: impose one, give the others a Torque"
+        )
     if speeds:
         beside = f"start_speed {start_speed} stands beside the imposed speed of {next(iter(speeds))!r}; leave it out"
         require(start_speed is None, beside)

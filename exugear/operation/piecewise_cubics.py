@@ -9,7 +9,7 @@ import scipy
 from fem.support.validation import number, require
 
 #: Error of a table over its largest value, and largest number of pieces.
-TOLERANCE, MOST_PIECES = 1e-6, 2**18
+TOLERANCE, MOST_PIECES = 1e-6, 2**20
 #: Positions of the samples of a piece: its cubic passes through every second of them, the others check it.
 SAMPLES = np.arange(7) / 6
 TO_COEFFICIENTS = np.linalg.inv(np.vander(SAMPLES[::2], 4, increasing=True)).T

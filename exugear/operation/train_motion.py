@@ -53,10 +53,10 @@ def expected_speeds(
     inertia, speeds = reduced_inertia(gearbox), [start_speed]
     for t, step, torque in zip(times, np.diff(times), torques, strict=False):
         speed = speeds[-1]
-        here, after, before = (of_speed(speed + change) for change in (0.0, SPEED_STEP, -SPEED_STEP))
+        present, after, before = (of_speed(speed + change) for change in (0.0, SPEED_STEP, -SPEED_STEP))
         x = step / inertia * (after - before) / (2 * SPEED_STEP)
         growth = expm1(min(x, LARGEST_EXPONENT)) / x if abs(x) > ROUNDING else 1.0
-        speeds.append(speed + step / inertia * growth * (torque + here))
+        speeds.append(speed + step / inertia * growth * (torque + present))
         far = f"drives and loads: the shaft {gearbox.driving.name!r} reaches {HIGHEST_SPEED / rpm:.3g} rpm"
         remedy = "add a load, shorten the duration, or stop at SpeedReached"
         require(abs(speeds[-1]) < HIGHEST_SPEED, f"{far} after t = {t:.4g} s; {remedy}")
