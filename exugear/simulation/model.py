@@ -11,6 +11,14 @@ import exudyn as exu
 import numpy as np
 import scipy
 
+from exugear.contact_geometry.contact_records import is_spatial, rotational_frame
+from exugear.contact_geometry.reference_configuration import (
+    phase_of,
+    reference_state,
+    rotational_row,
+    spatial_frame,
+    spatial_row,
+)
 from exugear.elements.exudyn_objects import kind_of, node_of, quiet
 from exugear.elements.gear_contact import add_contact, state_of
 from exugear.elements.native.native import call_path
@@ -20,15 +28,7 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT
 from exugear.gearbox.stage import Stage
 from exugear.kernels.contact_kernels import SPIN, kernel_of
-from exugear.kernels.contact_records import is_spatial, rotational_frame
 from exugear.kernels.recorder import Recorder
-from exugear.kernels.reference_configuration import (
-    phase_of,
-    reference_state,
-    rotational_row,
-    spatial_frame,
-    spatial_row,
-)
 from exugear.mesh_force.force import MeshForce
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import Coordinates, pose
