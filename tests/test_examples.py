@@ -101,7 +101,8 @@ def stages(tmp_path_factory):
 def test_bearings_take_the_axial_forces_of_the_helical_gears(stages):
     model, opposed, run = stages
     by_load = two_stage_helical.axial_forces(model.gearbox, run.data)
-    assert two_stage_helical.axial_reactions(run.data) == pytest.approx(by_load, rel=1e-3)
+    by_tilts = 1e-4 * float(np.abs(run.data["mesh_force"][:, 0]).max())
+    assert two_stage_helical.axial_reactions(run.data) == pytest.approx(by_load, rel=1e-3, abs=by_tilts)
     assert sum(by_load.values()) == pytest.approx(0, abs=1e-9 * by_load["input"])
     with_opposite_hands = two_stage_helical.axial_forces(opposed, run.data)
     assert abs(by_load["middle"]) == pytest.approx(abs(by_load["output"]) - abs(by_load["input"]))

@@ -7,7 +7,7 @@ from typing import Any, SupportsIndex
 import exudyn as exu
 import numpy as np
 
-from exugear.kernels.contact_frame import GearBody
+from exugear.contact_geometry.contact_frame import GearBody
 from exugear.kernels.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN
 from fem.support.validation import require
 

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 import exudyn as exu
 from exudyn.misc.extensionRegistry import extends, install
 
+from exugear.contact_geometry.contact_records import is_rotated
 from exugear.elements.gear_contact import add_forces, check_mesh, frame_of, kinds_of
-from exugear.kernels.contact_records import is_rotated
 from exugear.kernels.friction_kernels import friction_of
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction import MeshFriction

@@ -1,16 +1,18 @@
 """The kernels of `exugear.MeshFriction`: from the mesh force, the phase and the speeds to generalized forces."""
 
 from functools import cache
-from math import cos, floor, sin, tanh
+from math import floor, tanh
 
 from numba import carray
 
-from exugear.force_table.force_kernels import spinning_force, static_force, table_at
+from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of
+from exugear.contact_geometry.contact_records import frame_at
+from exugear.contact_geometry.relative_position import flank_of, normal_of, pitch_share, position_of, row_of
+from exugear.contact_geometry.vectors import cross, row_dot, row_scaled, row_total, scaled, total
+from exugear.force_table.force_kernels import centroid_of, spinning_force, static_force
 from exugear.force_table.kernel_records import doubles_at, reader, start_of
-from exugear.kernels.body_motion import SIZES, forces_on, motions_of
+from exugear.force_table.patches import table_at
 from exugear.kernels.contact_kernels import SPIN, codes_of
-from exugear.kernels.contact_records import frame_at
-from exugear.kernels.kinematics import added, dot, flank_of, position_of, row_of, scaled
 from exugear.mesh_force.friction import FRICTION
 from fem.support.numba_cache import compiled, kept
 
@@ -51,21 +53,18 @@ def rotational_friction(table, frame, friction, q_1, q_2, v_1, v_2):
 def spatial_friction(table, frame, friction, q_1, q_2, v_1, v_2):
     """Generalized forces (6), (6) on two Rxyz bodies."""
     position = position_of(table, frame, q_1, q_2)
-    pinion, wheel, flank, n = position.pinion, position.wheel, position.flank, position.normal
+    pinion, wheel, flank, n = position.pinion, position.wheel, position.flank, normal_of(frame, position)
     static = static_force(table, flank.phase, flank.deflection, *position.offsets)
-    spin_1, spin_2 = spin_row(pinion.a, pinion.b), spin_row(wheel.a, wheel.b)
-    push, moment = friction_forces(friction, flank.phase, static.force, dot(spin_1, v_1) - dot(spin_2, v_2))
-    (x, y), r_w, z = position.line.e_r, position.r_w, flank.side * frame.direction * static.centroid
-    point = (pinion.centre[0] + r_w * x, pinion.centre[1] + r_w * y, pinion.centre[2] + z)
-    t = (-n[1], n[0], 0.0)
-    row_1, row_2 = row_of(pinion, point, t), row_of(wheel, point, t)
-    return added(scaled(row_1, -push), scaled(spin_1, -moment)), added(scaled(row_2, push), scaled(spin_2, moment))
-
-
-@compiled
-def spin_row(a, b):
-    """Row (6) of an Rxyz body for a unit moment about z; row . velocity is the angular velocity about z."""
-    return 0.0, 0.0, 0.0, 0.0, sin(a), cos(a) * cos(b)
+    z, no_force = pinion.z, (0.0, 0.0, 0.0)
+    spin_1, spin_2 = row_of(pinion, no_force, z), row_of(wheel, no_force, z)
+    push, moment = friction_forces(friction, flank.phase, static.force, row_dot(spin_1, v_1) - row_dot(spin_2, v_2))
+    along = scaled(flank.side * frame.direction * centroid_of(static), z)
+    from_pinion = total(scaled(pitch_share(frame), position.line), along)
+    from_wheel = total(from_pinion, total(pinion.centre, scaled(-1.0, wheel.centre)))
+    t = cross(z, n)
+    row_1, row_2 = row_of(pinion, t, cross(from_pinion, t)), row_of(wheel, t, cross(from_wheel, t))
+    on_pinion = row_total(row_scaled(-push, row_1), row_scaled(-moment, spin_1))
+    return on_pinion, row_total(row_scaled(push, row_2), row_scaled(moment, spin_2))
 
 
 @cache

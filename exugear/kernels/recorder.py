@@ -9,7 +9,7 @@ from fem.support.arguments import checked
 from fem.support.numba_cache import compiled
 from fem.support.validation import require
 
-NAMES = ("deflection", "force", "a", "misalignment", "axial", "centroid")
+NAMES = ("deflection", "force", "a", "misalignment", "axial", "centroid", "pinion_torque", "wheel_torque")
 SAMPLE = record_type(*((name, "f8") for name in NAMES))
 #: Displacements [m] and tilts [rad] of pinion and wheel, and their rates.
 MOTION = record_type(*((name, "f4", 5) for name in ("q_1", "q_2", "v_1", "v_2")))
@@ -38,11 +38,12 @@ def sample_of(record, t):
 
 
 @compiled
-def write(record, k, deflection, force, offsets, centroid):
+def write(record, k, deflection, force, offsets, centroid, torques):
     """Store sample k."""
     sample = sample_at(header_at(record).samples + SAMPLE_SIZE * k)
     sample.deflection, sample.force, sample.centroid = deflection, force, centroid
     sample.a, sample.misalignment, sample.axial = offsets
+    sample.pinion_torque, sample.wheel_torque = torques
 
 
 @compiled
@@ -68,12 +69,14 @@ class Recorder:
     misalignment   angle in the plane of action of the flank in contact by which the gap opens towards +z [rad]
     axial          z of the wheel's mid-plane minus z of the pinion's [m]
     centroid       z of the force centroid minus z of the pinion's mid-plane [m]; 0 without contact
+    pinion_torque  torque of the mesh on the spin of the pinion's body [N m]
+    wheel_torque   torque of the mesh on the spin of the wheel's body [N m]
 
-    The last four are 0 for shafts that only spin about their nominal axes. z is the axis of the contact: the global z,
-    or the pinion's axis where that lies along another direction; it does not depend on the flank in contact nor on the
-    direction of the pinion. An STE map, `fem.Offsets` and `exugear.MeshForce` count z in the opposite sense where the
-    mesh force turns the pinion counter-clockwise (back flank, second stage): change the signs of misalignment, axial
-    and centroid to compare them.
+    Offsets and centroid are 0 for shafts that only spin about their nominal axes. z is the axis of the contact: the
+    global z, or the pinion's axis where that lies along another direction; it does not depend on the flank in contact
+    nor on the direction of the pinion. An STE map, `fem.Offsets` and `exugear.MeshForce` count z in the opposite sense
+    where the mesh force turns the pinion counter-clockwise (back flank, second stage): change the signs of
+    misalignment, axial and centroid to compare them.
     """
 
     header: np.record = field(default_factory=lambda: np.zeros(1, HEADER)[0], init=False, repr=False)

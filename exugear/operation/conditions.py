@@ -267,9 +267,8 @@ def _check_speeds(gearbox: Gearbox, speeds: Mapping[str, Speed], start_speed: fl
     if len(speeds) > 1:
         ratios = ", ".join(f"{name!r} {abs(gearbox.ratios[name]):.6g}" for name in speeds)
         imposed = f"speeds are imposed on {list(speeds)}, whose ratios to the driving shaft are {ratios}"
-        raise ValueError(
-            f"drives and loads: {imposed}; the torque between them is then unknown: impose one, give the others a Torque"
-        )
+        remedy = "the torque between them is then unknown: impose one, give the others a Torque"
+        raise ValueError(f"drives and loads: {imposed}; {remedy}")
     if speeds:
         beside = f"start_speed {start_speed} stands beside the imposed speed of {next(iter(speeds))!r}; leave it out"
         require(start_speed is None, beside)

@@ -6,8 +6,8 @@ from math import floor, pi
 import numpy as np
 from numba import carray, types
 
+from exugear.contact_geometry.contact_records import state_at
 from exugear.force_table.kernel_records import address_of, doubles_at, pointer_to, reader, record_type
-from exugear.kernels.contact_records import state_at
 from exugear.kernels.recorder import header_at, sample_of
 from exugear.operation.shaft_recorder import SHAFT_SAMPLE
 from exugear.operation.torque_tables import ANGLE, SPEED, TorqueTable

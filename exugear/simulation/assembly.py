@@ -7,6 +7,14 @@ from math import cos, sin
 import exudyn as exu
 import numpy as np
 
+from exugear.contact_geometry.contact_records import is_spatial, rotational_frame
+from exugear.contact_geometry.reference_configuration import (
+    phase_of,
+    reference_state,
+    rotational_row,
+    spatial_frame,
+    spatial_row,
+)
 from exugear.elements.exudyn_objects import kind_of, node_of, quiet
 from exugear.elements.gear_contact import add_contact
 from exugear.elements.native.native import call_path
@@ -14,15 +22,7 @@ from exugear.elements.shaft_bodies import add_body, add_drive_and_load, add_roto
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT
 from exugear.kernels.contact_kernels import SPIN, kernel_of
-from exugear.kernels.contact_records import is_spatial, rotational_frame
 from exugear.kernels.recorder import Recorder
-from exugear.kernels.reference_configuration import (
-    phase_of,
-    reference_state,
-    rotational_row,
-    spatial_frame,
-    spatial_row,
-)
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import pose
 from exugear.plan.plan import Plan

@@ -96,9 +96,12 @@ def _twist(name: str, coupling: Coupling, torque: float) -> float:
 
 
 def _needs_static_solve(model: Model) -> bool:
-    """Whether bearings, couplings or loops need a static solve for the equilibrium."""
+    """Whether bearings, couplings, loops or several meshes need a static solve for the equilibrium.
+
+    Between two meshes a shaft bears the torque by which the potential of a mesh changes with the phase.
+    """
     elastic = any(kind.on_bearings for kind in model.plan.shafts.values())
-    return elastic or bool(model.rotors) or len(model.meshes) >= len(model.bodies)
+    return elastic or bool(model.rotors) or len(model.meshes) > 1
 
 
 def _statically_solved(model: Model, q: np.ndarray, speed: float, accelerations: np.ndarray) -> np.ndarray:

@@ -116,8 +116,15 @@ def run(
     Returns a `Run`. Raises ValueError for shafts that the gearbox lacks, for drives and loads that contradict, and
     otherwise as `run_up`.
     """
-    start_and_end = {"start_speed": start_speed, "stop": stop or (), "initial": initial.data if initial else None}
-    conditions = conditions_of(model.gearbox, drives or {}, loads or {}, duration=duration, **start_and_end)
+    conditions = conditions_of(
+        model.gearbox,
+        drives or {},
+        loads or {},
+        duration=duration,
+        start_speed=start_speed,
+        stop=stop or (),
+        initial=initial.data if initial else None,
+    )
     options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
     return _solved(model, conditions, initial, progress=progress, checks=checks, **options)
 

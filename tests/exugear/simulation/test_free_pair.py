@@ -45,7 +45,10 @@ def test_the_plan_names_the_resonances_of_the_held_and_of_the_free_pair(model):
 
 
 def test_a_torque_drive_sweeps_the_free_pair_through_its_resonance(model):
-    """A motor torque a little above the load's accelerates both inertias slowly from 0.8 to 1.2 of the resonance."""
+    """A motor torque a little above the load's accelerates both inertias slowly from 0.8 to 1.2 of the resonance.
+
+    The damping of the mesh takes a part of the surplus.
+    """
     stage = model.gearbox.stages[0]
     free = np.sqrt(mean_stiffness(stage) * sum(mobilities(stage))) / (2 * np.pi)
     start, end = (2 * np.pi * share * free / TEETH for share in (0.8, 1.2))
@@ -53,6 +56,6 @@ def test_a_torque_drive_sweeps_the_free_pair_through_its_resonance(model):
     drive = TORQUE + inertia * (end - start) / duration
     ends = {"drives": {"pinion": exugear.Torque(drive)}, "loads": {"wheel": 1.5 * TORQUE}}
     run = exugear.run(model, **ends, start_speed=start, duration=duration, progress=False, checks=0)
-    assert run.data["speed"].values[-1] == pytest.approx(end, rel=2e-3)
+    assert 0.99 * end < run.data["speed"].values[-1] < end
     outline = exugear.dte_envelope(run, windows=100)
     assert exugear.resonances(outline.place, outline.amplitude).place == pytest.approx([free], rel=0.01)

@@ -5,8 +5,8 @@ import pytest
 from scenes import paper_gear, paper_pair, smooth_box, smooth_map
 
 import exugear
+from exugear.contact_geometry.reference_configuration import phase_of
 from exugear.elements.gear_contact import state_of
-from exugear.kernels.reference_configuration import phase_of
 from exugear.simulation.equilibrium import with_deflections
 from exugear.simulation.model import matrices_without_meshes
 from fem.units import deg, mm
