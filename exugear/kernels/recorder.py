@@ -13,6 +13,8 @@ NAMES = ("deflection", "force", "a", "misalignment", "axial", "centroid", "pinio
 SAMPLE = record_type(*((name, "f8") for name in NAMES))
 #: Displacements [m] and tilts [rad] of pinion and wheel, and their rates.
 MOTION = record_type(*((name, "f4", 5) for name in ("q_1", "q_2", "v_1", "v_2")))
+POWER_NAMES = ("energy", "dissipation", "pinion_spin", "wheel_spin", "pinion_speed", "wheel_speed")
+POWER = record_type(*((name, "f8") for name in POWER_NAMES))
 #: Time between samples [s], their number, addresses of samples and of motions (0: none are recorded), and the share of
 #: an interval by which the time of a call may differ from that of a sample.
 HEADER = record_type(("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("tolerance", "f8"))
