@@ -13,11 +13,15 @@ NAMES = ("deflection", "force", "a", "misalignment", "axial", "centroid", "pinio
 SAMPLE = record_type(*((name, "f8") for name in NAMES))
 #: Displacements [m] and tilts [rad] of pinion and wheel, and their rates.
 MOTION = record_type(*((name, "f4", 5) for name in ("q_1", "q_2", "v_1", "v_2")))
-#: Time between samples [s], their number, addresses of samples and of motions (0: none are recorded), and the share of
-#: an interval by which the time of a call may differ from that of a sample.
-HEADER = record_type(("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("tolerance", "f8"))
-SAMPLE_SIZE, MOTION_SIZE = SAMPLE.itemsize, MOTION.itemsize
-header_at, sample_at, motion_at = reader(HEADER), reader(SAMPLE), reader(MOTION)
+#: Potential of the mesh [J], power that its damping dissipates [W], spins [rad] and speeds [rad/s] of the bodies.
+POWER = record_type(*((name, "f8") for name in ("energy", "dissipation", "spin_1", "spin_2", "speed_1", "speed_2")))
+#: Time between samples [s], their number, addresses of samples, motions and powers (0: none are recorded), and the
+#: share of an interval by which the time of a call may differ from that of a sample.
+HEADER = record_type(
+    ("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("powers", "i8"), ("tolerance", "f8")
+)
+SAMPLE_SIZE, MOTION_SIZE, POWER_SIZE = SAMPLE.itemsize, MOTION.itemsize, POWER.itemsize
+header_at, sample_at, motion_at, power_at = reader(HEADER), reader(SAMPLE), reader(MOTION), reader(POWER)
 #: Share of a step by which a time may differ from that of the step: Exudyn adds the steps up, with an error of 0.002
 #: steps after 1e7 of them.
 SAME = 0.25
@@ -57,6 +61,18 @@ def write_motion(record, k, q_1, q_2, v_1, v_2):
         motion.q_1[i], motion.q_2[i], motion.v_1[i], motion.v_2[i] = q_1[i], q_2[i], v_1[i], v_2[i]
 
 
+@compiled
+def write_power(record, k, energy, dissipation, spins, speeds):
+    """Store potential, dissipated power, spins and speeds of sample k if they are recorded."""
+    powers = header_at(record).powers
+    if powers == 0:
+        return
+    power = power_at(powers + POWER_SIZE * k)
+    power.energy, power.dissipation = energy, dissipation
+    power.spin_1, power.spin_2 = spins
+    power.speed_1, power.speed_2 = speeds
+
+
 @dataclass(frozen=True, eq=False)
 class Recorder:
     """Samples of a contact, which its compiled kernel writes without further cost.
@@ -83,19 +99,28 @@ class Recorder:
     samples: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
 
     @checked
-    def start(self, interval: float, number: int, *, steps: int = 250, motion: bool = False) -> None:
+    def start(
+        self, interval: float, number: int, *, steps: int = 250, motion: bool = False, power: bool = False
+    ) -> None:
         """Allocate a number of samples, NaN until written; interval [s] must be a whole multiple of the step.
 
         steps    largest number of steps in an interval
         motion   also record what `motion` returns
+        power    also record what `power` returns
         """
         require(interval > 0, f"interval must be > 0 s, got {interval}")
         require(number >= 1, f"number of samples must be at least 1, got {number}")
         require(steps >= 1, f"steps in an interval must be at least 1, got {steps}")
-        self.samples[:] = [np.full(number, np.nan, kind) for kind in ((SAMPLE, MOTION) if motion else (SAMPLE,))]
+        kinds = [SAMPLE, *[MOTION] * motion, *[POWER] * power]
+        self.samples[:] = [np.full(number, np.nan, kind) for kind in kinds]
         self.header.interval, self.header.number, self.header.tolerance = interval, number, SAME / steps
         self.header.samples = self.samples[0].ctypes.data
-        self.header.motions = self.samples[1].ctypes.data if motion else 0
+        self.header.motions = self._recorded(MOTION).ctypes.data if motion else 0
+        self.header.powers = self._recorded(POWER).ctypes.data if power else 0
+
+    def _recorded(self, kind: np.dtype) -> np.ndarray:
+        """The samples of a kind."""
+        return next(block for block in self.samples if block.dtype == kind)
 
     def __getattr__(self, name: str) -> np.ndarray:
         if name not in NAMES:
@@ -106,6 +131,13 @@ class Recorder:
     @checked
     def motion(self, side: int) -> tuple[np.ndarray, np.ndarray]:
         """Displacements and tilts (number, 5) [m, rad] of pinion (0) or wheel (1), and their rates."""
-        require(len(self.samples) == 2, "the recorder has no motion; start it with motion=True")
+        require(bool(self.header.motions), "the recorder has no motion; start it with motion=True")
         q, v = (("q_1", "v_1"), ("q_2", "v_2"))[side]
-        return self.samples[1][q], self.samples[1][v]
+        motion = self._recorded(MOTION)
+        return motion[q], motion[v]
+
+    @property
+    def power(self) -> np.ndarray:
+        """(number,) records of potential [J], dissipated power [W], spins [rad] and speeds [rad/s] of both bodies."""
+        require(bool(self.header.powers), "the recorder has no power; start it with power=True")
+        return self._recorded(POWER)
