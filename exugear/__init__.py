@@ -20,11 +20,11 @@ from exugear.plan.plan import Plan, plan
 from exugear.post import spectrum
 from exugear.post.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.post.viewer import draw, picture
-from exugear.simulation.assembly import build
-from exugear.simulation.eigenfrequencies import eigenfrequencies
-from exugear.simulation.model import Model
 from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.simulation.solver_settings import integrator
+from exugear.system.assembly import build
+from exugear.system.eigenfrequencies import eigenfrequencies
+from exugear.system.model import Model
 from fem.support.version import __version__
 
 #: Modules for pictures, imported on first use.

@@ -73,7 +73,7 @@ WORK = (
     ),
     *(
         "fem.reference.deformable_gear.clamped_pair",
-        "exugear.simulation.equilibrium.start",
+        "exugear.system.equilibrium.start",
         "exugear.elements.gear_contact.add_forces",
     ),
 )

@@ -29,6 +29,7 @@ FOLDERS = (
     "exugear/operation",
     "exugear/elements/native",
     "exugear/elements",
+    "exugear/system",
     "exugear/simulation",
     "exugear/post",
 )
@@ -44,7 +45,7 @@ DOORS_TO_FEM = {
 }
 FENCES = {
     "skfem": {"fem/elasticity", "fem/stress", "fem/reference"},
-    "exudyn": {"exugear/elements", "exugear/elements/native", "exugear/simulation", "exugear/post"},
+    "exudyn": {"exugear/elements", "exugear/elements/native", "exugear/system", "exugear/simulation", "exugear/post"},
     "matplotlib": {"exugear/post"},
 }
 MODULES_OF_POST = {"exudyn": {"graphics", "viewer"}, "matplotlib": {"plots", "stress_plots"}}

@@ -19,12 +19,12 @@ from exugear.operation.conditions import Conditions, conditions_of, run_up_condi
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.operation.time_functions import TimeFunction
 from exugear.plan.integrator_and_step import Rule
-from exugear.simulation.drive_and_load import applied, released
-from exugear.simulation.equilibrium import start
-from exugear.simulation.model import Model, end_coordinate, linearized
 from exugear.simulation.run_data import keep_valid, labelled, start_recorders, stored, with_end_state
 from exugear.simulation.solver_settings import scheme_of
 from exugear.simulation.step_error import Solver
+from exugear.system.drive_and_load import applied, released
+from exugear.system.equilibrium import start
+from exugear.system.model import Model, end_coordinate, linearized
 from fem.ste.ste_map import save
 from fem.support.arguments import FilePath, Finite, checked
 from fem.support.progress import shown

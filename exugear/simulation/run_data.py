@@ -14,11 +14,11 @@ from exugear.elements.bearing_elements import reactions
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import End
 from exugear.plan.sampling import Steps
-from exugear.simulation.drive_and_load import ShaftTorques, rotor_name
-from exugear.simulation.equilibrium import UNIT
-from exugear.simulation.model import Model, on_bearings
 from exugear.simulation.solver_settings import Scheme
 from exugear.simulation.step_error import Segment
+from exugear.system.drive_and_load import ShaftTorques, rotor_name
+from exugear.system.equilibrium import UNIT
+from exugear.system.model import Model, on_bearings
 from fem.ste.ste_map import pair_attributes, read
 from fem.support.validation import require
 from fem.units import mm

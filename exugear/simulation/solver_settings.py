@@ -9,7 +9,7 @@ import numpy as np
 from exugear.operation.conditions import Conditions
 from exugear.plan.integrator_and_step import BETA, GAMMA, STABLE, Rule, rule_for
 from exugear.plan.sampling import PERIOD_STEPS, Steps, steps_of
-from exugear.simulation.model import Model
+from exugear.system.model import Model
 from fem.support.arguments import checked
 from fem.support.validation import require, require_within
 

@@ -15,10 +15,10 @@ from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
 from exugear.operation.conditions import Conditions
 from exugear.operation.stop_conditions import End, first_end
 from exugear.plan.integrator_and_step import Rule
-from exugear.simulation.drive_and_load import ShaftTorques
-from exugear.simulation.equilibrium import explained
-from exugear.simulation.model import Model, end_coordinate, lag_corrected
 from exugear.simulation.solver_settings import Scheme, settings_for
+from exugear.system.drive_and_load import ShaftTorques
+from exugear.system.equilibrium import explained
+from exugear.system.model import Model, end_coordinate, lag_corrected
 
 #: Number of segments of a run; more where a segment would have more steps: rounding turns the driving shaft by at most
 #: 1e-16 of its angle in a step, and `Solver._realign` takes that back after each segment.

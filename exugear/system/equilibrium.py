@@ -16,7 +16,7 @@ from exugear.mesh_force.map_range import larger_torque
 from exugear.operation.conditions import Conditions
 from exugear.plan.map_axes import static_offsets
 from exugear.plan.plan import UNDAMPED
-from exugear.simulation.model import Mesh, Model, matrices_without_meshes, nonlinear_bearing_stiffness
+from exugear.system.model import Mesh, Model, matrices_without_meshes, nonlinear_bearing_stiffness
 from fem.support.validation import require
 from fem.units import mm, rpm
 

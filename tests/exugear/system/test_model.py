@@ -7,8 +7,8 @@ from scenes import paper_gear, paper_pair, smooth_box, smooth_map
 import exugear
 from exugear.contact_geometry.reference_configuration import phase_of
 from exugear.elements.gear_contact import state_of
-from exugear.simulation.equilibrium import with_deflections
-from exugear.simulation.model import matrices_without_meshes
+from exugear.system.equilibrium import with_deflections
+from exugear.system.model import matrices_without_meshes
 from fem.units import deg, mm
 
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-6)

@@ -27,7 +27,7 @@ from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import pose
 from exugear.plan.plan import Plan
 from exugear.plan.plan import plan as plan_of
-from exugear.simulation.model import Mesh, Model, linearized
+from exugear.system.model import Mesh, Model, linearized
 from fem.support.arguments import checked
 from fem.support.validation import require
 

@@ -17,7 +17,7 @@ from exugear.operation.shaft_ends import Torque
 from exugear.operation.stop_conditions import SpeedReached
 from exugear.operation.time_functions import Curve, Line
 from exugear.operation.torque_tables import TIME, TorqueTable
-from exugear.simulation.model import Model
+from exugear.system.model import Model
 
 #: Parameters of the constraint that a run sets.
 CONSTRAINT = "offsetUserFunction", "offsetUserFunction_t", "markerNumbers", "activeConnector"
