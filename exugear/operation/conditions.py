@@ -56,6 +56,7 @@ class Conditions:
     held_sense    +1 where the imposed speed is that of a drive, -1 where it is that of a load
     ends          torques on the ends of shafts
     start_speed   of the driving shaft where all shafts are free [rad/s]
+    start_angle   of the held shaft, in its sense of motion [rad]
     stop          conditions that end the run
     run_up        speed and load as given to `exugear.run_up`, for the attributes of the run
 
@@ -68,6 +69,7 @@ class Conditions:
     speed: Any
     ends: tuple[ShaftEnd, ...]
     start_speed: float = 0.0
+    start_angle: float = 0.0
     stop: tuple[StopCondition, ...] = ()
     held_sense: int = 1
     run_up: tuple[TimeFunction, TimeFunction] | None = None
@@ -246,7 +248,7 @@ def conditions_of(
     require(initial is None or start_speed is None, f"start_speed {start_speed} stands beside initial; leave one out")
     if initial is not None:
         start_speed = float(initial["speed"][-1])
-    return Conditions(gearbox, duration, held, speed, torques, start_speed or 0.0, tuple(stop), held_sense=sense)
+    return Conditions(gearbox, duration, held, speed, torques, start_speed or 0.0, stop=tuple(stop), held_sense=sense)
 
 
 def _end(where: str, value, shorthand: type) -> Speed | Torque:

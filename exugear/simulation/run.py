@@ -6,7 +6,7 @@
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 from typing import Any
 
@@ -20,6 +20,7 @@ from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.operation.time_functions import TimeFunction
 from exugear.plan.integrator_and_step import Rule
 from exugear.simulation.run_data import keep_valid, labelled, start_recorders, stored, with_end_state
+from exugear.simulation.shaft_motion import needs_speeds
 from exugear.simulation.solver_settings import scheme_of
 from exugear.simulation.step_error import Solver
 from exugear.system.drive_and_load import applied, released
@@ -179,15 +180,17 @@ def _solved(
     model = linearized(model, conditions.held)
     scheme = scheme_of(model, conditions, **options)
     state = None if initial is None else _start_of(model, conditions, initial.data)
-    angle = 0.0 if state is None or conditions.held is None else float(state[0, end_coordinate(model, conditions.held)])
-    with shown(progress), quiet(), applied(model, conditions, angle) as torques:
+    if state is not None and conditions.held:
+        about_z = float(state[0, end_coordinate(model, conditions.held)])
+        conditions = replace(conditions, start_angle=model.gearbox.directions[conditions.held] * about_z)
+    with shown(progress), quiet(), applied(model, conditions) as torques:
         if state is None:
             start(model, conditions)
         else:
             _restart(model, state)
         released(model, conditions, torques)
-        solver = Solver(model, conditions, scheme, torques, angle, restarted=state is not None)
-        start_recorders(model, scheme.steps, torques)
+        solver = Solver(model, conditions, scheme, restarted=state is not None)
+        start_recorders(model, scheme.steps, torques, power=needs_speeds(model, conditions))
         began = clock.perf_counter()
         segments, end, stop = solver.run(progress)
         wall_time = clock.perf_counter() - began

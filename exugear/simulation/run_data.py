@@ -11,12 +11,13 @@ import numpy as np
 import xarray as xr
 
 from exugear.elements.bearing_elements import reactions
-from exugear.operation.conditions import Conditions, ShaftEnd
+from exugear.operation.conditions import Conditions
 from exugear.operation.stop_conditions import End
 from exugear.plan.sampling import Steps
+from exugear.simulation.shaft_motion import driving_speed, speed_variables, torque_variables
 from exugear.simulation.solver_settings import Scheme
 from exugear.simulation.step_error import Segment
-from exugear.system.drive_and_load import ShaftTorques, rotor_name
+from exugear.system.drive_and_load import ShaftTorques
 from exugear.system.equilibrium import UNIT
 from exugear.system.model import Model, on_bearings
 from fem.ste.ste_map import pair_attributes, read
@@ -69,10 +70,11 @@ def stored(path) -> xr.Dataset:
     return data.assign_coords(texts)
 
 
-def start_recorders(model: Model, steps: Steps, torques: ShaftTorques) -> None:
-    """Start the recorders of all meshes and shafts for a run."""
+def start_recorders(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool) -> None:
+    """Start the recorders of all meshes and torques for a run; power: whether meshes record spins and speeds."""
     for mesh in model.meshes:
-        mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, motion=on_bearings(model, mesh))
+        kinds = {"motion": on_bearings(model, mesh), "power": power}
+        mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, **kinds)
     for torque in torques.values():
         torque.recorder.start(steps.interval, steps.samples + 1, steps=steps.every)
 
@@ -130,11 +132,9 @@ def labelled(
     torques   tabulated torques and recorded motions of shafts
     """
     time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
-    speeds = recorded_speeds(model, torques, time.size)
-    driving = model.gearbox.driving.name
-    data = _over_time(model, time, conditions.driving_speed(time) if conditions.held else speeds[driving])
+    data = _over_time(model, time, driving_speed(model, conditions, time))
     data = data.assign(_beyond_maps(model, scheme.steps.interval) | _step_error(checked, scheme.steps.size))
-    data = data.assign(_shaft_speeds(speeds) | _torques(model, conditions, torques, time))
+    data = data.assign(speed_variables(model, torques) | torque_variables(model, conditions, torques, time))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
     steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}
@@ -142,65 +142,6 @@ def labelled(
     if conditions.run_up:
         data = data.squeeze([name for name in ("drive_end", "load_end") if name in data.dims])
     return data.assign_attrs({**conditions.as_text(), **inputs, **steps, **used, **jumps, **_scene(model)})
-
-
-def recorded_speeds(model: Model, torques: ShaftTorques, number: int) -> dict[str, np.ndarray]:
-    """(number,) speeds [rad/s] of all shafts and rotors in their senses of motion; empty where not all are recorded."""
-    senses = model.gearbox.directions
-    directions = senses | {rotor_name(name): sense for name, sense in senses.items()}
-    if not model.bodies.keys() <= torques.keys():
-        return {}
-    return {name: directions[name] * torque.recorder["speed"][:number] for name, torque in torques.items()}
-
-
-def _shaft_speeds(speeds: dict[str, np.ndarray]) -> dict[str, Any]:
-    if not speeds:
-        return {}
-    about = {"units": "rad/s", "long_name": "speed of the shaft in its sense of motion"}
-    values = np.array(list(speeds.values()))
-    return {"shaft_speed": (("shaft", "time"), values, about), "shaft": ("shaft", list(speeds))}
-
-
-def _torques(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> dict[str, Any]:
-    """Torques of drives, with the motion, and of loads, against it, over the ends of shafts and time."""
-    by_sense: dict[int, dict[str, np.ndarray]] = {1: {}, -1: {}}
-    imposed = imposed_torque(model, conditions, time)
-    if conditions.held and imposed is not None:
-        by_sense[conditions.held_sense][conditions.held] = imposed
-    for end in conditions.ends:
-        by_sense[end.sense][end.shaft] = _applied_torque(model, conditions, end, torques, time)
-    data: dict[str, Any] = {}
-    for sense, (name, words) in {1: ("drive", "of the drive, with"), -1: ("load", "of the load, against")}.items():
-        if by_sense[sense]:
-            about = {"units": "N m", "long_name": f"torque {words} the motion of the shaft at positive speed"}
-            data[f"{name}_torque"] = (f"{name}_end", "time"), np.array(list(by_sense[sense].values())), about
-            data[f"{name}_end"] = f"{name}_end", list(by_sense[sense])
-    return data
-
-
-def _applied_torque(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques, time) -> np.ndarray:
-    """(n,) torque of an end [N m], > 0 as the user gives it."""
-    if end.of_time:
-        return np.array([conditions.called(end, t) for t in time.tolist()])
-    recorded = torques.get(rotor_name(end.shaft) if end.shaft in model.rotors else end.shaft)
-    if recorded is None or conditions.tables[end.shaft].constant:
-        return conditions.tables[end.shaft](time, 0.0 * time, 0.0 * time)
-    return end.sense * model.gearbox.directions[end.shaft] * recorded.recorder["torque"][: time.size]
-
-
-def imposed_torque(model: Model, conditions: Conditions, time: np.ndarray) -> np.ndarray | None:
-    """(n,) torque [N m] by which a drive imposes its speed, with the motion (against it for a load).
-
-    It is the torque of the meshes on the shaft plus the inertia torque. None where a coupling stands between.
-    """
-    if conditions.held is None or conditions.held in model.rotors:
-        return None
-    shaft = next(shaft for shaft in model.gearbox.shafts if shaft.name == conditions.held)
-    ratio, spin = model.gearbox.ratios[shaft.name], model.spins[shaft.name]
-    about_z = shaft.inertia * ratio * conditions.driving_acceleration(time)
-    for mesh in model.meshes:
-        about_z = about_z + mesh.row[spin] * mesh.recorder.force
-    return conditions.held_sense * model.gearbox.directions[shaft.name] * about_z
 
 
 def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:

@@ -15,8 +15,8 @@ from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
 from exugear.operation.conditions import Conditions
 from exugear.operation.stop_conditions import End, first_end
 from exugear.plan.integrator_and_step import Rule
+from exugear.simulation.shaft_motion import recorded
 from exugear.simulation.solver_settings import Scheme, settings_for
-from exugear.system.drive_and_load import ShaftTorques
 from exugear.system.equilibrium import explained
 from exugear.system.model import Model, end_coordinate, lag_corrected
 
@@ -46,16 +46,12 @@ class Segment:
 class Solver:
     """Integrates a run of a model in segments.
 
-    torques     recorded motions of shafts, which the conditions that end a run read
-    start_angle   of the held shaft about z [rad]
     restarted   whether the run continues another run instead of starting from equilibrium
     """
 
     model: Model
     conditions: Conditions
     scheme: Scheme
-    torques: ShaftTorques
-    start_angle: float = 0.0
     restarted: bool = False
 
     def run(self, progress: bool) -> tuple[list[Segment], End | None, BaseException | None]:
@@ -111,10 +107,9 @@ class Solver:
 
     def _end_in(self, last: int) -> End | None:
         """The first of the conditions that holds at a sample up to a step."""
-        number, box = last // self.scheme.steps.every + 1, self.model.gearbox
-        recorded = {name: torque.recorder["speed"] for name, torque in self.torques.items() if name in box.directions}
-        speeds = {name: box.directions[name] * speed[:number] for name, speed in recorded.items()}
-        forces = {box.labels[i]: mesh.recorder.force[:number] for i, mesh in enumerate(self.model.meshes)}
+        number, labels = last // self.scheme.steps.every + 1, self.model.gearbox.labels
+        speeds = {name: speed[:number] for name, speed in recorded(self.model, "speed").items()}
+        forces = {labels[i]: mesh.recorder.force[:number] for i, mesh in enumerate(self.model.meshes)}
         return first_end(self.conditions.stop, speeds, forces, self.scheme.steps.interval)
 
     def _cut(self, segment: Segment, last: int) -> Segment:
@@ -164,10 +159,11 @@ class Solver:
         """Turn the whole train by the angle by which rounding has let the held shaft drift from its imposed angle."""
         model, held = self.model, self.conditions.held
         if held:
-            imposed = model.gearbox.directions[held] * self.conditions.speed_of.integral(last * self.scheme.steps.size)
+            turned = self.conditions.speed_of.integral(last * self.scheme.steps.size)
+            imposed = model.gearbox.directions[held] * (self.conditions.start_angle + turned)
             q, spin = model.mbs.systemData.GetODE2Coordinates(INITIAL), end_coordinate(model, held)
             ratios = model.speed_ratios
-            q += (self.start_angle + imposed - q[spin]) * ratios / ratios[spin]
+            q += (imposed - q[spin]) * ratios / ratios[spin]
             model.mbs.systemData.SetODE2Coordinates(q, INITIAL)
 
     def _solve(self, settings: exu.SimulationSettings, segment: Segment, halvings: int = 0) -> None:

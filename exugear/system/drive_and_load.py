@@ -2,20 +2,18 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 
 import exudyn as exu
 import exudyn.itemInterface as eii
 from exudyn.utilities import CreateSymbolicUserFunction
 
-from exugear.elements.exudyn_objects import node_of, set_state_of_system, state_of_system
+from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
 from exugear.elements.gear_contact import state_of
 from exugear.elements.shaft_torque import ShaftTorque, add_torque
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.piecewise_cubics import constant
 from exugear.operation.shaft_ends import Torque
-from exugear.operation.stop_conditions import SpeedReached
-from exugear.operation.time_functions import Curve, Line
+from exugear.operation.time_functions import Line
 from exugear.operation.torque_tables import TIME, TorqueTable
 from exugear.system.model import Model
 
@@ -36,24 +34,22 @@ def rotor_name(shaft: str) -> str:
 
 
 @contextmanager
-def applied(model: Model, conditions: Conditions, start_angle: float = 0.0) -> Iterator[ShaftTorques]:
+def applied(model: Model, conditions: Conditions) -> Iterator[ShaftTorques]:
     """Apply the imposed speed and the torques; afterwards the system keeps the speed and the load of the driven shaft.
 
     Until `released` the torques have their values at the start, and where all shafts are free the anchor is held, so
     that the static equilibrium can be solved.
-
-    start_angle   of the held shaft about z [rad]
     """
     torques: ShaftTorques = {}
     loads: list[int] = []
-    functions = _hold(model, conditions, start_angle)
+    functions = _hold(model, conditions)
     model.mbs.SetLoadParameter(model.load, "load", 0.0)
     model.mbs.SetLoadParameter(model.load, "loadUserFunction", 0)
     _set_holding_forces(model, conditions)
     try:
         for end in conditions.ends:
             loads += _apply(model, conditions, end, torques)
-        _record_motion(model, conditions, torques)
+        _record_rotors(model, conditions, torques)
         model.mbs.Assemble()
         yield torques
     finally:
@@ -80,7 +76,7 @@ def assemble_in_state(model: Model) -> None:
     set_state_of_system(model.mbs, state, INITIAL)
 
 
-def _hold(model: Model, conditions: Conditions, start_angle: float):
+def _hold(model: Model, conditions: Conditions):
     """Let the constraint hold the anchor at its imposed speed, or at rest; returns its functions in Python if any.
 
     While the system is solved, Exudyn evaluates a linear speed by its symbolic expressions, without Python.
@@ -89,7 +85,7 @@ def _hold(model: Model, conditions: Conditions, start_angle: float):
     markers = [mbs.GetObjectParameter(drive, "markerNumbers")[0], model.end_markers[conditions.anchor]]
     mbs.SetObjectParameter(drive, "markerNumbers", markers)
     mbs.SetObjectParameter(drive, "activeConnector", True)
-    functions = angle_and_rate(speed_of, model.gearbox.directions[conditions.anchor], start_angle) if speed_of else None
+    functions = angle_and_rate(conditions) if speed_of else None
     if functions is None:
         for name in OFFSETS:
             mbs.SetObjectParameter(drive, name, 0)
@@ -101,10 +97,10 @@ def _hold(model: Model, conditions: Conditions, start_angle: float):
     return functions
 
 
-def angle_and_rate(speed_of: Line | Curve, direction: int, start_angle: float):
-    """Angle about z of a shaft and its rate as user functions of Exudyn; speed_of in the sense of its motion."""
-    if isinstance(speed_of, Line) and direction < 0:
-        speed_of, direction = Line(-speed_of.a, -speed_of.b), 1
+def angle_and_rate(conditions: Conditions):
+    """Angle about z of the held shaft and its rate as user functions of Exudyn."""
+    speed_of, start_angle = conditions.speed_of, conditions.start_angle
+    direction = conditions.gearbox.directions[conditions.held]
 
     def angle(mbs, t, item, offset):
         return speed_of.integral(t)
@@ -112,18 +108,13 @@ def angle_and_rate(speed_of: Line | Curve, direction: int, start_angle: float):
     def rate(mbs, t, item, offset):
         return speed_of(t)
 
-    def angle_from_start(mbs, t, item, offset):
-        return start_angle + speed_of.integral(t)
+    def angle_about_z(mbs, t, item, offset):
+        return direction * (start_angle + speed_of.integral(t))
 
-    def opposite_angle(mbs, t, item, offset):
-        return start_angle - speed_of.integral(t)
+    def rate_about_z(mbs, t, item, offset):
+        return direction * speed_of(t)
 
-    def opposite_rate(mbs, t, item, offset):
-        return -speed_of(t)
-
-    if direction < 0:
-        return opposite_angle, opposite_rate
-    return (angle_from_start if start_angle else angle), rate
+    return (angle_about_z, rate_about_z) if start_angle or direction < 0 else (angle, rate)
 
 
 def _set_offsets(model: Model, functions) -> None:
@@ -173,11 +164,10 @@ def _called(model: Model, conditions: Conditions, end: ShaftEnd):
     return torque
 
 
-def _add_torque(model: Model, conditions: Conditions, end: ShaftEnd, table: TorqueTable, *, body=False) -> ShaftTorque:
-    """Add a tabulated torque on the end of a shaft, or on its body, with its value at the start."""
+def _add_torque(model: Model, conditions: Conditions, end: ShaftEnd, table: TorqueTable) -> ShaftTorque:
+    """Add a tabulated torque on the end of a shaft, with its value at the start."""
     names = [shaft.name for shaft in model.gearbox.shafts]
-    column, marker = names.index(end.shaft), model.end_markers[end.shaft]
-    node = node_of(model.mbs, model.bodies[end.shaft]) if body else model.mbs.GetMarker(marker)["nodeNumber"]
+    column, node = names.index(end.shaft), model.mbs.GetMarker(model.end_markers[end.shaft])["nodeNumber"]
     states = [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
     factors = [float(mesh.force_per_torque[column]) for mesh in model.meshes]
     directions = {"direction": model.gearbox.directions[end.shaft], "sense": end.sense}
@@ -187,16 +177,13 @@ def _add_torque(model: Model, conditions: Conditions, end: ShaftEnd, table: Torq
     return shaft_torque
 
 
-def _record_motion(model: Model, conditions: Conditions, torques: ShaftTorques) -> None:
-    """Record the motion of all shafts and rotors where it does not follow from an imposed speed, or a stop needs it."""
-    if conditions.held and not any(isinstance(stop, SpeedReached) for stop in conditions.stop):
-        return
-    for name in model.bodies:
-        idle = partial(_add_torque, model, conditions, ShaftEnd(name, 1, Torque(0.0)), NO_TORQUE)
-        if name not in torques:
-            torques[name] = idle(body=True)
-        if name in model.rotors and rotor_name(name) not in torques:
-            torques[rotor_name(name)] = idle()
+def _record_rotors(model: Model, conditions: Conditions, torques: ShaftTorques) -> None:
+    """Record the motion of the rotors behind couplings where all shafts are free; the meshes record their bodies."""
+    if conditions.held is None:
+        for name in model.rotors:
+            if rotor_name(name) not in torques:
+                end = ShaftEnd(name, 1, Torque(0.0))
+                torques[rotor_name(name)] = _add_torque(model, conditions, end, NO_TORQUE)
 
 
 def _remove(model: Model, torques: ShaftTorques, loads: list) -> None:

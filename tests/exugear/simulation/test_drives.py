@@ -59,7 +59,7 @@ def test_a_torque_drive_accelerates_the_inertias_from_rest(fast, slow, inertia):
     data = run(model, drives={"fast": Torque(100.0)}, loads={"slow": 40.0}).data
     momentum = INERTIA * (data["shaft_speed"].sel(shaft=["fast", "slow"]).sum("shaft")).values
     if fast == (COUPLING,):
-        momentum += 0.02 * data["shaft_speed"].sel(shaft="fast rotor").values
+        momentum += 0.02 * data["rotor_speed"].sel(rotor="fast rotor").values
     assert momentum == pytest.approx(60.0 * data["time"].values, abs=1e-6)
     steady = (40.0 + INERTIA * 60.0 / inertia) / R
     assert data["mesh_force"].values[0] == pytest.approx(steady, rel=2e-3)
@@ -140,6 +140,15 @@ def test_an_imposed_speed_takes_the_load_and_the_inertia_torques(pair):
     assert data["drive_torque"].values == pytest.approx(100.0 + 2 * INERTIA * 1000.0, rel=1e-2)
     assert data["load_torque"].values == pytest.approx(100.0)
     assert (str(data["drive_end"].values), str(data["load_end"].values)) == ("fast", "slow")
+
+
+def test_a_drive_turns_its_rotor_by_the_torque_of_the_coupling():
+    """At constant speed the mean torque is that of the load; the rotor itself is held."""
+    model = exugear.build(box(shaft("fast", INERTIA, COUPLING), shaft("slow")))
+    data = exugear.run_up(model, speed=100.0, load=50.0, duration=0.1, progress=False).data
+    assert float(data["drive_torque"].mean()) == pytest.approx(50.0, rel=1e-3)
+    ramp = exugear.run_up(model, speed=(100.0, 200.0), load=50.0, duration=0.1, progress=False).data
+    assert float(ramp["drive_torque"].mean()) == pytest.approx(50.0 + (2 * INERTIA + 0.02) * 1000.0, rel=1e-2)
 
 
 def test_run_and_run_up_are_the_same(pair):
