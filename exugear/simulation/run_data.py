@@ -134,7 +134,7 @@ def labelled(
     time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
     data = _over_time(model, time, driving_speed(model, conditions, time))
     data = data.assign(_beyond_maps(model, scheme.steps.interval) | _step_error(checked, scheme.steps.size))
-    data = data.assign(speed_variables(model, torques) | torque_variables(model, conditions, torques, time))
+    data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
     steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}

@@ -36,11 +36,11 @@ def driving_speed(model: Model, conditions: Conditions, time: np.ndarray) -> np.
     return conditions.driving_speed(time) if conditions.held else recorded(model, "speed")[model.gearbox.driving.name]
 
 
-def speed_variables(model: Model, torques: ShaftTorques) -> dict[str, Any]:
-    """Recorded speeds of shafts, and of the rotors behind couplings."""
+def speed_variables(model: Model, torques: ShaftTorques, number: int) -> dict[str, Any]:
+    """Recorded speeds of shafts, and of the rotors behind couplings; number: of valid samples."""
     names = {rotor_name(name): name for name in model.rotors}
     rotors = {
-        key: model.gearbox.directions[names[key]] * torque.recorder["speed"]
+        key: model.gearbox.directions[names[key]] * torque.recorder["speed"][:number]
         for key, torque in torques.items()
         if key in names
     }
@@ -51,10 +51,8 @@ def _speeds(kind: str, speeds: dict[str, np.ndarray]) -> dict[str, Any]:
     """Variables of speeds by name; empty where there are none."""
     if not speeds:
         return {}
-    number = min(speed.size for speed in speeds.values())
     about = {"units": "rad/s", "long_name": f"speed of the {kind} in its sense of motion"}
-    values = np.array([speed[:number] for speed in speeds.values()])
-    return {f"{kind}_speed": ((kind, "time"), values, about), kind: (kind, list(speeds))}
+    return {f"{kind}_speed": ((kind, "time"), np.array(list(speeds.values())), about), kind: (kind, list(speeds))}
 
 
 def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> dict[str, Any]:
@@ -91,9 +89,8 @@ def imposed_torque(model: Model, conditions: Conditions, time: np.ndarray) -> np
     shaft = next(shaft for shaft in model.gearbox.shafts if shaft.name == conditions.held)
     acceleration = conditions.speed_of.slope(time)
     if shaft.coupling:
-        torque = shaft.coupling.inertia * acceleration + _coupling_torque(
-            model, conditions, shaft, shaft.coupling, time
-        )
+        by_coupling = _coupling_torque(model, conditions, shaft.coupling, time)
+        torque = shaft.coupling.inertia * acceleration + by_coupling
     else:
         torque = shaft.inertia * acceleration - _mesh_torque(model, shaft)
     return conditions.held_sense * torque
@@ -102,17 +99,15 @@ def imposed_torque(model: Model, conditions: Conditions, time: np.ndarray) -> np
 def _mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of all meshes on a shaft in its sense of motion [N m]."""
     sides = [
-        (mesh.recorder.pinion_torque if mesh.stage.fast is shaft else mesh.recorder.wheel_torque)
+        (mesh.recorder.pinion_torque if mesh.stage.fast.name == shaft.name else mesh.recorder.wheel_torque)
         for mesh in model.meshes
         if shaft.name in (mesh.stage.fast.name, mesh.stage.slow.name)
     ]
     return model.gearbox.directions[shaft.name] * np.sum(sides, axis=0)
 
 
-def _coupling_torque(
-    model: Model, conditions: Conditions, shaft: Shaft, coupling: Coupling, time: np.ndarray
-) -> np.ndarray:
-    """(n,) torque of the coupling on a shaft whose rotor is held, in the sense of motion [N m]."""
-    spin, speed = (recorded(model, quantity)[shaft.name] for quantity in ("spin", "speed"))
+def _coupling_torque(model: Model, conditions: Conditions, coupling: Coupling, time: np.ndarray) -> np.ndarray:
+    """(n,) torque of the coupling on the shaft whose rotor is held, in the sense of motion [N m]."""
+    spin, speed = (recorded(model, quantity)[str(conditions.held)] for quantity in ("spin", "speed"))
     angle = conditions.start_angle + np.array([conditions.speed_of.integral(t) for t in time.tolist()])
     return coupling.torsion * (angle - spin) + coupling.damping * (conditions.speed_of(time) - speed)

@@ -100,7 +100,7 @@ def _hold(model: Model, conditions: Conditions):
 def angle_and_rate(conditions: Conditions):
     """Angle about z of the held shaft and its rate as user functions of Exudyn."""
     speed_of, start_angle = conditions.speed_of, conditions.start_angle
-    direction = conditions.gearbox.directions[conditions.held]
+    direction = conditions.gearbox.directions[conditions.anchor]
 
     def angle(mbs, t, item, offset):
         return speed_of.integral(t)
