@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scenes import INERTIA, K, linear_law, paper_gear, paper_pair, smooth_box
+from scipy.integrate import simpson
 
 import exugear
 from exugear import MotorCurve, Speed, Torque
@@ -225,6 +226,20 @@ def test_a_run_ends_once_teeth_have_been_apart_for_so_long(with_sensor):
     length = np.flatnonzero(~apart[::-1])[0]
     assert (length - 1) * interval == pytest.approx(2e-3, abs=interval)
     assert data.attrs["stopped_by"] == "teeth of a stage out of contact for 0.002 s"
+
+
+def test_the_work_of_drive_and_load_is_stored_or_dissipated():
+    """Torque ripple against viscous drag: the work of both torques closes to 1e-6 of the drive's."""
+    model = exugear.build(smooth_box(damping=6000.0))
+    drive = Torque(lambda t: 150.0 + 50.0 * np.sin(3000.0 * t))
+    ends = {"drives": {"fast": drive}, "loads": {"slow": Torque(of_speed=lambda speed: speed)}, "start_speed": 150.0}
+    data = run(model, 0.03, **ends, step=5e-6, sample=5e-6, tolerance=1e-7).data
+    power, speeds = model.meshes[0].recorder.power, data["shaft_speed"].values
+    supplied, taken = data["drive_torque"].values[0] * speeds[0], data["load_torque"].values[0] * speeds[1]
+    inertias = np.array([[shaft.inertia] for shaft in model.gearbox.shafts])
+    stored = power["energy"] + (inertias * speeds**2).sum(axis=0) / 2
+    work, drive_work = (simpson(x, x=data["time"].values) for x in (supplied - taken - power["dissipation"], supplied))
+    assert abs(work - (stored[-1] - stored[0])) < 1e-6 * drive_work
 
 
 def test_what_is_left_free_carries_nothing(pair):
