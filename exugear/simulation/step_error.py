@@ -107,6 +107,8 @@ class Solver:
 
     def _end_in(self, last: int) -> End | None:
         """The first of the conditions that holds at a sample up to a step."""
+        if not self.conditions.stop:
+            return None
         number, labels = last // self.scheme.steps.every + 1, self.model.gearbox.labels
         speeds = {name: speed[:number] for name, speed in recorded(self.model, "speed").items()}
         forces = {labels[i]: mesh.recorder.force[:number] for i, mesh in enumerate(self.model.meshes)}
