@@ -13,21 +13,25 @@ from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
+from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
+from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.plan import Plan, plan
 from exugear.post import spectrum
 from exugear.post.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.post.viewer import draw, picture
-from exugear.simulation.eigenfrequencies import eigenfrequencies
-from exugear.simulation.model import Model, build
-from exugear.simulation.run import Run, RunStopped, run_up
+from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.simulation.solver_settings import integrator
+from exugear.system.assembly import build
+from exugear.system.eigenfrequencies import eigenfrequencies
+from exugear.system.model import Model
 from fem.support.version import __version__
 
 #: Modules for pictures, imported on first use.
 __getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs={"post": ["graphics", "plots"]})
 
 __all__ = [
+    "Apart",
     "Bearing",
     "BuiltPlan",
     "Coupling",
@@ -39,6 +43,7 @@ __all__ = [
     "MeshForce",
     "MeshFriction",
     "Model",
+    "MotorCurve",
     "Placement",
     "Plan",
     "Recorder",
@@ -46,7 +51,10 @@ __all__ = [
     "Run",
     "RunStopped",
     "Shaft",
+    "Speed",
+    "SpeedReached",
     "Stage",
+    "Torque",
     "__version__",
     "build",
     "draw",
@@ -60,6 +68,7 @@ __all__ = [
     "plan",
     "plots",
     "resonances",
+    "run",
     "run_up",
     "spectrum",
 ]

@@ -28,6 +28,17 @@ def quiet() -> Iterator[None]:
         exu.config.printToConsole = before
 
 
+def state_of_system(mbs, configuration) -> tuple[Any, Any]:
+    """State of a system in a configuration, and its accelerations, which Exudyn's system state leaves out."""
+    return mbs.systemData.GetSystemState(configuration), mbs.systemData.GetODE2Coordinates_tt(configuration)
+
+
+def set_state_of_system(mbs, state: tuple[Any, Any], configuration) -> None:
+    """Put a system into a state that `state_of_system` has returned."""
+    mbs.systemData.SetSystemState(state[0], configuration)
+    mbs.systemData.SetODE2Coordinates_tt(state[1], configuration)
+
+
 def object_of(mbs, name: str, item: SupportsIndex, **options) -> dict[str, Any]:
     """Exudyn's dictionary of an object; ValueError, with the argument's name, for a number without an object."""
     known = mbs.systemData.NumberOfObjects()

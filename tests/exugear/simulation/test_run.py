@@ -13,9 +13,9 @@ import xarray as xr
 from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, smooth_box, smooth_map
 
 import exugear
+from exugear.operation.time_functions import curve_through_function, line
 from exugear.plan.sampling import summable
 from exugear.simulation.step_error import Solver
-from exugear.simulation.time_functions import Curve, line
 from fem.units import mm, rpm, um
 
 LOAD = 350.0
@@ -276,7 +276,7 @@ def test_speed_as_line_and_as_function_are_the_same(spinning):
 
 
 def test_angle_is_the_integral_of_the_speed():
-    curve = Curve(lambda t: 100 + 20 * np.sin(30 * t), 2.0)
+    curve = curve_through_function(lambda t: 100 + 20 * np.sin(30 * t), 2.0)
     times = np.linspace(0, 2, 101)
     exact = 100 * times + 20 / 30 * (1 - np.cos(30 * times))
     assert [curve.integral(t) for t in times] == pytest.approx(exact, abs=1e-6)

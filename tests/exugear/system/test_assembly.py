@@ -11,7 +11,7 @@ from spatial_meshes import helical_pair, law_of
 
 import exugear
 import fem
-from exugear.simulation.model import matrices_without_meshes
+from exugear.system.model import matrices_without_meshes
 from fem.units import mm, um
 
 SLOW = {"speed": 0.5, "duration": 1e-3, "load": 150.0, "progress": False}
