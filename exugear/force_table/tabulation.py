@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from exugear.force_table.kernel_records import record_of
 from exugear.force_table.layout import (
@@ -18,7 +17,7 @@ from exugear.force_table.layout import (
     table_type,
 )
 from exugear.force_table.offset_interpolation import slope_weights
-from exugear.force_table.pchip import monotone_cubic
+from exugear.force_table.pchip import monotone_cubic, periodic_cubics
 from exugear.force_table.potential_of_stiffness import differences, potential_of, with_curvature
 from fem.support.validation import require
 from fem.units import um
@@ -124,21 +123,21 @@ def _block(phase, uniform: np.ndarray, deflection, force, centroid, largest_forc
     """
     rows = [_curves_at_phase(*columns) for columns in zip(deflection, force, centroid, largest_force, strict=True)]
     curves = PhaseCurves(*(np.array(column) for column in zip(*rows, strict=True)))
+    resampled = PhaseCurves(*periodic_cubics(phase, curves, uniform))
     edges = np.empty(uniform.size, EDGE)
-    edges["unloaded"], edges["unloaded_slope"] = _periodic(phase, curves.unloaded, uniform)
-    edges["largest"], edges["largest_slope"] = _periodic(phase, curves.largest, uniform)
-    edges["largest_force"] = _periodic(phase, curves.largest_force, uniform)[0]
-    potentials = _nodes(phase, curves.secant, curves.secant_slope, uniform, potential_of)
-    centroids = _nodes(phase, curves.centroid, curves.centroid_slope, uniform, with_curvature)
-    return edges, potentials, centroids, _periodic(phase, curves.tangent, uniform)[0]
+    edges["unloaded"], edges["unloaded_slope"] = resampled.unloaded
+    edges["largest"], edges["largest_slope"] = resampled.largest
+    edges["largest_force"] = resampled.largest_force[0]
+    potentials = _nodes(resampled.secant, resampled.secant_slope, potential_of)
+    centroids = _nodes(resampled.centroid, resampled.centroid_slope, with_curvature)
+    return edges, potentials, centroids, resampled.tangent[0]
 
 
-def _nodes(phase, value: np.ndarray, slope: np.ndarray, uniform: np.ndarray, curve_of) -> np.ndarray:
-    """Nodes (phase_steps, U.size) from values over `U` and their slopes per step of u, at the given phases.
+def _nodes(values, slopes, curve_of) -> np.ndarray:
+    """Nodes (phase_steps, U.size) from values over `U`, their slopes per step of u, and the slopes of both by phase.
 
     curve_of   the function that makes the `Curve` of the nodes, linear in value and slope
     """
-    values, slopes = _periodic(phase, value, uniform), _periodic(phase, slope, uniform)
     curve, curve_by_phase = (curve_of(*both) for both in zip(values, slopes, strict=True))
     nodes = np.empty(curve.value.shape, NODE)
     nodes["value"], nodes["by_u"], nodes["by_uu"] = curve
@@ -167,10 +166,3 @@ def _smoothed(value: np.ndarray, slope: np.ndarray) -> np.ndarray:
     Differences change smoothly over phase, as the given values move along u.
     """
     return np.where(U < LIGHT, slope / PENETRATIONS, differences() @ value)
-
-
-def _periodic(phase: np.ndarray, values: np.ndarray, uniform: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values and slopes per step at the uniform phases, monotone between the given ones (axis 0)."""
-    wrapped = np.r_[phase - 1, phase, phase + 1]
-    curve = scipy.interpolate.PchipInterpolator(wrapped, np.r_[values, values, values])
-    return curve(uniform), curve(uniform, 1) / uniform.size
