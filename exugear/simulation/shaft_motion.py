@@ -14,7 +14,7 @@ from exugear.system.model import Model
 def needs_speeds(model: Model, conditions: Conditions) -> bool:
     """Whether the meshes must record spins and speeds of their bodies, as not all follow from an imposed speed."""
     stops = any(isinstance(stop, SpeedReached) for stop in conditions.stop)
-    return conditions.held is None or conditions.held in model.rotors or stops
+    return conditions.power or conditions.held is None or conditions.held in model.rotors or stops
 
 
 def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
