@@ -12,6 +12,7 @@ from exugear.gearbox.stage import Stage
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction import MeshFriction
+from exugear.mesh_force.friction_coefficient import NiemannFriction, SchlenkFriction
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.plan import Plan, plan
@@ -39,12 +40,14 @@ __all__ = [
     "MeshForce",
     "MeshFriction",
     "Model",
+    "NiemannFriction",
     "Placement",
     "Plan",
     "Recorder",
     "RingPair",
     "Run",
     "RunStopped",
+    "SchlenkFriction",
     "Shaft",
     "Stage",
     "__version__",

@@ -21,6 +21,8 @@ MAKERS = {
     "material": (fem.Material, {"E": 210 * GPa, "nu": 0.3, "density": 7850.0}),
     "pair": (lambda a: fem.GearPair(paper_gear(), paper_gear(), a=a), {"a": 150 * mm}),
     "bearing": (exugear.Bearing, {"radial": 1e8, "axial": 1e8, "tilt": 1e4, "damping": 1e-5, "clearance": 5 * um}),
+    "Schlenk": (exugear.SchlenkFriction, {"viscosity": 0.02, "roughness": 0.4 * um, "lubricant_factor": 1.0}),
+    "Niemann": (exugear.NiemannFriction, {"viscosity": 0.02, "roughness": 0.4 * um}),
     "disc": (exugear.Disc, {"mass": 1.0, "inertia": 1e-3, "transverse": 1e-3}),
     "coupling": (exugear.Coupling, {"torsion": 1e4, "damping": 1.0, "inertia": 0.1}),
     "placement": (exugear.Placement, {"x": 0.0, "y": 0.0, "z": 0.0, "tilt_x": 0.0, "tilt_y": 0.0, "pivot": 0.0}),

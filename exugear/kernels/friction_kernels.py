@@ -19,6 +19,15 @@ friction_at = reader(FRICTION)
 
 
 @compiled
+def coefficient(friction, force, speed):
+    """Coefficient of friction over cos(beta_b), as `PowerLaw.at`."""
+    if friction.exponent == 0.0:
+        return friction.factor
+    sum_speed = min(max(abs(speed) * friction.sum_speed, friction.slowest), friction.fastest)
+    return friction.factor * (max(force, friction.least_force) / sum_speed) ** friction.exponent
+
+
+@compiled
 def friction_forces(friction, phase, force, speed):
     """Force along t [N] and moment about z [N m] on the wheel, t as in `exugear.mesh_force.friction`.
 
@@ -30,7 +39,7 @@ def friction_forces(friction, phase, force, speed):
     x = (phase - floor(phase)) * n
     i = min(int(x), n - 1)
     following, t = (i + 1) % n, x - i
-    size = friction.coefficient * force * tanh(speed / friction.speed)
+    size = coefficient(friction, force, speed) * force * tanh(speed / friction.speed)
     pull = (1.0 - t) * pull_and_lever[0, i] + t * pull_and_lever[0, following]
     return size * pull, size * ((1.0 - t) * pull_and_lever[1, i] + t * pull_and_lever[1, following])
 

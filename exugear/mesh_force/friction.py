@@ -15,10 +15,11 @@ import numpy as np
 import xarray as xr
 
 from exugear.force_table.kernel_records import record_of, record_type
+from exugear.mesh_force.friction_coefficient import NiemannFriction, PowerLaw, SchlenkFriction
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import PHASE, TORQUE, over_torque_and_phase, pair_of
-from fem.support.arguments import checked
+from fem.support.arguments import Finite, checked
 from fem.support.representation import short
 from fem.support.validation import require
 
@@ -27,9 +28,13 @@ STEPS = 512
 SHARE, PAIR = "load_share", "pair"
 #: Least value of `MeshFriction.speed` [rad/s].
 LEAST_SPEED = 0.01
-#: Coefficient of friction over cos(beta_b), for the transverse mesh force; speed over which friction fades [rad/s];
-#: tangent of the working pressure angle; number of steps of the tables.
-FRICTION = record_type(("coefficient", "f8"), ("speed", "f8"), ("tan_alpha_wt", "f8"), ("steps", "i8"))
+#: Coefficient of friction over cos(beta_b), for the transverse mesh force, as a power law (`PowerLaw`); speed over
+#: which friction fades [rad/s]; tangent of the working pressure angle; number of steps of the tables.
+FRICTION = record_type(
+    *((name, "f8") for name in PowerLaw._fields), ("speed", "f8"), ("tan_alpha_wt", "f8"), ("steps", "i8")
+)
+LAWS = SchlenkFriction, NiemannFriction
+Coefficient = float | SchlenkFriction | NiemannFriction
 
 
 def check_path(name: str, pair) -> None:
@@ -44,7 +49,8 @@ def check_path(name: str, pair) -> None:
 class MeshFriction:
     """Friction of a gear mesh; the tables hold the driving flank, the back flank is its mirror image.
 
-    coefficient  Coulomb's coefficient of friction mu, of the normal force
+    coefficient  Coulomb's coefficient of friction mu, of the normal force: a number, or the law of `SchlenkFriction` or
+                 `NiemannFriction`, by which it follows the mesh force and the speed
     pull         (n,) share of the load beyond the pitch point minus the share before it, over phases i / n
     lever        (n,) mean distance of the load from the pitch point [m], over phases i / n
     speed        [rad/s] over which friction fades at low speed, by the factor tanh((omega_1 - omega_2) / speed)
@@ -54,7 +60,7 @@ class MeshFriction:
     the pitch point, the friction does not change its sign. Raises ValueError for tables out of range.
     """
 
-    coefficient: float
+    coefficient: Coefficient
     pull: np.ndarray
     lever: np.ndarray
     speed: float = field(default=1.0, kw_only=True)
@@ -70,7 +76,7 @@ class MeshFriction:
     @classmethod
     @checked
     def of_pair(
-        cls, pair: Annotated[GearPair, check_path], coefficient: float, *, speed: float = 1.0
+        cls, pair: Annotated[GearPair, check_path], coefficient: Coefficient, *, speed: float = 1.0
     ) -> "MeshFriction":
         """Friction of a pair whose load is spread evenly over the width and, in each section, over the tooth pairs.
 
@@ -88,7 +94,9 @@ class MeshFriction:
 
     @classmethod
     @checked
-    def from_ste(cls, ste: xr.Dataset, coefficient: float, *, torque: float, speed: float = 1.0) -> "MeshFriction":
+    def from_ste(
+        cls, ste: xr.Dataset, coefficient: Coefficient, *, torque: float, speed: float = 1.0
+    ) -> "MeshFriction":
         """Friction by the load shares of an STE map at a pinion torque [N m], even over the width of each tooth pair.
 
         A tooth pair that carries load before the path of contact begins or after it ends, because teeth deflect,
@@ -107,22 +115,27 @@ class MeshFriction:
         return cls(coefficient, pull, lever * pair.p_bt, speed=speed)
 
     @checked
-    def loss(self, pair: GearPair | RingPair) -> float:
-        """Share of the power that friction dissipates in a mesh of the pair, at constant mesh force and speed."""
+    def power_law(self, pair: GearPair | RingPair) -> PowerLaw:
+        """The coefficient of a pair as a power law of mesh force and speed; a number has the exponent 0."""
+        law = self.coefficient
+        return law.power_law(pair) if isinstance(law, LAWS) else PowerLaw(law)
+
+    @checked
+    def loss(self, pair: GearPair | RingPair, *, force: Finite = 0.0, speed: Finite = 0.0) -> float:
+        """Share of the power that friction dissipates in a mesh of the pair, at constant mesh force and speed.
+
+        A coefficient that follows a law is that at a mesh force [N] and a speed of the pinion [rad/s].
+        """
         turns = abs(1 / pair.pinion.r_b + 1 / pair.wheel.r_b)
-        return float(self.coefficient / cos(pair.beta_b) * self.lever.mean() * turns)
+        coefficient = self.power_law(pair).at(abs(force), speed * pair.pinion.r_b * turns)
+        return float(coefficient / cos(pair.beta_b) * self.lever.mean() * turns)
 
     @checked
     def table(self, pair: GearPair | RingPair) -> np.record:
         """The record that `exugear.kernels.friction_kernels` read for a pair: `FRICTION`, behind it the tables."""
-        n = self.pull.size
-        head = record_of(
-            FRICTION,
-            coefficient=self.coefficient / cos(pair.beta_b),
-            speed=self.speed,
-            tan_alpha_wt=tan(pair.alpha_wt),
-            steps=n,
-        )
+        n, law = self.pull.size, self.power_law(pair)
+        transverse = law._replace(factor=law.factor / cos(pair.beta_b))
+        head = record_of(FRICTION, **transverse._asdict(), speed=self.speed, tan_alpha_wt=tan(pair.alpha_wt), steps=n)
         kind = record_type(("head", FRICTION), ("pull", "f8", n), ("lever", "f8", n))
         return record_of(kind, head=head, pull=self.pull, lever=self.lever)
 
@@ -176,8 +189,9 @@ def _shares(ste, torque: float, position: np.ndarray) -> np.ndarray:
     return np.interp(position, (number[:, None] + phase).ravel(), share.ravel(), left=0.0, right=0.0)
 
 
-def _check_scalars(coefficient: float, speed: float) -> None:
-    require(0 <= coefficient < 1, f"coefficient must lie in [0, 1), say 0.05, got {coefficient}")
+def _check_scalars(coefficient: Coefficient, speed: float) -> None:
+    low = f"coefficient must lie in [0, 1), say 0.05, got {coefficient}"
+    require(isinstance(coefficient, LAWS) or 0 <= coefficient < 1, low)
     slow = f"speed must be at least {LEAST_SPEED} rad/s and finite, got {speed}; take a hundredth of the shafts'"
     require(LEAST_SPEED <= speed < np.inf, slow)
 

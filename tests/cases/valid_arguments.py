@@ -85,6 +85,7 @@ def instances() -> dict[str, Any]:
         fem.UpTo(100.0), fem.Material(), paper_gear(), paper_pair(), fem.map_cost(paper_pair(), 100.0), Density(),
         RunUp(), CentralDifferences(), field, exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3),
         exugear.Placement(), exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
+        exugear.SchlenkFriction(0.02, 0.4 * um), exugear.NiemannFriction(0.02, 0.4 * um),
         box.stages[0].fast, linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
     ]  # fmt: skip
     return {type(instance).__name__: instance for instance in made}
@@ -134,7 +135,7 @@ def by_name() -> dict[str, Any]:
         "transmission_error.run": RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20), "save.data": smooth_map(),
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
-        "MeshFriction.of_pair.speed": 1.0, "MeshFriction.from_ste.torque": 100.0,
+        "MeshFriction.of_pair.speed": 1.0, "loss.force": 100.0, "loss.speed": 50.0, "MeshFriction.from_ste.torque": 100.0,
         "Gearbox.offsets.stage": made["Stage"], "radial_force.r": 2 * um, "deflection_at.force": 100.0,
         "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],
         "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,
