@@ -6,6 +6,7 @@ from exugear.elements.gear_contact import CreateGearContact
 from exugear.elements.gear_friction import CreateGearFriction
 from exugear.elements.gear_sensor import CreateGearSensor
 from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
 from exugear.gearbox.stage import Stage
@@ -30,12 +31,14 @@ __getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs={"post": ["graphic
 
 __all__ = [
     "Bearing",
+    "BearingDrag",
     "BuiltPlan",
     "Coupling",
     "CreateGearContact",
     "CreateGearFriction",
     "CreateGearSensor",
     "Disc",
+    "Drag",
     "Gearbox",
     "MeshForce",
     "MeshFriction",

@@ -23,6 +23,11 @@ MAKERS = {
     "bearing": (exugear.Bearing, {"radial": 1e8, "axial": 1e8, "tilt": 1e4, "damping": 1e-5, "clearance": 5 * um}),
     "Schlenk": (exugear.SchlenkFriction, {"viscosity": 0.02, "roughness": 0.4 * um, "lubricant_factor": 1.0}),
     "Niemann": (exugear.NiemannFriction, {"viscosity": 0.02, "roughness": 0.4 * um}),
+    "drag": (exugear.Drag, {"constant": 1.0, "viscous": 1e-3, "speed": 1.0}),
+    "bearing drag": (
+        exugear.BearingDrag,
+        {"d_m": 60 * mm, "f_0": 2.0, "viscosity": 20e-6, "f_1": 3e-4, "load": 1e3, "speed": 1.0},
+    ),
     "disc": (exugear.Disc, {"mass": 1.0, "inertia": 1e-3, "transverse": 1e-3}),
     "coupling": (exugear.Coupling, {"torsion": 1e4, "damping": 1.0, "inertia": 0.1}),
     "placement": (exugear.Placement, {"x": 0.0, "y": 0.0, "z": 0.0, "tilt_x": 0.0, "tilt_y": 0.0, "pivot": 0.0}),

@@ -1,4 +1,4 @@
-"""A bearing as data: linear, with radial clearance, by a table of forces, or as a full stiffness matrix."""
+"""A bearing as data: linear, with clearance, by a table of forces, or as a matrix; its stiffness about a pole."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -6,6 +6,7 @@ from math import inf
 
 import numpy as np
 
+from exugear.gearbox.drag import BearingDrag, Drag
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.representation import short
 from fem.support.validation import increasing, require
@@ -19,6 +20,8 @@ RIGID, RIGID_TILT = 1e13, 1e11
 SOFT, SOFT_TILT = 1e4, 1.0
 #: Relative error of a matrix that counts as rounding.
 ROUNDING = 1e-9
+#: Displacement beyond the clearance at which the table of a bearing with clearance ends [m].
+REACH = 1.0
 
 
 @checked
@@ -34,7 +37,9 @@ class Bearing:
     clearance   radial clearance [m], half the diametral one: no radial force up to this radial displacement
     table       radial displacement (n,) [m] from 0 and radial force (n,) [N] from 0, linear in between, the same in all
                 directions; instead of radial and clearance
-    matrix      stiffness (6, 6) over x, y, z and about x, y, z [N/m, N/rad, N, N m/rad]; instead of all but damping
+    matrix      stiffness (6, 6) over x, y, z and about x, y, z [N/m, N/rad, N, N m/rad]; instead of radial, axial,
+                tilt, clearance and table
+    drag        `Drag` or `BearingDrag`: the torque by which it brakes the shaft
 
     Raises ValueError for a stiffness that is negative, so high that a rigid bearing is meant, or so low that another
     unit is meant (0 < k < 1e4 N/m), for tables with falling forces, and for matrices that are not symmetric and
@@ -48,6 +53,7 @@ class Bearing:
     clearance: float = field(default=0.0, kw_only=True)
     table: tuple[Sequence[float], Sequence[float]] | None = field(default=None, kw_only=True)
     matrix: Sequence[Sequence[float]] | None = field(default=None, kw_only=True)
+    drag: Drag | BearingDrag | None = field(default=None, kw_only=True)
 
     def __post_init__(self):
         for name, unit in UNITS.items():
@@ -99,7 +105,8 @@ class Bearing:
 
     def _check_size(self) -> None:
         size = np.diag(self.stiffness)
-        require(bool(size.any()), "the bearing has no stiffness; give it radial, axial or tilt, or leave it out")
+        none = "the bearing has no stiffness; give it radial, axial or tilt, or leave it out"
+        require(bool(size.any()), f"{none}{' and put its drag on the shaft' if self.drag else ''}")
         radial = "steepest slope of the table" if self.table is not None else "radial"
         for i, name in enumerate((radial, radial, "axial", "tilt", "tilt")):
             name = name if self.matrix is None else f"matrix[{i}, {i}]"
@@ -150,3 +157,29 @@ def about_pole(stiffness: np.ndarray, lever: float) -> np.ndarray:
     motion = np.eye(6)
     motion[0, 4], motion[1, 3] = lever, -lever
     return motion.T @ stiffness @ motion
+
+
+def radial_table(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
+    """Radial displacements (n,) [m] and forces (n,) [N] of a nonlinear bearing, linear in between."""
+    if bearing.table is not None:
+        return np.array(bearing.table[0]), np.array(bearing.table[1])
+    return np.array([0.0, bearing.clearance, bearing.clearance + REACH]), np.array([0.0, 0.0, bearing.radial * REACH])
+
+
+def radial_secant(bearing: Bearing, force: float) -> float:
+    """Secant stiffness [N/m] of a nonlinear bearing under a radial force > 0 [N] that its table reaches."""
+    displacement, table = radial_table(bearing)
+    contact = np.flatnonzero(table == 0)[-1]
+    return force / float(np.interp(force, table[contact:], displacement[contact:]))
+
+
+def linear_part(bearing: Bearing, lever: float) -> np.ndarray:
+    """(6, 6) stiffness about a pole at a distance lever [m], without the radial part of a nonlinear bearing."""
+    if bearing.linear:
+        return bearing.at(lever)
+    return about_pole(np.diag([0.0, 0.0, bearing.axial, bearing.tilt, bearing.tilt, 0.0]), lever)
+
+
+def radial_part(k: float, lever: float) -> np.ndarray:
+    """(6, 6) stiffness about a pole at a distance lever [m], of a radial spring k [N/m]."""
+    return about_pole(np.diag([k, k, 0.0, 0.0, 0.0, 0.0]), lever)

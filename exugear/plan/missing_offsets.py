@@ -5,7 +5,7 @@ from math import ceil, floor, hypot, isfinite, log10
 
 import numpy as np
 
-from exugear.gearbox.bearing_stiffness import linear_part, radial_part, radial_secant
+from exugear.gearbox.bearing import linear_part, radial_part, radial_secant
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage

@@ -10,7 +10,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from exugear.elements.stop_messages import DIVERGED
-from exugear.gearbox.bearing_stiffness import radial_secant, radial_table
+from exugear.gearbox.bearing import radial_secant, radial_table
 from exugear.gearbox.shaft import Coupling
 from exugear.mesh_force.map_range import larger_torque
 from exugear.plan.map_axes import static_offsets

@@ -15,7 +15,7 @@ from exugear.elements.exudyn_objects import kind_of, node_of, quiet
 from exugear.elements.gear_contact import add_contact, state_of
 from exugear.elements.native.native import call_path
 from exugear.elements.shaft_bodies import add_body, add_drive_and_load, add_rotor
-from exugear.gearbox.bearing_stiffness import radial_part
+from exugear.gearbox.bearing import radial_part
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT
 from exugear.gearbox.stage import Stage
