@@ -78,7 +78,7 @@ def CreateGearContact(
     kinds = kinds_of(mbs, itemNumbers, force)
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
     kernel = kernel_of(kinds, rotated=is_rotated(frame))
-    return add_contact(mbs, name, itemNumbers, kernel, force, frame, recorder or Recorder())
+    return add_contact(mbs, name, itemNumbers, kernel, (force.table, frame, contact_state()), recorder or Recorder())
 
 
 def check_mesh(pair, force, phase: float, direction: int) -> None:
@@ -110,12 +110,14 @@ def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int)
     return frame_between(pair, phase, direction, (pinion, wheel))
 
 
-def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.record, recorder: Recorder) -> int:
-    """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its state (`state_of`)."""
-    records = force.table, frame, contact_state()
+def add_contact(mbs, name: str, items, kernel, records: Sequence[np.record], recorder: Recorder) -> int:
+    """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its state (`state_of`).
+
+    records   arguments of the kernel: table of the mesh force, contact frame, contact state, and friction if it rubs
+    """
     number = add_forces(mbs, name, items, kernel, records, recorder)
     mbs.variables[contact_key(number)] = partial(kernel, *map(address_of, records))
-    mbs.variables[state_key(number)] = records[-1]
+    mbs.variables[state_key(number)] = records[2]
     return number
 
 

@@ -40,11 +40,10 @@ def kernel_of(kinds: tuple[str, ...], displaced: bool = False, rotated: bool = F
 def spin_contact(table, frame, state, record, t, q_1, q_2, v_1, v_2):
     """Torques on two bodies that spin about fixed axes."""
     mesh = rotational_mesh(table_at(table), frame_at(frame), state_at(state), q_1, q_2, v_1, v_2)
-    deflection, force, torques = mesh
     k = sample_of(record, t)
     if k >= 0:
-        write(record, k, deflection, force, (0.0, 0.0, 0.0), 0.0)
-    return torques
+        write(record, k, mesh.deflection, mesh.force, (0.0, 0.0, 0.0), 0.0)
+    return mesh.torques
 
 
 @kept

@@ -2,6 +2,7 @@
 
 from functools import cache
 from math import cos, floor, sin, tanh
+from typing import NamedTuple
 
 from numba import carray
 
@@ -9,8 +10,19 @@ from exugear.force_table.force_kernels import spinning_force, static_force, tabl
 from exugear.force_table.kernel_records import doubles_at, reader, start_of
 from exugear.kernels.body_motion import SIZES, forces_on, motions_of
 from exugear.kernels.contact_kernels import SPIN, codes_of
-from exugear.kernels.contact_records import frame_at
-from exugear.kernels.kinematics import added, dot, flank_of, position_of, row_of, scaled
+from exugear.kernels.contact_records import frame_at, state_at
+from exugear.kernels.kinematics import (
+    Row,
+    added,
+    dot,
+    flank_of,
+    position_of,
+    rotational_mesh,
+    row_of,
+    scaled,
+    spatial_mesh,
+)
+from exugear.kernels.recorder import sample_of, write, write_friction, write_motion
 from exugear.mesh_force.friction import FRICTION
 from fem.support.numba_cache import compiled, kept
 
@@ -44,31 +56,69 @@ def friction_forces(friction, phase, force, speed):
     return size * pull, size * ((1.0 - t) * pull_and_lever[1, i] + t * pull_and_lever[1, following])
 
 
+class SlidingFriction(NamedTuple):
+    """Force on the wheel along t [N], power that friction dissipates [W], generalized forces on pinion and wheel."""
+
+    force: float
+    loss: float
+    pinion: Row
+    wheel: Row
+
+
+class SpinFriction(NamedTuple):
+    """Force on the wheel along t [N], power that friction dissipates [W], torques on pinion and wheel [N m]."""
+
+    force: float
+    loss: float
+    torques: tuple[float, float]
+
+
+@compiled
+def friction_of_spins(friction, frame, phase, force, v_1, v_2):
+    """`SpinFriction` of two rotational coordinates with speeds v_1, v_2 [rad/s]; phase, force: `friction_forces`."""
+    push, moment = friction_forces(friction, phase, force, v_1 - v_2)
+    on_pitch_circles = friction.tan_alpha_wt * push
+    torques = -frame.pinion.r_b * on_pitch_circles - moment, -frame.wheel.r_b * on_pitch_circles + moment
+    return SpinFriction(push, -torques[0] * v_1 - torques[1] * v_2, torques)
+
+
 @compiled
 def rotational_friction(table, frame, friction, q_1, q_2, v_1, v_2):
     """Torques (2) [N m] on two rotational coordinates."""
-    d, r_1, r_2 = frame.direction, frame.pinion.r_b, frame.wheel.r_b
-    lead = d * (r_1 * q_1 + r_2 * q_2)
+    d = frame.direction
+    lead = d * (frame.pinion.r_b * q_1 + frame.wheel.r_b * q_2)
     flank = flank_of(table, lead, 0.0, d * frame.pitches_per_radian * q_1 + frame.phase)
     static = spinning_force(table, flank.phase, flank.deflection)
-    push, moment = friction_forces(friction, flank.phase, static.force, v_1 - v_2)
-    push *= friction.tan_alpha_wt
-    return -r_1 * push - moment, -r_2 * push + moment
+    return friction_of_spins(friction, frame, flank.phase, static.force, v_1, v_2).torques
+
+
+@compiled
+def friction_in_space(friction, position, force, centroid, v_1, v_2):
+    """`SlidingFriction` of two Rxyz bodies.
+
+    force      static mesh force [N]
+    centroid   z of the force centroid minus z of the pinion's mid-plane [m]
+    """
+    pinion, wheel, n = position.pinion, position.wheel, position.normal
+    spin_1, spin_2 = spin_row(pinion.a, pinion.b), spin_row(wheel.a, wheel.b)
+    push, moment = friction_forces(friction, position.flank.phase, force, dot(spin_1, v_1) - dot(spin_2, v_2))
+    (x, y), r_w = position.line.e_r, position.r_w
+    point = (pinion.centre[0] + r_w * x, pinion.centre[1] + r_w * y, pinion.centre[2] + centroid)
+    t = (-n[1], n[0], 0.0)
+    on_pinion = added(scaled(row_of(pinion, point, t), -push), scaled(spin_1, -moment))
+    on_wheel = added(scaled(row_of(wheel, point, t), push), scaled(spin_2, moment))
+    return SlidingFriction(push, -dot(on_pinion, v_1) - dot(on_wheel, v_2), on_pinion, on_wheel)
 
 
 @compiled
 def spatial_friction(table, frame, friction, q_1, q_2, v_1, v_2):
     """Generalized forces (6), (6) on two Rxyz bodies."""
     position = position_of(table, frame, q_1, q_2)
-    pinion, wheel, flank, n = position.pinion, position.wheel, position.flank, position.normal
+    flank = position.flank
     static = static_force(table, flank.phase, flank.deflection, *position.offsets)
-    spin_1, spin_2 = spin_row(pinion.a, pinion.b), spin_row(wheel.a, wheel.b)
-    push, moment = friction_forces(friction, flank.phase, static.force, dot(spin_1, v_1) - dot(spin_2, v_2))
-    (x, y), r_w, z = position.line.e_r, position.r_w, flank.side * frame.direction * static.centroid
-    point = (pinion.centre[0] + r_w * x, pinion.centre[1] + r_w * y, pinion.centre[2] + z)
-    t = (-n[1], n[0], 0.0)
-    row_1, row_2 = row_of(pinion, point, t), row_of(wheel, point, t)
-    return added(scaled(row_1, -push), scaled(spin_1, -moment)), added(scaled(row_2, push), scaled(spin_2, moment))
+    centroid = flank.side * frame.direction * static.centroid
+    forces = friction_in_space(friction, position, static.force, centroid, v_1, v_2)
+    return forces.pinion, forces.wheel
 
 
 @compiled
@@ -87,6 +137,54 @@ def friction_of(kinds: tuple[str, ...], rotated: bool = False):
     if kinds == (SPIN, SPIN) and not rotated:
         return spin_friction
     return _spatial_friction(*codes_of(kinds, rotated))
+
+
+@cache
+def rubbing_contact_of(kinds: tuple[str, ...], displaced: bool = False):
+    """`contact_kernels.kernel_of` with friction: (table, frame, state, friction, record, t, *coordinates, *velocities).
+
+    It evaluates the mesh force once for the contact and its friction.
+    """
+    return spin_contact if kinds == (SPIN, SPIN) and not displaced else _spatial_contact(*codes_of(kinds, False))
+
+
+@kept
+def spin_contact(table, frame, state, friction, record, t, q_1, q_2, v_1, v_2):
+    """Torques on two bodies that spin about fixed axes."""
+    geometry = frame_at(frame)
+    mesh = rotational_mesh(table_at(table), geometry, state_at(state), q_1, q_2, v_1, v_2)
+    sliding = friction_of_spins(friction_at(friction), geometry, mesh.phase, mesh.static_force, v_1, v_2)
+    k = sample_of(record, t)
+    if k >= 0:
+        write(record, k, mesh.deflection, mesh.force, (0.0, 0.0, 0.0), 0.0)
+        write_friction(record, k, sliding.force, sliding.loss)
+    return mesh.torques[0] + sliding.torques[0], mesh.torques[1] + sliding.torques[1]
+
+
+def _spatial_contact(kind_1: int, kind_2: int):
+    """The compiled contact with friction of two kinds of bodies, as `contact_kernels._spatial_contact`."""
+    n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
+
+    @kept
+    def rubbing_contact(table, frame, state, friction, record, t, *x):
+        geometry = frame_at(frame)
+        pinion, wheel = motions_of(geometry, kind_1, kind_2, n_1, n_2, x)
+        mesh = spatial_mesh(table_at(table), geometry, state_at(state), pinion.q, wheel.q, pinion.v, wheel.v)
+        sliding = friction_in_space(
+            friction_at(friction), mesh.position, mesh.static_force, mesh.centroid, pinion.v, wheel.v
+        )
+        k = sample_of(record, t)
+        if k >= 0:
+            write(record, k, mesh.deflection, mesh.force, mesh.offsets, mesh.centroid)
+            write_motion(record, k, pinion.q, wheel.q, pinion.v, wheel.v)
+            write_friction(record, k, sliding.force, sliding.loss)
+        f = forces_on(geometry, kind_1, pinion.orientation, added(mesh.pinion, sliding.pinion))
+        g = forces_on(geometry, kind_2, wheel.orientation, added(mesh.wheel, sliding.wheel))
+        on_pinion = (f[5],) if n_1 == 1 else (f[0], f[1], f[5]) if n_1 == 3 else f[:n_1]
+        on_wheel = (g[5],) if n_2 == 1 else (g[0], g[1], g[5]) if n_2 == 3 else g[:n_2]
+        return on_pinion + on_wheel
+
+    return rubbing_contact
 
 
 @kept

@@ -80,7 +80,11 @@ class Position(NamedTuple):
 
 
 class MeshForces(NamedTuple):
-    """Deflection [m], mesh force [N], generalized forces; offsets and force centroid [m] signed as in `Recorder`."""
+    """Deflection [m], mesh force [N], generalized forces; offsets and force centroid [m] signed as in `Recorder`.
+
+    position       of the gears
+    static_force   of the flank in contact, without damping [N]
+    """
 
     deflection: float
     force: float
@@ -88,6 +92,18 @@ class MeshForces(NamedTuple):
     wheel: Row
     offsets: Vector
     centroid: float
+    position: Position
+    static_force: float
+
+
+class SpinForces(NamedTuple):
+    """Deflection [m], mesh force [N], torques (2) [N m]; phase of the flank in contact and its static force [N]."""
+
+    deflection: float
+    force: float
+    torques: tuple[float, float]
+    phase: float
+    static_force: float
 
 
 @compiled
@@ -138,11 +154,11 @@ def flank_of(table, lead, opening, phase):
 
 @compiled
 def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
-    """(deflection [m], force [N], torques (2) [N m]) of two rotational coordinates."""
+    """`SpinForces` of two rotational coordinates."""
     d, r_1, r_2, turns = frame.direction, frame.pinion.r_b, frame.wheel.r_b, frame.pitches_per_radian
     lead = d * (r_1 * q_1 + r_2 * q_2)
     if state.engaged == 0.0:
-        return lead, 0.0, (0.0, 0.0)
+        return SpinForces(lead, 0.0, (0.0, 0.0), 0.0, 0.0)
     flank = flank_of(table, lead, 0.0, d * turns * q_1 + frame.phase)
     side, phase, deflection = flank.side, flank.phase, flank.deflection
     rate, phase_rate = side * d * (r_1 * v_1 + r_2 * v_2), side * d * turns * v_1
@@ -155,7 +171,8 @@ def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
             rate = corrected_rate(rate, state.lag, state.mobility, rise, excess, c)
         force += c * rate
     force, moment = side * force, side * d * static.phase_moment
-    return lead, force, (-d * r_1 * force - turns * moment, -d * r_2 * force)
+    torques = -d * r_1 * force - turns * moment, -d * r_2 * force
+    return SpinForces(lead, force, torques, phase, static.force)
 
 
 @compiled
@@ -275,7 +292,7 @@ def spatial_mesh(table, frame, state, q_1, q_2, v_1, v_2):
         forces_1, forces_2 = added(forces_1, moment_1), added(forces_2, moment_2)
     along_z = position.line.distance, side_d * position.offsets[1], side_d * position.offsets[2]
     deflection = position.lead - position.opening
-    return MeshForces(deflection, flank.side * force, forces_1, forces_2, along_z, z)
+    return MeshForces(deflection, flank.side * force, forces_1, forces_2, along_z, z, position, static.force)
 
 
 @compiled

@@ -13,11 +13,17 @@ NAMES = ("deflection", "force", "a", "misalignment", "axial", "centroid")
 SAMPLE = record_type(*((name, "f8") for name in NAMES))
 #: Displacements [m] and tilts [rad] of pinion and wheel, and their rates.
 MOTION = record_type(*((name, "f4", 5) for name in ("q_1", "q_2", "v_1", "v_2")))
-#: Time between samples [s], their number, addresses of samples and of motions (0: none are recorded), and the share of
-#: an interval by which the time of a call may differ from that of a sample.
-HEADER = record_type(("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("tolerance", "f8"))
-SAMPLE_SIZE, MOTION_SIZE = SAMPLE.itemsize, MOTION.itemsize
+#: Friction between the teeth: force along the flanks [N] and power that it dissipates [W].
+FRICTION_NAMES = ("friction_force", "friction_loss")
+FRICTION_SAMPLE = record_type(*((name, "f8") for name in FRICTION_NAMES))
+#: Time between samples [s], their number, addresses of samples, of motions and of friction (0: none are recorded), and
+#: the share of an interval by which the time of a call may differ from that of a sample.
+HEADER = record_type(
+    ("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("friction", "i8"), ("tolerance", "f8")
+)
+SAMPLE_SIZE, MOTION_SIZE, FRICTION_SIZE = SAMPLE.itemsize, MOTION.itemsize, FRICTION_SAMPLE.itemsize
 header_at, sample_at, motion_at = reader(HEADER), reader(SAMPLE), reader(MOTION)
+friction_sample_at = reader(FRICTION_SAMPLE)
 #: Share of a step by which a time may differ from that of the step: Exudyn adds the steps up, with an error of 0.002
 #: steps after 1e7 of them.
 SAME = 0.25
@@ -56,6 +62,15 @@ def write_motion(record, k, q_1, q_2, v_1, v_2):
         motion.q_1[i], motion.q_2[i], motion.v_1[i], motion.v_2[i] = q_1[i], q_2[i], v_1[i], v_2[i]
 
 
+@compiled
+def write_friction(record, k, force, loss):
+    """Store force [N] and loss [W] of friction of sample k if they are recorded."""
+    friction = header_at(record).friction
+    if friction != 0:
+        sample = friction_sample_at(friction + FRICTION_SIZE * k)
+        sample.friction_force, sample.friction_loss = force, loss
+
+
 @dataclass(frozen=True, eq=False)
 class Recorder:
     """Samples of a contact, which its compiled kernel writes without further cost.
@@ -80,29 +95,37 @@ class Recorder:
     samples: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
 
     @checked
-    def start(self, interval: float, number: int, *, steps: int = 250, motion: bool = False) -> None:
+    def start(
+        self, interval: float, number: int, *, steps: int = 250, motion: bool = False, friction: bool = False
+    ) -> None:
         """Allocate a number of samples, NaN until written; interval [s] must be a whole multiple of the step.
 
-        steps    largest number of steps in an interval
-        motion   also record what `motion` returns
+        steps      largest number of steps in an interval
+        motion     also record what `motion` returns
+        friction   also record friction_force and friction_loss of a stage of a `Gearbox` that has friction
         """
         require(interval > 0, f"interval must be > 0 s, got {interval}")
         require(number >= 1, f"number of samples must be at least 1, got {number}")
         require(steps >= 1, f"steps in an interval must be at least 1, got {steps}")
-        self.samples[:] = [np.full(number, np.nan, kind) for kind in ((SAMPLE, MOTION) if motion else (SAMPLE,))]
+        kinds = [SAMPLE, *[MOTION] * motion, *[FRICTION_SAMPLE] * friction]
+        self.samples[:] = [np.full(number, np.nan, kind) for kind in kinds]
         self.header.interval, self.header.number, self.header.tolerance = interval, number, SAME / steps
         self.header.samples = self.samples[0].ctypes.data
         self.header.motions = self.samples[1].ctypes.data if motion else 0
+        self.header.friction = self.samples[-1].ctypes.data if friction else 0
 
     def __getattr__(self, name: str) -> np.ndarray:
-        if name not in NAMES:
+        if name not in (*NAMES, *FRICTION_NAMES):
             raise AttributeError(name)
         require(bool(self.samples), "the recorder has no samples; start it before the solve")
-        return self.samples[0][name]
+        if name in NAMES:
+            return self.samples[0][name]
+        require(bool(self.header.friction), "the recorder has no friction; start it with friction=True")
+        return self.samples[-1][name]
 
     @checked
     def motion(self, side: int) -> tuple[np.ndarray, np.ndarray]:
         """Displacements and tilts (number, 5) [m, rad] of pinion (0) or wheel (1), and their rates."""
-        require(len(self.samples) == 2, "the recorder has no motion; start it with motion=True")
+        require(bool(self.header.motions), "the recorder has no motion; start it with motion=True")
         q, v = (("q_1", "v_1"), ("q_2", "v_2"))[side]
         return self.samples[1][q], self.samples[1][v]

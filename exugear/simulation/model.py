@@ -20,7 +20,8 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT
 from exugear.gearbox.stage import Stage
 from exugear.kernels.contact_kernels import SPIN, kernel_of
-from exugear.kernels.contact_records import is_spatial, rotational_frame
+from exugear.kernels.contact_records import contact_state, is_spatial, rotational_frame
+from exugear.kernels.friction_kernels import rubbing_contact_of
 from exugear.kernels.recorder import Recorder
 from exugear.kernels.reference_configuration import (
     phase_of,
@@ -182,8 +183,12 @@ def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, 
     kinds = tuple(kind_of(mbs, item) for item in items)
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
     frame = _frame(gearbox, number, spatial=displaced or set(kinds) != {SPIN})
-    kernel = kernel_of(kinds, displaced)
-    contact = add_contact(mbs, gearbox.labels[number], items, kernel, law, frame, recorder)
+    records = law.table, frame, contact_state()
+    if stage.friction is None:
+        kernel = kernel_of(kinds, displaced)
+    else:
+        kernel, records = rubbing_contact_of(kinds, displaced), (*records, stage.friction.table(stage.pair))
+    contact = add_contact(mbs, gearbox.labels[number], items, kernel, records, recorder)
     reference = reference_state(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
     return Mesh(stage, law, contact, recorder, frame, np.zeros(0), *reference)
 

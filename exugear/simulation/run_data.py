@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.elements.bearing_elements import reactions
+from exugear.elements.drag_elements import braking_torques
 from exugear.plan.sampling import Steps
 from exugear.simulation.equilibrium import UNIT
 from exugear.simulation.model import Model, on_bearings
@@ -32,6 +33,11 @@ RECORDED_ON_BEARINGS = {
     "misalignment": ("misalignment", "rad", "angle by which the gap of the flank in contact opens towards +z"),
     "axial_offset": ("axial", "m", "z of the wheel less that of the pinion"),
     "centroid": ("centroid", "m", "z of the mesh force from the pinion's mid-plane"),
+}
+#: Friction between the teeth: unit, long name. Signs: `Recorder`.
+FRICTION = {
+    "friction_force": ("N", "friction between the teeth, along the flanks"),
+    "friction_loss": ("W", "power that friction between the teeth dissipates"),
 }
 
 
@@ -66,7 +72,8 @@ def stored(path) -> xr.Dataset:
 def start_recorders(model: Model, steps: Steps) -> None:
     """Start the recorders of all meshes for a run."""
     for mesh in model.meshes:
-        mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, motion=on_bearings(model, mesh))
+        recorded = {"motion": on_bearings(model, mesh), "friction": mesh.stage.friction is not None}
+        mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, **recorded)
 
 
 def keep_valid(model: Model, steps: Steps, stop: BaseException | None) -> BaseException | None:
@@ -138,7 +145,51 @@ def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
     for name, (recorded, unit, long_name) in (RECORDED | (RECORDED_ON_BEARINGS if elastic else {})).items():
         values = np.array([getattr(mesh.recorder, recorded) for mesh in model.meshes])
         data[name] = over, values, {"units": unit, "long_name": long_name}
-    return data.assign(_bearing_forces(model)) if elastic else data
+    data = data.assign(_bearing_forces(model)) if elastic else data
+    return data.assign(_friction(model, time) | _drag(model, speed))
+
+
+def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:
+    """Friction between the teeth over time, 0 in stages without it; empty where no stage has friction."""
+    if all(mesh.stage.friction is None for mesh in model.meshes):
+        return {}
+    none = np.zeros(time.size)
+    return {
+        name: (
+            ("stage", "time"),
+            np.array([none if m.stage.friction is None else getattr(m.recorder, name) for m in model.meshes]),
+            {"units": unit, "long_name": long_name},
+        )
+        for name, (unit, long_name) in FRICTION.items()
+    }
+
+
+def _drag(model: Model, speed: np.ndarray) -> dict[str, Any]:
+    """Torques of the drags of shafts and their losses over time; empty where no shaft has a drag."""
+    braked = [shaft for shaft in model.gearbox.shafts if shaft.drags]
+    if not braked:
+        return {}
+    motions = _motions(model)
+    omega = np.array([model.gearbox.ratios[shaft.name] * speed for shaft in braked])
+    torque = np.array(
+        [braking_torques(shaft, w, motions.get(shaft.name)) for shaft, w in zip(braked, omega, strict=True)]
+    )
+    over = "shaft", "time"
+    return {
+        "drag_torque": (over, torque, {"units": "N m", "long_name": "torque of drag against the rotation"}),
+        "drag_loss": (over, torque * omega, {"units": "W", "long_name": "power that drag dissipates"}),
+        "shaft": ("shaft", [shaft.name for shaft in braked]),
+    }
+
+
+def _motions(model: Model) -> dict[str, np.ndarray]:
+    """Displacements and tilts (n, 5) [m, rad] of the shafts on bearings."""
+    return {
+        shaft.name: mesh.recorder.motion(side)[0]
+        for mesh in model.meshes
+        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow))
+        if model.plan.shafts[shaft.name].on_bearings
+    }
 
 
 def _bearing_forces(model: Model) -> dict[str, Any]:
