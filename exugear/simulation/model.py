@@ -183,11 +183,9 @@ def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, 
     kinds = tuple(kind_of(mbs, item) for item in items)
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
     frame = _frame(gearbox, number, spatial=displaced or set(kinds) != {SPIN})
-    records = law.table, frame, contact_state()
-    if stage.friction is None:
-        kernel = kernel_of(kinds, displaced)
-    else:
-        kernel, records = rubbing_contact_of(kinds, displaced), (*records, stage.friction.table(stage.pair))
+    friction = [stage.friction.table(stage.pair)] if stage.friction else []
+    kernel = (rubbing_contact_of if friction else kernel_of)(kinds, displaced)
+    records = law.table, frame, contact_state(), *friction
     contact = add_contact(mbs, gearbox.labels[number], items, kernel, records, recorder)
     reference = reference_state(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
     return Mesh(stage, law, contact, recorder, frame, np.zeros(0), *reference)

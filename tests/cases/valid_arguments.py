@@ -138,7 +138,7 @@ def by_name() -> dict[str, Any]:
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
         "MeshFriction.of_pair.speed": 1.0, "loss.force": 100.0, "loss.speed": 50.0,
-        "MeshFriction.from_ste.torque": 100.0, "torque.omega": 50.0, "torque.load": 100.0,
+        "MeshFriction.from_ste.torque": 100.0, "torque.omega": 50.0, "start.friction": True, "torque.load": 100.0,
         "Gearbox.offsets.stage": made["Stage"], "radial_force.r": 2 * um, "deflection_at.force": 100.0,
         "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],
         "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,

@@ -111,9 +111,8 @@ def test_force_of_misaligned_axes_acts_at_the_centroid_of_the_springs():
     n = np.array([np.sin(alpha), np.cos(alpha)])
     tilts = -gamma * n[1], gamma * n[0]
     turned = (*NONE[:5], lead / SPUR.pinion.r_b)
-    _, force, _, on_wheel, (a, misalignment, axial), centroid = mesh_in_space(
-        law, frame, turned, (0.0, 0.0, 0.0, *tilts, 0.0), NONE, NONE
-    )
+    mesh = mesh_in_space(law, frame, turned, (0.0, 0.0, 0.0, *tilts, 0.0), NONE, NONE)
+    _, force, _, on_wheel, (a, misalignment, axial), centroid, *_ = mesh
     assert (a, misalignment, axial) == pytest.approx((SPUR.a, gamma, 0.0), rel=1e-6, abs=1e-9)
     assert force == pytest.approx(K * lead, rel=1e-4)
     assert centroid == pytest.approx(-gamma * (20 * mm) ** 2 / 12 / lead, rel=1e-3)
