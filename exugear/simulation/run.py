@@ -34,7 +34,9 @@ class Run:
 
     data        Dataset over time [s] and stage: speed of the driving shaft [rad/s], mesh_frequency (stage, time) [Hz],
                 dte (stage, time) [m], mesh_force (stage, time) [N]; with bearings also bearing_force (bearing,
-                direction, time) [N] and the relative position of the gears; the attributes hold all inputs
+                direction, time) [N] and the relative position of the gears; with friction friction_force [N] and
+                friction_loss (stage, time) [W], with drag drag_torque [N m] and drag_loss (shaft, time) [W]; the
+                attributes hold all inputs
     wall_time   of the integration [s], without that of the error estimate
     step        of the integrator [s]
     """
