@@ -166,19 +166,17 @@ def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:
 
 def _drag(model: Model, speed: np.ndarray) -> dict[str, Any]:
     """Torques of the drags of shafts and their losses over time; empty where no shaft has a drag."""
-    braked = [shaft for shaft in model.gearbox.shafts if shaft.drags]
-    if not braked:
+    shafts, motions = model.gearbox.shafts, _motions(model)
+    if not any(shaft.drags for shaft in shafts):
         return {}
-    motions = _motions(model)
-    omega = np.array([model.gearbox.ratios[shaft.name] * speed for shaft in braked])
-    torque = np.array(
-        [braking_torques(shaft, w, motions.get(shaft.name)) for shaft, w in zip(braked, omega, strict=True)]
-    )
+    omega = np.array([model.gearbox.ratios[shaft.name] * speed for shaft in shafts])
+    braked = zip(shafts, omega, strict=True)
+    torque = np.array([braking_torques(shaft, spin, motions.get(shaft.name)) for shaft, spin in braked])
     over = "shaft", "time"
     return {
         "drag_torque": (over, torque, {"units": "N m", "long_name": "torque of drag against the rotation"}),
         "drag_loss": (over, torque * omega, {"units": "W", "long_name": "power that drag dissipates"}),
-        "shaft": ("shaft", [shaft.name for shaft in braked]),
+        "shaft": ("shaft", [shaft.name for shaft in shafts]),
     }
 
 
