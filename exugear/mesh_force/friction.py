@@ -8,7 +8,7 @@ dissipates the power mu F B |omega_1 - omega_2|.
 """
 
 from dataclasses import dataclass, field
-from math import ceil, cos, floor, tan
+from math import cos, tan
 from typing import Annotated
 
 import numpy as np
@@ -16,16 +16,14 @@ import xarray as xr
 
 from exugear.force_table.kernel_records import record_of, record_type
 from exugear.mesh_force.friction_coefficient import NiemannFriction, PowerLaw, SchlenkFriction
+from exugear.mesh_force.load_distribution import even_distribution, mapped_distribution, sign_and_distance
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
-from fem.ste.ste_map import PHASE, TORQUE, over_torque_and_phase, pair_of
+from fem.ste.ste_map import pair_of
 from fem.support.arguments import Finite, checked
 from fem.support.representation import short
 from fem.support.validation import require
 
-#: Steps of the tables over a pitch.
-STEPS = 512
-SHARE, PAIR = "load_share", "pair"
 #: Least value of `MeshFriction.speed` [rad/s].
 LEAST_SPEED = 0.01
 #: Coefficient of friction over cos(beta_b), for the transverse mesh force, as a power law (`PowerLaw`); speed over
@@ -85,12 +83,8 @@ class MeshFriction:
 
         Raises ValueError for a ring gear, whose path of contact is not known.
         """
-        start, end = _contact(_tooth_positions(pair), pair)
-        total = np.zeros((3, STEPS))
-        for low, high, number in _sections(pair):
-            total += np.sum(_integrals(start, end, low, high), axis=1) / number
-        width, pull, lever = total
-        return cls(coefficient, pull / width, lever / width * pair.p_bt, speed=speed)
+        pull, distance = sign_and_distance(even_distribution(pair))
+        return cls(coefficient, pull, distance * pair.p_bt, speed=speed)
 
     @classmethod
     @checked
@@ -103,16 +97,8 @@ class MeshFriction:
         counts as in contact at that end of the path. Raises ValueError for a map without load_share or with further
         axes, and for a torque outside the map.
         """
-        over_torque_and_phase(ste)
-        pair = pair_of(ste)
-        position = _tooth_positions(pair)
-        share = _shares(ste, torque, position)
-        width, pull, lever = _integrals(*_contact(position, pair), *_path(pair))
-        on, end = width > 0, np.clip(position, *_path(pair))
-        width = np.where(on, width, 1.0)
-        pull, lever = np.where(on, pull / width, np.sign(end)), np.where(on, lever / width, np.abs(end))
-        pull, lever = ((share * x).sum(axis=0) / share.sum(axis=0) for x in (pull, lever))
-        return cls(coefficient, pull, lever * pair.p_bt, speed=speed)
+        pull, distance = sign_and_distance(mapped_distribution(ste, torque))
+        return cls(coefficient, pull, distance * pair_of(ste).p_bt, speed=speed)
 
     @checked
     def power_law(self, pair: GearPair | RingPair) -> PowerLaw:
@@ -138,55 +124,6 @@ class MeshFriction:
         head = record_of(FRICTION, **transverse._asdict(), speed=self.speed, tan_alpha_wt=tan(pair.alpha_wt), steps=n)
         kind = record_type(("head", FRICTION), ("pull", "f8", n), ("lever", "f8", n))
         return record_of(kind, head=head, pull=self.pull, lever=self.lever)
-
-
-def _path(pair: GearPair) -> tuple[float, float]:
-    """Ends of the path of contact, in pitches beyond the pitch point."""
-    return (pair.roll_start - pair.roll_pitch) / pair.p_bt, (pair.roll_end - pair.roll_pitch) / pair.p_bt
-
-
-def _tooth_positions(pair: GearPair) -> np.ndarray:
-    """(n_pair, STEPS) positions of the tooth pairs in mid-plane, in pitches beyond the pitch point."""
-    low, high = _path(pair)
-    number = np.arange(floor(low - pair.eps_beta) - 1, ceil(high + pair.eps_beta) + 2)
-    return number[:, None] + np.arange(STEPS) / STEPS
-
-
-def _contact(position: np.ndarray, pair: GearPair) -> tuple[np.ndarray, np.ndarray]:
-    """Positions of tooth pairs at both ends of the width; those of spur gears are a step of the table apart."""
-    half = max(pair.eps_beta, 1 / STEPS) / 2
-    return position - half, position + half
-
-
-def _sections(pair: GearPair) -> list[tuple[float, float, float]]:
-    """Sections of the path of contact, as (start, end, number of tooth pairs in contact)."""
-    low, high = _path(pair)
-    pitches = np.arange(ceil(high - low) + 1)
-    ends = np.unique(np.r_[low + pitches, high - pitches].clip(low, high))
-    middle = (ends[:-1] + ends[1:]) / 2
-    number = np.floor(high - middle) + np.floor(middle - low) + 1
-    return list(zip(ends[:-1], ends[1:], number, strict=True))
-
-
-def _integrals(start: np.ndarray, end: np.ndarray, low: float, high: float) -> tuple[np.ndarray, ...]:
-    """Integrals of 1, sign(x) and |x| from start to end, over the part between low and high."""
-    p, q = np.clip(start, low, high), np.clip(end, low, high)
-    return q - p, np.abs(q) - np.abs(p), (q * np.abs(q) - p * np.abs(p)) / 2
-
-
-def _shares(ste, torque: float, position: np.ndarray) -> np.ndarray:
-    """Load shares of tooth pairs at positions in mid-plane, in pitches beyond the pitch point, linear in the map."""
-    require(SHARE in ste, f"the map must have {SHARE}; make it with fem.static_transmission_error, or use of_pair")
-    given, phase = ste[TORQUE].values, ste[PHASE].values
-    within = f"torque must lie in ({max(0.0, given[0]):g}, {given[-1]:g}] N m of the map, got {torque}"
-    require(torque > 0 and given[0] <= torque <= given[-1], f"{within}; extend the map")
-    near = np.array([np.interp(torque, given, hat) for hat in np.eye(given.size)])
-    known = np.tensordot(near, ste[SHARE].transpose(TORQUE, PHASE, PAIR).values, 1)
-    pairs = ste[PAIR].values
-    number = np.arange(pairs.min() - 1, pairs.max() + 2)
-    share = np.zeros((number.size, phase.size))
-    share[pairs - number[0]] = known.T
-    return np.interp(position, (number[:, None] + phase).ravel(), share.ravel(), left=0.0, right=0.0)
 
 
 def _check_scalars(coefficient: Coefficient, speed: float) -> None:
