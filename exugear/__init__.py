@@ -13,7 +13,7 @@ from exugear.gearbox.stage import Stage
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.friction import MeshFriction
-from exugear.mesh_force.friction_coefficient import NiemannFriction, SchlenkFriction
+from exugear.mesh_force.friction_coefficient import NiemannFriction, SchlenkFriction, XuFriction
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.plan import Plan, plan
@@ -53,6 +53,7 @@ __all__ = [
     "SchlenkFriction",
     "Shaft",
     "Stage",
+    "XuFriction",
     "__version__",
     "build",
     "draw",

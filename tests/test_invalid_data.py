@@ -23,6 +23,7 @@ MAKERS = {
     "bearing": (exugear.Bearing, {"radial": 1e8, "axial": 1e8, "tilt": 1e4, "damping": 1e-5, "clearance": 5 * um}),
     "Schlenk": (exugear.SchlenkFriction, {"viscosity": 0.02, "roughness": 0.4 * um, "lubricant_factor": 1.0}),
     "Niemann": (exugear.NiemannFriction, {"viscosity": 0.02, "roughness": 0.4 * um}),
+    "Xu": (exugear.XuFriction, {"viscosity": 0.02, "roughness": 0.4 * um}),
     "drag": (exugear.Drag, {"constant": 1.0, "viscous": 1e-3, "speed": 1.0}),
     "bearing drag": (
         exugear.BearingDrag,

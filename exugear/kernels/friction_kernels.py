@@ -1,7 +1,7 @@
 """The kernels of `exugear.MeshFriction`: from the mesh force, the phase and the speeds to generalized forces."""
 
 from functools import cache
-from math import cos, floor, sin, tanh
+from math import cos, floor, log, sin, tanh
 from typing import NamedTuple
 
 from numba import carray
@@ -36,7 +36,8 @@ def coefficient(friction, force, speed):
     if friction.exponent == 0.0:
         return friction.factor
     sum_speed = min(max(abs(speed) * friction.sum_speed, friction.slowest), friction.fastest)
-    return friction.factor * (max(force, friction.least_force) / sum_speed) ** friction.exponent
+    limited = min(max(force, friction.least_force), friction.largest_force)
+    return friction.factor * (limited / sum_speed) ** friction.exponent
 
 
 @compiled
@@ -46,14 +47,35 @@ def friction_forces(friction, phase, force, speed):
     force   static mesh force [N]
     speed   omega_1 - omega_2 [rad/s]
     """
-    n = friction.steps
-    pull_and_lever = carray(doubles_at(start_of(friction) + FRICTION_SIZE), (2, n))
+    if force <= 0.0:
+        return 0.0, 0.0
+    size = coefficient(friction, force, speed) * force * tanh(speed / friction.speed)
+    pull, lever = pull_and_lever(friction, phase, force)
+    return size * pull, size * lever
+
+
+@compiled
+def pull_and_lever(friction, phase, force):
+    """Values of the tables, linear over phase and over ln of the force."""
+    n, m = friction.steps, friction.rows
+    tables = carray(doubles_at(start_of(friction) + FRICTION_SIZE), (2, m, n))
     x = (phase - floor(phase)) * n
     i = min(int(x), n - 1)
     following, t = (i + 1) % n, x - i
-    size = coefficient(friction, force, speed) * force * tanh(speed / friction.speed)
-    pull = (1.0 - t) * pull_and_lever[0, i] + t * pull_and_lever[0, following]
-    return size * pull, size * ((1.0 - t) * pull_and_lever[1, i] + t * pull_and_lever[1, following])
+    if m == 1:
+        return along_phase(tables[0, 0], i, following, t), along_phase(tables[1, 0], i, following, t)
+    y = min(max((log(force) - friction.log_first) / friction.log_step, 0.0), m - 1.0)
+    j = min(int(y), m - 2)
+    w = y - j
+    pull = (1.0 - w) * along_phase(tables[0, j], i, following, t) + w * along_phase(tables[0, j + 1], i, following, t)
+    lever = (1.0 - w) * along_phase(tables[1, j], i, following, t) + w * along_phase(tables[1, j + 1], i, following, t)
+    return pull, lever
+
+
+@compiled
+def along_phase(row, i, following, t):
+    """Value of a row of a table, linear over the phase."""
+    return (1.0 - t) * row[i] + t * row[following]
 
 
 class SlidingFriction(NamedTuple):

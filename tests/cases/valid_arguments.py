@@ -87,6 +87,7 @@ def instances() -> dict[str, Any]:
         RunUp(), CentralDifferences(), field, exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3),
         exugear.Placement(), exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
         exugear.SchlenkFriction(0.02, 0.4 * um), exugear.NiemannFriction(0.02, 0.4 * um),
+        exugear.XuFriction(0.02, 0.4 * um),
         exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
         box.stages[0].fast, linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
     ]  # fmt: skip
@@ -138,7 +139,8 @@ def by_name() -> dict[str, Any]:
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
         "MeshFriction.of_pair.speed": 1.0, "loss.force": 100.0, "loss.speed": 50.0,
-        "MeshFriction.from_ste.torque": 100.0, "torque.omega": 50.0, "start.friction": True, "torque.load": 100.0,
+        "MeshFriction.from_ste.torque": 100.0, "torque.omega": 50.0, "torque.load": 100.0,
+        "local.distance": mm, "start.friction": True,
         "Gearbox.offsets.stage": made["Stage"], "radial_force.r": 2 * um, "deflection_at.force": 100.0,
         "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],
         "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,

@@ -9,12 +9,12 @@ from spatial_meshes import PAIRS
 
 import exugear
 import fem
-from exugear.force_table.kernel_records import address_of
-from exugear.kernels.friction_kernels import coefficient, friction_at
+from exugear.kernels.friction_kernels import coefficient, friction_forces
 from fem.units import deg, mm, um
 
 SCHLENK = exugear.SchlenkFriction(viscosity=10e-3, roughness=0.4 * um)
 NIEMANN = exugear.NiemannFriction(viscosity=10e-3, roughness=0.4 * um)
+XU = exugear.XuFriction(viscosity=10e-3, roughness=0.4 * um)
 
 
 def fzg_c() -> fem.GearPair:
@@ -65,11 +65,11 @@ def test_coefficient_falls_with_speed_and_rises_with_load_within_the_limits(law,
 def test_kernel_agrees_with_the_law(law):
     pair = unlike_pair(12 * deg)
     friction = exugear.MeshFriction.of_pair(pair, law)
-    record = friction.table(pair)
+    record = friction.table(pair).head
     for force in (10.0, 4e3, 3e4):
         for speed in (-2000.0, 0.0, 1.0, 300.0, 5e4):
             expected = friction.power_law(pair).at(force, speed) / cos(pair.beta_b)
-            assert coefficient(friction_at(address_of(record)), force, speed) == pytest.approx(expected, rel=1e-12)
+            assert coefficient(record, force, speed) == pytest.approx(expected, rel=1e-12)
 
 
 def test_loss_by_a_law_is_that_of_its_coefficient():
@@ -83,7 +83,65 @@ def test_loss_by_a_law_is_that_of_its_coefficient():
     assert friction.pull.size == N
 
 
-@pytest.mark.parametrize("law", [exugear.SchlenkFriction, exugear.NiemannFriction])
+def test_local_coefficient_by_hand():
+    """1.28 GPa, S = 0.308 and V = 0.493 m/s at 3 mm beyond the pitch point of FZG type C at 637.6 N/mm, 10 mPa s."""
+    pair, s = fzg_c(), 3 * mm
+    rho_1, rho_2 = 36.6 * sin(pair.alpha_wt) + 3, 54.9 * sin(pair.alpha_wt) - 3
+    radius = rho_1 * rho_2 / (rho_1 + rho_2) * mm
+    pressure = (637.6e3 / radius * 210e9 / (2 * np.pi * 0.91)) ** 0.5 / 1e9
+    u_1, u_2 = rho_1 / (36.6 * 2 * sin(pair.alpha_wt)), rho_2 / (54.9 * 2 * sin(pair.alpha_wt))
+    mean, sliding = (u_1 + u_2) / 2, 2 * (u_1 - u_2) / (u_1 + u_2)
+    f = -8.916465 - 0.354068 * sliding * pressure + 2.812084 * np.exp(-sliding * pressure) + 0.620305 * np.exp(0.4)
+    expected = np.exp(f) * pressure**1.03303 * sliding**1.036077 * mean**-0.100601 * 10**0.752755 * radius**-0.390958
+    assert XU.local(pair, s, 637.6e3) == pytest.approx(expected, rel=2e-3)
+    assert 0.02 < expected < 0.06
+    assert XU.local(pair, 0.0, 637.6e3) == pytest.approx(0, abs=1e-6)
+
+
+def test_local_friction_is_the_sum_over_the_tooth_pairs_and_passes_the_pitch_point_without_a_jump():
+    """Single contact about the pitch point: the force is mu F there, mu by the whole load."""
+    pair = PAIRS["spur"]
+    friction, mean = (exugear.MeshFriction.of_pair(pair, law) for law in (XU, 0.03))
+    for row, force in zip(friction.pull[::6], friction.forces[::6], strict=True):
+        for step in (20, 60):
+            mu = XU.local(pair, step / N * pair.p_bt, force / pair.b)
+            assert row[step] == pytest.approx(mu, rel=1e-3)
+            assert row[-step] == pytest.approx(-XU.local(pair, -step / N * pair.p_bt, force / pair.b), rel=1e-3)
+        assert np.abs(np.diff(row[:60])).max() < 0.1 * row[60]
+    assert np.abs(np.diff(mean.pull[:60])).max() == pytest.approx(1, rel=1e-3)
+
+
+@pytest.mark.parametrize("pair", [unlike_pair(), unlike_pair(20 * deg)])
+def test_kernel_of_a_local_coefficient_interpolates_the_tables(pair):
+    friction = exugear.MeshFriction.of_pair(pair, XU)
+    record, v = friction.table(pair).head, friction.power_law(pair).sum_speed
+    for force, speed in (
+        (float(friction.forces[4]), 300.0),
+        (7.7e3, 300.0),
+        (7.7e3, 30.0),
+        (1e9, 300.0),
+        (1e-3, 300.0),
+    ):
+        forces = np.array([friction_forces(record, i / N, force, speed) for i in range(N)])
+        loss = forces[:, 1].mean() / force * abs(1 / pair.pinion.r_b + 1 / pair.wheel.r_b)
+        omega_1 = speed / (1 + pair.pinion.z / pair.wheel.z)
+        assert loss == pytest.approx(friction.loss(pair, force=force, speed=omega_1), rel=1e-9)
+    fast, slow = (friction_forces(record, 0.1, 5e3, x / v)[0] for x in (10.0, 1.0))
+    assert fast == pytest.approx(slow * 10**-0.100601, rel=1e-9)
+
+
+def test_tables_of_a_local_coefficient_belong_to_it():
+    tables = exugear.MeshFriction.of_pair(PAIRS["spur"], XU)
+    for law, forces in ((XU, None), (0.05, tables.forces)):
+        with pytest.raises(ValueError, match="forces and pull"):
+            exugear.MeshFriction(law, tables.pull, tables.lever, forces=forces)
+    with pytest.raises(ValueError, match="forces and pull"):
+        exugear.MeshFriction(XU, tables.pull[0], tables.lever[0])
+    with pytest.raises(ValueError, match="geometric progression"):
+        exugear.MeshFriction(XU, tables.pull[:3], tables.lever[:3], forces=[1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize("law", [exugear.SchlenkFriction, exugear.NiemannFriction, exugear.XuFriction])
 @pytest.mark.parametrize(
     ("data", "message"),
     [

@@ -96,8 +96,8 @@ def test_bearings_carry_the_friction_force_which_reverses_at_the_pitch_point(bea
         assert reaction[window].mean() == pytest.approx(-friction[window].mean(), rel=0.02)
 
 
-def test_coefficient_follows_load_and_speed_in_a_run():
-    law = exugear.SchlenkFriction(20e-3, 0.4 * um)
+@pytest.mark.parametrize("law", [exugear.SchlenkFriction(20e-3, 0.4 * um), exugear.XuFriction(20e-3, 0.4 * um)])
+def test_coefficient_follows_load_and_speed_in_a_run(law):
     rubbing = exugear.MeshFriction.of_pair(PAIR, law)
     for load, speed in ((150.0, 40.0), (1500.0, 40.0), (1500.0, 160.0)):
         duration = 3 * OMEGA * MESH_PERIOD / speed
