@@ -88,10 +88,10 @@ class BearingDrag:
 
     d_m         mean diameter, (bore + outer diameter) / 2 [m]
     f_0         of type and lubrication: for an oil bath about 2 for deep groove ball bearings, 2 to 4 for cylindrical
-                and 4 to 6 for tapered roller bearings
+                and 6 for tapered roller bearings
     viscosity   kinematic, of the oil in the bearing [m^2/s]
-    f_1         of type and load: 0.0006 to 0.0009 (P_0 / C_0)^0.55 for deep groove ball bearings, 0.0002 to 0.0004 for
-                cylindrical roller bearings
+    f_1         of type and load: 0.0004 to 0.0009 (P_0 / C_0)^0.55 for deep groove ball bearings, by the source, 0.0002
+                to 0.0004 for cylindrical roller bearings
     load        equivalent load P [N]; by default the radial force of the elastic `Bearing` that carries the drag, as it
                 is in the run
     speed       [rad/s] over which the torque fades at low speed, so that a shaft comes to rest smoothly
