@@ -1,5 +1,6 @@
 """Friction of stages and drag of shafts in runs: power balance, excitation of the bearings, signs, rest."""
 
+from itertools import pairwise
 from math import cos, sin
 
 import exudyn as exu
@@ -64,6 +65,23 @@ def test_friction_dissipates_for_each_sense_of_rotation_and_of_torque(speed, loa
     assert float(data["friction_loss"].quantile(0.1)) > 0
     assert loss == pytest.approx(FRICTION.loss(PAIR) * LOAD * OMEGA, rel=0.01)
     assert abs(drive * speed) - LOAD * OMEGA == pytest.approx(loss if load * speed > 0 else -loss, rel=0.02)
+
+
+def test_losses_of_an_idler_gearbox_add_up():
+    """Both stages rub, the idler is braked; a stage without friction records none."""
+    names, drag = ("fast", "idler", "slow", "end"), exugear.Drag(0.4)
+    parts = [{30 * mm: [paper_gear(), *[drag] * (name == "idler")]} for name in names]
+    shafts, law = [exugear.Shaft(name, part) for name, part in zip(names, parts, strict=True)], linear_law(reach=2e-3)
+    pairs, frictions = pairwise(shafts), (FRICTION, FRICTION, None)
+    mesh = {"pair": PAIR, "damping_ratio": 0.06}
+    stages = [exugear.Stage(*pair, law, friction=f, **mesh) for pair, f in zip(pairs, frictions, strict=True)]
+    data, drive = slow_run(exugear.Gearbox(stages))
+    lost = data["friction_loss"].mean("time").values
+    assert lost == pytest.approx(FRICTION.loss(PAIR) * LOAD * OMEGA * np.array([1, 1, 0]), rel=0.02)
+    drag_torque = data["drag_torque"].mean("time").values
+    assert drag_torque == pytest.approx([0, -float(drag.torque(OMEGA)), 0, 0], rel=1e-3)
+    total = lost.sum() + float(data["drag_loss"].sum("shaft").mean())
+    assert (drive - LOAD) * OMEGA == pytest.approx(total, rel=5e-3)
 
 
 def test_without_friction_the_run_is_the_same():
