@@ -109,8 +109,8 @@ def user_functions(shaft: Shaft, number: int):
 
     number   of coordinates of the shaft
     """
-    loose = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
-    laws = {axial: radial_law(bearing, axial - shaft.centre) for axial, bearing in loose.items()}
+    nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
+    laws = {axial: radial_law(bearing, axial - shaft.centre) for axial, bearing in nonlinear.items()}
     record, kernel = drag_record(shaft, laws), KERNELS[number]
     address = address_of(record)
 

@@ -200,9 +200,9 @@ class Shaft:
             require(len(set(positions)) == len(positions), f"{twice}; move one of them")
         couplings = len(self._parts_of(Coupling))
         require(couplings <= 1, f"shaft {self.name!r} carries {couplings} couplings; leave one at most")
-        loose = [axial for axial, drag in self._parts_of(BearingDrag) if drag.needs_load]
-        unknown = f"load of the BearingDrag at {loose} m of shaft {self.name!r} is not known; pass load=... [N]"
-        require(not loose, f"{unknown}, or let an elastic Bearing carry it")
+        unloaded = [axial for axial, drag in self._parts_of(BearingDrag) if drag.needs_load]
+        unknown = f"load of the BearingDrag at {unloaded} m of shaft {self.name!r} is not known; pass load=... [N]"
+        require(not unloaded, f"{unknown}, or let an elastic Bearing carry it")
 
     def _check_positions(self) -> None:
         for axial in self.parts:

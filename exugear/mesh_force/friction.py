@@ -123,11 +123,15 @@ class MeshFriction:
         return law.power_law(pair) if isinstance(law, LAWS) else PowerLaw(law)
 
     @checked
-    def loss(self, pair: GearPair | RingPair, *, force: Finite = 0.0, speed: Finite = 0.0) -> float:
+    def loss(self, pair: GearPair | RingPair, *, force: Finite | None = None, speed: Finite | None = None) -> float:
         """Share of the power that friction dissipates in a mesh of the pair, at constant mesh force and speed.
 
-        A coefficient that follows a law is that at a mesh force [N] and a speed of the pinion [rad/s].
+        A coefficient that follows a law is that at a mesh force [N] and a speed of the pinion [rad/s]. Raises
+        ValueError where it needs them.
         """
+        needed = f"force and speed must be given, as the coefficient is {self.coefficient!r}"
+        require(not isinstance(self.coefficient, LAWS) or None not in (force, speed), f"{needed}; pass N and rad/s")
+        force, speed = force or 0.0, speed or 0.0
         turns = abs(1 / pair.pinion.r_b + 1 / pair.wheel.r_b)
         coefficient = self.power_law(pair).at(abs(force), speed * pair.pinion.r_b * turns)
         lever = self.lever.mean(axis=-1)
@@ -181,7 +185,7 @@ def _check_tables(pull: np.ndarray, lever: np.ndarray) -> None:
 
 
 def _check_forces(friction: MeshFriction) -> None:
-    """ValueError unless a local coefficient, and no other one, has tables over mesh forces."""
+    """ValueError unless tables over mesh forces belong to a local coefficient, and single rows to a mean one."""
     local, forces, shape = isinstance(friction.coefficient, XuFriction), friction.forces, friction.pull.shape
     remedy = "make it with MeshFriction.of_pair or from_ste"
     given = f"forces and pull (m, n) belong to a XuFriction and to no other coefficient; {remedy}"

@@ -79,6 +79,8 @@ def test_loss_by_a_law_is_that_of_its_coefficient():
     omega_1 = 3.0 / (pair.pinion.r_b / cos(pair.alpha_wt))
     constant = exugear.MeshFriction.of_pair(pair, mu)
     assert friction.loss(pair, force=5e3, speed=omega_1) == pytest.approx(constant.loss(pair), rel=1e-12)
+    with pytest.raises(ValueError, match="force and speed must be given"):
+        friction.loss(pair)
     assert np.array_equal(friction.pull, constant.pull)
     assert friction.pull.size == N
 
