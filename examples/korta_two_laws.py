@@ -1,11 +1,11 @@
-"""The contact element of the paper beside the law of the whole STE map, and beside a law that conserves energy.
+"""The contact element of the paper beside the law of the whole STE map, and beside its former form without a potential.
 
     python examples/korta_two_laws.py results
 
 The paper's element (Palermo et al. 2013) has the secant stiffness F / STE at the nominal torque. The law of the map
-follows the STE over all torques. The conserving law derives force and torques from one potential. Pair, inertia and
-damping are the same: only the law differs. Far from resonance all three agree. Where teeth part, the secant law
-differs; the conserving law stays with that of the map.
+follows the STE over all torques, and derives force and torques from one potential. The former law has the same force
+without the torque by which the potential changes over the phase. Pair, inertia and damping are the same: only the law
+differs. Far from resonance all three agree. Where teeth part, the secant law differs.
 """
 
 import sys
@@ -24,7 +24,7 @@ def laws(load: float) -> dict:
     return {
         "whole map": exugear.MeshForce.from_ste,
         "secant (paper)": partial(exugear.MeshForce.secant, torque=load),
-        "conserving": partial(exugear.MeshForce.from_ste, conserves=True),
+        "without dU/dphase": partial(exugear.MeshForce.from_ste, conserves=False),
     }
 
 

@@ -5,31 +5,35 @@ import lazy_loader
 from exugear.elements.gear_contact import CreateGearContact
 from exugear.elements.gear_friction import CreateGearFriction
 from exugear.elements.gear_sensor import CreateGearSensor
+from exugear.friction.drag import BearingDrag, Drag
+from exugear.friction.friction_coefficient import NiemannFriction, SchlenkFriction, XuFriction
+from exugear.friction.mesh_friction import MeshFriction
 from exugear.gearbox.bearing import Bearing
-from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
-from exugear.mesh_force.friction import MeshFriction
-from exugear.mesh_force.friction_coefficient import NiemannFriction, SchlenkFriction, XuFriction
 from exugear.mesh_force.ring_pair import RingPair
+from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
+from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.plan import Plan, plan
 from exugear.post import spectrum
 from exugear.post.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.post.viewer import draw, picture
-from exugear.simulation.eigenfrequencies import eigenfrequencies
-from exugear.simulation.model import Model, build
-from exugear.simulation.run import Run, RunStopped, run_up
+from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.simulation.solver_settings import integrator
+from exugear.system.assembly import build
+from exugear.system.eigenfrequencies import eigenfrequencies
+from exugear.system.model import Model
 from fem.support.version import __version__
 
 #: Modules for pictures, imported on first use.
 __getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs={"post": ["graphics", "plots"]})
 
 __all__ = [
+    "Apart",
     "Bearing",
     "BearingDrag",
     "BuiltPlan",
@@ -43,6 +47,7 @@ __all__ = [
     "MeshForce",
     "MeshFriction",
     "Model",
+    "MotorCurve",
     "NiemannFriction",
     "Placement",
     "Plan",
@@ -52,7 +57,10 @@ __all__ = [
     "RunStopped",
     "SchlenkFriction",
     "Shaft",
+    "Speed",
+    "SpeedReached",
     "Stage",
+    "Torque",
     "XuFriction",
     "__version__",
     "build",
@@ -67,6 +75,7 @@ __all__ = [
     "plan",
     "plots",
     "resonances",
+    "run",
     "run_up",
     "spectrum",
 ]

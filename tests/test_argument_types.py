@@ -52,8 +52,9 @@ TAKEN = {
     **dict.fromkeys(("name", "title", "label", "message", "unit", "meaning", "fileName"), "string"),
     **dict.fromkeys(("colour", "colours", "path", "BuiltPlan.contact"), "string"),
     **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
-    **dict.fromkeys(("save.data", "Run.data"), "dataset"),
-    **dict.fromkeys(("Model.bodies", "Model.spins", "Model.rotors"), "dict"),
+    **dict.fromkeys(("SpeedReached.shaft", "Apart.stage"), "string"),
+    **dict.fromkeys(("save.data", "Run.data", "BuiltPlan.mesh_resonances"), "dataset"),
+    **dict.fromkeys(("Model.bodies", "Model.spins", "Model.rotors", "Model.end_markers"), "dict"),
     **dict.fromkeys(("Run.wall_time", "Quantity.value"), "nan"),
     **dict.fromkeys((f"Envelope.{name}" for name in ("place", "low", "high", "rms")), "nan"),
     **dict.fromkeys((f"OrderSpectrum.{name}" for name in ("speed", "order", "amplitude")), "nan"),
@@ -73,7 +74,7 @@ WORK = (
     ),
     *(
         "fem.reference.deformable_gear.clamped_pair",
-        "exugear.simulation.equilibrium.start",
+        "exugear.system.equilibrium.start",
         "exugear.elements.gear_contact.add_forces",
     ),
 )

@@ -101,7 +101,8 @@ def stages(tmp_path_factory):
 def test_bearings_take_the_axial_forces_of_the_helical_gears(stages):
     model, opposed, run = stages
     by_load = two_stage_helical.axial_forces(model.gearbox, run.data)
-    assert two_stage_helical.axial_reactions(run.data) == pytest.approx(by_load, rel=1e-3)
+    by_tilts = 1e-4 * float(np.abs(run.data["mesh_force"][:, 0]).max())
+    assert two_stage_helical.axial_reactions(run.data) == pytest.approx(by_load, rel=1e-3, abs=by_tilts)
     assert sum(by_load.values()) == pytest.approx(0, abs=1e-9 * by_load["input"])
     with_opposite_hands = two_stage_helical.axial_forces(opposed, run.data)
     assert abs(by_load["middle"]) == pytest.approx(abs(by_load["output"]) - abs(by_load["input"]))
@@ -209,7 +210,7 @@ def test_a_sun_held_harder_shares_the_load_worse():
 
 
 def test_two_laws_stand_on_the_same_map(short):
-    """Slow: all follow the STE at the nominal torque. With the pinion's speed imposed, conserving changes no DTE."""
+    """Slow: all follow the STE at the nominal torque. With the pinion's speed imposed, dU/dphase changes no DTE."""
     ste, *_ = short
     static = ste["te"].sel(torque=150).values
     dte = {}
@@ -219,7 +220,7 @@ def test_two_laws_stand_on_the_same_map(short):
         dte[name] = exugear.run_up(model, **two_cycles).data["dte"].values[0]
         assert dte[name].mean() == pytest.approx(static.mean(), rel=5e-3)
         assert np.ptp(dte[name]) == pytest.approx(np.ptp(static), rel=5e-2)
-    assert dte["conserving"] == pytest.approx(dte["whole map"], rel=1e-3)
+    assert dte["without dU/dphase"] == pytest.approx(dte["whole map"], rel=1e-3)
 
 
 def test_table_of_resonances_rises_with_the_load(short):

@@ -22,17 +22,21 @@ FOLDERS = (
     "fem/reference",
     "exugear/force_table",
     "exugear/mesh_force",
+    "exugear/friction",
+    "exugear/contact_geometry",
     "exugear/gearbox",
     "exugear/kernels",
     "exugear/plan",
+    "exugear/operation",
     "exugear/elements/native",
     "exugear/elements",
+    "exugear/system",
     "exugear/simulation",
     "exugear/post",
 )
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
 FIRST, LAST = {"fem.units"}, {"fem", "exugear"}
-MODULES_OF_FEM, MODULES_OF_EXUGEAR = 73, 65
+MODULES_OF_FEM, MODULES_OF_EXUGEAR = 73, 85
 MOST_IN_A_FOLDER = 9
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
 #: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.graphics` draws.
@@ -42,7 +46,7 @@ DOORS_TO_FEM = {
 }
 FENCES = {
     "skfem": {"fem/elasticity", "fem/stress", "fem/reference"},
-    "exudyn": {"exugear/elements", "exugear/elements/native", "exugear/simulation", "exugear/post"},
+    "exudyn": {"exugear/elements", "exugear/elements/native", "exugear/system", "exugear/simulation", "exugear/post"},
     "matplotlib": {"exugear/post"},
 }
 MODULES_OF_POST = {"exudyn": {"graphics", "viewer"}, "matplotlib": {"plots", "stress_plots"}}

@@ -6,12 +6,12 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from exugear.elements.bearing_elements import radial_force, radial_law, radial_law_at, reactions
-from exugear.elements.difference_jacobian import jacobian
 from exugear.elements.native.native import direct_or_portable
 from exugear.force_table.kernel_records import address_of, reader, record_of, record_type, start_of
-from exugear.gearbox.bearing import linear_part
-from exugear.gearbox.drag import DragTerms, braking_torque
+from exugear.friction.drag import DragTerms, braking_torque
+from exugear.gearbox.bearing_stiffness import linear_part
 from exugear.gearbox.shaft import Shaft
+from exugear.kernels.difference_jacobian import jacobian
 from exugear.plan.coordinates import Coordinates
 from fem.support.numba_cache import compiled, kept
 from fem.support.validation import require

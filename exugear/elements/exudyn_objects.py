@@ -7,7 +7,7 @@ from typing import Any, SupportsIndex
 import exudyn as exu
 import numpy as np
 
-from exugear.kernels.contact_frame import GearBody
+from exugear.contact_geometry.contact_frame import GearBody
 from exugear.kernels.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN
 from fem.support.validation import require
 
@@ -26,6 +26,17 @@ def quiet() -> Iterator[None]:
         yield
     finally:
         exu.config.printToConsole = before
+
+
+def state_of_system(mbs, configuration) -> tuple[Any, Any]:
+    """State of a system in a configuration, and its accelerations, which Exudyn's system state leaves out."""
+    return mbs.systemData.GetSystemState(configuration), mbs.systemData.GetODE2Coordinates_tt(configuration)
+
+
+def set_state_of_system(mbs, state: tuple[Any, Any], configuration) -> None:
+    """Put a system into a state that `state_of_system` has returned."""
+    mbs.systemData.SetSystemState(state[0], configuration)
+    mbs.systemData.SetODE2Coordinates_tt(state[1], configuration)
 
 
 def object_of(mbs, name: str, item: SupportsIndex, **options) -> dict[str, Any]:

@@ -13,14 +13,14 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.elements.difference_jacobian import jacobian
+from exugear.contact_geometry.contact_frame import frame_between
+from exugear.contact_geometry.contact_records import contact_state, is_rotated, rotational_frame
 from exugear.elements.exudyn_objects import gear_body, kind_of, node_of
 from exugear.elements.native.native import direct_or_portable
 from exugear.elements.stop_messages import stop_message
 from exugear.force_table.kernel_records import address_of
-from exugear.kernels.contact_frame import frame_between
 from exugear.kernels.contact_kernels import SPIN, kernel_of
-from exugear.kernels.contact_records import contact_state, is_rotated, rotational_frame
+from exugear.kernels.difference_jacobian import jacobian
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
@@ -146,7 +146,7 @@ def state_key(number: int) -> str:
 
 
 def state_of(mbs, number: int) -> np.record:
-    """State of a contact (`exugear.kernels.contact_records.CONTACT_STATE`), which a run changes."""
+    """State of a contact (`exugear.contact_geometry.contact_records.CONTACT_STATE`), which a run changes."""
     return mbs.variables[state_key(number)]
 
 

@@ -70,24 +70,17 @@ def add_rotor(mbs, gearbox: Gearbox, body: int, coordinates: Coordinates, name: 
     return rotor
 
 
-def add_drive_and_load(
-    mbs,
-    gearbox: Gearbox,
-    bodies: Mapping[str, int],
-    rotors: Mapping[str, int | None],
-    coordinates: Mapping[str, Coordinates],
-) -> tuple[int, int]:
-    """Add the constraint on the driving and the load on the driven shaft, or on the rotors behind their couplings.
+def end_marker(mbs, body: int, rotor: int | None, coordinates: Coordinates) -> int:
+    """Marker on the spin of a shaft that drive or load acts on: of the rotor behind its coupling if there is one."""
+    return spin_marker(mbs, body, coordinates.spin_index) if rotor is None else spin_marker(mbs, rotor, 0)
+
+
+def add_drive_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -> tuple[int, int]:
+    """Add the constraint on the driving and the load on the driven shaft, by their markers.
 
     Returns the numbers of the constraint and of the load.
     """
-
-    def marker(shaft: Shaft) -> int:
-        rotor = rotors[shaft.name]
-        if rotor is None:
-            return spin_marker(mbs, bodies[shaft.name], coordinates[shaft.name].spin_index)
-        return spin_marker(mbs, rotor, 0)
-
     fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
-    drive = mbs.AddObject(eii.CoordinateConstraint(name="drive", markerNumbers=[fixed, marker(gearbox.driving)]))
-    return drive, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=marker(gearbox.driven), load=0.0))
+    markers = [fixed, end_markers[gearbox.driving.name]]
+    drive = mbs.AddObject(eii.CoordinateConstraint(name="drive", markerNumbers=markers))
+    return drive, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=end_markers[gearbox.driven.name], load=0.0))

@@ -1,7 +1,8 @@
 """Layout of the packed table of a mesh force: a head with sizes and scalars, and the arrays behind it.
 
-Behind the head lie the values of the offsets' axes and, for each combination of them (a block) and each phase step, an
-edge, the nodes over u = (penetration / largest penetration)^(1/4) and the force centroids at the nodes.
+Behind the head lie the values of the offsets' axes with their slope weights and, for each combination of the values (a
+block) and each phase step, an edge and the nodes of potential and force centroid over
+u = (penetration / largest penetration)^(1/4).
 """
 
 import numpy as np
@@ -11,16 +12,18 @@ from exugear.force_table.kernel_records import record_type
 #: Phase steps of a table; with offsets, where it has many blocks, fewer, to limit its size.
 PHASES, PHASES_WITH_OFFSETS = 512, 256
 #: Steps of u, and their nodes.
-PENETRATIONS = 64
+PENETRATIONS = 80
 U = np.linspace(0, 1, PENETRATIONS + 1)
 OFFSETS = ("a", "misalignment", "axial")
-#: Head of a table: numbers of steps and of offset values; scalars of the law; means over phase of force [N] and tangent
-#: stiffness [N/m] at the end of the table; largest tangent stiffness; starts of the arrays [bytes from the head].
+#: Head of a table: numbers of steps and of offset values; whether all derivatives of the potential act, and whether the
+#: force has a centroid beside mid-plane; scalars of the law; means over phase of force [N] and tangent stiffness [N/m]
+#: at the end of the table; largest tangent stiffness; starts of the arrays [bytes from the head].
 FORCE_TABLE = record_type(
     ("phase_steps", "i8"),
     ("penetration_steps", "i8"),
     ("offset_counts", "i8", 3),
     ("conserves", "i8"),
+    ("has_centroid", "i8"),
     ("backlash", "f8"),
     ("back_phase", "f8"),
     ("damping", "f8"),
@@ -29,25 +32,31 @@ FORCE_TABLE = record_type(
     ("last_stiffness", "f8"),
     ("largest_stiffness", "f8"),
     ("axes_start", "i8", 3),
+    ("slopes_start", "i8", 3),
     ("edges_start", "i8"),
-    ("nodes_start", "i8"),
+    ("potentials_start", "i8"),
     ("centroids_start", "i8"),
 )
-#: Unloaded deflection, largest penetration [m], and their slopes per phase step.
-EDGE = record_type(*((name, "f8") for name in ("unloaded", "unloaded_slope", "largest", "largest_slope")))
-#: Secant stiffness [N/m], or potential over penetration^2, and its slopes per phase step and per step of u.
-NODE = record_type(*((name, "f8") for name in ("value", "by_phase", "by_u", "by_phase_u")))
+#: Unloaded deflection, largest penetration [m], and their slopes per phase step; largest force of the law [N].
+EDGE = record_type(
+    *((name, "f8") for name in ("unloaded", "unloaded_slope", "largest", "largest_slope", "largest_force"))
+)
+#: A value, its first and second derivative per step of u, and the slopes of these three per phase step.
+NODE = record_type(*((name, "f8") for name in ("value", "by_u", "by_uu", "by_phase", "by_phase_u", "by_phase_uu")))
+#: Number of values whose weighted sum is the slope at a value of an axis.
+SLOPE_WEIGHTS = 3
 
 
-def table_type(counts: tuple[int, ...], phase_steps: int) -> np.dtype:
+def table_type(counts: tuple[int, ...], phase_steps: int, has_centroid: bool) -> np.dtype:
     """Type of a whole table with counts (3) of the offset values and a number of phase steps."""
     over_nodes = (*counts, phase_steps, U.size)
     return record_type(
         ("head", FORCE_TABLE),
         *((name, "f8", count) for name, count in zip(OFFSETS, counts, strict=True)),
+        *((f"{name}_slopes", "f8", (count, SLOPE_WEIGHTS)) for name, count in zip(OFFSETS, counts, strict=True)),
         ("edges", EDGE, (*counts, phase_steps)),
-        ("nodes", NODE, over_nodes),
-        ("centroids", "f8", over_nodes),
+        ("potentials", NODE, over_nodes),
+        ("centroids", NODE, over_nodes if has_centroid else (0,)),
     )
 
 

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from exugear.force_table.kernel_records import record_of
 from exugear.force_table.layout import (
@@ -17,44 +16,50 @@ from exugear.force_table.layout import (
     start_of_field,
     table_type,
 )
-from exugear.force_table.pchip import monotone_cubic
+from exugear.force_table.offset_interpolation import slope_weights
+from exugear.force_table.pchip import monotone_cubic, periodic_cubics
+from exugear.force_table.potential_of_stiffness import differences, potential_of, with_curvature
 from fem.support.validation import require
 from fem.units import um
 
 #: Penetration over which the damping ramps in [m].
 DAMPING_RAMP = 1 * um
+#: Columns by which tables with offsets are extended; share of the largest penetration beyond the largest deflection.
+EXTENSION, MARGIN = 4, 0.1
+#: u below which a load counts as light.
+LIGHT = 0.1
 
 
 class PhaseCurves(NamedTuple):
-    """A law at one phase, or at all phases along the first axis; value and the following are arrays over `U`.
+    """A law at one phase, or at all phases along the first axis.
 
-    unloaded   deflection at which the flanks touch [m]
-    largest    penetration at the end of the table [m]
-    value      of the nodes [N/m], and by_u its slope per step of u
-    tangent    tangent stiffness [N/m]
-    centroid   axial force centroid [m]
+    unloaded        deflection at which the flanks touch [m]
+    largest         penetration at the end of the table [m]
+    largest_force   of the law [N]
+    secant          secant stiffness over `U` [N/m], and its slope per step of u
+    centroid        axial force centroid over `U` [m], and its slope per step of u
+    tangent         tangent stiffness over `U` [N/m]
     """
 
     unloaded: np.ndarray
     largest: np.ndarray
-    value: np.ndarray
-    by_u: np.ndarray
-    tangent: np.ndarray
+    largest_force: np.ndarray
+    secant: np.ndarray
+    secant_slope: np.ndarray
     centroid: np.ndarray
+    centroid_slope: np.ndarray
+    tangent: np.ndarray
 
 
 def tabulate(force) -> np.record:
     """The table of a `MeshForce`; ValueError where its backlash jams the teeth."""
-    phase, shape = force.phase, force.force_table.shape
+    phase = force.phase
     uniform = np.allclose(phase, np.arange(phase.size) / phase.size, atol=1e-9)
     phase_steps = phase.size if uniform else 2 * PHASES
-    axes = {name: np.atleast_1d(force.offsets.get(name, np.nan)) for name in OFFSETS}
-    kind = table_type(tuple(axis.size for axis in axes.values()), phase_steps)
-    deflection, centroid = (np.broadcast_to(x, shape) for x in (force.deflection, force.centroid))
-    rows = [x.reshape(-1, *shape[-2:]) for x in (deflection, force.force_table, centroid)]
-    blocks = [_block(phase, phase_steps, force.conserves, *tables) for tables in zip(*rows, strict=True)]
-    edges, nodes, centroids, tangents = (np.array(column) for column in zip(*blocks, strict=True))
-    jam = -2 * edges["unloaded"].min()
+    axes = {name: np.atleast_1d(force.offsets.get(name, force.fixed_offsets.get(name, 0.0))) for name in OFFSETS}
+    kind = table_type(tuple(axis.size for axis in axes.values()), phase_steps, bool(np.any(force.centroid)))
+    arrays, tangents = _arrays(force, phase_steps, kind)
+    jam = -2 * arrays["edges"]["unloaded"].min()
     least = f"backlash must be >= {jam:.4g} m, or the unloaded transmission error jams the teeth, got {force.backlash}"
     require(force.backlash >= jam - 1e-9, least)
     head = record_of(
@@ -64,66 +69,100 @@ def tabulate(force) -> np.record:
         phase_steps=phase_steps,
         penetration_steps=PENETRATIONS,
         offset_counts=[axis.size for axis in axes.values()],
+        has_centroid=kind["centroids"].shape != (0,),
         last_force=force.force_table[..., -1].mean(),
         last_stiffness=tangents[..., -1].mean(),
         largest_stiffness=tangents.max(),
         axes_start=[start_of_field(kind, name) for name in OFFSETS],
-        **{f"{name}_start": start_of_field(kind, name) for name in ("edges", "nodes", "centroids")},
+        slopes_start=[start_of_field(kind, f"{name}_slopes") for name in OFFSETS],
+        **{f"{name}_start": start_of_field(kind, name) for name in ("edges", "potentials", "centroids")},
     )
-    arrays = {"edges": edges, "nodes": nodes, "centroids": centroids}
+    slopes = {f"{name}_slopes": slope_weights(axis) for name, axis in axes.items()}
+    return record_of(kind, head=head, **axes, **slopes, **arrays)
+
+
+def _arrays(force, phase_steps: int, kind: np.dtype) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Edges, potentials and centroids of all blocks, with the shapes of the table; their tangent stiffnesses [N/m]."""
+    shape, largest_force = force.force_table.shape, force.force_table[..., -1]
+    tables = [np.broadcast_to(x, shape) for x in (force.deflection, force.force_table, force.centroid)]
+    rows = [x.reshape(-1, *x.shape[-2:]) for x in (_extended(*tables) if force.offsets else tables)]
+    limits = largest_force.reshape(-1, shape[-2])
+    uniform = np.arange(phase_steps) / phase_steps
+    blocks = [_block(force.phase, uniform, *columns) for columns in zip(*rows, limits, strict=True)]
+    edges, potentials, centroids, tangents = (np.array(column) for column in zip(*blocks, strict=True))
+    arrays = {"edges": edges, "potentials": potentials}
     shaped = {name: values.reshape(1, *kind[name].shape) for name, values in arrays.items()}
-    return record_of(kind, head=head, **axes, **shaped)
+    empty = kind["centroids"].shape == (0,)
+    shaped["centroids"] = np.zeros((1, 0), NODE) if empty else centroids.reshape(1, *kind["centroids"].shape)
+    return shaped, tangents
 
 
-def _block(phase, phase_steps: int, conserves: bool, deflection, force, centroid) -> tuple[np.ndarray, ...]:
-    """Edges (phase_steps,), nodes, centroids and tangent stiffnesses (phase_steps, U.size) at one value of the offsets.
+def _extended(deflection: np.ndarray, force: np.ndarray, centroid: np.ndarray) -> list[np.ndarray]:
+    """The tables continued along their tangents, so that all offsets reach the largest deflection of any.
+
+    Between two offsets the law bears its largest force at a deflection beyond the table of one of them.
+    """
+    first, last = np.diff(deflection[..., -3:]), np.diff(force[..., -3:])
+    secants = last / first
+    tangent = secants[..., -1] + np.diff(secants)[..., -1:].sum(axis=-1) * first[..., -1] / first.sum(axis=-1)
+    tangent = np.maximum(tangent, 0.5 * secants[..., -1])
+    end = deflection[..., -1].max(axis=tuple(range(deflection.ndim - 2)))
+    end = end + MARGIN * np.abs(end - deflection[..., 0])
+    share = np.arange(1, EXTENSION + 1) / EXTENSION
+    beyond = (end - deflection[..., -1])[..., None] * share
+    constant = np.broadcast_to(centroid[..., -1:], beyond.shape)
+    further = deflection[..., -1:] + beyond, force[..., -1:] + tangent[..., None] * beyond, constant
+    return [np.concatenate(x, axis=-1) for x in zip((deflection, force, centroid), further, strict=True)]
+
+
+def _block(phase, uniform: np.ndarray, deflection, force, centroid, largest_force) -> tuple[np.ndarray, ...]:
+    """Edges (phase_steps,), potentials, centroids and tangent stiffnesses (phase_steps, U.size) of a block.
 
     deflection, force, centroid   (n_phase, n_deflection) over the given phases
+    uniform                       (phase_steps,) phases of the table
     """
-    node_values = _potential if conserves else _stiffness
-    rows = [_curves_at_phase(*columns, node_values) for columns in zip(deflection, force, centroid, strict=True)]
+    rows = [_curves_at_phase(*columns) for columns in zip(deflection, force, centroid, largest_force, strict=True)]
     curves = PhaseCurves(*(np.array(column) for column in zip(*rows, strict=True)))
-    uniform = np.arange(phase_steps) / phase_steps
-    edges, nodes = np.empty(phase_steps, EDGE), np.empty((phase_steps, U.size), NODE)
-    edges["unloaded"], edges["unloaded_slope"] = _periodic(phase, curves.unloaded, uniform)
-    edges["largest"], edges["largest_slope"] = _periodic(phase, curves.largest, uniform)
-    nodes["value"], nodes["by_phase"] = _periodic(phase, curves.value, uniform)
-    nodes["by_u"], nodes["by_phase_u"] = _periodic(phase, curves.by_u, uniform)
-    tangent, centroids = (_periodic(phase, x, uniform)[0] for x in (curves.tangent, curves.centroid))
-    return edges, nodes, centroids, tangent
+    resampled = PhaseCurves(*periodic_cubics(phase, curves, uniform))
+    edges = np.empty(uniform.size, EDGE)
+    edges["unloaded"], edges["unloaded_slope"] = resampled.unloaded
+    edges["largest"], edges["largest_slope"] = resampled.largest
+    edges["largest_force"] = resampled.largest_force[0]
+    potentials = _nodes(resampled.secant, resampled.secant_slope, potential_of)
+    centroids = _nodes(resampled.centroid, resampled.centroid_slope, with_curvature)
+    return edges, potentials, centroids, resampled.tangent[0]
 
 
-def _curves_at_phase(deflection: np.ndarray, force: np.ndarray, centroid: np.ndarray, node_values) -> PhaseCurves:
-    """The curves at one phase; node_values: function from the secant stiffness to values and slopes over u."""
+def _nodes(values, slopes, curve_of) -> np.ndarray:
+    """Nodes (phase_steps, U.size) from values over `U`, their slopes per step of u, and the slopes of both by phase.
+
+    curve_of   the function that makes the `Curve` of the nodes, linear in value and slope
+    """
+    curve, curve_by_phase = (curve_of(*both) for both in zip(values, slopes, strict=True))
+    nodes = np.empty(curve.value.shape, NODE)
+    nodes["value"], nodes["by_u"], nodes["by_uu"] = curve
+    nodes["by_phase"], nodes["by_phase_u"], nodes["by_phase_uu"] = curve_by_phase
+    return nodes
+
+
+def _curves_at_phase(deflection, force, centroid, largest_force) -> PhaseCurves:
+    """The curves at one phase, over (n_deflection,) deflections."""
     contact = int(np.flatnonzero(force == 0)[-1])
     unloaded, largest = deflection[contact], deflection[-1] - deflection[contact]
     penetration, force = deflection[contact + 1 :] - unloaded, force[contact + 1 :]
     k = force / penetration
     u, k = np.r_[0, (penetration / largest) ** 0.25], np.r_[k[0], k]
     secant, slope = monotone_cubic(u, k, U)
-    values, slopes = node_values(u, k, secant, slope)
-    at_nodes, _ = monotone_cubic(u, np.r_[centroid[contact + 1], centroid[contact + 1 :]], U)
-    return PhaseCurves(unloaded, largest, values, slopes / PENETRATIONS, secant + 0.25 * U * slope, at_nodes)
+    at_nodes, centroid_slope = monotone_cubic(u, np.r_[centroid[contact + 1], centroid[contact + 1 :]], U)
+    smoothed = _smoothed(secant, slope), _smoothed(at_nodes, centroid_slope)
+    return PhaseCurves(
+        unloaded, largest, largest_force, secant, smoothed[0], at_nodes, smoothed[1], secant + 0.25 * U * slope
+    )
 
 
-def _stiffness(u, k, secant, slope) -> tuple[np.ndarray, np.ndarray]:
-    """Secant stiffness and its slope over u, as they are."""
-    return secant, slope
+def _smoothed(value: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """Slopes per step of u: as given at light loads, where they change fast, else differences.
 
-
-def _potential(u, k, secant, slope) -> tuple[np.ndarray, np.ndarray]:
-    """w = W / penetration^2 and its slope over u, with W the work of the force: w = 4 / u^8 integral of k u^7."""
-    nodes, weights = np.polynomial.legendre.leggauss(8)
-    half = 0.5 / PENETRATIONS
-    at = (U[:-1] + half)[:, None] + half * nodes
-    stiffness = monotone_cubic(u, k, at.ravel())[0].reshape(at.shape)
-    work = 4 * np.cumsum((stiffness * at**7) @ weights * half)
-    w = np.r_[secant[0] / 2, work / U[1:] ** 8]
-    return w, np.r_[0.0, 4 * (secant - 2 * w)[1:] / U[1:]]
-
-
-def _periodic(phase: np.ndarray, values: np.ndarray, uniform: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values and slopes per step at the uniform phases, monotone between the given ones (axis 0)."""
-    wrapped = np.r_[phase - 1, phase, phase + 1]
-    curve = scipy.interpolate.PchipInterpolator(wrapped, np.r_[values, values, values])
-    return curve(uniform), curve(uniform, 1) / uniform.size
+    Differences change smoothly over phase, as the given values move along u.
+    """
+    return np.where(U < LIGHT, slope / PENETRATIONS, differences() @ value)

@@ -1,4 +1,4 @@
-"""A bearing as data: linear, with clearance, by a table of forces, or as a matrix; its stiffness about a pole."""
+"""A bearing as data: linear, with radial clearance, by a table of forces, or as a full stiffness matrix."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from exugear.gearbox.drag import BearingDrag, Drag
+from exugear.friction.drag import BearingDrag, Drag
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.representation import short
 from fem.support.validation import increasing, require
@@ -20,8 +20,6 @@ RIGID, RIGID_TILT = 1e13, 1e11
 SOFT, SOFT_TILT = 1e4, 1.0
 #: Relative error of a matrix that counts as rounding.
 ROUNDING = 1e-9
-#: Displacement beyond the clearance at which the table of a bearing with clearance ends [m].
-REACH = 1.0
 
 
 @checked
@@ -157,29 +155,3 @@ def about_pole(stiffness: np.ndarray, lever: float) -> np.ndarray:
     motion = np.eye(6)
     motion[0, 4], motion[1, 3] = lever, -lever
     return motion.T @ stiffness @ motion
-
-
-def radial_table(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
-    """Radial displacements (n,) [m] and forces (n,) [N] of a nonlinear bearing, linear in between."""
-    if bearing.table is not None:
-        return np.array(bearing.table[0]), np.array(bearing.table[1])
-    return np.array([0.0, bearing.clearance, bearing.clearance + REACH]), np.array([0.0, 0.0, bearing.radial * REACH])
-
-
-def radial_secant(bearing: Bearing, force: float) -> float:
-    """Secant stiffness [N/m] of a nonlinear bearing under a radial force > 0 [N] that its table reaches."""
-    displacement, table = radial_table(bearing)
-    contact = np.flatnonzero(table == 0)[-1]
-    return force / float(np.interp(force, table[contact:], displacement[contact:]))
-
-
-def linear_part(bearing: Bearing, lever: float) -> np.ndarray:
-    """(6, 6) stiffness about a pole at a distance lever [m], without the radial part of a nonlinear bearing."""
-    if bearing.linear:
-        return bearing.at(lever)
-    return about_pole(np.diag([0.0, 0.0, bearing.axial, bearing.tilt, bearing.tilt, 0.0]), lever)
-
-
-def radial_part(k: float, lever: float) -> np.ndarray:
-    """(6, 6) stiffness about a pole at a distance lever [m], of a radial spring k [N/m]."""
-    return about_pole(np.diag([k, k, 0.0, 0.0, 0.0, 0.0]), lever)

@@ -10,7 +10,7 @@ from exugear.gearbox.mesh_phasing import phases
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.gearbox.static_offsets import stage_offsets
-from fem.support.arguments import Finite, checked
+from fem.support.arguments import Finite, Numbers, checked
 from fem.support.validation import require
 from fem.units import mm
 
@@ -102,12 +102,25 @@ class Gearbox:
 
         In loops the meshes share the load so that the elastic energy is least, each at its largest stiffness.
         """
-        torque = np.zeros(len(self.shafts))
-        torque[self.shafts.index(self.driven)] = -self.directions[self.driven.name] * load
-        torque -= [shaft.turning_inertia * self.ratios[shaft.name] * acceleration for shaft in self.shafts]
+        torques = np.zeros(len(self.shafts))
+        torques[self.shafts.index(self.driven)] = -self.directions[self.driven.name] * load
+        return self.forces_under(torques, acceleration, held=self.driving.name).tolist()
+
+    @checked
+    def forces_under(self, torques: Numbers, acceleration: Finite, *, held: str) -> np.ndarray:
+        """(n_stage,) mesh forces [N] under torques (n_shaft,) about z on the shafts [N m], as `static_forces`.
+
+        acceleration   of the driving shaft [rad/s^2]
+        held           name of the shaft that takes the torque which is left, from the drive that imposes its speed
+        """
+        shafts = [shaft.name for shaft in self.shafts]
+        require(np.shape(torques) == (len(shafts),), f"torques must be {len(shafts)}, one of each shaft, got {torques}")
+        require(held in shafts, f"held must be one of the shafts {shafts}, got {held!r}")
+        inertia_torques = [shaft.turning_inertia * self.ratios[shaft.name] * acceleration for shaft in self.shafts]
         root = np.sqrt([stage.force.stiffness_max for stage in self.stages])
-        balance = (self.rows * root[:, None]).T[1:]
-        return (root * np.linalg.lstsq(balance, torque[1:])[0]).tolist()
+        free = [name != held for name in shafts]
+        balance = (self.rows * root[:, None]).T[free]
+        return root * np.linalg.lstsq(balance, np.subtract(torques, inertia_torques)[free])[0]
 
     @checked
     def offsets(self, stage: Stage) -> dict[str, float]:

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import numpy as np
 
+from exugear.friction.drag import BearingDrag, Drag
 from exugear.gearbox.bearing import Bearing
-from exugear.gearbox.drag import BearingDrag, Drag
 from fem.gear.gear import Gear
 from fem.support.arguments import DERIVED, Finite, checked
 from fem.support.representation import short

@@ -5,10 +5,10 @@ from math import isfinite, pi
 
 import xarray as xr
 
+from exugear.friction.mesh_friction import MeshFriction
 from exugear.gearbox.mesh_damping import check_damping, damping_of, mean_stiffness, reduced_mass
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.force import MeshForce
-from exugear.mesh_force.friction import MeshFriction
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_of

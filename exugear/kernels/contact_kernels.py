@@ -2,12 +2,12 @@
 
 from functools import cache
 
-from exugear.force_table.force_kernels import table_at
-from exugear.kernels.body_motion import SIZES, forces_on, motions_of
-from exugear.kernels.contact_records import frame_at, state_at
-from exugear.kernels.kinematics import rotational_mesh, spatial_mesh
-from exugear.kernels.recorder import sample_of, write, write_motion
-from exugear.kernels.rotation import EULER, IN_PLANE, RXYZ, SPIN_ALONE, UPRIGHT, VECTOR
+from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of
+from exugear.contact_geometry.contact_records import frame_at, state_at
+from exugear.contact_geometry.rotation import EULER, IN_PLANE, RXYZ, SPIN_ALONE, UPRIGHT, VECTOR
+from exugear.force_table.patches import table_at
+from exugear.kernels.kinematics import NO_OFFSETS, rotational_mesh, spatial_mesh
+from exugear.kernels.recorder import sample_of, write, write_motion, write_power
 from fem.support.numba_cache import kept
 
 SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
@@ -42,7 +42,8 @@ def spin_contact(table, frame, state, record, t, q_1, q_2, v_1, v_2):
     mesh = rotational_mesh(table_at(table), frame_at(frame), state_at(state), q_1, q_2, v_1, v_2)
     k = sample_of(record, t)
     if k >= 0:
-        write(record, k, mesh.deflection, mesh.force, (0.0, 0.0, 0.0), 0.0)
+        write(record, k, mesh.deflection, mesh.force, NO_OFFSETS, 0.0, mesh.torques)
+        write_power(record, k, mesh.energy, mesh.dissipation, (q_1, q_2), (v_1, v_2))
     return mesh.torques
 
 
@@ -67,8 +68,11 @@ def _spatial_contact(kind_1: int, kind_2: int):
         mesh = spatial_mesh(table_at(table), geometry, state_at(state), pinion.q, wheel.q, pinion.v, wheel.v)
         k = sample_of(record, t)
         if k >= 0:
-            write(record, k, mesh.deflection, mesh.force, mesh.offsets, mesh.centroid)
+            torques = mesh.pinion[5], mesh.wheel[5]
+            write(record, k, mesh.deflection, mesh.force, mesh.offsets, mesh.centroid, torques)
             write_motion(record, k, pinion.q, wheel.q, pinion.v, wheel.v)
+            spins, speeds = (pinion.q[5], wheel.q[5]), (pinion.v[5], wheel.v[5])
+            write_power(record, k, mesh.energy, mesh.dissipation, spins, speeds)
         f = forces_on(geometry, kind_1, pinion.orientation, mesh.pinion)
         g = forces_on(geometry, kind_2, wheel.orientation, mesh.wheel)
         on_pinion = (f[5],) if n_1 == 1 else (f[0], f[1], f[5]) if n_1 == 3 else f[:n_1]

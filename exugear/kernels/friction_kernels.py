@@ -1,33 +1,41 @@
 """The kernels of `exugear.MeshFriction`: from the mesh force, the phase and the speeds to generalized forces."""
 
 from functools import cache
-from math import cos, floor, log, sin, tanh
+from math import floor, log, tanh
 from typing import NamedTuple
 
 from numba import carray
 
-from exugear.force_table.force_kernels import spinning_force, static_force, table_at
+from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of
+from exugear.contact_geometry.contact_records import frame_at
+from exugear.contact_geometry.relative_position import Row, flank_of, normal_of, pitch_share, position_of, row_of
+from exugear.contact_geometry.vectors import cross, row_dot, row_scaled, row_total, scaled, total
+from exugear.force_table.force_kernels import centroid_of, spinning_force, static_force
 from exugear.force_table.kernel_records import doubles_at, reader, start_of
-from exugear.kernels.body_motion import SIZES, forces_on, motions_of
+from exugear.force_table.patches import table_at
+from exugear.friction.mesh_friction import FRICTION
 from exugear.kernels.contact_kernels import SPIN, codes_of
-from exugear.kernels.contact_records import frame_at, state_at
-from exugear.kernels.kinematics import (
-    Row,
-    added,
-    dot,
-    flank_of,
-    position_of,
-    rotational_mesh,
-    row_of,
-    scaled,
-    spatial_mesh,
-)
-from exugear.kernels.recorder import sample_of, write, write_friction, write_motion
-from exugear.mesh_force.friction import FRICTION
 from fem.support.numba_cache import compiled, kept
 
 FRICTION_SIZE = FRICTION.itemsize
 friction_at = reader(FRICTION)
+
+
+class SlidingFriction(NamedTuple):
+    """Force on the wheel along t [N], power that friction dissipates [W], generalized forces on pinion and wheel."""
+
+    force: float
+    loss: float
+    pinion: Row
+    wheel: Row
+
+
+class SpinFriction(NamedTuple):
+    """Force on the wheel along t [N], power that friction dissipates [W], torques on pinion and wheel [N m]."""
+
+    force: float
+    loss: float
+    torques: tuple[float, float]
 
 
 @compiled
@@ -42,7 +50,7 @@ def coefficient(friction, force, speed):
 
 @compiled
 def friction_forces(friction, phase, force, speed):
-    """Force along t [N] and moment about z [N m] on the wheel, t as in `exugear.mesh_force.friction`.
+    """Force along t [N] and moment about z [N m] on the wheel, t as in `exugear.friction.mesh_friction`.
 
     force   static mesh force [N]
     speed   omega_1 - omega_2 [rad/s]
@@ -78,23 +86,6 @@ def along_phase(row, i, following, t):
     return (1.0 - t) * row[i] + t * row[following]
 
 
-class SlidingFriction(NamedTuple):
-    """Force on the wheel along t [N], power that friction dissipates [W], generalized forces on pinion and wheel."""
-
-    force: float
-    loss: float
-    pinion: Row
-    wheel: Row
-
-
-class SpinFriction(NamedTuple):
-    """Force on the wheel along t [N], power that friction dissipates [W], torques on pinion and wheel [N m]."""
-
-    force: float
-    loss: float
-    torques: tuple[float, float]
-
-
 @compiled
 def friction_of_spins(friction, frame, phase, force, v_1, v_2):
     """`SpinFriction` of two rotational coordinates with speeds v_1, v_2 [rad/s]; phase, force: `friction_forces`."""
@@ -115,21 +106,24 @@ def rotational_friction(table, frame, friction, q_1, q_2, v_1, v_2):
 
 
 @compiled
-def friction_in_space(friction, position, force, centroid, v_1, v_2):
+def friction_in_space(friction, frame, position, force, centroid, v_1, v_2):
     """`SlidingFriction` of two Rxyz bodies.
 
     force      static mesh force [N]
     centroid   z of the force centroid minus z of the pinion's mid-plane [m]
     """
-    pinion, wheel, n = position.pinion, position.wheel, position.normal
-    spin_1, spin_2 = spin_row(pinion.a, pinion.b), spin_row(wheel.a, wheel.b)
-    push, moment = friction_forces(friction, position.flank.phase, force, dot(spin_1, v_1) - dot(spin_2, v_2))
-    (x, y), r_w = position.line.e_r, position.r_w
-    point = (pinion.centre[0] + r_w * x, pinion.centre[1] + r_w * y, pinion.centre[2] + centroid)
-    t = (-n[1], n[0], 0.0)
-    on_pinion = added(scaled(row_of(pinion, point, t), -push), scaled(spin_1, -moment))
-    on_wheel = added(scaled(row_of(wheel, point, t), push), scaled(spin_2, moment))
-    return SlidingFriction(push, -dot(on_pinion, v_1) - dot(on_wheel, v_2), on_pinion, on_wheel)
+    pinion, wheel = position.pinion, position.wheel
+    z, no_force = pinion.z, (0.0, 0.0, 0.0)
+    spin_1, spin_2 = row_of(pinion, no_force, z), row_of(wheel, no_force, z)
+    speed = row_dot(spin_1, v_1) - row_dot(spin_2, v_2)
+    push, moment = friction_forces(friction, position.flank.phase, force, speed)
+    from_pinion = total(scaled(pitch_share(frame), position.line), scaled(centroid, z))
+    from_wheel = total(from_pinion, total(pinion.centre, scaled(-1.0, wheel.centre)))
+    t = cross(z, normal_of(frame, position))
+    row_1, row_2 = row_of(pinion, t, cross(from_pinion, t)), row_of(wheel, t, cross(from_wheel, t))
+    on_pinion = row_total(row_scaled(-push, row_1), row_scaled(-moment, spin_1))
+    on_wheel = row_total(row_scaled(push, row_2), row_scaled(moment, spin_2))
+    return SlidingFriction(push, -row_dot(on_pinion, v_1) - row_dot(on_wheel, v_2), on_pinion, on_wheel)
 
 
 @compiled
@@ -138,15 +132,9 @@ def spatial_friction(table, frame, friction, q_1, q_2, v_1, v_2):
     position = position_of(table, frame, q_1, q_2)
     flank = position.flank
     static = static_force(table, flank.phase, flank.deflection, *position.offsets)
-    centroid = flank.side * frame.direction * static.centroid
-    forces = friction_in_space(friction, position, static.force, centroid, v_1, v_2)
+    centroid = flank.side * frame.direction * centroid_of(static)
+    forces = friction_in_space(friction, frame, position, static.force, centroid, v_1, v_2)
     return forces.pinion, forces.wheel
-
-
-@compiled
-def spin_row(a, b):
-    """Row (6) of an Rxyz body for a unit moment about z; row . velocity is the angular velocity about z."""
-    return 0.0, 0.0, 0.0, 0.0, sin(a), cos(a) * cos(b)
 
 
 @cache
@@ -159,54 +147,6 @@ def friction_of(kinds: tuple[str, ...], rotated: bool = False):
     if kinds == (SPIN, SPIN) and not rotated:
         return spin_friction
     return _spatial_friction(*codes_of(kinds, rotated))
-
-
-@cache
-def rubbing_contact_of(kinds: tuple[str, ...], displaced: bool = False):
-    """`contact_kernels.kernel_of` with friction: (table, frame, state, friction, record, t, *coordinates, *velocities).
-
-    It evaluates the mesh force once for the contact and its friction.
-    """
-    return spin_contact if kinds == (SPIN, SPIN) and not displaced else _spatial_contact(*codes_of(kinds, False))
-
-
-@kept
-def spin_contact(table, frame, state, friction, record, t, q_1, q_2, v_1, v_2):
-    """Torques on two bodies that spin about fixed axes."""
-    geometry = frame_at(frame)
-    mesh = rotational_mesh(table_at(table), geometry, state_at(state), q_1, q_2, v_1, v_2)
-    sliding = friction_of_spins(friction_at(friction), geometry, mesh.phase, mesh.static_force, v_1, v_2)
-    k = sample_of(record, t)
-    if k >= 0:
-        write(record, k, mesh.deflection, mesh.force, (0.0, 0.0, 0.0), 0.0)
-        write_friction(record, k, sliding.force, sliding.loss)
-    return mesh.torques[0] + sliding.torques[0], mesh.torques[1] + sliding.torques[1]
-
-
-def _spatial_contact(kind_1: int, kind_2: int):
-    """The compiled contact with friction of two kinds of bodies, as `contact_kernels._spatial_contact`."""
-    n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
-
-    @kept
-    def rubbing_contact(table, frame, state, friction, record, t, *x):
-        geometry = frame_at(frame)
-        pinion, wheel = motions_of(geometry, kind_1, kind_2, n_1, n_2, x)
-        mesh = spatial_mesh(table_at(table), geometry, state_at(state), pinion.q, wheel.q, pinion.v, wheel.v)
-        sliding = friction_in_space(
-            friction_at(friction), mesh.position, mesh.static_force, mesh.centroid, pinion.v, wheel.v
-        )
-        k = sample_of(record, t)
-        if k >= 0:
-            write(record, k, mesh.deflection, mesh.force, mesh.offsets, mesh.centroid)
-            write_motion(record, k, pinion.q, wheel.q, pinion.v, wheel.v)
-            write_friction(record, k, sliding.force, sliding.loss)
-        f = forces_on(geometry, kind_1, pinion.orientation, added(mesh.pinion, sliding.pinion))
-        g = forces_on(geometry, kind_2, wheel.orientation, added(mesh.wheel, sliding.wheel))
-        on_pinion = (f[5],) if n_1 == 1 else (f[0], f[1], f[5]) if n_1 == 3 else f[:n_1]
-        on_wheel = (g[5],) if n_2 == 1 else (g[0], g[1], g[5]) if n_2 == 3 else g[:n_2]
-        return on_pinion + on_wheel
-
-    return rubbing_contact
 
 
 @kept

@@ -9,21 +9,24 @@ from fem.support.arguments import checked
 from fem.support.numba_cache import compiled
 from fem.support.validation import require
 
-NAMES = ("deflection", "force", "a", "misalignment", "axial", "centroid")
+NAMES = ("deflection", "force", "a", "misalignment", "axial", "centroid", "pinion_torque", "wheel_torque")
 SAMPLE = record_type(*((name, "f8") for name in NAMES))
 #: Displacements [m] and tilts [rad] of pinion and wheel, and their rates.
 MOTION = record_type(*((name, "f4", 5) for name in ("q_1", "q_2", "v_1", "v_2")))
+#: Potential of the mesh [J], power that its damping dissipates [W], spins [rad] and speeds [rad/s] of the bodies.
+POWER = record_type(*((name, "f8") for name in ("energy", "dissipation", "spin_1", "spin_2", "speed_1", "speed_2")))
 #: Friction between the teeth: force along the flanks [N] and power that it dissipates [W].
 FRICTION_NAMES = ("friction_force", "friction_loss")
 FRICTION_SAMPLE = record_type(*((name, "f8") for name in FRICTION_NAMES))
-#: Time between samples [s], their number, addresses of samples, of motions and of friction (0: none are recorded), and
-#: the share of an interval by which the time of a call may differ from that of a sample.
+#: Time between samples [s], their number, addresses of samples, motions, powers and friction (0: none are recorded),
+#: and the share of an interval by which the time of a call may differ from that of a sample.
 HEADER = record_type(
-    ("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("friction", "i8"), ("tolerance", "f8")
+    *(("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("powers", "i8")),
+    *(("friction", "i8"), ("tolerance", "f8")),
 )
-SAMPLE_SIZE, MOTION_SIZE, FRICTION_SIZE = SAMPLE.itemsize, MOTION.itemsize, FRICTION_SAMPLE.itemsize
-header_at, sample_at, motion_at = reader(HEADER), reader(SAMPLE), reader(MOTION)
-friction_sample_at = reader(FRICTION_SAMPLE)
+SAMPLE_SIZE, MOTION_SIZE, POWER_SIZE = SAMPLE.itemsize, MOTION.itemsize, POWER.itemsize
+header_at, sample_at, motion_at, power_at = reader(HEADER), reader(SAMPLE), reader(MOTION), reader(POWER)
+friction_sample_at, FRICTION_SIZE = reader(FRICTION_SAMPLE), FRICTION_SAMPLE.itemsize
 #: Share of a step by which a time may differ from that of the step: Exudyn adds the steps up, with an error of 0.002
 #: steps after 1e7 of them.
 SAME = 0.25
@@ -44,11 +47,12 @@ def sample_of(record, t):
 
 
 @compiled
-def write(record, k, deflection, force, offsets, centroid):
+def write(record, k, deflection, force, offsets, centroid, torques):
     """Store sample k."""
     sample = sample_at(header_at(record).samples + SAMPLE_SIZE * k)
     sample.deflection, sample.force, sample.centroid = deflection, force, centroid
     sample.a, sample.misalignment, sample.axial = offsets
+    sample.pinion_torque, sample.wheel_torque = torques
 
 
 @compiled
@@ -60,6 +64,18 @@ def write_motion(record, k, q_1, q_2, v_1, v_2):
     motion = motion_at(motions + MOTION_SIZE * k)
     for i in range(5):
         motion.q_1[i], motion.q_2[i], motion.v_1[i], motion.v_2[i] = q_1[i], q_2[i], v_1[i], v_2[i]
+
+
+@compiled
+def write_power(record, k, energy, dissipation, spins, speeds):
+    """Store potential, dissipated power, spins and speeds of sample k if they are recorded."""
+    powers = header_at(record).powers
+    if powers == 0:
+        return
+    power = power_at(powers + POWER_SIZE * k)
+    power.energy, power.dissipation = energy, dissipation
+    power.spin_1, power.spin_2 = spins
+    power.speed_1, power.speed_2 = speeds
 
 
 @compiled
@@ -83,12 +99,14 @@ class Recorder:
     misalignment   angle in the plane of action of the flank in contact by which the gap opens towards +z [rad]
     axial          z of the wheel's mid-plane minus z of the pinion's [m]
     centroid       z of the force centroid minus z of the pinion's mid-plane [m]; 0 without contact
+    pinion_torque  torque of the mesh on the spin of the pinion's body [N m]
+    wheel_torque   torque of the mesh on the spin of the wheel's body [N m]
 
-    The last four are 0 for shafts that only spin about their nominal axes. z is the axis of the contact: the global z,
-    or the pinion's axis where that lies along another direction; it does not depend on the flank in contact nor on the
-    direction of the pinion. An STE map, `fem.Offsets` and `exugear.MeshForce` count z in the opposite sense where the
-    mesh force turns the pinion counter-clockwise (back flank, second stage): change the signs of misalignment, axial
-    and centroid to compare them.
+    Offsets and centroid are 0 for shafts that only spin about their nominal axes. z is the axis of the contact: the
+    global z, or the pinion's axis where that lies along another direction; it does not depend on the flank in contact
+    nor on the direction of the pinion. An STE map, `fem.Offsets` and `exugear.MeshForce` count z in the opposite sense
+    where the mesh force turns the pinion counter-clockwise (back flank, second stage): change the signs of
+    misalignment, axial and centroid to compare them.
     """
 
     header: np.record = field(default_factory=lambda: np.zeros(1, HEADER)[0], init=False, repr=False)
@@ -96,23 +114,36 @@ class Recorder:
 
     @checked
     def start(
-        self, interval: float, number: int, *, steps: int = 250, motion: bool = False, friction: bool = False
+        self,
+        interval: float,
+        number: int,
+        *,
+        steps: int = 250,
+        motion: bool = False,
+        power: bool = False,
+        friction: bool = False,
     ) -> None:
         """Allocate a number of samples, NaN until written; interval [s] must be a whole multiple of the step.
 
         steps      largest number of steps in an interval
         motion     also record what `motion` returns
+        power      also record what `power` returns
         friction   also record friction_force and friction_loss of a stage of a `Gearbox` that has friction
         """
         require(interval > 0, f"interval must be > 0 s, got {interval}")
         require(number >= 1, f"number of samples must be at least 1, got {number}")
         require(steps >= 1, f"steps in an interval must be at least 1, got {steps}")
-        kinds = [SAMPLE, *[MOTION] * motion, *[FRICTION_SAMPLE] * friction]
+        kinds = [SAMPLE, *[MOTION] * motion, *[POWER] * power, *[FRICTION_SAMPLE] * friction]
         self.samples[:] = [np.full(number, np.nan, kind) for kind in kinds]
         self.header.interval, self.header.number, self.header.tolerance = interval, number, SAME / steps
         self.header.samples = self.samples[0].ctypes.data
-        self.header.motions = self.samples[1].ctypes.data if motion else 0
-        self.header.friction = self.samples[-1].ctypes.data if friction else 0
+        self.header.motions = self._recorded(MOTION).ctypes.data if motion else 0
+        self.header.powers = self._recorded(POWER).ctypes.data if power else 0
+        self.header.friction = self._recorded(FRICTION_SAMPLE).ctypes.data if friction else 0
+
+    def _recorded(self, kind: np.dtype) -> np.ndarray:
+        """The samples of a kind."""
+        return next(block for block in self.samples if block.dtype == kind)
 
     def __getattr__(self, name: str) -> np.ndarray:
         if name not in (*NAMES, *FRICTION_NAMES):
@@ -121,11 +152,18 @@ class Recorder:
         if name in NAMES:
             return self.samples[0][name]
         require(bool(self.header.friction), "the recorder has no friction; start it with friction=True")
-        return self.samples[-1][name]
+        return self._recorded(FRICTION_SAMPLE)[name]
 
     @checked
     def motion(self, side: int) -> tuple[np.ndarray, np.ndarray]:
         """Displacements and tilts (number, 5) [m, rad] of pinion (0) or wheel (1), and their rates."""
         require(bool(self.header.motions), "the recorder has no motion; start it with motion=True")
         q, v = (("q_1", "v_1"), ("q_2", "v_2"))[side]
-        return self.samples[1][q], self.samples[1][v]
+        motion = self._recorded(MOTION)
+        return motion[q], motion[v]
+
+    @property
+    def power(self) -> np.ndarray:
+        """(number,) records of potential [J], dissipated power [W], spins [rad] and speeds [rad/s] of both bodies."""
+        require(bool(self.header.powers), "the recorder has no power; start it with power=True")
+        return self._recorded(POWER)

@@ -8,15 +8,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from math import inf, isfinite
+from typing import Any
 
 import numpy as np
 import scipy
 import xarray as xr
 
 from exugear.force_table.force_kernels import damping, range_at, spinning_force, static_force
-from exugear.force_table.layout import OFFSETS, PHASES, PHASES_WITH_OFFSETS, U
-from exugear.force_table.offset_interpolation import weights_along
+from exugear.force_table.layout import OFFSETS, PHASES, PHASES_WITH_OFFSETS
 from exugear.force_table.tabulation import tabulate
+from exugear.mesh_force.energy_centroid import energy_centroid
+from exugear.mesh_force.fixed_offsets import at_fixed_offsets
 from exugear.mesh_force.jumps import jumps
 from exugear.mesh_force.map_range import beyond_map
 from exugear.mesh_force.ste_interpolation import loaded_centroid, loaded_deflection, te_under
@@ -70,10 +72,13 @@ class MeshForce:
                    that the force is continuous, and is not limited: a fast separation may pull within that micrometre
     backlash       along the line of action [m]; inf: the back flank never touches
     back_phase     sum of the phases of driving and back flank (`fem.GearPair.back_phase`)
-    centroid       axial position of the force centroid [m] from the pinion's mid-plane, a number or like force_table
+    centroid       axial position of the force centroid [m] from the pinion's mid-plane, a number or like force_table; a
+                   law over the misalignment without it takes it from the change of the potential
     offsets        axes of the table before phase, in the order a [m], misalignment [rad], axial [m] (`fem.Offsets`)
-    conserves      whether force and torques derive from one potential over phase and deflection; needs a table without
-                   offsets
+    conserves      whether all torques and forces derive from one potential; else, for comparison, the former law: the
+                   force at its centroid, without the torque by the change of the potential over phase and the forces by
+                   its change over centre distance and axial offset
+    fixed_offsets  values of offsets that are no axes, as `at` fixed them, by name
     mapped_force   [N] beyond which the table extrapolates its map
 
     Derived from them:
@@ -92,7 +97,8 @@ class MeshForce:
     back_phase: float = field(default=0.0, kw_only=True)
     centroid: np.ndarray | float = field(default=0.0, kw_only=True)
     offsets: Mapping[str, np.ndarray] = field(default_factory=dict, kw_only=True)
-    conserves: bool = field(default=False, kw_only=True)
+    conserves: bool = field(default=True, kw_only=True)
+    fixed_offsets: Mapping[str, float] = field(default_factory=dict, kw_only=True)
     mapped_force: float = field(default=inf, kw_only=True)
     table: np.record = field(init=False, repr=False)
     stiffness_max: float = field(init=False)
@@ -103,9 +109,12 @@ class MeshForce:
         object.__setattr__(self, "offsets", {name: _frozen(np.array(x, float)) for name, x in self.offsets.items()})
         require(self.mapped_force > 0, f"mapped_force must be > 0 N (inf: all is mapped), got {self.mapped_force}")
         _check_scalars(self.damping, self.backlash, self.back_phase)
-        _check_offsets(self.offsets, self.conserves)
+        _check_offsets(self.offsets)
+        _check_offsets_known(self.fixed_offsets)
         _check_table(self.phase, self.deflection, self.force_table, [x.size for x in self.offsets.values()])
         _check_centroid(np.asarray(self.centroid), self.force_table)
+        if "misalignment" in self.offsets and not np.any(self.centroid):
+            object.__setattr__(self, "centroid", _frozen(self._centroid_by_energy()))
         object.__setattr__(self, "table", tabulate(self))
         object.__setattr__(self, "stiffness_max", float(self.table.head.largest_stiffness))
 
@@ -117,7 +126,7 @@ class MeshForce:
         *,
         damping: float = 0.0,
         backlash: float | None = None,
-        conserves: bool = False,
+        conserves: bool = True,
         extend: float = 1.0,
     ) -> "MeshForce":
         """The law whose static deflection is an STE map.
@@ -145,10 +154,10 @@ class MeshForce:
         force, deflection = loaded_deflection(ste, pair.pinion.r_b, phase, extend=extend)
         backlash = pair.backlash if backlash is None else backlash
         mapped = float(ste[TORQUE][-1]) / pair.pinion.r_b if extend > 1 else inf
-        play = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase, "mapped_force": mapped}
+        options: dict[str, Any] = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase}
+        options |= {"mapped_force": mapped, "offsets": offsets, "conserves": conserves}
         centroid = loaded_centroid(ste, pair.pinion.r_b, phase, force)
-        table = np.broadcast_to(force, deflection.shape)
-        return cls(phase, deflection, table, **play, centroid=centroid, offsets=offsets, conserves=conserves)
+        return cls(phase, deflection, np.broadcast_to(force, deflection.shape), **options, centroid=centroid)
 
     @classmethod
     @checked
@@ -157,8 +166,8 @@ class MeshForce:
     ) -> "MeshForce":
         """The law F = k(phase) deflection with the secant stiffness k = F / te at a torque [N m] of the map.
 
-        F and k are along the line of action. The law ends at the largest te of the map. Raises ValueError for a torque
-        outside the map.
+        F and k are along the line of action. The law ends at the largest te of the map. As in the paper it has no
+        torque beside that of the force. Raises ValueError for a torque outside the map.
 
         Source: Palermo et al. 2013, Shweiki et al. (ISMA 2016).
         """
@@ -168,7 +177,15 @@ class MeshForce:
         reach = np.array([0.0, float(ste["te"].max())])
         backlash = pair.backlash if backlash is None else backlash
         table = np.outer(k, reach)
-        return cls(phase, reach, table, damping=damping, backlash=backlash, back_phase=pair.back_phase)
+        play: dict[str, Any] = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase}
+        return cls(phase, reach, table, **play, conserves=False)
+
+    def _centroid_by_energy(self) -> np.ndarray:
+        """Force centroid (like force_table) [m], by the change of the potential over the misalignment."""
+        counts = [self.offsets[name].size if name in self.offsets else 1 for name in OFFSETS]
+        shape = self.force_table.shape
+        tables = (np.broadcast_to(x, shape).reshape(*counts, *shape[-2:]) for x in (self.deflection, self.force_table))
+        return energy_centroid(self.offsets["misalignment"], *tables).reshape(shape)
 
     @cached_property
     def jumps(self) -> np.ndarray:
@@ -200,30 +217,16 @@ class MeshForce:
         require(not unknown, f"offsets may be {list(self.offsets)}, got {list(offsets)}")
         if not offsets:
             return self
-        weights = {i: self._weights(i, offsets[name]) for i, name in enumerate(OFFSETS) if name in offsets}
-        left = {name: values for name, values in self.offsets.items() if name not in offsets}
-        edges, nodes, centroids = self.table.edges, self.table.nodes, self.table.centroids
-        unloaded, largest, log_stiffness, centroid = (
-            _weighted(values, weights).reshape(*(axis.size for axis in left.values()), *values.shape[3:])
-            for values in (edges["unloaded"], edges["largest"], np.log(nodes["value"]), centroids)
-        )
-        penetration = largest[..., None] * U**4
-        return replace(
-            self,
-            phase=np.arange(largest.shape[-1]) / largest.shape[-1],
-            deflection=unloaded[..., None] + penetration,
-            force_table=np.exp(log_stiffness) * penetration,
-            centroid=centroid if centroid.any() else 0.0,
-            offsets=left,
-        )
-
-    def _weights(self, offset: int, value: float) -> np.ndarray:
-        """Weights of the values of an offset's axis, by the number of the offset."""
-        require(isfinite(value), f"{OFFSETS[offset]} must be finite, got {value}")
+        for name, value in offsets.items():
+            require(isfinite(value), f"{name} must be finite, got {value}")
         try:
-            return weights_along(self.table.head, offset, float(value))
+            arrays = at_fixed_offsets(self, offsets)
         except ValueError as error:
             raise ValueError(beyond_map(self.table.head, error.args)) from None
+        left = {name: values for name, values in self.offsets.items() if name not in offsets}
+        if not arrays["centroid"].any():
+            arrays["centroid"] = np.array(0.0)
+        return replace(self, **arrays, offsets=left, fixed_offsets={**self.fixed_offsets, **offsets})
 
     @checked
     def deflection_at(self, phase: Finite, force: float, **offsets: float) -> float:
@@ -243,13 +246,6 @@ class MeshForce:
         return range_at(self.table.head, float(phase))
 
 
-def _weighted(values: np.ndarray, weights: Mapping[int, np.ndarray]) -> np.ndarray:
-    """Weighted sums of values over the axes that have weights; these axes keep the length 1."""
-    for axis, factors in weights.items():
-        values = np.moveaxis(np.moveaxis(values, axis, -1) @ factors[:, None], -1, axis)
-    return values
-
-
 def _frozen(array: np.ndarray) -> np.ndarray:
     array.setflags(write=False)
     return array
@@ -264,13 +260,17 @@ def _check_scalars(damping: float, backlash: float, back_phase: float) -> None:
     require(isfinite(back_phase), f"back_phase must be finite, a share of a pitch, got {back_phase}")
 
 
-def _check_offsets(offsets: Mapping[str, np.ndarray], conserves: bool) -> None:
+def _check_offsets(offsets: Mapping[str, np.ndarray]) -> None:
     named = list(offsets) == [name for name in OFFSETS if name in offsets]
     require(named, f"offsets must be of {list(OFFSETS)} in this order, got {list(offsets)}")
     for name, values in offsets.items():
         increasing(f"{name} of the offsets", values, least=2)
         require(bool(np.isfinite(values).all()), f"{name} must be finite, got {values}")
-    require(not (conserves and offsets), f"a conserving law takes no offsets, got {list(offsets)}; use MeshForce.at")
+
+
+def _check_offsets_known(fixed: Mapping[str, float]) -> None:
+    known = set(fixed) <= set(OFFSETS) and all(isfinite(x) for x in fixed.values())
+    require(known, f"fixed_offsets must be finite values of {list(OFFSETS)}, got {dict(fixed)}")
 
 
 def _check_centroid(centroid: np.ndarray, force: np.ndarray) -> None:

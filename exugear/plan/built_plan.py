@@ -1,7 +1,7 @@
 """The plan of a built model: integrator, step and cost, which follow from its eigenfrequencies."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import pi
 
 from exugear.mesh_force.force import MeshForce
@@ -17,6 +17,8 @@ from exugear.plan.integrator_and_step import (
 from exugear.plan.plan import Plan
 from fem.support.arguments import Finite, checked
 
+#: What an imposed speed means for the main resonance of a mesh.
+IMPOSED = "{:.0f} Hz where the driving speed is imposed (infinite inertia), {:.0f} Hz where it is free"
 #: Wall time of a step per mesh, measured on a two-core machine [s].
 STEP_COST = {Coordinates.SPIN: 4e-6, Coordinates.PLANAR: 8e-6, Coordinates.BEARINGS: 13e-6, Coordinates.JOINT: 13e-6}
 #: Memory per sample and mesh [bytes].
@@ -32,12 +34,16 @@ class BuiltPlan:
     omega       upper bound of all eigenfrequencies, meshes at their stiffest [rad/s]
     omega_mesh  upper bound for the modes in which meshes deform, which the step resolves [rad/s]
     contact     whether Exudyn calls the contacts without Python, or why by way of Python
+
+    mesh_resonances   for each stage [Hz]: main resonance of its mesh with the speed of the driving shaft imposed, and
+                      with that shaft free; the meshes have their mean stiffness at the largest torque of their maps
     """
 
     scene: Plan
     omega: Finite
     omega_mesh: Finite
     contact: str
+    mesh_resonances: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def shafts(self) -> Mapping[str, Coordinates]:
@@ -106,6 +112,7 @@ class BuiltPlan:
             *self.scene.lines(),
             f"integrator: {self.rule()}",
             f"eigenfrequencies: below {self.omega / 2 / pi:.4g} Hz, {resolved}",
+            *(f"resonance of {label}: {IMPOSED.format(*pair)}" for label, pair in self.mesh_resonances.items()),
             f"largest stable step: {self.largest_step:.3g} s",
             f"tolerance 1e-3: {self.cost(1.0, self.step())}",
             f"contact: {self.contact}",

@@ -33,7 +33,7 @@ class Rule:
 
     @property
     def lag(self) -> float:
-        """step^2 / 12 [s^2] for the fourth-order rule, whose q_t + lag d2(q_t)/dt2 is of fourth order, too; else 0."""
+        """step^2 / 12 [s^2] for the fourth-order rule, whose q_t - lag d2(q_t)/dt2 is of fourth order, too; else 0."""
         return self.step**2 / 12 if self.beta == BETA and self.spectral_radius is None else 0.0
 
     def __str__(self) -> str:

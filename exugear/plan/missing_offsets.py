@@ -5,11 +5,11 @@ from math import ceil, floor, hypot, isfinite, log10
 
 import numpy as np
 
-from exugear.gearbox.bearing import linear_part, radial_part, radial_secant
+from exugear.contact_geometry.reference_configuration import offsets_at, spatial_frame, spatial_row
+from exugear.gearbox.bearing_stiffness import linear_part, radial_part, radial_secant
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
-from exugear.kernels.reference_configuration import offsets_at, spatial_frame, spatial_row
 from exugear.plan.coordinates import Coordinates, pose
 from exugear.plan.map_axes import AXIS_NAMES, MOVED_BY, is_slight, static_offsets
 from fem.support.validation import require

@@ -6,11 +6,11 @@ from typing import Never
 
 import numpy as np
 
+from exugear.friction.mesh_friction import MeshFriction
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
-from exugear.mesh_force.friction import MeshFriction
 from exugear.plan.coordinates import Coordinates
 from exugear.plan.map_axes import stage_law
 from exugear.plan.missing_offsets import missing_axes

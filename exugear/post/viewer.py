@@ -7,7 +7,7 @@ import numpy as np
 from exugear.gearbox.shaft import Shaft
 from exugear.plan.coordinates import Coordinates
 from exugear.post.graphics import add_gear_graphics, add_graphics, meshing_angles, shaft_graphics
-from exugear.simulation.model import Model
+from exugear.system.model import Model
 from fem.support.arguments import checked
 from fem.support.validation import require
 

@@ -1,1 +1,1 @@
-"""From the gearbox to a run: built model, static equilibrium, drive and load, time integration, data of the run."""
+"""From the built model to a run: integrator settings, time integration in segments, data of the run."""

@@ -1,29 +1,40 @@
-"""A run-up: speed and load over time, integrated from static equilibrium, with the meshes recorded.
+"""A run: drives and loads of the shafts, integrated from equilibrium or from another run, with the meshes recorded.
 
-`run_up` has more than seven arguments; all but the model are keywords. They become the operating conditions
+`run` and `run_up` have more than seven arguments; all but the model are keywords. They become the operating conditions
 (`Conditions`) and the scheme of integration and sampling (`Scheme`).
 """
 
 import time as clock
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import nan
 from typing import Any
 
+import exudyn as exu
+import numpy as np
 import xarray as xr
 
 from exugear.elements.exudyn_objects import quiet
+from exugear.operation.conditions import Conditions, conditions_of, run_up_conditions
+from exugear.operation.stop_conditions import Apart, SpeedReached
+from exugear.operation.time_functions import TimeFunction
 from exugear.plan.integrator_and_step import Rule
-from exugear.simulation.drive_and_load import applied
-from exugear.simulation.equilibrium import start
-from exugear.simulation.model import Model, linearized
-from exugear.simulation.run_data import keep_valid, labelled, start_recorders, stored
+from exugear.simulation.run_data import keep_valid, labelled, start_recorders, stored, with_end_state
+from exugear.simulation.shaft_motion import needs_speeds
 from exugear.simulation.solver_settings import scheme_of
 from exugear.simulation.step_error import Solver
-from exugear.simulation.time_functions import Conditions, TimeFunction
+from exugear.system.drive_and_load import applied, released
+from exugear.system.equilibrium import start
+from exugear.system.model import Model, end_coordinate, linearized
 from fem.ste.ste_map import save
 from fem.support.arguments import FilePath, Finite, checked
 from fem.support.progress import shown
 from fem.support.representation import short
+from fem.support.validation import require
+
+INITIAL = exu.ConfigurationType.Initial
+#: Difference of an imposed speed from that at the end of the other run over the speed that counts as vibration.
+LARGEST_JUMP = 0.01
 
 
 @checked
@@ -36,7 +47,8 @@ class Run:
                 dte (stage, time) [m], mesh_force (stage, time) [N]; with bearings also bearing_force (bearing,
                 direction, time) [N] and the relative position of the gears; with friction friction_force [N] and
                 friction_loss (stage, time) [W], with drag drag_torque [N m] and drag_loss (shaft, time) [W]; the
-                attributes hold all inputs
+                attributes hold all inputs. A run that no error stopped also has its end_state, from which another run
+                continues
     wall_time   of the integration [s], without that of the error estimate
     step        of the integrator [s]
     """
@@ -68,6 +80,56 @@ class RunStopped(RuntimeError):
     def __init__(self, message: str, run: Run):
         super().__init__(message)
         self.run = run
+
+
+@checked
+def run(
+    model: Model,
+    *,
+    drives: Mapping[str, Any] | None = None,
+    loads: Mapping[str, Any] | None = None,
+    duration: float,
+    start_speed: float | None = None,
+    initial: Run | None = None,
+    stop: Sequence[SpeedReached | Apart] | None = None,
+    tolerance: float = 1e-3,
+    step: float | Rule | None = None,
+    sample: float = 4e-5,
+    sensor_period: float | None = None,
+    progress: bool = True,
+    checks: int = 3,
+) -> Run:
+    """Run a gearbox under drives and loads on any of its shafts, and record its meshes.
+
+    drives          name of a shaft -> what acts on it with its motion at positive speed: `Speed` (also a number,
+                    (from, to), a function of time or arrays (t, speed)), `Torque`, or `MotorCurve`. It acts on the
+                    rotor behind the coupling of the shaft, if there is one
+    loads           likewise, against the motion; numbers, functions and arrays stand for a `Torque`
+    duration        of the run [s], unless a condition ends it before
+    start_speed     of the driving shaft at the start [rad/s] where no speed is imposed; 0 by default
+    initial         `Run` of the same gearbox from whose end this run goes on; its time starts at 0 again
+    stop            conditions that end the run at the first sample where one of them holds: `SpeedReached`, `Apart`
+    tolerance, step, sample, sensor_period, progress, checks
+                    as for `run_up`
+
+    A shaft in neither of them is free. At most one speed is imposed; without any the whole train is free to accelerate.
+    The run starts from static equilibrium under the torques at the start and the inertia torques of the acceleration
+    that follows from them, or that the imposed speed has.
+
+    Returns a `Run`. Raises ValueError for shafts that the gearbox lacks, for drives and loads that contradict, and
+    otherwise as `run_up`.
+    """
+    conditions = conditions_of(
+        model.gearbox,
+        drives or {},
+        loads or {},
+        duration=duration,
+        start_speed=start_speed,
+        stop=stop or (),
+        initial=initial.data if initial else None,
+    )
+    options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
+    return _solved(model, conditions, initial, progress=progress, checks=checks, **options)
 
 
 @checked
@@ -108,22 +170,65 @@ def run_up(
     RuntimeError with the attribute run up to that time, where the run leaves the map, bearings yield until the teeth
     part, or Newton's iteration fails. Ctrl-C raises KeyboardInterrupt with the same attribute.
     """
-    model = linearized(model)
-    conditions = Conditions(speed, load, duration)
-    scheme = scheme_of(model, conditions, tolerance=tolerance, step=step, sample=sample, sensor_period=sensor_period)
-    solver = Solver(model, conditions, scheme)
-    with shown(progress), quiet(), applied(model, conditions):
-        start(model, conditions)
-        start_recorders(model, scheme.steps)
+    conditions = run_up_conditions(model.gearbox, speed, load, duration)
+    options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
+    return _solved(model, conditions, None, progress=progress, checks=checks, **options)
+
+
+def _solved(
+    model: Model, conditions: Conditions, initial: Run | None, *, progress: bool, checks: int, **options: Any
+) -> Run:
+    """The run under its conditions; options as those of `scheme_of`."""
+    model = linearized(model, conditions.held)
+    scheme = scheme_of(model, conditions, **options)
+    state = None if initial is None else _start_of(model, conditions, initial.data)
+    if state is not None and conditions.held:
+        about_z = float(state[0, end_coordinate(model, conditions.held)])
+        conditions = replace(conditions, start_angle=model.gearbox.directions[conditions.held] * about_z)
+    with shown(progress), quiet(), applied(model, conditions) as torques:
+        if state is None:
+            start(model, conditions)
+        else:
+            _restart(model, state)
+        released(model, conditions, torques)
+        solver = Solver(model, conditions, scheme, restarted=state is not None)
+        start_recorders(model, scheme.steps, torques, power=needs_speeds(model, conditions))
         began = clock.perf_counter()
-        segments, stop = solver.run(progress)
+        segments, end, stop = solver.run(progress)
         wall_time = clock.perf_counter() - began
-        stop = keep_valid(model, scheme.steps, stop)
+        stop = keep_valid(model, scheme.steps, end, stop)
         checked_segments = [] if stop else solver.errors(segments, checks)
-    run = Run(labelled(model, conditions, scheme, checked_segments), wall_time, scheme.steps.size)
+        data = labelled(model, conditions, scheme, checked_segments, torques)
+    run = Run(data if stop else with_end_state(model, data, end), wall_time, scheme.steps.size)
     if stop:
         raise _stopped(stop, run) from None
     return run
+
+
+def _start_of(model: Model, conditions: Conditions, data: xr.Dataset) -> np.ndarray:
+    """(3, n_coordinates) end state of another run; ValueError unless this model can go on from there."""
+    ended = "initial must be a run that came to its end, this one was stopped by an error"
+    require("end_state" in data, f"{ended}, or saved by an older version; run it again")
+    state, number = data["end_state"].values, model.mbs.systemData.ODE2Size()
+    stages, labels = data["stage"].values.tolist(), list(model.gearbox.labels)
+    same = state.shape[1] == number and stages == labels
+    require(same, f"initial is a run of {stages} with {state.shape[1]} coordinates, the model has {labels}, {number}")
+    if conditions.held:
+        direction = model.gearbox.directions[conditions.held]
+        ended_at = direction * float(state[1, end_coordinate(model, conditions.held)])
+        imposed = float(conditions.speed_of(0.0))
+        jump = f"initial ends with shaft {conditions.held!r} at {ended_at:.6g} rad/s, the imposed speed starts at"
+        near = abs(imposed - ended_at) <= LARGEST_JUMP * max(abs(imposed), abs(ended_at))
+        require(near, f"{jump} {imposed:.6g}; let it start there")
+    return state
+
+
+def _restart(model: Model, state: np.ndarray) -> None:
+    """Put the system into a state (3, n_coordinates)."""
+    system = model.mbs.systemData
+    system.SetODE2Coordinates(state[0], INITIAL)
+    system.SetODE2Coordinates_t(state[1], INITIAL)
+    system.SetODE2Coordinates_tt(state[2], INITIAL)
 
 
 def _stopped(stop: Any, run: Run) -> BaseException:

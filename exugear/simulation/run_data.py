@@ -6,21 +6,27 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+import exudyn as exu
 import numpy as np
 import xarray as xr
 
 from exugear.elements.bearing_elements import reactions
-from exugear.elements.drag_elements import braking_torques
+from exugear.operation.conditions import Conditions
+from exugear.operation.stop_conditions import End
 from exugear.plan.sampling import Steps
-from exugear.simulation.equilibrium import UNIT
-from exugear.simulation.model import Model, on_bearings
+from exugear.simulation.shaft_motion import drag_variables, driving_speed, speed_variables, torque_variables
 from exugear.simulation.solver_settings import Scheme
 from exugear.simulation.step_error import Segment
-from exugear.simulation.time_functions import Conditions
+from exugear.system.drive_and_load import ShaftTorques
+from exugear.system.equilibrium import UNIT
+from exugear.system.model import Model, on_bearings
 from fem.ste.ste_map import pair_attributes, read
 from fem.support.validation import require
 from fem.units import mm
 
+INITIAL = exu.ConfigurationType.Initial
+#: Rows of the end state of a run.
+DERIVATIVES = ("coordinates", "velocities", "accelerations")
 #: Variables that every run holds.
 VARIABLES = ("time", "stage", "speed", "mesh_frequency", "dte", "mesh_force")
 #: Variables over stage and time: the recorder's name (signs: `Recorder`), unit, long name.
@@ -69,17 +75,21 @@ def stored(path) -> xr.Dataset:
     return data.assign_coords(texts)
 
 
-def start_recorders(model: Model, steps: Steps) -> None:
-    """Start the recorders of all meshes for a run."""
+def start_recorders(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool) -> None:
+    """Start the recorders of all meshes and torques for a run; power: whether meshes record spins and speeds."""
     for mesh in model.meshes:
-        recorded = {"motion": on_bearings(model, mesh), "friction": mesh.stage.friction is not None}
-        mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, **recorded)
+        kinds = {"motion": on_bearings(model, mesh), "power": power, "friction": mesh.stage.friction is not None}
+        mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, **kinds)
+    for torque in torques.values():
+        torque.recorder.start(steps.interval, steps.samples + 1, steps=steps.every)
 
 
-def keep_valid(model: Model, steps: Steps, stop: BaseException | None) -> BaseException | None:
-    """Drop the samples after a stop; returns the stop, also where bearings have yielded until the teeth part."""
+def keep_valid(model: Model, steps: Steps, end: End | None, stop: BaseException | None) -> BaseException | None:
+    """Drop the samples after an end or a stop; returns the stop, also where bearings yield until the teeth part."""
     blocks = [mesh.recorder.samples for mesh in model.meshes]
     lost = np.isnan([samples[0]["deflection"] for samples in blocks]).any(axis=0)
+    if end:
+        lost |= np.arange(lost.size) > end.sample
     if stop:
         lost |= steps.time >= model.mbs.systemData.GetTime()
     number = int(lost.argmax()) if lost.any() else lost.size
@@ -115,17 +125,29 @@ def _is_apart(pair, a: float) -> bool:
 
 
 def labelled(
-    model: Model, conditions: Conditions, scheme: Scheme, checked: Sequence[tuple[Segment, np.ndarray]]
+    model: Model,
+    conditions: Conditions,
+    scheme: Scheme,
+    checked: Sequence[tuple[Segment, np.ndarray]],
+    torques: ShaftTorques,
 ) -> xr.Dataset:
-    """All variables of a run, its inputs in the attributes; checked: segments with their errors by the step."""
+    """All variables of a run, its inputs in the attributes.
+
+    checked   segments with their errors by the step
+    torques   tabulated torques and recorded motions of shafts
+    """
     time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
-    data = _over_time(model, time, conditions.speed_of(time))
+    data = _over_time(model, time, driving_speed(model, conditions, time))
     data = data.assign(_beyond_maps(model, scheme.steps.interval) | _step_error(checked, scheme.steps.size))
+    data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
+    data = data.assign(drag_variables(model))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
     steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}
     jumps = {"jumps": scheme.jumps} if scheme.jumps else {}
-    return data.assign_attrs({"title": "run-up"} | conditions.as_text() | inputs | steps | used | jumps | _scene(model))
+    if conditions.run_up:
+        data = data.squeeze([name for name in ("drive_end", "load_end") if name in data.dims])
+    return data.assign_attrs({**conditions.as_text(), **inputs, **steps, **used, **jumps, **_scene(model)})
 
 
 def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
@@ -146,7 +168,7 @@ def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
         values = np.array([getattr(mesh.recorder, recorded) for mesh in model.meshes])
         data[name] = over, values, {"units": unit, "long_name": long_name}
     data = data.assign(_bearing_forces(model)) if elastic else data
-    return data.assign(_friction(model, time) | _drag(model, speed))
+    return data.assign(_friction(model, time))
 
 
 def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:
@@ -161,32 +183,6 @@ def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:
             {"units": unit, "long_name": long_name},
         )
         for name, (unit, long_name) in FRICTION.items()
-    }
-
-
-def _drag(model: Model, speed: np.ndarray) -> dict[str, Any]:
-    """Torques of the drags of shafts and their losses over time; empty where no shaft has a drag."""
-    shafts, motions = model.gearbox.shafts, _motions(model)
-    if not any(shaft.drags for shaft in shafts):
-        return {}
-    omega = np.array([model.gearbox.ratios[shaft.name] * speed for shaft in shafts])
-    braked = zip(shafts, omega, strict=True)
-    torque = np.array([braking_torques(shaft, spin, motions.get(shaft.name)) for shaft, spin in braked])
-    over = "shaft", "time"
-    return {
-        "drag_torque": (over, torque, {"units": "N m", "long_name": "torque of drag against the rotation"}),
-        "drag_loss": (over, torque * omega, {"units": "W", "long_name": "power that drag dissipates"}),
-        "shaft": ("shaft", [shaft.name for shaft in shafts]),
-    }
-
-
-def _motions(model: Model) -> dict[str, np.ndarray]:
-    """Displacements and tilts (n, 5) [m, rad] of the shafts on bearings."""
-    return {
-        shaft.name: mesh.recorder.motion(side)[0]
-        for mesh in model.meshes
-        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow))
-        if model.plan.shafts[shaft.name].on_bearings
     }
 
 
@@ -240,3 +236,13 @@ def _scene(model: Model) -> dict[str, float | str]:
         numbers = pair_attributes(stage.pair) | {"damping": stage.force.damping, "backlash": stage.force.backlash}
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
     return inputs
+
+
+def with_end_state(model: Model, data: xr.Dataset, end: End | None) -> xr.Dataset:
+    """The data with the state of the system at the end, and with the condition that has ended the run, if any."""
+    system = model.mbs.systemData
+    state = [system.GetODE2Coordinates(INITIAL), system.GetODE2Coordinates_t(INITIAL)]
+    values = np.array([*state, system.GetODE2Coordinates_tt(INITIAL)])
+    about = {"units": "SI", "long_name": "coordinates of the system at the end, with their time derivatives"}
+    data = data.assign(end_state=(("derivative", "coordinate"), values, about), derivative=list(DERIVATIVES))
+    return data.assign_attrs(stopped_by=str(end.condition)) if end else data

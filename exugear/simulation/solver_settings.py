@@ -6,10 +6,10 @@ from math import ceil, inf, pi, sqrt
 import exudyn as exu
 import numpy as np
 
+from exugear.operation.conditions import Conditions
 from exugear.plan.integrator_and_step import BETA, GAMMA, STABLE, Rule, rule_for
 from exugear.plan.sampling import PERIOD_STEPS, Steps, steps_of
-from exugear.simulation.model import Model
-from exugear.simulation.time_functions import Conditions
+from exugear.system.model import Model
 from fem.support.arguments import checked
 from fem.support.validation import require, require_within
 

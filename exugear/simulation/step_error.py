@@ -11,13 +11,18 @@ import exudyn as exu
 import numpy as np
 from tqdm import tqdm
 
+from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
+from exugear.operation.conditions import Conditions
+from exugear.operation.stop_conditions import End, first_end
 from exugear.plan.integrator_and_step import Rule
-from exugear.simulation.equilibrium import explained
-from exugear.simulation.model import Model, lag_corrected
+from exugear.simulation.shaft_motion import recorded
 from exugear.simulation.solver_settings import Scheme, settings_for
-from exugear.simulation.time_functions import Conditions
+from exugear.system.equilibrium import explained
+from exugear.system.model import Model, end_coordinate, lag_corrected
 
-SEGMENTS = 100
+#: Number of segments of a run; more where a segment would have more steps: rounding turns the driving shaft by at most
+#: 1e-16 of its angle in a step, and `Solver._realign` takes that back after each segment.
+SEGMENTS, LONGEST_SEGMENT = 100, 100_000
 BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
 #: Error of a fourth-order result over its change when the step is halved.
 RICHARDSON = 16 / 15
@@ -30,7 +35,7 @@ INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 
 @dataclass(frozen=True)
 class Segment:
-    """Part of a run: its first and last step, and Exudyn's system state at the first step."""
+    """Part of a run: its first and last step, and the state of the system at the first step (`state_of_system`)."""
 
     first: int
     last: int
@@ -39,45 +44,82 @@ class Segment:
 
 @dataclass(frozen=True)
 class Solver:
-    """Integrates a run of a model in segments."""
+    """Integrates a run of a model in segments.
+
+    restarted   whether the run continues another run instead of starting from equilibrium
+    """
 
     model: Model
     conditions: Conditions
     scheme: Scheme
+    restarted: bool = False
 
-    def run(self, progress: bool) -> tuple[list[Segment], BaseException | None]:
-        """The segments, after each of which the bar moves, and what stopped them: RuntimeError, Ctrl-C or None."""
+    def run(self, progress: bool) -> tuple[list[Segment], End | None, BaseException | None]:
+        """The segments, after each of which the bar moves; the condition that ended the run, if any; the error, if any.
+
+        Errors are RuntimeError and KeyboardInterrupt.
+        """
         segments: list[Segment] = []
+        end = None
         try:
-            self._integrate(segments, progress)
-            self._require_samples()
+            end = self._integrate(segments, progress)
+            self._require_samples(end)
         except (RuntimeError, KeyboardInterrupt) as error:
-            return segments, error
-        return segments, None
+            return segments, end, error
+        return segments, end, None
 
     def errors(self, segments: Sequence[Segment], number: int) -> list[tuple[Segment, np.ndarray]]:
         """Representative segments, at most number, with the (n_stage,) relative errors of their rms of the DTE.
 
         The samples and the state of the system are restored.
         """
-        system, kinds = self.model.mbs.systemData, (INITIAL, CURRENT)
-        ends = [system.GetSystemState(kind) for kind in kinds]
+        mbs, kinds = self.model.mbs, (INITIAL, CURRENT)
+        ends = [state_of_system(mbs, kind) for kind in kinds]
         errors = [(segment, self.error(segment)) for segment in self.representative(segments, number)]
         for end, kind in zip(ends, kinds, strict=True):
-            system.SetSystemState(end, kind)
+            set_state_of_system(mbs, end, kind)
         return errors
 
-    def _integrate(self, segments: list[Segment], progress: bool) -> None:
-        """Integrate the run, appending each segment before it is solved."""
+    def _integrate(self, segments: list[Segment], progress: bool) -> End | None:
+        """Integrate the run, appending each segment before it is solved, until a condition ends it."""
+        end = None
         h, mbs = self.scheme.steps.size, self.model.mbs
         style = {"bar_format": BAR, "unit_scale": h, "leave": False, "disable": not progress}
-        with tqdm(total=self.scheme.steps.number, desc="run-up", **style) as bar, self._explained(self.scheme.rule):
+        with tqdm(total=self.scheme.steps.number, desc="run", **style) as bar, self._explained(self.scheme.rule):
             with self._advancing() as advance:
                 for first, last in pairwise(self.bounds):
-                    segments.append(Segment(first, last, mbs.systemData.GetSystemState(CURRENT if first else INITIAL)))
+                    segments.append(Segment(first, last, state_of_system(mbs, self._present(first))))
                     advance(segments[-1])
                     bar.update(last - first)
-            mbs.systemData.SetSystemState(mbs.systemData.GetSystemState(CURRENT), INITIAL)
+                    end = self._end_in(last)
+                    if end:
+                        break
+            if end:
+                segments[-1] = self._cut(segments[-1], end.sample * self.scheme.steps.every)
+            if mbs.systemData.NumberOfSensors() and not end:
+                set_state_of_system(mbs, state_of_system(mbs, CURRENT), INITIAL)
+        return end
+
+    def _present(self, step: int) -> exu.ConfigurationType:
+        """The configuration that holds the state at a step between two segments."""
+        halted = step and self.model.mbs.systemData.NumberOfSensors()
+        return CURRENT if halted else INITIAL
+
+    def _end_in(self, last: int) -> End | None:
+        """The first of the conditions that holds at a sample up to a step."""
+        number, labels = last // self.scheme.steps.every + 1, self.model.gearbox.labels
+        speeds = {name: speed[:number] for name, speed in recorded(self.model, "speed").items()}
+        forces = {labels[i]: mesh.recorder.force[:number] for i, mesh in enumerate(self.model.meshes)}
+        return first_end(self.conditions.stop, speeds, forces, self.scheme.steps.interval)
+
+    def _cut(self, segment: Segment, last: int) -> Segment:
+        """The segment that ends at a step: it is integrated again up to there, without sensors."""
+        segment = replace(segment, last=last)
+        settings = self._settings()
+        settings.solution.sensors.active = False
+        set_state_of_system(self.model.mbs, segment.state, INITIAL)
+        self._solve(settings, segment)
+        return segment
 
     @contextmanager
     def _advancing(self) -> Iterator[Callable[[Segment], None]]:
@@ -87,7 +129,7 @@ class Solver:
         single solve halts after each segment. This needs a solver driven from Python, whose overrides Exudyn looks up
         in every step, at 0.7 us each.
         """
-        if not self.conditions.speed_of.constant:
+        if not self._steady:
             self._compute_initial_forces()
         if self.model.mbs.systemData.NumberOfSensors():
             with self._halting_solver() as (solver, settings):
@@ -95,20 +137,41 @@ class Solver:
         else:
             yield self._solve_dynamic
 
+    @property
+    def _steady(self) -> bool:
+        """Whether the run starts from equilibrium at a constant imposed speed."""
+        speed_of = self.conditions.speed_of
+        return speed_of is not None and speed_of.constant and not self.restarted
+
     def _settings(self) -> exu.SimulationSettings:
         settings = settings_for(self.scheme.rule, self.scheme.steps.size, self.scheme.tolerance)
-        if not self.conditions.speed_of.constant:
+        if not self._steady:
             # Exudyn's initial accelerations leave out the slope of the given speed; those of the state contain it.
             settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
         return settings
 
     def _solve_dynamic(self, segment: Segment) -> None:
         """Integrate a segment from the final state of the segment before."""
-        settings, h = self._settings(), self.scheme.steps.size
-        integration = settings.timeIntegration
+        self._solve(self._settings(), segment)
+        self._realign(segment.last)
+
+    def _realign(self, last: int) -> None:
+        """Turn the whole train by the angle by which rounding has let the held shaft drift from its imposed angle."""
+        model, held = self.model, self.conditions.held
+        if held:
+            turned = self.conditions.speed_of.integral(last * self.scheme.steps.size)
+            imposed = model.gearbox.directions[held] * (self.conditions.start_angle + turned)
+            q, spin = model.mbs.systemData.GetODE2Coordinates(INITIAL), end_coordinate(model, held)
+            ratios = model.speed_ratios
+            q += (imposed - q[spin]) * ratios / ratios[spin]
+            model.mbs.systemData.SetODE2Coordinates(q, INITIAL)
+
+    def _solve(self, settings: exu.SimulationSettings, segment: Segment, halvings: int = 0) -> None:
+        """Integrate a segment from the initial state, its steps halved so many times."""
+        h, integration = self.scheme.steps.size, settings.timeIntegration
         integration.startTime, integration.endTime = segment.first * h, segment.last * h
-        integration.numberOfSteps = segment.last - segment.first
-        self.model.mbs.SolveDynamic(settings, updateInitialValues=True)
+        integration.numberOfSteps = (segment.last - segment.first) << halvings
+        self.model.mbs.SolveDynamic(settings, updateInitialValues=halvings == 0)
 
     def _continue(self, solver, settings: exu.SimulationSettings, segment: Segment) -> None:
         """Let a halted solver continue to the end of a segment; the sensors at its start have been written already."""
@@ -145,8 +208,15 @@ class Solver:
 
     @contextmanager
     def _explained(self, rule: Rule) -> Iterator[None]:
-        with lag_corrected(self.model, rule), explained(self.model, self._remedy, self.conditions.speed_of):
+        with lag_corrected(self.model, rule), explained(self.model, self._remedy, self._speed_at):
             yield
+
+    def _speed_at(self, t: float) -> float:
+        """Speed of the driving shaft [rad/s] at a time [s]: the imposed one, or the present one."""
+        if self.conditions.held:
+            return float(self.conditions.driving_speed(t))
+        spin = self.model.spins[self.model.gearbox.driving.name]
+        return float(self.model.mbs.systemData.GetODE2Coordinates_t()[spin])
 
     @property
     def _remedy(self) -> str:
@@ -157,14 +227,15 @@ class Solver:
         """Steps at which segments end; sensors are sampled at each of them, since Exudyn writes them where it halts."""
         steps = self.scheme.steps
         unit = max(steps.every, self.scheme.sensor_steps)
-        number = max(1, min(SEGMENTS, steps.number // unit))
+        wanted = max(SEGMENTS, steps.number // LONGEST_SEGMENT)
+        number = max(1, min(wanted, steps.number // unit))
         inner = np.linspace(0, steps.number // unit, number + 1).astype(int)[:-1] * unit
         return [*inner.tolist(), steps.number]
 
-    def _require_samples(self) -> None:
+    def _require_samples(self, end: End | None) -> None:
         """Require all samples: where Newton's iteration fails Exudyn cuts the step and may miss times of samples."""
         for mesh in self.model.meshes:
-            lost = np.flatnonzero(np.isnan(mesh.recorder.deflection))
+            lost = np.flatnonzero(np.isnan(mesh.recorder.deflection[: end.sample + 1 if end else None]))
             if lost.size:
                 where = f"at t = {lost[0] * self.scheme.steps.interval:.6g} s"
                 cause = f"Newton's iteration failed, {lost.size} samples are lost"
@@ -213,13 +284,9 @@ class Solver:
 
     def _solve_at_half_the_step(self, segment: Segment) -> None:
         """Integrate a segment again from its state, without sensors."""
-        h = self.scheme.steps.size
-        rule = replace(self.scheme.rule, step=h / 2)
+        rule = replace(self.scheme.rule, step=self.scheme.steps.size / 2)
         settings = settings_for(rule, rule.step, self.scheme.tolerance)
         settings.solution.sensors.active = False
-        integration = settings.timeIntegration
-        integration.startTime, integration.endTime = segment.first * h, segment.last * h
-        integration.numberOfSteps = 2 * (segment.last - segment.first)
-        self.model.mbs.systemData.SetSystemState(segment.state, INITIAL)
+        set_state_of_system(self.model.mbs, segment.state, INITIAL)
         with self._explained(rule):
-            self.model.mbs.SolveDynamic(settings)
+            self._solve(settings, segment, halvings=1)

@@ -9,7 +9,7 @@ from scenes import K, paper_pair
 
 import exugear
 import fem
-from exugear.kernels.contact_records import contact_state, rotational_frame
+from exugear.contact_geometry.contact_records import contact_state, rotational_frame
 from exugear.kernels.kinematics import MeshForces, SpinForces, rotational_mesh, spatial_mesh
 from fem.units import deg, mm, um
 
@@ -51,9 +51,10 @@ def mesh_in_space(force: exugear.MeshForce, frame, *motion) -> MeshForces:
 
 
 def mesh_of_spins(force: exugear.MeshForce, pair, phase: float, spins, speeds) -> SpinForces:
-    """Mesh forces on two bodies that spin."""
+    """(deflection, force, torques) of two bodies that spin."""
     frame = rotational_frame(pair, phase, 1)
-    return rotational_mesh(force.table.head, frame, contact_state(), *map(float, (*spins, *speeds)))
+    mesh = rotational_mesh(force.table.head, frame, contact_state(), *map(float, (*spins, *speeds)))
+    return mesh.deflection, mesh.force, mesh.torques
 
 
 def attitudes(pair, seed: int, tilt: float = 0.05):

@@ -90,6 +90,8 @@ def instances() -> dict[str, Any]:
         exugear.XuFriction(0.02, 0.4 * um),
         exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
         box.stages[0].fast, linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
+        exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
+        exugear.SpeedReached("fast", 55.0), exugear.Apart(0.01),
     ]  # fmt: skip
     return {type(instance).__name__: instance for instance in made}
 
@@ -128,7 +130,8 @@ def by_name() -> dict[str, Any]:
         "t": 0.01, "pitch": 0.1, "title": "a", "message": "a", "value": 1.0, "unit": "1", "meaning": "a",
         "order": LINE, "low": LINE, "high": LINE, "rms": LINE,
         "peaks": exugear.spectrum.Resonances(LINE[1:3], LINE[1:3]), "divisors": (2, 1), "within": 0.1,
-        "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
+        "drives": {"fast": 50.0}, "loads": {"slow": 100.0}, "start_speed": None, "initial": None,
+        "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
     }  # fmt: skip
     special = {
         "Density.refined.q": 2, "with_teeth.teeth": 2, "with_teeth.behind": 1, "Density.steps.name": "flank",
@@ -141,6 +144,7 @@ def by_name() -> dict[str, Any]:
         "MeshFriction.of_pair.speed": 1.0, "loss.force": 100.0, "loss.speed": 50.0,
         "MeshFriction.from_ste.torque": 100.0, "torque.omega": 50.0, "torque.load": 100.0,
         "local.distance": mm, "start.friction": True,
+        "forces_under.torques": [0.0, -100.0], "forces_under.held": "fast",
         "Gearbox.offsets.stage": made["Stage"], "radial_force.r": 2 * um, "deflection_at.force": 100.0,
         "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],
         "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,

@@ -13,11 +13,11 @@ from scipy.spatial.transform import Rotation
 from spatial_meshes import PAIRS, bodies_of_kinds, law_of
 
 import exugear
+from exugear.contact_geometry.contact_frame import axes_about
+from exugear.contact_geometry.contact_records import is_rotated
 from exugear.elements.exudyn_objects import kind_of
 from exugear.elements.gear_contact import contact_key, frame_of
 from exugear.force_table.kernel_records import address_of
-from exugear.kernels.contact_frame import axes_about
-from exugear.kernels.contact_records import is_rotated
 from exugear.kernels.friction_kernels import friction_of
 from fem.units import mm, um
 

@@ -12,10 +12,10 @@ from scenes import INERTIA, K, linear_law, smooth_map, wrench
 from spatial_meshes import mesh_in_space, mesh_of_spins
 
 import exugear
+from exugear.contact_geometry.contact_records import contact_state, rotational_frame
+from exugear.contact_geometry.reference_configuration import spatial_frame
 from exugear.elements.gear_contact import user_functions
 from exugear.kernels.contact_kernels import SPIN, kernel_of
-from exugear.kernels.contact_records import contact_state, rotational_frame
-from exugear.kernels.reference_configuration import spatial_frame
 from fem.units import mm, um
 
 PAIR = paper_pair()
@@ -63,7 +63,7 @@ def test_forces_and_moments_balance_in_every_attitude(seed):
     wrenches = [wrench(r, x, f) for r, x, f in zip(reference, q, (on_pinion, on_wheel), strict=True)]
     assert force > 100
     assert np.abs(wrenches[0] + wrenches[1]).max() < 1e-12 * np.abs(wrenches[0]).max()
-    assert np.linalg.norm(wrenches[0][:3]) == pytest.approx(force, rel=1e-12)
+    assert np.linalg.norm(wrenches[0][:3]) == pytest.approx(force, rel=1e-4), "to first order in the tilts"
 
 
 @pytest.mark.parametrize(("side", "direction"), [(1, 1), (-1, 1), (1, -1), (-1, -1)])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from exugear.force_table.force_kernels import table_at
 from exugear.force_table.kernel_records import address_of, changed, reader, record_of, record_type, start_of
+from exugear.force_table.patches import table_at
 from exugear.mesh_force.force import MeshForce
 from fem.support.numba_cache import compiled
 
@@ -42,9 +42,9 @@ def backlash_at(address):
 
 
 def test_the_table_of_a_law_has_names():
-    """Secant stiffness at the nodes, force at the end of the table."""
+    """Potential over penetration^2 at the nodes, force at the end of the table."""
     law = MeshForce([0.0, 0.5], [0.0, 1e-5, 2e-5], [[0.0, 1e3, 2e3]] * 2, backlash=1e-4)
-    assert law.table.nodes["value"] == pytest.approx(1e8)
+    assert law.table.potentials["value"] == pytest.approx(0.5e8)
     assert law.table.edges["largest"] == pytest.approx(2e-5)
     assert law.table.head.last_force == pytest.approx(2e3)
     assert backlash_at(address_of(law.table)) == law.backlash

@@ -27,10 +27,11 @@ def pasted(plan: exugear.Plan) -> dict[str, np.ndarray]:
 
 
 def over(offsets, pair=None):
-    """The smooth map, 10 % softer at the ends of every axis."""
+    """The smooth map, 10 % softer at the ends of every axis but the misalignment: 1 %, as it also turns the shafts."""
     plain, softer = smooth_map((0, 1, 20, 50, 150, 350, 1000)), np.ones([x.size for x in offsets.values()])
     for i, axis in enumerate(offsets.values()):
         size = 0.1 * np.abs(axis - axis.mean()) / np.ptp(axis)
+        size = 0.1 * size if list(offsets)[i] == "misalignment" else size
         softer = softer * (1 + size).reshape([-1 if i == j else 1 for j in range(softer.ndim)])
     te = plain["te"].values
     te = te.reshape(te.shape[0], *[1] * softer.ndim, -1) * softer[..., None]

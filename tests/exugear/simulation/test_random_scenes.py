@@ -16,10 +16,10 @@ from hypothesis import HealthCheck, Phase, given, settings
 from scenes import wrench
 
 import exugear
+from exugear.contact_geometry.contact_records import is_spatial
 from exugear.elements.gear_contact import state_of
-from exugear.kernels.contact_records import is_spatial
 from exugear.kernels.kinematics import spatial_mesh
-from exugear.simulation.model import lag_corrected
+from exugear.system.model import lag_corrected
 
 CASES = int(os.environ.get("EXUGEAR_CASES", "80"))
 QUICK = settings(max_examples=25, deadline=None, derandomize=True, phases=[Phase.generate])

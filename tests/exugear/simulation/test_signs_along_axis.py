@@ -76,14 +76,16 @@ def test_bearings_confirm_offsets_and_centroid_of_every_flank_and_stage(hand, sp
     shift = displaced(data, "output")[1] - displaced(data, "middle")[1]
     heights = height_of_force(data, "input", radius[0]), height_of_force(data, "output", -radius[1]) + shift
     assert (data["mesh_force"].values * load > 0).all()
-    assert data["centroid"].values == pytest.approx(heights, abs=3 * um)
+    by_tilts = 75 * mm * max(np.linalg.norm(displaced(data, shaft)[0]) for shaft in GEARS)
+    assert (np.abs(data["centroid"].values - heights) < 3 * um + by_tilts).all()
     assert np.abs(heights).min() > 0.1 * mm
     for stage, (pinion, wheel) in enumerate((("input", "middle"), ("middle", "output"))):
         (slope_1, z_1), (slope_2, z_2) = displaced(data, pinion), displaced(data, wheel)
         pushed = -bearings_of(data, "output").sum(axis=0) if stage else bearings_of(data, "input").sum(axis=0)
         normal = pushed[:2] / np.linalg.norm(pushed[:2])
         opening = normal @ (slope_2 - slope_1)
-        assert float(data["axial_offset"][stage]) == pytest.approx(z_2 - z_1, rel=1e-2)
+        shift = z_2 - z_1 + slope_1 @ radius[stage] * 2
+        assert float(data["axial_offset"][stage]) == pytest.approx(shift, rel=1e-2)
         assert float(data["misalignment"][stage]) == pytest.approx(opening, rel=1e-2)
         assert opening * heights[stage] < 0
 

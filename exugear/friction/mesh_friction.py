@@ -15,8 +15,8 @@ import numpy as np
 import xarray as xr
 
 from exugear.force_table.kernel_records import record_of, record_type
-from exugear.mesh_force.friction_coefficient import NiemannFriction, PowerLaw, SchlenkFriction, XuFriction
-from exugear.mesh_force.load_distribution import (
+from exugear.friction.friction_coefficient import NiemannFriction, PowerLaw, SchlenkFriction, XuFriction
+from exugear.friction.load_distribution import (
     LoadDistribution,
     even_distribution,
     mapped_distribution,

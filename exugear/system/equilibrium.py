@@ -10,13 +10,13 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from exugear.elements.stop_messages import DIVERGED
-from exugear.gearbox.bearing import radial_secant, radial_table
+from exugear.gearbox.bearing_stiffness import radial_secant, radial_table
 from exugear.gearbox.shaft import Coupling
 from exugear.mesh_force.map_range import larger_torque
+from exugear.operation.conditions import Conditions
 from exugear.plan.map_axes import static_offsets
 from exugear.plan.plan import UNDAMPED
-from exugear.simulation.model import Mesh, Model, matrices_without_meshes, nonlinear_bearing_stiffness
-from exugear.simulation.time_functions import Conditions
+from exugear.system.model import Mesh, Model, matrices_without_meshes, nonlinear_bearing_stiffness
 from fem.support.validation import require
 from fem.units import mm, rpm
 
@@ -38,18 +38,17 @@ MESSAGE = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(be
 
 
 def start(model: Model, conditions: Conditions) -> None:
-    """Put the system into static equilibrium under the load at t = 0, all shafts turning at their ratios.
+    """Put the system into static equilibrium under the torques at t = 0, all shafts turning at their ratios.
 
     The inertia torques of all shafts and rotors at the initial acceleration take part in the equilibrium. Their
     gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad.
     """
-    load, speed = conditions.load_at(0.0), float(conditions.speed_of(0.0))
-    acceleration = conditions.speed_of.initial_slope
+    speed, acceleration = conditions.initial_speed, conditions.initial_acceleration
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
-    ratios = _speed_ratios(model)
+    ratios = model.speed_ratios
     considered = acceleration if _inertia_matters(model, acceleration) else 0.0
     try:
-        q = _loaded_coordinates(model, load, considered)
+        q = _loaded_coordinates(model, conditions, considered)
     except ValueError as error:
         inertia = f"it includes inertia torques at {acceleration:.4g} rad/s^2"
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered else ""
@@ -69,30 +68,21 @@ def _inertia_matters(model: Model, acceleration: float) -> bool:
     )
 
 
-def _speed_ratios(model: Model) -> np.ndarray:
-    """(n_coordinates,) speed of each coordinate over that of the driving shaft; 0 for all but the spins."""
-    ratios = np.zeros(model.mbs.systemData.ODE2Size())
-    for name, ratio in model.gearbox.ratios.items():
-        ratios[[model.spins[name], model.rotors.get(name, model.spins[name])]] = ratio
-    return ratios
-
-
-def _loaded_coordinates(model: Model, load: float, acceleration: float) -> np.ndarray:
-    """Coordinates in which meshes, bearings and couplings carry the load and the inertia torques, to first order."""
-    box = model.gearbox
-    forces = np.array(box.static_forces(load, acceleration))
+def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: float) -> np.ndarray:
+    """Coordinates in which meshes, bearings and couplings carry the torques and the inertia torques, to first order."""
+    box, anchor, torques = model.gearbox, conditions.anchor, conditions.initial_torques
+    accelerations = {name: ratio * acceleration for name, ratio in box.ratios.items()}
+    forces = box.forces_under(torques, acceleration, held=anchor)
     q = _displaced_on_bearings(model, forces)
-    driving, spin = box.driving, model.spins[box.driving.name]
-    if driving.coupling:
-        torques = -forces @ np.array([mesh.row for mesh in model.meshes])
-        q[spin] = _twist(driving.name, driving.coupling, torques[spin] - driving.inertia * acceleration)
-    q = _with_mesh_forces(model, forces, q)
-    for shaft in box.shafts:
+    held, spin = next(shaft for shaft in box.shafts if shaft.name == anchor), model.spins[anchor]
+    if held.coupling:
+        by_meshes = -forces @ np.array([mesh.row for mesh in model.meshes])
+        q[spin] = _twist(anchor, held.coupling, by_meshes[spin] - held.inertia * accelerations[anchor])
+    q = _with_mesh_forces(model, forces, q, anchor)
+    for shaft, torque in zip(box.shafts, torques, strict=True):
         if shaft.coupling:
-            load_torque = -box.directions[shaft.name] * load if shaft.name == box.driven.name else 0.0
-            torque = load_torque - shaft.coupling.inertia * box.ratios[shaft.name] * acceleration
-            rotor = model.rotors[shaft.name]
-            q[rotor] = 0.0 if shaft.name == driving.name else q[rotor] + _twist(shaft.name, shaft.coupling, torque)
+            twisting, rotor = torque - shaft.coupling.inertia * accelerations[shaft.name], model.rotors[shaft.name]
+            q[rotor] = 0.0 if shaft.name == anchor else q[rotor] + _twist(shaft.name, shaft.coupling, twisting)
     return q
 
 
@@ -106,9 +96,12 @@ def _twist(name: str, coupling: Coupling, torque: float) -> float:
 
 
 def _needs_static_solve(model: Model) -> bool:
-    """Whether bearings, couplings or loops need a static solve for the equilibrium."""
+    """Whether bearings, couplings, loops or several meshes need a static solve for the equilibrium.
+
+    Between two meshes a shaft bears the torque by which the potential of a mesh changes with the phase.
+    """
     elastic = any(kind.on_bearings for kind in model.plan.shafts.values())
-    return elastic or bool(model.rotors) or len(model.meshes) >= len(model.bodies)
+    return elastic or bool(model.rotors) or len(model.meshes) > 1
 
 
 def _statically_solved(model: Model, q: np.ndarray, speed: float, accelerations: np.ndarray) -> np.ndarray:
@@ -205,24 +198,24 @@ def _secants(model: Model, q: np.ndarray, before) -> dict[str, dict[float, float
     return secants
 
 
-def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray) -> np.ndarray:
+def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray, anchor: str) -> np.ndarray:
     """The coordinates with spins at which the meshes carry forces (n_stage,) [N]; phases follow the spins."""
     for _ in range(ITERATIONS):
         before = q
         deflections = [_deflection(model, mesh, f, before) for mesh, f in zip(model.meshes, forces, strict=True)]
-        q = with_deflections(model, deflections, before)
+        q = with_deflections(model, deflections, before, anchor)
         if np.abs(q - before).max() < CONVERGED:
             return q
     raise RuntimeError(NO_EQUILIBRIUM)
 
 
-def with_deflections(model: Model, deflections, coordinates: np.ndarray) -> np.ndarray:
+def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchor: str) -> np.ndarray:
     """The coordinates with spins at which the meshes have deflections (n_stage,) [m], to first order.
 
-    The driving shaft keeps its spin; in loops the spins are the least-squares solution.
+    The shaft named anchor keeps its spin; in loops the spins are the least-squares solution.
     """
     q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
-    spins = [spin for name, spin in model.spins.items() if name != model.gearbox.driving.name]
+    spins = [spin for name, spin in model.spins.items() if name != anchor]
     reference = np.array([mesh.reference_deflection for mesh in model.meshes])
     q[spins] += np.linalg.lstsq(rows[:, spins], deflections - reference - rows @ q)[0]
     for name, rotor in model.rotors.items():

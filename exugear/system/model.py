@@ -4,40 +4,27 @@ from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
-from math import cos, pi, sin, sqrt
+from math import pi, sqrt
 from typing import Annotated, Any
 
 import exudyn as exu
 import numpy as np
 import scipy
 
-from exugear.elements.exudyn_objects import kind_of, node_of, quiet
-from exugear.elements.gear_contact import add_contact, state_of
-from exugear.elements.native.native import call_path
-from exugear.elements.shaft_bodies import add_body, add_drive_and_load, add_rotor
-from exugear.gearbox.bearing import radial_part
+from exugear.elements.exudyn_objects import quiet
+from exugear.elements.gear_contact import state_of
+from exugear.gearbox.bearing_stiffness import radial_part
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.shaft import NO_DISPLACEMENT
+from exugear.gearbox.mesh_damping import mean_stiffness
 from exugear.gearbox.stage import Stage
-from exugear.kernels.contact_kernels import SPIN, kernel_of
-from exugear.kernels.contact_records import contact_state, is_spatial, rotational_frame
-from exugear.kernels.friction_kernels import rubbing_contact_of
 from exugear.kernels.recorder import Recorder
-from exugear.kernels.reference_configuration import (
-    phase_of,
-    reference_state,
-    rotational_row,
-    spatial_frame,
-    spatial_row,
-)
 from exugear.mesh_force.force import MeshForce
+from exugear.operation.train_motion import force_per_torque
 from exugear.plan.built_plan import BuiltPlan
-from exugear.plan.coordinates import Coordinates, pose
+from exugear.plan.coordinates import Coordinates
 from exugear.plan.integrator_and_step import Rule
-from exugear.plan.plan import Plan
-from exugear.plan.plan import plan as plan_of
 from fem.support.arguments import checked
-from fem.support.validation import require, require_kind
+from fem.support.validation import require_kind
 
 #: Share of a mode's strain energy in the meshes above which the step must resolve the mode.
 STRAIN_SHARE = 0.02
@@ -55,10 +42,12 @@ class Mesh:
     reference_deflection       in the reference configuration, by static displacement of the shafts [m]
     opening                    of either flank in the reference configuration [m]
     phase                      in the reference configuration
-    mobility                   acceleration along the line of action per mesh force, the drive fixed [1/kg]
+    mobility                   acceleration along the line of action per mesh force [1/kg]; a shaft with imposed speed
+                               does not yield
     acceleration_by_bearings   (12,) acceleration along the line of action per displacement of pinion and wheel [1/s^2];
                                0 for a shaft with nonlinear bearings
-    force_per_load             mesh force that balances a load of 1 N m, the bearings not yet displaced [1/m]
+    force_per_torque           (n_shaft,) mesh force that balances a torque about z on each shaft, the bearings not yet
+                               displaced [1/m]
     """
 
     stage: Stage
@@ -72,7 +61,7 @@ class Mesh:
     phase: float
     mobility: float = 0.0
     acceleration_by_bearings: np.ndarray = field(default_factory=lambda: np.zeros(12))
-    force_per_load: float = 0.0
+    force_per_torque: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 @checked
@@ -82,6 +71,7 @@ class Model:
 
     bodies, spins   of each shaft: object number, index of its spin among the system's coordinates
     rotors          of each shaft with a coupling: index of the spin of the rotor behind it
+    end_markers     of each shaft: marker on the spin that drive or load acts on, of the rotor if there is a coupling
     drive, load     object number of the constraint that imposes the speed, number of the load torque
     """
 
@@ -93,8 +83,17 @@ class Model:
     spins: Mapping[str, int]
     rotors: Mapping[str, int]
     meshes: tuple[Mesh, ...]
+    end_markers: Mapping[str, int]
     drive: int
     load: int
+
+    @property
+    def speed_ratios(self) -> np.ndarray:
+        """(n_coordinates,) speed of each coordinate over that of the driving shaft; 0 for all but the spins."""
+        ratios = np.zeros(self.mbs.systemData.ODE2Size())
+        for name, ratio in self.gearbox.ratios.items():
+            ratios[[self.spins[name], end_coordinate(self, name)]] = ratio
+        return ratios
 
     @property
     def mesh_cycles(self) -> np.ndarray:
@@ -106,54 +105,25 @@ class Model:
         return f"Model of {self.gearbox!r}\n{self.plan}"
 
 
-@checked
-def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
-    """Assemble the Exudyn system of a gearbox: bodies on their bearings, gear contacts, drive and load.
+def end_coordinate(model: Model, name: str) -> int:
+    """Index of the spin that drive or load of a shaft acts on: that of its rotor if it has a coupling."""
+    return model.rotors.get(name, model.spins[name])
 
-    plan   by default `exugear.plan(gearbox)`; a changed plan such as `exugear.plan(gearbox).with_joints()` builds an
-           unreduced model. The plan of a built model counts as its `Plan`
 
-    Returns a `Model`. Its system `model.mbs` is open to further items of your own; call `model.mbs.Assemble()` after
-    adding them. `print(model.plan)` shows which coordinates the shafts have and why, which integrator and step a run
-    takes, what it costs, and how Exudyn calls the contacts.
+def linearized(model: Model, held: str | None) -> Model:
+    """The model with the rows, frequency bounds and mobilities of its present system, further items included.
 
-    Raises ValueError where gearbox is no `Gearbox`, and for the plan of another gearbox.
+    held   name of the shaft whose speed is imposed, None if all are free
     """
-    scene = _scene(gearbox, plan)
-    container = exu.SystemContainer()
-    mbs = container.AddSystem()
-    ground = mbs.CreateGround()
-    bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene.shafts[shaft.name]) for shaft in gearbox.shafts}
-    meshes = [_mesh(mbs, gearbox, i, scene, bodies) for i in range(len(gearbox.stages))]
-    rotors = {name: add_rotor(mbs, gearbox, body, scene.shafts[name], name) for name, body in bodies.items()}
-    drive, load = add_drive_and_load(mbs, gearbox, bodies, rotors, scene.shafts)
-    with quiet():
-        mbs.Assemble()
-    first = {name: mbs.GetNodeODE2Index(node_of(mbs, body)) for name, body in bodies.items()}
-    spins = {name: index + scene.shafts[name].spin_index for name, index in first.items()}
-    rotor_spins = {name: mbs.GetNodeODE2Index(node_of(mbs, r)) for name, r in rotors.items() if r is not None}
-    rows = tuple(_with_row(mbs, mesh, first, scene) for mesh in meshes)
-    unlinearized = BuiltPlan(scene, omega=0.0, omega_mesh=0.0, contact=call_path())
-    return linearized(Model(gearbox, unlinearized, mbs, container, bodies, spins, rotor_spins, rows, drive, load))
-
-
-def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
-    """The plan by which to build; ValueError for the plan of another gearbox."""
-    scene = plan.scene if isinstance(plan, BuiltPlan) else plan or plan_of(gearbox)
-    names = [shaft.name for shaft in gearbox.shafts]
-    require(list(scene.shafts) == names, f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}")
-    return scene
-
-
-def linearized(model: Model) -> Model:
-    """The model with the rows, frequency bounds and mobilities of its present system, further items included."""
     added = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
     meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(added))) for mesh in model.meshes)
     model = replace(model, meshes=meshes)
     mass, stiffness = matrices_without_meshes(model)
     omega, omega_mesh = _frequency_bounds(model, mass, stiffness)
-    meshes = tuple(_with_mobility(model, mesh, mass, stiffness) for mesh in meshes)
-    return replace(model, plan=replace(model.plan, omega=omega, omega_mesh=omega_mesh), meshes=meshes)
+    meshes = tuple(_with_mobility(model, mesh, mass, stiffness, held) for mesh in meshes)
+    resonances = _mesh_resonances(model, mass, stiffness)
+    plan = replace(model.plan, omega=omega, omega_mesh=omega_mesh, mesh_resonances=resonances)
+    return replace(model, plan=plan, meshes=meshes)
 
 
 @contextmanager
@@ -176,46 +146,6 @@ def lag_corrected(model: Model, rule: Rule):
             state.lag, state.pinion_lag, state.wheel_lag = 0.0, np.zeros(6), np.zeros(6)
 
 
-def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> Mesh:
-    """Add the contact of a stage; `_with_row` sets the row once the coordinates are numbered."""
-    stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
-    items = [bodies[stage.fast.name], bodies[stage.slow.name]]
-    kinds = tuple(kind_of(mbs, item) for item in items)
-    displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
-    frame = _frame(gearbox, number, spatial=displaced or set(kinds) != {SPIN})
-    friction = [stage.friction.table(stage.pair)] if stage.friction else []
-    kernel = (rubbing_contact_of if friction else kernel_of)(kinds, displaced)
-    records = law.table, frame, contact_state(), *friction
-    contact = add_contact(mbs, gearbox.labels[number], items, kernel, records, recorder)
-    reference = reference_state(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
-    return Mesh(stage, law, contact, recorder, frame, np.zeros(0), *reference)
-
-
-def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
-    """Contact frame of a stage; spatial: whether its bodies move in the plane or in space, or are displaced."""
-    stage, phase = gearbox.stages[number], gearbox.phases[number]
-    direction = gearbox.directions[stage.fast.name]
-    if not spatial:
-        return rotational_frame(stage.pair, phase, direction)
-    axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
-    poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
-    nominal = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0}
-    return spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
-
-
-def _with_row(mbs, mesh: Mesh, first: Mapping[str, int], scene: Plan) -> Mesh:
-    """The mesh with its row over the coordinates of the system; first: index of each shaft's first coordinate."""
-    row, entries = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
-    if is_spatial(mesh.frame):
-        entries[:] = spatial_row(mesh.frame).reshape(2, 6)
-    else:
-        entries[:, 5] = rotational_row(mesh.frame)
-    for shaft, entry in zip((mesh.stage.fast, mesh.stage.slow), entries, strict=True):
-        components = scene.shafts[shaft.name].components
-        row[first[shaft.name] : first[shaft.name] + len(components)] = entry[components]
-    return replace(mesh, row=row)
-
-
 def matrices_without_meshes(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Mass and stiffness matrix of the built system without the meshes."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
@@ -233,31 +163,55 @@ def matrices_without_meshes(model: Model) -> tuple[np.ndarray, np.ndarray]:
     return np.array(mass), np.array(stiffness)
 
 
-def _with_mobility(model: Model, mesh: Mesh, mass: np.ndarray, stiffness: np.ndarray) -> Mesh:
+def _with_mobility(model: Model, mesh: Mesh, mass: np.ndarray, stiffness: np.ndarray, held: str | None) -> Mesh:
     """The mesh with the accelerations of its bodies along the line of action, by the mesh force and by bearings."""
-    accelerations = _acceleration_by_force(model, mesh, mass)
+    accelerations = _acceleration_by_force(model, mesh, mass, held)
     mobility = float(mesh.row @ accelerations)
-    static_forces = np.array(model.gearbox.static_forces(1.0))
-    forces_on_bodies = static_forces @ np.array([each.row for each in model.meshes])
-    by_bearings, force_per_load = np.zeros((2, 6)), float(static_forces[model.meshes.index(mesh)])
+    static_forces = force_per_torque(model.gearbox, held)
+    forces_on_bodies = static_forces.T @ np.array([each.row for each in model.meshes])
+    by_bearings, per_torque = np.zeros((2, 6)), static_forces[model.meshes.index(mesh)]
     for by_displacement, shaft in zip(by_bearings, (mesh.stage.fast, mesh.stage.slow), strict=True):
         if all(bearing.linear for bearing in shaft.bearings.values()):
             components = model.plan.shafts[shaft.name].components[:-1]
             displacements = slice(model.spins[shaft.name] - len(components), model.spins[shaft.name])
             by_displacement[components] = (stiffness @ accelerations)[displacements]
-            force_per_load -= float(accelerations[displacements] @ forces_on_bodies[displacements]) / mobility
-    mesh = replace(mesh, mobility=mobility, force_per_load=force_per_load)
+            per_torque = per_torque - forces_on_bodies[:, displacements] @ accelerations[displacements] / mobility
+    mesh = replace(mesh, mobility=mobility, force_per_torque=per_torque)
     return replace(mesh, acceleration_by_bearings=by_bearings.ravel())
 
 
-def _acceleration_by_force(model: Model, mesh: Mesh, mass: np.ndarray) -> np.ndarray:
-    """(n_coordinates,) accelerations by a unit mesh force [1/kg, 1/(kg m)], the drive fixed."""
-    driving = model.gearbox.driving.name
-    constrained = np.append(held_by_joints(model), model.rotors.get(driving, model.spins[driving]))
-    free = np.setdiff1d(np.arange(len(mass)), constrained)
+def _acceleration_by_force(model: Model, mesh: Mesh, mass: np.ndarray, held: str | None) -> np.ndarray:
+    """(n_coordinates,) accelerations by a unit mesh force [1/kg, 1/(kg m)], the held shaft fixed."""
+    free = _free_coordinates(model, held)
     accelerations = np.zeros(len(mass))
     accelerations[free] = np.linalg.solve(mass[np.ix_(free, free)], mesh.row[free])
     return accelerations
+
+
+def _free_coordinates(model: Model, held: str | None) -> np.ndarray:
+    """Indices of the coordinates that neither ideal joints nor an imposed speed constrain."""
+    constrained = held_by_joints(model)
+    if held:
+        constrained = np.append(constrained, end_coordinate(model, held))
+    return np.setdiff1d(np.arange(model.meshes[0].row.size), constrained)
+
+
+def _mesh_resonances(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> dict[str, tuple[float, float]]:
+    """For each stage the frequency [Hz] of the mode that strains its mesh most: driving speed imposed, and free.
+
+    Each mesh has its mean stiffness at the largest torque of its map.
+    """
+    stiffness = stiffness + nonlinear_bearing_stiffness(model)
+    roots = np.sqrt([mean_stiffness(mesh.law, mesh.stage.pair) for mesh in model.meshes])
+    rows = roots[:, None] * np.array([mesh.row for mesh in model.meshes])
+    frequencies = []
+    for held in (model.gearbox.driving.name, None):
+        free = _free_coordinates(model, held)
+        total = stiffness[np.ix_(free, free)] + rows[:, free].T @ rows[:, free]
+        squares, modes = scipy.linalg.eigh((total + total.T) / 2, mass[np.ix_(free, free)])
+        strain_share = (rows[:, free] @ modes) ** 2 / np.maximum(squares, 1.0)
+        frequencies.append(np.sqrt(np.maximum(squares, 0.0))[strain_share.argmax(axis=1)] / (2 * pi))
+    return {label: (float(h), float(f)) for label, h, f in zip(model.gearbox.labels, *frequencies, strict=True)}
 
 
 def _frequency_bounds(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> tuple[float, float]:
@@ -266,7 +220,7 @@ def _frequency_bounds(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> 
     Each mesh and nonlinear bearing has its largest stiffness; the driving shaft is free to turn.
     """
     stiffness = stiffness + nonlinear_bearing_stiffness(model)
-    free = np.setdiff1d(np.arange(len(mass)), held_by_joints(model))
+    free = _free_coordinates(model, None)
     mass, stiffness = mass[np.ix_(free, free)], stiffness[np.ix_(free, free)]
     rows = np.array([np.sqrt(mesh.law.stiffness_max) * mesh.row[free] for mesh in model.meshes])
     stiffness += rows.T @ rows

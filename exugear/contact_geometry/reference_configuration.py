@@ -1,13 +1,33 @@
 """A contact in its reference configuration: frame of bodies in space, deflection, phase and rows."""
 
-from math import acos, cos, floor, sin
+from math import atan2, floor, inf
+from typing import NamedTuple
 
 import numpy as np
 
+from exugear.contact_geometry.contact_records import GEAR, rotational_frame
+from exugear.contact_geometry.relative_position import (
+    deflection_slopes,
+    gradient,
+    height,
+    line_of_centres,
+    pose_of,
+    position_of,
+)
+from exugear.contact_geometry.rotation import by_angles
+from exugear.contact_geometry.vectors import dot
 from exugear.force_table.kernel_records import changed, record_of
-from exugear.kernels.contact_records import GEAR, rotational_frame
-from exugear.kernels.kinematics import AT_REFERENCE, height, line_of_centres, pose_of, position_of, row_of, spin_axis
 from fem.support.numba_cache import kept
+
+#: Displacements of a body in its reference configuration.
+AT_REFERENCE = (0.0,) * 6
+
+
+class DrivingFlank(NamedTuple):
+    """What the relative position needs of a force table, for the driving flank alone."""
+
+    backlash: float = inf
+    back_phase: float = 0.0
 
 
 def spatial_frame(pair, phase: float, direction: int, axial, reference, **values) -> np.record:
@@ -15,29 +35,33 @@ def spatial_frame(pair, phase: float, direction: int, axial, reference, **values
 
     axial       (2,) axial positions of the gears on their bodies [m]
     reference   (2, 6) reference coordinates of the bodies
-    values      further fields of the frame
+    values      further fields of the frame, as of `nominal_line`
     """
     radii = pair.pinion.r_b, pair.wheel.r_b
     pinion, wheel = (
         record_of(GEAR, r_b=r_b, axial=s, reference=x) for r_b, s, x in zip(radii, axial, reference, strict=True)
     )
     frame = changed(rotational_frame(pair, phase, direction), pinion=pinion, wheel=wheel)
-    e_x, e_y, raised = reference_line_and_height(frame, pair.pinion.r_b / cos(pair.alpha_wt))
-    return changed(frame, **{"e_x": e_x, "e_y": e_y, "height": raised} | values)
+    e_x, e_y, raised, wheel_angle = reference_line_and_height(frame)
+    return changed(frame, **{"e_x": e_x, "e_y": e_y, "height": raised, "wheel_angle": wheel_angle} | values)
 
 
 def reference_line(axial, reference) -> np.ndarray:
     """Vector (3,) from the pinion's to the wheel's centre in the reference configuration [m]."""
-    centres = [np.array(x[:3]) + s * np.array(spin_axis(x[3], x[4])) for s, x in zip(axial, reference, strict=True)]
-    return centres[1] - centres[0]
+    axes = [np.array(by_angles((x[3], x[4], 0.0, 0.0)))[:, 2] for x in reference]
+    pinion, wheel = (np.array(x[:3]) + s * z for s, x, z in zip(axial, reference, axes, strict=True))
+    return wheel - pinion
 
 
 @kept
-def reference_line_and_height(frame, r_w):
-    """e_r (2) and `height` [m] at the working pitch radius of the pinion [m]."""
+def reference_line_and_height(frame):
+    """Line of centres (2) on the pinion's body, `height` [m], angle of the line on the wheel's body less that [rad]."""
     pinion, wheel = pose_of(frame.pinion, AT_REFERENCE), pose_of(frame.wheel, AT_REFERENCE)
-    line = line_of_centres(frame, pinion, wheel)
-    return line.e_r[0], line.e_r[1], height(pinion, wheel, line.e_r, r_w)
+    line, distance, shift = line_of_centres(frame, pinion, wheel)
+    x_1, y_1 = dot(line, pinion.x) / distance, dot(line, pinion.y) / distance
+    x_2, y_2 = dot(line, wheel.x) / distance, dot(line, wheel.y) / distance
+    angle = atan2(x_1 * y_2 - y_1 * x_2, x_1 * x_2 + y_1 * y_2)
+    return x_1, y_1, height(frame, pinion, wheel, line, shift), angle
 
 
 @kept
@@ -57,21 +81,14 @@ def offsets_at(table, frame, q_1, q_2):
 
 @kept
 def spatial_rows(frame):
-    """Rows (6), (6) of pinion and wheel for a unit force on the driving flank, in mid-plane."""
-    pinion, wheel = pose_of(frame.pinion, AT_REFERENCE), pose_of(frame.wheel, AT_REFERENCE)
-    line = line_of_centres(frame, pinion, wheel)
-    (x, y), distance = line.e_r, line.distance
-    alpha, d = acos((frame.pinion.r_b + frame.wheel.r_b) / distance), frame.direction
-    c, s, r_w = d * cos(alpha), sin(alpha), frame.pinion.r_b / cos(alpha)
-    n = (-c * y + s * x, c * x + s * y, -d * frame.tan_beta_b)
-    point = (pinion.centre[0] + r_w * x, pinion.centre[1] + r_w * y, pinion.centre[2])
-    return row_of(pinion, point, n), row_of(wheel, point, n)
+    """Rows (6), (6) of pinion and wheel: slopes of the deflection of the driving flank by their coordinates."""
+    position = position_of(DrivingFlank(inf, 0.0), frame, AT_REFERENCE, AT_REFERENCE)
+    return gradient(frame, position, deflection_slopes(frame, position, 1.0, 0.0, (0.0, 0.0, 0.0)))
 
 
 def spatial_row(frame: np.record) -> np.ndarray:
     """Row (12): deflection = row . displacements of pinion and wheel, to first order."""
-    row_1, row_2 = spatial_rows(frame)
-    return np.r_[row_1, -np.array(row_2)]
+    return np.concatenate(spatial_rows(frame))
 
 
 def rotational_row(frame: np.record) -> np.ndarray:

@@ -11,7 +11,7 @@ from spatial_meshes import helical_pair, law_of
 
 import exugear
 import fem
-from exugear.simulation.model import matrices_without_meshes
+from exugear.system.model import matrices_without_meshes
 from fem.units import mm, um
 
 SLOW = {"speed": 0.5, "duration": 1e-3, "load": 150.0, "progress": False}
@@ -97,7 +97,7 @@ def test_helical_forces_reach_the_bearings():
         assert on_shaft == pytest.approx(-expected, rel=2e-3)
     axial = force.sel(direction="z", bearing="fast at 0 mm")
     f_t = 150 / pair.pinion.r
-    assert abs(float(axial)) == pytest.approx(f_t * np.tan(pair.pinion.beta), rel=1e-5)
+    assert abs(float(axial)) == pytest.approx(f_t * np.tan(pair.pinion.beta), rel=2e-4), "the axes tilt by 2e-5"
 
 
 def test_displaced_shaft_has_the_deflection_of_its_map():
@@ -115,7 +115,8 @@ def test_displaced_shaft_has_the_deflection_of_its_map():
     assert float(data["mesh_force"]) == pytest.approx(force, rel=1e-4)
     assert float(data["dte"]) == pytest.approx(law.deflection_at(0.0, force, **offsets), rel=1e-4)
     moment = moment_of(data, (0, 60))
-    assert moment == pytest.approx(force * float(data["centroid"]), rel=1e-3)
+    by_tilt = force * gamma * SPUR.a / 2
+    assert moment == pytest.approx(force * float(data["centroid"]), abs=by_tilt)
 
 
 def test_tilted_shafts_that_only_spin_need_no_map_axes():

@@ -8,7 +8,7 @@ from paper_gears import paper_gear
 from scenes import INERTIA, linear_law, paper_pair, smooth_box, smooth_map
 
 import exugear
-from exugear.simulation.time_functions import Curve, Line
+from exugear.operation.time_functions import Line, curve_through_function
 from fem.units import mm, rpm
 
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-5)
@@ -97,9 +97,11 @@ def test_driving_shaft_has_its_acceleration_from_the_first_step_on():
 
 
 def test_curves_know_their_slope():
-    curve = Curve(lambda t: 3 + 2 * np.sin(5 * t), 1.0)
+    curve = curve_through_function(lambda t: 3 + 2 * np.sin(5 * t), 1.0)
     assert curve.initial_slope == pytest.approx(10, rel=1e-6) and not curve.constant
-    assert Curve(lambda t: 3.0, 1.0).constant and Line(3.0, 0.0).constant and not Line(3.0, 1.0).constant
+    assert (
+        curve_through_function(lambda t: 3.0, 1.0).constant and Line(3.0, 0.0).constant and not Line(3.0, 1.0).constant
+    )
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ from math import hypot, pi
 
 import numpy as np
 
+from exugear.contact_geometry.body_motion import angles_of
+from exugear.contact_geometry.reference_configuration import reference_line, spatial_frame
+from exugear.contact_geometry.rotation import EULER, RXYZ, VECTOR, attitude
 from exugear.force_table.kernel_records import changed
-from exugear.kernels.body_motion import angles_of
-from exugear.kernels.reference_configuration import reference_line, spatial_frame
-from exugear.kernels.rotation import EULER, RXYZ, VECTOR, attitude
 from fem.support.validation import require
 from fem.units import mm
 

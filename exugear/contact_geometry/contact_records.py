@@ -18,7 +18,8 @@ GEAR = record_type(
     ("axes", "f8", (3, 3)),
     ("spin_factors", "f8", 2),
 )
-#: Geometry of a contact. Line of centres (e_x, e_y) and height, as `kinematics.height`, in the reference configuration;
+#: Geometry of a contact. In the reference configuration: line of centres (e_x, e_y) on the pinion's body, height as
+#: `relative_position.height`, angle of the line on the wheel's body less that on the pinion's [rad];
 #: base_pitch: 0 where coordinates count the turns of both bodies, else the base pitch [m], up to whole multiples of
 #: which the lead is known; axes: of a rotated frame, 0 where it is the global frame.
 CONTACT_FRAME = record_type(
@@ -30,6 +31,7 @@ CONTACT_FRAME = record_type(
     ("e_x", "f8"),
     ("e_y", "f8"),
     ("height", "f8"),
+    ("wheel_angle", "f8"),
     ("base_pitch", "f8"),
     ("axes", "f8", (3, 3)),
     ("pinion", GEAR),

@@ -8,12 +8,12 @@ import exudyn as exu
 import numpy as np
 import scipy
 
-from exugear.elements.exudyn_objects import quiet
+from exugear.elements.exudyn_objects import quiet, set_state_of_system, state_of_system
 from exugear.elements.gear_contact import state_of
-from exugear.simulation.drive_and_load import OFFSETS, applied, set_drive
-from exugear.simulation.equilibrium import start
-from exugear.simulation.model import Model, linearized
-from exugear.simulation.time_functions import Conditions
+from exugear.operation.conditions import run_up_conditions
+from exugear.system.drive_and_load import CONSTRAINT, applied
+from exugear.system.equilibrium import start
+from exugear.system.model import Model, linearized
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -35,7 +35,8 @@ def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
     """
     require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}; build(gearbox)")
     require(isfinite(load) and load != 0, f"load must be finite and not 0, got {load}; without it no teeth are pressed")
-    model, conditions = linearized(model), Conditions(speed=0.0, load=float(load), duration=1.0)
+    model = linearized(model, model.gearbox.driving.name)
+    conditions = run_up_conditions(model.gearbox, 0.0, float(load), 1.0)
     with quiet(), _restored(model), applied(model, conditions):
         start(model, conditions)
         mass, stiffness, *_ = model.mbs.ComputeLinearizedSystem(projectIntoConstraintNullspace=True)
@@ -49,15 +50,16 @@ def _restored(model: Model) -> Iterator[None]:
     mbs, initial = model.mbs, exu.ConfigurationType.Initial
     contacts, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
     holding_forces = [float(contact.holding_force) for contact in contacts]
-    functions = [mbs.GetObjectParameter(model.drive, name) for name in OFFSETS]
-    coordinates = mbs.systemData.GetSystemState(initial)
+    constraint = {name: mbs.GetObjectParameter(model.drive, name) for name in CONSTRAINT}
+    coordinates = state_of_system(mbs, initial)
     try:
         yield
     finally:
-        set_drive(mbs, model.drive, functions)
+        for name, value in constraint.items():
+            mbs.SetObjectParameter(model.drive, name, value)
         for name in ("load", "loadUserFunction"):
             mbs.SetLoadParameter(model.load, name, load[name])
         for contact, force in zip(contacts, holding_forces, strict=True):
             contact.holding_force = force
         mbs.Assemble()
-        mbs.systemData.SetSystemState(coordinates, initial)
+        set_state_of_system(mbs, coordinates, initial)

@@ -8,8 +8,8 @@ Forces on the coordinates follow by virtual work; `exugear.kernels.kinematics` c
 from math import atan2, cos, floor, hypot, pi, sin
 from typing import NamedTuple
 
-from exugear.kernels.kinematics import Row, Vector
-from exugear.kernels.rotation import (
+from exugear.contact_geometry.relative_position import Row, Vector
+from exugear.contact_geometry.rotation import (
     EULER,
     IN_PLANE,
     RXYZ,

@@ -1,0 +1,69 @@
+"""A mesh force at fixed values of offsets, sampled over phase and deflection."""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from exugear.force_table.force_kernels import blended, centroid_of, contact_at
+from exugear.force_table.layout import OFFSETS, U
+from fem.support.numba_cache import kept
+
+#: Steps of Newton's iteration for the deflection at the largest force.
+ITERATIONS = 20
+
+
+def at_fixed_offsets(force, fixed: Mapping[str, float]) -> dict[str, Any]:
+    """Phase, deflection, force_table and centroid of a `MeshForce` at fixed values of offsets, by name.
+
+    Raises the kernels' ValueError(x, low, high, number of the axis) beyond an axis.
+    """
+    axes = {name: values for name, values in force.offsets.items() if name not in fixed}
+    grid = np.meshgrid(*axes.values(), indexing="ij")
+    values = {**dict(zip(axes, (x.ravel() for x in grid), strict=True)), **fixed}
+    number = grid[0].size if grid else 1
+    offsets = np.array([np.broadcast_to(values.get(name, 0.0), number) for name in OFFSETS]).T.copy()
+    phase = np.arange(force.table.edges.shape[-1]) / force.table.edges.shape[-1]
+    deflection, forces, centroid = _sampled()(force.table.head, phase, offsets, U**4)
+    shape = (*(axis.size for axis in axes.values()), phase.size, U.size)
+    deflection, forces, centroid = (x.reshape(shape) for x in (deflection, forces, centroid))
+    return {"phase": phase, "deflection": deflection, "force_table": _rising(forces), "centroid": centroid}
+
+
+def _rising(forces: np.ndarray) -> np.ndarray:
+    """Forces that rise from contact on: 0 up to the last deflection at which they do not.
+
+    Polynomials over centre distance and axial offset undershoot beside the loss of contact.
+    """
+    falling = np.concatenate([forces[..., :1] <= 0, np.diff(forces) <= 0], axis=-1)
+    return np.where(np.flip(np.maximum.accumulate(np.flip(falling, -1), axis=-1), -1), 0.0, forces)
+
+
+@cache
+def _sampled():
+    """The compiled function (table, phases, offsets (n, 3), shares) -> deflection, force, centroid.
+
+    These are arrays (n, n_phase, n_share); the shares are those of the deflection from contact to the largest force.
+    """
+
+    @kept
+    def sampled(table, phase, offsets, share):
+        shape = (offsets.shape[0], phase.size, share.size)
+        deflection, force, centroid = np.empty(shape), np.empty(shape), np.empty(shape)
+        for i in range(offsets.shape[0]):
+            a, misalignment, axial = offsets[i]
+            for j in range(phase.size):
+                contact, end = contact_at(table, phase[j], a, misalignment, axial)
+                for _ in range(ITERATIONS):
+                    static, limit = blended(table, phase[j], end, a, misalignment, axial)
+                    end -= (static.force - limit) / static.stiffness
+                for k in range(share.size):
+                    y = contact + share[k] * (end - contact)
+                    static, limit = blended(table, phase[j], y, a, misalignment, axial)
+                    deflection[i, j, k], force[i, j, k], centroid[i, j, k] = y, static.force, centroid_of(static)
+                force[i, j, 0] = 0.0
+                centroid[i, j, 0] = centroid[i, j, 1]
+        return deflection, force, centroid
+
+    return sampled

@@ -1,0 +1,278 @@
+"""Operating conditions of a run: what acts on each shaft, resolved for a gearbox, and the speeds to expect."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import isfinite, pi
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from exugear.gearbox.gearbox import Gearbox
+from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
+from exugear.operation.stop_conditions import SpeedReached, StopCondition, check_stop
+from exugear.operation.time_functions import TimeFunction, line, speed_function
+from exugear.operation.torque_tables import ANGLE, TorqueTable, torque_of_speed, torque_table
+from exugear.operation.train_motion import HIGHEST_SPEED, expected_speeds, reduced_inertia
+from fem.support.validation import number, require, require_within, text_of
+from fem.units import rpm
+
+#: Number of instants at which the speed of a run is evaluated for its range.
+INSTANTS = 1001
+#: Range of speeds over the expected one for which a torque over the speed is tabulated, and the least range [rad/s].
+SPEED_MARGIN, LEAST_RANGE = 2.0, 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class ShaftEnd:
+    """A torque on the end of a shaft.
+
+    shaft     its name
+    sense     +1: acts with the motion at positive speed (drive), -1: against it (load)
+    torque    what the user gave, for messages and attributes
+    of_time   a function of time that is called in each step and not tabulated, or None
+    """
+
+    shaft: str
+    sense: int
+    torque: Torque
+    of_time: Callable[[float], float] | None = None
+
+    @property
+    def role(self) -> str:
+        """Name of the argument of `exugear.run` that holds the end."""
+        return f"{'drives' if self.sense > 0 else 'loads'}[{self.shaft!r}]"
+
+
+@dataclass(frozen=True, eq=False)
+class Conditions:
+    """Operating conditions of a run.
+
+    gearbox       whose shafts turn
+    duration      [s]
+    held          name of the shaft whose speed is imposed, None where all shafts are free
+    speed         imposed on it, in its sense of motion; None without
+    held_sense    +1 where the imposed speed is that of a drive, -1 where it is that of a load
+    ends          torques on the ends of shafts
+    start_speed   of the driving shaft where all shafts are free [rad/s]
+    start_angle   of the held shaft, in its sense of motion [rad]
+    stop          conditions that end the run
+    run_up        speed and load as given to `exugear.run_up`, for the attributes of the run
+
+    Raises ValueError for a duration out of range, and for speeds and torques that are not finite.
+    """
+
+    gearbox: Gearbox
+    duration: float
+    held: str | None
+    speed: Any
+    ends: tuple[ShaftEnd, ...]
+    start_speed: float = 0.0
+    start_angle: float = 0.0
+    stop: tuple[StopCondition, ...] = ()
+    held_sense: int = 1
+    run_up: tuple[TimeFunction, TimeFunction] | None = None
+
+    def __post_init__(self):
+        require_within("duration", self.duration, 0, HIGHEST_SPEED, remedy="s")
+        top = self.highest_speed
+        require(top < HIGHEST_SPEED, f"speed must stay below 1e5 rad/s, got {top:g}; pass 3500*rpm")
+        require(bool(np.isfinite(self.initial_torques).all()), "drives and loads must be finite at the start")
+
+    @property
+    def anchor(self) -> str:
+        """Name of the shaft whose angle is 0 in the equilibrium at the start: the held one, else the driving one."""
+        return self.held or self.gearbox.driving.name
+
+    @cached_property
+    def speed_of(self) -> Any:
+        """Imposed speed of the held shaft in its sense of motion, as a `Line` or `Curve`; None without."""
+        return None if self.held is None else speed_function(self.speed, self.duration)
+
+    def driving_speed(self, t):
+        """Imposed speed of the driving shaft [rad/s] at times [s]."""
+        return self.speed_of(t) / self._ratio(self.held)
+
+    def driving_acceleration(self, t):
+        """Imposed acceleration of the driving shaft [rad/s^2] at times [s]."""
+        return self.speed_of.slope(t) / self._ratio(self.held)
+
+    @cached_property
+    def tables(self) -> dict[str, TorqueTable]:
+        """Table of the torque on each shaft that has a tabulated one."""
+        top = SPEED_MARGIN * self.highest_speed
+        of_speed = [end for end in self.ends if end.torque.of_speed is not None]
+        ranges = {end: top * self._ratio(end.shaft) + LEAST_RANGE for end in of_speed}
+        return self._tables_without_speed | {
+            end.shaft: torque_table(end.torque, end.role, self.duration, highest) for end, highest in ranges.items()
+        }
+
+    @cached_property
+    def _tables_without_speed(self) -> dict[str, TorqueTable]:
+        """Tables of the torques over time and angle, which do not need to know the range of speeds."""
+        ends = [end for end in self.ends if end.of_time is None and end.torque.of_speed is None]
+        return {end.shaft: torque_table(end.torque, end.role, self.duration, 0.0) for end in ends}
+
+    @property
+    def initial_speed(self) -> float:
+        """Speed of the driving shaft at the start [rad/s]."""
+        return float(self.driving_speed(0.0)) if self.held else self.start_speed
+
+    @property
+    def initial_acceleration(self) -> float:
+        """Acceleration of the driving shaft at the start [rad/s^2]: the imposed one, or that of the free train."""
+        if self.held:
+            return self.speed_of.initial_slope / self._ratio(self.held)
+        ratios = [self.gearbox.ratios[shaft.name] for shaft in self.gearbox.shafts]
+        return float(self.initial_torques @ ratios) / reduced_inertia(self.gearbox)
+
+    @cached_property
+    def initial_torques(self) -> np.ndarray:
+        """(n_shaft,) torque about z on each shaft at the start [N m], in the order of `Gearbox.shafts`."""
+        names = [shaft.name for shaft in self.gearbox.shafts]
+        torques = np.zeros(len(names))
+        for end in self.ends:
+            if end.of_time:
+                value = self.called(end, 0.0)
+            else:
+                value = float(self.tables[end.shaft](0.0, self._ratio(end.shaft) * self.initial_speed, 0.0))
+            torques[names.index(end.shaft)] += end.sense * self.gearbox.directions[end.shaft] * value
+        return torques
+
+    @staticmethod
+    def called(end: ShaftEnd, t: float) -> float:
+        """Torque of an end that is a function of time [N m], at a time [s]; ValueError where it is not finite."""
+        load = number("load(t)", end.of_time(t)) if end.of_time else 0.0
+        require(isfinite(load), f"load(t) must be finite, got {load} at t = {t:.6g} s")
+        return load
+
+    def _ratio(self, name: Any) -> float:
+        """Speed of a shaft over that of the driving shaft, both in their senses of motion."""
+        return abs(self.gearbox.ratios[name])
+
+    @cached_property
+    def _speeds(self) -> np.ndarray:
+        """(n,) expected magnitudes of the speed of the driving shaft over the run [rad/s]."""
+        times = np.linspace(0, self.duration, INSTANTS)
+        if self.held:
+            return np.abs(self.driving_speed(times))
+        stops = [stop.speed / self._ratio(stop.shaft) for stop in self.stop if isinstance(stop, SpeedReached)]
+        means, of_speed = self._mean_torques(times), self._torque_of_speed()
+        return np.abs(expected_speeds(self.gearbox, means, of_speed, self.start_speed, times, stops))
+
+    def _mean_torques(self, times: np.ndarray) -> np.ndarray:
+        """(n - 1,) torques over time and angle, reduced to the driving shaft, their means between times (n,)."""
+        total = np.zeros(times.size - 1)
+        for end in self.ends:
+            table = self._tables_without_speed.get(end.shaft)
+            if table:
+                x = np.array([0.0, 2 * pi]) if table.variable == ANGLE else times
+                mean = np.diff(table.cubic.integral(x)) / np.diff(x)
+                total += end.sense * self._ratio(end.shaft) * mean
+        return total
+
+    def _torque_of_speed(self) -> Callable[[float], float]:
+        """Torques over the speed, reduced to the driving shaft, as a function of its speed."""
+        ends = [
+            (end.sense * self._ratio(end.shaft), self._ratio(end.shaft), torque_of_speed(end.torque, end.role))
+            for end in self.ends
+            if end.torque.of_speed is not None
+        ]
+        return lambda speed: sum(factor * torque(ratio * speed) for factor, ratio, torque in ends)
+
+    @property
+    def highest_speed(self) -> float:
+        """Largest magnitude of the expected speed of the driving shaft [rad/s]."""
+        return float(self._speeds.max())
+
+    @property
+    def constant_speed(self) -> bool:
+        """Whether the magnitude of an imposed speed does not change, but for rounding."""
+        return self.held is not None and bool(np.ptp(self._speeds) <= 1e-9 * self._speeds.max())
+
+    def as_text(self) -> Mapping[str, str | float]:
+        """Title, drives and loads for the attributes of a run: numbers, or the names of functions."""
+        if self.run_up:
+            given = zip(("speed", "load"), self.run_up, strict=True)
+            return {"title": "run-up"} | {name: getattr(x, "__name__", str(x)) for name, x in given}
+        drives = {end.shaft: repr(end.torque) for end in self.ends if end.sense > 0}
+        loads = {end.shaft: repr(end.torque) for end in self.ends if end.sense < 0}
+        imposed = {self.held: repr(self.speed)} if self.held else {}
+        drives, loads = (drives | imposed, loads) if self.held_sense > 0 else (drives, loads | imposed)
+        return {"title": "run", "drives": str(drives), "loads": str(loads)} | (
+            {} if self.held else {"start_speed": self.start_speed}
+        )
+
+
+def run_up_conditions(gearbox: Gearbox, speed: TimeFunction, load: TimeFunction, duration: float) -> Conditions:
+    """Imposed speed of the driving shaft and load on the driven one; a function of time for the load is called."""
+    driven = gearbox.driven.name
+    if callable(load):
+        end = ShaftEnd(driven, -1, Torque(load), of_time=load)
+    else:
+        require_within("duration", duration, 0, HIGHEST_SPEED, remedy="s")
+        line("load", load, duration)
+        end = ShaftEnd(driven, -1, Torque(np.ravel(load)[0] if np.size(load) == 1 else tuple(np.ravel(load))))
+    return Conditions(gearbox, duration, gearbox.driving.name, speed, (end,), run_up=(speed, load))
+
+
+def conditions_of(
+    gearbox: Gearbox,
+    drives: Mapping[str, Any],
+    loads: Mapping[str, Any],
+    *,
+    duration: float,
+    start_speed: float | None,
+    stop: Sequence[StopCondition],
+    initial: xr.Dataset | None,
+) -> Conditions:
+    """The conditions of `exugear.run`; ValueError for shafts that do not exist, and for ends that contradict.
+
+    initial   data of the run that goes on, which give the speed at the start
+    """
+    names = [shaft.name for shaft in gearbox.shafts]
+    for argument, given in {"drives": drives, "loads": loads}.items():
+        unknown = [name for name in given if name not in names]
+        require(not unknown, f"{argument}: no shafts {unknown}; the shafts are {names}")
+    check_stop(stop, names, gearbox.labels)
+    twice = sorted(drives.keys() & loads.keys())
+    require(not twice, f"drives and loads: shafts {twice} stand in both; keep each in one of them")
+    ends = [(name, 1, _end(f"drives[{name!r}]", value, Speed)) for name, value in drives.items()]
+    ends += [(name, -1, _end(f"loads[{name!r}]", value, Torque)) for name, value in loads.items()]
+    speeds = {name: end for name, _, end in ends if isinstance(end, Speed)}
+    _check_speeds(gearbox, speeds, start_speed)
+    torques = tuple(ShaftEnd(name, sense, end) for name, sense, end in ends if isinstance(end, Torque))
+    held, speed = next(((name, end.value) for name, end in speeds.items()), (None, None))
+    sense = 1 if held in drives else -1
+    require(initial is None or start_speed is None, f"start_speed {start_speed} stands beside initial; leave one out")
+    if initial is not None:
+        start_speed = float(initial["speed"][-1])
+    return Conditions(gearbox, duration, held, speed, torques, start_speed or 0.0, stop=tuple(stop), held_sense=sense)
+
+
+def _end(where: str, value, shorthand: type) -> Speed | Torque:
+    """What acts on an end; numbers, ramps, functions of time and arrays become the shorthand of the argument."""
+    if isinstance(value, MotorCurve):
+        return value.as_torque
+    if isinstance(value, Speed | Torque):
+        return value
+    try:
+        return shorthand(value)
+    except ValueError as error:
+        kinds = "a Speed, a Torque, a MotorCurve, a number, (from, to), a function of time or arrays"
+        raise ValueError(f"{where} must be {kinds}, got {text_of(value)}: {error}") from None
+
+
+def _check_speeds(gearbox: Gearbox, speeds: Mapping[str, Speed], start_speed: float | None) -> None:
+    """ValueError for more than one imposed speed, and for a start speed beside an imposed one."""
+    if len(speeds) > 1:
+        ratios = ", ".join(f"{name!r} {abs(gearbox.ratios[name]):.6g}" for name in speeds)
+        imposed = f"speeds are imposed on {list(speeds)}, whose ratios to the driving shaft are {ratios}"
+        remedy = "the torque between them is then unknown: impose one, give the others a Torque"
+        raise ValueError(f"drives and loads: {imposed}; {remedy}")
+    if speeds:
+        beside = f"start_speed {start_speed} stands beside the imposed speed of {next(iter(speeds))!r}; leave it out"
+        require(start_speed is None, beside)
+    elif start_speed is not None:
+        require_within("start_speed", start_speed, -HIGHEST_SPEED, HIGHEST_SPEED, unit=rpm, remedy="rpm (pass rad/s)")

@@ -1,0 +1,120 @@
+"""The kernel of a torque on a shaft: it evaluates the table, tells the meshes, and records torque and motion."""
+
+from functools import cache
+from math import floor, pi
+
+import numpy as np
+from numba import carray, types
+
+from exugear.contact_geometry.contact_records import state_at
+from exugear.force_table.kernel_records import address_of, doubles_at, pointer_to, reader, record_type
+from exugear.kernels.recorder import header_at, sample_of
+from exugear.operation.shaft_recorder import SHAFT_SAMPLE
+from exugear.operation.torque_tables import ANGLE, SPEED, TorqueTable
+from fem.support.numba_cache import compiled, kept
+
+#: A torque about z. direction: of the shaft at positive speed; sense: +1 with the motion (drive), -1 against it (load);
+#: held: 1 keeps the torque constant, for static solves. Number of pieces, addresses of knots and coefficients. Number
+#: of meshes, addresses of the addresses of their states and of their mesh forces per torque [1/m]. torque: about z, as
+#: evaluated last [N m].
+SHAFT_TORQUE = record_type(
+    *((name, "i8") for name in ("variable", "held", "pieces", "knots", "coefficients", "meshes", "states", "factors")),
+    *((name, "f8") for name in ("direction", "sense", "torque")),
+)
+SHAFT_SAMPLE_SIZE = SHAFT_SAMPLE.itemsize
+#: Differences of the angle [rad] and of the speed [rad/s] for the slopes of a torque.
+ANGLE_STEP, SPEED_STEP = 1e-6, 1e-3
+#: Size of the coefficients of a piece [bytes].
+PIECE_SIZE = 32
+torque_at, shaft_sample_at = reader(SHAFT_TORQUE), reader(SHAFT_SAMPLE)
+addresses_at = pointer_to(types.int64)
+
+
+def torque_record(table: TorqueTable, direction: int, sense: int, states, factors) -> tuple[np.record, tuple]:
+    """A `SHAFT_TORQUE`, and the arrays to which it points: they must live as long as the record.
+
+    states    of the contacts whose holding force depends on the torque
+    factors   mesh force per torque about z, of each contact [1/m]
+    """
+    addresses = np.array([address_of(state) for state in states], np.int64)
+    arrays = table.cubic.knots, table.cubic.coefficients, addresses, np.array(factors, float)
+    names = "knots", "coefficients", "states", "factors"
+    record = np.zeros(1, SHAFT_TORQUE)[0]
+    for name, array in zip(names, arrays, strict=True):
+        record[name] = array.ctypes.data
+    record.variable, record.direction, record.sense = table.variable, direction, sense
+    record.pieces, record.meshes = len(table.cubic.coefficients), len(addresses)
+    return record, arrays
+
+
+@compiled
+def table_value(shaft, x):
+    """Value of the table of a torque at x."""
+    n = shaft.pieces
+    knots = carray(doubles_at(shaft.knots), n + 1)
+    low, high = 0, n
+    while high - low > 1:
+        middle = (low + high) // 2
+        if knots[middle] <= x:
+            low = middle
+        else:
+            high = middle
+    c, s = carray(doubles_at(shaft.coefficients + PIECE_SIZE * low), 4), x - knots[low]
+    return c[0] + s * (c[1] + s * (c[2] + s * c[3]))
+
+
+@compiled
+def torque_about_z(shaft, t, angle, speed):
+    """Torque about z [N m] at a time, an angle and a speed about z."""
+    if shaft.held != 0:
+        return shaft.torque
+    x = t
+    if shaft.variable == SPEED:
+        x = shaft.direction * speed
+    elif shaft.variable == ANGLE:
+        turns = shaft.direction * angle / (2.0 * pi)
+        x = 2.0 * pi * (turns - floor(turns))
+    return shaft.direction * shaft.sense * table_value(shaft, x)
+
+
+@compiled
+def apply_torque(record, recorder, t, angle, speed):
+    """The torque about z; adds its change to the forces that the meshes expect to hold, and records the sample."""
+    shaft = torque_at(record)
+    torque = torque_about_z(shaft, t, angle, speed)
+    states, factors = carray(addresses_at(shaft.states), shaft.meshes), carray(doubles_at(shaft.factors), shaft.meshes)
+    for i in range(shaft.meshes):
+        state = state_at(states[i])
+        state.holding_force += factors[i] * (torque - shaft.torque)
+    shaft.torque = torque
+    k = sample_of(recorder, t)
+    if k >= 0:
+        sample = shaft_sample_at(header_at(recorder).samples + SHAFT_SAMPLE_SIZE * k)
+        sample.angle, sample.speed, sample.torque = angle, speed, torque
+    return torque
+
+
+@kept
+def torque_slopes(record, t, angle, speed):
+    """Derivatives of the torque about z by the angle [N m/rad] and by the speed [N m s/rad]."""
+    shaft = torque_at(record)
+    by_angle = torque_about_z(shaft, t, angle + ANGLE_STEP, speed) - torque_about_z(shaft, t, angle - ANGLE_STEP, speed)
+    by_speed = torque_about_z(shaft, t, angle, speed + SPEED_STEP) - torque_about_z(shaft, t, angle, speed - SPEED_STEP)
+    return by_angle / (2.0 * ANGLE_STEP), by_speed / (2.0 * SPEED_STEP)
+
+
+@cache
+def torque_kernel(n: int):
+    """The function (record, recorder, t, *coordinates, *velocities) -> forces of a body with n coordinates.
+
+    The first two are addresses: of a `SHAFT_TORQUE` and of a recorder's header. The last coordinate is the spin.
+    """
+
+    @kept
+    def shaft_torque(record, recorder, t, *x):
+        torque = apply_torque(record, recorder, t, x[n - 1], x[2 * n - 1])
+        if n == 1:
+            return (torque,)
+        return (0.0, 0.0, torque) if n == 3 else (0.0, 0.0, 0.0, 0.0, 0.0, torque)
+
+    return shaft_torque

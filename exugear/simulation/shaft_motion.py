@@ -1,0 +1,144 @@
+"""Speeds of the shafts and torques on their ends, from the samples of meshes and torques."""
+
+from typing import Any
+
+import numpy as np
+
+from exugear.elements.drag_elements import braking_torques
+from exugear.gearbox.shaft import Coupling, Shaft
+from exugear.operation.conditions import Conditions, ShaftEnd
+from exugear.operation.stop_conditions import SpeedReached
+from exugear.system.drive_and_load import ShaftTorques, rotor_name
+from exugear.system.model import Model
+
+
+def needs_speeds(model: Model, conditions: Conditions) -> bool:
+    """Whether the meshes must record spins and speeds of their bodies: for drags, or as no imposed speed gives them."""
+    stops = any(isinstance(stop, SpeedReached) for stop in conditions.stop)
+    braked = any(shaft.drags for shaft in model.gearbox.shafts)
+    return conditions.held is None or conditions.held in model.rotors or stops or braked
+
+
+def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
+    """(n,) spins [rad] or speeds [rad/s] of all shafts in their senses of motion; empty where they are not recorded.
+
+    quantity   "spin" or "speed"
+    """
+    by_shaft: dict[str, np.ndarray] = {}
+    for mesh in model.meshes:
+        if mesh.recorder.header.powers:
+            for number, shaft in enumerate((mesh.stage.fast, mesh.stage.slow), start=1):
+                samples = mesh.recorder.power[f"{quantity}_{number}"]
+                by_shaft[shaft.name] = model.gearbox.directions[shaft.name] * samples
+    return by_shaft
+
+
+def driving_speed(model: Model, conditions: Conditions, time: np.ndarray) -> np.ndarray:
+    """(n,) speed of the driving shaft about z [rad/s], imposed or recorded."""
+    return conditions.driving_speed(time) if conditions.held else recorded(model, "speed")[model.gearbox.driving.name]
+
+
+def speed_variables(model: Model, torques: ShaftTorques, number: int) -> dict[str, Any]:
+    """Recorded speeds of shafts, and of the rotors behind couplings; number: of valid samples."""
+    names = {rotor_name(name): name for name in model.rotors}
+    rotors = {
+        key: model.gearbox.directions[names[key]] * torque.recorder["speed"][:number]
+        for key, torque in torques.items()
+        if key in names
+    }
+    return _speeds("shaft", recorded(model, "speed")) | _speeds("rotor", rotors)
+
+
+def _speeds(kind: str, speeds: dict[str, np.ndarray]) -> dict[str, Any]:
+    """Variables of speeds by name; empty where there are none."""
+    if not speeds:
+        return {}
+    about = {"units": "rad/s", "long_name": f"speed of the {kind} in its sense of motion"}
+    return {f"{kind}_speed": ((kind, "time"), np.array(list(speeds.values())), about), kind: (kind, list(speeds))}
+
+
+def drag_variables(model: Model) -> dict[str, Any]:
+    """Torques of the drags of all shafts and the power that they dissipate; empty where no shaft has a drag."""
+    shafts = model.gearbox.shafts
+    if not any(shaft.drags for shaft in shafts):
+        return {}
+    speeds = recorded(model, "speed")
+    torque = np.array([_drag_torque(model, shaft) for shaft in shafts])
+    loss = torque * np.array([speeds[shaft.name] for shaft in shafts])
+    braking = "torque of the drag of the shaft, against its motion at positive speed"
+    return {
+        "drag_torque": (("shaft", "time"), torque, {"units": "N m", "long_name": braking}),
+        "drag_loss": (("shaft", "time"), loss, {"units": "W", "long_name": "power that drag dissipates"}),
+        "shaft": ("shaft", [shaft.name for shaft in shafts]),
+    }
+
+
+def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
+    """(n,) torque of the drags of a shaft against its sense of motion [N m]."""
+    motions = {
+        body.name: mesh.recorder.motion(side)[0]
+        for mesh in model.meshes
+        for side, body in enumerate((mesh.stage.fast, mesh.stage.slow))
+        if model.plan.shafts[body.name].on_bearings
+    }
+    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motions.get(shaft.name))
+
+
+def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> dict[str, Any]:
+    """Torques of drives, with the motion, and of loads, against it, over the ends of shafts and time."""
+    by_sense: dict[int, dict[str, np.ndarray]] = {1: {}, -1: {}}
+    if conditions.held:
+        by_sense[conditions.held_sense][conditions.held] = imposed_torque(model, conditions, time)
+    for end in conditions.ends:
+        by_sense[end.sense][end.shaft] = _applied_torque(model, conditions, end, torques, time)
+    data: dict[str, Any] = {}
+    for sense, (name, words) in {1: ("drive", "of the drive, with"), -1: ("load", "of the load, against")}.items():
+        if by_sense[sense]:
+            about = {"units": "N m", "long_name": f"torque {words} the motion of the shaft at positive speed"}
+            data[f"{name}_torque"] = (f"{name}_end", "time"), np.array(list(by_sense[sense].values())), about
+            data[f"{name}_end"] = f"{name}_end", list(by_sense[sense])
+    return data
+
+
+def _applied_torque(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques, time) -> np.ndarray:
+    """(n,) torque of an end [N m], > 0 as the user gives it."""
+    if end.of_time:
+        return np.array([conditions.called(end, t) for t in time.tolist()])
+    if conditions.tables[end.shaft].constant:
+        return conditions.tables[end.shaft](time, 0.0 * time, 0.0 * time)
+    samples = torques[rotor_name(end.shaft) if end.shaft in model.rotors else end.shaft].recorder["torque"]
+    return end.sense * model.gearbox.directions[end.shaft] * samples[: time.size]
+
+
+def imposed_torque(model: Model, conditions: Conditions, time: np.ndarray) -> np.ndarray:
+    """(n,) torque [N m] by which a drive imposes its speed, with the motion (against it for a load).
+
+    It accelerates the shaft against the torques of its meshes and its drag, or the rotor against that of the coupling.
+    """
+    shaft = next(shaft for shaft in model.gearbox.shafts if shaft.name == conditions.held)
+    acceleration = conditions.speed_of.slope(time)
+    if shaft.coupling:
+        by_coupling = _coupling_torque(model, conditions, shaft.coupling, time)
+        torque = shaft.coupling.inertia * acceleration + by_coupling
+    else:
+        torque = shaft.inertia * acceleration - _mesh_torque(model, shaft)
+        if shaft.drags:
+            torque = torque + _drag_torque(model, shaft)
+    return conditions.held_sense * torque
+
+
+def _mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
+    """(n,) torque of all meshes on a shaft in its sense of motion [N m]."""
+    sides = [
+        (mesh.recorder.pinion_torque if mesh.stage.fast.name == shaft.name else mesh.recorder.wheel_torque)
+        for mesh in model.meshes
+        if shaft.name in (mesh.stage.fast.name, mesh.stage.slow.name)
+    ]
+    return model.gearbox.directions[shaft.name] * np.sum(sides, axis=0)
+
+
+def _coupling_torque(model: Model, conditions: Conditions, coupling: Coupling, time: np.ndarray) -> np.ndarray:
+    """(n,) torque of the coupling on the shaft whose rotor is held, in the sense of motion [N m]."""
+    spin, speed = (recorded(model, quantity)[str(conditions.held)] for quantity in ("spin", "speed"))
+    angle = conditions.start_angle + np.array([conditions.speed_of.integral(t) for t in time.tolist()])
+    return coupling.torsion * (angle - spin) + coupling.damping * (conditions.speed_of(time) - speed)

@@ -1,0 +1,130 @@
+"""Tables of torques, the kernel that reads them, speeds over time, and conditions that end a run."""
+
+import numpy as np
+import pytest
+from scenes import smooth_box
+
+import exugear
+from exugear import Apart, MotorCurve, Speed, SpeedReached, Torque
+from exugear.force_table.kernel_records import address_of
+from exugear.operation.piecewise_cubics import tabulated
+from exugear.operation.shaft_recorder import ShaftRecorder
+from exugear.operation.stop_conditions import first_end
+from exugear.operation.time_functions import speed_function
+from exugear.operation.torque_kernels import torque_kernel, torque_record, torque_slopes
+from exugear.operation.torque_tables import torque_table
+from exugear.operation.train_motion import expected_speeds, force_per_torque, reduced_inertia
+
+TURN = np.linspace(0, 2 * np.pi, 721)
+
+
+def table(torque: Torque):
+    return torque_table(torque, "loads", 1.0, 200.0)
+
+
+def test_a_tabulated_function_is_kept_within_a_millionth(monkeypatch):
+    function = lambda x: np.exp(np.sin(9 * x)) + abs(x - 0.3)  # noqa: E731
+    cubic, x = tabulated("f", function, np.linspace(0, 1, 17), 30), np.linspace(0, 1, 10_001)
+    assert np.abs(cubic(x) - function(x)).max() < 2e-6 * np.e
+    jump = tabulated("f", lambda x: float(x > 0.3), np.linspace(0, 1, 17), 30)
+    assert jump(x[x != 0.3]) == pytest.approx((x[x != 0.3] > 0.3).astype(float), abs=1e-9)
+    monkeypatch.setattr("exugear.operation.piecewise_cubics.MOST_PIECES", 2**12)
+    with pytest.raises(ValueError, match="f is too rough"):
+        noise = np.random.default_rng(0)
+        tabulated("f", lambda x: noise.random(), np.linspace(0, 1, 17), 30)
+
+
+@pytest.mark.parametrize(
+    ("torque", "state", "expected"),
+    [
+        (Torque(50.0), (0.5, 0.0, 0.0), 50.0),
+        (Torque((10.0, 30.0)), (0.25, 0.0, 0.0), 15.0),
+        (Torque(([0.0, 0.5, 2.0], [0.0, 5.0, 20.0])), (0.4, 0.0, 0.0), 4.0),
+        (Torque(of_speed=lambda speed: 0.01 * speed * abs(speed)), (0.0, -30.0, 0.0), -9.0),
+        (Torque(of_speed=([0.0, 100.0], [0.0, 50.0])), (0.0, 150.0, 0.0), 50.0),
+        (MotorCurve([0.0, 100.0, 200.0], [60.0, 60.0, 0.0]).as_torque, (0.0, -10.0, 0.0), 60.0),
+        (Torque(of_angle=np.sin), (0.0, 0.0, 20 * np.pi + 0.5), np.sin(0.5)),
+        (Torque(of_angle=(TURN, np.cos(TURN))), (0.0, 0.0, -1.0), np.cos(1)),
+    ],
+)
+@pytest.mark.parametrize("direction", [1, -1])
+@pytest.mark.parametrize("sense", [1, -1])
+def test_the_kernel_gives_the_torque_of_the_table_about_z(torque, state, expected, direction, sense):
+    time, speed, angle = state
+    record, _arrays = torque_record(table(torque), direction, sense, [], [])
+    values = table(torque)(time, speed, angle)
+    about_z = torque_kernel(6)(
+        address_of(record), address_of(ShaftRecorder().header), time, *np.zeros(5), direction * angle, *np.zeros(5),
+        direction * speed,
+    )  # fmt: skip
+    assert values == pytest.approx(expected, abs=1e-4)
+    assert about_z == pytest.approx((0, 0, 0, 0, 0, direction * sense * float(values)))
+
+
+def test_slopes_of_a_torque_over_the_speed():
+    record, _arrays = torque_record(table(Torque(of_speed=lambda speed: 2 + 0.5 * speed)), -1, -1, [], [])
+    assert torque_slopes(address_of(record), 0.0, 0.0, 30.0) == pytest.approx((0.0, -0.5))
+
+
+def test_speeds_from_arrays_have_their_exact_integral():
+    curve = speed_function(([0.0, 1.0, 2.0], [0.0, 10.0, 20.0]), 2.0)
+    assert [curve(t) for t in (0.5, 1.7)] == pytest.approx([5.0, 17.0])
+    assert curve.integral(2.0) == pytest.approx(20.0)
+    assert float(curve.slope(0.3)) == pytest.approx(10.0)
+    with pytest.raises(ValueError, match="t must begin at 0 and reach the duration of 3 s"):
+        speed_function(([0.0, 1.0, 2.0], [0.0, 10.0, 20.0]), 3.0)
+
+
+def test_the_free_train_moves_as_one_inertia():
+    box, times = smooth_box(), np.linspace(0.0, 1.0, 11)
+    inertia = reduced_inertia(box)
+    assert inertia == pytest.approx(2 * box.driving.inertia)
+    speeds = expected_speeds(box, np.zeros(10), lambda speed: -0.02 * speed, 100.0, times)
+    assert speeds == pytest.approx(100.0 * np.exp(-0.02 / inertia * times), rel=1e-6)
+    steep = expected_speeds(box, np.full(10, 5.0), lambda speed: -50.0 * (speed - 80.0), 0.0, times)
+    assert steep[1:] == pytest.approx(80.1)
+    stopped = expected_speeds(box, np.full(10, inertia * 100.0), lambda speed: 0.0, 0.0, times, [35.0])
+    assert stopped == pytest.approx([0.0, 10.0, 20.0, 30.0, 40.0])
+
+
+def test_a_free_train_takes_half_of_the_torque_to_each_of_two_equal_shafts():
+    r_b = smooth_box().stages[0].pair.pinion.r_b
+    assert force_per_torque(smooth_box(), "fast") == pytest.approx(np.array([[0.0, 1 / r_b]]))
+    assert force_per_torque(smooth_box(), None) == pytest.approx(np.array([[0.5 / r_b, 0.5 / r_b]]))
+
+
+def test_the_condition_that_holds_first_ends_the_run():
+    speeds = {"fast": np.array([0.0, 1.0, 2.0, 3.0, 2.0])}
+    forces = {"a-b": np.array([5.0, 0.0, 0.0, 0.0, 5.0])}
+    ends = [
+        (SpeedReached("fast", 2.5), 3), (SpeedReached("fast", 2.0), 2), (SpeedReached("fast", 4.0), None),
+        (Apart(0.2), 3), (Apart(0.1, "a-b"), 2), (Apart(0.3), None),
+    ]  # fmt: skip
+    for condition, sample in ends:
+        end = first_end([condition], speeds, forces, 0.1)
+        assert (end and end.sample) == sample
+    earlier = SpeedReached("fast", 0.5)
+    assert first_end([Apart(0.2), earlier], speeds, forces, 0.1).condition == earlier
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Torque(), "a Torque needs one of value, of_speed, of_angle, got 0"),
+        (lambda: Torque(1.0, of_speed=np.sin), "got 2 of them"),
+        (lambda: Speed((1.0, 2.0, 3.0)), "value must be a number, .from, to., a function of time or arrays"),
+        (lambda: Torque(([0.0, 0.0], [1.0, 2.0])), "the times of value must increase"),
+        (lambda: MotorCurve([0.0, 1.0], [1.0]), "torque must have a value for each speed"),
+        (lambda: table(Torque(of_angle=([0.0, 3.0], [1.0, 1.0]))), "angles must reach from 0 to 2 pi"),
+        (lambda: Apart(0.0), "duration must lie in"),
+    ],
+)
+def test_ends_that_cannot_be_are_refused(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+def test_ends_are_short_in_print():
+    assert repr(Torque(of_speed=np.sin)) == "Torque(of_speed=sin)"
+    assert repr(Speed((0.0, 5.0))) == "Speed((0.0, 5.0))"
+    assert repr(exugear.MotorCurve([0, 100], [5, 0])) == "MotorCurve(2 speeds up to 100 rad/s)"
