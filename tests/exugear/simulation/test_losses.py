@@ -3,8 +3,6 @@
 from itertools import pairwise
 from math import cos, sin
 
-import exudyn as exu
-import exudyn.itemInterface as eii
 import numpy as np
 import pytest
 from friction_cases import MU
@@ -12,8 +10,7 @@ from paper_gears import paper_gear, paper_pair
 from scenes import linear_law, ran, smooth_box, smooth_map
 
 import exugear
-from exugear.simulation.solver_settings import settings_for
-from fem.units import mm, um
+from fem.units import mm, rpm, um
 
 PAIR = paper_pair()
 FRICTION = exugear.MeshFriction.of_pair(PAIR, MU)
@@ -34,16 +31,9 @@ def box(parts=None, friction=FRICTION, *, angle: float = 0.0) -> exugear.Gearbox
 def slow_run(gearbox: exugear.Gearbox, **changes):
     """Data of a run at constant low speed over whole mesh cycles, and the mean torque of the drive [N m]."""
     model = exugear.build(gearbox)
-    force = exu.OutputVariableType.Force
-    sensor = model.mbs.AddSensor(
-        eii.SensorObject(objectNumber=model.drive, outputVariableType=force, storeInternal=True)
-    )
-    model.mbs.Assemble()
     data = ran(model, **{"speed": OMEGA, "load": LOAD, "duration": (1 + PITCHES) * MESH_PERIOD, "checks": 0} | changes)
-    cycles = slice(-int(PITCHES * MESH_PERIOD / data.attrs["sample"]), None)
-    time, torque = model.mbs.GetSensorStoredData(sensor).T
-    data = data.isel(time=cycles)
-    return data, -float(np.interp(data["time"], time, torque).mean())
+    data = data.isel(time=slice(-int(PITCHES * MESH_PERIOD / data.attrs["sample"]), None))
+    return data, float(data["drive_torque"].mean())
 
 
 @pytest.mark.parametrize("bearings", BEARINGS)
@@ -125,37 +115,33 @@ def test_coefficient_follows_load_and_speed_in_a_run(law):
         assert float(data["friction_loss"].mean()) == pytest.approx(expected, rel=0.03)
 
 
-def coast_down(gearbox: exugear.Gearbox, speed: float, duration: float):
-    """Speeds of both shafts (n, 2) after the drive has let go, and the times (n,)."""
-    model = exugear.build(gearbox)
-    mbs = model.mbs
-    mbs.SetObjectParameter(model.drive, "activeConnector", False)
-    kind = {"outputVariableType": exu.OutputVariableType.Coordinates_t, "storeInternal": True}
-    nodes = [mbs.GetObject(body)["nodeNumber"] for body in model.bodies.values()]
-    sensors = [mbs.AddSensor(eii.SensorNode(nodeNumber=node, **kind)) for node in nodes]
-    mbs.Assemble()
-    mbs.systemData.SetODE2Coordinates_t([speed, -speed], exu.ConfigurationType.Initial)
-    settings = settings_for(model.plan.rule(), duration, 1e-3)
-    settings.solution.sensors.writePeriod = duration / 1000
-    mbs.SolveDynamic(settings)
-    time, speeds = mbs.GetSensorStoredData(sensors[0])[:, 0], [mbs.GetSensorStoredData(s)[:, 1] for s in sensors]
-    return time, np.array(speeds).T
-
-
-def test_a_gearbox_with_constant_drag_comes_to_rest_without_chatter():
-    """J omega / M, the drag on the slow shaft alone; then it stays at rest."""
-    drag, speed = 2.0, 60.0
+def test_coast_down_by_drag_comes_to_rest_without_chatter():
+    """From 3500 rpm, J omega / M, the drag on the slow shaft alone; then the shafts stay at rest."""
+    drag, speed = 15.0, 3500 * rpm
     shafts = [
-        exugear.Shaft("fast", {0.0: paper_gear()}),
-        exugear.Shaft("slow", {0.0: [paper_gear(), exugear.Drag(drag)]}),
+        exugear.Shaft(name, {0.0: [paper_gear(), *parts]})
+        for name, parts in (("fast", ()), ("slow", (exugear.Drag(drag),)))
     ]
-    gearbox = exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping=2700.0)])
+    model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping=2700.0)]))
     rest = 2 * shafts[0].inertia * speed / drag
-    time, speeds = coast_down(gearbox, speed, 1.3 * rest)
-    wheel = -speeds[:, 1]
-    assert np.interp(-0.02 * speed, -wheel, time) == pytest.approx(0.98 * rest, rel=0.01)
-    assert abs(wheel[time > 1.15 * rest]).max() < 1e-3 * speed
-    assert abs(speeds[time > 1.15 * rest, 0]).max() < 1e-3 * speed
+    run = exugear.run(model, duration=1.2 * rest, start_speed=speed, progress=False, checks=0)
+    time, slow = run.data["time"].values, run.data["shaft_speed"].sel(shaft="slow").values
+    assert np.interp(-0.01 * speed, -slow, time) == pytest.approx(0.99 * rest, rel=0.01)
+    assert abs(run.data["shaft_speed"].values[:, time > 1.1 * rest]).max() < 1e-3 * speed
+    kinetic = shafts[0].inertia * speed**2
+    assert np.trapezoid(run.data["drag_loss"].sum("shaft"), time) == pytest.approx(kinetic, rel=2e-3)
+
+
+def test_coast_down_by_palmgrens_drag():
+    """J d(omega)/dt = -(a + b omega^(2/3)) integrated by hand, the drag on both shafts."""
+    drag, speed = exugear.BearingDrag(150 * mm, 4.0, 200e-6, 1e-3, load=5000.0), 3500 * rpm
+    shafts = [exugear.Shaft(name, {0.0: [paper_gear(), drag]}) for name in ("fast", "slow")]
+    model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping=2700.0)]))
+    end = exugear.SpeedReached("fast", 0.05 * speed)
+    run = exugear.run(model, duration=5.0, start_speed=speed, stop=[end], progress=False, checks=0)
+    omega = np.linspace(0.05 * speed, speed, 10001)
+    expected = np.trapezoid(shafts[0].inertia / drag.torque(omega), omega)
+    assert float(run.data["time"][-1]) == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.parametrize("bearings", BEARINGS)
