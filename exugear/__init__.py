@@ -5,13 +5,15 @@ import lazy_loader
 from exugear.elements.gear_contact import CreateGearContact
 from exugear.elements.gear_friction import CreateGearFriction
 from exugear.elements.gear_sensor import CreateGearSensor
+from exugear.friction.drag import BearingDrag, Drag
+from exugear.friction.friction_coefficient import NiemannFriction, SchlenkFriction, XuFriction
+from exugear.friction.mesh_friction import MeshFriction
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
-from exugear.mesh_force.friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import Apart, SpeedReached
@@ -33,28 +35,33 @@ __getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs={"post": ["graphic
 __all__ = [
     "Apart",
     "Bearing",
+    "BearingDrag",
     "BuiltPlan",
     "Coupling",
     "CreateGearContact",
     "CreateGearFriction",
     "CreateGearSensor",
     "Disc",
+    "Drag",
     "Gearbox",
     "MeshForce",
     "MeshFriction",
     "Model",
     "MotorCurve",
+    "NiemannFriction",
     "Placement",
     "Plan",
     "Recorder",
     "RingPair",
     "Run",
     "RunStopped",
+    "SchlenkFriction",
     "Shaft",
     "Speed",
     "SpeedReached",
     "Stage",
     "Torque",
+    "XuFriction",
     "__version__",
     "build",
     "draw",

@@ -54,12 +54,15 @@ TAKEN = {
     **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
     **dict.fromkeys(("SpeedReached.shaft", "Apart.stage"), "string"),
     **dict.fromkeys(("save.data", "Run.data", "BuiltPlan.mesh_resonances"), "dataset"),
-    **dict.fromkeys(("Model.bodies", "Model.spins", "Model.rotors", "Model.end_markers"), "dict"),
+    **dict.fromkeys(
+        ("Model.bodies", "Model.spins", "Model.rotors", "Model.end_markers", "MeshForce.fixed_offsets"), "dict"
+    ),
     **dict.fromkeys(("Run.wall_time", "Quantity.value"), "nan"),
     **dict.fromkeys((f"Envelope.{name}" for name in ("place", "low", "high", "rms")), "nan"),
     **dict.fromkeys((f"OrderSpectrum.{name}" for name in ("speed", "order", "amplitude")), "nan"),
     **dict.fromkeys((f"Resonances.{name}" for name in ("place", "height")), "nan"),
-    **dict.fromkeys(("CreateGearContact.pair", "CreateGearFriction.pair", "loss.pair", "table.pair"), "ring"),
+    **dict.fromkeys(("CreateGearContact.pair", "CreateGearFriction.pair"), "ring"),
+    **dict.fromkeys(("loss.pair", "table.pair", "power_law.pair"), "ring"),
 }
 #: Patterns of the names of arguments in messages, if they differ; "a" is also an article.
 CALLED = {"ste": "ste|map", "mesh": "mesh|map", "runs": "runs?", "phase": "phases?", "a": "a must"}

@@ -85,7 +85,10 @@ def test_code_of_the_readme_of_exugear(tmp_path):
     bearings = data["bearing_force"].sel(bearing=["slow at 0 mm", "slow at 60 mm"]).sum("bearing").isel(time=0)
     assert bearings.values == pytest.approx(-pushed, abs=2e-3 * force)
     assert np.isfinite(data["dte"].values).all()
-    assert set(data.data_vars) <= set(re.findall(r"`(\w+)`", text(EXUGEAR)))
+    losses = names["losses"]
+    assert set(data.data_vars) | set(losses.data_vars) <= set(re.findall(r"`(\w+)`", text(EXUGEAR)))
+    assert float(losses["friction_loss"].mean()) == pytest.approx(39, rel=0.1)
+    assert losses["drag_loss"].mean("time").values == pytest.approx([15, 15], rel=0.05)
 
 
 def test_coast_flank_has_the_dte_that_the_readme_states():

@@ -6,12 +6,12 @@ import exudyn.itemInterface as eii
 import numpy as np
 from numba import carray
 
-from exugear.elements.difference_jacobian import jacobian
 from exugear.elements.stop_messages import DIVERGED, FAR
 from exugear.force_table.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_stiffness import linear_part, radial_table
 from exugear.gearbox.shaft import Shaft
+from exugear.kernels.difference_jacobian import jacobian
 from exugear.plan.coordinates import Coordinates
 from fem.support.numba_cache import compiled, kept
 

@@ -15,12 +15,12 @@ from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.contact_geometry.contact_frame import frame_between
 from exugear.contact_geometry.contact_records import contact_state, is_rotated, rotational_frame
-from exugear.elements.difference_jacobian import jacobian
 from exugear.elements.exudyn_objects import gear_body, kind_of, node_of
 from exugear.elements.native.native import direct_or_portable
 from exugear.elements.stop_messages import stop_message
 from exugear.force_table.kernel_records import address_of
 from exugear.kernels.contact_kernels import SPIN, kernel_of
+from exugear.kernels.difference_jacobian import jacobian
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
@@ -78,7 +78,7 @@ def CreateGearContact(
     kinds = kinds_of(mbs, itemNumbers, force)
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
     kernel = kernel_of(kinds, rotated=is_rotated(frame))
-    return add_contact(mbs, name, itemNumbers, kernel, force, frame, recorder or Recorder())
+    return add_contact(mbs, name, itemNumbers, kernel, (force.table, frame, contact_state()), recorder or Recorder())
 
 
 def check_mesh(pair, force, phase: float, direction: int) -> None:
@@ -110,12 +110,14 @@ def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int)
     return frame_between(pair, phase, direction, (pinion, wheel))
 
 
-def add_contact(mbs, name: str, items, kernel, force: MeshForce, frame: np.record, recorder: Recorder) -> int:
-    """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its state (`state_of`)."""
-    records = force.table, frame, contact_state()
+def add_contact(mbs, name: str, items, kernel, records: Sequence[np.record], recorder: Recorder) -> int:
+    """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its state (`state_of`).
+
+    records   arguments of the kernel: table of the mesh force, contact frame, contact state, and friction if it rubs
+    """
     number = add_forces(mbs, name, items, kernel, records, recorder)
     mbs.variables[contact_key(number)] = partial(kernel, *map(address_of, records))
-    mbs.variables[state_key(number)] = records[-1]
+    mbs.variables[state_key(number)] = records[2]
     return number
 
 

@@ -8,9 +8,9 @@ from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.contact_geometry.contact_records import is_rotated
 from exugear.elements.gear_contact import add_forces, check_mesh, frame_of, kinds_of
+from exugear.friction.mesh_friction import MeshFriction
 from exugear.kernels.friction_kernels import friction_of
 from exugear.mesh_force.force import MeshForce
-from exugear.mesh_force.friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
 from fem.support.arguments import REQUIRED, checked

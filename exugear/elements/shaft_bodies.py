@@ -7,7 +7,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 
-from exugear.elements import bearing_elements
+from exugear.elements import bearing_elements, drag_elements
 from exugear.elements.exudyn_objects import node_of
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
@@ -15,7 +15,14 @@ from exugear.plan.coordinates import Coordinates, pose
 
 
 def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
-    """Add a shaft as a body with its bearings or its joint; returns the number of the body."""
+    """Add a shaft as a body with its bearings or its joint, and with its drags; returns the number of the body."""
+    body = _add_supported_body(mbs, ground, gearbox, shaft, coordinates)
+    drag_elements.add_drags(mbs, node_of(mbs, body), shaft, coordinates)
+    return body
+
+
+def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
+    """Add a shaft as a body with its bearings or its joint."""
     x, y, z, a, b, _ = pose(gearbox, shaft)
     if coordinates is Coordinates.SPIN:
         node = mbs.AddNode(eii.Node1D(name=shaft.name, referenceCoordinates=[0.0]))

@@ -6,6 +6,7 @@ from math import inf
 
 import numpy as np
 
+from exugear.friction.drag import BearingDrag, Drag
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.representation import short
 from fem.support.validation import increasing, require
@@ -34,7 +35,9 @@ class Bearing:
     clearance   radial clearance [m], half the diametral one: no radial force up to this radial displacement
     table       radial displacement (n,) [m] from 0 and radial force (n,) [N] from 0, linear in between, the same in all
                 directions; instead of radial and clearance
-    matrix      stiffness (6, 6) over x, y, z and about x, y, z [N/m, N/rad, N, N m/rad]; instead of all but damping
+    matrix      stiffness (6, 6) over x, y, z and about x, y, z [N/m, N/rad, N, N m/rad]; instead of radial, axial,
+                tilt, clearance and table
+    drag        `Drag` or `BearingDrag`: the torque by which it brakes the shaft
 
     Raises ValueError for a stiffness that is negative, so high that a rigid bearing is meant, or so low that another
     unit is meant (0 < k < 1e4 N/m), for tables with falling forces, and for matrices that are not symmetric and
@@ -48,6 +51,7 @@ class Bearing:
     clearance: float = field(default=0.0, kw_only=True)
     table: tuple[Sequence[float], Sequence[float]] | None = field(default=None, kw_only=True)
     matrix: Sequence[Sequence[float]] | None = field(default=None, kw_only=True)
+    drag: Drag | BearingDrag | None = field(default=None, kw_only=True)
 
     def __post_init__(self):
         for name, unit in UNITS.items():
@@ -99,7 +103,8 @@ class Bearing:
 
     def _check_size(self) -> None:
         size = np.diag(self.stiffness)
-        require(bool(size.any()), "the bearing has no stiffness; give it radial, axial or tilt, or leave it out")
+        none = "the bearing has no stiffness; give it radial, axial or tilt, or leave it out"
+        require(bool(size.any()), f"{none}{' and put its drag on the shaft' if self.drag else ''}")
         radial = "steepest slope of the table" if self.table is not None else "radial"
         for i, name in enumerate((radial, radial, "axial", "tilt", "tilt")):
             name = name if self.matrix is None else f"matrix[{i}, {i}]"

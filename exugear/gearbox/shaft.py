@@ -7,6 +7,7 @@ from typing import Annotated
 
 import numpy as np
 
+from exugear.friction.drag import BearingDrag, Drag
 from exugear.gearbox.bearing import Bearing
 from fem.gear.gear import Gear
 from fem.support.arguments import DERIVED, Finite, checked
@@ -136,7 +137,7 @@ class Placement:
         return np.array([self.x, self.y, self.z + self.pivot]) + (axial - self.pivot) * self.axis
 
 
-Part = Gear | Bearing | Disc | Coupling
+Part = Gear | Bearing | Disc | Coupling | Drag | BearingDrag
 NO_DISPLACEMENT = Placement()
 
 
@@ -148,7 +149,7 @@ def check_parts(name: str, parts) -> None:
         number(f"axial positions of {name}", axial)
         group = part if isinstance(part, list | tuple) else (part,)
         wrong = [x for x in group if not isinstance(x, Part)]
-        kinds = f"{name} holds fem.Gear, Bearing, Disc and Coupling"
+        kinds = f"{name} holds fem.Gear, Bearing, Disc, Coupling, Drag and BearingDrag"
         require(not wrong, f"{kinds}, got {text_of(wrong[0]) if wrong else wrong} at {axial:g} m")
 
 
@@ -159,7 +160,8 @@ class Shaft:
     """A rigid shaft along z with its gears. Without bearings it only spins; on bearings it also moves and tilts.
 
     name         of the shaft, unique in a gearbox
-    parts        axial position [m] -> `fem.Gear`, `Bearing`, `Disc` or `Coupling`, or a list of them
+    parts        axial position [m] -> `fem.Gear`, `Bearing`, `Disc`, `Coupling`, `Drag` or `BearingDrag`, or a list of
+                 them
     inertia      about z [kg m^2]; by default that of its discs and gears, a gear taken as a solid steel disc up to the
                  mean of tip and root circle: the shaft fills the bore over the face width
     mass         [kg]; by default the mass of the same discs and gears
@@ -198,6 +200,9 @@ class Shaft:
             require(len(set(positions)) == len(positions), f"{twice}; move one of them")
         couplings = len(self._parts_of(Coupling))
         require(couplings <= 1, f"shaft {self.name!r} carries {couplings} couplings; leave one at most")
+        unloaded = [axial for axial, drag in self._parts_of(BearingDrag) if drag.needs_load]
+        unknown = f"load of the BearingDrag at {unloaded} m of shaft {self.name!r} is not known; pass load=... [N]"
+        require(not unloaded, f"{unknown}, or let an elastic Bearing carry it")
 
     def _check_positions(self) -> None:
         for axial in self.parts:
@@ -255,6 +260,12 @@ class Shaft:
     def discs(self) -> list[tuple[float, Disc]]:
         """(axial position [m], disc) of each disc."""
         return self._parts_of(Disc)
+
+    @property
+    def drags(self) -> list[tuple[float, Drag | BearingDrag]]:
+        """(axial position [m], drag) of each drag, first those of the bearings."""
+        of_bearings = [(axial, bearing.drag) for axial, bearing in self.bearings.items() if bearing.drag]
+        return of_bearings + self._parts_of(Drag | BearingDrag)
 
     @property
     def coupling(self) -> Coupling | None:

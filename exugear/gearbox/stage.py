@@ -5,6 +5,7 @@ from math import isfinite, pi
 
 import xarray as xr
 
+from exugear.friction.mesh_friction import MeshFriction
 from exugear.gearbox.mesh_damping import check_damping, damping_of, mean_stiffness, reduced_mass
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.force import MeshForce
@@ -36,6 +37,7 @@ class Stage:
                     mode of two shafts that are free to spin has this ratio; where the drive prescribes the speed of the
                     fast shaft, the mode of the slow shaft alone has the ratio r_b2 sqrt(m / J_2) damping_ratio
     backlash        along the line of action [m], by default the pair's
+    friction        `exugear.MeshFriction` of the pair, of both flanks; by default none
     angle           direction from the fast to the slow shaft, about z from x [rad]
     phase           of the mesh in the reference configuration, as share of a pitch; by default the phase that the
                     other meshes of its gears require, or 0 where they leave it free
@@ -56,6 +58,7 @@ class Stage:
     damping: float | None = field(default=None, kw_only=True)
     damping_ratio: float | None = field(default=None, kw_only=True)
     backlash: float | None = field(default=None, kw_only=True)
+    friction: MeshFriction | None = field(default=None, kw_only=True)
     angle: float = field(default=0.0, kw_only=True)
     phase: float | None = field(default=None, kw_only=True)
     force: MeshForce = field(init=False, repr=False)

@@ -1,70 +1,140 @@
 """The kernels of `exugear.MeshFriction`: from the mesh force, the phase and the speeds to generalized forces."""
 
 from functools import cache
-from math import floor, tanh
+from math import floor, log, tanh
+from typing import NamedTuple
 
 from numba import carray
 
 from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of
 from exugear.contact_geometry.contact_records import frame_at
-from exugear.contact_geometry.relative_position import flank_of, normal_of, pitch_share, position_of, row_of
+from exugear.contact_geometry.relative_position import Row, flank_of, normal_of, pitch_share, position_of, row_of
 from exugear.contact_geometry.vectors import cross, row_dot, row_scaled, row_total, scaled, total
 from exugear.force_table.force_kernels import centroid_of, spinning_force, static_force
 from exugear.force_table.kernel_records import doubles_at, reader, start_of
 from exugear.force_table.patches import table_at
+from exugear.friction.mesh_friction import FRICTION
 from exugear.kernels.contact_kernels import SPIN, codes_of
-from exugear.mesh_force.friction import FRICTION
 from fem.support.numba_cache import compiled, kept
 
 FRICTION_SIZE = FRICTION.itemsize
 friction_at = reader(FRICTION)
 
 
+class SlidingFriction(NamedTuple):
+    """Force on the wheel along t [N], power that friction dissipates [W], generalized forces on pinion and wheel."""
+
+    force: float
+    loss: float
+    pinion: Row
+    wheel: Row
+
+
+class SpinFriction(NamedTuple):
+    """Force on the wheel along t [N], power that friction dissipates [W], torques on pinion and wheel [N m]."""
+
+    force: float
+    loss: float
+    torques: tuple[float, float]
+
+
+@compiled
+def coefficient(friction, force, speed):
+    """Coefficient of friction over cos(beta_b), as `PowerLaw.at`."""
+    if friction.exponent == 0.0:
+        return friction.factor
+    sum_speed = min(max(abs(speed) * friction.sum_speed, friction.slowest), friction.fastest)
+    limited = min(max(force, friction.least_force), friction.largest_force)
+    return friction.factor * (limited / sum_speed) ** friction.exponent
+
+
 @compiled
 def friction_forces(friction, phase, force, speed):
-    """Force along t [N] and moment about z [N m] on the wheel, t as in `exugear.mesh_force.friction`.
+    """Force along t [N] and moment about z [N m] on the wheel, t as in `exugear.friction.mesh_friction`.
 
     force   static mesh force [N]
     speed   omega_1 - omega_2 [rad/s]
     """
-    n = friction.steps
-    pull_and_lever = carray(doubles_at(start_of(friction) + FRICTION_SIZE), (2, n))
+    if force <= 0.0:
+        return 0.0, 0.0
+    size = coefficient(friction, force, speed) * force * tanh(speed / friction.speed)
+    pull, lever = pull_and_lever(friction, phase, force)
+    return size * pull, size * lever
+
+
+@compiled
+def pull_and_lever(friction, phase, force):
+    """Values of the tables, linear over phase and over ln of the force."""
+    n, m = friction.steps, friction.rows
+    tables = carray(doubles_at(start_of(friction) + FRICTION_SIZE), (2, m, n))
     x = (phase - floor(phase)) * n
     i = min(int(x), n - 1)
     following, t = (i + 1) % n, x - i
-    size = friction.coefficient * force * tanh(speed / friction.speed)
-    pull = (1.0 - t) * pull_and_lever[0, i] + t * pull_and_lever[0, following]
-    return size * pull, size * ((1.0 - t) * pull_and_lever[1, i] + t * pull_and_lever[1, following])
+    if m == 1:
+        return along_phase(tables[0, 0], i, following, t), along_phase(tables[1, 0], i, following, t)
+    y = min(max((log(force) - friction.log_first) / friction.log_step, 0.0), m - 1.0)
+    j = min(int(y), m - 2)
+    w = y - j
+    pull = (1.0 - w) * along_phase(tables[0, j], i, following, t) + w * along_phase(tables[0, j + 1], i, following, t)
+    lever = (1.0 - w) * along_phase(tables[1, j], i, following, t) + w * along_phase(tables[1, j + 1], i, following, t)
+    return pull, lever
+
+
+@compiled
+def along_phase(row, i, following, t):
+    """Value of a row of a table, linear over the phase."""
+    return (1.0 - t) * row[i] + t * row[following]
+
+
+@compiled
+def friction_of_spins(friction, frame, phase, force, v_1, v_2):
+    """`SpinFriction` of two rotational coordinates with speeds v_1, v_2 [rad/s]; phase, force: `friction_forces`."""
+    push, moment = friction_forces(friction, phase, force, v_1 - v_2)
+    on_pitch_circles = friction.tan_alpha_wt * push
+    torques = -frame.pinion.r_b * on_pitch_circles - moment, -frame.wheel.r_b * on_pitch_circles + moment
+    return SpinFriction(push, -torques[0] * v_1 - torques[1] * v_2, torques)
 
 
 @compiled
 def rotational_friction(table, frame, friction, q_1, q_2, v_1, v_2):
     """Torques (2) [N m] on two rotational coordinates."""
-    d, r_1, r_2 = frame.direction, frame.pinion.r_b, frame.wheel.r_b
-    lead = d * (r_1 * q_1 + r_2 * q_2)
+    d = frame.direction
+    lead = d * (frame.pinion.r_b * q_1 + frame.wheel.r_b * q_2)
     flank = flank_of(table, lead, 0.0, d * frame.pitches_per_radian * q_1 + frame.phase)
     static = spinning_force(table, flank.phase, flank.deflection)
-    push, moment = friction_forces(friction, flank.phase, static.force, v_1 - v_2)
-    push *= friction.tan_alpha_wt
-    return -r_1 * push - moment, -r_2 * push + moment
+    return friction_of_spins(friction, frame, flank.phase, static.force, v_1, v_2).torques
+
+
+@compiled
+def friction_in_space(friction, frame, position, force, centroid, v_1, v_2):
+    """`SlidingFriction` of two Rxyz bodies.
+
+    force      static mesh force [N]
+    centroid   z of the force centroid minus z of the pinion's mid-plane [m]
+    """
+    pinion, wheel = position.pinion, position.wheel
+    z, no_force = pinion.z, (0.0, 0.0, 0.0)
+    spin_1, spin_2 = row_of(pinion, no_force, z), row_of(wheel, no_force, z)
+    speed = row_dot(spin_1, v_1) - row_dot(spin_2, v_2)
+    push, moment = friction_forces(friction, position.flank.phase, force, speed)
+    from_pinion = total(scaled(pitch_share(frame), position.line), scaled(centroid, z))
+    from_wheel = total(from_pinion, total(pinion.centre, scaled(-1.0, wheel.centre)))
+    t = cross(z, normal_of(frame, position))
+    row_1, row_2 = row_of(pinion, t, cross(from_pinion, t)), row_of(wheel, t, cross(from_wheel, t))
+    on_pinion = row_total(row_scaled(-push, row_1), row_scaled(-moment, spin_1))
+    on_wheel = row_total(row_scaled(push, row_2), row_scaled(moment, spin_2))
+    return SlidingFriction(push, -row_dot(on_pinion, v_1) - row_dot(on_wheel, v_2), on_pinion, on_wheel)
 
 
 @compiled
 def spatial_friction(table, frame, friction, q_1, q_2, v_1, v_2):
     """Generalized forces (6), (6) on two Rxyz bodies."""
     position = position_of(table, frame, q_1, q_2)
-    pinion, wheel, flank, n = position.pinion, position.wheel, position.flank, normal_of(frame, position)
+    flank = position.flank
     static = static_force(table, flank.phase, flank.deflection, *position.offsets)
-    z, no_force = pinion.z, (0.0, 0.0, 0.0)
-    spin_1, spin_2 = row_of(pinion, no_force, z), row_of(wheel, no_force, z)
-    push, moment = friction_forces(friction, flank.phase, static.force, row_dot(spin_1, v_1) - row_dot(spin_2, v_2))
-    along = scaled(flank.side * frame.direction * centroid_of(static), z)
-    from_pinion = total(scaled(pitch_share(frame), position.line), along)
-    from_wheel = total(from_pinion, total(pinion.centre, scaled(-1.0, wheel.centre)))
-    t = cross(z, n)
-    row_1, row_2 = row_of(pinion, t, cross(from_pinion, t)), row_of(wheel, t, cross(from_wheel, t))
-    on_pinion = row_total(row_scaled(-push, row_1), row_scaled(-moment, spin_1))
-    return on_pinion, row_total(row_scaled(push, row_2), row_scaled(moment, spin_2))
+    centroid = flank.side * frame.direction * centroid_of(static)
+    forces = friction_in_space(friction, frame, position, static.force, centroid, v_1, v_2)
+    return forces.pinion, forces.wheel
 
 
 @cache

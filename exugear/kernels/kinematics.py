@@ -8,6 +8,7 @@ U(phase, deflection, offsets), those of the damping force F_d = c d(deflection)/
 from typing import NamedTuple
 
 from exugear.contact_geometry.relative_position import (
+    Position,
     Row,
     Vector,
     deflection_slopes,
@@ -30,19 +31,27 @@ NO_OFFSETS = (0.0, 0.0, 0.0)
 
 
 class SpinForces(NamedTuple):
-    """A mesh of bodies that spin: deflection [m], force [N], torques [N m], potential [J], dissipated power [W]."""
+    """A mesh of bodies that spin: deflection [m], force [N], torques [N m], potential [J], dissipated power [W].
+
+    phase, static_force   of the flank in contact, without damping [N]
+    """
 
     deflection: float
     force: float
     torques: tuple[float, float]
     energy: float
     dissipation: float
+    phase: float
+    static_force: float
 
 
 class MeshForces(NamedTuple):
     """Deflection [m], mesh force [N], generalized forces, potential [J], dissipated power [W].
 
     Offsets and force centroid [m] are signed as in `exugear.kernels.recorder.Recorder`.
+
+    position       of the gears
+    static_force   of the flank in contact, without damping [N]
     """
 
     deflection: float
@@ -53,6 +62,8 @@ class MeshForces(NamedTuple):
     centroid: float
     energy: float
     dissipation: float
+    position: Position
+    static_force: float
 
 
 @compiled
@@ -78,7 +89,7 @@ def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     d, r_1, r_2, turns = frame.direction, frame.pinion.r_b, frame.wheel.r_b, frame.pitches_per_radian
     lead = d * (r_1 * q_1 + r_2 * q_2)
     if state.engaged == 0.0:
-        return SpinForces(lead, 0.0, (0.0, 0.0), 0.0, 0.0)
+        return SpinForces(lead, 0.0, (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
     flank = flank_of(table, lead, 0.0, d * turns * q_1 + frame.phase)
     side = flank.side
     static = spinning_force(table, flank.phase, flank.deflection)
@@ -86,7 +97,8 @@ def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     damped, dissipation = damping_force(table, state, static, side, rate, phase_rate, 0.0)
     push = d * side * (static.force + damped)
     torques = -r_1 * push - side * d * turns * static.by_phase, -r_2 * push
-    return SpinForces(lead, side * (static.force + damped), torques, static.energy, dissipation)
+    force = side * (static.force + damped)
+    return SpinForces(lead, force, torques, static.energy, dissipation, flank.phase, static.force)
 
 
 @compiled(forceinline=True)
@@ -116,4 +128,6 @@ def spatial_mesh(table, frame, state, q_1, q_2, v_1, v_2):
         side_d * centroid_of(static),
         static.energy,
         dissipation,
+        position,
+        static.force,
     )

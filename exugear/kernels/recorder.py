@@ -15,13 +15,18 @@ SAMPLE = record_type(*((name, "f8") for name in NAMES))
 MOTION = record_type(*((name, "f4", 5) for name in ("q_1", "q_2", "v_1", "v_2")))
 #: Potential of the mesh [J], power that its damping dissipates [W], spins [rad] and speeds [rad/s] of the bodies.
 POWER = record_type(*((name, "f8") for name in ("energy", "dissipation", "spin_1", "spin_2", "speed_1", "speed_2")))
-#: Time between samples [s], their number, addresses of samples, motions and powers (0: none are recorded), and the
-#: share of an interval by which the time of a call may differ from that of a sample.
+#: Friction between the teeth: force along the flanks [N] and power that it dissipates [W].
+FRICTION_NAMES = ("friction_force", "friction_loss")
+FRICTION_SAMPLE = record_type(*((name, "f8") for name in FRICTION_NAMES))
+#: Time between samples [s], their number, addresses of samples, motions, powers and friction (0: none are recorded),
+#: and the share of an interval by which the time of a call may differ from that of a sample.
 HEADER = record_type(
-    ("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("powers", "i8"), ("tolerance", "f8")
+    *(("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("powers", "i8")),
+    *(("friction", "i8"), ("tolerance", "f8")),
 )
 SAMPLE_SIZE, MOTION_SIZE, POWER_SIZE = SAMPLE.itemsize, MOTION.itemsize, POWER.itemsize
 header_at, sample_at, motion_at, power_at = reader(HEADER), reader(SAMPLE), reader(MOTION), reader(POWER)
+friction_sample_at, FRICTION_SIZE = reader(FRICTION_SAMPLE), FRICTION_SAMPLE.itemsize
 #: Share of a step by which a time may differ from that of the step: Exudyn adds the steps up, with an error of 0.002
 #: steps after 1e7 of them.
 SAME = 0.25
@@ -73,6 +78,15 @@ def write_power(record, k, energy, dissipation, spins, speeds):
     power.speed_1, power.speed_2 = speeds
 
 
+@compiled
+def write_friction(record, k, force, loss):
+    """Store force [N] and loss [W] of friction of sample k if they are recorded."""
+    friction = header_at(record).friction
+    if friction != 0:
+        sample = friction_sample_at(friction + FRICTION_SIZE * k)
+        sample.friction_force, sample.friction_loss = force, loss
+
+
 @dataclass(frozen=True, eq=False)
 class Recorder:
     """Samples of a contact, which its compiled kernel writes without further cost.
@@ -100,33 +114,45 @@ class Recorder:
 
     @checked
     def start(
-        self, interval: float, number: int, *, steps: int = 250, motion: bool = False, power: bool = False
+        self,
+        interval: float,
+        number: int,
+        *,
+        steps: int = 250,
+        motion: bool = False,
+        power: bool = False,
+        friction: bool = False,
     ) -> None:
         """Allocate a number of samples, NaN until written; interval [s] must be a whole multiple of the step.
 
-        steps    largest number of steps in an interval
-        motion   also record what `motion` returns
-        power    also record what `power` returns
+        steps      largest number of steps in an interval
+        motion     also record what `motion` returns
+        power      also record what `power` returns
+        friction   also record friction_force and friction_loss of a stage of a `Gearbox` that has friction
         """
         require(interval > 0, f"interval must be > 0 s, got {interval}")
         require(number >= 1, f"number of samples must be at least 1, got {number}")
         require(steps >= 1, f"steps in an interval must be at least 1, got {steps}")
-        kinds = [SAMPLE, *[MOTION] * motion, *[POWER] * power]
+        kinds = [SAMPLE, *[MOTION] * motion, *[POWER] * power, *[FRICTION_SAMPLE] * friction]
         self.samples[:] = [np.full(number, np.nan, kind) for kind in kinds]
         self.header.interval, self.header.number, self.header.tolerance = interval, number, SAME / steps
         self.header.samples = self.samples[0].ctypes.data
         self.header.motions = self._recorded(MOTION).ctypes.data if motion else 0
         self.header.powers = self._recorded(POWER).ctypes.data if power else 0
+        self.header.friction = self._recorded(FRICTION_SAMPLE).ctypes.data if friction else 0
 
     def _recorded(self, kind: np.dtype) -> np.ndarray:
         """The samples of a kind."""
         return next(block for block in self.samples if block.dtype == kind)
 
     def __getattr__(self, name: str) -> np.ndarray:
-        if name not in NAMES:
+        if name not in (*NAMES, *FRICTION_NAMES):
             raise AttributeError(name)
         require(bool(self.samples), "the recorder has no samples; start it before the solve")
-        return self.samples[0][name]
+        if name in NAMES:
+            return self.samples[0][name]
+        require(bool(self.header.friction), "the recorder has no friction; start it with friction=True")
+        return self._recorded(FRICTION_SAMPLE)[name]
 
     @checked
     def motion(self, side: int) -> tuple[np.ndarray, np.ndarray]:

@@ -71,6 +71,11 @@ class BuiltPlan:
         return self.scene.undamped
 
     @property
+    def losses(self) -> Mapping[str, str]:
+        """Friction of stages and drag of shafts, by their labels and names."""
+        return self.scene.losses
+
+    @property
     def on_bearings(self) -> bool:
         """Whether bearings carry at least one shaft."""
         return any(kind.on_bearings for kind in self.shafts.values())

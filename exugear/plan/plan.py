@@ -1,11 +1,12 @@
 """The plan of a gearbox: coordinates of its shafts and axes of its maps, with the reason for each."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Never
 
 import numpy as np
 
+from exugear.friction.mesh_friction import MeshFriction
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
@@ -33,6 +34,7 @@ class Plan:
     laws        force law of each stage by its label, with the axes that the scene needs
     axes        reason for the axes, by stage
     undamped    whether no mesh, bearing or coupling is damped
+    losses      friction of stages and drag of shafts, by their labels and names; empty without them
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
     """
@@ -42,6 +44,7 @@ class Plan:
     laws: Mapping[str, MeshForce]
     axes: Mapping[str, str]
     undamped: bool = False
+    losses: Mapping[str, str] = field(default_factory=dict)
 
     def with_joints(self) -> "Plan":
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
@@ -61,6 +64,7 @@ class Plan:
         """The printed plan, line by line, as far as it is known before the model is built."""
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
+        lines += [f"{name}: {text}" for name, text in self.losses.items()]
         lines += [UNDAMPED] * self.undamped
         for label, law in self.laws.items():
             if law.jumps.size:
@@ -100,13 +104,33 @@ def plan(gearbox: Gearbox, *, load: float | None = None) -> Plan:
     laws = dict(zip(gearbox.labels, (law for law, _ in reduced), strict=True))
     advice = missing_axes(gearbox, shafts, load)
     reasons = ("; ".join(filter(None, (reason, text))) for (_, reason), text in zip(reduced, advice, strict=True))
-    return Plan(shafts, why, laws, dict(zip(gearbox.labels, reasons, strict=True)), _undamped(gearbox))
+    axes = dict(zip(gearbox.labels, reasons, strict=True))
+    return Plan(shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox))
 
 
 def _undamped(gearbox: Gearbox) -> bool:
     """Whether no mesh, bearing or coupling is damped."""
     parts = [part for shaft in gearbox.shafts for part in (shaft.coupling, *shaft.bearings.values()) if part]
     return not any(part.damping for part in (*parts, *(stage.force for stage in gearbox.stages)))
+
+
+def _losses(gearbox: Gearbox) -> dict[str, str]:
+    """Friction of stages and drag of shafts in words."""
+    friction = {
+        label: f"friction between the teeth, coefficient {_coefficient(stage.friction, stage)}"
+        for label, stage in zip(gearbox.labels, gearbox.stages, strict=True)
+        if stage.friction
+    }
+    drags = {shaft.name: [repr(drag) for _, drag in shaft.drags] for shaft in gearbox.shafts}
+    return friction | {name: f"braked by {', '.join(texts)}" for name, texts in drags.items() if texts}
+
+
+def _coefficient(friction: MeshFriction, stage: Stage) -> str:
+    """Coefficient of friction of a stage; with the loss where it is a number."""
+    coefficient = friction.coefficient
+    if isinstance(coefficient, float | int):
+        return f"{coefficient:g}, loss {friction.loss(stage.pair):.2%} of the power"
+    return f"by {coefficient!r}"
 
 
 def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:

@@ -11,10 +11,11 @@ import numpy as np
 import xarray as xr
 
 from exugear.elements.bearing_elements import reactions
+from exugear.energy.power_variables import power_variables
 from exugear.operation.conditions import Conditions
 from exugear.operation.stop_conditions import End
 from exugear.plan.sampling import Steps
-from exugear.simulation.shaft_motion import driving_speed, speed_variables, torque_variables
+from exugear.simulation.shaft_motion import drag_variables, driving_speed, speed_variables, torque_variables
 from exugear.simulation.solver_settings import Scheme
 from exugear.simulation.step_error import Segment
 from exugear.system.drive_and_load import ShaftTorques
@@ -39,6 +40,11 @@ RECORDED_ON_BEARINGS = {
     "misalignment": ("misalignment", "rad", "angle by which the gap of the flank in contact opens towards +z"),
     "axial_offset": ("axial", "m", "z of the wheel less that of the pinion"),
     "centroid": ("centroid", "m", "z of the mesh force from the pinion's mid-plane"),
+}
+#: Friction between the teeth: unit, long name. Signs: `Recorder`.
+FRICTION = {
+    "friction_force": ("N", "friction between the teeth, along the flanks"),
+    "friction_loss": ("W", "power that friction between the teeth dissipates"),
 }
 
 
@@ -73,7 +79,7 @@ def stored(path) -> xr.Dataset:
 def start_recorders(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool) -> None:
     """Start the recorders of all meshes and torques for a run; power: whether meshes record spins and speeds."""
     for mesh in model.meshes:
-        kinds = {"motion": on_bearings(model, mesh), "power": power}
+        kinds = {"motion": on_bearings(model, mesh), "power": power, "friction": mesh.stage.friction is not None}
         mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, **kinds)
     for torque in torques.values():
         torque.recorder.start(steps.interval, steps.samples + 1, steps=steps.every)
@@ -135,6 +141,9 @@ def labelled(
     data = _over_time(model, time, driving_speed(model, conditions, time))
     data = data.assign(_beyond_maps(model, scheme.steps.interval) | _step_error(checked, scheme.steps.size))
     data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
+    data = data.assign(drag_variables(model))
+    if conditions.power:
+        data = data.assign(power_variables(model, conditions, torques, data, scheme.rule.lag))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
     steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}
@@ -161,7 +170,23 @@ def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
     for name, (recorded, unit, long_name) in (RECORDED | (RECORDED_ON_BEARINGS if elastic else {})).items():
         values = np.array([getattr(mesh.recorder, recorded) for mesh in model.meshes])
         data[name] = over, values, {"units": unit, "long_name": long_name}
-    return data.assign(_bearing_forces(model)) if elastic else data
+    data = data.assign(_bearing_forces(model)) if elastic else data
+    return data.assign(_friction(model, time))
+
+
+def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:
+    """Friction between the teeth over time, 0 in stages without it; empty where no stage has friction."""
+    if all(mesh.stage.friction is None for mesh in model.meshes):
+        return {}
+    none = np.zeros(time.size)
+    return {
+        name: (
+            ("stage", "time"),
+            np.array([none if m.stage.friction is None else getattr(m.recorder, name) for m in model.meshes]),
+            {"units": unit, "long_name": long_name},
+        )
+        for name, (unit, long_name) in FRICTION.items()
+    }
 
 
 def _bearing_forces(model: Model) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from exugear.elements.drag_elements import braking_torques
 from exugear.gearbox.shaft import Coupling, Shaft
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
@@ -12,9 +13,10 @@ from exugear.system.model import Model
 
 
 def needs_speeds(model: Model, conditions: Conditions) -> bool:
-    """Whether the meshes must record spins and speeds of their bodies, as not all follow from an imposed speed."""
+    """Whether the meshes must record spins and speeds of their bodies: for drags, or as no imposed speed gives them."""
     stops = any(isinstance(stop, SpeedReached) for stop in conditions.stop)
-    return conditions.held is None or conditions.held in model.rotors or stops
+    braked = any(shaft.drags for shaft in model.gearbox.shafts)
+    return conditions.power or conditions.held is None or conditions.held in model.rotors or stops or braked
 
 
 def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
@@ -55,6 +57,33 @@ def _speeds(kind: str, speeds: dict[str, np.ndarray]) -> dict[str, Any]:
     return {f"{kind}_speed": ((kind, "time"), np.array(list(speeds.values())), about), kind: (kind, list(speeds))}
 
 
+def drag_variables(model: Model) -> dict[str, Any]:
+    """Torques of the drags of all shafts and the power that they dissipate; empty where no shaft has a drag."""
+    shafts = model.gearbox.shafts
+    if not any(shaft.drags for shaft in shafts):
+        return {}
+    speeds = recorded(model, "speed")
+    torque = np.array([_drag_torque(model, shaft) for shaft in shafts])
+    loss = torque * np.array([speeds[shaft.name] for shaft in shafts])
+    braking = "torque of the drag of the shaft, against its motion at positive speed"
+    return {
+        "drag_torque": (("shaft", "time"), torque, {"units": "N m", "long_name": braking}),
+        "drag_loss": (("shaft", "time"), loss, {"units": "W", "long_name": "power that drag dissipates"}),
+        "shaft": ("shaft", [shaft.name for shaft in shafts]),
+    }
+
+
+def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
+    """(n,) torque of the drags of a shaft against its sense of motion [N m]."""
+    motions = {
+        body.name: mesh.recorder.motion(side)[0]
+        for mesh in model.meshes
+        for side, body in enumerate((mesh.stage.fast, mesh.stage.slow))
+        if model.plan.shafts[body.name].on_bearings
+    }
+    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motions.get(shaft.name))
+
+
 def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> dict[str, Any]:
     """Torques of drives, with the motion, and of loads, against it, over the ends of shafts and time."""
     by_sense: dict[int, dict[str, np.ndarray]] = {1: {}, -1: {}}
@@ -84,7 +113,7 @@ def _applied_torque(model: Model, conditions: Conditions, end: ShaftEnd, torques
 def imposed_torque(model: Model, conditions: Conditions, time: np.ndarray) -> np.ndarray:
     """(n,) torque [N m] by which a drive imposes its speed, with the motion (against it for a load).
 
-    It accelerates the shaft against the torques of its meshes, or the rotor against the torque of the coupling.
+    It accelerates the shaft against the torques of its meshes and its drag, or the rotor against that of the coupling.
     """
     shaft = next(shaft for shaft in model.gearbox.shafts if shaft.name == conditions.held)
     acceleration = conditions.speed_of.slope(time)
@@ -93,6 +122,8 @@ def imposed_torque(model: Model, conditions: Conditions, time: np.ndarray) -> np
         torque = shaft.coupling.inertia * acceleration + by_coupling
     else:
         torque = shaft.inertia * acceleration - _mesh_torque(model, shaft)
+        if shaft.drags:
+            torque = torque + _drag_torque(model, shaft)
     return conditions.held_sense * torque
 
 

@@ -7,7 +7,7 @@ from math import cos, sin
 import exudyn as exu
 import numpy as np
 
-from exugear.contact_geometry.contact_records import is_spatial, rotational_frame
+from exugear.contact_geometry.contact_records import contact_state, is_spatial, rotational_frame
 from exugear.contact_geometry.reference_configuration import (
     phase_of,
     reference_state,
@@ -23,6 +23,7 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT
 from exugear.kernels.contact_kernels import SPIN, kernel_of
 from exugear.kernels.recorder import Recorder
+from exugear.kernels.rubbing_contact import rubbing_contact_of
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import pose
 from exugear.plan.plan import Plan
@@ -81,8 +82,10 @@ def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, 
     kinds = tuple(kind_of(mbs, item) for item in items)
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
     frame = _frame(gearbox, number, spatial=displaced or set(kinds) != {SPIN})
-    kernel = kernel_of(kinds, displaced)
-    contact = add_contact(mbs, gearbox.labels[number], items, kernel, law, frame, recorder)
+    friction = [stage.friction.table(stage.pair)] if stage.friction else []
+    kernel = (rubbing_contact_of if friction else kernel_of)(kinds, displaced)
+    records = law.table, frame, contact_state(), *friction
+    contact = add_contact(mbs, gearbox.labels[number], items, kernel, records, recorder)
     reference = reference_state(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
     return Mesh(stage, law, contact, recorder, frame, np.zeros(0), *reference)
 

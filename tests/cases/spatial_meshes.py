@@ -10,7 +10,7 @@ from scenes import K, paper_pair
 import exugear
 import fem
 from exugear.contact_geometry.contact_records import contact_state, rotational_frame
-from exugear.kernels.kinematics import MeshForces, rotational_mesh, spatial_mesh
+from exugear.kernels.kinematics import MeshForces, SpinForces, rotational_mesh, spatial_mesh
 from fem.units import deg, mm, um
 
 BETA = 15 * deg
@@ -50,7 +50,7 @@ def mesh_in_space(force: exugear.MeshForce, frame, *motion) -> MeshForces:
     return spatial_mesh(force.table.head, frame, contact_state(), q_1, q_2, v_1, v_2)
 
 
-def mesh_of_spins(force: exugear.MeshForce, pair, phase: float, spins, speeds):
+def mesh_of_spins(force: exugear.MeshForce, pair, phase: float, spins, speeds) -> SpinForces:
     """(deflection, force, torques) of two bodies that spin."""
     frame = rotational_frame(pair, phase, 1)
     mesh = rotational_mesh(force.table.head, frame, contact_state(), *map(float, (*spins, *speeds)))

@@ -71,8 +71,9 @@ def instances() -> dict[str, Any]:
     """An instance of each public class; its fields are valid arguments of the class."""
     box = smooth_box()
     model = exugear.build(box)
-    run = exugear.run_up(model, speed=(50.0, 60.0), load=100.0, duration=0.05, progress=False, checks=0)
-    bearing = exugear.Bearing(radial=1e8, axial=1e8, tilt=1e5, damping=1e-5, clearance=5 * um)
+    run = exugear.run_up(model, speed=(50.0, 60.0), load=100.0, duration=0.05, progress=False, checks=0, power=True)
+    drag = exugear.Drag(0.1)
+    bearing = exugear.Bearing(radial=1e8, axial=1e8, tilt=1e5, damping=1e-5, clearance=5 * um, drag=drag)
     field = Field(TRIANGLE[0], TRIANGLE[1], TRIANGLE[0], *np.ones((4, 3)), np.zeros(2), 0.0)
     recorder = exugear.Recorder()
     recorder.start(1e-4, 10, motion=True)
@@ -85,6 +86,9 @@ def instances() -> dict[str, Any]:
         fem.UpTo(100.0), fem.Material(), paper_gear(), paper_pair(), fem.map_cost(paper_pair(), 100.0), Density(),
         RunUp(), CentralDifferences(), field, exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3),
         exugear.Placement(), exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
+        exugear.SchlenkFriction(0.02, 0.4 * um), exugear.NiemannFriction(0.02, 0.4 * um),
+        exugear.XuFriction(0.02, 0.4 * um),
+        exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
         box.stages[0].fast, linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
         exugear.SpeedReached("fast", 55.0), exugear.Apart(0.01),
@@ -115,6 +119,7 @@ def by_name() -> dict[str, Any]:
         "time": LINE, "amplitude": LINE, "cycles": 100 * LINE, "windows": 10, "orders": 2.0, "revolutions": 4,
         "overlap": 0.5, "prominence": 0.1, "r": 75 * mm, "k": 7, "D_M": 5 * mm, "lever": 0.1, "axial": 0.0,
         "frequency": 1000.0, "mesh_frequency": 100.0, "interval": 1e-4, "number": 10, "steps": 5, "motion": True,
+        "power": True, "start": 0.0, "end": 0.01,
         "side": 0, "coefficient": 0.05, "damping": 100.0, "backlash": 1e-4, "conserves": False, "extend": 1.5,
         "length": 0.1, "d": 0.1, "d_bore": 0.02, "factor": 1.5, "line_load": 1e5, "C_R": 1.0, "C_M": 0.8, "ax": ax,
         "bodies": [TRIANGLE], "touching": [TRIANGLE[0]], "label": "a", "colours": "viridis", "colour": "k",
@@ -137,7 +142,9 @@ def by_name() -> dict[str, Any]:
         "transmission_error.run": RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20), "save.data": smooth_map(),
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
-        "MeshFriction.of_pair.speed": 1.0, "MeshFriction.from_ste.torque": 100.0,
+        "MeshFriction.of_pair.speed": 1.0, "loss.force": 100.0, "loss.speed": 50.0,
+        "MeshFriction.from_ste.torque": 100.0, "torque.omega": 50.0, "torque.load": 100.0,
+        "local.distance": mm, "start.friction": True,
         "forces_under.torques": [0.0, -100.0], "forces_under.held": "fast",
         "Gearbox.offsets.stage": made["Stage"], "radial_force.r": 2 * um, "deflection_at.force": 100.0,
         "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],

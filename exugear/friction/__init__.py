@@ -1,0 +1,1 @@
+"""Friction between the teeth and drag of shafts and bearings, as data."""

@@ -1,0 +1,66 @@
+"""The compiled contact with friction: it evaluates the mesh force once for the contact and its friction."""
+
+from functools import cache
+
+from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of
+from exugear.contact_geometry.contact_records import frame_at, state_at
+from exugear.contact_geometry.vectors import row_total
+from exugear.force_table.patches import table_at
+from exugear.kernels.contact_kernels import SPIN, codes_of
+from exugear.kernels.friction_kernels import friction_at, friction_in_space, friction_of_spins
+from exugear.kernels.kinematics import NO_OFFSETS, rotational_mesh, spatial_mesh
+from exugear.kernels.recorder import sample_of, write, write_friction, write_motion, write_power
+from fem.support.numba_cache import kept
+
+
+@cache
+def rubbing_contact_of(kinds: tuple[str, ...], displaced: bool = False):
+    """`contact_kernels.kernel_of` with friction: (table, frame, state, friction, record, t, *coordinates, *velocities).
+
+    The torques that it records are those of mesh and friction together.
+    """
+    return spin_contact if kinds == (SPIN, SPIN) and not displaced else _spatial_contact(*codes_of(kinds, False))
+
+
+@kept
+def spin_contact(table, frame, state, friction, record, t, q_1, q_2, v_1, v_2):
+    """Torques on two bodies that spin about fixed axes."""
+    geometry = frame_at(frame)
+    mesh = rotational_mesh(table_at(table), geometry, state_at(state), q_1, q_2, v_1, v_2)
+    sliding = friction_of_spins(friction_at(friction), geometry, mesh.phase, mesh.static_force, v_1, v_2)
+    torques = mesh.torques[0] + sliding.torques[0], mesh.torques[1] + sliding.torques[1]
+    k = sample_of(record, t)
+    if k >= 0:
+        write(record, k, mesh.deflection, mesh.force, NO_OFFSETS, 0.0, torques)
+        write_power(record, k, mesh.energy, mesh.dissipation, (q_1, q_2), (v_1, v_2))
+        write_friction(record, k, sliding.force, sliding.loss)
+    return torques
+
+
+def _spatial_contact(kind_1: int, kind_2: int):
+    """The compiled contact with friction of two kinds of bodies, as `contact_kernels._spatial_contact`."""
+    n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
+
+    @kept
+    def rubbing_contact(table, frame, state, friction, record, t, *x):
+        geometry = frame_at(frame)
+        pinion, wheel = motions_of(geometry, kind_1, kind_2, n_1, n_2, x)
+        mesh = spatial_mesh(table_at(table), geometry, state_at(state), pinion.q, wheel.q, pinion.v, wheel.v)
+        sliding = friction_in_space(
+            friction_at(friction), geometry, mesh.position, mesh.static_force, mesh.centroid, pinion.v, wheel.v
+        )
+        forces_1, forces_2 = row_total(mesh.pinion, sliding.pinion), row_total(mesh.wheel, sliding.wheel)
+        k = sample_of(record, t)
+        if k >= 0:
+            write(record, k, mesh.deflection, mesh.force, mesh.offsets, mesh.centroid, (forces_1[5], forces_2[5]))
+            write_motion(record, k, pinion.q, wheel.q, pinion.v, wheel.v)
+            spins, speeds = (pinion.q[5], wheel.q[5]), (pinion.v[5], wheel.v[5])
+            write_power(record, k, mesh.energy, mesh.dissipation, spins, speeds)
+            write_friction(record, k, sliding.force, sliding.loss)
+        f = forces_on(geometry, kind_1, pinion.orientation, forces_1)
+        g = forces_on(geometry, kind_2, wheel.orientation, forces_2)
+        on_pinion = (f[5],) if n_1 == 1 else (f[0], f[1], f[5]) if n_1 == 3 else f[:n_1]
+        on_wheel = (g[5],) if n_2 == 1 else (g[0], g[1], g[5]) if n_2 == 3 else g[:n_2]
+        return on_pinion + on_wheel
+
+    return rubbing_contact
