@@ -14,7 +14,7 @@ from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import SpeedReached, StopCondition, check_stop
 from exugear.operation.time_functions import TimeFunction, line, speed_function
 from exugear.operation.torque_tables import ANGLE, TorqueTable, torque_of_speed, torque_table
-from exugear.operation.train_motion import HIGHEST_SPEED, expected_speeds, reduced_inertia
+from exugear.operation.train_motion import HIGHEST_SPEED, drag_torques, expected_speeds, reduced_inertia
 from fem.support.validation import number, require, require_within, text_of
 from fem.units import rpm
 
@@ -126,8 +126,13 @@ class Conditions:
         """Acceleration of the driving shaft at the start [rad/s^2]: the imposed one, or that of the free train."""
         if self.held:
             return self.speed_of.initial_slope / self._ratio(self.held)
-        ratios = [self.gearbox.ratios[shaft.name] for shaft in self.gearbox.shafts]
-        return float(self.initial_torques @ ratios) / reduced_inertia(self.gearbox)
+        torques = self.initial_torques + self.initial_drags
+        return float(torques @ self._signed_ratios) / reduced_inertia(self.gearbox)
+
+    @property
+    def initial_drags(self) -> np.ndarray:
+        """(n_shaft,) torque about z of the drags of each shaft at the start [N m]."""
+        return drag_torques(self.gearbox, self.initial_speed)
 
     @cached_property
     def initial_torques(self) -> np.ndarray:
@@ -148,6 +153,11 @@ class Conditions:
         load = number("load(t)", end.of_time(t)) if end.of_time else 0.0
         require(isfinite(load), f"load(t) must be finite, got {load} at t = {t:.6g} s")
         return load
+
+    @property
+    def _signed_ratios(self) -> list[float]:
+        """Speed of each shaft about z over that of the driving shaft."""
+        return [self.gearbox.ratios[shaft.name] for shaft in self.gearbox.shafts]
 
     def _ratio(self, name: Any) -> float:
         """Speed of a shaft over that of the driving shaft, both in their senses of motion."""
@@ -175,13 +185,18 @@ class Conditions:
         return total
 
     def _torque_of_speed(self) -> Callable[[float], float]:
-        """Torques over the speed, reduced to the driving shaft, as a function of its speed."""
+        """Torques over the speed and drags, reduced to the driving shaft, as a function of its speed."""
         ends = [
             (end.sense * self._ratio(end.shaft), self._ratio(end.shaft), torque_of_speed(end.torque, end.role))
             for end in self.ends
             if end.torque.of_speed is not None
         ]
-        return lambda speed: sum(factor * torque(ratio * speed) for factor, ratio, torque in ends)
+
+        def total(speed: float) -> float:
+            drag = float(drag_torques(self.gearbox, speed) @ self._signed_ratios)
+            return drag + sum(factor * torque(ratio * speed) for factor, ratio, torque in ends)
+
+        return total
 
     @property
     def highest_speed(self) -> float:

@@ -5,6 +5,7 @@ from math import expm1
 
 import numpy as np
 
+from exugear.friction.drag import braking_torque
 from exugear.gearbox.gearbox import Gearbox
 from fem.support.validation import require
 from fem.units import rpm
@@ -18,6 +19,17 @@ LARGEST_EXPONENT, ROUNDING = 50.0, 1e-9
 def reduced_inertia(gearbox: Gearbox) -> float:
     """Inertia [kg m^2] of all shafts and of the rotors behind their couplings, reduced to the driving shaft."""
     return sum(shaft.turning_inertia * gearbox.ratios[shaft.name] ** 2 for shaft in gearbox.shafts)
+
+
+def drag_torques(gearbox: Gearbox, speed: float) -> np.ndarray:
+    """(n_shaft,) torques of the drags about z [N m] at a speed of the driving shaft [rad/s].
+
+    Bearings whose load only the run knows count as unloaded.
+    """
+    return np.array([
+        -sum(braking_torque(drag.terms, gearbox.ratios[shaft.name] * speed, 0.0) for _, drag in shaft.drags)
+        for shaft in gearbox.shafts
+    ])  # fmt: skip
 
 
 def force_per_torque(gearbox: Gearbox, held: str | None) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Static equilibrium of a built gearbox under its load, from which a run starts."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from math import isfinite
 
@@ -54,7 +54,8 @@ def start(model: Model, conditions: Conditions) -> None:
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered else ""
         raise ValueError(f"{error}{remedy}") from None
     if _needs_static_solve(model):
-        q = _statically_solved(model, q, speed, considered * ratios)
+        torques = _torques_at_start(model, conditions, considered * ratios)
+        q = _statically_solved(model, q, speed, torques)
     system.SetODE2Coordinates(q, initial)
     system.SetODE2Coordinates_t(speed * ratios, initial)
     system.SetODE2Coordinates_tt(acceleration * ratios, initial)
@@ -70,14 +71,15 @@ def _inertia_matters(model: Model, acceleration: float) -> bool:
 
 def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: float) -> np.ndarray:
     """Coordinates in which meshes, bearings and couplings carry the torques and the inertia torques, to first order."""
-    box, anchor, torques = model.gearbox, conditions.anchor, conditions.initial_torques
+    box, anchor, torques, drags = model.gearbox, conditions.anchor, conditions.initial_torques, conditions.initial_drags
     accelerations = {name: ratio * acceleration for name, ratio in box.ratios.items()}
-    forces = box.forces_under(torques, acceleration, held=anchor)
+    forces = box.forces_under(torques + drags, acceleration, held=anchor)
     q = _displaced_on_bearings(model, forces)
     held, spin = next(shaft for shaft in box.shafts if shaft.name == anchor), model.spins[anchor]
     if held.coupling:
         by_meshes = -forces @ np.array([mesh.row for mesh in model.meshes])
-        q[spin] = _twist(anchor, held.coupling, by_meshes[spin] - held.inertia * accelerations[anchor])
+        on_shaft = by_meshes[spin] + drags[box.shafts.index(held)]
+        q[spin] = _twist(anchor, held.coupling, on_shaft - held.inertia * accelerations[anchor])
     q = _with_mesh_forces(model, forces, q, anchor)
     for shaft, torque in zip(box.shafts, torques, strict=True):
         if shaft.coupling:
@@ -104,36 +106,44 @@ def _needs_static_solve(model: Model) -> bool:
     return elastic or bool(model.rotors) or len(model.meshes) > 1
 
 
-def _statically_solved(model: Model, q: np.ndarray, speed: float, accelerations: np.ndarray) -> np.ndarray:
-    """Coordinates in equilibrium with the inertia torques at accelerations (n_coordinates,); the solve starts at q."""
+def _statically_solved(model: Model, q: np.ndarray, speed: float, torques: Mapping[int, float]) -> np.ndarray:
+    """Coordinates in equilibrium with further torques [N m] on spins, by their indices; the solve starts at q."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     settings.staticSolver.newton.relativeTolerance = 1e-8
     settings.staticSolver.loadStepDuration = INSTANT
-    with _inertia_torques(model, accelerations), explained(model, NO_EQUILIBRIUM, lambda t: speed):
+    with _applied_torques(model, torques), explained(model, NO_EQUILIBRIUM, lambda t: speed):
         system.SetODE2Coordinates(q, initial)
         system.SetODE2Coordinates_t(np.zeros(q.size), initial)
         model.mbs.SolveStatic(settings, updateInitialValues=True)
         return system.GetODE2Coordinates(initial)
 
 
-def _spinning_inertias(model: Model) -> list[tuple[int, int, float]]:
-    """For each shaft and rotor: index of its spin among all coordinates, index in its node, inertia [kg m^2]."""
-    shafts, kinds = model.gearbox.shafts, model.plan.shafts
-    inertias = [(model.spins[shaft.name], kinds[shaft.name].spin_index, shaft.inertia) for shaft in shafts]
-    return inertias + [(model.rotors[s.name], 0, s.coupling.inertia) for s in shafts if s.coupling]
+def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.ndarray) -> dict[int, float]:
+    """Inertia torques at accelerations (n_coordinates,) and drags [N m], by the index of the spin, unless they are 0.
+
+    A static solve, without velocities, leaves them out.
+    """
+    torques: dict[int, float] = {}
+    for shaft, drag in zip(model.gearbox.shafts, conditions.initial_drags, strict=True):
+        spin = model.spins[shaft.name]
+        torques[spin] = drag - shaft.inertia * accelerations[spin]
+        if shaft.coupling:
+            rotor = model.rotors[shaft.name]
+            torques[rotor] = -shaft.coupling.inertia * accelerations[rotor]
+    return {spin: float(torque) for spin, torque in torques.items() if torque}
 
 
 @contextmanager
-def _inertia_torques(model: Model, accelerations: np.ndarray) -> Iterator[None]:
-    """Apply the inertia torques at accelerations (n_coordinates,) as loads on the spins of shafts and rotors."""
+def _applied_torques(model: Model, torques: Mapping[int, float]) -> Iterator[None]:
+    """Apply torques [N m] as loads on the spins with these indices among all coordinates."""
     mbs, loads = model.mbs, []
-    nodes = {mbs.GetNodeODE2Index(n): n for n in range(mbs.systemData.NumberOfNodes())}
-    for spin, coordinate, inertia in _spinning_inertias(model) if accelerations.any() else ():
-        marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=nodes[spin - coordinate], coordinate=coordinate))
-        load = eii.LoadCoordinate(markerNumber=marker, load=-inertia * accelerations[spin])
-        loads.append(mbs.AddLoad(load))
+    first = {mbs.GetNodeODE2Index(n): n for n in range(mbs.systemData.NumberOfNodes())}
+    for spin, torque in torques.items():
+        start = max(index for index in first if index <= spin)
+        marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=first[start], coordinate=spin - start))
+        loads.append(mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=torque)))
     try:
         if loads:
             mbs.Assemble()

@@ -242,6 +242,25 @@ def test_the_work_of_drive_and_load_is_stored_or_dissipated():
     assert abs(work - (stored[-1] - stored[0])) < 1e-6 * drive_work
 
 
+@pytest.mark.parametrize("free", [True, False])
+@pytest.mark.parametrize("parts", [(), (BEARING,), (COUPLING,)], ids=["spin", "bearings", "coupling"])
+def test_drag_takes_part_in_the_equilibrium_at_the_start(parts, free):
+    """Half of the drag of the slow shaft is that of its own inertia where both inertias are free."""
+    model = exugear.build(box(shaft("fast"), shaft("slow", INERTIA, exugear.Drag(30.0), *parts)))
+    ends = {"start_speed": 200.0} if free else {"drives": {"fast": 200.0}}
+    force = run(model, 0.01, **ends).data["mesh_force"].values[0, 0]
+    inertia = INERTIA / sum(each.turning_inertia for each in model.gearbox.shafts)
+    assert force == pytest.approx(30.0 * (inertia if free else 1.0) / R, rel=2e-3)
+
+
+def test_a_drive_that_only_drag_brakes_reaches_its_speed():
+    """The speed to expect counts the drag: without it 100 N m would reach more than 1e5 rad/s in this time."""
+    model = exugear.build(box(shaft("fast"), shaft("slow", INERTIA, exugear.Drag(viscous=1.0))))
+    data = run(model, 20.0, drives={"fast": Torque(100.0)}, stop=[exugear.SpeedReached("fast", 99.0)]).data
+    rest = -2 * INERTIA * np.log(0.01)
+    assert data["time"].values[-1] == pytest.approx(rest, rel=1e-3)
+
+
 def test_what_is_left_free_carries_nothing(pair):
     """Without drives and loads the train spins on at its speed, the teeth just touch."""
     data = run(pair, start_speed=100.0).data
