@@ -59,6 +59,7 @@ class Conditions:
     start_angle   of the held shaft, in its sense of motion [rad]
     stop          conditions that end the run
     run_up        speed and load as given to `exugear.run_up`, for the attributes of the run
+    power         whether the run records where its power goes
 
     Raises ValueError for a duration out of range, and for speeds and torques that are not finite.
     """
@@ -73,6 +74,7 @@ class Conditions:
     stop: tuple[StopCondition, ...] = ()
     held_sense: int = 1
     run_up: tuple[TimeFunction, TimeFunction] | None = None
+    power: bool = False
 
     def __post_init__(self):
         require_within("duration", self.duration, 0, HIGHEST_SPEED, remedy="s")

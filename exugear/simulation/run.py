@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.elements.exudyn_objects import quiet
+from exugear.energy.energy_balance import EnergyBalance, energy_balance
 from exugear.operation.conditions import Conditions, conditions_of, run_up_conditions
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.operation.time_functions import TimeFunction
@@ -58,6 +59,14 @@ class Run:
     step: Finite
 
     @checked
+    def energy_balance(self, start: float | None = None, end: float | None = None) -> EnergyBalance:
+        """Work in and out, losses and stored energy between two times [s], by default over the whole run.
+
+        Raises ValueError for a run without power=True and for times outside the run.
+        """
+        return energy_balance(self.data, start, end)
+
+    @checked
     def save(self, path: FilePath):
         """Write the run as netCDF, completely or not at all; `load` reads it."""
         return save(self.data.assign_attrs(wall_time=self.wall_time, step=self.step), path)
@@ -98,6 +107,7 @@ def run(
     sensor_period: float | None = None,
     progress: bool = True,
     checks: int = 3,
+    power: bool = False,
 ) -> Run:
     """Run a gearbox under drives and loads on any of its shafts, and record its meshes.
 
@@ -109,7 +119,7 @@ def run(
     start_speed     of the driving shaft at the start [rad/s] where no speed is imposed; 0 by default
     initial         `Run` of the same gearbox from whose end this run goes on; its time starts at 0 again
     stop            conditions that end the run at the first sample where one of them holds: `SpeedReached`, `Apart`
-    tolerance, step, sample, sensor_period, progress, checks
+    tolerance, step, sample, sensor_period, progress, checks, power
                     as for `run_up`
 
     A shaft in neither of them is free. At most one speed is imposed; without any the whole train is free to accelerate.
@@ -129,6 +139,7 @@ def run(
         initial=initial.data if initial else None,
     )
     options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
+    conditions = replace(conditions, power=power)
     return _solved(model, conditions, initial, progress=progress, checks=checks, **options)
 
 
@@ -145,6 +156,7 @@ def run_up(
     sensor_period: float | None = None,
     progress: bool = True,
     checks: int = 3,
+    power: bool = False,
 ) -> Run:
     """Run a gearbox at a given speed and load over time, and record its meshes.
 
@@ -160,6 +172,8 @@ def run_up(
     checks          number of segments, each a hundredth of the run, that are integrated again at half the step, among
                     them the segment that vibrates most; the change estimates the error by the step, step_error in
                     the data. Segments of a short run are not checked
+    power           record where the power goes: powers of drive and load, losses, energies, at every step (0.2 kB a
+                    step and mesh); the steps are a third of those by the tolerance, so that `Run.energy_balance` closes
 
     Returns a `Run`; `run.data["dte"]` is the dynamic transmission error.
 
@@ -172,6 +186,7 @@ def run_up(
     """
     conditions = run_up_conditions(model.gearbox, speed, load, duration)
     options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
+    conditions = replace(conditions, power=power)
     return _solved(model, conditions, None, progress=progress, checks=checks, **options)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.elements.bearing_elements import reactions
+from exugear.energy.power_variables import power_variables
 from exugear.operation.conditions import Conditions
 from exugear.operation.stop_conditions import End
 from exugear.plan.sampling import Steps
@@ -141,6 +142,8 @@ def labelled(
     data = data.assign(_beyond_maps(model, scheme.steps.interval) | _step_error(checked, scheme.steps.size))
     data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
     data = data.assign(drag_variables(model))
+    if conditions.power:
+        data = data.assign(power_variables(model, conditions, torques, data, scheme.rule.lag))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
     steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}

@@ -16,7 +16,7 @@ def needs_speeds(model: Model, conditions: Conditions) -> bool:
     """Whether the meshes must record spins and speeds of their bodies: for drags, or as no imposed speed gives them."""
     stops = any(isinstance(stop, SpeedReached) for stop in conditions.stop)
     braked = any(shaft.drags for shaft in model.gearbox.shafts)
-    return conditions.held is None or conditions.held in model.rotors or stops or braked
+    return conditions.power or conditions.held is None or conditions.held in model.rotors or stops or braked
 
 
 def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:

@@ -18,6 +18,8 @@ from fem.support.validation import require, require_within
 MARGIN = sqrt(0.5)
 #: Newton's relative tolerance over the tolerance; at 1e-3 it leaves an error of 7e-5 of the peak to peak DTE, measured.
 NEWTON_SHARE = 0.07
+#: Step of a run over that of a run whose energy balance closes.
+BALANCE_REFINEMENT = 3
 
 
 def settings_for(rule: Rule, duration: float, tolerance: float) -> exu.SimulationSettings:
@@ -72,6 +74,9 @@ def scheme_of(
     rule = _rule(model, conditions, tolerance, step)
     jumping = _jumping_meshes(model, conditions)
     size = rule.step
+    if conditions.power:
+        size, sample = (size if step else size / BALANCE_REFINEMENT), 0.5 * size
+        tolerance /= BALANCE_REFINEMENT**4
     if step is None and jumping:
         shortest = min(mesh_period for mesh_period, _ in jumping.values())
         size = min(size, shortest / PERIOD_STEPS * sqrt(tolerance / 1e-3))

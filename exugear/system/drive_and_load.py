@@ -178,8 +178,8 @@ def _add_torque(model: Model, conditions: Conditions, end: ShaftEnd, table: Torq
 
 
 def _record_rotors(model: Model, conditions: Conditions, torques: ShaftTorques) -> None:
-    """Record the motion of the rotors behind couplings where all shafts are free; the meshes record their bodies."""
-    if conditions.held is None:
+    """Record the motion of the rotors behind couplings where it is needed; the meshes record that of their bodies."""
+    if conditions.held is None or conditions.power:
         for name in model.rotors:
             if rotor_name(name) not in torques:
                 end = ShaftEnd(name, 1, Torque(0.0))

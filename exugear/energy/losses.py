@@ -1,0 +1,41 @@
+"""Power that the damping of bearings and couplings dissipates; that of the meshes is recorded."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from exugear.energy.shaft_motion import ShaftMotion
+from exugear.energy.stored_energy import coupling_twists, radial_motion
+from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.bearing_stiffness import linear_part, radial_table
+from exugear.gearbox.shaft import Shaft
+from exugear.system.model import Model
+
+
+def coupling_losses(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, np.ndarray]:
+    """(n,) power [W] that the coupling of each shaft dissipates."""
+    damping = {shaft.name: shaft.coupling.damping for shaft in model.gearbox.shafts if shaft.coupling}
+    return {name: damping[name] * rate**2 for name, (_, rate) in coupling_twists(model, motions).items()}
+
+
+def bearing_losses(shaft: Shaft, motion: ShaftMotion) -> dict[float, np.ndarray]:
+    """(n,) power [W] that each bearing of a shaft dissipates, by its axial position [m]."""
+    if motion.q is None or motion.q_t is None:
+        return {}
+    losses = {}
+    for axial, bearing in shaft.bearings.items():
+        stiffness = linear_part(bearing, axial - shaft.centre)[:5, :5]
+        losses[axial] = bearing.damping * np.einsum("ni,ij,nj->n", motion.q_t, stiffness, motion.q_t)
+        if not bearing.linear:
+            at, rate = (radial_motion(x, axial - shaft.centre) for x in (motion.q, motion.q_t))
+            losses[axial] = losses[axial] + _radial_loss(bearing, at, rate)
+    return losses
+
+
+def _radial_loss(bearing: Bearing, displacement: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """Power of the radial damping of a nonlinear bearing, of displacements (n, 2) and rates (n, 2)."""
+    radii, forces = radial_table(bearing)
+    r = np.maximum(np.linalg.norm(displacement, axis=1), np.finfo(float).tiny)
+    i = np.clip(np.searchsorted(radii, r) - 1, 0, radii.size - 2)
+    slope = np.diff(forces)[i] / np.diff(radii)[i]
+    return bearing.damping * slope * ((displacement * rate).sum(axis=1) / r) ** 2

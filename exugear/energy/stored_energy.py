@@ -1,0 +1,74 @@
+"""Energy stored in a gearbox: kinetic, in bearings, in couplings; that of the meshes is recorded."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from exugear.energy.shaft_motion import ShaftMotion
+from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.bearing_stiffness import linear_part, radial_table
+from exugear.gearbox.shaft import Shaft
+from exugear.system.drive_and_load import rotor_name
+from exugear.system.model import Model
+
+
+def kinetic_energy(model: Model, motions: Mapping[str, ShaftMotion]) -> np.ndarray:
+    """(n,) kinetic energy of all shafts and rotors [J].
+
+    An Rxyz body turns about its axis by the rate of its spin plus that of the first tilt times the sine of the second.
+    """
+    return np.sum([_of_shaft(shaft, motions) for shaft in model.gearbox.shafts], axis=0)
+
+
+def _of_shaft(shaft: Shaft, motions: Mapping[str, ShaftMotion]) -> np.ndarray:
+    motion, energy = motions[shaft.name], 0.0
+    about_axis = motion.speed
+    if motion.q is not None and motion.q_t is not None:
+        x, y, z, a_t, b_t = motion.q_t.T
+        b = shaft.offset.tilt_y + motion.q[:, 4]
+        about_axis = about_axis + a_t * np.sin(b)
+        energy = shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
+    if shaft.coupling:
+        energy = energy + shaft.coupling.inertia * motions[rotor_name(shaft.name)].speed ** 2
+    return 0.5 * (energy + shaft.inertia * about_axis**2)
+
+
+def coupling_twists(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Twist [rad] of the coupling of each shaft that has one, and its rate, each (n,)."""
+    ends = {name: (motions[rotor_name(name)], motions[name]) for name in model.rotors}
+    return {name: (rotor.spin - body.spin, rotor.speed - body.speed) for name, (rotor, body) in ends.items()}
+
+
+def coupling_energy(model: Model, motions: Mapping[str, ShaftMotion]) -> np.ndarray:
+    """(n,) energy of all couplings [J]."""
+    torsion = {shaft.name: shaft.coupling.torsion for shaft in model.gearbox.shafts if shaft.coupling}
+    twists = coupling_twists(model, motions)
+    return np.sum([0.5 * torsion[name] * twist**2 for name, (twist, _) in twists.items()], axis=0)
+
+
+def bearing_energy(shaft: Shaft, motion: ShaftMotion) -> np.ndarray:
+    """(n,) energy of all bearings of a shaft [J]; 0 for a shaft that only spins."""
+    if motion.q is None:
+        return np.zeros(motion.spin.size)
+    energy = np.zeros(motion.spin.size)
+    for axial, bearing in shaft.bearings.items():
+        stiffness = linear_part(bearing, axial - shaft.centre)[:5, :5]
+        energy += 0.5 * np.einsum("ni,ij,nj->n", motion.q, stiffness, motion.q)
+        if not bearing.linear:
+            energy += _radial_energy(bearing, *radial_motion(motion.q, axial - shaft.centre).T)
+    return energy
+
+
+def radial_motion(q: np.ndarray, lever: float) -> np.ndarray:
+    """(n, 2) motion in a bearing at an axial distance from the centre of mass [m], of displacements or rates (n, 5)."""
+    return np.stack([q[:, 0] + lever * q[:, 4], q[:, 1] - lever * q[:, 3]], axis=-1)
+
+
+def _radial_energy(bearing: Bearing, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Work of the radial force of a nonlinear bearing, linear between the points of its table."""
+    radii, forces = radial_table(bearing)
+    r = np.hypot(x, y)
+    i = np.clip(np.searchsorted(radii, r) - 1, 0, radii.size - 2)
+    work = np.r_[0.0, np.cumsum(np.diff(radii) * (forces[1:] + forces[:-1]) / 2)]
+    step, slope = r - radii[i], np.diff(forces)[i] / np.diff(radii)[i]
+    return work[i] + step * (forces[i] + 0.5 * slope * step)
