@@ -74,6 +74,20 @@ def test_losses_of_an_idler_gearbox_add_up():
     assert (drive - LOAD) * OMEGA == pytest.approx(total, rel=5e-3)
 
 
+@pytest.mark.parametrize("bearings", BEARINGS)
+@pytest.mark.parametrize("coefficient", [MU, exugear.XuFriction(20e-3, 0.4 * um)])
+def test_energy_balance_closes_with_friction_and_drag(bearings, coefficient):
+    friction, drag = exugear.MeshFriction.of_pair(PAIR, coefficient), exugear.BearingDrag(80 * mm, 3.0, 1e-4)
+    model = exugear.build(box({**BEARINGS[bearings], 20 * mm: drag}, friction))
+    step = model.plan.step() / 2
+    given = {"speed": (20.0, 60.0), "load": LOAD, "duration": 0.1, "step": step, "sample": step}
+    run = exugear.run_up(model, **given, power=True, progress=False, checks=0)
+    balance = run.energy_balance()
+    assert balance.losses["friction_loss"] > 0.1
+    assert balance.losses["drag_loss"] > 0.1
+    assert balance.relative < 1e-6
+
+
 def test_without_friction_the_run_is_the_same():
     plain, none = (
         slow_run(box(BEARINGS["planar"], friction)) for friction in (None, exugear.MeshFriction.of_pair(PAIR, 0.0))
