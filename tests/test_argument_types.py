@@ -54,7 +54,9 @@ TAKEN = {
     **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
     **dict.fromkeys(("SpeedReached.shaft", "Apart.stage"), "string"),
     **dict.fromkeys(("save.data", "Run.data", "BuiltPlan.mesh_resonances"), "dataset"),
-    **dict.fromkeys(("Model.bodies", "Model.spins", "Model.rotors", "Model.end_markers"), "dict"),
+    **dict.fromkeys(
+        ("Model.bodies", "Model.spins", "Model.rotors", "Model.end_markers", "MeshForce.fixed_offsets"), "dict"
+    ),
     **dict.fromkeys(("Run.wall_time", "Quantity.value"), "nan"),
     **dict.fromkeys((f"Envelope.{name}" for name in ("place", "low", "high", "rms")), "nan"),
     **dict.fromkeys((f"OrderSpectrum.{name}" for name in ("speed", "order", "amplitude")), "nan"),

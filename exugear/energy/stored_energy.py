@@ -21,8 +21,8 @@ def kinetic_energy(model: Model, motions: Mapping[str, ShaftMotion]) -> np.ndarr
 
 
 def _of_shaft(shaft: Shaft, motions: Mapping[str, ShaftMotion]) -> np.ndarray:
-    motion, energy = motions[shaft.name], 0.0
-    about_axis = motion.speed
+    motion = motions[shaft.name]
+    energy, about_axis = np.zeros(motion.speed.size), motion.speed
     if motion.q is not None and motion.q_t is not None:
         x, y, z, a_t, b_t = motion.q_t.T
         b = shaft.offset.tilt_y + motion.q[:, 4]

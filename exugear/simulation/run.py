@@ -59,7 +59,7 @@ class Run:
     step: Finite
 
     @checked
-    def energy_balance(self, start: float | None = None, end: float | None = None) -> EnergyBalance:
+    def energy_balance(self, start: Finite | None = None, end: Finite | None = None) -> EnergyBalance:
         """Work in and out, losses and stored energy between two times [s], by default over the whole run.
 
         Raises ValueError for a run without power=True and for times outside the run.
