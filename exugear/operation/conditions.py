@@ -127,7 +127,7 @@ class Conditions:
         if self.held:
             return self.speed_of.initial_slope / self._ratio(self.held)
         ratios = [self.gearbox.ratios[shaft.name] for shaft in self.gearbox.shafts]
-        return float(self.initial_torques @ ratios) / reduced_inertia(self.gearbox)
+        return float((self.initial_torques + self.initial_drags) @ ratios) / reduced_inertia(self.gearbox)
 
     @cached_property
     def initial_torques(self) -> np.ndarray:
@@ -141,6 +141,12 @@ class Conditions:
                 value = float(self.tables[end.shaft](0.0, self._ratio(end.shaft) * self.initial_speed, 0.0))
             torques[names.index(end.shaft)] += end.sense * self.gearbox.directions[end.shaft] * value
         return torques
+
+    @cached_property
+    def initial_drags(self) -> np.ndarray:
+        """(n_shaft,) torque about z of the drags of each shaft at the start [N m], the bearings without load."""
+        shafts, speed = self.gearbox.shafts, self.initial_speed
+        return -np.array([float(shaft.drag_torque(self.gearbox.ratios[shaft.name] * speed)) for shaft in shafts])
 
     @staticmethod
     def called(end: ShaftEnd, t: float) -> float:
@@ -175,12 +181,15 @@ class Conditions:
         return total
 
     def _torque_of_speed(self) -> Callable[[float], float]:
-        """Torques over the speed, reduced to the driving shaft, as a function of its speed."""
+        """Torques over the speed and drags, reduced to the driving shaft, as a function of its speed."""
         ends = [
             (end.sense * self._ratio(end.shaft), self._ratio(end.shaft), torque_of_speed(end.torque, end.role))
             for end in self.ends
             if end.torque.of_speed is not None
         ]
+        for shaft in self.gearbox.shafts:
+            if shaft.drags:
+                ends.append((-self._ratio(shaft.name), self._ratio(shaft.name), shaft.drag_torque))
         return lambda speed: sum(factor * torque(ratio * speed) for factor, ratio, torque in ends)
 
     @property

@@ -125,7 +125,7 @@ def _set_offsets(model: Model, functions) -> None:
 def _set_holding_forces(model: Model, conditions: Conditions) -> None:
     """Mesh forces that balance the torques at the start, by which contacts correct their damping."""
     for mesh in model.meshes:
-        holding = float(mesh.force_per_torque @ conditions.initial_torques)
+        holding = float(mesh.force_per_torque @ (conditions.initial_torques + conditions.initial_drags))
         state_of(model.mbs, mesh.contact).holding_force = holding
 
 

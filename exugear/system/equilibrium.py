@@ -1,7 +1,7 @@
 """Static equilibrium of a built gearbox under its load, from which a run starts."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from math import isfinite
 
@@ -54,7 +54,7 @@ def start(model: Model, conditions: Conditions) -> None:
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered else ""
         raise ValueError(f"{error}{remedy}") from None
     if _needs_static_solve(model):
-        q = _statically_solved(model, q, speed, considered * ratios)
+        q = _statically_solved(model, q, conditions, considered * ratios)
     system.SetODE2Coordinates(q, initial)
     system.SetODE2Coordinates_t(speed * ratios, initial)
     system.SetODE2Coordinates_tt(acceleration * ratios, initial)
@@ -72,12 +72,14 @@ def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: floa
     """Coordinates in which meshes, bearings and couplings carry the torques and the inertia torques, to first order."""
     box, anchor, torques = model.gearbox, conditions.anchor, conditions.initial_torques
     accelerations = {name: ratio * acceleration for name, ratio in box.ratios.items()}
-    forces = box.forces_under(torques, acceleration, held=anchor)
+    drags = conditions.initial_drags
+    forces = box.forces_under(torques + drags, acceleration, held=anchor)
     q = _displaced_on_bearings(model, forces)
     held, spin = next(shaft for shaft in box.shafts if shaft.name == anchor), model.spins[anchor]
     if held.coupling:
         by_meshes = -forces @ np.array([mesh.row for mesh in model.meshes])
-        q[spin] = _twist(anchor, held.coupling, by_meshes[spin] - held.inertia * accelerations[anchor])
+        on_shaft = by_meshes[spin] + drags[box.shafts.index(held)]
+        q[spin] = _twist(anchor, held.coupling, on_shaft - held.inertia * accelerations[anchor])
     q = _with_mesh_forces(model, forces, q, anchor)
     for shaft, torque in zip(box.shafts, torques, strict=True):
         if shaft.coupling:
@@ -104,14 +106,16 @@ def _needs_static_solve(model: Model) -> bool:
     return elastic or bool(model.rotors) or len(model.meshes) > 1
 
 
-def _statically_solved(model: Model, q: np.ndarray, speed: float, accelerations: np.ndarray) -> np.ndarray:
-    """Coordinates in equilibrium with the inertia torques at accelerations (n_coordinates,); the solve starts at q."""
+def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, accelerations: np.ndarray) -> np.ndarray:
+    """Coordinates in equilibrium with drags and with inertia torques at accelerations (n_coordinates,), from q on."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     settings.staticSolver.newton.relativeTolerance = 1e-8
     settings.staticSolver.loadStepDuration = INSTANT
-    with _inertia_torques(model, accelerations), explained(model, NO_EQUILIBRIUM, lambda t: speed):
+    speed, names = conditions.initial_speed, [shaft.name for shaft in model.gearbox.shafts]
+    drags = dict(zip(names, conditions.initial_drags.tolist(), strict=True))
+    with _torques_of_motion(model, accelerations, drags), explained(model, NO_EQUILIBRIUM, lambda t: speed):
         system.SetODE2Coordinates(q, initial)
         system.SetODE2Coordinates_t(np.zeros(q.size), initial)
         model.mbs.SolveStatic(settings, updateInitialValues=True)
@@ -126,14 +130,16 @@ def _spinning_inertias(model: Model) -> list[tuple[int, int, float]]:
 
 
 @contextmanager
-def _inertia_torques(model: Model, accelerations: np.ndarray) -> Iterator[None]:
-    """Apply the inertia torques at accelerations (n_coordinates,) as loads on the spins of shafts and rotors."""
+def _torques_of_motion(model: Model, accelerations: np.ndarray, drags: Mapping[str, float]) -> Iterator[None]:
+    """Apply inertia torques at accelerations (n_coordinates,) and drags [N m] of shafts as loads on the spins."""
     mbs, loads = model.mbs, []
     nodes = {mbs.GetNodeODE2Index(n): n for n in range(mbs.systemData.NumberOfNodes())}
-    for spin, coordinate, inertia in _spinning_inertias(model) if accelerations.any() else ():
+    braking = {model.spins[name]: torque for name, torque in drags.items()}
+    moving = accelerations.any() or any(drags.values())
+    for spin, coordinate, inertia in _spinning_inertias(model) if moving else ():
         marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=nodes[spin - coordinate], coordinate=coordinate))
-        load = eii.LoadCoordinate(markerNumber=marker, load=-inertia * accelerations[spin])
-        loads.append(mbs.AddLoad(load))
+        torque = braking.get(spin, 0.0) - inertia * accelerations[spin]
+        loads.append(mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=torque)))
     try:
         if loads:
             mbs.Assemble()

@@ -10,6 +10,7 @@ from paper_gears import paper_gear, paper_pair
 from scenes import linear_law, ran, smooth_box, smooth_map
 
 import exugear
+from exugear.operation.conditions import conditions_of
 from fem.units import mm, rpm, um
 
 PAIR = paper_pair()
@@ -176,6 +177,25 @@ def test_drive_pays_for_the_drag(bearings):
     by_hand = sum(float(drag.torque(20.0, load)) for load in forces)
     assert float(data["drag_torque"].sel(shaft="fast").mean()) == pytest.approx(by_hand, rel=0.02)
     assert float(data["drag_torque"].sel(shaft="slow").mean()) == pytest.approx(by_hand, rel=0.02)
+
+
+@pytest.mark.parametrize("bearings", BEARINGS)
+def test_runs_with_drag_start_in_equilibrium(bearings):
+    """Drags as large as the load at constant speed, and in a free train: the first samples do not ring."""
+    model = exugear.build(box({**BEARINGS[bearings], 20 * mm: exugear.Drag(60.0, 0.5)}, None))
+    held = ran(model, speed=100.0, load=LOAD, duration=0.01, checks=0)
+    free = exugear.run(model, duration=0.01, loads={"slow": LOAD}, start_speed=100.0, progress=False, checks=0).data
+    for data, force in ((held, LOAD + 110), (free, 0.5 * LOAD)):
+        assert data["mesh_force"].values[0] == pytest.approx(force / PAIR.pinion.r_b, rel=0.02)
+
+
+def test_drag_limits_the_speed_that_a_run_expects():
+    """A drive that the drag balances: without it the shaft would run away."""
+    gearbox, drives = box({20 * mm: exugear.Drag(viscous=1.0)}, None), {"fast": exugear.Torque(200.0)}
+    long = conditions_of(gearbox, drives, {}, duration=100.0, start_speed=None, stop=(), initial=None)
+    assert long.highest_speed == pytest.approx(100.0, rel=1e-6)
+    data = exugear.run(exugear.build(gearbox), drives=drives, duration=0.1, progress=False, checks=0).data
+    assert float(data["speed"][-1]) == pytest.approx(100.0, rel=1e-3)
 
 
 def test_drag_of_nonlinear_bearings_follows_their_force():
