@@ -22,9 +22,9 @@ MESH_PERIOD = 2 * np.pi / (OMEGA * PAIR.pinion.z)
 BEARINGS = {"spin": {}, "planar": {0 * mm: BALL, 60 * mm: BALL}, "space": {10 * mm: BALL, 60 * mm: BALL}}
 
 
-def box(parts=None, friction=FRICTION, *, angle: float = 0.0) -> exugear.Gearbox:
-    """The paper's pair of constant stiffness, damped, with friction."""
-    shafts = [exugear.Shaft(name, {30 * mm: paper_gear()} | (parts or {})) for name in ("fast", "slow")]
+def box(parts=None, friction=FRICTION, *, angle: float = 0.0, **data) -> exugear.Gearbox:
+    """The paper's pair of constant stiffness, damped, with friction; data: of both shafts."""
+    shafts = [exugear.Shaft(name, {30 * mm: paper_gear()} | (parts or {}), **data) for name in ("fast", "slow")]
     law = linear_law(reach=2e-3, backlash=50 * um)
     return exugear.Gearbox([exugear.Stage(*shafts, law, pair=PAIR, damping_ratio=0.06, friction=friction, angle=angle)])
 
@@ -87,6 +87,15 @@ def test_energy_balance_closes_with_friction_and_drag(bearings, coefficient):
     assert balance.losses["friction_loss"] > 0.1
     assert balance.losses["drag_loss"] > 0.1
     assert balance.relative < 1e-6
+
+
+def test_friction_of_displaced_shafts_that_only_spin():
+    """Shafts displaced along their axes as one: the same mesh, by the kernel of bodies in space."""
+    expected, _ = slow_run(box())
+    data, _ = slow_run(box(offset=exugear.Placement(z=20 * um)))
+    for name in ("friction_loss", "friction_force", "mesh_force"):
+        largest = float(abs(expected[name]).max())
+        assert data[name].values == pytest.approx(expected[name].values, rel=1e-4, abs=1e-4 * largest)
 
 
 def test_without_friction_the_run_is_the_same():
