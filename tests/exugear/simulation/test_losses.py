@@ -10,6 +10,7 @@ from paper_gears import paper_gear, paper_pair
 from scenes import linear_law, ran, smooth_box, smooth_map
 
 import exugear
+from exugear.operation.conditions import conditions_of
 from fem.units import mm, rpm, um
 
 PAIR = paper_pair()
@@ -21,9 +22,9 @@ MESH_PERIOD = 2 * np.pi / (OMEGA * PAIR.pinion.z)
 BEARINGS = {"spin": {}, "planar": {0 * mm: BALL, 60 * mm: BALL}, "space": {10 * mm: BALL, 60 * mm: BALL}}
 
 
-def box(parts=None, friction=FRICTION, *, angle: float = 0.0) -> exugear.Gearbox:
-    """The paper's pair of constant stiffness, damped, with friction."""
-    shafts = [exugear.Shaft(name, {30 * mm: paper_gear()} | (parts or {})) for name in ("fast", "slow")]
+def box(parts=None, friction=FRICTION, *, angle: float = 0.0, **data) -> exugear.Gearbox:
+    """The paper's pair of constant stiffness, damped, with friction; data: of both shafts."""
+    shafts = [exugear.Shaft(name, {30 * mm: paper_gear()} | (parts or {}), **data) for name in ("fast", "slow")]
     law = linear_law(reach=2e-3, backlash=50 * um)
     return exugear.Gearbox([exugear.Stage(*shafts, law, pair=PAIR, damping_ratio=0.06, friction=friction, angle=angle)])
 
@@ -72,6 +73,29 @@ def test_losses_of_an_idler_gearbox_add_up():
     assert drag_torque == pytest.approx([0, float(drag.torque(OMEGA)), 0, 0], rel=1e-3)
     total = lost.sum() + float(data["drag_loss"].sum("shaft").mean())
     assert (drive - LOAD) * OMEGA == pytest.approx(total, rel=5e-3)
+
+
+@pytest.mark.parametrize("bearings", BEARINGS)
+@pytest.mark.parametrize("coefficient", [MU, exugear.XuFriction(20e-3, 0.4 * um)])
+def test_energy_balance_closes_with_friction_and_drag(bearings, coefficient):
+    friction, drag = exugear.MeshFriction.of_pair(PAIR, coefficient), exugear.BearingDrag(80 * mm, 3.0, 1e-4)
+    model = exugear.build(box({**BEARINGS[bearings], 20 * mm: drag}, friction))
+    step = model.plan.step() / 2
+    given = {"speed": (20.0, 60.0), "load": LOAD, "duration": 0.1, "step": step, "sample": step}
+    run = exugear.run_up(model, **given, power=True, progress=False, checks=0)
+    balance = run.energy_balance()
+    assert balance.losses["friction_loss"] > 0.1
+    assert balance.losses["drag_loss"] > 0.1
+    assert balance.relative < 1e-6
+
+
+def test_friction_of_displaced_shafts_that_only_spin():
+    """Shafts displaced along their axes as one: the same mesh, by the kernel of bodies in space."""
+    expected, _ = slow_run(box())
+    data, _ = slow_run(box(offset=exugear.Placement(z=20 * um)))
+    for name in ("friction_loss", "friction_force", "mesh_force"):
+        largest = float(abs(expected[name]).max())
+        assert data[name].values == pytest.approx(expected[name].values, rel=1e-4, abs=1e-4 * largest)
 
 
 def test_without_friction_the_run_is_the_same():
@@ -162,6 +186,25 @@ def test_drive_pays_for_the_drag(bearings):
     by_hand = sum(float(drag.torque(20.0, load)) for load in forces)
     assert float(data["drag_torque"].sel(shaft="fast").mean()) == pytest.approx(by_hand, rel=0.02)
     assert float(data["drag_torque"].sel(shaft="slow").mean()) == pytest.approx(by_hand, rel=0.02)
+
+
+@pytest.mark.parametrize("bearings", BEARINGS)
+def test_runs_with_drag_start_in_equilibrium(bearings):
+    """Drags as large as the load at constant speed, and in a free train: the first samples do not ring."""
+    model = exugear.build(box({**BEARINGS[bearings], 20 * mm: exugear.Drag(60.0, 0.5)}, None))
+    held = ran(model, speed=100.0, load=LOAD, duration=0.01, checks=0)
+    free = exugear.run(model, duration=0.01, loads={"slow": LOAD}, start_speed=100.0, progress=False, checks=0).data
+    for data, force in ((held, LOAD + 110), (free, 0.5 * LOAD)):
+        assert data["mesh_force"].values[0] == pytest.approx(force / PAIR.pinion.r_b, rel=0.02)
+
+
+def test_drag_limits_the_speed_that_a_run_expects():
+    """A drive that the drag balances: without it the shaft would run away."""
+    gearbox, drives = box({20 * mm: exugear.Drag(viscous=1.0)}, None), {"fast": exugear.Torque(200.0)}
+    long = conditions_of(gearbox, drives, {}, duration=100.0, start_speed=None, stop=(), initial=None)
+    assert long.highest_speed == pytest.approx(100.0, rel=1e-6)
+    data = exugear.run(exugear.build(gearbox), drives=drives, duration=0.1, progress=False, checks=0).data
+    assert float(data["speed"][-1]) == pytest.approx(100.0, rel=1e-3)
 
 
 def test_drag_of_nonlinear_bearings_follows_their_force():
