@@ -58,5 +58,7 @@ def _integrals(k: np.ndarray, slope: np.ndarray) -> np.ndarray:
     total = np.zeros((*k.shape[:-1], PENETRATIONS))
     for t, weight in zip((points + 1) / 2, weights / 2, strict=True):
         u = U[:-1] + t / PENETRATIONS
-        total += weight / PENETRATIONS * u**7 * hermite(t, k[..., :-1], slope[..., :-1], k[..., 1:], slope[..., 1:])
+        total += (
+            weight / PENETRATIONS * u**7 * hermite.py_func(t, k[..., :-1], slope[..., :-1], k[..., 1:], slope[..., 1:])
+        )
     return total
