@@ -97,7 +97,7 @@ class Recorder:
     force          mesh force [N], > 0 on the driving flank, < 0 on the back flank
     a              centre distance in the pinion's mid-plane [m]
     misalignment   angle in the plane of action of the flank in contact by which the gap opens towards +z [rad]
-    axial          z of the wheel's mid-plane minus z of the pinion's [m]
+    axial          position of the wheel's centre along the pinion's axis, from the pinion's centre [m]
     centroid       z of the force centroid minus z of the pinion's mid-plane [m]; 0 without contact
     pinion_torque  torque of the mesh on the spin of the pinion's body [N m]
     wheel_torque   torque of the mesh on the spin of the wheel's body [N m]

@@ -1,1 +1,1 @@
-"""The force law of a gear mesh, from an STE map or a table, and the friction between its teeth."""
+"""The force law of a gear mesh, from an STE map or a table."""

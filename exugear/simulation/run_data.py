@@ -38,7 +38,7 @@ RECORDED = {
 RECORDED_ON_BEARINGS = {
     "centre_distance": ("a", "m", "centre distance"),
     "misalignment": ("misalignment", "rad", "angle by which the gap of the flank in contact opens towards +z"),
-    "axial_offset": ("axial", "m", "z of the wheel less that of the pinion"),
+    "axial_offset": ("axial", "m", "position of the wheel along the pinion's axis, from the pinion"),
     "centroid": ("centroid", "m", "z of the mesh force from the pinion's mid-plane"),
 }
 #: Friction between the teeth: unit, long name. Signs: `Recorder`.

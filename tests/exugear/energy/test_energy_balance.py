@@ -1,0 +1,109 @@
+"""The books of runs: power in less power out is what is stored and dissipated, over the run and over any window."""
+
+import numpy as np
+import pytest
+from scenes import paper_gear, paper_pair, smooth_box
+from spatial_meshes import helical_pair, law_of
+
+import exugear
+from fem.units import mm, rpm, um
+
+PAIR = paper_pair()
+BEARINGS = {position: exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5) for position in (0.0, 70 * mm)}
+COUPLING = exugear.Coupling(8e3, 5.0, inertia=0.02)
+FRICTION = exugear.MeshFriction.of_pair(PAIR, 0.06)
+LOOSE = {z: exugear.Bearing(2e8, 1e8, damping=2e-5, clearance=5 * um, drag=exugear.Drag(0.5)) for z in (0.0, 70 * mm)}
+QUIET = {"progress": False, "checks": 0, "power": True}
+RUN_UP = {"speed": (50.0, 366.0), "duration": 0.5, "load": 150.0}
+STEADY = {"speed": 2500 * rpm, "duration": 0.1, "load": 150.0}
+#: Largest residual over the throughput, of shafts that spin and of bodies on bearings; shortest window [s].
+SPIN, SPACE, SHORTEST = 1e-6, 1e-5, 5e-3
+
+
+def two_stages() -> exugear.Gearbox:
+    """Helical stages on bearings, the force centroid beside mid-plane."""
+    pair = helical_pair()
+    ends = {position: exugear.Bearing(2e8, 1e8, damping=2e-5) for position in (0.0, 100 * mm)}
+    gears = ({30 * mm: pair.pinion}, {30 * mm: pair.wheel, 65 * mm: pair.pinion}, {65 * mm: pair.wheel})
+    shafts = [exugear.Shaft(name, teeth | ends) for name, teeth in zip("abc", gears, strict=True)]
+    law = law_of(backlash=200 * um, damping=2700.0)
+    return exugear.Gearbox([exugear.Stage(*shafts[i : i + 2], law, pair=pair, angle=0.4 - 2 * i) for i in (0, 1)])
+
+
+def residuals(run: exugear.Run) -> np.ndarray:
+    """Relative residuals of the whole run, then of random windows."""
+    end = float(run.data["time"][-1])
+    windows = np.sort(np.random.default_rng(0).uniform(0, end, (60, 2)))
+    balances = [run.energy_balance(*window) for window in windows if np.diff(window) > SHORTEST]
+    return np.array([run.energy_balance().relative, *(balance.relative for balance in balances)])
+
+
+@pytest.mark.parametrize(
+    ("box", "course", "bound"),
+    [
+        (smooth_box(), RUN_UP, SPIN),
+        (smooth_box(parts={0.0: COUPLING}), RUN_UP, SPIN),
+        (smooth_box(friction=FRICTION), RUN_UP, SPIN),
+        (smooth_box(), RUN_UP | {"load": 0.0}, SPIN),
+        (smooth_box(parts=BEARINGS), STEADY, SPACE),
+        (smooth_box(parts=BEARINGS, friction=FRICTION), STEADY, SPACE),
+        (smooth_box(parts=LOOSE), STEADY, SPACE),
+        (two_stages(), STEADY | {"load": 100.0}, SPACE),
+    ],
+    ids=[
+        "spin",
+        "couplings",
+        "friction",
+        "no load",
+        "bearings",
+        "friction on bearings",
+        "clearance and drag",
+        "helical",
+    ],
+)
+def test_energy_balance_closes_over_the_run_and_over_any_window(box, course, bound):
+    run = exugear.run_up(exugear.build(box), **course, **QUIET)
+    whole, *windows = residuals(run)
+    assert whole < bound
+    assert max(windows) < 2 * bound and np.median(windows) < bound
+
+
+def test_energy_balance_of_a_torque_reversal_closes():
+    """Teeth cross the backlash and hit the other flank; the throughput passes 0."""
+    load = lambda t: 150 * np.cos(2 * np.pi * 4 * t)  # noqa: E731
+    run = exugear.run_up(exugear.build(smooth_box()), speed=200.0, duration=0.5, load=load, **QUIET)
+    whole, *windows = residuals(run)
+    assert whole < 5e-6 and np.median(windows) < 2e-6
+    assert run.data["mesh_force"].min() < 0
+
+
+def test_energy_balance_of_a_free_train_under_torques_closes():
+    drives, loads = {"fast": exugear.Torque(150.0)}, {"slow": exugear.Torque(100.0)}
+    options = {"duration": 0.3, "start_speed": 50.0} | QUIET
+    run = exugear.run(exugear.build(smooth_box()), drives=drives, loads=loads, **options)
+    assert residuals(run).max() < SPIN
+
+
+def test_damping_of_the_mesh_is_paid_by_the_drive():
+    """The former law's drive does not pay for it, as it bears no torque dU/dphase."""
+    law = {
+        c: exugear.MeshForce.from_ste(smooth_box().stages[0].mesh, damping=2700.0, conserves=c) for c in (True, False)
+    }
+    paid = {}
+    for conserves, force in law.items():
+        shafts = [exugear.Shaft(name, {30 * mm: paper_gear()}) for name in ("fast", "slow")]
+        model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, force, pair=PAIR)]))
+        balance = exugear.run_up(model, **STEADY, **QUIET).energy_balance(0.05)
+        paid[conserves] = (balance.work_in - balance.work_out - balance.stored) / balance.losses["mesh_loss"]
+    assert paid[True] == pytest.approx(1, rel=1e-3)
+    assert abs(paid[False] - 1) > 0.1
+
+
+def test_windows_and_runs_without_powers_are_refused():
+    run = exugear.run_up(exugear.build(smooth_box()), speed=100.0, duration=0.01, load=150.0, progress=False)
+    with pytest.raises(ValueError, match="run it with power=True"):
+        run.energy_balance()
+    run = exugear.run_up(exugear.build(smooth_box()), speed=100.0, duration=0.01, load=150.0, **QUIET)
+    with pytest.raises(ValueError, match=r"start and end must lie within \[0, 0.01\] s"):
+        run.energy_balance(0.005, 0.02)
+    assert "work in" in str(run.energy_balance())
