@@ -1,5 +1,7 @@
 """Plots of power: efficiency over speed and load, and the losses of a run."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib import colormaps
@@ -38,7 +40,7 @@ def plot_efficiency(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     """Contours of the efficiency over speed and load; dots mark the solved points, crosses those that stopped.
 
     data    as `exugear.efficiency` returns it, over at least two speeds and two loads
-    style   of matplotlib's contourf: levels [%], cmap, …
+    style   of matplotlib's contourf: levels [%] or their number, cmap, …
 
     Raises ValueError for other data, and where no point was solved.
     """
@@ -46,9 +48,11 @@ def plot_efficiency(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     ax, speeds, loads = axes_or_new(ax), data["speed"].values / rpm, data["load"].values
     solved = np.isfinite(values)
     require(bool(solved.any()), f"data must hold a solved point, all stopped: {data['stopped'].values.flat[0]}")
-    levels = _levels(values[solved]) if "levels" not in style else style["levels"]
-    style = {"cmap": COLOURS, "norm": BoundaryNorm(levels, 256)} | style
-    filled = ax.contourf(speeds, loads, values.T, **{"levels": levels} | style)
+    options: dict[str, Any] = {"cmap": COLOURS} | style
+    if "levels" not in style:
+        levels = _levels(values[solved])
+        options |= {"levels": levels, "norm": BoundaryNorm(levels, 256)}
+    filled = ax.contourf(speeds, loads, values.T, **options)
     lines = ax.contour(speeds, loads, values.T, levels=filled.levels, colors="k", linewidths=0.6)
     ax.clabel(lines, fmt="%g %%", fontsize="x-small", inline_spacing=2)
     x, y = (grid.T for grid in np.meshgrid(speeds, loads))
@@ -74,7 +78,7 @@ def _levels(values: np.ndarray) -> np.ndarray:
     losses = np.outer(10.0 ** np.arange(-2, 2), DECADE).ravel()
     first, last = np.searchsorted(losses, low, side="right") - 1, np.searchsorted(losses, high)
     if first < 0 or last == losses.size or last - first < FEWEST:
-        return MaxNLocator(2 * FEWEST, steps=[1, 2, 2.5, 5, 10]).tick_values(values.min(), values.max())
+        return np.array(MaxNLocator(2 * FEWEST, steps=[1, 2, 2.5, 5, 10]).tick_values(values.min(), values.max()))
     return np.round(100 - losses[first : last + 1][::-1], 10)
 
 

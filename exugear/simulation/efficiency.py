@@ -13,7 +13,6 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.simulation.run_data import scene_attributes
 from exugear.simulation.steady_power import SteadyPower, first_duration, steady_power
 from exugear.system.assembly import build
-from exugear.system.model import Model
 from fem.support.arguments import Numbers, checked
 from fem.support.progress import bar, shown
 from fem.support.validation import increasing, require, require_within

@@ -1,8 +1,9 @@
 """Mean powers of a gearbox at constant speed and load, over whole mesh cycles of all its stages."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
-from math import ceil, log
+from math import log
 
 import numpy as np
 import scipy
@@ -18,7 +19,7 @@ from exugear.system.model import Model
 WINDOW_PERIODS, SETTLING_PERIODS = 20, 100
 #: How often a run that has not settled goes on for as long again.
 DOUBLINGS = 5
-#: Error of the powers by the step over the tolerance of the run, measured.
+#: Error of the efficiency by the step over the tolerance of the run, at most, measured; largest such tolerance.
 STEP_SHARE = 1e-2
 LARGEST_TOLERANCE = 1e-3
 
@@ -31,14 +32,14 @@ class SteadyPower:
     power_out   on the load [W]
     losses      by kind: mesh, bearing, coupling, friction, drag [W]
     window      length [s]
-    error       of the efficiency: change since half the time, and what the balance of powers leaves
+    change      of the loss share since the window at half the time
     """
 
     power_in: float
     power_out: float
     losses: dict[str, float]
     window: float
-    error: float = np.inf
+    change: float = np.inf
 
     @property
     def throughput(self) -> float:
@@ -54,6 +55,11 @@ class SteadyPower:
     def residual_share(self) -> float:
         """Power in less power out and losses over the throughput: the error of the integration."""
         return (self.power_in - self.power_out) / self.throughput - self.loss_share
+
+    @property
+    def error(self) -> float:
+        """Estimated error of the efficiency: by transients that have not yet died, and by the integration."""
+        return self.change + abs(self.residual_share)
 
     @property
     def efficiency(self) -> float:
@@ -96,18 +102,25 @@ def steady_power(gearbox: Gearbox, speed: float, load: float, tolerance: float) 
 
 
 def _settled(model: Model, speed: float, load: float, tolerance: float) -> SteadyPower:
-    box, periods = model.gearbox, window_periods(model, speed)
-    ends = {"drives": {box.driving.name: speed}, "loads": {box.driven.name: load}}
-    scheme = {"tolerance": min(tolerance / STEP_SHARE, LARGEST_TOLERANCE), "progress": False, "checks": 0}
-    duration = first_duration(model, speed, tolerance)
-    last = run(model, **ends, **scheme, duration=duration, power=True)
-    power = _compared(_mean_power(last, duration / 2, periods), _mean_power(last, duration, periods))
+    periods, duration = window_periods(model, speed), first_duration(model, speed, tolerance)
+    steady_run = partial(
+        run,
+        model,
+        drives={model.gearbox.driving.name: speed},
+        loads={model.gearbox.driven.name: load},
+        tolerance=min(tolerance / STEP_SHARE, LARGEST_TOLERANCE),
+        progress=False,
+        checks=0,
+        power=True,
+    )
+    last = steady_run(duration=duration)
+    power = _changed(*(_mean_power(last, end, periods) for end in (duration / 2, duration)))
     for doubling in range(DOUBLINGS):
-        if power.error < tolerance:
+        if power.change < tolerance:
             break
         further = duration * 2**doubling
-        last = run(model, **ends, **scheme, duration=further, power=True, initial=last)
-        power = _compared(power, _mean_power(last, further, periods))
+        last = steady_run(duration=further, initial=last)
+        power = _changed(power, _mean_power(last, further, periods))
     return power
 
 
@@ -132,7 +145,6 @@ def _cycle_mean(values: xr.DataArray, end: float, periods: np.ndarray, derivativ
     return total / float(periods.prod())
 
 
-def _compared(earlier: SteadyPower, later: SteadyPower) -> SteadyPower:
-    """The later powers with their error."""
-    change = abs(later.loss_share - earlier.loss_share)
-    return replace(later, error=change + abs(later.residual_share))
+def _changed(earlier: SteadyPower, later: SteadyPower) -> SteadyPower:
+    """The later powers with their change."""
+    return replace(later, change=abs(later.loss_share - earlier.loss_share))

@@ -136,7 +136,10 @@ def by_name() -> dict[str, Any]:
         "speeds": [50.0, 60.0],
     }  # fmt: skip
     points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
-    efficiency = xr.Dataset({"efficiency": points, "stopped": (points[0], np.full((2, 2), ""))}, {"speed": [50.0, 60.0], "load": [50.0, 100.0]})
+    efficiency = xr.Dataset(
+        {"efficiency": points, "stopped": (points[0], np.full((2, 2), ""))},
+        {"speed": [50.0, 60.0], "load": [50.0, 100.0]},
+    )
     special = {
         "efficiency.loads": [50.0, 100.0], "efficiency.tolerance": 1e-5, "plot_efficiency.data": efficiency,
         "Density.refined.q": 2, "with_teeth.teeth": 2, "with_teeth.behind": 1, "Density.steps.name": "flank",

@@ -178,6 +178,7 @@ def test_contours_of_efficiency_enclose_all_values_and_mark_what_was_not_solved(
     assert stopped == pytest.approx(np.array([[200.0 / rpm, 20.0]]))
     chosen = plots.plot_efficiency(data, plots.figure().axes[0], levels=[98.0, 99.0, 99.5])
     assert chosen.collections[0].levels.tolist() == [98.0, 99.0, 99.5]
+    plots.plot_efficiency(data, plots.figure().axes[0], levels=5)
     constant = data.assign(efficiency=0 * data["efficiency"].fillna(0) + 1)
     plots.plot_efficiency(constant, plots.figure().axes[0]).figure.canvas.draw()
 

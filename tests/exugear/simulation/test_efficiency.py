@@ -22,7 +22,9 @@ SPEEDS, LOADS = [20.0, 60.0, 120.0], [20.0, 300.0]
 def box(parts=None, **stage) -> exugear.Gearbox:
     """The paper's pair with constant mesh stiffness and the same further parts on both shafts."""
     shafts = [exugear.Shaft(name, {30 * mm: paper_gear()} | (parts or {})) for name in ("fast", "slow")]
-    return exugear.Gearbox([exugear.Stage(*shafts, linear_law(backlash=50 * um), pair=PAIR, **{"damping_ratio": 0.06} | stage)])
+    return exugear.Gearbox(
+        [exugear.Stage(*shafts, linear_law(backlash=50 * um), pair=PAIR, **{"damping_ratio": 0.06} | stage)]
+    )
 
 
 def solved(gearbox: exugear.Gearbox, **changes):
