@@ -18,8 +18,9 @@ from fem.units import rpm
 
 __all__ = ["plot_efficiency", "plot_power"]
 
-#: Largest number of windows in which the losses of a run are averaged.
-WINDOWS = 300
+#: Largest number of windows in which the losses of a run are averaged; mesh cycles up to which they are shown within
+#: the cycle.
+WINDOWS, SHOWN_CYCLES = 300, 16
 #: Losses [%] between whose decades the contours lie, as efficiency falls quickly towards light loads; least number of
 #: such contours, else they are equidistant.
 DECADE, FEWEST = np.array([1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0]), 4
@@ -88,12 +89,13 @@ def plot_power(run, ax: Axes | None = None) -> Axes:
 
     run     an `exugear.Run` with power=True, or its data
 
-    The losses are means over equal parts of the run, 300 at most. Raises ValueError for a run without powers.
+    The losses are means over equal parts of the run, 300 at most, each of about a mesh cycle or more unless the run is
+    shorter than 16 cycles. Raises ValueError for a run without powers.
     """
     data = stage_data(run)
     require("mesh_loss" in data, "run must have powers; run it with power=True")
     data = run if isinstance(run, xr.Dataset) else run.data
-    ax, part = axes_or_new(ax), -(-data["time"].size // WINDOWS)
+    ax, part = axes_or_new(ax), -(-data["time"].size // _windows(data))
     means = data[["speed", *[name for name in LOSSES if name in data]]].coarsen(time=part, boundary="trim").mean()
     change = np.diff(means["speed"].values)
     over_speed = bool((change > 0).all() or (change < 0).all())
@@ -114,6 +116,12 @@ def plot_power(run, ax: Axes | None = None) -> Axes:
     ax.legend(handles[::-1], labels[::-1], frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
     ax.grid(alpha=0.3)
     return ax
+
+
+def _windows(data: xr.Dataset) -> int:
+    """Number of windows in which losses are averaged."""
+    cycles = int(data["mesh_frequency"].min("stage").integrate("time"))
+    return min(WINDOWS, cycles) if cycles > SHOWN_CYCLES else WINDOWS
 
 
 def _total(loss: xr.DataArray) -> np.ndarray:

@@ -196,7 +196,7 @@ def test_plots_of_efficiency_need_solved_points_over_both_axes():
 
 def test_stacked_losses_of_a_run_add_up_to_what_it_dissipates():
     model = exugear.build(smooth_box(exugear.Drag(0.5)))
-    given = {"load": 100.0, "duration": 0.05, "power": True, "progress": False, "checks": 0}
+    given = {"load": 100.0, "duration": 0.02, "power": True, "progress": False, "checks": 0}
     for speed, abscissa in (((50.0, 100.0), "speed of the driving shaft [rpm]"), (50.0, "time [s]")):
         run = exugear.run_up(model, speed=speed, **given)
         ax = plots.plot_power(run, plots.figure().axes[0])
@@ -205,5 +205,10 @@ def test_stacked_losses_of_a_run_add_up_to_what_it_dissipates():
         total = run.data["mesh_loss"].sum("stage") + run.data["drag_loss"].sum("shaft")
         assert top == pytest.approx(float(total.max()), rel=0.02)
         assert [text.get_text() for text in ax.get_legend().get_texts()] == ["shaft drag", "mesh damping"]
+    long = exugear.run_up(model, speed=50.0, **given | {"duration": 0.2})
+    outline = plots.plot_power(long, plots.figure().axes[0]).collections[-1].get_paths()[0].vertices
+    middle = outline[(outline[:, 0] > 0.05) & (outline[:, 0] < 0.15) & (outline[:, 1] > 10), 1]
+    settled = float((long.data["mesh_loss"].sum("stage") + long.data["drag_loss"].sum("shaft")).mean())
+    assert middle == pytest.approx(settled, rel=0.01), "over many mesh cycles, means of each"
     with pytest.raises(ValueError, match="run it with power=True"):
         plots.plot_power(exugear.run_up(model, speed=50.0, **given | {"power": False}))
