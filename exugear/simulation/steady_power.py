@@ -1,5 +1,6 @@
 """Mean powers of a gearbox at constant speed and load, over whole mesh cycles of all its stages."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -32,7 +33,7 @@ class SteadyPower:
     power_out   on the load [W]
     losses      by kind: mesh, bearing, coupling, friction, drag [W]
     window      length [s]
-    change      of the loss share since the window at half the time
+    change      largest change of the loss share since the windows at half and at three quarters of the time
     """
 
     power_in: float
@@ -114,13 +115,13 @@ def _settled(model: Model, speed: float, load: float, tolerance: float) -> Stead
         power=True,
     )
     last = steady_run(duration=duration)
-    power = _changed(*(_mean_power(last, end, periods) for end in (duration / 2, duration)))
+    power = _last_of([_mean_power(last, share * duration, periods) for share in (0.5, 0.75, 1.0)])
     for doubling in range(DOUBLINGS):
         if power.change < tolerance:
             break
         further = duration * 2**doubling
         last = steady_run(duration=further, initial=last)
-        power = _changed(power, _mean_power(last, further, periods))
+        power = _last_of([power, *(_mean_power(last, share * further, periods) for share in (0.5, 1.0))])
     return power
 
 
@@ -145,6 +146,7 @@ def _cycle_mean(values: xr.DataArray, end: float, periods: np.ndarray, derivativ
     return total / float(periods.prod())
 
 
-def _changed(earlier: SteadyPower, later: SteadyPower) -> SteadyPower:
-    """The later powers with their change."""
-    return replace(later, change=abs(later.loss_share - earlier.loss_share))
+def _last_of(powers: Sequence[SteadyPower]) -> SteadyPower:
+    """The last of the powers of successive windows, with its change."""
+    *earlier, last = powers
+    return replace(last, change=max(abs(last.loss_share - power.loss_share) for power in earlier))
