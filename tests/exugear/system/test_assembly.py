@@ -179,10 +179,12 @@ def test_displaced_shafts_need_the_axis(placement, message):
 def test_misaligned_scene_agrees_with_a_direct_finite_element_solve():
     """Deflection and centroid against a direct solve at the misalignment that the scene finds.
 
-    A torque on the spin of an Rxyz node stands along (0, -tilt_x, 1) and takes part in the moments.
+    The moment of the potential needs light loads in the map: without 3 and 10 N m the centroid is 3 % off. A torque on
+    the spin of an Rxyz node stands along (0, -tilt_x, 1) and takes part in the moments.
     """
     at = fem.Offsets(misalignment=(-2e-4, -1e-4, 0.0, 1e-4, 2e-4))
-    ste = fem.static_transmission_error(SPUR, [0, 1, 5, 20, 50, 150, 350], 30, offsets=at, progress=False)
+    torques = [0, 1, 3, 10, 20, 50, 100, 150, 350]
+    ste = fem.static_transmission_error(SPUR, torques, 30, offsets=at, progress=False)
     ends = {0.0: exugear.Bearing(2e8, 1e8), 80 * mm: exugear.Bearing(5e8)}
     shafts = [exugear.Shaft(name, {30 * mm: paper_gear()} | ends) for name in ("fast", "slow")]
     model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, ste)]))
@@ -196,7 +198,8 @@ def test_misaligned_scene_agrees_with_a_direct_finite_element_solve():
     (*_, tilt_x, _), _ = (part[0] for part in model.meshes[0].recorder.motion(0))
     across = np.array([-np.cos(SPUR.alpha_wt), np.sin(SPUR.alpha_wt)])
     moment += 150 * np.array([0.0, -tilt_x]) @ across
-    assert moment == pytest.approx(force * float(data["centroid"]), rel=1e-3)
+    by_tilt = force * abs(float(data["misalignment"])) * SPUR.a / 2
+    assert moment == pytest.approx(force * float(data["centroid"]), abs=by_tilt)
 
 
 def test_stiff_bearings_make_the_step_small_or_the_rule_stable():
