@@ -78,16 +78,16 @@ def test_a_run_twenty_times_as_long_has_the_same_efficiency():
 def test_windows_hold_whole_cycles_of_all_stages():
     """20/40 and 23/50 teeth, whose mesh frequencies have a common period of 40 and 23 cycles."""
     teeth = [(20, 40), (23, 50)]
-    pairs = [fem.GearPair(*(few_teeth(z=z, x=0.0) for z in both)) for both in teeth]
+    pairs = [fem.GearPair(*(few_teeth(z=z, x=0.0) for z in numbers)) for numbers in teeth]
     parts = [{0.0: pairs[0].pinion}, {0.0: pairs[0].wheel, 40 * mm: pairs[1].pinion}, {40 * mm: pairs[1].wheel}]
     shafts = [exugear.Shaft(name, part) for name, part in zip(("fast", "middle", "slow"), parts, strict=True)]
-    rubbing = {"damping_ratio": 0.06}
+    frictions = [exugear.MeshFriction.of_pair(pair, MU) for pair in pairs]
     stages = [
-        exugear.Stage(*ends, linear_law(), pair=pair, friction=exugear.MeshFriction.of_pair(pair, MU), **rubbing)
-        for ends, pair in zip(pairwise(shafts), pairs, strict=True)
+        exugear.Stage(*ends, linear_law(), pair=pair, friction=friction, damping_ratio=0.06)
+        for ends, pair, friction in zip(pairwise(shafts), pairs, frictions, strict=True)
     ]
     data = solved(exugear.Gearbox(stages), speeds=[40.0], loads=[50.0])
-    kept = np.prod([1 - exugear.MeshFriction.of_pair(pair, MU).loss(pair) for pair in pairs])
+    kept = np.prod([1 - friction.loss(pair) for friction, pair in zip(frictions, pairs, strict=True)])
     assert 1 - data["efficiency"].item() == pytest.approx(1 - kept, rel=0.01)
 
 
