@@ -5,6 +5,7 @@ import lazy_loader
 from exugear.elements.gear_contact import CreateGearContact
 from exugear.elements.gear_friction import CreateGearFriction
 from exugear.elements.gear_sensor import CreateGearSensor
+from exugear.energy.energy_balance import EnergyBalance
 from exugear.friction.drag import BearingDrag, Drag
 from exugear.friction.friction_coefficient import NiemannFriction, SchlenkFriction, XuFriction
 from exugear.friction.mesh_friction import MeshFriction
@@ -22,6 +23,7 @@ from exugear.plan.plan import Plan, plan
 from exugear.post import spectrum
 from exugear.post.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.post.viewer import draw, picture
+from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.simulation.solver_settings import integrator
 from exugear.system.assembly import build
@@ -43,6 +45,7 @@ __all__ = [
     "CreateGearSensor",
     "Disc",
     "Drag",
+    "EnergyBalance",
     "Gearbox",
     "MeshForce",
     "MeshFriction",
@@ -66,6 +69,7 @@ __all__ = [
     "build",
     "draw",
     "dte_envelope",
+    "efficiency",
     "eigenfrequencies",
     "envelope",
     "graphics",

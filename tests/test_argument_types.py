@@ -55,7 +55,15 @@ TAKEN = {
     **dict.fromkeys(("SpeedReached.shaft", "Apart.stage"), "string"),
     **dict.fromkeys(("save.data", "Run.data", "BuiltPlan.mesh_resonances"), "dataset"),
     **dict.fromkeys(
-        ("Model.bodies", "Model.spins", "Model.rotors", "Model.end_markers", "MeshForce.fixed_offsets"), "dict"
+        (
+            "Model.bodies",
+            "Model.spins",
+            "Model.rotors",
+            "Model.end_markers",
+            "MeshForce.fixed_offsets",
+            "EnergyBalance.losses",
+        ),
+        "dict",
     ),
     **dict.fromkeys(("Run.wall_time", "Quantity.value"), "nan"),
     **dict.fromkeys((f"Envelope.{name}" for name in ("place", "low", "high", "rms")), "nan"),

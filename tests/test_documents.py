@@ -85,10 +85,14 @@ def test_code_of_the_readme_of_exugear(tmp_path):
     bearings = data["bearing_force"].sel(bearing=["slow at 0 mm", "slow at 60 mm"]).sum("bearing").isel(time=0)
     assert bearings.values == pytest.approx(-pushed, abs=2e-3 * force)
     assert np.isfinite(data["dte"].values).all()
-    losses = names["losses"]
-    assert set(data.data_vars) | set(losses.data_vars) <= set(re.findall(r"`(\w+)`", text(EXUGEAR)))
+    losses, booked, efficiencies = names["losses"], names["booked"], names["efficiencies"]
+    variables = {*data.data_vars, *losses.data_vars, *booked.data.data_vars}
+    assert variables <= set(re.findall(r"`(\w+)`", text(EXUGEAR)))
     assert float(losses["friction_loss"].mean()) == pytest.approx(39, rel=0.1)
     assert losses["drag_loss"].mean("time").values == pytest.approx([15, 15], rel=0.05)
+    (printed,) = blocks(EXUGEAR, "text")
+    assert str(booked.energy_balance(0.01)).splitlines()[:6] == printed.splitlines()[:6]
+    assert float(efficiencies["efficiency"].sel(speed=100.0, load=150.0)) == pytest.approx(0.9953, abs=1e-4)
 
 
 def test_coast_flank_has_the_dte_that_the_readme_states():

@@ -37,7 +37,7 @@ FOLDERS = (
 )
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
 FIRST, LAST = {"fem.units"}, {"fem", "exugear"}
-MODULES_OF_FEM, MODULES_OF_EXUGEAR = 73, 90
+MODULES_OF_FEM, MODULES_OF_EXUGEAR = 73, 94
 MOST_IN_A_FOLDER = 9
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
 #: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.graphics` draws.
@@ -50,7 +50,7 @@ FENCES = {
     "exudyn": {"exugear/elements", "exugear/elements/native", "exugear/system", "exugear/simulation", "exugear/post"},
     "matplotlib": {"exugear/post"},
 }
-MODULES_OF_POST = {"exudyn": {"graphics", "viewer"}, "matplotlib": {"plots", "stress_plots"}}
+MODULES_OF_POST = {"exudyn": {"graphics", "viewer"}, "matplotlib": {"figures", "plots", "power_plots", "stress_plots"}}
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
+from fem.support.arguments import Finite, checked
 from fem.support.validation import require
 
 #: Powers of a run that dissipate energy, and energies that it stores.
@@ -16,6 +17,7 @@ ENERGIES = ("kinetic_energy", "strain_energy")
 BESIDE = 8
 
 
+@checked
 @dataclass(frozen=True)
 class EnergyBalance:
     """Work and energy of a run over a window of time; print it.
@@ -25,15 +27,16 @@ class EnergyBalance:
     work_out     by the gearbox on its loads [J]
     losses       energy dissipated, by the name of the variable of the run [J]
     stored       increase of kinetic and strain energy [J]
+    throughput   mean of the magnitudes of the works in and out [J]
     """
 
-    start: float
-    end: float
-    work_in: float
-    work_out: float
+    start: Finite
+    end: Finite
+    work_in: Finite
+    work_out: Finite
     losses: Mapping[str, float]
-    stored: float
-    throughput: float
+    stored: Finite
+    throughput: Finite
 
     @property
     def residual(self) -> float:

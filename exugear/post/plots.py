@@ -9,9 +9,10 @@ import xarray as xr
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
+from exugear.post.figures import axes_or_new, figure
+from exugear.post.power_plots import plot_efficiency, plot_power
 from exugear.post.spectrum import Envelope, Resonances, bearing_force_rms, dte_envelope, order_spectrum
 from exugear.simulation.run_data import stage_data
 from fem.ste.ste_map import PHASE, TORQUE, over_torque_and_phase, over_torque_and_pitches, pair_of
@@ -22,7 +23,9 @@ from fem.units import mm, rpm, um
 __all__ = [
     "figure",
     "plot_bearing_forces",
+    "plot_efficiency",
     "plot_envelopes",
+    "plot_power",
     "plot_run_up",
     "plot_section",
     "plot_solid",
@@ -35,24 +38,6 @@ STEEL = "#c9d3dc"
 TRACE, EDGE, MARK = "#9ecae1", "#08519c", "#cb181d"
 #: Length of a line of an order map [mesh cycles], and its largest share of the run.
 CYCLES, SHARE = 400, 1 / 20
-
-
-def axes_or_new(ax: Axes | None, **projection) -> Axes:
-    """The given axes, or those of a new figure."""
-    if ax is not None:
-        return ax
-    from matplotlib import pyplot
-
-    return pyplot.figure(figsize=(8, 4.5), layout="constrained").add_subplot(**projection)
-
-
-@checked
-def figure(rows: int = 1, columns: int = 1, spatial: tuple[int, ...] = ()) -> Figure:
-    """Empty figure for a report; the axes numbered in spatial are three-dimensional."""
-    empty = Figure(figsize=(5.2 * columns, 3.5 * rows), layout="constrained")
-    for i in range(rows * columns):
-        empty.add_subplot(rows, columns, i + 1, projection="3d" if i in spatial else None)
-    return empty
 
 
 @checked

@@ -150,7 +150,7 @@ def labelled(
     jumps = {"jumps": scheme.jumps} if scheme.jumps else {}
     if conditions.run_up:
         data = data.squeeze([name for name in ("drive_end", "load_end") if name in data.dims])
-    return data.assign_attrs({**conditions.as_text(), **inputs, **steps, **used, **jumps, **_scene(model)})
+    return data.assign_attrs({**conditions.as_text(), **inputs, **steps, **used, **jumps, **scene_attributes(model)})
 
 
 def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
@@ -230,7 +230,7 @@ def _step_error(checked: Sequence[tuple[Segment, np.ndarray]], h: float) -> dict
     return {"step_error": (("stage", "checked"), errors, about), "checked": ("checked", middles, middle)}
 
 
-def _scene(model: Model) -> dict[str, float | str]:
+def scene_attributes(model: Model) -> dict[str, float | str]:
     """Data of shafts, pairs and force laws, by attribute name."""
     inputs: dict[str, float | str] = {}
     for shaft in model.gearbox.shafts:

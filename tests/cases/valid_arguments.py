@@ -91,7 +91,7 @@ def instances() -> dict[str, Any]:
         exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
         box.stages[0].fast, linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
-        exugear.SpeedReached("fast", 55.0), exugear.Apart(0.01),
+        exugear.SpeedReached("fast", 55.0), exugear.Apart(0.01), run.energy_balance(),
     ]  # fmt: skip
     return {type(instance).__name__: instance for instance in made}
 
@@ -133,8 +133,15 @@ def by_name() -> dict[str, Any]:
         "peaks": exugear.spectrum.Resonances(LINE[1:3], LINE[1:3]), "divisors": (2, 1), "within": 0.1,
         "drives": {"fast": 50.0}, "loads": {"slow": 100.0}, "start_speed": None, "initial": None,
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
+        "speeds": [50.0, 60.0],
     }  # fmt: skip
+    points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
+    efficiency = xr.Dataset(
+        {"efficiency": points, "stopped": (points[0], np.full((2, 2), ""))},
+        {"speed": [50.0, 60.0], "load": [50.0, 100.0]},
+    )
     special = {
+        "efficiency.loads": [50.0, 100.0], "efficiency.tolerance": 1e-5, "plot_efficiency.data": efficiency,
         "Density.refined.q": 2, "with_teeth.teeth": 2, "with_teeth.behind": 1, "Density.steps.name": "flank",
         "pair_of.data": shared_map(),
         "static_transmission_error.resolution": None, "map_cost.resolution": None,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from paper_gears import few_teeth
-from scenes import K, smooth_map
+from scenes import K, smooth_box, smooth_map
 
 import exugear
 import fem
@@ -154,3 +154,61 @@ def test_bearing_forces_show_the_varying_part_of_the_radial_force():
     assert ax.get_legend_handles_labels()[1] == ["a at 0 mm"]
     with pytest.raises(ValueError, match="run must have bearings"):
         plots.plot_bearing_forces(swept(), plots.figure().axes[0])
+
+
+def power_map() -> xr.Dataset:
+    """An efficiency over 3 speeds and 4 loads, from 98 to 99.6 %, of which one point was not solved."""
+    speed, load = np.array([50.0, 100.0, 200.0]), np.array([20.0, 50.0, 100.0, 400.0])
+    values = 1 - 0.004 - 0.32 * np.sqrt(speed[:, None] / 200) / load
+    values[2, 0] = np.nan
+    stopped = np.where(np.isnan(values), "the map ends", "")
+    over = ("speed", "load")
+    return xr.Dataset({"efficiency": (over, values), "stopped": (over, stopped)}, {"speed": speed, "load": load})
+
+
+def test_contours_of_efficiency_enclose_all_values_and_mark_what_was_not_solved():
+    data = power_map()
+    ax = plots.plot_efficiency(data, plots.figure().axes[0])
+    levels = np.array(ax.collections[0].levels)
+    values = 100 * data["efficiency"].values
+    assert levels[0] <= np.nanmin(values) < levels[1]
+    assert levels[-2] < np.nanmax(values) <= levels[-1]
+    solved, stopped = (np.array(line.get_xydata()) for line in ax.lines)
+    assert len(solved) == 11
+    assert stopped == pytest.approx(np.array([[200.0 / rpm, 20.0]]))
+    chosen = plots.plot_efficiency(data, plots.figure().axes[0], levels=[98.0, 99.0, 99.5])
+    assert chosen.collections[0].levels.tolist() == [98.0, 99.0, 99.5]
+    plots.plot_efficiency(data, plots.figure().axes[0], levels=5)
+    constant = data.assign(efficiency=0 * data["efficiency"].fillna(0) + 1)
+    plots.plot_efficiency(constant, plots.figure().axes[0]).figure.canvas.draw()
+
+
+def test_plots_of_efficiency_need_solved_points_over_both_axes():
+    data = power_map()
+    for wrong, words in (
+        (data.drop_vars("efficiency"), "pass what exugear.efficiency returns"),
+        (data.isel(speed=[0]), "two speeds and two loads at least"),
+        (data.assign(efficiency=data["efficiency"] * np.nan), "must hold a solved point"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            plots.plot_efficiency(wrong, plots.figure().axes[0])
+
+
+def test_stacked_losses_of_a_run_add_up_to_what_it_dissipates():
+    model = exugear.build(smooth_box(exugear.Drag(0.5)))
+    given = {"load": 100.0, "duration": 0.02, "power": True, "progress": False, "checks": 0}
+    for speed, abscissa in (((50.0, 100.0), "speed of the driving shaft [rpm]"), (50.0, "time [s]")):
+        run = exugear.run_up(model, speed=speed, **given)
+        ax = plots.plot_power(run, plots.figure().axes[0])
+        assert ax.get_xlabel() == abscissa
+        top = ax.collections[-1].get_paths()[0].vertices[:, 1].max()
+        total = run.data["mesh_loss"].sum("stage") + run.data["drag_loss"].sum("shaft")
+        assert top == pytest.approx(float(total.max()), rel=0.02)
+        assert [text.get_text() for text in ax.get_legend().get_texts()] == ["shaft drag", "mesh damping"]
+    long = exugear.run_up(model, speed=50.0, **given | {"duration": 0.2})
+    outline = plots.plot_power(long, plots.figure().axes[0]).collections[-1].get_paths()[0].vertices
+    middle = outline[(outline[:, 0] > 0.05) & (outline[:, 0] < 0.15) & (outline[:, 1] > 10), 1]
+    settled = float((long.data["mesh_loss"].sum("stage") + long.data["drag_loss"].sum("shaft")).mean())
+    assert middle == pytest.approx(settled, rel=0.01), "over many mesh cycles, means of each"
+    with pytest.raises(ValueError, match="run it with power=True"):
+        plots.plot_power(exugear.run_up(model, speed=50.0, **given | {"power": False}))
