@@ -56,7 +56,7 @@ class EnergyBalance:
     def __str__(self) -> str:
         rows = {"work in": self.work_in, "work out": -self.work_out}
         rows |= {name.replace("_", " "): -loss for name, loss in self.losses.items()}
-        rows |= {"increase of stored energy": -self.stored, "residual": self.residual}
+        rows |= {"released from storage": -self.stored, "residual": self.residual}
         lines = [f"{name:>26}  {value:14.6g} J" for name, value in rows.items()]
         return "\n".join([f"energy from {self.start:.6g} to {self.end:.6g} s", *lines])
 

@@ -20,6 +20,8 @@ MARGIN = sqrt(0.5)
 NEWTON_SHARE = 0.07
 #: Step of a run over that of a run whose energy balance closes.
 BALANCE_REFINEMENT = 3
+#: Tolerance of such a run below which Newton's iteration only meets rounding: it then cuts steps, or fails.
+LEAST_BALANCE_TOLERANCE = 1e-5
 
 
 def settings_for(rule: Rule, duration: float, tolerance: float) -> exu.SimulationSettings:
@@ -76,7 +78,7 @@ def scheme_of(
     size = rule.step
     if conditions.power:
         size, sample = (size if step else size / BALANCE_REFINEMENT), 0.5 * size
-        tolerance /= BALANCE_REFINEMENT**4
+        tolerance = min(tolerance, max(tolerance / BALANCE_REFINEMENT**4, LEAST_BALANCE_TOLERANCE))
     if step is None and jumping:
         shortest = min(mesh_period for mesh_period, _ in jumping.values())
         size = min(size, shortest / PERIOD_STEPS * sqrt(tolerance / 1e-3))
