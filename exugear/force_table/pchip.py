@@ -75,21 +75,24 @@ def periodic_cubics(phase: np.ndarray, curves: Iterable[np.ndarray], uniform: np
 
     Cubic splines, twice continuously differentiable, where none overshoots; else monotone curves, which are so once.
     """
-    curves = list(curves)
-    splines = [_periodic_spline(phase, values) for values in curves]
-    smooth = not any(_overshoots(*each, phase) for each in zip(splines, curves, strict=True))
-    chosen = splines if smooth else [_monotone(phase, values) for values in curves]
-    return [np.array([curve(uniform), curve(uniform, 1) / uniform.size]) for curve in chosen]
+    curves = [np.asarray(values) for values in curves]
+    flat = np.concatenate([values.reshape(phase.size, -1) for values in curves], axis=1)
+    resampled = _resampled(phase, flat, uniform)
+    ends = np.cumsum([values[0].size for values in curves])[:-1]
+    parts = np.split(resampled, ends, axis=2)
+    return [part.reshape(2, uniform.size, *values.shape[1:]) for part, values in zip(parts, curves, strict=True)]
 
 
-def _periodic_spline(phase: np.ndarray, values: np.ndarray):
+def _resampled(phase: np.ndarray, values: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+    """Values and slopes per step (2, n_uniform, n) of the curves (n_phase, n)."""
     closed = np.concatenate([values, values[:1]])
-    return scipy.interpolate.CubicSpline(np.append(phase, phase[0] + 1), closed, bc_type="periodic")
-
-
-def _monotone(phase: np.ndarray, values: np.ndarray):
-    wrapped = np.r_[phase - 1, phase, phase + 1]
-    return scipy.interpolate.PchipInterpolator(wrapped, np.r_[values, values, values])
+    curve = scipy.interpolate.CubicSpline(np.append(phase, phase[0] + 1), closed, bc_type="periodic")
+    if _overshoots(curve, values, phase):
+        wrapped = np.r_[phase - 1, phase, phase + 1]
+        curve = scipy.interpolate.PchipInterpolator(wrapped, np.r_[values, values, values])
+    elif np.array_equal(phase, uniform):
+        return np.array([values, curve.c[2] / uniform.size])
+    return np.array([curve(uniform), curve(uniform, 1) / uniform.size])
 
 
 def _overshoots(spline, values: np.ndarray, phase: np.ndarray) -> bool:

@@ -4,7 +4,6 @@ U = w penetration^2 with w = 4 / u^8 integral of k u^7, so that force and tangen
 k = 2 w + u w' / 4. All this is linear in the values and slopes of k at the nodes.
 """
 
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +11,10 @@ import numpy as np
 from exugear.force_table.layout import PENETRATIONS, U
 from exugear.force_table.pchip import hermite
 
-#: Number of nodes in the difference quotients; number of points of Gauss's rule, exact for the polynomials here.
-DIFFERENCE_NODES, GAUSS_POINTS = 5, 6
+#: Twelvefold weights of five values in the slopes at the first two of them.
+AT_THE_ENDS = (-25, 48, -36, 16, -3), (-3, -10, 18, -6, 1)
+#: Number of points of Gauss's rule, exact for the polynomials here.
+GAUSS_POINTS = 6
 
 
 class Curve(NamedTuple):
@@ -24,20 +25,19 @@ class Curve(NamedTuple):
     by_uu: np.ndarray
 
 
-@cache
-def differences() -> np.ndarray:
-    """(U.size, U.size) matrix from values at the nodes to their slopes per step of u, exact for quartic polynomials."""
-    matrix = np.zeros((U.size, U.size))
-    for j in range(U.size):
-        start = min(max(j - DIFFERENCE_NODES // 2, 0), U.size - DIFFERENCE_NODES)
-        powers = np.vander(np.arange(start, start + DIFFERENCE_NODES) - j, DIFFERENCE_NODES, increasing=True).T
-        matrix[j, start : start + DIFFERENCE_NODES] = np.linalg.solve(powers, np.eye(DIFFERENCE_NODES)[1])
-    return matrix
+def differences(values: np.ndarray) -> np.ndarray:
+    """Slopes (..., U.size) of values (..., U.size) per step of u, exact for quartic polynomials."""
+    slopes = np.empty_like(values)
+    slopes[..., 2:-2] = (values[..., :-4] - 8 * (values[..., 1:-3] - values[..., 3:-1]) - values[..., 4:]) / 12
+    for j, weights in enumerate(AT_THE_ENDS):
+        slopes[..., j] = sum(weight * values[..., k] for k, weight in enumerate(weights)) / 12
+        slopes[..., -1 - j] = -sum(weight * values[..., -1 - k] for k, weight in enumerate(weights)) / 12
+    return slopes
 
 
 def with_curvature(value: np.ndarray, slope: np.ndarray) -> Curve:
     """The curve of values and slopes."""
-    return Curve(value, slope, slope @ differences().T)
+    return Curve(value, slope, differences(slope))
 
 
 def potential_of(k: np.ndarray, slope: np.ndarray) -> Curve:

@@ -36,8 +36,8 @@ class PhaseCurves(NamedTuple):
     unloaded        deflection at which the flanks touch [m]
     largest         penetration at the end of the table [m]
     largest_force   of the law [N]
-    secant          secant stiffness over `U` [N/m], and its slope per step of u
-    centroid        axial force centroid over `U` [m], and its slope per step of u
+    secant          secant stiffness over `U` [N/m], and its slope over u, at all phases per step of u
+    centroid        axial force centroid over `U` [m], and its slope likewise
     tangent         tangent stiffness over `U` [N/m]
     """
 
@@ -123,6 +123,8 @@ def _block(phase, uniform: np.ndarray, deflection, force, centroid, largest_forc
     """
     rows = [_curves_at_phase(*columns) for columns in zip(deflection, force, centroid, largest_force, strict=True)]
     curves = PhaseCurves(*(np.array(column) for column in zip(*rows, strict=True)))
+    slopes = _smoothed(curves.secant, curves.secant_slope), _smoothed(curves.centroid, curves.centroid_slope)
+    curves = curves._replace(secant_slope=slopes[0], centroid_slope=slopes[1])
     resampled = PhaseCurves(*periodic_cubics(phase, curves, uniform))
     edges = np.empty(uniform.size, EDGE)
     edges["unloaded"], edges["unloaded_slope"] = resampled.unloaded
@@ -151,18 +153,23 @@ def _curves_at_phase(deflection, force, centroid, largest_force) -> PhaseCurves:
     unloaded, largest = deflection[contact], deflection[-1] - deflection[contact]
     penetration, force = deflection[contact + 1 :] - unloaded, force[contact + 1 :]
     k = force / penetration
-    u, k = np.r_[0, (penetration / largest) ** 0.25], np.r_[k[0], k]
+    u, k = _after(0.0, (penetration / largest) ** 0.25), _after(k[0], k)
     secant, slope = monotone_cubic(u, k, U)
-    at_nodes, centroid_slope = monotone_cubic(u, np.r_[centroid[contact + 1], centroid[contact + 1 :]], U)
-    smoothed = _smoothed(secant, slope), _smoothed(at_nodes, centroid_slope)
-    return PhaseCurves(
-        unloaded, largest, largest_force, secant, smoothed[0], at_nodes, smoothed[1], secant + 0.25 * U * slope
-    )
+    at_nodes, centroid_slope = monotone_cubic(u, _after(centroid[contact + 1], centroid[contact + 1 :]), U)
+    tangent = secant + 0.25 * U * slope
+    return PhaseCurves(unloaded, largest, largest_force, secant, slope, at_nodes, centroid_slope, tangent)
+
+
+def _after(first: float, values: np.ndarray) -> np.ndarray:
+    """The values after a first one."""
+    joined = np.empty(values.size + 1)
+    joined[0], joined[1:] = first, values
+    return joined
 
 
 def _smoothed(value: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """Slopes per step of u: as given at light loads, where they change fast, else differences.
+    """Slopes per step of u, from slopes over u: as given at light loads, where they change fast, else differences.
 
     Differences change smoothly over phase, as the given values move along u.
     """
-    return np.where(U < LIGHT, slope / PENETRATIONS, differences() @ value)
+    return np.where(U < LIGHT, slope / PENETRATIONS, differences(value))
