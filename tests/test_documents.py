@@ -91,7 +91,13 @@ def test_code_of_the_readme_of_exugear(tmp_path):
     assert float(losses["friction_loss"].mean()) == pytest.approx(39, rel=0.1)
     assert losses["drag_loss"].mean("time").values == pytest.approx([15, 15], rel=0.05)
     (printed,) = blocks(EXUGEAR, "text")
-    assert str(booked.energy_balance(0.01)).splitlines()[:6] == printed.splitlines()[:6]
+    lines = [
+        (x.split(), y.split())
+        for x, y in zip(str(booked.energy_balance(0.01)).splitlines(), printed.splitlines(), strict=True)
+    ]
+    for actual, stated in lines[1:-1]:
+        assert actual[:-2] == stated[:-2]
+        assert float(actual[-2]) == pytest.approx(float(stated[-2]), rel=1e-3)
     assert float(efficiencies["efficiency"].sel(speed=100.0, load=150.0)) == pytest.approx(0.9953, abs=1e-4)
 
 

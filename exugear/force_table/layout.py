@@ -9,10 +9,12 @@ import numpy as np
 
 from exugear.force_table.kernel_records import record_type
 
-#: Phase steps of a table; with offsets, where it has many blocks, fewer, to limit its size.
-PHASES, PHASES_WITH_OFFSETS = 512, 256
+#: Phase steps of a table; of a table with many blocks, and from how many blocks on: 3 MB a block with force centroids.
+PHASES, PHASES_OF_MANY, MANY_BLOCKS = 256, 128, 65
+#: Phase steps of a table from phases that are not uniform.
+RESAMPLED = 1024
 #: Steps of u, and their nodes.
-PENETRATIONS = 80
+PENETRATIONS = 128
 U = np.linspace(0, 1, PENETRATIONS + 1)
 OFFSETS = ("a", "misalignment", "axial")
 #: Head of a table: numbers of steps and of offset values; whether all derivatives of the potential act, and whether the

@@ -11,7 +11,7 @@ from exugear.force_table.layout import (
     NODE,
     OFFSETS,
     PENETRATIONS,
-    PHASES,
+    RESAMPLED,
     U,
     start_of_field,
     table_type,
@@ -55,7 +55,7 @@ def tabulate(force) -> np.record:
     """The table of a `MeshForce`; ValueError where its backlash jams the teeth."""
     phase = force.phase
     uniform = np.allclose(phase, np.arange(phase.size) / phase.size, atol=1e-9)
-    phase_steps = phase.size if uniform else 2 * PHASES
+    phase_steps = phase.size if uniform else RESAMPLED
     axes = {name: np.atleast_1d(force.offsets.get(name, force.fixed_offsets.get(name, 0.0))) for name in OFFSETS}
     kind = table_type(tuple(axis.size for axis in axes.values()), phase_steps, bool(np.any(force.centroid)))
     arrays, tangents = _arrays(force, phase_steps, kind)

@@ -1,13 +1,13 @@
 """The mesh force F(phase, deflection, rate, offsets) from an STE map or a user's table.
 
-Its table (`exugear.force_table`) of 512 x 64 patches inverts a map with a relative error of the force below 1e-4, for
+Its table (`exugear.force_table`) of 256 x 128 patches inverts a map with a relative error of the force below 1e-4, for
 forces above 3e-6 of the largest one (tests/exugear/mesh_force/test_force.py).
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from math import inf, isfinite
+from math import inf, isfinite, prod
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ import scipy
 import xarray as xr
 
 from exugear.force_table.force_kernels import damping, range_at, spinning_force, static_force
-from exugear.force_table.layout import OFFSETS, PHASES, PHASES_WITH_OFFSETS
+from exugear.force_table.layout import MANY_BLOCKS, OFFSETS, PHASES, PHASES_OF_MANY
 from exugear.force_table.tabulation import tabulate
 from exugear.mesh_force.energy_centroid import energy_centroid
 from exugear.mesh_force.fixed_offsets import at_fixed_offsets
@@ -149,7 +149,7 @@ class MeshForce:
         """
         pair = pair_of(check(ste))
         offsets = offset_axes(ste)
-        n = PHASES_WITH_OFFSETS if offsets else PHASES
+        n = PHASES if prod(axis.size for axis in offsets.values()) < MANY_BLOCKS else PHASES_OF_MANY
         phase = np.arange(n) / n
         force, deflection = loaded_deflection(ste, pair.pinion.r_b, phase, extend=extend)
         backlash = pair.backlash if backlash is None else backlash
