@@ -145,6 +145,23 @@ def test_folded_harmonics_between_the_mesh_orders(tolerance, step, load):
     assert np.median(folded) < (-30 if tolerance > 5e-4 else -45)
 
 
+@pytest.mark.parametrize("load", [150.0, 350.0])
+def test_energy_balance_of_the_whole_run_up(load):
+    """Over 70 s, and over random windows from 5 ms to 1 s; 2.7 GB."""
+    ste = fem.static_transmission_error(paper_pair(), korta_pair.MAP_TORQUES, korta_pair.MAP_PHASES, progress=False)
+    model, began = exugear.build(korta_pair.gearbox(ste)), time.perf_counter()
+    conditions = {"speed": (0, korta_pair.TOP_SPEED), "duration": korta_pair.DURATION, "progress": False}
+    run = exugear.run_up(model, load=load, power=True, checks=0, **conditions)
+    random, whole = np.random.default_rng(0), run.energy_balance()
+    starts, lengths = random.uniform(0.5, korta_pair.DURATION - 1, 300), 10 ** random.uniform(np.log10(5e-3), 0, 300)
+    windows = [run.energy_balance(*window).relative for window in zip(starts, starts + lengths, strict=True)]
+    middle, high, largest = np.quantile(windows, [0.5, 0.95, 1.0])
+    print(f"\n{load:g} N m, {time.perf_counter() - began:.0f} s: whole {whole.relative:.1e} of the throughput")
+    print(f"  windows: median {middle:.1e}, 95th percentile {high:.1e}, largest {largest:.1e}")
+    print(whole)
+    assert whole.relative < 1e-7 and high < 1e-6
+
+
 STATES = {
     "spur": (paper_pair, ()),
     "spur, tip relief": (paper_pair, (TIP_RELIEF,)),
