@@ -11,7 +11,7 @@ import scipy
 
 from fem.support.numba_cache import compiled, kept
 
-#: Share of their range by which a cubic spline may overshoot the values beside it; beyond, they jump.
+#: Share of the range of a quantity by which a spline may overshoot the values beside it; beyond, they jump.
 OVERSHOOT = 0.01
 
 
@@ -77,17 +77,19 @@ def periodic_cubics(phase: np.ndarray, curves: Iterable[np.ndarray], uniform: np
     """
     curves = [np.asarray(values) for values in curves]
     flat = np.concatenate([values.reshape(phase.size, -1) for values in curves], axis=1)
-    resampled = _resampled(phase, flat, uniform)
     ends = np.cumsum([values[0].size for values in curves])[:-1]
-    parts = np.split(resampled, ends, axis=2)
+    parts = np.split(_resampled(phase, flat, ends, uniform), ends, axis=2)
     return [part.reshape(2, uniform.size, *values.shape[1:]) for part, values in zip(parts, curves, strict=True)]
 
 
-def _resampled(phase: np.ndarray, values: np.ndarray, uniform: np.ndarray) -> np.ndarray:
-    """Values and slopes per step (2, n_uniform, n) of the curves (n_phase, n)."""
+def _resampled(phase: np.ndarray, values: np.ndarray, ends: np.ndarray, uniform: np.ndarray) -> np.ndarray:
+    """Values and slopes per step (2, n_uniform, n) of curves (n_phase, n); ends: of the columns of a quantity."""
     closed = np.concatenate([values, values[:1]])
     curve = scipy.interpolate.CubicSpline(np.append(phase, phase[0] + 1), closed, bc_type="periodic")
-    if _overshoots(curve, values, phase):
+    middle = curve((phase + np.append(phase[1:], phase[0] + 1)) / 2)
+    if any(
+        _overshoots(*quantity) for quantity in zip(*(np.split(x, ends, axis=1) for x in (values, middle)), strict=True)
+    ):
         wrapped = np.r_[phase - 1, phase, phase + 1]
         curve = scipy.interpolate.PchipInterpolator(wrapped, np.r_[values, values, values])
     elif np.array_equal(phase, uniform):
@@ -95,9 +97,8 @@ def _resampled(phase: np.ndarray, values: np.ndarray, uniform: np.ndarray) -> np
     return np.array([curve(uniform), curve(uniform, 1) / uniform.size])
 
 
-def _overshoots(spline, values: np.ndarray, phase: np.ndarray) -> bool:
-    """Whether a spline leaves the range of two neighbouring values between them."""
+def _overshoots(values: np.ndarray, middle: np.ndarray) -> bool:
+    """Whether a quantity leaves the range of two neighbouring values in the middle between them."""
     following = np.roll(values, -1, axis=0)
-    middle = spline((phase + np.append(phase[1:], phase[0] + 1)) / 2)
     beyond = np.maximum(np.minimum(values, following) - middle, middle - np.maximum(values, following))
-    return bool((beyond.max(axis=0) > OVERSHOOT * np.ptp(values, axis=0) + 1e-12 * np.abs(values).max(axis=0)).any())
+    return bool(beyond.max() > OVERSHOOT * np.ptp(values, axis=0).max() + 1e-12 * np.abs(values).max())
