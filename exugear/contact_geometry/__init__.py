@@ -1,1 +1,1 @@
-"""Where two gears stand to each other: bodies of any kind in the frame of a contact, relative position, reference."""
+"""The relative position of two gears: bodies of any kind in the frame of a contact, measures with their derivatives."""

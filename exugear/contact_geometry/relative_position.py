@@ -1,10 +1,10 @@
 """Relative position of two gears from body coordinates, and its exact derivatives by virtual work.
 
 The measures are those of two axes z_1, z_2 in space: L runs from the pinion's centre to the wheel's axis in the
-pinion's mid-plane, the pitch point lies on it. They do not change when both bodies move as one, so that action equals
-reaction, and their derivatives are exact, so that a potential of them conserves energy. Exact for involutes whose axes
-stay parallel, at any centre distance and position of the centres, also when they orbit each other; first order in the
-angle between the axes.
+pinion's mid-plane, the pitch point lies on it. They do not change when the pair moves as a rigid body, so that action
+equals reaction, and their derivatives are exact, so that a potential of them conserves energy. Exact for involutes
+whose axes stay parallel, at any centre distance and position of the centres, also when they orbit each other; first
+order in the angle between the axes.
 
 A ring gear has a negative base radius and centre distance (ISO 21771), so that e_r points away from its axis. For
 direction +1 the deflection is positive where the pinion leads counter-clockwise. With side = direction on the
@@ -153,7 +153,7 @@ def flank_of(table, lead, opening, phase):
 
 @compiled
 def nearest_lead(table, pitch, lead):
-    """Lead [m] of the teeth nearest to each other, for bodies whose whole turns are unknown; pitch: base pitch [m]."""
+    """Lead [m] of the teeth that are nearest to contact, where whole turns are unknown; pitch: base pitch [m]."""
     middle = -0.5 * table.backlash if table.backlash < pitch else 0.0
     return lead - pitch * floor((lead - middle) / pitch + 0.5)
 

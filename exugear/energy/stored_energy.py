@@ -34,7 +34,7 @@ def _of_shaft(shaft: Shaft, motions: Mapping[str, ShaftMotion]) -> np.ndarray:
 
 
 def coupling_twists(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Twist [rad] of the coupling of each shaft that has one, and its rate, each (n,)."""
+    """Twists (n,) [rad] of couplings and their rates (n,) [rad/s], by the name of the shaft."""
     ends = {name: (motions[rotor_name(name)], motions[name]) for name in model.rotors}
     return {name: (rotor.spin - body.spin, rotor.speed - body.speed) for name, (rotor, body) in ends.items()}
 

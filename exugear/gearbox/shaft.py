@@ -267,11 +267,6 @@ class Shaft:
         of_bearings = [(axial, bearing.drag) for axial, bearing in self.bearings.items() if bearing.drag]
         return of_bearings + self._parts_of(Drag | BearingDrag)
 
-    @checked
-    def drag_torque(self, omega: Finite) -> float:
-        """Torque of all drags against the rotation [N m] at a speed [rad/s], bearings without load; signed like it."""
-        return float(sum(drag.torque(omega) for _, drag in self.drags))
-
     @property
     def coupling(self) -> Coupling | None:
         """The coupling to an outside rotor; None without one."""
