@@ -20,7 +20,7 @@ from fem.pair.mesh_position import MeshPosition
 from fem.units import um
 
 TINY = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1)
-SLICES, WIDEST, MOST_PAIRS, BAND = 6, 8, 2.5, 0.025
+SLICES, WIDEST, MOST_PAIRS, BAND = 6, 8, 2.5, 0.02
 #: Deflection in modules up to which gears are stiff enough to mesh.
 MESHABLE = 0.1
 FAST = settings(max_examples=6, deadline=None, derandomize=True, phases=[Phase.generate])
@@ -183,8 +183,13 @@ def sizes_and_stiffness_scale(scene: Scene) -> None:
 
 
 def modes_agree(scene: Scene) -> None:
-    """Slices have one line load where the flanks are closest; only loaded tips need strips."""
-    phases = [replace(plain(scene), axial=0.0, slices=16, phase=i / 4) for i in range(4)]
+    """Slices have one line load where the flanks are closest; only loaded tips need strips.
+
+    On gears of one width: the face ends of a narrow steel gear press into a wide plastic one, which slices and strips
+    resolve differently (te 3 to 5 % apart where the plastic gear is four times wider).
+    """
+    even = of_pair(plain(scene), lambda gear: replace(gear, b=scene.pair.b))
+    phases = [replace(even, axial=0.0, slices=16, phase=i / 4) for i in range(4)]
     resolved, sliced = np.array([[state.te for state in phase.solved()] for phase in phases]).mean(axis=0)
     if resolved > MESHABLE * scene.pair.pinion.m_n:
         reject()
