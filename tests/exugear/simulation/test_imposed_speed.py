@@ -15,6 +15,7 @@ from scenes import paper_gear, ran, smooth_map
 
 import exugear
 from exugear.simulation.step_error import Solver
+from exugear.system import contact_steps
 from fem.units import mm, rpm
 
 BEARINGS = {0 * mm: exugear.Bearing(2e8, 1e8, damping=2e-5), 60 * mm: exugear.Bearing(2e8, damping=2e-5)}
@@ -141,3 +142,13 @@ def test_a_torque_on_the_free_end_and_further_constraints_still_hold():
     model.mbs.Assemble()
     data = ran(model, speed=0.0, duration=0.01)
     assert np.isfinite(data["mesh_force"].values).all()
+
+
+@pytest.mark.parametrize("scene", ["spin", "planar", "both rotors"])
+def test_first_guesses_change_the_iterations_and_not_the_run(scene, monkeypatch):
+    """Through contact loss: lightly damped gears at their resonance."""
+    options = {"speed": (480 * rpm, 520 * rpm), "duration": 0.2, "tolerance": 1e-6, "step": 2e-5, "checks": 0}
+    guided = ran(exugear.build(box_of(*SCENES[scene])), **options)
+    monkeypatch.setattr(contact_steps, "guess_by", lambda *_: None)
+    unguided = ran(exugear.build(box_of(*SCENES[scene])), **options)
+    assert guided["dte"].values == pytest.approx(unguided["dte"].values, abs=1e-5 * np.ptp(unguided["dte"].values))
