@@ -25,7 +25,7 @@ from exugear.post.spectrum import dte_envelope, envelope, order_spectrum, resona
 from exugear.post.viewer import draw, picture
 from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
-from exugear.simulation.solver_settings import integrator
+from exugear.integration.solver_settings import integrator
 from exugear.system.assembly import build
 from exugear.system.eigenfrequencies import eigenfrequencies
 from exugear.system.model import Model

@@ -57,6 +57,7 @@ class Conditions:
     ends          torques on the ends of shafts
     start_speed   of the driving shaft where all shafts are free [rad/s]
     start_angle   of the held shaft, in its sense of motion [rad]
+    start_time    at which the integration starts [s]; later than 0 for a part of a run under an imposed speed
     stop          conditions that end the run
     run_up        speed and load as given to `exugear.run_up`, for the attributes of the run
     power         whether the run records where its power goes
@@ -71,6 +72,7 @@ class Conditions:
     ends: tuple[ShaftEnd, ...]
     start_speed: float = 0.0
     start_angle: float = 0.0
+    start_time: float = 0.0
     stop: tuple[StopCondition, ...] = ()
     held_sense: int = 1
     run_up: tuple[TimeFunction, TimeFunction] | None = None
@@ -96,6 +98,10 @@ class Conditions:
         """Imposed speed of the driving shaft [rad/s] at times [s]."""
         return self.speed_of(t) / self._ratio(self.held)
 
+    def driving_angle(self, t: float) -> float:
+        """Angle of the driving shaft that the imposed speed gives [rad] at a time [s]."""
+        return (self.start_angle + self.speed_of.integral(t)) / self._ratio(self.held)
+
     def driving_acceleration(self, t):
         """Imposed acceleration of the driving shaft [rad/s^2] at times [s]."""
         return self.speed_of.slope(t) / self._ratio(self.held)
@@ -119,13 +125,18 @@ class Conditions:
     @property
     def initial_speed(self) -> float:
         """Speed of the driving shaft at the start [rad/s]."""
-        return float(self.driving_speed(0.0)) if self.held else self.start_speed
+        return float(self.driving_speed(self.start_time)) if self.held else self.start_speed
+
+    @property
+    def initial_angle(self) -> float:
+        """Angle of the driving shaft in the equilibrium at the start [rad], but for static deflections."""
+        return self.driving_angle(self.start_time) if self.held else 0.0
 
     @property
     def initial_acceleration(self) -> float:
         """Acceleration of the driving shaft at the start [rad/s^2]: the imposed one, or that of the free train."""
         if self.held:
-            return self.speed_of.initial_slope / self._ratio(self.held)
+            return float(self.driving_acceleration(self.start_time))
         torques = self.initial_torques + self.initial_drags
         return float(torques @ self._signed_ratios) / reduced_inertia(self.gearbox)
 
@@ -141,9 +152,10 @@ class Conditions:
         torques = np.zeros(len(names))
         for end in self.ends:
             if end.of_time:
-                value = self.called(end, 0.0)
+                value = self.called(end, self.start_time)
             else:
-                value = float(self.tables[end.shaft](0.0, self._ratio(end.shaft) * self.initial_speed, 0.0))
+                ratio, motion = self._ratio(end.shaft), (self.initial_speed, self.initial_angle)
+                value = float(self.tables[end.shaft](self.start_time, *(ratio * x for x in motion)))
             torques[names.index(end.shaft)] += end.sense * self.gearbox.directions[end.shaft] * value
         return torques
 

@@ -23,6 +23,7 @@ from exugear.operation.train_motion import force_per_torque
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import Coordinates
 from exugear.plan.integrator_and_step import Rule
+from exugear.plan.vibration_decay import slowest_decay
 from fem.support.arguments import checked
 from fem.support.validation import require_kind
 
@@ -118,11 +119,12 @@ def linearized(model: Model, held: str | None) -> Model:
     added = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
     meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(added))) for mesh in model.meshes)
     model = replace(model, meshes=meshes)
-    mass, stiffness = matrices_without_meshes(model)
+    mass, stiffness, damping = matrices_without_meshes(model)
     omega, omega_mesh = _frequency_bounds(model, mass, stiffness)
     meshes = tuple(_with_mobility(model, mesh, mass, stiffness, held) for mesh in meshes)
     resonances = _mesh_resonances(model, mass, stiffness)
-    plan = replace(model.plan, omega=omega, omega_mesh=omega_mesh, mesh_resonances=resonances)
+    decay = _decay(model, mass, stiffness, damping, held)
+    plan = replace(model.plan, omega=omega, omega_mesh=omega_mesh, mesh_resonances=resonances, decay=decay)
     return replace(model, plan=plan, meshes=meshes)
 
 
@@ -146,8 +148,8 @@ def lag_corrected(model: Model, rule: Rule):
             state.lag, state.pinion_lag, state.wheel_lag = 0.0, np.zeros(6), np.zeros(6)
 
 
-def matrices_without_meshes(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Mass and stiffness matrix of the built system without the meshes."""
+def matrices_without_meshes(model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mass, stiffness and damping matrix of the built system without the meshes."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     before, states = system.GetODE2Coordinates(initial), [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
     try:
@@ -155,12 +157,12 @@ def matrices_without_meshes(model: Model) -> tuple[np.ndarray, np.ndarray]:
         for state in states:
             state.engaged = 0.0
         with quiet():
-            mass, stiffness, *_ = model.mbs.ComputeLinearizedSystem()
+            mass, stiffness, damping = model.mbs.ComputeLinearizedSystem()
     finally:
         system.SetODE2Coordinates(before, initial)
         for state in states:
             state.engaged = 1.0
-    return np.array(mass), np.array(stiffness)
+    return np.array(mass), np.array(stiffness), np.array(damping)
 
 
 def _with_mobility(model: Model, mesh: Mesh, mass: np.ndarray, stiffness: np.ndarray, held: str | None) -> Mesh:
@@ -201,9 +203,7 @@ def _mesh_resonances(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> d
 
     Each mesh has its mean stiffness at the largest torque of its map.
     """
-    stiffness = stiffness + nonlinear_bearing_stiffness(model)
-    roots = np.sqrt([mean_stiffness(mesh.law, mesh.stage.pair) for mesh in model.meshes])
-    rows = roots[:, None] * np.array([mesh.row for mesh in model.meshes])
+    stiffness, rows = stiffness + nonlinear_bearing_stiffness(model), _stiff_rows(model)
     frequencies = []
     for held in (model.gearbox.driving.name, None):
         free = _free_coordinates(model, held)
@@ -212,6 +212,21 @@ def _mesh_resonances(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> d
         strain_share = (rows[:, free] @ modes) ** 2 / np.maximum(squares, 1.0)
         frequencies.append(np.sqrt(np.maximum(squares, 0.0))[strain_share.argmax(axis=1)] / (2 * pi))
     return {label: (float(h), float(f)) for label, h, f in zip(model.gearbox.labels, *frequencies, strict=True)}
+
+
+def _stiff_rows(model: Model) -> np.ndarray:
+    """(n_stage, n_coordinates) rows of the meshes times the roots of their mean stiffnesses at the largest torques."""
+    roots = np.sqrt([mean_stiffness(mesh.law, mesh.stage.pair) for mesh in model.meshes])
+    return roots[:, None] * np.array([mesh.row for mesh in model.meshes])
+
+
+def _decay(model: Model, mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, held: str | None) -> float:
+    """Rate of decay [1/s] of the slowest mode that the meshes excite; the damping of nonlinear bearings counts not."""
+    free, rows = _free_coordinates(model, held), _stiff_rows(model)
+    damped_rows = np.array([np.sqrt(mesh.law.damping) * mesh.row for mesh in model.meshes])
+    total = stiffness + nonlinear_bearing_stiffness(model) + rows.T @ rows
+    part = np.ix_(free, free)
+    return slowest_decay(mass[part], total[part], (damping + damped_rows.T @ damped_rows)[part], rows[:, free])
 
 
 def _frequency_bounds(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, s
 import exugear
 from exugear.operation.time_functions import curve_through_function, line
 from exugear.plan.sampling import summable
-from exugear.simulation.step_error import Solver
+from exugear.integration.time_integration import Solver
 from fem.units import mm, rpm, um
 
 LOAD = 350.0
@@ -60,7 +60,7 @@ def test_slow_running_follows_the_static_transmission_error(spinning):
 
 def test_segments_do_not_perturb_the_run(spinning, monkeypatch):
     parts = run(spinning, tolerance=1e-4, checks=0)
-    monkeypatch.setattr("exugear.simulation.step_error.SEGMENTS", 1)
+    monkeypatch.setattr("exugear.integration.time_integration.SEGMENTS", 1)
     whole = run(spinning, tolerance=1e-4, checks=0)
     assert np.abs(whole.data["dte"] - parts.data["dte"]).max() < 1e-4 * np.ptp(whole.data["dte"].values)
 

@@ -15,9 +15,9 @@ from exugear.energy.power_variables import power_variables
 from exugear.operation.conditions import Conditions
 from exugear.operation.stop_conditions import End
 from exugear.plan.sampling import Steps
-from exugear.simulation.shaft_motion import drag_variables, driving_speed, speed_variables, torque_variables
-from exugear.simulation.solver_settings import Scheme
-from exugear.simulation.step_error import Segment
+from exugear.integration.shaft_motion import drag_variables, driving_speed, speed_variables, torque_variables
+from exugear.integration.solver_settings import Scheme
+from exugear.integration.time_integration import Segment
 from exugear.system.drive_and_load import ShaftTorques
 from exugear.system.equilibrium import UNIT
 from exugear.system.model import Model, on_bearings
@@ -76,23 +76,42 @@ def stored(path) -> xr.Dataset:
     return data.assign_coords(texts)
 
 
-def start_recorders(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool) -> None:
-    """Start the recorders of all meshes and torques for a run; power: whether meshes record spins and speeds."""
+def start_recorders(
+    model: Model, steps: Steps, torques: ShaftTorques, *, power: bool, samples: range | None = None
+) -> None:
+    """Start the recorders of all meshes and torques for a run.
+
+    power     whether meshes record spins and speeds
+    samples   numbers of the samples to record, by default those of the whole run
+    """
+    samples = range(steps.samples + 1) if samples is None else samples
+    part = {"steps": steps.every, "first": samples.start}
     for mesh in model.meshes:
         kinds = {"motion": on_bearings(model, mesh), "power": power, "friction": mesh.stage.friction is not None}
-        mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, **kinds)
+        mesh.recorder.start(steps.interval, len(samples), **part, **kinds)
     for torque in torques.values():
-        torque.recorder.start(steps.interval, steps.samples + 1, steps=steps.every)
+        torque.recorder.start(steps.interval, len(samples), **part)
 
 
-def keep_valid(model: Model, steps: Steps, end: End | None, stop: BaseException | None) -> BaseException | None:
-    """Drop the samples after an end or a stop; returns the stop, also where bearings yield until the teeth part."""
+def recorded_blocks(model: Model, torques: ShaftTorques) -> list[np.ndarray]:
+    """The arrays of samples of all meshes and torques."""
+    recorders = [mesh.recorder for mesh in model.meshes] + [torque.recorder for torque in torques.values()]
+    return [block for recorder in recorders for block in recorder.samples]
+
+
+def keep_valid(
+    model: Model, steps: Steps, end: End | None, stop: BaseException | None, stopped_at: float
+) -> BaseException | None:
+    """Drop the samples after an end, or after a stop at a time [s].
+
+    Returns the stop, also where bearings yield until the teeth part.
+    """
     blocks = [mesh.recorder.samples for mesh in model.meshes]
     lost = np.isnan([samples[0]["deflection"] for samples in blocks]).any(axis=0)
     if end:
         lost |= np.arange(lost.size) > end.sample
     if stop:
-        lost |= steps.time >= model.mbs.systemData.GetTime()
+        lost |= steps.time >= stopped_at
     number = int(lost.argmax()) if lost.any() else lost.size
     apart, reason = _out_of_mesh(model, number)
     number, stop = (apart, RuntimeError(f"at t = {steps.time[apart]:.6g} s: {reason}")) if reason else (number, stop)

@@ -1,0 +1,311 @@
+"""Parts of a run side by side: a part is joined at a seam where the state that arrives equals the part's state there.
+
+Where it does not, the part is integrated again from the state that arrives until that meets a state of the part. Only
+the states of one unbroken chain enter the run, which is therefore the serial one.
+"""
+
+import os
+import pickle
+import warnings
+from collections.abc import Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from math import ceil, inf
+from typing import Any
+
+import exudyn as exu
+import numpy as np
+import xarray as xr
+
+from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
+from exugear.integration.run_data import recorded_blocks
+from exugear.integration.segments import Integrated, Job, Part, integrate, rms_at_half_the_step, samples_before, seam_error
+from exugear.integration.time_integration import Segment, Solver, progress_bar
+from exugear.operation.conditions import Conditions
+from exugear.plan.vibration_decay import SEAM_TOLERANCE, settling_time
+from exugear.system.assembly import build
+from exugear.system.drive_and_load import ShaftTorques
+from exugear.system.model import Model
+from fem.support.validation import require
+
+INITIAL = exu.ConfigurationType.Initial
+#: Most parts for each process: where a part is repeated, the other processes have further ones to integrate.
+PARTS_PER_PROCESS = 4
+#: Length of a part over that of its early start: wanted, and at least.
+WANTED_LENGTH, LEAST_LENGTH = 16, 2
+#: Share of the run that may be integrated again without a warning.
+MUCH = 0.5
+#: Kinds of items of a system.
+ITEMS = "Objects", "Nodes", "Loads", "Markers", "Sensors"
+
+
+@dataclass(frozen=True)
+class Division:
+    """How a run is divided into parts.
+
+    bounds       steps at which the segments of the run end
+    ends         indices of the bounds at which the parts begin and end
+    early        number of segments by which a part starts early
+    processes    number of processes
+    """
+
+    bounds: Sequence[int]
+    ends: Sequence[int]
+    early: int
+    processes: int
+
+    @property
+    def number(self) -> int:
+        """Number of parts."""
+        return len(self.ends) - 1
+
+    def part(self, i: int, state: Any = None, expected: Any = None) -> Part:
+        """The part with a number: from the state that arrives, or early from static equilibrium."""
+        begin = self.ends[i] if state else max(self.ends[i] - self.early, 0)
+        return Part(self.bounds[begin : self.ends[i + 1] + 1], self.bounds[self.ends[i]], state, expected or {})
+
+
+def division_of(solver: Solver, executor: Executor) -> Division:
+    """The parts of a run: a single one where vibrations do not decay, for a single process and for a short run.
+
+    A part starts one segment earlier than vibrations need to settle: in that segment Newton's iteration, whose matrix
+    is that at the beginning of the segment, becomes the same.
+    """
+    bounds, processes, decay = solver.bounds, number_of_processes(executor), solver.model.plan.decay
+    segments = len(bounds) - 1
+    settling = settling_time(decay, SEAM_TOLERANCE) / solver.conditions.duration if decay > 0 else inf
+    early = ceil(min(settling, 1.0) * segments) + 1
+    wanted = processes * min(max(segments // (processes * WANTED_LENGTH * early), 1), PARTS_PER_PROCESS)
+    parts = max(1, min(wanted, segments // (LEAST_LENGTH * early))) if processes > 1 else 1
+    return Division(bounds, np.linspace(0, segments, parts + 1).astype(int).tolist(), early, processes)
+
+
+def number_of_processes(executor: Executor) -> int:
+    """Number of processes of an executor: of a process pool, of Dask or of MPI; else that of the processors."""
+    client = getattr(executor, "_client", None)
+    if client is not None:
+        return len(client.ncores())
+    number = getattr(executor, "_max_workers", None) or getattr(executor, "num_workers", None)
+    return int(number or os.cpu_count() or 1)
+
+
+@dataclass
+class Chain:
+    """The run as far as its parts are joined.
+
+    solver     of the whole run, whose recorders take the samples of all parts
+    states     of the system at the bounds of the segments, by step
+    seams      differences of the states that were joined, by step
+    front      step up to which the run is joined
+    reason     why a part from the state that had arrived has stopped; else empty
+    repeated   steps of parts that were integrated again
+    """
+
+    solver: Solver
+    torques: ShaftTorques
+    states: dict[int, Any]
+    bar: Any = None
+    seams: dict[int, float] = field(default_factory=dict)
+    front: int = 0
+    reason: str = ""
+    stopped_at: float = 0.0
+    repeated: int = 0
+
+    def meets(self, part: Integrated) -> bool:
+        """Whether the state at the front is that of a part; remembers the difference as that of a seam."""
+        if part.reason or self.front not in part.states:
+            return False
+        error = seam_error(self.solver, self.front, self.states[self.front], part.states)
+        if error <= SEAM_TOLERANCE:
+            self.seams[self.front] = error
+        return error <= SEAM_TOLERANCE
+
+    def extend(self, part: Integrated) -> None:
+        """Take what a part has behind the front."""
+        before = samples_before(self.solver.scheme, self.front)
+        for block, columns in zip(recorded_blocks(self.solver.model, self.torques), part.columns, strict=False):
+            for name, column in columns.items():
+                samples, behind = part.samples_behind(before, column)
+                block[name][samples] = behind
+        self.states |= part.states
+        self.bar.update(max(part.last - self.front, 0))
+        self.front, self.reason, self.stopped_at = max(part.last, self.front), part.reason, part.stopped_at
+
+
+@dataclass
+class Joining:
+    """Submits the parts of a run to an executor and joins them."""
+
+    chain: Chain
+    division: Division
+    job: Job
+    executor: Executor
+    next: int = 0
+    running: dict[Future, int] = field(default_factory=dict)
+    early: dict[int, Integrated] = field(default_factory=dict)
+    arriving: Future | None = None
+
+    def begin(self) -> "Joining":
+        """Submit the first parts."""
+        self._join()
+        self._start_early()
+        return self
+
+    def run(self) -> None:
+        """Integrate and join all parts; RuntimeError, with the reason, where the executor or a solve fails."""
+        try:
+            while self.next < self.division.number:
+                done, _ = wait(self.running, return_when=FIRST_COMPLETED)
+                for future in done:
+                    self._receive(future)
+                self._join()
+                self._start_early()
+        finally:
+            for future in self.running:
+                future.cancel()
+
+    def _join(self) -> None:
+        """Join the parts that fit; the next that does not is integrated from the state that arrives."""
+        while self.arriving is None and self.next < self.division.number:
+            part = self.early.get(self.next)
+            if part is None and self.next in self.running.values():
+                return
+            if part and self.chain.meets(part):
+                self.chain.extend(self.early.pop(self.next))
+                self.next += 1
+            else:
+                expected = part.states if part and not part.reason else {}
+                state = self.chain.states[self.chain.front]
+                self.arriving = self._submit(self.next, self.division.part(self.next, state, expected))
+
+    def _start_early(self) -> None:
+        """Start further parts early while processes are free."""
+        begun = {*self.running.values(), *self.early, *range(self.next + 1)}
+        for i in range(self.division.number):
+            if i not in begun and len(self.running) < self.division.processes:
+                self._submit(i, self.division.part(i))
+
+    def _submit(self, i: int, part: Part) -> Future:
+        future = self.executor.submit(integrate, self.job, part)
+        self.running[future] = i
+        return future
+
+    def _receive(self, future: Future) -> None:
+        """Keep a part that was started early; join one from the state that had arrived."""
+        i, part = self.running.pop(future), result_of(future)
+        if future is not self.arriving:
+            self.early[i] = part
+            return
+        self.arriving, started_early, begin = None, self.early.pop(i, None), self.chain.front
+        self.chain.extend(part)
+        if self.chain.reason:
+            raise RuntimeError(self.chain.reason)
+        if started_early:
+            self.chain.repeated += self.chain.front - begin
+            if self.chain.front < self.division.bounds[self.division.ends[i + 1]]:
+                self.chain.meets(started_early)
+                self.chain.extend(started_early)
+        self.next += 1
+
+
+def result_of(future: Future) -> Any:
+    """The result of a future; RuntimeError in words where the executor has failed."""
+    try:
+        return future.result()
+    except Exception as error:
+        text = f"{type(error).__name__}: {error}".splitlines()[0]
+        cause = "executor: a process that integrated a part of the run has failed or was killed"
+        raise RuntimeError(f"{cause} ({text}); take fewer processes if memory was short, or leave executor out") from None
+
+
+@dataclass
+class Parts:
+    """A run as parts that an executor integrates side by side."""
+
+    joining: Joining
+    solver: Solver
+
+    @property
+    def stopped_at(self) -> float:
+        """Time up to which the run is joined, or at which a part has stopped [s]."""
+        chain = self.joining.chain
+        return chain.stopped_at if chain.reason else (chain.front + 0.5) * self.solver.scheme.steps.size
+
+    def run(self, progress: bool) -> tuple[list[Segment], None, BaseException | None]:
+        """As `Solver.run`."""
+        mbs, chain, stop = self.solver.model.mbs, self.joining.chain, None
+        try:
+            with progress_bar(self.solver.scheme, progress) as chain.bar:
+                self.joining.run()
+            self.solver.require_samples(None)
+        except (RuntimeError, KeyboardInterrupt) as error:
+            stop = error
+        set_state_of_system(mbs, chain.states[chain.front], INITIAL)
+        bounds = sorted(step for step in chain.states if step <= chain.front)
+        return [Segment(first, last, chain.states[first]) for first, last in pairwise(bounds)], None, stop
+
+    def repeated(self, segments: Sequence[Segment]) -> list[np.ndarray]:
+        """(n_stage,) rms of the DTE of each segment, integrated at half the step."""
+        job, executor = self.joining.job, self.joining.executor
+        futures = [executor.submit(rms_at_half_the_step, job, segment) for segment in segments]
+        return [result_of(future) for future in futures]
+
+    def with_seams(self, data: xr.Dataset) -> xr.Dataset:
+        """The data of the run with the differences at the seams."""
+        chain, division, h = self.joining.chain, self.joining.division, self.solver.scheme.steps.size
+        repeated = chain.repeated / self.solver.scheme.steps.number
+        text = f"{division.number} on {division.processes} processes, {repeated:.3g} of the run integrated again"
+        if repeated > MUCH:
+            cause = f"executor: {repeated:.0%} of the run were integrated again, as parts did not meet the states before"
+            warnings.warn(f"{cause}; the run took as long as without executor", stacklevel=5)
+        about = {"units": "1", "long_name": "difference of the states that were joined, over the rms of the vibration"}
+        seam = {"units": "s", "long_name": "time at which parts of the run were joined"}
+        times, errors = np.array(list(chain.seams)) * h, np.array(list(chain.seams.values()), float)
+        return data.assign(seam_error=("seam", errors, about), seam=("seam", times, seam)).assign_attrs(parts=text)
+
+
+def parts_of(solver: Solver, torques: ShaftTorques, executor: Executor) -> Parts | None:
+    """The run as parts, the first of which are submitted; None where it is better serial.
+
+    Warns where vibrations do not decay.
+
+    Raises ValueError for functions that do not travel to other processes.
+    """
+    if not solver.model.plan.decay:
+        warnings.warn("executor: the run is serial, as vibrations do not decay; damp all modes", stacklevel=5)
+    division = division_of(solver, executor)
+    if division.number < 2:
+        return None
+    job = job_of(solver)
+    _require_pickled(job, executor)
+    chain = Chain(solver, torques, {0: state_of_system(solver.model.mbs, INITIAL)})
+    return Parts(Joining(chain, division, job, executor).begin(), solver)
+
+
+def job_of(solver: Solver) -> Job:
+    """The run as data: an imposed speed is tabulated."""
+    conditions = replace(solver.conditions, speed=solver.conditions.speed_of, run_up=None)
+    return Job(solver.model.plan.scene, conditions, solver.scheme, solver.restarted)
+
+
+def check_parts(model: Model, conditions: Conditions) -> None:
+    """ValueError unless the speed at later times is known, and other processes can build the system."""
+    free = "executor: the speed of a free train is known only once it has run"
+    require(conditions.held is not None, f"{free}; impose one by exugear.Speed, or leave executor out")
+    require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
+    systems = model, build(model.gearbox, plan=model.plan.scene)
+    counts = [[getattr(each.mbs.systemData, f"NumberOf{kind}")() for kind in ITEMS] for each in systems]
+    remedy = "which other processes cannot build from the gearbox; leave executor out"
+    require(counts[0] == counts[1], f"executor: the system model.mbs has further items of your own, {remedy}")
+
+
+def _require_pickled(job: Job, executor: Executor) -> None:
+    """ValueError for functions that do not travel to the processes of a pool; Dask and others pickle by themselves."""
+    if isinstance(executor, ProcessPoolExecutor):
+        try:
+            pickle.dumps(job)
+        except (pickle.PicklingError, AttributeError, TypeError) as error:
+            cause = f"executor: drives, loads and force laws must travel to other processes ({error})"
+            remedy = "define functions at the top of a module, or pass arrays (t, values)"
+            raise ValueError(f"{cause}; {remedy}") from None
