@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any
 
@@ -23,8 +23,8 @@ from exugear.system.model import Model, end_coordinate, lag_corrected
 #: Least number of segments of a run, and steps in a segment of a long run: rounding turns the driving shaft by at most
 #: 1e-16 of its angle in a step, and `Solver._realign` takes that back after each segment. A segment costs 50 us.
 SEGMENTS, LONGEST_SEGMENT = 100, 3000
-#: Shift of the ends of segments, as share of a segment and by multiples of the golden ratio: at constant speed the ends
-#: then lie at all phases of the mesh cycle.
+#: Shift of the ends of segments at constant speed, as share of a segment and by multiples of the golden ratio: they then
+#: lie at all phases of the mesh cycle.
 SHIFT, GOLDEN = 0.25, (5**0.5 - 1) / 2
 BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
 INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
@@ -225,10 +225,16 @@ class Solver:
     def _remedy(self) -> str:
         return f"try step={self.scheme.steps.size / 2:.2g} or more damping"
 
-    @property
+    @cached_property
     def bounds(self) -> list[int]:
         """Steps at which segments end; sensors are sampled at each of them, since Exudyn writes them where it halts."""
-        return bounds_of(self.scheme)
+        steps = self.scheme.steps
+        unit = max(steps.every, self.scheme.sensor_steps)
+        number = max(1, min(max(SEGMENTS, steps.number // LONGEST_SEGMENT), steps.number // unit))
+        i = np.arange(number)
+        shifts = SHIFT * (GOLDEN * i % 1) if self.conditions.constant_speed else 0.0
+        inner = np.unique(((i + shifts) * (steps.number // unit) / number).astype(int)) * unit
+        return [*inner.tolist(), steps.number]
 
     def require_samples(self, end: End | None) -> None:
         """Require all samples: where Newton's iteration fails Exudyn cuts the step and may miss times of samples."""
@@ -238,16 +244,6 @@ class Solver:
                 where = f"at t = {lost[0] * self.scheme.steps.interval:.6g} s"
                 cause = f"Newton's iteration failed, {lost.size} samples are lost"
                 raise RuntimeError(f"{where}: {cause}; {self._remedy}")
-
-
-def bounds_of(scheme: Scheme) -> list[int]:
-    """Steps at which the segments of a run end, whole numbers of samples."""
-    steps = scheme.steps
-    unit = max(steps.every, scheme.sensor_steps)
-    number = max(1, min(max(SEGMENTS, steps.number // LONGEST_SEGMENT), steps.number // unit))
-    i = np.arange(number)
-    shifted = (i + SHIFT * (GOLDEN * i % 1)) / number * (steps.number // unit)
-    return [*(shifted.astype(int) * unit).tolist(), steps.number]
 
 
 def progress_bar(scheme: Scheme, progress: bool) -> tqdm:
