@@ -48,7 +48,14 @@ DOORS_TO_FEM = {
 }
 FENCES = {
     "skfem": {"fem/elasticity", "fem/stress", "fem/reference"},
-    "exudyn": {"exugear/elements", "exugear/elements/native", "exugear/system", "exugear/integration", "exugear/simulation", "exugear/post"},
+    "exudyn": {
+        "exugear/elements",
+        "exugear/elements/native",
+        "exugear/system",
+        "exugear/integration",
+        "exugear/simulation",
+        "exugear/post",
+    },
     "matplotlib": {"exugear/post"},
 }
 MODULES_OF_POST = {"exudyn": {"graphics", "viewer"}, "matplotlib": {"figures", "plots", "power_plots", "stress_plots"}}

@@ -12,12 +12,14 @@ import xarray as xr
 
 from exugear.elements.bearing_elements import reactions
 from exugear.energy.power_variables import power_variables
-from exugear.operation.conditions import Conditions
-from exugear.operation.stop_conditions import End
-from exugear.plan.sampling import Steps
-from exugear.integration.shaft_motion import drag_variables, driving_speed, speed_variables, torque_variables
+from exugear.integration.shaft_motion import drag_variables, driving_speed, rows, speed_variables, torque_variables
 from exugear.integration.solver_settings import Scheme
 from exugear.integration.time_integration import Segment
+from exugear.kernels.recorder import Recorder
+from exugear.operation.conditions import Conditions
+from exugear.operation.shaft_recorder import ShaftRecorder
+from exugear.operation.stop_conditions import End
+from exugear.plan.sampling import Steps
 from exugear.system.drive_and_load import ShaftTorques
 from exugear.system.equilibrium import UNIT
 from exugear.system.model import Model, on_bearings
@@ -76,16 +78,13 @@ def stored(path) -> xr.Dataset:
     return data.assign_coords(texts)
 
 
-def start_recorders(
-    model: Model, steps: Steps, torques: ShaftTorques, *, power: bool, samples: range | None = None
-) -> None:
+def start_recorders(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool, samples: range) -> None:
     """Start the recorders of all meshes and torques for a run.
 
     power     whether meshes record spins and speeds
-    samples   numbers of the samples to record, by default those of the whole run
+    samples   numbers of the samples to record
     """
-    samples = range(steps.samples + 1) if samples is None else samples
-    part = {"steps": steps.every, "first": samples.start}
+    part: dict[str, Any] = {"steps": steps.every, "first": samples.start}
     for mesh in model.meshes:
         kinds = {"motion": on_bearings(model, mesh), "power": power, "friction": mesh.stage.friction is not None}
         mesh.recorder.start(steps.interval, len(samples), **part, **kinds)
@@ -93,10 +92,9 @@ def start_recorders(
         torque.recorder.start(steps.interval, len(samples), **part)
 
 
-def recorded_blocks(model: Model, torques: ShaftTorques) -> list[np.ndarray]:
-    """The arrays of samples of all meshes and torques."""
-    recorders = [mesh.recorder for mesh in model.meshes] + [torque.recorder for torque in torques.values()]
-    return [block for recorder in recorders for block in recorder.samples]
+def recorders_of(model: Model, torques: ShaftTorques) -> list[Recorder | ShaftRecorder]:
+    """The recorders of all meshes and torques."""
+    return [*(mesh.recorder for mesh in model.meshes), *(torque.recorder for torque in torques.values())]
 
 
 def keep_valid(
@@ -107,11 +105,11 @@ def keep_valid(
     Returns the stop, also where bearings yield until the teeth part.
     """
     blocks = [mesh.recorder.samples for mesh in model.meshes]
-    lost = np.isnan([samples[0]["deflection"] for samples in blocks]).any(axis=0)
+    lost = np.logical_or.reduce([np.isnan(samples[0]["deflection"]) for samples in blocks])
     if end:
         lost |= np.arange(lost.size) > end.sample
     if stop:
-        lost |= steps.time >= stopped_at
+        lost |= steps.time[: lost.size] >= stopped_at
     number = int(lost.argmax()) if lost.any() else lost.size
     apart, reason = _out_of_mesh(model, number)
     number, stop = (apart, RuntimeError(f"at t = {steps.time[apart]:.6g} s: {reason}")) if reason else (number, stop)
@@ -187,7 +185,7 @@ def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
     )
     elastic = any(on_bearings(model, mesh) for mesh in model.meshes)
     for name, (recorded, unit, long_name) in (RECORDED | (RECORDED_ON_BEARINGS if elastic else {})).items():
-        values = np.array([getattr(mesh.recorder, recorded) for mesh in model.meshes])
+        values = rows([getattr(mesh.recorder, recorded) for mesh in model.meshes])
         data[name] = over, values, {"units": unit, "long_name": long_name}
     data = data.assign(_bearing_forces(model)) if elastic else data
     return data.assign(_friction(model, time))

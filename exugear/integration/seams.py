@@ -5,26 +5,34 @@ the states of one unbroken chain enter the run, which is therefore the serial on
 """
 
 import os
-import pickle
 import warnings
 from collections.abc import Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
-from dataclasses import dataclass, field, replace
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import dataclass, field
 from itertools import pairwise
 from math import ceil, inf
 from typing import Any
+from uuid import uuid4
 
 import exudyn as exu
 import numpy as np
 import xarray as xr
 
 from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
-from exugear.integration.run_data import recorded_blocks
-from exugear.integration.segments import Integrated, Job, Part, integrate, rms_at_half_the_step, samples_before, seam_error
+from exugear.integration.columns import Columns, joined
+from exugear.integration.run_data import recorders_of
+from exugear.integration.segments import (
+    Integrated,
+    Job,
+    Part,
+    integrate,
+    rms_at_half_the_step,
+    samples_before,
+    seam_error,
+)
 from exugear.integration.time_integration import Segment, Solver, progress_bar
 from exugear.operation.conditions import Conditions
 from exugear.plan.vibration_decay import SEAM_TOLERANCE, settling_time
-from exugear.system.assembly import build
 from exugear.system.drive_and_load import ShaftTorques
 from exugear.system.model import Model
 from fem.support.validation import require
@@ -36,8 +44,6 @@ PARTS_PER_PROCESS = 4
 WANTED_LENGTH, LEAST_LENGTH = 16, 2
 #: Share of the run that may be integrated again without a warning.
 MUCH = 0.5
-#: Kinds of items of a system.
-ITEMS = "Objects", "Nodes", "Loads", "Markers", "Sensors"
 
 
 @dataclass(frozen=True)
@@ -94,8 +100,9 @@ def number_of_processes(executor: Executor) -> int:
 class Chain:
     """The run as far as its parts are joined.
 
-    solver     of the whole run, whose recorders take the samples of all parts
+    solver     of the whole run
     states     of the system at the bounds of the segments, by step
+    pieces     samples of the joined parts, of each recorder's arrays
     seams      differences of the states that were joined, by step
     front      step up to which the run is joined
     reason     why a part from the state that had arrived has stopped; else empty
@@ -103,8 +110,8 @@ class Chain:
     """
 
     solver: Solver
-    torques: ShaftTorques
     states: dict[int, Any]
+    pieces: list[list[Columns]]
     bar: Any = None
     seams: dict[int, float] = field(default_factory=dict)
     front: int = 0
@@ -123,11 +130,9 @@ class Chain:
 
     def extend(self, part: Integrated) -> None:
         """Take what a part has behind the front."""
-        before = samples_before(self.solver.scheme, self.front)
-        for block, columns in zip(recorded_blocks(self.solver.model, self.torques), part.columns, strict=False):
-            for name, column in columns.items():
-                samples, behind = part.samples_behind(before, column)
-                block[name][samples] = behind
+        before = max(samples_before(self.solver.scheme, self.front) - part.begin, 0)
+        for pieces, samples in zip(self.pieces, part.samples, strict=False):
+            pieces.append(samples[before:])
         self.states |= part.states
         self.bar.update(max(part.last - self.front, 0))
         self.front, self.reason, self.stopped_at = max(part.last, self.front), part.reason, part.stopped_at
@@ -216,7 +221,9 @@ def result_of(future: Future) -> Any:
     except Exception as error:
         text = f"{type(error).__name__}: {error}".splitlines()[0]
         cause = "executor: a process that integrated a part of the run has failed or was killed"
-        raise RuntimeError(f"{cause} ({text}); take fewer processes if memory was short, or leave executor out") from None
+        raise RuntimeError(
+            f"{cause} ({text}); take fewer processes if memory was short, or leave executor out"
+        ) from None
 
 
 @dataclass
@@ -225,6 +232,7 @@ class Parts:
 
     joining: Joining
     solver: Solver
+    torques: ShaftTorques
 
     @property
     def stopped_at(self) -> float:
@@ -235,9 +243,17 @@ class Parts:
     def run(self, progress: bool) -> tuple[list[Segment], None, BaseException | None]:
         """As `Solver.run`."""
         mbs, chain, stop = self.solver.model.mbs, self.joining.chain, None
+        recorders = recorders_of(self.solver.model, self.torques)
+        chain.pieces = [[] for recorder in recorders for _ in recorder.samples]
         try:
             with progress_bar(self.solver.scheme, progress) as chain.bar:
                 self.joining.run()
+        except (RuntimeError, KeyboardInterrupt) as error:
+            stop = error
+        wholes = iter([joined(pieces) for pieces in chain.pieces if pieces])
+        for recorder in recorders:
+            recorder.samples[:] = [next(wholes, block[:0]) for block in recorder.samples]
+        try:
             self.solver.require_samples(None)
         except (RuntimeError, KeyboardInterrupt) as error:
             stop = error
@@ -257,7 +273,9 @@ class Parts:
         repeated = chain.repeated / self.solver.scheme.steps.number
         text = f"{division.number} on {division.processes} processes, {repeated:.3g} of the run integrated again"
         if repeated > MUCH:
-            cause = f"executor: {repeated:.0%} of the run were integrated again, as parts did not meet the states before"
+            cause = (
+                f"executor: {repeated:.0%} of the run were integrated again, as parts did not meet the states before"
+            )
             warnings.warn(f"{cause}; the run took as long as without executor", stacklevel=5)
         about = {"units": "1", "long_name": "difference of the states that were joined, over the rms of the vibration"}
         seam = {"units": "s", "long_name": "time at which parts of the run were joined"}
@@ -269,24 +287,15 @@ def parts_of(solver: Solver, torques: ShaftTorques, executor: Executor) -> Parts
     """The run as parts, the first of which are submitted; None where it is better serial.
 
     Warns where vibrations do not decay.
-
-    Raises ValueError for functions that do not travel to other processes.
     """
     if not solver.model.plan.decay:
         warnings.warn("executor: the run is serial, as vibrations do not decay; damp all modes", stacklevel=5)
     division = division_of(solver, executor)
     if division.number < 2:
         return None
-    job = job_of(solver)
-    _require_pickled(job, executor)
-    chain = Chain(solver, torques, {0: state_of_system(solver.model.mbs, INITIAL)})
-    return Parts(Joining(chain, division, job, executor).begin(), solver)
-
-
-def job_of(solver: Solver) -> Job:
-    """The run as data: an imposed speed is tabulated."""
-    conditions = replace(solver.conditions, speed=solver.conditions.speed_of, run_up=None)
-    return Job(solver.model.plan.scene, conditions, solver.scheme, solver.restarted)
+    job = Job(uuid4(), solver.model.plan.scene, solver.conditions.tabulated(), solver.scheme, solver.restarted)
+    chain = Chain(solver, {0: state_of_system(solver.model.mbs, INITIAL)}, [])
+    return Parts(Joining(chain, division, job, executor).begin(), solver, torques)
 
 
 def check_parts(model: Model, conditions: Conditions) -> None:
@@ -294,18 +303,8 @@ def check_parts(model: Model, conditions: Conditions) -> None:
     free = "executor: the speed of a free train is known only once it has run"
     require(conditions.held is not None, f"{free}; impose one by exugear.Speed, or leave executor out")
     require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
-    systems = model, build(model.gearbox, plan=model.plan.scene)
-    counts = [[getattr(each.mbs.systemData, f"NumberOf{kind}")() for kind in ITEMS] for each in systems]
+    system = model.mbs.systemData
+    numbers = system.NumberOfObjects(), system.NumberOfLoads(), system.NumberOfSensors()
     remedy = "which other processes cannot build from the gearbox; leave executor out"
-    require(counts[0] == counts[1], f"executor: the system model.mbs has further items of your own, {remedy}")
-
-
-def _require_pickled(job: Job, executor: Executor) -> None:
-    """ValueError for functions that do not travel to the processes of a pool; Dask and others pickle by themselves."""
-    if isinstance(executor, ProcessPoolExecutor):
-        try:
-            pickle.dumps(job)
-        except (pickle.PicklingError, AttributeError, TypeError) as error:
-            cause = f"executor: drives, loads and force laws must travel to other processes ({error})"
-            remedy = "define functions at the top of a module, or pass arrays (t, values)"
-            raise ValueError(f"{cause}; {remedy}") from None
+    as_built = numbers == (model.drive + 1, model.load + 1, 0)
+    require(as_built, f"executor: the system model.mbs has further items of your own, {remedy}")

@@ -3,20 +3,23 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
+from uuid import UUID
 
 import exudyn as exu
 import numpy as np
 
 from exugear.elements.exudyn_objects import quiet, set_state_of_system, state_of_system
-from exugear.operation.conditions import Conditions
-from exugear.plan.plan import Plan
-from exugear.plan.vibration_decay import SEAM_TOLERANCE
-from exugear.integration.run_data import recorded_blocks, start_recorders
+from exugear.integration.columns import Columns, columns_of
+from exugear.integration.run_data import recorders_of, start_recorders
 from exugear.integration.shaft_motion import needs_speeds
 from exugear.integration.solver_settings import Scheme
 from exugear.integration.step_error import vibration_at_half_the_step
 from exugear.integration.time_integration import Segment, Solver
+from exugear.operation.conditions import Conditions
+from exugear.plan.plan import Plan
+from exugear.plan.vibration_decay import SEAM_TOLERANCE
 from exugear.system.assembly import build
 from exugear.system.drive_and_load import ShaftTorques, applied, released, set_holding_forces
 from exugear.system.equilibrium import start
@@ -32,15 +35,16 @@ ROUNDED_SPACINGS = 64
 
 @dataclass(frozen=True)
 class Job:
-    """A run as data from which a process can build its model.
+    """A run as data from which a process builds its model; jobs are equal if their numbers are.
 
     conditions   of the whole run; its gearbox is that of the model
     """
 
-    plan: Plan
-    conditions: Conditions
-    scheme: Scheme
-    restarted: bool
+    number: UUID
+    plan: Plan = field(compare=False)
+    conditions: Conditions = field(compare=False)
+    scheme: Scheme = field(compare=False)
+    restarted: bool = field(compare=False)
 
 
 @dataclass(frozen=True)
@@ -64,16 +68,15 @@ class Integrated:
     """What a process returns of a part.
 
     states       by the step, from the seam on
-    columns      samples, by name, of each array of samples; a single value where all are equal
-    begin, end   numbers of the first sample and of the one behind the last
+    samples      behind the seam, of each recorder's arrays; that at t = 0 is behind the seam at step 0
+    begin        number of the first sample
     reason       why the integration has stopped; else empty
     stopped_at   time of the system [s]
     """
 
     states: dict[int, Any]
-    columns: list[dict[str, np.ndarray]]
+    samples: list[Columns]
     begin: int
-    end: int
     reason: str
     stopped_at: float
 
@@ -82,17 +85,13 @@ class Integrated:
         """The step to which the part has come, -1 where it has not reached its seam."""
         return max(self.states, default=-1)
 
-    def samples_behind(self, before: int, column: np.ndarray) -> tuple[slice, np.ndarray]:
-        """The samples behind a number of them, and the values of a column there."""
-        begin = max(self.begin, before)
-        return slice(begin, self.end), column if column.size == 1 else column[begin - self.begin :]
-
 
 def integrate(job: Job, part: Part) -> Integrated:
     """Integrate a part; a function that processes can import."""
     steps = job.scheme.steps
-    states, columns, end, stopped_at = {part.seam: part.state} if part.state else {}, [], 0, 0.0
-    begin, reason = samples_before(job.scheme, part.seam), ""
+    states: dict[int, Any] = {part.seam: part.state} if part.state else {}
+    samples: list[Columns] = []
+    begin, reason, stopped_at = samples_before(job.scheme, part.seam), "", 0.0
     try:
         with _system_of(job, part) as (solver, torques):
             try:
@@ -105,11 +104,11 @@ def integrate(job: Job, part: Part) -> Integrated:
                 stopped_at = solver.model.mbs.systemData.GetTime()
                 end = max(begin, int(stopped_at / steps.interval + 0.5) + 1)
                 offset = part.bounds[0] // steps.every
-                blocks = recorded_blocks(solver.model, torques)
-                columns = [_compressed(block[begin - offset : end - offset]) for block in blocks]
+                blocks = [block for each in recorders_of(solver.model, torques) for block in each.samples]
+                samples = [columns_of(block[begin - offset : end - offset]) for block in blocks]
     except (RuntimeError, ValueError) as error:
         reason = str(error)
-    return Integrated(states, columns, begin, end, reason, stopped_at)
+    return Integrated(states, samples, begin, reason, stopped_at)
 
 
 def rms_at_half_the_step(job: Job, segment: Segment) -> np.ndarray:
@@ -118,12 +117,18 @@ def rms_at_half_the_step(job: Job, segment: Segment) -> np.ndarray:
         return vibration_at_half_the_step(solver, segment)
 
 
+@lru_cache(maxsize=1)
+def _model_of(job: Job) -> Model:
+    """The model of a job, built once in a process."""
+    return linearized(build(job.conditions.gearbox, plan=job.plan), job.conditions.held)
+
+
 @contextmanager
 def _system_of(job: Job, part: Part) -> Iterator[tuple[Solver, ShaftTorques]]:
     """The system of a run in the state in which a part begins, with its recorders started."""
     conditions, steps = job.conditions, job.scheme.steps
     with shown(False), quiet():
-        model = linearized(build(conditions.gearbox, plan=job.plan), conditions.held)
+        model = _model_of(job)
         begin = replace(conditions, start_time=0.0 if part.state else part.bounds[0] * steps.size)
         with applied(model, begin) as torques:
             if not part.state:
@@ -140,15 +145,6 @@ def _system_of(job: Job, part: Part) -> Iterator[tuple[Solver, ShaftTorques]]:
 def samples_before(scheme: Scheme, step: int) -> int:
     """Number of samples up to a step at which a part begins; that at t = 0 belongs to the part behind it."""
     return step // scheme.steps.every + (step > 0)
-
-
-def _compressed(block: np.ndarray) -> dict[str, np.ndarray]:
-    """The columns of samples, a single value where all are equal."""
-    columns = {name: block[name] for name in block.dtype.names or ()}
-    return {
-        name: column[:1].copy() if column.size and (column == column[0]).all() else np.ascontiguousarray(column)
-        for name, column in columns.items()
-    }
 
 
 def _is_joined(solver: Solver, step: int, states: Mapping[int, Any], expected: Mapping[int, Any]) -> bool:

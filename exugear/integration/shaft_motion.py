@@ -95,20 +95,18 @@ def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques
     for sense, (name, words) in {1: ("drive", "of the drive, with"), -1: ("load", "of the load, against")}.items():
         if by_sense[sense]:
             about = {"units": "N m", "long_name": f"torque {words} the motion of the shaft at positive speed"}
-            data[f"{name}_torque"] = (f"{name}_end", "time"), _rows(list(by_sense[sense].values())), about
+            data[f"{name}_torque"] = (f"{name}_end", "time"), rows(list(by_sense[sense].values())), about
             data[f"{name}_end"] = f"{name}_end", list(by_sense[sense])
     return data
 
 
-def _rows(arrays: list[np.ndarray]) -> np.ndarray:
-    """Arrays as the rows of one; a single array is not copied."""
-    return arrays[0][None] if len(arrays) == 1 else np.array(arrays)
+def rows(arrays: list[np.ndarray]) -> np.ndarray:
+    """Arrays as the rows of one, contiguous; a single contiguous array is not copied."""
+    return np.ascontiguousarray(arrays[0])[None] if len(arrays) == 1 else np.array(arrays)
 
 
 def _applied_torque(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques, time) -> np.ndarray:
     """(n,) torque of an end [N m], > 0 as the user gives it."""
-    if end.of_time:
-        return np.array([conditions.called(end, t) for t in time.tolist()])
     if conditions.tables[end.shaft].constant:
         return np.full(time.size, float(conditions.tables[end.shaft](0.0, 0.0, 0.0)))
     samples = torques[rotor_name(end.shaft) if end.shaft in model.rotors else end.shaft].recorder["torque"]

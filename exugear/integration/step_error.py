@@ -9,7 +9,7 @@ import exudyn as exu
 import numpy as np
 
 from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
-from exugear.integration.solver_settings import Scheme, settings_for
+from exugear.integration.solver_settings import Scheme
 from exugear.integration.time_integration import SEGMENTS, Segment, Solver
 from exugear.system.model import Model
 
@@ -87,7 +87,7 @@ def repeated_in_place(solver: Solver, segments: Sequence[Segment]) -> list[np.nd
 def vibration_at_half_the_step(solver: Solver, segment: Segment) -> np.ndarray:
     """(n_stage,) rms of the DTE of a segment, integrated from its state without sensors; NaN where that fails."""
     rule = replace(solver.scheme.rule, step=solver.scheme.steps.size / 2)
-    settings = settings_for(rule, rule.step, solver.scheme.tolerance)
+    settings = solver.scheme.settings(rule)
     settings.solution.sensors.active = False
     set_state_of_system(solver.model.mbs, segment.state, INITIAL)
     try:

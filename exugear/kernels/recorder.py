@@ -92,8 +92,7 @@ def write_friction(record, k, force, loss):
 class Recorder:
     """Samples of a contact, which its compiled kernel writes without further cost.
 
-    `start` it before a solve; afterwards these hold the samples at t = 0, interval, ... (or from the first one on), each
-    (number,):
+    `start` it before a solve; afterwards these hold the samples at t = 0, interval, ..., each (number,):
 
     deflection     dynamic transmission error [m], > 0 where the pinion is ahead in the contact's direction
     force          mesh force [N], > 0 on the driving flank, < 0 on the back flank

@@ -18,16 +18,16 @@ import xarray as xr
 
 from exugear.elements.exudyn_objects import quiet
 from exugear.energy.energy_balance import EnergyBalance, energy_balance
-from exugear.operation.conditions import Conditions, conditions_of, run_up_conditions
-from exugear.operation.stop_conditions import Apart, SpeedReached
-from exugear.operation.time_functions import TimeFunction
-from exugear.plan.integrator_and_step import Rule
 from exugear.integration.run_data import keep_valid, labelled, start_recorders, stored, with_end_state
 from exugear.integration.seams import check_parts, parts_of
 from exugear.integration.shaft_motion import needs_speeds
 from exugear.integration.solver_settings import scheme_of
 from exugear.integration.step_error import errors_by_step, repeated_in_place
 from exugear.integration.time_integration import Solver
+from exugear.operation.conditions import Conditions, conditions_of, run_up_conditions
+from exugear.operation.stop_conditions import Apart, SpeedReached
+from exugear.operation.time_functions import TimeFunction
+from exugear.plan.integrator_and_step import Rule
 from exugear.system.drive_and_load import applied, released
 from exugear.system.equilibrium import start
 from exugear.system.model import Model, end_coordinate, linearized
@@ -228,7 +228,8 @@ def _solved(
         solver = Solver(model, conditions, scheme, restarted=state is not None)
         began = clock.perf_counter()
         parts = parts_of(solver, torques, executor) if executor else None
-        start_recorders(model, scheme.steps, torques, power=needs_speeds(model, conditions))
+        samples = range(1) if parts else range(scheme.steps.samples + 1)
+        start_recorders(model, scheme.steps, torques, power=needs_speeds(model, conditions), samples=samples)
         segments, end, stop = (parts or solver).run(progress)
         wall_time = clock.perf_counter() - began
         stop = keep_valid(model, scheme.steps, end, stop, (parts or solver).stopped_at)

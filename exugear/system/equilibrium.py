@@ -109,9 +109,7 @@ def _needs_static_solve(model: Model) -> bool:
     return elastic or bool(model.rotors) or len(model.meshes) > 1
 
 
-def _statically_solved(
-    model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]
-) -> np.ndarray:
+def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]) -> np.ndarray:
     """Coordinates in equilibrium with further torques [N m] on spins, by their indices; the solve starts at q."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     settings = exu.SimulationSettings()
