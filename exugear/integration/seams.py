@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
-from exugear.integration.columns import Columns, joined
+from exugear.integration.columns import Columns, columns_of, joined
 from exugear.integration.run_data import recorders_of
 from exugear.integration.segments import (
     Integrated,
@@ -31,7 +31,9 @@ from exugear.integration.segments import (
     seam_error,
 )
 from exugear.integration.time_integration import Segment, Solver, progress_bar
+from exugear.kernels.recorder import Recorder
 from exugear.operation.conditions import Conditions
+from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.plan.vibration_decay import SEAM_TOLERANCE, settling_time
 from exugear.system.drive_and_load import ShaftTorques
 from exugear.system.model import Model
@@ -248,18 +250,21 @@ class Parts:
         try:
             with progress_bar(self.solver.scheme, progress) as chain.bar:
                 self.joining.run()
-        except (RuntimeError, KeyboardInterrupt) as error:
-            stop = error
-        wholes = iter([joined(pieces) for pieces in chain.pieces if pieces])
-        for recorder in recorders:
-            recorder.samples[:] = [next(wholes, block[:0]) for block in recorder.samples]
-        try:
+                self._fill(recorders)
             self.solver.require_samples(None)
         except (RuntimeError, KeyboardInterrupt) as error:
             stop = error
+            self._fill(recorders)
         set_state_of_system(mbs, chain.states[chain.front], INITIAL)
         bounds = sorted(step for step in chain.states if step <= chain.front)
         return [Segment(first, last, chain.states[first]) for first, last in pairwise(bounds)], None, stop
+
+    def _fill(self, recorders: Sequence[Recorder | ShaftRecorder]) -> None:
+        """Let recorders hold the samples of all parts that are joined."""
+        pieces = iter(self.joining.chain.pieces)
+        for recorder in recorders:
+            wholes = [joined(next(pieces) or [columns_of(block[:0])]) for block in recorder.samples]
+            recorder.samples[:] = wholes
 
     def repeated(self, segments: Sequence[Segment]) -> list[np.ndarray]:
         """(n_stage,) rms of the DTE of each segment, integrated at half the step."""

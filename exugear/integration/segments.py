@@ -29,8 +29,8 @@ from fem.support.progress import shown
 INITIAL = exu.ConfigurationType.Initial
 #: Number of states on either side of a seam from which the rms is taken.
 NEAR = 16
-#: Difference of equal states by rounding, in spacings of floats at the largest angle: steps of 3000 times add up to it.
-ROUNDED_SPACINGS = 64
+#: Difference of equal states by rounding, in spacings of floats at the largest angle.
+ROUNDED_SPACINGS = 8
 
 
 @dataclass(frozen=True)
