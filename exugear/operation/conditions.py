@@ -191,7 +191,7 @@ class Conditions:
         ends = [
             (end.sense * self._ratio(end.shaft), self._ratio(end.shaft), torque_of_speed(end.torque, end.role))
             for end in self.ends
-            if end.torque.of_speed is not None
+            if isinstance(end.torque, Torque) and end.torque.of_speed is not None
         ]
 
         def total(speed: float) -> float:

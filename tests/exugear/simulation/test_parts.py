@@ -15,7 +15,7 @@ from paper_gears import paper_gear, paper_pair
 from scenes import rms, smooth_box, smooth_map
 
 import exugear
-from exugear.integration import seams, segments
+from exugear.integration import division, seams, segments
 from exugear.integration.time_integration import Solver
 from exugear.plan.vibration_decay import slowest_decay
 from fem.units import mm, rpm
@@ -135,7 +135,7 @@ def test_a_part_on_another_branch_is_integrated_again(monkeypatch):
             model.mbs.systemData.SetODE2Coordinates_t(rates * 1.001, segments.INITIAL)
 
     monkeypatch.setattr(segments, "start", disturbed)
-    monkeypatch.setattr(seams, "settling_time", lambda decay, share: 1e-3)
+    monkeypatch.setattr(division, "settling_time", lambda decay, share: 1e-3)
     serial, parts = both(smooth_box(damping=200.0))
     assert_equal(serial, parts)
     assert not parts.attrs["parts"].endswith(" 0 of the run integrated again")
