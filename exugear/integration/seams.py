@@ -16,7 +16,7 @@ import exudyn as exu
 import numpy as np
 import xarray as xr
 
-from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
+from exugear.elements.exudyn_objects import set_state_of_system
 from exugear.integration.columns import Columns, columns_of, joined
 from exugear.integration.division import Division, division_of
 from exugear.integration.run_data import recorders_of
@@ -29,7 +29,7 @@ from exugear.integration.segments import (
     samples_before,
     seam_error,
 )
-from exugear.integration.time_integration import Segment, Solver, progress_bar
+from exugear.integration.time_integration import Segment, Solver, progress_bar, state_of_run
 from exugear.kernels.recorder import Recorder
 from exugear.operation.conditions import Conditions
 from exugear.operation.shaft_recorder import ShaftRecorder
@@ -244,7 +244,7 @@ def parts_of(solver: Solver, torques: ShaftTorques, executor: Executor) -> Parts
     if division.number < 2:
         return None
     job = Job(uuid4(), solver.model.plan.scene, solver.conditions.tabulated(), solver.scheme, solver.restarted)
-    chain = Chain(solver, {0: state_of_system(solver.model.mbs, INITIAL)}, [])
+    chain = Chain(solver, {0: state_of_run(solver.model)}, [])
     return Parts(Joining(chain, division, job, executor).begin(), solver, torques)
 
 

@@ -10,13 +10,13 @@ from uuid import UUID
 import exudyn as exu
 import numpy as np
 
-from exugear.elements.exudyn_objects import quiet, set_state_of_system, state_of_system
+from exugear.elements.exudyn_objects import quiet, set_state_of_system
 from exugear.integration.columns import Columns, columns_of
 from exugear.integration.run_data import recorders_of, start_recorders
 from exugear.integration.shaft_motion import needs_speeds
 from exugear.integration.solver_settings import Scheme
 from exugear.integration.step_error import vibration_at_half_the_step
-from exugear.integration.time_integration import Segment, Solver
+from exugear.integration.time_integration import Segment, Solver, state_of_run
 from exugear.operation.conditions import Conditions
 from exugear.plan.plan import Plan
 from exugear.plan.vibration_decay import SEAM_TOLERANCE
@@ -95,9 +95,9 @@ def integrate(job: Job, part: Part) -> Integrated:
     try:
         with _system_of(job, part) as (solver, torques):
             try:
-                for segment in solver.segments_between(part.bounds):
+                for segment in solver.segments_between(part.bounds, part.state):
                     if segment.last >= part.seam:
-                        states[segment.last] = state_of_system(solver.model.mbs, INITIAL)
+                        states[segment.last] = state_of_run(solver.model)
                     if _is_joined(solver, segment.last, states, part.expected):
                         break
             finally:

@@ -17,9 +17,10 @@ from exugear.integration.solver_settings import Scheme
 from exugear.operation.conditions import Conditions
 from exugear.operation.stop_conditions import End, first_end
 from exugear.plan.integrator_and_step import Rule
+from exugear.system.contact_steps import lag_corrected, last_steps, set_last_steps
 from exugear.system.equilibrium import explained
 from exugear.system.imposed_speed import driven_by_contacts
-from exugear.system.model import Model, end_coordinate, lag_corrected
+from exugear.system.model import Model, end_coordinate
 
 #: Least number of segments of a run, and steps in a segment of a long run: rounding turns the driving shaft by at most
 #: 1e-16 of its angle in a step, and `Solver._realign` takes that back after each segment. A segment costs 50 us.
@@ -33,7 +34,7 @@ INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 
 @dataclass(frozen=True)
 class Segment:
-    """Part of a run: its first and last step, and the state of the system at the first step (`state_of_system`)."""
+    """Part of a run: its first and last step, and the state of the system at the first step (`state_of_run`)."""
 
     first: int
     last: int
@@ -71,14 +72,18 @@ class Solver:
         """Time of the system [s]."""
         return self.model.mbs.systemData.GetTime()
 
-    def segments_between(self, bounds: Sequence[int]) -> Iterator[Segment]:
+    def segments_between(self, bounds: Sequence[int], state: Any = None) -> Iterator[Segment]:
         """Integrate from the present state, at the first of these steps, to the others; each segment once it is solved.
+
+        state   at the first step, of a run that goes on
 
         Raises RuntimeError, with the reason, where a solve fails.
         """
         with self.explained(self.scheme.rule), self._advancing(bounds[0]) as advance:
+            if state and bounds[0]:
+                set_last_steps(self.model, state[-1])
             for first, last in pairwise(bounds):
-                segment = Segment(first, last, state_of_system(self.model.mbs, self._present(first)))
+                segment = Segment(first, last, state_of_run(self.model, self._present(first)))
                 advance(segment)
                 yield segment
 
@@ -258,6 +263,11 @@ class Solver:
                 where = f"at t = {lost[0] * self.scheme.steps.interval:.6g} s"
                 cause = f"Newton's iteration failed, {lost.size} samples are lost"
                 raise RuntimeError(f"{where}: {cause}; {self._remedy}")
+
+
+def state_of_run(model: Model, configuration=INITIAL) -> tuple[Any, Any, list[np.record]]:
+    """State of the system in a configuration, its accelerations, and what its contacts remember of the last step."""
+    return *state_of_system(model.mbs, configuration), last_steps(model)
 
 
 def progress_bar(scheme: Scheme, progress: bool) -> tqdm:
