@@ -1,7 +1,7 @@
 """The data of a run: samples, variables with labels and units, reading from a file, selection of a stage."""
 
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -146,21 +146,22 @@ def labelled(
     model: Model,
     conditions: Conditions,
     scheme: Scheme,
-    checked: Sequence[tuple[Segment, np.ndarray]],
+    errors: Iterable[tuple[Segment, np.ndarray]],
     torques: ShaftTorques,
 ) -> xr.Dataset:
     """All variables of a run, its inputs in the attributes.
 
-    checked   segments with their errors by the step
+    errors    segments with their errors by the step, awaited at the end
     torques   tabulated torques and recorded motions of shafts
     """
     time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
     data = _over_time(model, time, driving_speed(model, conditions, time))
-    data = data.assign(_beyond_maps(model, scheme.steps.interval) | _step_error(checked, scheme.steps.size))
+    data = data.assign(_beyond_maps(model, scheme.steps.interval))
     data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
     data = data.assign(drag_variables(model))
     if conditions.power:
         data = data.assign(power_variables(model, conditions, torques, data, scheme.rule.lag))
+    data = data.assign(_step_error(list(errors), scheme.steps.size))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
     steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}

@@ -5,7 +5,7 @@ the states of one unbroken chain enter the run, which is therefore the serial on
 """
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -211,11 +211,10 @@ class Parts:
             wholes: list[Any] = [joined(next(pieces) or [columns_of(block[:0])]) for block in recorder.samples]
             recorder.samples[:] = wholes
 
-    def repeated(self, segments: Sequence[Segment]) -> list[np.ndarray]:
-        """(n_stage,) rms of the DTE of each segment, integrated at half the step."""
+    def repeated(self, segments: Sequence[Segment]) -> Iterator[np.ndarray]:
+        """(n_stage,) rms of the DTE of each segment at half the step, which processes begin to integrate at once."""
         job, executor = self.joining.job, self.joining.executor
-        futures = [executor.submit(rms_at_half_the_step, job, segment) for segment in segments]
-        return [result_of(future) for future in futures]
+        return map(result_of, [executor.submit(rms_at_half_the_step, job, segment) for segment in segments])
 
     def with_seams(self, data: xr.Dataset) -> xr.Dataset:
         """The data of the run with the differences at the seams."""

@@ -1,6 +1,6 @@
 """Error of a run by its step, from parts of the run that are integrated again at half the step."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
@@ -21,22 +21,24 @@ FEWEST_SAMPLES = 50
 NO_VIBRATION = 1e-12
 INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 #: Segments -> (n_stage,) rms of the DTE of each, integrated at half the step.
-Repeat = Callable[[Sequence[Segment]], Sequence[np.ndarray]]
+Repeat = Callable[[Sequence[Segment]], Iterable[np.ndarray]]
 
 
 def errors_by_step(
     model: Model, scheme: Scheme, segments: Sequence[Segment], number: int, repeated: Repeat
-) -> list[tuple[Segment, np.ndarray]]:
+) -> Iterator[tuple[Segment, np.ndarray]]:
     """Hundredths of a run, at most number, with the (n_stage,) relative errors of their rms of the DTE.
 
-    repeated   integrates segments at half the step
+    repeated   integrates segments at half the step; other processes begin with that at once
     """
     checked = representative(model, scheme, hundredths(segments), number)
-    rms = repeated(checked)
-    return [
-        (segment, RICHARDSON * np.abs(vibration(model, scheme, segment) - fine) / np.maximum(fine, NO_VIBRATION))
-        for segment, fine in zip(checked, rms, strict=True)
-    ]
+    coarse, fine = [vibration(model, scheme, segment) for segment in checked], repeated(checked)
+    return map(_error, checked, coarse, fine)
+
+
+def _error(segment: Segment, coarse: np.ndarray, fine: np.ndarray) -> tuple[Segment, np.ndarray]:
+    """A segment with its relative errors, by the rms at the step and at half of it."""
+    return segment, RICHARDSON * np.abs(coarse - fine) / np.maximum(fine, NO_VIBRATION)
 
 
 def hundredths(segments: Sequence[Segment]) -> list[Segment]:
@@ -72,16 +74,16 @@ def vibration(model: Model, scheme: Scheme, segment: Segment) -> np.ndarray:
     return np.array([part.std() for part in parts])
 
 
-def repeated_in_place(solver: Solver, segments: Sequence[Segment]) -> list[np.ndarray]:
+def repeated_in_place(solver: Solver, segments: Sequence[Segment]) -> Iterator[np.ndarray]:
     """(n_stage,) rms of the DTE of each segment at half the step; samples and state of the system are restored."""
     mbs, kinds = solver.model.mbs, (INITIAL, CURRENT)
-    ends, vibrations = [state_of_system(mbs, kind) for kind in kinds], []
     for segment in segments:
+        ends = [state_of_system(mbs, kind) for kind in kinds]
         with _samples_kept(solver, segment):
-            vibrations.append(vibration_at_half_the_step(solver, segment))
-    for end, kind in zip(ends, kinds, strict=True):
-        set_state_of_system(mbs, end, kind)
-    return vibrations
+            vibrations = vibration_at_half_the_step(solver, segment)
+        for end, kind in zip(ends, kinds, strict=True):
+            set_state_of_system(mbs, end, kind)
+        yield vibrations
 
 
 def vibration_at_half_the_step(solver: Solver, segment: Segment) -> np.ndarray:
