@@ -5,7 +5,7 @@ the states of one unbroken chain enter the run, which is therefore the serial on
 """
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -87,13 +87,19 @@ class Chain:
 
 @dataclass
 class Joining:
-    """Submits the parts of a run to an executor and joins them."""
+    """Submits the parts of a run to an executor and joins them.
+
+    joined     number of parts that are joined
+    running    parts that processes integrate
+    early      parts that were started early and wait for the state that arrives
+    arriving   the part from the state that has arrived, if that runs
+    """
 
     chain: Chain
     division: Division
     job: Job
     executor: Executor
-    next: int = 0
+    joined: int = 0
     running: dict[Future, int] = field(default_factory=dict)
     early: dict[int, Integrated] = field(default_factory=dict)
     arriving: Future | None = None
@@ -107,7 +113,7 @@ class Joining:
     def run(self) -> None:
         """Integrate and join all parts; RuntimeError, with the reason, where the executor or a solve fails."""
         try:
-            while self.next < self.division.number:
+            while self.joined < self.division.number:
                 done, _ = wait(self.running, return_when=FIRST_COMPLETED)
                 for future in done:
                     self._receive(future)
@@ -119,27 +125,27 @@ class Joining:
 
     def _join(self) -> None:
         """Join the parts that fit; the next that does not is integrated from the state that arrives."""
-        while self.arriving is None and self.next < self.division.number:
-            part = self.early.get(self.next)
-            if part is None and self.next in self.running.values():
+        while self.arriving is None and self.joined < self.division.number:
+            part = self.early.get(self.joined)
+            if part is None and self.joined in self.running.values():
                 return
             if part and self.chain.meets(part):
-                self.chain.extend(self.early.pop(self.next))
-                self.next += 1
+                self.chain.extend(self.early.pop(self.joined))
+                self.joined += 1
             else:
                 expected = part.states if part and not part.reason else {}
                 state = self.chain.states[self.chain.front]
-                self.arriving = self._submit(self.next, self.division.part(self.next, state, expected))
+                self.arriving = self._submit(self.joined, self.division.part(self.joined, state, expected))
 
     def _start_early(self) -> None:
         """Start further parts early while processes are free."""
-        begun = {*self.running.values(), *self.early, *range(self.next + 1)}
+        begun = {*self.running.values(), *self.early, *range(self.joined + 1)}
         for i in range(self.division.number):
             if i not in begun and len(self.running) < self.division.processes:
                 self._submit(i, self.division.part(i))
 
     def _submit(self, i: int, part: Part) -> Future:
-        future = self.executor.submit(integrate, self.job, part)
+        future = submitted(self.executor, integrate, self.job, part)
         self.running[future] = i
         return future
 
@@ -158,19 +164,30 @@ class Joining:
             if self.chain.front < self.division.bounds[self.division.ends[i + 1]]:
                 self.chain.meets(started_early)
                 self.chain.extend(started_early)
-        self.next += 1
+        self.joined += 1
+
+
+def submitted(executor: Executor, function: Callable, job: Job, part: Part | Segment) -> Future:
+    """A future of the executor; RuntimeError in words where it has no processes left."""
+    try:
+        return executor.submit(function, job, part)
+    except Exception as error:
+        raise _failure(error) from None
 
 
 def result_of(future: Future) -> Any:
-    """The result of a future; RuntimeError in words where the executor has failed."""
+    """The result of a future; RuntimeError in words where its process has failed."""
     try:
         return future.result()
     except Exception as error:
-        text = f"{type(error).__name__}: {error}".splitlines()[0]
-        cause = "executor: a process that integrated a part of the run has failed or was killed"
-        raise RuntimeError(
-            f"{cause} ({text}); take fewer processes if memory was short, or leave executor out"
-        ) from None
+        raise _failure(error) from None
+
+
+def _failure(error: Exception) -> RuntimeError:
+    """The error of an executor in words."""
+    text = f"{type(error).__name__}: {error}".splitlines()[0]
+    cause = f"executor: a process that integrated a part of the run has failed or was killed ({text})"
+    return RuntimeError(f"{cause}; take a new executor, with fewer processes if memory was short, or leave it out")
 
 
 @dataclass
@@ -214,7 +231,7 @@ class Parts:
     def repeated(self, segments: Sequence[Segment]) -> Iterator[np.ndarray]:
         """(n_stage,) rms of the DTE of each segment at half the step, which processes begin to integrate at once."""
         job, executor = self.joining.job, self.joining.executor
-        return map(result_of, [executor.submit(rms_at_half_the_step, job, segment) for segment in segments])
+        return map(result_of, [submitted(executor, rms_at_half_the_step, job, segment) for segment in segments])
 
     def with_seams(self, data: xr.Dataset) -> xr.Dataset:
         """The data of the run with the differences at the seams."""

@@ -38,7 +38,7 @@ class Inline(ThreadPoolExecutor):
         return future
 
 
-def both(box: exugear.Gearbox, **changes) -> tuple[xr.Dataset, xr.Dataset]:
+def serial_and_parts(box: exugear.Gearbox, **changes) -> tuple[xr.Dataset, xr.Dataset]:
     """Data of a serial run and of the same run in parts."""
     model, options = exugear.build(box), RUN | changes
     return exugear.run_up(model, **options).data, exugear.run_up(model, **options, executor=Inline()).data
@@ -82,11 +82,11 @@ def lossy() -> exugear.Gearbox:
 
 @pytest.mark.parametrize("box", [smooth_box, lambda: smooth_box(BEARING), driven_through_couplings, two_stages, lossy])
 def test_parts_are_the_serial_run(box):
-    assert_equal(*both(box()))
+    assert_equal(*serial_and_parts(box()))
 
 
 def test_powers_and_energies_are_those_of_the_serial_run():
-    serial, parts = both(lossy(), duration=0.3, power=True)
+    serial, parts = serial_and_parts(lossy(), duration=0.3, power=True)
     assert_equal(serial, parts)
     assert {"power_in", "mesh_loss", "kinetic_energy"} <= set(parts)
 
@@ -103,7 +103,7 @@ def test_powers_and_energies_are_those_of_the_serial_run():
 )
 def test_speeds_and_loads_of_all_kinds(changes):
     """Functions of time travel to other processes as tables."""
-    assert_equal(*both(smooth_box(), **changes))
+    assert_equal(*serial_and_parts(smooth_box(), **changes))
 
 
 def test_torque_over_the_angle_and_the_end_of_another_run():
@@ -136,7 +136,7 @@ def test_a_part_on_another_branch_is_integrated_again(monkeypatch):
 
     monkeypatch.setattr(segments, "start", disturbed)
     monkeypatch.setattr(division, "settling_time", lambda decay, share: 1e-3)
-    serial, parts = both(smooth_box(damping=200.0))
+    serial, parts = serial_and_parts(smooth_box(damping=200.0))
     assert_equal(serial, parts)
     assert not parts.attrs["parts"].endswith(" 0 of the run integrated again")
     assert (parts["seam"] > started[0] + 0.1).all()
@@ -177,7 +177,7 @@ def test_the_plan_has_the_decay_of_a_damped_oscillator():
     assert "early" in str(plan)
 
 
-def own_item(model: exugear.Model) -> exugear.Model:
+def with_damper_of_the_user(model: exugear.Model) -> exugear.Model:
     """A damper of the user on the driven shaft."""
     node = model.mbs.GetObject(model.bodies["slow"])["nodeNumber"]
     model.mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], dampingMatrix=[[1e-3]]))
@@ -200,7 +200,7 @@ def test_runs_whose_later_states_are_unknown_are_refused(conditions, message):
 
 def test_systems_with_items_of_the_user_are_refused():
     with pytest.raises(ValueError, match="further items of your own, which other processes cannot build"):
-        exugear.run_up(own_item(exugear.build(smooth_box())), **RUN, executor=Inline())
+        exugear.run_up(with_damper_of_the_user(exugear.build(smooth_box())), **RUN, executor=Inline())
 
 
 @pytest.mark.parametrize("limit", [0.2, 0.7])
@@ -236,6 +236,8 @@ def test_a_killed_process_stops_the_run_in_words(monkeypatch):
             exugear.run_up(model, **RUN, executor=executor)
     assert all(np.isfinite(values).all() for values in stop.value.run.data.values())
     assert "end_state" not in stop.value.run.data
+    with pytest.raises(RuntimeError, match="take a new executor"):
+        exugear.run_up(model, **RUN, executor=executor)
     again = exugear.run_up(model, **RUN | {"duration": 0.05}).data
     assert np.isfinite(again["dte"]).all()
 
