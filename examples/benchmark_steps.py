@@ -20,7 +20,7 @@ from korta_pair import TOP_SPEED
 import exugear
 from exugear.plan.integrator_and_step import BETA, Rule
 
-STEP, STEPS, PAIRS = 2.4e-5, 50_000, 5
+STEP, STEPS, PAIRS = 2.4e-5, 300_000, 5
 
 
 def single_coordinate(inertia: float) -> exu.MainSystem:

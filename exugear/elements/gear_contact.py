@@ -156,9 +156,12 @@ def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | No
     records    arguments of the kernel; the first two are the table of the mesh force and the contact frame
     recorder   argument of the kernel behind the records, if it records: then the third record is the contact state
     first      number of coordinates of the first body
+
+    The Jacobian evaluates a copy of the contact state, outside the steps of the integrator: without first guesses.
     """
     idle_recorder, (table, frame, state, *further) = Recorder(), records
-    silent_state = state.copy() if recorder else state
+    copy, present = np.zeros(1, state.dtype), np.frombuffer(state, np.uint8)
+    silent_state = copy[0] if recorder else state
     addresses = tuple(map(address_of, records))
     recording = (*addresses, address_of(recorder.header)) if recorder else addresses
     idle = [idle_recorder.header] if recorder else []
@@ -171,8 +174,9 @@ def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | No
             raise RuntimeError(stop_message(table.head, error.args, float(frame.pinion.r_b))) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        copy.view(np.uint8)[:] = present
         if recorder:
-            copy_without_guesses(state, silent_state)
+            silent_state.steps.duration = 0.0
         try:
             matrix = jacobian(partial(kernel, *silent, t), q, q_t, (factor, factor_t), DIFFERENCE_STEPS)
         except ValueError as error:
@@ -183,13 +187,6 @@ def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | No
 
     vars(gear_contact)["owned"] = (*records, recorder, idle_recorder, silent_state)
     return gear_contact, gear_jacobian
-
-
-def copy_without_guesses(state: np.record, silent_state: np.record) -> None:
-    """Copy a contact state for calls outside the steps of an integrator, such as those for a Jacobian."""
-    for name in state.dtype.names or ():
-        silent_state[name] = state[name]
-    silent_state.steps.duration = 0.0
 
 
 def note_matrix(state: np.record, frame: np.record, matrix: np.ndarray, first: int) -> None:

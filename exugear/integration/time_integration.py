@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any
@@ -45,13 +45,15 @@ class Segment:
 class Solver:
     """Integrates a run of a model in segments.
 
-    restarted   whether the run continues another run instead of starting from equilibrium
+    restarted    whether the run continues another run instead of starting from equilibrium
+    iterations   of Newton's method in each solve; empty where a single solve halts for sensors
     """
 
     model: Model
     conditions: Conditions
     scheme: Scheme
     restarted: bool = False
+    iterations: list[int] = field(default_factory=list)
 
     def run(self, progress: bool) -> tuple[list[Segment], End | None, BaseException | None]:
         """The segments, after each of which the bar moves; the condition that ended the run, if any; the error, if any.
@@ -193,6 +195,8 @@ class Solver:
         integration.startTime, integration.endTime = segment.first * h, segment.last * h
         integration.numberOfSteps = (segment.last - segment.first) << halvings
         self.model.mbs.SolveDynamic(settings, updateInitialValues=halvings == 0)
+        if halvings == 0:
+            self.iterations.append(self.model.mbs.sys["dynamicSolver"].it.newtonStepsCount)
 
     def _continue(self, solver, settings: exu.SimulationSettings, segment: Segment) -> None:
         """Let a halted solver continue to the end of a segment; the sensors at its start have been written already."""

@@ -237,6 +237,8 @@ def _solved(
         errors = errors_by_step(model, scheme, segments, 0 if stop else checks, repeated)
         data = labelled(model, conditions, scheme, errors, torques)
     data = parts.with_seams(data) if parts else data
+    if solver.iterations:
+        data.attrs["newton_iterations"] = sum(solver.iterations) / scheme.steps.number
     run = Run(data if stop else with_end_state(model, data, end), wall_time, scheme.steps.size)
     if stop:
         raise _stopped(stop, run) from None
