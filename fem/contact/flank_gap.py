@@ -11,9 +11,9 @@ from math import cos, tan
 
 import numpy as np
 
-from fem.elasticity import hertz
 from fem.gear.tooth_profile import LEAST_ROLL
 from fem.microgeometry.flank import pitch_deviations, removed, roundings, without_roundings
+from fem.pair import hertz
 from fem.pair.mesh_position import MeshPosition
 
 #: Number of positions on a modified profile, with steps shorter than reliefs; number of rounds of the search around the

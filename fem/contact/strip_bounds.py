@@ -6,8 +6,8 @@ from math import cos
 import numpy as np
 
 from fem.contact.flank_gap import ContactSlices
-from fem.elasticity.hertz import log_mean
 from fem.microgeometry.flank import rounding
+from fem.pair.hertz import log_mean
 
 #: Strips of a slice: the largest pressure is within 1 % of Hertz's.
 STRIPS = 21

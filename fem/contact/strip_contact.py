@@ -19,7 +19,7 @@ from fem.contact.strip_bounds import NODES, SHAPES, Strips, strips_of
 from fem.contact.unilateral import Equilibrium, unilateral_contact
 from fem.elasticity.flank_compliance import Compliance
 from fem.elasticity.half_space import along_line
-from fem.elasticity.hertz import flattening
+from fem.pair.hertz import flattening
 
 #: Half-planes are clamped at this share of the width of all strips, the logarithmic capacity of an interval: at this
 #: depth and beyond the compliance is positive definite.

@@ -12,9 +12,9 @@ import numpy as np
 
 from fem.elasticity.face_symmetry import Face
 from fem.elasticity.hat_functions import hats, overlap
-from fem.elasticity.hertz import flattening, log_mean
 from fem.elasticity.section_mesh import divided
 from fem.gear.gear import Gear
+from fem.pair.hertz import flattening, log_mean
 
 #: Depth at which half-planes under hats are clamped, over the least distance of tops across the width: so small that
 #: the sum of half-plane and line does not depend on it.

@@ -13,7 +13,7 @@ import xarray as xr
 from fem.contact.contact_state import State
 from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.contact.tooth_contact import ToothContact
-from fem.elasticity.flank_compliance import Compliance, flank_compliance
+from fem.elasticity.flank_compliance import Compliance, flank_compliances
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
 from fem.microgeometry.flank import removed
@@ -151,7 +151,7 @@ def bodies_of(
 ) -> tuple[tuple[Compliance, Compliance], int]:
     """Compliances of pinion and wheel, and the number of slices of the modelled part of the face width."""
     varies, whole = across_width(pair, offsets)
-    bodies = (flank_compliance(*gear, whole=whole) for gear in elastic_gears(pair, offsets, resolution))
+    bodies = flank_compliances(elastic_gears(pair, offsets, resolution), whole=whole)
     pitches = inf if resolution.neighbours is None else resolution.neighbours
     pinion, wheel = (replace(body, pitches=pitches) for body in bodies)
     slices = resolution.slices if varies else SLICES_OF_EVEN_FACE

@@ -11,9 +11,9 @@ import fem
 from fem.contact import strip_bounds
 from fem.contact.contact_state import State
 from fem.contact.tooth_contact import ToothContact
-from fem.elasticity.hertz import half_width
 from fem.elasticity.mesh_density import Density
 from fem.microgeometry import flank
+from fem.pair.hertz import half_width
 from fem.pair.mesh_position import MeshPosition
 from fem.ste.map_solver import bodies_of
 from fem.support.blas_threads import one_thread

@@ -7,16 +7,18 @@ from skfem import Basis, ElementHex1, ElementLineP1, ElementLineP2, ElementQuad1
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from fem.contact.resolution import Resolution
-from fem.elasticity import extruded_elasticity, hertz
+from fem.elasticity import extruded_elasticity
 from fem.elasticity.extrusion import extruded, half_face, hexahedra
 from fem.elasticity.face_symmetry import HalfFace
-from fem.elasticity.flank_compliance import flank_compliance, flank_loads
+from fem.elasticity.flank_compliance import flank_compliance, flank_compliances, flank_loads
 from fem.elasticity.half_space import along_line
-from fem.elasticity.hertz import flattening
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import flank_arcs, section
 from fem.gear.material import STEEL
 from fem.linalg.direct_solver import factorize
+from fem.pair import hertz
+from fem.pair.hertz import flattening
+from fem.support import blas_threads
 from fem.units import mm
 
 GEAR = paper_gear()
@@ -121,6 +123,16 @@ def test_mesh_is_valid_and_fills_the_gear():
 @pytest.fixture(scope="module")
 def compliance():
     return flank_compliance(GEAR, Density(), GEAR.b)
+
+
+def test_threads_do_not_change_a_bit(monkeypatch, tmp_path):
+    """Two gears at once, as one gear after the other."""
+    bodies, blocks = [(paper_gear(), TINY, GEAR.b), (paper_gear(z=40, d_a=None, d_f=None), TINY, GEAR.b)], []
+    for number in (1, 2):
+        monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path / str(number)))
+        monkeypatch.setattr(blas_threads, "cores", lambda number=number: number)
+        blocks.append([body.blocks for body in flank_compliances(bodies, whole=True)])
+    assert all((serial == threaded).all() for serial, threaded in zip(*blocks, strict=True))
 
 
 def test_compliance_is_symmetric(compliance):

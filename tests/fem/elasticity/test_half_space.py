@@ -15,8 +15,8 @@ from fem.contact.strip_contact import CAPACITY
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.face_symmetry import HalfFace, WholeFace
 from fem.elasticity.half_space import along_line
-from fem.elasticity.hertz import flattening
 from fem.elasticity.mesh_density import Density
+from fem.pair.hertz import flattening
 from fem.pair.mesh_position import MeshPosition
 from fem.ste.map_solver import bodies_of
 from fem.units import mm, um

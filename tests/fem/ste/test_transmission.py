@@ -15,8 +15,8 @@ from fem.contact.strip_bounds import STRIPS, strips_of
 from fem.contact.strip_contact import assemble
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
-from fem.elasticity.hertz import flattening
 from fem.elasticity.mesh_density import Density
+from fem.pair.hertz import flattening
 from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
 
