@@ -105,7 +105,8 @@ def flank_compliances(bodies: Sequence[tuple[Gear, Density, float]], *, whole: b
     computations: dict[str, Callable[[], Arrays]] = {}
     for body in bodies:
         computations |= _computations(*body, whole)
-    missing = [partial(cached, name, compute) for name, compute in computations.items() if not known(name)]
+    largest_first = sorted(computations.items(), key=lambda named: named[0].startswith(NEAR))
+    missing = [partial(cached, name, compute) for name, compute in largest_first if not known(name)]
     if missing:
         teeth = " and ".join(dict.fromkeys(str(gear.z) for gear, *_ in bodies))
         with announced(f"compliance of the gear of {teeth} teeth, kept for later"):
@@ -114,7 +115,7 @@ def flank_compliances(bodies: Sequence[tuple[Gear, Density, float]], *, whole: b
 
 
 def _computations(gear: Gear, density: Density, loaded: float, whole: bool) -> dict[str, Callable[[], Arrays]]:
-    """How the `solutions` are computed, the largest ones first."""
+    """How the `solutions` are computed, by their names in the cache."""
     names, body = solutions(gear, density, loaded, whole=whole), bare(gear)
     computations: dict[str, Callable[[], Arrays]] = {}
     for face in _solved(gear, whole):

@@ -14,7 +14,7 @@ known beforehand, its matrix is never assembled, and columns that no load or rea
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from fem.linalg.block_matrix import BlockMatrix, KroneckerMatrix, PivotColumns
 from fem.linalg.dense_kernels import cholesky, solve_from_the_right, solve_lower, subtract_square
 from fem.linalg.elimination_tree import supernodes
 from fem.support.blas_threads import one_thread
-from fem.support.numba_cache import kept
 from fem.support.progress import bar
 
 #: Unknowns of a front in the order of elimination: pivots (n,), and later rows (m,).
@@ -152,15 +151,15 @@ class UpdateStack:
         """Move the update matrices of a front's children into the front, in which unknowns have `local` numbers."""
         first = len(self.waiting) - self.children[number]
         for rows, update in self.waiting[first:]:
-            _extend_add(update.T, local[rows], front.T)
+            _extend_add(update, local[rows], front)
         del self.waiting[first:]
 
     def push(self, rows: np.ndarray, update: np.ndarray) -> None:
         """Keep a copy of an update matrix (m, m) over rows (m,)."""
         used = sum(below.size for _, below in self.waiting)
-        kept_update = _square(self.memory[used:], rows.size)
-        kept_update[:] = update
-        self.waiting.append((rows, kept_update))
+        copy = _square(self.memory[used:], rows.size)
+        copy[:] = update
+        self.waiting.append((rows, copy))
 
 
 def _parents(fronts: list[Front]) -> np.ndarray:
@@ -189,24 +188,17 @@ def _factor(write: PivotColumns, fronts: list[Front], accessed: np.ndarray) -> l
     return factor
 
 
-@partial(kept, nogil=True)
 def _extend_add(update: np.ndarray, local: np.ndarray, front: np.ndarray) -> None:
     """Add the lower triangle of an update matrix (n, n) to a front, in which its rows are local (n,), increasing.
 
-    Both are transposed, so that columns lie one after the other. Rows that follow one another are added as a slice.
+    Rows that follow one another in the front are added as one slice.
     """
-    n, start = local.size, 0
-    while start < n:
-        end = start + 1
-        while end < n and local[end] == local[end - 1] + 1:
-            end += 1
-        for column in range(end):
-            low = max(start, column)
-            added, to = update[column], front[local[column]]
-            shift = local[start] - start
-            for row in range(low, end):
-                to[row + shift] += added[row]
-        start = end
+    cuts = np.flatnonzero(np.diff(local) != 1) + 1
+    runs = [slice(start, end) for start, end in pairwise([0, *cuts.tolist(), local.size])]
+    to = [slice(local[run.start], local[run.stop - 1] + 1) for run in runs]
+    for i, column in enumerate(runs):
+        for along, row in zip(to[i:], runs[i:], strict=True):
+            front[along, to[i]] += update[row, column]
 
 
 def _substituted(factor: list[FactorColumns], x: np.ndarray) -> np.ndarray:
