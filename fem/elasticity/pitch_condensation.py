@@ -19,7 +19,7 @@ from fem.elasticity.face_symmetry import Face, clamped
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
 from fem.linalg.block_matrix import BlockMatrix, KroneckerMatrix
-from fem.linalg.dense_kernels import cholesky, solve_lower
+from fem.linalg.dense_kernels import eliminate, solve_lower
 from fem.linalg.multifrontal import factorize, schur_complement
 from fem.support.blas_threads import one_thread
 
@@ -108,7 +108,7 @@ def loaded_pitch(prism: Prism, density: Density, forces: FlankForces) -> tuple[n
     acting = [_spread_out(prism, force[: len(free), flank], free) for force in by_hat]
     n = len(stiffness) - len(acting[0])
     lower, reduced = np.asfortranarray(stiffness[n:, n:]), np.asfortranarray(np.hstack([stiffness[n:, :n], *acting]))
-    cholesky(lower)
+    eliminate(lower, len(lower))
     solve_lower(lower, reduced)
     of_lines, of_forces = reduced[:, :n].T, reduced[:, n:]
     on_flank = of_forces.T @ of_forces[:, : of_forces.shape[1] // 2]

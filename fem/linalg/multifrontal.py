@@ -19,7 +19,7 @@ from itertools import pairwise
 import numpy as np
 
 from fem.linalg.block_matrix import BlockMatrix, KroneckerMatrix, PivotColumns
-from fem.linalg.dense_kernels import cholesky, solve_from_the_right, solve_lower, subtract_square
+from fem.linalg.dense_kernels import eliminate, solve_lower
 from fem.linalg.elimination_tree import supernodes
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar
@@ -122,9 +122,7 @@ def _eliminated(write: PivotColumns, fronts: list[Front], assembled: int = 0) ->
         write(pivots, rows, front[:, :n])
         updates.add_children(number, front, local)
         if number < len(fronts) - assembled:
-            cholesky(front[:n, :n])
-            solve_from_the_right(front[:n, :n], front[n:, :n])
-            subtract_square(front[n:, :n], front[n:, n:])
+            eliminate(front, n)
         if rows.size:
             updates.push(rows, front[n:, n:])
         yield front
@@ -135,16 +133,20 @@ class UpdateStack:
 
     def __init__(self, fronts: list[Front]):
         parents = _parents(fronts)
-        self.children = np.bincount(parents[parents >= 0], minlength=len(fronts))
+        self.children = np.bincount(parents[parents >= 0], minlength=len(fronts)).tolist()
         self.waiting: list[tuple[np.ndarray, np.ndarray]] = []
+        self.used = 0
         self.memory = np.empty(self._largest([rows.size**2 for _, rows in fronts]))
 
     def _largest(self, sizes: list[int]) -> int:
         """Largest number of entries that wait at a time; sizes (n_front,) of the update matrices."""
-        waiting, largest = np.zeros(0, int), 0
+        waiting: list[int] = []
+        used = largest = 0
         for size, number in zip(sizes, self.children, strict=True):
-            waiting = np.append(waiting[: waiting.size - number], [size] if size else [])
-            largest = max(largest, int(waiting.sum()))
+            first = len(waiting) - number
+            used += size - sum(waiting[first:])
+            waiting[first:] = [size] if size else []
+            largest = max(largest, used)
         return largest
 
     def add_children(self, number: int, front: np.ndarray, local: np.ndarray) -> None:
@@ -152,13 +154,14 @@ class UpdateStack:
         first = len(self.waiting) - self.children[number]
         for rows, update in self.waiting[first:]:
             _extend_add(update, local[rows], front)
+            self.used -= update.size
         del self.waiting[first:]
 
     def push(self, rows: np.ndarray, update: np.ndarray) -> None:
         """Keep a copy of an update matrix (m, m) over rows (m,)."""
-        used = sum(below.size for _, below in self.waiting)
-        copy = _square(self.memory[used:], rows.size)
+        copy = _square(self.memory[self.used :], rows.size)
         copy[:] = update
+        self.used += copy.size
         self.waiting.append((rows, copy))
 
 
