@@ -40,7 +40,9 @@ CONTACT_FRAME = record_type(
 #: Values that a run sets. engaged: 0 takes the gears out of mesh. The lag of the integrator's velocities, as in
 #: `force_kernels.corrected_rate`: by the mesh force [m/N], and by the bearings of pinion and wheel, as factors of their
 #: velocities. mobility: acceleration per mesh force [1/kg]. holding_force: mesh force that balances the load while the
-#: bearings are not displaced [N].
+#: bearings are not displaced [N]. Of pinion and wheel: constant torques about z that act beside the mesh [N m];
+#: addresses of their imposed motions (`exugear.kernels.imposed_motion`), 0 without; inertias that the contact itself
+#: accelerates as imposed [kg m^2].
 CONTACT_STATE = record_type(
     ("engaged", "f8"),
     ("lag", "f8"),
@@ -48,6 +50,9 @@ CONTACT_STATE = record_type(
     ("wheel_lag", "f8", 6),
     ("mobility", "f8"),
     ("holding_force", "f8"),
+    ("torques", "f8", 2),
+    ("imposed", "i8", 2),
+    ("inertias", "f8", 2),
 )
 frame_at, state_at = reader(CONTACT_FRAME), reader(CONTACT_STATE)
 
