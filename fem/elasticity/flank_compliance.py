@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from math import copysign, cos, inf, sin
+from typing import NamedTuple
 
 import numpy as np
 from skfem import Basis, ElementLineP1, ElementLineP2, LinearForm, MeshLine
@@ -88,6 +89,13 @@ class Compliance:
         return block.reshape(self.axial.size * self.arcs.size, -1)
 
 
+class Computation(NamedTuple):
+    """A solution: its name in the cache, and how it is computed."""
+
+    name: str
+    compute: Callable[[], Arrays]
+
+
 def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> Compliance:
     """Compliance of the gear clamped at its bore, from the cache where it was computed before.
 
@@ -102,31 +110,34 @@ def flank_compliances(bodies: Sequence[tuple[Gear, Density, float]], *, whole: b
 
     The solutions are spread over threads as `side_by_side` says.
     """
-    computations: dict[str, Callable[[], Arrays]] = {}
-    for body in bodies:
-        computations |= _computations(*body, whole)
-    largest_first = sorted(computations.items(), key=lambda named: named[0].startswith(NEAR))
+    needed = [_computations(*body, whole) for body in bodies]
+    by_name = {name: compute for computations in needed for name, compute in computations.values()}
+    largest_first = sorted(by_name.items(), key=lambda named: named[0].startswith(NEAR))
     missing = [partial(cached, name, compute) for name, compute in largest_first if not known(name)]
     if missing:
         teeth = " and ".join(dict.fromkeys(str(gear.z) for gear, *_ in bodies))
         with announced(f"compliance of the gear of {teeth} teeth, kept for later"):
             list(bar(side_by_side(missing), "finite elements", np.ones(len(missing))))
-    return [_from_cache(*body, whole) for body in bodies]
+    return [
+        _assembled(*body, whole, {kind: cached(*named) for kind, named in computations.items()})
+        for body, computations in zip(bodies, needed, strict=True)
+    ]
 
 
-def _computations(gear: Gear, density: Density, loaded: float, whole: bool) -> dict[str, Callable[[], Arrays]]:
-    """How the `solutions` are computed, by their names in the cache."""
+def _computations(gear: Gear, density: Density, loaded: float, whole: bool) -> dict[str, Computation]:
+    """The `solutions` by their kinds."""
     names, body = solutions(gear, density, loaded, whole=whole), bare(gear)
-    computations: dict[str, Callable[[], Arrays]] = {}
+    computations = {NEAR: Computation(names[NEAR], partial(section_corrections, body, replace(density, width=1)))}
     for face in _solved(gear, whole):
-        computations[names[face.name]] = partial(solid, body, density, loaded, face)
-    return computations | {names[NEAR]: partial(section_corrections, body, replace(density, width=1))}
+        computations[face.name] = Computation(names[face.name], partial(solid, body, density, loaded, face))
+    return computations
 
 
-def _from_cache(gear: Gear, density: Density, loaded: float, whole: bool) -> Compliance:
-    arcs, (upper, _) = section_mesh.flank_hats(gear, density), lines_across(gear, density, loaded)
+def _assembled(gear: Gear, density: Density, loaded: float, whole: bool, solved: dict[str, Arrays]) -> Compliance:
+    """Compliance from the arrays of the `solutions`."""
     face = WholeFace() if whole or gear.beta else HalfFace()
-    means, axial = mean_compliance(gear, density, loaded, face), face.positions(upper)
+    arcs, (upper, _) = section_mesh.flank_hats(gear, density), lines_across(gear, density, loaded)
+    axial, means = face.positions(upper), mean_compliance(gear, upper, whole, solved)
     blocks = np.concatenate([means[:1] - half_space(gear, arcs, axial, face), means[1:]])
     across, along = values_of_means(axial), values_of_means(arcs)
     values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True)
@@ -140,13 +151,9 @@ def lines_across(gear: Gear, density: Density, loaded: float) -> tuple[np.ndarra
     return np.sort(line.p[0])[: density.width + 1], line
 
 
-def mean_compliance(gear: Gear, density: Density, loaded: float, face: Face) -> np.ndarray:
+def mean_compliance(gear: Gear, upper: np.ndarray, whole: bool, solved: dict[str, Arrays]) -> np.ndarray:
     """(n_virtual, n_axial, n_hat, n_axial, n_hat) mean displacements over hats per force on tooth 0 [m/N]."""
-    whole = face == WholeFace()
-    names, computations = solutions(gear, density, loaded, whole=whole), _computations(gear, density, loaded, whole)
-    arrays = {kind: cached(name, computations[name]) for kind, name in names.items()}
-    upper, _ = lines_across(gear, density, loaded)
-    means = [corrected(gear, upper, arrays[half.name]["blocks"], arrays[NEAR], half) for half in _solved(gear, whole)]
+    means = [corrected(gear, upper, solved[half.name]["blocks"], solved[NEAR], half) for half in _solved(gear, whole)]
     if gear.beta:
         hand = int(copysign(1, gear.beta))
         return means[0][:, ::hand, :, ::hand]

@@ -141,7 +141,7 @@ def condensed(prism: Prism, section: Basis, tiles: np.ndarray, angles: tuple[flo
     lines = [radial_line(section, of_section, angle) for angle in angles]
     nodes = np.concatenate([*lines, flank])
     kept = matrix.unknowns[(np.cumsum(of_section) - 1)[nodes]].ravel()
-    blocks = matrix if prism.axis else _in_tiles(matrix, tile_groups(section, tiles, nodes)[of_section])
+    blocks = _in_tiles(matrix, tile_groups(section, tiles, nodes)[of_section]) if prism.axis is None else matrix
     stiffness = schur_complement(blocks, kept)
     for k, angle in enumerate(angles):
         axes = np.array([[cos(angle), -sin(angle), 0], [sin(angle), cos(angle), 0], [0, 0, 1]])

@@ -82,7 +82,9 @@ def schur_complement(matrix: BlockMatrix | KroneckerMatrix, kept: np.ndarray) ->
     order, fronts = ordered_fronts(matrix, blocks)
     with one_thread():
         *_, front = _eliminated(matrix.pivot_columns(order), fronts, assembled=1)
-    left, last = np.tril(front) + np.tril(front, -1).T, order[fronts[-1][0]]
+    for column in range(len(front)):
+        front[column, column:] = front[column:, column]
+    left, last = front.T, order[fronts[-1][0]]
     if (last == kept).all():
         return left
     increasing = np.argsort(last)
