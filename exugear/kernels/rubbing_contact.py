@@ -7,6 +7,7 @@ from exugear.contact_geometry.contact_records import frame_at, state_at
 from exugear.contact_geometry.vectors import row_total
 from exugear.force_table.patches import table_at
 from exugear.kernels.contact_kernels import SPIN, codes_of
+from exugear.kernels.first_guess import begin_call
 from exugear.kernels.friction_kernels import friction_at, friction_in_space, friction_of_spins
 from exugear.kernels.imposed_motion import spin_in_space, spin_of, torque_on, with_torque_on
 from exugear.kernels.kinematics import NO_OFFSETS, rotational_mesh, spatial_mesh
@@ -27,6 +28,7 @@ def rubbing_contact_of(kinds: tuple[str, ...], displaced: bool = False):
 def spin_contact(table, frame, state, friction, record, t, q_1, q_2, v_1, v_2):
     """Torques on two bodies that spin about fixed axes."""
     geometry, contact = frame_at(frame), state_at(state)
+    begin_call(contact.steps, t)
     pinion, wheel = spin_of(contact.imposed[0], t, q_1, v_1), spin_of(contact.imposed[1], t, q_2, v_2)
     (q_1, v_1, _), (q_2, v_2, _) = pinion, wheel
     mesh = rotational_mesh(table_at(table), geometry, contact, q_1, q_2, v_1, v_2)
@@ -47,6 +49,7 @@ def _spatial_contact(kind_1: int, kind_2: int):
     @kept
     def rubbing_contact(table, frame, state, friction, record, t, *x):
         geometry, contact = frame_at(frame), state_at(state)
+        begin_call(contact.steps, t)
         pinion, wheel = motions_of(geometry, kind_1, kind_2, n_1, n_2, x)
         pinion_spin, pinion = spin_in_space(contact.imposed[0], t, pinion)
         wheel_spin, wheel = spin_in_space(contact.imposed[1], t, wheel)

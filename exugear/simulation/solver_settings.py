@@ -25,8 +25,8 @@ RESIDUAL_SHARE = 1e-3
 ROUNDINGS = 4
 #: Step of a run over that of a run whose energy balance closes.
 BALANCE_REFINEMENT = 3
-#: Tolerance of such a run below which Newton's iteration only meets rounding: it then cuts steps, or fails.
-LEAST_BALANCE_TOLERANCE = 1e-5
+#: Its tolerance for Newton's iteration over that of other runs, and the least one, below which it only meets rounding.
+BALANCE_TOLERANCE, LEAST_BALANCE_TOLERANCE = 1e-3, 1e-7
 
 
 def settings_for(rule: Rule, duration: float, tolerance: float, residual: float = 0.0) -> exu.SimulationSettings:
@@ -94,7 +94,7 @@ def scheme_of(
     size = rule.step
     if conditions.power:
         size, sample = (size if step else size / BALANCE_REFINEMENT), 0.5 * size
-        tolerance = min(tolerance, max(tolerance / BALANCE_REFINEMENT**4, LEAST_BALANCE_TOLERANCE))
+        tolerance = min(tolerance, max(tolerance * BALANCE_TOLERANCE, LEAST_BALANCE_TOLERANCE))
     if step is None and jumping:
         shortest = min(mesh_period for mesh_period, _ in jumping.values())
         size = min(size, shortest / PERIOD_STEPS * sqrt(tolerance / 1e-3))

@@ -17,9 +17,10 @@ from exugear.operation.stop_conditions import End, first_end
 from exugear.plan.integrator_and_step import Rule
 from exugear.simulation.shaft_motion import recorded
 from exugear.simulation.solver_settings import Scheme
+from exugear.system.contact_steps import lag_corrected
 from exugear.system.equilibrium import explained
 from exugear.system.imposed_speed import driven_by_contacts
-from exugear.system.model import Model, end_coordinate, lag_corrected
+from exugear.system.model import Model, end_coordinate
 
 #: Number of segments of a run; more where a segment would have more steps: rounding turns the driving shaft by at most
 #: 1e-16 of its angle in a step, and `Solver._realign` takes that back after each segment.

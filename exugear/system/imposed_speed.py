@@ -61,11 +61,13 @@ def needs_constraint(model: Model, conditions: Conditions, added: int) -> bool:
     added   number of objects that the run has added to the system
     """
     mbs, system, held = model.mbs, model.mbs.systemData, _held_shaft(model, conditions)
-    further = system.NumberOfObjects() > model.drive + 1 + added or system.NumberOfLoads() > model.load + 1
+    drive, load = int(model.drive), int(model.load)
+    further = system.NumberOfObjects() > drive + 1 + added or system.NumberOfLoads() > load + 1
     sensors = [mbs.GetSensor(i) for i in range(system.NumberOfSensors())]
-    watched = any(s.get("objectNumber") == model.drive or s.get("loadNumber") == model.load for s in sensors)
+    on_drive = any(int(sensor.get("objectNumber", -1)) == drive for sensor in sensors)
+    on_load = any(int(sensor.get("loadNumber", -1)) == load for sensor in sensors)
     braked = held is not None and held.coupling is None and bool(held.drags)
-    return further or watched or braked
+    return further or on_drive or on_load or braked
 
 
 def drive_by_constraint(model: Model, conditions: Conditions) -> None:
