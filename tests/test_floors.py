@@ -16,6 +16,7 @@ FOLDERS = (
     "fem/gear",
     "fem/pair",
     "fem/elasticity",
+    "fem/gap",
     "fem/contact",
     "fem/ste",
     "fem/stress",

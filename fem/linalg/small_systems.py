@@ -1,0 +1,59 @@
+"""Small symmetric linear systems in compiled code."""
+
+from math import sqrt
+
+import numpy as np
+
+from fem.support.numba_cache import unchecked
+
+
+@unchecked(fastmath=True)
+def product(a, i, b, j, n):
+    """Scalar product of the first n values in row i of a and row j of b, summed in any order."""
+    total = 0.0
+    for k in range(n):
+        total += a[i, k] * b[j, k]
+    return total
+
+
+@unchecked
+def factorize(matrix):
+    """Replace a symmetric matrix (n, n) by its factors L D L^T, with the inverse of D on the diagonal of L."""
+    n = len(matrix)
+    row = np.empty((1, n))
+    for i in range(n):
+        for j in range(i):
+            row[0, j] = matrix[i, j] - product(row, 0, matrix, j, j)
+        pivot = matrix[i, i]
+        for j in range(i):
+            matrix[i, j] = row[0, j] * matrix[j, j]
+            pivot -= row[0, j] * matrix[i, j]
+        matrix[i, i] = 1 / pivot
+
+
+@unchecked
+def solve(factors, right):
+    """Replace right sides (m, n), one in each row, by the solutions; factors of `factorize`."""
+    n = len(factors)
+    for r in range(len(right)):
+        for i in range(n):
+            right[r, i] -= product(factors, i, right, r, i)
+        for i in range(n):
+            right[r, i] *= factors[i, i]
+        for i in range(n - 1, 0, -1):
+            for k in range(i):
+                right[r, k] -= factors[i, k] * right[r, i]
+
+
+@unchecked
+def square_root(matrix, first, root):
+    """Write a lower triangular L (n, n) with L L^T = matrix[first:, first:], which may be singular up to rounding."""
+    least = 0.0
+    for j in range(len(root)):
+        least += 1e-14 * matrix[first + j, first + j]
+    for j in range(len(root)):
+        pivot = matrix[first + j, first + j] - product(root, j, root, j, j)
+        for i in range(len(root)):
+            root[i, j] = 0.0
+            if pivot > least and i >= j:
+                root[i, j] = (matrix[first + i, first + j] - product(root, i, root, j, j)) / sqrt(pivot)
