@@ -86,7 +86,7 @@ def hertz_pressure(slices: ContactSlices, force: np.ndarray) -> np.ndarray:
 
 
 def load_rows(slices: ContactSlices, force: np.ndarray, pressure: np.ndarray, face: Face) -> np.ndarray:
-    """(m, 5 + n_pair) `LoadQuantities`, then load shares of all tooth pairs, under forces (m, n) with pressures (m, n)."""
+    """(m, 5 + n_pair) `LoadQuantities`, then load shares of all tooth pairs, under forces and pressures (m, n)."""
     numbers, mirrored = slices.position.numbers(), face.share < 1
     at = (slices.number, slices.low, slices.high), slices.closest, numbers.start, len(numbers)
     return quantities_of(slices.mesh.geometry, *at, mirrored, force, pressure)

@@ -83,23 +83,26 @@ def _weights_of(body, low, high, arcs):
 
 
 @unchecked
-def _add_products(block, weights, p, factor, columns, u, total):
-    """Add what a table has at point p, times a factor, under forces at points in columns (first, last) to row p.
-
-    u       (n_axial, n_hat) to work in
-    """
-    (first, number, hat), u[:] = weights.bounds[p], 0.0
+def _add_displacements(block, weights, p, factor, hats, u):
+    """Add what a table has at point p, times a factor, under forces on hats (first, last) to u (n_axial, n_hat)."""
+    first, number, hat = weights.bounds[p]
     for y in range(number):
         for h in range(2):
             weight, row = factor * weights.across[p, y] * weights.along[p, h], block[first + y, hat + h]
             for z in range(u.shape[0]):
-                for k in range(u.shape[1]):
+                for k in range(hats[0], hats[1]):
                     u[z, k] += weight * row[z, k]
+
+
+@unchecked
+def _add_products(u, weights, columns, total):
+    """Add the sums of hats with values u (n_axial, n_hat) at points in columns (first, last) to a row of the total."""
     for q in range(columns[0], columns[1]):
         first, number, hat = weights.bounds[q]
+        before, after, at_point = weights.along[q, 0], weights.along[q, 1], 0.0
         for z in range(number):
-            at_top = weights.along[q, 0] * u[first + z, hat] + weights.along[q, 1] * u[first + z, hat + 1]
-            total[p, q] += weights.across[q, z] * at_top
+            at_point += weights.across[q, z] * (before * u[first + z, hat] + after * u[first + z, hat + 1])
+        total[q] += at_point
 
 
 @unchecked
@@ -112,18 +115,21 @@ def _add_body(body, side, number, m, weights, tilts, total):
     """
     teeth, u = len(body.blocks) - 1, np.empty(body.blocks.shape[3:])
     for first, last in _runs(number):
+        hats = weights.bounds[first * m : last * m, 2]
+        loaded = hats.min(), hats.max() + 2
         for p in range(len(total)):
             ahead = (number[p // m] - number[first]) * (1 - 2 * side)
-            if abs(ahead) > body.pitches:
+            if abs(ahead) > body.pitches or (ahead < 0 and tilts[p] == 0):
                 continue
             if abs(ahead) > teeth:
                 raise IndexError("teeth in contact are further apart than the compliance reaches; model more teeth")
-            columns = first * m, last * m
+            u[:, loaded[0] : loaded[1]] = 0.0
             if ahead >= 0:
-                _add_products(body.blocks[ahead], weights, p, 1.0 if ahead == 0 else 2.0, columns, u, total)
+                _add_displacements(body.blocks[ahead], weights, p, 1.0 if ahead == 0 else 2.0, loaded, u)
             if tilts[p] != 0:
-                row = max(0, ahead + len(body.slide) - teeth - 1)
-                _add_products(body.slide[row], weights, p, -2 * tilts[p], columns, u, total)
+                slide = body.slide[max(0, ahead + len(body.slide) - teeth - 1)]
+                _add_displacements(slide, weights, p, -2 * tilts[p], loaded, u)
+            _add_products(u, weights, (first * m, last * m), total[p])
 
 
 @unchecked
@@ -173,6 +179,8 @@ def _add_half_planes(mesh, bodies, mirrored, slices, depth, total):
             edges[: last - first], edges[last - first] = low[first:last], high[last - 1]
             between = between_segments((edges - gear.axial) / inclined, end, depth, mirrored)
             factor = mesh.position.flattening if same else gear.flattening
-            for i in range(first * m, last * m):
-                for j in range(first * m, last * m):
-                    total[i, j] += factor * between[i // m - first, j // m - first]
+            for i in range(last - first):
+                for j in range(last - first):
+                    for a in range(m):
+                        for b in range(m):
+                            total[(first + i) * m + a, (first + j) * m + b] += factor * between[i, j]

@@ -188,7 +188,7 @@ _equilibrium = unilateral_contact(_newton_step, unchecked)
 
 @kept_unchecked
 def solve_lines(contact, force, gap):
-    """`LineLoads` under forces on the modelled face (m,) > 0 [N], with normal gaps (m, n) [m]."""
+    """Fields of `LineLoads` under forces on the modelled face (m,) > 0 [N], with normal gaps (m, n) [m]."""
     te, stiffness, loads = np.empty(force.size), np.empty(force.size), np.empty(gap.shape)
     compliance = contact.compliance.mean()
     for k in range(force.size):
@@ -197,4 +197,4 @@ def solve_lines(contact, force, gap):
         load = LoadedLine(contact, force[k], gap[k], least, np.full(n, force[k] / n), np.zeros(1))
         state = _equilibrium(load, first_touch <= least + compliance * force[k])
         te[k], stiffness[k], loads[k] = state.te, state.stiffness, state.force
-    return LineLoads(te, stiffness, loads)
+    return te, stiffness, loads

@@ -86,14 +86,12 @@ class FaceSlicing:
     def sections(self, shares: np.ndarray) -> ContactSlices:
         """Sections of no width at shares (n_pair, n) of the face, of all tooth pairs."""
         axial, numbers = axial_at(self.grading, shares).ravel(), np.array(self.numbers).repeat(shares.shape[1])
-        return self._slices(numbers, axial, axial)
+        return ContactSlices(self.position, numbers, axial, axial, mesh=self.mesh)
 
     def over(self, width: np.ndarray, te: float = 0.0) -> ContactSlices:
         """Slices over a loaded width, which end at kinks, as in `slices_over`."""
-        return self._slices(*slices_over(self.grading, self.slices, self.numbers.start, width, self.kinks), te)
-
-    def _slices(self, *fields) -> ContactSlices:
-        return ContactSlices(self.position, *fields, mesh=self.mesh)
+        number, low, high = slices_over(self.grading, self.slices, self.numbers.start, width, self.kinks)
+        return ContactSlices(self.position, number, low, high, te, self.mesh)
 
     def overlap(self, state: State, misalignment: float) -> np.ndarray:
         """Part of the face on which the flanks of each tooth pair overlap under the transmission error of a state.

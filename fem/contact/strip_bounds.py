@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fem.gap.closest_point import Closest
 from fem.gap.contact_slices import ContactSlices
 from fem.gap.flank_gap import (
     approach_at,
@@ -69,12 +70,18 @@ class Profile(NamedTuple):
 def strips_of(slices: ContactSlices, half_widths: np.ndarray) -> Strips:
     """Strips as far as WINDOW times half_widths (n,) [m] on either side of where the flanks are closest."""
     numbers = slices.number, slices.low, slices.high
-    return slices.mesh.call(strips_around, numbers, float(slices.te), slices.closest, half_widths, FINE)
+    te, closest = float(slices.te), tuple(slices.closest)
+    return Strips(*slices.mesh.call(strips_around, numbers, te, closest, half_widths, FINE))
 
 
 @kept_unchecked
 def strips_around(mesh, slices, te, closest, half_widths, fine):
-    """`strips_of` slices of numbers and axial ends (n,); fine: number of strips where an edge is rounded."""
+    """Fields of `Strips` of slices with numbers and axial ends (n,).
+
+    closest     fields of `Closest` of the slices
+    fine        number of strips where an edge is rounded
+    """
+    closest = Closest(*closest)
     number, low, high = slices
     n, sections = number.size, sections_of(mesh, number, low, high, np.full(number.size, te))
     equal = not _any_rounding(mesh, sections)
@@ -86,7 +93,9 @@ def strips_around(mesh, slices, te, closest, half_widths, fine):
     for i in range(n):
         at = sections[i]
         start, end, is_open[0, i], is_open[1, i] = _window(mesh, at, closest.roll[i], half_widths[i])
-        _write_edges(mesh, at, (start, end), (closest.roll[i], closest.radius[i]), half_widths[i], equal, width[i], profile)
+        _write_edges(
+            mesh, at, (start, end), (closest.roll[i], closest.radius[i]), half_widths[i], equal, width[i], profile
+        )
         _gaps_of(mesh, at, profile, gap[i])
         _expect(mesh, half_widths[i], closest.radius[i], gap[i], expected[i])
         _direct(mesh, at, profile, expected[i], width[i], tilts, approach, i)
@@ -94,16 +103,16 @@ def strips_around(mesh, slices, te, closest, half_widths, fine):
             gap[i, k] += approach[i, k] * te
             arcs[at.host, i, k] = profile.roll[2 * k + 1] ** 2 / (2 * at.r_host)
             arcs[1 - at.host, i, k] = arc_of_mate(at, profile.foot[2 * k + 1])
-    return Strips(arcs, width, gap, approach, tilts, is_open, expected, equal)
+    return arcs, width, gap, approach, tilts, is_open, expected, equal
 
 
 @unchecked
 def _any_rounding(mesh, sections):
     """Whether the tip edge of the mate is rounded in any slice."""
+    rounded = 0
     for i in range(sections.size):
-        if mesh.gears[1 - sections[i].host].rounding > 0:
-            return True
-    return False
+        rounded += mesh.gears[1 - sections[i].host].rounding > 0
+    return rounded > 0
 
 
 @unchecked

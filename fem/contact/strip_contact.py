@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem.linalg.small_systems import factorize, product, solve, square_root
 from fem.contact.coupling import Body, smooth_compliance
 from fem.contact.strip_bounds import NODES, Strips, strips_of, write_half_planes, write_shapes
 from fem.contact.unilateral import EXCHANGES, Equilibrium, unilateral_contact
 from fem.elasticity.face_symmetry import Face
 from fem.gap.contact_slices import ContactSlices
+from fem.linalg.small_systems import column_times, factorize, product, rows_with, solve, square_root, submatrix, times
 from fem.support.numba_cache import kept_unchecked, unchecked
 
 #: Half-planes are clamped at this share of the width of all strips, the logarithmic capacity of an interval: at this
@@ -83,7 +83,7 @@ class Solution(NamedTuple):
 
 
 class LoadedStrips(NamedTuple):
-    """A mesh force [N] on a `StripContact`; slices whose active strips stay keep their forces from solution to solution.
+    """A mesh force [N] on a `StripContact`; slices whose active strips stay keep their forces.
 
     local, smooth, sides    as in `StripContact`
     active      (n, m) active strips of the last solution
@@ -105,7 +105,9 @@ class LoadedStrips(NamedTuple):
 def assemble(slices: ContactSlices, strips: Strips, bodies: Bodies, face: Face, misalignment: float) -> StripContact:
     """Contact of all strips under a misalignment [rad]."""
     depth, m = CAPACITY * strips.width.sum(axis=1).max(), strips.width.shape[1]
-    arcs, tilts = (np.stack([values[:, :, node] for node in (0, m // 2, m - 1)], axis=2) for values in (strips.arcs, strips.tilts))
+    arcs, tilts = (
+        np.stack([values[:, :, node] for node in (0, m // 2, m - 1)], axis=2) for values in (strips.arcs, strips.tilts)
+    )
     numbers = slices.number, slices.low, slices.high
     smooth = slices.mesh.call(smooth_compliance, bodies, face.share < 1, numbers, depth, arcs, tilts)
     gap = strips.gap + slices.gap_by(misalignment)[:, None]
@@ -199,13 +201,13 @@ def _coupled(load):
     where (1 + L^T S L) w = L^T S free and y = free - L w.
     """
     n, m = load.active.shape
-    loaded = _with_active(load.active)
+    loaded = rows_with(load.active)
     free, nodes = np.empty((2, loaded.size * NODES)), np.empty(loaded.size * NODES, np.int64)
     for k, i in enumerate(loaded):
         for a in range(NODES):
             nodes[k * NODES + a] = i * NODES + a
             free[0, k * NODES + a], free[1, k * NODES + a] = load.condensed[i, 2 + a, 0], load.condensed[i, 2 + a, 1]
-    smooth = _rows_and_columns(load.smooth, nodes)
+    smooth = submatrix(load.smooth, nodes)
     reaction = _reaction(smooth, load.root, loaded, free)
     stiffness, closed = -product(free, 0, reaction, 0, nodes.size), -product(free, 0, reaction, 1, nodes.size)
     for i in loaded:
@@ -222,46 +224,16 @@ def _coupled(load):
 
 
 @unchecked
-def _with_active(active):
-    """Numbers of the slices that have active strips (n, m)."""
-    loaded, number = np.empty(len(active), np.int64), 0
-    for i in range(len(active)):
-        if active[i].any():
-            loaded[number], number = i, number + 1
-    return loaded[:number].copy()
-
-
-@unchecked
-def _rows_and_columns(matrix, chosen):
-    """(k, k) chosen rows and columns of a matrix."""
-    part = np.empty((chosen.size, chosen.size))
-    for i in range(chosen.size):
-        for j in range(chosen.size):
-            part[i, j] = matrix[chosen[i], chosen[j]]
-    return part
-
-
-@unchecked
-def _times(matrix, rows):
-    """Symmetric matrix (n, n) times vectors (m, n), one in each row."""
-    products = np.empty(rows.shape)
-    for r in range(len(rows)):
-        for i in range(len(matrix)):
-            products[r, i] = product(matrix, i, rows, r, len(matrix))
-    return products
-
-
-@unchecked
 def _reaction(smooth, roots, loaded, free):
     """(2, n) displacements at the nodes r of `_coupled`."""
-    system, right = np.empty(smooth.shape), _times(smooth, free)
+    system, right = np.empty(smooth.shape), times(smooth, free)
     for k, i in enumerate(loaded):
         for j in range(k + 1):
             _project(smooth, roots[i], roots[loaded[j]], k * NODES, j * NODES, system)
         for a in range(NODES):
             system[k * NODES + a, k * NODES + a] += 1.0
             for r in range(2):
-                right[r, k * NODES + a] = _column_times(roots[i], a, right, r, k * NODES)
+                right[r, k * NODES + a] = column_times(roots[i], a, right, r, k * NODES)
     factorize(system)
     solve(system, right)
     y = free.copy()
@@ -270,16 +242,7 @@ def _reaction(smooth, roots, loaded, free):
             for a in range(NODES):
                 for b in range(a + 1):
                     y[r, k * NODES + a] -= roots[i, a, b] * right[r, k * NODES + b]
-    return _times(smooth, y)
-
-
-@unchecked
-def _column_times(root, a, rows, r, first):
-    """Column a of a lower triangular matrix (NODES, NODES) times values in row r from the first on."""
-    total = 0.0
-    for b in range(a, NODES):
-        total += root[b, a] * rows[r, first + b]
-    return total
+    return times(smooth, y)
 
 
 @unchecked
@@ -289,7 +252,7 @@ def _project(smooth, root, column_root, row, column, system):
         for b in range(NODES):
             total = 0.0
             for c in range(a, NODES):
-                total += root[c, a] * _column_times(column_root, b, smooth, row + c, column)
+                total += root[c, a] * column_times(column_root, b, smooth, row + c, column)
             system[row + a, column + b] = total
 
 

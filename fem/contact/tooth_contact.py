@@ -58,7 +58,8 @@ class ToothContact:
     def _line_loads(self, contact: LineContact, force: np.ndarray, misalignment: np.ndarray) -> LineLoads:
         """Line loads under mesh forces (m,) > 0 [N] and misalignments (m,) [rad]."""
         slices = self.slicing.whole
-        return solve_lines(contact, force * self.face.share, slices.closest.gap + slices.gap_by(misalignment))
+        gap = slices.closest.gap + slices.gap_by(misalignment)
+        return LineLoads(*solve_lines(contact, force * self.face.share, gap))
 
     def state(self, force: float, misalignment: float = 0.0) -> State:
         """Contact under the mesh force force >= 0 [N], resolved by strips; misalignment as in `fem.Offsets`.

@@ -88,10 +88,10 @@ def unilateral_contact(solve: Callable, compiled: Callable = lambda function: fu
 @compiled_or_not
 def _is_admissible(state):
     """Whether no candidate pulls or penetrates."""
+    violated = 0
     for k in range(state.force.size):
-        if not (state.force[k] >= 0 and state.gap[k] >= -PENETRATION):
-            return False
-    return True
+        violated += not (state.force[k] >= 0 and state.gap[k] >= -PENETRATION)
+    return violated == 0
 
 
 @compiled_or_not
@@ -106,10 +106,10 @@ def _touching(state):
 @compiled_or_not
 def _is_pulling(force, goal):
     """Whether a candidate with a force pulls in the next equilibrium."""
+    pulling = 0
     for k in range(force.size):
-        if force[k] > 0 and goal[k] <= 0:
-            return True
-    return False
+        pulling += force[k] > 0 and goal[k] <= 0
+    return pulling > 0
 
 
 @compiled_or_not

@@ -9,7 +9,6 @@ The remainder is smooth in both directions and is tabulated here; the half-space
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import copysign, cos, inf, sin
 
 import numpy as np
@@ -19,10 +18,11 @@ from skfem import Basis, ElementLineP1, ElementLineP2, ElementQuad2, LinearForm,
 from fem.elasticity import extruded_elasticity, extrusion, section_mesh
 from fem.elasticity.face_symmetry import Face, HalfFace, WholeFace, clamped
 from fem.elasticity.half_space import half_space
-from fem.elasticity.hat_functions import hat, hats, kinked_lines, overlap, spread, values_of_means
+from fem.elasticity.hat_functions import hat, hats, overlap, spread, values_of_means
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
 from fem.linalg.direct_solver import factorize
+from fem.support.blas_threads import one_thread
 from fem.support.cache import Arrays, cached
 from fem.support.progress import announced
 from fem.support.representation import exact
@@ -60,32 +60,6 @@ class Compliance:
     face: Face
     pitches: float = inf
 
-    @cached_property
-    def _hats_of_lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n_axial, n_axial) and (n_hat, n_hat) coefficients of the hats across and along as sums of `kinked_lines`."""
-        across, along = (np.linalg.inv(kinked_lines(tops, tops)) for tops in (self.axial, self.arcs))
-        return across, along
-
-    def across(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """(n_axial, n) mean values of the hat functions across the width over slices from low to high (n,) [m]."""
-        kinks = self.axial[1:-1, None]
-        below, above = (np.stack([z, z**2 / 2, *np.maximum(z - kinks, 0) ** 2 / 2]) for z in (low, high))
-        return self._hats_of_lines[0] @ ((above - below) / (high - low))
-
-    def along(self, arcs: np.ndarray) -> np.ndarray:
-        """(n_hat, n m) values of the hat functions along the profile at arcs (n, m) [m]; linear beyond the ends."""
-        return self._hats_of_lines[1] @ kinked_lines(self.arcs, arcs.ravel())
-
-    def normal(self, ahead: int) -> np.ndarray:
-        """(n_axial n_hat, n_axial n_hat) displacement into the tooth so far ahead of the loaded one [m/N]."""
-        block = self.blocks[abs(ahead)].reshape(self.axial.size * self.arcs.size, -1)
-        return block if ahead >= 0 else block.T
-
-    def tangential(self, ahead: int) -> np.ndarray:
-        """The same along the profile; teeth further behind take the values of the last computed tooth behind."""
-        block = self.slide[max(0, ahead + len(self.slide) - len(self.blocks))]
-        return block.reshape(self.axial.size * self.arcs.size, -1)
-
 
 def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> Compliance:
     """Compliance of the gear clamped at its bore, from the cache where it was computed before.
@@ -99,7 +73,8 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     means, axial = mean_compliance(gear, arcs, upper, line, density, loaded, face), face.positions(upper)
     blocks = np.concatenate([means[:1] - half_space(gear, arcs, axial, face), means[1:]])
     across, along = values_of_means(axial), values_of_means(arcs)
-    values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True)
+    with one_thread():
+        values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True)
     normal, tangential = values[: density.teeth + 1], values[density.teeth + 1 :]
     return Compliance(arcs, axial, gear.b / 2, normal, tangential, face)
 

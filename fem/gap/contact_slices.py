@@ -16,8 +16,9 @@ from fem.pair.mesh_position import MeshPosition
 class ContactSlices:
     """Slices of tooth pairs: number of the tooth pair, axial ends low and high [m], each (n,).
 
-    te is the transmission error [m], a number or (n,), about which gap and approach are linearized. In a slice gap and load are those of
-    its middle section, along the line of contact. mesh: the two gears for compiled code, made here where not given.
+    te is the transmission error [m], a number or (n,), about which gap and approach are linearized; mesh holds the two
+    gears for compiled code, made from the position by default. In a slice gap and load are those of its middle section,
+    along the line of contact.
     """
 
     position: MeshPosition

@@ -112,7 +112,11 @@ def slices_over(grading, slices, first, width, kinks):
         if shares[k, 1] - shares[k, 0] > widest:
             widest = shares[k, 1] - shares[k, 0]
     longest = slices + kinks.shape[1] + 2
-    number, ends, positions = np.empty(len(width) * longest, np.int64), np.empty((2, len(width) * longest)), np.empty(longest)
+    number, ends, positions = (
+        np.empty(len(width) * longest, np.int64),
+        np.empty((2, len(width) * longest)),
+        np.empty(longest),
+    )
     n = 0
     for k in range(len(width)):
         size = shares[k, 1] - shares[k, 0]

@@ -27,15 +27,18 @@ OUT_OF_REACH, LEAST_LEVER = 1.0, 0.1
 #: pitch deviations remove from host and mate [m], which turn the whole flank, whose corner stays on the tip circle;
 #: whether all of the host's flank is beyond the mate's tip, so that the two cannot touch.
 SECTION = np.dtype(
-    [("number", "i8"), ("host", "i8"), ("axial", "f8"), ("width", "f8"), ("r_host", "f8"), ("r_mate", "f8")]
-    + [("te", "f8"), ("nominal", "f8"), ("mate_nominal", "f8"), ("form", "f8"), ("tip", "f8"), ("mate_tip", "f8")]
-    + [("set_back", "f8"), ("mate_set_back", "f8"), ("out_of_reach", "b1")]
+    [
+        *((name, "i8") for name in ("number", "host")),
+        *((name, "f8") for name in ("axial", "width", "r_host", "r_mate", "te", "nominal", "mate_nominal")),
+        *((name, "f8") for name in ("form", "tip", "mate_tip", "set_back", "mate_set_back")),
+        ("out_of_reach", "b1"),
+    ]
 )
 
 
 @unchecked
 def sections_of(mesh, number, low, high, te):
-    """(n,) SECTION of slices of tooth pairs from low to high (n,) [m], linearized about transmission errors (n,) [m]."""
+    """(n,) SECTION of slices of tooth pairs from low to high (n,) [m], linearized about te (n,) [m]."""
     sections = np.empty(number.size, SECTION)
     for i in range(number.size):
         at, position = sections[i], mesh.position

@@ -57,3 +57,42 @@ def square_root(matrix, first, root):
             root[i, j] = 0.0
             if pivot > least and i >= j:
                 root[i, j] = (matrix[first + i, first + j] - product(root, i, root, j, j)) / sqrt(pivot)
+
+
+@unchecked
+def submatrix(matrix, chosen):
+    """(k, k) chosen rows and columns of a matrix."""
+    part = np.empty((chosen.size, chosen.size))
+    for i in range(chosen.size):
+        for j in range(chosen.size):
+            part[i, j] = matrix[chosen[i], chosen[j]]
+    return part
+
+
+@unchecked
+def times(matrix, rows):
+    """Symmetric matrix (n, n) times vectors (m, n), one in each row."""
+    products = np.empty(rows.shape)
+    for r in range(len(rows)):
+        for i in range(len(matrix)):
+            products[r, i] = product(matrix, i, rows, r, len(matrix))
+    return products
+
+
+@unchecked
+def column_times(root, a, rows, r, first):
+    """Column a of a lower triangular matrix (n, n) times values in row r from the first on."""
+    total = 0.0
+    for b in range(a, len(root)):
+        total += root[b, a] * rows[r, first + b]
+    return total
+
+
+@unchecked
+def rows_with(active):
+    """Numbers of the rows of a matrix (n, m) of truth values that have a true one."""
+    rows, number = np.empty(len(active), np.int64), 0
+    for i in range(len(active)):
+        if active[i].any():
+            rows[number], number = i, number + 1
+    return rows[:number].copy()

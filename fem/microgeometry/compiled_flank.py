@@ -7,7 +7,7 @@ from collections.abc import Callable
 from ctypes import CFUNCTYPE, c_double, c_int64, c_void_p, cast
 from functools import singledispatch
 from math import inf
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir
@@ -28,15 +28,17 @@ from fem.microgeometry.modification import (
 )
 from fem.support.numba_cache import unchecked
 
-#: Formulas of the rows.
-PROFILE_RELIEF, EDGE_BREAK, PROFILE_CROWNING, LEAD_CROWNING, HELIX_SLOPE, END_RELIEF, PITCH, GRID, USERS = range(9)
+#: Formulas of rows that change along the profile; of rows that are constant along it; of modifications in Python.
+PROFILE_RELIEF, PROFILE_CROWNING, EDGE_BREAK, GRID = range(4)
+LEAD_CROWNING, HELIX_SLOPE, END_RELIEF, PITCH, USERS = range(GRID + 1, GRID + 6)
 #: What a row describes: the shape of the flank, the rounding of its tip edge, or the turn of the whole flank.
 SHAPE, ROUNDING, TURN = range(3)
 #: Numbers in a row; what they are depends on the formula.
 NUMBERS = 4
 
 
-#: A row: its formula and role, its lengths and amounts, and where its table begins in the table of all rows.
+#: A row: its formula and role, its lengths and amounts, and where its table begins in the table of all rows;
+#: of a user's modification its number.
 ROW = np.dtype([("formula", "i8"), ("role", "i8"), ("numbers", "f8", NUMBERS), ("first", "i8")])
 
 
@@ -115,8 +117,8 @@ def _(part: Grid, face: FlankExtent) -> Row:
 def compiled_flank(flank: Flank, face: FlankExtent, first: int = 0) -> CompiledFlank:
     """The modifications of a flank as rows, whose tables begin at a position of a larger one."""
     rows, tables = np.zeros(len(flank), ROW), [np.zeros(0)]
-    for line, row in zip(rows, (row_of(part, face) for part in flank), strict=True):
-        line["formula"], line["role"], line["first"] = row.formula, row.role, first
+    for i, (line, row) in enumerate(zip(rows, (row_of(part, face) for part in flank), strict=True)):
+        line["formula"], line["role"], line["first"] = row.formula, row.role, i if row.formula == USERS else first
         line["numbers"][: len(row.numbers)] = row.numbers
         tables.append(row.table)
         first += row.table.size
@@ -127,7 +129,8 @@ class UsersModifications:
     """A C function that calls modifications in Python; `error` is the exception of the last call."""
 
     def __init__(self, flank: Flank, face: FlankExtent):
-        self.flank, self.face, self.error = flank, face, None
+        self.flank, self.face = flank, face
+        self.error: Exception | None = None
         self.function = REMOVED_BY(self._removed)
 
     @property
@@ -137,7 +140,7 @@ class UsersModifications:
 
     def _removed(self, row: int, number: int, roll: int, axial: float, tooth: int, removed: int) -> None:
         """Write the material removed by a row at roll lengths; arrays of `number` values by their addresses."""
-        rolls, material = (np.frombuffer((c_double * number).from_address(at)) for at in (roll, removed))
+        rolls, material = (np.frombuffer(memoryview((c_double * number).from_address(at))) for at in (roll, removed))
         try:
             material[:] = self.flank[row].removed(self.face._replace(tooth=tooth), rolls, np.array(axial))
         except Exception as error:
@@ -147,8 +150,7 @@ class UsersModifications:
 REMOVED_BY: Callable = CFUNCTYPE(None, c_int64, c_int64, c_int64, c_double, c_int64, c_int64)
 
 
-@intrinsic
-def _call_users(typing_context, address, row, number, roll, axial, tooth, removed):
+def _users_code(typing_context, address, row, number, roll, axial, tooth, removed):
     """Call the function of `UsersModifications` at an address."""
 
     def code(context, builder, signature, arguments):
@@ -161,6 +163,9 @@ def _call_users(typing_context, address, row, number, roll, axial, tooth, remove
     return types.void(integer, integer, integer, integer, types.float64, integer, integer), code
 
 
+_call_users: Any = intrinsic(_users_code)
+
+
 @unchecked
 def _power(base, exponent):
     """Positive part of a base to a power; without a logarithm for straight lines and parabolas."""
@@ -171,29 +176,11 @@ def _power(base, exponent):
 
 
 @unchecked
-def _along_profile(formula, numbers, roll):
-    """Material removed [m] by a row that is constant across the face."""
-    if formula == PROFILE_RELIEF:
-        return numbers[0] * _power((roll - numbers[1]) / numbers[2], numbers[3])
-    return numbers[0] * ((roll - numbers[1]) / numbers[2]) ** 2
-
-
-@unchecked
 def _rounded(numbers, roll, r_b):
     """Material removed [m] by the rounding of the tip edge."""
     begin, radius = numbers[0], numbers[1]
     arc = min(max((roll * roll - begin * begin) / (2 * r_b), 0.0), radius)
     return arc * arc / (radius + (radius * radius - arc * arc) ** 0.5)
-
-
-@unchecked
-def _across_face(formula, numbers, axial):
-    """Material removed [m] by a row that is constant along the profile."""
-    if formula == LEAD_CROWNING:
-        return numbers[0] * (2 * axial / numbers[1]) ** 2
-    if formula == HELIX_SLOPE:
-        return numbers[0] * axial / numbers[1]
-    return numbers[0] * _power((abs(axial) - numbers[1]) / numbers[2], numbers[3])
 
 
 @unchecked
@@ -222,18 +209,29 @@ def _on_grid(row, table, roll, axial):
 
 
 @unchecked
-def _material(row, table, extent, roll, axial, tooth):
-    """Material removed [m] by a row at a roll length on the flank and an axial position."""
+def _across_face(row, table, axial, tooth):
+    """Material removed [m] by a row that is constant along the profile."""
+    numbers = row.numbers
+    if row.formula == LEAD_CROWNING:
+        return numbers[0] * (2 * axial / numbers[1]) ** 2
+    if row.formula == HELIX_SLOPE:
+        return numbers[0] * axial / numbers[1]
+    if row.formula == END_RELIEF:
+        return numbers[0] * _power((abs(axial) - numbers[1]) / numbers[2], numbers[3])
+    return table[row.first + tooth % int(numbers[0])]
+
+
+@unchecked
+def _along_profile(row, table, r_b, roll, axial):
+    """Material removed [m] by a row that changes along the profile, at a roll length on the flank."""
     formula, numbers = row.formula, row.numbers
-    if formula == PROFILE_RELIEF or formula == PROFILE_CROWNING:
-        return _along_profile(formula, numbers, roll)
+    if formula == PROFILE_RELIEF:
+        return numbers[0] * _power((roll - numbers[1]) / numbers[2], numbers[3])
+    if formula == PROFILE_CROWNING:
+        return numbers[0] * ((roll - numbers[1]) / numbers[2]) ** 2
     if formula == EDGE_BREAK:
-        return _rounded(numbers, roll, extent.r_b)
-    if formula == PITCH:
-        return table[row.first + tooth % int(numbers[0])]
-    if formula == GRID:
-        return _on_grid(row, table, roll, axial)
-    return _across_face(formula, numbers, axial)
+        return _rounded(numbers, roll, r_b)
+    return _on_grid(row, table, roll, axial)
 
 
 @unchecked
@@ -245,15 +243,19 @@ def add_removed(rows, table, extent, role, factor, n, roll, shift, axial, tooth,
 
     Beyond root form and tip circle the values on these circles continue, as in `fem.microgeometry.flank.removed`.
     """
-    for k in range(rows.size):
-        if rows[k].role != role:
-            continue
-        if rows[k].formula == USERS:
-            _add_users(k, extent, factor, n, roll, shift, axial, tooth, removed)
-            continue
+    constant, low, high, r_b = 0.0, extent.roll_form, extent.roll_tip, extent.r_b
+    for row in rows:
+        if row.role == role and row.formula == USERS:
+            _add_users(row.first, extent, factor, n, roll, shift, axial, tooth, removed)
+        elif row.role == role and row.formula <= GRID:
+            for i in range(n):
+                on_flank = min(max(roll[i] + shift, low), high)
+                removed[i] += factor * _along_profile(row, table, r_b, on_flank, axial)
+        elif row.role == role:
+            constant += factor * _across_face(row, table, axial, tooth)
+    if constant != 0:
         for i in range(n):
-            on_flank = min(max(roll[i] + shift, extent.roll_form), extent.roll_tip)
-            removed[i] += factor * _material(rows[k], table, extent, on_flank, axial, tooth)
+            removed[i] += constant
 
 
 @unchecked
