@@ -37,10 +37,23 @@ CONTACT_FRAME = record_type(
     ("pinion", GEAR),
     ("wheel", GEAR),
 )
+#: What a contact knows of the steps of an integrator, for its first guess in a step (`exugear.kernels.first_guess`).
+#: duration: of a step [s], 0 without guesses; deflection and rate per acceleration along the line of action at the end
+#: of a step [s^2, s]; compliance: acceleration per mesh force in a step [1/kg]; matrix: mesh force per acceleration
+#: in the matrix of Newton's iteration [kg]; accelerations that bearings give per displacement and velocity of
+#: pinion and wheel [1/s^2, 1/s] in a step; time [s], rate [m/s], force [N] and acceleration by bearings
+#: [m/s^2] of the last call; time of this call [s]; guesses: 1 in the first call of a step.
+STEPS = record_type(
+    *((name, "f8") for name in ("duration", "deflection", "rate", "compliance", "matrix")),
+    *((name, "f8", (2, 6)) for name in ("by_displacement", "by_velocity")),
+    *((name, "f8") for name in ("last_time", "last_rate", "last_force", "last_by_bearings", "time", "guesses")),
+)
 #: Values that a run sets. engaged: 0 takes the gears out of mesh. The lag of the integrator's velocities, as in
 #: `force_kernels.corrected_rate`: by the mesh force [m/N], and by the bearings of pinion and wheel, as factors of their
 #: velocities. mobility: acceleration per mesh force [1/kg]. holding_force: mesh force that balances the load while the
-#: bearings are not displaced [N].
+#: bearings are not displaced [N]. Of pinion and wheel: constant torques about z that act beside the mesh [N m];
+#: addresses of their imposed motions (`exugear.kernels.imposed_motion`), 0 without; inertias that the contact itself
+#: accelerates as imposed [kg m^2]. steps: `STEPS`.
 CONTACT_STATE = record_type(
     ("engaged", "f8"),
     ("lag", "f8"),
@@ -48,6 +61,10 @@ CONTACT_STATE = record_type(
     ("wheel_lag", "f8", 6),
     ("mobility", "f8"),
     ("holding_force", "f8"),
+    ("torques", "f8", 2),
+    ("imposed", "i8", 2),
+    ("inertias", "f8", 2),
+    ("steps", STEPS),
 )
 frame_at, state_at = reader(CONTACT_FRAME), reader(CONTACT_STATE)
 

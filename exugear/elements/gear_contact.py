@@ -123,11 +123,11 @@ def add_contact(mbs, name: str, items, kernel, records: Sequence[np.record], rec
 
 def add_forces(mbs, name: str, items, kernel, records: Sequence[np.record], recorder: Recorder | None = None) -> int:
     """Forces of a kernel as ObjectGenericODE2 on the nodes of its bodies; called without Python where that works."""
-    function, jacobian = user_functions(kernel, records, recorder)
     nodes = [node_of(mbs, item) for item in items]
+    sizes = [len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes]
+    function, jacobian = user_functions(kernel, records, recorder, sizes[0])
     addresses = tuple(address_of(record) for record in (*records, *([recorder.header] if recorder else [])))
-    coordinates = sum(len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes)
-    function = direct_or_portable(function, kernel, addresses, coordinates)
+    function = direct_or_portable(function, kernel, addresses, sum(sizes))
     item = eii.ObjectGenericODE2(
         name=name, nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=jacobian
     )
@@ -150,16 +150,19 @@ def state_of(mbs, number: int) -> np.record:
     return mbs.variables[state_key(number)]
 
 
-def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | None = None):
+def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | None = None, first: int = 1):
     """Force and Jacobian for Exudyn; the force keeps the records alive whose addresses it passes to the kernel.
 
     records    arguments of the kernel; the first two are the table of the mesh force and the contact frame
-    recorder   argument of the kernel behind the records, if it records
+    recorder   argument of the kernel behind the records, if it records: then the third record is the contact state
+    first      number of coordinates of the first body
     """
-    idle_recorder, (table, frame, *_) = Recorder(), records
+    idle_recorder, (table, frame, state, *further) = Recorder(), records
+    silent_state = state.copy() if recorder else state
     addresses = tuple(map(address_of, records))
     recording = (*addresses, address_of(recorder.header)) if recorder else addresses
-    silent = (*addresses, address_of(idle_recorder.header)) if recorder else addresses
+    idle = [idle_recorder.header] if recorder else []
+    silent = tuple(map(address_of, (table, frame, silent_state, *further, *idle)))
 
     def gear_contact(mbs, t, item, q, q_t):
         try:
@@ -168,13 +171,32 @@ def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | No
             raise RuntimeError(stop_message(table.head, error.args, float(frame.pinion.r_b))) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        if recorder:
+            copy_without_guesses(state, silent_state)
         try:
-            return jacobian(partial(kernel, *silent, t), q, q_t, (factor, factor_t), DIFFERENCE_STEPS)
+            matrix = jacobian(partial(kernel, *silent, t), q, q_t, (factor, factor_t), DIFFERENCE_STEPS)
         except ValueError as error:
             raise RuntimeError(stop_message(table.head, error.args, float(frame.pinion.r_b))) from None
+        if recorder and state.steps.duration:
+            note_matrix(state, frame, matrix, first)
+        return matrix
 
-    vars(gear_contact)["owned"] = (*records, recorder, idle_recorder)
+    vars(gear_contact)["owned"] = (*records, recorder, idle_recorder, silent_state)
     return gear_contact, gear_jacobian
+
+
+def copy_without_guesses(state: np.record, silent_state: np.record) -> None:
+    """Copy a contact state for calls outside the steps of an integrator, such as those for a Jacobian."""
+    for name in state.dtype.names or ():
+        silent_state[name] = state[name]
+    silent_state.steps.duration = 0.0
+
+
+def note_matrix(state: np.record, frame: np.record, matrix: np.ndarray, first: int) -> None:
+    """Note the share of the contact in the matrix of Newton's iteration, for its first guesses."""
+    imposed = bool(state.imposed[1])
+    spin, gear = (first - 1, frame.pinion) if imposed else (len(matrix) - 1, frame.wheel)
+    state.steps.matrix = matrix[spin, spin] / gear.r_b**2
 
 
 extends(exu.MainSystem, "CreateGearContact")(CreateGearContact)

@@ -13,6 +13,9 @@ from exugear.kernels.recorder import Recorder
 from fem.support.arguments import checked
 from fem.support.validation import require
 
+#: Interval between two samples at which each time of a run is that of the first sample [s].
+ANY_TIME = 1e300
+
 
 @checked
 def CreateGearSensor(
@@ -40,7 +43,7 @@ def CreateGearSensor(
 def user_function(kernel: Callable, contact: int) -> Callable:
     """The function that Exudyn calls: it evaluates the kernel of the contact with a recorder of the sensor."""
     recorder = Recorder()
-    recorder.start(1.0, 1)
+    recorder.start(ANY_TIME, 1)
 
     def gear_sensor(mbs, t, sensors, factors, configuration):
         nodes = mbs.GetObject(contact)["nodeNumbers"]
@@ -48,7 +51,7 @@ def user_function(kernel: Callable, contact: int) -> Callable:
         q, q_t = (
             np.concatenate([np.atleast_1d(mbs.GetNodeOutput(n, kind, configuration)) for n in nodes]) for kind in kinds
         )
-        kernel(address_of(recorder.header), 0.0, *q.tolist(), *q_t.tolist())
+        kernel(address_of(recorder.header), t, *q.tolist(), *q_t.tolist())
         return list(recorder.samples[0][0].item())
 
     return gear_sensor

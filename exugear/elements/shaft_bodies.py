@@ -1,6 +1,7 @@
 """Shafts as Exudyn's bodies on bearings or joints, rotors behind their couplings, drive and load."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -9,9 +10,17 @@ from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 
 from exugear.elements import bearing_elements, drag_elements
 from exugear.elements.exudyn_objects import node_of
+from exugear.elements.native.native import direct_or_portable
+from exugear.force_table.kernel_records import address_of
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.shaft import Coupling, Shaft
+from exugear.kernels.coupling_kernels import coupling_kernel, coupling_record
 from exugear.plan.coordinates import Coordinates, pose
+
+
+def coupling_name(shaft: str) -> str:
+    """Name of the spring of the coupling of a shaft."""
+    return f"{shaft} coupling"
 
 
 def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
@@ -64,7 +73,7 @@ def add_rotor(mbs, gearbox: Gearbox, body: int, coordinates: Coordinates, name: 
     rotor = mbs.AddObject(eii.ObjectRotationalMass1D(name=f"{name} rotor", **data))
     markers = [spin_marker(mbs, body, coordinates.spin_index), spin_marker(mbs, rotor, 0)]
     spring = eii.CoordinateSpringDamper(
-        name=f"{name} coupling", markerNumbers=markers, stiffness=coupling.torsion, damping=coupling.damping
+        name=coupling_name(name), markerNumbers=markers, stiffness=coupling.torsion, damping=coupling.damping
     )
     mbs.AddObject(spring)
     return rotor
@@ -84,3 +93,25 @@ def add_drive_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) ->
     markers = [fixed, end_markers[gearbox.driving.name]]
     drive = mbs.AddObject(eii.CoordinateConstraint(name="drive", markerNumbers=markers))
     return drive, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=end_markers[gearbox.driven.name], load=0.0))
+
+
+def add_driven_coupling(mbs, name: str, nodes: tuple[Any, Any], coupling: Coupling, motion: np.record) -> None:
+    """Add a coupling between the nodes of a rotor with an imposed motion and of its shaft."""
+    record, n = coupling_record(coupling, motion), len(mbs.GetNode(nodes[1])["referenceCoordinates"])
+    kernel, address = coupling_kernel(n), address_of(record)
+
+    def driven_coupling(mbs, t, item, q, q_t):
+        return kernel(address, t, *q, *q_t)
+
+    def coupling_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        jacobian = np.zeros((n + 1, n + 1))
+        jacobian[n, n] = factor * record.torsion + factor_t * record.damping
+        return jacobian
+
+    vars(driven_coupling)["owned"] = record
+    function = direct_or_portable(driven_coupling, kernel, (address,), n + 1)
+    item = eii.ObjectGenericODE2(
+        name=name, nodeNumbers=list(nodes), forceUserFunction=function, jacobianUserFunction=coupling_jacobian
+    )
+    item.visualization["show"] = False
+    mbs.AddObject(item)

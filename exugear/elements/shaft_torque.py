@@ -18,21 +18,22 @@ from exugear.operation.torque_tables import TorqueTable
 class ShaftTorque:
     """The torque on a shaft in a system.
 
-    number     of the object
+    name       of the object
     record     which the kernel reads (`exugear.operation.torque_kernels.SHAFT_TORQUE`)
     recorder   samples of the torque and of the motion of the body
     """
 
-    number: int
+    name: str
     record: np.record
     recorder: ShaftRecorder
 
 
 def add_torque(
-    mbs, node, table: TorqueTable, *, direction: int, sense: int, states: Sequence[np.record], factors
+    mbs, name: str, node, table: TorqueTable, *, direction: int, sense: int, states: Sequence[np.record], factors
 ) -> ShaftTorque:
     """Add a torque on the last coordinate of a node, which is its spin; called without Python where that works.
 
+    name              of the object
     direction         of rotation of the shaft about z at positive speed
     sense             +1: acts with that motion, -1: against it
     states, factors   of the contacts: their states, and the mesh force per torque about z [1/m]
@@ -50,10 +51,11 @@ def add_torque(
     vars(shaft_torque)["owned"] = record, arrays, states, recorder
     function = direct_or_portable(shaft_torque, kernel, addresses, n)
     item: Any = eii.ObjectGenericODE2(
-        nodeNumbers=[node], forceUserFunction=function, jacobianUserFunction=torque_jacobian
+        name=name, nodeNumbers=[node], forceUserFunction=function, jacobianUserFunction=torque_jacobian
     )
     item.visualization["show"] = False
-    return ShaftTorque(int(mbs.AddObject(item)), record, recorder)
+    mbs.AddObject(item)
+    return ShaftTorque(name, record, recorder)
 
 
 def _jacobian(record: np.record, t: float, q, q_t, factors: tuple[float, float]) -> np.ndarray:

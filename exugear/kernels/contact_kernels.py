@@ -6,6 +6,8 @@ from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of
 from exugear.contact_geometry.contact_records import frame_at, state_at
 from exugear.contact_geometry.rotation import EULER, IN_PLANE, RXYZ, SPIN_ALONE, UPRIGHT, VECTOR
 from exugear.force_table.patches import table_at
+from exugear.kernels.first_guess import begin_call
+from exugear.kernels.imposed_motion import spin_in_space, spin_of, torque_on, with_torque_on
 from exugear.kernels.kinematics import NO_OFFSETS, rotational_mesh, spatial_mesh
 from exugear.kernels.recorder import sample_of, write, write_motion, write_power
 from fem.support.numba_cache import kept
@@ -39,12 +41,16 @@ def kernel_of(kinds: tuple[str, ...], displaced: bool = False, rotated: bool = F
 @kept
 def spin_contact(table, frame, state, record, t, q_1, q_2, v_1, v_2):
     """Torques on two bodies that spin about fixed axes."""
-    mesh = rotational_mesh(table_at(table), frame_at(frame), state_at(state), q_1, q_2, v_1, v_2)
+    contact = state_at(state)
+    begin_call(contact.steps, t)
+    pinion, wheel = spin_of(contact.imposed[0], t, q_1, v_1), spin_of(contact.imposed[1], t, q_2, v_2)
+    (q_1, v_1, _), (q_2, v_2, _) = pinion, wheel
+    mesh = rotational_mesh(table_at(table), frame_at(frame), contact, q_1, q_2, v_1, v_2)
     k = sample_of(record, t)
     if k >= 0:
         write(record, k, mesh.deflection, mesh.force, NO_OFFSETS, 0.0, mesh.torques)
         write_power(record, k, mesh.energy, mesh.dissipation, (q_1, q_2), (v_1, v_2))
-    return mesh.torques
+    return torque_on(contact, 0, pinion, mesh.torques[0]), torque_on(contact, 1, wheel, mesh.torques[1])
 
 
 @kept
@@ -63,9 +69,12 @@ def _spatial_contact(kind_1: int, kind_2: int):
 
     @kept
     def spatial_contact(table, frame, state, record, t, *x):
-        geometry = frame_at(frame)
+        geometry, contact = frame_at(frame), state_at(state)
+        begin_call(contact.steps, t)
         pinion, wheel = motions_of(geometry, kind_1, kind_2, n_1, n_2, x)
-        mesh = spatial_mesh(table_at(table), geometry, state_at(state), pinion.q, wheel.q, pinion.v, wheel.v)
+        pinion_spin, pinion = spin_in_space(contact.imposed[0], t, pinion)
+        wheel_spin, wheel = spin_in_space(contact.imposed[1], t, wheel)
+        mesh = spatial_mesh(table_at(table), geometry, contact, pinion.q, wheel.q, pinion.v, wheel.v)
         k = sample_of(record, t)
         if k >= 0:
             torques = mesh.pinion[5], mesh.wheel[5]
@@ -75,6 +84,7 @@ def _spatial_contact(kind_1: int, kind_2: int):
             write_power(record, k, mesh.energy, mesh.dissipation, spins, speeds)
         f = forces_on(geometry, kind_1, pinion.orientation, mesh.pinion)
         g = forces_on(geometry, kind_2, wheel.orientation, mesh.wheel)
+        f, g = with_torque_on(contact, 0, pinion_spin, f), with_torque_on(contact, 1, wheel_spin, g)
         on_pinion = (f[5],) if n_1 == 1 else (f[0], f[1], f[5]) if n_1 == 3 else f[:n_1]
         on_wheel = (g[5],) if n_2 == 1 else (g[0], g[1], g[5]) if n_2 == 3 else g[:n_2]
         return on_pinion + on_wheel

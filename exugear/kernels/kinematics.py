@@ -25,6 +25,7 @@ from exugear.force_table.force_kernels import (
     spinning_force,
     static_force,
 )
+from exugear.kernels.first_guess import guess_of, guided
 from fem.support.numba_cache import compiled
 
 NO_OFFSETS = (0.0, 0.0, 0.0)
@@ -84,21 +85,43 @@ def damping_force(table, state, static, side, rate, phase_rate, displacement_for
 
 
 @compiled
+def slopes_of_force(table, state, static, side):
+    """Slopes of the force with damping over the deflection [N/m] and over its rate [N s/m]."""
+    c = damping(table, static.penetration)
+    yielding = 1.0 + (state.lag * state.mobility * c * c if side > 0.0 else 0.0)
+    return static.stiffness / yielding, c * (1.0 + state.lag * static.stiffness) / yielding
+
+
+@compiled
 def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     """`SpinForces` of two rotational coordinates."""
     d, r_1, r_2, turns = frame.direction, frame.pinion.r_b, frame.wheel.r_b, frame.pitches_per_radian
     lead = d * (r_1 * q_1 + r_2 * q_2)
     if state.engaged == 0.0:
         return SpinForces(lead, 0.0, (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
+    free_1, free_2 = 0.0 if state.imposed[0] else v_1, 0.0 if state.imposed[1] else v_2
+    free_rate = d * (r_1 * free_1 + r_2 * free_2)
+    guess = guess_of(state.steps, free_rate, 0.0)
+    lead += guess.deflection
     flank = flank_of(table, lead, 0.0, d * turns * q_1 + frame.phase)
     side = flank.side
     static = spinning_force(table, flank.phase, flank.deflection)
-    rate, phase_rate = side * d * (r_1 * v_1 + r_2 * v_2), side * d * turns * v_1
+    rate, phase_rate = side * (d * (r_1 * v_1 + r_2 * v_2) + guess.rate), side * d * turns * v_1
     damped, dissipation = damping_force(table, state, static, side, rate, phase_rate, 0.0)
-    push = d * side * (static.force + damped)
-    torques = -r_1 * push - side * d * turns * static.by_phase, -r_2 * push
-    force = side * (static.force + damped)
+    slopes = slopes_of_force(table, state, static, side)
+    force = guided(state.steps, guess, free_rate, side * (static.force + damped), slopes)
+    torques = -r_1 * d * force - side * d * turns * static.by_phase, -r_2 * d * force
     return SpinForces(lead, force, torques, static.energy, dissipation, flank.phase, static.force)
+
+
+@compiled
+def acceleration_by_bearings(steps, q_1, q_2, v_1, v_2):
+    """Acceleration along the line of action [m/s^2] that bearings give two Rxyz bodies, in the first call of a step."""
+    if steps.guesses == 0.0:
+        return 0.0
+    by_displacement, by_velocity = steps.by_displacement, steps.by_velocity
+    along = row_dot(by_displacement[0], q_1) + row_dot(by_displacement[1], q_2)
+    return along + row_dot(by_velocity[0], v_1) + row_dot(by_velocity[1], v_2)
 
 
 @compiled(forceinline=True)
@@ -107,15 +130,23 @@ def spatial_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     position = position_of(table, frame, q_1, q_2)
     flank, (a, misalignment, axial) = position.flank, position.offsets
     side_d, static = flank.side * frame.direction, NO_CONTACT
-    if state.engaged != 0.0:
-        static = static_force(table, flank.phase, flank.deflection, a, misalignment, axial)
     row_1, row_2 = gradient(frame, position, deflection_slopes(frame, position, 1.0, 0.0, NO_OFFSETS))
+    rate = row_dot(row_1, v_1) + row_dot(row_2, v_2)
+    imposed_rate = row_1[5] * v_1[5] if state.imposed[0] else 0.0
+    imposed_rate += row_2[5] * v_2[5] if state.imposed[1] else 0.0
+    free_rate = flank.side * (rate - imposed_rate)
+    guess = guess_of(state.steps, free_rate, acceleration_by_bearings(state.steps, q_1, q_2, v_1, v_2))
+    if state.engaged != 0.0:
+        deflection = flank.deflection + flank.side * guess.deflection
+        static = static_force(table, flank.phase, deflection, a, misalignment, axial)
     lag = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2)
-    rate = row_dot(row_1, v_1) + row_dot(row_2, v_2) + flank.side * lag
+    rate += flank.side * (lag + guess.rate)
     phase_rate = side_d * frame.pitches_per_radian * v_1[5]
     displacement_force = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
     damped, dissipation = damping_force(table, state, static, flank.side, rate, phase_rate, displacement_force)
-    force, by_offsets = static.force + damped, (static.by_a, static.by_misalignment, static.by_axial)
+    slopes, push = slopes_of_force(table, state, static, flank.side), flank.side * (static.force + damped)
+    force = flank.side * guided(state.steps, guess, free_rate, push, slopes)
+    by_offsets = static.by_a, static.by_misalignment, static.by_axial
     further_1, further_2 = gradient(
         frame, position, deflection_slopes(frame, position, 0.0, static.by_phase, by_offsets)
     )

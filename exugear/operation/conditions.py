@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite, pi
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from exugear.operation.stop_conditions import SpeedReached, StopCondition, check
 from exugear.operation.time_functions import TimeFunction, line, speed_function
 from exugear.operation.torque_tables import ANGLE, TorqueTable, torque_of_speed, torque_table
 from exugear.operation.train_motion import HIGHEST_SPEED, drag_torques, expected_speeds, reduced_inertia
-from fem.support.validation import number, require, require_within, text_of
+from fem.support.validation import require, require_within, text_of
 from fem.units import rpm
 
 #: Number of instants at which the speed of a run is evaluated for its range.
@@ -31,18 +31,13 @@ class ShaftEnd:
     shaft     its name
     sense     +1: acts with the motion at positive speed (drive), -1: against it (load)
     torque    what the user gave, for messages and attributes
-    of_time   a function of time that is called in each step and not tabulated, or None
+    role      name of the argument that holds the end, for messages
     """
 
     shaft: str
     sense: int
     torque: Torque
-    of_time: Callable[[float], float] | None = None
-
-    @property
-    def role(self) -> str:
-        """Name of the argument of `exugear.run` that holds the end."""
-        return f"{'drives' if self.sense > 0 else 'loads'}[{self.shaft!r}]"
+    role: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +108,7 @@ class Conditions:
     @cached_property
     def _tables_without_speed(self) -> dict[str, TorqueTable]:
         """Tables of the torques over time and angle, which do not need to know the range of speeds."""
-        ends = [end for end in self.ends if end.of_time is None and end.torque.of_speed is None]
+        ends = [end for end in self.ends if end.torque.of_speed is None]
         return {end.shaft: torque_table(end.torque, end.role, self.duration, 0.0) for end in ends}
 
     @property
@@ -140,19 +135,9 @@ class Conditions:
         names = [shaft.name for shaft in self.gearbox.shafts]
         torques = np.zeros(len(names))
         for end in self.ends:
-            if end.of_time:
-                value = self.called(end, 0.0)
-            else:
-                value = float(self.tables[end.shaft](0.0, self._ratio(end.shaft) * self.initial_speed, 0.0))
+            value = float(self.tables[end.shaft](0.0, self._ratio(end.shaft) * self.initial_speed, 0.0))
             torques[names.index(end.shaft)] += end.sense * self.gearbox.directions[end.shaft] * value
         return torques
-
-    @staticmethod
-    def called(end: ShaftEnd, t: float) -> float:
-        """Torque of an end that is a function of time [N m], at a time [s]; ValueError where it is not finite."""
-        load = number("load(t)", end.of_time(t)) if end.of_time else 0.0
-        require(isfinite(load), f"load(t) must be finite, got {load} at t = {t:.6g} s")
-        return load
 
     @property
     def _signed_ratios(self) -> list[float]:
@@ -223,14 +208,12 @@ class Conditions:
 
 
 def run_up_conditions(gearbox: Gearbox, speed: TimeFunction, load: TimeFunction, duration: float) -> Conditions:
-    """Imposed speed of the driving shaft and load on the driven one; a function of time for the load is called."""
-    driven = gearbox.driven.name
-    if callable(load):
-        end = ShaftEnd(driven, -1, Torque(load), of_time=load)
-    else:
-        require_within("duration", duration, 0, HIGHEST_SPEED, remedy="s")
+    """Imposed speed of the driving shaft and load on the driven one."""
+    require_within("duration", duration, 0, HIGHEST_SPEED, remedy="s")
+    if not callable(load):
         line("load", load, duration)
-        end = ShaftEnd(driven, -1, Torque(np.ravel(load)[0] if np.size(load) == 1 else tuple(np.ravel(load))))
+        load = float(np.ravel(load)[0]) if np.size(load) == 1 else tuple(np.ravel(load).tolist())
+    end = ShaftEnd(gearbox.driven.name, -1, Torque(load), role="load")
     return Conditions(gearbox, duration, gearbox.driving.name, speed, (end,), run_up=(speed, load))
 
 
@@ -255,11 +238,16 @@ def conditions_of(
     check_stop(stop, names, gearbox.labels)
     twice = sorted(drives.keys() & loads.keys())
     require(not twice, f"drives and loads: shafts {twice} stand in both; keep each in one of them")
-    ends = [(name, 1, _end(f"drives[{name!r}]", value, Speed)) for name, value in drives.items()]
-    ends += [(name, -1, _end(f"loads[{name!r}]", value, Torque)) for name, value in loads.items()]
-    speeds = {name: end for name, _, end in ends if isinstance(end, Speed)}
+    roles = {name: f"drives[{name!r}]" for name in drives} | {name: f"loads[{name!r}]" for name in loads}
+    ends = {name: _end(roles[name], value, Speed) for name, value in drives.items()}
+    ends |= {name: _end(roles[name], value, Torque) for name, value in loads.items()}
+    speeds = {name: end for name, end in ends.items() if isinstance(end, Speed)}
     _check_speeds(gearbox, speeds, start_speed)
-    torques = tuple(ShaftEnd(name, sense, end) for name, sense, end in ends if isinstance(end, Torque))
+    torques = tuple(
+        ShaftEnd(name, 1 if name in drives else -1, end, roles[name])
+        for name, end in ends.items()
+        if isinstance(end, Torque)
+    )
     held, speed = next(((name, end.value) for name, end in speeds.items()), (None, None))
     sense = 1 if held in drives else -1
     require(initial is None or start_speed is None, f"start_speed {start_speed} stands beside initial; leave one out")

@@ -30,6 +30,11 @@ class Line:
     def slope(self, t):
         return self.b + 0 * t
 
+    @property
+    def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
+        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.kernels.imposed_motion` reads them."""
+        return np.array([0.0, 1.0]), np.array([[0.0, self.a, 0.5 * self.b, 0.0, 0.0]])
+
 
 class Curve:
     """Piecewise cubic function of time (`scipy.interpolate.PPoly`, from t = 0 on) and its integral from 0."""
@@ -51,6 +56,11 @@ class Curve:
 
     def slope(self, t):
         return self._spline(t, 1)
+
+    @property
+    def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
+        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.kernels.imposed_motion` reads them."""
+        return np.array(self._knots), np.array(self._integral_coefficients)[:, ::-1]
 
     def _value(self, coefficients: list[list[float]], t: float) -> float:
         """Polynomial of the interval in which t lies, by Horner's rule."""

@@ -36,6 +36,11 @@ class TorqueTable:
         """Whether the torque never changes."""
         return not self.cubic.coefficients[:, 1:].any() and bool(np.ptp(self.cubic.coefficients[:, 0]) == 0)
 
+    @property
+    def largest(self) -> float:
+        """Largest magnitude of the torque at the knots [N m]."""
+        return float(np.abs(self.cubic(self.cubic.knots)).max())
+
     def __call__(self, t, speed, angle):
         """The torque at times [s], speeds [rad/s] and angles [rad]."""
         return self.cubic((t, speed, np.mod(angle, 2 * pi))[self.variable])

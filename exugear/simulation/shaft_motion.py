@@ -102,8 +102,6 @@ def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques
 
 def _applied_torque(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques, time) -> np.ndarray:
     """(n,) torque of an end [N m], > 0 as the user gives it."""
-    if end.of_time:
-        return np.array([conditions.called(end, t) for t in time.tolist()])
     if conditions.tables[end.shaft].constant:
         return conditions.tables[end.shaft](time, 0.0 * time, 0.0 * time)
     samples = torques[rotor_name(end.shaft) if end.shaft in model.rotors else end.shaft].recorder["torque"]

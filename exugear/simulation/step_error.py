@@ -16,9 +16,11 @@ from exugear.operation.conditions import Conditions
 from exugear.operation.stop_conditions import End, first_end
 from exugear.plan.integrator_and_step import Rule
 from exugear.simulation.shaft_motion import recorded
-from exugear.simulation.solver_settings import Scheme, settings_for
+from exugear.simulation.solver_settings import Scheme
+from exugear.system.contact_steps import lag_corrected
 from exugear.system.equilibrium import explained
-from exugear.system.model import Model, end_coordinate, lag_corrected
+from exugear.system.imposed_speed import driven_by_contacts
+from exugear.system.model import Model, end_coordinate
 
 #: Number of segments of a run; more where a segment would have more steps: rounding turns the driving shaft by at most
 #: 1e-16 of its angle in a step, and `Solver._realign` takes that back after each segment.
@@ -146,7 +148,7 @@ class Solver:
         return speed_of is not None and speed_of.constant and not self.restarted
 
     def _settings(self) -> exu.SimulationSettings:
-        settings = settings_for(self.scheme.rule, self.scheme.steps.size, self.scheme.tolerance)
+        settings = self.scheme.settings()
         if not self._steady:
             # Exudyn's initial accelerations leave out the slope of the given speed; those of the state contain it.
             settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
@@ -158,15 +160,28 @@ class Solver:
         self._realign(segment.last)
 
     def _realign(self, last: int) -> None:
-        """Turn the whole train by the angle by which rounding has let the held shaft drift from its imposed angle."""
+        """Take back the angle by which the coordinate of the held shaft has drifted from its imposed angle.
+
+        Behind a constraint the whole train has drifted with it, by rounding. Contacts know the imposed angle: beside
+        them only the coordinate of the shaft itself drifts, as it follows its acceleration step by step.
+        """
         model, held = self.model, self.conditions.held
-        if held:
-            turned = self.conditions.speed_of.integral(last * self.scheme.steps.size)
-            imposed = model.gearbox.directions[held] * (self.conditions.start_angle + turned)
-            q, spin = model.mbs.systemData.GetODE2Coordinates(INITIAL), end_coordinate(model, held)
+        if not held:
+            return
+        system, spin, t = model.mbs.systemData, end_coordinate(model, held), last * self.scheme.steps.size
+        direction, speed_of = model.gearbox.directions[held], self.conditions.speed_of
+        q, imposed = (
+            system.GetODE2Coordinates(INITIAL),
+            direction * (self.conditions.start_angle + speed_of.integral(t)),
+        )
+        if driven_by_contacts(model):
+            rates = system.GetODE2Coordinates_t(INITIAL)
+            q[spin], rates[spin] = imposed, direction * speed_of(t)
+            system.SetODE2Coordinates_t(rates, INITIAL)
+        else:
             ratios = model.speed_ratios
             q += (imposed - q[spin]) * ratios / ratios[spin]
-            model.mbs.systemData.SetODE2Coordinates(q, INITIAL)
+        system.SetODE2Coordinates(q, INITIAL)
 
     def _solve(self, settings: exu.SimulationSettings, segment: Segment, halvings: int = 0) -> None:
         """Integrate a segment from the initial state, its steps halved so many times."""
@@ -201,7 +216,7 @@ class Solver:
 
     def _compute_initial_forces(self) -> None:
         """Evaluate all forces in the initial state, so that the recorders take their first samples."""
-        settings, mbs = settings_for(self.scheme.rule, self.scheme.steps.size, self.scheme.tolerance), self.model.mbs
+        settings, mbs = self.scheme.settings(), self.model.mbs
         settings.solution.sensors.active = False
         solver: Any = exu.MainSolverStatic()
         solver.InitializeSolver(mbs, settings)
@@ -287,7 +302,7 @@ class Solver:
     def _solve_at_half_the_step(self, segment: Segment) -> None:
         """Integrate a segment again from its state, without sensors."""
         rule = replace(self.scheme.rule, step=self.scheme.steps.size / 2)
-        settings = settings_for(rule, rule.step, self.scheme.tolerance)
+        settings = self.scheme.settings(rule)
         settings.solution.sensors.active = False
         set_state_of_system(self.model.mbs, segment.state, INITIAL)
         with self._explained(rule):

@@ -4,8 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import exudyn as exu
-import exudyn.itemInterface as eii
-from exudyn.utilities import CreateSymbolicUserFunction
+import numpy as np
 
 from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
 from exugear.elements.gear_contact import state_of
@@ -13,16 +12,14 @@ from exugear.elements.shaft_torque import ShaftTorque, add_torque
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.piecewise_cubics import constant
 from exugear.operation.shaft_ends import Torque
-from exugear.operation.time_functions import Line
 from exugear.operation.torque_tables import TIME, TorqueTable
+from exugear.system import imposed_speed
 from exugear.system.model import Model
 
-#: Parameters of the constraint that a run sets.
-CONSTRAINT = "offsetUserFunction", "offsetUserFunction_t", "markerNumbers", "activeConnector"
-OFFSETS = CONSTRAINT[:2]
 NO_TORQUE = TorqueTable(TIME, constant(0.0))
-INITIAL = exu.ConfigurationType.Initial
-
+INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
+#: Position of the Lagrange multipliers in Exudyn's system state.
+MULTIPLIERS = 3
 
 #: Tabulated torques and recorded motions of a run, by the name of the shaft, or `rotor_name` of it.
 ShaftTorques = dict[str, ShaftTorque]
@@ -41,85 +38,43 @@ def applied(model: Model, conditions: Conditions) -> Iterator[ShaftTorques]:
     that the static equilibrium can be solved.
     """
     torques: ShaftTorques = {}
-    loads: list[int] = []
-    functions = _hold(model, conditions)
+    imposed_speed.hold(model, conditions)
     model.mbs.SetLoadParameter(model.load, "load", 0.0)
     model.mbs.SetLoadParameter(model.load, "loadUserFunction", 0)
     _set_holding_forces(model, conditions)
     try:
         for end in conditions.ends:
-            loads += _apply(model, conditions, end, torques)
+            _apply(model, conditions, end, torques)
         _record_rotors(model, conditions, torques)
         model.mbs.Assemble()
         yield torques
     finally:
-        _remove(model, torques, loads)
-        if functions:
-            # Symbolic expressions would keep the system in memory for ever.
-            _set_offsets(model, functions)
+        _remove(model, conditions, torques)
 
 
 def released(model: Model, conditions: Conditions, torques: ShaftTorques) -> None:
     """Let the torques vary and free shafts turn; the initial state of the system stays."""
     for shaft_torque in torques.values():
         shaft_torque.record.held = 0
-    if conditions.held is None:
+    if not imposed_speed.needs_constraint(model, conditions, len(torques)):
+        imposed_speed.drive_by_contacts(model, conditions)
+    elif conditions.held:
+        imposed_speed.drive_by_constraint(model, conditions)
+    else:
         model.mbs.SetObjectParameter(model.drive, "activeConnector", False)
-    if conditions.held is None or torques:
-        assemble_in_state(model)
+    assemble_in_state(model)
 
 
 def assemble_in_state(model: Model) -> None:
-    """Assemble the system without a change of its initial state."""
-    state = state_of_system(model.mbs, INITIAL)
-    model.mbs.Assemble()
-    set_state_of_system(model.mbs, state, INITIAL)
-
-
-def _hold(model: Model, conditions: Conditions):
-    """Let the constraint hold the anchor at its imposed speed, or at rest; returns its functions in Python if any.
-
-    While the system is solved, Exudyn evaluates a linear speed by its symbolic expressions, without Python.
-    """
-    mbs, drive, speed_of = model.mbs, model.drive, conditions.speed_of
-    markers = [mbs.GetObjectParameter(drive, "markerNumbers")[0], model.end_markers[conditions.anchor]]
-    mbs.SetObjectParameter(drive, "markerNumbers", markers)
-    mbs.SetObjectParameter(drive, "activeConnector", True)
-    functions = angle_and_rate(conditions) if speed_of else None
-    if functions is None:
-        for name in OFFSETS:
-            mbs.SetObjectParameter(drive, name, 0)
-    elif isinstance(speed_of, Line):
-        named = zip(functions, OFFSETS, strict=True)
-        _set_offsets(model, [CreateSymbolicUserFunction(mbs, function, name, drive) for function, name in named])
-    else:
-        _set_offsets(model, functions)
-    return functions
-
-
-def angle_and_rate(conditions: Conditions):
-    """Angle about z of the held shaft and its rate as user functions of Exudyn."""
-    speed_of, start_angle = conditions.speed_of, conditions.start_angle
-    direction = conditions.gearbox.directions[conditions.anchor]
-
-    def angle(mbs, t, item, offset):
-        return speed_of.integral(t)
-
-    def rate(mbs, t, item, offset):
-        return speed_of(t)
-
-    def angle_about_z(mbs, t, item, offset):
-        return direction * (start_angle + speed_of.integral(t))
-
-    def rate_about_z(mbs, t, item, offset):
-        return direction * speed_of(t)
-
-    return (angle_about_z, rate_about_z) if start_angle or direction < 0 else (angle, rate)
-
-
-def _set_offsets(model: Model, functions) -> None:
-    for name, function in zip(OFFSETS, functions, strict=True):
-        model.mbs.SetObjectParameter(model.drive, name, function)
+    """Assemble the system without a change of its states; the multiplier of the drive is the last one."""
+    mbs = model.mbs
+    states = {configuration: state_of_system(mbs, configuration) for configuration in (INITIAL, CURRENT)}
+    mbs.Assemble()
+    number = mbs.systemData.GetAECoordinates(INITIAL).size
+    for configuration, (coordinates, accelerations) in states.items():
+        multipliers = np.append(coordinates[MULTIPLIERS], np.zeros(number))[:number]
+        coordinates = [*coordinates[:MULTIPLIERS], multipliers, *coordinates[MULTIPLIERS + 1 :]]
+        set_state_of_system(mbs, (coordinates, accelerations), configuration)
 
 
 def _set_holding_forces(model: Model, conditions: Conditions) -> None:
@@ -129,39 +84,21 @@ def _set_holding_forces(model: Model, conditions: Conditions) -> None:
         state_of(model.mbs, mesh.contact).holding_force = holding
 
 
-def _apply(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques) -> list:
-    """Apply the torque of an end, constant as a load, else by its table; returns the numbers of added loads."""
-    mbs, name = model.mbs, end.shaft
-    sign = end.sense * model.gearbox.directions[name]
-    if end.of_time is None and not conditions.tables[name].constant:
-        key = rotor_name(name) if name in model.rotors else name
-        torques[key] = _add_torque(model, conditions, end, conditions.tables[name])
-        return []
-    if name == model.gearbox.driven.name:
-        load, added = model.load, []
-    else:
-        load = mbs.AddLoad(eii.LoadCoordinate(markerNumber=model.end_markers[name], load=0.0))
-        added = [load]
-    if end.of_time is None:
-        mbs.SetLoadParameter(load, "load", sign * float(conditions.tables[name](0.0, 0.0, 0.0)))
-    else:
-        mbs.SetLoadParameter(load, "loadUserFunction", _called(model, conditions, end))
-    return added
-
-
-def _called(model: Model, conditions: Conditions, end: ShaftEnd):
-    """User function of a load that calls a function of time."""
-    sign, shafts = end.sense * model.gearbox.directions[end.shaft], [shaft.name for shaft in model.gearbox.shafts]
-    column = shafts.index(end.shaft)
-    states = [(state_of(model.mbs, mesh.contact), mesh.force_per_torque[column]) for mesh in model.meshes]
-
-    def torque(mbs, t, load):
-        value = sign * conditions.called(end, t)
-        for state, factor in states:
-            state.holding_force = factor * value
-        return value
-
-    return torque
+def _apply(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques) -> None:
+    """Apply the torque of an end: a constant on a shaft by a contact of the shaft, others by their tables."""
+    table = conditions.tables[end.shaft]
+    if end.shaft in model.rotors or not table.constant:
+        key = rotor_name(end.shaft) if end.shaft in model.rotors else end.shaft
+        torques[key] = _add_torque(model, conditions, end, table)
+        return
+    about_z = end.sense * model.gearbox.directions[end.shaft] * float(table(0.0, 0.0, 0.0))
+    mesh, side = next(
+        (mesh, side)
+        for mesh in model.meshes
+        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow))
+        if shaft.name == end.shaft
+    )
+    state_of(model.mbs, mesh.contact).torques[side] = about_z
 
 
 def _add_torque(model: Model, conditions: Conditions, end: ShaftEnd, table: TorqueTable) -> ShaftTorque:
@@ -171,7 +108,8 @@ def _add_torque(model: Model, conditions: Conditions, end: ShaftEnd, table: Torq
     states = [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
     factors = [float(mesh.force_per_torque[column]) for mesh in model.meshes]
     directions = {"direction": model.gearbox.directions[end.shaft], "sense": end.sense}
-    shaft_torque = add_torque(model.mbs, node, table, **directions, states=states, factors=factors)
+    name = f"torque on {end.shaft}"
+    shaft_torque = add_torque(model.mbs, name, node, table, **directions, states=states, factors=factors)
     shaft_torque.record.held = 1
     shaft_torque.record.torque = 0.0 if table is NO_TORQUE else conditions.initial_torques[column]
     return shaft_torque
@@ -186,11 +124,17 @@ def _record_rotors(model: Model, conditions: Conditions, torques: ShaftTorques) 
                 torques[rotor_name(name)] = _add_torque(model, conditions, end, NO_TORQUE)
 
 
-def _remove(model: Model, torques: ShaftTorques, loads: list) -> None:
-    """Remove what a run has added to the system, the last first; its state stays."""
-    for shaft_torque in sorted(torques.values(), key=lambda each: -each.number):
-        model.mbs.DeleteObject(shaft_torque.number, deleteDependentItems=False, suppressWarnings=True)
-    for load in reversed(loads):
-        model.mbs.DeleteLoad(load, deleteDependentMarkers=False, suppressWarnings=True)
-    if loads or torques:
-        assemble_in_state(model)
+def _remove(model: Model, conditions: Conditions, torques: ShaftTorques) -> None:
+    """Remove what a run has added to the system; its state stays, and the constant torque of the driven shaft."""
+    mbs, driven = model.mbs, model.gearbox.driven.name
+    for shaft_torque in torques.values():
+        number = mbs.GetObjectNumber(shaft_torque.name)
+        mbs.DeleteObject(number, deleteDependentItems=False, suppressWarnings=True)
+    for mesh in model.meshes:
+        state_of(mbs, mesh.contact).torques[:] = 0.0
+    imposed_speed.withdraw(model, conditions)
+    for end in conditions.ends:
+        if end.shaft == driven and conditions.tables[driven].constant:
+            about_z = end.sense * model.gearbox.directions[driven] * float(conditions.tables[driven](0.0, 0.0, 0.0))
+            mbs.SetLoadParameter(model.load, "load", about_z)
+    assemble_in_state(model)

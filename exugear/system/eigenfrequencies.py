@@ -11,8 +11,9 @@ import scipy
 from exugear.elements.exudyn_objects import quiet, set_state_of_system, state_of_system
 from exugear.elements.gear_contact import state_of
 from exugear.operation.conditions import run_up_conditions
-from exugear.system.drive_and_load import CONSTRAINT, applied
+from exugear.system.drive_and_load import applied
 from exugear.system.equilibrium import start
+from exugear.system.imposed_speed import CONSTRAINT
 from exugear.system.model import Model, linearized
 from fem.support.arguments import checked
 from fem.support.validation import require

@@ -163,7 +163,7 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
         return q
     free = np.concatenate([model.spins[name] - np.arange(1, kind.spin_index + 1) for name, kind in borne.items()])
     push = -forces @ np.array([mesh.row for mesh in model.meshes])
-    _, stiffness = matrices_without_meshes(model)
+    _, stiffness, _ = matrices_without_meshes(model)
     secants = None
     for _ in range(ITERATIONS):
         total = stiffness + nonlinear_bearing_stiffness(model, secants)

@@ -1,11 +1,10 @@
 """The built model: a gearbox as an assembled Exudyn system, with its matrices and frequency bounds."""
 
 from collections.abc import Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import pi, sqrt
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import exudyn as exu
 import numpy as np
@@ -22,12 +21,20 @@ from exugear.mesh_force.force import MeshForce
 from exugear.operation.train_motion import force_per_torque
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import Coordinates
-from exugear.plan.integrator_and_step import Rule
 from fem.support.arguments import checked
 from fem.support.validation import require_kind
 
 #: Share of a mode's strain energy in the meshes above which the step must resolve the mode.
 STRAIN_SHARE = 0.02
+
+
+class FreeSystem(NamedTuple):
+    """Matrices of the coordinates that neither joints nor an imposed speed hold, and the indices of these."""
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    free: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +53,8 @@ class Mesh:
                                does not yield
     acceleration_by_bearings   (12,) acceleration along the line of action per displacement of pinion and wheel [1/s^2];
                                0 for a shaft with nonlinear bearings
+    free_system                the linear system in which the mesh is a spring between free coordinates, the other
+                               meshes at their mean stiffness
     force_per_torque           (n_shaft,) mesh force that balances a torque about z on each shaft, the bearings not yet
                                displaced [1/m]
     """
@@ -62,6 +71,7 @@ class Mesh:
     mobility: float = 0.0
     acceleration_by_bearings: np.ndarray = field(default_factory=lambda: np.zeros(12))
     force_per_torque: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    free_system: FreeSystem | None = None
 
 
 @checked
@@ -118,36 +128,17 @@ def linearized(model: Model, held: str | None) -> Model:
     added = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
     meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(added))) for mesh in model.meshes)
     model = replace(model, meshes=meshes)
-    mass, stiffness = matrices_without_meshes(model)
+    mass, stiffness, damping = matrices_without_meshes(model)
     omega, omega_mesh = _frequency_bounds(model, mass, stiffness)
     meshes = tuple(_with_mobility(model, mesh, mass, stiffness, held) for mesh in meshes)
+    meshes = tuple(replace(m, free_system=_free_system(model, m, mass, stiffness, damping, held)) for m in meshes)
     resonances = _mesh_resonances(model, mass, stiffness)
     plan = replace(model.plan, omega=omega, omega_mesh=omega_mesh, mesh_resonances=resonances)
     return replace(model, plan=plan, meshes=meshes)
 
 
-@contextmanager
-def lag_corrected(model: Model, rule: Rule):
-    """Let contacts correct their damping for the lag of the velocities of an integration rule.
-
-    In loops the correction leaves out the acceleration by the mesh force: there the load does not determine the mesh
-    forces.
-    """
-    loops = len(model.meshes) >= len(model.bodies)
-    for mesh in model.meshes:
-        state = state_of(model.mbs, mesh.contact)
-        state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
-        state.pinion_lag, state.wheel_lag = np.split(rule.lag * mesh.acceleration_by_bearings, 2)
-    try:
-        yield
-    finally:
-        for mesh in model.meshes:
-            state = state_of(model.mbs, mesh.contact)
-            state.lag, state.pinion_lag, state.wheel_lag = 0.0, np.zeros(6), np.zeros(6)
-
-
-def matrices_without_meshes(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Mass and stiffness matrix of the built system without the meshes."""
+def matrices_without_meshes(model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mass, stiffness and damping matrix of the built system without the meshes."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     before, states = system.GetODE2Coordinates(initial), [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
     try:
@@ -155,12 +146,13 @@ def matrices_without_meshes(model: Model) -> tuple[np.ndarray, np.ndarray]:
         for state in states:
             state.engaged = 0.0
         with quiet():
-            mass, stiffness, *_ = model.mbs.ComputeLinearizedSystem()
+            matrices = model.mbs.ComputeLinearizedSystem()
     finally:
         system.SetODE2Coordinates(before, initial)
         for state in states:
             state.engaged = 1.0
-    return np.array(mass), np.array(stiffness)
+    mass, stiffness, damping = map(np.array, matrices[:3])
+    return mass, stiffness, damping
 
 
 def _with_mobility(model: Model, mesh: Mesh, mass: np.ndarray, stiffness: np.ndarray, held: str | None) -> Mesh:
@@ -194,6 +186,19 @@ def _free_coordinates(model: Model, held: str | None) -> np.ndarray:
     if held:
         constrained = np.append(constrained, end_coordinate(model, held))
     return np.setdiff1d(np.arange(model.meshes[0].row.size), constrained)
+
+
+def _free_system(model: Model, mesh: Mesh, mass, stiffness, damping, held: str | None) -> FreeSystem:
+    """The linear system in which a mesh is a spring, from the matrices of the system without meshes."""
+    stiffness, damping = stiffness + nonlinear_bearing_stiffness(model), damping.copy()
+    for other_mesh in model.meshes:
+        if other_mesh.contact != mesh.contact:
+            law, product = other_mesh.law, np.outer(other_mesh.row, other_mesh.row)
+            stiffness += mean_stiffness(law, other_mesh.stage.pair) * product
+            damping += law.damping * product
+    free = _free_coordinates(model, held)
+    part = np.ix_(free, free)
+    return FreeSystem(mass[part], stiffness[part], damping[part], free)
 
 
 def _mesh_resonances(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> dict[str, tuple[float, float]]:

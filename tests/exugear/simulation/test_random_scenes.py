@@ -19,7 +19,7 @@ import exugear
 from exugear.contact_geometry.contact_records import is_spatial
 from exugear.elements.gear_contact import state_of
 from exugear.kernels.kinematics import spatial_mesh
-from exugear.system.model import lag_corrected
+from exugear.system.contact_steps import lag_corrected
 
 CASES = int(os.environ.get("EXUGEAR_CASES", "80"))
 QUICK = settings(max_examples=25, deadline=None, derandomize=True, phases=[Phase.generate])

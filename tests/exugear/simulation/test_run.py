@@ -333,7 +333,7 @@ def test_files_without_a_run_are_refused(tmp_path):
 
 
 def test_a_load_that_becomes_nan_is_named(spinning):
-    with pytest.raises(RuntimeError, match=r"load\(t\) must be finite, got nan at t = 0.03"):
+    with pytest.raises(ValueError, match=r"load\(t\) must be finite, got nan at 0.03"):
         run(spinning, load=lambda t: np.nan if t > 0.03 else 50.0)
 
 

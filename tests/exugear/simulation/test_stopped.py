@@ -10,6 +10,7 @@ from pathlib import Path
 import exudyn.itemInterface as eii
 import numpy as np
 import pytest
+from exudyn.itemInterface import LoadCoordinate
 from paper_gears import paper_pair
 from scenes import smooth_box, smooth_map
 
@@ -106,13 +107,17 @@ def listening_to_ctrl_c():
 
 @pytest.mark.usefixtures("listening_to_ctrl_c")
 def test_ctrl_c_keeps_the_data():
-    def load(t: float) -> float:
+    def load(mbs, t, load) -> float:
         if t > 0.05:
             _thread.interrupt_main()
-        return 150.0
+        return load
 
+    model = exugear.build(smooth_box())
+    marker = model.end_markers[model.gearbox.driven.name]
+    model.mbs.AddLoad(LoadCoordinate(markerNumber=marker, load=0.0, loadUserFunction=load))
+    model.mbs.Assemble()
     with pytest.raises(KeyboardInterrupt) as caught:
-        exugear.run_up(exugear.build(smooth_box()), **RUN | {"load": load})
+        exugear.run_up(model, **RUN)
     data = caught.value.run.data
     assert data.attrs["stopped"] == "interrupted"
     assert data["time"].values[-1] == pytest.approx(0.05, abs=1e-4)

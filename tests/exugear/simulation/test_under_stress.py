@@ -99,9 +99,12 @@ def test_rattle_obeys_newton(backlash, load):
 
 @pytest.mark.parametrize("backlash", BACKLASHES)
 def test_unloaded_gears_at_constant_speed_do_not_vibrate(backlash):
-    data = ran(pair_of(loose(backlash, damping=2700.0)), load=0.0)
-    assert np.abs(data["mesh_force"].values).max() < 1e-9
-    assert np.abs(data["dte"].values).max() < 1e-15
+    """But for the rounding of their angles."""
+    law = loose(backlash, damping=2700.0)
+    data = ran(pair_of(law), load=0.0)
+    rounding = np.finfo(float).eps * float(data["speed"].integrate("time")) * R_B
+    assert np.abs(data["dte"].values).max() < 1000 * rounding < 1e-12
+    assert np.abs(data["mesh_force"].values).max() < 1000 * rounding * law.stiffness_max
 
 
 def test_resonance_with_contact_loss_in_every_cycle_transmits_the_mean_load(spinning):

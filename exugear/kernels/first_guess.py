@@ -1,0 +1,75 @@
+"""The first guess of a contact in a step, which saves iterations of Newton's method.
+
+Exudyn begins each step with accelerations of 0, far from the solution, and keeps the matrix of its iteration over many
+steps. So the first call of a contact in a step does not return the force in that state. It expects the acceleration y''
+along the line of action to follow from that of the step before, y'' = free - compliance F, in which `free` contains all
+other forces, solves this for the mesh force F with its present slopes, and returns the force with which the linear
+solve by the matrix arrives there. All further calls return the force in their state, so that the residual, by which
+the iteration ends, is the true one: a poor guess costs an iteration and no accuracy.
+"""
+
+from typing import NamedTuple
+
+from fem.support.numba_cache import compiled
+
+#: Difference of two times from a step, over the step, up to which they are one step apart.
+SAME_STEP = 0.01
+
+
+class Guess(NamedTuple):
+    """What is expected of a step along the line of action.
+
+    free           acceleration without the mesh force [m/s^2]
+    acceleration   as in the step before [m/s^2]
+    deflection     by this acceleration [m]
+    rate           by this acceleration [m/s]
+    by_bearings    acceleration that the bearings give [m/s^2]
+    """
+
+    free: float
+    acceleration: float
+    deflection: float
+    rate: float
+    by_bearings: float
+
+
+@compiled
+def begin_call(steps, t):
+    """Note the time of a call, and whether it is the first of a step; a call that fails can be repeated."""
+    apart = abs(t - steps.last_time - steps.duration)
+    steps.guesses = 1.0 if steps.duration > 0.0 and apart < SAME_STEP * steps.duration else 0.0
+    steps.time = t
+
+
+@compiled
+def guess_of(steps, rate, by_bearings):
+    """The `Guess` in the first call of a step, else zeros.
+
+    rate          of the lead by the coordinates that are not imposed [m/s]: half a step of the last acceleration ahead
+    by_bearings   acceleration along the line of action by the bearings [m/s^2]
+    """
+    if steps.guesses == 0.0:
+        return Guess(0.0, 0.0, 0.0, 0.0, 0.0)
+    acceleration = 2.0 * (rate - steps.last_rate) / steps.duration
+    free = acceleration + steps.compliance * steps.last_force + by_bearings - steps.last_by_bearings
+    return Guess(free, acceleration, steps.deflection * acceleration, steps.rate * acceleration, by_bearings)
+
+
+@compiled
+def guided(steps, guess, rate, force, slopes):
+    """The force [N] that the contact returns.
+
+    rate     as in `guess_of`
+    force    along the line of action at the guess, > 0 on the driving flank [N]
+    slopes   of it there, over deflection and rate [N/m, N s/m]
+    """
+    steps.last_time = steps.time
+    if steps.guesses == 0.0:
+        steps.last_rate, steps.last_force = rate, force
+        return force
+    steps.last_by_bearings = guess.by_bearings
+    slope = steps.deflection * slopes[0] + steps.rate * slopes[1]
+    unforced = guess.free - steps.compliance * (force - slope * guess.acceleration)
+    acceleration = unforced / (1.0 + steps.compliance * slope)
+    solved = force + slope * (acceleration - guess.acceleration)
+    return solved - steps.matrix * acceleration

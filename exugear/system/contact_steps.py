@@ -1,0 +1,51 @@
+"""What contacts know of the steps of an integrator: the lag of its velocities, and what their first guesses need."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from exugear.elements.gear_contact import state_of
+from exugear.plan.integrator_and_step import GAMMA, Rule
+from exugear.system.model import Mesh, Model
+
+
+def guess_by(model: Model, mesh: Mesh, rule: Rule, steps: np.record) -> None:
+    """Set what a contact needs for its first guess in the steps of a rule (`exugear.contact_geometry.STEPS`)."""
+    system, h = mesh.free_system, rule.step
+    if system is None:
+        return
+    steps.duration, steps.deflection, steps.rate, steps.matrix = h, rule.beta * h**2, GAMMA * h, 0.0
+    row = mesh.row[system.free]
+    matrix = system.mass + steps.deflection * system.stiffness + steps.rate * system.damping
+    accelerations = np.linalg.solve(matrix, row)
+    steps.compliance = row @ accelerations
+    by_bearings = np.zeros((2, mesh.row.size))
+    by_bearings[:, system.free] = -system.stiffness @ accelerations, -system.damping @ accelerations
+    for i, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+        components = model.plan.shafts[shaft.name].components[:-1]
+        displacements = slice(model.spins[shaft.name] - len(components), model.spins[shaft.name])
+        steps.by_displacement[i, components], steps.by_velocity[i, components] = by_bearings[:, displacements]
+
+
+@contextmanager
+def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
+    """Let contacts correct their damping for the lag of the velocities of an integration rule.
+
+    In loops the correction leaves out the acceleration by the mesh force: there the load does not determine the mesh
+    forces.
+    """
+    loops = len(model.meshes) >= len(model.bodies)
+    for mesh in model.meshes:
+        state = state_of(model.mbs, mesh.contact)
+        state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
+        state.pinion_lag, state.wheel_lag = np.split(rule.lag * mesh.acceleration_by_bearings, 2)
+        if rule.spectral_radius is None:
+            guess_by(model, mesh, rule, state.steps)
+    try:
+        yield
+    finally:
+        for mesh in model.meshes:
+            state = state_of(model.mbs, mesh.contact)
+            state.lag, state.pinion_lag, state.wheel_lag = 0.0, np.zeros(6), np.zeros(6)
+            state.steps.duration = 0.0
