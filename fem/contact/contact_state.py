@@ -98,7 +98,9 @@ def quantities_of(mesh, slices, closest, first, pairs, mirrored, force, pressure
     number, low, high = slices
     rows, sections = np.zeros((len(force), 5 + pairs)), sections_of(mesh, number, low, high, np.zeros(number.size))
     for k in range(len(force)):
-        row, total = rows[k], max(force[k].sum(), TINY)
+        row, total = rows[k], TINY
+        for i in range(number.size):
+            total += force[k, i]
         for i in range(number.size):
             at, load = sections[i], force[k, i]
             length, share = at.width / mesh.position.inclined, load / total

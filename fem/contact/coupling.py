@@ -115,21 +115,31 @@ def _add_body(body, side, number, m, weights, tilts, total):
     """
     teeth, u = len(body.blocks) - 1, np.empty(body.blocks.shape[3:])
     for first, last in _runs(number):
-        hats = weights.bounds[first * m : last * m, 2]
-        loaded = hats.min(), hats.max() + 2
+        loaded = _hats_between(weights, first * m, last * m)
         for p in range(len(total)):
             ahead = (number[p // m] - number[first]) * (1 - 2 * side)
             if abs(ahead) > body.pitches or (ahead < 0 and tilts[p] == 0):
                 continue
             if abs(ahead) > teeth:
                 raise IndexError("teeth in contact are further apart than the compliance reaches; model more teeth")
-            u[:, loaded[0] : loaded[1]] = 0.0
+            for z in range(u.shape[0]):
+                for k in range(loaded[0], loaded[1]):
+                    u[z, k] = 0.0
             if ahead >= 0:
                 _add_displacements(body.blocks[ahead], weights, p, 1.0 if ahead == 0 else 2.0, loaded, u)
             if tilts[p] != 0:
                 slide = body.slide[max(0, ahead + len(body.slide) - teeth - 1)]
                 _add_displacements(slide, weights, p, -2 * tilts[p], loaded, u)
             _add_products(u, weights, (first * m, last * m), total[p])
+
+
+@unchecked
+def _hats_between(weights, first, last):
+    """First of the hats along the profile at points from the first to the last, and the one after the last hat."""
+    low, high = weights.bounds[first, 2], weights.bounds[first, 2]
+    for p in range(first + 1, last):
+        low, high = min(low, weights.bounds[p, 2]), max(high, weights.bounds[p, 2])
+    return low, high + 2
 
 
 @unchecked
@@ -176,8 +186,12 @@ def _add_half_planes(mesh, bodies, mirrored, slices, depth, total):
     for first, last in _runs(number):
         for side in range(1 if same else 2):
             edges, end, gear = np.empty(last - first + 1), bodies[side].end / inclined, mesh.gears[side]
-            edges[: last - first], edges[last - first] = low[first:last], high[last - 1]
-            between = between_segments((edges - gear.axial) / inclined, end, depth, mirrored)
+            for i in range(first, last):
+                edges[i - first], edges[i - first + 1] = (
+                    (low[i] - gear.axial) / inclined,
+                    (high[i] - gear.axial) / inclined,
+                )
+            between = between_segments(edges, end, depth, mirrored)
             factor = mesh.position.flattening if same else gear.flattening
             for i in range(last - first):
                 for j in range(last - first):

@@ -10,7 +10,7 @@ Source: Johnson, Contact Mechanics, 4.2 and 5.6 (line contact of bodies that act
 """
 
 from dataclasses import replace
-from math import exp, log
+from math import exp, inf, log
 from typing import NamedTuple
 
 import numpy as np
@@ -98,8 +98,10 @@ def line_contact(slices: ContactSlices, bodies: tuple[Body, Body], face: Face, *
 @unchecked
 def _newton_step(load, active):
     """Equilibrium of active slices (n,), linear about the last; without active ones, of the first to touch."""
-    contact = load.contact
-    if not active.any():
+    contact, chosen = load.contact, 0
+    for i in range(active.size):
+        chosen += active[i]
+    if not chosen:
         active = load.gap / contact.approach <= load.first_touch
     gap, approach, extra = _softer(load, active)
     te, stiffness, force = _linear_equilibrium(load, active, gap, approach, extra)
@@ -154,7 +156,7 @@ def _slack(load, active, te, force, softened_te):
 @unchecked
 def _linear_equilibrium(load, active, gap, approach, softened_te):
     """Transmission error, stiffness and forces (n,) of the linear system of active slices."""
-    rows, contact = np.nonzero(active)[0], load.contact
+    rows, contact = small_systems.true_in(active), load.contact
     matrix, right = np.empty((rows.size, rows.size)), np.empty((2, rows.size))
     for k, i in enumerate(rows):
         for j in range(k + 1):
@@ -190,11 +192,17 @@ _equilibrium = unilateral_contact(_newton_step, unchecked)
 def solve_lines(contact, force, gap):
     """Fields of `LineLoads` under forces on the modelled face (m,) > 0 [N], with normal gaps (m, n) [m]."""
     te, stiffness, loads = np.empty(force.size), np.empty(force.size), np.empty(gap.shape)
-    compliance = contact.compliance.mean()
+    n, compliance = contact.approach.size, 0.0
+    for i in range(n):
+        for j in range(n):
+            compliance += contact.compliance[i, j] / n**2
     for k in range(force.size):
-        first_touch = gap[k] / contact.approach
-        n, least = contact.approach.size, first_touch.min()
-        load = LoadedLine(contact, force[k], gap[k], least, np.full(n, force[k] / n), np.zeros(1))
+        first_touch, last, least = gap[k] / contact.approach, np.empty(n), inf
+        for i in range(n):
+            last[i], least = force[k] / n, min(least, first_touch[i])
+        load = LoadedLine(contact, force[k], gap[k], least, last, np.zeros(1))
         state = _equilibrium(load, first_touch <= least + compliance * force[k])
-        te[k], stiffness[k], loads[k] = state.te, state.stiffness, state.force
+        te[k], stiffness[k] = state.te, state.stiffness
+        for i in range(n):
+            loads[k, i] = state.force[i]
     return te, stiffness, loads

@@ -148,7 +148,10 @@ def overlap_of(begin, mirrored, stations, at_stations, at_slices, first, number,
                     start, end = min(start, low[i]), max(end, high[i])
         if mirrored:
             used = _insert(-axial[1], depth[1], used, axial, depth)
-        if depth[:used].max() > 0:
+        deepest = -inf
+        for i in range(used):
+            deepest = max(deepest, depth[i])
+        if deepest > 0:
             ends = positive_range(axial[:used], depth[:used])
             width[k, 0], width[k, 1] = max(ends[0], begin), ends[1]
         elif end > start:

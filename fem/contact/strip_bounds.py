@@ -165,7 +165,8 @@ def _grading(mesh, at, window, closest, half_width):
 def _gaps_of(mesh, at, profile, gap):
     """Write the mean gaps of strips (m,) by Simpson, the mate's roll lengths, and the slopes of the host."""
     roll, values, m = profile.roll, profile.values, gap.size
-    profile.slope[:] = 0.0
+    for k in range(m):
+        profile.slope[k] = 0.0
     if mesh.position.modified:
         material_along(mesh, at, roll, values)
         for k in range(m):
@@ -229,8 +230,9 @@ def write_half_planes(width, equal, depth, factor, between):
 
     factor      flattening of the slice per force [m/N]
     """
-    m, middle = width.size, np.cumsum(width) - width / 2
+    m, middle, before = width.size, np.empty(width.size), 0.0
     for i in range(m):
+        middle[i], before = before + width[i] / 2, before + width[i]
         for j in range(i + 1):
             if equal and j > 0:
                 between[i, j] = between[i - 1, j - 1]

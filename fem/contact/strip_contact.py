@@ -6,6 +6,7 @@ of the transmission error, its gap and the smooth displacements; then the coupli
 """
 
 from dataclasses import dataclass
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +16,18 @@ from fem.contact.strip_bounds import NODES, Strips, strips_of, write_half_planes
 from fem.contact.unilateral import EXCHANGES, Equilibrium, unilateral_contact
 from fem.elasticity.face_symmetry import Face
 from fem.gap.contact_slices import ContactSlices
-from fem.linalg.small_systems import column_times, factorize, product, rows_with, solve, square_root, submatrix, times
+from fem.linalg.small_systems import (
+    column_times,
+    factorize,
+    product,
+    rows_with,
+    solve,
+    square_root,
+    submatrix,
+    times,
+    true_in,
+    write_congruent,
+)
 from fem.support.numba_cache import kept_unchecked, unchecked
 
 #: Half-planes are clamped at this share of the width of all strips, the logarithmic capacity of an interval: at this
@@ -155,27 +167,32 @@ def displacement_of(local, smooth, sides, force):
 def _linear_equilibrium(load, active):
     """Equilibrium of the active strips (n m,); where none is active, of the strip that touches first."""
     (n, m), sides = load.active.shape, load.sides
-    if not active.any():
-        first_touch = (sides[:, 1] / sides[:, 0]).copy().reshape(n * m)
-        active = first_touch == first_touch.min()
-    active = active.copy().reshape((n, m))
+    chosen, least = 0, inf
     for i in range(n):
-        if (active[i] != load.active[i]).any():
-            load.active[i] = active[i]
-            _condense(load.local[i], sides[i], active[i], load.forces[i], load.condensed[i])
+        for k in range(m):
+            chosen += active[i * m + k]
+            least = min(least, sides[i, 1, k] / sides[i, 0, k])
+    for i in range(n):
+        changed = 0
+        for k in range(m):
+            touches = active[i * m + k] if chosen else sides[i, 1, k] / sides[i, 0, k] == least
+            changed += touches != load.active[i, k]
+            load.active[i, k] = touches
+        if changed:
+            _condense(load.local[i], sides[i], load.active[i], load.forces[i], load.condensed[i])
             square_root(load.condensed[i], 2, load.root[i])
     te, stiffness, force = _coupled(load)
     slack = displacement_of(load.local, load.smooth, sides, force)
     for i in range(n):
         for k in range(m):
-            slack[i, k] = 0.0 if active[i, k] else slack[i, k] + sides[i, 1, k] - sides[i, 0, k] * te
+            slack[i, k] = 0.0 if load.active[i, k] else slack[i, k] + sides[i, 1, k] - sides[i, 0, k] * te
     return Equilibrium(te, stiffness, force.reshape(n * m), slack.reshape(n * m), True)
 
 
 @unchecked
 def _condense(local, sides, active, forces, condensed):
     """Write the forces (SIDES, m) on the active strips of a slice that cause its sides, and their work on these."""
-    strips = np.nonzero(active)[0]
+    strips = true_in(active)
     matrix, right = np.empty((strips.size, strips.size)), np.empty((SIDES, strips.size))
     for k, strip in enumerate(strips):
         for j in range(k + 1):
@@ -184,8 +201,9 @@ def _condense(local, sides, active, forces, condensed):
             right[a, k] = sides[a, strip]
     factorize(matrix)
     solve(matrix, right)
-    forces[:] = 0.0
     for a in range(SIDES):
+        for k in range(active.size):
+            forces[a, k] = 0.0
         for k, strip in enumerate(strips):
             forces[a, strip] = right[a, k]
     for a in range(SIDES):
@@ -229,7 +247,7 @@ def _reaction(smooth, roots, loaded, free):
     system, right = np.empty(smooth.shape), times(smooth, free)
     for k, i in enumerate(loaded):
         for j in range(k + 1):
-            _project(smooth, roots[i], roots[loaded[j]], k * NODES, j * NODES, system)
+            write_congruent(smooth, roots[i], roots[loaded[j]], k * NODES, j * NODES, system)
         for a in range(NODES):
             system[k * NODES + a, k * NODES + a] += 1.0
             for r in range(2):
@@ -245,17 +263,6 @@ def _reaction(smooth, roots, loaded, free):
     return times(smooth, y)
 
 
-@unchecked
-def _project(smooth, root, column_root, row, column, system):
-    """Write the block of L^T S L at a row and a column, of slices with the roots L."""
-    for a in range(NODES):
-        for b in range(NODES):
-            total = 0.0
-            for c in range(a, NODES):
-                total += root[c, a] * column_times(column_root, b, smooth, row + c, column)
-            system[row + a, column + b] = total
-
-
 _equilibrium = unilateral_contact(_linear_equilibrium, unchecked)
 
 
@@ -265,7 +272,7 @@ def solve_strips(local, smooth, sides, force, active, exchanges):
     n, m = active.shape
     forces, condensed, root = np.zeros((n, SIDES, m)), np.zeros((n, SIDES, SIDES)), np.zeros((n, NODES, NODES))
     load = LoadedStrips(local, smooth, sides, force, np.zeros((n, m), np.bool_), forces, condensed, root)
-    state = _equilibrium(load, active.copy().reshape(n * m), exchanges)
+    state = _equilibrium(load, active.reshape(n * m), exchanges)
     return state.te, state.stiffness, state.force.reshape(n, m)
 
 

@@ -59,15 +59,15 @@ def unilateral_contact(solve: Callable, compiled: Callable = lambda function: fu
 
     @compiled
     def joined_one_by_one(problem, force):
-        """Equilibrium from forces (n,) >= 0 [N]; candidates join one at a time."""
+        """Equilibrium from forces (n,) [N], of which negative ones count as 0; candidates join one at a time."""
         joining = np.zeros(force.size, np.bool_)
         for _ in range(STEPS_PER_CANDIDATE * force.size + EXCHANGES):
-            force = np.where(joining, 2 * FORCELESS * max(force.max(), TINY), force)
-            state = solve(problem, force > 0)
+            force, active = _with_joining(force, joining)
+            state = solve(problem, active)
             pulling = _is_pulling(force, state.force)
             force = _until_first_is_free(force, state.force) if pulling else state.force
-            joining = _deepest(state.gap) if not pulling else np.zeros(force.size, np.bool_)
-            if state.converged and not pulling and not joining.any():
+            joining, deepest = _deepest(state.gap, pulling)
+            if state.converged and not pulling and deepest >= -PENETRATION:
                 return state
         raise RuntimeError("contact did not converge; try a neighbouring phase, less load or a finer resolution")
 
@@ -80,7 +80,7 @@ def unilateral_contact(solve: Callable, compiled: Callable = lambda function: fu
             state = solve(problem, _touching(state))
         if state.converged and _is_admissible(state):
             return state
-        return joined_one_by_one(problem, np.maximum(state.force, 0.0))
+        return joined_one_by_one(problem, state.force)
 
     return equilibrium
 
@@ -113,19 +113,34 @@ def _is_pulling(force, goal):
 
 
 @compiled_or_not
-def _deepest(gap):
-    """(n,) the candidates that penetrate deepest."""
-    deepest, least = np.empty(gap.size, np.bool_), gap.min()
+def _with_joining(force, joining):
+    """(n,) forces in which joining candidates have a very small one, and which of them are not 0."""
+    forces, active, largest = np.empty(force.size), np.empty(force.size, np.bool_), TINY
+    for k in range(force.size):
+        largest = max(largest, force[k])
+    for k in range(force.size):
+        forces[k] = 2 * FORCELESS * largest if joining[k] else max(force[k], 0.0)
+        active[k] = forces[k] > 0
+    return forces, active
+
+
+@compiled_or_not
+def _deepest(gap, pulling):
+    """(n,) the candidates that penetrate deepest, none while others pull, and the least gap [m]."""
+    deepest, least = np.zeros(gap.size, np.bool_), 0.0
     for k in range(gap.size):
-        deepest[k] = gap[k] == least and least < -PENETRATION
-    return deepest
+        least = min(least, gap[k])
+    for k in range(gap.size):
+        deepest[k] = gap[k] == least and least < -PENETRATION and not pulling
+    return deepest, least
 
 
 @compiled_or_not
 def _until_first_is_free(force, goal):
     """(n,) forces on the way from `force` to `goal` where the first of those that fall below 0 vanishes."""
-    share, reached, largest = 1.0, np.empty(force.size), force.max()
+    share, reached, largest = 1.0, np.empty(force.size), 0.0
     for k in range(force.size):
+        largest = max(largest, force[k])
         if force[k] > 0 and goal[k] <= 0:
             share = min(share, force[k] / (force[k] - goal[k]))
     for k in range(force.size):

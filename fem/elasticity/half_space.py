@@ -36,7 +36,7 @@ def along_line(edges: np.ndarray, end: float, depth: float, face: Face) -> np.nd
 @kept_unchecked
 def between_segments(edges, end, depth, mirrored):
     """`along_line`, of a face that is mirrored about mid-plane or not."""
-    n, size, total = edges.size - 1, np.diff(edges), np.zeros((edges.size - 1, edges.size - 1))
+    n, total = edges.size - 1, np.zeros((edges.size - 1, edges.size - 1))
     integral = np.empty((n + 1, n + 1))
     for image in range(6 if mirrored else 3):
         sign, shift = 1 - 2 * ((image % 3 > 0) != (image >= 3)), (0.0, 2 * end, -2 * end)[image % 3]
@@ -48,7 +48,8 @@ def between_segments(edges, end, depth, mirrored):
                 low, high = integral[i, j + 1] - integral[i, j], integral[i + 1, j + 1] - integral[i + 1, j]
                 total[i, j] += abs(high - low)
     for i in range(n):
-        total[i] *= depth / 2 / (size[i] * size)
+        for j in range(n):
+            total[i, j] *= depth / 2 / ((edges[i + 1] - edges[i]) * (edges[j + 1] - edges[j]))
     return total
 
 

@@ -94,6 +94,17 @@ def write_with_kinks(start, end, steps, kinks, positions):
     return n
 
 
+@unchecked
+def _shares_of(grading, width):
+    """Shares of the face of loaded widths (n_pair, 2) [m], and the size of the widest."""
+    shares, widest = np.empty(width.shape), 0.0
+    for k in range(len(width)):
+        shares[k, 0], shares[k, 1] = compiled_share(grading, width[k, 0]), compiled_share(grading, width[k, 1])
+        if shares[k, 1] - shares[k, 0] > widest:
+            widest = shares[k, 1] - shares[k, 0]
+    return shares, widest
+
+
 @kept_unchecked
 def slices_over(grading, slices, first, width, kinks):
     """Numbers of tooth pairs, axial ends low and high (n,) [m] of slices over loaded widths (n_pair, 2) [m].
@@ -106,18 +117,9 @@ def slices_over(grading, slices, first, width, kinks):
     The widest gets `slices` times the fourth root of its share of the face; the numbers of the tooth pairs are in
     proportion to the square roots of their shares.
     """
-    shares, widest = np.empty(width.shape), 0.0
-    for k in range(len(width)):
-        shares[k, 0], shares[k, 1] = compiled_share(grading, width[k, 0]), compiled_share(grading, width[k, 1])
-        if shares[k, 1] - shares[k, 0] > widest:
-            widest = shares[k, 1] - shares[k, 0]
-    longest = slices + kinks.shape[1] + 2
-    number, ends, positions = (
-        np.empty(len(width) * longest, np.int64),
-        np.empty((2, len(width) * longest)),
-        np.empty(longest),
-    )
-    n = 0
+    (shares, widest), longest, n = _shares_of(grading, width), slices + kinks.shape[1] + 2, 0
+    number, positions = np.empty(len(width) * longest, np.int64), np.empty(longest)
+    ends = np.empty((2, number.size))
     for k in range(len(width)):
         size = shares[k, 1] - shares[k, 0]
         if size >= 0:

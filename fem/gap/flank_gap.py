@@ -161,7 +161,8 @@ def _add_in_section(mesh, at, n, role, weight, ahead, roll, mate_roll, gap):
 @unchecked
 def material_along(mesh, at, roll, material):
     """Write the material removed from the host beside pitch deviations in the middle section at roll lengths (n,)."""
-    material[:] = 0.0
+    for k in range(roll.size):
+        material[k] = 0.0
     for role in (SHAPE, ROUNDING):
         _add_removed(mesh, at.host, at.number, role, 1.0, roll.size, roll, 0.0, at.axial, material)
 

@@ -91,8 +91,29 @@ def column_times(root, a, rows, r, first):
 @unchecked
 def rows_with(active):
     """Numbers of the rows of a matrix (n, m) of truth values that have a true one."""
-    rows, number = np.empty(len(active), np.int64), 0
+    any_active = np.zeros(len(active), np.bool_)
     for i in range(len(active)):
-        if active[i].any():
-            rows[number], number = i, number + 1
-    return rows[:number].copy()
+        for k in range(active.shape[1]):
+            any_active[i] |= active[i, k]
+    return true_in(any_active)
+
+
+@unchecked
+def true_in(values):
+    """Positions of the true ones of truth values (n,)."""
+    positions, number = np.empty(values.size, np.int64), 0
+    for i in range(values.size):
+        if values[i]:
+            positions[number], number = i, number + 1
+    return positions[:number]
+
+
+@unchecked
+def write_congruent(matrix, root, column_root, row, column, system):
+    """Write the block of L^T S L at a row and a column, from a symmetric S and lower triangular roots L (n, n)."""
+    for a in range(len(root)):
+        for b in range(len(root)):
+            total = 0.0
+            for c in range(a, len(root)):
+                total += root[c, a] * column_times(column_root, b, matrix, row + c, column)
+            system[row + a, column + b] = total
