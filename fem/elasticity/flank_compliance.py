@@ -10,7 +10,7 @@ The remainder is smooth in both directions and is tabulated here; the half-space
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from math import copysign, cos, inf, sin
 from typing import NamedTuple
 
@@ -20,11 +20,11 @@ from skfem import Basis, ElementLineP1, ElementLineP2, LinearForm, MeshLine
 from fem.elasticity import extrusion, section_mesh
 from fem.elasticity.face_symmetry import Face, HalfFace, WholeFace
 from fem.elasticity.half_space import half_space
-from fem.elasticity.hat_functions import hat, hats, kinked_lines, overlap, spread, values_of_means
+from fem.elasticity.hat_functions import hat, hats, overlap, spread, values_of_means
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.pitch_condensation import Prism, flank_displacements
 from fem.gear.gear import Gear
-from fem.support.blas_threads import side_by_side
+from fem.support.blas_threads import one_thread, side_by_side
 from fem.support.cache import Arrays, cached, known
 from fem.support.progress import announced, bar
 from fem.support.representation import exact
@@ -61,32 +61,6 @@ class Compliance:
     slide: np.ndarray
     face: Face
     pitches: float = inf
-
-    @cached_property
-    def _hats_of_lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n_axial, n_axial) and (n_hat, n_hat) coefficients of the hats across and along as sums of `kinked_lines`."""
-        across, along = (np.linalg.inv(kinked_lines(tops, tops)) for tops in (self.axial, self.arcs))
-        return across, along
-
-    def across(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """(n_axial, n) mean values of the hat functions across the width over slices from low to high (n,) [m]."""
-        kinks = self.axial[1:-1, None]
-        below, above = (np.stack([z, z**2 / 2, *np.maximum(z - kinks, 0) ** 2 / 2]) for z in (low, high))
-        return self._hats_of_lines[0] @ ((above - below) / (high - low))
-
-    def along(self, arcs: np.ndarray) -> np.ndarray:
-        """(n_hat, n m) values of the hat functions along the profile at arcs (n, m) [m]; linear beyond the ends."""
-        return self._hats_of_lines[1] @ kinked_lines(self.arcs, arcs.ravel())
-
-    def normal(self, ahead: int) -> np.ndarray:
-        """(n_axial n_hat, n_axial n_hat) displacement into the tooth so far ahead of the loaded one [m/N]."""
-        block = self.blocks[abs(ahead)].reshape(self.axial.size * self.arcs.size, -1)
-        return block if ahead >= 0 else block.T
-
-    def tangential(self, ahead: int) -> np.ndarray:
-        """The same along the profile; teeth further behind take the values of the last computed tooth behind."""
-        block = self.slide[max(0, ahead + len(self.slide) - len(self.blocks))]
-        return block.reshape(self.axial.size * self.arcs.size, -1)
 
 
 class Computation(NamedTuple):
@@ -140,7 +114,8 @@ def _assembled(gear: Gear, density: Density, loaded: float, whole: bool, solved:
     axial, means = face.positions(upper), mean_compliance(gear, upper, whole, solved)
     blocks = np.concatenate([means[:1] - half_space(gear, arcs, axial, face), means[1:]])
     across, along = values_of_means(axial), values_of_means(arcs)
-    values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True)
+    with one_thread():
+        values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True)
     normal, tangential = values[: density.teeth + 1], values[density.teeth + 1 :]
     return Compliance(arcs, axial, gear.b / 2, normal, tangential, face)
 

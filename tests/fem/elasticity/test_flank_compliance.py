@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from compliance_products import across
 from paper_gears import paper_gear
 from skfem import Basis, ElementHex1, ElementLineP1, ElementLineP2, ElementQuad1, ElementQuad2, ElementVector, MeshLine
 from skfem.models.elasticity import lame_parameters, linear_elasticity
@@ -155,7 +156,7 @@ def test_compliance_converges():
     fine = flank_compliance(GEAR, Density(tooth=5, rim=6, body=9, width=4, fillet=5, **few), GEAR.b)
 
     def line_load(body):
-        even = body.across(np.array([0.0]), np.array([GEAR.b / 2]))[:, 0]
+        even = across(body, np.array([0.0]), np.array([GEAR.b / 2]))[:, 0]
         smooth = np.einsum("y,yhzk,z->hk", even, body.blocks[0], even)
         half_space = flattening(STEEL) * along_line(np.array([0, body.end]), body.end, 0.1 * mm, HalfFace())[0, 0]
         return smooth[3, 3] + half_space, smooth[6, 6] + half_space
