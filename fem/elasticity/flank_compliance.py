@@ -24,7 +24,7 @@ from fem.elasticity.hat_functions import hat, hats, kinked_lines, overlap, sprea
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.pitch_condensation import Prism, flank_displacements
 from fem.gear.gear import Gear
-from fem.support.blas_threads import side_by_side
+from fem.support.blas_threads import one_thread, side_by_side
 from fem.support.cache import Arrays, cached, known
 from fem.support.progress import announced, bar
 from fem.support.representation import exact
@@ -140,7 +140,8 @@ def _assembled(gear: Gear, density: Density, loaded: float, whole: bool, solved:
     axial, means = face.positions(upper), mean_compliance(gear, upper, whole, solved)
     blocks = np.concatenate([means[:1] - half_space(gear, arcs, axial, face), means[1:]])
     across, along = values_of_means(axial), values_of_means(arcs)
-    values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True)
+    with one_thread():
+        values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True)
     normal, tangential = values[: density.teeth + 1], values[density.teeth + 1 :]
     return Compliance(arcs, axial, gear.b / 2, normal, tangential, face)
 
