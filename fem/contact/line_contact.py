@@ -1,4 +1,4 @@
-"""Contact with one line load in each slice and Hertz's flattening: many loads at once, and the first guess for strips.
+"""Contact with one line load in each slice and Hertz's flattening: the slice mode, and the first guess for strips.
 
 Slices n of length l under forces f are in equilibrium where, for the active ones,
 
@@ -9,15 +9,18 @@ and Hertz's flattening of a slice under its force. Newton's method linearizes it
 Source: Johnson, Contact Mechanics, 4.2 and 5.6 (line contact of bodies that act as half-planes).
 """
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
+from math import exp, inf, log
 from typing import NamedTuple
 
 import numpy as np
 
-from fem.contact.flank_gap import ContactSlices
-from fem.contact.strip_contact import Bodies, along_contact, coupling, flattening_of
+from fem.contact.coupling import Body, smooth_compliance
 from fem.contact.unilateral import Equilibrium, unilateral_contact
+from fem.elasticity.face_symmetry import Face
+from fem.gap.contact_slices import ContactSlices
+from fem.linalg import small_systems
+from fem.support.numba_cache import kept_unchecked, unchecked
 
 #: Share of the mesh force by which forces may still change from one Newton step to the next.
 CONVERGED = 1e-9
@@ -34,19 +37,20 @@ DEPTH = 1 / 2
 OVERLAP = 1 / 250
 
 
-class Flattening(NamedTuple):
-    """Hertz's flattening of slices [m] under forces f: factor f (constant - ln(f) / 2), with factor, constant (n,)."""
+class LineContact(NamedTuple):
+    """Contact of n slices of the whole face, each with one line load.
 
+    compliance          (n, n) between the slices before they deflect [m/N]
+    softening           (n, n) its change per transmission error [1/N], or (0, 0): none
+    factor, constant    (n,) Hertz's flattening [m] under forces f: factor f (constant - ln(f) / 2)
+    approach            (n,) normal approach per transmission error
+    """
+
+    compliance: np.ndarray
+    softening: np.ndarray
     factor: np.ndarray
     constant: np.ndarray
-
-    def linearized(self, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Flattening at no force [m] and per force [m/N], each (m, n), of the tangent at forces (m, n)."""
-        factor, constant = self
-        below = np.minimum(force, np.exp(2 * (constant - 0.5 - LEAST)))
-        softness = factor * (constant - np.log(below) / 2 - 0.5)
-        value = factor * (below * (constant - np.log(below) / 2) + LEAST * (force - below))
-        return value - softness * force, softness
+    approach: np.ndarray
 
 
 class LineLoads(NamedTuple):
@@ -57,116 +61,148 @@ class LineLoads(NamedTuple):
     force: np.ndarray
 
 
-@dataclass(frozen=True)
-class LineContact:
-    """Contact of slices of the whole face, each with one line load."""
+class LoadedLine(NamedTuple):
+    """A mesh force [N] on a `LineContact` with normal gaps (n,) [m], and the equilibrium of the last Newton step.
 
-    slices: ContactSlices
-    bodies: Bodies
-
-    @property
-    def depth(self) -> float:
-        """Depth at which half-planes under the slices are clamped [m]."""
-        return DEPTH * self.slices.position.pair.pinion.m_n
-
-    def compliance_at(self, te: float) -> np.ndarray:
-        """(n, n) compliance between the slices where they are closest at te, beside their half-planes [m/N]."""
-        slices = replace(self.slices, te=te) if te else self.slices
-        smooth = coupling(self.slices, slices.closest_arcs, self.bodies)[:, 0, :, 0]
-        return smooth + along_contact(self.slices, self.depth, self.bodies)
-
-    @cached_property
-    def compliance(self) -> np.ndarray:
-        """(n, n) compliance between the slices before they deflect [m/N]."""
-        return self.compliance_at(0.0)
-
-    @cached_property
-    def softening(self) -> np.ndarray:
-        """(n, n) change of that compliance per transmission error [1/N]."""
-        overlap = OVERLAP * self.slices.position.pair.pinion.m_n
-        return (self.compliance_at(overlap) - self.compliance) / overlap
-
-    @cached_property
-    def flattening(self) -> Flattening:
-        """Hertz's flattening of all slices under their line loads."""
-        width = self.slices.half_width(1 / self.slices.width)
-        return Flattening(flattening_of(self.slices), 0.5 + np.log(2 * self.depth / width))
-
-    def solve(self, force: np.ndarray, misalignment: np.ndarray) -> LineLoads:
-        """Equilibrium under mesh forces (m,) > 0 on the modelled face [N] and misalignments (m,) [rad]."""
-        return self._solved(force, misalignment, self.softening)
-
-    def guess(self, force: float, misalignment: float) -> tuple[float, np.ndarray]:
-        """Transmission error [m] and forces (n,) [N] where the compliance does not change with the deflection."""
-        loads = self._solved(np.array([force]), np.array([misalignment]), None)
-        return float(loads.te[0]), loads.force[0]
-
-    def _solved(self, force: np.ndarray, misalignment: np.ndarray, softening: np.ndarray | None) -> LineLoads:
-        gap, approach = self.slices.smallest_gap
-        gap = gap + self.slices.gap_by(misalignment)
-        first_touch = gap / approach
-        load = Load(force, gap, approach, first_touch.min(axis=1))
-        active = first_touch <= load.first_touch[:, None] + self.compliance.mean() * force[:, None]
-        state = unilateral_contact(NewtonSteps(self.compliance, softening, self.flattening, load), active)
-        return LineLoads(state.te, state.stiffness, state.force)
-
-
-class Load(NamedTuple):
-    """Mesh forces (m,) [N], normal gaps (m, n) [m], approach (n,) per te, te of the first touch (m,) [m]."""
-
-    force: np.ndarray
-    gap: np.ndarray
-    approach: np.ndarray
-    first_touch: np.ndarray
-
-
-class NewtonSteps:
-    """Equilibrium of m loads on n slices for active sets, each linearized at the last equilibrium.
-
-    Large arrays are reused in every step: allocating them anew takes a third of the time.
+    first_touch transmission error of the first touch [m]
+    last        (n,) forces on the slices [N]
+    te          (1,) transmission error [m]
     """
 
-    def __init__(self, compliance: np.ndarray, softening: np.ndarray | None, flattening: Flattening, load: Load):
-        (m, n), self.flattening, self.load = load.gap.shape, flattening, load
-        self.rest_compliance, self.softening = compliance, softening
-        self.force, self.te = np.broadcast_to(load.force[:, None] / n, (m, n)), np.zeros(m)
-        self.compliance = np.broadcast_to(compliance, (m, n, n)).copy()
-        self.system = np.zeros((m, n + 1, n + 1))
+    contact: LineContact
+    mesh_force: float
+    gap: np.ndarray
+    first_touch: float
+    last: np.ndarray
+    te: np.ndarray
 
-    def __call__(self, active: np.ndarray) -> Equilibrium:
-        """Equilibrium of active slices (m, n), linear about the last; without active ones, of the first to touch."""
-        load, total = self.load, self.load.force[:, None]
-        if not active.any(axis=1).all():
-            first = load.gap / load.approach <= load.first_touch[:, None]
-            active = np.where(active.any(axis=1, keepdims=True), active, first)
-        te, stiffness, force = self._step(active, *self._soften(active))
-        slack = np.matmul(force[:, None], self.compliance)[:, 0] + load.gap - load.approach * te[:, None]
-        change = np.abs(np.where(active, force - self.force, 0.0)).max(axis=1)
-        converged = (change < CONVERGED * load.force) & (te > load.first_touch - SHORT)
-        self.te, self.force = te, np.maximum(np.where(force > 0, force, RELEASED * self.force), CONVERGED * total)
-        return Equilibrium(te, stiffness, force, np.where(active, 0.0, slack), bool(converged.all()))
 
-    def _soften(self, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Set the compliance to that at the last te; gap and approach (m, n) of the linearized system."""
-        load = self.load
-        if self.softening is None:
-            return load.gap, load.approach
-        te = np.maximum(self.te, load.first_touch)
-        np.multiply(te[:, None, None], self.softening, out=self.compliance)
-        self.compliance += self.rest_compliance
-        softer = np.where(active, self.force, 0.0) @ self.softening.T
-        return load.gap - te[:, None] * softer, load.approach - softer
+def compliance_at(slices: ContactSlices, bodies: tuple[Body, Body], face: Face) -> np.ndarray:
+    """(n, n) compliance between slices where they are closest, beside their half-planes [m/N]."""
+    depth, numbers = DEPTH * slices.position.pair.pinion.m_n, (slices.number, slices.low, slices.high)
+    arcs = slices.closest_arcs[..., None]
+    return slices.mesh.call(smooth_compliance, bodies, face.share < 1, numbers, depth, arcs, np.zeros(arcs.shape))
 
-    def _step(self, active, gap, approach) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Transmission errors (m,), stiffnesses (m,) and forces (m, n) of the system for (f, te)."""
-        (m, n), each = active.shape, np.arange(active.shape[1])
-        flattened, softness = self.flattening.linearized(self.force)
-        np.multiply(self.compliance, active[:, :, None], out=self.system[:, :n, :n])
-        self.system[:, each, each] += np.where(active, softness, 1.0)
-        self.system[:, :n, n] = np.where(active, -approach, 0.0)
-        self.system[:, n, :n] = self.load.approach
-        right = np.zeros((m, n + 1, 2))
-        right[:, :n, 0], right[:, n, 0] = np.where(active, -gap - flattened, 0.0), self.load.force
-        right[:, n, 1] = 1.0
-        solution = np.linalg.solve(self.system, right)
-        return solution[:, n, 0], 1 / solution[:, n, 1], np.where(active, solution[:, :n, 0], 0.0)
+
+def line_contact(slices: ContactSlices, bodies: tuple[Body, Body], face: Face, *, softens: bool) -> LineContact:
+    """Contact of slices of the whole face; softens: whether the compliance changes with the deflection."""
+    compliance, softening = compliance_at(slices, bodies, face), np.zeros((0, 0))
+    m_n = slices.position.pair.pinion.m_n
+    if softens:
+        touching = replace(slices, te=OVERLAP * m_n)
+        softening = (compliance_at(touching, bodies, face) - compliance) / (OVERLAP * m_n)
+    constant = 0.5 + np.log(2 * DEPTH * m_n / slices.half_width(1 / slices.width))
+    return LineContact(compliance, softening, slices.flattening, constant, slices.closest.approach)
+
+
+@unchecked
+def _newton_step(load, active):
+    """Equilibrium of active slices (n,), linear about the last; without active ones, of the first to touch."""
+    contact, chosen = load.contact, 0
+    for i in range(active.size):
+        chosen += active[i]
+    if not chosen:
+        active = load.gap / contact.approach <= load.first_touch
+    gap, approach, extra = _softer(load, active)
+    te, stiffness, force = _linear_equilibrium(load, active, gap, approach, extra)
+    change = 0.0
+    for i in range(force.size):
+        if active[i]:
+            change = max(change, abs(force[i] - load.last[i]))
+    slack = _slack(load, active, te, force, extra)
+    for i in range(force.size):
+        force_at = force[i] if force[i] > 0 else RELEASED * load.last[i]
+        load.last[i] = max(force_at, CONVERGED * load.mesh_force)
+    load.te[0] = te
+    converged = change < CONVERGED * load.mesh_force and te > load.first_touch - SHORT
+    return Equilibrium(te, stiffness, force, slack, converged)
+
+
+@unchecked
+def _softer(load, active):
+    """Gap and approach (n,) of the linearized system, and the factor of the softening of the compliance."""
+    contact = load.contact
+    if not contact.softening.size:
+        return load.gap, contact.approach, 0.0
+    te, softer = max(load.te[0], load.first_touch), np.zeros(active.size)
+    for i in range(active.size):
+        for j in range(active.size):
+            if active[j]:
+                softer[i] += contact.softening[i, j] * load.last[j]
+    return load.gap - te * softer, contact.approach - softer, te
+
+
+@unchecked
+def _compliance_at(contact, i, j, te):
+    """Compliance between two slices at a transmission error [m/N]."""
+    if contact.softening.size:
+        return contact.compliance[i, j] + te * contact.softening[i, j]
+    return contact.compliance[i, j]
+
+
+@unchecked
+def _slack(load, active, te, force, softened_te):
+    """(n,) gaps [m] between the flanks, 0 where they are active."""
+    slack = np.zeros(force.size)
+    for i in range(force.size):
+        if not active[i]:
+            slack[i] = load.gap[i] - load.contact.approach[i] * te
+            for j in range(force.size):
+                if active[j]:
+                    slack[i] += _compliance_at(load.contact, i, j, softened_te) * force[j]
+    return slack
+
+
+@unchecked
+def _linear_equilibrium(load, active, gap, approach, softened_te):
+    """Transmission error, stiffness and forces (n,) of the linear system of active slices."""
+    rows, contact = small_systems.true_in(active), load.contact
+    matrix, right = np.empty((rows.size, rows.size)), np.empty((2, rows.size))
+    for k, i in enumerate(rows):
+        for j in range(k + 1):
+            matrix[k, j] = _compliance_at(contact, i, rows[j], softened_te)
+        flattened, softness = _flattening(contact, i, load.last[i])
+        matrix[k, k] += softness
+        right[0, k], right[1, k] = gap[i] + flattened, approach[i]
+    small_systems.factorize(matrix)
+    small_systems.solve(matrix, right)
+    closed, stiffness, force = load.mesh_force, 0.0, np.zeros(active.size)
+    for k, i in enumerate(rows):
+        closed += contact.approach[i] * right[0, k]
+        stiffness += contact.approach[i] * right[1, k]
+    for k, i in enumerate(rows):
+        force[i] = closed / stiffness * right[1, k] - right[0, k]
+    return closed / stiffness, stiffness, force
+
+
+@unchecked
+def _flattening(contact, i, force):
+    """Flattening of a slice at no force [m] and per force [m/N], of the tangent at a force."""
+    factor, constant = contact.factor[i], contact.constant[i]
+    below = min(force, exp(2 * (constant - 0.5 - LEAST)))
+    softness = factor * (constant - log(below) / 2 - 0.5)
+    value = factor * (below * (constant - log(below) / 2) + LEAST * (force - below))
+    return value - softness * force, softness
+
+
+_equilibrium = unilateral_contact(_newton_step, unchecked)
+
+
+@kept_unchecked
+def solve_lines(contact, force, gap):
+    """Fields of `LineLoads` under forces on the modelled face (m,) > 0 [N], with normal gaps (m, n) [m]."""
+    te, stiffness, loads = np.empty(force.size), np.empty(force.size), np.empty(gap.shape)
+    n, compliance = contact.approach.size, 0.0
+    for i in range(n):
+        for j in range(n):
+            compliance += contact.compliance[i, j] / n**2
+    for k in range(force.size):
+        first_touch, last, least = gap[k] / contact.approach, np.empty(n), inf
+        for i in range(n):
+            last[i], least = force[k] / n, min(least, first_touch[i])
+        load = LoadedLine(contact, force[k], gap[k], least, last, np.zeros(1))
+        state = _equilibrium(load, first_touch <= least + compliance * force[k])
+        te[k], stiffness[k] = state.te, state.stiffness
+        for i in range(n):
+            loads[k, i] = state.force[i]
+    return te, stiffness, loads

@@ -1,13 +1,23 @@
 """Strips along the profile on which the contact pressure is constant: equal ones, finer ones at a rounded tip edge."""
 
-from dataclasses import dataclass
-from math import cos
+from math import asinh, hypot, log, sinh, sqrt
+from typing import NamedTuple
 
 import numpy as np
 
-from fem.contact.flank_gap import ContactSlices
-from fem.elasticity.hertz import log_mean
-from fem.microgeometry.flank import rounding
+from fem.gap.closest_point import Closest
+from fem.gap.contact_slices import ContactSlices
+from fem.gap.flank_gap import (
+    approach_at,
+    arc_of_mate,
+    between_normals,
+    facing,
+    first_roll,
+    gaps_along,
+    material_along,
+    sections_of,
+)
+from fem.support.numba_cache import kept_unchecked, unchecked
 
 #: Strips of a slice: the largest pressure is within 1 % of Hertz's.
 STRIPS = 21
@@ -22,26 +32,8 @@ EVEN = 1e6
 NODES = 3
 
 
-def nodes_of(strips: int) -> list[int]:
-    """Numbers of the strips between which the smooth compliance is quadratic."""
-    return [0, strips // 2, strips - 1]
-
-
-def shapes_of(middles: np.ndarray) -> np.ndarray:
-    """(..., NODES, m) quadratic shape functions at the middles of strips (..., m)."""
-    powers = middles[..., None, :] ** np.arange(NODES)[:, None]
-    return np.linalg.solve(powers[..., nodes_of(middles.shape[-1])], powers)
-
-
-#: (NODES, STRIPS) shape functions at equal strips
-SHAPES = shapes_of(np.arange(STRIPS))
-#: (STRIPS, STRIPS) mean of -ln of the distance between two of equal strips of unit width
-BETWEEN_STRIPS = log_mean(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS)), 1.0, 1.0)
-
-
-@dataclass(frozen=True)
-class Strips:
-    """Strips along the profile in every slice.
+class Strips(NamedTuple):
+    """m strips along the profile in each of n slices.
 
     arcs        (2, n, m) arc lengths of their middles on pinion and wheel [m]
     width       (n, m) their widths [m]
@@ -50,6 +42,7 @@ class Strips:
     tilts       (2, n, m) angles of the direction of contact from the normals of pinion and wheel [rad]
     open        (2, n) whether the flank goes on beyond the first, and the last strip
     expected    (n, m) pressure by Hertz's ellipse, up to a factor
+    equal       whether the strips of each slice are equal
     """
 
     arcs: np.ndarray
@@ -59,95 +52,206 @@ class Strips:
     tilts: np.ndarray
     open: np.ndarray
     expected: np.ndarray
-
-    @property
-    def equal(self) -> bool:
-        """Whether the strips of each slice are equal."""
-        return bool((self.width == self.width[:, :1]).all())
-
-    @property
-    def reach(self) -> float:
-        """Width of all strips of the widest slice [m]."""
-        return STRIPS * self.width.max() if self.equal else self.width.sum(axis=1).max()
-
-    @property
-    def middles(self) -> np.ndarray:
-        """(n, m) middles of the strips from the first edge [m]."""
-        return np.cumsum(self.width, axis=1) - self.width / 2
-
-    @property
-    def nodes(self) -> list[int]:
-        """Numbers of the strips at the nodes of the smooth compliance."""
-        return nodes_of(self.width.shape[1])
-
-    @property
-    def shapes(self) -> np.ndarray:
-        """(NODES, m) shape functions of `shapes_of`, or (n, NODES, m) of each slice."""
-        return SHAPES if self.equal else shapes_of(self.middles / self.width.sum(axis=1, keepdims=True))
-
-    def between(self, depth: float) -> np.ndarray:
-        """(n, m, m) displacement of half-planes clamped at a depth [m], per line load and flattening."""
-        if self.equal:
-            return BETWEEN_STRIPS - np.log(self.width[:, :1, None] / depth)
-        distance = self.middles[:, :, None] - self.middles[:, None]
-        return log_mean(distance, self.width[:, :, None], self.width[:, None]) + np.log(depth)
+    equal: bool
 
 
-def strips_of(slices: ContactSlices, half_width: np.ndarray) -> Strips:
-    """Strips as far as WINDOW times half_width (n,) [m] on either side of where the flanks are closest."""
-    r_host, reach = slices.radii[0], WINDOW * half_width
-    low, high, centre = (roll**2 / (2 * r_host) for roll in (*slices.limits, slices.closest))
-    start, end = np.maximum(low, centre - reach[:, None]), np.minimum(high, centre + reach[:, None])
-    arcs, width = edges_and_middles(slices, start, end, half_width)
-    roll = np.sqrt(2 * r_host * arcs)
-    gap, foot = slices.gap_at(roll)
-    gap, slopes, roll, foot = means(gap), slices.slopes(roll[:, ::2]), roll[:, 1::2], foot[:, 1::2]
-    closing = cos(slices.position.pair.beta_b) * half_width**2 / (2 * slices.radius)
-    expected = np.sqrt(np.maximum(closing[:, None] - (gap - gap.min(axis=1, keepdims=True)), 0.0))
-    tilts = slices.tilts(roll, foot, slopes, expected * (width / width[:, :1]))
-    approach = slices.approach(roll, foot, tilts)
-    is_open = np.stack([start > low, end < high])[..., 0]
-    gap = gap + approach * slices.te
-    return Strips(slices.arcs(roll, foot), width, gap, approach, slices.by_gear(tilts), is_open, expected)
+class Profile(NamedTuple):
+    """Work space for the strips of a slice: at their edges and middles (2 m + 1,) roll lengths of host and mate and
+
+    another quantity; slopes of the material removed from the host, (m,).
+    """
+
+    roll: np.ndarray
+    foot: np.ndarray
+    values: np.ndarray
+    slope: np.ndarray
 
 
-def edges_and_middles(slices: ContactSlices, start, end, half_width: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 2 m + 1) arc lengths of edges and middles of strips from start to end (n, 1) [m], and their (n, m) widths.
+def strips_of(slices: ContactSlices, half_widths: np.ndarray) -> Strips:
+    """Strips as far as WINDOW times half_widths (n,) [m] on either side of where the flanks are closest."""
+    numbers = slices.number, slices.low, slices.high
+    te, closest = float(slices.te), tuple(slices.closest)
+    return Strips(*slices.mesh.call(strips_around, numbers, te, closest, half_widths, FINE))
 
-    half_width  (n,) Hertz's half-widths of the contact of the involutes [m]
+
+@kept_unchecked
+def strips_around(mesh, slices, te, closest, half_widths, fine):
+    """Fields of `Strips` of slices with numbers and axial ends (n,).
+
+    closest     fields of `Closest` of the slices
+    fine        number of strips where an edge is rounded
+    """
+    closest = Closest(*closest)
+    number, low, high = slices
+    n, sections = number.size, sections_of(mesh, number, low, high, np.full(number.size, te))
+    equal = not _any_rounding(mesh, sections)
+    m = STRIPS if equal else fine
+    arcs, tilts, is_open = np.empty((2, n, m)), np.empty((2, n, m)), np.empty((2, n), np.bool_)
+    width, gap, approach, expected = np.empty((n, m)), np.empty((n, m)), np.empty((n, m)), np.empty((n, m))
+    rolls = np.empty((3, 2 * m + 1))
+    profile = Profile(rolls[0], rolls[1], rolls[2], np.empty(m))
+    for i in range(n):
+        at = sections[i]
+        start, end, is_open[0, i], is_open[1, i] = _window(mesh, at, closest.roll[i], half_widths[i])
+        _write_edges(
+            mesh, at, (start, end), (closest.roll[i], closest.radius[i]), half_widths[i], equal, width[i], profile
+        )
+        _gaps_of(mesh, at, profile, gap[i])
+        _expect(mesh, half_widths[i], closest.radius[i], gap[i], expected[i])
+        _direct(mesh, at, profile, expected[i], width[i], tilts, approach, i)
+        for k in range(m):
+            gap[i, k] += approach[i, k] * te
+            arcs[at.host, i, k] = profile.roll[2 * k + 1] ** 2 / (2 * at.r_host)
+            arcs[1 - at.host, i, k] = arc_of_mate(at, profile.foot[2 * k + 1])
+    return arcs, width, gap, approach, tilts, is_open, expected, equal
+
+
+@unchecked
+def _any_rounding(mesh, sections):
+    """Whether the tip edge of the mate is rounded in any slice."""
+    rounded = 0
+    for i in range(sections.size):
+        rounded += mesh.gears[1 - sections[i].host].rounding > 0
+    return rounded > 0
+
+
+@unchecked
+def _window(mesh, at, closest, half_width):
+    """Arc lengths of the host from the first to the last strip [m], and whether the flank goes on beyond them."""
+    low, high = first_roll(mesh, at) ** 2 / (2 * at.r_host), at.tip**2 / (2 * at.r_host)
+    centre = closest**2 / (2 * at.r_host)
+    start, end = max(low, centre - WINDOW * half_width), min(high, centre + WINDOW * half_width)
+    return start, end, start > low, end < high
+
+
+@unchecked
+def _write_edges(mesh, at, window, closest, half_width, equal, width, profile):
+    """Write the roll lengths of edges and middles of the strips, and their widths (m,).
+
+    closest     roll length where the flanks are closest, and relative radius of curvature there [m]
+    """
+    (start, end), m, roll = window, width.size, profile.roll
+    focus, scale, first, last = start, 1.0, 0.0, 0.0
+    if not equal:
+        focus, scale = _grading(mesh, at, window, closest, half_width)
+        first, last = asinh((start - focus) / scale), asinh((end - focus) / scale)
+    before = start
+    for k in range(m):
+        after = start + (end - start) / m * (k + 1)
+        if not equal:
+            after = focus + scale * sinh(first + (last - first) * ((k + 1) / m))
+            before = focus + scale * sinh(first + (last - first) * (k / m))
+        width[k] = (end - start) / m if equal else after - before
+        roll[2 * k], roll[2 * k + 1] = sqrt(2 * at.r_host * before), sqrt(at.r_host * (before + after))
+        before = after
+    roll[2 * m] = sqrt(2 * at.r_host * before)
+
+
+@unchecked
+def _grading(mesh, at, window, closest, half_width):
+    """Arc length around which strips are graded, and their scale there [m].
 
     Beside a rounding of the mate's edge they are narrowest where it begins, or where it is closest.
     """
-    begin, radius = mates_edge(slices)
-    if not radius.any():
-        width = (end - start) / STRIPS
-        return start + width * np.linspace(0, STRIPS, 2 * STRIPS + 1), np.broadcast_to(width, (width.size, STRIPS))
-    focus = np.minimum(slices.facing(begin), slices.closest) ** 2 / (2 * slices.radii[0])
-    outside = np.maximum(0.0, np.maximum(start - focus, focus - end))
-    narrow = NARROW * half_width[:, None] * np.sqrt(np.minimum(radius / slices.radius[:, None], 1.0))
-    scale = np.where(radius > 0, np.hypot(narrow, outside), EVEN * (end - start))
-    first, last = np.arcsinh((start - focus) / scale), np.arcsinh((end - focus) / scale)
-    edges = focus + scale * np.sinh(first + (last - first) * np.linspace(0, 1, FINE + 1))
-    arcs = np.empty((start.size, 2 * FINE + 1))
-    arcs[:, ::2], arcs[:, 1::2] = edges, (edges[:, 1:] + edges[:, :-1]) / 2
-    return arcs, np.diff(edges)
+    (start, end), mate = window, mesh.gears[1 - at.host]
+    focus = min(facing(mesh, at, mate.edge), closest[0]) ** 2 / (2 * at.r_host)
+    if mate.rounding <= 0:
+        return focus, EVEN * (end - start)
+    outside = max(0.0, start - focus, focus - end)
+    return focus, hypot(NARROW * half_width * sqrt(min(mate.rounding / closest[1], 1.0)), outside)
 
 
-def mates_edge(slices: ContactSlices) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 1) roll lengths of the mate at which its tip edge begins, and radii to which it is rounded, 0: sharp [m]."""
-    pair = slices.position.pair
-    pinion, wheel = (rounding(gear.drive_flank, gear.face) for gear in (pair.pinion, pair.wheel))
-    begin, radius = (np.where(slices.pinion_is_host, *ends)[:, None] for ends in zip(wheel, pinion, strict=True))
-    return begin, radius
+@unchecked
+def _gaps_of(mesh, at, profile, gap):
+    """Write the mean gaps of strips (m,) by Simpson, the mate's roll lengths, and the slopes of the host."""
+    roll, values, m = profile.roll, profile.values, gap.size
+    for k in range(m):
+        profile.slope[k] = 0.0
+    if mesh.position.modified:
+        material_along(mesh, at, roll, values)
+        for k in range(m):
+            change = (roll[2 * k + 2] ** 2 - roll[2 * k] ** 2) / (2 * at.r_host)
+            profile.slope[k] = (values[2 * k + 2] - values[2 * k]) / change
+    gaps_along(mesh, at, 2 * m + 1, roll, values, profile.foot)
+    for k in range(m):
+        gap[k] = (values[2 * k] + 4 * values[2 * k + 1] + values[2 * k + 2]) / 6
 
 
-def at_tip_edge(slices: ContactSlices, force: np.ndarray) -> np.ndarray:
-    """(n,) whether the contact of slices under forces (n,) [N], as wide as by Hertz, reaches the mate's tip edge."""
-    begin, _ = mates_edge(slices)
-    reach = slices.by_gear(slices.closest_arcs)[1, :, 0] + slices.half_width(force / slices.width)
-    return (force > 0) & (reach >= begin[:, 0] ** 2 / (2 * slices.radii[1][:, 0]))
+@unchecked
+def _expect(mesh, half_width, radius, gap, expected):
+    """Write the pressure by Hertz's ellipse at gaps (m,), up to a factor."""
+    closing, least = mesh.position.inclined * half_width**2 / (2 * radius), gap[0]
+    for k in range(1, gap.size):
+        least = min(least, gap[k])
+    for k in range(gap.size):
+        expected[k] = sqrt(max(closing - (gap[k] - least), 0.0))
 
 
-def means(values: np.ndarray) -> np.ndarray:
-    """(n, m) means over strips of values (n, 2 m + 1) at their edges and middles (Simpson)."""
-    return (values[:, :-1:2] + 4 * values[:, 1::2] + values[:, 2::2]) / 6
+@unchecked
+def _direct(mesh, at, profile, expected, width, tilts, approach, i):
+    """Write the tilts (2, n, m) of pinion and wheel and the approaches (n, m) in slice i under an expected pressure.
+
+    Half-planes do not turn one another: under pressure p on flanks with a difference of slopes h' the integral of
+    p h' vanishes. The mean normals of both flanks are then the direction of the force; about its mean the direction
+    lies half-way between the normals.
+    """
+    mean, total = 0.0, 0.0
+    for k in range(width.size):
+        between = between_normals(at, profile.roll[2 * k + 1], profile.foot[2 * k + 1])
+        mean += expected[k] * width[k] * (profile.slope[k] + between / 2)
+        total += expected[k] * width[k]
+    for k in range(width.size):
+        roll, foot = profile.roll[2 * k + 1], profile.foot[2 * k + 1]
+        between = between_normals(at, roll, foot)
+        from_host, inclined = mean / total - between / 2, mesh.position.inclined
+        tilts[at.host, i, k], tilts[1 - at.host, i, k] = inclined * from_host, inclined * (from_host + between)
+        approach[i, k] = approach_at(mesh, at, roll, foot, from_host)
+
+
+@unchecked
+def write_shapes(width, sides):
+    """Write the NODES quadratic shape functions at the middles of strips of widths (m,) into the last rows of sides."""
+    middle, m, shapes = np.empty(width.size), width.size, sides[len(sides) - NODES :]
+    before = 0.0
+    for k in range(m):
+        middle[k], before = before + width[k] / 2, before + width[k]
+    nodes = middle[0], middle[m // 2], middle[m - 1]
+    for i in range(NODES):
+        for k in range(m):
+            shapes[i, k] = 1.0
+            for j in range(NODES):
+                if i != j:
+                    shapes[i, k] *= (middle[k] - nodes[j]) / (nodes[i] - nodes[j])
+
+
+@unchecked
+def write_half_planes(width, equal, depth, factor, between):
+    """Write the displacements (m, m) per force between strips of widths (m,) of half-planes clamped at a depth [m].
+
+    factor      flattening of the slice per force [m/N]
+    """
+    m, middle, before = width.size, np.empty(width.size), 0.0
+    for i in range(m):
+        middle[i], before = before + width[i] / 2, before + width[i]
+        for j in range(i + 1):
+            if equal and j > 0:
+                between[i, j] = between[i - 1, j - 1]
+            elif equal:
+                between[i, j] = factor * (_log_mean(i, 1.0, 1.0) - log(width[0] / depth))
+            else:
+                between[i, j] = factor * (_log_mean(middle[i] - middle[j], width[i], width[j]) + log(depth))
+            between[j, i] = between[i, j]
+
+
+@unchecked
+def _log_mean(distance, width, mate_width):
+    """`fem.pair.hertz.log_mean` of two strips."""
+    inner, outer = (width - mate_width) / 2, (width + mate_width) / 2
+    far, near = _log_integral(distance + outer), _log_integral(distance - outer)
+    return -(far - _log_integral(distance + inner) - _log_integral(distance - inner) + near) / (width * mate_width)
+
+
+@unchecked
+def _log_integral(x):
+    """Second antiderivative of ln|x|."""
+    return x * x * (log(abs(x)) / 2 - 0.75) if x else 0.0

@@ -5,30 +5,79 @@ strips of a slice, that couples all slices (`smooth`). The system is solved in t
 of the transmission error, its gap and the smooth displacements; then the coupling of the slices.
 """
 
-from collections import defaultdict
-from dataclasses import dataclass, field
-from functools import cached_property
-from itertools import product
-from math import cos
+from dataclasses import dataclass
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
-from fem.contact.flank_gap import ContactSlices
-from fem.contact.strip_bounds import NODES, SHAPES, Strips, strips_of
-from fem.contact.unilateral import Equilibrium, unilateral_contact
-from fem.elasticity.flank_compliance import Compliance
-from fem.elasticity.half_space import along_line
-from fem.elasticity.hertz import flattening
+from fem.contact.coupling import Body, smooth_compliance
+from fem.contact.strip_bounds import NODES, Strips, strips_of, write_half_planes, write_shapes
+from fem.contact.unilateral import EXCHANGES, Equilibrium, unilateral_contact
+from fem.elasticity.face_symmetry import Face
+from fem.gap.contact_slices import ContactSlices
+from fem.linalg.small_systems import (
+    column_times,
+    factorize,
+    product,
+    rows_with,
+    solve,
+    square_root,
+    submatrix,
+    times,
+    true_in,
+    write_congruent,
+)
+from fem.support.numba_cache import kept_unchecked, unchecked
 
 #: Half-planes are clamped at this share of the width of all strips, the logarithmic capacity of an interval: at this
 #: depth and beyond the compliance is positive definite.
 CAPACITY = 1 / 4
 #: Factor by which strips are widened that are narrower than the contact, and how often: to a hundred times in total.
 WIDENING, WIDENINGS = 1.6, 12
-
 #: Compliances of pinion and wheel
-Bodies = tuple[Compliance, Compliance]
+Bodies = tuple[Body, Body]
+#: Displacements under which the strips of a slice are solved: transmission error, gap, and the smooth ones.
+SIDES = 2 + NODES
+
+
+@dataclass(frozen=True)
+class StripContact:
+    """Potential contact of m strips in each of n slices.
+
+    local       (n, m, m) compliance between the strips of a slice as half-planes [m/N]
+    smooth      (n NODES, n NODES) all other compliance, between the strips that the shapes interpolate [m/N]
+    sides       (n, SIDES, m) normal displacements per transmission error, gap [m] and smooth displacement; these are
+                the shape functions of the strips
+    """
+
+    local: np.ndarray
+    smooth: np.ndarray
+    sides: np.ndarray
+
+    @property
+    def approach(self) -> np.ndarray:
+        """(n, m) normal approach per transmission error."""
+        return self.sides[:, 0]
+
+    @property
+    def gap(self) -> np.ndarray:
+        """(n, m) normal gap [m]."""
+        return self.sides[:, 1]
+
+    def displacement(self, force: np.ndarray) -> np.ndarray:
+        """(n, m) normal displacement of the strips under their forces (n, m) [m]."""
+        return displacement_of(self.local, self.smooth, self.sides, force)
+
+    def solve(self, force: float, active: np.ndarray, exchanges: int = EXCHANGES) -> "Solution":
+        """Equilibrium with sum(approach f) = force in which no strip pulls or penetrates.
+
+        active      (n, m) strips that are taken to touch at first
+        exchanges   as in `unilateral_contact`
+
+        Raises RuntimeError where no active set converges.
+        """
+        return Solution(*solve_strips(self.local, self.smooth, self.sides, force, active, exchanges))
 
 
 class Solution(NamedTuple):
@@ -45,155 +94,190 @@ class Solution(NamedTuple):
     force: np.ndarray
 
 
-@dataclass(frozen=True)
-class StripContact:
-    """Potential contact of m strips in each of n slices.
+class LoadedStrips(NamedTuple):
+    """A mesh force [N] on a `StripContact`; slices whose active strips stay keep their forces.
 
-    local       (n, m, m) compliance between the strips of a slice as half-planes [m/N]
-    smooth      (n, NODES, n, NODES) all other compliance, between the strips that the shapes interpolate [m/N]
-    gap         (n, m) [m]
-    approach    (n, m) normal approach per transmission error
-    shapes      (NODES, m) shape functions of the strips, or (n, NODES, m) of those of each slice
+    local, smooth, sides    as in `StripContact`
+    active      (n, m) active strips of the last solution
+    forces      (n, SIDES, m) forces on them that cause the `sides`, uncoupled
+    condensed   (n, SIDES, SIDES) work of these forces on the sides
+    root        (n, NODES, NODES) root of that on the smooth displacements
     """
 
     local: np.ndarray
     smooth: np.ndarray
-    gap: np.ndarray
-    approach: np.ndarray
-    shapes: np.ndarray = field(default_factory=lambda: SHAPES)
-
-    @cached_property
-    def right_sides(self) -> np.ndarray:
-        """(n, m, 2 + NODES) normal displacements per transmission error, gap and smooth displacement."""
-        shapes = np.broadcast_to(self.shapes.swapaxes(-1, -2), (*self.gap.shape, NODES))
-        return np.concatenate([self.approach[..., None], self.gap[..., None], shapes], axis=2)
-
-    def displacement(self, f: np.ndarray) -> np.ndarray:
-        """(n, m) normal displacement of the strips under their forces f (n, m) [m]."""
-        n = len(f)
-        smooth = self.smooth.reshape(n * NODES, -1) @ (self.shapes @ f[..., None]).ravel()
-        return (self.local @ f[..., None])[..., 0] + (smooth.reshape(n, 1, NODES) @ self.shapes)[:, 0]
-
-    def solve(self, force: float, active: np.ndarray) -> Solution:
-        """Equilibrium with sum(approach f) = force in which no strip pulls or penetrates.
-
-        active      (n, m) strips that are taken to touch at first
-
-        Raises RuntimeError where no active set converges.
-        """
-        state = unilateral_contact(ActiveStrips(self, force), active.reshape(1, -1))
-        return Solution(float(state.te[0]), float(state.stiffness[0]), state.force.reshape(active.shape))
-
-    def slice_forces(self, active: np.ndarray, slices: np.ndarray) -> np.ndarray:
-        """(n, m, 2 + NODES) forces on the active strips of selected slices (n,) that cause `right_sides`, uncoupled."""
-        active = active[slices]
-        local = np.where(active[:, :, None] & active[:, None, :], self.local[slices], 0.0)
-        strip = np.arange(active.shape[1])
-        local[:, strip, strip] += ~active
-        return np.linalg.solve(local, self.right_sides[slices] * active[..., None])
-
-    def coupled(self, slice_forces: np.ndarray, force: float) -> Solution:
-        """Equilibrium of all slices from the forces of uncoupled ones."""
-        n = len(slice_forces)
-        condensed = self.right_sides.transpose(0, 2, 1) @ slice_forces
-        free, smooth = condensed[:, 2:, :2].reshape(-1, 2), self.smooth.reshape(n * NODES, -1)
-        system = (condensed[:, 2:, 2:] @ smooth.reshape(n, NODES, -1)).reshape(n * NODES, -1)
-        system.flat[:: n * NODES + 1] += 1.0
-        reaction = smooth @ np.linalg.solve(system, free)
-        total = condensed[:, :2, :2].sum(axis=0) - free.T @ reaction
-        te = float((force + total[0, 1]) / total[0, 0])
-        nodal = (reaction @ [te, -1.0]).reshape(n, NODES, 1)
-        strip_force = (slice_forces[..., :2] @ [te, -1.0]) - (slice_forces[..., 2:] @ nodal)[..., 0]
-        return Solution(te, float(total[0, 0]), strip_force)
+    sides: np.ndarray
+    mesh_force: float
+    active: np.ndarray
+    forces: np.ndarray
+    condensed: np.ndarray
+    root: np.ndarray
 
 
-class ActiveStrips:
-    """Equilibrium under a mesh force for active strips; slices whose active strips stay keep their forces."""
-
-    def __init__(self, contact: StripContact, force: float):
-        self.contact, self.force = contact, force
-        self.active, self.slice_forces = np.zeros(contact.gap.shape, bool), np.zeros(contact.right_sides.shape)
-
-    def __call__(self, active: np.ndarray) -> Equilibrium:
-        """Equilibrium of the active strips (1, n m); where none is active, of the strip that touches first."""
-        contact, active = self.contact, active.reshape(self.active.shape)
-        if not active.any():
-            first_touch = contact.gap / contact.approach
-            active = first_touch == first_touch.min()
-        changed = (active != self.active).any(axis=1)
-        self.active, self.slice_forces[changed] = active, contact.slice_forces(active, changed)
-        te, stiffness, force = contact.coupled(self.slice_forces, self.force)
-        slack = np.where(active, 0.0, contact.displacement(force) + contact.gap - contact.approach * te)
-        return Equilibrium(np.array([te]), np.array([stiffness]), force.reshape(1, -1), slack.reshape(1, -1))
-
-
-def coupling(slices: ContactSlices, arcs: np.ndarray, bodies: Bodies, tilts=None) -> np.ndarray:
-    """(n, m, n, m) displacement between the flanks per force at arcs (2, n, m) [m], beside half-spaces [m/N].
-
-    tilts       (2, n, m) of the direction of contact from the normals of pinion and wheel [rad]; None: 0
-    """
-    n, m = arcs.shape[1:]
-    total = np.zeros((n * m, n * m))
-    groups = [(k, slice(rows.start * m, rows.stop * m)) for k, rows in slices_by_pair(slices)]
-    tilts = np.zeros(arcs.shape) if tilts is None else tilts
-    for side, body in enumerate(bodies):
-        shift = side * slices.position.axial
-        across = body.across(slices.low - shift, slices.high - shift)
-        weights = (across.repeat(m, axis=1)[:, None] * body.along(arcs[side])).reshape(-1, n * m)
-        tilted = weights * 2 * tilts[side].ravel()
-        for (k, rows), (loaded_pair, columns) in product(groups, repeat=2):
-            ahead = (k - loaded_pair) * (-1) ** side
-            if abs(ahead) > body.pitches:
-                continue
-            u = weights[:, rows].T @ body.normal(ahead)
-            if tilted[:, rows].any():
-                u -= tilted[:, rows].T @ body.tangential(ahead)
-            total[rows, columns] += u @ weights[:, columns]
-    return ((total + total.T) / 2).reshape(n, m, n, m)
-
-
-def slices_by_pair(slices: ContactSlices) -> list[tuple[int, slice]]:
-    """Tooth pairs by number, and which of the slices are theirs."""
-    numbers, first, count = np.unique(slices.number, return_index=True, return_counts=True)
-    return [(k, slice(i, i + c)) for k, i, c in zip(numbers.tolist(), first, count, strict=True)]
-
-
-def along_contact(slices: ContactSlices, depth: float, bodies: Bodies) -> np.ndarray:
-    """(n, n) displacement between the flanks per force in slices: half-spaces less their half-planes [m/N].
-
-    depth       depth at which the half-planes are clamped [m]
-
-    The slices of a tooth pair adjoin, from low to high.
-    """
-    pair, axial = slices.position.pair, slices.position.axial
-    total, inclined = np.zeros((slices.low.size, slices.low.size)), cos(pair.beta_b)
-    softness: dict[tuple[float, float], float] = defaultdict(float)
-    for gear, body, shift in zip((pair.pinion, pair.wheel), bodies, (0.0, axial), strict=True):
-        softness[body.end, shift] += flattening(gear.material)
-    for (_, rows), ((end, shift), factor) in product(slices_by_pair(slices), softness.items()):
-        edges = np.append(slices.low[rows], slices.high[rows][-1]) - shift
-        total[rows, rows] += factor * along_line(edges / inclined, end / inclined, depth, bodies[0].face)
-    return total
-
-
-def flattening_of(slices: ContactSlices) -> np.ndarray:
-    """(n,) flattening of both flanks per force in a slice [m/N]."""
-    pair = slices.position.pair
-    return cos(pair.beta_b) / slices.width * (flattening(pair.pinion.material) + flattening(pair.wheel.material))
-
-
-def assemble(slices: ContactSlices, strips: Strips, bodies: Bodies, misalignment: float) -> StripContact:
+def assemble(slices: ContactSlices, strips: Strips, bodies: Bodies, face: Face, misalignment: float) -> StripContact:
     """Contact of all strips under a misalignment [rad]."""
-    depth, nodes = CAPACITY * strips.reach, strips.nodes
-    smooth = coupling(slices, strips.arcs[:, :, nodes], bodies, strips.tilts[:, :, nodes])
-    smooth += along_contact(slices, depth, bodies)[:, None, :, None]
+    depth, m = CAPACITY * strips.width.sum(axis=1).max(), strips.width.shape[1]
+    arcs, tilts = (
+        np.stack([values[:, :, node] for node in (0, m // 2, m - 1)], axis=2) for values in (strips.arcs, strips.tilts)
+    )
+    numbers = slices.number, slices.low, slices.high
+    smooth = slices.mesh.call(smooth_compliance, bodies, face.share < 1, numbers, depth, arcs, tilts)
     gap = strips.gap + slices.gap_by(misalignment)[:, None]
-    local = flattening_of(slices)[:, None, None] * strips.between(depth)
-    return StripContact(local, smooth, gap, strips.approach, strips.shapes)
+    flat = slices.flattening
+    local, sides = local_compliance(strips.width, strips.equal, depth, flat, strips.approach, gap)
+    return StripContact(local, smooth, sides)
+
+
+@kept_unchecked
+def local_compliance(width, equal, depth, flattening, approach, gap):
+    """`StripContact.local` and `sides` of strips of widths, approaches and gaps (n, m).
+
+    depth       depth at which half-planes are clamped [m]
+    flattening  (n,) of the slices per force [m/N]
+    """
+    n, m = width.shape
+    local, sides = np.empty((n, m, m)), np.empty((n, SIDES, m))
+    for i in range(n):
+        write_half_planes(width[i], equal, depth, flattening[i], local[i])
+        write_shapes(width[i], sides[i])
+        for k in range(m):
+            sides[i, 0, k], sides[i, 1, k] = approach[i, k], gap[i, k]
+    return local, sides
+
+
+@kept_unchecked
+def displacement_of(local, smooth, sides, force):
+    """`StripContact.displacement`."""
+    n, m = force.shape
+    nodal, u = np.empty((1, n * NODES)), np.empty((n, m))
+    for i in range(n):
+        for a in range(NODES):
+            nodal[0, i * NODES + a] = product(sides[i], 2 + a, force, i, m)
+    for i in range(n):
+        for k in range(m):
+            u[i, k] = product(local[i], k, force, i, m)
+        for a in range(NODES):
+            at_node = product(smooth, i * NODES + a, nodal, 0, n * NODES)
+            for k in range(m):
+                u[i, k] += at_node * sides[i, 2 + a, k]
+    return u
+
+
+@unchecked
+def _linear_equilibrium(load, active):
+    """Equilibrium of the active strips (n m,); where none is active, of the strip that touches first."""
+    (n, m), sides = load.active.shape, load.sides
+    chosen, least = 0, inf
+    for i in range(n):
+        for k in range(m):
+            chosen += active[i * m + k]
+            least = min(least, sides[i, 1, k] / sides[i, 0, k])
+    for i in range(n):
+        changed = 0
+        for k in range(m):
+            touches = active[i * m + k] if chosen else sides[i, 1, k] / sides[i, 0, k] == least
+            changed += touches != load.active[i, k]
+            load.active[i, k] = touches
+        if changed:
+            _condense(load.local[i], sides[i], load.active[i], load.forces[i], load.condensed[i])
+            square_root(load.condensed[i], 2, load.root[i])
+    te, stiffness, force = _coupled(load)
+    slack = displacement_of(load.local, load.smooth, sides, force)
+    for i in range(n):
+        for k in range(m):
+            slack[i, k] = 0.0 if load.active[i, k] else slack[i, k] + sides[i, 1, k] - sides[i, 0, k] * te
+    return Equilibrium(te, stiffness, force.reshape(n * m), slack.reshape(n * m), True)
+
+
+@unchecked
+def _condense(local, sides, active, forces, condensed):
+    """Write the forces (SIDES, m) on the active strips of a slice that cause its sides, and their work on these."""
+    strips = true_in(active)
+    matrix, right = np.empty((strips.size, strips.size)), np.empty((SIDES, strips.size))
+    for k, strip in enumerate(strips):
+        for j in range(k + 1):
+            matrix[k, j] = local[strip, strips[j]]
+        for a in range(SIDES):
+            right[a, k] = sides[a, strip]
+    factorize(matrix)
+    solve(matrix, right)
+    for a in range(SIDES):
+        for k in range(active.size):
+            forces[a, k] = 0.0
+        for k, strip in enumerate(strips):
+            forces[a, strip] = right[a, k]
+    for a in range(SIDES):
+        for b in range(SIDES):
+            condensed[a, b] = product(forces, a, sides, b, active.size)
+
+
+@unchecked
+def _coupled(load):
+    """Transmission error, stiffness and strip forces (n, m) of all slices from the forces of uncoupled ones.
+
+    With the condensed compliance of a slice H = L L^T and the smooth one S the displacements at the nodes are r = S y,
+    where (1 + L^T S L) w = L^T S free and y = free - L w.
+    """
+    n, m = load.active.shape
+    loaded = rows_with(load.active)
+    free, nodes = np.empty((2, loaded.size * NODES)), np.empty(loaded.size * NODES, np.int64)
+    for k, i in enumerate(loaded):
+        for a in range(NODES):
+            nodes[k * NODES + a] = i * NODES + a
+            free[0, k * NODES + a], free[1, k * NODES + a] = load.condensed[i, 2 + a, 0], load.condensed[i, 2 + a, 1]
+    smooth = submatrix(load.smooth, nodes)
+    reaction = _reaction(smooth, load.root, loaded, free)
+    stiffness, closed = -product(free, 0, reaction, 0, nodes.size), -product(free, 0, reaction, 1, nodes.size)
+    for i in loaded:
+        stiffness += load.condensed[i, 0, 0]
+        closed += load.condensed[i, 0, 1]
+    te, force = (load.mesh_force + closed) / stiffness, np.zeros((n, m))
+    for k, i in enumerate(loaded):
+        for j in range(m):
+            force[i, j] = load.forces[i, 0, j] * te - load.forces[i, 1, j]
+            for a in range(NODES):
+                at = k * NODES + a
+                force[i, j] -= (reaction[0, at] * te - reaction[1, at]) * load.forces[i, 2 + a, j]
+    return te, stiffness, force
+
+
+@unchecked
+def _reaction(smooth, roots, loaded, free):
+    """(2, n) displacements at the nodes r of `_coupled`."""
+    system, right = np.empty(smooth.shape), times(smooth, free)
+    for k, i in enumerate(loaded):
+        for j in range(k + 1):
+            write_congruent(smooth, roots[i], roots[loaded[j]], k * NODES, j * NODES, system)
+        for a in range(NODES):
+            system[k * NODES + a, k * NODES + a] += 1.0
+            for r in range(2):
+                right[r, k * NODES + a] = column_times(roots[i], a, right, r, k * NODES)
+    factorize(system)
+    solve(system, right)
+    y = free.copy()
+    for k, i in enumerate(loaded):
+        for r in range(2):
+            for a in range(NODES):
+                for b in range(a + 1):
+                    y[r, k * NODES + a] -= roots[i, a, b] * right[r, k * NODES + b]
+    return times(smooth, y)
+
+
+_equilibrium = unilateral_contact(_linear_equilibrium, unchecked)
+
+
+@kept_unchecked
+def solve_strips(local, smooth, sides, force, active, exchanges):
+    """`StripContact.solve`."""
+    n, m = active.shape
+    forces, condensed, root = np.zeros((n, SIDES, m)), np.zeros((n, SIDES, SIDES)), np.zeros((n, NODES, NODES))
+    load = LoadedStrips(local, smooth, sides, force, np.zeros((n, m), np.bool_), forces, condensed, root)
+    state = _equilibrium(load, active.reshape(n * m), exchanges)
+    return state.te, state.stiffness, state.force.reshape(n, m)
 
 
 def wide_enough(
-    slices: ContactSlices, bodies: Bodies, force: float, misalignment: float, half_width: np.ndarray
+    slices: ContactSlices, bodies: Bodies, face: Face, force: float, misalignment: float, half_width: np.ndarray
 ) -> tuple[Strips, Solution]:
     """Strips that cover all of the contact, and its solution under a force on the modelled face [N].
 
@@ -207,7 +291,7 @@ def wide_enough(
     for _ in range(WIDENINGS):
         strips = strips_of(slices, half_width)
         touching = np.where(full[:, None], strips.expected > 0, touching)
-        solution = assemble(slices, strips, bodies, misalignment).solve(force, touching)
+        solution = assemble(slices, strips, bodies, face, misalignment).solve(force, touching)
         touching = solution.force > 0
         first_full, last_full = strips.open & touching[:, [0, -1]].T
         full = first_full | last_full

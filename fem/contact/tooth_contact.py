@@ -5,13 +5,15 @@ from functools import cached_property
 
 import numpy as np
 
-from fem.contact.contact_state import State, hertz_pressure
-from fem.contact.contact_width import FaceSlicing, flank_positions, line_loads
-from fem.contact.flank_gap import ContactSlices, closest_point
-from fem.contact.line_contact import LineContact
+from fem.contact.contact_state import State, hertz_pressure, load_rows
+from fem.contact.coupling import body_of
+from fem.contact.line_contact import LineContact, LineLoads, line_contact, solve_lines
+from fem.contact.loaded_width import FaceSlicing, line_loads
 from fem.contact.strip_contact import Bodies, wide_enough
 from fem.elasticity.face_symmetry import Face
 from fem.elasticity.flank_compliance import Compliance
+from fem.gap.contact_slices import ContactSlices
+from fem.gap.face_grading import flank_positions, share_at
 from fem.microgeometry.flank import lines_across
 from fem.pair.mesh_position import MeshPosition
 
@@ -33,9 +35,10 @@ class ToothContact:
         """Part of the face width that is modelled."""
         return self.pinion.face
 
-    @property
+    @cached_property
     def bodies(self) -> Bodies:
-        return self.pinion, self.wheel
+        """Compliances of pinion and wheel for compiled code."""
+        return body_of(self.pinion), body_of(self.wheel)
 
     @cached_property
     def slicing(self) -> FaceSlicing:
@@ -43,9 +46,20 @@ class ToothContact:
         return FaceSlicing(self.position, self.face, self.slices)
 
     @cached_property
+    def rigid_line_contact(self) -> LineContact:
+        """Contact of the whole face with one line load in each slice, whose compliance does not change."""
+        return line_contact(self.slicing.whole, self.bodies, self.face, softens=False)
+
+    @cached_property
     def line_contact(self) -> LineContact:
-        """Contact of the whole face with one line load in each slice."""
-        return LineContact(self.slicing.whole, self.bodies)
+        """The same with a compliance that changes with the deflection."""
+        return line_contact(self.slicing.whole, self.bodies, self.face, softens=True)
+
+    def _line_loads(self, contact: LineContact, force: np.ndarray, misalignment: np.ndarray) -> LineLoads:
+        """Line loads under mesh forces (m,) > 0 [N] and misalignments (m,) [rad]."""
+        slices = self.slicing.whole
+        gap = slices.closest.gap + slices.gap_by(misalignment)
+        return LineLoads(*solve_lines(contact, force * self.face.share, gap))
 
     def state(self, force: float, misalignment: float = 0.0) -> State:
         """Contact under the mesh force force >= 0 [N], resolved by strips; misalignment as in `fem.Offsets`.
@@ -54,20 +68,21 @@ class ToothContact:
         """
         if force == 0:
             none = np.zeros(0)
-            return State(self.first_touch(misalignment), self.slicing.over({}), none, none, self.face)
-        force = force * self.face.share
+            slices = ContactSlices(self.position, none.astype(int), none, none, mesh=self.slicing.mesh)
+            return State(self.first_touch(misalignment), slices, none, none, self.face)
 
         def solve(slices: ContactSlices, last: State) -> State:
-            return self._strip_state(slices, force, misalignment, line_loads(slices, last, force))
+            return self._strip_state(slices, force * self.face.share, misalignment, last)
 
-        te, loads = self.line_contact.guess(force, misalignment)
-        guess = State(te, self.slicing.whole, loads, np.zeros(loads.size), self.face)
+        loads = self._line_loads(self.rigid_line_contact, np.array([force]), np.array([misalignment]))
+        guess = State(float(loads.te[0]), self.slicing.whole, loads.force[0], loads.force[0], self.face)
         return self.slicing.loaded(guess, misalignment, solve)
 
-    def _strip_state(self, slices: ContactSlices, force: float, misalignment: float, line_load: np.ndarray) -> State:
-        """State of slices on strips, under a force on the modelled face [N]; line_load: a guess (n,) [N/m]."""
-        half_width = slices.half_width(line_load)
-        strips, (te, stiffness, load) = wide_enough(slices, self.bodies, force, misalignment, half_width)
+    def _strip_state(self, slices: ContactSlices, force: float, misalignment: float, last: State) -> State:
+        """State of slices on strips, under a force on the modelled face [N], after the last state."""
+        half_width = slices.half_width(line_loads(slices, last, force))
+        strips, solution = wide_enough(slices, self.bodies, self.face, force, misalignment, half_width)
+        te, stiffness, load = solution
         pressure = (load / (strips.width * slices.length[:, None])).max(axis=1)
         return State(te, slices, load.sum(axis=1), pressure, self.face, stiffness / self.face.share, strips, load)
 
@@ -76,31 +91,46 @@ class ToothContact:
 
         Raises RuntimeError where a contact does not converge.
         """
+        slices, (te, stiffness, loads) = self.slicing.whole, self.slice_loads(force, misalignment)
+        columns = te.tolist(), loads, hertz_pressure(slices, loads), stiffness.tolist()
+        return [State(t, slices, f, p, self.face, k) for t, f, p, k in zip(*columns, strict=True)]
+
+    def slice_loads(self, force: np.ndarray, misalignment: np.ndarray) -> LineLoads:
+        """Line loads of `slice_states`."""
         slices, loaded = self.slicing.whole, force > 0
         te, stiffness = slices.first_touch(misalignment).min(axis=1), np.zeros(force.size)
         loads = np.zeros((force.size, slices.low.size))
         if loaded.any():
-            solved = self.line_contact.solve(force[loaded] * self.face.share, misalignment[loaded])
+            solved = self._line_loads(self.line_contact, force[loaded], misalignment[loaded])
             te[loaded], stiffness[loaded], loads[loaded] = solved
-        columns = te.tolist(), loads, hertz_pressure(slices, loads), (stiffness / self.face.share).tolist()
-        return [State(t, slices, f, p, self.face, k) for t, f, p, k in zip(*columns, strict=True)]
+        return LineLoads(te, stiffness / self.face.share, loads)
+
+    def slice_rows(self, force: np.ndarray, misalignment: np.ndarray) -> np.ndarray:
+        """(m, 7 + n_pair) transmission errors, stiffnesses, and `load_rows` of `slice_states`."""
+        slices, (te, stiffness, loads) = self.slicing.whole, self.slice_loads(force, misalignment)
+        rows = load_rows(slices, loads, hertz_pressure(slices, loads), self.face)
+        return np.column_stack([te, stiffness, rows])
+
+    def strip_rows(self, force: np.ndarray, misalignment: np.ndarray) -> np.ndarray:
+        """The same of `state` under each force and misalignment."""
+        states = [self.state(*load) for load in zip(force.tolist(), misalignment.tolist(), strict=True)]
+        rows = [load_rows(state.slices, state.force[None], state.pressure[None], self.face) for state in states]
+        return np.column_stack([[(state.te, state.stiffness) for state in states], np.concatenate(rows)])
 
     def first_touch(self, misalignment: float) -> float:
         """Transmission error at which the first tooth pair touches without load [m], by a search across the face.
 
         Each round evaluates the gaps at the transmission error of the round before.
         """
-        lines = np.clip(flank_positions(self.position, lines_across), *self.slicing.ends)
-        lines = self.slicing.grading.share(lines)
-        shares, te = np.stack([np.append(at, lines) for at in self.slicing.station_shares]), 0.0
-
-        def touch(shares: np.ndarray) -> tuple[np.ndarray]:
-            nonlocal te
-            sections = self.slicing.sections(shares)
-            sections = replace(sections, te=te - misalignment * sections.middle[:, None])
+        slicing, te, step = self.slicing, 0.0, 1 / self.slices
+        lines = share_at(slicing.grading, np.clip(flank_positions(self.position, lines_across), *slicing.ends))
+        shares = np.hstack([slicing.station_shares, np.tile(lines, (len(slicing.numbers), 1))])
+        for left in range(ROUNDS, -1, -1):
+            sections = slicing.sections(shares)
+            sections = replace(sections, te=te - misalignment * sections.middle)
             touches = sections.first_touch(misalignment).reshape(shares.shape)
             te = float(touches.min())
-            return (touches,)
-
-        _, touches = closest_point(touch, shares, 1 / self.slices, (0, 1), rounds=ROUNDS, around=AROUND)
-        return float(touches.min())
+            if left:
+                first = np.take_along_axis(shares, np.argmin(touches, axis=1)[:, None], axis=1)
+                shares, step = np.clip(first + step * np.linspace(-1, 1, AROUND), 0, 1), step * 2 / (AROUND - 1)
+        return te

@@ -17,6 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fem.support.numba_cache import compiled_or_not
+
 #: Penetration that counts as touching [m]: a hundred times the rounding of gaps between points 0.1 m from the axes.
 PENETRATION = 1e-14
 #: Share of the largest force that counts as 0 where candidates leave one by one: a few rounding errors.
@@ -25,75 +27,123 @@ FORCELESS = 1e-14
 EXCHANGES = 40
 #: Solutions per candidate where they join one by one; each joins and leaves once or twice.
 STEPS_PER_CANDIDATE = 10
+#: Least force that is not 0 [N].
+TINY = float(np.finfo(float).tiny)
 
 
 class Equilibrium(NamedTuple):
-    """Equilibrium of m states with n candidates each, of which only the active ones touch.
+    """Equilibrium of n candidates, of which only the active ones touch.
 
-    te          (m,) transmission errors [m]
-    stiffness   (m,) change of the mesh force per transmission error while the same candidates touch [N/m]
-    force       (m, n) forces on the candidates [N]; 0 where they are not active
-    gap         (m, n) gaps between the flanks [m]; 0 where they are active
+    te          transmission error [m]
+    stiffness   change of the mesh force per transmission error while the same candidates touch [N/m]
+    force       (n,) forces on the candidates [N]; 0 where they are not active
+    gap         (n,) gaps between the flanks [m]; 0 where they are active
     converged   whether the linearization is exact enough; always where the system is linear
     """
 
-    te: np.ndarray
-    stiffness: np.ndarray
+    te: float
+    stiffness: float
     force: np.ndarray
     gap: np.ndarray
-    converged: bool = True
-
-    @property
-    def admissible(self) -> np.ndarray:
-        """(m, n) whether a candidate neither pulls nor penetrates."""
-        return (self.force >= 0) & (self.gap >= -PENETRATION)
-
-    @property
-    def touching(self) -> np.ndarray:
-        """(m, n) the next active set: candidates that press or penetrate."""
-        return (self.force > 0) | (self.gap < -PENETRATION)
+    converged: bool
 
 
-#: Equilibrium for an active set (m, n); if this is empty under a force, of the candidate that touches first.
-Solve = Callable[[np.ndarray], Equilibrium]
+def unilateral_contact(solve: Callable, compiled: Callable = lambda function: function) -> Callable:
+    """Function of a problem, and an active set (n,) at first, that returns its `Equilibrium`: no candidate pulls or
+    penetrates.
 
-
-def unilateral_contact(solve: Solve, active: np.ndarray) -> Equilibrium:
-    """Equilibrium in which no candidate pulls or penetrates.
-
-    solve       linear system, or one Newton step, for an active set
-    active      (m, n) candidates that are taken to touch at first
-
-    Raises RuntimeError where no active set converges.
+    solve       function of the problem and an active set: the `Equilibrium` of the linear system, or of one Newton
+                step; if the set is empty under a force, of the candidate that touches first
+    compiled    decorator of the function, which raises RuntimeError where no active set converges
     """
-    for _ in range(EXCHANGES):
-        state = solve(active)
-        if state.converged and state.admissible.all():
+
+    @compiled
+    def joined_one_by_one(problem, force):
+        """Equilibrium from forces (n,) [N], of which negative ones count as 0; candidates join one at a time."""
+        joining = np.zeros(force.size, np.bool_)
+        for _ in range(STEPS_PER_CANDIDATE * force.size + EXCHANGES):
+            force, active = _with_joining(force, joining)
+            state = solve(problem, active)
+            pulling = _is_pulling(force, state.force)
+            force = _until_first_is_free(force, state.force) if pulling else state.force
+            joining, deepest = _deepest(state.gap, pulling)
+            if state.converged and not pulling and deepest >= -PENETRATION:
+                return state
+        raise RuntimeError("contact did not converge; try a neighbouring phase, less load or a finer resolution")
+
+    @compiled
+    def equilibrium(problem, active, exchanges=EXCHANGES):
+        state = solve(problem, active)
+        for _ in range(1, exchanges):
+            if state.converged and _is_admissible(state):
+                return state
+            state = solve(problem, _touching(state))
+        if state.converged and _is_admissible(state):
             return state
-        active = state.touching
-    return _joined_one_by_one(solve, np.maximum(state.force, 0.0))
+        return joined_one_by_one(problem, state.force)
+
+    return equilibrium
 
 
-def _joined_one_by_one(solve: Solve, force: np.ndarray) -> Equilibrium:
-    """Equilibrium from forces (m, n) >= 0 [N]; candidates join one at a time in each state."""
-    joining = np.zeros(force.shape, bool)
-    for _ in range(STEPS_PER_CANDIDATE * force.shape[1] + EXCHANGES):
-        least = FORCELESS * np.maximum(force.max(axis=1, keepdims=True), np.finfo(float).tiny)
-        force = np.where(joining, 2 * least, force)
-        state = solve(force > 0)
-        pulling = (force > 0) & (state.force <= 0)
-        force = np.where(pulling.any(axis=1, keepdims=True), _until_first_is_free(force, state.force), state.force)
-        deepest = state.gap == state.gap.min(axis=1, keepdims=True)
-        joining = deepest & (state.gap < -PENETRATION) & ~pulling.any(axis=1, keepdims=True)
-        if state.converged and not pulling.any() and not joining.any():
-            return state
-    raise RuntimeError("contact did not converge; try a neighbouring phase, less load or a finer resolution")
+@compiled_or_not
+def _is_admissible(state):
+    """Whether no candidate pulls or penetrates."""
+    violated = 0
+    for k in range(state.force.size):
+        violated += not (state.force[k] >= 0 and state.gap[k] >= -PENETRATION)
+    return violated == 0
 
 
-def _until_first_is_free(force: np.ndarray, goal: np.ndarray) -> np.ndarray:
-    """(m, n) forces on the way from `force` to `goal` where the first of those that fall below 0 vanishes."""
-    least = FORCELESS * force.max(axis=1, keepdims=True)
-    falling = (force > 0) & (goal <= 0)
-    way = np.divide(force, force - goal, out=np.ones(force.shape), where=falling).min(axis=1, keepdims=True)
-    reached = force + way * (goal - force)
-    return np.where((force > 0) & (reached > least), reached, 0.0)
+@compiled_or_not
+def _touching(state):
+    """(n,) the next active set: candidates that press or penetrate."""
+    touching = np.empty(state.force.size, np.bool_)
+    for k in range(touching.size):
+        touching[k] = state.force[k] > 0 or state.gap[k] < -PENETRATION
+    return touching
+
+
+@compiled_or_not
+def _is_pulling(force, goal):
+    """Whether a candidate with a force pulls in the next equilibrium."""
+    pulling = 0
+    for k in range(force.size):
+        pulling += force[k] > 0 and goal[k] <= 0
+    return pulling > 0
+
+
+@compiled_or_not
+def _with_joining(force, joining):
+    """(n,) forces in which joining candidates have a very small one, and which of them are not 0."""
+    forces, active, largest = np.empty(force.size), np.empty(force.size, np.bool_), TINY
+    for k in range(force.size):
+        largest = max(largest, force[k])
+    for k in range(force.size):
+        forces[k] = 2 * FORCELESS * largest if joining[k] else max(force[k], 0.0)
+        active[k] = forces[k] > 0
+    return forces, active
+
+
+@compiled_or_not
+def _deepest(gap, pulling):
+    """(n,) the candidates that penetrate deepest, none while others pull, and the least gap [m]."""
+    deepest, least = np.zeros(gap.size, np.bool_), 0.0
+    for k in range(gap.size):
+        least = min(least, gap[k])
+    for k in range(gap.size):
+        deepest[k] = gap[k] == least and least < -PENETRATION and not pulling
+    return deepest, least
+
+
+@compiled_or_not
+def _until_first_is_free(force, goal):
+    """(n,) forces on the way from `force` to `goal` where the first of those that fall below 0 vanishes."""
+    share, reached, largest = 1.0, np.empty(force.size), 0.0
+    for k in range(force.size):
+        largest = max(largest, force[k])
+        if force[k] > 0 and goal[k] <= 0:
+            share = min(share, force[k] / (force[k] - goal[k]))
+    for k in range(force.size):
+        at = force[k] + share * (goal[k] - force[k])
+        reached[k] = at if force[k] > 0 and at > FORCELESS * largest else 0.0
+    return reached

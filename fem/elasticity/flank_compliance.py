@@ -1,4 +1,4 @@
-"""Flank compliance of one gear by one factorization; the half-space under the load is split off in closed form.
+"""Flank compliance of one gear by finite elements; the half-space under the load is split off in closed form.
 
 A load on the flank of tooth 0 is a sum of hat functions along the profile times hat functions across the face width.
 The solid has a coarse mesh of quadratic hexahedra. Its section under uniform line loads (plane strain, or along a helix
@@ -8,23 +8,25 @@ The remainder is smooth in both directions and is tabulated here; the half-space
 (`half_space`), so that the contact may be discretized as finely as it needs in both directions.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import partial
 from math import copysign, cos, inf, sin
+from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
-from skfem import Basis, ElementLineP1, ElementLineP2, ElementQuad2, LinearForm, MeshLine
+from skfem import Basis, ElementLineP1, ElementLineP2, LinearForm, MeshLine
 
-from fem.elasticity import extruded_elasticity, extrusion, section_mesh
-from fem.elasticity.face_symmetry import Face, HalfFace, WholeFace, clamped
+from fem.elasticity import extrusion, section_mesh
+from fem.elasticity.face_symmetry import Face, HalfFace, WholeFace
 from fem.elasticity.half_space import half_space
-from fem.elasticity.hat_functions import hat, hats, kinked_lines, overlap, spread, values_of_means
+from fem.elasticity.hat_functions import hat, hats, overlap, spread, values_of_means
 from fem.elasticity.mesh_density import Density
+from fem.elasticity.pitch_condensation import Prism, flank_displacements
 from fem.gear.gear import Gear
-from fem.linalg.direct_solver import factorize
-from fem.support.cache import Arrays, cached
-from fem.support.progress import announced
+from fem.support.blas_threads import one_thread, side_by_side
+from fem.support.cache import Arrays, cached, known
+from fem.support.progress import announced, bar
 from fem.support.representation import exact
 from fem.support.source_stamp import source_stamp
 
@@ -60,31 +62,12 @@ class Compliance:
     face: Face
     pitches: float = inf
 
-    @cached_property
-    def _hats_of_lines(self) -> tuple[np.ndarray, np.ndarray]:
-        """(n_axial, n_axial) and (n_hat, n_hat) coefficients of the hats across and along as sums of `kinked_lines`."""
-        across, along = (np.linalg.inv(kinked_lines(tops, tops)) for tops in (self.axial, self.arcs))
-        return across, along
 
-    def across(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
-        """(n_axial, n) mean values of the hat functions across the width over slices from low to high (n,) [m]."""
-        kinks = self.axial[1:-1, None]
-        below, above = (np.stack([z, z**2 / 2, *np.maximum(z - kinks, 0) ** 2 / 2]) for z in (low, high))
-        return self._hats_of_lines[0] @ ((above - below) / (high - low))
+class Computation(NamedTuple):
+    """A solution: its name in the cache, and how it is computed."""
 
-    def along(self, arcs: np.ndarray) -> np.ndarray:
-        """(n_hat, n m) values of the hat functions along the profile at arcs (n, m) [m]; linear beyond the ends."""
-        return self._hats_of_lines[1] @ kinked_lines(self.arcs, arcs.ravel())
-
-    def normal(self, ahead: int) -> np.ndarray:
-        """(n_axial n_hat, n_axial n_hat) displacement into the tooth so far ahead of the loaded one [m/N]."""
-        block = self.blocks[abs(ahead)].reshape(self.axial.size * self.arcs.size, -1)
-        return block if ahead >= 0 else block.T
-
-    def tangential(self, ahead: int) -> np.ndarray:
-        """The same along the profile; teeth further behind take the values of the last computed tooth behind."""
-        block = self.slide[max(0, ahead + len(self.slide) - len(self.blocks))]
-        return block.reshape(self.axial.size * self.arcs.size, -1)
+    name: str
+    compute: Callable[[], Arrays]
 
 
 def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> Compliance:
@@ -93,39 +76,63 @@ def flank_compliance(gear: Gear, density: Density, loaded: float, *, whole: bool
     loaded      width of the part of the face that can carry load, in its middle [m]
     whole       whether to model the whole face, for loads that differ on its halves; always done for helical gears
     """
-    arcs, line = section_mesh.flank_hats(gear, density), extrusion.half_face(gear.b, loaded, density.width)
-    upper = np.sort(line.p[0])[: density.width + 1]
+    return flank_compliances([(gear, density, loaded)], whole=whole)[0]
+
+
+def flank_compliances(bodies: Sequence[tuple[Gear, Density, float]], *, whole: bool = False) -> list[Compliance]:
+    """`flank_compliance` of gears, each with its density and loaded width; what is not in the cache is solved at once.
+
+    The solutions are spread over threads as `side_by_side` says.
+    """
+    needed = [_computations(*body, whole) for body in bodies]
+    by_name = {name: compute for computations in needed for name, compute in computations.values()}
+    largest_first = sorted(by_name.items(), key=lambda named: named[0].startswith(NEAR))
+    missing = [partial(cached, name, compute) for name, compute in largest_first if not known(name)]
+    if missing:
+        teeth = " and ".join(dict.fromkeys(str(gear.z) for gear, *_ in bodies))
+        with announced(f"compliance of the gear of {teeth} teeth, kept for later"):
+            list(bar(side_by_side(missing), "finite elements", np.ones(len(missing))))
+    return [
+        _assembled(*body, whole, {kind: cached(*named) for kind, named in computations.items()})
+        for body, computations in zip(bodies, needed, strict=True)
+    ]
+
+
+def _computations(gear: Gear, density: Density, loaded: float, whole: bool) -> dict[str, Computation]:
+    """The `solutions` by their kinds."""
+    names, body = solutions(gear, density, loaded, whole=whole), bare(gear)
+    computations = {NEAR: Computation(names[NEAR], partial(section_corrections, body, replace(density, width=1)))}
+    for face in _solved(gear, whole):
+        computations[face.name] = Computation(names[face.name], partial(solid, body, density, loaded, face))
+    return computations
+
+
+def _assembled(gear: Gear, density: Density, loaded: float, whole: bool, solved: dict[str, Arrays]) -> Compliance:
+    """Compliance from the arrays of the `solutions`."""
     face = WholeFace() if whole or gear.beta else HalfFace()
-    means, axial = mean_compliance(gear, arcs, upper, line, density, loaded, face), face.positions(upper)
+    arcs, (upper, _) = section_mesh.flank_hats(gear, density), lines_across(gear, density, loaded)
+    axial, means = face.positions(upper), mean_compliance(gear, upper, whole, solved)
     blocks = np.concatenate([means[:1] - half_space(gear, arcs, axial, face), means[1:]])
     across, along = values_of_means(axial), values_of_means(arcs)
-    values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True)
+    with one_thread():
+        values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True)
     normal, tangential = values[: density.teeth + 1], values[density.teeth + 1 :]
     return Compliance(arcs, axial, gear.b / 2, normal, tangential, face)
 
 
-def mean_compliance(gear: Gear, arcs, upper, line: MeshLine, density: Density, loaded: float, face: Face) -> np.ndarray:
-    """(n_virtual, n_axial, n_hat, n_axial, n_hat) mean displacements over hats per force on tooth 0 [m/N].
+def lines_across(gear: Gear, density: Density, loaded: float) -> tuple[np.ndarray, MeshLine]:
+    """Axial positions (n,) of the tops of the hat functions from mid-plane on [m]; mesh of that half of the width."""
+    line = extrusion.half_face(gear.b, loaded, density.width)
+    return np.sort(line.p[0])[: density.width + 1], line
 
-    upper       (n,) axial positions of the tops of the hat functions from mid-plane on [m]
-    line        mesh of the upper half of the face width
-    """
-    body, names = bare(gear), solutions(gear, density, loaded, whole=face == WholeFace())
 
-    def corrections() -> Arrays:
-        return cached(names[NEAR], lambda: section_corrections(body, arcs, replace(density, width=1)))
-
-    def solved(modelled: Face) -> np.ndarray:
-        def compute() -> Arrays:
-            with announced(f"compliance of the gear of {gear.z} teeth, kept for later"):
-                return {"blocks": corrected_solid(body, arcs, upper, line, density, corrections(), modelled)}
-
-        return cached(names[modelled.name], compute)["blocks"]
-
+def mean_compliance(gear: Gear, upper: np.ndarray, whole: bool, solved: dict[str, Arrays]) -> np.ndarray:
+    """(n_virtual, n_axial, n_hat, n_axial, n_hat) mean displacements over hats per force on tooth 0 [m/N]."""
+    means = [corrected(gear, upper, solved[half.name]["blocks"], solved[NEAR], half) for half in _solved(gear, whole)]
     if gear.beta:
         hand = int(copysign(1, gear.beta))
-        return solved(WholeFace())[:, ::hand, :, ::hand]
-    return solved(face) if face == HalfFace() else both_halves(*(solved(half) for half in HALVES))
+        return means[0][:, ::hand, :, ::hand]
+    return both_halves(*means) if whole else means[0]
 
 
 def bare(gear: Gear) -> Gear:
@@ -137,18 +144,24 @@ def solutions(gear: Gear, density: Density, loaded: float, *, whole: bool = Fals
     """Cache names of the solutions that `flank_compliance` needs: the section, and a solid for each modelled face."""
     body, section = exact(bare(gear)), exact(replace(density, width=1))
     stamp = source_stamp(__name__)
-    faces: tuple[Face, ...] = (WholeFace(),) if gear.beta else HALVES if whole else HALVES[:1]
-    solids = {face.name: f"solid {stamp} {body} {exact(density)} {loaded} {face.name}" for face in faces}
+    solids = {face.name: f"solid {stamp} {body} {exact(density)} {loaded} {face.name}" for face in _solved(gear, whole)}
     return {NEAR: f"near field {stamp} {body} {section}"} | solids
 
 
-def section_corrections(gear: Gear, arcs: np.ndarray, density: Density) -> Arrays:
+def _solved(gear: Gear, whole: bool) -> tuple[Face, ...]:
+    """Parts of the face width whose solids are solved."""
+    if gear.beta:
+        return (WholeFace(),)
+    return HALVES if whole else HALVES[:1]
+
+
+def section_corrections(gear: Gear, density: Density) -> Arrays:
     """(n_virtual, n_hat, n_hat) displacement on refined sections minus the coarse one, per uniform line load [m^2/N].
 
     "bending" comes from finer elements inside tooth, root, rim and body; it decays along the width over half the depth
     of tooth and rim layer. "local" is the rest, under the load.
     """
-    coarse = density.paired()
+    coarse, arcs = density.paired(), section_mesh.flank_hats(gear, density)
     inside = replace(coarse, **{name: FINER * getattr(coarse, name) for name in BENDING_PARTS})
     u_coarse, u_inside, u_fine = (
         uniform_load_compliance(gear, arcs, mesh) for mesh in (coarse, inside, density.refined(2))
@@ -156,13 +169,11 @@ def section_corrections(gear: Gear, arcs: np.ndarray, density: Density) -> Array
     return {"local": u_fine - u_inside, "bending": u_inside - u_coarse}
 
 
-def corrected_solid(gear: Gear, arcs, upper, half: MeshLine, density: Density, corrections: Arrays, face: Face):
-    """Compliance of a solid with beta >= 0 as in `mean_compliance`, corrected by `section_corrections`."""
-    axial, across = face.positions(upper), Basis(MeshLine(face.positions(np.sort(half.p[0]))), ElementLineP2())
-    reach = (gear.r_a - section_mesh.rim_radius(gear)) / 2
+def corrected(gear: Gear, upper: np.ndarray, blocks: np.ndarray, corrections: Arrays, face: Face) -> np.ndarray:
+    """Compliance of a `solid` with beta >= 0 plus `section_corrections`, spread along its width."""
+    axial, reach = face.positions(upper), (gear.r_a - section_mesh.rim_radius(gear)) / 2
     along = {"local": overlap(axial), "bending": spread(axial, reach, odd=face.antisymmetric)}
-    added = (np.einsum("yz,dhk->dyhzk", along[part], corrections[part]) for part in along)
-    return solid(gear, arcs, axial, across, density, face) + sum(added)
+    return blocks + sum(np.einsum("yz,dhk->dyhzk", along[part], corrections[part]) for part in along)
 
 
 def both_halves(equal: np.ndarray, opposite: np.ndarray) -> np.ndarray:
@@ -219,44 +230,32 @@ def flank_loads(gear: Gear, basis: Basis, arcs: np.ndarray, tooth: int) -> np.nd
     return loads / loads[2].sum(axis=0)
 
 
-def virtual_forces(gear: Gear, basis: Basis, arcs: np.ndarray, density: Density) -> list[np.ndarray]:
-    """(3, n_dofs, n_hat) unit forces whose work is the displacement that the compliance contains.
-
-    Forces normal to the teeth from 0 on, of which the first is the load; then along the profile, from tooth -behind on.
-    """
-    normal, loads = np.array([cos(gear.beta_b), cos(gear.beta_b), sin(gear.beta_b)])[:, None, None], {}
-    for tooth in range(-density.behind, density.teeth + 1):
-        loads[tooth] = flank_loads(gear, basis, arcs, tooth)
-    along = [np.stack([-load[1], load[0], np.zeros_like(load[0])]) for load in loads.values()]
-    return [normal * loads[tooth] for tooth in range(density.teeth + 1)] + along
+def flank_forces(basis: Basis, gear: Gear, arcs: np.ndarray, tooth: int = 0) -> np.ndarray:
+    """(2, 3, n_dofs, n_hat) unit forces on a tooth: normal to its flank, and along its profile towards the tip."""
+    x, y, size = flank_loads(gear, basis, arcs, tooth)
+    normal = np.stack([cos(gear.beta_b) * x, cos(gear.beta_b) * y, sin(gear.beta_b) * size])
+    return np.stack([normal, np.stack([-y, x, np.zeros_like(x)])])
 
 
 def uniform_load_compliance(gear: Gear, arcs: np.ndarray, density: Density) -> np.ndarray:
-    """(n_virtual, n_hat, n_hat) displacements under `virtual_forces` per uniform line load on tooth 0 [m^2/N].
+    """(n_virtual, n_hat, n_hat) displacements as in `solid` per uniform line load on tooth 0 [m^2/N].
 
     In plane strain, or along a helix, where all sections deform alike.
     """
-    basis = Basis(section_mesh.section(gear, density), ElementQuad2())
-    matrix = extruded_elasticity.uniform_stiffness(basis, gear.material, gear.twist).matrix
-    free = np.flatnonzero(~clamped(gear, basis.doflocs, matrix.shape[0] // basis.N, WholeFace()))
-    loads = [load.reshape(3 * basis.N, -1)[free] for load in virtual_forces(gear, basis, arcs, density)]
-    u = factorize(matrix[free][:, free])(loads[0])
-    return np.stack([load.T @ u for load in loads])
+    prism = Prism(gear, None, np.ones((1, 1)), WholeFace())
+    return flank_displacements(prism, density, partial(flank_forces, gear=gear, arcs=arcs))
 
 
-def solid(gear: Gear, arcs, axial, across: Basis, density: Density, face: Face) -> np.ndarray:
-    """(n_virtual, n_axial, n_hat, n_axial, n_hat) displacements under `virtual_forces` per force on tooth 0 [m/N]."""
-    basis = Basis(section_mesh.section(gear, density.paired()), ElementQuad2())
-    free = ~clamped(gear, extruded_elasticity.points(basis, across), 3, face).ravel()
-    matrix = extruded_elasticity.stiffness(basis, across, gear.material, gear.twist).part(free)
-    across_loads, loads = axial_loads(across, axial), []
-    for force in virtual_forces(gear, basis, arcs, density):
-        full = np.einsum("cnh,ms->cnmsh", force, across_loads).reshape(-1, axial.size * arcs.size)
-        loads.append(sp.csr_matrix(full[free]))
-    loaded_dofs = np.unique(sp.hstack(loads).tocoo().row)
-    u = factorize(matrix, accessed=loaded_dofs)(loads[0].toarray())
-    shape = (axial.size, arcs.size)
-    return np.stack([(load.T @ u).reshape(shape + shape) for load in loads])
+def solid(gear: Gear, density: Density, loaded: float, face: Face) -> Arrays:
+    """ "blocks" (n_virtual, n_axial, n_hat, n_axial, n_hat): mean displacements per force on tooth 0 [m/N].
+
+    Normal to the flanks of teeth from 0 on, then along the profiles of teeth from -behind on.
+    """
+    arcs, (upper, line) = section_mesh.flank_hats(gear, density), lines_across(gear, density, loaded)
+    axial, across = face.positions(upper), Basis(MeshLine(face.positions(np.sort(line.p[0]))), ElementLineP2())
+    prism = Prism(gear, across, axial_loads(across, axial), face)
+    u = flank_displacements(prism, density.paired(), partial(flank_forces, gear=gear, arcs=arcs))
+    return {"blocks": u.reshape(len(u), axial.size, arcs.size, axial.size, arcs.size)}
 
 
 def axial_loads(across: Basis, axial: np.ndarray) -> np.ndarray:

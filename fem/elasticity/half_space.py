@@ -6,15 +6,16 @@ under each length of the line, plus a displacement along the line that depends o
 larger than the depth: the sum does not depend on the depth. The end faces are taken as planes of symmetry.
 """
 
-from math import cos, log
+from math import asinh, cos, log, sqrt
 
 import numpy as np
 
 from fem.elasticity.face_symmetry import Face
 from fem.elasticity.hat_functions import hats, overlap
-from fem.elasticity.hertz import flattening, log_mean
 from fem.elasticity.section_mesh import divided
 from fem.gear.gear import Gear
+from fem.pair.hertz import flattening, log_mean
+from fem.support.numba_cache import kept_unchecked, unchecked
 
 #: Depth at which half-planes under hats are clamped, over the least distance of tops across the width: so small that
 #: the sum of half-plane and line does not depend on it.
@@ -29,15 +30,33 @@ def along_line(edges: np.ndarray, end: float, depth: float, face: Face) -> np.nd
     edges       (n + 1,) ends of the segments from one to the next [m]
     end         distance from mid-plane to the end faces [m]
     """
-    images = [image for axial in face.images(edges) for image in (axial, 2 * end - axial, -2 * end - axial)]
-    distances = (edges[:, None] - np.array(images)[:, None]) / depth
-    between = np.abs(np.diff(np.diff(_second_integral(distances), axis=1), axis=2)).sum(axis=0)
-    return between * depth / 2 / np.outer(np.diff(edges), np.diff(edges))
+    return between_segments(np.ascontiguousarray(edges), float(end), float(depth), len(face.images(edges)) > 1)
 
 
-def _second_integral(x: np.ndarray) -> np.ndarray:
+@kept_unchecked
+def between_segments(edges, end, depth, mirrored):
+    """`along_line`, of a face that is mirrored about mid-plane or not."""
+    n, total = edges.size - 1, np.zeros((edges.size - 1, edges.size - 1))
+    integral = np.empty((n + 1, n + 1))
+    for image in range(6 if mirrored else 3):
+        sign, shift = 1 - 2 * ((image % 3 > 0) != (image >= 3)), (0.0, 2 * end, -2 * end)[image % 3]
+        for i in range(n + 1):
+            for j in range(n + 1):
+                integral[i, j] = _second_integral((edges[i] - (shift + sign * edges[j])) / depth)
+        for i in range(n):
+            for j in range(n):
+                low, high = integral[i, j + 1] - integral[i, j], integral[i + 1, j + 1] - integral[i + 1, j]
+                total[i, j] += abs(high - low)
+    for i in range(n):
+        for j in range(n):
+            total[i, j] *= depth / 2 / ((edges[i + 1] - edges[i]) * (edges[j + 1] - edges[j]))
+    return total
+
+
+@unchecked
+def _second_integral(x):
     """Second antiderivative of 1 / sqrt(1 + x^2)."""
-    return x * np.arcsinh(x) - np.sqrt(1 + x**2)
+    return x * asinh(x) - sqrt(1 + x * x)
 
 
 def half_plane(gear: Gear, arcs: np.ndarray, depth: float) -> np.ndarray:

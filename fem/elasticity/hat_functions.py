@@ -13,11 +13,6 @@ def hats(tops: np.ndarray, positions: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(positions, tops, row) for row in np.eye(tops.size)])
 
 
-def kinked_lines(tops: np.ndarray, positions: np.ndarray) -> np.ndarray:
-    """(n_hat, n) values at positions x (n,) of 1, x and max(x - top, 0): they span the hats, extended linearly."""
-    return np.stack([np.ones_like(positions), positions, *np.maximum(positions - tops[1:-1, None], 0)])
-
-
 def products(tops: np.ndarray) -> np.ndarray:
     """(n, n) integrals of products of two of the hats (mass matrix); their sums are the integrals of the hats."""
     size = np.diff(tops)

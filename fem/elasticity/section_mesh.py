@@ -174,24 +174,39 @@ def rotated(block: np.ndarray, angle: float | np.ndarray) -> np.ndarray:
     return np.stack([c * block[0] - s * block[1], s * block[0] + c * block[1]])
 
 
-def section_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
-    """All grids of the transverse section: toothed pitches, body below them, toothless rest of the ring."""
+def pitch_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
+    """Grids of the pitch of tooth 0: tooth, layer below it, body down to the bore."""
     tooth, rim = tooth_blocks(gear, density)
+    return [tooth, rim, polar_block(body_radii(gear, density), np.linspace(np.pi, -np.pi, rim.shape[1]) / gear.z)]
+
+
+def toothed_pitches(gear: Gear, density: Density) -> range:
+    """Numbers of the pitches that have a tooth: all, or those of the density where a toothless rest is left."""
+    if density.behind + density.teeth + 1 < gear.z:
+        return range(-density.behind, density.teeth + 1)
+    return range(gear.z)
+
+
+def rest_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
+    """Grid of the toothless rest of the ring, if there is one."""
+    if len(toothed_pitches(gear, density)) == gear.z:
+        return []
     radii = body_radii(gear, density)
-    body = polar_block(radii, np.linspace(np.pi, -np.pi, rim.shape[1]) / gear.z)
-    toothless_rest = density.behind + density.teeth + 1 < gear.z
-    pitches = range(-density.behind, density.teeth + 1) if toothless_rest else range(gear.z)
-    blocks = [rotated(block, 2 * np.pi * k / gear.z) for k in pitches for block in (tooth, rim, body)]
-    if not toothless_rest:
-        return blocks
     outside = radii[-1] + (gear.r_f - radii[-1]) * rim_steps(density)
-    return [*blocks, polar_block(np.concatenate([radii, outside[1:]]), ring_angles(gear, density))]
+    return [polar_block(np.concatenate([radii, outside[1:]]), ring_angles(gear, density))]
 
 
 def section(gear: Gear, density: Density) -> MeshQuad:
     """Transverse section of the whole gear with the boundary "bore"."""
+    angles, blocks = 2 * np.pi / gear.z * np.array(toothed_pitches(gear, density)), pitch_blocks(gear, density)
+    toothed = [rotated(block, angle) for angle in angles for block in blocks]
+    return mesh_of(gear, toothed + rest_blocks(gear, density))
+
+
+def mesh_of(gear: Gear, blocks: list[np.ndarray]) -> MeshQuad:
+    """Mesh of grids (2, n, m) whose common nodes are joined, with the boundary "bore"."""
     points, quads, offset = [], [], 0
-    for block in section_blocks(gear, density):
+    for block in blocks:
         n, m = block.shape[1:]
         index = offset + np.arange(n * m).reshape(n, m)
         quads.append(np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]]).reshape(4, -1))
@@ -200,6 +215,17 @@ def section(gear: Gear, density: Density) -> MeshQuad:
     mesh = MeshQuad(*merged(np.hstack(points), np.hstack(quads), gear.m_n * 1e-7))
     limit = gear.d_bore / 2 * (1 + 1e-6)
     return mesh.with_boundaries({BORE: lambda x: np.hypot(*x) < limit})
+
+
+def tiles(blocks: list[np.ndarray], size: int) -> np.ndarray:
+    """(n_element,) numbers of tiles of up to size x size elements of `mesh_of` these grids."""
+    numbers, count = [], 0
+    for block in blocks:
+        n, m = block.shape[1] - 1, block.shape[2] - 1
+        rows, columns = np.arange(n) // size, np.arange(m) // size
+        numbers.append((count + rows[:, None] * (columns[-1] + 1) + columns).ravel())
+        count = numbers[-1][-1] + 1
+    return np.concatenate(numbers)
 
 
 def merged(points: np.ndarray, quads: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-#: Function of pivots (n,) and later rows (m,), numbers of unknowns in the order of elimination: the pivots' columns of
-#: the lower triangle, dense (n + m, n), with the pivots' rows first.
-PivotColumns = Callable[[np.ndarray, np.ndarray], np.ndarray]
+#: Function of pivots (n,), later rows (m,), numbers of unknowns in the order of elimination, and columns (n + m, n) of
+#: zeros in Fortran order: it writes the pivots' columns of the lower triangle, the pivots' rows first.
+PivotColumns = Callable[[np.ndarray, np.ndarray, np.ndarray], None]
 
 
 @dataclass(frozen=True)
@@ -26,19 +26,17 @@ class BlockMatrix:
         return sp.csr_matrix(in_block.T @ (ones @ in_block))
 
     def pivot_columns(self, order: np.ndarray) -> PivotColumns:
-        """Function that gives columns of the lower triangle; order (n,) of the unknowns."""
+        """Function that writes columns of the lower triangle; order (n,) of the unknowns."""
         lower, local = sp.csc_matrix(sp.tril(self.matrix[order][:, order])), np.empty(order.size, int)
 
-        def columns_of(pivots: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        def write(pivots: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
             unknowns = np.concatenate([pivots, rows])
             local[unknowns] = np.arange(unknowns.size)
-            columns = np.zeros((unknowns.size, pivots.size), order="F")
             start, end = lower.indptr[[pivots[0], pivots[-1] + 1]]
             column = np.repeat(np.arange(pivots.size), np.diff(lower.indptr[pivots[0] : pivots[-1] + 2]))
             columns[local[lower.indices[start:end]], column] = lower.data[start:end]
-            return columns
 
-        return columns_of
+        return write
 
 
 @dataclass(frozen=True)
@@ -95,7 +93,7 @@ class KroneckerMatrix:
         return KroneckerMatrix(number[self.indices[:, coupled]], self.entries[coupled], dense, unknowns)
 
     def pivot_columns(self, order: np.ndarray) -> PivotColumns:
-        """Function that gives columns of the lower triangle; order (n,) of the unknowns, block by block."""
+        """Function that writes columns of the lower triangle; order (n,) of the unknowns, block by block."""
         n = self.unknowns.shape[1]
         rank = np.argsort(self.block[order[::n]])
         row, column = rank[self.indices]
@@ -105,14 +103,12 @@ class KroneckerMatrix:
         dense = self.dense.reshape(len(self.dense), -1)
         first, local = np.searchsorted(column, np.arange(rank.size + 1)), np.empty(rank.size, int)
 
-        def columns_of(pivots: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        def write(pivots: np.ndarray, rows: np.ndarray, columns: np.ndarray) -> None:
             blocks = np.concatenate([pivots, rows])[::n] // n
             local[blocks] = np.arange(blocks.size)
-            columns = np.zeros((blocks.size * n, pivots.size), order="F")
             start, end = pivots[0] // n, pivots[-1] // n + 1
             stored = slice(first[start], first[end])
             by_block = columns.reshape((n, blocks.size, n, end - start), order="F")
             by_block[:, local[row[stored]], :, column[stored] - start] = (entries[stored] @ dense).reshape(-1, n, n)
-            return columns
 
-        return columns_of
+        return write

@@ -12,16 +12,14 @@ known beforehand, its matrix is never assembled, and columns that no load or rea
 ``pytest tests/benchmarks/test_direct_solver.py -m measured -n 0 -s``.
 """
 
-from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg.blas import dsyrk, dtrsm
-from scipy.linalg.lapack import dpotrf
 
 from fem.linalg.block_matrix import BlockMatrix, KroneckerMatrix, PivotColumns
+from fem.linalg.dense_kernels import eliminate, solve_lower
 from fem.linalg.elimination_tree import supernodes
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar
@@ -72,13 +70,36 @@ def factorize(matrix: BlockMatrix | KroneckerMatrix, accessed: np.ndarray | None
     return solve
 
 
-def ordered_fronts(matrix: BlockMatrix | KroneckerMatrix) -> tuple[np.ndarray, list[Front]]:
-    """Order of elimination (n,) of the unknowns, and the fronts in that order."""
-    tree = supernodes(matrix.graph)
+def schur_complement(matrix: BlockMatrix | KroneckerMatrix, kept: np.ndarray) -> np.ndarray:
+    """(n, n) matrix that is left over the kept unknowns (n,), in this order, after elimination of all others.
+
+    Raises LinAlgError unless the symmetric matrix is positive definite over the others, ValueError for kept unknowns
+    that are part of a block.
+    """
+    blocks = list(dict.fromkeys(matrix.block[kept].tolist()))
+    if kept.size != np.isin(matrix.block, blocks).sum():
+        raise ValueError("all unknowns of a block must be kept, or none")
+    order, fronts = ordered_fronts(matrix, blocks)
+    with one_thread():
+        *_, front = _eliminated(matrix.pivot_columns(order), fronts, assembled=1)
+    for column in range(len(front)):
+        front[column, column:] = front[column:, column]
+    left, last = front.T, order[fronts[-1][0]]
+    if (last == kept).all():
+        return left
+    increasing = np.argsort(last)
+    position = increasing[np.searchsorted(last, kept, sorter=increasing)]
+    return left[position[:, None], position]
+
+
+def ordered_fronts(matrix: BlockMatrix | KroneckerMatrix, last=()) -> tuple[np.ndarray, list[Front]]:
+    """Order of elimination (n,) of the unknowns, and the fronts in that order; blocks `last` make the last front."""
+    sizes = np.bincount(matrix.block)
+    tree = supernodes(matrix.graph, sizes, np.asarray(last, int))
     blocks = np.concatenate([supernode.pivots for supernode in tree])
     rank = np.argsort(blocks)
     order = np.argsort(rank[matrix.block], kind="stable")
-    ends = np.append(0, np.cumsum(np.bincount(matrix.block)[blocks]))
+    ends = np.append(0, np.cumsum(sizes[blocks]))
 
     def unknowns(numbers) -> np.ndarray:
         ranks = np.sort(rank[list(numbers)])
@@ -87,68 +108,114 @@ def ordered_fronts(matrix: BlockMatrix | KroneckerMatrix) -> tuple[np.ndarray, l
     return order, [(unknowns(supernode.pivots), unknowns(supernode.rows)) for supernode in tree]
 
 
-def _factor(pivot_columns: PivotColumns, fronts: list[Front], accessed: np.ndarray) -> list[FactorColumns]:
-    """Columns of the factor that solutions at the accessed unknowns (n,) need, supernode by supernode."""
-    supernode_of = np.repeat(np.arange(len(fronts)), [pivots.size for pivots, _ in fronts])
-    updates: dict[int, list[tuple[np.ndarray, np.ndarray]]] = defaultdict(list)
-    local, needed, factor = np.empty(accessed.size, int), set(), []
-    costs = [pivots.size * (pivots.size + rows.size) ** 2 for pivots, rows in fronts]
-    for number, (pivots, rows) in enumerate(bar(fronts, "finite elements", costs)):
-        n = pivots.size
-        local[pivots], local[rows] = np.arange(n), n + np.arange(rows.size)
-        columns, update = pivot_columns(pivots, rows), np.zeros((rows.size, rows.size), order="F")
-        for child_rows, child_update in updates.pop(number, []):
-            _extend_add(child_update, local[child_rows], columns, update)
-        diagonal = _cholesky(columns[:n])
-        below = dtrsm(1.0, diagonal, np.asfortranarray(columns[n:]), side=1, lower=1, trans_a=1, overwrite_b=1)
+def _eliminated(write: PivotColumns, fronts: list[Front], assembled: int = 0) -> Iterator[np.ndarray]:
+    """Each front (n + m, n + m) after the elimination of its pivots, in Fortran order; the last ones only `assembled`.
+
+    Its first columns are those of the factor, the rest is the update matrix for the parent. The next front overwrites
+    it: memory that is used again is much faster than new memory.
+    """
+    updates, local = UpdateStack(fronts), np.empty(sum(pivots.size for pivots, _ in fronts), int)
+    workspace = np.empty(max((pivots.size + rows.size) ** 2 for pivots, rows in fronts))
+    for number, (pivots, rows) in enumerate(fronts):
+        n, unknowns = pivots.size, np.concatenate([pivots, rows])
+        local[unknowns] = np.arange(unknowns.size)
+        front = _square(workspace, unknowns.size)
+        front.fill(0.0)
+        write(pivots, rows, front[:, :n])
+        updates.add_children(number, front, local)
+        if number < len(fronts) - assembled:
+            eliminate(front, n)
         if rows.size:
-            schur_complement = dsyrk(-1.0, below, beta=1.0, c=update, lower=1, overwrite_c=1)
-            updates[supernode_of[rows[0]]].append((rows, schur_complement))
+            updates.push(rows, front[n:, n:])
+        yield front
+
+
+class UpdateStack:
+    """Update matrices that wait for their parents, in one piece of memory; those of a front's children are the last."""
+
+    def __init__(self, fronts: list[Front]):
+        parents = _parents(fronts)
+        self.children = np.bincount(parents[parents >= 0], minlength=len(fronts)).tolist()
+        self.waiting: list[tuple[np.ndarray, np.ndarray]] = []
+        self.used = 0
+        self.memory = np.empty(self._largest([rows.size**2 for _, rows in fronts]))
+
+    def _largest(self, sizes: list[int]) -> int:
+        """Largest number of entries that wait at a time; sizes (n_front,) of the update matrices."""
+        waiting: list[int] = []
+        used = largest = 0
+        for size, number in zip(sizes, self.children, strict=True):
+            first = len(waiting) - number
+            used += size - sum(waiting[first:])
+            waiting[first:] = [size] if size else []
+            largest = max(largest, used)
+        return largest
+
+    def add_children(self, number: int, front: np.ndarray, local: np.ndarray) -> None:
+        """Move the update matrices of a front's children into the front, in which unknowns have `local` numbers."""
+        first = len(self.waiting) - self.children[number]
+        for rows, update in self.waiting[first:]:
+            _extend_add(update, local[rows], front)
+            self.used -= update.size
+        del self.waiting[first:]
+
+    def push(self, rows: np.ndarray, update: np.ndarray) -> None:
+        """Keep a copy of an update matrix (m, m) over rows (m,)."""
+        copy = _square(self.memory[self.used :], rows.size)
+        copy[:] = update
+        self.used += copy.size
+        self.waiting.append((rows, copy))
+
+
+def _parents(fronts: list[Front]) -> np.ndarray:
+    """(n_front,) number of the front to which each front's update matrix is added, -1 for none."""
+    front_of = np.repeat(np.arange(len(fronts)), [pivots.size for pivots, _ in fronts])
+    return np.array([front_of[rows[0]] if rows.size else -1 for _, rows in fronts])
+
+
+def _square(memory: np.ndarray, n: int) -> np.ndarray:
+    """Matrix (n, n) in Fortran order at the beginning of the memory."""
+    return memory[: n * n].reshape((n, n), order="F")
+
+
+def _factor(write: PivotColumns, fronts: list[Front], accessed: np.ndarray) -> list[FactorColumns]:
+    """Columns of the factor that solutions at the accessed unknowns (n,) need, front by front."""
+    parents = _parents(fronts)
+    costs = [pivots.size * (pivots.size + rows.size) ** 2 for pivots, rows in fronts]
+    needed, factor = set(), []
+    eliminated = zip(fronts, _eliminated(write, fronts), strict=True)
+    for number, ((pivots, rows), front) in enumerate(bar(eliminated, "finite elements", costs)):
         if number in needed or accessed[pivots].any():
-            needed.update(supernode_of[rows[:1]])
-            factor.append(FactorColumns(slice(pivots[0], pivots[0] + n), rows, diagonal, below))
+            n = pivots.size
+            needed.add(parents[number])
+            columns = slice(pivots[0], pivots[0] + n)
+            factor.append(FactorColumns(columns, rows, front[:n, :n].copy("F"), front[n:, :n].copy("F")))
     return factor
 
 
-def _cholesky(matrix: np.ndarray) -> np.ndarray:
-    """Lower triangle L of L L^T; LinAlgError where there is none."""
-    lower, failed = dpotrf(matrix, lower=1)
-    if failed or not (lower.diagonal() > 0).all():
-        remedy = "clamp what moves as a rigid body, and check the mesh for elements turned inside out"
-        raise np.linalg.LinAlgError(f"matrix must be positive definite, got a pivot that is not > 0; {remedy}")
-    return lower
-
-
-def _extend_add(child_update: np.ndarray, local: np.ndarray, columns: np.ndarray, update: np.ndarray) -> None:
-    """Add a child's update matrix to a front, which is given by its pivots' columns and its own update matrix.
-
-    child_update    (n, n) lower triangle
-    local           (n,) increasing row numbers in the front
+def _extend_add(update: np.ndarray, local: np.ndarray, front: np.ndarray) -> None:
+    """Add the lower triangle of an update matrix (n, n) to a front, in which its rows are local (n,), increasing.
 
     Rows that follow one another in the front are added as one slice.
     """
-    n = columns.shape[1]
-    cuts = np.flatnonzero((np.diff(local) != 1) | (local[1:] == n)) + 1
+    cuts = np.flatnonzero(np.diff(local) != 1) + 1
     runs = [slice(start, end) for start, end in pairwise([0, *cuts.tolist(), local.size])]
+    to = [slice(local[run.start], local[run.stop - 1] + 1) for run in runs]
     for i, column in enumerate(runs):
-        across = slice(local[column.start], local[column.stop - 1] + 1)
-        for row in runs[i:]:
-            along = slice(local[row.start], local[row.stop - 1] + 1)
-            if across.start < n:
-                columns[along, across] += child_update[row, column]
-            else:
-                update[along.start - n : along.stop - n, across.start - n : across.stop - n] += child_update[
-                    row, column
-                ]
+        for along, row in zip(to[i:], runs[i:], strict=True):
+            front[along, to[i]] += update[row, column]
 
 
 def _substituted(factor: list[FactorColumns], x: np.ndarray) -> np.ndarray:
     """Forward and back substitution of right-hand sides x (n, k) in the order of elimination, which it overwrites."""
     for columns in factor:
         if x[columns.pivots].any():
-            x[columns.pivots] = dtrsm(1.0, columns.diagonal, x[columns.pivots].T, side=1, lower=1, trans_a=1).T
-            x[columns.rows] -= columns.below @ x[columns.pivots]
+            known = np.asfortranarray(x[columns.pivots])
+            solve_lower(columns.diagonal, known)
+            x[columns.pivots] = known
+            x[columns.rows] -= columns.below @ known
     for columns in reversed(factor):
-        known = x[columns.pivots] - columns.below.T @ x[columns.rows]
-        x[columns.pivots] = dtrsm(1.0, columns.diagonal, known.T, side=1, lower=1).T
+        known = np.asfortranarray(x[columns.pivots] - columns.below.T @ x[columns.rows])
+        solve_lower(columns.diagonal, known, transposed=True)
+        x[columns.pivots] = known
     return x

@@ -1,4 +1,4 @@
-"""Two gears in mesh: path of contact, interference, offsets, placement, position in the mesh cycle, ISO 6336."""
+"""Two gears in mesh: path of contact, Hertz, interference, offsets, placement, position in the mesh cycle, ISO 6336."""
 
 import lazy_loader
 

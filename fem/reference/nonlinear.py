@@ -200,19 +200,18 @@ def complementarity(matrix, gap, closing, force: float, inertia: float = 0.0) ->
     """
     first_touch = gap / closing
 
-    def solve(active: np.ndarray) -> Equilibrium:
-        touching = active[0] if active.any() or inertia else first_touch == first_touch.min()
+    def solve(_, active: np.ndarray) -> Equilibrium:
+        touching = active if active.any() or inertia else first_touch == first_touch.min()
         factor = cho_factor(matrix[np.ix_(touching, touching)], lower=True, check_finite=False)
         per_te, per_gap = cho_solve(factor, np.stack([closing[touching], gap[touching]], axis=1)).T
         stiffness = closing[touching] @ per_te + inertia
-        te = np.array([(force + closing[touching] @ per_gap) / stiffness])
-        f = np.zeros((1, gap.size))
-        f[0, touching] = per_te * te - per_gap
-        slack = np.where(touching, 0.0, gap + matrix @ f[0] - closing * te)
-        return Equilibrium(te, np.array([stiffness]), f, slack[None])
+        te, f = float((force + closing[touching] @ per_gap) / stiffness), np.zeros(gap.size)
+        f[touching] = per_te * te - per_gap
+        slack = np.where(touching, 0.0, gap + matrix @ f - closing * te)
+        return Equilibrium(te, float(stiffness), f, slack, True)
 
-    state = unilateral_contact(solve, first_touch[None] < first_touch.min() + 1e-9)
-    return float(state.te[0]), state.force[0]
+    state = unilateral_contact(solve)(None, first_touch < first_touch.min() + 1e-9)
+    return state.te, state.force
 
 
 class StaticState(NamedTuple):

@@ -28,9 +28,9 @@ from fem.support.cache import known
 #: Wall time of a state on an idle two-core machine, within a factor of two [s]: of spur pairs whose gap is the same
 #: over the width; of other pairs with the default slices and a total contact ratio of 2, in proportion to these.
 PER_STATE: dict[type[Discretization], tuple[float, float]] = {Resolution: (3.5e-3, 6e-3), Slices: (0.8e-3, 1.3e-3)}
-#: Wall time per toothed pitch at the default density [s]: of the near field, and of a solid of half the width. The
-#: latter grows with these powers of the numbers of elements in the section, and across the width.
-NEAR_FIELD, SOLID, SECTION_POWER, WIDTH_POWER = 0.2, 0.25, 1.25, 2.0
+#: Wall time at the default density, shared by two cores [s]: of the near field, and of a solid of half the width. The
+#: latter grows with this power of the number of elements across the width.
+NEAR_FIELD, SOLID, WIDTH_POWER = 0.1, 0.13, 2.3
 
 
 @checked
@@ -133,12 +133,11 @@ def _uncached(models: list[ContactModel]) -> float:
 
 def finite_elements(density: Density, kind: str) -> float:
     """Wall time of one solution of a gear's finite elements [s]; kind as `flank_compliance.solutions` names it."""
-    pitches = density.teeth + 1 + density.behind
     section = elements_along(density) ** 2 / elements_along(Density()) ** 2
     if kind == NEAR:
-        return NEAR_FIELD * pitches * section
+        return NEAR_FIELD * section
     across = density.width / Resolution().density.width * (2 if kind == WHOLE else 1)
-    return SOLID * pitches * section**SECTION_POWER * across**WIDTH_POWER
+    return SOLID * section * across**WIDTH_POWER
 
 
 def _bytes(pair: GearPair, states: int) -> int:

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from fem.contact.resolution import Discretization
-from fem.elasticity.hertz import largest_torque
 from fem.microgeometry.flank import pitch_deviations
+from fem.pair.hertz import largest_torque
 from fem.pair.pair import GearPair
 from fem.support.representation import short
 from fem.support.validation import as_floats, increasing, number, numbers, require, text_of

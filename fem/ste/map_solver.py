@@ -10,21 +10,23 @@ from math import ceil, floor, inf, sqrt
 import numpy as np
 import xarray as xr
 
-from fem.contact.contact_state import State
+from fem.contact.contact_state import LoadQuantities
 from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.contact.tooth_contact import ToothContact
-from fem.elasticity.flank_compliance import Compliance, flank_compliance
+from fem.elasticity.flank_compliance import Compliance, flank_compliances
 from fem.elasticity.mesh_density import Density
 from fem.gear.gear import Gear
 from fem.microgeometry.flank import removed
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import ANGLES, in_plane_of_action
 from fem.pair.pair import GearPair
-from fem.ste.ste_map import LOAD_SHARE, OFFSETS, PHASE
+from fem.ste.ste_map import LOAD_SHARE, OFFSETS, PHASE, STIFFNESS, TE
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar
 
 FORCE, PAIR = "force", "pair"
+#: `STATE_VARIABLES` without the load shares, in the order of the rows of `ToothContact`.
+QUANTITIES = TE, STIFFNESS, *LoadQuantities._fields
 #: Toothed pitches modelled behind the loaded tooth; further ones change te by less than 0.1 %.
 BEHIND = 1
 #: Slices over the whole face width where neither gap nor lines of contact vary across it.
@@ -109,41 +111,32 @@ def _states_at(
     force, angle = np.broadcast_arrays(forces[:, None, None, None], misalignment)
     with one_thread():
         contact = ToothContact(position, *bodies, slices)
-        states = contact_states(model.resolution, contact, force.ravel(), angle.ravel())
-    quantities = [_quantities(state) for state in states]
-    column = {name: np.array([q[name] for q in quantities]).reshape(force.shape) for name in quantities[0]}
-    present = position.numbers()
-    shares = [[state.share(number) if number in present else 0.0 for number in pairs] for state in states]
-    return column | {LOAD_SHARE: np.reshape(shares, (*force.shape, len(pairs)))}
-
-
-def _quantities(state: State) -> dict[str, float]:
-    """`STATE_VARIABLES` of one state without the load shares."""
-    return {
-        "te": state.te,
-        "stiffness": state.stiffness,
-        "centroid": state.centroid(),
-        "line_load": state.line_load(),
-        "hertz_pressure": state.hertz_pressure(),
-        "peak_pressure": state.peak_pressure(),
-        "tip_contact": state.tip_contact(),
-    }
+        rows = contact_rows(model.resolution, contact, force.ravel(), angle.ravel())
+    column = {name: rows[:, i].reshape(force.shape) for i, name in enumerate(QUANTITIES)}
+    shares = np.zeros((len(rows), len(pairs)))
+    first = position.numbers().start - pairs[0]
+    shares[:, first : first + len(position.numbers())] = rows[:, len(QUANTITIES) :]
+    return column | {LOAD_SHARE: shares.reshape(*force.shape, len(pairs))}
 
 
 @singledispatch
-def contact_states(resolution: Discretization, contact: ToothContact, forces, misalignments) -> list[State]:
-    """States under mesh forces (n,) >= 0 [N] and misalignments (n,) [rad], by the solver of each kind of resolution."""
+def contact_rows(resolution: Discretization, contact: ToothContact, forces, misalignments) -> np.ndarray:
+    """(n, 7 + n_pair) QUANTITIES, then load shares of the position's tooth pairs, by the solver of each resolution.
+
+    forces          (n,) mesh forces >= 0 [N]
+    misalignments   (n,) [rad]
+    """
     raise NotImplementedError(f"no contact solver is registered for {resolution}")
 
 
-@contact_states.register
-def _strip_states(resolution: Resolution, contact: ToothContact, forces, misalignments) -> list[State]:
-    return [contact.state(*load) for load in zip(forces.tolist(), misalignments.tolist(), strict=True)]
+@contact_rows.register
+def _strip_rows(resolution: Resolution, contact: ToothContact, forces, misalignments) -> np.ndarray:
+    return contact.strip_rows(forces, misalignments)
 
 
-@contact_states.register
-def _slice_states(resolution: Slices, contact: ToothContact, forces, misalignments) -> list[State]:
-    return contact.slice_states(forces, misalignments)
+@contact_rows.register
+def _slice_rows(resolution: Slices, contact: ToothContact, forces, misalignments) -> np.ndarray:
+    return contact.slice_rows(forces, misalignments)
 
 
 def bodies_of(
@@ -151,7 +144,7 @@ def bodies_of(
 ) -> tuple[tuple[Compliance, Compliance], int]:
     """Compliances of pinion and wheel, and the number of slices of the modelled part of the face width."""
     varies, whole = across_width(pair, offsets)
-    bodies = (flank_compliance(*gear, whole=whole) for gear in elastic_gears(pair, offsets, resolution))
+    bodies = flank_compliances(elastic_gears(pair, offsets, resolution), whole=whole)
     pitches = inf if resolution.neighbours is None else resolution.neighbours
     pinion, wheel = (replace(body, pitches=pitches) for body in bodies)
     slices = resolution.slices if varies else SLICES_OF_EVEN_FACE

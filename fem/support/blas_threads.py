@@ -1,9 +1,14 @@
-"""Dense algebra on one thread: more threads slow down matrices of this size, above all in parallel processes."""
+"""Threads: dense algebra takes one, since more slow down matrices of this size; independent work runs side by side."""
 
-from collections.abc import Iterator
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from contextvars import copy_context
 from functools import cache
-from threading import Lock
+from multiprocessing import parent_process
+from threading import Lock, current_thread, main_thread
+from typing import Any
 
 from threadpoolctl import ThreadpoolController
 
@@ -36,6 +41,25 @@ def one_thread() -> Iterator[None]:
     """Context in which matrix products and factorizations take one thread; contexts of several threads may overlap."""
     with _LIMIT, _threads().limit(limits=1, user_api="openmp"):
         yield
+
+
+def side_by_side(tasks: Sequence[Callable[[], Any]]) -> Iterator:
+    """Results of the tasks in their order, solved in as many threads as there are `cores`."""
+    if cores() == 1 or len(tasks) == 1:
+        yield from (task() for task in tasks)
+        return
+    with ThreadPoolExecutor(cores()) as executor:
+        yield from executor.map(lambda context, task: context.run(task), [copy_context() for _ in tasks], tasks)
+
+
+def cores() -> int:
+    """Cores for threads: all that this process may use, but one in a worker, whose work is spread by its executor.
+
+    A worker is a process that `multiprocessing` started, or a thread other than the main one.
+    """
+    if parent_process() is not None or current_thread() is not main_thread():
+        return 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @cache

@@ -4,14 +4,18 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from time import perf_counter
+from typing import Any
 
 from numba import njit
 from numba.core import event
+from numba.extending import register_jitable
 
 from fem.support.progress import announced
 from fem.support.source_stamp import source_stamp
 
 compiled = njit
+#: Decorator of functions that both Python and compiled code call.
+compiled_or_not: Any = register_jitable
 #: Functions that `kept` has compiled, or will compile.
 KEPT: set[Callable] = set()
 
@@ -60,3 +64,6 @@ def kept(function, **options):
 
 #: `kept` with sums in any order.
 fast = partial(kept, fastmath=True)
+#: `compiled` and `kept` where a division by 0 gives infinity, as in numpy: the checks would double the code.
+unchecked: Any = partial(njit, error_model="numpy")
+kept_unchecked: Any = partial(kept, error_model="numpy")

@@ -13,7 +13,7 @@ from paper_gears import paper_gear, paper_pair
 import fem
 from exugear import graphics
 from fem.elasticity.mesh_density import Density
-from fem.elasticity.section_mesh import section_blocks
+from fem.elasticity.section_mesh import pitch_blocks
 from fem.units import deg, mm, um
 
 GEARS = {
@@ -39,7 +39,7 @@ def volume(data) -> float:
 
 def area(gear: fem.Gear) -> float:
     """Transverse section after the finite-element mesh of one pitch [m^2]."""
-    blocks = section_blocks(gear, Density().refined(8))[:3]
+    blocks = pitch_blocks(gear, Density().refined(8))
     points = [x + 1j * y for x, y in blocks]
     diagonals = [(p[1:, 1:] - p[:-1, :-1], p[1:, :-1] - p[:-1, 1:]) for p in points]
     return gear.z * sum(abs((np.conj(diagonal) * crossing).imag.sum()) / 2 for diagonal, crossing in diagonals)

@@ -11,9 +11,9 @@ import fem
 from fem.contact import strip_bounds
 from fem.contact.contact_state import State
 from fem.contact.tooth_contact import ToothContact
-from fem.elasticity.hertz import half_width
 from fem.elasticity.mesh_density import Density
 from fem.microgeometry import flank
+from fem.pair.hertz import half_width
 from fem.pair.mesh_position import MeshPosition
 from fem.ste.map_solver import bodies_of
 from fem.support.blas_threads import one_thread
@@ -61,7 +61,7 @@ def test_contact_beyond_the_path_of_contact_is_that_of_a_cylinder_of_the_edge_ra
     for state in states(pair, 350, (0.17, 0.18)):
         strong = np.argmax(state.pressure)
         line_load = (state.force / state.slices.length)[strong]
-        roll = state.slices.closest[strong, 0]
+        roll = state.slices.closest.roll[strong]
         radius = roll * 0.3 * mm / (roll + 0.3 * mm)
         width = half_width(line_load, radius, steel, steel)
         assert state.pressure[strong] == pytest.approx(2 * line_load / (pi * width), rel=0.03)

@@ -5,10 +5,11 @@ import pytest
 from paper_gears import paper_gear, paper_pair
 
 import fem
-from fem.contact import unilateral
-from fem.contact.flank_gap import ContactSlices
 from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
-from fem.contact.strip_contact import StripContact
+from fem.contact.strip_contact import StripContact, local_compliance
+from fem.gap.contact_slices import ContactSlices
+from fem.gap.flank_gap import between_normals, first_roll, free_turn, gaps_along, sections_of
+from fem.gap.mesh_geometry import mesh_of
 from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
 
@@ -37,6 +38,12 @@ def test_centroid_of_evenly_loaded_lines(lines):
     assert np.ptp(centroid) == pytest.approx(3.946 * mm, rel=1e-3)
 
 
+def sides(gap: np.ndarray) -> np.ndarray:
+    """Displacements of equal strips per transmission error, gaps (n, m) and shape functions."""
+    approach = np.ones_like(gap)
+    return local_compliance(np.ones_like(gap), True, 1.0, np.ones(len(gap)), approach, gap)[1]
+
+
 @pytest.mark.parametrize(
     ("tilt", "delta", "tangent", "k_h_beta"), [(5, 7.183, 460.0, 1.534), (10, 9.678, 445.2, 2.067)]
 )
@@ -48,8 +55,8 @@ def test_misaligned_line_of_springs(tilt, delta, tangent, k_h_beta):
     exact = even + tilt * um / 2 if even > tilt * um / 2 else np.sqrt(2 * tilt * um * even)
     springs = np.tile(np.eye(STRIPS) * STRIPS * n / (c * b), (n, 1, 1))
     gap = (np.arange(n * STRIPS).reshape(n, STRIPS) + 0.5) / (n * STRIPS) * tilt * um
-    every, uncoupled = np.ones_like(gap, bool), np.zeros((n, NODES, n, NODES))
-    te, _, f = StripContact(springs, uncoupled, gap, np.ones_like(gap)).solve(force, every)
+    every, uncoupled = np.ones_like(gap, bool), np.zeros((n * NODES, n * NODES))
+    te, _, f = StripContact(springs, uncoupled, sides(gap)).solve(force, every)
     line_load = f * n * STRIPS / b
     assert te == pytest.approx(exact, rel=1e-6)
     assert te / um == pytest.approx(delta, abs=1e-3)
@@ -57,19 +64,31 @@ def test_misaligned_line_of_springs(tilt, delta, tangent, k_h_beta):
     assert line_load.max() / (force / b) == pytest.approx(k_h_beta, abs=1e-3)
 
 
-def test_strips_that_join_one_by_one_reach_the_same_contact(monkeypatch):
+def test_strips_that_join_one_by_one_reach_the_same_contact():
     rng, n = np.random.default_rng(0), 6
     root = rng.standard_normal((n * NODES, n * NODES))
-    smooth = 1e-10 * (root @ root.T).reshape(n, NODES, n, NODES)
+    smooth = 1e-10 * (root @ root.T)
     local = np.tile(2e-9 * np.exp(-np.abs(np.subtract.outer(np.arange(STRIPS), np.arange(STRIPS))) / 5), (n, 1, 1))
     gap = rng.uniform(0, 5 * um, (n, STRIPS))
-    contact = StripContact(local, smooth, gap, np.ones_like(gap))
+    contact = StripContact(local, smooth, sides(gap))
     te, _, f = contact.solve(2000.0, np.ones_like(gap, bool))
-    monkeypatch.setattr(unilateral, "EXCHANGES", 1)
-    te_slow, _, f_slow = contact.solve(2000.0, np.ones_like(gap, bool))
+    te_slow, _, f_slow = contact.solve(2000.0, np.ones_like(gap, bool), exchanges=1)
     assert te_slow == pytest.approx(te, rel=1e-12)
     assert f_slow == pytest.approx(f, abs=1e-8)
     assert 0 < (f > 0).mean() < 1
+
+
+def one_slice(pair: fem.GearPair, phase: float, te: float = 0.0) -> ContactSlices:
+    """A slice of 1 mm of tooth pair 0."""
+    return ContactSlices(MeshPosition(pair, 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), te)
+
+
+def gaps_at(slices: ContactSlices, roll: np.ndarray) -> np.ndarray:
+    """(n,) gaps in the first slice at roll lengths of the host [m]."""
+    mesh, gap, foot = slices.mesh.geometry, np.empty(roll.size), np.empty(roll.size)
+    at = sections_of(mesh, slices.number, slices.low, slices.high, np.zeros(1))[0]
+    gaps_along(mesh, at, roll.size, roll, gap, foot)
+    return gap
 
 
 @pytest.mark.parametrize("phase", [-0.3, 0.3])
@@ -77,16 +96,14 @@ def test_flanks_in_contact_have_a_common_normal(phase):
     """At the contact point the slope of a parabolic relief is the angle between the normals of the involutes."""
     relief = fem.TipRelief(15 * um, 4 * mm, power=2)
     gear = paper_gear(flank=relief)
-    slices = ContactSlices(
-        MeshPosition(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]])
-    )
-    foot = slices.gap_at(slices.closest)[1]
-    of_host, of_mate = slices.tilts(slices.closest, foot, np.zeros((1, 1)), np.ones((1, 1)))[:, 0, 0]
+    slices = one_slice(fem.GearPair(gear, gear, a=150 * mm), phase)
+    at = sections_of(slices.mesh.geometry, slices.number, slices.low, slices.high, np.zeros(1))[0]
+    (roll,), (foot,) = slices.closest.roll, slices.closest.foot
+    of_mate = between_normals(at, roll, foot)
     step = 1e-3 * mm
-    change = np.diff(relief.removed(gear.face, np.array([-step, step]) + foot[0], 0.0))[0]
-    assert of_host == 0
+    change = np.diff(relief.removed(gear.face, np.array([-step, step]) + foot, 0.0))[0]
     assert of_mate > 2e-3
-    assert of_mate == pytest.approx(change / (2 * step * foot[0, 0] / gear.r_b), rel=0.02)
+    assert of_mate == pytest.approx(change / (2 * step * foot / gear.r_b), rel=0.02)
 
 
 def test_loaded_teeth_touch_nearer_to_both_tips():
@@ -95,10 +112,8 @@ def test_loaded_teeth_touch_nearer_to_both_tips():
     for phase in (-0.2, 0.1):
         rolls = []
         for at in (0.0, te):
-            slices = ContactSlices(
-                MeshPosition(paper_pair(), 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), at
-            )
-            rolls.append(np.stack([slices.closest, slices.gap_at(slices.closest)[1]]))
+            closest = one_slice(paper_pair(), phase, at).closest
+            rolls.append(np.stack([closest.roll, closest.foot]))
         assert rolls[1] - rolls[0] == pytest.approx(te / 2 + 0 * rolls[0], rel=1e-3)
 
 
@@ -108,7 +123,7 @@ def test_the_direction_of_contact_is_the_same_whichever_gear_carries_the_strips(
     pair = fem.GearPair(paper_gear(flank=relief), paper_gear(flank=relief), a=150 * mm)
     from_gears = []
     for phase in (-1e-12, 1e-12):
-        slices = ContactSlices(MeshPosition(pair, 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), 30 * um)
+        slices = one_slice(pair, phase, 30 * um)
         strips = strips_of(slices, np.array([0.2 * mm]))
         order = slice(None) if slices.pinion_is_host[0] else slice(None, None, -1)
         from_gears.append([values[..., order] for values in (strips.tilts, strips.approach, strips.gap)])
@@ -123,14 +138,13 @@ def test_the_direction_of_contact_is_the_same_whichever_gear_carries_the_strips(
 def test_gaps_of_strips_are_means_over_them(flank):
     """Gaps at the middles of strips neglect the curvature: w^2 / (24 rho), here 5 nm."""
     pair = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm)
-    slices = ContactSlices(MeshPosition(pair, 150 * mm, 0.0, 0.2), *np.array([[0], [0], [1 * mm]]))
-    reach = np.array([0.4 * mm])
-    strips, r_b = strips_of(slices, reach / WINDOW), slices.radii[0]
-    arcs = slices.closest**2 / (2 * r_b) + reach * np.linspace(-1, 1, 100 * STRIPS + 1)[50::100]
-    within = arcs[..., None] + strips.width[..., None] * ((np.arange(100) + 0.5) / 100 - 0.5)
-    gap = slices.gap_at(np.sqrt(2 * r_b * within.reshape(1, -1)))[0].reshape(*arcs.shape, 100).mean(axis=-1)
-    assert strips.gap == pytest.approx(gap, abs=1e-12)
-    assert np.abs(slices.gap_at(np.sqrt(2 * r_b * arcs))[0] - gap).max() > 3e-9
+    slices, reach, r_b = one_slice(pair, 0.2), np.array([0.4 * mm]), pair.wheel.r_b
+    strips = strips_of(slices, reach / WINDOW)
+    arcs = slices.closest.roll**2 / (2 * r_b) + reach * np.linspace(-1, 1, 100 * STRIPS + 1)[50::100]
+    within = arcs[:, None] + strips.width[0, :, None] * ((np.arange(100) + 0.5) / 100 - 0.5)
+    gap = gaps_at(slices, np.sqrt(2 * r_b * within.ravel())).reshape(STRIPS, 100).mean(axis=1)
+    assert strips.gap[0] == pytest.approx(gap, abs=1e-12)
+    assert np.abs(gaps_at(slices, np.sqrt(2 * r_b * arcs)) - gap).max() > 3e-9
 
 
 @pytest.mark.parametrize(("z", "x", "beta"), [((12, 150), 0.5, 0.0), ((14, 90), 0.2, 30 * deg), ((57, 57), 0.0, 0.0)])
@@ -140,11 +154,12 @@ def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
     for phase in (0.0, 0.3, 0.7):
         position = MeshPosition(pair, pair.a, 0.0, phase)
         number, low = (at.ravel() for at in np.meshgrid(position.numbers(), np.linspace(-10, 9, 20) * mm))
-        slices = ContactSlices(position, number, low, low + 1 * mm, te=20 * um)
-        start, meet = slices.limits[0], ~slices.out_of_reach
-        beyond = slices.free_turn(start)[1] - slices.mate("roll_tip")
-        form = np.where(slices.pinion_is_host, pair.pinion.roll_form, pair.wheel.roll_form)[:, None]
-        cut = meet & (start > form * (1 + 1e-12))
+        mesh = mesh_of(position).geometry
+        sections = sections_of(mesh, number, low, low + 1 * mm, np.full(low.size, 20 * um))
+        start = np.array([first_roll(mesh, at) for at in sections])
+        beyond = np.array([free_turn(mesh, *point)[1] for point in zip(sections, start, strict=True)])
+        beyond, meet = beyond - sections["mate_tip"], ~sections["out_of_reach"]
+        cut = meet & (start > sections["form"] * (1 + 1e-12))
         assert cut.any()
         assert beyond[cut] == pytest.approx(0, abs=1e-12 * pair.a)
         assert (beyond[meet] <= 1e-12 * pair.a).all()

@@ -14,8 +14,8 @@ from fem.contact.contact_state import State
 from fem.contact.strip_contact import assemble
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
-from fem.elasticity.hertz import largest_torque
 from fem.elasticity.mesh_density import Density
+from fem.pair.hertz import largest_torque
 from fem.pair.mesh_position import MeshPosition
 from fem.units import um
 
@@ -88,7 +88,7 @@ def alike(first: Scene, second: Scene, *, te: float = 1.0, centroid: float = 1.0
 def contact_is_balanced(scene: Scene) -> None:
     """Forces press, add up to the mesh force and stay on the common face; no strip is inside the mate's flank."""
     contact, (resolved, sliced) = scene.contact, scene.solved()
-    balance = (resolved.strips.approach * resolved.strip_force).sum(), sliced.force @ sliced.slices.smallest_gap[1]
+    balance = (resolved.strips.approach * resolved.strip_force).sum(), sliced.force @ sliced.slices.closest.approach
     assert balance == pytest.approx((scene.force,) * 2, rel=1e-7)
     low, high = contact.position.face
     for state in (resolved, sliced):
@@ -98,7 +98,7 @@ def contact_is_balanced(scene: Scene) -> None:
         assert low <= state.centroid() <= high
         assert state.slices.low.min() >= low - 1e-12
         assert state.slices.high.max() <= high + 1e-12
-    strips = assemble(resolved.slices, resolved.strips, contact.bodies, scene.misalignment)
+    strips = assemble(resolved.slices, resolved.strips, contact.bodies, contact.face, scene.misalignment)
     slack = strips.displacement(resolved.strip_force) + strips.gap - strips.approach * resolved.te
     assert slack.min() > -1e-9 * um - 1e-12 * abs(resolved.te)
 

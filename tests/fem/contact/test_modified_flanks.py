@@ -4,14 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from compliance_products import across
 from paper_gears import paper_gear
 from twins import plane_twin, twin_te
 
 import fem
-from fem.contact.contact_width import kinks, with_kinks
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.mesh_density import Density
+from fem.gap.face_grading import kinks, write_with_kinks
 from fem.microgeometry import flank, modification
 from fem.pair.mesh_position import MeshPosition
 from fem.support import cache
@@ -160,10 +161,16 @@ def test_kinks_are_where_reliefs_begin_along_the_line_of_contact():
         assert position.nominal(number, along) == pytest.approx(relieved.pinion.roll_tip - 2.5 * mm)
 
 
+def with_kinks(stops: np.ndarray, kinks) -> np.ndarray:
+    """Equidistant stops (n,) and the kinks among them."""
+    edges = np.empty(stops.size + len(kinks))
+    return edges[: write_with_kinks(stops[0], stops[-1], stops.size - 1, np.sort(kinks), edges)]
+
+
 def test_slices_end_at_kinks():
     stops = np.linspace(0, 1, 6)
-    assert with_kinks(stops, np.array([-1.0, 2.0])) == pytest.approx(stops)
-    assert with_kinks(stops, np.array([-1.0, 0.25, 0.599, 2.0])) == pytest.approx([0, 0.2, 0.25, 0.4, 0.599, 0.8, 1])
+    assert with_kinks(stops, [-1.0, 2.0]) == pytest.approx(stops)
+    assert with_kinks(stops, [-1.0, 0.25, 0.599, 2.0]) == pytest.approx([0, 0.2, 0.25, 0.4, 0.599, 0.8, 1])
 
 
 def test_line_load_where_reliefs_begin_on_lines_of_contact():
@@ -219,7 +226,7 @@ def test_halves_of_the_width_superpose():
     density = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
     half, whole = (flank_compliance(paper_gear(), density, 23 * mm, whole=w) for w in (False, True))
     end = np.array([11.5 * mm])
-    on_half, on_whole = half.across(0 * end, end)[:, 0], whole.across(-end, end)[:, 0]
+    on_half, on_whole = across(half, 0 * end, end)[:, 0], across(whole, -end, end)[:, 0]
     half_yields = np.einsum("y,dyhzk,z->dhk", on_half, half.blocks, on_half)
     whole_yields = np.einsum("y,dyhzk,z->dhk", on_whole, whole.blocks, on_whole)
     assert 2 * whole_yields == pytest.approx(half_yields, rel=1e-9)

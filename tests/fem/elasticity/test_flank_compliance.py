@@ -2,21 +2,24 @@
 
 import numpy as np
 import pytest
+from compliance_products import across
 from paper_gears import paper_gear
 from skfem import Basis, ElementHex1, ElementLineP1, ElementLineP2, ElementQuad1, ElementQuad2, ElementVector, MeshLine
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from fem.contact.resolution import Resolution
-from fem.elasticity import extruded_elasticity, hertz
+from fem.elasticity import extruded_elasticity
 from fem.elasticity.extrusion import extruded, half_face, hexahedra
 from fem.elasticity.face_symmetry import HalfFace
-from fem.elasticity.flank_compliance import flank_compliance, flank_loads
+from fem.elasticity.flank_compliance import flank_compliance, flank_compliances, flank_loads
 from fem.elasticity.half_space import along_line
-from fem.elasticity.hertz import flattening
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import flank_arcs, section
 from fem.gear.material import STEEL
 from fem.linalg.direct_solver import factorize
+from fem.pair import hertz
+from fem.pair.hertz import flattening
+from fem.support import blas_threads
 from fem.units import mm
 
 GEAR = paper_gear()
@@ -123,6 +126,16 @@ def compliance():
     return flank_compliance(GEAR, Density(), GEAR.b)
 
 
+def test_threads_do_not_change_a_bit(monkeypatch, tmp_path):
+    """Two gears at once, as one gear after the other."""
+    bodies, blocks = [(paper_gear(), TINY, GEAR.b), (paper_gear(z=40, d_a=None, d_f=None), TINY, GEAR.b)], []
+    for number in (1, 2):
+        monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path / str(number)))
+        monkeypatch.setattr(blas_threads, "cores", lambda number=number: number)
+        blocks.append([body.blocks for body in flank_compliances(bodies, whole=True)])
+    assert all((serial == threaded).all() for serial, threaded in zip(*blocks, strict=True))
+
+
 def test_compliance_is_symmetric(compliance):
     n = compliance.arcs.size * compliance.axial.size
     loaded_tooth = compliance.blocks[0].reshape(n, n)
@@ -143,7 +156,7 @@ def test_compliance_converges():
     fine = flank_compliance(GEAR, Density(tooth=5, rim=6, body=9, width=4, fillet=5, **few), GEAR.b)
 
     def line_load(body):
-        even = body.across(np.array([0.0]), np.array([GEAR.b / 2]))[:, 0]
+        even = across(body, np.array([0.0]), np.array([GEAR.b / 2]))[:, 0]
         smooth = np.einsum("y,yhzk,z->hk", even, body.blocks[0], even)
         half_space = flattening(STEEL) * along_line(np.array([0, body.end]), body.end, 0.1 * mm, HalfFace())[0, 0]
         return smooth[3, 3] + half_space, smooth[6, 6] + half_space

@@ -10,13 +10,13 @@ from scipy.special import ellipe, ellipk
 
 import fem
 from fem.contact.resolution import Resolution
-from fem.contact.strip_bounds import BETWEEN_STRIPS, STRIPS
-from fem.contact.strip_contact import CAPACITY
+from fem.contact.strip_bounds import STRIPS
+from fem.contact.strip_contact import CAPACITY, local_compliance
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.face_symmetry import HalfFace, WholeFace
 from fem.elasticity.half_space import along_line
-from fem.elasticity.hertz import flattening
 from fem.elasticity.mesh_density import Density
+from fem.pair.hertz import flattening
 from fem.pair.mesh_position import MeshPosition
 from fem.ste.map_solver import bodies_of
 from fem.units import mm, um
@@ -67,8 +67,9 @@ def test_compliance_of_strips_is_positive_definite(lengths, face):
     edges = np.append(0, np.cumsum(lengths))
     depth = CAPACITY * STRIPS
     along = along_line(edges, edges[-1], depth, face)
-    local = (BETWEEN_STRIPS + np.log(depth)) / np.diff(edges)[:, None, None]
     n = len(lengths)
+    ones = np.ones((n, STRIPS))
+    local, _ = local_compliance(ones, True, depth, 1 / np.diff(edges), ones, ones)
     compliance = np.zeros((n, STRIPS, n, STRIPS)) + along[:, None, :, None]
     compliance[range(n), :, range(n)] += local
     assert np.linalg.eigvalsh(compliance.reshape(n * STRIPS, -1)).min() > 0

@@ -97,3 +97,18 @@ def test_free_unknowns_that_differ_between_blocks_are_refused():
     free[products.unknowns[1, 2]] = False
     with pytest.raises(ValueError, match="the same unknowns must be free in every block"):
         products.part(free)
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.integers(1, 6), st.integers(2, 6), st.integers(0, 10**6))
+def test_schur_complement_of_kept_blocks_is_that_of_the_dense_matrix(n, m, seed):
+    rng = np.random.default_rng(seed)
+    blocks = random_blocks(grid(n, m), rng.integers(1, 6, n * m), rng)
+    kept = rng.permutation(np.flatnonzero(blocks.block < rng.integers(1, n * m)))
+    inverse = np.linalg.inv(blocks.matrix.toarray())[np.ix_(kept, kept)]
+    assert multifrontal.schur_complement(blocks, kept) == pytest.approx(np.linalg.inv(inverse), rel=1e-9, abs=1e-9)
+
+
+def test_a_block_is_kept_as_a_whole():
+    with pytest.raises(ValueError, match="all unknowns of a block must be kept"):
+        multifrontal.schur_complement(BlockMatrix(grid(3, 3), np.arange(9) // 3), np.array([0, 1]))

@@ -1,13 +1,19 @@
-"""Dense algebra takes one thread inside the context, and as many as before after the last context ends."""
+"""Dense algebra takes one thread inside the context, and as many as before after the last context ends.
 
-from concurrent.futures import ThreadPoolExecutor
+Independent tasks run side by side, unless the caller is a worker itself.
+"""
+
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from contextvars import ContextVar
+from functools import partial
+from multiprocessing import get_context
 from threading import Barrier, Event
 
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import fem.support.blas_threads
-from fem.support.blas_threads import one_thread
+from fem.support.blas_threads import cores, one_thread, side_by_side
 
 
 @pytest.fixture(autouse=True)
@@ -84,3 +90,31 @@ def test_threads_are_set_with_and_without_owners_of_a_pool(monkeypatch, owned):
     with one_thread():
         assert pool.num_threads == 1
     assert (pool.num_threads, pool.deposed) == (2, 4 * owned)
+
+
+def test_tasks_run_side_by_side_in_the_callers_context(monkeypatch):
+    """Each waits until both have begun; results keep the order of the tasks."""
+    monkeypatch.setattr(fem.support.blas_threads, "cores", lambda: 2)
+    barrier, setting = Barrier(2), ContextVar("setting", default="none")
+    setting.set("caller's")
+
+    def task(number: int) -> tuple[int, str]:
+        barrier.wait(10)
+        return number, setting.get()
+
+    assert list(side_by_side([partial(task, 1), partial(task, 2)])) == [(1, "caller's"), (2, "caller's")]
+
+
+def test_error_of_a_task_reaches_the_caller(monkeypatch):
+    monkeypatch.setattr(fem.support.blas_threads, "cores", lambda: 2)
+    with pytest.raises(ZeroDivisionError):
+        list(side_by_side([lambda: 1 / 0, lambda: 1]))
+
+
+def test_workers_take_one_core():
+    """Threads and processes of an executor, which spreads the work itself."""
+    assert cores() >= 1
+    with ThreadPoolExecutor(1) as executor:
+        assert executor.submit(cores).result() == 1
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        assert executor.submit(cores).result() == 1

@@ -8,9 +8,9 @@ from paper_gears import paper_gear, paper_pair
 
 import fem
 from fem.contact.contact_state import State
-from fem.contact.contact_width import LEAST_REACH, SHORT, FaceGrading, FaceSlicing, positive_range, union
-from fem.contact.flank_gap import closest_point
+from fem.contact.loaded_width import LEAST_REACH, SHORT, FaceSlicing, positive_range, union
 from fem.elasticity.face_symmetry import HalfFace, WholeFace
+from fem.gap.face_grading import FaceGrading, axial_at, share_at
 from fem.pair.mesh_position import MeshPosition
 from fem.units import mm, um
 
@@ -19,9 +19,9 @@ from fem.units import mm, um
 def test_positions_and_shares_of_the_face_are_inverse(face):
     grading = FaceGrading(-10 * mm, 10 * mm, face.start)
     share = np.linspace(0, 1, 11)
-    assert grading.share(grading.axial(share)) == pytest.approx(share, abs=1e-12)
-    assert grading.axial(np.array([0, 1])) == pytest.approx(face.ends(-10 * mm, 10 * mm), abs=1e-15)
-    steps = np.diff(grading.axial(share))
+    assert share_at(grading, axial_at(grading, share)) == pytest.approx(share, abs=1e-12)
+    assert axial_at(grading, np.array([0, 1])) == pytest.approx(face.ends(-10 * mm, 10 * mm), abs=1e-15)
+    steps = np.diff(axial_at(grading, share))
     assert steps[-1] < steps[-2] < steps[-3]
 
 
@@ -34,19 +34,9 @@ def test_positive_range_of_a_parabola_ends_at_its_roots(middle, half):
 
 
 def test_the_union_of_loaded_widths_covers_both():
-    assert union({0: (1.0, 2.0), 1: (0.0, 1.0)}, {0: (1.5, 3.0), -1: (0.0, 2.0)}) == {
-        -1: (0.0, 2.0),
-        0: (1.0, 3.0),
-        1: (0.0, 1.0),
-    }
-
-
-def test_the_closest_point_of_a_parabola():
-    position, gap = closest_point(
-        lambda s: ((s - 0.3217) ** 2,), np.linspace(0, 1, 11)[None], 0.1, (0, 1), rounds=6, around=17
-    )
-    assert position[0, 0] == pytest.approx(0.3217, abs=1e-6)
-    assert gap[0, 0] < 1e-12
+    none = [np.nan, np.nan]
+    first, second = np.array([none, [1.0, 2.0], [0.0, 1.0], none]), np.array([[0.0, 2.0], [1.5, 3.0], none, none])
+    assert union(first, second) == pytest.approx(np.array([[0, 2], [1, 3], [0, 1], none]), nan_ok=True)
 
 
 @pytest.mark.parametrize("te", [2 * um, 5 * um])

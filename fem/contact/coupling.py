@@ -1,0 +1,200 @@
+"""Compliance between the slices of all tooth pairs: of the solid gears, and of half-spaces less their half-planes.
+
+The compliance of a gear is tabulated at the tops of hat functions. A load at a point is a sum of the four hats around
+it, and its mean over a slice, of those that the slice overlaps: products are summed over these alone.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from fem.elasticity.flank_compliance import Compliance
+from fem.elasticity.half_space import between_segments
+from fem.support.numba_cache import kept_unchecked, unchecked
+
+
+class Body(NamedTuple):
+    """`Compliance` of a gear for compiled code, without its symmetry."""
+
+    arcs: np.ndarray
+    axial: np.ndarray
+    end: float
+    blocks: np.ndarray
+    slide: np.ndarray
+    pitches: float
+
+
+class Weights(NamedTuple):
+    """Values of hat functions at n points on a flank.
+
+    bounds  (n, 3) first of the hats across the width, how many there are, and first of the two hats along the profile
+    across  (n, n_axial) values of the hats across the width, from the first on
+    along   (n, 2) values of the hats along the profile
+    """
+
+    bounds: np.ndarray
+    across: np.ndarray
+    along: np.ndarray
+
+
+def body_of(compliance: Compliance) -> Body:
+    """The compliance as contiguous arrays."""
+    arrays = (np.ascontiguousarray(getattr(compliance, name)) for name in ("arcs", "axial", "blocks", "slide"))
+    arcs, axial, blocks, slide = arrays
+    return Body(arcs, axial, float(compliance.end), blocks, slide, float(compliance.pitches))
+
+
+@unchecked
+def _interval(tops, position):
+    """Number of the interval between tops, the outer ones without end, that holds a position."""
+    k = 0
+    while k < tops.size - 2 and tops[k + 1] <= position:
+        k += 1
+    return k
+
+
+@unchecked
+def _mean_across(tops, low, high, values):
+    """Write the means of hats (n,) over a slice from low to high; the number of the first, and how many there are.
+
+    The hats are linear beyond the outer tops.
+    """
+    first, last = _interval(tops, low), _interval(tops, high)
+    for k in range(first, last + 1):
+        start, end = low if k == first else tops[k], high if k == last else tops[k + 1]
+        share, part = ((start + end) / 2 - tops[k]) / (tops[k + 1] - tops[k]), (end - start) / (high - low)
+        values[k - first] += part * (1 - share)
+        values[k - first + 1] += part * share
+    return first, last - first + 2
+
+
+@unchecked
+def _weights_of(body, low, high, arcs):
+    """`Weights` of n slices from low to high (n,), each at m arc lengths (n, m) [m]: point i m + a."""
+    n, m = arcs.shape
+    bounds, across, along = np.empty((n * m, 3), np.int64), np.zeros((n * m, body.axial.size)), np.empty((n * m, 2))
+    for i in range(n):
+        for a in range(m):
+            p, hat = i * m + a, _interval(body.arcs, arcs[i, a])
+            bounds[p, 0], bounds[p, 1] = _mean_across(body.axial, low[i], high[i], across[p])
+            share = (arcs[i, a] - body.arcs[hat]) / (body.arcs[hat + 1] - body.arcs[hat])
+            bounds[p, 2], along[p, 0], along[p, 1] = hat, 1 - share, share
+    return Weights(bounds, across, along)
+
+
+@unchecked
+def _add_displacements(block, weights, p, factor, hats, u):
+    """Add what a table has at point p, times a factor, under forces on hats (first, last) to u (n_axial, n_hat)."""
+    first, number, hat = weights.bounds[p]
+    for y in range(number):
+        for h in range(2):
+            weight, row = factor * weights.across[p, y] * weights.along[p, h], block[first + y, hat + h]
+            for z in range(u.shape[0]):
+                for k in range(hats[0], hats[1]):
+                    u[z, k] += weight * row[z, k]
+
+
+@unchecked
+def _add_products(u, weights, columns, total):
+    """Add the sums of hats with values u (n_axial, n_hat) at points in columns (first, last) to a row of the total."""
+    for q in range(columns[0], columns[1]):
+        first, number, hat = weights.bounds[q]
+        before, after, at_point = weights.along[q, 0], weights.along[q, 1], 0.0
+        for z in range(number):
+            at_point += weights.across[q, z] * (before * u[first + z, hat] + after * u[first + z, hat + 1])
+        total[q] += at_point
+
+
+@unchecked
+def _add_body(body, side, number, m, weights, tilts, total):
+    """Add twice the displacement of a gear, 0 or 1, per force between m points in each slice of tooth pairs (n,).
+
+    tilts       (n m,) angles of the direction of contact from the gear's normal [rad]
+
+    By Maxwell and Betti the displacement of a tooth further behind is that of the one ahead in the transposed matrix.
+    """
+    teeth, u = len(body.blocks) - 1, np.empty(body.blocks.shape[3:])
+    for first, last in _runs(number):
+        loaded = _hats_between(weights, first * m, last * m)
+        for p in range(len(total)):
+            ahead = (number[p // m] - number[first]) * (1 - 2 * side)
+            if abs(ahead) > body.pitches or (ahead < 0 and tilts[p] == 0):
+                continue
+            if abs(ahead) > teeth:
+                raise IndexError("teeth in contact are further apart than the compliance reaches; model more teeth")
+            for z in range(u.shape[0]):
+                for k in range(loaded[0], loaded[1]):
+                    u[z, k] = 0.0
+            if ahead >= 0:
+                _add_displacements(body.blocks[ahead], weights, p, 1.0 if ahead == 0 else 2.0, loaded, u)
+            if tilts[p] != 0:
+                slide = body.slide[max(0, ahead + len(body.slide) - teeth - 1)]
+                _add_displacements(slide, weights, p, -2 * tilts[p], loaded, u)
+            _add_products(u, weights, (first * m, last * m), total[p])
+
+
+@unchecked
+def _hats_between(weights, first, last):
+    """First of the hats along the profile at points from the first to the last, and the one after the last hat."""
+    low, high = weights.bounds[first, 2], weights.bounds[first, 2]
+    for p in range(first + 1, last):
+        low, high = min(low, weights.bounds[p, 2]), max(high, weights.bounds[p, 2])
+    return low, high + 2
+
+
+@unchecked
+def _runs(number):
+    """(k, 2) first slice, and the one after the last, of each tooth pair."""
+    runs, n = np.empty((number.size, 2), np.int64), 0
+    for i in range(number.size):
+        if i == 0 or number[i] != number[i - 1]:
+            runs[n, 0], n = i, n + 1
+        runs[n - 1, 1] = i + 1
+    return runs[:n]
+
+
+@kept_unchecked
+def smooth_compliance(mesh, bodies, mirrored, slices, depth, arcs, tilts):
+    """(n m, n m) displacement between the flanks per force at arcs (2, n, m) [m], beside half-planes [m/N].
+
+    mirrored    whether the other half of the face carries the mirror image
+    slices      number, low and high (n,): those of a tooth pair adjoin, from low to high
+    depth       depth at which the half-planes are clamped [m]
+    tilts       (2, n, m) of the direction of contact from the normals of pinion and wheel [rad]
+    """
+    number, low, high = slices
+    n, m = arcs.shape[1:]
+    total = np.zeros((n * m, n * m))
+    for side in range(2):
+        shift = mesh.gears[side].axial
+        weights = _weights_of(bodies[side], low - shift, high - shift, arcs[side])
+        _add_body(bodies[side], side, number, m, weights, tilts[side].copy().reshape(n * m), total)
+    for i in range(n * m):
+        for j in range(i + 1):
+            total[i, j] = (total[i, j] + total[j, i]) / 2
+            total[j, i] = total[i, j]
+    _add_half_planes(mesh, bodies, mirrored, slices, depth, total)
+    return total
+
+
+@unchecked
+def _add_half_planes(mesh, bodies, mirrored, slices, depth, total):
+    """Add the displacement per force in slices of half-spaces less their half-planes."""
+    number, low, high = slices
+    m, inclined = len(total) // number.size, mesh.position.inclined
+    same = bodies[0].end == bodies[1].end and mesh.gears[1].axial == 0
+    for first, last in _runs(number):
+        for side in range(1 if same else 2):
+            edges, end, gear = np.empty(last - first + 1), bodies[side].end / inclined, mesh.gears[side]
+            for i in range(first, last):
+                edges[i - first], edges[i - first + 1] = (
+                    (low[i] - gear.axial) / inclined,
+                    (high[i] - gear.axial) / inclined,
+                )
+            between = between_segments(edges, end, depth, mirrored)
+            factor = mesh.position.flattening if same else gear.flattening
+            for i in range(last - first):
+                for j in range(last - first):
+                    for a in range(m):
+                        for b in range(m):
+                            total[(first + i) * m + a, (first + j) * m + b] += factor * between[i, j]

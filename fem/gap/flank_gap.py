@@ -1,0 +1,190 @@
+"""The gap between two flanks in a transverse section: exact involutes and the material removed from them.
+
+One gear, the host, carries the strips of a slice; the normals of its flank are the directions of contact. It is the
+pinion before the pitch point and the wheel behind it, so that only the tip of the mate can end the strips.
+"""
+
+from math import atan2, cos, sin, sqrt
+
+import numpy as np
+
+from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, TURN, add_removed
+from fem.support.numba_cache import unchecked
+
+#: Gauss points and weights across a slice, and in its middle section.
+GAUSS = np.stack(np.polynomial.legendre.leggauss(3), axis=1)
+MIDDLE = np.array([[0.0, 2.0]])
+#: Newton steps to the mate's tip corner; they end with a step shorter than this share of the roll length at the tip.
+NEWTON_STEPS, SHORTEST = 12, 1e-8
+#: Gap of flanks that cannot touch [m]; least lever of a normal about the mate: normals of contacts have longer ones.
+OUT_OF_REACH, LEAST_LEVER = 1.0, 0.1
+
+
+#: Middle section of a slice: number of the tooth pair; gear that carries the strips, 0: pinion or 1: wheel; its axial
+#: position and the width of the slice [m]; base radii of host and mate [m]; transmission error about which gap and
+#: approach are linearized, by which the roll lengths of host and mate on the line of action, nominal and mate_nominal,
+#: overlap [m]; roll lengths at the host's root form and tip circle and at the mate's tip circle [m]; material that
+#: pitch deviations remove from host and mate [m], which turn the whole flank, whose corner stays on the tip circle;
+#: whether all of the host's flank is beyond the mate's tip, so that the two cannot touch.
+SECTION = np.dtype(
+    [
+        *((name, "i8") for name in ("number", "host")),
+        *((name, "f8") for name in ("axial", "width", "r_host", "r_mate", "te", "nominal", "mate_nominal")),
+        *((name, "f8") for name in ("form", "tip", "mate_tip", "set_back", "mate_set_back")),
+        ("out_of_reach", "b1"),
+    ]
+)
+
+
+@unchecked
+def sections_of(mesh, number, low, high, te):
+    """(n,) SECTION of slices of tooth pairs from low to high (n,) [m], linearized about te (n,) [m]."""
+    sections = np.empty(number.size, SECTION)
+    for i in range(number.size):
+        at, position = sections[i], mesh.position
+        at.number, at.axial, at.width, at.te = number[i], (low[i] + high[i]) / 2, high[i] - low[i], te[i]
+        roll = position.pitch + (position.phase + at.number) * position.p_bt + at.axial * position.slope
+        at.host = 0 if roll < position.pitch else 1
+        host, mate = mesh.gears[at.host], mesh.gears[1 - at.host]
+        at.r_host, at.r_mate, at.form, at.tip = host.r_b, mate.r_b, host.roll_form, host.roll_tip
+        at.nominal = (position.length - roll if at.host else roll) + te[i] / 2
+        at.mate_nominal, at.mate_tip = position.length - at.nominal + te[i], mate.roll_tip
+        at.set_back, at.mate_set_back = set_back(mesh, at.host, at.number), set_back(mesh, 1 - at.host, at.number)
+        nearest = min(seen_from_mate(mesh, at, at.form)[2], seen_from_mate(mesh, at, at.tip)[2])
+        at.out_of_reach = nearest > at.mate_tip
+    return sections
+
+
+@unchecked
+def _add_removed(mesh, gear, number, role, factor, n, roll, shift, axial, removed):
+    """Add the material [m] that rows of a role remove from a gear, 0 or 1, on a tooth pair: `add_removed`."""
+    tooth, on_gear = -number if gear else number, axial - mesh.gears[gear].axial
+    rows = mesh.wheel if gear else mesh.pinion
+    add_removed(rows, mesh.table, mesh.gears[gear], role, factor, n, roll, shift, on_gear, tooth, removed)
+
+
+@unchecked
+def set_back(mesh, gear, number):
+    """Material [m] that pitch deviations remove from the tooth of a gear in a tooth pair."""
+    if not mesh.position.modified:
+        return 0.0
+    material = np.zeros(1)
+    for role in (TURN,):
+        _add_removed(mesh, gear, number, role, 1.0, material.size, material, 0.0, 0.0, material)
+    return material[0]
+
+
+@unchecked
+def seen_from_mate(mesh, at, roll):
+    """The host's point at a roll length from the mate's centre (x, y) [m], the mate's roll length [m], the lever.
+
+    Pitch deviations shorten roll lengths: `roll` is given before, the mate's is that after it.
+    The lever is that of the host's normal about the mate's centre over the mate's base radius.
+    """
+    angle = -mesh.position.alpha - (roll - at.nominal) / at.r_host
+    n_x, n_y, shortened = -sin(angle), cos(angle), roll - at.set_back
+    x, y = mesh.position.a - at.r_host * n_y - shortened * n_x, at.r_host * n_x - shortened * n_y
+    mate_roll = sqrt(max(x * x + y * y - at.r_mate * at.r_mate, 0.0))
+    return x, y, mate_roll, max((mesh.position.a * n_y - at.r_host) / at.r_mate, LEAST_LEVER)
+
+
+@unchecked
+def free_turn(mesh, at, roll):
+    """Turn of the mate until it touches the host at a roll length, on the mate's base circle [m].
+
+    Also the mate's roll length there [m], and the lever of `seen_from_mate`.
+    """
+    x, y, mate_roll, lever = seen_from_mate(mesh, at, roll)
+    turn = atan2(y * at.r_mate - x * mate_roll, x * at.r_mate + y * mate_roll) + mesh.position.alpha
+    mate_roll += at.mate_set_back
+    return at.r_mate * turn + mate_roll - at.mate_nominal, mate_roll, lever
+
+
+@unchecked
+def facing(mesh, at, mate_roll):
+    """Roll length of the host whose normal meets the mate at a roll length [m], within its flank."""
+    roll = min(max(at.nominal, at.form), at.tip)
+    for _ in range(NEWTON_STEPS):
+        _, _, met, lever = seen_from_mate(mesh, at, roll)
+        square = roll * roll + (met * met - mate_roll * mate_roll) * at.r_host / (lever * at.r_mate)
+        last, roll = roll, sqrt(min(max(square, at.form * at.form), at.tip * at.tip))
+        if abs(roll - last) < SHORTEST * at.tip:
+            break
+    return roll
+
+
+@unchecked
+def first_roll(mesh, at):
+    """Roll length of the host at the mate's tip corner [m]; that of its root form circle out of reach."""
+    return at.form if at.out_of_reach else facing(mesh, at, at.mate_tip)
+
+
+@unchecked
+def gaps_along(mesh, at, n, roll, gap, foot):
+    """Write the normal gaps under te, and the mate's roll lengths on the host's normals, at n roll lengths [m].
+
+    The normal gap of an involute is its free turn; a corner moves along the host's normal by the lever. The mate's
+    roll length lies beyond its tip where its corner is closest.
+    """
+    mate_roll = np.empty(n)
+    for k in range(n):
+        turn, met, lever = free_turn(mesh, at, roll[k])
+        foot[k] = met - turn
+        smooth = foot[k] < at.mate_tip + at.mate_set_back
+        mate_roll[k] = foot[k] if smooth else met
+        gap[k] = OUT_OF_REACH if at.out_of_reach else mesh.position.inclined * (1.0 if smooth else lever) * turn
+    if mesh.position.modified and not at.out_of_reach:
+        _add_material(mesh, at, n, roll, mate_roll, gap)
+
+
+@unchecked
+def _add_material(mesh, at, n, roll, mate_roll, gap):
+    """Add the gap by material removed beside pitch deviations at n roll lengths of host and mate [m].
+
+    It is the mean along the line of contact; rounded edges, which lines of contact cross on less than a slice, count
+    as in the middle section.
+    """
+    for role in (SHAPE, ROUNDING):
+        for point, weight in GAUSS if role == SHAPE and at.width > 0 else MIDDLE:
+            _add_in_section(mesh, at, n, role, weight / 2, point * at.width / 2, roll, mate_roll, gap)
+
+
+@unchecked
+def _add_in_section(mesh, at, n, role, weight, ahead, roll, mate_roll, gap):
+    """Add the normal gap by the rows of a role in the section an axial distance ahead of the middle, times a weight."""
+    factor, shift, axial = weight * mesh.position.inclined, ahead * mesh.position.slope, at.axial + ahead
+    for gear in range(2):
+        rolls = roll if gear == at.host else mate_roll
+        _add_removed(mesh, gear, at.number, role, factor, n, rolls, -shift if gear else shift, axial, gap)
+
+
+@unchecked
+def material_along(mesh, at, roll, material):
+    """Write the material removed from the host beside pitch deviations in the middle section at roll lengths (n,)."""
+    for k in range(roll.size):
+        material[k] = 0.0
+    for role in (SHAPE, ROUNDING):
+        _add_removed(mesh, at.host, at.number, role, 1.0, roll.size, roll, 0.0, at.axial, material)
+
+
+@unchecked
+def between_normals(at, roll, foot):
+    """Angle between the normals of host and mate at their roll lengths [rad]."""
+    return (roll - at.nominal) / at.r_host - (foot - at.mate_nominal) / at.r_mate
+
+
+@unchecked
+def approach_at(mesh, at, roll, foot, from_host):
+    """Normal approach per transmission error, of which each gear turns one half.
+
+    from_host   angle of the direction of contact from the host's normal in the transverse section [rad]
+    """
+    from_mate = from_host + between_normals(at, roll, foot)
+    tilted = sin(from_host) * roll / at.r_host + sin(from_mate) * min(foot, at.mate_tip) / at.r_mate
+    return mesh.position.inclined * (cos(from_host) + cos(from_mate) - tilted) / 2
+
+
+@unchecked
+def arc_of_mate(at, foot):
+    """Arc length of the mate [m] at a roll length, up to its tip [m]."""
+    return min(foot, at.mate_tip) ** 2 / (2 * at.r_mate)

@@ -1,0 +1,269 @@
+"""The material removed from a flank for compiled code: one row of numbers for each modification.
+
+A modification that a user writes is called back in Python, for an array of roll lengths at a time.
+"""
+
+from collections.abc import Callable
+from ctypes import CFUNCTYPE, c_double, c_int64, c_void_p, cast
+from functools import singledispatch
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+
+from fem.microgeometry.deviation import Grid, PitchDeviation
+from fem.microgeometry.flank import Flank
+from fem.microgeometry.modification import (
+    EdgeBreak,
+    EndRelief,
+    FlankExtent,
+    HelixSlope,
+    LeadCrowning,
+    ProfileCrowning,
+    RootRelief,
+    TipRelief,
+)
+from fem.support.numba_cache import unchecked
+
+#: Formulas of rows that change along the profile; of rows that are constant along it; of modifications in Python.
+PROFILE_RELIEF, PROFILE_CROWNING, EDGE_BREAK, GRID = range(4)
+LEAD_CROWNING, HELIX_SLOPE, END_RELIEF, PITCH, USERS = range(GRID + 1, GRID + 6)
+#: What a row describes: the shape of the flank, the rounding of its tip edge, or the turn of the whole flank.
+SHAPE, ROUNDING, TURN = range(3)
+#: Numbers in a row; what they are depends on the formula.
+NUMBERS = 4
+
+
+#: A row: its formula and role, its lengths and amounts, and where its table begins in the table of all rows;
+#: of a user's modification its number.
+ROW = np.dtype([("formula", "i8"), ("role", "i8"), ("numbers", "f8", NUMBERS), ("first", "i8")])
+
+
+class CompiledFlank(NamedTuple):
+    """Modifications of a flank: rows (n,) of type ROW, table (m,) of all rows, and the function that users wrote."""
+
+    rows: np.ndarray
+    table: np.ndarray
+    users: "UsersModifications"
+
+
+class Row(NamedTuple):
+    """A modification as a row of `CompiledFlank`."""
+
+    formula: int
+    numbers: tuple[float, ...] = ()
+    table: np.ndarray = np.zeros(0)
+    role: int = SHAPE
+
+
+@singledispatch
+def row_of(part, face: FlankExtent) -> Row:
+    """Row of a modification, that of a user's unless it is registered here."""
+    return Row(USERS, role=ROUNDING if hasattr(part, "rounding") else SHAPE)
+
+
+@row_of.register
+def _(part: TipRelief, face: FlankExtent) -> Row:
+    length = part.reach(face)
+    return Row(PROFILE_RELIEF, (part.C_a, face.roll_tip - length, length, part.power))
+
+
+@row_of.register
+def _(part: RootRelief, face: FlankExtent) -> Row:
+    length = part.reach(face)
+    return Row(PROFILE_RELIEF, (part.C_f, face.roll_form + length, -length, part.power))
+
+
+@row_of.register
+def _(part: EdgeBreak, face: FlankExtent) -> Row:
+    return Row(EDGE_BREAK, part.rounding(face), role=ROUNDING)
+
+
+@row_of.register
+def _(part: ProfileCrowning, face: FlankExtent) -> Row:
+    middle, half = (face.roll_tip + face.roll_form) / 2, (face.roll_tip - face.roll_form) / 2
+    return Row(PROFILE_CROWNING, (part.C_alpha, middle, half))
+
+
+@row_of.register
+def _(part: LeadCrowning, face: FlankExtent) -> Row:
+    return Row(LEAD_CROWNING, (part.C_beta, face.width))
+
+
+@row_of.register
+def _(part: HelixSlope, face: FlankExtent) -> Row:
+    return Row(HELIX_SLOPE, (part.C_Hbeta, face.width))
+
+
+@row_of.register
+def _(part: EndRelief, face: FlankExtent) -> Row:
+    return Row(END_RELIEF, (part.C_e, face.width / 2 - part.length, part.length, part.power))
+
+
+@row_of.register
+def _(part: PitchDeviation, face: FlankExtent) -> Row:
+    return Row(PITCH, (float(len(part.values)),), np.array(part.values), TURN)
+
+
+@row_of.register
+def _(part: Grid, face: FlankExtent) -> Row:
+    sizes = float(len(part.roll)), float(len(part.axial))
+    return Row(GRID, sizes, np.concatenate([part.roll, part.axial, np.ravel(part.values)]))
+
+
+def compiled_flank(flank: Flank, face: FlankExtent, first: int = 0) -> CompiledFlank:
+    """The modifications of a flank as rows, whose tables begin at a position of a larger one."""
+    rows, tables = np.zeros(len(flank), ROW), [np.zeros(0)]
+    for i, (line, row) in enumerate(zip(rows, (row_of(part, face) for part in flank), strict=True)):
+        line["formula"], line["role"], line["first"] = row.formula, row.role, i if row.formula == USERS else first
+        line["numbers"][: len(row.numbers)] = row.numbers
+        tables.append(row.table)
+        first += row.table.size
+    return CompiledFlank(rows, np.concatenate(tables), UsersModifications(flank, face))
+
+
+class UsersModifications:
+    """A C function that calls modifications in Python; `error` is the exception of the last call."""
+
+    def __init__(self, flank: Flank, face: FlankExtent):
+        self.flank, self.face = flank, face
+        self.error: Exception | None = None
+        self.function = REMOVED_BY(self._removed)
+
+    @property
+    def address(self) -> int:
+        """Address of the function."""
+        return cast(self.function, c_void_p).value or 0
+
+    def _removed(self, row: int, number: int, roll: int, axial: float, tooth: int, removed: int) -> None:
+        """Write the material removed by a row at roll lengths; arrays of `number` values by their addresses."""
+        rolls, material = (np.frombuffer(memoryview((c_double * number).from_address(at))) for at in (roll, removed))
+        try:
+            material[:] = self.flank[row].removed(self.face._replace(tooth=tooth), rolls, np.array(axial))
+        except Exception as error:
+            self.error, material[:] = error, inf
+
+
+REMOVED_BY: Callable = CFUNCTYPE(None, c_int64, c_int64, c_int64, c_double, c_int64, c_int64)
+
+
+def _users_code(typing_context, address, row, number, roll, axial, tooth, removed):
+    """Call the function of `UsersModifications` at an address."""
+
+    def code(context, builder, signature, arguments):
+        integer, void = ir.IntType(64), ir.VoidType()
+        kind = ir.FunctionType(void, [integer, integer, integer, ir.DoubleType(), integer, integer])
+        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
+        return context.get_dummy_value()
+
+    integer = types.int64
+    return types.void(integer, integer, integer, integer, types.float64, integer, integer), code
+
+
+_call_users: Any = intrinsic(_users_code)
+
+
+@unchecked
+def _power(base, exponent):
+    """Positive part of a base to a power; without a logarithm for straight lines and parabolas."""
+    base = max(base, 0.0)
+    if exponent == 1.0:
+        return base
+    return base * base if exponent == 2.0 else base**exponent
+
+
+@unchecked
+def _rounded(numbers, roll, r_b):
+    """Material removed [m] by the rounding of the tip edge."""
+    begin, radius = numbers[0], numbers[1]
+    arc = min(max((roll * roll - begin * begin) / (2 * r_b), 0.0), radius)
+    return arc * arc / (radius + (radius * radius - arc * arc) ** 0.5)
+
+
+@unchecked
+def _interval(table, first, number, value):
+    """Number of the grid line below a value, and the share of the distance to the next line."""
+    low, high = 0, number - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if table[first + middle] <= value:
+            low = middle
+        else:
+            high = middle
+    start, end = table[first + low], table[first + low + 1]
+    return low, min(max((value - start) / (end - start), 0.0), 1.0)
+
+
+@unchecked
+def _on_grid(row, table, roll, axial):
+    """Material removed [m] by a grid at a roll length and an axial position."""
+    n, m = int(row.numbers[0]), int(row.numbers[1])
+    i, u = _interval(table, row.first, n, roll)
+    j, v = _interval(table, row.first + n, m, axial)
+    at = row.first + n + m + m * i + j
+    low, high = table[at] * (1 - v) + table[at + 1] * v, table[at + m] * (1 - v) + table[at + m + 1] * v
+    return low * (1 - u) + high * u
+
+
+@unchecked
+def _across_face(row, table, axial, tooth):
+    """Material removed [m] by a row that is constant along the profile."""
+    numbers = row.numbers
+    if row.formula == LEAD_CROWNING:
+        return numbers[0] * (2 * axial / numbers[1]) ** 2
+    if row.formula == HELIX_SLOPE:
+        return numbers[0] * axial / numbers[1]
+    if row.formula == END_RELIEF:
+        return numbers[0] * _power((abs(axial) - numbers[1]) / numbers[2], numbers[3])
+    return table[row.first + tooth % int(numbers[0])]
+
+
+@unchecked
+def _along_profile(row, table, r_b, roll, axial):
+    """Material removed [m] by a row that changes along the profile, at a roll length on the flank."""
+    formula, numbers = row.formula, row.numbers
+    if formula == PROFILE_RELIEF:
+        return numbers[0] * _power((roll - numbers[1]) / numbers[2], numbers[3])
+    if formula == PROFILE_CROWNING:
+        return numbers[0] * ((roll - numbers[1]) / numbers[2]) ** 2
+    if formula == EDGE_BREAK:
+        return _rounded(numbers, roll, r_b)
+    return _on_grid(row, table, roll, axial)
+
+
+@unchecked
+def add_removed(rows, table, extent, role, factor, n, roll, shift, axial, tooth, removed):
+    """Add the material [m] that rows of a role remove, times a factor, at n roll lengths and an axial position.
+
+    extent      roll_form and roll_tip, base radius r_b [m]; address `users` of the function for their modifications
+    shift       added to the roll lengths [m]
+
+    Beyond root form and tip circle the values on these circles continue, as in `fem.microgeometry.flank.removed`.
+    """
+    constant, low, high, r_b = 0.0, extent.roll_form, extent.roll_tip, extent.r_b
+    for row in rows:
+        if row.role == role and row.formula == USERS:
+            _add_users(row.first, extent, factor, n, roll, shift, axial, tooth, removed)
+        elif row.role == role and row.formula <= GRID:
+            for i in range(n):
+                on_flank = min(max(roll[i] + shift, low), high)
+                removed[i] += factor * _along_profile(row, table, r_b, on_flank, axial)
+        elif row.role == role:
+            constant += factor * _across_face(row, table, axial, tooth)
+    if constant != 0:
+        for i in range(n):
+            removed[i] += constant
+
+
+@unchecked
+def _add_users(row, extent, factor, n, roll, shift, axial, tooth, removed):
+    """Add the material [m] of a modification that a user wrote, as `add_removed`."""
+    on_flank, material = np.empty(n), np.empty(n)
+    for i in range(n):
+        on_flank[i] = min(max(roll[i] + shift, extent.roll_form), extent.roll_tip)
+    _call_users(extent.users, row, n, on_flank.ctypes.data, axial, tooth, material.ctypes.data)
+    for i in range(n):
+        removed[i] += factor * material[i]

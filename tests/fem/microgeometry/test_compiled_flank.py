@@ -1,0 +1,68 @@
+"""Material removed in compiled code against that of the modifications in numpy."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from paper_gears import paper_gear
+from strategies import gears
+
+import fem
+from fem.contact.resolution import Resolution
+from fem.contact.tooth_contact import ToothContact
+from fem.gap.mesh_geometry import mesh_of
+from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, TURN, add_removed, compiled_flank
+from fem.microgeometry.flank import removed
+from fem.pair.mesh_position import MeshPosition
+from fem.ste.map_solver import bodies_of
+from fem.units import mm, um
+
+
+class Wave:
+    """A modification that a user writes."""
+
+    def removed(self, face, roll, axial):
+        return 1 * um * np.sin(roll / mm) + 1e-3 * axial + 0.1 * um * (np.asarray(face.tooth) % 3)
+
+
+class Broken:
+    def removed(self, face, roll, axial):
+        raise ValueError("a modification that fails")
+
+
+@given(gears())
+@settings(max_examples=60, deadline=None)
+def test_compiled_material_is_that_of_the_modifications(gear):
+    face, flank = gear.face, (*gear.drive_flank, Wave())
+    compiled, roll = compiled_flank(flank, face), np.linspace(0.5 * face.roll_form, 1.1 * face.roll_tip, 50)
+    records = mesh_of(MeshPosition(fem.GearPair(paper_gear(), paper_gear(), a=150 * mm), 150 * mm, 0.0, 0.0)).geometry
+    extent = records.gears[0]
+    for name in ("roll_form", "roll_tip", "r_b"):
+        extent[name] = getattr(face, name)
+    extent["users"] = compiled.users.address
+    for axial, tooth in ((-0.6 * gear.b, -1), (0.0, 0), (0.3 * gear.b, 2)):
+        total = np.zeros(roll.size)
+        for role in (SHAPE, ROUNDING, TURN):
+            add_removed(compiled.rows, compiled.table, extent, role, 2.0, roll.size, roll, 1e-5, axial, tooth, total)
+        expected = removed(flank, face, roll + 1e-5, axial, tooth=tooth)
+        assert total == pytest.approx(2 * expected, rel=1e-12, abs=1e-18)
+
+
+def contact(flank) -> ToothContact:
+    pair = fem.GearPair(paper_gear(flank=flank), paper_gear(), a=150 * mm)
+    bodies, slices = bodies_of(pair, fem.Offsets(misalignment=1e-5).values(pair), Resolution())
+    return ToothContact(MeshPosition(pair, pair.a, 0.0, 0.3), *bodies, slices)
+
+
+def test_a_modification_in_python_gives_the_contact_of_the_same_one_that_is_known():
+    class Crowning:
+        def removed(self, face, roll, axial):
+            return 10 * um * (2 * axial / face.width) ** 2 + 0 * roll
+
+    written, known = (contact(part).state(2000.0) for part in (Crowning(), fem.LeadCrowning(10 * um)))
+    assert written.te == pytest.approx(known.te, rel=1e-9)
+    assert written.peak_pressure() == pytest.approx(known.peak_pressure(), rel=1e-6)
+
+
+def test_errors_of_a_modification_in_python_reach_the_user():
+    with pytest.raises(ValueError, match="a modification that fails"):
+        contact(Broken()).state(2000.0)
