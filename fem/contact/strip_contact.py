@@ -122,8 +122,7 @@ def assemble(slices: ContactSlices, strips: Strips, bodies: Bodies, face: Face, 
     )
     numbers = slices.number, slices.low, slices.high
     smooth = slices.mesh.call(smooth_compliance, bodies, face.share < 1, numbers, depth, arcs, tilts)
-    gap = strips.gap + slices.gap_by(misalignment)[:, None]
-    flat = slices.flattening
+    gap, flat = strips.gap + slices.gap_by(misalignment)[:, None], slices.flattening
     local, sides = local_compliance(strips.width, strips.equal, depth, flat, strips.approach, gap)
     return StripContact(local, smooth, sides)
 
