@@ -19,8 +19,8 @@ from numba import njit
 import exugear
 import fem
 from exugear.force_table.force_kernels import damping, spinning_force
+from exugear.integration.solver_settings import settings_for
 from exugear.plan.integrator_and_step import BETA, Rule
-from exugear.simulation.solver_settings import settings_for
 from fem.units import mm
 
 

@@ -4,7 +4,7 @@ Korta, Palermo, Mundo, Shweiki: Combining Finite Element and Multibody Modeling 
 Simulation of Nonlinear Gear Dynamics. The paper gives no bore, inertia or damping; they are chosen here.
 """
 
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor
 from functools import partial
 from math import sqrt
 
@@ -53,10 +53,10 @@ def gearbox(ste, damping_ratio: float = 0.08, *, inertia: float | None = None, l
     return exugear.Gearbox([exugear.Stage(fast, slow, law, pair=pair)])
 
 
-def run(box: exugear.Gearbox, load: float, duration: float = DURATION) -> exugear.Run:
+def run(box: exugear.Gearbox, load: float, duration: float = DURATION, executor: Executor | None = None) -> exugear.Run:
     """Linear run-up: the driving gear's speed is imposed, the load torque acts on the driven gear."""
     conditions = {"speed": (0, TOP_SPEED), "duration": duration, "load": load, "tolerance": TOLERANCE}
-    return exugear.run_up(exugear.build(box), **conditions)
+    return exugear.run_up(exugear.build(box), **conditions, executor=executor)
 
 
 def run_ups(box: exugear.Gearbox, duration: float = DURATION) -> dict[float, exugear.Run]:

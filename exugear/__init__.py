@@ -13,6 +13,7 @@ from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
 from exugear.gearbox.stage import Stage
+from exugear.integration.solver_settings import integrator
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
@@ -25,7 +26,6 @@ from exugear.post.spectrum import dte_envelope, envelope, order_spectrum, resona
 from exugear.post.viewer import draw, picture
 from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
-from exugear.simulation.solver_settings import integrator
 from exugear.system.assembly import build
 from exugear.system.eigenfrequencies import eigenfrequencies
 from exugear.system.model import Model

@@ -32,12 +32,13 @@ FOLDERS = (
     "exugear/elements",
     "exugear/system",
     "exugear/energy",
+    "exugear/integration",
     "exugear/simulation",
     "exugear/post",
 )
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
 FIRST, LAST = {"fem.units"}, {"fem", "exugear"}
-MODULES_OF_FEM, MODULES_OF_EXUGEAR = 75, 99
+MODULES_OF_FEM, MODULES_OF_EXUGEAR = 75, 105
 MOST_IN_A_FOLDER = 9
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
 #: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.graphics` draws.
@@ -47,7 +48,14 @@ DOORS_TO_FEM = {
 }
 FENCES = {
     "skfem": {"fem/elasticity", "fem/stress", "fem/reference"},
-    "exudyn": {"exugear/elements", "exugear/elements/native", "exugear/system", "exugear/simulation", "exugear/post"},
+    "exudyn": {
+        "exugear/elements",
+        "exugear/elements/native",
+        "exugear/system",
+        "exugear/integration",
+        "exugear/simulation",
+        "exugear/post",
+    },
     "matplotlib": {"exugear/post"},
 }
 MODULES_OF_POST = {"exudyn": {"graphics", "viewer"}, "matplotlib": {"figures", "plots", "power_plots", "stress_plots"}}

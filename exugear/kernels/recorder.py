@@ -19,10 +19,11 @@ POWER = record_type(*((name, "f8") for name in ("energy", "dissipation", "spin_1
 FRICTION_NAMES = ("friction_force", "friction_loss")
 FRICTION_SAMPLE = record_type(*((name, "f8") for name in FRICTION_NAMES))
 #: Time between samples [s], their number, addresses of samples, motions, powers and friction (0: none are recorded),
-#: and the share of an interval by which the time of a call may differ from that of a sample.
+#: the share of an interval by which the time of a call may differ from that of a sample, and the interval after t = 0
+#: at whose end the first sample is taken.
 HEADER = record_type(
     *(("interval", "f8"), ("number", "i8"), ("samples", "i8"), ("motions", "i8"), ("powers", "i8")),
-    *(("friction", "i8"), ("tolerance", "f8")),
+    *(("friction", "i8"), ("tolerance", "f8"), ("first", "i8")),
 )
 SAMPLE_SIZE, MOTION_SIZE, POWER_SIZE = SAMPLE.itemsize, MOTION.itemsize, POWER.itemsize
 header_at, sample_at, motion_at, power_at = reader(HEADER), reader(SAMPLE), reader(MOTION), reader(POWER)
@@ -34,15 +35,15 @@ SAME = 0.25
 
 @compiled
 def sample_of(record, t):
-    """Number of the sample at t, -1 where there is none.
+    """Number of the sample at t, from the first one on, -1 where there is none.
 
     Newton's iteration calls several times in a step; its last, converged call overwrites the others.
     """
     header = header_at(record)
-    if header.number == 0 or t < 0.0:
+    if header.number == 0:
         return -1
-    x = t / header.interval + header.tolerance
-    k = int(x)
+    x = t / header.interval + header.tolerance - header.first
+    k = int(x) if x >= 0.0 else -1
     return k if x - k < 2.0 * header.tolerance and k < header.number else -1
 
 
@@ -119,6 +120,7 @@ class Recorder:
         number: int,
         *,
         steps: int = 250,
+        first: int = 0,
         motion: bool = False,
         power: bool = False,
         friction: bool = False,
@@ -126,6 +128,7 @@ class Recorder:
         """Allocate a number of samples, NaN until written; interval [s] must be a whole multiple of the step.
 
         steps      largest number of steps in an interval
+        first      number of intervals after t = 0 at which the first sample is taken
         motion     also record what `motion` returns
         power      also record what `power` returns
         friction   also record friction_force and friction_loss of a stage of a `Gearbox` that has friction
@@ -133,9 +136,11 @@ class Recorder:
         require(interval > 0, f"interval must be > 0 s, got {interval}")
         require(number >= 1, f"number of samples must be at least 1, got {number}")
         require(steps >= 1, f"steps in an interval must be at least 1, got {steps}")
+        require(first >= 0, f"first must be at least 0 intervals after t = 0, got {first}")
         kinds = [SAMPLE, *[MOTION] * motion, *[POWER] * power, *[FRICTION_SAMPLE] * friction]
         self.samples[:] = [np.full(number, np.nan, kind) for kind in kinds]
         self.header.interval, self.header.number, self.header.tolerance = interval, number, SAME / steps
+        self.header.first = first
         self.header.samples = self.samples[0].ctypes.data
         self.header.motions = self._recorded(MOTION).ctypes.data if motion else 0
         self.header.powers = self._recorded(POWER).ctypes.data if power else 0

@@ -1,7 +1,7 @@
 """Operating conditions of a run: what acts on each shaft, resolved for a gearbox, and the speeds to expect."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import pi
 from typing import Any
@@ -30,13 +30,13 @@ class ShaftEnd:
 
     shaft     its name
     sense     +1: acts with the motion at positive speed (drive), -1: against it (load)
-    torque    what the user gave, for messages and attributes
+    torque    what the user gave, for messages and attributes, or its table
     role      name of the argument that holds the end, for messages
     """
 
     shaft: str
     sense: int
-    torque: Torque
+    torque: Torque | TorqueTable
     role: str = ""
 
 
@@ -52,6 +52,7 @@ class Conditions:
     ends          torques on the ends of shafts
     start_speed   of the driving shaft where all shafts are free [rad/s]
     start_angle   of the held shaft, in its sense of motion [rad]
+    start_time    at which the integration starts [s]; later than 0 for a part of a run under an imposed speed
     stop          conditions that end the run
     run_up        speed and load as given to `exugear.run_up`, for the attributes of the run
     power         whether the run records where its power goes
@@ -66,6 +67,7 @@ class Conditions:
     ends: tuple[ShaftEnd, ...]
     start_speed: float = 0.0
     start_angle: float = 0.0
+    start_time: float = 0.0
     stop: tuple[StopCondition, ...] = ()
     held_sense: int = 1
     run_up: tuple[TimeFunction, TimeFunction] | None = None
@@ -91,6 +93,10 @@ class Conditions:
         """Imposed speed of the driving shaft [rad/s] at times [s]."""
         return self.speed_of(t) / self._ratio(self.held)
 
+    def driving_angle(self, t: float) -> float:
+        """Angle of the driving shaft that the imposed speed gives [rad] at a time [s]."""
+        return (self.start_angle + self.speed_of.integral(t)) / self._ratio(self.held)
+
     def driving_acceleration(self, t):
         """Imposed acceleration of the driving shaft [rad/s^2] at times [s]."""
         return self.speed_of.slope(t) / self._ratio(self.held)
@@ -105,6 +111,11 @@ class Conditions:
             end.shaft: torque_table(end.torque, end.role, self.duration, highest) for end, highest in ranges.items()
         }
 
+    def tabulated(self) -> "Conditions":
+        """The conditions with tables in place of functions, which travel to other processes."""
+        ends = tuple(replace(end, torque=self.tables[end.shaft]) for end in self.ends)
+        return replace(self, speed=self.speed_of, ends=ends, run_up=None)
+
     @cached_property
     def _tables_without_speed(self) -> dict[str, TorqueTable]:
         """Tables of the torques over time and angle, which do not need to know the range of speeds."""
@@ -114,13 +125,18 @@ class Conditions:
     @property
     def initial_speed(self) -> float:
         """Speed of the driving shaft at the start [rad/s]."""
-        return float(self.driving_speed(0.0)) if self.held else self.start_speed
+        return float(self.driving_speed(self.start_time)) if self.held else self.start_speed
+
+    @property
+    def initial_angle(self) -> float:
+        """Angle of the driving shaft in the equilibrium at the start [rad], but for static deflections."""
+        return self.driving_angle(self.start_time) if self.held else 0.0
 
     @property
     def initial_acceleration(self) -> float:
         """Acceleration of the driving shaft at the start [rad/s^2]: the imposed one, or that of the free train."""
         if self.held:
-            return self.speed_of.initial_slope / self._ratio(self.held)
+            return float(self.driving_acceleration(self.start_time))
         torques = self.initial_torques + self.initial_drags
         return float(torques @ self._signed_ratios) / reduced_inertia(self.gearbox)
 
@@ -135,7 +151,8 @@ class Conditions:
         names = [shaft.name for shaft in self.gearbox.shafts]
         torques = np.zeros(len(names))
         for end in self.ends:
-            value = float(self.tables[end.shaft](0.0, self._ratio(end.shaft) * self.initial_speed, 0.0))
+            ratio, motion = self._ratio(end.shaft), (self.initial_speed, self.initial_angle)
+            value = float(self.tables[end.shaft](self.start_time, *(ratio * x for x in motion)))
             torques[names.index(end.shaft)] += end.sense * self.gearbox.directions[end.shaft] * value
         return torques
 
@@ -174,7 +191,7 @@ class Conditions:
         ends = [
             (end.sense * self._ratio(end.shaft), self._ratio(end.shaft), torque_of_speed(end.torque, end.role))
             for end in self.ends
-            if end.torque.of_speed is not None
+            if isinstance(end.torque, Torque) and end.torque.of_speed is not None
         ]
 
         def total(speed: float) -> float:

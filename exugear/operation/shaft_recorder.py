@@ -18,10 +18,11 @@ class ShaftRecorder:
     header: np.record = field(default_factory=lambda: np.zeros(1, HEADER)[0], init=False, repr=False)
     samples: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
 
-    def start(self, interval: float, number: int, *, steps: int) -> None:
-        """Allocate a number of samples, NaN until written; interval [s] is a whole multiple, `steps`, of the step."""
+    def start(self, interval: float, number: int, *, steps: int, first: int = 0) -> None:
+        """Allocate a number of samples, NaN until written; arguments as those of `exugear.Recorder.start`."""
         self.samples[:] = [np.full(number, np.nan, SHAFT_SAMPLE)]
         self.header.interval, self.header.number, self.header.tolerance = interval, number, SAME / steps
+        self.header.first = first
         self.header.samples = self.samples[0].ctypes.data
 
     def __getitem__(self, name: str) -> np.ndarray:

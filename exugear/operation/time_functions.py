@@ -19,7 +19,7 @@ class Line:
 
     def __init__(self, a: float, b: float):
         self.a, self.b = a, b
-        self.initial_slope, self.constant = b, b == 0
+        self.constant = b == 0
 
     def __call__(self, t):
         return self.a + self.b * t
@@ -27,8 +27,8 @@ class Line:
     def integral(self, t):
         return (self.a + 0.5 * self.b * t) * t
 
-    def slope(self, t):
-        return self.b + 0 * t
+    def slope(self, t) -> float:
+        return self.b
 
     @property
     def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
@@ -46,7 +46,7 @@ class Curve:
         self._uniform = bool(np.ptp(np.diff(spline.x)) < 1e-9 * self._interval)
         self._coefficients = spline.c.T.tolist()
         self._integral_coefficients = spline.antiderivative().c.T.tolist()
-        self.initial_slope, self.constant = float(spline.c[-2, 0]), np.ptp(spline.c[-1]) == 0
+        self.constant = np.ptp(spline.c[-1]) == 0
 
     def __call__(self, t):
         return self._spline(t) if isinstance(t, np.ndarray) else self._value(self._coefficients, t)
@@ -95,6 +95,8 @@ def curve_through_points(points: np.ndarray, duration: float) -> Curve:
 
 def speed_function(value, duration: float) -> Line | Curve:
     """The speed over a duration [s] from a number, (from, to), a function of time, or arrays (t, speed)."""
+    if isinstance(value, Line | Curve):
+        return value
     if callable(value):
         return curve_through_function(value, duration)
     if np.ndim(value) == 2:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil, pi
+from typing import ClassVar
 
 import numpy as np
 
@@ -30,6 +31,8 @@ class TorqueTable:
 
     variable: int
     cubic: PiecewiseCubic
+    #: As of a `Torque` that needs no range of speeds to be tabulated.
+    of_speed: ClassVar[None] = None
 
     @property
     def constant(self) -> bool:
@@ -55,13 +58,15 @@ def torque_of_speed(torque: Torque, where: str) -> Callable[[float], float]:
     return lambda speed: float(table(speed))
 
 
-def torque_table(torque: Torque, where: str, duration: float, highest_speed: float) -> TorqueTable:
+def torque_table(torque: Torque | TorqueTable, where: str, duration: float, highest_speed: float) -> TorqueTable:
     """The table of a torque.
 
     where           name of the argument, in messages
     duration        of the run [s]
     highest_speed   up to which a function of the speed is tabulated [rad/s]; beyond it is extrapolated
     """
+    if isinstance(torque, TorqueTable):
+        return torque
     if torque.of_speed is not None:
         return TorqueTable(SPEED, _over_speed(f"{where}(speed)", torque.of_speed, highest_speed))
     if torque.of_angle is not None:

@@ -15,6 +15,7 @@ from exugear.plan.integrator_and_step import (
     rule_for,
 )
 from exugear.plan.plan import Plan
+from exugear.plan.vibration_decay import SEAM_TOLERANCE, settling_time
 from fem.support.arguments import Finite, checked
 
 #: What an imposed speed means for the main resonance of a mesh.
@@ -37,6 +38,7 @@ class BuiltPlan:
 
     mesh_resonances   for each stage [Hz]: main resonance of its mesh with the speed of the driving shaft imposed, and
                       with that shaft free; the meshes have their mean stiffness at the largest torque of their maps
+    decay             rate [1/s] at which the slowest of the modes decays that the meshes excite; 0 without damping
     """
 
     scene: Plan
@@ -44,6 +46,7 @@ class BuiltPlan:
     omega_mesh: Finite
     contact: str
     mesh_resonances: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    decay: Finite = 0.0
 
     @property
     def shafts(self) -> Mapping[str, Coordinates]:
@@ -85,6 +88,14 @@ class BuiltPlan:
         """Step at which the fourth-order integrator becomes unstable [s]."""
         return STABLE / self.omega
 
+    @property
+    def overlap(self) -> str:
+        """How early the parts of a run with executor= start, in words."""
+        if not self.decay:
+            return "none, the run is serial: a mode that the meshes excite is not damped"
+        settling = settling_time(self.decay, SEAM_TOLERANCE)
+        return f"start {settling:.2g} s early and at least a segment, vibrations decay at {self.decay:.3g} 1/s"
+
     @checked
     def rule(self, tolerance: float = 1e-3, mesh_frequency: Finite = 0.0) -> Rule:
         """Integrator and step for a relative error of the windowed rms of the DTE, up to a mesh frequency [Hz]."""
@@ -115,6 +126,7 @@ class BuiltPlan:
             *(f"resonance of {label}: {IMPOSED.format(*pair)}" for label, pair in self.mesh_resonances.items()),
             f"largest stable step: {self.largest_step:.3g} s",
             f"tolerance 1e-3: {self.cost(1.0, self.step())}",
+            f"parts of a run with executor=: {self.overlap}",
             f"contact: {self.contact}",
         ]
         return "\n".join(lines)

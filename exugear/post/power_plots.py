@@ -10,8 +10,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.ticker import MaxNLocator
 
 from exugear.energy.energy_balance import LOSSES
+from exugear.integration.run_data import stage_data
 from exugear.post.figures import DISTINCT, axes_or_new
-from exugear.simulation.run_data import stage_data
 from fem.support.arguments import checked
 from fem.support.validation import require
 from fem.units import rpm

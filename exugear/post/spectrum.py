@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from exugear.simulation.run_data import stage_data
+from exugear.integration.run_data import stage_data
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import require
 

@@ -1,1 +1,1 @@
-"""From the built model to a run: integrator settings, time integration in segments, data of the run, efficiency."""
+"""From the built model to a run; steady powers and efficiency from short runs."""

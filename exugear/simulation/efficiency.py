@@ -10,7 +10,7 @@ import xarray as xr
 
 from exugear.energy.energy_balance import LOSSES
 from exugear.gearbox.gearbox import Gearbox
-from exugear.simulation.run_data import scene_attributes
+from exugear.integration.run_data import scene_attributes
 from exugear.simulation.steady_power import SteadyPower, first_duration, steady_power
 from exugear.system.assembly import build
 from fem.support.arguments import Numbers, checked

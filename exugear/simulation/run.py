@@ -6,7 +6,9 @@
 
 import time as clock
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from math import nan
 from typing import Any
 
@@ -16,14 +18,16 @@ import xarray as xr
 
 from exugear.elements.exudyn_objects import quiet
 from exugear.energy.energy_balance import EnergyBalance, energy_balance
+from exugear.integration.run_data import keep_valid, labelled, start_recorders, stored, with_end_state
+from exugear.integration.seams import check_parts, parts_of
+from exugear.integration.shaft_motion import needs_speeds
+from exugear.integration.solver_settings import scheme_of
+from exugear.integration.step_error import errors_by_step, repeated_in_place
+from exugear.integration.time_integration import Solver
 from exugear.operation.conditions import Conditions, conditions_of, run_up_conditions
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.operation.time_functions import TimeFunction
 from exugear.plan.integrator_and_step import Rule
-from exugear.simulation.run_data import keep_valid, labelled, start_recorders, stored, with_end_state
-from exugear.simulation.shaft_motion import needs_speeds
-from exugear.simulation.solver_settings import scheme_of
-from exugear.simulation.step_error import Solver
 from exugear.system.drive_and_load import applied, released
 from exugear.system.equilibrium import start
 from exugear.system.model import Model, end_coordinate, linearized
@@ -108,6 +112,7 @@ def run(
     progress: bool = True,
     checks: int = 3,
     power: bool = False,
+    executor: Executor | None = None,
 ) -> Run:
     """Run a gearbox under drives and loads on any of its shafts, and record its meshes.
 
@@ -119,8 +124,8 @@ def run(
     start_speed     of the driving shaft at the start [rad/s] where no speed is imposed; 0 by default
     initial         `Run` of the same gearbox from whose end this run goes on; its time starts at 0 again
     stop            conditions that end the run at the first sample where one of them holds: `SpeedReached`, `Apart`
-    tolerance, step, sample, sensor_period, progress, checks, power
-                    as for `run_up`
+    tolerance, step, sample, sensor_period, progress, checks, power, executor
+                    as for `run_up`; with an executor the run needs an imposed speed and no stop
 
     A shaft in neither of them is free. At most one speed is imposed; without any the whole train is free to accelerate.
     The run starts from static equilibrium under the torques at the start and the inertia torques of the acceleration
@@ -140,7 +145,7 @@ def run(
     )
     options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
     conditions = replace(conditions, power=power)
-    return _solved(model, conditions, initial, progress=progress, checks=checks, **options)
+    return _solved(model, conditions, initial, executor, progress=progress, checks=checks, **options)
 
 
 @checked
@@ -157,6 +162,7 @@ def run_up(
     progress: bool = True,
     checks: int = 3,
     power: bool = False,
+    executor: Executor | None = None,
 ) -> Run:
     """Run a gearbox at a given speed and load over time, and record its meshes.
 
@@ -174,6 +180,10 @@ def run_up(
                     the data. Segments of a short run are not checked
     power           record where the power goes: powers of drive and load, losses, energies, at every step (0.2 kB a
                     step and mesh); the steps are a third of those by the tolerance, so that `Run.energy_balance` closes
+    executor        any `concurrent.futures.Executor` of processes, over which parts of the run are spread. Parts start
+                    early from static equilibrium; where a part is not in the state that arrives (to 1e-6 of the rms),
+                    it is integrated again from there until it is, so that the run is the serial one. seam_error in the
+                    data has the difference at each seam; `model.plan` says how early parts start
 
     Returns a `Run`; `run.data["dte"]` is the dynamic transmission error.
 
@@ -182,18 +192,27 @@ def run_up(
 
     Raises ValueError for input out of range and for a step beyond the stability limit. Raises `RunStopped`, a
     RuntimeError with the attribute run up to that time, where the run leaves the map, bearings yield until the teeth
-    part, or Newton's iteration fails. Ctrl-C raises KeyboardInterrupt with the same attribute.
+    part, Newton's iteration fails or a process is killed. Ctrl-C raises KeyboardInterrupt with the same attribute.
     """
     conditions = run_up_conditions(model.gearbox, speed, load, duration)
     options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
     conditions = replace(conditions, power=power)
-    return _solved(model, conditions, None, progress=progress, checks=checks, **options)
+    return _solved(model, conditions, None, executor, progress=progress, checks=checks, **options)
 
 
 def _solved(
-    model: Model, conditions: Conditions, initial: Run | None, *, progress: bool, checks: int, **options: Any
+    model: Model,
+    conditions: Conditions,
+    initial: Run | None,
+    executor: Executor | None,
+    *,
+    progress: bool,
+    checks: int,
+    **options: Any,
 ) -> Run:
     """The run under its conditions; options as those of `scheme_of`."""
+    if executor:
+        check_parts(model, conditions)
     model = linearized(model, conditions.held)
     scheme = scheme_of(model, conditions, **options)
     state = None if initial is None else _start_of(model, conditions, initial.data)
@@ -207,13 +226,17 @@ def _solved(
             _restart(model, state)
         released(model, conditions, torques)
         solver = Solver(model, conditions, scheme, restarted=state is not None)
-        start_recorders(model, scheme.steps, torques, power=needs_speeds(model, conditions))
         began = clock.perf_counter()
-        segments, end, stop = solver.run(progress)
+        parts = parts_of(solver, torques, executor) if executor else None
+        samples = range(1) if parts else range(scheme.steps.samples + 1)
+        start_recorders(model, scheme.steps, torques, power=needs_speeds(model, conditions), samples=samples)
+        segments, end, stop = (parts or solver).run(progress)
         wall_time = clock.perf_counter() - began
-        stop = keep_valid(model, scheme.steps, end, stop)
-        checked_segments = [] if stop else solver.errors(segments, checks)
-        data = labelled(model, conditions, scheme, checked_segments, torques)
+        stop = keep_valid(model, scheme.steps, end, stop, (parts or solver).stopped_at)
+        repeated = parts.repeated if parts else partial(repeated_in_place, solver)
+        errors = errors_by_step(model, scheme, segments, 0 if stop else checks, repeated)
+        data = labelled(model, conditions, scheme, errors, torques)
+    data = parts.with_seams(data) if parts else data
     run = Run(data if stop else with_end_state(model, data, end), wall_time, scheme.steps.size)
     if stop:
         raise _stopped(stop, run) from None

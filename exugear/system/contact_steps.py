@@ -49,3 +49,14 @@ def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
             state = state_of(model.mbs, mesh.contact)
             state.lag, state.pinion_lag, state.wheel_lag = 0.0, np.zeros(6), np.zeros(6)
             state.steps.duration = 0.0
+
+
+def last_steps(model: Model) -> list[np.record]:
+    """What the contacts remember of the step before, by which they guess in the next one."""
+    return [state_of(model.mbs, mesh.contact).steps.copy() for mesh in model.meshes]
+
+
+def set_last_steps(model: Model, steps: list[np.record]) -> None:
+    """Let the contacts remember a step that `last_steps` has returned."""
+    for mesh, step in zip(model.meshes, steps, strict=True):
+        state_of(model.mbs, mesh.contact)["steps"] = step

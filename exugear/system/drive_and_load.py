@@ -41,7 +41,7 @@ def applied(model: Model, conditions: Conditions) -> Iterator[ShaftTorques]:
     imposed_speed.hold(model, conditions)
     model.mbs.SetLoadParameter(model.load, "load", 0.0)
     model.mbs.SetLoadParameter(model.load, "loadUserFunction", 0)
-    _set_holding_forces(model, conditions)
+    set_holding_forces(model, conditions.initial_torques + conditions.initial_drags)
     try:
         for end in conditions.ends:
             _apply(model, conditions, end, torques)
@@ -77,11 +77,10 @@ def assemble_in_state(model: Model) -> None:
         set_state_of_system(mbs, (coordinates, accelerations), configuration)
 
 
-def _set_holding_forces(model: Model, conditions: Conditions) -> None:
-    """Mesh forces that balance the torques at the start, by which contacts correct their damping."""
+def set_holding_forces(model: Model, torques: np.ndarray) -> None:
+    """Mesh forces that balance torques about z (n_shaft,) [N m], by which contacts correct their damping."""
     for mesh in model.meshes:
-        holding = float(mesh.force_per_torque @ (conditions.initial_torques + conditions.initial_drags))
-        state_of(model.mbs, mesh.contact).holding_force = holding
+        state_of(model.mbs, mesh.contact).holding_force = float(mesh.force_per_torque @ torques)
 
 
 def _apply(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques) -> None:

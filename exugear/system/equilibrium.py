@@ -23,6 +23,8 @@ from fem.units import mm, rpm
 #: Duration of the static solve, in which the spins do not advance [s].
 INSTANT = 1e-12
 NO_EQUILIBRIUM = "no static equilibrium; try a load under which teeth and bearings touch, less load or stiffer bearings"
+#: Residual of a static solve that counts as 0 [N, N m], and the rounding of its coordinates in units in the last place.
+ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
 #: Iterations for the secant stiffness of nonlinear bearings and for the phases of meshes; tolerance of the latter
 #: [m, rad].
 ITERATIONS, CONVERGED = 30, 1e-14
@@ -38,7 +40,7 @@ MESSAGE = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(be
 
 
 def start(model: Model, conditions: Conditions) -> None:
-    """Put the system into static equilibrium under the torques at t = 0, all shafts turning at their ratios.
+    """Put the system into static equilibrium under the torques at the start, all shafts turning at their ratios.
 
     The inertia torques of all shafts and rotors at the initial acceleration take part in the equilibrium. Their
     gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad.
@@ -55,7 +57,7 @@ def start(model: Model, conditions: Conditions) -> None:
         raise ValueError(f"{error}{remedy}") from None
     if _needs_static_solve(model):
         torques = _torques_at_start(model, conditions, considered * ratios)
-        q = _statically_solved(model, q, speed, torques)
+        q = _statically_solved(model, q, conditions, torques)
     system.SetODE2Coordinates(q, initial)
     system.SetODE2Coordinates_t(speed * ratios, initial)
     system.SetODE2Coordinates_tt(acceleration * ratios, initial)
@@ -74,17 +76,18 @@ def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: floa
     box, anchor, torques, drags = model.gearbox, conditions.anchor, conditions.initial_torques, conditions.initial_drags
     accelerations = {name: ratio * acceleration for name, ratio in box.ratios.items()}
     forces = box.forces_under(torques + drags, acceleration, held=anchor)
-    q = _displaced_on_bearings(model, forces)
+    rigid = conditions.initial_angle * model.speed_ratios
+    q = _displaced_on_bearings(model, forces) + rigid
     held, spin = next(shaft for shaft in box.shafts if shaft.name == anchor), model.spins[anchor]
     if held.coupling:
         by_meshes = -forces @ np.array([mesh.row for mesh in model.meshes])
         on_shaft = by_meshes[spin] + drags[box.shafts.index(held)]
-        q[spin] = _twist(anchor, held.coupling, on_shaft - held.inertia * accelerations[anchor])
+        q[spin] += _twist(anchor, held.coupling, on_shaft - held.inertia * accelerations[anchor])
     q = _with_mesh_forces(model, forces, q, anchor)
     for shaft, torque in zip(box.shafts, torques, strict=True):
         if shaft.coupling:
             twisting, rotor = torque - shaft.coupling.inertia * accelerations[shaft.name], model.rotors[shaft.name]
-            q[rotor] = 0.0 if shaft.name == anchor else q[rotor] + _twist(shaft.name, shaft.coupling, twisting)
+            q[rotor] = rigid[rotor] if shaft.name == anchor else q[rotor] + _twist(shaft.name, shaft.coupling, twisting)
     return q
 
 
@@ -106,18 +109,25 @@ def _needs_static_solve(model: Model) -> bool:
     return elastic or bool(model.rotors) or len(model.meshes) > 1
 
 
-def _statically_solved(model: Model, q: np.ndarray, speed: float, torques: Mapping[int, float]) -> np.ndarray:
+def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]) -> np.ndarray:
     """Coordinates in equilibrium with further torques [N m] on spins, by their indices; the solve starts at q."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     settings.staticSolver.newton.relativeTolerance = 1e-8
-    settings.staticSolver.loadStepDuration = INSTANT
-    with _applied_torques(model, torques), explained(model, NO_EQUILIBRIUM, lambda t: speed):
+    settings.staticSolver.newton.absoluteTolerance = max(ABSOLUTE_TOLERANCE, _rounding_of_forces(model, q))
+    settings.staticSolver.loadStepStart, settings.staticSolver.loadStepDuration = conditions.start_time, INSTANT
+    with _applied_torques(model, torques), explained(model, NO_EQUILIBRIUM, lambda t: conditions.initial_speed):
         system.SetODE2Coordinates(q, initial)
         system.SetODE2Coordinates_t(np.zeros(q.size), initial)
         model.mbs.SolveStatic(settings, updateInitialValues=True)
         return system.GetODE2Coordinates(initial)
+
+
+def _rounding_of_forces(model: Model, q: np.ndarray) -> float:
+    """Mesh force by a few units in the last place of the coordinates q, which is large after many turns [N]."""
+    largest = max(mesh.law.stiffness_max * np.abs(mesh.row).max() for mesh in model.meshes)
+    return ROUNDED_UNITS * float(largest * np.spacing(np.abs(q).max()))
 
 
 def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.ndarray) -> dict[int, float]:
@@ -210,11 +220,12 @@ def _secants(model: Model, q: np.ndarray, before) -> dict[str, dict[float, float
 
 def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray, anchor: str) -> np.ndarray:
     """The coordinates with spins at which the meshes carry forces (n_stage,) [N]; phases follow the spins."""
+    rounding = 2 * np.spacing(np.abs(q).max())
     for _ in range(ITERATIONS):
         before = q
         deflections = [_deflection(model, mesh, f, before) for mesh, f in zip(model.meshes, forces, strict=True)]
         q = with_deflections(model, deflections, before, anchor)
-        if np.abs(q - before).max() < CONVERGED:
+        if np.abs(q - before).max() < CONVERGED + rounding:
             return q
     raise RuntimeError(NO_EQUILIBRIUM)
 

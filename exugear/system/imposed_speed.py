@@ -15,7 +15,7 @@ from exugear.gearbox.shaft import Shaft
 from exugear.kernels.imposed_motion import imposed_motion
 from exugear.operation.conditions import Conditions
 from exugear.operation.time_functions import Line
-from exugear.system.model import Model
+from exugear.system.model import Model, end_coordinate
 
 #: Parameters of the constraint that a run sets.
 CONSTRAINT = "offsetUserFunction", "offsetUserFunction_t", "markerNumbers", "activeConnector"
@@ -27,11 +27,14 @@ DELETED = "constraint and load"
 
 
 def hold(model: Model, conditions: Conditions) -> None:
-    """Let the constraint hold the anchor at rest at angle 0, where the static equilibrium is solved."""
+    """Let the constraint hold the anchor at rest at its angle at the start, where the static equilibrium is solved."""
     mbs, drive = model.mbs, model.drive
     markers = [mbs.GetObjectParameter(drive, "markerNumbers")[0], model.end_markers[conditions.anchor]]
     mbs.SetObjectParameter(drive, "markerNumbers", markers)
     mbs.SetObjectParameter(drive, "activeConnector", True)
+    mbs.SetObjectParameter(
+        drive, "offset", float(conditions.initial_angle * model.speed_ratios[end_coordinate(model, conditions.anchor)])
+    )
     _set_offsets(model, (0, 0))
 
 

@@ -21,6 +21,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.operation.train_motion import force_per_torque
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import Coordinates
+from exugear.plan.vibration_decay import slowest_decay
 from fem.support.arguments import checked
 from fem.support.validation import require_kind
 
@@ -133,7 +134,8 @@ def linearized(model: Model, held: str | None) -> Model:
     meshes = tuple(_with_mobility(model, mesh, mass, stiffness, held) for mesh in meshes)
     meshes = tuple(replace(m, free_system=_free_system(model, m, mass, stiffness, damping, held)) for m in meshes)
     resonances = _mesh_resonances(model, mass, stiffness)
-    plan = replace(model.plan, omega=omega, omega_mesh=omega_mesh, mesh_resonances=resonances)
+    decay = _decay(model, mass, stiffness, damping, held)
+    plan = replace(model.plan, omega=omega, omega_mesh=omega_mesh, mesh_resonances=resonances, decay=decay)
     return replace(model, plan=plan, meshes=meshes)
 
 
@@ -206,9 +208,7 @@ def _mesh_resonances(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> d
 
     Each mesh has its mean stiffness at the largest torque of its map.
     """
-    stiffness = stiffness + nonlinear_bearing_stiffness(model)
-    roots = np.sqrt([mean_stiffness(mesh.law, mesh.stage.pair) for mesh in model.meshes])
-    rows = roots[:, None] * np.array([mesh.row for mesh in model.meshes])
+    stiffness, rows = stiffness + nonlinear_bearing_stiffness(model), _stiff_rows(model)
     frequencies = []
     for held in (model.gearbox.driving.name, None):
         free = _free_coordinates(model, held)
@@ -217,6 +217,21 @@ def _mesh_resonances(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> d
         strain_share = (rows[:, free] @ modes) ** 2 / np.maximum(squares, 1.0)
         frequencies.append(np.sqrt(np.maximum(squares, 0.0))[strain_share.argmax(axis=1)] / (2 * pi))
     return {label: (float(h), float(f)) for label, h, f in zip(model.gearbox.labels, *frequencies, strict=True)}
+
+
+def _stiff_rows(model: Model) -> np.ndarray:
+    """(n_stage, n_coordinates) rows of the meshes times the roots of their mean stiffnesses at the largest torques."""
+    roots = np.sqrt([mean_stiffness(mesh.law, mesh.stage.pair) for mesh in model.meshes])
+    return roots[:, None] * np.array([mesh.row for mesh in model.meshes])
+
+
+def _decay(model: Model, mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, held: str | None) -> float:
+    """Rate of decay [1/s] of the slowest mode that the meshes excite; the damping of nonlinear bearings counts not."""
+    free, rows = _free_coordinates(model, held), _stiff_rows(model)
+    damped_rows = np.array([np.sqrt(mesh.law.damping) * mesh.row for mesh in model.meshes])
+    total = stiffness + nonlinear_bearing_stiffness(model) + rows.T @ rows
+    part = np.ix_(free, free)
+    return slowest_decay(mass[part], total[part], (damping + damped_rows.T @ damped_rows)[part], rows[:, free])
 
 
 def _frequency_bounds(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> tuple[float, float]:

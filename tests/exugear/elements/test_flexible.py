@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh
 
 import exugear
-from exugear.simulation.solver_settings import highest_frequency, integrator
+from exugear.integration.solver_settings import highest_frequency, integrator
 from fem import STEEL
 from fem.units import um
 

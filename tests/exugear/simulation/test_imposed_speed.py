@@ -14,7 +14,7 @@ from exudyn.itemInterface import (
 from scenes import paper_gear, ran, smooth_map
 
 import exugear
-from exugear.simulation.step_error import Solver
+from exugear.integration.time_integration import Solver
 from exugear.system import contact_steps
 from fem.units import mm, rpm
 
@@ -88,7 +88,7 @@ def iterations(model: exugear.Model, monkeypatch, **options) -> tuple[float, int
             getattr(system, f"SetODE2Coordinates{kind}")(values, exu.ConfigurationType.Initial)
         counted.append((solver.it.newtonStepsCount, segment.last - segment.first, system.AEsize()))
 
-    monkeypatch.setattr(Solver, "_solve", solve)
+    monkeypatch.setattr(Solver, "solve", solve)
     ran(model, **{"speed": (0, 3500 * rpm), "duration": 0.5, "checks": 0} | options)
     its, steps, equations = np.sum(counted, axis=0)
     return its / steps, equations

@@ -15,7 +15,6 @@ from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, s
 import exugear
 from exugear.operation.time_functions import curve_through_function, line
 from exugear.plan.sampling import summable
-from exugear.simulation.step_error import Solver
 from fem.units import mm, rpm, um
 
 LOAD = 350.0
@@ -60,7 +59,7 @@ def test_slow_running_follows_the_static_transmission_error(spinning):
 
 def test_segments_do_not_perturb_the_run(spinning, monkeypatch):
     parts = run(spinning, tolerance=1e-4, checks=0)
-    monkeypatch.setattr("exugear.simulation.step_error.SEGMENTS", 1)
+    monkeypatch.setattr("exugear.integration.time_integration.SEGMENTS", 1)
     whole = run(spinning, tolerance=1e-4, checks=0)
     assert np.abs(whole.data["dte"] - parts.data["dte"]).max() < 1e-4 * np.ptp(whole.data["dte"].values)
 
@@ -123,7 +122,8 @@ def test_steps_sum_up_exactly(duration):
 )
 def test_estimated_errors_match_true_errors(build, monkeypatch):
     """All hundred segments of a run-up through the resonances, against a sixth of the step; above Newton's error."""
-    monkeypatch.setattr(Solver, "representative", lambda self, segments, number: segments)
+    everything = lambda model, scheme, segments, number: segments  # noqa: E731
+    monkeypatch.setattr("exugear.integration.step_error.representative", everything)
     conditions = {"speed": (500 * rpm, 3500 * rpm), "duration": 10.0, "load": 150.0, "tolerance": 4e-3}
     rough = run(build(), **conditions, progress=True)
     finer = {"step": rough.step / 6, "sample": rough.data.attrs["sample"], "tolerance": 1e-5, "checks": 0}

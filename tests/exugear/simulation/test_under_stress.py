@@ -167,6 +167,6 @@ def test_samples_of_ten_million_steps_are_found():
 
 
 def test_a_run_that_misses_samples_is_refused(monkeypatch, spinning):
-    monkeypatch.setattr("exugear.simulation.step_error.Solver._solve_dynamic", lambda *_: None)
+    monkeypatch.setattr("exugear.integration.time_integration.Solver._solve_dynamic", lambda *_: None)
     with pytest.raises(RuntimeError, match="samples are lost; try step="):
         ran(spinning, load=10.0, speed=1.0)

@@ -1,7 +1,7 @@
 """The data of a run: samples, variables with labels and units, reading from a file, selection of a stage."""
 
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -12,12 +12,14 @@ import xarray as xr
 
 from exugear.elements.bearing_elements import reactions
 from exugear.energy.power_variables import power_variables
+from exugear.integration.shaft_motion import drag_variables, driving_speed, rows, speed_variables, torque_variables
+from exugear.integration.solver_settings import Scheme
+from exugear.integration.time_integration import Segment
+from exugear.kernels.recorder import Recorder
 from exugear.operation.conditions import Conditions
+from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.operation.stop_conditions import End
 from exugear.plan.sampling import Steps
-from exugear.simulation.shaft_motion import drag_variables, driving_speed, speed_variables, torque_variables
-from exugear.simulation.solver_settings import Scheme
-from exugear.simulation.step_error import Segment
 from exugear.system.drive_and_load import ShaftTorques
 from exugear.system.equilibrium import UNIT
 from exugear.system.model import Model, on_bearings
@@ -76,23 +78,38 @@ def stored(path) -> xr.Dataset:
     return data.assign_coords(texts)
 
 
-def start_recorders(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool) -> None:
-    """Start the recorders of all meshes and torques for a run; power: whether meshes record spins and speeds."""
+def start_recorders(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool, samples: range) -> None:
+    """Start the recorders of all meshes and torques for a run.
+
+    power     whether meshes record spins and speeds
+    samples   numbers of the samples to record
+    """
+    part: dict[str, Any] = {"steps": steps.every, "first": samples.start}
     for mesh in model.meshes:
         kinds = {"motion": on_bearings(model, mesh), "power": power, "friction": mesh.stage.friction is not None}
-        mesh.recorder.start(steps.interval, steps.samples + 1, steps=steps.every, **kinds)
+        mesh.recorder.start(steps.interval, len(samples), **part, **kinds)
     for torque in torques.values():
-        torque.recorder.start(steps.interval, steps.samples + 1, steps=steps.every)
+        torque.recorder.start(steps.interval, len(samples), **part)
 
 
-def keep_valid(model: Model, steps: Steps, end: End | None, stop: BaseException | None) -> BaseException | None:
-    """Drop the samples after an end or a stop; returns the stop, also where bearings yield until the teeth part."""
+def recorders_of(model: Model, torques: ShaftTorques) -> list[Recorder | ShaftRecorder]:
+    """The recorders of all meshes and torques."""
+    return [*(mesh.recorder for mesh in model.meshes), *(torque.recorder for torque in torques.values())]
+
+
+def keep_valid(
+    model: Model, steps: Steps, end: End | None, stop: BaseException | None, stopped_at: float
+) -> BaseException | None:
+    """Drop the samples after an end, or after a stop at a time [s].
+
+    Returns the stop, also where bearings yield until the teeth part.
+    """
     blocks = [mesh.recorder.samples for mesh in model.meshes]
-    lost = np.isnan([samples[0]["deflection"] for samples in blocks]).any(axis=0)
+    lost = np.logical_or.reduce([np.isnan(samples[0]["deflection"]) for samples in blocks])
     if end:
         lost |= np.arange(lost.size) > end.sample
     if stop:
-        lost |= steps.time >= model.mbs.systemData.GetTime()
+        lost |= steps.time[: lost.size] >= stopped_at
     number = int(lost.argmax()) if lost.any() else lost.size
     apart, reason = _out_of_mesh(model, number)
     number, stop = (apart, RuntimeError(f"at t = {steps.time[apart]:.6g} s: {reason}")) if reason else (number, stop)
@@ -129,21 +146,22 @@ def labelled(
     model: Model,
     conditions: Conditions,
     scheme: Scheme,
-    checked: Sequence[tuple[Segment, np.ndarray]],
+    errors: Iterable[tuple[Segment, np.ndarray]],
     torques: ShaftTorques,
 ) -> xr.Dataset:
     """All variables of a run, its inputs in the attributes.
 
-    checked   segments with their errors by the step
+    errors    segments with their errors by the step, awaited at the end
     torques   tabulated torques and recorded motions of shafts
     """
     time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
     data = _over_time(model, time, driving_speed(model, conditions, time))
-    data = data.assign(_beyond_maps(model, scheme.steps.interval) | _step_error(checked, scheme.steps.size))
+    data = data.assign(_beyond_maps(model, scheme.steps.interval))
     data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
     data = data.assign(drag_variables(model))
     if conditions.power:
         data = data.assign(power_variables(model, conditions, torques, data, scheme.rule.lag))
+    data = data.assign(_step_error(list(errors), scheme.steps.size))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
     steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}
@@ -168,7 +186,7 @@ def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
     )
     elastic = any(on_bearings(model, mesh) for mesh in model.meshes)
     for name, (recorded, unit, long_name) in (RECORDED | (RECORDED_ON_BEARINGS if elastic else {})).items():
-        values = np.array([getattr(mesh.recorder, recorded) for mesh in model.meshes])
+        values = rows([getattr(mesh.recorder, recorded) for mesh in model.meshes])
         data[name] = over, values, {"units": unit, "long_name": long_name}
     data = data.assign(_bearing_forces(model)) if elastic else data
     return data.assign(_friction(model, time))

@@ -1,9 +1,9 @@
-"""Integration of a run in segments; repeating some of them at half the step estimates the error by the step."""
+"""Integration of a run in segments, each a solve of its own from the state in which the segment before has ended."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Any
 
@@ -12,32 +12,29 @@ import numpy as np
 from tqdm import tqdm
 
 from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
+from exugear.integration.shaft_motion import recorded
+from exugear.integration.solver_settings import Scheme
 from exugear.operation.conditions import Conditions
 from exugear.operation.stop_conditions import End, first_end
 from exugear.plan.integrator_and_step import Rule
-from exugear.simulation.shaft_motion import recorded
-from exugear.simulation.solver_settings import Scheme
-from exugear.system.contact_steps import lag_corrected
+from exugear.system.contact_steps import lag_corrected, last_steps, set_last_steps
 from exugear.system.equilibrium import explained
 from exugear.system.imposed_speed import driven_by_contacts
 from exugear.system.model import Model, end_coordinate
 
-#: Number of segments of a run; more where a segment would have more steps: rounding turns the driving shaft by at most
-#: 1e-16 of its angle in a step, and `Solver._realign` takes that back after each segment.
-SEGMENTS, LONGEST_SEGMENT = 100, 100_000
+#: Least number of segments of a run, and steps in a segment of a long run: rounding turns the driving shaft by at most
+#: 1e-16 of its angle in a step, and `Solver._realign` takes that back after each segment. A segment costs 50 us.
+SEGMENTS, LONGEST_SEGMENT = 100, 3000
+#: Shift of the ends of segments at constant speed, as share of a segment and by multiples of the golden ratio: they
+#: then lie at all phases of the mesh cycle.
+SHIFT, GOLDEN = 0.25, (5**0.5 - 1) / 2
 BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
-#: Error of a fourth-order result over its change when the step is halved.
-RICHARDSON = 16 / 15
-#: Least number of samples for a meaningful rms of a segment.
-FEWEST_SAMPLES = 50
-#: rms of the DTE below which it is rounding [m].
-NO_VIBRATION = 1e-12
 INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 
 
 @dataclass(frozen=True)
 class Segment:
-    """Part of a run: its first and last step, and the state of the system at the first step (`state_of_system`)."""
+    """Part of a run: its first and last step, and the state of the system at the first step (`state_of_run`)."""
 
     first: int
     last: int
@@ -65,41 +62,46 @@ class Solver:
         end = None
         try:
             end = self._integrate(segments, progress)
-            self._require_samples(end)
+            self.require_samples(end)
         except (RuntimeError, KeyboardInterrupt) as error:
             return segments, end, error
         return segments, end, None
 
-    def errors(self, segments: Sequence[Segment], number: int) -> list[tuple[Segment, np.ndarray]]:
-        """Representative segments, at most number, with the (n_stage,) relative errors of their rms of the DTE.
+    @property
+    def stopped_at(self) -> float:
+        """Time of the system [s]."""
+        return self.model.mbs.systemData.GetTime()
 
-        The samples and the state of the system are restored.
+    def segments_between(self, bounds: Sequence[int], state: Any = None) -> Iterator[Segment]:
+        """Integrate from the present state, at the first of these steps, to the others; each segment once it is solved.
+
+        state   at the first step, of a run that goes on
+
+        Raises RuntimeError, with the reason, where a solve fails.
         """
-        mbs, kinds = self.model.mbs, (INITIAL, CURRENT)
-        ends = [state_of_system(mbs, kind) for kind in kinds]
-        errors = [(segment, self.error(segment)) for segment in self.representative(segments, number)]
-        for end, kind in zip(ends, kinds, strict=True):
-            set_state_of_system(mbs, end, kind)
-        return errors
+        with self.explained(self.scheme.rule), self._advancing(bounds[0]) as advance:
+            if state and bounds[0]:
+                set_last_steps(self.model, state[-1])
+            for first, last in pairwise(bounds):
+                segment = Segment(first, last, state_of_run(self.model, self._present(first)))
+                advance(segment)
+                yield segment
 
     def _integrate(self, segments: list[Segment], progress: bool) -> End | None:
-        """Integrate the run, appending each segment before it is solved, until a condition ends it."""
-        end = None
-        h, mbs = self.scheme.steps.size, self.model.mbs
-        style = {"bar_format": BAR, "unit_scale": h, "leave": False, "disable": not progress}
-        with tqdm(total=self.scheme.steps.number, desc="run", **style) as bar, self._explained(self.scheme.rule):
-            with self._advancing() as advance:
-                for first, last in pairwise(self.bounds):
-                    segments.append(Segment(first, last, state_of_system(mbs, self._present(first))))
-                    advance(segments[-1])
-                    bar.update(last - first)
-                    end = self._end_in(last)
-                    if end:
-                        break
-            if end:
-                segments[-1] = self._cut(segments[-1], end.sample * self.scheme.steps.every)
-            if mbs.systemData.NumberOfSensors() and not end:
-                set_state_of_system(mbs, state_of_system(mbs, CURRENT), INITIAL)
+        """Integrate the run, appending each segment, until a condition ends it."""
+        bounds, end = self.bounds, None
+        check_every = max(1, len(bounds) // SEGMENTS)
+        with progress_bar(self.scheme, progress) as bar:
+            for segment in self.segments_between(bounds):
+                segments.append(segment)
+                bar.update(segment.last - segment.first)
+                if len(segments) % check_every == 0 or segment.last == bounds[-1]:
+                    end = self._end_in(segment.last)
+                if end:
+                    self._cut(segments, end.sample * self.scheme.steps.every)
+                    break
+        if self.model.mbs.systemData.NumberOfSensors() and not end:
+            set_state_of_system(self.model.mbs, state_of_system(self.model.mbs, CURRENT), INITIAL)
         return end
 
     def _present(self, step: int) -> exu.ConfigurationType:
@@ -116,30 +118,31 @@ class Solver:
         forces = {labels[i]: mesh.recorder.force[:number] for i, mesh in enumerate(self.model.meshes)}
         return first_end(self.conditions.stop, speeds, forces, self.scheme.steps.interval)
 
-    def _cut(self, segment: Segment, last: int) -> Segment:
-        """The segment that ends at a step: it is integrated again up to there, without sensors."""
-        segment = replace(segment, last=last)
-        settings = self._settings()
+    def _cut(self, segments: list[Segment], last: int) -> None:
+        """Let the segments end at a step; the last one is integrated again up to there, without sensors."""
+        while len(segments) > 1 and segments[-1].first >= last:
+            segments.pop()
+        segments[-1] = replace(segments[-1], last=last)
+        settings = self.settings()
         settings.solution.sensors.active = False
-        set_state_of_system(self.model.mbs, segment.state, INITIAL)
-        self._solve(settings, segment)
-        return segment
+        set_state_of_system(self.model.mbs, segments[-1].state, INITIAL)
+        self.solve(settings, segments[-1])
 
     @contextmanager
-    def _advancing(self) -> Iterator[Callable[[Segment], None]]:
-        """The function that integrates the next segment.
+    def _advancing(self, begin: int) -> Iterator[Callable[[Segment], None]]:
+        """The function that integrates the next segment, from a step on.
 
         Without sensors each segment is a separate solve. Sensors must not restart with each segment: with sensors a
         single solve halts after each segment. This needs a solver driven from Python, whose overrides Exudyn looks up
         in every step, at 0.7 us each.
         """
-        if not self._steady:
+        if begin == 0 and not self._steady:
             self._compute_initial_forces()
         if self.model.mbs.systemData.NumberOfSensors():
             with self._halting_solver() as (solver, settings):
                 yield partial(self._continue, solver, settings)
         else:
-            yield self._solve_dynamic
+            yield partial(self._solve_dynamic, self.settings())
 
     @property
     def _steady(self) -> bool:
@@ -147,16 +150,17 @@ class Solver:
         speed_of = self.conditions.speed_of
         return speed_of is not None and speed_of.constant and not self.restarted
 
-    def _settings(self) -> exu.SimulationSettings:
+    def settings(self) -> exu.SimulationSettings:
+        """Settings of Exudyn for the run."""
         settings = self.scheme.settings()
         if not self._steady:
             # Exudyn's initial accelerations leave out the slope of the given speed; those of the state contain it.
             settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
         return settings
 
-    def _solve_dynamic(self, segment: Segment) -> None:
+    def _solve_dynamic(self, settings: exu.SimulationSettings, segment: Segment) -> None:
         """Integrate a segment from the final state of the segment before."""
-        self._solve(self._settings(), segment)
+        self.solve(settings, segment)
         self._realign(segment.last)
 
     def _realign(self, last: int) -> None:
@@ -183,7 +187,7 @@ class Solver:
             q += (imposed - q[spin]) * ratios / ratios[spin]
         system.SetODE2Coordinates(q, INITIAL)
 
-    def _solve(self, settings: exu.SimulationSettings, segment: Segment, halvings: int = 0) -> None:
+    def solve(self, settings: exu.SimulationSettings, segment: Segment, halvings: int = 0) -> None:
         """Integrate a segment from the initial state, its steps halved so many times."""
         h, integration = self.scheme.steps.size, settings.timeIntegration
         integration.startTime, integration.endTime = segment.first * h, segment.last * h
@@ -203,7 +207,7 @@ class Solver:
     def _halting_solver(self) -> Iterator[tuple[Any, exu.SimulationSettings]]:
         """Exudyn's solver over the whole run, driven from Python, and its settings."""
         h, mbs, number = self.scheme.steps.size, self.model.mbs, self.scheme.steps.number
-        settings = self._settings()
+        settings = self.settings()
         solver: Any = exu.MainSolverImplicitSecondOrder()
         settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = number * h, number
         settings.solution.sensors.writePeriod = self.scheme.sensor_steps * h
@@ -224,7 +228,8 @@ class Solver:
         solver.FinalizeSolver(mbs, settings)
 
     @contextmanager
-    def _explained(self, rule: Rule) -> Iterator[None]:
+    def explained(self, rule: Rule) -> Iterator[None]:
+        """Contacts correct the lag of the velocities of a rule; errors become RuntimeError with the reason."""
         with lag_corrected(self.model, rule), explained(self.model, self._remedy, self._speed_at):
             yield
 
@@ -239,17 +244,18 @@ class Solver:
     def _remedy(self) -> str:
         return f"try step={self.scheme.steps.size / 2:.2g} or more damping"
 
-    @property
+    @cached_property
     def bounds(self) -> list[int]:
         """Steps at which segments end; sensors are sampled at each of them, since Exudyn writes them where it halts."""
         steps = self.scheme.steps
         unit = max(steps.every, self.scheme.sensor_steps)
-        wanted = max(SEGMENTS, steps.number // LONGEST_SEGMENT)
-        number = max(1, min(wanted, steps.number // unit))
-        inner = np.linspace(0, steps.number // unit, number + 1).astype(int)[:-1] * unit
+        number = max(1, min(max(SEGMENTS, steps.number // LONGEST_SEGMENT), steps.number // unit))
+        i = np.arange(number)
+        shifts = SHIFT * (GOLDEN * i % 1) if self.conditions.constant_speed else 0.0
+        inner = np.unique(((i + shifts) * (steps.number // unit) / number).astype(int)) * unit
         return [*inner.tolist(), steps.number]
 
-    def _require_samples(self, end: End | None) -> None:
+    def require_samples(self, end: End | None) -> None:
         """Require all samples: where Newton's iteration fails Exudyn cuts the step and may miss times of samples."""
         for mesh in self.model.meshes:
             lost = np.flatnonzero(np.isnan(mesh.recorder.deflection[: end.sample + 1 if end else None]))
@@ -258,52 +264,13 @@ class Solver:
                 cause = f"Newton's iteration failed, {lost.size} samples are lost"
                 raise RuntimeError(f"{where}: {cause}; {self._remedy}")
 
-    def representative(self, segments: Sequence[Segment], number: int) -> list[Segment]:
-        """The segment that vibrates most and others spread over the run, at most number; none of short segments."""
-        length = segments[0].last - segments[0].first
-        if number < 1 or length < FEWEST_SAMPLES * self.scheme.steps.every:
-            return []
-        rms = np.array([self.vibration(segment) for segment in segments])
-        strongest = int(np.argmax((rms / np.maximum(rms.max(axis=0), np.finfo(float).tiny)).max(axis=1)))
-        spread = np.linspace(0, len(segments), number + 1).astype(int)[1:-1]
-        return [segments[i] for i in sorted({strongest, *spread.tolist()})]
 
-    def vibration(self, segment: Segment) -> np.ndarray:
-        """(n_stage,) rms of the DTE about its mean in a segment [m]."""
-        return np.array([mesh.recorder.deflection[self._samples(segment)].std() for mesh in self.model.meshes])
+def state_of_run(model: Model, configuration=INITIAL) -> tuple[Any, Any, list[np.record]]:
+    """State of the system in a configuration, its accelerations, and what its contacts remember of the last step."""
+    return *state_of_system(model.mbs, configuration), last_steps(model)
 
-    def _samples(self, segment: Segment) -> slice:
-        """The samples that fall into a segment."""
-        every = self.scheme.steps.every
-        return slice(-(-segment.first // every), segment.last // every + 1)
 
-    def error(self, segment: Segment) -> np.ndarray:
-        """(n_stage,) relative error of the rms of the DTE by the step; NaN where the solve at half the step fails."""
-        with self._samples_kept(segment):
-            before = self.vibration(segment)
-            try:
-                self._solve_at_half_the_step(segment)
-            except RuntimeError:
-                return np.full(before.size, np.nan)
-            after = self.vibration(segment)
-            return RICHARDSON * np.abs(before - after) / np.maximum(after, NO_VIBRATION)
-
-    @contextmanager
-    def _samples_kept(self, segment: Segment) -> Iterator[None]:
-        """Restore the samples of a segment afterwards."""
-        blocks = [block for mesh in self.model.meshes for block in mesh.recorder.samples]
-        copies = [block[self._samples(segment)].copy() for block in blocks]
-        try:
-            yield
-        finally:
-            for block, copy in zip(blocks, copies, strict=True):
-                block[self._samples(segment)] = copy
-
-    def _solve_at_half_the_step(self, segment: Segment) -> None:
-        """Integrate a segment again from its state, without sensors."""
-        rule = replace(self.scheme.rule, step=self.scheme.steps.size / 2)
-        settings = self.scheme.settings(rule)
-        settings.solution.sensors.active = False
-        set_state_of_system(self.model.mbs, segment.state, INITIAL)
-        with self._explained(rule):
-            self._solve(settings, segment, halvings=1)
+def progress_bar(scheme: Scheme, progress: bool) -> tqdm:
+    """A bar over the steps of a run, in seconds of its time."""
+    style = {"bar_format": BAR, "unit_scale": scheme.steps.size, "leave": False, "disable": not progress}
+    return tqdm(total=scheme.steps.number, desc="run", **style)

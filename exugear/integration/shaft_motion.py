@@ -95,15 +95,20 @@ def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques
     for sense, (name, words) in {1: ("drive", "of the drive, with"), -1: ("load", "of the load, against")}.items():
         if by_sense[sense]:
             about = {"units": "N m", "long_name": f"torque {words} the motion of the shaft at positive speed"}
-            data[f"{name}_torque"] = (f"{name}_end", "time"), np.array(list(by_sense[sense].values())), about
+            data[f"{name}_torque"] = (f"{name}_end", "time"), rows(list(by_sense[sense].values())), about
             data[f"{name}_end"] = f"{name}_end", list(by_sense[sense])
     return data
+
+
+def rows(arrays: list[np.ndarray]) -> np.ndarray:
+    """Arrays as the rows of one, contiguous; a single contiguous array is not copied."""
+    return np.ascontiguousarray(arrays[0])[None] if len(arrays) == 1 else np.array(arrays)
 
 
 def _applied_torque(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques, time) -> np.ndarray:
     """(n,) torque of an end [N m], > 0 as the user gives it."""
     if conditions.tables[end.shaft].constant:
-        return conditions.tables[end.shaft](time, 0.0 * time, 0.0 * time)
+        return np.full(time.size, float(conditions.tables[end.shaft](0.0, 0.0, 0.0)))
     samples = torques[rotor_name(end.shaft) if end.shaft in model.rotors else end.shaft].recorder["torque"]
     return end.sense * model.gearbox.directions[end.shaft] * samples[: time.size]
 
@@ -121,8 +126,9 @@ def imposed_torque(model: Model, conditions: Conditions, time: np.ndarray) -> np
     else:
         torque = shaft.inertia * acceleration - _mesh_torque(model, shaft)
         if shaft.drags:
-            torque = torque + _drag_torque(model, shaft)
-    return conditions.held_sense * torque
+            torque += _drag_torque(model, shaft)
+    torque *= conditions.held_sense
+    return torque
 
 
 def _mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
@@ -132,7 +138,7 @@ def _mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
         for mesh in model.meshes
         if shaft.name in (mesh.stage.fast.name, mesh.stage.slow.name)
     ]
-    return model.gearbox.directions[shaft.name] * np.sum(sides, axis=0)
+    return model.gearbox.directions[shaft.name] * sum(sides[1:], start=sides[0])
 
 
 def _coupling_torque(model: Model, conditions: Conditions, coupling: Coupling, time: np.ndarray) -> np.ndarray:

@@ -1,0 +1,276 @@
+"""Parts of a run side by side: a part is joined at a seam where the state that arrives equals the part's state there.
+
+Where it does not, the part is integrated again from the state that arrives until that meets a state of the part. Only
+the states of one unbroken chain enter the run, which is therefore the serial one.
+"""
+
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+from uuid import uuid4
+
+import exudyn as exu
+import numpy as np
+import xarray as xr
+
+from exugear.elements.exudyn_objects import set_state_of_system
+from exugear.integration.columns import Columns, columns_of, joined
+from exugear.integration.division import Division, division_of
+from exugear.integration.run_data import recorders_of
+from exugear.integration.segments import (
+    Integrated,
+    Job,
+    Part,
+    integrate,
+    rms_at_half_the_step,
+    samples_before,
+    seam_error,
+)
+from exugear.integration.time_integration import Segment, Solver, progress_bar, state_of_run
+from exugear.kernels.recorder import Recorder
+from exugear.operation.conditions import Conditions
+from exugear.operation.shaft_recorder import ShaftRecorder
+from exugear.plan.vibration_decay import SEAM_TOLERANCE
+from exugear.system.drive_and_load import ShaftTorques
+from exugear.system.model import Model
+from fem.support.validation import require
+
+INITIAL = exu.ConfigurationType.Initial
+#: Share of the run that may be integrated again without a warning.
+MUCH = 0.5
+
+
+@dataclass
+class Chain:
+    """The run as far as its parts are joined.
+
+    solver     of the whole run
+    states     of the system at the bounds of the segments, by step
+    pieces     samples of the joined parts, of each recorder's arrays
+    seams      differences of the states that were joined, by step
+    front      step up to which the run is joined
+    reason     why a part from the state that had arrived has stopped; else empty
+    repeated   steps of parts that were integrated again
+    """
+
+    solver: Solver
+    states: dict[int, Any]
+    pieces: list[list[Columns]]
+    bar: Any = None
+    seams: dict[int, float] = field(default_factory=dict)
+    front: int = 0
+    reason: str = ""
+    stopped_at: float = 0.0
+    repeated: int = 0
+
+    def meets(self, part: Integrated) -> bool:
+        """Whether the state at the front is that of a part; remembers the difference as that of a seam."""
+        if part.reason or self.front not in part.states:
+            return False
+        error = seam_error(self.solver, self.front, self.states[self.front], part.states)
+        if error <= SEAM_TOLERANCE:
+            self.seams[self.front] = error
+        return error <= SEAM_TOLERANCE
+
+    def extend(self, part: Integrated) -> None:
+        """Take what a part has behind the front."""
+        before = max(samples_before(self.solver.scheme, self.front) - part.begin, 0)
+        for pieces, samples in zip(self.pieces, part.samples, strict=False):
+            pieces.append(samples[before:])
+        self.states |= part.states
+        self.bar.update(max(part.last - self.front, 0))
+        self.front, self.reason, self.stopped_at = max(part.last, self.front), part.reason, part.stopped_at
+
+
+@dataclass
+class Joining:
+    """Submits the parts of a run to an executor and joins them.
+
+    joined     number of parts that are joined
+    running    parts that processes integrate
+    early      parts that were started early and wait for the state that arrives
+    arriving   the part from the state that has arrived, if that runs
+    """
+
+    chain: Chain
+    division: Division
+    job: Job
+    executor: Executor
+    joined: int = 0
+    running: dict[Future, int] = field(default_factory=dict)
+    early: dict[int, Integrated] = field(default_factory=dict)
+    arriving: Future | None = None
+
+    def begin(self) -> "Joining":
+        """Submit the first parts."""
+        self._join()
+        self._start_early()
+        return self
+
+    def run(self) -> None:
+        """Integrate and join all parts; RuntimeError, with the reason, where the executor or a solve fails."""
+        try:
+            while self.joined < self.division.number:
+                done, _ = wait(self.running, return_when=FIRST_COMPLETED)
+                for future in done:
+                    self._receive(future)
+                self._join()
+                self._start_early()
+        finally:
+            for future in self.running:
+                future.cancel()
+
+    def _join(self) -> None:
+        """Join the parts that fit; the next that does not is integrated from the state that arrives."""
+        while self.arriving is None and self.joined < self.division.number:
+            part = self.early.get(self.joined)
+            if part is None and self.joined in self.running.values():
+                return
+            if part and self.chain.meets(part):
+                self.chain.extend(self.early.pop(self.joined))
+                self.joined += 1
+            else:
+                expected = part.states if part and not part.reason else {}
+                state = self.chain.states[self.chain.front]
+                self.arriving = self._submit(self.joined, self.division.part(self.joined, state, expected))
+
+    def _start_early(self) -> None:
+        """Start further parts early while processes are free."""
+        begun = {*self.running.values(), *self.early, *range(self.joined + 1)}
+        for i in range(self.division.number):
+            if i not in begun and len(self.running) < self.division.processes:
+                self._submit(i, self.division.part(i))
+
+    def _submit(self, i: int, part: Part) -> Future:
+        future = submitted(self.executor, integrate, self.job, part)
+        self.running[future] = i
+        return future
+
+    def _receive(self, future: Future) -> None:
+        """Keep a part that was started early; join one from the state that had arrived."""
+        i, part = self.running.pop(future), result_of(future)
+        if future is not self.arriving:
+            self.early[i] = part
+            return
+        self.arriving, started_early, begin = None, self.early.pop(i, None), self.chain.front
+        self.chain.extend(part)
+        if self.chain.reason:
+            raise RuntimeError(self.chain.reason)
+        if started_early:
+            self.chain.repeated += self.chain.front - begin
+            if self.chain.front < self.division.bounds[self.division.ends[i + 1]]:
+                self.chain.meets(started_early)
+                self.chain.extend(started_early)
+        self.joined += 1
+
+
+def submitted(executor: Executor, function: Callable, job: Job, part: Part | Segment) -> Future:
+    """A future of the executor; RuntimeError in words where it has no processes left."""
+    try:
+        return executor.submit(function, job, part)
+    except Exception as error:
+        raise _failure(error) from None
+
+
+def result_of(future: Future) -> Any:
+    """The result of a future; RuntimeError in words where its process has failed."""
+    try:
+        return future.result()
+    except Exception as error:
+        raise _failure(error) from None
+
+
+def _failure(error: Exception) -> RuntimeError:
+    """The error of an executor in words."""
+    text = f"{type(error).__name__}: {error}".splitlines()[0]
+    cause = f"executor: a process that integrated a part of the run has failed or was killed ({text})"
+    return RuntimeError(f"{cause}; take a new executor, with fewer processes if memory was short, or leave it out")
+
+
+@dataclass
+class Parts:
+    """A run as parts that an executor integrates side by side."""
+
+    joining: Joining
+    solver: Solver
+    torques: ShaftTorques
+
+    @property
+    def stopped_at(self) -> float:
+        """Time up to which the run is joined, or at which a part has stopped [s]."""
+        chain = self.joining.chain
+        return chain.stopped_at if chain.reason else (chain.front + 0.5) * self.solver.scheme.steps.size
+
+    def run(self, progress: bool) -> tuple[list[Segment], None, BaseException | None]:
+        """As `Solver.run`."""
+        mbs, chain, stop = self.solver.model.mbs, self.joining.chain, None
+        recorders = recorders_of(self.solver.model, self.torques)
+        chain.pieces = [[] for recorder in recorders for _ in recorder.samples]
+        try:
+            with progress_bar(self.solver.scheme, progress) as chain.bar:
+                self.joining.run()
+                self._fill(recorders)
+            self.solver.require_samples(None)
+        except (RuntimeError, KeyboardInterrupt) as error:
+            stop = error
+            self._fill(recorders)
+        set_state_of_system(mbs, chain.states[chain.front], INITIAL)
+        bounds = sorted(step for step in chain.states if step <= chain.front)
+        return [Segment(first, last, chain.states[first]) for first, last in pairwise(bounds)], None, stop
+
+    def _fill(self, recorders: Sequence[Recorder | ShaftRecorder]) -> None:
+        """Let recorders hold the samples of all parts that are joined."""
+        pieces = iter(self.joining.chain.pieces)
+        for recorder in recorders:
+            wholes: list[Any] = [joined(next(pieces) or [columns_of(block[:0])]) for block in recorder.samples]
+            recorder.samples[:] = wholes
+
+    def repeated(self, segments: Sequence[Segment]) -> Iterator[np.ndarray]:
+        """(n_stage,) rms of the DTE of each segment at half the step, which processes begin to integrate at once."""
+        job, executor = self.joining.job, self.joining.executor
+        return map(result_of, [submitted(executor, rms_at_half_the_step, job, segment) for segment in segments])
+
+    def with_seams(self, data: xr.Dataset) -> xr.Dataset:
+        """The data of the run with the differences at the seams."""
+        chain, division, h = self.joining.chain, self.joining.division, self.solver.scheme.steps.size
+        repeated = chain.repeated / self.solver.scheme.steps.number
+        text = f"{division.number} on {division.processes} processes, {repeated:.3g} of the run integrated again"
+        if repeated > MUCH:
+            cause = (
+                f"executor: {repeated:.0%} of the run were integrated again, as parts did not meet the states before"
+            )
+            warnings.warn(f"{cause}; the run took as long as without executor", stacklevel=5)
+        about = {"units": "1", "long_name": "difference of the states that were joined, over the rms of the vibration"}
+        seam = {"units": "s", "long_name": "time at which parts of the run were joined"}
+        times, errors = np.array(list(chain.seams)) * h, np.array(list(chain.seams.values()), float)
+        return data.assign(seam_error=("seam", errors, about), seam=("seam", times, seam)).assign_attrs(parts=text)
+
+
+def parts_of(solver: Solver, torques: ShaftTorques, executor: Executor) -> Parts | None:
+    """The run as parts, the first of which are submitted; None where it is better serial.
+
+    Warns where vibrations do not decay.
+    """
+    if not solver.model.plan.decay:
+        warnings.warn("executor: the run is serial, as vibrations do not decay; damp all modes", stacklevel=5)
+    division = division_of(solver, executor)
+    if division.number < 2:
+        return None
+    job = Job(uuid4(), solver.model.plan.scene, solver.conditions.tabulated(), solver.scheme, solver.restarted)
+    chain = Chain(solver, {0: state_of_run(solver.model)}, [])
+    return Parts(Joining(chain, division, job, executor).begin(), solver, torques)
+
+
+def check_parts(model: Model, conditions: Conditions) -> None:
+    """ValueError unless the speed at later times is known, and other processes can build the system."""
+    free = "executor: the speed of a free train is known only once it has run"
+    require(conditions.held is not None, f"{free}; impose one by exugear.Speed, or leave executor out")
+    require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
+    system = model.mbs.systemData
+    numbers = system.NumberOfObjects(), system.NumberOfLoads(), system.NumberOfSensors()
+    remedy = "which other processes cannot build from the gearbox; leave executor out"
+    as_built = numbers == (model.drive + 1, model.load + 1, 0)
+    require(as_built, f"executor: the system model.mbs has further items of your own, {remedy}")

@@ -1,0 +1,113 @@
+"""Error of a run by its step, from parts of the run that are integrated again at half the step."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from itertools import pairwise
+
+import exudyn as exu
+import numpy as np
+
+from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
+from exugear.integration.solver_settings import Scheme
+from exugear.integration.time_integration import SEGMENTS, Segment, Solver
+from exugear.system.model import Model
+
+#: Error of a fourth-order result over its change when the step is halved.
+RICHARDSON = 16 / 15
+#: Least number of samples for a meaningful rms of a part of a run.
+FEWEST_SAMPLES = 50
+#: rms of the DTE below which it is rounding [m].
+NO_VIBRATION = 1e-12
+INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
+#: Segments -> (n_stage,) rms of the DTE of each, integrated at half the step.
+Repeat = Callable[[Sequence[Segment]], Iterable[np.ndarray]]
+
+
+def errors_by_step(
+    model: Model, scheme: Scheme, segments: Sequence[Segment], number: int, repeated: Repeat
+) -> Iterator[tuple[Segment, np.ndarray]]:
+    """Hundredths of a run, at most number, with the (n_stage,) relative errors of their rms of the DTE.
+
+    repeated   integrates segments at half the step; other processes begin with that at once
+    """
+    checked = representative(model, scheme, hundredths(segments), number)
+    coarse, fine = [vibration(model, scheme, segment) for segment in checked], repeated(checked)
+    return map(_error, checked, coarse, fine)
+
+
+def _error(segment: Segment, coarse: np.ndarray, fine: np.ndarray) -> tuple[Segment, np.ndarray]:
+    """A segment with its relative errors, by the rms at the step and at half of it."""
+    return segment, RICHARDSON * np.abs(coarse - fine) / np.maximum(fine, NO_VIBRATION)
+
+
+def hundredths(segments: Sequence[Segment]) -> list[Segment]:
+    """The segments of a run, joined to a hundred at most."""
+    firsts = np.unique(np.linspace(0, len(segments), SEGMENTS + 1).astype(int)).tolist()
+    return [replace(segments[i], last=segments[j - 1].last) for i, j in pairwise(firsts)]
+
+
+def representative(model: Model, scheme: Scheme, segments: Sequence[Segment], number: int) -> list[Segment]:
+    """The segment that vibrates most and others spread over the run, at most number; none of short segments."""
+    if number < 1 or not segments or segments[0].last - segments[0].first < FEWEST_SAMPLES * scheme.steps.every:
+        return []
+    rms = np.array([vibration(model, scheme, segment) for segment in segments])
+    strongest = int(np.argmax((rms / np.maximum(rms.max(axis=0), np.finfo(float).tiny)).max(axis=1)))
+    spread = np.linspace(0, len(segments), number + 1).astype(int)[1:-1]
+    return [segments[i] for i in sorted({strongest, *spread.tolist()})]
+
+
+def samples_in(scheme: Scheme, segment: Segment) -> slice:
+    """The samples that fall into a segment."""
+    every = scheme.steps.every
+    return slice(-(-segment.first // every), segment.last // every + 1)
+
+
+def vibration(model: Model, scheme: Scheme, segment: Segment) -> np.ndarray:
+    """(n_stage,) rms of the DTE about its mean in a segment [m]."""
+    samples = samples_in(scheme, segment)
+    firsts = [int(mesh.recorder.header.first) for mesh in model.meshes]
+    parts = [
+        mesh.recorder.deflection[samples.start - first : samples.stop - first]
+        for mesh, first in zip(model.meshes, firsts, strict=True)
+    ]
+    return np.array([part.std() for part in parts])
+
+
+def repeated_in_place(solver: Solver, segments: Sequence[Segment]) -> Iterator[np.ndarray]:
+    """(n_stage,) rms of the DTE of each segment at half the step; samples and state of the system are restored."""
+    mbs, kinds = solver.model.mbs, (INITIAL, CURRENT)
+    for segment in segments:
+        ends = [state_of_system(mbs, kind) for kind in kinds]
+        with _samples_kept(solver, segment):
+            vibrations = vibration_at_half_the_step(solver, segment)
+        for end, kind in zip(ends, kinds, strict=True):
+            set_state_of_system(mbs, end, kind)
+        yield vibrations
+
+
+def vibration_at_half_the_step(solver: Solver, segment: Segment) -> np.ndarray:
+    """(n_stage,) rms of the DTE of a segment, integrated from its state without sensors; NaN where that fails."""
+    rule = replace(solver.scheme.rule, step=solver.scheme.steps.size / 2)
+    settings = solver.scheme.settings(rule)
+    settings.solution.sensors.active = False
+    set_state_of_system(solver.model.mbs, segment.state, INITIAL)
+    try:
+        with solver.explained(rule):
+            solver.solve(settings, segment, halvings=1)
+    except RuntimeError:
+        return np.full(len(solver.model.meshes), np.nan)
+    return vibration(solver.model, solver.scheme, segment)
+
+
+@contextmanager
+def _samples_kept(solver: Solver, segment: Segment) -> Iterator[None]:
+    """Restore the samples of a segment afterwards."""
+    samples = samples_in(solver.scheme, segment)
+    blocks = [block for mesh in solver.model.meshes for block in mesh.recorder.samples]
+    copies = [block[samples].copy() for block in blocks]
+    try:
+        yield
+    finally:
+        for block, copy in zip(blocks, copies, strict=True):
+            block[samples] = copy
