@@ -81,8 +81,7 @@ def draw(folder: Path, curves, ste, runs) -> None:
     plots.plot_ste(curves, panels[0].axes[0])
     plots.plot_stiffness(ste.sel(torque=[20, 50, 150, 350, 750, 1500]), panels[0].axes[1])
     for i, result in enumerate(runs.values()):
-        peaks = shares_of_main(result)
-        peaks = peaks[np.isfinite(peaks)]
+        peaks = np.array([share for share in shares_of_main(result) if np.isfinite(share)])
         plots.plot_run_up(result, panels[1].axes[i], found=Resonances(peaks, 0 * peaks))
         plots.plot_waterfall(result, panels[2].axes[i])
     for name, panel in zip(("ste", "run_up", "orders"), panels, strict=True):

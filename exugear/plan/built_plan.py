@@ -125,8 +125,7 @@ class BuiltPlan:
             f"eigenfrequencies: below {self.omega / 2 / pi:.4g} Hz, {resolved}",
             *(f"resonance of {label}: {IMPOSED.format(*pair)}" for label, pair in self.mesh_resonances.items()),
             f"largest stable step: {self.largest_step:.3g} s",
-            f"tolerance 1e-3: {self.cost(1.0, self.step())}",
-            f"parts of a run with executor=: {self.overlap}",
+            f"tolerance 1e-3: {self.cost(1.0, self.step())}; parts of a run with executor=: {self.overlap}",
             f"contact: {self.contact}",
         ]
         return "\n".join(lines)
