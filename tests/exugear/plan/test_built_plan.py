@@ -26,7 +26,7 @@ def test_the_built_plan_prints_the_scene_and_then_integrator_step_cost_and_call(
     assert resonances == [f"resonance of {label}" for label in box.labels]
     remaining = [title for title in titles if title not in resonances]
     assert remaining == ["integrator", "eigenfrequencies", "largest stable step", "tolerance 1e-3", "contact"]
-    assert "; parts of a run with executor=: start 0.0" in str(exugear.build(box).plan)
+    assert "; parts of a run with executor=: start 0.13 s early" in str(exugear.build(box).plan)
 
 
 def test_a_model_is_built_by_the_plan_of_another_model():
