@@ -16,6 +16,7 @@ from benchmark_growth import exponent, growth, yardsticks
 from benchmark_points import Points
 from benchmark_run_up import paper_gearbox, run_up_points
 from benchmark_ste import ste_points
+from benchmark_steps import steps
 from matplotlib import rc_context
 
 from exugear import plots
@@ -80,6 +81,7 @@ def main(folder: Path, quick: bool = False) -> dict:
     print({name: round(seconds, 2) for name, seconds in floor.items()})
     print({name: round(exponent(*rows), 2) for name, rows in grown.items()})
     numbers = {"STE": ste.rows, "run-up": runs.rows, "70 s in equal steps": floor, "growth": grown}
+    numbers["steps"] = steps(box, quick)
     (folder / "benchmark.json").write_text(json.dumps(numbers, indent=1), encoding="utf-8")
     draw(folder / "benchmark.png", ste, runs, floor, grown)
     return numbers

@@ -18,9 +18,11 @@ from benchmark_run_up import TORQUE, on_bearings, paper_gearbox
 from korta_pair import TOP_SPEED
 
 import exugear
+from exugear.integration.solver_settings import settings_for
 from exugear.plan.integrator_and_step import BETA, Rule
 
 STEP, STEPS, PAIRS = 2.4e-5, 300_000, 5
+QUICK = 30_000, 1
 
 
 def single_coordinate(inertia: float) -> exu.MainSystem:
@@ -43,29 +45,26 @@ def without_gears(model: exugear.Model) -> exu.MainSystem:
     return model.mbs
 
 
-def bare_step(mbs: exu.MainSystem) -> float:
-    """Time of a step without gears [us]."""
-    settings = exugear.integrator(mbs, STEP * STEPS, 1.0)
-    newmark = settings.timeIntegration.generalizedAlpha
-    settings.timeIntegration.numberOfSteps = STEPS
-    newmark.newmarkBeta, newmark.newmarkGamma = BETA, 0.5
-    return timed(lambda: mbs.SolveDynamic(settings))[1] / STEPS * 1e6
+def bare_step(mbs: exu.MainSystem, number: int) -> float:
+    """Time of one of so many steps without gears [us]."""
+    settings = settings_for(Rule(BETA, STEP), STEP * number, 1e-3)
+    return timed(lambda: mbs.SolveDynamic(settings))[1] / number * 1e6
 
 
-def run_of(model: exugear.Model) -> exugear.Run:
-    """A run-up through the speeds of the paper, in few steps."""
-    options = {"speed": (0, TOP_SPEED), "duration": STEP * STEPS, "load": TORQUE, "checks": 0, "progress": False}
+def run_of(model: exugear.Model, number: int) -> exugear.Run:
+    """A run-up through the speeds of the paper, in so many steps."""
+    options = {"speed": (0, TOP_SPEED), "duration": STEP * number, "load": TORQUE, "checks": 0, "progress": False}
     return exugear.run_up(model, step=Rule(BETA, STEP), **options)
 
 
-def step_times(box: exugear.Gearbox, plan: exugear.Plan | None = None) -> dict[str, float]:
+def step_times(box: exugear.Gearbox, plan: exugear.Plan | None, number: int, pairs: int) -> dict[str, float]:
     """Iterations, time of a step [us], of the yardstick [us], and the median of their ratios."""
     model = exugear.build(box, plan=plan)
     spins = all(kind.spin_index == 0 for kind in model.plan.shafts.values())
     bare = single_coordinate(box.driven.inertia) if spins else without_gears(exugear.build(box, plan=plan))
-    run_of(model)  # compiles the contact
-    runs = [(run_of(model), bare_step(bare)) for _ in range(PAIRS)]
-    seconds = [run.wall_time / STEPS * 1e6 for run, _ in runs]
+    run_of(model, 1000)  # compiles the contact
+    runs = [(run_of(model, number), bare_step(bare, number)) for _ in range(pairs)]
+    seconds = [run.wall_time / number * 1e6 for run, _ in runs]
     return {
         "iterations": float(runs[0][0].data.attrs["newton_iterations"]),
         "us a step": median(seconds),
@@ -80,7 +79,7 @@ def steps(box: exugear.Gearbox, quick: bool = False) -> dict[str, dict[str, floa
     scenes = {"spinning": (box, None), "planar": (elastic, None)}
     scenes["in space"] = elastic, exugear.plan(elastic).with_bodies()
     scenes |= {f"{n} stages": (chain(box, n), None) for n in ((2,) if quick else (2, 4, 8))}
-    rows = {name: step_times(*scene) for name, scene in scenes.items()}
+    rows = {name: step_times(*scene, *(QUICK if quick else (STEPS, PAIRS))) for name, scene in scenes.items()}
     for name, row in rows.items():
         print(f"{name:10}", {key: round(value, 2) for key, value in row.items()})
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
