@@ -24,7 +24,7 @@ KEPT: set[Callable] = set()
 class Announcer(event.Listener):
     """Announces compilation, which takes long in total, though each function takes a second.
 
-    Meanwhile Python collects no garbage: a fifth of the time otherwise, as numba makes millions of objects that live on.
+    Meanwhile Python collects no garbage, which would take a fifth of the time.
     """
 
     def __init__(self):
