@@ -101,7 +101,7 @@ def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques
 
 
 def rows(arrays: list[np.ndarray]) -> np.ndarray:
-    """Arrays as the rows of one, contiguous; a single contiguous array is not copied."""
+    """A contiguous matrix with the arrays as its rows; a single contiguous array is not copied."""
     return np.ascontiguousarray(arrays[0])[None] if len(arrays) == 1 else np.array(arrays)
 
 

@@ -25,7 +25,7 @@ RESIDUAL_SHARE = 1e-3
 ROUNDINGS = 4
 #: Step of a run over that of a run whose energy balance closes.
 BALANCE_REFINEMENT = 3
-#: Its tolerance for Newton's iteration over that of other runs, and the least one, below which it only meets rounding.
+#: Newton's tolerance of such a run over that of other runs, and the least tolerance, below which only rounding is left.
 BALANCE_TOLERANCE, LEAST_BALANCE_TOLERANCE = 1e-3, 1e-7
 
 

@@ -104,7 +104,7 @@ class Resolution(Discretization):
 @short()
 @dataclass(frozen=True)
 class Slices(Discretization):
-    """One line load per slice of the face width, flattened by Hertz's formula: 5 to 20 times as fast as `Resolution`.
+    """One line load per slice of the face width, flattened by Hertz's formula: 4 times as fast as `Resolution` or more.
 
     The peak to peak of wide, crowned helical pairs takes 40 slices and more; `accuracy=` of a map estimates its error.
 

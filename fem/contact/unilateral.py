@@ -114,7 +114,7 @@ def _is_pulling(force, goal):
 
 @compiled_or_not
 def _with_joining(force, joining):
-    """(n,) forces in which joining candidates have a very small one, and which of them are not 0."""
+    """(n,) contact forces with a very small force on joining candidates, and (n,) whether each force is above 0."""
     forces, active, largest = np.empty(force.size), np.empty(force.size, np.bool_), TINY
     for k in range(force.size):
         largest = max(largest, force[k])

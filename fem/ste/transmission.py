@@ -48,7 +48,7 @@ def static_transmission_error(
     accuracy    largest root mean square error by each cause (mesh, phases, torques) over the deflection, say 0.005;
                 five times that share is allowed of the peak to peak. It chooses the mesh; the map holds the estimates
     resolution  mesh and slices by hand instead of an accuracy, without estimated errors: `fem.Resolution` (default;
-                the mean of aligned spurs is within 0.3 % of the converged one) or `fem.Slices`, 5 to 20 times as fast
+                the mean of aligned spurs is within 0.3 % of the converged one) or `fem.Slices`, 4 times as fast or more
     executor    any `concurrent.futures.Executor`, which solves the contacts; finite elements are solved in this process
     progress    whether to show bars with the time left
 
