@@ -87,6 +87,7 @@ def growth(box: exugear.Gearbox, runs: Points, quick: bool) -> dict[str, tuple[l
         run = exugear.run_up(model, speed=60.0, duration=0.5, load=TORQUE, step=1e-5, progress=False)
         seconds.append(run.wall_time / 5e4)
     counts = (3, 9) if quick else (3, 9, 33, 129)
+    slices(misalignments=3, phases=4)  # compiles the contact states
     tilts = [cold(partial(slices, misalignments=n))[1] for n in counts]
     phases, torques = (15, 30, 60, 120), (4, 8, 16, 32)
     slices()  # from here on its finite elements are cached
