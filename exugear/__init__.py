@@ -32,7 +32,7 @@ from exugear.system.model import Model
 from fem.support.version import __version__
 
 #: Modules for pictures, imported on first use.
-__getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs={"post": ["graphics", "plots"]})
+__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"]})
 
 __all__ = [
     "Apart",

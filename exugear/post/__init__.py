@@ -1,6 +1,6 @@
-"""Results: spectra, plots, pictures of gears."""
+"""Results: spectra, animated and drawn gears."""
 
 import lazy_loader
 
 #: Modules for pictures, imported on first use.
-__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, ["graphics", "plots", "stress_plots"])
+__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, ["graphics"])
