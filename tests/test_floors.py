@@ -35,11 +35,12 @@ FOLDERS = (
     "exugear/energy",
     "exugear/integration",
     "exugear/simulation",
+    "exugear/signals",
     "exugear/post",
 )
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
 FIRST, LAST = {"fem.units"}, {"fem", "exugear"}
-MODULES_OF_FEM, MODULES_OF_EXUGEAR = 82, 105
+MODULES_OF_FEM, MODULES_OF_EXUGEAR = 82, 111
 MOST_IN_A_FOLDER = 9
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
 #: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.graphics` draws.

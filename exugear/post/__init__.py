@@ -1,4 +1,4 @@
-"""Results: spectra, plots, pictures of gears."""
+"""Results: plots and pictures of gears."""
 
 import lazy_loader
 

@@ -14,7 +14,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from exugear.integration.run_data import stage_data
 from exugear.post.figures import axes_or_new, figure
 from exugear.post.power_plots import plot_efficiency, plot_power
-from exugear.post.spectrum import Envelope, Resonances, bearing_force_rms, dte_envelope, order_spectrum
+from exugear.signals.spectrum import Envelope, Resonances, bearing_force_rms, dte_envelope, order_spectrum
 from fem.ste.ste_map import PHASE, TORQUE, over_torque_and_phase, over_torque_and_pitches, pair_of
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.validation import require
