@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 
 from exugear.integration.run_data import stage_data
 from exugear.plots.figures import axes_or_new, title_of
-from exugear.post.spectrum import order_spectrum
+from exugear.signals.spectrum import order_spectrum
 from fem.support.arguments import Finite, checked
 from fem.units import rpm, um
 

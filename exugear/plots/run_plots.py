@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from exugear.integration.run_data import stage_data
 from exugear.plots.figures import axes_or_new, title_of
-from exugear.post.spectrum import Envelope, Resonances, bearing_force_rms, dte_envelope
+from exugear.signals.spectrum import Envelope, Resonances, bearing_force_rms, dte_envelope
 from fem.support.arguments import checked
 from fem.units import rpm, um
 

@@ -1,4 +1,4 @@
-"""Results: spectra, animated and drawn gears."""
+"""Gears and built gearboxes as bodies in Exudyn's viewer and in pictures."""
 
 import lazy_loader
 
