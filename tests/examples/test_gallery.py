@@ -1,0 +1,60 @@
+"""The short examples: each shows the physics that its docstring states."""
+
+import coast_down
+import hand_built_contact
+import helical_and_spur
+import measured_table
+import numpy as np
+import parameter_variation
+import pytest
+import tip_relief
+
+import exugear
+from fem.units import um
+
+
+def test_tip_relief_quietens_the_design_load_and_not_the_light_one(tmp_path):
+    numbers = tip_relief.main(tmp_path, quick=True)
+    none, long, short = (numbers[name] for name in ("no relief", tip_relief.BEST, "short, 10 µm"))
+    for quantity in (0, 1):
+        assert long[tip_relief.DESIGN][quantity] < 0.3 * none[tip_relief.DESIGN][quantity]
+        assert long[tip_relief.LIGHT][quantity] > 2 * none[tip_relief.LIGHT][quantity]
+    assert short[tip_relief.LIGHT][0] == pytest.approx(none[tip_relief.LIGHT][0], abs=0.2 * um)
+
+
+def test_an_overlap_ratio_of_one_takes_the_variation_out_of_the_ste(tmp_path):
+    (spur, dte), (half, _), (whole, quiet) = helical_and_spur.main(tmp_path, quick=True).values()
+    assert whole < 0.1 * spur
+    assert whole < half < 0.5 * spur
+    assert quiet < 0.1 * dte
+
+
+def test_a_measured_table_resonates_where_its_stiffness_and_the_inertia_say(tmp_path):
+    expected, run = measured_table.main(tmp_path, quick=True)
+    outline = exugear.dte_envelope(run)
+    assert outline.place[np.argmax(outline.amplitude)] == pytest.approx(expected, rel=0.02)
+    table = measured_table.pd.read_csv(tmp_path / "synthetic_measurement.csv")
+    law = measured_table.law_of(table)
+    points = table.sample(20, random_state=1).to_numpy()
+    assert law(points[:, 0], points[:, 2] * um) == pytest.approx(points[:, 1], rel=1e-3, abs=1.0)
+
+
+def test_torques_mesh_and_bearings_balance_in_a_model_built_by_hand(tmp_path):
+    values = hand_built_contact.main(tmp_path, quick=True)
+    errors = {name: value / expected - 1 for name, (value, expected) in values.items()}
+    assert errors.pop("DTE [µm]") == pytest.approx(0, abs=5e-3)
+    assert list(errors.values()) == pytest.approx([0, 0], abs=1e-3)
+
+
+def test_stiffer_bearings_raise_the_resonance_and_damping_lowers_its_height(tmp_path):
+    peaks = parameter_variation.main(tmp_path, quick=True)
+    assert (np.diff(peaks["frequency"], axis=0) > 0).all()
+    assert (np.diff(peaks["rms"], axis=1) < 0).all()
+
+
+def test_a_coast_down_follows_the_closed_form_and_its_energy_balances(tmp_path):
+    box, run = coast_down.main(tmp_path, quick=True)
+    motor = run.data["shaft_speed"].sel(shaft="motor").values
+    assert motor == pytest.approx(coast_down.rigid_speed(box, run.data["time"].values), rel=1e-3)
+    balance = run.energy_balance()
+    assert abs(balance.residual) < 1e-4 * abs(balance.stored)
