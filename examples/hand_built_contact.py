@@ -20,6 +20,7 @@ from exugear import plots
 from fem.units import deg, mm, rpm, um
 
 TORQUE, SPEED, STIFFNESS = 100.0, 600 * rpm, np.array([2e8, 2e8, 1e8])
+COARSE = fem.Slices(fem.Density().scaled(0.5))
 SIZES = {"m_n": 3 * mm, "b": 25 * mm, "d_bore": 30 * mm}
 PAIR = fem.GearPair(fem.Gear(z=25, beta=15 * deg, **SIZES), fem.Gear(z=40, beta=-15 * deg, **SIZES))
 
@@ -60,7 +61,7 @@ def main(folder: Path, quick: bool = False) -> dict[str, tuple[float, float]]:
     """Means of the second half of the run beside what balance and the STE map give."""
     folder.mkdir(parents=True, exist_ok=True)
     exu.config.printToConsole = False
-    ste = fem.static_transmission_error(PAIR, (0, 5, 20, 50, TORQUE, 200, 400), 16, resolution=fem.Slices())
+    ste = fem.static_transmission_error(PAIR, (0, 5, 20, 50, TORQUE, 200, 400), 16, resolution=COARSE)
     contact, bearings = solve(ste, 0.05 if quick else 0.1)
     force, settled = TORQUE / PAIR.pinion.r_b, contact[:, 0] > contact[-1, 0] / 2
     values = {
