@@ -31,8 +31,8 @@ from exugear.system.eigenfrequencies import eigenfrequencies
 from exugear.system.model import Model
 from fem.support.version import __version__
 
-#: Modules for pictures, imported on first use.
-__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"]})
+#: Modules and functions for pictures, imported on first use.
+__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"], "run_report.report": ["report"]})
 
 __all__ = [
     "Apart",
@@ -78,6 +78,7 @@ __all__ = [
     "picture",
     "plan",
     "plots",
+    "report",
     "resonances",
     "run",
     "run_up",

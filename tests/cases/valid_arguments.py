@@ -148,7 +148,7 @@ def by_name() -> dict[str, Any]:
         "ste_map.torque": [0.0, 100.0], "ste_map.phase": np.arange(8) / 8, "ste_map.offsets": {},
         "transmission_error.run": RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20), "save.data": smooth_map(),
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
-        "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
+        "Run.save.path": folder / "saved.nc", "report.path": folder / "run.html", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
         "MeshFriction.of_pair.speed": 1.0, "loss.force": 100.0, "loss.speed": 50.0,
         "MeshFriction.from_ste.torque": 100.0, "torque.load": 100.0,
         "local.distance": mm, "start.friction": True,
