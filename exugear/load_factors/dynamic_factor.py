@@ -1,0 +1,76 @@
+"""Dynamic factor K_v of every stage over the speed: largest mesh force over static mesh force."""
+
+from math import inf
+
+import numpy as np
+import xarray as xr
+
+from exugear.integration.run_data import stage_data
+from exugear.load_factors.mesh_windows import local_mean, mesh_cycles
+from exugear.signals.envelope import envelope
+from fem.support.arguments import checked
+from fem.support.validation import require
+
+#: Share of the largest static force below which a mesh counts as unloaded.
+UNLOADED = 1e-3
+#: Variables over (stage, speed): unit, long name.
+VARIABLES = {
+    "K_v": ("1", "dynamic factor: largest over static mesh force"),
+    "static_force": ("N", "local mean of the mesh force over whole mesh cycles"),
+    "mesh_frequency": ("Hz", "mesh frequency"),
+}
+
+
+@checked
+def dynamic_factor(run, windows: int = 280) -> xr.Dataset:
+    """Dynamic factor of every stage of a run over the speed of the driving shaft.
+
+    run         an `exugear.Run` or its data
+    windows     number of windows of equal length, joined where the gears turn too slowly for a mesh cycle
+
+    Returns a dataset over (stage, speed), the mean speed of each window [rad/s]:
+
+    K_v             largest mesh force over the static one, NaN where the mesh is unloaded
+    static_force    local mean of the mesh force over whole mesh cycles [N]: the torque that the mesh transmits, over
+                    the base radius; < 0 where the back flank transmits it
+    mesh_frequency  [Hz]
+
+    The mesh force is that of all tooth pairs together, as the total tangential load to which K_v of ISO 6336-1 applies;
+    its division among tooth pairs belongs to K_Halpha (`fem.load_factors`). The static force follows the load over
+    time linearly between windows; a load that varies faster than these counts as dynamic. Raises ValueError for other
+    data, for a run without load and for windows out of range.
+    """
+    stages = _stages(run)
+    slowest = min((mesh_cycles(stage) for stage in stages), key=lambda cycles: cycles[-1])
+    require(windows >= 1, f"windows must be at least 1, got {windows}")
+    windows = min(windows, slowest.size // 2)
+    columns = np.array([_over_speed(stage, windows, slowest) for stage in stages])
+    about = {"units": "rad/s", "long_name": "speed of the driving shaft"}
+    speed = envelope(stages[0]["speed"].values, slowest, windows, cycles=slowest).place
+    return xr.Dataset(
+        {
+            name: (("stage", "speed"), columns[:, i], {"units": unit, "long_name": long_name})
+            for i, (name, (unit, long_name)) in enumerate(VARIABLES.items())
+        },
+        {"stage": [str(stage["stage"].item()) for stage in stages], "speed": ("speed", speed, about)},
+    )
+
+
+def _stages(run) -> list[xr.Dataset]:
+    """The data of every stage of a run."""
+    first = stage_data(run)
+    data = run if isinstance(run, xr.Dataset) else run.data
+    return [first, *(stage_data(data, i) for i in range(1, data["stage"].size))]
+
+
+def _over_speed(stage: xr.Dataset, windows: int, slowest: np.ndarray) -> tuple[np.ndarray, ...]:
+    """`VARIABLES` of a stage, each (n_window,); slowest: mesh cycles of the slowest stage, by which windows join."""
+    time, force = stage["time"].values, stage["mesh_force"].values
+    static = local_mean(time, mesh_cycles(stage), force, windows)
+    largest = np.abs(static).max()
+    require(bool(largest > 0), f"run must load the mesh of stage {stage['stage'].item()!r}; give it a load > 0 N m")
+    loaded = np.abs(static) > UNLOADED * largest
+    dynamic = envelope(static, force / np.where(loaded, static, inf), windows, cycles=slowest)
+    static_force, factor = dynamic.place, dynamic.high
+    frequency = envelope(stage["mesh_frequency"].values, force, windows, cycles=slowest).place
+    return np.where(np.abs(static_force) > UNLOADED * largest, factor, np.nan), static_force, frequency
