@@ -103,7 +103,7 @@ def test_envelope_holds_the_largest_stress_of_every_window():
 
 def test_runs_beyond_the_map_and_foreign_maps_are_refused(tmp_path):
     run = slow_run(duration=0.02)
-    with pytest.raises(ValueError, match="stresses end at 100 N m, the run reaches 1[45]"):
+    with pytest.raises(ValueError, match=r"stresses end at 100 N m, the run reaches 1[45]"):
         exugear.dynamic_stress(run, stresses(torque=(0.0, 100.0)))
     pair = paper_pair()
     foreign = stresses().assign_attrs(pair_attributes(replace(pair, wheel=replace(pair.wheel, d_bore=50 * mm))))
