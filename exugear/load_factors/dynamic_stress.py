@@ -50,8 +50,9 @@ def dynamic_stress(run, stresses: xr.Dataset, stage: int = 0) -> xr.Dataset:
     _check_reach(table, data["mesh_force"].values, pair.pinion.r_b)
     force = data["mesh_force"].values
     phase = np.where(force < 0, pair.back_phase - data["phase"].values, data["phase"].values)
-    kept = data[[SPEED, "mesh_frequency", "mesh_force"]].drop_attrs(deep=False)
-    return kept.assign(_labelled(table.at(np.abs(force), phase), TIME)).assign_coords({GEAR: ["pinion", "wheel"]})
+    kept = {name: data[name].variable for name in (SPEED, "mesh_frequency", "mesh_force")}
+    coordinates = {GEAR: ["pinion", "wheel"], TIME: data[TIME].variable, "stage": label}
+    return xr.Dataset(kept | _labelled(table.at(np.abs(force), phase), TIME), coordinates)
 
 
 @checked

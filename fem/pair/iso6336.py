@@ -170,7 +170,7 @@ def dynamic_factor(
 ) -> xr.DataArray:
     """Dynamic factor K_v over the speed of the pinion.
 
-    torque      pinion torque at the reference circle > 0 [N m]
+    torque      on the pinion > 0 [N m]
     speed       of the pinion: one or several values >= 0 [rad/s]
     deviations  of the flanks; by default none, which leaves the part of the varying mesh stiffness
     K_A         application factor, times the mesh load factor K_gamma

@@ -21,8 +21,6 @@ from fem.support.validation import require
 
 __all__ = ["load_factors"]
 
-#: Stretches of the face width over which the line load is averaged.
-STRETCHES = 60
 AXIAL = "axial_position"
 #: Variables over torque: axes, unit, long name.
 VARIABLES = {
@@ -54,7 +52,8 @@ def load_factors(
                     along inclined lines of contact does not count
     K_H_alpha       largest load of a tooth pair in the mesh cycle over that of accurate gears, which are involutes
                     without modification on parallel axes. It is 1 where a single pair carries all the load at times
-    line_load       [N/m] over (torque, axial_position), averaged over sixtieths of the face width
+    line_load       [N/m] over (torque, axial_position), averaged over as many equal stretches of the face width as the
+                    resolution has slices
     largest_share   of the load on a tooth pair
 
     The flanks with their modifications and deviations, the offsets, and the elasticity of teeth and gear bodies up to
@@ -66,19 +65,20 @@ def load_factors(
     torque, phase = checked_torque(pair, torque), checked_phases(phases, pair)
     require(bool(torque[0] > 0), f"torque must be > 0 N m, without which there is no load to distribute, got {torque}")
     offsets = Offsets() if offsets is None else offsets
+    resolution = Resolution() if resolution is None else resolution
     forces = torque / pair.pinion.r_b
     with shown(progress):
         contacts, misalignment = tooth_contacts(pair, phase, offsets, resolution)
-        line_loads, shares = _distributions(contacts, forces, misalignment)
+        line_loads, shares = _distributions(contacts, forces, misalignment, resolution.slices)
         accurate, parallel = _accurate(pair), replace(offsets, **dict.fromkeys(ANGLES, 0.0))
         accurate_shares = shares
         if (accurate, parallel) != (pair, offsets):
             contacts, misalignment = tooth_contacts(accurate, np.unique(phase % 1), parallel, resolution)
-            _, accurate_shares = _distributions(contacts, forces, misalignment)
+            _, accurate_shares = _distributions(contacts, forces, misalignment, resolution.slices)
     line_load = np.einsum("p,tps->ts", phase_weights(phase, floor(phase[-1]) + 1), line_loads)
     largest = shares.max(axis=1)
     columns = face_load_factor(line_load), largest / accurate_shares.max(axis=1), line_load, largest
-    ends = stretch_ends(contacts[0])
+    ends = stretch_ends(contacts[0], resolution.slices)
     return _dataset(pair, torque, (ends[1:] + ends[:-1]) / 2, columns)
 
 
@@ -87,9 +87,9 @@ def face_load_factor(line_load: np.ndarray) -> np.ndarray:
     return line_load.max(axis=-1) / line_load.mean(axis=-1)
 
 
-def stretch_ends(contact: ToothContact) -> np.ndarray:
-    """(STRETCHES + 1,) axial ends of the stretches of the face width common to both gears [m]."""
-    return np.linspace(*contact.position.face, STRETCHES + 1)
+def stretch_ends(contact: ToothContact, stretches: int) -> np.ndarray:
+    """(stretches + 1,) axial ends of equal stretches of the face width common to both gears [m]."""
+    return np.linspace(*contact.position.face, stretches + 1)
 
 
 def share_per_width(state: State, ends: np.ndarray) -> np.ndarray:
@@ -100,13 +100,13 @@ def share_per_width(state: State, ends: np.ndarray) -> np.ndarray:
 
 
 def _distributions(
-    contacts: list[ToothContact], forces: np.ndarray, misalignment: float
+    contacts: list[ToothContact], forces: np.ndarray, misalignment: float, stretches: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Line loads (n_torque, n_phase, n_stretch) [N/m] and largest shares of a tooth pair (n_torque, n_phase)."""
-    line_loads = np.zeros((forces.size, len(contacts), STRETCHES))
+    line_loads = np.zeros((forces.size, len(contacts), stretches))
     shares = np.zeros(line_loads.shape[:2])
     for column, contact in enumerate(bar(contacts, "contact")):
-        ends = stretch_ends(contact)
+        ends = stretch_ends(contact, stretches)
         for row, force in enumerate(forces.tolist()):
             state = contact.state(force, misalignment)
             line_loads[row, column] = force * share_per_width(state, ends)
