@@ -22,11 +22,12 @@ VARIABLES = {
 
 
 @checked
-def dynamic_factor(run, windows: int = 280) -> xr.Dataset:
-    """Dynamic factor of every stage of a run over the speed of the driving shaft.
+def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None) -> xr.Dataset:
+    """Dynamic factor of every stage of a run, or of steady states, over the speed of the driving shaft.
 
-    run         an `exugear.Run` or its data
-    windows     number of windows of equal length, joined where the gears turn too slowly for a mesh cycle
+    run             an `exugear.Run` or its data, or steady states: a dataset with largest_force [N] over point
+    windows         number of windows of equal length, joined where the gears turn too slowly for a mesh cycle
+    static_force    of steady states [N]: the torque on the pinion over its base radius; runs have their own
 
     Returns a dataset over (stage, speed), the mean speed of each window [rad/s]:
 
@@ -37,9 +38,15 @@ def dynamic_factor(run, windows: int = 280) -> xr.Dataset:
 
     The mesh force is that of all tooth pairs together, as the total tangential load to which K_v of ISO 6336-1 applies;
     its division among tooth pairs belongs to K_Halpha (`fem.load_factors`). The static force follows the load over
-    time linearly between windows; a load that varies faster than these counts as dynamic. Raises ValueError for other
-    data, for a run without load and for windows out of range.
+    time linearly between windows; a load that varies faster than these counts as dynamic. Steady states are returned
+    as they are, with K_v over point added.
+
+    Raises ValueError for other data, for a run without load, for windows out of range, and for steady states without
+    a static force.
     """
+    if isinstance(run, xr.Dataset) and "largest_force" in run and run["largest_force"].dims == ("point",):
+        return _of_steady_states(run, static_force)
+    require(static_force is None, "static_force is for steady states; a run has its own, leave it out")
     stages = _stages(run)
     slowest = min((mesh_cycles(stage) for stage in stages), key=lambda cycles: cycles[-1])
     require(windows >= 1, f"windows must be at least 1, got {windows}")
@@ -54,6 +61,15 @@ def dynamic_factor(run, windows: int = 280) -> xr.Dataset:
         },
         {"stage": [str(stage["stage"].item()) for stage in stages], "speed": ("speed", speed, about)},
     )
+
+
+def _of_steady_states(states: xr.Dataset, static_force: float | None) -> xr.Dataset:
+    """Steady states with their dynamic factor over point."""
+    given = "static_force must be > 0 N for steady states, the torque on the pinion over its base radius"
+    require(static_force is not None and 0 < static_force < inf, f"{given}, got {static_force}")
+    unit, long_name = VARIABLES["K_v"]
+    factor = states["largest_force"].values / static_force
+    return states.assign(K_v=("point", factor, {"units": unit, "long_name": long_name}))
 
 
 def _stages(run) -> list[xr.Dataset]:

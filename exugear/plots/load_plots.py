@@ -1,6 +1,7 @@
 """Plots of load factors and dynamic stresses."""
 
 from itertools import cycle
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -39,7 +40,8 @@ def plot_dynamic_factor(data: xr.Dataset, ax: Axes | None = None, *, iso: xr.Dat
     ax = axes_or_new(ax)
     for name, colour in zip(data["stage"].values, cycle(DISTINCT), strict=False):
         factor = data["K_v"].sel(stage=name)
-        ax.plot(factor[SPEED] / rpm, factor, **{"color": colour, "linewidth": 1.4, "label": str(name)} | style)
+        options: dict[str, Any] = {"color": colour, "linewidth": 1.4, "label": str(name)} | style
+        ax.plot(factor[SPEED] / rpm, factor, **options)
     if iso is not None:
         over_speed = iso.dims == (SPEED,)
         require(over_speed, f"iso must be over speed, got {iso.dims}; give fem.iso6336.dynamic_factor several speeds")
@@ -68,8 +70,8 @@ def plot_dynamic_stress(data: xr.Dataset, ax: Axes | None = None, *, name: str =
     abscissa = data[axis].values / (rpm if axis == SPEED else 1.0)
     curves = {str(g): stress.sel({GEAR: g}) for g in stress[GEAR].values} if GEAR in stress.dims else {"": stress}
     for (label, curve), colour in zip(curves.items(), DISTINCT, strict=False):
-        options = {"color": colour, "linewidth": 1.4, "label": label or None}
-        ax.plot(abscissa, curve.values / MPa, **options | style)
+        options: dict[str, Any] = {"color": colour, "linewidth": 1.4, "label": label or None} | style
+        ax.plot(abscissa, curve.values / MPa, **options)
     words = "speed of the driving shaft [rpm]" if axis == SPEED else "time [s]"
     ax.set(xlabel=words, ylabel=f"{LABELS[name]} [MPa]")
     ax.set_ylim(bottom=0, auto=True)

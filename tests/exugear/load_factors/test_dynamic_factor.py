@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from paper_gears import paper_gear, paper_pair
 from scenes import INERTIA, K, Oscillator, linear_law, smooth_box, smooth_map
 
@@ -83,3 +84,15 @@ def test_runs_without_load_and_windows_out_of_range_are_refused():
     unloaded = run.data.assign(mesh_force=0 * run.data["mesh_force"])
     with pytest.raises(ValueError, match="must load the mesh"):
         exugear.dynamic_factor(unloaded, windows=5)
+
+
+def test_steady_states_have_the_factor_of_their_largest_force():
+    forces, speeds = np.array([2000.0, 3000.0, 2500.0]), np.array([10.0, 20.0, 15.0])
+    states = xr.Dataset({"largest_force": ("point", forces), "speed": ("point", speeds)})
+    factor = exugear.dynamic_factor(states, static_force=2000.0)
+    assert factor["K_v"].values == pytest.approx([1, 1.5, 1.25])
+    assert factor["speed"].identical(states["speed"])
+    with pytest.raises(ValueError, match="static_force must be > 0 N for steady states"):
+        exugear.dynamic_factor(states)
+    with pytest.raises(ValueError, match="static_force is for steady states"):
+        exugear.dynamic_factor(ran(smooth_box(), duration=0.02), static_force=2000.0)

@@ -42,7 +42,7 @@ def test_line_load_is_drawn_with_its_mean_and_the_factors():
     ax = plots.plot_load_factors(data)
     curve, mean = ax.get_lines()[:2]
     assert curve.get_ydata() == pytest.approx(data["line_load"].values[0] * mm)
-    assert mean.get_ydata() == pytest.approx(data["line_load"].values[0].mean() * mm)
+    assert list(mean.get_ydata()) == pytest.approx([data["line_load"].values[0].mean() * mm] * 2)
     assert "1.2" in ax.get_legend().get_texts()[1].get_text()
 
 
