@@ -27,7 +27,7 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
 
     run             an `exugear.Run` or its data, or steady states: a dataset with largest_force [N] over point
     windows         number of windows of equal length, joined where the gears turn too slowly for a mesh cycle
-    static_force    of steady states [N]: the torque on the pinion over its base radius; runs have their own
+    static_force    of steady states [N]: the torque on the pinion over its base radius; a run records its load
 
     Returns a dataset over (stage, speed), the mean speed of each window [rad/s]:
 
@@ -46,7 +46,9 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
     """
     if isinstance(run, xr.Dataset) and "largest_force" in run and run["largest_force"].dims == ("point",):
         return _of_steady_states(run, static_force)
-    require(static_force is None, "static_force is for steady states; a run has its own, leave it out")
+    require(
+        static_force is None, "static_force is for steady states; leave it out for a run, whose mean mesh force it is"
+    )
     stages = _stages(run)
     slowest = min((mesh_cycles(stage) for stage in stages), key=lambda cycles: cycles[-1])
     require(windows >= 1, f"windows must be at least 1, got {windows}")

@@ -69,8 +69,9 @@ def stress_envelope(stress: xr.Dataset, windows: int = 280) -> xr.Dataset:
     require(is_stress, "stress must be stresses over time; pass what exugear.dynamic_stress returns")
     require(windows >= 1, f"windows must be at least 1, got {windows}")
     cycles = mesh_cycles(stress)
-    bounds = np.searchsorted(cycles, window_bounds(stress[TIME].values, cycles, windows))
-    first, end = np.unique(bounds[:-1]), max(int(bounds[-1]), 1)
+    bounds = window_bounds(stress[TIME].values, cycles, windows)
+    first = np.unique(np.searchsorted(cycles, bounds[:-1]))
+    end = int(np.searchsorted(cycles, bounds[-1], side="right"))
     largest = {
         name: np.maximum.reduceat(stress[name].transpose(..., TIME).values[..., :end], first, axis=-1)
         for name in POWERS

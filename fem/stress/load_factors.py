@@ -59,8 +59,8 @@ def load_factors(
     The flanks with their modifications and deviations, the offsets, and the elasticity of teeth and gear bodies up to
     the bores are in these factors; shafts, bearings and housing only as far as the offsets describe them.
 
-    Source: definitions of ISO 6336-1:2019, 7.1 and 8.1, method A. Raises ValueError for bad input, RuntimeError where
-    the contact does not converge.
+    Source: definitions of ISO 6336-1:2019, clauses 7 and 8, method A. Raises ValueError for bad input, RuntimeError
+    where the contact does not converge.
     """
     torque, phase = checked_torque(pair, torque), checked_phases(phases, pair)
     require(bool(torque[0] > 0), f"torque must be > 0 N m, without which there is no load to distribute, got {torque}")

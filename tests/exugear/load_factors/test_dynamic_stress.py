@@ -99,6 +99,9 @@ def test_envelope_holds_the_largest_stress_of_every_window():
     assert envelope["root_stress"].sel(gear="pinion").values == pytest.approx(largest, rel=5e-3)
     assert envelope["speed"].values == pytest.approx(30 * rpm)
     assert envelope["root_stress"].attrs["units"] == "Pa"
+    short = stress.isel(time=slice(0, 200))
+    within_a_cycle = exugear.stress_envelope(short, windows=5)
+    assert within_a_cycle["root_stress"].values == pytest.approx(short["root_stress"].max("time").values[:, None])
 
 
 def test_runs_beyond_the_map_and_foreign_maps_are_refused(tmp_path):
