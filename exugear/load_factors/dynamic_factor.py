@@ -46,9 +46,7 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
     """
     if isinstance(run, xr.Dataset) and "largest_force" in run and run["largest_force"].dims == ("point",):
         return _of_steady_states(run, static_force)
-    require(
-        static_force is None, "static_force is for steady states; leave it out for a run, whose mean mesh force it is"
-    )
+    require(static_force is None, "static_force is for steady states; leave it out, a run has a mean mesh force")
     stages = _stages(run)
     slowest = min((mesh_cycles(stage) for stage in stages), key=lambda cycles: cycles[-1])
     require(windows >= 1, f"windows must be at least 1, got {windows}")
