@@ -154,7 +154,8 @@ def by_name() -> dict[str, Any]:
     )
     factors, stress = dynamic_data(made["Run"])
     special = {
-        "dynamic_factor.speed": [10.0, 20.0], "dynamic_factor.windows": 5, "dynamic_factor.static_force": None, "plot_dynamic_factor.data": factors,
+        "dynamic_factor.speed": [10.0, 20.0], "dynamic_factor.windows": 5,
+        "dynamic_factor.static_force": None, "plot_dynamic_factor.data": factors,
         "plot_dynamic_factor.iso": fem.iso6336.dynamic_factor(paper_pair(), 100.0, [10.0, 20.0]),
         "dynamic_stress.stresses": stresses(), "stress_envelope.stress": stress, "plot_dynamic_stress.data": stress,
         "plot_dynamic_stress.name": "root_stress", "plot_load_factors.data": load_factors(),
