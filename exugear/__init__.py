@@ -15,6 +15,8 @@ from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.integration.solver_settings import integrator
 from exugear.kernels.recorder import Recorder
+from exugear.load_factors.dynamic_factor import dynamic_factor
+from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
@@ -69,6 +71,8 @@ __all__ = [
     "build",
     "draw",
     "dte_envelope",
+    "dynamic_factor",
+    "dynamic_stress",
     "efficiency",
     "eigenfrequencies",
     "envelope",
@@ -83,6 +87,7 @@ __all__ = [
     "run",
     "run_up",
     "spectrum",
+    "stress_envelope",
 ]
 
 

@@ -7,7 +7,9 @@ import xarray as xr
 from matplotlib import rc_context
 from matplotlib.figure import Figure as Drawing
 
+from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.plots.figures import figure
+from exugear.plots.load_plots import plot_dynamic_factor
 from exugear.plots.order_plots import plot_waterfall
 from exugear.plots.power_plots import plot_power
 from exugear.plots.run_plots import plot_bearing_forces, plot_run_up
@@ -19,11 +21,12 @@ RESOLUTION = 160
 
 
 def run_figures(data: xr.Dataset) -> list[Figure]:
-    """Figures of a run: DTE and order map of each stage of a sweep, bearing forces, losses."""
+    """Figures of a run: DTE and order map of each stage of a sweep, dynamic factors, bearing forces, losses."""
     figures = []
     if is_sweep(data):
         for number, stage in enumerate(data["stage"].values.tolist()):
             figures += [_run_up(data, number, stage), _orders(data, number, stage)]
+        figures.append(_factors(data))
         if "bearing_force" in data:
             figures.append(_bearings(data))
     if "mesh_loss" in data:
@@ -57,6 +60,12 @@ def _orders(data: xr.Dataset, number: int, stage: str) -> Figure:
     drawing = _wide()
     plot_waterfall(data, drawing.axes[0], number)
     return embedded(drawing, f"Order map of the DTE of {stage}: amplitude over speed and mesh order.")
+
+
+def _factors(data: xr.Dataset) -> Figure:
+    drawing = _wide()
+    plot_dynamic_factor(dynamic_factor(data), drawing.axes[0])
+    return embedded(drawing, "Dynamic factor of each stage: largest over mean mesh force in windows of the run.")
 
 
 def _bearings(data: xr.Dataset) -> Figure:

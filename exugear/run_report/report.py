@@ -7,7 +7,7 @@ from exugear.run_report.assumptions import assumptions, errors, versions
 from exugear.run_report.document import page, printed
 from exugear.run_report.figures import run_figures
 from exugear.run_report.inputs import inputs, speed_range
-from exugear.run_report.results import extremes, is_sweep, resonance_table, summary
+from exugear.run_report.results import extremes, factor_table, is_sweep, resonance_table, summary
 from exugear.run_report.sections import Section
 from exugear.simulation.run import Run
 from fem.support.arguments import FilePath, checked
@@ -58,5 +58,6 @@ def _sections(run: Run) -> list[Section]:
 def _results(run: Run) -> Section:
     data = run.data
     resonances = [resonance_table(data, number) for number in range(data["stage"].size)] if is_sweep(data) else []
-    tables = [table for table in resonances if table.rows]
-    return Section("Results", summary(data), (*tables, extremes(data)), tuple(run_figures(data)))
+    factors = [factor_table(data)] if is_sweep(data) else []
+    tables = [table for table in (*resonances, *factors, extremes(data)) if table.rows]
+    return Section("Results", summary(data), tuple(tables), tuple(run_figures(data)))

@@ -3,6 +3,7 @@
 import numpy as np
 import xarray as xr
 
+from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.run_report.sections import Table
 from exugear.signals.envelope import Envelope
 from exugear.signals.resonances import Resonances, resonances
@@ -67,6 +68,19 @@ def resonance_table(data: xr.Dataset, stage: int) -> Table:
             rows.append((f"{place:.1f}", f"{speed:.0f}", f"{height / um:.3g}", f"{place / main:.3f}"))
     columns = ("mesh frequency [Hz]", "driving shaft [rpm]", "half peak to peak [µm]", "over the main resonance")
     return Table(f"Resonances of {name} in the DTE", columns, tuple(rows))
+
+
+def factor_table(data: xr.Dataset) -> Table:
+    """Largest dynamic factor of each stage, and where it occurs."""
+    rows = []
+    for stage, column in dynamic_factor(data).groupby("stage"):
+        factor = column.squeeze("stage")
+        if factor["K_v"].notnull().any():
+            peak = factor.isel(speed=int(factor["K_v"].argmax()))
+            places = f"{float(peak['speed']) / rpm:.0f}", f"{float(peak['mesh_frequency']):.0f}"
+            rows.append((str(stage), f"{float(peak['K_v']):.3f}", *places, f"{float(peak['static_force']):.4g}"))
+    columns = ("stage", "largest K_v", "driving shaft [rpm]", "mesh frequency [Hz]", "static mesh force [N]")
+    return Table("Dynamic factors", columns, tuple(rows))
 
 
 def extremes(data: xr.Dataset) -> Table:

@@ -59,7 +59,7 @@ def test_the_page_is_well_formed_and_complete(written):
     page = Page(written[0].read_text(encoding="utf-8"))
     assert page.open == []
     assert [title.split(" ", 1)[1] for title in page.texts["h2"]] == list(TITLES)
-    assert len(page.images) == len(page.texts["figcaption"]) == 3
+    assert len(page.images) == len(page.texts["figcaption"]) == 4
     assert all(source.startswith("data:image/svg+xml;base64,") for source in page.images)
     assert {"57", "2.6 mm", "150 N m", exugear.__version__} <= set(page.texts["td"])
 
