@@ -76,7 +76,7 @@ def factor_table(data: xr.Dataset) -> Table:
     for stage, column in dynamic_factor(data).groupby("stage"):
         factor = column.squeeze("stage")
         if factor["K_v"].notnull().any():
-            peak = factor.isel(speed=int(factor["K_v"].argmax()))
+            peak = factor.isel(speed=factor["K_v"].argmax(...)["speed"])
             places = f"{float(peak['speed']) / rpm:.0f}", f"{float(peak['mesh_frequency']):.0f}"
             rows.append((str(stage), f"{float(peak['K_v']):.3f}", *places, f"{float(peak['static_force']):.4g}"))
     columns = ("stage", "largest K_v", "driving shaft [rpm]", "mesh frequency [Hz]", "static mesh force [N]")
