@@ -25,7 +25,6 @@ TORQUE = 350.0
 #: Half a pitch of a curve of 10 phases, and of 30.
 PHASES, FULL_PHASES = np.arange(6) / 10, np.arange(16) / 30
 MESHES = (
-    (fem.Density(flank=16), ElementQuad1()),
     (fem.Density(flank=30), ElementQuad1()),
     (fem.Density(flank=30).refined(2), ElementQuad1()),
     (fem.Density(flank=16), ElementQuad2()),
