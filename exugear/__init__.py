@@ -27,7 +27,8 @@ from exugear.signals.spectrum import dte_envelope, envelope, order_spectrum, res
 from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.system.assembly import build
-from exugear.system.eigenfrequencies import eigenfrequencies
+from exugear.modes.campbell import campbell
+from exugear.modes.modes import eigenfrequencies, modes
 from exugear.system.model import Model
 from fem.support.version import __version__
 
@@ -67,6 +68,7 @@ __all__ = [
     "XuFriction",
     "__version__",
     "build",
+    "campbell",
     "draw",
     "dte_envelope",
     "efficiency",
@@ -74,6 +76,7 @@ __all__ = [
     "envelope",
     "graphics",
     "integrator",
+    "modes",
     "order_spectrum",
     "picture",
     "plan",
