@@ -39,10 +39,10 @@ def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
             for axial, matrix in _bearing_matrices(shaft, q[part]).items():
                 name = f"{shaft.name} bearing at {axial / mm:.4g} mm"
                 components = np.ix_(coordinates.components, coordinates.components)
-                yield ElasticElement(name, "bearing", _embedded(matrix[components], range(*part.indices(q.size)), q.size))
+                yield ElasticElement(name, "bearing", embedded(matrix[components], range(*part.indices(q.size)), q.size))
         if shaft.coupling:
             spring = shaft.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
-            matrix = _embedded(spring, [spin, model.rotors[shaft.name]], q.size)
+            matrix = embedded(spring, [spin, model.rotors[shaft.name]], q.size)
             yield ElasticElement(coupling_name(shaft.name), "coupling", matrix)
 
 
@@ -100,12 +100,11 @@ def _generic_matrix(mbs, number: int, item: dict) -> np.ndarray:
     """Tangent stiffness of an ObjectGenericODE2 over all coordinates of its system."""
     coordinates, n = mbs.systemData.GetObjectLTGODE2(number), mbs.systemData.ODE2Size()
     q = np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))[coordinates].tolist()
-    matrix = np.zeros((len(coordinates),) * 2)
-    if np.shape(item["stiffnessMatrix"]) == matrix.shape:
-        matrix = matrix + item["stiffnessMatrix"]
-    if callable(item["jacobianUserFunction"]):
-        matrix = matrix + item["jacobianUserFunction"](mbs, 0.0, number, q, [0.0] * len(q), 1.0, 0.0)
-    return _embedded(matrix, coordinates, n)
+    constant, jacobian = np.array(item["stiffnessMatrix"].Convert2DenseMatrix()), item["jacobianUserFunction"]
+    matrix = constant if constant.size else np.zeros((len(coordinates),) * 2)
+    if isinstance(jacobian, dict):
+        matrix = matrix + jacobian["function"](mbs, 0.0, number, q, [0.0] * len(q), 1.0, 0.0)
+    return embedded(matrix, coordinates, n)
 
 
 def _without(mbs, number: int) -> np.ndarray:
@@ -117,7 +116,7 @@ def _without(mbs, number: int) -> np.ndarray:
         mbs.SetObjectParameter(number, "activeConnector", True)
 
 
-def _embedded(matrix: np.ndarray, coordinates: Sequence[int], n: int) -> np.ndarray:
+def embedded(matrix: np.ndarray, coordinates: Sequence[int], n: int) -> np.ndarray:
     """(n, n) matrix with a matrix of some coordinates in their rows and columns."""
     whole = np.zeros((n, n))
     whole[np.ix_(coordinates, coordinates)] = matrix

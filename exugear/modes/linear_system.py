@@ -8,8 +8,15 @@ import numpy as np
 
 from exugear.elements.drag_elements import drag_name
 from exugear.elements.gear_contact import contacts_of
-from exugear.modes.elastic_elements import UNNAMED, ElasticElement, bearings_and_couplings, names_of_nodes, springs
-from exugear.modes.mesh_tangents import MeshTangent, mesh_tangent
+from exugear.modes.elastic_elements import (
+    UNNAMED,
+    ElasticElement,
+    bearings_and_couplings,
+    embedded,
+    names_of_nodes,
+    springs,
+)
+from exugear.modes.mesh_tangents import mesh_tangent
 from exugear.modes.operating_point import as_it_stands, disengaged, moving
 from exugear.system.model import Model
 from fem.support.validation import require
@@ -25,20 +32,22 @@ class LinearSystem:
     mass, stiffness   (n, n), symmetric parts
     damping           (n_speed, n, n) with gyroscopic terms, at each speed
     motions           (n, n_free) columns of motions that the constraints allow
-    stages            names of the meshes
-    meshes            their tangents
-    rows              (n_stage, n) slopes of their deflections by the coordinates
     elements          meshes, then bearings, couplings and springs
+    stages            names of the meshes
+    mesh_force        (n_stage,) [N]
+    mesh_stiffness    (n_stage,) [N/m]
+    rows              (n_stage, n) slopes of the deflections of the meshes by the coordinates
     """
 
     mass: np.ndarray
     stiffness: np.ndarray
     damping: np.ndarray
     motions: np.ndarray
-    stages: list[str]
-    meshes: list[MeshTangent]
-    rows: np.ndarray
     elements: list[ElasticElement]
+    stages: list[str]
+    mesh_force: np.ndarray
+    mesh_stiffness: np.ndarray
+    rows: np.ndarray
 
     def reduced(self, matrix: np.ndarray) -> np.ndarray:
         """A matrix over the motions that the constraints allow (n_free, n_free)."""
@@ -53,7 +62,8 @@ def linear_gearbox(model: Model, speeds: Sequence[float], phase: float | None) -
     contacts, ratios = [mesh.contact for mesh in model.meshes], model.speed_ratios
     damping = [_damping_of_gearbox(model, contacts, speed * ratios) for speed in speeds]
     further = range(int(model.drive) + 1, model.mbs.systemData.NumberOfObjects())
-    elements = [*bearings_and_couplings(model), *springs(model.mbs, [i for i in further if i not in contacts])]
+    with disengaged(model.mbs, contacts):
+        elements = [*bearings_and_couplings(model), *springs(model.mbs, [i for i in further if i not in contacts])]
     return _linear_system(model.mbs, dict(zip(contacts, model.gearbox.labels, strict=True)), damping, elements, phase)
 
 
@@ -66,7 +76,7 @@ def _damping_of_gearbox(model: Model, contacts: Sequence[int], velocities: np.nd
             number = mbs.GetObjectNumber(drag_name(shaft))
             part = mbs.systemData.GetObjectLTGODE2(number)
             q = np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))[part].tolist()
-            jacobian = mbs.GetObjectParameter(number, "jacobianUserFunction")
+            jacobian = mbs.GetObject(number)["jacobianUserFunction"]["function"]
             damping[np.ix_(part, part)] -= jacobian(mbs, 0.0, number, q, [0.0] * len(q), 0.0, 1.0)
     return damping
 
@@ -107,22 +117,19 @@ def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float 
     with disengaged(mbs, labels), moving(mbs, np.zeros(n)):
         mass, stiffness, _, *constrained = mbs.ComputeLinearizedSystem(returnConstraintNullspace=True)
     motions = np.array(constrained[1]).T if constrained else np.eye(n)
-    meshes = [mesh_tangent(mbs, number, phase) for number in labels]
-    pressed = any(mesh.force for mesh in meshes)
-    require(pressed, "load: no teeth are pressed; load the system and solve for its equilibrium (mbs.SolveStatic)")
-    rows = np.zeros((len(meshes), n))
-    in_meshes = []
-    for row, mesh, label in zip(rows, meshes, labels.values(), strict=True):
-        row[mesh.coordinates] = mesh.row
-        matrix = np.zeros((n, n))
-        matrix[np.ix_(mesh.coordinates, mesh.coordinates)] = mesh.matrix
-        in_meshes.append(ElasticElement(label, "mesh", matrix))
-    c = np.array([mesh.damping for mesh in meshes])
-    elements = [*elements, *_unaccounted(np.array(stiffness), elements)]
-    elements = [ElasticElement(e.name, e.kind, (e.stiffness + e.stiffness.T) / 2) for e in (*in_meshes, *elements)]
+    forces, meshes = zip(*(mesh_tangent(mbs, number, phase) for number in labels), strict=True)
+    require(any(forces), "load: no teeth are pressed; load the system and solve for its equilibrium (mbs.SolveStatic)")
+    rows, in_meshes = np.zeros((len(meshes), n)), []
+    for row, number, mesh in zip(rows, labels, meshes, strict=True):
+        coordinates = mbs.systemData.GetObjectLTGODE2(number)
+        row[coordinates] = mesh.row
+        in_meshes.append(ElasticElement(labels[number], "mesh", embedded(mesh.matrix, coordinates, n)))
+    elements = [*in_meshes, *elements, *_unaccounted(np.array(stiffness), elements)]
+    elements = [element._replace(stiffness=(element.stiffness + element.stiffness.T) / 2) for element in elements]
     total = np.sum([element.stiffness for element in elements], axis=0)
-    damping = np.array(damping) + rows.T @ (c[:, None] * rows)
-    return LinearSystem(np.array(mass), total, damping, motions, list(labels.values()), meshes, rows, elements)
+    damping = np.array(damping) + rows.T @ np.diag([mesh.damping for mesh in meshes]) @ rows
+    names, k = list(labels.values()), np.array([mesh.stiffness for mesh in meshes])
+    return LinearSystem(np.array(mass), total, damping, motions, elements, names, np.array(forces), k, rows)
 
 
 def _unaccounted(stiffness: np.ndarray, elements: Sequence[ElasticElement]) -> Iterator[ElasticElement]:

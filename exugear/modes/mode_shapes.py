@@ -40,18 +40,15 @@ def shapes_by_shaft(model: Model, shapes: np.ndarray) -> xr.DataArray:
 
 def parts_of_shafts(model: Model) -> dict[str, tuple]:
     """Gears and bearings along the shafts, for pictures of the modes: variables over the dimension `part`."""
-    parts = [
-        (shaft.name, kind, axial, radius)
-        for shaft in model.gearbox.shafts
-        for kind, positions in (("gear", shaft.gears), ("bearing", shaft.bearings))
-        for axial, radius in ((axial, part.r if kind == "gear" else 0.0) for axial, part in positions.items())
-    ]
-    shafts, kinds, axial, radius = zip(*parts, strict=True)
+    gears = [(x.name, "gear", axial, gear.r, gear.b) for x in model.gearbox.shafts for axial, gear in x.gears.items()]
+    bearings = [(x.name, "bearing", axial, 0.0, 0.0) for x in model.gearbox.shafts for axial in x.bearings]
+    shafts, kinds, axial, radius, width = zip(*gears, *bearings, strict=True)
     return {
         "part_shaft": ("part", list(shafts)),
         "part_kind": ("part", list(kinds)),
         "part_axial": ("part", np.array(axial), {"units": "m", "long_name": "axial position"}),
         "part_radius": ("part", np.array(radius), {"units": "m", "long_name": "reference radius"}),
+        "part_width": ("part", np.array(width), {"units": "m", "long_name": "face width"}),
     }
 
 

@@ -132,7 +132,7 @@ def energy_shares(system: LinearSystem, solved: Eigenmodes) -> np.ndarray:
 
 def _dataset(system: LinearSystem, solved: Eigenmodes, shape: xr.DataArray) -> xr.Dataset:
     """The labelled result."""
-    k = np.array([mesh.stiffness for mesh in system.meshes])
+    k = system.mesh_stiffness
     participation = (solved.shapes.T @ system.rows.T) * k
     per_root_mass = {"long_name": "mode shape of modal mass 1 kg", "units": "kg^-0.5 for displacements, rad m^-1 kg^-0.5"}
     excitation = {"long_name": "generalized excitation by a unit transmission error", "units": "kg^0.5/s^2"}
@@ -150,7 +150,7 @@ def _dataset(system: LinearSystem, solved: Eigenmodes, shape: xr.DataArray) -> x
         "participation": (by_mode, participation.real, excitation),
         "participation_imaginary": (by_mode, participation.imag, excitation),
         "mesh_stiffness": (by_stage, k, {"long_name": "tangent mesh stiffness", "units": "N/m"}),
-        "mesh_force": (by_stage, [m.force for m in system.meshes], {"long_name": "mesh force", "units": "N"}),
+        "mesh_force": (by_stage, system.mesh_force, {"long_name": "mesh force", "units": "N"}),
     }
     coords = {
         "mode": np.arange(1, solved.omega.size + 1),

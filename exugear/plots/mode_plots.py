@@ -1,10 +1,12 @@
 """Plots of vibration modes: Campbell diagram, and shafts and gears in the shape of a mode."""
 
 from math import pi
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
 
 from exugear.plots.figures import DISTINCT, axes_or_new
 from fem.support.arguments import checked
@@ -13,11 +15,19 @@ from fem.units import mm, rpm
 
 __all__ = ["plot_campbell", "plot_modes"]
 
-MODE, SHAFT_ORDER, AT_REST = "#333333", "#999999", "#bbbbbb"
+MODE, SHAFT_ORDER, AT_REST, GEAR = "#333333", "#999999", "#aaaaaa", "#eeeeee"
 #: Share of the strain energy in the mesh from which on a crossing is marked as a resonance.
 MARKED = 0.1
-#: Largest displacement in a picture of a mode over the largest radius, and points of a circle.
-SCALE, POINTS = 0.4, 73
+#: Largest displacement in a picture of a mode over the largest radius.
+LARGEST = 0.5
+#: Length in the picture below which an arrow is left out [m].
+LEAST_ARROW = 1 * mm
+STYLES: dict[str, dict[str, Any]] = {
+    "along x": {"color": DISTINCT[0], "linewidth": 1.6},
+    "along y": {"color": DISTINCT[1], "linewidth": 1.6, "linestyle": "--"},
+    "along the axis": {"color": DISTINCT[2], "marker": "^", "linewidth": 1.4},
+    "rotation": {"color": DISTINCT[3], "marker": ">", "linewidth": 1.4},
+}
 
 
 @checked
@@ -65,91 +75,123 @@ def _draw_orders(ax: Axes, data: xr.Dataset, top: float) -> None:
 
 @checked
 def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1) -> Axes:
-    """A mode of a gearbox in space: shafts and gears at rest (grey) and displaced, arrows at the centres of the gears.
+    """A mode of a gearbox: its shafts side by side, axes upright, with gears and bearings, and their displacements.
 
     data   of `exugear.modes`
     mode   its number, 1 for the lowest frequency
 
-    Each gear has a spoke, which shows its rotation. The largest displacement is drawn as 0.4 of the largest radius.
+    Lines show the displacement of a shaft's axis along x and y to the right, arrows at the gears that along the axis,
+    and arrows to the right their rotation times the reference radius, that of a rotor behind a coupling times the
+    largest radius on its shaft. All have one scale, in which the largest is half the largest radius.
     """
     require("part_shaft" in data, "data must be that of exugear.modes(model, load=...) of an exugear.Model")
     numbers = data["mode"].values
     require(mode in numbers, f"mode must lie in [1, {numbers[-1]}], got {mode}")
-    ax = axes_or_new(ax, projection="3d")
-    require(ax.name == "3d", "ax must be three-dimensional: figure.add_subplot(projection='3d')")
-    chosen = data.sel(mode=mode)
-    scale = _scale(chosen)
-    for number, name in enumerate(np.unique(chosen["part_shaft"].values)):
-        _draw_shaft(ax, chosen, str(name), scale, DISTINCT[number % len(DISTINCT)])
-    ax.set(xlabel="z [mm]", ylabel="x [mm]", zlabel="y [mm]", title=_title(chosen))
-    ax.set_aspect("equal")
-    ax.legend(frameon=False, fontsize="small")
+    ax, chosen = axes_or_new(ax), data.sel(mode=mode)
+    shafts = [_shaft(chosen, name) for name in dict.fromkeys(chosen["part_shaft"].values.tolist())]
+    radius = max(shaft.radius for shaft in shafts)
+    scale = LARGEST * radius / max(*(shaft.largest for shaft in shafts), np.finfo(float).tiny)
+    positions = 2.3 * radius * np.arange(len(shafts)) / mm
+    for shaft, position in zip(shafts, positions, strict=True):
+        _draw_shaft(ax, shaft, position, scale)
+    for label, style in STYLES.items():
+        ax.plot([], [], label=label, **style)
+    ax.set(ylabel="axial position [mm]", title=_title(chosen), aspect="equal")
+    ax.set_xticks(positions, [shaft.name for shaft in shafts])
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
     return ax
+
+
+class Shaft(NamedTuple):
+    """A shaft in the shape of a mode.
+
+    gears      (axial position [m], reference radius [m], face width [m]) of each
+    bearings   their axial positions [m]
+    centre     axial position of its centre of mass [m]
+    shape      (6,) displacements, tilts and spin
+    rotor      spin of the rotor behind its coupling, None without
+    """
+
+    name: str
+    gears: list[tuple[float, float, float]]
+    bearings: list[float]
+    centre: float
+    shape: np.ndarray
+    rotor: float | None
+
+    @property
+    def radius(self) -> float:
+        """Largest radius of its gears [m]."""
+        return max(radius for _, radius, _ in self.gears)
+
+    @property
+    def ends(self) -> np.ndarray:
+        """(2,) axial positions of the outermost parts [m], with a margin."""
+        positions = [axial + side * width for axial, _, width in self.gears for side in (-1, 1)] + self.bearings
+        return np.array([min(positions), max(positions)])
+
+    @property
+    def largest(self) -> float:
+        """Largest displacement of its axis and of the rims of its gears."""
+        spins = [self.shape[5]] if self.rotor is None else [self.shape[5], self.rotor]
+        return max(np.abs(self.displacement(self.ends)).max(), abs(self.shape[2]), *(self.radius * np.abs(spins)))
+
+    def displacement(self, axial) -> np.ndarray:
+        """(2, n) displacement along x and y at axial positions (n,)."""
+        x, y, _, tilt_x, tilt_y, _ = self.shape
+        lever = axial - self.centre
+        return np.array([x + lever * tilt_y, y - lever * tilt_x])
+
+
+def _shaft(data: xr.Dataset, name: str) -> Shaft:
+    """A shaft of a mode by its name."""
+    of_shaft = data.isel(part=np.flatnonzero(data["part_shaft"] == name))
+    columns = (of_shaft[f"part_{column}"].values.tolist() for column in ("kind", "axial", "radius", "width"))
+    parts = list(zip(*columns, strict=True))
+    gears, bearings = ([part[1:] for part in parts if part[0] == kind] for kind in ("gear", "bearing"))
+    shape, rotor = data["shape"].sel(shaft=name), f"{name} rotor"
+    has_rotor = rotor in data["shaft"].values
+    spin = float(data["shape"].sel(shaft=rotor, coordinate="spin")) if has_rotor else None
+    return Shaft(name, gears, [axial for axial, *_ in bearings], float(shape["shaft_centre"]), shape.values, spin)
+
+
+def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float) -> None:
+    """A shaft at a position [mm] in the picture, its displacements enlarged by a scale."""
+    ax.plot([position, position], shaft.ends / mm, color=AT_REST, linewidth=2.0)
+    for axial, radius, width in shaft.gears:
+        _draw_box(ax, position, axial, width, radius)
+        _draw_arrow(ax, "rotation", (position, axial + width / 4), (scale * radius * shaft.shape[5], 0.0))
+        _draw_arrow(ax, "along the axis", (position, axial), (0.0, scale * shaft.shape[2]))
+    if shaft.rotor is not None:
+        width, radius = shaft.gears[0][2] / 2, shaft.radius
+        axial = shaft.ends[0] - 2 * width
+        ax.plot([position, position], [axial / mm, shaft.ends[0] / mm], ":", color=AT_REST, linewidth=2.0)
+        _draw_box(ax, position, axial, width, radius / 2)
+        _draw_arrow(ax, "rotation", (position, axial), (scale * radius * shaft.rotor, 0.0))
+    ax.plot([position] * len(shaft.bearings), np.array(shaft.bearings) / mm, "^", color=MODE, markersize=5)
+    for label, row in zip(("along x", "along y"), shaft.displacement(shaft.ends), strict=True):
+        ax.plot(position + scale * row / mm, shaft.ends / mm, **STYLES[label])
+
+
+def _draw_box(ax: Axes, position: float, axial: float, width: float, radius: float) -> None:
+    """A gear or rotor at rest; lengths in m, the position in the picture in mm."""
+    corner = position - radius / mm, (axial - width / 2) / mm
+    ax.add_patch(Rectangle(corner, 2 * radius / mm, width / mm, facecolor=GEAR, edgecolor=AT_REST))
+
+
+def _draw_arrow(ax: Axes, label: str, start: tuple[float, float], displacement: tuple[float, float]) -> None:
+    """An arrow from a position in the picture [mm] and an axial position [m] by a displacement [m], unless it is tiny."""
+    x, y = start[0], start[1] / mm
+    end = x + displacement[0] / mm, y + displacement[1] / mm
+    if max(np.abs(displacement)) > LEAST_ARROW:
+        arrow = {"arrowstyle": "-|>", "color": STYLES[label]["color"], "shrinkA": 0, "shrinkB": 0, "linewidth": 1.4}
+        ax.annotate("", end, (x, y), arrowprops=arrow)
 
 
 def _title(data: xr.Dataset) -> str:
     """Frequency and damping of a mode, and the element with the most strain energy."""
-    text = f"mode {int(data['mode'])}: {float(data['frequency']):.0f} Hz, {float(data['damping_ratio']) * 100:.2g} % damped"
-    element = data["energy_share"].argmax("element")
+    damping = f"damping ratio {float(data['damping_ratio']) * 100:.2g} %"
+    text = f"mode {int(data['mode'])}: {float(data['frequency']):.0f} Hz, {damping}"
+    element = int(data["energy_share"].argmax("element"))
     share = float(data["energy_share"][element])
-    return f"{text}\n{share * 100:.0f} % of the energy in {data['element'].values[int(element)]}" if share > 0 else text
-
-
-def _gears(data: xr.Dataset, name: str) -> xr.Dataset:
-    """Gears of a shaft."""
-    return data.isel(part=np.flatnonzero((data["part_shaft"] == name) & (data["part_kind"] == "gear")))
-
-
-def _displaced(data: xr.Dataset, name: str, axial, scale: float) -> np.ndarray:
-    """(n, 3) positions x, y, z [m] of points on the axis of a shaft at axial positions (n,), displaced by a scale."""
-    shaft = data.sel(shaft=name)
-    x, y, z, a, b, _ = scale * shaft["shape"].values
-    lever = np.asarray(axial) - float(shaft["shaft_centre"])
-    at_rest = np.stack(np.broadcast_arrays(shaft["shaft_x"], shaft["shaft_y"], axial), axis=-1)
-    return at_rest + np.stack(np.broadcast_arrays(x + lever * b, y - lever * a, z), axis=-1)
-
-
-def _scale(data: xr.Dataset) -> float:
-    """Factor from the shape to a picture of it."""
-    moved = []
-    for name in np.unique(data["part_shaft"].values):
-        gears = _gears(data, str(name))
-        axial, radius = gears["part_axial"].values, gears["part_radius"].values
-        centres = _displaced(data, str(name), axial, 1.0) - _displaced(data, str(name), axial, 0.0)
-        spin = float(data["shape"].sel(shaft=name, coordinate="spin"))
-        moved += [*np.linalg.norm(centres, axis=1), *abs(radius * spin)]
-    return SCALE * float(data["part_radius"].max()) / max(*moved, np.finfo(float).tiny)
-
-
-def _draw_shaft(ax, data: xr.Dataset, name: str, scale: float, colour: str) -> None:
-    """A shaft with its gears and bearings, at rest and displaced."""
-    parts, spin = data.isel(part=np.flatnonzero(data["part_shaft"] == name)), data["shape"].sel(shaft=name)
-    margin = 0.15 * float(data["part_radius"].max())
-    ends = float(parts["part_axial"].min()) - margin, float(parts["part_axial"].max()) + margin
-    gears, bearings = _gears(data, name), parts.isel(part=np.flatnonzero(parts["part_kind"] == "bearing"))
-    for factor, style in ((0.0, {"color": AT_REST}), (scale, {"color": colour, "label": name})):
-        _line(ax, _displaced(data, name, ends, factor), linewidth=1.6, **style)
-        angle = factor * float(spin.sel(coordinate="spin"))
-        for axial, radius in zip(gears["part_axial"].values, gears["part_radius"].values, strict=True):
-            centre = _displaced(data, name, [axial], factor)[0]
-            _line(ax, _rim(data, name, centre, radius, angle, factor), linewidth=1.2, color=style["color"])
-    _line(ax, _displaced(data, name, bearings["part_axial"].values, 0.0), linestyle="", marker="^", color="k", markersize=4)
-    for axial in gears["part_axial"].values:
-        (start,), (end,) = (_displaced(data, name, [axial], factor) for factor in (0.0, scale))
-        x, y, z = start / mm
-        u, v, w = (end - start) / mm
-        ax.quiver(z, x, y, w, u, v, color=colour, linewidth=1.4, arrow_length_ratio=0.25)
-
-
-def _rim(data: xr.Dataset, name: str, centre: np.ndarray, radius: float, angle: float, factor: float) -> np.ndarray:
-    """(n, 3) points of a spoke and of the circle of a gear [m], tilted with its shaft and turned by an angle."""
-    tilt_x, tilt_y = factor * data["shape"].sel(shaft=name, coordinate=["tilt_x", "tilt_y"]).values
-    angles = angle + np.linspace(0, 2 * pi, POINTS)
-    x, y = radius * np.cos(angles), radius * np.sin(angles)
-    return np.vstack([centre, centre + np.stack([x, y, y * tilt_x - x * tilt_y], axis=-1)])
-
-
-def _line(ax, points: np.ndarray, **style) -> None:
-    """A line through points (n, 3), the axis of the shafts across the picture."""
-    x, y, z = points.T / mm
-    ax.plot(z, x, y, **style)
+    return f"{text}\n{share * 100:.0f} % of the strain energy in {data['element'].values[element]}" if share > 0 else text
