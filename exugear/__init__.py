@@ -17,6 +17,8 @@ from exugear.integration.solver_settings import integrator
 from exugear.kernels.recorder import Recorder
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
+from exugear.modes.campbell import campbell
+from exugear.modes.modes import eigenfrequencies, modes
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.plan.built_plan import BuiltPlan
@@ -27,8 +29,6 @@ from exugear.signals.spectrum import dte_envelope, envelope, order_spectrum, res
 from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.system.assembly import build
-from exugear.modes.campbell import campbell
-from exugear.modes.modes import eigenfrequencies, modes
 from exugear.system.model import Model
 from fem.support.version import __version__
 

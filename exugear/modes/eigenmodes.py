@@ -17,7 +17,8 @@ class Eigenmodes(NamedTuple):
 
     omega           (n_mode,) natural frequencies without damping [rad/s]; 0 of motions as a rigid body
     damping_ratio   (n_mode,) power that the damping dissipates over 2 omega times the energy; 0 of rigid bodies
-    shapes          (n, n_mode), complex with gyroscopic terms, x^H M x = 1, the component with the most kinetic energy real and > 0
+    shapes          (n, n_mode) with x^H M x = 1, complex with gyroscopic terms; the component with the most kinetic
+                    energy is real and > 0
     """
 
     omega: np.ndarray
@@ -47,7 +48,7 @@ def eigenmodes(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> 
 
 
 def _gyroscopic(omega: np.ndarray, gyroscopic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies (n,) and modal coordinates (n, n) of the modes, from frequencies (n,) and terms (n, n) of those at rest.
+    """Frequencies (n,) and modal coordinates (n, n) of the modes; omega (n,), gyroscopic (n, n): of those at rest.
 
     With W = diag(omega), modal coordinates q and z = (W q, q') the equation is z' = [[0, W], [-W, -G]] z, whose matrix
     is skew-symmetric: i times it is Hermitian.

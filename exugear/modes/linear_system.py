@@ -1,6 +1,6 @@
 """A loaded system as linear equations: matrices, meshes and elastic elements, and the motions its constraints allow."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import exudyn as exu
@@ -54,13 +54,13 @@ class LinearSystem:
         return self.motions.T @ matrix @ self.motions
 
 
-def linear_gearbox(model: Model, speeds: Sequence[float], phase: float | None) -> LinearSystem:
+def linear_gearbox(model: Model, speeds: Iterable[float], phase: float | None) -> LinearSystem:
     """The equations of a gearbox in the equilibrium that `loaded` has found, at speeds of the driving shaft [rad/s].
 
     phase   as in `mesh_tangent`
     """
     contacts, ratios = [mesh.contact for mesh in model.meshes], model.speed_ratios
-    damping = [_damping_of_gearbox(model, contacts, speed * ratios) for speed in speeds]
+    damping = [_damping_of_gearbox(model, contacts, float(speed) * ratios) for speed in speeds]
     further = range(int(model.drive) + 1, model.mbs.systemData.NumberOfObjects())
     with disengaged(model.mbs, contacts):
         elements = [*bearings_and_couplings(model), *springs(model.mbs, [i for i in further if i not in contacts])]
@@ -96,7 +96,7 @@ def linear_assembly(mbs, phase: float | None) -> LinearSystem:
 
 def _stage_names(mbs, contacts: Sequence[int]) -> dict[int, str]:
     """Name of each contact: its own, or those of its bodies."""
-    of_nodes, names = names_of_nodes(mbs), {}
+    of_nodes, names = names_of_nodes(mbs), dict[int, str]()
     for number in contacts:
         item = mbs.GetObject(number)
         by_bodies = "-".join(of_nodes[int(node)] for node in item["nodeNumbers"][:2])
@@ -114,7 +114,7 @@ def _damping_without_meshes(mbs, contacts: Sequence[int], velocities: np.ndarray
 def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float | None) -> LinearSystem:
     """The equations from the damping (n_speed, n, n) and the elements beside the meshes."""
     n = mbs.systemData.ODE2Size()
-    with disengaged(mbs, labels), moving(mbs, np.zeros(n)):
+    with disengaged(mbs, list(labels)), moving(mbs, np.zeros(n)):
         mass, stiffness, _, *constrained = mbs.ComputeLinearizedSystem(returnConstraintNullspace=True)
     motions = np.array(constrained[1]).T if constrained else np.eye(n)
     forces, meshes = zip(*(mesh_tangent(mbs, number, phase) for number in labels), strict=True)
@@ -133,7 +133,7 @@ def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float 
 
 
 def _unaccounted(stiffness: np.ndarray, elements: Sequence[ElasticElement]) -> Iterator[ElasticElement]:
-    """An element for the stiffness of the system without meshes (n, n) that no element accounts for, if there is any."""
+    """An element for the stiffness without meshes (n, n) that no other element accounts for, if there is any."""
     rest = stiffness - sum((element.stiffness for element in elements), np.zeros_like(stiffness))
     if np.abs(rest).max(initial=0.0) > UNACCOUNTED * np.abs(stiffness).max(initial=0.0):
         yield ElasticElement("further", "further", rest)

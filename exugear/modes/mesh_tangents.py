@@ -1,6 +1,6 @@
 """Gear contacts linearized about the present state of their system, at a phase or as mean over the mesh cycle."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple

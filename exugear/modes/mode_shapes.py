@@ -1,5 +1,7 @@
 """Labels of mode shapes: shafts and their coordinates in a gearbox, bodies and coordinates in a hand-built system."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
@@ -18,7 +20,7 @@ OF_NODES = {
 
 
 def shapes_by_shaft(model: Model, shapes: np.ndarray) -> xr.DataArray:
-    """Shapes (n, n_mode) as (mode, shaft, coordinate), rotors behind couplings among the shafts; 0 where they are fixed.
+    """Shapes (n, n_mode) as (mode, shaft, coordinate), rotors behind couplings among the shafts; 0 if they are fixed.
 
     The axis is marked by the positions x, y [m] of the shafts and the axial positions of their centres of mass [m].
     """
@@ -33,7 +35,7 @@ def shapes_by_shaft(model: Model, shapes: np.ndarray) -> xr.DataArray:
     x, y = np.transpose([box.shaft_positions[name] for name in (*model.spins, *model.rotors)])
     centres = {shaft.name: shaft.centre for shaft in box.shafts}
     centre = [centres[name] for name in (*model.spins, *model.rotors)]
-    coords = {"shaft": names, "coordinate": list(COORDINATES)}
+    coords: dict[str, Any] = {"shaft": names, "coordinate": list(COORDINATES)}
     coords |= {"shaft_x": ("shaft", x), "shaft_y": ("shaft", y), "shaft_centre": ("shaft", centre)}
     return xr.DataArray(values, dims=("mode", "shaft", "coordinate"), coords=coords)
 

@@ -55,9 +55,9 @@ def modes(
                     amplitude |p| e / (2 damping_ratio omega^2) times its shape
     mesh_stiffness  k, and mesh_force under the load, by stage
 
-    Sources: shares of energy and gyroscopic modes as usual (G. Genta, Dynamics of rotating systems, 2005); excitation by
-    the error as a displacement in series with the mesh spring (A. Kahraman, Planetary gear train dynamics, J. Mech. Des.
-    116, 1994). The state of the system is restored afterwards.
+    Sources: G. Genta, Dynamics of rotating systems (2005), for gyroscopic modes; A. Kahraman, Planetary gear train
+    dynamics, J. Mech. Des. 116 (1994), for the error as a displacement in series with the mesh spring. The state of the
+    system is restored afterwards.
 
     Raises ValueError without a load, or where no teeth are pressed, and for loads beyond the maps.
     """
@@ -134,19 +134,16 @@ def _dataset(system: LinearSystem, solved: Eigenmodes, shape: xr.DataArray) -> x
     """The labelled result."""
     k = system.mesh_stiffness
     participation = (solved.shapes.T @ system.rows.T) * k
-    per_root_mass = {"long_name": "mode shape of modal mass 1 kg", "units": "kg^-0.5 for displacements, rad m^-1 kg^-0.5"}
+    normalized = {"long_name": "shape of modal mass 1", "units": "kg^-0.5, of angles rad m^-1 kg^-0.5"}
+    share = {"long_name": "share of the strain energy", "units": "1"}
     excitation = {"long_name": "generalized excitation by a unit transmission error", "units": "kg^0.5/s^2"}
     by_mode, by_stage = ("mode", "stage"), ("stage",)
     variables = {
         "frequency": ("mode", solved.omega / (2 * pi), {"long_name": "natural frequency", "units": "Hz"}),
         "damping_ratio": ("mode", solved.damping_ratio, {"long_name": "damping ratio", "units": "1"}),
-        "shape": shape.real.assign_attrs(per_root_mass),
-        "shape_imaginary": shape.imag.assign_attrs(per_root_mass),
-        "energy_share": (
-            ("mode", "element"),
-            energy_shares(system, solved),
-            {"long_name": "share of the strain energy", "units": "1"},
-        ),
+        "shape": shape.real.assign_attrs(normalized),
+        "shape_imaginary": shape.imag.assign_attrs(normalized),
+        "energy_share": (("mode", "element"), energy_shares(system, solved), share),
         "participation": (by_mode, participation.real, excitation),
         "participation_imaginary": (by_mode, participation.imag, excitation),
         "mesh_stiffness": (by_stage, k, {"long_name": "tangent mesh stiffness", "units": "N/m"}),

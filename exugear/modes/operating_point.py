@@ -29,7 +29,9 @@ def loaded(model: Model, load: float | None, drive: str = "held") -> Iterator[Mo
     require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}; build(gearbox)")
     require(load is not None, "load must be the torque on the driven shaft of the gearbox [N m], got None")
     torque = float(np.float64(load))
-    require(isfinite(torque) and torque != 0, f"load must be finite and not 0, got {load}; without it no teeth are pressed")
+    require(
+        isfinite(torque) and torque != 0, f"load must be finite and not 0, got {load}; without it no teeth are pressed"
+    )
     conditions = run_up_conditions(model.gearbox, 0.0, torque, 1.0)
     with quiet(), _restored(model):
         model = linearized(model, model.gearbox.driving.name)

@@ -64,8 +64,8 @@ def _draw_orders(ax: Axes, data: xr.Dataset, top: float) -> None:
         colour = DISTINCT[stages.index(stage) % len(DISTINCT)] if stage else SHAFT_ORDER
         label = f"orders of mesh {stage}" if stage else "rotation of shafts"
         frequency, style = ratio * speed / (2 * pi), "--" if stage else ":"
-        shown = {"label": label} if label not in labelled else {}
-        ax.plot(speed / rpm, frequency, style, color=colour, linewidth=1.0, **shown)
+        shown = None if label in labelled else label
+        ax.plot(speed / rpm, frequency, style, color=colour, linewidth=1.0, label=shown)
         labelled.add(label)
         if stage:
             end = min(0.985 * speed[-1], 0.97 * top * 2 * pi / ratio)
@@ -180,7 +180,7 @@ def _draw_box(ax: Axes, position: float, axial: float, width: float, radius: flo
 
 
 def _draw_arrow(ax: Axes, label: str, start: tuple[float, float], displacement: tuple[float, float]) -> None:
-    """An arrow from a position in the picture [mm] and an axial position [m] by a displacement [m], unless it is tiny."""
+    """An arrow by a displacement [m] from a start (position in the picture [mm], axial position [m]), unless tiny."""
     x, y = start[0], start[1] / mm
     end = x + displacement[0] / mm, y + displacement[1] / mm
     if max(np.abs(displacement)) > LEAST_ARROW:
@@ -194,4 +194,6 @@ def _title(data: xr.Dataset) -> str:
     text = f"mode {int(data['mode'])}: {float(data['frequency']):.0f} Hz, {damping}"
     element = int(data["energy_share"].argmax("element"))
     share = float(data["energy_share"][element])
-    return f"{text}\n{share * 100:.0f} % of the strain energy in {data['element'].values[element]}" if share > 0 else text
+    return (
+        f"{text}\n{share * 100:.0f} % of the strain energy in {data['element'].values[element]}" if share > 0 else text
+    )

@@ -219,9 +219,10 @@ def test_data_are_kept_in_files(tmp_path):
 def states(mbs) -> list[np.ndarray]:
     """Initial and current states."""
     kinds = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
-    return [np.concatenate([*map(np.ravel, (*state[:3],)), accelerations]) for state, accelerations in (
-        state_of_system(mbs, kind) for kind in kinds
-    )]
+    return [
+        np.concatenate([*map(np.ravel, (*state[:3],)), accelerations])
+        for state, accelerations in (state_of_system(mbs, kind) for kind in kinds)
+    ]
 
 
 def test_state_of_the_system_is_restored_also_after_an_error():
