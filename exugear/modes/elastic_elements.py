@@ -4,13 +4,13 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-import exudyn as exu
 import numpy as np
 
 from exugear.elements.bearing_elements import user_functions
 from exugear.elements.shaft_bodies import coupling_name
 from exugear.gearbox.bearing_stiffness import linear_part
 from exugear.gearbox.shaft import Shaft
+from exugear.system.drive_and_load import INITIAL
 from exugear.system.model import Model
 from fem.units import mm
 
@@ -30,7 +30,7 @@ class ElasticElement(NamedTuple):
 
 def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
     """The elements between the shafts of a gearbox and its housing, and its rotors, in its initial state."""
-    q = np.array(model.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))
+    q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
     for shaft in model.gearbox.shafts:
         kind, spin = model.plan.shafts[shaft.name], model.spins[shaft.name]
         if kind.on_bearings:
@@ -97,7 +97,7 @@ def stiffness_of(mbs) -> np.ndarray:
 def _generic_matrix(mbs, number: int, item: dict) -> np.ndarray:
     """Tangent stiffness of an ObjectGenericODE2 over all coordinates of its system."""
     coordinates, n = mbs.systemData.GetObjectLTGODE2(number), mbs.systemData.ODE2Size()
-    q = np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))[coordinates].tolist()
+    q = np.array(mbs.systemData.GetODE2Coordinates(INITIAL))[coordinates].tolist()
     constant, jacobian = np.array(item["stiffnessMatrix"].Convert2DenseMatrix()), item["jacobianUserFunction"]
     matrix = constant if constant.size else np.zeros((len(coordinates),) * 2)
     if isinstance(jacobian, dict):

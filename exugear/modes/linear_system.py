@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-import exudyn as exu
 import numpy as np
 
 from exugear.elements.drag_elements import drag_name
@@ -18,6 +17,7 @@ from exugear.modes.elastic_elements import (
 )
 from exugear.modes.mesh_tangents import mesh_tangent
 from exugear.modes.operating_point import as_it_stands, disengaged, moving
+from exugear.system.drive_and_load import INITIAL
 from exugear.system.model import Model
 from fem.support.validation import require
 
@@ -75,7 +75,7 @@ def _damping_of_gearbox(model: Model, contacts: Sequence[int], velocities: np.nd
         if shaft.drags:
             number = mbs.GetObjectNumber(drag_name(shaft))
             part = mbs.systemData.GetObjectLTGODE2(number)
-            q = np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))[part].tolist()
+            q = np.array(mbs.systemData.GetODE2Coordinates(INITIAL))[part].tolist()
             jacobian = mbs.GetObject(number)["jacobianUserFunction"]["function"]
             damping[np.ix_(part, part)] -= jacobian(mbs, 0.0, number, q, [0.0] * len(q), 0.0, 1.0)
     return damping
@@ -85,7 +85,7 @@ def linear_assembly(mbs, phase: float | None) -> LinearSystem:
     """The equations of a hand-built system about its initial state, gyroscopic terms at its initial velocities."""
     contacts = contacts_of(mbs)
     require(bool(contacts), "model holds no gear contact; add one with mbs.CreateGearContact(...)")
-    velocities = np.array(mbs.systemData.GetODE2Coordinates_t(exu.ConfigurationType.Initial))
+    velocities = np.array(mbs.systemData.GetODE2Coordinates_t(INITIAL))
     with as_it_stands(mbs):
         damping = _damping_without_meshes(mbs, contacts, velocities)
         with moving(mbs, np.zeros_like(velocities)), disengaged(mbs, contacts):

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
-import exudyn as exu
 import numpy as np
 import scipy
 
@@ -15,6 +14,7 @@ from exugear.elements.gear_sensor import ANY_TIME
 from exugear.force_table.kernel_records import address_of, changed
 from exugear.kernels.difference_jacobian import jacobian
 from exugear.kernels.recorder import Recorder
+from exugear.system.drive_and_load import INITIAL
 
 #: Number of phases of the mean over the mesh cycle, and share by which its force stays below the present one, so that
 #: differences do not leave a map that ends there.
@@ -79,7 +79,7 @@ def mesh_tangent(mbs, number: int, phase: float | None) -> tuple[float, MeshTang
     phase   share of a pitch by which it is moved on from its present phase; None: mean over the mesh cycle, at its
             present force
     """
-    q = np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))
+    q = np.array(mbs.systemData.GetODE2Coordinates(INITIAL))
     q = q[mbs.systemData.GetObjectLTGODE2(number)]
     try:
         present = contact_of(mbs, number)

@@ -18,6 +18,8 @@ __all__ = ["plot_campbell", "plot_modes"]
 MODE, SHAFT_ORDER, AT_REST, GEAR = "#333333", "#999999", "#aaaaaa", "#eeeeee"
 #: Share of the strain energy in the mesh from which on a crossing is marked as a resonance.
 MARKED = 0.1
+#: Highest frequency in a Campbell diagram over the highest of an order, and width of the label of an order [points].
+ROOM, LABEL_WIDTH = 1.1, 16
 #: Largest displacement in a picture of a mode over the largest radius.
 LARGEST = 0.5
 #: Length in the picture below which an arrow is left out [m].
@@ -39,8 +41,10 @@ def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARK
              grows with the share
     """
     require("crossing_speed" in data, "data must be that of exugear.campbell(...)")
+    require(0 <= marked <= 1, f"marked must lie in [0, 1], a share of the strain energy, got {marked}")
     ax = axes_or_new(ax)
-    speed, top = data["speed"].values, 1.05 * float(data["frequency"].max())
+    speed, highest = data["speed"].values, float(data["order_ratio"].max() * data["speed"].max()) / (2 * pi)
+    top = min(1.05 * float(data["frequency"].max()), ROOM * highest)
     ax.plot(speed / rpm, data["frequency"].values.T, color=MODE, linewidth=1.1)
     _draw_orders(ax, data, top)
     met = data.where(data["crossing_energy_share"] >= marked, drop=True) if data.sizes["crossing"] else data
@@ -51,7 +55,7 @@ def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARK
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="natural frequency [Hz]")
     ax.set(xlim=(speed[0] / rpm, speed[-1] / rpm), ylim=(0, top))
     ax.grid(alpha=0.3)
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize="small")
     return ax
 
 
@@ -68,9 +72,17 @@ def _draw_orders(ax: Axes, data: xr.Dataset, top: float) -> None:
         ax.plot(speed / rpm, frequency, style, color=colour, linewidth=1.0, label=shown)
         labelled.add(label)
         if stage:
-            end = min(0.985 * speed[-1], 0.97 * top * 2 * pi / ratio)
-            text = ax.annotate(f"{str(name).split(' ')[0]}x", (end / rpm, ratio * end / (2 * pi)), color=colour)
-            text.set(fontsize="small", ha="right", va="bottom")
+            end = min(speed[-1], top * 2 * pi / ratio)
+            column = 3 + LABEL_WIDTH * stages.index(stage)
+            offset, alignment = ((column, 0), "center") if end == speed[-1] else ((0, 2), "bottom")
+            at = {
+                "xytext": offset,
+                "textcoords": "offset points",
+                "va": alignment,
+                "fontsize": "small",
+                "color": colour,
+            }
+            ax.annotate(f"{str(name).split(' ')[0]}x", (end / rpm, ratio * end / (2 * pi)), **at)
 
 
 @checked
@@ -96,9 +108,10 @@ def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1) -> Axes:
         _draw_shaft(ax, shaft, position, scale)
     for label, style in STYLES.items():
         ax.plot([], [], label=label, **style)
-    ax.set(ylabel="axial position [mm]", title=_title(chosen), aspect="equal")
+    ax.set(ylabel="z [mm]", aspect="equal")
+    ax.set_title(_title(chosen), fontsize="medium")
     ax.set_xticks(positions, [shaft.name for shaft in shafts])
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4, frameon=False, fontsize="small")
     return ax
 
 
