@@ -75,14 +75,9 @@ def _draw_orders(ax: Axes, data: xr.Dataset, top: float) -> None:
             end = min(speed[-1], top * 2 * pi / ratio)
             column = 3 + LABEL_WIDTH * stages.index(stage)
             offset, alignment = ((column, 0), "center") if end == speed[-1] else ((0, 2), "bottom")
-            at = {
-                "xytext": offset,
-                "textcoords": "offset points",
-                "va": alignment,
-                "fontsize": "small",
-                "color": colour,
-            }
-            ax.annotate(f"{str(name).split(' ')[0]}x", (end / rpm, ratio * end / (2 * pi)), **at)
+            at = end / rpm, ratio * end / (2 * pi)
+            text = ax.annotate(f"{str(name).split(' ')[0]}x", at, offset, textcoords="offset points", color=colour)
+            text.set(va=alignment, fontsize="small")
 
 
 @checked
