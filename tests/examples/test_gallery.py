@@ -1,12 +1,14 @@
 """The short examples: each shows the physics that its docstring states."""
 
 import coast_down
+import ev_reducer
 import hand_built_contact
 import helical_and_spur
 import measured_table
 import numpy as np
 import parameter_variation
 import pytest
+import run_report
 import tip_relief
 
 import exugear
@@ -58,3 +60,19 @@ def test_a_coast_down_follows_the_closed_form_and_its_energy_balances(tmp_path):
     assert motor == pytest.approx(coast_down.rigid_speed(box, run.data["time"].values), rel=1e-3)
     balance = run.energy_balance()
     assert abs(balance.residual) < 1e-4 * abs(balance.stored)
+
+
+def test_bearing_forces_of_the_reducer_peak_where_a_mesh_order_crosses_a_mode(tmp_path):
+    table, peaks = ev_reducer.main(tmp_path, quick=True)
+    assert peaks.size >= 2
+    for peak in peaks:
+        assert np.abs(table["rpm"] / peak - 1).min() < 0.05
+
+
+def test_report_states_the_balance_of_a_run_with_all_its_stages_and_bearings(tmp_path):
+    run, files = run_report.main(tmp_path, quick=True)
+    balance, page = run.energy_balance(), files[0].read_text(encoding="utf-8")
+    assert balance.relative < 1e-4
+    assert page.count("data:image") >= 5
+    for name in (*run.data["stage"].values, *run.data["bearing"].values):
+        assert str(name) in page

@@ -1,0 +1,42 @@
+"""The report of a run: the two-stage helical gearbox of `two_stage_helical.py` as a page for a customer.
+
+    python examples/run_report.py results
+
+One HTML file with all figures inside: results with resonances, dynamic factors and bearing forces; data sheets of
+gears, shafts and bearings; assumptions, and what the plan skipped; error estimates and versions. A browser on the machine
+prints it to PDF. With power=True the report also shows where the losses arise.
+"""
+
+import sys
+from pathlib import Path
+
+import two_stage_helical
+
+import exugear
+
+
+def solve(phases: int, duration: float) -> exugear.Run:
+    """The run-up of the gearbox, with its powers."""
+    box = two_stage_helical.gearbox(two_stage_helical.laws(phases), two_stage_helical.pairs())
+    return exugear.run_up(
+        exugear.build(box),
+        speed=two_stage_helical.SPEED,
+        duration=duration,
+        load=two_stage_helical.LOAD,
+        power=True,
+    )
+
+
+def main(folder: Path, quick: bool = False) -> tuple[exugear.Run, list[Path]]:
+    """The run, and the files written."""
+    folder.mkdir(parents=True, exist_ok=True)
+    run = solve(12, 0.1) if quick else solve(24, 4.0)
+    files = exugear.report(run, folder / "two_stage_helical.html", title="Two-stage helical gearbox")
+    print(run.energy_balance())
+    for path in files:
+        print(f"{path}, {path.stat().st_size / 1e3:.0f} kB")
+    return run, files
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), "--quick" in sys.argv)
