@@ -1,7 +1,14 @@
 """Plots: each function takes data and optionally axes, and returns the axes."""
 
 from exugear.plots.figures import figure
-from exugear.plots.order_plots import plot_waterfall
+from exugear.plots.order_plots import (
+    plot_cascade,
+    plot_levels,
+    plot_order_cuts,
+    plot_order_map,
+    plot_spectrogram,
+    plot_waterfall,
+)
 from exugear.plots.power_plots import plot_efficiency, plot_power
 from exugear.plots.run_plots import plot_bearing_forces, plot_envelopes, plot_run_up
 from exugear.plots.statics.map_plots import plot_ste, plot_stiffness
@@ -18,10 +25,14 @@ from exugear.plots.statics.stress_plots import (
 __all__ = [
     "figure",
     "plot_bearing_forces",
+    "plot_cascade",
     "plot_efficiency",
     "plot_envelopes",
     "plot_field",
     "plot_gears",
+    "plot_levels",
+    "plot_order_cuts",
+    "plot_order_map",
     "plot_outlines",
     "plot_peak_pressure",
     "plot_power",
@@ -30,6 +41,7 @@ __all__ = [
     "plot_run_up",
     "plot_section",
     "plot_solid",
+    "plot_spectrogram",
     "plot_ste",
     "plot_stiffness",
     "plot_waterfall",

@@ -1,18 +1,158 @@
-"""Plots of orders: amplitude of a signal over speed and mesh order."""
+"""Plots of signals over speed: order maps, order cuts, spectrograms, cascades, levels."""
+
+from itertools import cycle, product
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 
 from exugear.integration.run_data import stage_data
-from exugear.plots.figures import axes_or_new, title_of
+from exugear.plots.figures import DISTINCT, axes_or_new, title_of
 from exugear.signals.spectrum import order_spectrum
 from fem.support.arguments import Finite, checked
+from fem.support.validation import require
 from fem.units import rpm, um
 
-__all__ = ["plot_waterfall"]
+__all__ = [
+    "plot_cascade",
+    "plot_levels",
+    "plot_order_cuts",
+    "plot_order_map",
+    "plot_spectrogram",
+    "plot_waterfall",
+]
 
-#: Length of a line of an order map [mesh cycles], and its largest share of the run.
+#: Length of a line of an order map of the DTE [mesh cycles], and its largest share of the run.
 CYCLES, SHARE = 400, 1 / 20
+#: Units in which plots show values: factor and name.
+SHOWN = {"m": (1 / um, "µm"), "m/s^2": (1.0, "m/s²"), "1": (1.0, "")}
+#: Colours of an amplitude, from white.
+COLOURS = "magma_r"
+
+
+@checked
+def plot_order_map(orders: xr.Dataset, ax: Axes | None = None, decibels: Finite = 60.0) -> Axes:
+    """Order map: amplitude over speed, or time where the speed is not monotonic, and order.
+
+    orders      of one channel, as `exugear.order_tracking` returns it
+    decibels    range of amplitudes shown, down from the highest one
+    """
+    return _map(orders, "order", "order of the shaft", ax, decibels)
+
+
+@checked
+def plot_spectrogram(spectra: xr.Dataset, ax: Axes | None = None, decibels: Finite = 60.0) -> Axes:
+    """Spectrogram or waterfall in colours: amplitude over time or speed, and frequency.
+
+    spectra     of one channel, as `exugear.spectrogram` or `exugear.waterfall` returns it
+    decibels    range of amplitudes shown, down from the highest one
+    """
+    return _map(spectra, "frequency", "frequency [Hz]", ax, decibels)
+
+
+def _map(data: xr.Dataset, axis: str, label: str, ax: Axes | None, decibels: float) -> Axes:
+    """Amplitude in decibels over time or speed and another axis."""
+    amplitude, ax = _channel(data, axis), axes_or_new(ax)
+    name, abscissa = _abscissa(amplitude, by_time=axis == "frequency")
+    factor, unit = SHOWN.get(amplitude.attrs.get("units", "1"), (1.0, amplitude.attrs.get("units", "")))
+    values, ordinate = _visible(amplitude[axis].values, amplitude.values * factor)
+    level = 20 * np.log10(np.maximum(ordinate, 1e-30))
+    limits = {"vmin": level.max() - decibels, "vmax": level.max()}
+    picture = ax.pcolormesh(abscissa, values, level.T, cmap=COLOURS, rasterized=True, **limits)
+    words = amplitude.attrs.get("long_name", "amplitude")
+    ax.figure.colorbar(picture, ax=ax, label=f"{words} [dB re 1 {unit}]".replace("1 ]", "1]"))
+    ax.set(xlabel=name, ylabel=label)
+    return ax
+
+
+def _channel(data: xr.Dataset, *axes: str) -> xr.DataArray:
+    """The amplitude of one channel over (line, *axes); ValueError for several channels or other data."""
+    amplitude = data.get("amplitude", xr.DataArray(0.0))
+    over = [dim for dim in ("time", "speed") if dim in amplitude.dims]
+    fits = set(axes) < set(amplitude.dims) and len(over) == 1 and "speed" in amplitude.coords
+    words = " and ".join(axes)
+    require(fits, f"data must hold an amplitude over time or speed and {words}; pass what exugear's functions return")
+    further = [str(dim) for dim in amplitude.dims if dim not in (*over, *axes)]
+    require(not further, f"data must hold one channel; select one by .sel or sum over {further} by exugear.rms_sum")
+    return amplitude.transpose(*over, *axes)
+
+
+def _abscissa(amplitude: xr.DataArray, *, by_time: bool = False) -> tuple[str, np.ndarray]:
+    """Label and values of the speed [rpm], or of the time where it is asked for or the speed is not monotonic."""
+    steps = np.diff(amplitude["speed"].values)
+    if "time" in amplitude.dims and (by_time or not ((steps > 0).all() or (steps < 0).all())):
+        return "time [s]", amplitude["time"].values
+    return "speed of the shaft [rpm]", amplitude["speed"].values / rpm
+
+
+@checked
+def plot_order_cuts(cuts: xr.Dataset, ax: Axes | None = None, decibels: Finite | None = None) -> Axes:
+    """Amplitudes of orders over speed, a curve per order.
+
+    cuts        of one channel, as `exugear.order_cut` returns it
+    decibels    range of a logarithmic axis, down from the highest amplitude; by default the axis is linear
+    """
+    amplitude, ax = _channel(cuts, "order"), axes_or_new(ax)
+    label, abscissa = _abscissa(amplitude)
+    factor, unit = SHOWN.get(amplitude.attrs.get("units", "1"), (1.0, amplitude.attrs.get("units", "")))
+    styles = cycle(product(("-", "--", ":"), DISTINCT))
+    for order, row, (line, colour) in zip(amplitude["order"].values, amplitude.values.T, styles, strict=False):
+        ax.plot(abscissa, row * factor, line, color=colour, linewidth=1.3, label=f"order {order:.6g}")
+    words = amplitude.attrs.get("long_name", "amplitude")
+    ax.set(xlabel=label, ylabel=f"{words} [{unit or '-'}]")
+    if decibels is None:
+        ax.set_ylim(bottom=0, auto=True)
+    else:
+        top = float(amplitude.max()) * factor
+        ax.set(yscale="log", ylim=(top * 10 ** (-decibels / 20), 1.5 * top))
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
+    ax.grid(alpha=0.3)
+    return ax
+
+
+@checked
+def plot_cascade(spectra: xr.Dataset, ax: Axes | None = None, height: Finite = 8.0) -> Axes:
+    """Waterfall as a cascade: spectra over frequency, one above the other at their speeds.
+
+    spectra    of one channel, as `exugear.waterfall` returns it
+    height     of the largest amplitude in distances of two spectra
+    """
+    amplitude, ax = _channel(spectra, "frequency"), axes_or_new(ax)
+    speed = amplitude["speed"].values / rpm
+    rise = height * np.ptp(speed) / max(speed.size - 1, 1) / float(amplitude.max())
+    for k in np.argsort(speed)[::-1]:
+        line = speed[k] + rise * amplitude.values[k]
+        depth = 2 + 1e-3 * (speed.max() - speed[k]) / (np.ptp(speed) or 1.0)
+        ax.fill_between(amplitude["frequency"], speed[k], line, color="white", zorder=4 - depth)
+        ax.plot(amplitude["frequency"], line, color=DISTINCT[0], linewidth=0.6, zorder=4 - depth)
+    factor, unit = SHOWN.get(amplitude.attrs.get("units", "1"), (1.0, amplitude.attrs.get("units", "")))
+    words = amplitude.attrs.get("long_name", "amplitude")
+    ax.set_title(f"{words}, highest amplitude {float(amplitude.max()) * factor:.3g} {unit}", fontsize="medium")
+    ax.set(xlabel="frequency [Hz]", ylabel="speed of the shaft [rpm]", xlim=(0, float(amplitude["frequency"][-1])))
+    return ax
+
+
+@checked
+def plot_levels(levels: xr.DataArray, ax: Axes | None = None) -> Axes:
+    """Levels over speed, or over time where the speed is not monotonic, a curve per channel.
+
+    levels    (..., time) or (..., speed) with the coordinate speed, as `exugear.level` returns them
+    """
+    ax = axes_or_new(ax)
+    over = [dim for dim in ("time", "speed") if dim in levels.dims]
+    fits = len(over) == 1 and "speed" in levels.coords
+    require(fits, f"levels must be over time or speed, with the coordinate speed; got the dimensions {levels.dims}")
+    label, abscissa = _abscissa(levels)
+    channels = [dim for dim in levels.dims if dim != over[0]]
+    rows = levels.stack(channel=channels).transpose("channel", ...) if channels else levels.expand_dims(channel=[()])
+    styles = cycle(product(("-", "--", ":"), DISTINCT))
+    for name, row, (line, colour) in zip(rows["channel"].values, rows.values, styles, strict=False):
+        ax.plot(abscissa, row, line, color=colour, linewidth=1.3, label=", ".join(map(str, name)))
+    ax.set(xlabel=label, ylabel=f"{levels.attrs.get('long_name', 'level')} [dB]")
+    if channels:
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
+    ax.grid(alpha=0.3)
+    return ax
 
 
 @checked
@@ -36,7 +176,7 @@ def plot_waterfall(
     level = 20 * np.log10(np.maximum(amplitude / um, 1e-9))
     top = level.max()
     limits = {"vmin": top - decibels, "vmax": top}
-    picture = ax.pcolormesh(shaft / rpm, orders, level.T, cmap="magma_r", rasterized=True, **limits)
+    picture = ax.pcolormesh(shaft / rpm, orders, level.T, cmap=COLOURS, rasterized=True, **limits)
     ax.figure.colorbar(picture, ax=ax, label="DTE amplitude [dB re 1 µm]")
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="mesh order")
     ax.set_title(f"order map, {title_of(data)}")

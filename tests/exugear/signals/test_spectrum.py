@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import scipy
 
-from exugear.signals.fourier_sum import fourier_sum
 from exugear.signals.spectrum import Resonances, envelope, order_spectrum, resonances, superharmonics
 
 
@@ -76,17 +75,10 @@ def test_frequencies_above_the_highest_order_are_not_aliased(frequency):
     assert spectrum.amplitude[:, spectrum.order == 57] == pytest.approx(1, rel=0.01)
 
 
-def test_fourier_sum_equals_the_direct_sum():
-    random = np.random.default_rng(5)
-    share, values = random.random(400), random.normal(size=400)
-    exact = np.exp(-2j * np.pi * np.outer(np.arange(90), share)) @ values
-    assert fourier_sum(share, values, 90) == pytest.approx(exact, abs=1e-6 * np.abs(values).sum())
-
-
 def test_orders_that_are_sampled_too_coarsely_are_left_out():
-    t = np.linspace(0, 10, 20_001)
+    t = np.linspace(0, 10, 25_001)
     spectrum = order_spectrum(t, 100 * t, np.sin(t), orders=60)
-    assert spectrum.speed.max() < 2 * np.pi * 2000 / (2.2 * 60) * 1.01
+    assert spectrum.speed.max() < 2 * np.pi * 2500 / (2.2 * 60) * 1.01
     with pytest.raises(ValueError, match="sample finer"):
         order_spectrum(t, 1000 + 0 * t, np.sin(t), orders=600)
 
