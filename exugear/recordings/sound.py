@@ -15,8 +15,9 @@ from fem.support.validation import require
 
 #: Largest denominator of the ratio of sample rates: the pitch is right within 1e-6.
 DENOMINATOR = 1000
-#: Window of the anti-alias filter: 100 dB.
-FILTER = ("kaiser", 10.06)
+#: Anti-alias filter: Kaiser window of 100 dB, half its length in samples of the lower rate, and its cut-off as share of
+#: half that rate; it passes up to 0.9 and attenuates by 100 dB from 1 on.
+WINDOW, HALF_LENGTH, CUT_OFF = ("kaiser", 10.06), 64, 0.95
 #: Share of the largest number of a file that the signal takes: the filter may overshoot the samples.
 HEADROOM = 0.95
 LARGEST = 32767
@@ -41,7 +42,9 @@ def write_sound(path: FilePath, signal: xr.DataArray, *, rate: int = 48_000, ful
     ratio = Fraction(rate / sample_rate(signal)).limit_denominator(DENOMINATOR)
     require(ratio > 0, f"rate must be at least {sample_rate(signal) / DENOMINATOR:.3g} Hz, got {rate}")
     centred = signal.values - signal.values.mean()
-    samples = scipy.signal.resample_poly(centred, ratio.numerator, ratio.denominator, window=FILTER)
+    highest = max(ratio.numerator, ratio.denominator)
+    taps = scipy.signal.firwin(2 * HALF_LENGTH * highest + 1, CUT_OFF / highest, window=WINDOW)
+    samples = scipy.signal.resample_poly(centred, ratio.numerator, ratio.denominator, window=taps)
     peak = float(np.abs(samples).max())
     scale = (peak / HEADROOM or 1.0) if full_scale is None else full_scale
     require(scale >= peak > -1, f"full_scale must be at least the largest value, {peak:.6g}, got {scale:.6g}")
