@@ -15,6 +15,8 @@ from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.integration.solver_settings import integrator
 from exugear.kernels.recorder import Recorder
+from exugear.load_factors.dynamic_factor import dynamic_factor
+from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
@@ -40,8 +42,8 @@ from exugear.system.eigenfrequencies import eigenfrequencies
 from exugear.system.model import Model
 from fem.support.version import __version__
 
-#: Modules for pictures, imported on first use.
-__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"]})
+#: Modules and functions for pictures, imported on first use.
+__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"], "run_report.report": ["report"]})
 
 __all__ = [
     "Apart",
@@ -78,6 +80,8 @@ __all__ = [
     "build",
     "draw",
     "dte_envelope",
+    "dynamic_factor",
+    "dynamic_stress",
     "efficiency",
     "eigenfrequencies",
     "envelope",
@@ -93,6 +97,7 @@ __all__ = [
     "plan",
     "plots",
     "recorded_signal",
+    "report",
     "resonance_table",
     "resonances",
     "rms_sum",
@@ -102,6 +107,7 @@ __all__ = [
     "signal",
     "spectrogram",
     "spectrum",
+    "stress_envelope",
     "waterfall",
     "write_sound",
 ]

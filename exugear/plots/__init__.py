@@ -1,6 +1,7 @@
 """Plots: each function takes data and optionally axes, and returns the axes."""
 
 from exugear.plots.figures import figure
+from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
 from exugear.plots.order_plots import (
     plot_cascade,
     plot_levels,
@@ -26,11 +27,14 @@ __all__ = [
     "figure",
     "plot_bearing_forces",
     "plot_cascade",
+    "plot_dynamic_factor",
+    "plot_dynamic_stress",
     "plot_efficiency",
     "plot_envelopes",
     "plot_field",
     "plot_gears",
     "plot_levels",
+    "plot_load_factors",
     "plot_order_cuts",
     "plot_order_map",
     "plot_outlines",
