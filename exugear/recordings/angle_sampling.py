@@ -4,7 +4,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from exugear.recordings.signal import ANGLE, require_signal
+from exugear.recordings.signal import ANGLE, channel_coordinates, require_signal
 from fem.support.arguments import checked
 from fem.support.numba_cache import compiled, fast
 from fem.support.validation import require
@@ -45,8 +45,7 @@ def over_angle(signal: xr.DataArray, *, orders: float) -> xr.DataArray:
     along = {
         name: ("angle", np.interp(grid, angle, signal[name].values), signal[name].attrs) for name in ("time", "speed")
     }
-    fixed = {name: values for name, values in signal.coords.items() if "time" not in values.dims}
-    coordinates = {**fixed, "angle": ("angle", grid, ANGLE), **along}
+    coordinates = {**channel_coordinates(signal), "angle": ("angle", grid, ANGLE), **along}
     dims = (*signal.dims[:-1], "angle")
     return xr.DataArray(values.reshape(*signal.shape[:-1], samples), coordinates, dims, signal.name, signal.attrs)
 

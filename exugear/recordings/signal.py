@@ -1,6 +1,7 @@
 """A signal: values over time with the speed and the angle of a shaft, from a run, a sensor or a measurement."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import scipy
@@ -112,6 +113,11 @@ def speed_and_angle(time: np.ndarray, speed: np.ndarray) -> dict[str, tuple]:
     """Coordinates of a signal: speed, and the angle that the shaft has turned by."""
     angle = scipy.integrate.cumulative_trapezoid(np.abs(speed), time, initial=0)
     return {"speed": ("time", speed, SPEED), "angle": ("time", angle, ANGLE)}
+
+
+def channel_coordinates(signal: xr.DataArray) -> dict[Any, Any]:
+    """The coordinates of a signal that do not vary along its last dimension: labels of channels, mesh order."""
+    return {name: values for name, values in signal.coords.items() if signal.dims[-1] not in values.dims}
 
 
 def require_signal(signal: xr.DataArray) -> None:

@@ -118,7 +118,6 @@ def _labelled(signal: xr.DataArray, points: np.ndarray, orders: np.ndarray, phas
     along = {
         name: ("time", np.interp(points, angle, signal[name].values), signal[name].attrs) for name in ("time", "speed")
     }
-    fixed = {name: values for name, values in signal.coords.items() if "time" not in values.dims}
     about = {"units": "1", "long_name": "order of the shaft"}
     coordinates = {
         **fixed,

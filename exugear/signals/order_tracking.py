@@ -6,7 +6,7 @@ import xarray as xr
 
 from exugear.recordings.angle_sampling import REVOLUTION, SAMPLES_PER_PERIOD, over_angle
 from exugear.recordings.short_time_spectra import Window, amplitude_spectra, hop_of
-from exugear.recordings.signal import require_signal
+from exugear.recordings.signal import channel_coordinates, require_signal
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -64,6 +64,5 @@ def _sampled_finely(signal, sampled, middles: np.ndarray, length: int, orders: f
 def _labelled(middles: xr.DataArray, order: np.ndarray, lines: np.ndarray) -> xr.Dataset:
     """The Dataset of lines (..., n_line, n_order)."""
     along = {name: ("time", middles[name].values, middles[name].attrs) for name in ("time", "speed")}
-    fixed = {name: values for name, values in middles.coords.items() if "angle" not in values.dims}
-    coordinates = {**fixed, **along, "order": ("order", order, ORDER)}
+    coordinates = {**channel_coordinates(middles), **along, "order": ("order", order, ORDER)}
     return xr.Dataset({"amplitude": ((*middles.dims[:-1], "time", "order"), lines, middles.attrs)}, coordinates)
