@@ -4,7 +4,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from exugear.recordings.signal import ANGLE, channel_coordinates, require_signal
+from exugear.recordings.signal import ANGLE, at_angles, channel_coordinates, require_signal
 from fem.support.arguments import checked
 from fem.support.numba_cache import compiled, fast
 from fem.support.validation import require
@@ -42,10 +42,7 @@ def over_angle(signal: xr.DataArray, *, orders: float) -> xr.DataArray:
     grid = angle[0] + step * np.arange(samples)
     rows = signal.values.reshape(-1, angle.size)
     values = np.array([_filtered(angle, np.ascontiguousarray(row), grid, step) for row in rows])
-    along = {
-        name: ("angle", np.interp(grid, angle, signal[name].values), signal[name].attrs) for name in ("time", "speed")
-    }
-    coordinates = {**channel_coordinates(signal), "angle": ("angle", grid, ANGLE), **along}
+    coordinates = {**channel_coordinates(signal), "angle": ("angle", grid, ANGLE), **at_angles(signal, grid, "angle")}
     dims = (*signal.dims[:-1], "angle")
     return xr.DataArray(values.reshape(*signal.shape[:-1], samples), coordinates, dims, signal.name, signal.attrs)
 

@@ -22,19 +22,19 @@ def level(rms: Numbers, reference: float | None = None) -> xr.DataArray | np.nda
     reference    in the units of rms; by default that of ISO 1683 for the units of a DataArray: 1 um/s^2, 1 nm/s, 1 pm,
                  1 uN, 20 uPa
 
-    Returns the levels: a DataArray with the reference in its attributes, or an array. Raises ValueError where units
+    Returns the levels: a DataArray with the reference in its long_name, or an array. Raises ValueError where units
     have no reference value.
     """
-    labelled = isinstance(rms, xr.DataArray)
-    units = rms.attrs.get("units", "1") if labelled else "1"
+    units = rms.attrs.get("units", "1") if isinstance(rms, xr.DataArray) else "1"
     known = f"reference must be given for the units {units!r}; ISO 1683 has {REFERENCES}"
     require(reference is not None or units in REFERENCES, known)
     reference = REFERENCES[units] if reference is None else reference
     require(reference > 0, f"reference must be > 0, got {reference}")
-    levels = 20 * np.log10(np.maximum(np.abs(rms) / reference, FLOOR))
-    if not labelled:
-        return np.asarray(levels)
-    return levels.assign_attrs(units="dB", long_name=f"level re {reference:g} {units}", reference=reference)
+    levels = 20 * np.log10(np.maximum(np.abs(np.asarray(rms, float)) / reference, FLOOR))
+    if not isinstance(rms, xr.DataArray):
+        return levels
+    about = {"units": "dB", "long_name": f"level re {reference:g} {units}"}
+    return xr.DataArray(levels, rms.coords, rms.dims, attrs=about)
 
 
 @checked
@@ -48,4 +48,4 @@ def rms_sum(channels: xr.DataArray, over: str | Sequence[str]) -> xr.DataArray:
     """
     dims = [over] if isinstance(over, str) else list(over)
     require(set(dims) <= set(channels.dims), f"over must be dimensions of the channels, {channels.dims}, got {over!r}")
-    return np.sqrt((channels**2).sum(dims)).assign_attrs(channels.attrs)
+    return ((channels**2).sum(dims) ** 0.5).assign_attrs(channels.attrs)

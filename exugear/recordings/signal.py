@@ -120,6 +120,12 @@ def channel_coordinates(signal: xr.DataArray) -> dict[Any, Any]:
     return {name: values for name, values in signal.coords.items() if signal.dims[-1] not in values.dims}
 
 
+def at_angles(signal: xr.DataArray, angle: np.ndarray, dim: str) -> dict[Any, Any]:
+    """Time and speed of a signal at angles of the shaft, as coordinates along a dimension."""
+    known = signal["angle"].values
+    return {name: (dim, np.interp(angle, known, signal[name].values), signal[name].attrs) for name in ("time", "speed")}
+
+
 def require_signal(signal: xr.DataArray) -> None:
     """ValueError unless this is a finite signal (..., time) with its coordinates."""
     lacking = {"time", "speed", "angle"} - set(signal.coords)

@@ -6,7 +6,7 @@ import xarray as xr
 from numpy.polynomial import legendre
 
 from exugear.recordings.angle_sampling import HALF_LENGTH, REVOLUTION, SAMPLES_PER_PERIOD, over_angle
-from exugear.recordings.signal import require_signal
+from exugear.recordings.signal import ANGLE, at_angles, channel_coordinates, require_signal
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import require
 
@@ -114,17 +114,9 @@ def _coarse(signal: xr.DataArray, points: np.ndarray, orders: np.ndarray) -> np.
 
 def _labelled(signal: xr.DataArray, points: np.ndarray, orders: np.ndarray, phasors: np.ndarray) -> xr.Dataset:
     """The Dataset of the cut: phasors (n_row, n_order, n_point)."""
-    angle = signal["angle"].values
-    along = {
-        name: ("time", np.interp(points, angle, signal[name].values), signal[name].attrs) for name in ("time", "speed")
-    }
     about = {"units": "1", "long_name": "order of the shaft"}
-    coordinates = {
-        **fixed,
-        **along,
-        "angle": ("time", points, signal["angle"].attrs),
-        "order": ("order", orders, about),
-    }
+    coordinates = channel_coordinates(signal) | at_angles(signal, points, "time")
+    coordinates |= {"angle": ("time", points, ANGLE), "order": ("order", orders, about)}
     dims, shape = (*signal.dims[:-1], "order", "time"), (*signal.shape[:-1], orders.size, points.size)
     amplitude = dims, np.abs(phasors).reshape(shape), signal.attrs
     return xr.Dataset({"amplitude": amplitude, "phase": (dims, np.angle(phasors).reshape(shape), PHASE)}, coordinates)

@@ -64,5 +64,5 @@ def _sampled_finely(signal, sampled, middles: np.ndarray, length: int, orders: f
 def _labelled(middles: xr.DataArray, order: np.ndarray, lines: np.ndarray) -> xr.Dataset:
     """The Dataset of lines (..., n_line, n_order)."""
     along = {name: ("time", middles[name].values, middles[name].attrs) for name in ("time", "speed")}
-    coordinates = {**channel_coordinates(middles), **along, "order": ("order", order, ORDER)}
+    coordinates = channel_coordinates(middles) | along | {"order": ("order", order, ORDER)}
     return xr.Dataset({"amplitude": ((*middles.dims[:-1], "time", "order"), lines, middles.attrs)}, coordinates)
