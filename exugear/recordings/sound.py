@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import scipy
 import xarray as xr
-from scipy.io import wavfile
 
 from exugear.recordings.signal import require_signal, sample_rate
 from fem.support.arguments import FilePath, checked
@@ -49,5 +48,5 @@ def write_sound(path: FilePath, signal: xr.DataArray, *, rate: int = 48_000, ful
     scale = (peak / HEADROOM or 1.0) if full_scale is None else full_scale
     require(scale >= peak > -1, f"full_scale must be at least the largest value, {peak:.6g}, got {scale:.6g}")
     with complete_file(Path(path)) as file:
-        wavfile.write(file, rate, np.rint(samples / scale * LARGEST).astype(np.int16))
+        scipy.io.wavfile.write(file, rate, np.rint(samples / scale * LARGEST).astype(np.int16))
     return scale

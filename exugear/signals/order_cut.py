@@ -12,7 +12,7 @@ from fem.support.validation import require
 
 #: Degree of the polynomials of the amplitudes within a window: order cuts of a resonance stay unbiased to second order.
 DEGREE = 2
-#: Least product of window [revolutions] and distance of orders: the fit then amplifies noise less than a Hann window.
+#: Least product of window [revolutions] and distance of orders: the condition number of the fit is then about 8.
 SEPARATION = 4.0
 #: Windows that are fitted in one matrix product.
 CHUNK = 256
@@ -34,6 +34,9 @@ def order_cut(
     polynomials of second degree over the angle, which are fitted together by least squares with the weights of a Hann
     window. Thus close orders do not disturb each other at any slew rate, and the first and the last value stand at the
     ends of the signal. At equal steps of the angle the fit is the same matrix in all windows.
+
+    Coupled orders with smooth amplitudes are those of the Vold-Kalman filter of second generation (Feldbauer and
+    Hoeldrich, Proc. DAFX 2000; Tuma, Proc. ICSV12 2005), whose global system polynomials in windows replace.
 
     Returns a Dataset over order and time with amplitude, phase [rad] and the coordinates speed [rad/s] and angle [rad]:
     the signal is the sum of amplitude cos(order angle + phase). Values are NaN where a period of the order has fewer
