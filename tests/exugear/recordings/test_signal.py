@@ -4,6 +4,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 import pytest
+import xarray as xr
 from scenes import smooth_box
 
 import exugear
@@ -76,6 +77,22 @@ def test_orders_of_a_stage_and_its_side_bands(recorded):
     assert exugear.mesh_orders(run, harmonics=2, side_bands=1).tolist() == [56, 57, 58, 113, 114, 115]
     with pytest.raises(ValueError, match="harmonics must be >= 1"):
         exugear.mesh_orders(run, harmonics=0)
+
+
+def test_orders_of_a_second_stage_count_revolutions_of_the_driving_shaft():
+    """20/40 and 25/50 teeth: the second pinion turns half as fast as the driving shaft, the last wheel a quarter."""
+    time = np.linspace(0, 1, 101)
+    speed = 2 * np.pi * (10 + time)
+    frequency = np.outer([20, 12.5], speed / (2 * np.pi))
+    zero = ("stage", "time"), np.zeros((2, 101))
+    run = xr.Dataset(
+        {"speed": ("time", speed), "mesh_frequency": (("stage", "time"), frequency), "dte": zero, "mesh_force": zero},
+        {"time": time, "stage": ["a-b", "b-c"]},
+        {"a-b_pinion_z": 20, "a-b_wheel_z": 40, "b-c_pinion_z": 25, "b-c_wheel_z": 50},
+    )
+    assert float(exugear.signal(run, "dte", stage=1)["mesh_order"]) == 12.5
+    assert exugear.mesh_orders(run, 1, harmonics=2, side_bands=0).tolist() == [12.5, 25]
+    assert exugear.mesh_orders(run, 1, harmonics=1, side_bands=1).tolist() == [12, 12.25, 12.5, 12.75, 13]
 
 
 def test_arrays_are_checked():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from sweeps import linear_sweep, with_orders
 
 import exugear
@@ -32,3 +33,16 @@ def test_lines_overlap_as_asked():
     assert quarter.sizes["time"] == pytest.approx(2 * half.sizes["time"], abs=1)
     with pytest.raises(ValueError, match="window must be one of scipy"):
         exugear.order_tracking(signal, orders=150, window="round")
+
+
+def test_results_are_written_as_netcdf_and_have_units(tmp_path):
+    signal = with_orders(linear_sweep(2.0), MESH)
+    results = {
+        "cut": exugear.order_cut(signal, list(MESH)),
+        "map": exugear.order_tracking(signal, orders=120, revolutions=4),
+        "waterfall": exugear.waterfall(signal, resolution=50.0),
+    }
+    for name, result in results.items():
+        result.to_netcdf(tmp_path / f"{name}.nc", engine="h5netcdf")
+        xr.testing.assert_identical(xr.load_dataset(tmp_path / f"{name}.nc", engine="h5netcdf"), result)
+        assert all({"units", "long_name"} <= set(values.attrs) for values in result.variables.values())
