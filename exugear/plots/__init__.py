@@ -2,6 +2,7 @@
 
 from exugear.plots.figures import figure
 from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
+from exugear.plots.mode_plots import plot_campbell, plot_modes
 from exugear.plots.order_plots import (
     plot_cascade,
     plot_levels,
@@ -26,6 +27,7 @@ from exugear.plots.statics.stress_plots import (
 __all__ = [
     "figure",
     "plot_bearing_forces",
+    "plot_campbell",
     "plot_cascade",
     "plot_dynamic_factor",
     "plot_dynamic_stress",
@@ -35,6 +37,7 @@ __all__ = [
     "plot_gears",
     "plot_levels",
     "plot_load_factors",
+    "plot_modes",
     "plot_order_cuts",
     "plot_order_map",
     "plot_outlines",
