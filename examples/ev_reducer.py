@@ -1,4 +1,4 @@
-"""A two-stage helical reducer of an electric axle up to 15,000 rpm: Campbell diagram and run-up.
+"""A two-stage helical reducer of an electric axle up to 15,000 rpm: Campbell diagram, run-up, bearing force orders.
 
     python examples/ev_reducer.py results
 
@@ -76,11 +76,20 @@ def bearing_peaks(run: exugear.Run) -> np.ndarray:
     return exugear.resonances(forces["speed"].values / rpm, forces.values, prominence=0.15).place
 
 
+def order_cuts(run: exugear.Run) -> xr.Dataset:
+    """Two mesh orders of each stage in the force along y of a bearing of the output shaft."""
+    orders = np.concatenate([exugear.mesh_orders(run, stage, harmonics=2) for stage in (0, 1)])
+    force = exugear.signal(run, "bearing_force", bearing="output at 110 mm", direction="y")
+    return exugear.order_cut(force, orders)
+
+
 def draw(path: Path, diagram: xr.Dataset, run: exugear.Run) -> None:
-    """Campbell diagram beside the bearing forces."""
+    """Campbell diagram beside the orders of the output bearing's force."""
     figure = plots.figure(columns=2)
     plots.plot_campbell(diagram, figure.axes[0], marked=SHARE)
-    plots.plot_bearing_forces(run, figure.axes[1])
+    orders = plots.plot_order_cuts(order_cuts(run), figure.axes[1])
+    orders.set_title("bearing of the output shaft at 110 mm, along y", fontsize="medium")
+    orders.legend(frameon=False, loc="upper left")
     figure.savefig(path, dpi=100)
 
 

@@ -2,9 +2,9 @@
 
     python examples/run_report.py results
 
-One HTML file with all figures inside: results with resonances, dynamic factors and bearing forces; data sheets of
-gears, shafts and bearings; assumptions, and what the plan skipped; error estimates and versions. A browser on the machine
-prints it to PDF. With power=True the report also shows where the losses arise.
+One HTML file with all figures inside: results with resonances, dynamic factors and bearing forces; vibration modes and
+a Campbell diagram; data sheets of gears, shafts and bearings; assumptions, and what the plan skipped; error estimates
+and versions. A browser on the machine prints it to PDF.
 """
 
 import sys
@@ -14,24 +14,22 @@ import two_stage_helical
 
 import exugear
 
+TITLE = "Two-stage helical gearbox"
 
-def solve(phases: int, duration: float) -> exugear.Run:
-    """The run-up of the gearbox, with its powers."""
+
+def solve(phases: int, duration: float) -> tuple[exugear.Model, exugear.Run]:
+    """The gearbox and its run-up, with the powers."""
     box = two_stage_helical.gearbox(two_stage_helical.laws(phases), two_stage_helical.pairs())
-    return exugear.run_up(
-        exugear.build(box),
-        speed=two_stage_helical.SPEED,
-        duration=duration,
-        load=two_stage_helical.LOAD,
-        power=True,
-    )
+    conditions = {"speed": two_stage_helical.SPEED, "duration": duration, "load": two_stage_helical.LOAD}
+    model = exugear.build(box)
+    return model, exugear.run_up(model, **conditions, power=True)
 
 
 def main(folder: Path, quick: bool = False) -> tuple[exugear.Run, list[Path]]:
     """The run, and the files written."""
     folder.mkdir(parents=True, exist_ok=True)
-    run = solve(12, 0.1) if quick else solve(24, 4.0)
-    files = exugear.report(run, folder / "two_stage_helical.html", title="Two-stage helical gearbox")
+    model, run = solve(12, 0.1) if quick else solve(24, 4.0)
+    files = exugear.report(run, folder / "two_stage_helical.html", model=model, title=TITLE)
     print(run.energy_balance())
     for path in files:
         print(f"{path}, {path.stat().st_size / 1e3:.0f} kB")

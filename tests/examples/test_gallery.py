@@ -9,6 +9,7 @@ import numpy as np
 import parameter_variation
 import pytest
 import run_report
+import shuttling
 import tip_relief
 
 import exugear
@@ -76,3 +77,14 @@ def test_report_states_the_balance_of_a_run_with_all_its_stages_and_bearings(tmp
     assert page.count("data:image") >= 5
     for name in (*run.data["stage"].values, *run.data["bearing"].values):
         assert str(name) in page
+
+
+def test_shuttling_moves_the_load_between_the_bearings_at_a_constant_mesh_force(tmp_path):
+    for tilt, run in shuttling.main(tmp_path, quick=True).items():
+        settled = run.data.isel(time=slice(run.data["time"].size // 2, None))
+        force, centroid = settled["mesh_force"].values[0], settled["centroid"].values[0]
+        assert np.ptp(force) < 1e-4 * force.mean()
+        assert np.ptp(centroid) > 2e-3
+        bearings, by_centroid = shuttling.bearing_forces(settled)
+        assert bearings == pytest.approx(by_centroid, abs=0.03 * np.ptp(by_centroid))
+        assert (centroid.mean() < -4e-3) == (tilt > 0)
