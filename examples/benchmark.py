@@ -1,6 +1,6 @@
 """Run time against error: STE by several methods, run-ups by step, integrator and reduction, growth with the scene.
 
-    python examples/benchmark.py results            (3 minutes on two cores; --quick: a minute)
+    python examples/benchmark.py results            (a minute on two cores; --full: all points, 3 minutes)
 
 Every error is against a run that is several times finer. Every time stands beside yardsticks: a compiled loop without
 Exudyn, Exudyn with a built-in spring instead of the mesh, and the times that the paper states.
@@ -88,4 +88,4 @@ def main(folder: Path, quick: bool = False) -> dict:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(Path(sys.argv[1]), quick="--full" not in sys.argv)
