@@ -16,6 +16,8 @@ from fem.units import rpm, um
 
 #: Least change of the speed over its largest value by which a run is a sweep, whose envelope shows resonances.
 SWEEP = 0.05
+#: Columns of a table of resonances.
+NUMBERS = "mesh_frequency", "amplitude", "harmonic", "harmonic_amplitude", "response_frequency"
 #: Number of mesh harmonics listed.
 HARMONICS = 5
 
@@ -66,11 +68,15 @@ def resonances_as_text(data: xr.Dataset, stage: str, table: xr.Dataset) -> Table
     speed_per_frequency = np.abs(data["speed"].values).max() / frequency.max()
     rows = []
     for peak in range(table.sizes["peak"]):
-        f, height, harmonic, amplitude, response = (float(table[name][peak]) for name in table)
-        speed, line = f * speed_per_frequency / rpm, f"{harmonic:.0f} ({amplitude / um:.3g} µm)"
+        f, height, harmonic, amplitude, response = (float(table[name][peak]) for name in NUMBERS)
+        exciting = str(table["exciting_stage"][peak].item())
+        speed = f * speed_per_frequency / rpm
+        line = f"{harmonic:.0f} of {exciting} ({amplitude / um:.3g} µm)"
         rows.append((f"{f:.1f}", f"{speed:.0f}", f"{height / um:.3g}", line, f"{response:.1f}"))
     columns = ("mesh frequency [Hz]", "driving shaft [rpm]", "half peak to peak [µm]")
-    return Table(f"Resonances of {stage} in the DTE", (*columns, "mesh harmonic", "vibrates at [Hz]"), tuple(rows))
+    return Table(
+        f"Resonances of {stage} in the DTE", (*columns, "excited by mesh harmonic", "vibrates at [Hz]"), tuple(rows)
+    )
 
 
 def harmonics_as_text(data: xr.Dataset, number: int) -> Table:
