@@ -273,15 +273,14 @@ def test_seventy_seconds_through_the_jump_in_two_new_processes(part, zeta):
 
 @pytest.mark.slow
 def test_parts_on_a_local_cluster_of_dask():
-    distributed = pytest.importorskip("distributed")
+    from distributed import Client, LocalCluster  # an import of seconds
+
     model, options = exugear.build(smooth_box()), RUN | {"duration": 10.0}
     serial = exugear.run_up(model, **options).data
     with (
-        warnings.catch_warnings(),
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
-        distributed.Client(cluster) as client,
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        Client(cluster) as client,
     ):
-        warnings.simplefilter("ignore")
         parts = exugear.run_up(model, **options, executor=client.get_executor()).data
     assert_equal(serial, parts)
 
