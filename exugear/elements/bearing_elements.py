@@ -22,6 +22,8 @@ HEAD_SIZE = RADIAL_LAW.itemsize
 radial_law_at = reader(RADIAL_LAW)
 #: Steps of the difference Jacobian in coordinates [m, rad] and velocities [m/s, rad/s].
 DIFFERENCE_STEPS = 1e-9, 1e-6
+#: Number of samples whose reactions are computed at once: they stay in the processor's cache, which is 10 times as fast.
+BLOCK = 4096
 
 
 def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None:
@@ -112,22 +114,26 @@ def user_functions(bearing: Bearing, lever: float):
     return bearing_force, bearing_jacobian
 
 
-def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray) -> dict[float, np.ndarray]:
-    """Forces (n, 3) [N] of each bearing on its shaft, by the bearing's axial position [m].
+def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) -> None:
+    """Compute the forces (n_bearing, 3, n) [N] of all bearings of a shaft on it, in their order.
 
     q, q_t   (n, 5) displacements [m] and tilts [rad] of the shaft's centre of mass, and their rates
     """
-    forces = {}
-    for axial, bearing in shaft.bearings.items():
-        lever = axial - shaft.centre
-        motion = np.eye(6)[:, :5]
-        motion[0, 4], motion[1, 3] = lever, -lever
-        stiffness = linear_part(bearing, 0.0)[:3] @ motion
-        force = -(q + bearing.damping * q_t) @ stiffness.T
-        if not bearing.linear:
-            force[:, :2] += _radial_reaction(bearing, q @ motion[:2].T, q_t @ motion[:2].T)
-        forces[axial] = force
-    return forces
+    for first in range(0, len(q), BLOCK):
+        block = slice(first, first + BLOCK)
+        for force, (axial, bearing) in zip(forces, shaft.bearings.items(), strict=True):
+            force[:, block] = _reaction(bearing, axial - shaft.centre, q[block].T, q_t[block].T)
+
+
+def _reaction(bearing: Bearing, lever: float, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
+    """(3, n) force of a bearing at an axial distance lever [m] from the centre of mass, from motions (5, n)."""
+    motion = np.eye(6)[:, :5]
+    motion[0, 4], motion[1, 3] = lever, -lever
+    stiffness = linear_part(bearing, 0.0)[:3] @ motion
+    force = -stiffness @ (q + bearing.damping * q_t)
+    if not bearing.linear:
+        force[:2] += _radial_reaction(bearing, (motion[:2] @ q).T, (motion[:2] @ q_t).T).T
+    return force
 
 
 def _radial_reaction(bearing: Bearing, displacement: np.ndarray, rate: np.ndarray) -> np.ndarray:
