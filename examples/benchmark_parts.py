@@ -1,0 +1,118 @@
+"""Time of one run-up in parts on 1 to 64 processes: measured on 1 and 2, beyond them by a model checked against those.
+
+    python examples/benchmark_parts.py
+
+The model schedules the parts as `exugear.run_up` does: in order, each as soon as a process is free, early from static
+equilibrium as long as an earlier part is integrated. Its costs are processor times that are measured in one process.
+"""
+
+import heapq
+import pickle
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from statistics import median
+
+import exudyn as exu
+import numpy as np
+from benchmark_run_up import LONG, TORQUE, on_bearings, paper_gearbox
+from korta_pair import TOP_SPEED
+
+import exugear
+from exugear.integration.division import Division, division_of
+from exugear.integration.solver_settings import scheme_of
+from exugear.integration.time_integration import Solver
+from exugear.operation.conditions import run_up_conditions
+
+PROCESSES, PAIRS = (1, 2, 4, 8, 16, 32, 64), 3
+#: Number of segments that are integrated again at half the step, side by side.
+CHECKS = 3
+
+
+class Inline(Executor):
+    """Integrates parts where they are submitted, as one of some processes; keeps processor time and steps of each."""
+
+    def __init__(self, processes: int):
+        self._max_workers, self.seconds = processes, []
+
+    def submit(self, function, /, *arguments) -> Future:
+        start, (_, part) = time.process_time(), arguments
+        content = pickle.dumps(function(*arguments))
+        steps = part.bounds[-1] - part.bounds[0] if hasattr(part, "bounds") else 0
+        self.seconds.append((time.process_time() - start, steps))
+        future: Future = Future()
+        future.set_result(pickle.loads(content))
+        return future
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Seconds of a step, of all segments that are integrated again, and of the calling process."""
+
+    step: float
+    checks: float
+    caller: float
+
+
+def seconds_of(model: exugear.Model, executor: Executor | None = None, clock: Callable = time.perf_counter) -> float:
+    """Time of the whole run-up: by the clock, or of the processor."""
+    start, conditions = clock(), {"speed": (0, TOP_SPEED), "duration": LONG, "load": TORQUE, "progress": False}
+    exugear.run_up(model, **conditions, executor=executor, checks=CHECKS)
+    return clock() - start
+
+
+def costs_of(model: exugear.Model) -> Costs:
+    """Costs of the run-up in parts, all of which a single process integrates."""
+    executor = Inline(8)
+    total = seconds_of(model, executor, time.process_time)
+    seconds, steps = np.array(executor.seconds).T
+    parts, checks = seconds[steps > 0].sum(), seconds[steps == 0].sum()
+    return Costs(parts / steps.sum(), checks, total - parts - checks)
+
+
+def division(model: exugear.Model, processes: int) -> Division:
+    """The parts of the run-up for a number of processes."""
+    conditions = run_up_conditions(model.gearbox, (0, TOP_SPEED), TORQUE, LONG)
+    scheme = scheme_of(model, conditions, tolerance=1e-3, step=None, sample=4e-5, sensor_period=None)
+    return division_of(Solver(model, conditions, scheme), Inline(processes))
+
+
+def modelled(parts: Division, costs: Costs) -> float:
+    """Time of the run-up where no part is integrated again [s]."""
+    free, last = [0.0] * parts.processes, 0.0
+    for i in range(parts.number):
+        start = heapq.heappop(free)
+        first = max(parts.ends[i] - parts.early * (start < last), 0)
+        steps = parts.bounds[parts.ends[i + 1]] - parts.bounds[first]
+        heapq.heappush(free, start + steps * costs.step)
+        last = max(last, *free)
+    return last + costs.checks / min(parts.processes, CHECKS) + costs.caller
+
+
+def measured(model: exugear.Model, pairs: int) -> tuple[list[float], float]:
+    """Times on one and on two processes [s], medians of alternated runs, and the median of their ratios."""
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        seconds_of(model, pool)
+        times = [(seconds_of(model), seconds_of(model, pool)) for _ in range(pairs)]
+    return [median(column) for column in zip(*times, strict=True)], median(a / b for a, b in times)
+
+
+def parts(box: exugear.Gearbox, quick: bool = False) -> dict[str, dict[str, list[float]]]:
+    """Rows of the benchmark by scene: number of processes, times by the model and measured [s]."""
+    rows, scenes = {}, {"spinning": box} | ({} if quick else {"planar": on_bearings(box)})
+    for name, scene in scenes.items():
+        model = exugear.build(scene)
+        seconds_of(model)
+        costs, (times, ratio) = costs_of(model), measured(model, 1 if quick else PAIRS)
+        model_times = [modelled(division(model, n), costs) for n in PROCESSES]
+        print(f"{name}: {costs}, two processes {ratio:.2f} times as fast")
+        print(" model:", {n: round(t, 2) for n, t in zip(PROCESSES, model_times, strict=True)}, "measured:", times)
+        rows[name] = {"processes": list(PROCESSES), "model": model_times, "measured": times}
+    return rows
+
+
+if __name__ == "__main__":
+    exu.config.printToConsole = False
+    parts(paper_gearbox())
