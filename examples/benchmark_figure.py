@@ -81,10 +81,10 @@ def draw(path: Path, numbers: dict) -> None:
         upper, beside, lower, legends, states, parts = figure.axes
         ste.draw(upper)
         mark_times(upper, {f"paper, {name}": PAPER[name] for name in ("implicit FE", "explicit FE")})
-        upper.set(xlabel="time of 30 phases, cold [s]", ylabel="error of the STE [% of its mean]")
+        upper.set(xlabel="processor time of 30 phases, cold [s]", ylabel="error of the STE [% of its mean]")
         runs.draw(beside)
         mark_times(beside, {name: x for name, x in (floor | {"paper": PAPER["run-up"]}).items() if name != "exugear"})
-        beside.set(xlabel="time of a 70 s run-up [s]", ylabel="error of the rms of the DTE [%], median")
+        beside.set(xlabel="processor time of a 70 s run-up [s]", ylabel="error of the rms of the DTE [%], median")
         draw_growth(lower, numbers["growth"])
         draw_legends(legends, {"STE": upper, "run-up": beside, "growth, exponent": lower})
         draw_states(states, numbers["states"])

@@ -7,16 +7,18 @@ equilibrium as long as an earlier part is integrated. Its costs are processor ti
 """
 
 import heapq
+import os
 import pickle
 import time
-from collections.abc import Callable
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
+from pathlib import Path
 from statistics import median
 
 import exudyn as exu
 import numpy as np
+from benchmark_points import timed
 from benchmark_run_up import LONG, TORQUE, on_bearings, paper_gearbox
 from korta_pair import TOP_SPEED
 
@@ -26,7 +28,7 @@ from exugear.integration.solver_settings import scheme_of
 from exugear.integration.time_integration import Solver
 from exugear.operation.conditions import run_up_conditions
 
-PROCESSES, PAIRS = (1, 2, 4, 8, 16, 32, 64), 3
+PROCESSES, PAIRS = (1, 2, 4, 8, 16, 32, 64), 2
 #: Number of segments that are integrated again at half the step, side by side.
 CHECKS = 3
 
@@ -56,17 +58,16 @@ class Costs:
     caller: float
 
 
-def seconds_of(model: exugear.Model, executor: Executor | None = None, clock: Callable = time.perf_counter) -> float:
-    """Time of the whole run-up: by the clock, or of the processor."""
-    start, conditions = clock(), {"speed": (0, TOP_SPEED), "duration": LONG, "load": TORQUE, "progress": False}
-    exugear.run_up(model, **conditions, executor=executor, checks=CHECKS)
-    return clock() - start
+def seconds_of(model: exugear.Model, executor: Executor | None = None) -> float:
+    """Processor time of the whole run-up in this process."""
+    conditions = {"speed": (0, TOP_SPEED), "duration": LONG, "load": TORQUE, "progress": False}
+    return timed(lambda: exugear.run_up(model, **conditions, executor=executor, checks=CHECKS))[1]
 
 
 def costs_of(model: exugear.Model) -> Costs:
     """Costs of the run-up in parts, all of which a single process integrates."""
     executor = Inline(8)
-    total = seconds_of(model, executor, time.process_time)
+    total = seconds_of(model, executor)
     seconds, steps = np.array(executor.seconds).T
     parts, checks = seconds[steps > 0].sum(), seconds[steps == 0].sum()
     return Costs(parts / steps.sum(), checks, total - parts - checks)
@@ -91,12 +92,21 @@ def modelled(parts: Division, costs: Costs) -> float:
     return last + costs.checks / min(parts.processes, CHECKS) + costs.caller
 
 
-def measured(model: exugear.Model, pairs: int) -> tuple[list[float], float]:
-    """Times on one and on two processes [s], medians of alternated runs, and the median of their ratios."""
+def measured(model: exugear.Model, pairs: int) -> list[float]:
+    """Times on one and on two processes [s], medians of alternated runs; on two, of the caller and the busier process."""
+    times = []
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         seconds_of(model, pool)
-        times = [(seconds_of(model), seconds_of(model, pool)) for _ in range(pairs)]
-    return [median(column) for column in zip(*times, strict=True)], median(a / b for a, b in times)
+        for _ in range(pairs):
+            single, before = seconds_of(model), busy(pool)
+            times.append((single, seconds_of(model, pool) + float((busy(pool) - before).max())))
+    return [median(column) for column in zip(*times, strict=True)]
+
+
+def busy(pool: ProcessPoolExecutor) -> np.ndarray:
+    """(n_process,) processor time of each process of a pool, as Linux shows it [s]."""
+    ticks = [Path(f"/proc/{number}/stat").read_text().split()[13:15] for number in pool._processes]
+    return np.array(ticks, float).sum(axis=1) / os.sysconf("SC_CLK_TCK")
 
 
 def parts(box: exugear.Gearbox, quick: bool = False) -> dict[str, dict[str, list[float]]]:
@@ -105,9 +115,9 @@ def parts(box: exugear.Gearbox, quick: bool = False) -> dict[str, dict[str, list
     for name, scene in scenes.items():
         model = exugear.build(scene)
         seconds_of(model)
-        costs, (times, ratio) = costs_of(model), measured(model, 1 if quick else PAIRS)
+        costs, times = costs_of(model), measured(model, 1 if quick else PAIRS)
         model_times = [modelled(division(model, n), costs) for n in PROCESSES]
-        print(f"{name}: {costs}, two processes {ratio:.2f} times as fast")
+        print(f"{name}: {costs}, two processes {times[0] / times[1]:.2f} times as fast")
         print(" model:", {n: round(t, 2) for n, t in zip(PROCESSES, model_times, strict=True)}, "measured:", times)
         rows[name] = {"processes": list(PROCESSES), "model": model_times, "measured": times}
     return rows
