@@ -3,13 +3,12 @@
     python examples/benchmark_parts.py
 
 The model schedules the parts as `exugear.run_up` does: in order, each as soon as a process is free, early from static
-equilibrium as long as an earlier part is integrated. Its costs are processor times that are measured in one process.
+equilibrium as long as an earlier part is integrated. All times are of the processor, which other load hardly changes.
 """
 
 import heapq
 import os
 import pickle
-import time
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -23,7 +22,7 @@ from benchmark_run_up import LONG, TORQUE, on_bearings, paper_gearbox
 from korta_pair import TOP_SPEED
 
 import exugear
-from exugear.integration.division import Division, division_of
+from exugear.integration.division import division_of
 from exugear.integration.solver_settings import scheme_of
 from exugear.integration.time_integration import Solver
 from exugear.operation.conditions import run_up_conditions
@@ -40,10 +39,9 @@ class Inline(Executor):
         self._max_workers, self.seconds = processes, []
 
     def submit(self, function, /, *arguments) -> Future:
-        start, (_, part) = time.process_time(), arguments
-        content = pickle.dumps(function(*arguments))
-        steps = part.bounds[-1] - part.bounds[0] if hasattr(part, "bounds") else 0
-        self.seconds.append((time.process_time() - start, steps))
+        content, seconds = timed(lambda: pickle.dumps(function(*arguments)))
+        bounds = getattr(arguments[1], "bounds", (0, 0))
+        self.seconds.append((seconds, bounds[-1] - bounds[0]))
         future: Future = Future()
         future.set_result(pickle.loads(content))
         return future
@@ -65,35 +63,30 @@ def seconds_of(model: exugear.Model, executor: Executor | None = None) -> float:
 
 
 def costs_of(model: exugear.Model) -> Costs:
-    """Costs of the run-up in parts, all of which a single process integrates."""
+    """Costs of the run-up in parts that a single process integrates."""
     executor = Inline(8)
-    total = seconds_of(model, executor)
-    seconds, steps = np.array(executor.seconds).T
+    total, (seconds, steps) = seconds_of(model, executor), np.array(executor.seconds).T
     parts, checks = seconds[steps > 0].sum(), seconds[steps == 0].sum()
     return Costs(parts / steps.sum(), checks, total - parts - checks)
 
 
-def division(model: exugear.Model, processes: int) -> Division:
-    """The parts of the run-up for a number of processes."""
+def modelled(model: exugear.Model, costs: Costs, processes: int) -> float:
+    """Time of the run-up where no part is integrated again [s]."""
     conditions = run_up_conditions(model.gearbox, (0, TOP_SPEED), TORQUE, LONG)
     scheme = scheme_of(model, conditions, tolerance=1e-3, step=None, sample=4e-5, sensor_period=None)
-    return division_of(Solver(model, conditions, scheme), Inline(processes))
-
-
-def modelled(parts: Division, costs: Costs) -> float:
-    """Time of the run-up where no part is integrated again [s]."""
-    free, last = [0.0] * parts.processes, 0.0
+    parts = division_of(Solver(model, conditions, scheme), Inline(processes))
+    free, last = [0.0] * processes, 0.0
     for i in range(parts.number):
         start = heapq.heappop(free)
         first = max(parts.ends[i] - parts.early * (start < last), 0)
         steps = parts.bounds[parts.ends[i + 1]] - parts.bounds[first]
         heapq.heappush(free, start + steps * costs.step)
         last = max(last, *free)
-    return last + costs.checks / min(parts.processes, CHECKS) + costs.caller
+    return last + costs.checks / min(processes, CHECKS) + costs.caller
 
 
 def measured(model: exugear.Model, pairs: int) -> list[float]:
-    """Times on one and on two processes [s], medians of alternated runs; on two, of the caller and the busier process."""
+    """Times on one process, and on two of the caller and the busier one [s]: medians of alternated runs."""
     times = []
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         seconds_of(model, pool)
@@ -114,11 +107,10 @@ def parts(box: exugear.Gearbox, quick: bool = False) -> dict[str, dict[str, list
     rows, scenes = {}, {"spinning": box} | ({} if quick else {"planar": on_bearings(box)})
     for name, scene in scenes.items():
         model = exugear.build(scene)
-        seconds_of(model)
+        seconds_of(model)  # compiles the contact
         costs, times = costs_of(model), measured(model, 1 if quick else PAIRS)
-        model_times = [modelled(division(model, n), costs) for n in PROCESSES]
-        print(f"{name}: {costs}, two processes {times[0] / times[1]:.2f} times as fast")
-        print(" model:", {n: round(t, 2) for n, t in zip(PROCESSES, model_times, strict=True)}, "measured:", times)
+        model_times = [modelled(model, costs, n) for n in PROCESSES]
+        print(f"{name}: {costs}\n model: {np.round(model_times, 2)}, measured: {np.round(times, 2)}")
         rows[name] = {"processes": list(PROCESSES), "model": model_times, "measured": times}
     return rows
 

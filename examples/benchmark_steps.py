@@ -60,7 +60,7 @@ def step_times(box: exugear.Gearbox, plan: exugear.Plan | None, number: int, pai
     model = exugear.build(box, plan=plan)
     spins = all(kind.spin_index == 0 for kind in model.plan.shafts.values())
     bare = single_coordinate(box.driven.inertia) if spins else without_gears(exugear.build(box, plan=plan))
-    run_of(model, 1000)  # compiles the contact
+    exugear.run_up(model, speed=TOP_SPEED, duration=100 * STEP, load=TORQUE, progress=False)  # compiles the contact
     runs = [(run_of(model, number), bare_step(bare, number)) for _ in range(pairs)]
     seconds = [run.wall_time / number * 1e6 for run, _ in runs]
     return {
