@@ -2,6 +2,7 @@
 
 from exugear.plots.figures import figure
 from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
+from exugear.plots.mode_plots import plot_campbell, plot_modes
 from exugear.plots.order_plots import plot_waterfall
 from exugear.plots.power_plots import plot_efficiency, plot_power
 from exugear.plots.run_plots import plot_bearing_forces, plot_envelopes, plot_run_up
@@ -19,6 +20,7 @@ from exugear.plots.statics.stress_plots import (
 __all__ = [
     "figure",
     "plot_bearing_forces",
+    "plot_campbell",
     "plot_dynamic_factor",
     "plot_dynamic_stress",
     "plot_efficiency",
@@ -26,6 +28,7 @@ __all__ = [
     "plot_field",
     "plot_gears",
     "plot_load_factors",
+    "plot_modes",
     "plot_outlines",
     "plot_peak_pressure",
     "plot_power",

@@ -145,7 +145,7 @@ def by_name() -> dict[str, Any]:
         "peaks": exugear.spectrum.Resonances(LINE[1:3], LINE[1:3]), "divisors": (2, 1), "within": 0.1,
         "drives": {"fast": 50.0}, "loads": {"slow": 100.0}, "start_speed": None, "initial": None,
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
-        "speeds": [50.0, 60.0],
+        "speeds": [50.0, 60.0], "drive": "held", "mode": 1, "marked": 0.1,
     }  # fmt: skip
     points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
     efficiency = xr.Dataset(
@@ -179,6 +179,9 @@ def by_name() -> dict[str, Any]:
         "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,
         "plot_solid.ax": Figure().add_subplot(projection="3d"), "order_spectrum.speed": TURNS,
         "plot_bearing_forces.run": run_on_bearings(), "bearing_force_rms.run": run_on_bearings(),
+        "modes.speed": 10.0, "campbell.harmonics": 2,
+        "plot_modes.data": exugear.modes(made["Model"], load=100.0),
+        "plot_campbell.data": exugear.campbell(made["Model"], 100.0, (0.0, 60.0)),
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
     return plain | special
