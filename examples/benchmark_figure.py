@@ -47,8 +47,8 @@ def draw_states(ax, times: dict[str, dict[str, list[float]]]) -> None:
         ax.plot(new, rows + 0.2 * (i - 1), f"C{i}o", ms=5, label=mode)
         ax.plot(old, rows + 0.2 * (i - 1), f"C{i}o", ms=5, mfc="w")
     ax.set_yticks(rows, list(times))
-    ax.invert_yaxis()
-    ax.set(xscale="log", xlabel="time of a contact state [ms]; hollow: before compilation")
+    ax.set(xscale="log", xlabel="time of a state [ms]; hollow: before", ylim=(len(times) + 0.7, -0.5))
+    ax.legend(loc="lower right", fontsize=8, labelspacing=0.15)
 
 
 def draw_parts(ax, rows: dict[str, dict[str, list[float]]]) -> None:
@@ -56,9 +56,11 @@ def draw_parts(ax, rows: dict[str, dict[str, list[float]]]) -> None:
     for i, (name, row) in enumerate(rows.items()):
         ax.plot(row["processes"], row["model"], f"C{i}o-", ms=4, label=f"{name}, model")
         ax.plot([1, 2], row["measured"], f"C{i}x", ms=9, mew=2, label=f"{name}, measured")
-    ax.set(xscale="log", yscale="log", xlabel="processes", ylabel="time of a 70 s run-up [s]")
+    ax.set(xscale="log", yscale="log", xlabel="processes", ylabel="processor time of a 70 s run-up [s]")
     ax.set_xticks(row["processes"], [str(n) for n in row["processes"]])
+    ax.set_yticks([0.5, 1, 2, 5], ["0.5", "1", "2", "5"])
     ax.minorticks_off()
+    ax.legend(fontsize=8, labelspacing=0.15)
 
 
 def draw_legends(ax, panels: dict) -> None:
@@ -89,8 +91,6 @@ def draw(path: Path, numbers: dict) -> None:
         draw_legends(legends, {"STE": upper, "run-up": beside, "growth, exponent": lower})
         draw_states(states, numbers["states"])
         draw_parts(parts, numbers["parts"])
-        for ax in (states, parts):
-            ax.legend(loc="best", fontsize=8, labelspacing=0.15)
         figure.savefig(path, dpi=200)
 
 
