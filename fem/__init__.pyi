@@ -22,7 +22,9 @@ from .reference import dynamic, explicit, nonlinear
 from .ste.cost import MapCost, map_cost
 from .ste.inputs import UpTo
 from .ste.ste_map import load, pair_of, save, ste_map
+from .ste.te_harmonics import te_harmonics
 from .ste.transmission import static_transmission_error
+from .stress.load_distribution import load_distribution
 from .stress.root_stress import root_stress
 from .support.version import __version__
 
@@ -54,6 +56,7 @@ __all__ = [
     "explicit",
     "iso6336",
     "load",
+    "load_distribution",
     "map_cost",
     "nonlinear",
     "pair_of",
@@ -62,5 +65,6 @@ __all__ = [
     "static_transmission_error",
     "ste_map",
     "stress",
+    "te_harmonics",
     "units",
 ]

@@ -1,10 +1,11 @@
 """Plots: each function takes data and optionally axes, and returns the axes."""
 
-from exugear.plots.figures import figure
+from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.order_plots import plot_waterfall
 from exugear.plots.power_plots import plot_efficiency, plot_power
-from exugear.plots.run_plots import plot_bearing_forces, plot_envelopes, plot_run_up
-from exugear.plots.statics.map_plots import plot_ste, plot_stiffness
+from exugear.plots.run_plots import plot_bearing_forces, plot_envelopes, plot_mesh_force, plot_orbit, plot_run_up
+from exugear.plots.statics.flank_plots import plot_contact_pattern, plot_load_distribution
+from exugear.plots.statics.map_plots import plot_load_sharing, plot_ste, plot_stiffness, plot_te_harmonics
 from exugear.plots.statics.mesh_plots import plot_section, plot_solid
 from exugear.plots.statics.stress_plots import (
     plot_field,
@@ -16,12 +17,18 @@ from exugear.plots.statics.stress_plots import (
 )
 
 __all__ = [
+    "DISTINCT",
     "figure",
     "plot_bearing_forces",
+    "plot_contact_pattern",
     "plot_efficiency",
     "plot_envelopes",
     "plot_field",
     "plot_gears",
+    "plot_load_distribution",
+    "plot_load_sharing",
+    "plot_mesh_force",
+    "plot_orbit",
     "plot_outlines",
     "plot_peak_pressure",
     "plot_power",
@@ -32,5 +39,6 @@ __all__ = [
     "plot_solid",
     "plot_ste",
     "plot_stiffness",
+    "plot_te_harmonics",
     "plot_waterfall",
 ]

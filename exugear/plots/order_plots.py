@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from exugear.integration.run_data import stage_data
-from exugear.plots.figures import axes_or_new, title_of
+from exugear.plots.figures import axes_or_new, colour_bar, styled, title_of
 from exugear.signals.spectrum import order_spectrum
 from fem.support.arguments import Finite, checked
 from fem.units import rpm, um
@@ -16,13 +16,15 @@ CYCLES, SHARE = 400, 1 / 20
 
 
 @checked
+@styled
 def plot_waterfall(
-    run, ax: Axes | None = None, stage: int = 0, harmonics: Finite = 3.2, decibels: Finite = 60.0
+    run, ax: Axes | None = None, stage: int = 0, harmonics: Finite = 3.2, decibels: Finite = 60.0, **style
 ) -> Axes:
     """Order map of the DTE of one stage: amplitude over speed and mesh order.
 
     harmonics   highest mesh order shown
     decibels    range of amplitudes shown, down from the highest one
+    style       of matplotlib's pcolormesh: cmap, vmin, vmax, …
 
     Lines that cross the orders obliquely are harmonics that the steps of the run alias; a smaller `tolerance` of
     `exugear.run_up` removes them.
@@ -35,9 +37,9 @@ def plot_waterfall(
     orders, amplitude = _visible(spectrum.order, spectrum.amplitude)
     level = 20 * np.log10(np.maximum(amplitude / um, 1e-9))
     top = level.max()
-    limits = {"vmin": top - decibels, "vmax": top}
-    picture = ax.pcolormesh(shaft / rpm, orders, level.T, cmap="magma_r", rasterized=True, **limits)
-    ax.figure.colorbar(picture, ax=ax, label="DTE amplitude [dB re 1 µm]")
+    options = {"vmin": top - decibels, "vmax": top, "cmap": "magma_r", "rasterized": True} | style
+    picture = ax.pcolormesh(shaft / rpm, orders, level.T, **options)
+    colour_bar(ax, picture, "DTE amplitude [dB re 1 µm]")
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="mesh order")
     ax.set_title(f"order map, {title_of(data)}")
     return ax
