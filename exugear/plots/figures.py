@@ -1,4 +1,4 @@
-"""Figures, axes and legends of plots in one style, and colours that remain distinct in print and for the colour-blind."""
+"""Figures, axes and legends of plots in one style, with colours that the colour-blind tell apart."""
 
 from collections.abc import Callable
 from functools import wraps

@@ -19,15 +19,15 @@ from fem.units import rpm, um
 __all__ = ["plot_bearing_forces", "plot_envelopes", "plot_mesh_force", "plot_orbit", "plot_run_up"]
 
 EDGE, MARK = DISTINCT[0], DISTINCT[3]
+#: Line styles that show curves one over the other.
+DASHES = "-", "--", ":"
 #: Mesh cycles up to which a force is a curve over time, beyond which it is a band; number of windows of the band.
 SHOWN_CYCLES, WINDOWS = 60, 280
 
 
 @checked
 @styled
-def plot_run_up(
-    run, ax: Axes | None = None, stage: int = 0, found: Resonances | None = None, **style
-) -> Axes:
+def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances | None = None, **style) -> Axes:
     """Dynamic transmission error of one stage over its mesh frequency, with its envelope.
 
     run     an `exugear.Run` or its data, as in all plots of runs
@@ -51,10 +51,9 @@ def plot_run_up(
 def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int = 0, **style) -> Axes:
     """Half peak to peak of the DTE of several runs over mesh frequency; runs: name -> `exugear.Run` or its data."""
     ax = axes_or_new(ax)
-    lines = zip(runs.items(), cycle(DISTINCT), cycle(("-", "--", ":")), strict=False)
-    for (name, run), colour, line in lines:
+    for (name, run), colour, dash in zip(runs.items(), cycle(DISTINCT), cycle(DASHES), strict=False):
         outline = dte_envelope(run, stage)
-        options = merged(style, color=colour, linestyle=line, label=name)
+        options = merged(style, color=colour, linestyle=dash, label=name)
         ax.plot(outline.place, outline.amplitude / um, **options)
     ax.set(xlabel="mesh frequency [Hz]", ylabel="half peak to peak of the DTE [µm]")
     ax.set_ylim(bottom=0, auto=True)
@@ -92,8 +91,9 @@ def plot_mesh_force(
 def plot_bearing_forces(run, ax: Axes | None = None, **style) -> Axes:
     """Root mean square of the varying part of each bearing's radial force over the speed of the driving shaft."""
     ax, forces = axes_or_new(ax), bearing_force_rms(run)
-    for name, row, colour in zip(forces["bearing"].values, forces.values, cycle(DISTINCT), strict=False):
-        ax.plot(forces["speed"] / rpm, row, **merged(style, color=colour, label=str(name)))
+    lines = zip(forces["bearing"].values, forces.values, cycle(DISTINCT), cycle(DASHES), strict=False)
+    for name, row, colour, dash in lines:
+        ax.plot(forces["speed"] / rpm, row, **merged(style, color=colour, linestyle=dash, label=str(name)))
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="rms of the varying radial force [N]")
     ax.set_ylim(bottom=0, auto=True)
     legend(ax)
@@ -113,7 +113,9 @@ def plot_orbit(
     Raises ValueError for runs without bearings, unknown bearings and windows outside the run.
     """
     data = stage_data(run)
-    require("bearing_force" in data, "run must have bearings, whose forces it records; the shafts of this run only spin")
+    require(
+        "bearing_force" in data, "run must have bearings, whose forces it records; the shafts of this run only spin"
+    )
     names = data["bearing"].values.tolist()
     name = names[0] if bearing is None else bearing
     require(name in names, f"bearing must be one of {names}, got {bearing!r}")

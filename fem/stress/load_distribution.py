@@ -1,11 +1,10 @@
-"""Load distribution over the flanks: line load and pressure of every tooth pair across the face, over the mesh cycle."""
+"""Load distribution over the flanks: line load and pressure of every tooth pair across the face."""
 
 import numpy as np
 import xarray as xr
 
 from fem.contact.contact_state import State
 from fem.contact.resolution import Resolution
-from fem.contact.tooth_contact import ToothContact
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair

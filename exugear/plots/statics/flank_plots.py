@@ -2,6 +2,7 @@
 
 import numpy as np
 import xarray as xr
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
@@ -13,7 +14,11 @@ from fem.units import MPa, mm
 
 __all__ = ["plot_contact_pattern", "plot_load_distribution"]
 
-#: Variables of a load distribution: unit of the plot, its value in SI units, words of the colour bar.
+#: Colours from no load, almost white, to beyond the scale, grey; share of the path at its ends that the scale leaves out.
+COLOURS, EDGES = colormaps["Reds"].with_extremes(over="0.25"), 0.05
+#: Parts of a contact line overlap by a little, so that no gaps show between them.
+OVERLAP = 1.05
+#: Variables of a load distribution: unit of the plot in SI units, words of the colour bar.
 SHOWN = {"pressure": (MPa, "contact pressure [MPa]"), "line_load": (1e3, "line load [N/mm]")}
 
 
@@ -33,12 +38,15 @@ def plot_contact_pattern(
     """
     ax, values = axes_or_new(ax), _at_torque(data, name, torque)
     unit, words = SHOWN[name]
-    passed = values.stack(position=("pair", PHASE)).transpose("position", "axial")
-    path = data["path"].stack(position=("pair", PHASE)).transpose("position", "axial").values / mm
-    axial = np.broadcast_to(data["axial"].values / mm, path.shape)
-    picture = {"cmap": "YlOrRd", "shading": "gouraud", "vmin": 0, "rasterized": True} | style
-    shown = ax.pcolormesh(axial, path, passed.values / unit, **picture)
-    colour_bar(ax, shown, words)
+    passed, path = _passed(values) / unit, _passed(data["path"]) / mm
+    axial, padding = (
+        np.clip(np.pad(data["axial"], 1, "reflect", reflect_type="odd"), *_face(data)) / mm,
+        ((0, 0), (1, 1)),
+    )
+    path = np.pad(path, padding, "reflect", reflect_type="odd")
+    picture = {"cmap": COLOURS, "shading": "gouraud", "clim": (0, _top(data, values) / unit), "rasterized": True}
+    shown = ax.pcolormesh(np.broadcast_to(axial, path.shape), path, np.pad(passed, padding, "edge"), **picture | style)
+    colour_bar(ax, shown, words, extend="max" if passed.max() > shown.norm.vmax else "neither")
     _frame(ax, data)
     return ax
 
@@ -62,19 +70,47 @@ def plot_load_distribution(
     """
     ax, values = axes_or_new(ax), _at_torque(data, name, torque)
     unit, words = SHOWN[name]
-    top, lines = float(values.max()) / unit, data["path"].sel({PHASE: phase}, method="nearest")
-    options = merged(style, LineCollection, cmap="YlOrRd", linewidth=7.0, clim=(0, top), capstyle="butt")
-    for number in data["pair"].values:
-        load = values.sel(pair=number).sel({PHASE: phase}, method="nearest").values / unit
-        points = np.stack([data["axial"].values, lines.sel(pair=number).values], axis=-1) / mm
-        loaded = (load[1:] > 0) & (load[:-1] > 0)
-        line = LineCollection(list(np.stack([points[:-1], points[1:]], axis=1)[loaded]), **options)
-        line.set_array(((load[1:] + load[:-1]) / 2)[loaded])
-        ax.add_collection(line)
-    colour_bar(ax, line, words)
+    path = data["path"].sel({PHASE: phase}, method="nearest").transpose("pair", "axial")
+    load = values.sel({PHASE: phase}, method="nearest").transpose("pair", "axial").values / unit
+    half = (data["axial"].values[1] - data["axial"].values[0]) / 2
+    along = OVERLAP * half * np.array([1.0, np.tan(pair_of(data).beta_b)])
+    middles = np.stack(np.broadcast_arrays(data["axial"].values, path.values), axis=-1)
+    ends = [middles - along, middles + along]
+    segments, loaded = np.stack(ends, axis=2) / mm, load > 0
+    options = {"cmap": COLOURS, "linewidth": 7.0, "clim": (0, _top(data, values) / unit), "capstyle": "butt"}
+    lines = LineCollection(list(segments[loaded]), **merged(style, LineCollection, **options))
+    lines.set_array(load[loaded])
+    ax.add_collection(lines)
+    colour_bar(ax, lines, words, extend="max" if load.max() > lines.norm.vmax else "neither")
     _frame(ax, data)
-    ax.set_title(f"phase {float(lines[PHASE]):.3g}")
+    ax.set_title(f"phase {float(path[PHASE]):.3g}, {float(values[TORQUE]):.4g} N m")
     return ax
+
+
+def _passed(values: xr.DataArray) -> np.ndarray:
+    """(n_position, n_axial) values along the path of a tooth pair that passes all phases of all pitches."""
+    return values.stack(position=("pair", PHASE)).transpose("position", "axial").values
+
+
+def _face(data: xr.Dataset) -> tuple[float, float]:
+    """Axial ends of the face width [m]."""
+    axial = data["axial"].values
+    half = (axial[1] - axial[0]) / 2
+    return axial[0] - half, axial[-1] + half
+
+
+def _path_ends(data: xr.Dataset) -> tuple[float, float]:
+    """Begin and end of the path of contact, from the pitch point [m]."""
+    path = pair_of(data).path_of_contact
+    return path.start - path.pitch, path.end - path.pitch
+
+
+def _top(data: xr.Dataset, values: xr.DataArray) -> float:
+    """Largest value between the ends of the path of contact; beyond, on sharp tip edges, pressure has no limit."""
+    start, end = _path_ends(data)
+    margin = EDGES * (end - start)
+    inside = values.where((data["path"] > start + margin) & (data["path"] < end - margin))
+    return float(inside.max())
 
 
 def _at_torque(data: xr.Dataset, name: str, torque: float | None) -> xr.DataArray:
@@ -90,12 +126,10 @@ def _at_torque(data: xr.Dataset, name: str, torque: float | None) -> xr.DataArra
 
 def _frame(ax: Axes, data: xr.Dataset) -> None:
     """Axes of the plane of action: the whole face width, and the path of contact with its ends."""
-    path, axial = pair_of(data).path_of_contact, data["axial"].values
-    half = (axial[1] - axial[0]) / 2
-    start, end = (path.start - path.pitch) / mm, (path.end - path.pitch) / mm
+    (start, end), face = np.array(_path_ends(data)) / mm, np.array(_face(data)) / mm
     for position, line in ((start, "--"), (0.0, ":"), (end, "--")):
         ax.axhline(position, color=GUIDE, linewidth=0.9, linestyle=line)
     room = 0.12 * (end - start)
-    ax.set(xlim=((axial[0] - half) / mm, (axial[-1] + half) / mm), ylim=(start - room, end + room))
+    ax.set(xlim=tuple(face), ylim=(start - room, end + room))
     ax.set(xlabel="face width [mm]", ylabel="path of contact from the pitch point [mm]")
     ax.grid(False)
