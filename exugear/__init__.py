@@ -31,8 +31,8 @@ from exugear.system.eigenfrequencies import eigenfrequencies
 from exugear.system.model import Model
 from fem.support.version import __version__
 
-#: Modules for pictures, imported on first use.
-__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"]})
+#: Modules and functions for pictures, imported on first use.
+__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"], "post.animation": ["animate_pair"]})
 
 __all__ = [
     "Apart",
@@ -66,6 +66,7 @@ __all__ = [
     "Torque",
     "XuFriction",
     "__version__",
+    "animate_pair",
     "build",
     "draw",
     "dte_envelope",

@@ -14,7 +14,7 @@ from fem.units import MPa, mm
 
 __all__ = ["plot_contact_pattern", "plot_load_distribution"]
 
-#: Colours from no load, almost white, to beyond the scale, grey; share of the path at its ends that the scale leaves out.
+#: Colours from no load, white, to beyond the scale, grey; share of the path that the scale leaves out at its ends.
 COLOURS, EDGES = colormaps["Reds"].with_extremes(over="0.25"), 0.05
 #: Parts of a contact line overlap by a little, so that no gaps show between them.
 OVERLAP = 1.05

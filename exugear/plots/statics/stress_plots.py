@@ -5,11 +5,12 @@ share its colour scale.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection, TriMesh
 from matplotlib.colors import ListedColormap
 from matplotlib.tri import Triangulation
 
@@ -60,12 +61,18 @@ def plot_field(
     """
     ax = axes_or_new(ax)
     top = max(np.max(values) for *_, values in bodies) if top is None else top
-    for points, cells, values in bodies:
-        mesh = _triangulation(points, cells)
-        picture = {"shading": "gouraud", "cmap": colours, "vmin": 0, "vmax": top, "rasterized": True} | style
-        shown = ax.tripcolor(mesh, values, **picture)
+    shown = draw_field(bodies, ax, {"cmap": colours, "vmin": 0, "vmax": top} | style)
     colour_bar(ax, shown, label, shrink=0.9)
     return plot_outlines(bodies, ax)
+
+
+def draw_field(bodies: Sequence[Body], ax: Axes, style: dict[str, Any]) -> PolyCollection | TriMesh:
+    """Values of all bodies as colours; returns the picture of the last one."""
+    for points, cells, values in bodies:
+        picture = ax.tripcolor(
+            _triangulation(points, cells), values, **{"shading": "gouraud", "rasterized": True} | style
+        )
+    return picture
 
 
 @checked
