@@ -25,7 +25,7 @@ GUIDE = "0.35"
 LETTERS = 11
 GRID = {"color": "0.88", "linewidth": 0.7}
 #: matplotlib's settings while a plot is drawn.
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.size": LETTERS,
     "axes.titlesize": LETTERS,
     "axes.prop_cycle": cycler(color=DISTINCT),

@@ -105,7 +105,11 @@ def plot_power(run, ax: Axes | None = None, **style) -> Axes:
     abscissa = means["speed"].values / rpm if over_speed else means["time"].values
     kinds = {name.removesuffix("_loss"): _total(means[name]) for name in LOSSES if name in means}
     colours = dict(zip(KINDS, DISTINCT, strict=True))
-    stack = {"labels": [KINDS[kind] for kind in kinds], "colors": [colours[kind] for kind in kinds], "linewidth": 0}
+    stack: dict[str, Any] = {
+        "labels": [KINDS[kind] for kind in kinds],
+        "colors": [colours[kind] for kind in kinds],
+        "linewidth": 0,
+    }
     ax.stackplot(abscissa, *kinds.values(), **stack | style)
     words = "speed of the driving shaft [rpm]" if over_speed else "time [s]"
     ax.set(xlabel=words, ylabel="dissipated power [W]", xlim=(abscissa.min(), abscissa.max()))

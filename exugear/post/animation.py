@@ -23,7 +23,7 @@ __all__ = ["animate_pair"]
 SHOWN_DEFLECTION, VIEW = 0.1, 3.4
 #: Pixels per inch of the figures, 8 x 4.5 in; colours of stress.
 DPI, COLOURS = 100, "YlOrRd"
-WRITERS: dict[str, type[AbstractMovieWriter]] = {".gif": PillowWriter, ".mp4": FFMpegWriter}
+WRITERS: dict[str, type[PillowWriter] | type[FFMpegWriter]] = {".gif": PillowWriter, ".mp4": FFMpegWriter}
 
 Bodies = list[tuple[np.ndarray, np.ndarray, np.ndarray]]
 
@@ -59,7 +59,8 @@ def animate_pair(
     bodies: list[Bodies] = [[(f.deformed(scale), f.cells, f.von_mises / MPa) for f in gears] for gears in fields]
     # Tip edges in contact have far larger stresses in a few frames.
     top = float(np.median([max(values.max() for *_, values in gears) for gears in bodies]))
-    ax = add_axes(Figure(figsize=(8, 4.5), layout="constrained"))
+    figure = Figure(figsize=(8, 4.5), layout="constrained")
+    ax = add_axes(figure)
     plot_field(bodies[0], "von Mises stress [MPa]", ax, top=top, colours=COLOURS)
     ax.set_title(f"{torque:.4g} N m, displacements magnified {scale:g} times")
     half, middle = VIEW * pair.pinion.m_n / mm, pair.path_of_contact.r_w[0] / mm
@@ -71,7 +72,7 @@ def animate_pair(
         draw_field(bodies[frame], ax, {"cmap": COLOURS, "vmin": 0, "vmax": top})
         plot_outlines(bodies[frame], ax)
 
-    return _film(ax.figure, draw, frames, path, writer)
+    return _film(figure, draw, frames, path, writer)
 
 
 def _magnification(fields: list[tuple[Field, Field]], shown: float) -> float:
@@ -86,10 +87,11 @@ def _writer(path: FilePath, fps: float) -> AbstractMovieWriter:
     """Writer of the kind of file that a path ends in; ValueError for others, and where ffmpeg is missing."""
     kind = Path(path).suffix.lower()
     require(kind in WRITERS, f"path must end in .gif or .mp4, got {path}")
+    require(Path(path).resolve().parent.is_dir(), f"path must lie in a folder that exists, got {path}")
     require(0 < fps <= 100, f"fps must lie in (0, 100] frames per second, got {fps}")
     missing = f"path must end in .gif where ffmpeg is not installed, got {path}; install ffmpeg for MP4"
     require(WRITERS[kind].isAvailable(), missing)
-    return WRITERS[kind](fps=fps)  # type: ignore[call-arg]
+    return WRITERS[kind](fps=fps)  # type: ignore[arg-type]
 
 
 def _film(figure: Figure, draw: Callable[[int], None], frames: int, path: Path, writer: AbstractMovieWriter) -> Path:

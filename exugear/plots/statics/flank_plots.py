@@ -1,5 +1,7 @@
 """Plots of the load over the flanks: contact pattern over the mesh cycle, contact lines in the plane of action."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib import colormaps
@@ -44,7 +46,12 @@ def plot_contact_pattern(
         ((0, 0), (1, 1)),
     )
     path = np.pad(path, padding, "reflect", reflect_type="odd")
-    picture = {"cmap": COLOURS, "shading": "gouraud", "clim": (0, _top(data, values) / unit), "rasterized": True}
+    picture: dict[str, Any] = {
+        "cmap": COLOURS,
+        "shading": "gouraud",
+        "clim": (0, _top(data, values) / unit),
+        "rasterized": True,
+    }
     shown = ax.pcolormesh(np.broadcast_to(axial, path.shape), path, np.pad(passed, padding, "edge"), **picture | style)
     colour_bar(ax, shown, words, extend="max" if passed.max() > shown.norm.vmax else "neither")
     _frame(ax, data)

@@ -1,5 +1,7 @@
 """Plots of STE maps: transmission error, its harmonics, mesh stiffness and load sharing."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -62,7 +64,7 @@ def plot_te_harmonics(ste: xr.Dataset, ax: Axes | None = None, harmonics: int = 
     amplitudes = te_harmonics(ste, harmonics)["amplitude"].transpose("harmonic", TORQUE) / um
     torque, orders = te[TORQUE].values, amplitudes["harmonic"].values
     if torque.size == 1:
-        bars = {"color": DISTINCT[0], "width": 0.6, "label": f"{torque[0]:.4g} N m"} | style
+        bars: dict[str, Any] = {"color": DISTINCT[0], "width": 0.6, "label": f"{torque[0]:.4g} N m"} | style
         ax.bar(orders, amplitudes.values[:, 0], **bars)
         ax.set(xlabel="mesh order", xticks=orders)
     else:

@@ -68,10 +68,9 @@ def plot_field(
 
 def draw_field(bodies: Sequence[Body], ax: Axes, style: dict[str, Any]) -> PolyCollection | TriMesh:
     """Values of all bodies as colours; returns the picture of the last one."""
+    options: dict[str, Any] = {"shading": "gouraud", "rasterized": True} | style
     for points, cells, values in bodies:
-        picture = ax.tripcolor(
-            _triangulation(points, cells), values, **{"shading": "gouraud", "rasterized": True} | style
-        )
+        picture = ax.tripcolor(_triangulation(points, cells), values, **options)
     return picture
 
 
