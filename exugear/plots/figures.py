@@ -85,9 +85,13 @@ def merged(style: dict[str, Any], artist: type[Artist] = Line2D, **defaults) -> 
 
 
 def legend(ax: Axes, **options) -> None:
-    """Legend beside the axes, where it covers no data; none if nothing is labelled."""
+    """Legend beside the axes, where it covers no data; none if nothing is labelled.
+
+    In a figure without a layout engine, which would cut it off, it stands where it covers least.
+    """
     if ax.get_legend_handles_labels()[1]:
-        ax.legend(**{"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} | options)
+        beside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if ax.figure.get_layout_engine() else {}
+        ax.legend(**beside | options)
 
 
 def colour_bar(ax: Axes, picture, label: str, **options) -> None:

@@ -109,7 +109,7 @@ def plot_load_sharing(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     torque = share[TORQUE].values
     for row, load, colour in zip(share.values, torque, graded(torque), strict=True):
         ax.plot(position, row.ravel(), **merged(style, color=colour, label=f"{load:.4g} N m"))
-    ax.set(xlabel="position on the path of contact from the pitch point [mm]", ylabel="share of the load")
+    ax.set(xlabel="path of contact from the pitch point [mm]", ylabel="share of the load")
     ax.set(xlim=(position[0], position[-1]), ylim=(0, 1.02))
     if pair.beta_b == 0:
         _mark_path(ax, pair)
