@@ -1,8 +1,7 @@
 """Fields of displacement, stress and pressure of both gears of a pair at a phase and a load.
 
-Three models: plane strain on a section that resolves the contact; on a section that serves for all phases; and the
-whole solid. In the latter two the contact is smaller than an element. Both gears carry the pressure of the contact
-solution of `fem.contact`.
+Two models: plane strain on a section that resolves the contact, and the whole solid, in which the contact is smaller
+than an element. Both gears carry the pressure of the contact solution of `fem.contact`.
 """
 
 import os
@@ -28,13 +27,10 @@ from fem.stress import gear_elasticity, stress_recovery
 from fem.stress.flank_loads import FlankLoad, flank_loads, tooth_contacts, with_loaded_teeth
 from fem.stress.gear_elasticity import FINE, SOLID, ElasticGear
 from fem.stress.tooth_boundary import bent_root
-from fem.support.arguments import FilePath, Finite, Numbers, checked
+from fem.support.arguments import FilePath, Finite, checked
 from fem.support.validation import number, require, require_kind
 
-__all__ = ["Field", "cycle_fields", "plane_fields", "save_vtu", "solid_fields"]
-
-#: Section of the fields over the mesh cycle.
-CYCLE = Density(flank=16, fillet=6, land=3, tooth=4, rim=4, body=4)
+__all__ = ["Field", "plane_fields", "save_vtu", "solid_fields"]
 
 
 @dataclass(frozen=True)
@@ -107,56 +103,10 @@ def plane_fields(
     axial = state.slices.middle[np.argmax(state.pressure)]
     fields = []
     for loads, placed in zip(flank_loads(contact, state), placements(contact.position, state.te), strict=True):
-        lines = _lines(loads, axial - placed.centre[2])
+        lines = [line for load in loads if (line := load.section(axial - placed.centre[2])).force.any()]
         section = gear_elasticity.section_refined_at(placed.gear, with_loaded_teeth(density, loads), lines, 1 / refine)
-        fields.append(_field(gear_elasticity.plane_gear(placed.gear, section), lines, placed, state.te))
+        fields.append(field_of(gear_elasticity.plane_gear(placed.gear, section), lines, placed, state.te))
     return fields[0], fields[1]
-
-
-@checked
-def cycle_fields(
-    pair: GearPair,
-    torque: float,
-    phases: Numbers = 24,
-    *,
-    axial: Finite = 0.0,
-    offsets: Offsets | None = None,
-    density: Density = CYCLE,
-    resolution: Resolution | None = None,
-) -> list[tuple[Field, Field]]:
-    """Fields of pinion and wheel of a spur pair in plane strain at many phases, on the same section of each gear.
-
-    phases      number of equidistant phases, or their values in [0, 1)
-    axial       axial position of the section [m]
-    density     density of the section, which does not resolve the contact: a tenth of a second per gear, 20 ms per
-                phase; other arguments as in `plane_fields`
-
-    Raises ValueError for bad input and helical pairs, RuntimeError where the contact does not converge.
-    """
-    require(pair.beta_b == 0, "beta must be 0 for plane fields; pair must be a spur pair")
-    require(number("torque", torque) > 0, f"torque must be > 0 N m for a field, got {torque}")
-    require_kind("density", density, Density)
-    checked_torque(pair, torque)
-    contacts, misalignment = tooth_contacts(pair, checked_phases(phases, pair), offsets, resolution)
-    states = [contact.state(torque / pair.pinion.r_b, misalignment) for contact in contacts]
-    loads = [flank_loads(contact, state) for contact, state in zip(contacts, states, strict=True)]
-    placed = [placements(contact.position, state.te) for contact, state in zip(contacts, states, strict=True)]
-    by_gear = []
-    for side, gear in enumerate((pair.pinion, pair.wheel)):
-        toothed = with_loaded_teeth(density, [load for column in loads for load in column[side]])
-        toothed = toothed.with_teeth(toothed.teeth + 1, toothed.behind + 1)
-        elastic = gear_elasticity.plane_gear(gear, section_mesh.section(gear, toothed).to_meshtri())
-        lines = [
-            _lines(column[side], axial - gears[side].centre[2]) for column, gears in zip(loads, placed, strict=True)
-        ]
-        columns = zip(lines, placed, states, strict=True)
-        by_gear.append([_field(elastic, load, gears[side], state.te) for load, gears, state in columns])
-    return list(zip(*by_gear, strict=True))
-
-
-def _lines(loads: list[FlankLoad], axial: float) -> list[FlankLoad]:
-    """Line loads of the slices at an axial position that carry load."""
-    return [line for load in loads if (line := load.section(axial)).force.any()]
 
 
 @checked
@@ -180,7 +130,7 @@ def solid_fields(
     fields = []
     for loads, placed in zip(flank_loads(contact, state), placements(contact.position, state.te), strict=True):
         elastic = gear_elasticity.solid_gear(placed.gear, with_loaded_teeth(density, loads))
-        fields.append(_field(elastic, loads, placed, state.te))
+        fields.append(field_of(elastic, loads, placed, state.te))
     return fields[0], fields[1]
 
 
@@ -193,7 +143,7 @@ def _solved_contact(
     return contact, contact.state(torque / pair.pinion.r_b, misalignment)
 
 
-def _field(elastic: ElasticGear, loads: list[FlankLoad], placed: Placement, te: float) -> Field:
+def field_of(elastic: ElasticGear, loads: list[FlankLoad], placed: Placement, te: float) -> Field:
     """Solution of a gear under loads, turned and moved to its placement."""
     mesh, dim, section = elastic.mesh, elastic.dim, elastic.section.mesh
     u = elastic.displacement(gear_elasticity.nodal_forces(elastic, loads))
