@@ -15,6 +15,8 @@ from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.integration.solver_settings import integrator
 from exugear.kernels.recorder import Recorder
+from exugear.load_factors.dynamic_factor import dynamic_factor
+from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
@@ -32,7 +34,11 @@ from exugear.system.model import Model
 from fem.support.version import __version__
 
 #: Modules and functions for pictures, imported on first use.
-__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"], "post.animation": ["animate_pair"]})
+__getattr__, _, _ = lazy_loader.attach(
+    __name__,
+    ["plots"],
+    {"post": ["graphics"], "post.animation": ["animate_pair"], "run_report.report": ["report"]},
+)
 
 __all__ = [
     "Apart",
@@ -70,6 +76,8 @@ __all__ = [
     "build",
     "draw",
     "dte_envelope",
+    "dynamic_factor",
+    "dynamic_stress",
     "efficiency",
     "eigenfrequencies",
     "envelope",
@@ -79,10 +87,12 @@ __all__ = [
     "picture",
     "plan",
     "plots",
+    "report",
     "resonances",
     "run",
     "run_up",
     "spectrum",
+    "stress_envelope",
 ]
 
 

@@ -25,6 +25,7 @@ from .ste.ste_map import load, pair_of, save, ste_map
 from .ste.te_harmonics import te_harmonics
 from .ste.transmission import static_transmission_error
 from .stress.load_distribution import load_distribution
+from .stress.load_factors import load_factors
 from .stress.root_stress import root_stress
 from .support.version import __version__
 
@@ -57,6 +58,7 @@ __all__ = [
     "iso6336",
     "load",
     "load_distribution",
+    "load_factors",
     "map_cost",
     "nonlinear",
     "pair_of",

@@ -1,6 +1,7 @@
 """Plots: each function takes data and optionally axes, and returns the axes."""
 
 from exugear.plots.figures import DISTINCT, figure
+from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
 from exugear.plots.order_plots import plot_waterfall
 from exugear.plots.power_plots import plot_efficiency, plot_power
 from exugear.plots.run_plots import plot_bearing_forces, plot_envelopes, plot_mesh_force, plot_orbit, plot_run_up
@@ -21,11 +22,14 @@ __all__ = [
     "figure",
     "plot_bearing_forces",
     "plot_contact_pattern",
+    "plot_dynamic_factor",
+    "plot_dynamic_stress",
     "plot_efficiency",
     "plot_envelopes",
     "plot_field",
     "plot_gears",
     "plot_load_distribution",
+    "plot_load_factors",
     "plot_load_sharing",
     "plot_mesh_force",
     "plot_orbit",

@@ -9,14 +9,15 @@ from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
-from fem.ste.ste_map import PHASE, TORQUE, pair_attributes
+from fem.ste.ste_map import PHASE, TORQUE, description, pair_attributes
 from fem.stress.flank_loads import tooth_contacts
+from fem.stress.load_factors import AXIAL, stretch_ends
 from fem.support.arguments import Numbers, checked
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar, shown
 from fem.support.validation import require
 
-PAIR, AXIAL = "pair", "axial"
+PAIR = "pair"
 GRID = TORQUE, PHASE, PAIR, AXIAL
 
 
@@ -31,7 +32,7 @@ def load_distribution(
     stations: int = 40,
     progress: bool = True,
 ) -> xr.Dataset:
-    """Load and pressure of every tooth pair over (torque, phase, pair, axial), on equal parts of the face width.
+    """Load and pressure of tooth pairs over (torque, phase, pair, axial_position), on equal parts of the face width.
 
     torque          pinion torques F r_b1 >= 0 [N m], increasing
     phases          number of equidistant phases, or their values in [0, 1)
@@ -42,7 +43,7 @@ def load_distribution(
     "line_load" [N/m]: normal force per length of contact line; over the lengths in "length" [m] its integral is the
     normal force; times cos beta_b that adds up to the mesh force T / r_b1. "pressure" [Pa]: largest contact pressure,
     tip edges included. "path" [m]: distance of the contact line from the pitch point along the line of action, over
-    (phase, pair, axial), > 0 towards the tip of the pinion; "te" [m] over (torque, phase).
+    (phase, pair, axial_position), > 0 towards the tip of the pinion; "te" [m] over (torque, phase).
     The attributes hold the pair (`fem.pair_of`).
 
     Raises ValueError for bad input, RuntimeError where a contact does not converge.
@@ -51,7 +52,7 @@ def load_distribution(
     require(2 <= stations <= 10_000, f"stations must lie in [2, 10000], got {stations}")
     with shown(progress), one_thread():
         contacts, misalignment = tooth_contacts(pair, phase, offsets, resolution)
-        edges = np.linspace(*contacts[0].position.face, stations + 1)
+        edges = stretch_ends(contacts[0], stations)
         columns = [
             [contact.state(float(force), misalignment) for force in torque / pair.pinion.r_b]
             for contact in bar(contacts, "load distribution")
@@ -103,19 +104,14 @@ def _paths(position: MeshPosition, pairs: np.ndarray, axial: np.ndarray) -> np.n
 
 
 def _labelled(axes: dict[str, np.ndarray], loads: np.ndarray, paths: np.ndarray, te: np.ndarray) -> xr.Dataset:
-    """Dataset of line loads and pressures (2, *GRID), positions (phase, pair, axial) and te (torque, phase)."""
+    """Dataset of line loads and pressures (2, *GRID), positions on the path (*GRID[1:]) and te (torque, phase)."""
     variables = {
         "line_load": (GRID, loads[0], {"units": "N/m", "long_name": "force per length of contact line"}),
         "pressure": (GRID, loads[1], {"units": "Pa", "long_name": "largest contact pressure"}),
         "path": (GRID[1:], paths, {"units": "m", "long_name": "position on the path of contact from the pitch point"}),
         "te": (GRID[:2], te, {"units": "m", "long_name": "static transmission error"}),
     }
-    units = {
-        TORQUE: ("N m", "pinion torque"),
-        PHASE: ("1", "phase of the mesh cycle"),
-        PAIR: ("1", "number of the tooth pair: pitches ahead of tooth pair 0"),
-        AXIAL: ("m", "axial position from the pinion's mid-plane"),
-    }
-    about = {name: dict(zip(("units", "long_name"), words, strict=True)) for name, words in units.items()}
+    about = {name: description(name) for name in GRID[:3]}
+    about[AXIAL] = {"units": "m", "long_name": "axial position from the pinion's mid-plane"}
     coords = {name: (name, values, about[name]) for name, values in axes.items()}
     return xr.Dataset(variables, coords, {"title": "load distribution over the flanks"})

@@ -42,7 +42,7 @@ def plot_contact_pattern(
     unit, words = SHOWN[name]
     passed, path = _passed(values) / unit, _passed(data["path"]) / mm
     axial, padding = (
-        np.clip(np.pad(data["axial"], 1, "reflect", reflect_type="odd"), *_face(data)) / mm,
+        np.clip(np.pad(data["axial_position"], 1, "reflect", reflect_type="odd"), *_face(data)) / mm,
         ((0, 0), (1, 1)),
     )
     path = np.pad(path, padding, "reflect", reflect_type="odd")
@@ -77,11 +77,11 @@ def plot_load_distribution(
     """
     ax, values = axes_or_new(ax), _at_torque(data, name, torque)
     unit, words = SHOWN[name]
-    path = data["path"].sel({PHASE: phase}, method="nearest").transpose("pair", "axial")
-    load = values.sel({PHASE: phase}, method="nearest").transpose("pair", "axial").values / unit
-    half = (data["axial"].values[1] - data["axial"].values[0]) / 2
+    path = data["path"].sel({PHASE: phase}, method="nearest").transpose("pair", "axial_position")
+    load = values.sel({PHASE: phase}, method="nearest").transpose("pair", "axial_position").values / unit
+    half = (data["axial_position"].values[1] - data["axial_position"].values[0]) / 2
     along = OVERLAP * half * np.array([1.0, np.tan(pair_of(data).beta_b)])
-    middles = np.stack(np.broadcast_arrays(data["axial"].values, path.values), axis=-1)
+    middles = np.stack(np.broadcast_arrays(data["axial_position"].values, path.values), axis=-1)
     ends = [middles - along, middles + along]
     segments, loaded = np.stack(ends, axis=2) / mm, load > 0
     options = {"cmap": COLOURS, "linewidth": 7.0, "clim": (0, _top(data, values) / unit), "capstyle": "butt"}
@@ -96,12 +96,12 @@ def plot_load_distribution(
 
 def _passed(values: xr.DataArray) -> np.ndarray:
     """(n_position, n_axial) values along the path of a tooth pair that passes all phases of all pitches."""
-    return values.stack(position=("pair", PHASE)).transpose("position", "axial").values
+    return values.stack(position=("pair", PHASE)).transpose("position", "axial_position").values
 
 
 def _face(data: xr.Dataset) -> tuple[float, float]:
     """Axial ends of the face width [m]."""
-    axial = data["axial"].values
+    axial = data["axial_position"].values
     half = (axial[1] - axial[0]) / 2
     return axial[0] - half, axial[-1] + half
 
@@ -123,7 +123,7 @@ def _top(data: xr.Dataset, values: xr.DataArray) -> float:
 def _at_torque(data: xr.Dataset, name: str, torque: float | None) -> xr.DataArray:
     """A variable of a load distribution at a torque, by default the largest."""
     require(name in SHOWN, f"name must be one of {list(SHOWN)}, got {name!r}")
-    missing = [part for part in (*SHOWN, "path", TORQUE, PHASE, "pair", "axial") if part not in data.variables]
+    missing = [part for part in (*SHOWN, "path", TORQUE, PHASE, "pair", "axial_position") if part not in data.variables]
     require(not missing, f"data must have {missing}; make it with fem.load_distribution")
     torques = data[TORQUE].values
     value = float(torques[-1]) if torque is None else torque
