@@ -29,7 +29,7 @@ def load_distribution(
     *,
     offsets: Offsets | None = None,
     resolution: Resolution | None = None,
-    stations: int = 40,
+    stations: int = 20,
     progress: bool = True,
 ) -> xr.Dataset:
     """Load and pressure of tooth pairs over (torque, phase, pair, axial_position), on equal parts of the face width.

@@ -57,14 +57,14 @@ def pattern(pair: fem.GearPair, misalignment: float = 0.0) -> np.ndarray:
 
 def test_the_pattern_of_a_crowned_pair_is_light_at_the_ends_of_the_face():
     crowned = fem.GearPair(paper_gear(flank=[fem.LeadCrowning(20 * um)]), paper_gear(), a=paper_pair().a)
-    ends, middle = (pattern(crowned)[:, columns].max(axis=0) for columns in ([0, -1], [20, 21]))
+    ends, middle = (pattern(crowned)[:, columns].max(axis=0) for columns in ([0, -1], [10, 11]))
     assert ends.max() < 0.7 * middle.min()
     assert ends[0] == pytest.approx(ends[1])
 
 
 def test_misalignment_moves_the_pattern_towards_minus_z():
     load = pattern(paper_pair(), 4e-4).sum(axis=0)
-    assert load[:20].sum() > 1.5 * load[-20:].sum()
+    assert load[:10].sum() > 1.5 * load[-10:].sum()
 
 
 def test_the_scale_of_pressure_ends_inside_the_path_of_contact():
