@@ -19,6 +19,8 @@ from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
+from exugear.modes.campbell import campbell
+from exugear.modes.modes import eigenfrequencies, modes
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.plan.built_plan import BuiltPlan
@@ -29,7 +31,6 @@ from exugear.signals.spectrum import dte_envelope, envelope, order_spectrum, res
 from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.system.assembly import build
-from exugear.system.eigenfrequencies import eigenfrequencies
 from exugear.system.model import Model
 from fem.support.version import __version__
 
@@ -74,6 +75,7 @@ __all__ = [
     "__version__",
     "animate_pair",
     "build",
+    "campbell",
     "draw",
     "dte_envelope",
     "dynamic_factor",
@@ -83,6 +85,7 @@ __all__ = [
     "envelope",
     "graphics",
     "integrator",
+    "modes",
     "order_spectrum",
     "picture",
     "plan",

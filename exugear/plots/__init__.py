@@ -2,6 +2,7 @@
 
 from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
+from exugear.plots.mode_plots import plot_campbell, plot_modes
 from exugear.plots.order_plots import plot_waterfall
 from exugear.plots.power_plots import plot_efficiency, plot_power
 from exugear.plots.run_plots import plot_bearing_forces, plot_envelopes, plot_mesh_force, plot_orbit, plot_run_up
@@ -21,6 +22,7 @@ __all__ = [
     "DISTINCT",
     "figure",
     "plot_bearing_forces",
+    "plot_campbell",
     "plot_contact_pattern",
     "plot_dynamic_factor",
     "plot_dynamic_stress",
@@ -32,6 +34,7 @@ __all__ = [
     "plot_load_factors",
     "plot_load_sharing",
     "plot_mesh_force",
+    "plot_modes",
     "plot_orbit",
     "plot_outlines",
     "plot_peak_pressure",

@@ -1,0 +1,207 @@
+"""Plots of vibration modes: Campbell diagram, and shafts and gears in the shape of a mode."""
+
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+
+from exugear.plots.figures import DISTINCT, axes_or_new
+from fem.support.arguments import checked
+from fem.support.validation import require
+from fem.units import mm, rpm
+
+__all__ = ["plot_campbell", "plot_modes"]
+
+MODE, SHAFT_ORDER, AT_REST, GEAR = "#333333", "#999999", "#aaaaaa", "#eeeeee"
+#: Share of the strain energy in the mesh from which on a crossing is marked as a resonance.
+MARKED = 0.1
+#: Highest frequency in a Campbell diagram over the highest of an order, and width of the label of an order [points].
+ROOM, LABEL_WIDTH = 1.1, 16
+#: Largest displacement in a picture of a mode over the largest radius.
+LARGEST = 0.5
+#: Length in the picture below which an arrow is left out [m].
+LEAST_ARROW = 1 * mm
+STYLES: dict[str, dict[str, Any]] = {
+    "along x": {"color": DISTINCT[0], "linewidth": 1.6},
+    "along y": {"color": DISTINCT[1], "linewidth": 1.6, "linestyle": "--"},
+    "along the axis": {"color": DISTINCT[2], "marker": "^", "linewidth": 1.4},
+    "rotation": {"color": DISTINCT[3], "marker": ">", "linewidth": 1.4},
+}
+
+
+@checked
+def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARKED) -> Axes:
+    """Natural frequencies over the speed of the driving shaft, with mesh orders (dashed) and shaft orders (dotted).
+
+    data     of `exugear.campbell`
+    marked   least share of a mode's strain energy in the mesh of an order at whose crossing a circle stands; its area
+             grows with the share
+    """
+    require("crossing_speed" in data, "data must be that of exugear.campbell(...)")
+    require(0 <= marked <= 1, f"marked must lie in [0, 1], a share of the strain energy, got {marked}")
+    ax = axes_or_new(ax)
+    speed, highest = data["speed"].values, float(data["order_ratio"].max() * data["speed"].max()) / (2 * pi)
+    top = min(1.05 * float(data["frequency"].max()), ROOM * highest)
+    ax.plot(speed / rpm, data["frequency"].values.T, color=MODE, linewidth=1.1)
+    _draw_orders(ax, data, top)
+    met = data.where(data["crossing_energy_share"] >= marked, drop=True) if data.sizes["crossing"] else data
+    sizes = 160 * met["crossing_energy_share"]
+    ax.scatter(
+        met["crossing_speed"] / rpm, met["crossing_frequency"], sizes, facecolor="none", edgecolor=DISTINCT[3], zorder=3
+    )
+    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="natural frequency [Hz]")
+    ax.set(xlim=(speed[0] / rpm, speed[-1] / rpm), ylim=(0, top))
+    ax.grid(alpha=0.3)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize="small")
+    return ax
+
+
+def _draw_orders(ax: Axes, data: xr.Dataset, top: float) -> None:
+    """Lines of the orders with their harmonics where they leave the frame; a colour for each stage."""
+    speed, stages = data["speed"].values, list(data["stage"].values)
+    ax.plot([], [], color=MODE, linewidth=1.1, label="modes")
+    labelled = set()
+    for name, ratio, stage in zip(*(data[x].values for x in ("order", "order_ratio", "order_stage")), strict=True):
+        colour = DISTINCT[stages.index(stage) % len(DISTINCT)] if stage else SHAFT_ORDER
+        label = f"orders of mesh {stage}" if stage else "rotation of shafts"
+        frequency, style = ratio * speed / (2 * pi), "--" if stage else ":"
+        shown = None if label in labelled else label
+        ax.plot(speed / rpm, frequency, style, color=colour, linewidth=1.0, label=shown)
+        labelled.add(label)
+        if stage:
+            end = min(speed[-1], top * 2 * pi / ratio)
+            column = 3 + LABEL_WIDTH * stages.index(stage)
+            offset, alignment = ((column, 0), "center") if end == speed[-1] else ((0, 2), "bottom")
+            at = end / rpm, ratio * end / (2 * pi)
+            text = ax.annotate(f"{str(name).split(' ')[0]}x", at, offset, textcoords="offset points", color=colour)
+            text.set(va=alignment, fontsize="small")
+
+
+@checked
+def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1) -> Axes:
+    """A mode of a gearbox: its shafts side by side, axes upright, with gears and bearings, and their displacements.
+
+    data   of `exugear.modes`
+    mode   its number, 1 for the lowest frequency
+
+    Lines show the displacement of a shaft's axis along x and y to the right, arrows at the gears that along the axis,
+    and arrows to the right their rotation times the reference radius, that of a rotor behind a coupling times the
+    largest radius on its shaft. All have one scale, in which the largest is half the largest radius.
+    """
+    require("part_shaft" in data, "data must be that of exugear.modes(model, load=...) of an exugear.Model")
+    numbers = data["mode"].values
+    require(mode in numbers, f"mode must lie in [1, {numbers[-1]}], got {mode}")
+    ax, chosen = axes_or_new(ax), data.sel(mode=mode)
+    shafts = [_shaft(chosen, name) for name in dict.fromkeys(chosen["part_shaft"].values.tolist())]
+    radius = max(shaft.radius for shaft in shafts)
+    scale = LARGEST * radius / max(*(shaft.largest for shaft in shafts), np.finfo(float).tiny)
+    positions = 2.3 * radius * np.arange(len(shafts)) / mm
+    for shaft, position in zip(shafts, positions, strict=True):
+        _draw_shaft(ax, shaft, position, scale)
+    for label, style in STYLES.items():
+        ax.plot([], [], label=label, **style)
+    ax.set(ylabel="z [mm]", aspect="equal")
+    ax.set_title(_title(chosen), fontsize="medium")
+    ax.set_xticks(positions, [shaft.name for shaft in shafts])
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4, frameon=False, fontsize="small")
+    return ax
+
+
+class Shaft(NamedTuple):
+    """A shaft in the shape of a mode.
+
+    gears      (axial position [m], reference radius [m], face width [m]) of each
+    bearings   their axial positions [m]
+    centre     axial position of its centre of mass [m]
+    shape      (6,) displacements, tilts and spin
+    rotor      spin of the rotor behind its coupling, None without
+    """
+
+    name: str
+    gears: list[tuple[float, float, float]]
+    bearings: list[float]
+    centre: float
+    shape: np.ndarray
+    rotor: float | None
+
+    @property
+    def radius(self) -> float:
+        """Largest radius of its gears [m]."""
+        return max(radius for _, radius, _ in self.gears)
+
+    @property
+    def ends(self) -> np.ndarray:
+        """(2,) axial positions of the outermost parts [m], with a margin."""
+        positions = [axial + side * width for axial, _, width in self.gears for side in (-1, 1)] + self.bearings
+        return np.array([min(positions), max(positions)])
+
+    @property
+    def largest(self) -> float:
+        """Largest displacement of its axis and of the rims of its gears."""
+        spins = [self.shape[5]] if self.rotor is None else [self.shape[5], self.rotor]
+        return max(np.abs(self.displacement(self.ends)).max(), abs(self.shape[2]), *(self.radius * np.abs(spins)))
+
+    def displacement(self, axial) -> np.ndarray:
+        """(2, n) displacement along x and y at axial positions (n,)."""
+        x, y, _, tilt_x, tilt_y, _ = self.shape
+        lever = axial - self.centre
+        return np.array([x + lever * tilt_y, y - lever * tilt_x])
+
+
+def _shaft(data: xr.Dataset, name: str) -> Shaft:
+    """A shaft of a mode by its name."""
+    of_shaft = data.isel(part=np.flatnonzero(data["part_shaft"] == name))
+    columns = (of_shaft[f"part_{column}"].values.tolist() for column in ("kind", "axial", "radius", "width"))
+    parts = list(zip(*columns, strict=True))
+    gears, bearings = ([part[1:] for part in parts if part[0] == kind] for kind in ("gear", "bearing"))
+    shape, rotor = data["shape"].sel(shaft=name), f"{name} rotor"
+    has_rotor = rotor in data["shaft"].values
+    spin = float(data["shape"].sel(shaft=rotor, coordinate="spin")) if has_rotor else None
+    return Shaft(name, gears, [axial for axial, *_ in bearings], float(shape["shaft_centre"]), shape.values, spin)
+
+
+def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float) -> None:
+    """A shaft at a position [mm] in the picture, its displacements enlarged by a scale."""
+    ax.plot([position, position], shaft.ends / mm, color=AT_REST, linewidth=2.0)
+    for axial, radius, width in shaft.gears:
+        _draw_box(ax, position, axial, width, radius)
+        _draw_arrow(ax, "rotation", (position, axial + width / 4), (scale * radius * shaft.shape[5], 0.0))
+        _draw_arrow(ax, "along the axis", (position, axial), (0.0, scale * shaft.shape[2]))
+    if shaft.rotor is not None:
+        width, radius = shaft.gears[0][2] / 2, shaft.radius
+        axial = shaft.ends[0] - 2 * width
+        ax.plot([position, position], [axial / mm, shaft.ends[0] / mm], ":", color=AT_REST, linewidth=2.0)
+        _draw_box(ax, position, axial, width, radius / 2)
+        _draw_arrow(ax, "rotation", (position, axial), (scale * radius * shaft.rotor, 0.0))
+    ax.plot([position] * len(shaft.bearings), np.array(shaft.bearings) / mm, "^", color=MODE, markersize=5)
+    for label, row in zip(("along x", "along y"), shaft.displacement(shaft.ends), strict=True):
+        ax.plot(position + scale * row / mm, shaft.ends / mm, **STYLES[label])
+
+
+def _draw_box(ax: Axes, position: float, axial: float, width: float, radius: float) -> None:
+    """A gear or rotor at rest; lengths in m, the position in the picture in mm."""
+    corner = position - radius / mm, (axial - width / 2) / mm
+    ax.add_patch(Rectangle(corner, 2 * radius / mm, width / mm, facecolor=GEAR, edgecolor=AT_REST))
+
+
+def _draw_arrow(ax: Axes, label: str, start: tuple[float, float], displacement: tuple[float, float]) -> None:
+    """An arrow by a displacement [m] from a start (position in the picture [mm], axial position [m]), unless tiny."""
+    x, y = start[0], start[1] / mm
+    end = x + displacement[0] / mm, y + displacement[1] / mm
+    if max(np.abs(displacement)) > LEAST_ARROW:
+        arrow = {"arrowstyle": "-|>", "color": STYLES[label]["color"], "shrinkA": 0, "shrinkB": 0, "linewidth": 1.4}
+        ax.annotate("", end, (x, y), arrowprops=arrow)
+
+
+def _title(data: xr.Dataset) -> str:
+    """Frequency and damping of a mode, and the element with the most strain energy."""
+    damping = f"damping ratio {float(data['damping_ratio']) * 100:.2g} %"
+    text = f"mode {int(data['mode'])}: {float(data['frequency']):.0f} Hz, {damping}"
+    element = int(data["energy_share"].argmax("element"))
+    share = float(data["energy_share"][element])
+    return (
+        f"{text}\n{share * 100:.0f} % of the strain energy in {data['element'].values[element]}" if share > 0 else text
+    )
