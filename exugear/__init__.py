@@ -38,7 +38,7 @@ from fem.support.version import __version__
 __getattr__, _, _ = lazy_loader.attach(
     __name__,
     ["plots"],
-    {"post": ["graphics"], "post.animation": ["animate_pair"], "run_report.report": ["report"]},
+    {"post": ["graphics"], "post.animation": ["animate_mode", "animate_pair"], "run_report.report": ["report"]},
 )
 
 __all__ = [
@@ -73,6 +73,7 @@ __all__ = [
     "Torque",
     "XuFriction",
     "__version__",
+    "animate_mode",
     "animate_pair",
     "build",
     "campbell",

@@ -5,11 +5,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from exugear.plots.figures import add_axes
+from exugear.plots.mode_plots import plot_modes
 from exugear.plots.statics.stress_plots import draw_field, plot_field, plot_outlines
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
@@ -19,7 +21,7 @@ from fem.support.arguments import FilePath, Finite, checked
 from fem.support.validation import require
 from fem.units import MPa, mm
 
-__all__ = ["animate_pair"]
+__all__ = ["animate_mode", "animate_pair"]
 
 #: Displacement of the flanks as it is shown by default [modules]; half height of the view [modules].
 SHOWN_DEFLECTION, VIEW = 0.1, 3.4
@@ -73,6 +75,33 @@ def animate_pair(
         _clear(ax)
         draw_field(bodies[frame], ax, {"cmap": COLOURS, "vmin": 0, "vmax": top})
         plot_outlines(bodies[frame], ax)
+
+    return _film(figure, draw, frames, path, writer)
+
+
+@checked
+def animate_mode(data: xr.Dataset, mode: int, path: FilePath, *, frames: int = 24, fps: Finite = 12.0) -> Path:
+    """Film of a mode of vibration as `exugear.plots.plot_modes` draws it, over a period of the vibration.
+
+    data    of `exugear.modes`
+    mode    its number, 1 for the lowest frequency
+    path    ends in .gif, or in .mp4 where ffmpeg is installed; an interrupted write leaves no file, or the old one
+    frames  number of frames of a period, at least 4; the film repeats without a jump
+    fps     frames per second
+
+    Returns the path. Raises ValueError for bad input and MP4 without ffmpeg.
+    """
+    path, writer = Path(path), _writer(path, fps)
+    require(4 <= frames <= 1000, f"frames must lie in [4, 1000], got {frames}")
+    figure = Figure(figsize=(8, 4.5), layout="constrained")
+    ax = add_axes(figure)
+    for angle in (0.0, np.pi / 2, np.pi, 3 * np.pi / 2):
+        plot_modes(data, ax, mode, angle)
+    ax.set(xlim=ax.get_xlim(), ylim=ax.get_ylim())
+
+    def draw(frame: int) -> None:
+        _clear(ax)
+        plot_modes(data, ax, mode, 2 * np.pi * frame / frames)
 
     return _film(figure, draw, frames, path, writer)
 

@@ -156,7 +156,7 @@ def by_name() -> dict[str, Any]:
         "drives": {"fast": 50.0}, "loads": {"slow": 100.0}, "start_speed": None, "initial": None,
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
         "speeds": [50.0, 60.0], "stations": 10, "window": (0.0, 0.05), "bearing": "a", "frames": 4, "fps": 10.0,
-        "speeds": [50.0, 60.0], "drive": "held", "mode": 1, "marked": 0.1,
+        "drive": "held", "mode": 1, "marked": 0.1, "angle": 0.0,
     }  # fmt: skip
     points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
     efficiency = xr.Dataset(
@@ -195,7 +195,8 @@ def by_name() -> dict[str, Any]:
         "plot_contact_pattern.data": loads_over_flanks(), "plot_load_distribution.data": loads_over_flanks(),
         "plot_contact_pattern.name": "pressure", "plot_load_distribution.name": "pressure",
         "modes.speed": 10.0, "campbell.harmonics": 2,
-        "plot_modes.data": exugear.modes(made["Model"], load=100.0),
+        "plot_modes.data": exugear.modes(made["Model"], load=100.0), "animate_mode.path": folder / "mode.gif",
+        "animate_mode.data": exugear.modes(made["Model"], load=100.0),
         "plot_campbell.data": exugear.campbell(made["Model"], 100.0, (0.0, 60.0)),
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.animation import FFMpegWriter
+from modal_boxes import three_shafts
 from paper_gears import few_teeth
 from PIL import Image, ImageSequence
 
@@ -26,6 +27,18 @@ def test_the_film_of_a_pair_moves_and_repeats_without_a_jump(tmp_path):
     assert changes.min() > 1
     assert changes[-1] < 1.5 * changes[:-1].max(), "from the last frame to the first as between the others"
     assert [file.name for file in tmp_path.iterdir()] == ["pair.gif"]
+
+
+def test_the_film_of_a_mode_goes_there_and_back(tmp_path):
+    """A quarter of a period from rest to rest: the second and the last frame are the shape at rest."""
+    modes = exugear.modes(three_shafts(), load=150.0)
+    frames = frames_of(exugear.animate_mode(modes, 3, tmp_path / "mode.gif", frames=4))
+    assert len(frames) == 4
+    change = np.abs(frames[:, None] - frames).mean(axis=(2, 3, 4))
+    assert change[0, 2] > change[0, 1] > 10 * change[1, 3]
+    with pytest.raises(ValueError, match="mode must lie in"):
+        exugear.animate_mode(modes, 1000, tmp_path / "none.gif")
+    assert [file.name for file in tmp_path.iterdir()] == ["mode.gif"]
 
 
 def test_an_interrupted_film_leaves_the_old_file(tmp_path, monkeypatch):
