@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from exugear.elements.gear_contact import contacts_of, records_of
 from exugear.modes.elastic_elements import names_of_nodes
 from exugear.system.model import Model
 
@@ -16,6 +17,8 @@ OF_NODES = {
     "Point2D": ("x", "y"),
     "RigidBody2D": ("x", "y", "spin"),
     "RigidBodyRxyz": COORDINATES,
+    "RigidBodyEP": ("x", "y", "z", "e_0", "e_1", "e_2", "e_3"),
+    "RigidBodyRotVecLG": ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z"),
 }
 
 
@@ -55,15 +58,41 @@ def parts_of_shafts(model: Model) -> dict[str, tuple]:
 
 
 def shapes_by_coordinate(mbs, shapes: np.ndarray) -> xr.DataArray:
-    """Shapes (n, n_mode) as (mode, coordinate), marked by `body` and `component`; bodies by name or by their node."""
+    """Shapes (n, n_mode) as (mode, coordinate), marked by `body`, by name or node, and `component`.
+
+    Also by the position of the body in the reference configuration and the base radius of its largest gear [m].
+    """
     bodies, components = [""] * len(shapes), [""] * len(shapes)
-    names = names_of_nodes(mbs)
+    names, outlines, marks = names_of_nodes(mbs), _outlines(mbs), np.zeros((len(shapes), 3))
     for node in range(mbs.systemData.NumberOfNodes()):
         item, part = mbs.GetNode(node), mbs.systemData.GetNodeLTGODE2(node)
         kinds = OF_NODES.get(str(item["nodeType"]), ())
         for i, coordinate in enumerate(part):
-            bodies[coordinate] = names[node]
+            bodies[coordinate], marks[coordinate] = names[node], outlines[node]
             components[coordinate] = kinds[i] if len(kinds) == len(part) else str(i)
     labels = [f"{body} {component}" for body, component in zip(bodies, components, strict=True)]
-    coords = {"coordinate": labels, "body": ("coordinate", bodies), "component": ("coordinate", components)}
+    coords: dict[str, Any] = {
+        "coordinate": labels,
+        "body": ("coordinate", bodies),
+        "component": ("coordinate", components),
+    }
+    marked = zip(("body_x", "body_y", "body_radius"), marks.T, strict=True)
+    coords |= {name: ("coordinate", column, {"units": "m"}) for name, column in marked}
     return xr.DataArray(shapes.T, dims=("mode", "coordinate"), coords=coords)
+
+
+def _outlines(mbs) -> dict[int, tuple[float, float, float]]:
+    """Position x, y in the reference configuration and base radius of the largest gear [m] of each node."""
+    outlines = {}
+    for number in range(mbs.systemData.NumberOfNodes()):
+        x, y = (*mbs.GetNode(number).get("referenceCoordinates", ()), 0.0, 0.0)[:2]
+        outlines[number] = x, y, 0.0
+    for item in map(mbs.GetObject, range(mbs.systemData.NumberOfObjects())):
+        if "Rotational" in str(item["objectType"]):
+            outlines[int(item["nodeNumber"])] = *item["referencePosition"][:2], 0.0
+    for contact in contacts_of(mbs):
+        frame = records_of(mbs, contact)[1]
+        for node, gear in zip(mbs.GetObject(contact)["nodeNumbers"], (frame.pinion, frame.wheel), strict=False):
+            x, y, radius = outlines[int(node)]
+            outlines[int(node)] = x, y, max(radius, abs(float(gear.r_b)))
+    return outlines

@@ -49,7 +49,8 @@ def modes(
                     couplings among the shafts; in a hand-built system by coordinate. Its modal mass is 1 kg; the
                     component with the most kinetic energy is real and > 0
     shape_imaginary imaginary part, of gyroscopic modes: component = Re((shape + i shape_imaginary) exp(i omega t))
-    energy_share    of the strain energy, in every mesh, bearing, coupling and spring; 0 for rigid-body motions
+    energy_share    of the strain energy, in every mesh, bearing, coupling and spring; 0 for rigid-body motions. That of
+                    a mesh may lie a little below 0, as its force destabilizes (geometric stiffness)
     participation   generalized excitation p of each mode by a unit transmission error of each mesh, k row . shape
                     [kg^0.5/s^2], with imaginary part. An error of amplitude e at the frequency of a mode gives it the
                     amplitude |p| e / (2 damping_ratio omega^2) times its shape

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Circle, Rectangle
 
 from exugear.plots.figures import DISTINCT, axes_or_new, legend, merged, styled
 from fem.support.arguments import Finite, checked
@@ -24,11 +24,12 @@ ROOM, LABEL_WIDTH = 1.1, 16
 LARGEST = 0.5
 #: Length in the picture below which an arrow is left out [m].
 LEAST_ARROW = 1 * mm
+AXIAL, ROTATION = DISTINCT[2:4]
 STYLES: dict[str, dict[str, Any]] = {
     "along x": {"color": DISTINCT[0], "linewidth": 1.6},
     "along y": {"color": DISTINCT[1], "linewidth": 1.6, "linestyle": "--"},
-    "along the axis": {"color": DISTINCT[2], "marker": "^", "linewidth": 1.4},
-    "rotation": {"color": DISTINCT[3], "marker": ">", "linewidth": 1.4},
+    "along the axis": {"color": AXIAL, "marker": "^", "linewidth": 1.4},
+    "rotation": {"color": ROTATION, "marker": ">", "linewidth": 1.4},
 }
 
 
@@ -84,22 +85,35 @@ def _draw_orders(ax: Axes, data: xr.Dataset, top: float) -> None:
 @checked
 @styled
 def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1, angle: Finite = 0.0, **style) -> Axes:
-    """A mode of a gearbox: its shafts side by side, axes upright, with gears and bearings, and their displacements.
+    """A mode: of a gearbox with its shafts side by side, axes upright; of a hand-built system seen along z.
 
     data   of `exugear.modes`
     mode   its number, 1 for the lowest frequency
     angle  of the vibration [rad]: 0 and pi show the largest displacements of a mode without gyroscopic terms
-    style  of the lines of displaced shafts: matplotlib's linewidth, alpha, …
+    style  of the lines of displaced shafts or spokes: matplotlib's linewidth, alpha, …
 
-    Lines show the displacement of a shaft's axis along x and y to the right, arrows at the gears that along the axis,
-    and arrows to the right their rotation times the reference radius, that of a rotor behind a coupling times the
-    largest radius on its shaft. All have one scale, in which the largest is half the largest radius.
+    Of a gearbox, lines show the displacement of a shaft's axis along x and y, both to the right; arrows at the gears
+    that along the axis; arrows to the right their rotation times the reference radius, that of a rotor behind a
+    coupling times the largest radius on its shaft. All have one scale, in which the largest is half the largest radius.
+    Of a hand-built system base circles, with a spoke that shows the rotation, are grey at rest; a body without a gear
+    has a dotted spoke.
     """
-    require("part_shaft" in data, "data must be that of exugear.modes(model, load=...) of an exugear.Model")
+    kinds = {"part_shaft", "body_radius"} & {str(name) for name in data.variables}
+    require(bool(kinds), "data must be that of exugear.modes(...)")
     numbers = data["mode"].values
     require(mode in numbers, f"mode must lie in [1, {numbers[-1]}], got {mode}")
     ax, chosen = axes_or_new(ax), data.sel(mode=mode)
-    shafts, extremes = _shafts(_at_angle(chosen, angle)), _shafts(chosen) + _shafts(_at_angle(chosen, pi / 2))
+    ax.set_aspect("equal")
+    ax.set_title(_title(chosen), fontsize="medium")
+    ax.grid(False)
+    draw = _draw_shafts if "part_shaft" in kinds else _draw_bodies
+    draw(ax, chosen, angle, style)
+    return ax
+
+
+def _draw_shafts(ax: Axes, data: xr.Dataset, angle: float, style: dict[str, Any]) -> None:
+    """A mode of a gearbox at an angle of the vibration."""
+    shafts, extremes = _shafts(_at_angle(data, angle)), _shafts(data) + _shafts(_at_angle(data, pi / 2))
     radius = max(shaft.radius for shaft in shafts)
     scale = LARGEST * radius / max(*(shaft.largest for shaft in extremes), np.finfo(float).tiny)
     positions = 2.3 * radius * np.arange(len(shafts)) / mm
@@ -107,12 +121,9 @@ def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1, angle: F
         _draw_shaft(ax, shaft, position, scale, style)
     for label, line in STYLES.items():
         ax.plot([], [], label=label, **line)
-    ax.set(ylabel="z [mm]", aspect="equal")
-    ax.set_title(_title(chosen), fontsize="medium")
+    ax.set_ylabel("z [mm]")
     ax.set_xticks(positions, [shaft.name for shaft in shafts])
     legend(ax, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4)
-    ax.grid(False)
-    return ax
 
 
 def _at_angle(data: xr.Dataset, angle: float) -> xr.Dataset:
@@ -184,14 +195,14 @@ def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float, style: di
     ax.plot([position, position], shaft.ends / mm, color=AT_REST, linewidth=2.0)
     for axial, radius, width in shaft.gears:
         _draw_box(ax, position, axial, width, radius)
-        _draw_arrow(ax, "rotation", (position, axial + width / 4), (scale * radius * shaft.shape[5], 0.0))
-        _draw_arrow(ax, "along the axis", (position, axial), (0.0, scale * shaft.shape[2]))
+        _draw_arrow(ax, ROTATION, (position, axial + width / 4), (scale * radius * shaft.shape[5], 0.0))
+        _draw_arrow(ax, AXIAL, (position, axial), (0.0, scale * shaft.shape[2]))
     if shaft.rotor is not None:
         width, radius = shaft.gears[0][2] / 2, shaft.radius
         axial = shaft.ends[0] - 2 * width
         ax.plot([position, position], [axial / mm, shaft.ends[0] / mm], ":", color=AT_REST, linewidth=2.0)
         _draw_box(ax, position, axial, width, radius / 2)
-        _draw_arrow(ax, "rotation", (position, axial), (scale * radius * shaft.rotor, 0.0))
+        _draw_arrow(ax, ROTATION, (position, axial), (scale * radius * shaft.rotor, 0.0))
     ax.plot([position] * len(shaft.bearings), np.array(shaft.bearings) / mm, "^", color=MODE, markersize=5)
     for label, row in zip(("along x", "along y"), shaft.displacement(shaft.ends), strict=True):
         ax.plot(position + scale * row / mm, shaft.ends / mm, **merged(style, **STYLES[label]))
@@ -203,13 +214,61 @@ def _draw_box(ax: Axes, position: float, axial: float, width: float, radius: flo
     ax.add_patch(Rectangle(corner, 2 * radius / mm, width / mm, facecolor=GEAR, edgecolor=AT_REST))
 
 
-def _draw_arrow(ax: Axes, label: str, start: tuple[float, float], displacement: tuple[float, float]) -> None:
+def _draw_arrow(ax: Axes, colour: str, start: tuple[float, float], displacement: tuple[float, float]) -> None:
     """An arrow by a displacement [m] from a start (position in the picture [mm], axial position [m]), unless tiny."""
     x, y = start[0], start[1] / mm
     end = x + displacement[0] / mm, y + displacement[1] / mm
     if max(np.abs(displacement)) > LEAST_ARROW:
-        arrow = {"arrowstyle": "-|>", "color": STYLES[label]["color"], "shrinkA": 0, "shrinkB": 0, "linewidth": 1.4}
+        arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.4}
         ax.annotate("", end, (x, y), arrowprops=arrow)
+
+
+class Body(NamedTuple):
+    """A body of a hand-built system in the shape of a mode: position, base radius, displacements [m], spin."""
+
+    name: str
+    x: float
+    y: float
+    radius: float
+    u: float
+    v: float
+    spin: float
+
+    @property
+    def largest(self) -> float:
+        """Largest displacement of its centre and of the rim of its gear."""
+        return max(abs(self.u), abs(self.v), self.radius * abs(self.spin))
+
+
+def _bodies(data: xr.Dataset) -> list[Body]:
+    """The bodies of a mode of a hand-built system."""
+    bodies, names = [], data["body"].values
+    for name in dict.fromkeys(names.tolist()):
+        part = data.isel(coordinate=np.flatnonzero(names == name))
+        moved = dict(zip(part["component"].values.tolist(), part["shape"].values.tolist(), strict=True))
+        outline = (float(part[f"body_{mark}"][0]) for mark in ("x", "y", "radius"))
+        bodies.append(Body(name, *outline, *(moved.get(component, 0.0) for component in ("x", "y", "spin"))))
+    return bodies
+
+
+def _draw_bodies(ax: Axes, data: xr.Dataset, angle: float, style: dict[str, Any]) -> None:
+    """A mode of a hand-built system at an angle of the vibration, seen along z."""
+    bodies, extremes = _bodies(_at_angle(data, angle)), _bodies(data) + _bodies(_at_angle(data, pi / 2))
+    smallest = min(body.radius for body in bodies if body.radius > 0)
+    scale = LARGEST * smallest / max(*(body.largest for body in extremes), np.finfo(float).tiny)
+    for number, body in enumerate(bodies):
+        colour, dash = DISTINCT[number % len(DISTINCT)], "-" if body.radius else ":"
+        for factor, outline in ((0.0, AT_REST), (scale, colour)):
+            x, y, turn = body.x + factor * body.u, body.y + factor * body.v, factor * body.spin
+            line = merged(style, linewidth=1.4, color=outline)
+            ax.add_patch(Circle((x / mm, y / mm), body.radius / mm, fill=False, linewidth=1.4, color=outline))
+            rim = x + (body.radius or smallest) * np.cos(turn), y + (body.radius or smallest) * np.sin(turn)
+            ax.plot([x / mm, rim[0] / mm], [y / mm, rim[1] / mm], dash, **line)
+        _draw_arrow(ax, colour, (body.x / mm, body.y), (scale * body.u, scale * body.v))
+        ax.plot([], [], color=colour, label=body.name)
+    ax.autoscale_view()
+    ax.set(xlabel="x [mm]", ylabel="y [mm]")
+    legend(ax)
 
 
 def _title(data: xr.Dataset) -> str:

@@ -208,6 +208,55 @@ def test_drag_damps_a_turning_shaft_and_no_resting_one():
     assert turning == pytest.approx(0.5 / (2 * np.sqrt(K * R_B**2 * INERTIA)), rel=1e-4)
 
 
+def test_friction_of_the_teeth_changes_no_mode():
+    bearing = exugear.Bearing(5e8, 3e8, 2e5, 1e-6)
+    rubbing = exugear.MeshFriction.of_pair(paper_pair(), 0.05)
+    boxes = smooth_box(bearing, friction=rubbing), smooth_box(bearing)
+    with_friction, without = (exugear.modes(exugear.build(box), load=150.0) for box in boxes)
+    for name in ("frequency", "damping_ratio", "participation"):
+        assert with_friction[name].values == pytest.approx(without[name].values, rel=1e-9)
+
+
+def test_both_flanks_vibrate_alike():
+    """The teeth of the paper's pair are symmetric: a load in the other sense presses their mirror images."""
+    model = exugear.build(smooth_box(exugear.Bearing(5e8, 3e8, 2e5, 1e-6), damping=2700.0))
+    driving, back = (exugear.modes(model, load=load) for load in (150.0, -150.0))
+    assert back["mesh_force"].item() == pytest.approx(-driving["mesh_force"].item(), rel=1e-9)
+    for name in ("frequency", "damping_ratio", "energy_share"):
+        assert back[name].values == pytest.approx(driving[name].values, rel=1e-4, abs=1e-5)
+
+
+def test_joints_and_reduced_shafts_agree():
+    box = smooth_box()
+    joints = exugear.build(box, plan=exugear.plan(box).with_joints())
+    for drive in ("held", "free"):
+        data = [exugear.modes(model, load=150.0, drive=drive) for model in (joints, exugear.build(box))]
+        assert data[0]["frequency"].values == pytest.approx(data[1]["frequency"].values, rel=1e-5)
+        assert float(abs(data[0]["shape"].sel(coordinate=["x", "y", "z", "tilt_x", "tilt_y"])).max()) < 1e-9
+
+
+@pytest.mark.parametrize("node", [exu.NodeType.RotationRxyz, exu.NodeType.RotationEulerParameters])
+def test_bodies_with_any_rotation_have_the_eigenvalues_of_exudyn(node):
+    container = exu.SystemContainer()
+    mbs, pair = container.AddSystem(), paper_pair()
+    inertia = RigidBodyInertia(mass=3.0, inertiaTensor=np.diag([5e-3, 5e-3, 9e-3]))
+    ground, bodies, springs = mbs.CreateGround(), [], np.diag([1e9, 1e9, 1e9, 1e6, 1e6, 1e4])
+    for name, position in (("pinion", [0, 0, 0]), ("wheel", [pair.a, 0, 0])):
+        body = mbs.CreateRigidBody(name=name, referencePosition=position, inertia=inertia, nodeType=node)
+        mbs.CreateRigidBodySpringDamper(itemNumbers=[ground, body], localPosition0=position, stiffness=springs)
+        bodies.append(body)
+    mbs.CreateGearContact(itemNumbers=bodies, pair=pair, force=linear_law())
+    marker = mbs.AddMarker(eii.MarkerBodyRigid(bodyNumber=bodies[0]))
+    mbs.AddLoad(eii.Torque(markerNumber=marker, loadVector=[0, 0, 20.0]))
+    mbs.Assemble()
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    mbs.SolveStatic(settings, updateInitialValues=True)
+    by_exudyn = mbs.ComputeODE2Eigenvalues(convert2Frequencies=True)[0]
+    assert exugear.modes(mbs, phase=0.0)["frequency"].values == pytest.approx(by_exudyn, rel=1e-6)
+    assert container
+
+
 def test_data_are_kept_in_files(tmp_path):
     data = exugear.modes(three_shafts(), load=150.0, speed=300.0)
     data.to_netcdf(tmp_path / "modes.nc")
