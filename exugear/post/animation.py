@@ -133,6 +133,7 @@ def _clear(ax: Axes) -> None:
 
 def _film(figure: Figure, draw: Callable[[int], None], frames: int, path: Path, writer: AbstractMovieWriter) -> Path:
     """Write the frames that a function draws into a figure, whose layout stays; the file is complete or absent."""
+    draw(0)
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
