@@ -148,12 +148,12 @@ def _last_turn(data: xr.Dataset) -> tuple[float, float]:
     return float(time[min(first, time.size - 2)]), float(time[-1])
 
 
-def _band(ax: Axes, place: np.ndarray, low: np.ndarray, high: np.ndarray, style: dict[str, Any]) -> None:
+def _band(ax: Axes, abscissa: np.ndarray, low: np.ndarray, high: np.ndarray, style: dict[str, Any]) -> None:
     """Band between the limits of a signal, the upper line labelled."""
     line = merged(style, color=EDGE, linewidth=1.2)
-    ax.fill_between(place, low, high, color=line["color"], alpha=0.3, linewidth=0)
-    ax.plot(place, high, **line)
-    ax.plot(place, low, **line | {"label": None})
+    ax.fill_between(abscissa, low, high, color=line["color"], alpha=0.3, linewidth=0)
+    ax.plot(abscissa, high, **line)
+    ax.plot(abscissa, low, **line | {"label": None})
 
 
 def _mark(ax: Axes, outline: Envelope, resonances: Resonances) -> None:

@@ -50,13 +50,14 @@ def load_distribution(
     """
     torque, phase = checked_torque(pair, torque), checked_phases(phases, pair)
     require(2 <= stations <= 10_000, f"stations must lie in [2, 10000], got {stations}")
-    with shown(progress), one_thread():
+    with shown(progress):
         contacts, misalignment = tooth_contacts(pair, phase, offsets, resolution)
-        edges = stretch_ends(contacts[0], stations)
-        columns = [
-            [contact.state(float(force), misalignment) for force in torque / pair.pinion.r_b]
-            for contact in bar(contacts, "load distribution")
-        ]
+        with one_thread():
+            columns = [
+                [contact.state(float(force), misalignment) for force in torque / pair.pinion.r_b]
+                for contact in bar(contacts, "load distribution")
+            ]
+    edges = stretch_ends(contacts[0], stations)
     positions = [contact.position for contact in contacts]
     pairs = _loaded_pairs(columns)
     loads = np.array([[_on_stations(state, pairs, edges) for state in column] for column in columns])

@@ -28,10 +28,10 @@ def test_every_plot_takes_axes_and_style_and_leaves_the_settings_of_matplotlib(n
 
 def test_style_reaches_the_lines_by_long_and_short_names():
     ax = plots.figure().axes[0]
-    for style in ({"color": "k", "linewidth": 3.0, "label": "mine"}, {"c": "k", "lw": 3.0, "label": "mine"}):
+    for style in ({"color": "k", "linewidth": 3.0, "label": "map"}, {"c": "k", "lw": 3.0, "label": "map"}):
         line = plots.plot_ste(smooth_map((150,)), ax, **style).lines[-1]
         assert to_rgba(line.get_color()) == to_rgba("k")
-        assert (line.get_linewidth(), line.get_label()) == (3.0, "mine")
+        assert (line.get_linewidth(), line.get_label()) == (3.0, "map")
     picture = plots.plot_contact_pattern(
         valid("exugear.plots.plot_contact_pattern", "data"), ax, cmap="cividis", vmax=7.0
     ).collections[0]

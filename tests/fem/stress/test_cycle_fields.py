@@ -1,4 +1,4 @@
-"""Fields over the mesh cycle: the fields of single phases, contact that stays closed, one mesh for all phases."""
+"""Fields over the mesh cycle: the root stress of single phases, the same elements at all phases."""
 
 import numpy as np
 import pytest
