@@ -26,7 +26,16 @@ from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.plan import Plan, plan
 from exugear.post.viewer import draw, picture
+from exugear.recordings.angle_sampling import over_angle
+from exugear.recordings.levels import level, rms_sum
+from exugear.recordings.mesh_orders import mesh_orders
+from exugear.recordings.signal import recorded_signal, sensor_signal, signal
+from exugear.recordings.sound import write_sound
 from exugear.signals import spectrum
+from exugear.signals.order_cut import order_cut
+from exugear.signals.order_tracking import order_tracking
+from exugear.signals.resonance_table import resonance_table
+from exugear.signals.spectrogram import spectrogram, waterfall
 from exugear.signals.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
@@ -86,17 +95,30 @@ __all__ = [
     "envelope",
     "graphics",
     "integrator",
+    "level",
+    "mesh_orders",
     "modes",
+    "order_cut",
     "order_spectrum",
+    "order_tracking",
+    "over_angle",
     "picture",
     "plan",
     "plots",
+    "recorded_signal",
     "report",
+    "resonance_table",
     "resonances",
+    "rms_sum",
     "run",
     "run_up",
+    "sensor_signal",
+    "signal",
+    "spectrogram",
     "spectrum",
     "stress_envelope",
+    "waterfall",
+    "write_sound",
 ]
 
 

@@ -3,7 +3,14 @@
 from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
 from exugear.plots.mode_plots import plot_campbell, plot_modes
-from exugear.plots.order_plots import plot_waterfall
+from exugear.plots.order_plots import (
+    plot_cascade,
+    plot_levels,
+    plot_order_cuts,
+    plot_order_map,
+    plot_spectrogram,
+    plot_waterfall,
+)
 from exugear.plots.power_plots import plot_efficiency, plot_power
 from exugear.plots.run_plots import plot_bearing_forces, plot_envelopes, plot_mesh_force, plot_orbit, plot_run_up
 from exugear.plots.statics.flank_plots import plot_contact_pattern, plot_load_distribution
@@ -23,6 +30,7 @@ __all__ = [
     "figure",
     "plot_bearing_forces",
     "plot_campbell",
+    "plot_cascade",
     "plot_contact_pattern",
     "plot_dynamic_factor",
     "plot_dynamic_stress",
@@ -30,12 +38,15 @@ __all__ = [
     "plot_envelopes",
     "plot_field",
     "plot_gears",
+    "plot_levels",
     "plot_load_distribution",
     "plot_load_factors",
     "plot_load_sharing",
     "plot_mesh_force",
     "plot_modes",
     "plot_orbit",
+    "plot_order_cuts",
+    "plot_order_map",
     "plot_outlines",
     "plot_peak_pressure",
     "plot_power",
@@ -44,6 +55,7 @@ __all__ = [
     "plot_run_up",
     "plot_section",
     "plot_solid",
+    "plot_spectrogram",
     "plot_ste",
     "plot_stiffness",
     "plot_te_harmonics",
