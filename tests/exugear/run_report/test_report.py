@@ -99,6 +99,14 @@ def test_modes_and_crossings_of_the_model_are_those_of_the_campbell_diagram(swep
     assert not (tmp_path / "ramp.html").exists()
 
 
+def test_a_run_too_short_for_order_cuts_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(document, "BROWSERS", ())
+    run = exugear.run_up(exugear.build(smooth_box()), speed=(50.0, 60.0), duration=0.05, load=150.0, progress=False)
+    page = Page(exugear.report(run, tmp_path / "short.html")[0].read_text(encoding="utf-8"))
+    assert any("record longer" in item for item in page.texts["li"])
+    assert page.images
+
+
 def test_a_loaded_run_gives_the_same_report(swept, written, tmp_path, monkeypatch):
     swept.save(tmp_path / "run.nc")
     monkeypatch.setattr(document, "BROWSERS", ())
