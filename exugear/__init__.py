@@ -15,15 +15,17 @@ from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.integration.solver_settings import integrator
 from exugear.kernels.recorder import Recorder
+from exugear.load_factors.dynamic_factor import dynamic_factor
+from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.plan import Plan, plan
-from exugear.post import spectrum
-from exugear.post.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.post.viewer import draw, picture
+from exugear.signals import spectrum
+from exugear.signals.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.system.assembly import build
@@ -31,8 +33,8 @@ from exugear.system.eigenfrequencies import eigenfrequencies
 from exugear.system.model import Model
 from fem.support.version import __version__
 
-#: Modules for pictures, imported on first use.
-__getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs={"post": ["graphics", "plots"]})
+#: Modules and functions for pictures, imported on first use.
+__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"], "run_report.report": ["report"]})
 
 __all__ = [
     "Apart",
@@ -69,6 +71,8 @@ __all__ = [
     "build",
     "draw",
     "dte_envelope",
+    "dynamic_factor",
+    "dynamic_stress",
     "efficiency",
     "eigenfrequencies",
     "envelope",
@@ -78,10 +82,12 @@ __all__ = [
     "picture",
     "plan",
     "plots",
+    "report",
     "resonances",
     "run",
     "run_up",
     "spectrum",
+    "stress_envelope",
 ]
 
 
