@@ -223,7 +223,7 @@ def _across_face(row, table, axial, tooth):
 
 @unchecked
 def _along_profile(row, table, r_b, roll, axial):
-    """Material removed [m] by a row that changes along the profile, at a roll length on the flank."""
+    """Material removed [m] by a row that changes along the profile, other than a relief, at a roll length."""
     formula, numbers = row.formula, row.numbers
     if formula == PROFILE_CROWNING:
         return numbers[0] * ((roll - numbers[1]) / numbers[2]) ** 2

@@ -23,7 +23,7 @@ PRIVATE = (
     *("_ensure_finalized", "_raise_if_finalized", "_get_module_for_linking", "get_defined_functions"),
     *("_optimize_functions", "_optimize_final_module", "_finalize_final_module", "get_pointer_to_function"),
 )
-KNOWN = all(hasattr(JITCodeLibrary, name) for name in PRIVATE) and not config.DISABLE_JIT
+KNOWN = all(hasattr(JITCodeLibrary, name) for name in PRIVATE) and not getattr(config, "DISABLE_JIT", False)
 #: Options of numba for functions that Python does not call.
 NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
@@ -59,7 +59,7 @@ class TreeLibrary(JITCodeLibrary):
         for variable in self._final_module.global_variables:
             environment = lookup_environment(variable.name)
             if environment is not None:
-                self._codegen.set_env(variable.name, environment)
+                self.codegen.set_env(variable.name, environment)
 
     def _get_module_for_linking(self):
         """Module of the whole tree."""
@@ -75,14 +75,14 @@ class TreeLibrary(JITCodeLibrary):
 
     def _link_callees(self, module) -> None:
         """Link the functions that this one calls, and those that they call, to a module."""
-        callees: dict[JITCodeLibrary, None] = {}
+        callees: dict[Any, None] = {}
         self._add_callees(callees)
         for library in callees:
             is_tree = isinstance(library, TreeLibrary) and not library._finalized
             module.link_in(library._root() if is_tree else library._get_module_for_linking(), preserve=True)
             getattr(self, "_reload_init", set()).update(getattr(library, "_reload_init", ()))
 
-    def _add_callees(self, callees: dict[JITCodeLibrary, None]) -> None:
+    def _add_callees(self, callees: dict[Any, None]) -> None:
         """Add the libraries of the tree below this function as keys."""
         for library in self._linking_libraries:
             if library not in callees:

@@ -11,9 +11,9 @@ from numba import njit
 from numba.core import event
 from numba.extending import register_jitable
 
+from fem.support.cache import source_stamp
 from fem.support.call_tree import callee, whole_call_tree
 from fem.support.progress import announced
-from fem.support.source_stamp import source_stamp
 
 compiled = callee
 #: Decorator of functions that both Python and compiled code call.
