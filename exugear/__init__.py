@@ -19,17 +19,27 @@ from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
+from exugear.modes.campbell import campbell
+from exugear.modes.modes import eigenfrequencies, modes
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.plan import Plan, plan
 from exugear.post.viewer import draw, picture
+from exugear.recordings.angle_sampling import over_angle
+from exugear.recordings.levels import level, rms_sum
+from exugear.recordings.mesh_orders import mesh_orders
+from exugear.recordings.signal import recorded_signal, sensor_signal, signal
+from exugear.recordings.sound import write_sound
 from exugear.signals import spectrum
+from exugear.signals.order_cut import order_cut
+from exugear.signals.order_tracking import order_tracking
+from exugear.signals.resonance_table import resonance_table
+from exugear.signals.spectrogram import spectrogram, waterfall
 from exugear.signals.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.system.assembly import build
-from exugear.system.eigenfrequencies import eigenfrequencies
 from exugear.system.model import Model
 from fem.support.version import __version__
 
@@ -69,6 +79,7 @@ __all__ = [
     "XuFriction",
     "__version__",
     "build",
+    "campbell",
     "draw",
     "dte_envelope",
     "dynamic_factor",
@@ -78,16 +89,30 @@ __all__ = [
     "envelope",
     "graphics",
     "integrator",
+    "level",
+    "mesh_orders",
+    "modes",
+    "order_cut",
     "order_spectrum",
+    "order_tracking",
+    "over_angle",
     "picture",
     "plan",
     "plots",
+    "recorded_signal",
     "report",
+    "resonance_table",
     "resonances",
+    "rms_sum",
     "run",
     "run_up",
+    "sensor_signal",
+    "signal",
+    "spectrogram",
     "spectrum",
     "stress_envelope",
+    "waterfall",
+    "write_sound",
 ]
 
 

@@ -35,6 +35,8 @@ FOLDERS = (
     "exugear/energy",
     "exugear/integration",
     "exugear/simulation",
+    "exugear/modes",
+    "exugear/recordings",
     "exugear/signals",
     "exugear/load_factors",
     "exugear/plots",
@@ -44,7 +46,7 @@ FOLDERS = (
 )
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
 FIRST, LAST = {"fem.units"}, {"fem", "exugear", "exugear.plots"}
-MODULES_OF_FEM, MODULES_OF_EXUGEAR = 83, 127
+MODULES_OF_FEM, MODULES_OF_EXUGEAR = 83, 146
 MOST_IN_A_FOLDER = 9
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
 #: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.gear_outline` draws.
@@ -60,6 +62,7 @@ FENCES = {
         "exugear/system",
         "exugear/integration",
         "exugear/simulation",
+        "exugear/modes",
         "exugear/post",
     },
     "matplotlib": {"exugear/plots", "exugear/plots/statics", "exugear/post", "exugear/run_report"},

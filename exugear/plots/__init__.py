@@ -2,7 +2,15 @@
 
 from exugear.plots.figures import figure
 from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
-from exugear.plots.order_plots import plot_waterfall
+from exugear.plots.mode_plots import plot_campbell, plot_modes
+from exugear.plots.order_plots import (
+    plot_cascade,
+    plot_levels,
+    plot_order_cuts,
+    plot_order_map,
+    plot_spectrogram,
+    plot_waterfall,
+)
 from exugear.plots.power_plots import plot_efficiency, plot_power
 from exugear.plots.run_plots import plot_bearing_forces, plot_envelopes, plot_run_up
 from exugear.plots.statics.map_plots import plot_ste, plot_stiffness
@@ -19,13 +27,19 @@ from exugear.plots.statics.stress_plots import (
 __all__ = [
     "figure",
     "plot_bearing_forces",
+    "plot_campbell",
+    "plot_cascade",
     "plot_dynamic_factor",
     "plot_dynamic_stress",
     "plot_efficiency",
     "plot_envelopes",
     "plot_field",
     "plot_gears",
+    "plot_levels",
     "plot_load_factors",
+    "plot_modes",
+    "plot_order_cuts",
+    "plot_order_map",
     "plot_outlines",
     "plot_peak_pressure",
     "plot_power",
@@ -34,6 +48,7 @@ __all__ = [
     "plot_run_up",
     "plot_section",
     "plot_solid",
+    "plot_spectrogram",
     "plot_ste",
     "plot_stiffness",
     "plot_waterfall",

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure as Drawing
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.plots.figures import figure
 from exugear.plots.load_plots import plot_dynamic_factor
+from exugear.plots.mode_plots import plot_campbell
 from exugear.plots.order_plots import plot_waterfall
 from exugear.plots.power_plots import plot_power
 from exugear.plots.run_plots import plot_bearing_forces, plot_run_up
@@ -32,6 +33,14 @@ def run_figures(data: xr.Dataset) -> list[Figure]:
     if "mesh_loss" in data:
         figures.append(_power(data))
     return figures
+
+
+def campbell_figure(diagram: xr.Dataset) -> Figure:
+    """Campbell diagram of the loaded gearbox."""
+    drawing = _wide()
+    plot_campbell(diagram, drawing.axes[0])
+    text = "circles mark crossings with strain energy in the mesh of the order"
+    return embedded(drawing, f"Natural frequencies over the speed of the driving shaft, mesh and shaft orders; {text}.")
 
 
 def embedded(drawing: Drawing, caption: str) -> Figure:

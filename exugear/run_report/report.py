@@ -9,7 +9,9 @@ from exugear.run_report.figures import run_figures
 from exugear.run_report.inputs import inputs, speed_range
 from exugear.run_report.results import extremes, factor_table, is_sweep, resonance_table, summary
 from exugear.run_report.sections import Section
+from exugear.run_report.vibration import vibration
 from exugear.simulation.run import Run
+from exugear.system.model import Model
 from fem.support.arguments import FilePath, checked
 from fem.support.cache import complete_file
 from fem.support.validation import require
@@ -18,22 +20,23 @@ __all__ = ["report"]
 
 
 @checked
-def report(run: Run, path: FilePath, *, title: str = "Gear dynamics report") -> list[Path]:
+def report(run: Run, path: FilePath, *, model: Model | None = None, title: str = "Gear dynamics report") -> list[Path]:
     """Write the report of a run: one HTML page with all figures inside, and a PDF beside it where a browser is found.
 
     run     an `exugear.Run`
     path    of the page, ending in .html; the PDF has the same name
+    model   `exugear.Model` of the run: the report then has its vibration modes and its Campbell diagram too
     title   heading of the report
 
     Returns the files written, each complete. The page holds a summary, figures, tables of resonances, the inputs as
     data sheets, assumptions, the plan, error estimates and versions. Where the browser fails to print, a warning says
-    so. Raises ValueError for other suffixes.
+    so. Raises ValueError for other suffixes, and with a model for runs without a constant load on the driven shaft.
     """
     stage_data(run)
     html = Path(path)
     require(html.suffix == ".html", f"path must end in .html, got {html.name}; the PDF is written beside it")
     with complete_file(html) as file:
-        file.write(page(title, _subtitle(run), _sections(run)).encode())
+        file.write(page(title, _subtitle(run), _sections(run, model)).encode())
     pdf = html.with_suffix(".pdf")
     return [html, pdf] if printed(html, pdf) else [html]
 
@@ -43,11 +46,12 @@ def _subtitle(run: Run) -> str:
     return f"{run.data.attrs['title']} of {stages}, {speed_range(run.data)}"
 
 
-def _sections(run: Run) -> list[Section]:
+def _sections(run: Run, model: Model | None) -> list[Section]:
     """Sections of the report in the order of the page."""
     data = run.data
     return [
         _results(run),
+        *([vibration(model, data)] if model else []),
         inputs(data),
         assumptions(data),
         errors(data, run.wall_time),

@@ -145,7 +145,7 @@ def by_name() -> dict[str, Any]:
         "peaks": exugear.spectrum.Resonances(LINE[1:3], LINE[1:3]), "divisors": (2, 1), "within": 0.1,
         "drives": {"fast": 50.0}, "loads": {"slow": 100.0}, "start_speed": None, "initial": None,
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
-        "speeds": [50.0, 60.0],
+        "speeds": [50.0, 60.0], "drive": "held", "mode": 1, "marked": 0.1,
     }  # fmt: skip
     points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
     efficiency = xr.Dataset(
@@ -179,9 +179,31 @@ def by_name() -> dict[str, Any]:
         "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,
         "plot_solid.ax": Figure().add_subplot(projection="3d"), "order_spectrum.speed": TURNS,
         "plot_bearing_forces.run": run_on_bearings(), "bearing_force_rms.run": run_on_bearings(),
+        "modes.speed": 10.0, "campbell.harmonics": 2,
+        "plot_modes.data": exugear.modes(made["Model"], load=100.0),
+        "plot_campbell.data": exugear.campbell(made["Model"], 100.0, (0.0, 60.0)),
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
-    return plain | special
+    return plain | special | of_signals(folder)
+
+
+def of_signals(folder: Path) -> dict[str, Any]:
+    """Arguments of functions of signals, and of their plots."""
+    time = np.linspace(0, 1, 2001)
+    signal = exugear.recorded_signal(time, 2 * np.pi * (10 + 10 * time), np.sin(2 * np.pi * 100 * time), units="N")
+    functions = ("over_angle", "order_tracking", "order_cut", "spectrogram", "waterfall", "write_sound")
+    signals = {f"{name}.signal": signal for name in functions}
+    cuts, spectra = exugear.order_cut(signal, [3, 5]), exugear.waterfall(signal, lines=5, resolution=20.0)
+    return signals | {
+        "signal.name": "dte", "recorded_signal.speed": TURNS, "values": LINE, "units": "N", "long_name": "force",
+        "stored": np.stack([LINE, LINE], axis=1), "component": 0, "order_cut.orders": [3.0, 5.0], "side_bands": 1,
+        "mesh_orders.harmonics": 2, "resonance_table.harmonics": 3, "spectrogram.resolution": 20.0,
+        "waterfall.resolution": 20.0, "window": "hann", "lines": 5, "rms": [1.0, 2.0], "reference": 1e-6,
+        "channels": cuts["amplitude"], "over": ["order"], "write_sound.path": folder / "sound.wav", "rate": 8000,
+        "full_scale": 2.0, "plot_order_map.orders": exugear.order_tracking(signal, orders=5.0), "cuts": cuts,
+        "spectra": spectra, "levels": exugear.level(cuts["amplitude"]), "plot_cascade.height": 5.0,
+        "plot_order_cuts.ax": Figure().add_subplot(),
+    }  # fmt: skip
 
 
 def valid(path: str, name: str) -> Any:

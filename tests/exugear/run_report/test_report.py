@@ -86,6 +86,20 @@ def test_a_run_at_constant_speed_has_no_resonances(tmp_path):
     assert "1432.4 rpm" in page.texts["td"]
 
 
+def test_modes_and_crossings_of_the_model_are_those_of_the_campbell_diagram(swept, tmp_path, monkeypatch):
+    """Both figure and tables; without a constant load there are none."""
+    monkeypatch.setattr(document, "BROWSERS", ())
+    model = exugear.build(smooth_box(exugear.Bearing(radial=2e8, axial=1e8, tilt=1e6, damping=2e-5)))
+    page = Page(exugear.report(swept, tmp_path / "run.html", model=model)[0].read_text(encoding="utf-8"))
+    frequencies = exugear.modes(model, load=150.0)["frequency"].values
+    assert {f"{frequency:.1f}" for frequency in frequencies} <= set(page.texts["td"])
+    assert len(page.images) == 5
+    ramp = exugear.Run(swept.data.assign_attrs(load="(0.0, 100.0)"), 1.0, 1e-5)
+    with pytest.raises(ValueError, match="run must have a constant load for its vibration modes"):
+        exugear.report(ramp, tmp_path / "ramp.html", model=model)
+    assert not (tmp_path / "ramp.html").exists()
+
+
 def test_a_loaded_run_gives_the_same_report(swept, written, tmp_path, monkeypatch):
     swept.save(tmp_path / "run.nc")
     monkeypatch.setattr(document, "BROWSERS", ())
