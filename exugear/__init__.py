@@ -44,7 +44,11 @@ from exugear.system.model import Model
 from fem.support.version import __version__
 
 #: Modules and functions for pictures, imported on first use.
-__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"], "run_report.report": ["report"]})
+__getattr__, _, _ = lazy_loader.attach(
+    __name__,
+    ["plots"],
+    {"post": ["graphics"], "post.animation": ["animate_mode", "animate_pair"], "run_report.report": ["report"]},
+)
 
 __all__ = [
     "Apart",
@@ -78,6 +82,8 @@ __all__ = [
     "Torque",
     "XuFriction",
     "__version__",
+    "animate_mode",
+    "animate_pair",
     "build",
     "campbell",
     "draw",

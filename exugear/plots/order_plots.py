@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from exugear.integration.run_data import stage_data
-from exugear.plots.figures import DISTINCT, axes_or_new, title_of
+from exugear.plots.figures import DISTINCT, axes_or_new, colour_bar, legend, merged, styled, title_of
 from exugear.signals.spectrum import order_spectrum
 from fem.support.arguments import Finite, checked
 from fem.support.validation import require
@@ -32,6 +32,7 @@ COLOURS = "magma_r"
 
 
 @checked
+@styled
 def plot_order_map(orders: xr.Dataset, ax: Axes | None = None, *, decibels: Finite = 60.0, **style) -> Axes:
     """Order map: amplitude over speed, or time where the speed is not monotonic, and order.
 
@@ -43,6 +44,7 @@ def plot_order_map(orders: xr.Dataset, ax: Axes | None = None, *, decibels: Fini
 
 
 @checked
+@styled
 def plot_spectrogram(spectra: xr.Dataset, ax: Axes | None = None, *, decibels: Finite = 60.0, **style) -> Axes:
     """Spectrogram or waterfall in colours: amplitude over time or speed, and frequency.
 
@@ -62,7 +64,7 @@ def _map(amplitude: xr.DataArray, label: str, ax: Axes | None, decibels: float, 
     level = 20 * np.log10(np.maximum(values, 1e-30))
     options = {"vmin": level.max() - decibels, "vmax": level.max(), "cmap": COLOURS, "rasterized": True}
     picture = ax.pcolormesh(abscissa, ordinate, level.T, **options | style)
-    ax.figure.colorbar(picture, ax=ax, label=f"{words} [dB re {f'1 {unit}'.strip()}]")
+    colour_bar(ax, picture, f"{words} [dB re {f'1 {unit}'.strip()}]")
     ax.set(xlabel=name, ylabel=label)
     return ax
 
@@ -94,6 +96,7 @@ def _abscissa(amplitude: xr.DataArray, *, by_time: bool = False) -> tuple[str, n
 
 
 @checked
+@styled
 def plot_order_cuts(cuts: xr.Dataset, ax: Axes | None = None, *, decibels: Finite | None = None, **style) -> Axes:
     """Amplitudes of orders over speed, a curve per order.
 
@@ -106,20 +109,19 @@ def plot_order_cuts(cuts: xr.Dataset, ax: Axes | None = None, *, decibels: Finit
     factor, unit, words = _shown(amplitude)
     styles = cycle(product(("-", "--", ":"), DISTINCT))
     for order, row, (line, colour) in zip(amplitude["order"].values, amplitude.values.T, styles, strict=False):
-        options: dict[str, Any] = {"linestyle": line, "color": colour, "linewidth": 1.3, "label": f"order {order:.6g}"}
-        ax.plot(abscissa, row * factor, **options | style)
+        ax.plot(abscissa, row * factor, **merged(style, linestyle=line, color=colour, label=f"order {order:.6g}"))
     ax.set(xlabel=label, ylabel=f"{words} [{unit or '-'}]")
     if decibels is None:
         ax.set_ylim(bottom=0, auto=True)
     else:
         top = float(amplitude.max()) * factor
         ax.set(yscale="log", ylim=(top * 10 ** (-decibels / 20), 1.5 * top))
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
-    ax.grid(alpha=0.3)
+    legend(ax)
     return ax
 
 
 @checked
+@styled
 def plot_cascade(spectra: xr.Dataset, ax: Axes | None = None, *, height: Finite = 8.0, **style) -> Axes:
     """Waterfall as a cascade: spectra over frequency, one above the other at their speeds.
 
@@ -134,15 +136,15 @@ def plot_cascade(spectra: xr.Dataset, ax: Axes | None = None, *, height: Finite 
         line = speed[k] + rise * amplitude.values[k]
         depth = 2 + 1e-3 * (speed.max() - speed[k]) / (np.ptp(speed) or 1.0)
         ax.fill_between(amplitude["frequency"], speed[k], line, color="white", zorder=4 - depth)
-        options: dict[str, Any] = {"color": DISTINCT[0], "linewidth": 0.6, "zorder": 4 - depth}
-        ax.plot(amplitude["frequency"], line, **options | style)
+        ax.plot(amplitude["frequency"], line, **merged(style, color=DISTINCT[0], linewidth=0.6, zorder=4 - depth))
     factor, unit, words = _shown(amplitude)
-    ax.set_title(f"{words}, highest amplitude {float(amplitude.max()) * factor:.3g} {unit}", fontsize="medium")
+    ax.set_title(f"{words}, highest amplitude {float(amplitude.max()) * factor:.3g} {unit}")
     ax.set(xlabel="frequency [Hz]", ylabel="speed of the shaft [rpm]", xlim=(0, float(amplitude["frequency"][-1])))
     return ax
 
 
 @checked
+@styled
 def plot_levels(levels: xr.DataArray, ax: Axes | None = None, **style) -> Axes:
     """Levels over speed, or over time where the speed is not monotonic, a curve per channel.
 
@@ -159,12 +161,9 @@ def plot_levels(levels: xr.DataArray, ax: Axes | None = None, **style) -> Axes:
     names = product(*(_labels(levels, dim) for dim in channels))
     styles = cycle(product(("-", "--", ":"), DISTINCT))
     for name, row, (line, colour) in zip(names, rows, styles, strict=False):
-        options: dict[str, Any] = {"linestyle": line, "color": colour, "linewidth": 1.3, "label": ", ".join(name)}
-        ax.plot(abscissa, row, **options | style)
+        ax.plot(abscissa, row, **merged(style, linestyle=line, color=colour, label=", ".join(name)))
     ax.set(xlabel=label, ylabel=f"{levels.attrs.get('long_name', 'level')} [dB]")
-    if channels:
-        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
-    ax.grid(alpha=0.3)
+    legend(ax)
     return ax
 
 
@@ -175,13 +174,15 @@ def _labels(levels: xr.DataArray, dim: str) -> list[str]:
 
 
 @checked
+@styled
 def plot_waterfall(
-    run, ax: Axes | None = None, stage: int = 0, harmonics: Finite = 3.2, decibels: Finite = 60.0
+    run, ax: Axes | None = None, stage: int = 0, harmonics: Finite = 3.2, decibels: Finite = 60.0, **style
 ) -> Axes:
     """Order map of the DTE of one stage: amplitude over speed and mesh order.
 
     harmonics   highest mesh order shown
     decibels    range of amplitudes shown, down from the highest one
+    style       of matplotlib's pcolormesh
 
     Lines that cross the orders obliquely are harmonics that the steps of the run alias; a smaller `tolerance` of
     `exugear.run_up` removes them.
@@ -194,9 +195,9 @@ def plot_waterfall(
     orders, amplitude = _visible(spectrum.order, spectrum.amplitude)
     level = 20 * np.log10(np.maximum(amplitude / um, 1e-9))
     top = level.max()
-    limits = {"vmin": top - decibels, "vmax": top}
-    picture = ax.pcolormesh(shaft / rpm, orders, level.T, cmap=COLOURS, rasterized=True, **limits)
-    ax.figure.colorbar(picture, ax=ax, label="DTE amplitude [dB re 1 µm]")
+    options = {"vmin": top - decibels, "vmax": top, "cmap": COLOURS, "rasterized": True} | style
+    picture = ax.pcolormesh(shaft / rpm, orders, level.T, **options)
+    colour_bar(ax, picture, "DTE amplitude [dB re 1 µm]")
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="mesh order")
     ax.set_title(f"order map, {title_of(data)}")
     return ax

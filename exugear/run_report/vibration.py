@@ -10,8 +10,8 @@ from exugear.run_report.sections import Section, Table
 from exugear.system.model import Model
 from fem.units import rpm
 
-#: Least share of a mode's strain energy in a mesh for a crossing to be listed, and the largest number of rows.
-LEAST_SHARE, MOST_ROWS = 0.1, 20
+#: Least amplification for a crossing to be listed, and the largest number of rows.
+LEAST_AMPLIFICATION, MOST_ROWS = 0.2, 24
 
 
 def vibration(model: Model, data: xr.Dataset) -> Section:
@@ -21,7 +21,8 @@ def vibration(model: Model, data: xr.Dataset) -> Section:
     diagram = campbell(model, load, (0.0, float(np.abs(data["speed"]).max())))
     text = (
         "Meshes have their mean tangent stiffness at the load, bearings theirs; the driving shaft is held.",
-        f"Crossings with at least {LEAST_SHARE:.0%} of the strain energy in the mesh of the order are listed.",
+        "Amplification is the DTE of a stage in the mode over its STE of the order: share of the strain energy in the "
+        f"mesh over twice the damping ratio. Crossings from {LEAST_AMPLIFICATION:g} on are listed.",
     )
     tables = [table for table in (_modes(at_rest), _crossings(diagram)) if table.rows]
     return Section("Vibration modes", text, tuple(tables), (campbell_figure(diagram),))
@@ -50,14 +51,27 @@ def _modes(at_rest: xr.Dataset) -> Table:
 
 
 def _crossings(diagram: xr.Dataset) -> Table:
-    """Crossings with a large share of strain energy in the mesh, by rising speed."""
-    share = diagram["crossing_energy_share"].values
-    listed = np.sort(np.argsort(-share)[:MOST_ROWS])
+    """Crossings of mesh orders with the largest amplifications, by rising speed."""
+    gain = _amplifications(diagram)
+    listed = np.sort(np.argsort(-gain, kind="stable")[:MOST_ROWS])
     rows = []
-    for number in listed[share[listed] >= LEAST_SHARE]:
+    for number in listed[gain[listed] >= LEAST_AMPLIFICATION]:
         crossing = diagram.isel(crossing=int(number))
         numbers = f"{float(crossing['crossing_speed']) / rpm:.0f}", f"{float(crossing['crossing_frequency']):.1f}"
         order, mode = str(crossing["crossing_order"].item()), str(crossing["crossing_mode"].item())
-        rows.append((*numbers, order, mode, f"{share[number]:.0%}"))
-    columns = ("driving shaft [rpm]", "frequency [Hz]", "order", "mode", "strain energy in the mesh")
-    return Table("Crossings of orders and modes", columns, tuple(rows))
+        share = f"{float(crossing['crossing_energy_share']):.0%}"
+        rows.append((*numbers, order, mode, share, f"{gain[number]:.2f}" if np.isfinite(gain[number]) else "undamped"))
+    places = "driving shaft [rpm]", "frequency [Hz]", "order", "mode"
+    columns = (*places, "strain energy in the mesh", "amplification")
+    return Table("Crossings of mesh orders and modes", columns, tuple(rows))
+
+
+def _amplifications(diagram: xr.Dataset) -> np.ndarray:
+    """(n_crossing,) amplification at every crossing, 0 of shaft orders."""
+    modes_met = xr.DataArray(diagram["crossing_mode"].values, dims="crossing")
+    speeds_met = xr.DataArray(diagram["crossing_speed"].values, dims="crossing")
+    damping = diagram["damping_ratio"].sel(mode=modes_met).sel(speed=speeds_met, method="nearest")
+    of_mesh = diagram["order_stage"].sel(order=diagram["crossing_order"]).values != ""
+    share = np.where(of_mesh, np.maximum(diagram["crossing_energy_share"].values, 0.0), 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.nan_to_num(share / (2 * damping.values), posinf=np.inf)

@@ -1,10 +1,13 @@
 """Resonances of a run with the mesh harmonic that excites each of them."""
 
+from typing import NamedTuple
+
 import numpy as np
 import xarray as xr
 
+from exugear.integration.run_data import stage_data
 from exugear.recordings.mesh_orders import mesh_orders
-from exugear.recordings.signal import signal
+from exugear.recordings.signal import mesh_order, signal
 from exugear.signals.order_cut import SEPARATION, order_cut
 from exugear.signals.resonances import Resonances, resonances
 from exugear.signals.run_envelopes import dte_envelope
@@ -26,8 +29,21 @@ VARIABLES = {
     "amplitude": ("m", "half peak to peak of the DTE"),
     "harmonic": ("1", "mesh harmonic that excites the resonance"),
     "harmonic_amplitude": ("m", "amplitude of the mesh harmonic in the DTE"),
-    "response_frequency": ("Hz", "frequency of the vibration: harmonic times mesh frequency"),
+    "response_frequency": ("Hz", "frequency of the vibration: harmonic times mesh frequency of the exciting stage"),
 }
+
+
+class OrderPeaks(NamedTuple):
+    """Peaks of the order cut of a mesh harmonic over the mesh frequency [Hz] of the examined stage."""
+
+    stage: int
+    harmonic: int
+    peaks: Resonances
+
+    def height(self, mesh_frequency: float) -> float:
+        """Largest amplitude of a peak near a mesh frequency; 0 where none is near."""
+        near = np.abs(self.peaks.place / mesh_frequency - 1) < NEAR
+        return float(self.peaks.height[near].max(initial=0.0))
 
 
 @checked
@@ -35,51 +51,59 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
     """Resonances of the DTE of a stage along a run, with the mesh harmonic that excites each of them.
 
     run           an `exugear.Run` or its data, over a range of speeds
-    harmonics     number of mesh harmonics that are examined
+    harmonics     number of mesh harmonics of each stage that are examined
     prominence    least prominence of a peak of the envelope, as share of its largest amplitude
 
     A peak of the envelope is a resonance where the order cut of a mesh harmonic peaks within 4 % of its mesh frequency;
-    of several harmonics the one with the largest amplitude counts, which must be a tenth of the envelope's or more.
-    Other peaks are left out. The harmonics 2, 3, ... of
-    the main resonance are its superharmonics: their response frequencies nearly agree.
+    of several harmonics, of this stage and of the others, the one with the largest amplitude counts, which must be a
+    tenth of the envelope's or more. Other peaks are left out. The harmonics 2, 3, ... of the main resonance are its
+    superharmonics: their response frequencies nearly agree.
 
-    Returns a Dataset over peak with mesh_frequency [Hz], amplitude (half peak to peak) [m], harmonic,
+    Returns a Dataset over peak with mesh_frequency [Hz], amplitude (half peak to peak) [m], exciting_stage, harmonic,
     harmonic_amplitude [m] and response_frequency [Hz].
     """
     require(0 < prominence < 1, f"prominence must lie in (0, 1) as share of the largest amplitude, got {prominence}")
     outline = dte_envelope(run, stage)
     peaks = resonances(outline.place, outline.amplitude, prominence)
-    cuts = _peaks_of_harmonics(run, stage, harmonics)
-    rows = [(f, height, *_strongest(cuts, f)) for f, height in zip(peaks.place, peaks.height, strict=True)]
-    columns = (
-        np.array([(*row, row[0] * row[2]) for row in rows if row[3] > SHARE * row[1]]).reshape(-1, len(VARIABLES)).T
-    )
+    data = run if isinstance(run, xr.Dataset) else run.data
+    stages = [stage, *(k for k in range(data["stage"].size) if k != stage % data["stage"].size)]
+    cuts = [cut for exciting in stages for cut in _cuts(data, stage, exciting, harmonics)]
+    rows, labels = [], []
+    for frequency, height in zip(*peaks, strict=True):
+        cut = max(cuts, key=lambda each: each.height(frequency))
+        if cut.height(frequency) > SHARE * height:
+            ratio = mesh_order(stage_data(data, cut.stage)) / mesh_order(stage_data(data, stage))
+            response = cut.harmonic * frequency * ratio
+            rows.append((frequency, height, cut.harmonic, cut.height(frequency), response))
+            labels.append(str(data["stage"].values[cut.stage]))
+    return _labelled(rows, labels)
+
+
+def _labelled(rows: list[tuple], exciting_stages: list[str]) -> xr.Dataset:
+    columns = np.array(rows).reshape(-1, len(VARIABLES)).T
     table = xr.Dataset(
         {
             name: ("peak", values, {"units": units, "long_name": long_name})
             for (name, (units, long_name)), values in zip(VARIABLES.items(), columns, strict=True)
         }
     )
-    return table.assign(harmonic=table["harmonic"].astype(int))
+    return table.assign(harmonic=table["harmonic"].astype(int), exciting_stage=("peak", np.array(exciting_stages, str)))
 
 
-def _peaks_of_harmonics(run, stage: int, harmonics: int) -> list[Resonances]:
-    """Peaks of the order cut of each mesh harmonic over the mesh frequency [Hz]."""
-    dte, orders = signal(run, "dte", stage=stage), mesh_orders(run, stage, harmonics=harmonics)
+def _cuts(data: xr.Dataset, stage: int, exciting: int, harmonics: int) -> list[OrderPeaks]:
+    """Peaks of the DTE of a stage at each mesh harmonic of an exciting stage."""
+    dte, orders = signal(data, "dte", stage=stage), mesh_orders(data, exciting, harmonics=harmonics)
     turned = float(dte["angle"][-1]) / (2 * np.pi)
-    length = float(np.clip(turned / WINDOWS, SEPARATION / orders[0], SEPARATION))
+    length = float(np.clip(turned / WINDOWS, SEPARATION / orders[0], max(SEPARATION, SEPARATION / orders[0])))
     cut = order_cut(dte, orders, revolutions=length)
     frequency = np.abs(cut["speed"].values) * float(dte["mesh_order"]) / (2 * np.pi)
-    peaks = []
-    for amplitude in cut["amplitude"].values:
-        valid = np.isfinite(amplitude)
-        enough = valid.sum() >= 3 and amplitude[valid].max() > 0
-        none = Resonances(np.zeros(0), np.zeros(0))
-        peaks.append(resonances(frequency[valid], amplitude[valid], PROMINENCE) if enough else none)
-    return peaks
+    amplitudes = enumerate(cut["amplitude"].values, start=1)
+    return [OrderPeaks(exciting, harmonic, _peaks(frequency, amplitude)) for harmonic, amplitude in amplitudes]
 
 
-def _strongest(cuts: list[Resonances], mesh_frequency: float) -> tuple[int, float]:
-    """Number and amplitude of the harmonic with the largest peak near a mesh frequency; (0, 0) where none is near."""
-    amplitudes = [cut.height[np.abs(cut.place / mesh_frequency - 1) < NEAR].max(initial=0.0) for cut in cuts]
-    return (1 + int(np.argmax(amplitudes)), float(max(amplitudes))) if max(amplitudes) > 0 else (0, 0.0)
+def _peaks(frequency: np.ndarray, amplitude: np.ndarray) -> Resonances:
+    """Peaks of an order cut, as far as it has amplitudes."""
+    valid = np.isfinite(amplitude)
+    if valid.sum() < 3 or amplitude[valid].max() == 0:
+        return Resonances(np.zeros(0), np.zeros(0))
+    return resonances(frequency[valid], amplitude[valid], PROMINENCE)

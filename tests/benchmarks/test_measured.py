@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 import two_stage_helical
 from benchmark_run_up import on_bearings
+from benchmark_states import KINDS, MODES, OLD, pair_of_kind, state_time
 from helical_gears import helical
 from modified_pairs import fzg_type_c, wide_helical
 from paper_gears import paper_gear
@@ -176,36 +177,18 @@ def test_energy_balance_of_the_whole_run_up(load):
     assert whole.relative < 1e-7 and high < 1e-6
 
 
-STATES = {
-    "spur": (paper_pair, ()),
-    "spur, tip relief": (paper_pair, (TIP_RELIEF,)),
-    "spur, lead crowning": (paper_pair, (LEAD_CROWNING,)),
-    "helix 15 deg": (helical_pair, ()),
-    "helix 15 deg, relief and crowning": (helical_pair, (TIP_RELIEF, LEAD_CROWNING)),
-}
-
-
-def state_time(pair: fem.GearPair, torque, executor=None) -> float:
-    """Median time of a state [ms] in maps of 30 phases, compliances in the cache."""
-    times = []
-    for _ in range(6):
-        start = time.perf_counter()
-        ste = fem.static_transmission_error(pair, torque, 30, executor=executor, progress=False)
-        times.append((time.perf_counter() - start) / ste["te"].size * 1e3)
-    return float(np.median(times[1:]))
-
-
-@pytest.mark.parametrize("name", STATES)
-def test_time_of_a_state(name):
-    make, flank = STATES[name]
-    pair, torques = make(*flank), np.linspace(150, 350, 5)
-    single, pairwise, several = (state_time(pair, torque) for torque in ([350], [150, 350], torques))
-    further = (several * 5 - pairwise * 2) / 3
+@pytest.mark.parametrize("kind", KINDS)
+def test_time_of_a_state(kind):
+    """Also over two processes, at the largest torque alone."""
+    pair, times = pair_of_kind(*KINDS[kind]), {}
+    for mode, before, (torque, resolution) in zip(MODES, OLD[kind], MODES.values(), strict=True):
+        times[mode] = state_time(pair, torque, resolution), before
     with ProcessPoolExecutor(PROCESSES, mp_context=get_context("spawn")) as executor:
-        spread = state_time(pair, [350], executor)
-    print(f"{name}: further torque {further:.1f}, 150 and 350 N m {pairwise:.1f}, 350 N m {single:.1f} ms")
-    print(f"  over {PROCESSES} processes {spread:.1f} ms")
-    assert single > 0
+        spread = partial(fem.static_transmission_error, pair, [350], 30, executor=executor, progress=False)
+        spread()
+        wall = measured_time(spread) / 30 * 1e3
+    print(f"{kind}: {times}; over {PROCESSES} processes {wall:.2f} ms")
+    assert wall > 0
 
 
 def measured_time(call) -> float:

@@ -64,3 +64,16 @@ def test_a_tone_of_constant_frequency_is_no_resonance_of_the_mesh():
     envelope = exugear.dte_envelope(run)
     assert exugear.resonances(envelope.place, envelope.amplitude).place.size == 4
     assert exugear.resonance_table(run)["harmonic"].values.tolist() == [3, 2, 1]
+
+
+def test_resonances_that_another_stage_excites_name_that_stage():
+    """The same vibration in the DTE of a stage whose mesh frequency is 2.3 times as high."""
+    run = swept(EXCITATION)
+    frequency, dte = (run[name].values[0] for name in ("mesh_frequency", "dte"))
+    rows = {"mesh_frequency": [frequency, 2.3 * frequency], "dte": [dte, dte], "mesh_force": [0 * dte, 0 * dte]}
+    data = xr.Dataset({name: (("stage", "time"), values) for name, values in rows.items()} | {"speed": run["speed"]})
+    table = exugear.resonance_table(data.assign_coords(stage=["a-b", "b-c"], time=run["time"]), 1)
+    assert table["exciting_stage"].values.tolist() == ["a-b"] * 3
+    assert table["harmonic"].values.tolist() == [3, 2, 1]
+    assert table["mesh_frequency"].values == pytest.approx([2.3 * NATURAL / k for k in (3, 2, 1)], rel=0.01)
+    assert table["response_frequency"].values == pytest.approx(NATURAL, rel=0.01)
