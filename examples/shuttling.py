@@ -2,9 +2,9 @@
 
     python examples/shuttling.py results
 
-The lines of contact start at an end of the face and leave it at the other, so that the force centroid moves to and fro
-in every mesh cycle, and with it the share of each bearing. Slow gears show it alone. Where the driven shaft leans by
-a misalignment, the centroid moves about another position. Gears and bearings are chosen here.
+The lines of contact cross the face from end to end, so that the force centroid moves to and fro in every mesh cycle,
+and with it the share of each bearing. Slow gears show it alone. Where the driven shaft leans by a misalignment, the
+centroid moves about another position. Gears and bearings are chosen here.
 """
 
 import sys
@@ -67,7 +67,8 @@ def draw(path: Path, ste, data) -> None:
     right.set(
         xlabel="time [s]", ylabel="varying bearing force [N]", title="dotted: mesh force times centroid over span"
     )
-    right.legend(frameon=False, fontsize="small")
+    right.set_ylim(-55, 80)
+    right.legend(frameon=False, fontsize="small", loc="upper right", ncols=2)
     for ax in figure.axes:
         ax.grid(alpha=0.3)
     figure.savefig(path, dpi=100)
