@@ -63,13 +63,17 @@ def draw(path: Path, maps: dict, runs: dict[float, dict[str, exugear.Run]]) -> N
     """Peak to peak of the STE over the torque; DTE over mesh frequency at both loads."""
     figure = plots.figure(columns=3)
     figure.set_size_inches(12, 3.6)
-    for (name, ste), style in zip(maps.items(), ("C0-", "k:", "C1--", "k-.", "C2:"), strict=True):
-        figure.axes[0].plot(ste["torque"], np.ptp(ste["te"].values, axis=1) / um, style, label=name)
-    figure.axes[0].set(xlabel="torque [N m]", ylabel="peak to peak of the STE [µm]", xlim=(0, 500), ylim=(0, 10))
+    blue, orange, green = plots.DISTINCT[:3]
+    styles = zip(("-", ":", "--", "-.", ":"), (blue, "k", orange, "k", green), strict=True)
+    for (name, ste), (line, colour) in zip(maps.items(), styles, strict=True):
+        swing = np.ptp(ste["te"].values, axis=1) / um
+        figure.axes[0].plot(ste["torque"], swing, line, color=colour, label=name)
+    figure.axes[0].set(xlabel="torque [N m]", ylabel="peak to peak of the STE [µm]", xlim=(0, 500), ylim=(0, 12))
     figure.axes[0].axvline(DESIGN, color="0.7", linewidth=1, zorder=0)
     figure.axes[0].legend(frameon=False, fontsize="small")
     for ax, (load, by_flank) in zip(figure.axes[1:], runs.items(), strict=True):
         plots.plot_envelopes(by_flank, ax).set_title(f"{load:g} N m")
+        ax.get_legend().remove()
     figure.savefig(path, dpi=100)
 
 
