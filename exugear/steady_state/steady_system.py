@@ -1,0 +1,160 @@
+"""The equations of a steady state: a linear system in modal blocks, excited by the nonlinear force of a single mesh."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import ceil, isfinite, pi
+from typing import NamedTuple
+
+import numpy as np
+
+from exugear.force_table.kernel_records import address_of, record_of
+from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.map_range import beyond_map
+from exugear.steady_state.cycle_kernels import NO_SAMPLES, STEADY_MESH, advance, propagators
+from exugear.steady_state.modal_blocks import ModalBlocks
+from fem.support.validation import require
+
+#: Least number of steps in a mesh cycle, and in a period of the highest mode that the mesh moves; measured: doubling
+#: them changes no fold and no rms by more than 1e-4.
+STEPS_PER_CYCLE, STEPS_PER_PERIOD = 256, 160
+#: Share of a mode in the mobility of the mesh above which its period limits the step.
+RESOLVED_SHARE = 0.02
+#: Phases closer than this are the same.
+SAME_PHASE = 1e-9
+#: Relative change of the frequency for the slope of a cycle by it.
+FREQUENCY_STEP = 1e-6
+
+
+class CycleEnd(NamedTuple):
+    """States (2 n,) at the end of mesh cycles [m], and their slopes (2 n, 2 n) by those at the beginning."""
+
+    states: np.ndarray
+    slopes: np.ndarray
+
+
+class Orbit(NamedTuple):
+    """Samples over the period: weight, phase in mesh cycles, deflection [m], mesh force and static force [N]."""
+
+    weight: np.ndarray
+    phase: np.ndarray
+    deflection: np.ndarray
+    force: np.ndarray
+    static_force: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class SteadySystem:
+    """A mesh in its linear surroundings, at constant speed: its phase is a known function of time.
+
+    law          force law without offsets
+    blocks       linear system, the mesh with its mean stiffness
+    force, deflection, stiffness, opening
+                 mesh force [N] and deflection [m] of the equilibrium in which the states are 0, mean stiffness [N/m],
+                 opening of the flanks [m]
+    resonance    frequency [Hz] of the mode that the mesh moves most
+    """
+
+    law: MeshForce
+    blocks: ModalBlocks
+    force: float
+    deflection: float
+    stiffness: float
+    opening: float = 0.0
+    mesh: np.record = field(init=False, repr=False)
+    addresses: np.ndarray = field(init=False, repr=False)
+    rows: np.ndarray = field(init=False, repr=False)
+    breaks: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self):
+        names = ("force", "deflection", "stiffness", "opening")
+        mesh = record_of(STEADY_MESH, mobility=self.blocks.mobility, **{name: getattr(self, name) for name in names})
+        object.__setattr__(self, "mesh", mesh)
+        object.__setattr__(self, "addresses", np.array([address_of(self.law.table), address_of(mesh)]))
+        blocks = self.blocks
+        rows = np.array([blocks.deflection_row.ravel(), blocks.rate_row.ravel(), blocks.by_impulse.ravel()])
+        object.__setattr__(self, "rows", rows)
+        object.__setattr__(self, "breaks", _phases_of_jumps(self.law))
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return self.rows.shape[1]
+
+    @property
+    def resonance(self) -> float:
+        """Frequency [Hz] of the mode with the largest share in the mobility of the mesh."""
+        return float(self.blocks.frequencies[self.blocks.shares.argmax()] / (2 * pi))
+
+    @property
+    def static_deflection(self) -> float:
+        """Mean static deflection [m] by the mean stiffness, the unit of amplitudes."""
+        return abs(self.force) / self.stiffness
+
+    @property
+    def decay(self) -> float:
+        """Rate of decay [1/s] of the slowest mode that the mesh moves, with the mean damping of the mesh."""
+        resolved = self.blocks.shares > RESOLVED_SHARE
+        by_mesh = self.law.damping * self.blocks.mobility * self.blocks.shares / 2
+        return float((by_mesh - self.blocks.first)[resolved].min())
+
+    def pieces(self, frequency: float) -> np.ndarray:
+        """(p, 4) pieces of a cycle between jumps of the force, as `cycle_kernels.advance`; mesh frequency [Hz]."""
+        highest = self.blocks.frequencies[self.blocks.shares > RESOLVED_SHARE].max() / (2 * pi)
+        steps = max(STEPS_PER_CYCLE, STEPS_PER_PERIOD * highest / frequency)
+        lengths = np.diff(self.breaks)
+        numbers = np.ceil(steps * lengths)
+        return np.column_stack([self.breaks[:-1], lengths, numbers, lengths / numbers / frequency])
+
+    def cycles_end(self, states: np.ndarray, frequency: float, cycles: int) -> CycleEnd:
+        """The states after a number of mesh cycles, with their slopes."""
+        return self._advanced(states, np.eye(self.size), self.pieces(frequency), cycles)
+
+    def slope_by_frequency(self, states: np.ndarray, end: np.ndarray, frequency: float, cycles: int) -> np.ndarray:
+        """(2 n,) slope [m/Hz] of the states after a number of cycles, which are end, by the frequency."""
+        change, pieces = FREQUENCY_STEP * frequency, self.pieces(frequency)
+        pieces[:, 3] /= 1 + FREQUENCY_STEP
+        return (self._advanced(states, np.zeros((self.size, 0)), pieces, cycles).states - end) / change
+
+    def settled(self, states: np.ndarray, frequency: float, cycles: int) -> np.ndarray:
+        """The states after a number of cycles, without slopes."""
+        return self._advanced(states, np.zeros((self.size, 0)), self.pieces(frequency), cycles).states
+
+    def orbit(self, states: np.ndarray, frequency: float, cycles: int) -> Orbit:
+        """Samples over a number of cycles."""
+        pieces = self.pieces(frequency)
+        numbers = pieces[:, 2].astype(int)
+        moved, blocks, tables = states.copy(), self.propagators(pieces), []
+        for _ in range(cycles):
+            samples = np.zeros((numbers.sum(), 3))
+            self._call(moved, np.zeros((self.size, 0)), pieces, blocks, samples)
+            tables.append(samples)
+        phase = np.concatenate([a + x * (np.arange(n) + 0.5) / n for (a, x), n in zip(pieces[:, :2], numbers, strict=True)])
+        weight = np.tile(np.repeat(pieces[:, 1] / numbers, numbers), cycles) / cycles
+        phases = np.concatenate([phase + k for k in range(cycles)])
+        return Orbit(weight, phases, *np.concatenate(tables).T)
+
+    def propagators(self, pieces: np.ndarray) -> np.ndarray:
+        """Matrices of the blocks over the steps of the pieces."""
+        return propagators(self.blocks.first, self.blocks.second, self.blocks.oscillating, pieces)
+
+    def _advanced(self, states: np.ndarray, matrix: np.ndarray, pieces: np.ndarray, cycles: int) -> CycleEnd:
+        moved, blocks = states.copy(), self.propagators(pieces)
+        for _ in range(cycles):
+            self._call(moved, matrix, pieces, blocks, NO_SAMPLES)
+        return CycleEnd(moved, matrix)
+
+    def _call(self, states, matrix, pieces, blocks, samples) -> None:
+        try:
+            advance(self.addresses, self.rows, pieces, blocks, states, matrix, samples)
+        except ValueError as error:
+            raise ValueError(beyond_map(self.law.table.head, error.args)) from None
+
+
+def _phases_of_jumps(law: MeshForce) -> np.ndarray:
+    """Phases from 0 to 1 between which the force of either flank does not jump."""
+    jumps = law.jumps
+    if isfinite(law.backlash):
+        jumps = np.concatenate([jumps, law.back_phase - jumps])
+    inside = np.sort(jumps % 1.0)
+    inside = inside[(inside > SAME_PHASE) & (inside < 1 - SAME_PHASE)]
+    return np.concatenate([[0.0], inside[np.diff(inside, prepend=0.0) > SAME_PHASE], [1.0]])
