@@ -40,10 +40,10 @@ def traced(orbits: PeriodicOrbits, start: OrbitPoint, within: Range, ended: Call
     """
     points = [start]
     for point in _steps(orbits, start, within):
-        points.extend(located(orbits, points[-1], point))
-        points.append(point)
         if ended(point) or len(points) > MOST_POINTS:
             break
+        points.extend(located(orbits, points[-1], point))
+        points.append(point)
     return points
 
 
@@ -114,13 +114,13 @@ def _returns(start: OrbitPoint, point: OrbitPoint, following: OrbitPoint) -> boo
 def located(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint) -> list[OrbitPoint]:
     """Folds and period doublings between two points of a branch, in the order along it."""
     tests = {"fold": lambda point: point.tangent[-1], "period doubling": lambda point: point.doubling}
-    found_points = []
+    bifurcations = []
     for name, test in tests.items():
         if test(before) * test(after) < 0 and not before.bifurcation == name:
             point = _zero(orbits, before, after, test)
             if point is not None:
-                found_points.append(replace(point, bifurcation=name))
-    return sorted(found_points, key=lambda point: float((point.unknowns - before.unknowns) @ before.tangent))
+                bifurcations.append(replace(point, bifurcation=name))
+    return sorted(bifurcations, key=lambda point: float((point.unknowns - before.unknowns) @ before.tangent))
 
 
 def _zero(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, test) -> OrbitPoint | None:
