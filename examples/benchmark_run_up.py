@@ -14,7 +14,7 @@ from korta_pair import MAP_PHASES, MAP_TORQUES, TOP_SPEED, gearbox, paper_pair
 import exugear
 import fem
 from exugear.plan.integrator_and_step import BETA, TRAPEZOIDAL_BETA, Rule
-from exugear.post.spectrum import Resonances
+from exugear.signals.spectrum import Resonances
 from fem.units import mm
 
 TORQUE, LONG = 150.0, 70.0

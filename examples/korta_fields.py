@@ -15,7 +15,6 @@ from korta_pair import paper_pair
 
 import fem
 from exugear import plots
-from exugear.post import stress_plots
 from fem import stress
 from fem.elasticity.extrusion import hexahedra
 from fem.elasticity.section_mesh import section
@@ -53,12 +52,12 @@ def draw_fields(fields_by_title, path: Path) -> None:
         above, middle, below = panels[column:6:2]
         touching = contacts(fields[0])
         meshes = [(field.points, field.cells) for field in fields]
-        stress_plots.plot_gears(meshes, touching, above)
+        plots.plot_gears(meshes, touching, above)
         bent = [(f.deformed(EXAGGERATION), f.cells, np.hypot(*f.displacement) / um) for f in fields]
-        stress_plots.plot_field(bent, "displacement [µm]", middle, top=deflection / um)
-        stress_plots.plot_outlines([(f.deformed(0), f.cells) for f in fields], middle, colour="0.6", width=0.6)
+        plots.plot_field(bent, "displacement [µm]", middle, top=deflection / um)
+        plots.plot_outlines([(f.deformed(0), f.cells) for f in fields], middle, colour="0.6", width=0.6)
         stressed = [(f.points, f.cells, f.von_mises / MPa) for f in fields]
-        stress_plots.plot_field(stressed, "von Mises stress [MPa]", below, top=peak / MPa, colours="inferno")
+        plots.plot_field(stressed, "von Mises stress [MPa]", below, top=peak / MPa, colours="inferno")
         above.set_title(f"{'AB'[column]}  {title} in contact")
         middle.set_title(f"{'CD'[column]}  deflection, drawn {EXAGGERATION} times")
         below.set_title(f"{'EF'[column]}  stress under the contact")
@@ -107,8 +106,8 @@ def main(folder: Path) -> None:
     cycle = fem.root_stress(pair, TORQUES, 30)
     cycle.to_netcdf(folder / "root_stress.nc", engine="h5netcdf")
     figure = plots.figure(columns=2)
-    stress_plots.plot_root_stress(cycle, figure.axes[0])
-    stress_plots.plot_pressure(cycle, figure.axes[1])
+    plots.plot_root_stress(cycle, figure.axes[0])
+    plots.plot_pressure(cycle, figure.axes[1])
     figure.savefig(folder / "root_stress.png", dpi=100)
     print(report(fields, cycle))
 

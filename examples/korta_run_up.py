@@ -32,7 +32,7 @@ from korta_pair import (
 import exugear
 import fem
 from exugear import plots
-from exugear.post.spectrum import Resonances
+from exugear.signals.spectrum import Resonances
 from fem import iso6336
 from fem.units import um
 

@@ -21,9 +21,9 @@ from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.plan import Plan, plan
-from exugear.post import spectrum
-from exugear.post.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.post.viewer import draw, picture
+from exugear.signals import spectrum
+from exugear.signals.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.system.assembly import build
@@ -32,7 +32,7 @@ from exugear.system.model import Model
 from fem.support.version import __version__
 
 #: Modules for pictures, imported on first use.
-__getattr__, _, _ = lazy_loader.attach(__name__, submod_attrs={"post": ["graphics", "plots"]})
+__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"]})
 
 __all__ = [
     "Apart",

@@ -26,13 +26,12 @@ from valid_arguments import RING, by_name, instances, valid
 
 import exugear
 import fem
-from exugear.post import stress_plots
 from fem.support.arguments import checked
 
 HOME = Path(fem.__file__).parents[1]
 MODULES = (
     *("fem", "fem.nonlinear", "fem.dynamic", "fem.explicit", "fem.stress", "fem.iso6336"),
-    *("exugear", "exugear.plots", "stress_plots", "exugear.spectrum", "exugear.graphics"),
+    *("exugear", "exugear.plots", "exugear.spectrum", "exugear.graphics"),
 )
 #: Arguments and classes that only solvers make: the extent of a flank, and fields of stress.
 ONLY_INSIDE = {"face"}, {"fem.stress.Field"}
@@ -103,7 +102,7 @@ def methods(kind: type) -> list[str]:
 def public() -> Iterator[tuple[str, Any]]:
     """(name, function, class or method) of all that is public."""
     for home in MODULES:
-        module = eval(home, {"fem": fem, "exugear": exugear, "stress_plots": stress_plots})
+        module = eval(home, {"fem": fem, "exugear": exugear})
         for name in module.__all__:
             value, path = getattr(module, name), f"{home}.{name}"
             if inspect.isfunction(value) or inspect.isclass(value):

@@ -185,4 +185,4 @@ def test_api_reference_builds_without_warnings(tmp_path):
         "exugear": ("run_up", "Gearbox", "plan"),
     }.items():
         assert all(f'id="{member}"' in pages[name] for member in members)
-    assert 'id="plot_run_up"' in text(tmp_path / "exugear" / "post" / "plots.html")
+    assert 'id="plot_run_up"' in text(tmp_path / "exugear" / "plots.html")

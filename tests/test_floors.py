@@ -35,14 +35,17 @@ FOLDERS = (
     "exugear/energy",
     "exugear/integration",
     "exugear/simulation",
+    "exugear/signals",
+    "exugear/plots",
+    "exugear/plots/statics",
     "exugear/post",
 )
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
-FIRST, LAST = {"fem.units"}, {"fem", "exugear"}
-MODULES_OF_FEM, MODULES_OF_EXUGEAR = 82, 105
+FIRST, LAST = {"fem.units"}, {"fem", "exugear", "exugear.plots"}
+MODULES_OF_FEM, MODULES_OF_EXUGEAR = 82, 115
 MOST_IN_A_FOLDER = 9
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
-#: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.graphics` draws.
+#: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.gear_outline` draws.
 DOORS_TO_FEM = {
     *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.involute", "fem.gear.tooth_profile"),
     *("fem.pair.pair", "fem.pair.offsets", "fem.pair.placement", "fem.ste.ste_map", "fem.ste.load_interpolation"),
@@ -57,9 +60,9 @@ FENCES = {
         "exugear/simulation",
         "exugear/post",
     },
-    "matplotlib": {"exugear/post"},
+    "matplotlib": {"exugear/plots", "exugear/plots/statics", "exugear/post"},
 }
-MODULES_OF_POST = {"exudyn": {"graphics", "viewer"}, "matplotlib": {"figures", "plots", "power_plots", "stress_plots"}}
+MODULES_OF_POST = {"exudyn": {"graphics", "viewer"}, "matplotlib": {"animation"}}
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}
 
 

@@ -43,7 +43,7 @@ def test_public_names_are_there():
     for package in (fem, exugear):
         assert all(hasattr(package, name) for name in package.__all__)
         assert set(package.__all__) <= set(dir(package))
-    assert exugear.plots.__name__ == "exugear.post.plots"
+    assert exugear.plots.__name__ == "exugear.plots"
     with pytest.raises(AttributeError, match="nothing"):
         _ = fem.nothing
 

@@ -1,6 +1,6 @@
-"""Results: spectra, plots, pictures of gears."""
+"""Gears and built gearboxes as bodies in Exudyn's viewer and in pictures."""
 
 import lazy_loader
 
 #: Modules for pictures, imported on first use.
-__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, ["graphics", "plots", "stress_plots"])
+__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, ["graphics"])

@@ -15,7 +15,7 @@ import numpy as np
 from exudyn import graphics
 
 from exugear.elements.exudyn_objects import object_of
-from fem.gear import tooth_profile
+from exugear.post.gear_outline import pitch_section
 from fem.gear.gear import Gear
 from fem.pair.placement import meshing_angles
 from fem.support.arguments import Finite, checked
@@ -27,7 +27,6 @@ __all__ = ["add_gear_graphics", "gear_graphics", "meshing_angles", "shaft_graphi
 STEEL_GREY, EDGE = (0.55, 0.58, 0.62, 1.0), (0.2, 0.2, 0.2, 1.0)
 #: Largest twist of one layer of a helical gear [rad].
 TWIST = 0.02
-BORE_CORNERS = 120
 
 
 @checked
@@ -89,28 +88,6 @@ def add_graphics(mbs: exu.MainSystem, body: int, data: dict[str, Any]) -> None:
         "VgraphicsData" in known, f"object {body} cannot carry graphics; pass a rigid body or an ObjectRotationalMass1D"
     )
     mbs.SetObjectParameter(body, "VgraphicsData", [*known["VgraphicsData"], data])
-
-
-def half_outline(gear: Gear, n: int) -> tooth_profile.Polar:
-    """n points of half a tooth from where its root begins up to the tip, each on the true outline."""
-    below = max(2, n // 3)
-    root = tooth_profile.fillet(gear, np.linspace(1, 0, below, endpoint=False))
-    low, high = tooth_profile.arc_length(gear, np.array([gear.roll_form, gear.roll_tip]))
-    involute = tooth_profile.flank(gear, tooth_profile.roll_at(gear, np.linspace(low, high, n - below)))
-    return tooth_profile.Polar(np.append(root.r, involute.r), np.append(root.psi, involute.psi))
-
-
-def pitch_section(gear: Gear, points_per_tooth: int) -> tuple[np.ndarray, np.ndarray]:
-    """Outline and bore of one pitch about the x axis as points x + iy, counter-clockwise.
-
-    Each begins at the middle of the tooth space; the outline runs up the right flank and down the left flank.
-    """
-    half = half_outline(gear, points_per_tooth // 2)
-    foot = min(half.psi[0], (1 - 1e-3) * pi / gear.z)
-    psi = np.r_[-pi / gear.z, -foot, -half.psi[1:], half.psi[:0:-1], foot]
-    parts = 3 * ceil(BORE_CORNERS / (3 * gear.z))
-    bore = np.interp(np.arange(parts) * 3 / parts, range(4), [-pi / gear.z, -foot, foot, pi / gear.z])
-    return np.r_[gear.r_f, half.r, half.r[::-1]] * np.exp(1j * psi), gear.d_bore / 2 * np.exp(1j * bore)
 
 
 def loops(z: int, n_outline: int, n_bore: int) -> tuple[np.ndarray, np.ndarray]:

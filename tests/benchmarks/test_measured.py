@@ -23,7 +23,7 @@ from paper_gears import paper_gear
 
 import exugear
 import fem
-from exugear.post.plots import CYCLES
+from exugear.plots.order_plots import CYCLES
 from fem.contact.resolution import Resolution, Slices
 from fem.units import deg, mm, rpm, um
 

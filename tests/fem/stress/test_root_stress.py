@@ -10,7 +10,6 @@ from scipy.optimize import brentq
 
 import fem
 from exugear import plots
-from exugear.post import stress_plots
 from fem.elasticity import section_mesh
 from fem.elasticity.mesh_density import Density
 from fem.gear import tooth_profile
@@ -243,16 +242,16 @@ def test_bad_curves_are_refused():
 
 
 def test_curves_are_drawn_over_one_pitch(cycle):
-    ax = stress_plots.plot_root_stress(cycle, plots.figure().axes[0])
+    ax = plots.plot_root_stress(cycle, plots.figure().axes[0])
     pinion, wheel = (line.get_xydata() for line in ax.lines)
     assert pinion[:, 0] == pytest.approx([0, 0.25, 0.75, 1])
     assert wheel[:3, 1] == pytest.approx(cycle["root_stress"].sel(gear="wheel", torque=150).values / MPa)
-    (pressure,) = stress_plots.plot_peak_pressure(cycle, plots.figure().axes[0]).lines
+    (pressure,) = plots.plot_peak_pressure(cycle, plots.figure().axes[0]).lines
     assert pressure.get_ydata()[-1] == pytest.approx(float(cycle["peak_pressure"][1, 0]) / MPa)
 
 
 def test_hertz_pressure_is_drawn_thin_where_a_tip_edge_touches(cycle):
-    thin, thick = (line.get_ydata()[:3] for line in stress_plots.plot_pressure(cycle, plots.figure().axes[0]).lines)
+    thin, thick = (line.get_ydata()[:3] for line in plots.plot_pressure(cycle, plots.figure().axes[0]).lines)
     row = cycle.sel(torque=150)
     assert thin == pytest.approx(row["hertz_pressure"].values / MPa)
     assert (np.isnan(thick) == (row["tip_contact"].values > 0)).all()

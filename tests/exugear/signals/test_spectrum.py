@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import scipy
 
-from exugear.post.spectrum import Resonances, envelope, fourier_sum, order_spectrum, resonances, superharmonics
+from exugear.signals.fourier_sum import fourier_sum
+from exugear.signals.spectrum import Resonances, envelope, order_spectrum, resonances, superharmonics
 
 
 def test_envelope_of_a_growing_sine():

@@ -9,7 +9,7 @@ from scenes import K, smooth_box, smooth_map
 import exugear
 import fem
 from exugear import plots
-from exugear.post.spectrum import Resonances
+from exugear.signals.spectrum import Resonances
 from fem.ste.ste_map import ste_map
 from fem.units import mm, rpm, um
 

@@ -1,5 +1,6 @@
 """Axes and figures of plots, and colours that remain distinct in print and for the colour-blind."""
 
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -25,3 +26,12 @@ def figure(rows: int = 1, columns: int = 1, spatial: tuple[int, ...] = ()) -> Fi
     for i in range(rows * columns):
         empty.add_subplot(rows, columns, i + 1, projection="3d" if i in spatial else None)
     return empty
+
+
+def title_of(data: xr.Dataset) -> str:
+    """Name of the stage, and the load where it is constant."""
+    stage = str(data["stage"].item())
+    try:
+        return f"{stage}, {float(data.attrs['load']):.4g} N m"
+    except (KeyError, ValueError):
+        return stage

@@ -14,7 +14,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.tri import Triangulation
 
-from exugear.post.figures import axes_or_new
+from exugear.plots.figures import axes_or_new
 from fem.ste.ste_map import PHASE, TORQUE
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.validation import require

@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from exugear.energy.energy_balance import LOSSES
 from exugear.integration.run_data import stage_data
-from exugear.post.figures import DISTINCT, axes_or_new
+from exugear.plots.figures import DISTINCT, axes_or_new
 from fem.support.arguments import checked
 from fem.support.validation import require
 from fem.units import rpm

@@ -1,0 +1,36 @@
+"""Plots: each function takes data and optionally axes, and returns the axes."""
+
+from exugear.plots.figures import figure
+from exugear.plots.order_plots import plot_waterfall
+from exugear.plots.power_plots import plot_efficiency, plot_power
+from exugear.plots.run_plots import plot_bearing_forces, plot_envelopes, plot_run_up
+from exugear.plots.statics.map_plots import plot_ste, plot_stiffness
+from exugear.plots.statics.mesh_plots import plot_section, plot_solid
+from exugear.plots.statics.stress_plots import (
+    plot_field,
+    plot_gears,
+    plot_outlines,
+    plot_peak_pressure,
+    plot_pressure,
+    plot_root_stress,
+)
+
+__all__ = [
+    "figure",
+    "plot_bearing_forces",
+    "plot_efficiency",
+    "plot_envelopes",
+    "plot_field",
+    "plot_gears",
+    "plot_outlines",
+    "plot_peak_pressure",
+    "plot_power",
+    "plot_pressure",
+    "plot_root_stress",
+    "plot_run_up",
+    "plot_section",
+    "plot_solid",
+    "plot_ste",
+    "plot_stiffness",
+    "plot_waterfall",
+]

@@ -1,0 +1,1 @@
+"""Plots of what is computed at rest: STE maps, contact, stress and meshes."""

@@ -1,0 +1,1 @@
+"""Numbers from signals: envelopes, resonances, orders."""

@@ -1,0 +1,41 @@
+"""Envelope of the DTE of a run, and the varying forces of its bearings over speed."""
+
+import numpy as np
+import scipy
+import xarray as xr
+
+from exugear.integration.run_data import stage_data
+from exugear.signals.envelope import Envelope, envelope
+from fem.support.arguments import checked
+from fem.support.validation import require
+
+
+@checked
+def dte_envelope(run, stage: int = 0, windows: int = 280) -> Envelope:
+    """Envelope of the DTE of a stage [m] over its mesh frequency [Hz]; each window holds a whole mesh cycle.
+
+    run         an `exugear.Run` or its data
+    windows     number of windows of equal length, joined where the gears turn too slowly for a mesh cycle
+    """
+    data = stage_data(run, stage)
+    time, frequency = data["time"].values, data["mesh_frequency"].values
+    cycles = scipy.integrate.cumulative_trapezoid(frequency, time, initial=0)
+    return envelope(frequency, data["dte"].values, min(windows, time.size // 2), cycles=cycles)
+
+
+@checked
+def bearing_force_rms(run, windows: int = 150) -> xr.DataArray:
+    """Root mean square of the varying part of the radial force of each bearing [N], (bearing, speed [rad/s]).
+
+    run         an `exugear.Run` on bearings, or its data
+    windows     of equal length, over which speed and force are averaged
+    """
+    data = stage_data(run)
+    bearings = "run must have bearings, whose forces it records; the shafts of this run only spin"
+    require("bearing_force" in data, bearings)
+    speed, force = data["speed"].values, data["bearing_force"].transpose("bearing", "direction", "time")
+    windows = min(windows, speed.size // 2)
+    axes = force.sel(direction=["x", "y"]).values
+    values = [np.hypot(*(envelope(speed, part, windows).rms for part in radial)) for radial in axes]
+    grid = {"bearing": data["bearing"].values, "speed": envelope(speed, speed, windows).place}
+    return xr.DataArray(np.array(values), grid, ("bearing", "speed"), attrs={"units": "N"})
