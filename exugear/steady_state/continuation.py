@@ -14,6 +14,9 @@ FREQUENCY_CHANGE, LONGEST, SHORTEST, FIRST = 0.02, 0.4, 1e-7, 0.01
 QUICK, SLOW, GROWTH = 3, 5, 1.6
 #: Least cosine between the tangents at both ends of a step.
 LEAST_COSINE = 0.97
+#: Component of the tangent along the frequency below which a branch does not leave the frequency, as at a subharmonic
+#: branch of a linear system.
+UPRIGHT = 1e-4
 #: Points of a branch at most.
 MOST_POINTS = 5000
 #: Located bifurcations: relative change of the frequency that counts as converged, iterations at most.
@@ -113,7 +116,7 @@ def _returns(start: OrbitPoint, point: OrbitPoint, following: OrbitPoint) -> boo
 
 def located(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint) -> list[OrbitPoint]:
     """Folds and period doublings between two points of a branch, in the order along it."""
-    tests = {"fold": lambda point: point.tangent[-1], "period doubling": lambda point: point.doubling}
+    tests = {"fold": _along_frequency, "period doubling": lambda point: point.doubling}
     bifurcations = []
     for name, test in tests.items():
         if test(before) * test(after) < 0 and not before.bifurcation == name:
@@ -121,6 +124,11 @@ def located(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint) -> li
             if point is not None:
                 bifurcations.append(replace(point, bifurcation=name))
     return sorted(bifurcations, key=lambda point: float((point.unknowns - before.unknowns) @ before.tangent))
+
+
+def _along_frequency(point: OrbitPoint) -> float:
+    """Component of the tangent along the frequency; 0 where rounding decides its sign."""
+    return float(point.tangent[-1]) if abs(point.tangent[-1]) > UPRIGHT else 0.0
 
 
 def _zero(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, test) -> OrbitPoint | None:

@@ -5,22 +5,21 @@ force, half a step of the linear part. Second order, stable for all modes that t
 phases at which the force jumps.
 """
 
-from math import cos, exp, sin
+from math import cos, exp, pi, sin
 from typing import NamedTuple
 
 import numpy as np
 
 from exugear.contact_geometry.relative_position import flank_of
-from exugear.force_table.force_kernels import damping, spinning_force
 from exugear.force_table.kernel_records import reader, record_type
-from exugear.force_table.patches import table_at
+from exugear.force_table.patches import phase_cell, table_at
+from exugear.steady_state.flank_means import flank_means
 from fem.support.numba_cache import compiled, kept
 
 #: A mesh about its equilibrium: force [N], deflection [m] and mean stiffness [N/m], which the linear system contains;
 #: opening of the flanks by the displaced bearings [m]; mobility [1/kg] along the line of action.
 STEADY_MESH = record_type(*((name, "f8") for name in ("force", "deflection", "stiffness", "opening", "mobility")))
 steady_mesh_at = reader(STEADY_MESH)
-
 
 class Impulse(NamedTuple):
     """Impulse of the mesh in a step [N s] and its slopes by deflection and rate; force and static force [N] meanwhile."""
@@ -33,30 +32,23 @@ class Impulse(NamedTuple):
 
 
 @compiled
-def damping_slope(table, penetration):
-    """Slope of the damping coefficient over the penetration [N s/m^2]."""
-    if not 0.0 < penetration < table.damping_ramp:
-        return 0.0
-    r = penetration / table.damping_ramp
-    return table.damping * 6.0 * r * (1.0 - r) / table.damping_ramp
-
-
-@compiled
 def impulse_of(table, mesh, phase, deflection, rate, step):
     """`Impulse` beside that of the mean stiffness, at a deflection [m] and a rate [m/s] before it; step [s]."""
     flank = flank_of(table, deflection + mesh.opening, mesh.opening, phase)
-    static, side = spinning_force(table, flank.phase, flank.deflection), flank.side
-    c, c_slope = damping(table, static.penetration), side * damping_slope(table, static.penetration)
-    yielding = 1.0 + 0.5 * mesh.mobility * c * step
-    excess = side * static.force - mesh.force - mesh.stiffness * (deflection - mesh.deflection)
-    impulse = step * (excess + c * rate) / yielding
+    side, travel = flank.side, flank.side * rate * step
+    static, c = flank_means(table, phase_cell(table, flank.phase), flank.deflection, travel)
+    yielding = 1.0 + 0.5 * mesh.mobility * c.value * step
+    excess = side * static.value - mesh.force - mesh.stiffness * (deflection - mesh.deflection)
+    impulse = step * (excess + c.value * rate) / yielding
     mean_rate = rate - 0.5 * mesh.mobility * impulse
+    by_deflection = static.by_penetration - mesh.stiffness + side * c.by_penetration * mean_rate
+    by_rate = c.value + step * (static.by_travel + side * c.by_travel * mean_rate)
     return Impulse(
         impulse,
-        step * (static.stiffness - mesh.stiffness + c_slope * mean_rate) / yielding,
-        step * c / yielding,
-        side * static.force + c * mean_rate,
-        side * static.force,
+        step * by_deflection / yielding,
+        step * by_rate / yielding,
+        side * static.value + c.value * mean_rate,
+        side * static.value,
     )
 
 
@@ -150,9 +142,18 @@ def advance(addresses, rows, pieces, propagators, states, matrix, samples):
             drift_all(last, matrix)
 
 
-def no_matrix(states: np.ndarray) -> np.ndarray:
-    """No columns beside the states."""
-    return np.zeros((states.size, 0))
-
-
 NO_SAMPLES = np.zeros((0, 3))
+
+
+@kept
+def fourier_sums(weight, phase, values, number):
+    """(number, 2) real and imaginary part of sum(weight values exp(-i pi k phase)), k = 1, 2, ... number."""
+    sums = np.zeros((number, 2))
+    for i in range(phase.size):
+        turn, amplitude = complex(cos(pi * phase[i]), -sin(pi * phase[i])), weight[i] * values[i]
+        rotated = complex(amplitude, 0.0)
+        for k in range(number):
+            rotated *= turn
+            sums[k, 0] += rotated.real
+            sums[k, 1] += rotated.imag
+    return sums

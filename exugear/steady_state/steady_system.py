@@ -1,8 +1,8 @@
 """The equations of a steady state: a linear system in modal blocks, excited by the nonlinear force of a single mesh."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import ceil, isfinite, pi
+from functools import cached_property
+from math import isfinite, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -80,17 +80,22 @@ class SteadySystem:
         """Number of states."""
         return self.rows.shape[1]
 
-    @property
+    @cached_property
     def resonance(self) -> float:
         """Frequency [Hz] of the mode with the largest share in the mobility of the mesh."""
         return float(self.blocks.frequencies[self.blocks.shares.argmax()] / (2 * pi))
 
-    @property
+    @cached_property
+    def highest(self) -> float:
+        """Highest frequency [Hz] of the modes that the mesh moves."""
+        return float(self.blocks.frequencies[self.blocks.shares > RESOLVED_SHARE].max() / (2 * pi))
+
+    @cached_property
     def static_deflection(self) -> float:
         """Mean static deflection [m] by the mean stiffness, the unit of amplitudes."""
         return abs(self.force) / self.stiffness
 
-    @property
+    @cached_property
     def decay(self) -> float:
         """Rate of decay [1/s] of the slowest mode that the mesh moves, with the mean damping of the mesh."""
         resolved = self.blocks.shares > RESOLVED_SHARE
@@ -99,8 +104,7 @@ class SteadySystem:
 
     def pieces(self, frequency: float) -> np.ndarray:
         """(p, 4) pieces of a cycle between jumps of the force, as `cycle_kernels.advance`; mesh frequency [Hz]."""
-        highest = self.blocks.frequencies[self.blocks.shares > RESOLVED_SHARE].max() / (2 * pi)
-        steps = max(STEPS_PER_CYCLE, STEPS_PER_PERIOD * highest / frequency)
+        steps = max(STEPS_PER_CYCLE, STEPS_PER_PERIOD * self.highest / frequency)
         lengths = np.diff(self.breaks)
         numbers = np.ceil(steps * lengths)
         return np.column_stack([self.breaks[:-1], lengths, numbers, lengths / numbers / frequency])
