@@ -10,6 +10,8 @@ from exugear.steady_state.continuation import Range, traced
 from exugear.steady_state.periodic_orbit import OrbitPoint, PeriodicOrbits, reversed_point
 from exugear.steady_state.steady_system import SteadySystem
 
+#: Range of the mesh frequency over the resonance that sweeps pass at least: vibrations outlast it into other ranges.
+SWEPT = 0.5, 1.6
 #: Number of speeds of a sweep; share to which vibrations decay at each of them, least and largest number of cycles.
 SPEEDS, SETTLED, FEWEST_CYCLES, MOST_CYCLES = 48, 1e-3, 10, 400
 #: Change over a period, relative to the static deflection, below which a state may be near an orbit of that period;
@@ -50,10 +52,11 @@ def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
     periodic orbit is reached.
     """
     branches: list[Branch] = []
-    frequencies = np.geomspace(within.low, within.high, SPEEDS)
+    frequencies = np.geomspace(min(within.low, SWEPT[0]), max(within.high, SWEPT[1]), SPEEDS)
+    frequencies = np.union1d(frequencies, [within.low, within.high])
     for sweep in (frequencies, frequencies[::-1]):
         for point in _attractors(system, sweep):
-            if not any(_holds(branch, point, system) for branch in branches):
+            if within.holds(point) and not any(_holds(branch, point, system) for branch in branches):
                 branches.append(_through(system, point, within))
                 if point.period == 1:
                     branches.extend(_subharmonic(system, branches, within))
@@ -91,8 +94,13 @@ def _orbit_near(system: SteadySystem, states: np.ndarray, frequency: float) -> O
         if np.abs(moved - states).max() < NEAR * system.static_deflection:
             point = PeriodicOrbits(system, period).at_frequency(moved, frequency)
             if point is not None and np.abs(point.unknowns[:-1] - moved / system.static_deflection).max() < SAME_ORBIT:
-                return point
+                return point if period == 1 or _is_subharmonic(system, point) else None
     return None
+
+
+def _is_subharmonic(system: SteadySystem, point: OrbitPoint) -> bool:
+    """Whether an orbit of two mesh cycles is none of a single one."""
+    return bool(np.abs(_shifted(system, point) - point.unknowns).max() > SAME)
 
 
 def _through(system: SteadySystem, start: OrbitPoint, within: Range) -> Branch:

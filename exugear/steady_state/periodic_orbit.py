@@ -14,8 +14,8 @@ from exugear.steady_state.steady_system import SteadySystem
 ITERATIONS, CONVERGED = 8, 1e-9
 #: Correction of the last iteration that shows that the residual will not fall further, as rounding is reached.
 ROUNDED = 1e-11
-#: Largest modulus of the multipliers of a stable orbit.
-STABLE = 1.0
+#: Largest modulus of the multipliers of a stable orbit, less what rounding may add.
+STABLE = 1.0 - 1e-7
 
 
 @dataclass(frozen=True, eq=False)

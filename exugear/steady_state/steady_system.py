@@ -16,7 +16,7 @@ from fem.support.validation import require
 
 #: Least number of steps in a mesh cycle, and in a period of the highest mode that the mesh moves; measured: doubling
 #: them changes no fold and no rms by more than 1e-4.
-STEPS_PER_CYCLE, STEPS_PER_PERIOD = 256, 160
+STEPS_PER_CYCLE, STEPS_PER_PERIOD = 384, 240
 #: Share of a mode in the mobility of the mesh above which its period limits the step.
 RESOLVED_SHARE = 0.02
 #: Phases closer than this are the same.
