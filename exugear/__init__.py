@@ -26,6 +26,7 @@ from exugear.signals import spectrum
 from exugear.signals.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
+from exugear.steady_state.steady_states import steady_states
 from exugear.system.assembly import build
 from exugear.system.eigenfrequencies import eigenfrequencies
 from exugear.system.model import Model
@@ -82,6 +83,7 @@ __all__ = [
     "run",
     "run_up",
     "spectrum",
+    "steady_states",
 ]
 
 
