@@ -46,8 +46,8 @@ class PlanetarySet:
         return self.mbs.GetNodeODE2Index(self.nodes[name])
 
     def add_body(self, name: str, position, sizes, radius: float) -> None:
-        node = self.mbs.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*position, 0]))
-        data = {"mass": sizes[0], "inertia": sizes[1] * radius**2, "nodeNumber": node}
+        node = self.mbs.AddNode(eii.NodeRigidBody2D(name=name, referenceCoordinates=[*position, 0]))
+        data = {"name": name, "mass": sizes[0], "inertia": sizes[1] * radius**2, "nodeNumber": node}
         self.nodes[name], self.bodies[name] = node, self.mbs.AddObject(eii.ObjectRigidBody2D(**data))
 
     def coordinate(self, name: str, number: int) -> int:

@@ -28,7 +28,8 @@ from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.steady_state.steady_states import steady_states
 from exugear.system.assembly import build
-from exugear.system.eigenfrequencies import eigenfrequencies
+from exugear.modes.campbell import campbell
+from exugear.modes.modes import eigenfrequencies, modes
 from exugear.system.model import Model
 from fem.support.version import __version__
 
@@ -68,6 +69,7 @@ __all__ = [
     "XuFriction",
     "__version__",
     "build",
+    "campbell",
     "draw",
     "dte_envelope",
     "efficiency",
@@ -75,6 +77,7 @@ __all__ = [
     "envelope",
     "graphics",
     "integrator",
+    "modes",
     "order_spectrum",
     "picture",
     "plan",

@@ -71,13 +71,18 @@ def spatial_drag(address, t, x, y, z, a, b, spin, u, v, w, d, e, omega):
 KERNELS = {1: spin_drag, 3: planar_drag, 6: spatial_drag}
 
 
+def drag_name(shaft: Shaft) -> str:
+    """Name of the object with the drags of a shaft."""
+    return f"{shaft.name} drag"
+
+
 def add_drags(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None:
     """Add the drags of a shaft, if it has any, to the node of its body."""
     if shaft.drags:
         check_loads(shaft, coordinates)
         function, jacobian = user_functions(shaft, len(coordinates.components))
         item = eii.ObjectGenericODE2(
-            name=f"{shaft.name} drag", nodeNumbers=[node], forceUserFunction=function, jacobianUserFunction=jacobian
+            name=drag_name(shaft), nodeNumbers=[node], forceUserFunction=function, jacobianUserFunction=jacobian
         )
         item.visualization["show"] = False
         mbs.AddObject(item)

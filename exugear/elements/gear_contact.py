@@ -111,13 +111,13 @@ def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int)
 
 
 def add_contact(mbs, name: str, items, kernel, records: Sequence[np.record], recorder: Recorder) -> int:
-    """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its state (`state_of`).
+    """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its records (`records_of`).
 
     records   arguments of the kernel: table of the mesh force, contact frame, contact state, and friction if it rubs
     """
     number = add_forces(mbs, name, items, kernel, records, recorder)
     mbs.variables[contact_key(number)] = partial(kernel, *map(address_of, records))
-    mbs.variables[state_key(number)] = records[2]
+    mbs.variables[records_key(number)] = tuple(records)
     return number
 
 
@@ -140,14 +140,24 @@ def contact_key(number: int) -> str:
     return f"gear contact {int(number)}"
 
 
-def state_key(number: int) -> str:
-    """Key under which mbs.variables keeps the state of a contact, for a run."""
-    return f"gear contact {int(number)} state"
+def records_key(number: int) -> str:
+    """Key under which mbs.variables keeps the records of a contact."""
+    return f"gear contact {int(number)} records"
+
+
+def records_of(mbs, number: int) -> tuple[np.record, ...]:
+    """Records that the kernel of a contact takes: force table, contact frame, contact state, and friction if it rubs."""
+    return mbs.variables[records_key(number)]
 
 
 def state_of(mbs, number: int) -> np.record:
     """State of a contact (`exugear.contact_geometry.contact_records.CONTACT_STATE`), which a run changes."""
-    return mbs.variables[state_key(number)]
+    return records_of(mbs, number)[2]
+
+
+def contacts_of(mbs) -> list[int]:
+    """Object numbers of all gear contacts of a system."""
+    return [i for i in range(mbs.systemData.NumberOfObjects()) if contact_key(i) in dict(mbs.variables)]
 
 
 def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | None = None, first: int = 1):

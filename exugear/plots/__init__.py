@@ -1,6 +1,7 @@
 """Plots: each function takes data and optionally axes, and returns the axes."""
 
 from exugear.plots.figures import figure
+from exugear.plots.mode_plots import plot_campbell, plot_modes
 from exugear.plots.order_plots import plot_waterfall
 from exugear.plots.power_plots import plot_efficiency, plot_power
 from exugear.plots.run_plots import plot_bearing_forces, plot_envelopes, plot_run_up
@@ -18,10 +19,12 @@ from exugear.plots.statics.stress_plots import (
 __all__ = [
     "figure",
     "plot_bearing_forces",
+    "plot_campbell",
     "plot_efficiency",
     "plot_envelopes",
     "plot_field",
     "plot_gears",
+    "plot_modes",
     "plot_outlines",
     "plot_peak_pressure",
     "plot_power",

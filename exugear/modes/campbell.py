@@ -1,0 +1,108 @@
+"""Campbell diagram: natural frequencies over speed with mesh and shaft orders, and their crossings."""
+
+from collections.abc import Sequence
+from math import pi
+from typing import Annotated, Any
+
+import numpy as np
+import xarray as xr
+
+from exugear.modes.eigenmodes import tracked
+from exugear.modes.linear_system import LinearSystem, linear_gearbox
+from exugear.modes.modes import HELD, check_arguments, energy_shares, modes_of
+from exugear.modes.operating_point import loaded
+from exugear.modes.orders import Crossing, Order, crossings, orders_of
+from exugear.operation.train_motion import HIGHEST_SPEED
+from exugear.system.model import Model
+from fem.support.arguments import checked
+from fem.support.validation import increasing, numbers, require
+
+#: Number of speeds between two given ends, and largest harmonic.
+SPEEDS, HARMONICS = 61, 100
+
+
+def check_speeds(name: str, value) -> None:
+    """ValueError unless the value holds rising speeds."""
+    speeds = np.atleast_1d(numbers(name, value))
+    increasing(name, speeds, least=2)
+    in_range = 0 <= speeds[0] and speeds[-1] < HIGHEST_SPEED
+    require(bool(in_range), f"{name} must lie in [0, {HIGHEST_SPEED:g}) rad/s, got {value}; pass (0, 3500*rpm)")
+
+
+@checked
+def campbell(
+    model: Model,
+    load: float,
+    speed: Annotated[Sequence[float], check_speeds],
+    *,
+    harmonics: int = 3,
+    phase: float | None = None,
+    drive: str = HELD,
+) -> xr.Dataset:
+    """Natural frequencies of a loaded gearbox over its speed, with mesh and shaft orders and their crossings.
+
+    load          torque on the driven shaft [N m]
+    speed         of the driving shaft [rad/s]: lowest and highest, between which 61 are computed, or more of them
+    harmonics     of each mesh frequency
+    phase, drive  as in `exugear.modes`
+
+    Returns a Dataset over `mode`, `speed`, `order` and `crossing`:
+
+    frequency            (mode, speed) [Hz]: lines that keep their shapes, by the modal assurance criterion, and so may
+                         cross; numbered as they rise at the lowest speed
+    damping_ratio        (mode, speed)
+    mesh_energy_share    (mode, speed, stage) of the strain energy, in every mesh
+    order_ratio          cycles per turn of the driving shaft; the frequency of an order is order_ratio speed / 2 pi
+    order_stage          stage of a mesh order, "" for the rotation of a shaft
+    crossing_speed       [rad/s], rising, with crossing_frequency [Hz], crossing_order, crossing_mode, and
+                         crossing_energy_share: in the mesh of the order, in all meshes for the rotation of a shaft
+
+    A crossing is a resonance as far as its order excites the mode: look for large shares. Stiffness does not depend on
+    the speed. The state of the system is restored afterwards. Raises ValueError as `exugear.modes`.
+    """
+    check_arguments(phase, drive)
+    require(1 <= harmonics <= HARMONICS, f"harmonics must lie in [1, {HARMONICS}], got {harmonics}")
+    require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}")
+    speeds = np.asarray(speed, float)
+    speeds = np.linspace(*speeds, SPEEDS) if speeds.size == 2 else speeds
+    with loaded(model, load, drive) as in_equilibrium:
+        system = linear_gearbox(in_equilibrium, speeds, phase)
+    lines = tracked(system.mass, [modes_of(system, damping) for damping in system.damping])
+    orders = orders_of(model, harmonics)
+    return _dataset(system, speeds, lines, orders).assign_attrs(load=float(np.float64(load)), drive=drive)
+
+
+def _dataset(system: LinearSystem, speeds: np.ndarray, lines: list[Any], orders: list[Order]) -> xr.Dataset:
+    """The labelled result, from the modes at each speed."""
+    frequency = np.array([modes.omega for modes in lines]).T / (2 * pi)
+    shares = np.stack([energy_shares(system, modes) for modes in lines], axis=1)[..., : len(system.stages)]
+    stages = [system.stages[order.stage] if order.stage is not None else "" for order in orders]
+    met = crossings(orders, speeds, frequency, shares)
+    hertz, share = {"long_name": "natural frequency", "units": "Hz"}, {"units": "1"}
+    variables = {
+        "frequency": (("mode", "speed"), frequency, hertz),
+        "damping_ratio": (("mode", "speed"), np.array([modes.damping_ratio for modes in lines]).T, share),
+        "mesh_energy_share": (("mode", "speed", "stage"), shares, share | {"long_name": "share of the strain energy"}),
+        "order_ratio": ("order", [o.ratio for o in orders], {"long_name": "cycles per turn of the drive", "units": "1"}),
+        "order_stage": ("order", stages),
+    }
+    coords = {
+        "mode": np.arange(1, frequency.shape[0] + 1),
+        "speed": ("speed", speeds, {"long_name": "speed of the driving shaft", "units": "rad/s"}),
+        "stage": system.stages,
+        "order": [order.name for order in orders],
+    }
+    return xr.Dataset(variables | _table(met, orders), coords)
+
+
+def _table(met: list[Crossing], orders: list[Order]) -> dict[str, tuple]:
+    """The crossings as variables."""
+    columns = np.array(met, float).reshape(-1, len(Crossing._fields)).T
+    dim = ("crossing",)
+    return {
+        "crossing_speed": (dim, columns[0], {"long_name": "speed of the driving shaft", "units": "rad/s"}),
+        "crossing_frequency": (dim, columns[1], {"units": "Hz"}),
+        "crossing_order": (dim, np.array([orders[crossing.order].name for crossing in met], str)),
+        "crossing_mode": (dim, columns[3].astype(int) + 1),
+        "crossing_energy_share": (dim, columns[4], {"long_name": "share of the strain energy", "units": "1"}),
+    }

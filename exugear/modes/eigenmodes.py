@@ -1,0 +1,86 @@
+"""Eigenmodes of M x'' + (C + G) x' + K x = 0: gyroscopic terms G exactly, damping C to the first order."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+
+#: Share of the highest squared frequency below which one counts as 0.
+RIGID = 1e-11
+
+
+class Eigenmodes(NamedTuple):
+    """Modes in rising order of their frequencies.
+
+    omega           (n_mode,) natural frequencies without damping [rad/s]; 0 of motions as a rigid body
+    damping_ratio   (n_mode,) power that the damping dissipates over 2 omega times the energy; 0 of rigid bodies
+    shapes          (n, n_mode) complex, x^H M x = 1, the component with the most kinetic energy real and > 0
+    """
+
+    omega: np.ndarray
+    damping_ratio: np.ndarray
+    shapes: np.ndarray
+
+
+def eigenmodes(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> Eigenmodes:
+    """All modes of a system with matrices (n, n).
+
+    mass, stiffness   symmetric
+    damping           its symmetric part damps, the skew-symmetric one is gyroscopic
+    """
+    squares, modes = scipy.linalg.eigh(stiffness, (mass + mass.T) / 2)
+    omega = np.sqrt(np.where(squares > RIGID * squares[-1], squares, 0.0))
+    modal = modes.T @ damping @ modes
+    gyroscopic, dissipative = (modal - modal.T) / 2, (modal + modal.T) / 2
+    coordinates = np.eye(omega.size, dtype=complex)
+    rigid_motions = modes[:, omega == 0.0]
+    stiffness = np.diag(omega**2)
+    if gyroscopic.any():
+        omega, coordinates = _gyroscopic(omega, gyroscopic)
+    kinetic, strain, power = (_forms(coordinates, x) for x in (np.eye(omega.size), stiffness, dissipative))
+    ratios = np.where(omega > 0, omega * power / np.maximum(omega**2 * kinetic + strain, np.finfo(float).tiny), 0.0)
+    shapes = modes @ coordinates
+    rigid = np.flatnonzero(omega == 0.0)
+    shapes[:, rigid] = rigid_motions[:, : rigid.size]
+    return Eigenmodes(omega, ratios, _normalized(shapes, mass))
+
+
+def _gyroscopic(omega: np.ndarray, gyroscopic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies (n,) and modal coordinates (n, n) of the modes, from frequencies (n,) and terms (n, n) of those at rest.
+
+    With W = diag(omega), modal coordinates q and z = (W q, q') the equation is z' = [[0, W], [-W, -G]] z, whose matrix
+    is skew-symmetric: i times it is Hermitian.
+    """
+    n, w = omega.size, np.diag(omega)
+    values, vectors = scipy.linalg.eigh(-1j * np.block([[np.zeros_like(w), w], [-w, -gyroscopic]]))
+    values, rates = values[n:], vectors[n:, n:]
+    values = np.where(values**2 > RIGID * values[-1] ** 2, values, 0.0)
+    return values, rates / np.where(values > 0, 1j * values, 1.0)
+
+
+def _forms(vectors: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """(n_vector,) real quadratic forms x^H A x of vectors (n, n_vector)."""
+    return np.einsum("ij,ij->j", vectors.conj(), matrix @ vectors).real
+
+
+def _normalized(shapes: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    """Shapes (n, n_mode) with x^H M x = 1 and the component with the most kinetic energy real and > 0."""
+    momenta = mass @ shapes
+    leading = np.abs(shapes * momenta).argmax(axis=0)
+    turned = np.exp(-1j * np.angle(shapes[leading, np.arange(shapes.shape[1])]))
+    return shapes / np.sqrt(_forms(shapes, mass)) * turned
+
+
+def tracked(mass: np.ndarray, modes: Sequence[Eigenmodes]) -> list[Eigenmodes]:
+    """The modes at each speed in the order of the lines to which they belong, which rise at the first speed.
+
+    Lines follow the modal assurance criterion with the mass matrix (n, n), |x^H M y|^2 of shapes at neighbouring
+    speeds. Source: R. J. Allemang, The modal assurance criterion, Sound and Vibration (August 2003).
+    """
+    lines = [modes[0]]
+    for candidates in modes[1:]:
+        likeness = np.abs(lines[-1].shapes.conj().T @ mass @ candidates.shapes) ** 2
+        _, order = scipy.optimize.linear_sum_assignment(likeness, maximize=True)
+        lines.append(Eigenmodes(candidates.omega[order], candidates.damping_ratio[order], candidates.shapes[:, order]))
+    return lines

@@ -1,0 +1,124 @@
+"""Elastic elements of a system as stiffness matrices: bearings and couplings of a gearbox, springs of Exudyn."""
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import exudyn as exu
+import numpy as np
+
+from exugear.elements.bearing_elements import user_functions
+from exugear.elements.shaft_bodies import coupling_name
+from exugear.gearbox.bearing_stiffness import linear_part
+from exugear.gearbox.shaft import Shaft
+from exugear.system.model import Model
+from fem.units import mm
+
+#: Share of the whole stiffness below which the difference of matrices is rounding.
+ROUNDING = 1e-9
+#: Names that Exudyn gives.
+UNNAMED = re.compile(r"object\d+")
+
+
+class ElasticElement(NamedTuple):
+    """An element by its name and kind, with its tangent stiffness over all coordinates of the system (n, n)."""
+
+    name: str
+    kind: str
+    stiffness: np.ndarray
+
+
+def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
+    """The elements between the shafts of a gearbox and its housing, and its rotors, in its initial state."""
+    q = np.array(model.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))
+    for shaft in model.gearbox.shafts:
+        coordinates = model.plan.shafts[shaft.name]
+        spin = model.spins[shaft.name]
+        if coordinates.on_bearings:
+            part = slice(spin - coordinates.spin_index, spin + 1)
+            for axial, matrix in _bearing_matrices(shaft, q[part]).items():
+                name = f"{shaft.name} bearing at {axial / mm:.4g} mm"
+                components = np.ix_(coordinates.components, coordinates.components)
+                yield ElasticElement(name, "bearing", _embedded(matrix[components], range(*part.indices(q.size)), q.size))
+        if shaft.coupling:
+            spring = shaft.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
+            matrix = _embedded(spring, [spin, model.rotors[shaft.name]], q.size)
+            yield ElasticElement(coupling_name(shaft.name), "coupling", matrix)
+
+
+def _bearing_matrices(shaft: Shaft, q: np.ndarray) -> dict[float, np.ndarray]:
+    """Tangent stiffness (6, 6) of each bearing over the coordinates of its shaft's centre of mass, by its position."""
+    matrices = {}
+    for axial, bearing in shaft.bearings.items():
+        lever = axial - shaft.centre
+        matrices[axial] = linear_part(bearing, lever)
+        if not bearing.linear:
+            _, tangent = user_functions(bearing, lever)
+            matrices[axial] = matrices[axial] + tangent(None, 0.0, 0, q.tolist(), [0.0] * 6, 1.0, 0.0)
+    return matrices
+
+
+def springs(mbs, numbers: Sequence[int]) -> Iterator[ElasticElement]:
+    """The elastic ones among the objects of a system, in its initial state; gear contacts are left out."""
+    whole = stiffness_of(mbs)
+    least = ROUNDING * np.abs(whole).max()
+    for number in numbers:
+        item = mbs.GetObject(number)
+        if item["objectType"] == "GenericODE2":
+            matrix = _generic_matrix(mbs, number, item)
+        elif item.get("activeConnector") and "Constraint" not in item["objectType"] and "Joint" not in item["objectType"]:
+            matrix = whole - _without(mbs, number)
+        else:
+            continue
+        if np.abs(matrix).max(initial=0.0) > least:
+            yield ElasticElement(name_of(mbs, number), item["objectType"].removeprefix("Connector"), matrix)
+
+
+def name_of(mbs, number: int) -> str:
+    """Name of an object, with its kind where Exudyn has named it."""
+    item = mbs.GetObject(number)
+    kind = item["objectType"].removeprefix("Connector")
+    return f"{kind} {number}" if UNNAMED.fullmatch(item["name"]) else item["name"]
+
+
+def names_of_nodes(mbs) -> dict[int, str]:
+    """Name of the body on each node where the user has named it, else that of the node."""
+    names = {node: str(mbs.GetNode(node)["name"]) for node in range(mbs.systemData.NumberOfNodes())}
+    for number in range(mbs.systemData.NumberOfObjects()):
+        item = mbs.GetObject(number)
+        if "nodeNumber" in item and "nodeNumbers" not in item and not UNNAMED.fullmatch(item["name"]):
+            names[int(item["nodeNumber"])] = item["name"]
+    return names
+
+
+def stiffness_of(mbs) -> np.ndarray:
+    """(n, n) tangent stiffness of a system in its initial state."""
+    return np.array(mbs.ComputeLinearizedSystem()[1])
+
+
+def _generic_matrix(mbs, number: int, item: dict) -> np.ndarray:
+    """Tangent stiffness of an ObjectGenericODE2 over all coordinates of its system."""
+    coordinates, n = mbs.systemData.GetObjectLTGODE2(number), mbs.systemData.ODE2Size()
+    q = np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))[coordinates].tolist()
+    matrix = np.zeros((len(coordinates),) * 2)
+    if np.shape(item["stiffnessMatrix"]) == matrix.shape:
+        matrix = matrix + item["stiffnessMatrix"]
+    if callable(item["jacobianUserFunction"]):
+        matrix = matrix + item["jacobianUserFunction"](mbs, 0.0, number, q, [0.0] * len(q), 1.0, 0.0)
+    return _embedded(matrix, coordinates, n)
+
+
+def _without(mbs, number: int) -> np.ndarray:
+    """Tangent stiffness of a system without one of its connectors."""
+    try:
+        mbs.SetObjectParameter(number, "activeConnector", False)
+        return stiffness_of(mbs)
+    finally:
+        mbs.SetObjectParameter(number, "activeConnector", True)
+
+
+def _embedded(matrix: np.ndarray, coordinates: Sequence[int], n: int) -> np.ndarray:
+    """(n, n) matrix with a matrix of some coordinates in their rows and columns."""
+    whole = np.zeros((n, n))
+    whole[np.ix_(coordinates, coordinates)] = matrix
+    return whole

@@ -1,0 +1,132 @@
+"""A loaded system as linear equations: matrices, meshes and elastic elements, and the motions its constraints allow."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import exudyn as exu
+import numpy as np
+
+from exugear.elements.drag_elements import drag_name
+from exugear.elements.gear_contact import contacts_of
+from exugear.modes.elastic_elements import UNNAMED, ElasticElement, bearings_and_couplings, names_of_nodes, springs
+from exugear.modes.mesh_tangents import MeshTangent, mesh_tangent
+from exugear.modes.operating_point import as_it_stands, disengaged, moving
+from exugear.system.model import Model
+from fem.support.validation import require
+
+#: Stiffness that no element accounts for, as share of the diagonal, above which it counts as a further element.
+UNACCOUNTED = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class LinearSystem:
+    """Equations M q'' + D q' + K q = 0 about a static equilibrium.
+
+    mass, stiffness   (n, n), symmetric parts
+    damping           (n_speed, n, n) with gyroscopic terms, at each speed
+    motions           (n, n_free) columns of motions that the constraints allow
+    stages            names of the meshes
+    meshes            their tangents
+    rows              (n_stage, n) slopes of their deflections by the coordinates
+    elements          meshes, then bearings, couplings and springs
+    """
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    motions: np.ndarray
+    stages: list[str]
+    meshes: list[MeshTangent]
+    rows: np.ndarray
+    elements: list[ElasticElement]
+
+    def reduced(self, matrix: np.ndarray) -> np.ndarray:
+        """A matrix over the motions that the constraints allow (n_free, n_free)."""
+        return self.motions.T @ matrix @ self.motions
+
+
+def linear_gearbox(model: Model, speeds: Sequence[float], phase: float | None) -> LinearSystem:
+    """The equations of a gearbox in the equilibrium that `loaded` has found, at speeds of the driving shaft [rad/s].
+
+    phase   as in `mesh_tangent`
+    """
+    contacts, ratios = [mesh.contact for mesh in model.meshes], model.speed_ratios
+    damping = [_damping_of_gearbox(model, contacts, speed * ratios) for speed in speeds]
+    further = range(int(model.drive) + 1, model.mbs.systemData.NumberOfObjects())
+    elements = [*bearings_and_couplings(model), *springs(model.mbs, [i for i in further if i not in contacts])]
+    return _linear_system(model.mbs, dict(zip(contacts, model.gearbox.labels, strict=True)), damping, elements, phase)
+
+
+def _damping_of_gearbox(model: Model, contacts: Sequence[int], velocities: np.ndarray) -> np.ndarray:
+    """Damping and gyroscopic terms without meshes; at rest without drags, which then act as dry friction."""
+    mbs = model.mbs
+    damping = _damping_without_meshes(mbs, contacts, velocities)
+    for shaft in model.gearbox.shafts if not velocities.any() else ():
+        if shaft.drags:
+            number = mbs.GetObjectNumber(drag_name(shaft))
+            part = mbs.systemData.GetObjectLTGODE2(number)
+            q = np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))[part].tolist()
+            jacobian = mbs.GetObjectParameter(number, "jacobianUserFunction")
+            damping[np.ix_(part, part)] -= jacobian(mbs, 0.0, number, q, [0.0] * len(q), 0.0, 1.0)
+    return damping
+
+
+def linear_assembly(mbs, phase: float | None) -> LinearSystem:
+    """The equations of a hand-built system about its initial state, gyroscopic terms at its initial velocities."""
+    contacts = contacts_of(mbs)
+    require(bool(contacts), "model holds no gear contact; add one with mbs.CreateGearContact(...)")
+    velocities = np.array(mbs.systemData.GetODE2Coordinates_t(exu.ConfigurationType.Initial))
+    with as_it_stands(mbs):
+        damping = _damping_without_meshes(mbs, contacts, velocities)
+        with moving(mbs, np.zeros_like(velocities)), disengaged(mbs, contacts):
+            objects = [i for i in range(mbs.systemData.NumberOfObjects()) if i not in contacts]
+            elements = list(springs(mbs, objects))
+        return _linear_system(mbs, _stage_names(mbs, contacts), [damping], elements, phase)
+
+
+def _stage_names(mbs, contacts: Sequence[int]) -> dict[int, str]:
+    """Name of each contact: its own, or those of its bodies."""
+    of_nodes, names = names_of_nodes(mbs), {}
+    for number in contacts:
+        item = mbs.GetObject(number)
+        by_bodies = "-".join(of_nodes[int(node)] for node in item["nodeNumbers"][:2])
+        name = by_bodies if UNNAMED.fullmatch(item["name"]) else item["name"]
+        names[number] = f"{name} ({number})" if name in names.values() else name
+    return names
+
+
+def _damping_without_meshes(mbs, contacts: Sequence[int], velocities: np.ndarray) -> np.ndarray:
+    """(n, n) damping and gyroscopic terms of a system that moves with these velocities (n,)."""
+    with disengaged(mbs, contacts), moving(mbs, velocities):
+        return np.array(mbs.ComputeLinearizedSystem()[2])
+
+
+def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float | None) -> LinearSystem:
+    """The equations from the damping (n_speed, n, n) and the elements beside the meshes."""
+    n = mbs.systemData.ODE2Size()
+    with disengaged(mbs, labels), moving(mbs, np.zeros(n)):
+        mass, stiffness, _, *constrained = mbs.ComputeLinearizedSystem(returnConstraintNullspace=True)
+    motions = np.array(constrained[1]).T if constrained else np.eye(n)
+    meshes = [mesh_tangent(mbs, number, phase) for number in labels]
+    pressed = any(mesh.force for mesh in meshes)
+    require(pressed, "load: no teeth are pressed; load the system and solve for its equilibrium (mbs.SolveStatic)")
+    rows = np.zeros((len(meshes), n))
+    in_meshes = []
+    for row, mesh, label in zip(rows, meshes, labels.values(), strict=True):
+        row[mesh.coordinates] = mesh.row
+        matrix = np.zeros((n, n))
+        matrix[np.ix_(mesh.coordinates, mesh.coordinates)] = mesh.matrix
+        in_meshes.append(ElasticElement(label, "mesh", matrix))
+    c = np.array([mesh.damping for mesh in meshes])
+    elements = [*elements, *_unaccounted(np.array(stiffness), elements)]
+    elements = [ElasticElement(e.name, e.kind, (e.stiffness + e.stiffness.T) / 2) for e in (*in_meshes, *elements)]
+    total = np.sum([element.stiffness for element in elements], axis=0)
+    damping = np.array(damping) + rows.T @ (c[:, None] * rows)
+    return LinearSystem(np.array(mass), total, damping, motions, list(labels.values()), meshes, rows, elements)
+
+
+def _unaccounted(stiffness: np.ndarray, elements: Sequence[ElasticElement]) -> Iterator[ElasticElement]:
+    """An element for the stiffness of the system without meshes (n, n) that no element accounts for, if there is any."""
+    rest = stiffness - sum((element.stiffness for element in elements), np.zeros_like(stiffness))
+    if np.abs(rest).max(initial=0.0) > UNACCOUNTED * np.abs(stiffness).max(initial=0.0):
+        yield ElasticElement("further", "further", rest)

@@ -1,0 +1,161 @@
+"""Vibration modes under load: natural frequencies, damping, shapes, strain energy and excitation by the meshes."""
+
+from math import pi
+
+import exudyn as exu
+import numpy as np
+import scipy
+import xarray as xr
+
+from exugear.modes.eigenmodes import Eigenmodes, eigenmodes
+from exugear.modes.linear_system import LinearSystem, linear_assembly, linear_gearbox
+from exugear.modes.mode_shapes import parts_of_shafts, shapes_by_coordinate, shapes_by_shaft
+from exugear.modes.operating_point import loaded
+from exugear.operation.train_motion import HIGHEST_SPEED
+from exugear.system.model import Model
+from fem.support.arguments import checked
+from fem.support.validation import require
+
+HELD, FREE = "held", "free"
+
+
+@checked
+def modes(
+    model: Model | exu.MainSystem,
+    *,
+    load: float | None = None,
+    speed: float = 0.0,
+    phase: float | None = None,
+    drive: str = HELD,
+) -> xr.Dataset:
+    """Vibration modes of a gearbox under a load, or of a hand-built system with gear contacts in its equilibrium.
+
+    model   `exugear.Model`, or an assembled Exudyn system. The system must stand in equilibrium under its loads:
+            mbs.SolveStatic(..., updateInitialValues=True). Its constraints, loads and initial velocities, by which
+            bodies have gyroscopic terms, are the user's; load, speed and drive then stay out
+    load    torque on the driven shaft [N m]
+    speed   of the driving shaft [rad/s], for the gyroscopic terms of shafts on bearings
+    phase   share of a pitch by which every mesh is moved on from the phase in which it was built; None: the mean of the
+            tangent stiffness over the mesh cycle, at the mesh force of the equilibrium
+    drive   "held": the driving shaft, or the rotor behind its coupling, is fixed, as a run prescribes its speed;
+            "free": it may turn
+
+    Meshes, bearings and springs have their tangent stiffness under the load. Returns a Dataset over `mode`:
+
+    frequency       natural frequencies without damping [Hz], rising; 0 of a motion as a rigid body
+    damping_ratio   share of the critical damping, to the first order, by the damping of meshes, bearings, couplings and
+                    springs; at speed also by the drag of shafts; friction of teeth does not count
+    shape           real part of the shapes, by shaft and coordinate (x, y, z, tilt_x, tilt_y, spin), rotors behind
+                    couplings among the shafts; in a hand-built system by coordinate. Its modal mass is 1 kg; the
+                    component with the most kinetic energy is real and > 0
+    shape_imaginary imaginary part, of gyroscopic modes: component = Re((shape + i shape_imaginary) exp(i omega t))
+    energy_share    of the strain energy, in every mesh, bearing, coupling and spring; 0 for rigid-body motions
+    participation   generalized excitation p of each mode by a unit transmission error of each mesh, k row . shape
+                    [kg^0.5/s^2], with imaginary part. An error of amplitude e at the frequency of a mode gives it the
+                    amplitude |p| e / (2 damping_ratio omega^2) times its shape
+    mesh_stiffness  k, and mesh_force under the load, by stage
+
+    Sources: shares of energy and gyroscopic modes as usual (G. Genta, Dynamics of rotating systems, 2005); excitation by
+    the error as a displacement in series with the mesh spring (A. Kahraman, Planetary gear train dynamics, J. Mech. Des.
+    116, 1994). The state of the system is restored afterwards.
+
+    Raises ValueError without a load, or where no teeth are pressed, and for loads beyond the maps.
+    """
+    check_arguments(phase, drive)
+    require(0 <= speed < HIGHEST_SPEED, f"speed must lie in [0, {HIGHEST_SPEED:g}) rad/s, got {speed:g}")
+    if isinstance(model, Model):
+        with loaded(model, load, drive) as in_equilibrium:
+            system = linear_gearbox(in_equilibrium, [speed], phase)
+        solved = modes_of(system, system.damping[0])
+        shape, further = shapes_by_shaft(model, solved.shapes), parts_of_shafts(model)
+        attributes = {"load": float(np.float64(load)), "speed": speed, "drive": drive}
+    else:
+        _check_hand_built(model, load, speed, drive)
+        system = linear_assembly(model, phase)
+        solved = modes_of(system, system.damping[0])
+        shape, further, attributes = shapes_by_coordinate(model, solved.shapes), {}, {}
+    data = _dataset(system, solved, shape).assign(further)
+    return data.assign_attrs(attributes, phase="mean" if phase is None else phase)
+
+
+def check_arguments(phase: float | None, drive: str) -> None:
+    """ValueError for a phase or a drive that makes no sense."""
+    require(drive in (HELD, FREE), f'drive must be "held" or "free", got {drive!r}')
+    require(abs(phase or 0.0) <= 1, f"phase must lie in [-1, 1], a share of a pitch, got {phase}")
+
+
+def _check_hand_built(mbs, load: float | None, speed: float, drive: str) -> None:
+    require(load is None, f"load must be None for a hand-built system, got {load}; its own loads count")
+    turning = "set the initial velocities of the system, which count"
+    require(speed == 0, f"speed must be 0 for a hand-built system, got {speed:g}; {turning}")
+    constraints = "its own constraints hold it; deactivate that of the drive"
+    require(drive == HELD, f'drive must be "held" for a hand-built system, got {drive!r}; {constraints}')
+    require(bool(mbs.systemIsConsistent), "model must be assembled; call mbs.Assemble()")
+
+
+@checked
+def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
+    """Eigenfrequencies [Hz] (n,) of the undamped gearbox at rest under a load, rising.
+
+    load   torque on the driven shaft [N m]
+
+    The driving shaft, or the rotor behind its coupling, is fixed, as a run prescribes its speed. Teeth, bearings and
+    further items of the system have their tangent stiffness in the equilibrium under the load. The meshes are at the
+    phases in which the gearbox was built; `modes` takes their mean over the mesh cycle. The state of the system is
+    restored afterwards.
+
+    Exudyn's mbs.ComputeODE2Eigenvalues() linearizes about the present state of the system. Straight after `build` the
+    teeth just touch: they are stiff in compression only, and its frequencies are far too low.
+
+    Raises ValueError for a load of 0, under which the teeth just touch, and for loads beyond the maps.
+    """
+    with loaded(model, load) as in_equilibrium:
+        mass, stiffness, *_ = in_equilibrium.mbs.ComputeLinearizedSystem(projectIntoConstraintNullspace=True)
+    squares = scipy.linalg.eigvals(stiffness, mass).real
+    return np.sqrt(np.sort(np.maximum(squares, 0.0))) / (2 * pi)
+
+
+def modes_of(system: LinearSystem, damping: np.ndarray) -> Eigenmodes:
+    """Modes of a system with a damping matrix (n, n), their shapes over all coordinates."""
+    free = (system.reduced(matrix) for matrix in (system.mass, system.stiffness, damping))
+    solved = eigenmodes(*free)
+    return solved._replace(shapes=system.motions @ solved.shapes)
+
+
+def energy_shares(system: LinearSystem, solved: Eigenmodes) -> np.ndarray:
+    """(n_mode, n_element) shares of the strain energy of each mode; 0 for rigid-body motions."""
+    shapes = solved.shapes
+    energies = [np.einsum("ij,ij->j", shapes.conj(), e.stiffness @ shapes).real for e in system.elements]
+    total = np.sum(energies, axis=0)
+    return np.where((solved.omega > 0) & (total > 0), energies / np.where(total > 0, total, 1.0), 0.0).T
+
+
+def _dataset(system: LinearSystem, solved: Eigenmodes, shape: xr.DataArray) -> xr.Dataset:
+    """The labelled result."""
+    k = np.array([mesh.stiffness for mesh in system.meshes])
+    participation = (solved.shapes.T @ system.rows.T) * k
+    per_root_mass = {"long_name": "mode shape of modal mass 1 kg", "units": "kg^-0.5 for displacements, rad m^-1 kg^-0.5"}
+    excitation = {"long_name": "generalized excitation by a unit transmission error", "units": "kg^0.5/s^2"}
+    by_mode, by_stage = ("mode", "stage"), ("stage",)
+    variables = {
+        "frequency": ("mode", solved.omega / (2 * pi), {"long_name": "natural frequency", "units": "Hz"}),
+        "damping_ratio": ("mode", solved.damping_ratio, {"long_name": "damping ratio", "units": "1"}),
+        "shape": shape.real.assign_attrs(per_root_mass),
+        "shape_imaginary": shape.imag.assign_attrs(per_root_mass),
+        "energy_share": (
+            ("mode", "element"),
+            energy_shares(system, solved),
+            {"long_name": "share of the strain energy", "units": "1"},
+        ),
+        "participation": (by_mode, participation.real, excitation),
+        "participation_imaginary": (by_mode, participation.imag, excitation),
+        "mesh_stiffness": (by_stage, k, {"long_name": "tangent mesh stiffness", "units": "N/m"}),
+        "mesh_force": (by_stage, [m.force for m in system.meshes], {"long_name": "mesh force", "units": "N"}),
+    }
+    coords = {
+        "mode": np.arange(1, solved.omega.size + 1),
+        "stage": system.stages,
+        "element": [element.name for element in system.elements],
+        "element_kind": ("element", [element.kind for element in system.elements]),
+    }
+    return xr.Dataset(variables, coords)

@@ -1,0 +1,98 @@
+"""The state about which a gearbox is linearized: static equilibrium under its load."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from math import isfinite
+
+import numpy as np
+
+from exugear.elements.exudyn_objects import quiet, set_state_of_system, state_of_system
+from exugear.elements.gear_contact import state_of
+from exugear.operation.conditions import run_up_conditions
+from exugear.system.drive_and_load import CURRENT, INITIAL, applied, assemble_in_state
+from exugear.system.equilibrium import start
+from exugear.system.imposed_speed import CONSTRAINT
+from exugear.system.model import Model, linearized
+from fem.support.validation import require
+
+
+@contextmanager
+def loaded(model: Model, load: float | None, drive: str = "held") -> Iterator[Model]:
+    """Put a gearbox at rest into equilibrium under a load [N m]; its state is restored afterwards.
+
+    drive   "held": the driving shaft, or the rotor behind its coupling, is fixed; "free": once in equilibrium it may
+            turn
+
+    Yields the model with the rows of its present system. Raises ValueError without a load, under which the teeth just
+    touch, and for loads beyond the maps.
+    """
+    require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}; build(gearbox)")
+    require(load is not None, "load must be the torque on the driven shaft of the gearbox [N m], got None")
+    torque = float(np.float64(load))
+    require(isfinite(torque) and torque != 0, f"load must be finite and not 0, got {load}; without it no teeth are pressed")
+    model = linearized(model, model.gearbox.driving.name)
+    conditions = run_up_conditions(model.gearbox, 0.0, torque, 1.0)
+    with quiet(), _restored(model), applied(model, conditions):
+        start(model, conditions)
+        if drive == "free":
+            model.mbs.SetObjectParameter(model.drive, "activeConnector", False)
+            assemble_in_state(model)
+        yield model
+
+
+@contextmanager
+def _restored(model: Model) -> Iterator[None]:
+    """Restore coordinates, drive, load and the states of the contacts afterwards."""
+    mbs = model.mbs
+    contacts, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
+    holding_forces = [float(contact.holding_force) for contact in contacts]
+    constraint = {name: mbs.GetObjectParameter(model.drive, name) for name in CONSTRAINT}
+    states = {configuration: state_of_system(mbs, configuration) for configuration in (INITIAL, CURRENT)}
+    try:
+        yield
+    finally:
+        for name, value in constraint.items():
+            mbs.SetObjectParameter(model.drive, name, value)
+        for name in ("load", "loadUserFunction"):
+            mbs.SetLoadParameter(model.load, name, load[name])
+        for contact, force in zip(contacts, holding_forces, strict=True):
+            contact.holding_force = force
+        mbs.Assemble()
+        for configuration, state in states.items():
+            set_state_of_system(mbs, state, configuration)
+
+
+@contextmanager
+def as_it_stands(mbs) -> Iterator[None]:
+    """Restore the current state of a hand-built system, which Exudyn's linearization replaces by the initial one."""
+    state = state_of_system(mbs, CURRENT)
+    try:
+        with quiet():
+            yield
+    finally:
+        set_state_of_system(mbs, state, CURRENT)
+
+
+@contextmanager
+def disengaged(mbs, contacts: Sequence[int]) -> Iterator[None]:
+    """Take the gears of contacts, by their object numbers, out of mesh."""
+    states = [state_of(mbs, contact) for contact in contacts]
+    engaged = [float(state.engaged) for state in states]
+    try:
+        for state in states:
+            state.engaged = 0.0
+        yield
+    finally:
+        for state, value in zip(states, engaged, strict=True):
+            state.engaged = value
+
+
+@contextmanager
+def moving(mbs, velocities: np.ndarray) -> Iterator[None]:
+    """Give the initial state of a system these velocities (n_coordinates,); those before are restored afterwards."""
+    before = mbs.systemData.GetODE2Coordinates_t(INITIAL)
+    try:
+        mbs.systemData.SetODE2Coordinates_t(velocities, INITIAL)
+        yield
+    finally:
+        mbs.systemData.SetODE2Coordinates_t(before, INITIAL)
