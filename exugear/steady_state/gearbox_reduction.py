@@ -1,7 +1,8 @@
 """Reduction of a built gearbox to the mesh that excites it: linear about its equilibrium but for the force of that mesh.
 
 The linear system keeps all coordinates. Bearings and couplings have their tangent stiffness under the load, the other
-meshes their mean tangent stiffness over the mesh cycle, and the contact its row and its offsets in the equilibrium.
+meshes their mean tangent stiffness over the mesh cycle, the gyroscopic terms are those at the middle of the speed range;
+the contact has its row and its offsets in the equilibrium.
 """
 
 from math import acos
@@ -13,37 +14,31 @@ from exugear.contact_geometry.contact_records import is_spatial
 from exugear.contact_geometry.reference_configuration import offsets_at
 from exugear.force_table.layout import OFFSETS
 from exugear.mesh_force.force import MeshForce
-from exugear.modes.mesh_tangents import contact_of, mesh_tangent
-from exugear.modes.operating_point import disengaged, loaded
+from exugear.modes.linear_system import linear_gearbox
+from exugear.modes.mesh_tangents import contact_of
+from exugear.modes.operating_point import loaded
 from exugear.steady_state.modal_blocks import modal_blocks
 from exugear.steady_state.steady_system import SteadySystem
-from exugear.system.model import Mesh, Model, end_coordinate, held_by_joints
+from exugear.system.model import Mesh, Model
 from fem.gear.involute import involute
 from fem.support.validation import require
 
 
-def steady_system(model: Model, load: float, stage: int, drive: str) -> SteadySystem:
+def steady_system(model: Model, load: float, stage: int, *, speed: float, drive: str) -> SteadySystem:
     """The system that the mesh of a stage excites, under a load on the driven shaft [N m].
 
+    speed   of the driving shaft [rad/s] at which gyroscopic terms are taken
     drive   "held": the driving shaft turns as imposed; "free": it turns under a constant torque
     """
-    with loaded(model, load, drive) as model:
-        contacts = [mesh.contact for mesh in model.meshes]
-        tangents = [mesh_tangent(model.mbs, contact, None) for contact in contacts]
-        mesh, tangent = model.meshes[stage], tangents[stage]
+    with loaded(model, load, drive) as in_equilibrium:
+        system = linear_gearbox(in_equilibrium, [speed], None)
         coordinates = np.array(model.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))
+        mesh, tangent = in_equilibrium.meshes[stage], system.meshes[stage]
         deflection = contact_of(model.mbs, mesh.contact).sample(coordinates[tangent.coordinates]).deflection
-        with disengaged(model.mbs, contacts):
-            mass, stiffness, damping = map(np.array, model.mbs.ComputeLinearizedSystem()[:3])
-    held = [] if drive == "free" else [end_coordinate(model, model.gearbox.driving.name)]
-    free = np.setdiff1d(np.arange(len(mass)), [*held_by_joints(model), *held])
-    rows = np.zeros((len(tangents), len(mass)))
-    for number, (row, tangent) in enumerate(zip(rows, tangents, strict=True)):
-        np.add.at(row, tangent.coordinates, tangent.row)
-        stiffness += tangent.stiffness * np.outer(row, row)
-        damping += (tangent.damping if number != stage else 0.0) * np.outer(row, row)
-    part = np.ix_(free, free)
-    blocks = modal_blocks(mass[part], stiffness[part], damping[part], rows[stage, free])
+    row = system.rows[stage]
+    damping = system.damping[0] - tangent.damping * np.outer(row, row)
+    matrices = [system.reduced(matrix) for matrix in (system.mass, system.stiffness, damping)]
+    blocks = modal_blocks(*matrices, row @ system.motions)
     offsets = _offsets(model, mesh, coordinates)
     law = mesh.law.at(**_within_axes(mesh.law, offsets))
     return SteadySystem(law, blocks, tangent.force, deflection, tangent.stiffness, _opening(mesh, offsets))

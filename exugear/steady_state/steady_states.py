@@ -58,7 +58,7 @@ def steady_states(
     require(drive in DRIVES, f"drive must be one of {DRIVES}, got {drive!r}")
     require_within("harmonics", harmonics, 1, MOST_HARMONICS, remedy="multiples of the mesh frequency")
     check_reducible(model)
-    system = steady_system(model, load, stage, drive)
+    system = steady_system(model, load, stage, speed=(low + high) / 2, drive=drive)
     cycles = float(model.mesh_cycles[stage])
     lowest = max(low, system.resonance / SLOWEST / cycles)
     reached = f"speed must reach beyond {lowest:.4g} rad/s, where the mesh frequency is 1/{SLOWEST} of the resonance"
