@@ -78,7 +78,7 @@ def _steps(orbits: PeriodicOrbits, start: OrbitPoint, within: Range) -> Iterator
 def _following(orbits: PeriodicOrbits, point: OrbitPoint, step: float) -> OrbitPoint | None:
     """The point at a step from another one along its tangent; None where there is none."""
     try:
-        following = orbits.solved(point.unknowns + step * point.tangent, point.tangent)
+        following = orbits.solved(point.unknowns + step * point.tangent, point.tangent, point)
     except ValueError:
         return None
     far = following is not None and np.linalg.norm(following.unknowns - point.unknowns) > 2 * step
@@ -86,9 +86,9 @@ def _following(orbits: PeriodicOrbits, point: OrbitPoint, step: float) -> OrbitP
 
 
 def _next_length(step: float, point: OrbitPoint) -> float:
-    if point.iterations <= QUICK:
+    if point.effort <= QUICK:
         return min(LONGEST, step * GROWTH)
-    return step / GROWTH if point.iterations > SLOW else step
+    return step / GROWTH if point.effort > SLOW else step
 
 
 def _at_border(orbits: PeriodicOrbits, point: OrbitPoint, following: OrbitPoint, border: float) -> OrbitPoint | None:
@@ -97,7 +97,7 @@ def _at_border(orbits: PeriodicOrbits, point: OrbitPoint, following: OrbitPoint,
     guess = point.unknowns + share * (following.unknowns - point.unknowns)
     guess[-1] = border
     try:
-        last = orbits.solved(guess, np.eye(guess.size)[-1])
+        last = orbits.solved(guess, np.eye(guess.size)[-1], point)
     except ValueError:
         return None
     if last is None or share <= 0:

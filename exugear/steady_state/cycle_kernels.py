@@ -73,15 +73,17 @@ def drift_all(propagators, matrix):
 
 
 @compiled
-def push(rows, impulse, matrix):
-    """Change the columns of a matrix (2 n, m) by the slopes of an impulse."""
-    for i in range(matrix.shape[1]):
-        change = 0.0
-        for j in range(matrix.shape[0]):
-            slope = impulse.by_deflection * rows[0, j] + impulse.by_rate * rows[1, j]
-            change += slope * matrix[j, i]
-        for j in range(matrix.shape[0]):
-            matrix[j, i] += rows[2, j] * change
+def push(rows, impulse, matrix, changes):
+    """Change the columns of a matrix (2 n, m) by the slopes of an impulse; changes (m,) holds those of the impulse."""
+    changes[:] = 0.0
+    for j in range(matrix.shape[0]):
+        slope, row = impulse.by_deflection * rows[0, j] + impulse.by_rate * rows[1, j], matrix[j]
+        for i in range(changes.size):
+            changes[i] += slope * row[i]
+    for j in range(matrix.shape[0]):
+        yielding, row = rows[2, j], matrix[j]
+        for i in range(changes.size):
+            row[i] += yielding * changes[i]
 
 
 @kept
@@ -116,7 +118,7 @@ def advance(addresses, rows, pieces, propagators, states, matrix, samples):
     samples       (s, 3) deflection [m], force and static force [N] in the middle of each step; s = 0: none
     """
     table, mesh = table_at(addresses[0]), steady_mesh_at(addresses[1])
-    sample = 0
+    sample, changes = 0, np.zeros(matrix.shape[1])
     for p in range(len(pieces)):
         first, length, number, step = pieces[p, 0], pieces[p, 1], int(pieces[p, 2]), pieces[p, 3]
         half, whole = propagators[p, 0], propagators[p, 1]
@@ -132,7 +134,7 @@ def advance(addresses, rows, pieces, propagators, states, matrix, samples):
             for j in range(states.size):
                 states[j] += rows[2, j] * impulse.value
             if matrix.shape[1] > 0:
-                push(rows, impulse, matrix)
+                push(rows, impulse, matrix, changes)
             if len(samples) > 0:
                 samples[sample, 0], samples[sample, 1] = deflection, impulse.force
                 samples[sample, 2] = impulse.static_force

@@ -5,6 +5,7 @@ meshes their mean tangent stiffness over the mesh cycle, the gyroscopic terms ar
 the contact has its row and its offsets in the equilibrium.
 """
 
+from dataclasses import replace
 from math import acos
 
 import exudyn as exu
@@ -13,6 +14,7 @@ import numpy as np
 from exugear.contact_geometry.contact_records import is_spatial
 from exugear.contact_geometry.reference_configuration import offsets_at
 from exugear.force_table.layout import OFFSETS
+from exugear.mesh_force.fixed_offsets import at_fixed_offsets
 from exugear.mesh_force.force import MeshForce
 from exugear.modes.linear_system import linear_gearbox
 from exugear.modes.mesh_tangents import contact_of
@@ -40,7 +42,7 @@ def steady_system(model: Model, load: float, stage: int, *, speed: float, drive:
     matrices = [system.reduced(matrix) for matrix in (system.mass, system.stiffness, damping)]
     blocks = modal_blocks(*matrices, row @ system.motions)
     offsets = _offsets(model, mesh, coordinates)
-    law = mesh.law.at(**_within_axes(mesh.law, offsets))
+    law = _law_at(mesh.law, offsets)
     return SteadySystem(law, blocks, tangent.force, deflection, tangent.stiffness, _opening(mesh, offsets))
 
 
@@ -57,9 +59,13 @@ def _offsets(model: Model, mesh: Mesh, coordinates: np.ndarray) -> dict[str, flo
     return dict(zip(OFFSETS, offsets, strict=True))
 
 
-def _within_axes(law: MeshForce, offsets: dict[str, float]) -> dict[str, float]:
-    """The offsets that are axes of a law, clamped to them."""
-    return {name: float(np.clip(offsets[name], axis[0], axis[-1])) for name, axis in law.offsets.items()}
+def _law_at(law: MeshForce, offsets: dict[str, float]) -> MeshForce:
+    """The law at offsets, clamped to its axes; in mid-plane, as its force alone matters."""
+    if not law.offsets:
+        return law
+    clamped = {name: float(np.clip(offsets[name], axis[0], axis[-1])) for name, axis in law.offsets.items()}
+    arrays = at_fixed_offsets(law, clamped) | {"centroid": np.array(0.0)}
+    return replace(law, **arrays, offsets={}, fixed_offsets={**law.fixed_offsets, **clamped})
 
 
 def _opening(mesh: Mesh, offsets: dict[str, float]) -> float:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-#: Share of a block in the response of the mesh to its own force below which the block is left out.
-LEAST_SHARE = 1e-12
+#: Share of an eigenvalue in the compliance and in the mobility of the mesh below which it is left out.
+LEAST_SHARE = 1e-6
 #: Imaginary part of an eigenvalue over its magnitude below which it is real.
 REAL = 1e-9
 
@@ -67,7 +67,8 @@ def modal_blocks(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, r
     values, vectors = np.linalg.eig(matrix)
     by_impulse = np.linalg.solve(vectors, np.concatenate([np.zeros(n), -inverse @ row]).astype(complex))
     residues = by_impulse * (row @ vectors[:n])
-    excited = np.abs(residues * values) > LEAST_SHARE * float(row @ inverse @ row)
+    mobility, compliance = np.abs(residues * values), np.abs(residues / values)
+    excited = (mobility > LEAST_SHARE * mobility.max()) | (compliance > LEAST_SHARE * compliance.max())
     return _paired(values[excited], residues[excited])
 
 

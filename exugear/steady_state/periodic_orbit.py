@@ -10,10 +10,11 @@ import numpy as np
 
 from exugear.steady_state.steady_system import SteadySystem
 
-#: Newton's iteration: number at most, and residual and correction over the static deflection that count as 0.
-ITERATIONS, CONVERGED = 8, 1e-9
-#: Correction of the last iteration that shows that the residual will not fall further, as rounding is reached.
-ROUNDED = 1e-11
+#: Effort of Newton's iteration at most; residual over the static deflection, and last correction, that count as 0.
+ITERATIONS, CONVERGED, CORRECTED = 8, 1e-9, 1e-6
+#: Number of states up to which each iteration has a new jacobian; effort of an iteration without, and share to which
+#: the residual must then fall.
+FEW_STATES, CHORD_EFFORT, FALL = 4, 0.4, 0.3
 #: Largest modulus of the multipliers of a stable orbit, less what rounding may add.
 STABLE = 1.0 - 1e-7
 
@@ -27,7 +28,7 @@ class OrbitPoint:
     period       in mesh cycles
     tangent      (2 n + 1,) of the branch, of length 1
     bifurcation  "fold", "period doubling" or ""
-    iterations   of Newton's method
+    effort       of Newton's method, in iterations with a new jacobian
     """
 
     unknowns: np.ndarray
@@ -35,7 +36,7 @@ class OrbitPoint:
     period: int
     tangent: np.ndarray
     bifurcation: str = ""
-    iterations: int = 0
+    effort: float = 0.0
 
     @property
     def multipliers(self) -> np.ndarray:
@@ -69,7 +70,12 @@ class PeriodicOrbits:
         """Mesh frequency [Hz]."""
         return self.system.resonance * float(unknowns[-1])
 
-    def residual(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def residual(self, u: np.ndarray) -> np.ndarray:
+        """(2 n,) change of the states over the period, over the static deflection."""
+        end = self.system.settled(self.states_of(u), self.frequency_of(u), self.period)
+        return end / self.system.static_deflection - u[:-1]
+
+    def linearized(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(2 n,) residual and its jacobian (2 n, 2 n + 1)."""
         scale, states, frequency = self.system.static_deflection, self.states_of(u), self.frequency_of(u)
         end = self.system.cycles_end(states, frequency, self.period)
@@ -78,24 +84,33 @@ class PeriodicOrbits:
         jacobian = np.column_stack([end.slopes - np.eye(states.size), by_unknown])
         return end.states / scale - u[:-1], jacobian
 
-    def solved(self, guess: np.ndarray, direction: np.ndarray) -> OrbitPoint | None:
+    def solved(self, guess: np.ndarray, direction: np.ndarray, near: OrbitPoint | None = None) -> OrbitPoint | None:
         """The orbit on the plane through the guess across the direction; None where Newton's iteration fails.
+
+        near   an orbit whose jacobian serves for many states as long as the residual falls fast
 
         Raises ValueError where the orbit leaves the map.
         """
-        u = guess.copy()
-        for iteration in range(1, ITERATIONS + 1):
-            residual, jacobian = self.residual(u)
-            matrix = np.vstack([jacobian, direction])
-            try:
-                change = np.linalg.solve(matrix, -np.append(residual, direction @ (u - guess)))
-            except np.linalg.LinAlgError:
-                return None
+        jacobian = near.jacobian if near is not None and self.system.size > FEW_STATES else None
+        u, size, effort = guess.copy(), np.inf, 0.0
+        while effort < ITERATIONS:
+            known = jacobian is not None
+            residual, current = (self.residual(u), jacobian) if known else self.linearized(u)
+            effort += CHORD_EFFORT if known else 1.0
+            before, size = size, float(np.abs(residual).max())
+            jacobian = None
+            if known and size > FALL * before:
+                size = np.inf
+                continue
+            change = _correction(current, direction, np.append(residual, direction @ (u - guess)))
             u = u + change
             if not u[-1] > 0:
                 return None
-            if np.abs(residual).max() < CONVERGED and np.abs(change).max() < 1e3 * CONVERGED:
-                return OrbitPoint(u, jacobian, self.period, _tangent(jacobian, direction), iterations=iteration)
+            if size < CONVERGED and np.abs(change).max() < CORRECTED:
+                current = self.linearized(u)[1] if known else current
+                return OrbitPoint(u, current, self.period, _tangent(current, direction), effort=effort)
+            if self.system.size > FEW_STATES:
+                jacobian = current
         return None
 
     def at_frequency(self, states: np.ndarray, frequency: float) -> OrbitPoint | None:
@@ -104,10 +119,17 @@ class PeriodicOrbits:
         return self.solved(guess, np.append(np.zeros(states.size), 1.0))
 
 
+def _correction(jacobian: np.ndarray, direction: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """(2 n + 1,) correction of the unknowns, across the direction; not finite where the equations are singular."""
+    try:
+        return np.linalg.solve(np.vstack([jacobian, direction]), -residual)
+    except np.linalg.LinAlgError:
+        return np.full(residual.size, np.nan)
+
+
 def _tangent(jacobian: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Tangent of the branch, along the direction."""
-    matrix = np.vstack([jacobian, direction])
-    tangent = np.linalg.solve(matrix, np.append(np.zeros(len(jacobian)), 1.0))
+    tangent = _correction(jacobian, direction, np.append(np.zeros(len(jacobian)), -1.0))
     return tangent / np.linalg.norm(tangent)
 
 
