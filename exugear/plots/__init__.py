@@ -1,5 +1,6 @@
 """Plots: each function takes data and optionally axes, and returns the axes."""
 
+from exugear.plots.branch_plots import plot_branches
 from exugear.plots.figures import figure
 from exugear.plots.mode_plots import plot_campbell, plot_modes
 from exugear.plots.order_plots import plot_waterfall
@@ -19,6 +20,7 @@ from exugear.plots.statics.stress_plots import (
 __all__ = [
     "figure",
     "plot_bearing_forces",
+    "plot_branches",
     "plot_campbell",
     "plot_efficiency",
     "plot_envelopes",
