@@ -17,39 +17,82 @@ from exugear.steady_state.flank_means import flank_means
 from fem.support.numba_cache import compiled, kept
 
 #: A mesh about its equilibrium: force [N], deflection [m] and mean stiffness [N/m], which the linear system contains;
-#: opening of the flanks by the displaced bearings [m]; mobility [1/kg] along the line of action.
-STEADY_MESH = record_type(*((name, "f8") for name in ("force", "deflection", "stiffness", "opening", "mobility")))
+#: slopes of the potential by phase [N m per pitch] and misalignment [N m]; opening of the flanks by the displaced
+#: bearings [m]; mobility [1/kg] along the line of action; side of the loaded flank, +1 or -1.
+STEADY_MESH = record_type(
+    *((name, "f8") for name in ("force", "deflection", "stiffness", "by_phase", "by_misalignment")),
+    *((name, "f8") for name in ("opening", "mobility", "side")),
+)
 steady_mesh_at = reader(STEADY_MESH)
+#: Number of measures of a mesh: deflection [m], phase, misalignment [rad], less those of the equilibrium.
+MEASURES = 3
+
 
 class Impulse(NamedTuple):
-    """Impulse of the mesh in a step [N s] and its slopes by deflection and rate; force and static force [N] meanwhile."""
+    """Impulses of the mesh in a step on deflection [N s], phase and misalignment, beside those of the linear system.
+
+    by_deflection, by_rate, by_phase, by_misalignment   slopes of the first of them
+    moment_slope                                        of the third by the misalignment
+    force, static_force                                 meanwhile [N]
+    """
 
     value: float
+    on_phase: float
+    on_misalignment: float
     by_deflection: float
     by_rate: float
+    by_phase: float
+    by_misalignment: float
+    moment_slope: float
     force: float
     static_force: float
 
 
 @compiled
-def impulse_of(table, mesh, phase, deflection, rate, step):
-    """`Impulse` beside that of the mean stiffness, at a deflection [m] and a rate [m/s] before it; step [s]."""
+def impulse_of(table, mesh, phase, deflection, misalignment, rate, step):
+    """`Impulse` at a phase, a deflection [m], a misalignment [rad] and a rate [m/s] before it; step [s].
+
+    The misalignment, less that of the equilibrium, acts on the loaded flank alone.
+    """
     flank = flank_of(table, deflection + mesh.opening, mesh.opening, phase)
     side, travel = flank.side, flank.side * rate * step
-    static, c = flank_means(table, phase_cell(table, flank.phase), flank.deflection, travel)
+    lever = misalignment if side == mesh.side else 0.0
+    static, c, slopes = flank_means(table, phase_cell(table, flank.phase), flank.deflection, lever, travel)
     yielding = 1.0 + 0.5 * mesh.mobility * c.value * step
     excess = side * static.value - mesh.force - mesh.stiffness * (deflection - mesh.deflection)
     impulse = step * (excess + c.value * rate) / yielding
     mean_rate = rate - 0.5 * mesh.mobility * impulse
     by_deflection = static.by_penetration - mesh.stiffness + side * c.by_penetration * mean_rate
     by_rate = c.value + step * (static.by_travel + side * c.by_travel * mean_rate)
+    loaded = 1.0 if side == mesh.side else 0.0
     return Impulse(
         impulse,
+        step * (side * slopes.by_phase - mesh.by_phase),
+        step * (loaded * slopes.by_lever - mesh.by_misalignment),
         step * by_deflection / yielding,
         step * by_rate / yielding,
+        step * slopes.force_by_phase,
+        step * loaded * side * slopes.force_by_lever,
+        step * loaded * slopes.moment_by_lever,
         side * static.value + c.value * mean_rate,
         side * static.value,
     )
+
+
+@compiled
+def dot(row, states):
+    """Sum of products."""
+    total = 0.0
+    for j in range(states.size):
+        total += row[j] * states[j]
+    return total
+
+
+@compiled
+def add(states, impulse, by_impulse):
+    """Change states by an impulse."""
+    for j in range(states.size):
+        states[j] += impulse * by_impulse[j]
 
 
 @compiled
@@ -73,17 +116,28 @@ def drift_all(propagators, matrix):
 
 
 @compiled
-def push(rows, impulse, matrix, changes):
-    """Change the columns of a matrix (2 n, m) by the slopes of an impulse; changes (m,) holds those of the impulse."""
+def push(measures, rate_row, by_impulses, impulse, matrix, changes):
+    """Change the columns of a matrix (2 n, m) by the slopes of an impulse; changes (3, m) holds those of the impulses."""
+    number = len(measures)
     changes[:] = 0.0
     for j in range(matrix.shape[0]):
-        slope, row = impulse.by_deflection * rows[0, j] + impulse.by_rate * rows[1, j], matrix[j]
-        for i in range(changes.size):
-            changes[i] += slope * row[i]
+        row = matrix[j]
+        slope = impulse.by_deflection * measures[0, j] + impulse.by_rate * rate_row[j]
+        if number > 1:
+            slope += impulse.by_phase * measures[1, j] + impulse.by_misalignment * measures[2, j]
+            on_phase = impulse.by_phase * measures[0, j]
+            on_misalignment = impulse.by_misalignment * measures[0, j] + impulse.moment_slope * measures[2, j]
+            for i in range(matrix.shape[1]):
+                changes[1, i] += on_phase * row[i]
+                changes[2, i] += on_misalignment * row[i]
+        for i in range(matrix.shape[1]):
+            changes[0, i] += slope * row[i]
     for j in range(matrix.shape[0]):
-        yielding, row = rows[2, j], matrix[j]
-        for i in range(changes.size):
-            row[i] += yielding * changes[i]
+        row = matrix[j]
+        for k in range(number):
+            yielding = by_impulses[k, j]
+            for i in range(matrix.shape[1]):
+                row[i] += yielding * changes[k, i]
 
 
 @kept
@@ -112,34 +166,38 @@ def advance(addresses, rows, pieces, propagators, states, matrix, samples):
     """Move states (2 n,) over the pieces of a cycle, and the columns of a matrix (2 n, m; m = 0: none) with them.
 
     addresses     (2,) of the head of a table and of a `STEADY_MESH`
-    rows          (3, 2 n) deflection and rate by the states, states by a unit impulse
+    rows          (2 k + 1, 2 n): rate of the deflection by the states; k measures by the states, k = 1 or 3; states by
+                  unit impulses on the measures
     pieces        (p, 4) first phase, length in phase, number of steps, step [s]
     propagators   (p, 2, n, 2, 2) over half a step and over a step
     samples       (s, 3) deflection [m], force and static force [N] in the middle of each step; s = 0: none
     """
     table, mesh = table_at(addresses[0]), steady_mesh_at(addresses[1])
-    sample, changes = 0, np.zeros(matrix.shape[1])
+    number = (len(rows) - 1) // 2
+    rate_row, measures, by_impulses = rows[0], rows[1 : 1 + number], rows[1 + number :]
+    sample, changes, values = 0, np.zeros((MEASURES, matrix.shape[1])), np.zeros(MEASURES)
     for p in range(len(pieces)):
-        first, length, number, step = pieces[p, 0], pieces[p, 1], int(pieces[p, 2]), pieces[p, 3]
+        first, length, steps, step = pieces[p, 0], pieces[p, 1], int(pieces[p, 2]), pieces[p, 3]
         half, whole = propagators[p, 0], propagators[p, 1]
         drift(half, states)
         drift_all(half, matrix)
-        for i in range(number):
-            deflection, rate = mesh.deflection, 0.0
-            for j in range(states.size):
-                deflection += rows[0, j] * states[j]
-                rate += rows[1, j] * states[j]
-            phase = first + length * (i + 0.5) / number
-            impulse = impulse_of(table, mesh, phase, deflection, rate, step)
-            for j in range(states.size):
-                states[j] += rows[2, j] * impulse.value
+        for i in range(steps):
+            rate = dot(rate_row, states)
+            for k in range(number):
+                values[k] = dot(measures[k], states)
+            deflection, phase = mesh.deflection + values[0], first + length * (i + 0.5) / steps + values[1]
+            impulse = impulse_of(table, mesh, phase, deflection, values[2], rate, step)
+            add(states, impulse.value, by_impulses[0])
+            if number > 1:
+                add(states, impulse.on_phase, by_impulses[1])
+                add(states, impulse.on_misalignment, by_impulses[2])
             if matrix.shape[1] > 0:
-                push(rows, impulse, matrix, changes)
+                push(measures, rate_row, by_impulses, impulse, matrix, changes)
             if len(samples) > 0:
                 samples[sample, 0], samples[sample, 1] = deflection, impulse.force
                 samples[sample, 2] = impulse.static_force
                 sample += 1
-            last = half if i == number - 1 else whole
+            last = half if i == steps - 1 else whole
             drift(last, states)
             drift_all(last, matrix)
 

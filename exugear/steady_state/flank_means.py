@@ -8,7 +8,8 @@ the mean agree to the second order of the step.
 from typing import NamedTuple
 
 from exugear.force_table.force_kernels import damping
-from exugear.force_table.potential import potential
+from exugear.force_table.patches import range_of
+from exugear.force_table.potential import centroid_at, potential
 from fem.support.numba_cache import compiled
 
 #: Travel of the teeth in a step [m] below which means are the values in its middle.
@@ -23,28 +24,52 @@ class StepMean(NamedTuple):
     by_travel: float
 
 
+class FlankSlopes(NamedTuple):
+    """Slopes in the middle of a step: of the potential by phase and lever, of the force by both, of the moment by lever."""
+
+    by_phase: float
+    by_lever: float
+    force_by_phase: float
+    force_by_lever: float
+    moment_by_lever: float
+
+
 @compiled
-def flank_means(table, cell, deflection, travel):
-    """`StepMean` of the static force [N] and of the damping coefficient [N s/m] of a flank.
+def flank_means(table, cell, deflection, lever, travel):
+    """`StepMean` of the static force [N] and of the damping coefficient [N s/m] of a flank, `FlankSlopes`.
 
     deflection   in the middle of the step [m]
+    lever        misalignment beside that of the table [rad]
     travel       change of the deflection in the step [m]
     """
-    middle = potential(table, 0, cell, deflection, 0.0)
-    c = mean_damping(table, middle.penetration, travel)
+    middle = potential(table, 0, cell, deflection, lever)
+    c, slopes = mean_damping(table, middle.penetration, travel), slopes_of(table, cell, deflection, middle)
     depth = abs(middle.penetration) / max(abs(travel), LEAST_TRAVEL)
     if depth >= 1.0 or abs(travel) < LEAST_TRAVEL:
-        return StepMean(middle.force, middle.stiffness, 0.0), c
-    after = potential(table, 0, cell, deflection + 0.5 * travel, 0.0)
-    before = potential(table, 0, cell, deflection - 0.5 * travel, 0.0)
+        return StepMean(middle.force, middle.stiffness, 0.0), c, slopes
+    after = potential(table, 0, cell, deflection + 0.5 * travel, lever)
+    before = potential(table, 0, cell, deflection - 0.5 * travel, lever)
     mean = mean_between(before.energy, after.energy, before.force, after.force, travel)
     if depth <= 0.5:
-        return mean, c
+        return mean, c, slopes
     share = 2.0 - 2.0 * depth
     side, excess = 1.0 if middle.penetration > 0.0 else -1.0, mean.value - middle.force
     by_penetration = -2.0 * side / abs(travel) * excess + share * mean.by_penetration + (1.0 - share) * middle.stiffness
     by_travel = 2.0 * depth / travel * excess + share * mean.by_travel
-    return StepMean(middle.force + share * excess, by_penetration, by_travel), c
+    return StepMean(middle.force + share * excess, by_penetration, by_travel), c, slopes
+
+
+@compiled
+def slopes_of(table, cell, deflection, u):
+    """`FlankSlopes` from the `Potential` of a flank; without the torque by the phase where the law does not conserve."""
+    by_phase = u.by_phase if table.conserves != 0 else 0.0
+    if table.has_centroid == 0 or u.penetration <= 0.0:
+        return FlankSlopes(by_phase, 0.0, u.force_by_phase, 0.0, 0.0)
+    extent = range_of(table, 0, cell)
+    centroid = centroid_at(table, 0, cell, extent, deflection - extent.unloaded)
+    by_lever = -u.stiffness * centroid.value - u.force * centroid.by_deflection
+    moment_by_lever = u.stiffness * centroid.value * centroid.value
+    return FlankSlopes(by_phase, u.by_lever, u.force_by_phase, by_lever, moment_by_lever)
 
 
 @compiled

@@ -11,16 +11,14 @@ from math import acos
 import exudyn as exu
 import numpy as np
 
-from exugear.contact_geometry.contact_records import is_spatial
-from exugear.contact_geometry.reference_configuration import offsets_at
-from exugear.force_table.layout import OFFSETS
 from exugear.mesh_force.fixed_offsets import at_fixed_offsets
 from exugear.mesh_force.force import MeshForce
 from exugear.modes.linear_system import linear_gearbox
-from exugear.modes.mesh_tangents import contact_of
+from exugear.modes.mesh_tangents import MeshTangent, contact_of
 from exugear.modes.operating_point import loaded
+from exugear.steady_state.mesh_measures import Measures, measures_of, static_at
 from exugear.steady_state.modal_blocks import modal_blocks
-from exugear.steady_state.steady_system import SteadySystem
+from exugear.steady_state.steady_system import MeshEquilibrium, SteadySystem
 from exugear.system.model import Mesh, Model
 from fem.gear.involute import involute
 from fem.support.validation import require
@@ -34,37 +32,39 @@ def steady_system(model: Model, load: float, stage: int, *, speed: float, drive:
     """
     with loaded(model, load, drive) as in_equilibrium:
         system = linear_gearbox(in_equilibrium, [speed], None)
-        coordinates = np.array(model.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))
+        q = np.array(model.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))
         mesh, tangent = in_equilibrium.meshes[stage], system.meshes[stage]
-        deflection = contact_of(model.mbs, mesh.contact).sample(coordinates[tangent.coordinates]).deflection
-    row = system.rows[stage]
-    damping = system.damping[0] - tangent.damping * np.outer(row, row)
-    matrices = [system.reduced(matrix) for matrix in (system.mass, system.stiffness, damping)]
-    blocks = modal_blocks(*matrices, row @ system.motions)
-    offsets = _offsets(model, mesh, coordinates)
-    law = _law_at(mesh.law, offsets)
-    return SteadySystem(law, blocks, tangent.force, deflection, tangent.stiffness, _opening(mesh, offsets))
+        deflection = contact_of(model.mbs, mesh.contact).sample(q[tangent.coordinates]).deflection
+    row, part = system.rows[stage], np.ix_(tangent.coordinates, tangent.coordinates)
+    stiffness, damping = system.stiffness.copy(), system.damping[0] - tangent.damping * np.outer(row, row)
+    stiffness[part] -= (tangent.matrix + tangent.matrix.T) / 2
+    stiffness += tangent.stiffness * np.outer(row, row)
+    rows, measures = measures_of(model, mesh, q)
+    rows = np.vstack([row, rows]) @ system.motions
+    rows = rows if np.abs(rows[1:]).max() > 0 else rows[:1]
+    blocks = modal_blocks(*(system.reduced(matrix) for matrix in (system.mass, stiffness, damping)), rows)
+    law = _law_at(mesh, measures.offsets)
+    return SteadySystem(law, blocks, _equilibrium(law, mesh, tangent, measures, deflection))
 
 
-def _offsets(model: Model, mesh: Mesh, coordinates: np.ndarray) -> dict[str, float]:
-    """a [m], misalignment [rad] and axial [m] of a mesh at coordinates of the system; empty where shafts only spin."""
-    if not is_spatial(mesh.frame):
-        return {}
-    displacements = np.zeros((2, 6))
-    for displacement, shaft in zip(displacements, (mesh.stage.fast, mesh.stage.slow), strict=True):
-        components = model.plan.shafts[shaft.name].components
-        first = model.spins[shaft.name] - len(components) + 1
-        displacement[components] = coordinates[first : first + len(components)]
-    offsets = offsets_at(mesh.law.table.head, mesh.frame, *(tuple(row) for row in displacements.tolist()))
-    return dict(zip(OFFSETS, offsets, strict=True))
+def _equilibrium(law: MeshForce, mesh: Mesh, tangent: MeshTangent, measures: Measures, deflection: float):
+    """The equilibrium of a mesh at its measures and a deflection [m]."""
+    side, opening = (1.0, -1.0)[tangent.force < 0], _opening(mesh, measures.offsets)
+    flank_phase = measures.phase if side > 0 else law.back_phase - measures.phase
+    flank_deflection = deflection if side > 0 else -(deflection + law.backlash) - 2 * opening
+    static = static_at(law.table.head, flank_phase, flank_deflection)
+    slopes = {"by_phase": side * static.by_phase, "by_misalignment": static.by_lever}
+    return MeshEquilibrium(tangent.force, deflection, tangent.stiffness, **slopes, opening=opening, side=side)
 
 
-def _law_at(law: MeshForce, offsets: dict[str, float]) -> MeshForce:
-    """The law at offsets, clamped to its axes; in mid-plane, as its force alone matters."""
+def _law_at(mesh: Mesh, offsets: dict[str, float]) -> MeshForce:
+    """The law of a mesh at offsets, clamped to its axes, its force centroid within the face."""
+    law = mesh.law
     if not law.offsets:
         return law
     clamped = {name: float(np.clip(offsets[name], axis[0], axis[-1])) for name, axis in law.offsets.items()}
-    arrays = at_fixed_offsets(law, clamped) | {"centroid": np.array(0.0)}
+    arrays, half_face = at_fixed_offsets(law, clamped), mesh.stage.pair.pinion.b / 2
+    arrays["centroid"] = np.clip(arrays["centroid"], -half_face, half_face)
     return replace(law, **arrays, offsets={}, fixed_offsets={**law.fixed_offsets, **clamped})
 
 

@@ -1,8 +1,8 @@
-"""The linear part of a gearbox in modal blocks: its motion, and how a mesh force acts on it.
+"""The linear part of a gearbox in modal blocks: its motion, and how a mesh measures and changes it.
 
-M p'' + C p' + K p = -row force has the eigenvalues of its first-order form. Two conjugate eigenvalues, or two real
-ones, are a block of two real states. States are scaled as contributions to the deflection row . p of the mesh, so that
-all of them are in metres.
+M p'' + C p' + K p = -R^T f has the eigenvalues of its first-order form; the rows R p are the measures of the mesh, the
+deflection the first of them. Two conjugate eigenvalues, or two real ones, are a block of two real states. States are
+scaled as contributions to the deflection, so that all of them are in metres.
 """
 
 from dataclasses import dataclass
@@ -14,26 +14,25 @@ import scipy
 LEAST_SHARE = 1e-6
 #: Imaginary part of an eigenvalue over its magnitude below which it is real.
 REAL = 1e-9
+#: Square of a frequency over the largest one below which the motion is rigid.
+RIGID = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class ModalBlocks:
-    """A linear system with a mesh force as its input and the deflection of the mesh as its output.
+    """A linear system with the measures of a mesh as outputs, and the forces on them as inputs.
 
     first, second   (n,) eigenvalues [1/s] of the blocks: of oscillating ones real and imaginary part
     oscillating     (n,) whether the eigenvalues of a block are conjugate complex
-    by_impulse      (n, 2) change of the states by a unit impulse of the mesh force [m/(N s)]
+    measures        (m, n, 2) measures = rows . states
+    by_impulses     (m, n, 2) changes of the states by unit impulses of the forces on the measures
     """
 
     first: np.ndarray
     second: np.ndarray
     oscillating: np.ndarray
-    by_impulse: np.ndarray
-
-    @property
-    def deflection_row(self) -> np.ndarray:
-        """(n, 2) deflection = row . states."""
-        return np.column_stack([np.ones(self.first.size), np.where(self.oscillating, 0.0, 1.0)])
+    measures: np.ndarray
+    by_impulses: np.ndarray
 
     @property
     def rate_row(self) -> np.ndarray:
@@ -42,8 +41,8 @@ class ModalBlocks:
 
     @property
     def mobility(self) -> float:
-        """Change of the rate of the deflection per impulse against it [1/kg]."""
-        return -float(np.sum(self.rate_row * self.by_impulse))
+        """Change of the rate of the deflection per impulse of the mesh force against it [1/kg]."""
+        return -float(np.sum(self.rate_row * self.by_impulses[0]))
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -52,44 +51,50 @@ class ModalBlocks:
 
     @property
     def shares(self) -> np.ndarray:
-        """(n,) shares of the blocks in the change of the rate of the deflection by an impulse."""
-        return np.abs(np.sum(self.rate_row * self.by_impulse, axis=1)) / self.mobility
+        """(n,) shares of the blocks in the mobility."""
+        return np.abs(np.sum(self.rate_row * self.by_impulses[0], axis=1)) / self.mobility
 
 
-def modal_blocks(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, row: np.ndarray) -> ModalBlocks:
-    """Blocks of the system with these matrices (n, n) and the row (n,) of the mesh.
+def modal_blocks(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, rows: np.ndarray) -> ModalBlocks:
+    """Blocks of the system with these matrices (n, n) and the rows (m, n) of the measures, the deflection first.
 
-    Motions without strain and modes that the mesh does not excite are left out.
+    Rigid motions and modes that the mesh force does not excite are left out.
     """
-    mass, stiffness, damping, row = _without_rigid_motion(mass, stiffness, damping, row)
-    n, inverse = len(mass), np.linalg.inv(mass)
-    matrix = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -inverse @ damping]])
-    values, vectors = np.linalg.eig(matrix)
-    by_impulse = np.linalg.solve(vectors, np.concatenate([np.zeros(n), -inverse @ row]).astype(complex))
-    residues = by_impulse * (row @ vectors[:n])
+    squares, modes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
+    modes = modes[:, squares > RIGID * squares[-1]]
+    n, rows = modes.shape[1], rows @ modes
+    by_state = -np.hstack([modes.T @ stiffness @ modes, modes.T @ damping @ modes])
+    values, vectors = np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), by_state]))
+    inputs = np.linalg.solve(vectors, np.vstack([np.zeros((n, len(rows))), -rows.T]).astype(complex)).T
+    outputs = rows @ vectors[:n]
+    residues = outputs[0] * inputs[0]
     mobility, compliance = np.abs(residues * values), np.abs(residues / values)
     excited = (mobility > LEAST_SHARE * mobility.max()) | (compliance > LEAST_SHARE * compliance.max())
-    return _paired(values[excited], residues[excited])
+    values, inputs, outputs = values[excited], inputs[:, excited], outputs[:, excited]
+    return _paired(values, outputs / outputs[0], inputs * outputs[0])
 
 
-def _without_rigid_motion(mass, stiffness, damping, row):
-    """The matrices in the coordinates of the undamped modes, without those that are neither strained nor damped."""
-    squares, modes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
-    modes = modes[:, squares > 1e-12 * squares[-1]]
-    return np.eye(modes.shape[1]), modes.T @ stiffness @ modes, modes.T @ damping @ modes, row @ modes
-
-
-def _paired(values: np.ndarray, residues: np.ndarray) -> ModalBlocks:
-    """Blocks of eigenvalues [1/s] with their residues, by which the deflection answers an impulse [m/(N s)]."""
+def _paired(values: np.ndarray, outputs: np.ndarray, inputs: np.ndarray) -> ModalBlocks:
+    """Blocks of eigenvalues [1/s] with outputs and inputs (m, number of values)."""
     oscillating = values.imag > REAL * np.abs(values)
-    real = np.abs(values.imag) <= REAL * np.abs(values)
-    pairs, doubled = values[oscillating], 2 * residues[oscillating]
-    decays, answers = values[real].real, residues[real].real
-    if decays.size % 2:
-        decays, answers = np.append(decays, decays.min()), np.append(answers, 0.0)
+    real = np.flatnonzero(np.abs(values.imag) <= REAL * np.abs(values))
+    first, second = real[0::2], real[1::2]
+    alone = first.size - second.size
+    second = np.append(second, first[first.size - alone :])
+    answered = np.append(np.ones(second.size - alone), np.zeros(alone))
+    pairs, couples = outputs[:, oscillating], 2 * inputs[:, oscillating]
+    single = outputs.real, inputs.real
+    measures = np.concatenate(
+        [np.stack([pairs.real, -pairs.imag], -1), np.stack([single[0][:, first], single[0][:, second]], -1)], axis=1
+    )
+    by_impulses = np.concatenate(
+        [np.stack([couples.real, couples.imag], -1), np.stack([single[1][:, first], answered * single[1][:, second]], -1)],
+        axis=1,
+    )
     return ModalBlocks(
-        np.concatenate([pairs.real, decays[0::2]]),
-        np.concatenate([pairs.imag, decays[1::2]]),
-        np.concatenate([np.ones(pairs.size, bool), np.zeros(decays.size // 2, bool)]),
-        np.concatenate([np.column_stack([doubled.real, doubled.imag]), np.column_stack([answers[0::2], answers[1::2]])]),
+        np.concatenate([values[oscillating].real, values[first].real]),
+        np.concatenate([values[oscillating].imag, values[second].real]),
+        np.concatenate([np.ones(pairs.shape[1], bool), np.zeros(first.size, bool)]),
+        measures,
+        by_impulses,
     )

@@ -42,36 +42,48 @@ class Orbit(NamedTuple):
     static_force: np.ndarray
 
 
+class MeshEquilibrium(NamedTuple):
+    """A mesh in equilibrium: force [N], deflection [m], mean stiffness over the mesh cycle [N/m].
+
+    by_phase, by_misalignment   slopes of its potential [N m per pitch, N m]
+    opening                     of the flanks by the displaced bearings [m]
+    side                        of the loaded flank: +1 driving, -1 back flank
+    """
+
+    force: float
+    deflection: float
+    stiffness: float
+    by_phase: float = 0.0
+    by_misalignment: float = 0.0
+    opening: float = 0.0
+    side: float = 1.0
+
+
 @dataclass(frozen=True, eq=False)
 class SteadySystem:
     """A mesh in its linear surroundings, at constant speed: its phase is a known function of time.
 
     law          force law without offsets
-    blocks       linear system, the mesh with its mean stiffness
-    force, deflection, stiffness, opening
-                 mesh force [N] and deflection [m] of the equilibrium in which the states are 0, mean stiffness [N/m],
-                 opening of the flanks [m]
+    blocks       linear system, the mesh with its mean stiffness; measures of the mesh: deflection alone, or deflection,
+                 phase and misalignment
+    equilibrium  in which the states are 0
     """
 
     law: MeshForce
     blocks: ModalBlocks
-    force: float
-    deflection: float
-    stiffness: float
-    opening: float = 0.0
+    equilibrium: MeshEquilibrium
     mesh: np.record = field(init=False, repr=False)
     addresses: np.ndarray = field(init=False, repr=False)
     rows: np.ndarray = field(init=False, repr=False)
     breaks: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self):
-        names = ("force", "deflection", "stiffness", "opening")
-        mesh = record_of(STEADY_MESH, mobility=self.blocks.mobility, **{name: getattr(self, name) for name in names})
+        mesh = record_of(STEADY_MESH, mobility=self.blocks.mobility, **self.equilibrium._asdict())
         object.__setattr__(self, "mesh", mesh)
         object.__setattr__(self, "addresses", np.array([address_of(self.law.table), address_of(mesh)]))
         blocks = self.blocks
-        rows = np.array([blocks.deflection_row.ravel(), blocks.rate_row.ravel(), blocks.by_impulse.ravel()])
-        object.__setattr__(self, "rows", rows)
+        tables = [blocks.rate_row[None], blocks.measures, blocks.by_impulses]
+        object.__setattr__(self, "rows", np.concatenate([x.reshape(len(x), -1) for x in tables]))
         object.__setattr__(self, "breaks", _phases_of_jumps(self.law))
 
     @property
@@ -95,7 +107,7 @@ class SteadySystem:
     @cached_property
     def static_deflection(self) -> float:
         """Mean static deflection [m] by the mean stiffness, the unit of amplitudes."""
-        return abs(self.force) / self.stiffness
+        return abs(self.equilibrium.force) / self.equilibrium.stiffness
 
     @cached_property
     def decay(self) -> float:
