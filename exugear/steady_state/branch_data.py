@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 
 from exugear.steady_state.branch_search import Branch
-from exugear.steady_state.cycle_kernels import fourier_sums
-from exugear.steady_state.periodic_orbit import PeriodicOrbits
-from exugear.steady_state.steady_system import Orbit, SteadySystem
+from exugear.steady_state.orbits.cycle_kernels import fourier_sums
+from exugear.steady_state.orbits.periodic_orbit import PeriodicOrbits
+from exugear.steady_state.orbits.steady_system import Orbit, SteadySystem
 
 #: Unit and meaning of the variables over the points.
 ABOUT = {
@@ -19,7 +19,10 @@ ABOUT = {
     "rms": ("m", "rms of the DTE about its mean"),
     "peak_to_peak": ("m", "peak to peak of the DTE"),
     "harmonics": ("m", "amplitude of the DTE at multiples of the mesh frequency"),
-    "harmonic_phase": ("rad", "phase of the DTE, a cosine, at multiples of the mesh frequency from phase 0 of the mesh"),
+    "harmonic_phase": (
+        "rad",
+        "phase of the DTE, a cosine, at multiples of the mesh frequency from phase 0 of the mesh",
+    ),
     "smallest_force": ("N", "smallest mesh force"),
     "largest_force": ("N", "largest mesh force"),
     "share_without_contact": ("1", "share of the period in which no teeth touch"),

@@ -7,8 +7,8 @@ from math import ceil, log
 import numpy as np
 
 from exugear.steady_state.continuation import Range, traced
-from exugear.steady_state.periodic_orbit import OrbitPoint, PeriodicOrbits, reversed_point
-from exugear.steady_state.steady_system import SteadySystem
+from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbits, reversed_point
+from exugear.steady_state.orbits.steady_system import SteadySystem
 
 #: Range of the mesh frequency over the resonance that sweeps pass at least: vibrations outlast it into other ranges.
 SWEPT = 0.5, 1.6
@@ -179,9 +179,7 @@ def _subharmonic(system: SteadySystem, branches: list[Branch], within: Range) ->
     return new
 
 
-def _doubled(
-    system: SteadySystem, doubling: OrbitPoint, within: Range, doublings: list[OrbitPoint]
-) -> Branch | None:
+def _doubled(system: SteadySystem, doubling: OrbitPoint, within: Range, doublings: list[OrbitPoint]) -> Branch | None:
     """The branch of two mesh cycles that leaves a period doubling, and ends at another if it does."""
     values, vectors = np.linalg.eig(doubling.jacobian[:, :-1])
     nearest = int(np.abs(values + 2.0).argmin())

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from exugear.steady_state.periodic_orbit import OrbitPoint, PeriodicOrbits
+from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbits
 
 #: Largest relative change of the frequency in a step of the continuation, largest and least length of a step in
 #: unknowns, and length of the first step.
@@ -36,7 +36,9 @@ class Range:
         return self.low <= point.unknowns[-1] <= self.high
 
 
-def traced(orbits: PeriodicOrbits, start: OrbitPoint, within: Range, ended: Callable[[OrbitPoint], bool]) -> list[OrbitPoint]:
+def traced(
+    orbits: PeriodicOrbits, start: OrbitPoint, within: Range, ended: Callable[[OrbitPoint], bool]
+) -> list[OrbitPoint]:
     """The points of a branch from start along its tangent, until it leaves the range, closes or has ended.
 
     Bifurcations stand as points of their own between the others. Where the orbits leave the map the branch ends.

@@ -17,8 +17,8 @@ from exugear.modes.linear_system import linear_gearbox
 from exugear.modes.mesh_tangents import MeshTangent, contact_of
 from exugear.modes.operating_point import loaded
 from exugear.steady_state.mesh_measures import Measures, measures_of, static_at
-from exugear.steady_state.modal_blocks import modal_blocks
-from exugear.steady_state.steady_system import MeshEquilibrium, SteadySystem
+from exugear.steady_state.orbits.modal_blocks import modal_blocks
+from exugear.steady_state.orbits.steady_system import MeshEquilibrium, SteadySystem
 from exugear.system.model import Mesh, Model
 from fem.gear.involute import involute
 from fem.support.validation import require

@@ -48,7 +48,10 @@ def measures_of(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Me
         rows[0, pinion] = per_radian
         return rows, Measures(phase_of(mesh.frame, float(q[pinion])), {})
     components = [model.plan.shafts[shaft.name].components for shaft in shafts]
-    indices = [model.spins[shaft.name] + 1 - len(part) + np.arange(len(part)) for shaft, part in zip(shafts, components, strict=True)]
+    indices = [
+        model.spins[shaft.name] + 1 - len(part) + np.arange(len(part))
+        for shaft, part in zip(shafts, components, strict=True)
+    ]
 
     def at(coordinates: np.ndarray) -> np.ndarray:
         displacements = np.zeros((2, 6))

@@ -13,7 +13,7 @@ import numpy as np
 from exugear.contact_geometry.relative_position import flank_of
 from exugear.force_table.kernel_records import reader, record_type
 from exugear.force_table.patches import phase_cell, table_at
-from exugear.steady_state.flank_means import flank_means
+from exugear.steady_state.orbits.flank_means import flank_means
 from fem.support.numba_cache import compiled, kept
 
 #: A mesh about its equilibrium: force [N], deflection [m] and mean stiffness [N/m], which the linear system contains;

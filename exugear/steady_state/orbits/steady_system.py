@@ -10,8 +10,8 @@ import numpy as np
 from exugear.force_table.kernel_records import address_of, record_of
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import beyond_map
-from exugear.steady_state.cycle_kernels import NO_SAMPLES, STEADY_MESH, advance, propagators
-from exugear.steady_state.modal_blocks import ModalBlocks
+from exugear.steady_state.orbits.cycle_kernels import NO_SAMPLES, STEADY_MESH, advance, propagators
+from exugear.steady_state.orbits.modal_blocks import ModalBlocks
 from fem.support.validation import require
 
 #: Least number of steps in a mesh cycle, and in a period of a mode that takes part in the whole mobility of the mesh; a
@@ -146,7 +146,9 @@ class SteadySystem:
             samples = np.zeros((numbers.sum(), 3))
             self._call(moved, np.zeros((self.size, 0)), pieces, blocks, samples)
             tables.append(samples)
-        phase = np.concatenate([a + x * (np.arange(n) + 0.5) / n for (a, x), n in zip(pieces[:, :2], numbers, strict=True)])
+        phase = np.concatenate(
+            [a + x * (np.arange(n) + 0.5) / n for (a, x), n in zip(pieces[:, :2], numbers, strict=True)]
+        )
         weight = np.tile(np.repeat(pieces[:, 1] / numbers, numbers), cycles) / cycles
         phases = np.concatenate([phase + k for k in range(cycles)])
         return Orbit(weight, phases, *np.concatenate(tables).T)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from exugear.steady_state.steady_system import SteadySystem
+from exugear.steady_state.orbits.steady_system import SteadySystem
 
 #: Effort of Newton's iteration at most; residual over the static deflection, and last correction, that count as 0.
 ITERATIONS, CONVERGED, CORRECTED = 8, 1e-9, 1e-6

@@ -88,7 +88,10 @@ def _paired(values: np.ndarray, outputs: np.ndarray, inputs: np.ndarray) -> Moda
         [np.stack([pairs.real, -pairs.imag], -1), np.stack([single[0][:, first], single[0][:, second]], -1)], axis=1
     )
     by_impulses = np.concatenate(
-        [np.stack([couples.real, couples.imag], -1), np.stack([single[1][:, first], answered * single[1][:, second]], -1)],
+        [
+            np.stack([couples.real, couples.imag], -1),
+            np.stack([single[1][:, first], answered * single[1][:, second]], -1),
+        ],
         axis=1,
     )
     return ModalBlocks(
