@@ -21,7 +21,7 @@ ABOUT = {
     "harmonics": ("m", "amplitude of the DTE at multiples of the mesh frequency"),
     "harmonic_phase": (
         "rad",
-        "phase of the DTE, a cosine, at multiples of the mesh frequency from phase 0 of the mesh",
+        "phase of the cosine at multiples of the mesh frequency, from phase 0 of the mesh",
     ),
     "smallest_force": ("N", "smallest mesh force"),
     "largest_force": ("N", "largest mesh force"),

@@ -29,10 +29,11 @@ JOINED = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """Successive periodic orbits, with their period in mesh cycles."""
+    """Successive periodic orbits, with their period in mesh cycles; whether it is `Trace.complete`."""
 
     points: list[OrbitPoint]
     period: int
+    complete: bool
 
     @property
     def unknowns(self) -> np.ndarray:
@@ -109,8 +110,8 @@ def _through(system: SteadySystem, start: OrbitPoint, within: Range) -> Branch:
     orbits = PeriodicOrbits(system, start.period)
     forwards = traced(orbits, start, within, Ending(system, start))
     backwards = traced(orbits, reversed_point(start), within, Ending(system, start))
-    points = [reversed_point(point) for point in backwards[:0:-1]] + forwards
-    return Branch(points, start.period)
+    points = [reversed_point(point) for point in backwards.points[:0:-1]] + forwards.points
+    return Branch(points, start.period, forwards.complete and backwards.complete)
 
 
 class Ending:
@@ -193,11 +194,11 @@ def _doubled(system: SteadySystem, doubling: OrbitPoint, within: Range, doubling
     else:
         return None
     ending = Ending(system, start)
-    points = traced(orbits, start, within, ending)
+    trace = traced(orbits, start, within, ending)
     first = replace(doubling, period=2, bifurcation="", tangent=direction)
-    points = [first, *points]
+    points = [first, *trace.points]
     if ending.merged:
         last = min(doublings, key=lambda point: float(np.abs(point.unknowns - points[-1].unknowns).max()))
         if np.abs(last.unknowns - points[-1].unknowns).max() < JOINED:
             points.append(replace(last, period=2, bifurcation="", tangent=points[-1].tangent))
-    return Branch(points, 2)
+    return Branch(points, 2, trace.complete)

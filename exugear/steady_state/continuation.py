@@ -1,28 +1,33 @@
 """Continuation of a branch by its arc length (Keller 1977), through folds, with its bifurcations located."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from math import nan
+from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbits
 
 #: Largest relative change of the frequency in a step of the continuation, largest and least length of a step in
 #: unknowns, and length of the first step.
 FREQUENCY_CHANGE, LONGEST, SHORTEST, FIRST = 0.02, 0.4, 1e-7, 0.01
-#: Number of Newton iterations below which steps grow, above which they shrink; factor.
+#: Effort of Newton's iteration up to which steps grow, above which they shrink; factor.
 QUICK, SLOW, GROWTH = 3, 5, 1.6
 #: Least cosine between the tangents at both ends of a step.
 LEAST_COSINE = 0.97
-#: Component of the tangent along the frequency below which a branch does not leave the frequency, as at a subharmonic
-#: branch of a linear system.
+#: Component of the tangent along the frequency below which a point is a fold, or one of many at the same frequency, as
+#: on a subharmonic branch along which no teeth part.
 UPRIGHT = 1e-4
-#: Points of a branch at most.
-MOST_POINTS = 5000
-#: Located bifurcations: relative change of the frequency that counts as converged, iterations at most.
-LOCATED, LOCATING = 1e-7, 30
-#: Distance from the first point, over the step, at which a closed branch ends.
-CLOSED = 1.0
+#: Points of a branch at most, and points from which on it may close.
+MOST_POINTS, FEW_POINTS = 5000, 8
+#: Position of a bifurcation in its step, relative tolerance and iterations at most.
+LOCATED, LOCATING = 1e-6, 30
+#: Rounding of the ends of a range.
+ROUNDING = 1e-12
+#: Distance of the first point of a closed branch from the last chord, over its length.
+CLOSED = 0.1
 
 
 @dataclass(frozen=True)
@@ -33,48 +38,48 @@ class Range:
     high: float
 
     def holds(self, point: OrbitPoint) -> bool:
-        return self.low <= point.unknowns[-1] <= self.high
+        """Whether a point lies within the range."""
+        return self.low * (1 - ROUNDING) <= point.unknowns[-1] <= self.high * (1 + ROUNDING)
 
 
-def traced(
-    orbits: PeriodicOrbits, start: OrbitPoint, within: Range, ended: Callable[[OrbitPoint], bool]
-) -> list[OrbitPoint]:
+class Trace(NamedTuple):
+    """Points of a branch, and whether it ends as a branch can: else it leaves the map, or Newton's iteration fails."""
+
+    points: list[OrbitPoint]
+    complete: bool
+
+
+def traced(orbits: PeriodicOrbits, start: OrbitPoint, within: Range, ended: Callable[[OrbitPoint], bool]) -> Trace:
     """The points of a branch from start along its tangent, until it leaves the range, closes or has ended.
 
-    Bifurcations stand as points of their own between the others. Where the orbits leave the map the branch ends.
+    Bifurcations stand as points of their own between the others.
     """
-    points = [start]
-    for point in _steps(orbits, start, within):
-        if ended(point) or len(points) > MOST_POINTS:
-            break
-        points.extend(located(orbits, points[-1], point))
-        points.append(point)
-    return points
-
-
-def _steps(orbits: PeriodicOrbits, start: OrbitPoint, within: Range) -> Iterator[OrbitPoint]:
-    """The points that follow start."""
-    point, length, travelled = start, FIRST, 0.0
-    while True:
-        step = min(length, FREQUENCY_CHANGE * point.unknowns[-1] / max(abs(point.tangent[-1]), 1e-9))
-        following = _following(orbits, point, step)
-        if following is None or following.tangent @ point.tangent < LEAST_COSINE and step > SHORTEST * 10:
-            length = step / 2
-            if length < SHORTEST:
-                return
-            continue
-        if not within.holds(following):
-            border = within.low if following.unknowns[-1] < within.low else within.high
-            last = _at_border(orbits, point, following, border)
-            if last is not None:
-                yield last
-            return
-        yield following
-        travelled += step
-        if travelled > 10 * step and _returns(start, point, following):
-            return
-        length = _next_length(step, following)
+    points, point, length = [start], start, FIRST
+    while len(points) < MOST_POINTS:
+        following, length = _step(orbits, point, length)
+        if following is None:
+            return Trace(points, complete=False)
+        inside = within.holds(following)
+        border = following if inside else _at_border(orbits, point, following, within)
+        if border is None or ended(border):
+            return Trace(points, complete=True)
+        points = [*_with_fold(points, border), *located(orbits, point, border), border]
+        if not inside or (len(points) > FEW_POINTS and _returns(start, point, border)):
+            return Trace(points, complete=True)
         point = following
+    return Trace(points, complete=False)
+
+
+def _step(orbits: PeriodicOrbits, point: OrbitPoint, length: float) -> tuple[OrbitPoint | None, float]:
+    """(the next point, length of the following step); the point is None where the shortest step fails."""
+    while length > SHORTEST:
+        step = min(length, FREQUENCY_CHANGE * point.unknowns[-1] / max(abs(point.tangent[-1]), SHORTEST))
+        following = _following(orbits, point, step)
+        if following is not None and following.tangent @ point.tangent > LEAST_COSINE:
+            slower = step / GROWTH if following.effort > SLOW else step
+            return following, min(LONGEST, step * GROWTH) if following.effort <= QUICK else slower
+        length = step / 2
+    return None, length
 
 
 def _following(orbits: PeriodicOrbits, point: OrbitPoint, step: float) -> OrbitPoint | None:
@@ -87,24 +92,17 @@ def _following(orbits: PeriodicOrbits, point: OrbitPoint, step: float) -> OrbitP
     return None if far else following
 
 
-def _next_length(step: float, point: OrbitPoint) -> float:
-    if point.effort <= QUICK:
-        return min(LONGEST, step * GROWTH)
-    return step / GROWTH if point.effort > SLOW else step
-
-
-def _at_border(orbits: PeriodicOrbits, point: OrbitPoint, following: OrbitPoint, border: float) -> OrbitPoint | None:
-    """The point at the border of the range between two points."""
+def _at_border(orbits: PeriodicOrbits, point: OrbitPoint, following: OrbitPoint, within: Range) -> OrbitPoint | None:
+    """The point at the border of the range between two points; None where the first of them lies on it."""
+    border = within.low if following.unknowns[-1] < within.low else within.high
     share = (border - point.unknowns[-1]) / (following.unknowns[-1] - point.unknowns[-1])
     guess = point.unknowns + share * (following.unknowns - point.unknowns)
     guess[-1] = border
     try:
-        last = orbits.solved(guess, np.eye(guess.size)[-1], point)
+        last = orbits.solved(guess, np.eye(guess.size)[-1], point) if share > ROUNDING else None
     except ValueError:
         return None
-    if last is None or share <= 0:
-        return None
-    return replace(last, tangent=last.tangent * np.sign(last.tangent @ point.tangent))
+    return None if last is None else replace(last, tangent=last.tangent * np.sign(last.tangent @ point.tangent))
 
 
 def _returns(start: OrbitPoint, point: OrbitPoint, following: OrbitPoint) -> bool:
@@ -113,7 +111,7 @@ def _returns(start: OrbitPoint, point: OrbitPoint, following: OrbitPoint) -> boo
     length = np.linalg.norm(chord)
     along = (start.unknowns - point.unknowns) @ chord / length**2
     across = np.linalg.norm(start.unknowns - point.unknowns - along * chord)
-    return 0 < along <= 1 and across < 0.1 * length and start.tangent @ chord > 0
+    return 0 < along <= 1 and across < CLOSED * length and start.tangent @ chord > 0
 
 
 def located(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint) -> list[OrbitPoint]:
@@ -121,38 +119,33 @@ def located(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint) -> li
     tests = {"fold": _along_frequency, "period doubling": lambda point: point.doubling}
     bifurcations = []
     for name, test in tests.items():
-        if test(before) * test(after) < 0 and not before.bifurcation == name:
+        if test(before) * test(after) < 0 and before.bifurcation != name:
             point = _zero(orbits, before, after, test)
             if point is not None:
                 bifurcations.append(replace(point, bifurcation=name))
     return sorted(bifurcations, key=lambda point: float((point.unknowns - before.unknowns) @ before.tangent))
 
 
+def _with_fold(points: list[OrbitPoint], following: OrbitPoint) -> list[OrbitPoint]:
+    """The points, the last of them marked where it is a fold itself, between its neighbours."""
+    sides = [_along_frequency(point) for point in (*points[-2:], following)]
+    turns = len(sides) == 3 and sides[1] == 0 and sides[0] * sides[2] < 0
+    return [*points[:-1], replace(points[-1], bifurcation="fold")] if turns else points
+
+
 def _along_frequency(point: OrbitPoint) -> float:
-    """Component of the tangent along the frequency; 0 where rounding decides its sign."""
+    """Component of the tangent along the frequency; 0 below `UPRIGHT`."""
     return float(point.tangent[-1]) if abs(point.tangent[-1]) > UPRIGHT else 0.0
 
 
 def _zero(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, test) -> OrbitPoint | None:
-    """The point between two others at which a test function is 0, by the method of Illinois."""
-    low, high = 0.0, float((after.unknowns - before.unknowns) @ before.tangent)
-    at_low, at_high = test(before), test(after)
-    point, frequency, side = None, 0.0, 0
-    for _ in range(LOCATING):
-        step = (low * at_high - high * at_low) / (at_high - at_low)
-        point = _following(orbits, before, step)
-        if point is None:
-            return None
-        value, change = test(point), abs(point.unknowns[-1] - frequency)
-        frequency = point.unknowns[-1]
-        if value == 0 or change < LOCATED * frequency:
-            return point
-        if value * at_high > 0:
-            high, at_high = step, value
-            at_low = at_low / 2 if side > 0 else at_low
-            side = 1
-        else:
-            low, at_low = step, value
-            at_high = at_high / 2 if side < 0 else at_high
-            side = -1
-    return point
+    """The point between two others at which a test function of points is 0, to the rounding of its frequency."""
+    points: dict[float, OrbitPoint] = {}
+
+    def value(step: float) -> float:
+        points[step] = _following(orbits, before, step) if step > 0 else before
+        return test(points[step]) if points[step] is not None else nan
+
+    end = float((after.unknowns - before.unknowns) @ before.tangent)
+    root = scipy.optimize.brentq(value, 0.0, end, rtol=LOCATED, maxiter=LOCATING, disp=False)
+    return points.get(root)

@@ -1,8 +1,9 @@
-"""Reduction of a built gearbox to the mesh that excites it: linear about its equilibrium but for the force of that mesh.
+"""Reduction of a built gearbox to the mesh that excites it: linear about its equilibrium but for the law of that mesh.
 
 The linear system keeps all coordinates. Bearings and couplings have their tangent stiffness under the load, the other
-meshes their mean tangent stiffness over the mesh cycle, the gyroscopic terms are those at the middle of the speed range;
-the contact has its row and its offsets in the equilibrium.
+meshes their mean tangent stiffness over the mesh cycle; gyroscopic terms are those in the middle of the speed range.
+The potential of the mesh depends on deflection, phase and misalignment, which depend linearly on the coordinates; it
+has the centre distance and the axial offset of the equilibrium.
 """
 
 from dataclasses import replace
@@ -14,7 +15,7 @@ import numpy as np
 from exugear.mesh_force.fixed_offsets import at_fixed_offsets
 from exugear.mesh_force.force import MeshForce
 from exugear.modes.linear_system import linear_gearbox
-from exugear.modes.mesh_tangents import MeshTangent, contact_of
+from exugear.modes.mesh_tangents import MeshTangent, contact_of, mesh_tangent
 from exugear.modes.operating_point import loaded
 from exugear.steady_state.mesh_measures import Measures, measures_of, static_at
 from exugear.steady_state.orbits.modal_blocks import modal_blocks
@@ -22,6 +23,9 @@ from exugear.steady_state.orbits.steady_system import MeshEquilibrium, SteadySys
 from exugear.system.model import Mesh, Model
 from fem.gear.involute import involute
 from fem.support.validation import require
+
+#: Number of phases at which the stiffness of the other meshes is compared.
+PHASES = 8
 
 
 def steady_system(model: Model, load: float, stage: int, *, speed: float, drive: str) -> SteadySystem:
@@ -35,6 +39,8 @@ def steady_system(model: Model, load: float, stage: int, *, speed: float, drive:
         q = np.array(model.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))
         mesh, tangent = in_equilibrium.meshes[stage], system.meshes[stage]
         deflection = contact_of(model.mbs, mesh.contact).sample(q[tangent.coordinates]).deflection
+        others = [each.contact for each in model.meshes if each.contact != mesh.contact]
+        variation = max((_variation(model.mbs, contact) for contact in others), default=0.0)
     row, part = system.rows[stage], np.ix_(tangent.coordinates, tangent.coordinates)
     stiffness, damping = system.stiffness.copy(), system.damping[0] - tangent.damping * np.outer(row, row)
     stiffness[part] -= (tangent.matrix + tangent.matrix.T) / 2
@@ -44,12 +50,20 @@ def steady_system(model: Model, load: float, stage: int, *, speed: float, drive:
     rows = rows if np.abs(rows[1:]).max() > 0 else rows[:1]
     blocks = modal_blocks(*(system.reduced(matrix) for matrix in (system.mass, stiffness, damping)), rows)
     law = _law_at(mesh, measures.offsets)
-    return SteadySystem(law, blocks, _equilibrium(law, mesh, tangent, measures, deflection))
+    return SteadySystem(law, blocks, _equilibrium(law, mesh, tangent, measures, deflection), variation)
 
 
-def _equilibrium(law: MeshForce, mesh: Mesh, tangent: MeshTangent, measures: Measures, deflection: float):
+def _variation(mbs, contact: int) -> float:
+    """Range of the tangent stiffness of a mesh over its cycle, over twice its mean."""
+    stiffness = [mesh_tangent(mbs, contact, phase).stiffness for phase in np.arange(PHASES) / PHASES]
+    return float(np.ptp(stiffness) / 2 / np.mean(stiffness))
+
+
+def _equilibrium(
+    law: MeshForce, mesh: Mesh, tangent: MeshTangent, measures: Measures, deflection: float
+) -> MeshEquilibrium:
     """The equilibrium of a mesh at its measures and a deflection [m]."""
-    side, opening = (1.0, -1.0)[tangent.force < 0], _opening(mesh, measures.offsets)
+    side, opening = 1.0 if tangent.force > 0 else -1.0, _opening(mesh, measures.offsets)
     flank_phase = measures.phase if side > 0 else law.back_phase - measures.phase
     flank_deflection = deflection if side > 0 else -(deflection + law.backlash) - 2 * opening
     static = static_at(law.table.head, flank_phase, flank_deflection)

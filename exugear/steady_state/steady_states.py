@@ -64,6 +64,9 @@ def steady_states(
     reached = f"speed must reach beyond {lowest:.4g} rad/s, where the mesh frequency is 1/{SLOWEST} of the resonance"
     require(lowest < high, f"{reached}, got {speed}; below it the DTE is the STE")
     within = Range(lowest * cycles / system.resonance, high * cycles / system.resonance)
-    data = labelled(system, all_branches(system, within), cycles, harmonics)
+    branches = all_branches(system, within)
+    broken = [number for number, branch in enumerate(branches) if not branch.complete]
     about = {"stage": model.gearbox.labels[stage], "load": load, "drive": drive, "lowest_speed": lowest}
-    return data.assign_attrs(about, resonance=system.resonance, static_deflection=system.static_deflection)
+    about |= {"resonance": system.resonance, "static_deflection": system.static_deflection}
+    about |= {"variation_of_other_meshes": system.variation, "broken_branches": broken}
+    return labelled(system, branches, cycles, harmonics).assign_attrs(about)

@@ -117,7 +117,7 @@ def drift_all(propagators, matrix):
 
 @compiled
 def push(measures, rate_row, by_impulses, impulse, matrix, changes):
-    """Change the columns of a matrix (2 n, m) by the slopes of an impulse; changes (3, m) holds those of the impulses."""
+    """Change the columns of a matrix (2 n, m) by the slopes of an impulse; changes (3, m): those of the impulses."""
     number = len(measures)
     changes[:] = 0.0
     for j in range(matrix.shape[0]):

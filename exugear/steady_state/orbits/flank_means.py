@@ -25,7 +25,7 @@ class StepMean(NamedTuple):
 
 
 class FlankSlopes(NamedTuple):
-    """Slopes in the middle of a step: of the potential by phase and lever, of the force by both, of the moment by lever."""
+    """Slopes in the middle of a step: of potential and force by phase and lever, of the moment by the lever."""
 
     by_phase: float
     by_lever: float
@@ -61,7 +61,7 @@ def flank_means(table, cell, deflection, lever, travel):
 
 @compiled
 def slopes_of(table, cell, deflection, u):
-    """`FlankSlopes` from the `Potential` of a flank; without the torque by the phase where the law does not conserve."""
+    """`FlankSlopes` from the `Potential` of a flank; no torque by the phase where the law does not conserve energy."""
     by_phase = u.by_phase if table.conserves != 0 else 0.0
     if table.has_centroid == 0 or u.penetration <= 0.0:
         return FlankSlopes(by_phase, 0.0, u.force_by_phase, 0.0, 0.0)

@@ -83,21 +83,13 @@ def _paired(values: np.ndarray, outputs: np.ndarray, inputs: np.ndarray) -> Moda
     second = np.append(second, first[first.size - alone :])
     answered = np.append(np.ones(second.size - alone), np.zeros(alone))
     pairs, couples = outputs[:, oscillating], 2 * inputs[:, oscillating]
-    single = outputs.real, inputs.real
-    measures = np.concatenate(
-        [np.stack([pairs.real, -pairs.imag], -1), np.stack([single[0][:, first], single[0][:, second]], -1)], axis=1
-    )
-    by_impulses = np.concatenate(
-        [
-            np.stack([couples.real, couples.imag], -1),
-            np.stack([single[1][:, first], answered * single[1][:, second]], -1),
-        ],
-        axis=1,
-    )
+    decaying, answers = outputs.real, inputs.real
+    outputs_of_reals = np.stack([decaying[:, first], decaying[:, second]], axis=-1)
+    inputs_of_reals = np.stack([answers[:, first], answered * answers[:, second]], axis=-1)
     return ModalBlocks(
         np.concatenate([values[oscillating].real, values[first].real]),
         np.concatenate([values[oscillating].imag, values[second].real]),
         np.concatenate([np.ones(pairs.shape[1], bool), np.zeros(first.size, bool)]),
-        measures,
-        by_impulses,
+        np.concatenate([np.stack([pairs.real, -pairs.imag], axis=-1), outputs_of_reals], axis=1),
+        np.concatenate([np.stack([couples.real, couples.imag], axis=-1), inputs_of_reals], axis=1),
     )

@@ -12,7 +12,6 @@ from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import beyond_map
 from exugear.steady_state.orbits.cycle_kernels import NO_SAMPLES, STEADY_MESH, advance, propagators
 from exugear.steady_state.orbits.modal_blocks import ModalBlocks
-from fem.support.validation import require
 
 #: Least number of steps in a mesh cycle, and in a period of a mode that takes part in the whole mobility of the mesh; a
 #: share in the mobility needs its root of them. Measured: doubling them changes folds and rms by 3e-4 at most.
@@ -67,11 +66,13 @@ class SteadySystem:
     blocks       linear system, the mesh with its mean stiffness; measures of the mesh: deflection alone, or deflection,
                  phase and misalignment
     equilibrium  in which the states are 0
+    variation    of the stiffness of any other mesh over its cycle, over its mean, which the linear system contains
     """
 
     law: MeshForce
     blocks: ModalBlocks
     equilibrium: MeshEquilibrium
+    variation: float = 0.0
     mesh: np.record = field(init=False, repr=False)
     addresses: np.ndarray = field(init=False, repr=False)
     rows: np.ndarray = field(init=False, repr=False)
@@ -146,9 +147,8 @@ class SteadySystem:
             samples = np.zeros((numbers.sum(), 3))
             self._call(moved, np.zeros((self.size, 0)), pieces, blocks, samples)
             tables.append(samples)
-        phase = np.concatenate(
-            [a + x * (np.arange(n) + 0.5) / n for (a, x), n in zip(pieces[:, :2], numbers, strict=True)]
-        )
+        middles = [a + x * (np.arange(n) + 0.5) / n for (a, x), n in zip(pieces[:, :2], numbers, strict=True)]
+        phase = np.concatenate(middles)
         weight = np.tile(np.repeat(pieces[:, 1] / numbers, numbers), cycles) / cycles
         phases = np.concatenate([phase + k for k in range(cycles)])
         return Orbit(weight, phases, *np.concatenate(tables).T)

@@ -4,8 +4,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scenes import K, Oscillator, rectangular_law
 from scipy.interpolate import CubicSpline
-from scenes import K, Oscillator, linear_law, rectangular_law
 
 import exugear
 
@@ -39,7 +39,7 @@ def rectangular():
 
 
 def crossings(data, w: float) -> list[dict[str, float]]:
-    """Orbits of one mesh cycle at W, by splines along the branches: their measures over F / K, whether they are stable."""
+    """Orbits of one mesh cycle at W, by splines along the branches: measures over F / K, whether they are stable."""
     orbits = []
     for number in np.unique(data["branch"].values[data["period"].values == 1]):
         points = data.isel(point=np.flatnonzero(data["branch"].values == number))
