@@ -58,16 +58,21 @@ def _rows(system: SteadySystem, number: int, branch: Branch, halves: int) -> lis
         states, frequency = orbits.states_of(point.unknowns), orbits.frequency_of(point.unknowns)
         largest = float(np.abs(point.multipliers).max())
         about = {"branch": number, "period": branch.period, "stable": point.stable, "bifurcation": point.bifurcation}
-        measures = _measures(system.orbit(states, frequency, branch.period), halves)
+        measures = _measures(system.orbit(states, frequency, branch.period), branch.period, halves)
         rows.append({**about, "mesh_frequency": frequency, "largest_multiplier": largest, **measures})
     return rows
 
 
-def _measures(orbit: Orbit, halves: int) -> dict[str, Any]:
-    """What the samples of an orbit give; halves: number of harmonics, multiples of half the mesh frequency."""
+def _measures(orbit: Orbit, period: int, halves: int) -> dict[str, Any]:
+    """What the samples of an orbit give.
+
+    period   in mesh cycles
+    halves   number of harmonics, multiples of half the mesh frequency
+    """
     mean = float(orbit.weight @ orbit.deflection)
     alternating = orbit.deflection - mean
     components = 2 * fourier_sums(orbit.weight, orbit.phase, alternating, halves) @ [1, 1j]
+    components[np.arange(1, halves + 1) * period % 2 == 1] = 0.0
     return {
         "mean": mean,
         "rms": float(np.sqrt(orbit.weight @ alternating**2)),

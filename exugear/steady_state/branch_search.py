@@ -2,16 +2,17 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import ceil, log
 
 import numpy as np
 
-from exugear.steady_state.continuation import Range, traced
+from exugear.steady_state.continuation import Range, points_at_borders, traced
 from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbits, reversed_point
 from exugear.steady_state.orbits.steady_system import SteadySystem
 
-#: Range of the mesh frequency over the resonance that sweeps pass at least: vibrations outlast it into other ranges.
-SWEPT = 0.5, 1.6
+#: Range of the mesh frequency over the resonance that is searched at least: branches enter other ranges from there.
+SEARCHED = Range(0.5, 1.6)
 #: Number of speeds of a sweep; share to which vibrations decay at each of them, least and largest number of cycles.
 SPEEDS, SETTLED, FEWEST_CYCLES, MOST_CYCLES = 48, 1e-3, 10, 400
 #: Change over a period, relative to the static deflection, below which a state may be near an orbit of that period;
@@ -53,17 +54,31 @@ def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
     periodic orbit is reached.
     """
     branches: list[Branch] = []
-    frequencies = np.geomspace(min(within.low, SWEPT[0]), max(within.high, SWEPT[1]), SPEEDS)
-    frequencies = np.union1d(frequencies, [within.low, within.high])
+    searched = Range(min(within.low, SEARCHED.low), max(within.high, SEARCHED.high))
+    frequencies = np.geomspace(searched.low, searched.high, SPEEDS)
     for sweep in (frequencies, frequencies[::-1]):
         for point in _attractors(system, sweep):
-            if within.holds(point) and not any(_holds(branch, point, system) for branch in branches):
-                branches.append(_through(system, point, within))
+            if not any(_holds(branch, point, system) for branch in branches):
+                branches.append(_through(system, point, searched))
                 if point.period == 1:
-                    branches.extend(_subharmonic(system, branches, within))
-    if not branches:
+                    branches.extend(_subharmonic(system, branches, searched))
+    inside = [piece for branch in branches for piece in _pieces(system, branch, within)]
+    if not inside:
         raise RuntimeError("no periodic orbit of one or two mesh cycles was reached; try another range of speed")
-    return branches
+    return inside
+
+
+def _pieces(system: SteadySystem, branch: Branch, within: Range) -> list[Branch]:
+    """The pieces of a branch inside a range, with points at its borders."""
+    orbits, pieces = PeriodicOrbits(system, branch.period), [[]]
+    for before, after in pairwise([*branch.points, None]):
+        if within.holds(before):
+            pieces[-1].append(before)
+        crossings = [] if after is None else points_at_borders(orbits, before, after, within)
+        pieces[-1].extend(crossings)
+        if pieces[-1] and not (after is not None and within.holds(after)):
+            pieces.append([])
+    return [Branch(points, branch.period, branch.complete) for points in pieces if len(points) > 1]
 
 
 def _attractors(system: SteadySystem, frequencies: np.ndarray) -> Iterator[OrbitPoint]:

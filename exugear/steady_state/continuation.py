@@ -60,11 +60,11 @@ def traced(orbits: PeriodicOrbits, start: OrbitPoint, within: Range, ended: Call
         if following is None:
             return Trace(points, complete=False)
         inside = within.holds(following)
-        border = following if inside else _at_border(orbits, point, following, within)
-        if border is None or ended(border):
+        reached = [following] if inside else points_at_borders(orbits, point, following, within)
+        if not reached or ended(reached[0]):
             return Trace(points, complete=True)
-        points = [*_with_fold(points, border), *located(orbits, point, border), border]
-        if not inside or (len(points) > FEW_POINTS and _returns(start, point, border)):
+        points = [*_with_fold(points, reached[0]), *located(orbits, point, reached[0]), reached[0]]
+        if not inside or (len(points) > FEW_POINTS and _returns(start, point, following)):
             return Trace(points, complete=True)
         point = following
     return Trace(points, complete=False)
@@ -92,17 +92,29 @@ def _following(orbits: PeriodicOrbits, point: OrbitPoint, step: float) -> OrbitP
     return None if far else following
 
 
-def _at_border(orbits: PeriodicOrbits, point: OrbitPoint, following: OrbitPoint, within: Range) -> OrbitPoint | None:
-    """The point at the border of the range between two points; None where the first of them lies on it."""
-    border = within.low if following.unknowns[-1] < within.low else within.high
-    share = (border - point.unknowns[-1]) / (following.unknowns[-1] - point.unknowns[-1])
-    guess = point.unknowns + share * (following.unknowns - point.unknowns)
+def points_at_borders(
+    orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, within: Range
+) -> list[OrbitPoint]:
+    """The points between two others at the borders of a range, in the order along the branch."""
+    rise = after.unknowns[-1] - before.unknowns[-1]
+    borders = (within.low, within.high) if rise > 0 else (within.high, within.low)
+    shares = [(border - before.unknowns[-1]) / rise if rise else -1.0 for border in borders]
+    inside = [pair for pair in zip(shares, borders, strict=True) if ROUNDING < pair[0] < 1 - ROUNDING]
+    points = [_at_border(orbits, before, after, share, border) for share, border in inside]
+    return [point for point in points if point is not None]
+
+
+def _at_border(
+    orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, share: float, border: float
+) -> OrbitPoint | None:
+    """The point at a border, near a share of the way between two points; None where Newton's iteration fails."""
+    guess = before.unknowns + share * (after.unknowns - before.unknowns)
     guess[-1] = border
     try:
-        last = orbits.solved(guess, np.eye(guess.size)[-1], point) if share > ROUNDING else None
+        point = orbits.solved(guess, np.eye(guess.size)[-1], before)
     except ValueError:
         return None
-    return None if last is None else replace(last, tangent=last.tangent * np.sign(last.tangent @ point.tangent))
+    return None if point is None else replace(point, tangent=point.tangent * np.sign(point.tangent @ before.tangent))
 
 
 def _returns(start: OrbitPoint, point: OrbitPoint, following: OrbitPoint) -> bool:

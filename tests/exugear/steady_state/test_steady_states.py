@@ -1,0 +1,193 @@
+"""Steady states of gearboxes against settled runs in Exudyn, and what they refuse."""
+
+from dataclasses import replace
+from time import process_time
+
+import numpy as np
+import pytest
+from paper_gears import paper_gear
+from scenes import linear_law, smooth_box, smooth_map
+
+import exugear
+from fem.units import mm, rpm
+
+TOP, LOAD = 3500 * rpm, 150.0
+BALL = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
+
+
+@pytest.fixture(scope="module")
+def spinning() -> exugear.Model:
+    return exugear.build(smooth_box())
+
+
+@pytest.fixture(scope="module")
+def spinning_states(spinning):
+    return exugear.steady_states(spinning, (0.0, TOP), LOAD)
+
+
+def settled(model: exugear.Model, speed: float, load: float, start: float, hold: float):
+    """DTE over the last 20 mesh cycles of a run that ramps the speed from a start, and holds it for a time [s]."""
+    ramp, kept = 0.1, 20 / (model.mesh_cycles[0] * speed)
+    duration = ramp + hold + kept
+    options = {"duration": duration, "load": load, "step": 6e-6, "sample": 6e-6, "progress": False, "checks": 0}
+    data = exugear.run_up(model, speed=lambda t: start + (speed - start) * min(t / ramp, 1.0), **options).data
+    return data["dte"].values[0, data["time"].values >= data["time"].values[-1] - kept]
+
+
+def picked(data, number: int) -> list[tuple[int, float]]:
+    """(point, start of a sweep that reaches it) for a number of stable points away from folds."""
+    unstable = np.flatnonzero(~data["stable"].values)
+    firmly = (data["largest_multiplier"].values < 0.9) & (data["speed"].values > 300 * rpm)
+    stable = np.flatnonzero(data["stable"].values & firmly)
+    chosen = stable[np.linspace(0, stable.size, number + 2).astype(int)[1:-1]]
+    behind = unstable[0] if unstable.size else data.sizes["point"]
+    return [(int(i), 200 * rpm if i < behind else TOP) for i in chosen]
+
+
+def compare(model: exugear.Model, data, load: float, number: int, hold: float = 0.06) -> None:
+    for point, start in picked(data, number):
+        orbit = data.isel(point=point)
+        dte = settled(model, float(orbit["speed"]), load, start, hold)
+        assert float(dte.std()) == pytest.approx(float(orbit["rms"]), rel=1e-3), float(orbit["mesh_frequency"])
+        assert np.ptp(dte) == pytest.approx(float(orbit["peak_to_peak"]), rel=1e-3)
+        assert float(dte.mean()) == pytest.approx(float(orbit["mean"]), abs=1e-3 * float(orbit["peak_to_peak"]))
+
+
+def test_stable_orbits_are_those_of_settled_runs(spinning, spinning_states):
+    compare(spinning, spinning_states, LOAD, number=3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("load", [150.0, 350.0])
+def test_stable_orbits_are_those_of_settled_runs_at_twenty_speeds(spinning, load):
+    compare(spinning, exugear.steady_states(spinning, (0.0, TOP), load), load, number=20)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("load", [150.0, 350.0])
+def test_all_branches_of_the_pair_within_three_seconds(spinning, load):
+    exugear.steady_states(spinning, (0.0, TOP), load)
+    began = process_time()
+    exugear.steady_states(spinning, (0.0, TOP), load)
+    assert process_time() - began < 3.0
+
+
+def test_a_run_up_follows_the_stable_branch_and_jumps_at_its_fold(spinning, spinning_states):
+    run = exugear.run_up(spinning, speed=(300 * rpm, TOP), duration=3.0, load=LOAD, progress=False, checks=0)
+    outline = exugear.dte_envelope(run, windows=150)
+    fold = float(spinning_states["mesh_frequency"][spinning_states["bifurcation"].values == "fold"].max())
+    unstable = np.flatnonzero(~spinning_states["stable"].values)
+    lower = spinning_states.isel(point=slice(0, unstable[0]))
+    upper = spinning_states.isel(point=slice(unstable[-1] + 1, None))
+    for place, rms in zip(outline.place, outline.rms, strict=True):
+        if abs(place - fold) > 0.03 * fold:
+            branch = lower if place < fold else upper
+            on_branch = np.interp(place, *(branch.sortby("mesh_frequency")[x] for x in ("mesh_frequency", "rms")))
+            assert rms == pytest.approx(on_branch, rel=0.03)
+
+
+def test_mesh_forces_surround_the_static_force_and_vanish_where_teeth_part(spinning_states):
+    static = LOAD / paper_gear().r_b
+    assert (spinning_states["smallest_force"] < static).all()
+    assert (spinning_states["largest_force"] > static).all()
+    apart = spinning_states["share_without_contact"].values > 0
+    assert spinning_states["smallest_force"].values[apart].max() <= 0
+    assert 0.5 < float(spinning_states["share_without_contact"].max()) < 1
+
+
+def test_harmonics_hold_the_power_of_the_signal(spinning_states):
+    power = (spinning_states["harmonics"] ** 2).sum("harmonic") / 2
+    share = power / spinning_states["rms"] ** 2
+    assert float(share.max()) < 1 + 1e-6
+    assert float(share[spinning_states["mesh_frequency"] > 1000].min()) > 0.99
+    assert float(spinning_states["harmonics"].sel(harmonic=[0.5, 1.5]).max()) < 1e-12
+
+
+def test_a_planar_gearbox_on_bearings():
+    model = exugear.build(smooth_box(parts={0 * mm: BALL, 60 * mm: BALL}))
+    compare(model, exugear.steady_states(model, (1500 * rpm, TOP), LOAD), LOAD, number=1)
+
+
+def test_a_drive_behind_a_coupling():
+    coupling = exugear.Coupling(torsion=2e4, damping=2.0, inertia=0.02)
+    shafts = [
+        exugear.Shaft("fast", {0.0: coupling, 30 * mm: paper_gear()}),
+        exugear.Shaft("slow", {30 * mm: paper_gear()}),
+    ]
+    model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping=2700.0)]))
+    compare(model, exugear.steady_states(model, (1500 * rpm, TOP), LOAD), LOAD, number=1, hold=0.2)
+
+
+def two_stages(law=None) -> exugear.Model:
+    """Three shafts of the paper's gears; the second stage with a law of its own."""
+    shafts = [exugear.Shaft(name, {30 * mm: paper_gear()}) for name in ("first", "second", "third")]
+    second = {"pair": smooth_box().stages[0].pair} if law else {"damping": 2700.0}
+    stages = [
+        exugear.Stage(*shafts[:2], smooth_map(), damping=2700.0),
+        exugear.Stage(*shafts[1:], law or smooth_map(), **second),
+    ]
+    return exugear.build(exugear.Gearbox(stages))
+
+
+def test_a_second_stage_of_constant_stiffness_leaves_nothing_out():
+    model = two_stages(replace(linear_law(k=(3e8, 3e8, 3e8)), damping=2700.0))
+    data = exugear.steady_states(model, (1000 * rpm, 2000 * rpm), LOAD)
+    assert data.attrs["variation_of_other_meshes"] < 1e-9
+    compare(model, data, LOAD, number=1)
+
+
+def test_a_varying_second_stage_is_told():
+    variation = exugear.steady_states(two_stages(), (1000 * rpm, 1100 * rpm), LOAD).attrs["variation_of_other_meshes"]
+    assert 0.1 < variation < 0.5
+
+
+def test_free_shafts_resonate_higher_than_a_held_drive(spinning, spinning_states):
+    free = exugear.steady_states(spinning, (1000 * rpm, TOP), LOAD, drive="free")
+    assert free.attrs["resonance"] == pytest.approx(np.sqrt(2) * spinning_states.attrs["resonance"], rel=1e-6)
+
+
+def test_the_back_flank_carries_a_negative_load(spinning):
+    data = exugear.steady_states(spinning, (1000 * rpm, 1500 * rpm), -LOAD)
+    assert (data["smallest_force"] < -LOAD / paper_gear().r_b).all()
+    touching = data["share_without_contact"] == 0
+    assert (data["mean"][touching] < -spinning.gearbox.stages[0].force.backlash).all()
+    compare(spinning, data, -LOAD, number=1)
+
+
+def test_a_narrow_range_finds_the_branch_that_enters_from_higher_speeds(spinning):
+    narrow = exugear.steady_states(spinning, (1500 * rpm, 1550 * rpm), LOAD)
+    assert np.unique(narrow["branch"]).size == 3
+    assert sorted(narrow["stable"].groupby(narrow["branch"]).mean().values.tolist()) == [0.0, 1.0, 1.0]
+
+
+def test_the_model_keeps_its_state(spinning):
+    before = spinning.mbs.systemData.GetODE2Coordinates()
+    exugear.steady_states(spinning, (1000 * rpm, 1050 * rpm), LOAD)
+    assert spinning.mbs.systemData.GetODE2Coordinates() == pytest.approx(before, abs=0)
+
+
+def test_the_data_are_written_as_netcdf(spinning_states, tmp_path):
+    spinning_states.to_netcdf(tmp_path / "states.nc")
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"speed": (100.0, 50.0)}, "speed must be"),
+        ({"speed": (0.0, 5.0)}, "speed must reach beyond"),
+        ({"load": 0.0}, "load must be finite and not 0"),
+        ({"load": 1e5}, "load"),
+        ({"stage": 1}, "stage must be a number from 0 to 0"),
+        ({"drive": "loose"}, "drive must be one of"),
+        ({"harmonics": 0}, "harmonics must"),
+    ],
+)
+def test_refusals(spinning, changes, message):
+    with pytest.raises(ValueError, match=message):
+        exugear.steady_states(spinning, **{"speed": (100.0, 200.0), "load": LOAD} | changes)
+
+
+def test_friction_and_drag_are_refused():
+    braked = exugear.build(smooth_box(exugear.Drag(0.1)))
+    with pytest.raises(ValueError, match="drag"):
+        exugear.steady_states(braked, (100.0, 200.0), LOAD)
