@@ -14,6 +14,7 @@ import exudyn as exu
 import numpy as np
 from planetary_set import DEPTH, build, put_into_mesh
 
+import exugear
 from exugear import plots
 
 #: Lin & Parker, J. Vib. Acoust. 121 (1999), three planets [Hz].
@@ -25,8 +26,7 @@ def natural_frequencies(planets: int = 3, depth: float = DEPTH) -> np.ndarray:
     gears = build(planets=planets)
     gears.mbs.Assemble()
     put_into_mesh(gears, depth)
-    squares, _ = gears.mbs.ComputeODE2Eigenvalues()
-    return np.sqrt(np.abs(np.sort(squares))) / (2 * np.pi)
+    return exugear.modes(gears.mbs)["frequency"].values
 
 
 def main(folder: Path) -> np.ndarray:

@@ -66,10 +66,11 @@ def add_springs(gears: PlanetarySet, sun_bearing: float) -> None:
     mbs, ground = gears.mbs, gears.mbs.CreateGround()
     for name, k in {"ring": BEARING, "carrier": BEARING, "sun": sun_bearing}.items():
         spring = {"stiffness": [k, k, 0], "damping": [DAMPING_TIME * k, DAMPING_TIME * k, 0]}
-        mbs.CreateCartesianSpringDamper(itemNumbers=[ground, gears.bodies[name]], **spring)
+        mbs.CreateCartesianSpringDamper(f"{name} bearing", itemNumbers=[ground, gears.bodies[name]], **spring)
     k, node = RING_TORSION * R_RING**2, mbs.AddNode(eii.NodePointGround())
     ends = [mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0)), gears.coordinate("ring", 2)]
-    mbs.AddObject(eii.CoordinateSpringDamper(markerNumbers=ends, stiffness=k, damping=DAMPING_TIME * k))
+    spring = {"stiffness": k, "damping": DAMPING_TIME * k}
+    mbs.AddObject(eii.CoordinateSpringDamper(name="ring support", markerNumbers=ends, **spring))
 
 
 def add_planet(gears: PlanetarySet, name: str, angle: float, error: float) -> None:
@@ -79,7 +80,7 @@ def add_planet(gears: PlanetarySet, name: str, angle: float, error: float) -> No
     pin = [*(OUTER.a * outward + error * ahead), 0]
     spring = {"stiffness": [BEARING, BEARING, 0], "damping": [DAMPING_TIME * BEARING] * 2 + [0]}
     ends = {"itemNumbers": [gears.bodies["carrier"], gears.bodies[name]], "localPosition0": pin}
-    gears.mbs.CreateCartesianSpringDamper(**ends, localPosition1=[0, 0, 0], **spring)
+    gears.mbs.CreateCartesianSpringDamper(f"{name} pin", **ends, localPosition1=[0, 0, 0], **spring)
     gears.sun.append(gears.mesh(("sun", name), OUTER))
     gears.ring.append(gears.mesh((name, "ring"), INNER, direction=-1))
 

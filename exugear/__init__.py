@@ -15,8 +15,12 @@ from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.integration.solver_settings import integrator
 from exugear.kernels.recorder import Recorder
+from exugear.load_factors.dynamic_factor import dynamic_factor
+from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
+from exugear.modes.campbell import campbell
+from exugear.modes.modes import eigenfrequencies, modes
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.plan.built_plan import BuiltPlan
@@ -28,13 +32,11 @@ from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.steady_state.steady_states import steady_states
 from exugear.system.assembly import build
-from exugear.modes.campbell import campbell
-from exugear.modes.modes import eigenfrequencies, modes
 from exugear.system.model import Model
 from fem.support.version import __version__
 
-#: Modules for pictures, imported on first use.
-__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"]})
+#: Modules and functions for pictures, imported on first use.
+__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"], "run_report.report": ["report"]})
 
 __all__ = [
     "Apart",
@@ -72,6 +74,8 @@ __all__ = [
     "campbell",
     "draw",
     "dte_envelope",
+    "dynamic_factor",
+    "dynamic_stress",
     "efficiency",
     "eigenfrequencies",
     "envelope",
@@ -82,11 +86,13 @@ __all__ = [
     "picture",
     "plan",
     "plots",
+    "report",
     "resonances",
     "run",
     "run_up",
     "spectrum",
     "steady_states",
+    "stress_envelope",
 ]
 
 

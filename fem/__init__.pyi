@@ -23,6 +23,7 @@ from .ste.cost import MapCost, map_cost
 from .ste.inputs import UpTo
 from .ste.ste_map import load, pair_of, save, ste_map
 from .ste.transmission import static_transmission_error
+from .stress.load_factors import load_factors
 from .stress.root_stress import root_stress
 from .support.version import __version__
 
@@ -54,6 +55,7 @@ __all__ = [
     "explicit",
     "iso6336",
     "load",
+    "load_factors",
     "map_cost",
     "nonlinear",
     "pair_of",

@@ -99,6 +99,7 @@ def test_code_of_the_readme_of_exugear(tmp_path):
         assert actual[:-2] == stated[:-2]
         assert float(actual[-2]) == pytest.approx(float(stated[-2]), rel=1e-3)
     assert float(efficiencies["efficiency"].sel(speed=100.0, load=150.0)) == pytest.approx(0.9953, abs=1e-4)
+    assert float(names["tilted"]["K_H_beta"][0]) == pytest.approx(1.57, abs=0.01)
 
 
 def test_coast_flank_has_the_dte_that_the_readme_states():

@@ -35,14 +35,19 @@ FOLDERS = (
     "exugear/energy",
     "exugear/integration",
     "exugear/simulation",
+    "exugear/modes",
+    "exugear/steady_state/orbits",
+    "exugear/steady_state",
     "exugear/signals",
+    "exugear/load_factors",
     "exugear/plots",
     "exugear/plots/statics",
     "exugear/post",
+    "exugear/run_report",
 )
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
 FIRST, LAST = {"fem.units"}, {"fem", "exugear", "exugear.plots"}
-MODULES_OF_FEM, MODULES_OF_EXUGEAR = 82, 115
+MODULES_OF_FEM, MODULES_OF_EXUGEAR = 83, 148
 MOST_IN_A_FOLDER = 9
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
 #: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.gear_outline` draws.
@@ -58,9 +63,11 @@ FENCES = {
         "exugear/system",
         "exugear/integration",
         "exugear/simulation",
+        "exugear/modes",
+        "exugear/steady_state",
         "exugear/post",
     },
-    "matplotlib": {"exugear/plots", "exugear/plots/statics", "exugear/post"},
+    "matplotlib": {"exugear/plots", "exugear/plots/statics", "exugear/post", "exugear/run_report"},
 }
 MODULES_OF_POST = {"exudyn": {"graphics", "viewer"}, "matplotlib": {"animation"}}
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}

@@ -152,6 +152,12 @@ def flank_of(table, lead, opening, phase):
 
 
 @compiled
+def driving_phase(table, flank):
+    """Phase of the driving flank where either is nearest to contact."""
+    return flank.phase if flank.side > 0.0 else table.back_phase - flank.phase
+
+
+@compiled
 def nearest_lead(table, pitch, lead):
     """Lead [m] of the teeth that are nearest to contact, where whole turns are unknown; pitch: base pitch [m]."""
     middle = -0.5 * table.backlash if table.backlash < pitch else 0.0

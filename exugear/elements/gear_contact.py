@@ -146,7 +146,7 @@ def records_key(number: int) -> str:
 
 
 def records_of(mbs, number: int) -> tuple[np.record, ...]:
-    """Records that the kernel of a contact takes: force table, contact frame, contact state, and friction if it rubs."""
+    """Records that the kernel of a contact takes: force table, frame, state, and friction if the stage has it."""
     return mbs.variables[records_key(number)]
 
 

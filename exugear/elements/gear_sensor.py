@@ -28,8 +28,9 @@ def CreateGearSensor(
     storeInternal   keep the values in memory, for mbs.GetSensorStoredData
 
     Its values and their signs are those of `Recorder`: deflection (DTE) [m], mesh force [N], centre distance [m],
-    misalignment [rad], axial offset [m], force centroid [m], torques on pinion and wheel [N m]. To sample every step, a
-    `Recorder` costs less. Returns the number of the sensor. Raises ValueError for an object that is no gear contact.
+    misalignment [rad], axial offset [m], force centroid [m], torques on pinion and wheel [N m], phase [pitches]. To
+    sample every step, a `Recorder` costs less. Returns the number of the sensor. Raises ValueError for an object that
+    is no gear contact.
     """
     known = contact_key(contact) in dict(mbs.variables)
     require(known, f"contact must be what CreateGearContact returned, got object {contact}")

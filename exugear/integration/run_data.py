@@ -36,6 +36,7 @@ VARIABLES = ("time", "stage", "speed", "mesh_frequency", "dte", "mesh_force")
 RECORDED = {
     "dte": ("deflection", "m", "dynamic transmission error"),
     "mesh_force": ("force", "N", "mesh force"),
+    "phase": ("phase", "1", "phase of the driving flank in pitches, which grows by 1 in a mesh cycle"),
 }
 RECORDED_ON_BEARINGS = {
     "centre_distance": ("a", "m", "centre distance"),

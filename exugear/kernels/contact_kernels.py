@@ -4,6 +4,7 @@ from functools import cache
 
 from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of
 from exugear.contact_geometry.contact_records import frame_at, state_at
+from exugear.contact_geometry.relative_position import driving_phase
 from exugear.contact_geometry.rotation import EULER, IN_PLANE, RXYZ, SPIN_ALONE, UPRIGHT, VECTOR
 from exugear.force_table.patches import table_at
 from exugear.kernels.first_guess import begin_call
@@ -48,7 +49,8 @@ def spin_contact(table, frame, state, record, t, q_1, q_2, v_1, v_2):
     mesh = rotational_mesh(table_at(table), frame_at(frame), contact, q_1, q_2, v_1, v_2)
     k = sample_of(record, t)
     if k >= 0:
-        write(record, k, mesh.deflection, mesh.force, NO_OFFSETS, 0.0, mesh.torques)
+        mesh_state = mesh.deflection, mesh.force, driving_phase(table_at(table), mesh.flank)
+        write(record, k, mesh_state, NO_OFFSETS, 0.0, mesh.torques)
         write_power(record, k, mesh.energy, mesh.dissipation, (q_1, q_2), (v_1, v_2))
     return torque_on(contact, 0, pinion, mesh.torques[0]), torque_on(contact, 1, wheel, mesh.torques[1])
 
@@ -78,7 +80,8 @@ def _spatial_contact(kind_1: int, kind_2: int):
         k = sample_of(record, t)
         if k >= 0:
             torques = mesh.pinion[5], mesh.wheel[5]
-            write(record, k, mesh.deflection, mesh.force, mesh.offsets, mesh.centroid, torques)
+            mesh_state = mesh.deflection, mesh.force, driving_phase(table_at(table), mesh.position.flank)
+            write(record, k, mesh_state, mesh.offsets, mesh.centroid, torques)
             write_motion(record, k, pinion.q, wheel.q, pinion.v, wheel.v)
             spins, speeds = (pinion.q[5], wheel.q[5]), (pinion.v[5], wheel.v[5])
             write_power(record, k, mesh.energy, mesh.dissipation, spins, speeds)

@@ -8,6 +8,7 @@ U(phase, deflection, offsets), those of the damping force F_d = c d(deflection)/
 from typing import NamedTuple
 
 from exugear.contact_geometry.relative_position import (
+    Flank,
     Position,
     Row,
     Vector,
@@ -34,7 +35,8 @@ NO_OFFSETS = (0.0, 0.0, 0.0)
 class SpinForces(NamedTuple):
     """A mesh of bodies that spin: deflection [m], force [N], torques [N m], potential [J], dissipated power [W].
 
-    phase, static_force   of the flank in contact, without damping [N]
+    flank          nearest to contact
+    static_force   of that flank, without damping [N]
     """
 
     deflection: float
@@ -42,7 +44,7 @@ class SpinForces(NamedTuple):
     torques: tuple[float, float]
     energy: float
     dissipation: float
-    phase: float
+    flank: Flank
     static_force: float
 
 
@@ -98,7 +100,7 @@ def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     d, r_1, r_2, turns = frame.direction, frame.pinion.r_b, frame.wheel.r_b, frame.pitches_per_radian
     lead = d * (r_1 * q_1 + r_2 * q_2)
     if state.engaged == 0.0:
-        return SpinForces(lead, 0.0, (0.0, 0.0), 0.0, 0.0, 0.0, 0.0)
+        return SpinForces(lead, 0.0, (0.0, 0.0), 0.0, 0.0, Flank(1.0, lead, 0.0), 0.0)
     free_1, free_2 = 0.0 if state.imposed[0] else v_1, 0.0 if state.imposed[1] else v_2
     free_rate = d * (r_1 * free_1 + r_2 * free_2)
     guess = guess_of(state.steps, free_rate, 0.0)
@@ -111,7 +113,7 @@ def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     slopes = slopes_of_force(table, state, static, side)
     force = guided(state.steps, guess, free_rate, side * (static.force + damped), slopes)
     torques = -r_1 * d * force - side * d * turns * static.by_phase, -r_2 * d * force
-    return SpinForces(lead, force, torques, static.energy, dissipation, flank.phase, static.force)
+    return SpinForces(lead, force, torques, static.energy, dissipation, flank, static.force)
 
 
 @compiled

@@ -9,7 +9,7 @@ from fem.support.arguments import checked
 from fem.support.numba_cache import compiled
 from fem.support.validation import require
 
-NAMES = ("deflection", "force", "a", "misalignment", "axial", "centroid", "pinion_torque", "wheel_torque")
+NAMES = "deflection", "force", "a", "misalignment", "axial", "centroid", "pinion_torque", "wheel_torque", "phase"
 SAMPLE = record_type(*((name, "f8") for name in NAMES))
 #: Displacements [m] and tilts [rad] of pinion and wheel, and their rates.
 MOTION = record_type(*((name, "f4", 5) for name in ("q_1", "q_2", "v_1", "v_2")))
@@ -48,10 +48,11 @@ def sample_of(record, t):
 
 
 @compiled
-def write(record, k, deflection, force, offsets, centroid, torques):
-    """Store sample k."""
+def write(record, k, mesh_state, offsets, centroid, torques):
+    """Store sample k; mesh_state: deflection [m], mesh force [N], phase of the driving flank."""
     sample = sample_at(header_at(record).samples + SAMPLE_SIZE * k)
-    sample.deflection, sample.force, sample.centroid = deflection, force, centroid
+    sample.deflection, sample.force, sample.phase = mesh_state
+    sample.centroid = centroid
     sample.a, sample.misalignment, sample.axial = offsets
     sample.pinion_torque, sample.wheel_torque = torques
 
@@ -102,6 +103,7 @@ class Recorder:
     centroid       z of the force centroid minus z of the pinion's mid-plane [m]; 0 without contact
     pinion_torque  torque of the mesh on the spin of the pinion's body [N m]
     wheel_torque   torque of the mesh on the spin of the wheel's body [N m]
+    phase          of the driving flank [pitches], which grows by 1 in a mesh cycle; whole pitches do not matter
 
     Offsets and centroid are 0 for shafts that only spin about their nominal axes. z is the axis of the contact: the
     global z, or the pinion's axis where that lies along another direction; it does not depend on the flank in contact

@@ -4,6 +4,7 @@ from functools import cache
 
 from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of
 from exugear.contact_geometry.contact_records import frame_at, state_at
+from exugear.contact_geometry.relative_position import driving_phase
 from exugear.contact_geometry.vectors import row_total
 from exugear.force_table.patches import table_at
 from exugear.kernels.contact_kernels import SPIN, codes_of
@@ -32,11 +33,12 @@ def spin_contact(table, frame, state, friction, record, t, q_1, q_2, v_1, v_2):
     pinion, wheel = spin_of(contact.imposed[0], t, q_1, v_1), spin_of(contact.imposed[1], t, q_2, v_2)
     (q_1, v_1, _), (q_2, v_2, _) = pinion, wheel
     mesh = rotational_mesh(table_at(table), geometry, contact, q_1, q_2, v_1, v_2)
-    sliding = friction_of_spins(friction_at(friction), geometry, mesh.phase, mesh.static_force, v_1, v_2)
+    sliding = friction_of_spins(friction_at(friction), geometry, mesh.flank.phase, mesh.static_force, v_1, v_2)
     torques = mesh.torques[0] + sliding.torques[0], mesh.torques[1] + sliding.torques[1]
     k = sample_of(record, t)
     if k >= 0:
-        write(record, k, mesh.deflection, mesh.force, NO_OFFSETS, 0.0, torques)
+        mesh_state = mesh.deflection, mesh.force, driving_phase(table_at(table), mesh.flank)
+        write(record, k, mesh_state, NO_OFFSETS, 0.0, torques)
         write_power(record, k, mesh.energy, mesh.dissipation, (q_1, q_2), (v_1, v_2))
         write_friction(record, k, sliding.force, sliding.loss)
     return torque_on(contact, 0, pinion, torques[0]), torque_on(contact, 1, wheel, torques[1])
@@ -60,7 +62,8 @@ def _spatial_contact(kind_1: int, kind_2: int):
         forces_1, forces_2 = row_total(mesh.pinion, sliding.pinion), row_total(mesh.wheel, sliding.wheel)
         k = sample_of(record, t)
         if k >= 0:
-            write(record, k, mesh.deflection, mesh.force, mesh.offsets, mesh.centroid, (forces_1[5], forces_2[5]))
+            mesh_state = mesh.deflection, mesh.force, driving_phase(table_at(table), mesh.position.flank)
+            write(record, k, mesh_state, mesh.offsets, mesh.centroid, (forces_1[5], forces_2[5]))
             write_motion(record, k, pinion.q, wheel.q, pinion.v, wheel.v)
             spins, speeds = (pinion.q[5], wheel.q[5]), (pinion.v[5], wheel.v[5])
             write_power(record, k, mesh.energy, mesh.dissipation, spins, speeds)

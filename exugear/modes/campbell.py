@@ -25,7 +25,7 @@ def check_speeds(name: str, value) -> None:
     """ValueError unless the value holds rising speeds."""
     speeds = np.atleast_1d(numbers(name, value))
     increasing(name, speeds, least=2)
-    in_range = 0 <= speeds[0] and speeds[-1] < HIGHEST_SPEED
+    in_range = speeds[0] >= 0 and speeds[-1] < HIGHEST_SPEED
     require(bool(in_range), f"{name} must lie in [0, {HIGHEST_SPEED:g}) rad/s, got {value}; pass (0, 3500*rpm)")
 
 
@@ -64,7 +64,7 @@ def campbell(
     require(1 <= harmonics <= HARMONICS, f"harmonics must lie in [1, {HARMONICS}], got {harmonics}")
     require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}")
     speeds = np.asarray(speed, float)
-    speeds = np.linspace(*speeds, SPEEDS) if speeds.size == 2 else speeds
+    speeds = np.linspace(speeds[0], speeds[1], SPEEDS) if speeds.size == 2 else speeds
     with loaded(model, load, drive) as in_equilibrium:
         system = linear_gearbox(in_equilibrium, speeds, phase)
     lines = tracked(system.mass, [modes_of(system, damping) for damping in system.damping])
@@ -79,11 +79,11 @@ def _dataset(system: LinearSystem, speeds: np.ndarray, lines: list[Any], orders:
     stages = [system.stages[order.stage] if order.stage is not None else "" for order in orders]
     met = crossings(orders, speeds, frequency, shares)
     hertz, share = {"long_name": "natural frequency", "units": "Hz"}, {"units": "1"}
-    variables = {
+    variables: dict[str, tuple] = {
         "frequency": (("mode", "speed"), frequency, hertz),
         "damping_ratio": (("mode", "speed"), np.array([modes.damping_ratio for modes in lines]).T, share),
         "mesh_energy_share": (("mode", "speed", "stage"), shares, share | {"long_name": "share of the strain energy"}),
-        "order_ratio": ("order", [o.ratio for o in orders], {"long_name": "cycles per turn of the drive", "units": "1"}),
+        "order_ratio": ("order", [o.ratio for o in orders], {"long_name": "cycles per turn of the drive"} | share),
         "order_stage": ("order", stages),
     }
     coords = {

@@ -8,6 +8,8 @@ import scipy
 
 #: Share of the highest squared frequency below which one counts as 0.
 RIGID = 1e-11
+#: Gyroscopic terms over the highest frequency that are rounding.
+NOT_SPINNING = 1e-12
 
 
 class Eigenmodes(NamedTuple):
@@ -15,7 +17,8 @@ class Eigenmodes(NamedTuple):
 
     omega           (n_mode,) natural frequencies without damping [rad/s]; 0 of motions as a rigid body
     damping_ratio   (n_mode,) power that the damping dissipates over 2 omega times the energy; 0 of rigid bodies
-    shapes          (n, n_mode) complex, x^H M x = 1, the component with the most kinetic energy real and > 0
+    shapes          (n, n_mode) with x^H M x = 1, complex with gyroscopic terms; the component with the most kinetic
+                    energy is real and > 0
     """
 
     omega: np.ndarray
@@ -33,10 +36,8 @@ def eigenmodes(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> 
     omega = np.sqrt(np.where(squares > RIGID * squares[-1], squares, 0.0))
     modal = modes.T @ damping @ modes
     gyroscopic, dissipative = (modal - modal.T) / 2, (modal + modal.T) / 2
-    coordinates = np.eye(omega.size, dtype=complex)
-    rigid_motions = modes[:, omega == 0.0]
-    stiffness = np.diag(omega**2)
-    if gyroscopic.any():
+    coordinates, rigid_motions, stiffness = np.eye(omega.size), modes[:, omega == 0.0], np.diag(omega**2)
+    if np.abs(gyroscopic).max() > NOT_SPINNING * omega[-1]:
         omega, coordinates = _gyroscopic(omega, gyroscopic)
     kinetic, strain, power = (_forms(coordinates, x) for x in (np.eye(omega.size), stiffness, dissipative))
     ratios = np.where(omega > 0, omega * power / np.maximum(omega**2 * kinetic + strain, np.finfo(float).tiny), 0.0)
@@ -47,7 +48,7 @@ def eigenmodes(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> 
 
 
 def _gyroscopic(omega: np.ndarray, gyroscopic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies (n,) and modal coordinates (n, n) of the modes, from frequencies (n,) and terms (n, n) of those at rest.
+    """Frequencies (n,) and modal coordinates (n, n) of the modes; omega (n,), gyroscopic (n, n): of those at rest.
 
     With W = diag(omega), modal coordinates q and z = (W q, q') the equation is z' = [[0, W], [-W, -G]] z, whose matrix
     is skew-symmetric: i times it is Hermitian.
@@ -68,8 +69,8 @@ def _normalized(shapes: np.ndarray, mass: np.ndarray) -> np.ndarray:
     """Shapes (n, n_mode) with x^H M x = 1 and the component with the most kinetic energy real and > 0."""
     momenta = mass @ shapes
     leading = np.abs(shapes * momenta).argmax(axis=0)
-    turned = np.exp(-1j * np.angle(shapes[leading, np.arange(shapes.shape[1])]))
-    return shapes / np.sqrt(_forms(shapes, mass)) * turned
+    turned = shapes[leading, np.arange(shapes.shape[1])]
+    return shapes / np.sqrt(_forms(shapes, mass)) * (turned.conj() / np.abs(turned))
 
 
 def tracked(mass: np.ndarray, modes: Sequence[Eigenmodes]) -> list[Eigenmodes]:

@@ -4,13 +4,13 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-import exudyn as exu
 import numpy as np
 
 from exugear.elements.bearing_elements import user_functions
 from exugear.elements.shaft_bodies import coupling_name
 from exugear.gearbox.bearing_stiffness import linear_part
 from exugear.gearbox.shaft import Shaft
+from exugear.system.drive_and_load import INITIAL
 from exugear.system.model import Model
 from fem.units import mm
 
@@ -30,19 +30,17 @@ class ElasticElement(NamedTuple):
 
 def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
     """The elements between the shafts of a gearbox and its housing, and its rotors, in its initial state."""
-    q = np.array(model.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))
+    q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
     for shaft in model.gearbox.shafts:
-        coordinates = model.plan.shafts[shaft.name]
-        spin = model.spins[shaft.name]
-        if coordinates.on_bearings:
-            part = slice(spin - coordinates.spin_index, spin + 1)
+        kind, spin = model.plan.shafts[shaft.name], model.spins[shaft.name]
+        if kind.on_bearings:
+            part, components = np.arange(spin - kind.spin_index, spin + 1), np.ix_(kind.components, kind.components)
             for axial, matrix in _bearing_matrices(shaft, q[part]).items():
                 name = f"{shaft.name} bearing at {axial / mm:.4g} mm"
-                components = np.ix_(coordinates.components, coordinates.components)
-                yield ElasticElement(name, "bearing", _embedded(matrix[components], range(*part.indices(q.size)), q.size))
+                yield ElasticElement(name, "bearing", embedded(matrix[components], part, q.size))
         if shaft.coupling:
             spring = shaft.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
-            matrix = _embedded(spring, [spin, model.rotors[shaft.name]], q.size)
+            matrix = embedded(spring, [spin, model.rotors[shaft.name]], q.size)
             yield ElasticElement(coupling_name(shaft.name), "coupling", matrix)
 
 
@@ -60,13 +58,13 @@ def _bearing_matrices(shaft: Shaft, q: np.ndarray) -> dict[float, np.ndarray]:
 
 def springs(mbs, numbers: Sequence[int]) -> Iterator[ElasticElement]:
     """The elastic ones among the objects of a system, in its initial state; gear contacts are left out."""
-    whole = stiffness_of(mbs)
+    whole, constraints = stiffness_of(mbs), ("Constraint", "Joint")
     least = ROUNDING * np.abs(whole).max()
     for number in numbers:
         item = mbs.GetObject(number)
         if item["objectType"] == "GenericODE2":
             matrix = _generic_matrix(mbs, number, item)
-        elif item.get("activeConnector") and "Constraint" not in item["objectType"] and "Joint" not in item["objectType"]:
+        elif item.get("activeConnector") and not any(name in item["objectType"] for name in constraints):
             matrix = whole - _without(mbs, number)
         else:
             continue
@@ -99,13 +97,12 @@ def stiffness_of(mbs) -> np.ndarray:
 def _generic_matrix(mbs, number: int, item: dict) -> np.ndarray:
     """Tangent stiffness of an ObjectGenericODE2 over all coordinates of its system."""
     coordinates, n = mbs.systemData.GetObjectLTGODE2(number), mbs.systemData.ODE2Size()
-    q = np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))[coordinates].tolist()
-    matrix = np.zeros((len(coordinates),) * 2)
-    if np.shape(item["stiffnessMatrix"]) == matrix.shape:
-        matrix = matrix + item["stiffnessMatrix"]
-    if callable(item["jacobianUserFunction"]):
-        matrix = matrix + item["jacobianUserFunction"](mbs, 0.0, number, q, [0.0] * len(q), 1.0, 0.0)
-    return _embedded(matrix, coordinates, n)
+    q = np.array(mbs.systemData.GetODE2Coordinates(INITIAL))[coordinates].tolist()
+    constant, jacobian = np.array(item["stiffnessMatrix"].Convert2DenseMatrix()), item["jacobianUserFunction"]
+    matrix = constant if constant.size else np.zeros((len(coordinates),) * 2)
+    if isinstance(jacobian, dict):
+        matrix = matrix + jacobian["function"](mbs, 0.0, number, q, [0.0] * len(q), 1.0, 0.0)
+    return embedded(matrix, coordinates, n)
 
 
 def _without(mbs, number: int) -> np.ndarray:
@@ -117,8 +114,8 @@ def _without(mbs, number: int) -> np.ndarray:
         mbs.SetObjectParameter(number, "activeConnector", True)
 
 
-def _embedded(matrix: np.ndarray, coordinates: Sequence[int], n: int) -> np.ndarray:
-    """(n, n) matrix with a matrix of some coordinates in their rows and columns."""
+def embedded(matrix: np.ndarray, coordinates, n: int) -> np.ndarray:
+    """(n, n) matrix that holds a matrix (k, k) in the rows and columns of k coordinates."""
     whole = np.zeros((n, n))
     whole[np.ix_(coordinates, coordinates)] = matrix
     return whole

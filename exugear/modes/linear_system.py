@@ -1,16 +1,23 @@
 """A loaded system as linear equations: matrices, meshes and elastic elements, and the motions its constraints allow."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-import exudyn as exu
 import numpy as np
 
 from exugear.elements.drag_elements import drag_name
 from exugear.elements.gear_contact import contacts_of
-from exugear.modes.elastic_elements import UNNAMED, ElasticElement, bearings_and_couplings, names_of_nodes, springs
-from exugear.modes.mesh_tangents import MeshTangent, mesh_tangent
+from exugear.modes.elastic_elements import (
+    UNNAMED,
+    ElasticElement,
+    bearings_and_couplings,
+    embedded,
+    names_of_nodes,
+    springs,
+)
+from exugear.modes.mesh_tangents import mesh_tangent
 from exugear.modes.operating_point import as_it_stands, disengaged, moving
+from exugear.system.drive_and_load import INITIAL
 from exugear.system.model import Model
 from fem.support.validation import require
 
@@ -25,35 +32,38 @@ class LinearSystem:
     mass, stiffness   (n, n), symmetric parts
     damping           (n_speed, n, n) with gyroscopic terms, at each speed
     motions           (n, n_free) columns of motions that the constraints allow
-    stages            names of the meshes
-    meshes            their tangents
-    rows              (n_stage, n) slopes of their deflections by the coordinates
     elements          meshes, then bearings, couplings and springs
+    stages            names of the meshes
+    mesh_force        (n_stage,) [N]
+    mesh_stiffness    (n_stage,) [N/m]
+    rows              (n_stage, n) slopes of the deflections of the meshes by the coordinates
     """
 
     mass: np.ndarray
     stiffness: np.ndarray
     damping: np.ndarray
     motions: np.ndarray
-    stages: list[str]
-    meshes: list[MeshTangent]
-    rows: np.ndarray
     elements: list[ElasticElement]
+    stages: list[str]
+    mesh_force: np.ndarray
+    mesh_stiffness: np.ndarray
+    rows: np.ndarray
 
     def reduced(self, matrix: np.ndarray) -> np.ndarray:
         """A matrix over the motions that the constraints allow (n_free, n_free)."""
         return self.motions.T @ matrix @ self.motions
 
 
-def linear_gearbox(model: Model, speeds: Sequence[float], phase: float | None) -> LinearSystem:
+def linear_gearbox(model: Model, speeds: Iterable[float], phase: float | None) -> LinearSystem:
     """The equations of a gearbox in the equilibrium that `loaded` has found, at speeds of the driving shaft [rad/s].
 
     phase   as in `mesh_tangent`
     """
     contacts, ratios = [mesh.contact for mesh in model.meshes], model.speed_ratios
-    damping = [_damping_of_gearbox(model, contacts, speed * ratios) for speed in speeds]
+    damping = [_damping_of_gearbox(model, contacts, float(speed) * ratios) for speed in speeds]
     further = range(int(model.drive) + 1, model.mbs.systemData.NumberOfObjects())
-    elements = [*bearings_and_couplings(model), *springs(model.mbs, [i for i in further if i not in contacts])]
+    with disengaged(model.mbs, contacts):
+        elements = [*bearings_and_couplings(model), *springs(model.mbs, [i for i in further if i not in contacts])]
     return _linear_system(model.mbs, dict(zip(contacts, model.gearbox.labels, strict=True)), damping, elements, phase)
 
 
@@ -65,8 +75,8 @@ def _damping_of_gearbox(model: Model, contacts: Sequence[int], velocities: np.nd
         if shaft.drags:
             number = mbs.GetObjectNumber(drag_name(shaft))
             part = mbs.systemData.GetObjectLTGODE2(number)
-            q = np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))[part].tolist()
-            jacobian = mbs.GetObjectParameter(number, "jacobianUserFunction")
+            q = np.array(mbs.systemData.GetODE2Coordinates(INITIAL))[part].tolist()
+            jacobian = mbs.GetObject(number)["jacobianUserFunction"]["function"]
             damping[np.ix_(part, part)] -= jacobian(mbs, 0.0, number, q, [0.0] * len(q), 0.0, 1.0)
     return damping
 
@@ -75,7 +85,7 @@ def linear_assembly(mbs, phase: float | None) -> LinearSystem:
     """The equations of a hand-built system about its initial state, gyroscopic terms at its initial velocities."""
     contacts = contacts_of(mbs)
     require(bool(contacts), "model holds no gear contact; add one with mbs.CreateGearContact(...)")
-    velocities = np.array(mbs.systemData.GetODE2Coordinates_t(exu.ConfigurationType.Initial))
+    velocities = np.array(mbs.systemData.GetODE2Coordinates_t(INITIAL))
     with as_it_stands(mbs):
         damping = _damping_without_meshes(mbs, contacts, velocities)
         with moving(mbs, np.zeros_like(velocities)), disengaged(mbs, contacts):
@@ -86,7 +96,7 @@ def linear_assembly(mbs, phase: float | None) -> LinearSystem:
 
 def _stage_names(mbs, contacts: Sequence[int]) -> dict[int, str]:
     """Name of each contact: its own, or those of its bodies."""
-    of_nodes, names = names_of_nodes(mbs), {}
+    of_nodes, names = names_of_nodes(mbs), dict[int, str]()
     for number in contacts:
         item = mbs.GetObject(number)
         by_bodies = "-".join(of_nodes[int(node)] for node in item["nodeNumbers"][:2])
@@ -104,29 +114,26 @@ def _damping_without_meshes(mbs, contacts: Sequence[int], velocities: np.ndarray
 def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float | None) -> LinearSystem:
     """The equations from the damping (n_speed, n, n) and the elements beside the meshes."""
     n = mbs.systemData.ODE2Size()
-    with disengaged(mbs, labels), moving(mbs, np.zeros(n)):
+    with disengaged(mbs, list(labels)), moving(mbs, np.zeros(n)):
         mass, stiffness, _, *constrained = mbs.ComputeLinearizedSystem(returnConstraintNullspace=True)
     motions = np.array(constrained[1]).T if constrained else np.eye(n)
-    meshes = [mesh_tangent(mbs, number, phase) for number in labels]
-    pressed = any(mesh.force for mesh in meshes)
-    require(pressed, "load: no teeth are pressed; load the system and solve for its equilibrium (mbs.SolveStatic)")
-    rows = np.zeros((len(meshes), n))
-    in_meshes = []
-    for row, mesh, label in zip(rows, meshes, labels.values(), strict=True):
-        row[mesh.coordinates] = mesh.row
-        matrix = np.zeros((n, n))
-        matrix[np.ix_(mesh.coordinates, mesh.coordinates)] = mesh.matrix
-        in_meshes.append(ElasticElement(label, "mesh", matrix))
-    c = np.array([mesh.damping for mesh in meshes])
-    elements = [*elements, *_unaccounted(np.array(stiffness), elements)]
-    elements = [ElasticElement(e.name, e.kind, (e.stiffness + e.stiffness.T) / 2) for e in (*in_meshes, *elements)]
+    forces, meshes = zip(*(mesh_tangent(mbs, number, phase) for number in labels), strict=True)
+    require(any(forces), "load: no teeth are pressed; load the system and solve for its equilibrium (mbs.SolveStatic)")
+    rows, in_meshes = np.zeros((len(meshes), n)), []
+    for row, number, mesh in zip(rows, labels, meshes, strict=True):
+        coordinates = mbs.systemData.GetObjectLTGODE2(number)
+        row[coordinates] = mesh.row
+        in_meshes.append(ElasticElement(labels[number], "mesh", embedded(mesh.matrix, coordinates, n)))
+    elements = [*in_meshes, *elements, *_unaccounted(np.array(stiffness), elements)]
+    elements = [element._replace(stiffness=(element.stiffness + element.stiffness.T) / 2) for element in elements]
     total = np.sum([element.stiffness for element in elements], axis=0)
-    damping = np.array(damping) + rows.T @ (c[:, None] * rows)
-    return LinearSystem(np.array(mass), total, damping, motions, list(labels.values()), meshes, rows, elements)
+    damping = np.array(damping) + rows.T @ np.diag([mesh.damping for mesh in meshes]) @ rows
+    names, k = list(labels.values()), np.array([mesh.stiffness for mesh in meshes])
+    return LinearSystem(np.array(mass), total, damping, motions, elements, names, np.array(forces), k, rows)
 
 
 def _unaccounted(stiffness: np.ndarray, elements: Sequence[ElasticElement]) -> Iterator[ElasticElement]:
-    """An element for the stiffness of the system without meshes (n, n) that no element accounts for, if there is any."""
+    """An element for the stiffness without meshes (n, n) that no other element accounts for, if there is any."""
     rest = stiffness - sum((element.stiffness for element in elements), np.zeros_like(stiffness))
     if np.abs(rest).max(initial=0.0) > UNACCOUNTED * np.abs(stiffness).max(initial=0.0):
         yield ElasticElement("further", "further", rest)

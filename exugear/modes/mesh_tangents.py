@@ -1,54 +1,44 @@
 """Gear contacts linearized about the present state of their system, at a phase or as mean over the mesh cycle."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
-import exudyn as exu
 import numpy as np
 import scipy
 
+from exugear.contact_geometry.contact_records import contact_state
 from exugear.elements.gear_contact import DIFFERENCE_STEPS, contact_key, records_of
 from exugear.elements.gear_sensor import ANY_TIME
 from exugear.force_table.kernel_records import address_of, changed
 from exugear.kernels.difference_jacobian import jacobian
 from exugear.kernels.recorder import Recorder
+from exugear.system.drive_and_load import INITIAL
 
-#: Number of phases of the mean over the mesh cycle.
-PHASES = 48
-#: Steps of differences: of the deflection by coordinates [m, rad], and of the force by its rate [m/s].
-GEOMETRIC_STEP, RATE = 1e-6, 1e-3
+#: Number of phases of the mean over the mesh cycle, and share by which its force stays below the present one, so that
+#: differences do not leave a map that ends there.
+PHASES, MARGIN = 48, 1e-4
+#: Step of the rate in the difference of the damping force [m/s].
+RATE = 1e-3
 #: Factor between the ends of brackets of a deflection, and its tolerance [m].
 GROWTH, FINEST = 4.0, 1e-16
-BEYOND = "the mesh leaves its map within the mesh cycle; extend the map to a larger torque, or take less load"
+BEYOND = "load: a mesh leaves its map within the mesh cycle; extend the map to a larger torque, or take less load"
 
 
-@dataclass(frozen=True, eq=False)
-class MeshTangent:
-    """A gear contact as a linear element between the coordinates of its bodies.
+class MeshTangent(NamedTuple):
+    """A gear contact as a linear element between the n coordinates of its bodies.
 
-    coordinates   (n,) their indices in the system
-    row           (n,) slopes of the deflection by them
-    matrix        (n, n) tangent stiffness, the geometric part by the mesh force included
-    force         mesh force [N], > 0 on the driving flank
-    stiffness     slope of the mesh force by the deflection [N/m]
-    damping       along the line of action [N s/m]
+    row         (n,) generalized forces of a unit mesh force, signs changed: slopes of the deflection by the coordinates
+    matrix      (n, n) tangent stiffness, the geometric part by the mesh force included
+    stiffness   slope of the mesh force by the deflection [N/m]
+    damping     along the line of action [N s/m]
     """
 
-    coordinates: np.ndarray
     row: np.ndarray
     matrix: np.ndarray
-    force: float
     stiffness: float
     damping: float
-
-
-class Sample(NamedTuple):
-    """Deflection [m] and mesh force [N]."""
-
-    deflection: float
-    force: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,66 +46,62 @@ class Contact:
     """A contact that is evaluated beside its system.
 
     forces     (*coordinates, *velocities) -> generalized forces
-    recorder   of which the only sample is that of the last evaluation
-    frame      contact frame, which the forces read by its address
+    recorder   whose only sample is that of the last evaluation
+    records    which the forces read by their addresses
     """
 
     forces: Callable
     recorder: Recorder
-    frame: np.record
+    records: tuple[np.record, ...]
 
-    def sample(self, q: np.ndarray, v: np.ndarray | None = None) -> Sample:
-        """Deflection and mesh force at coordinates (n,) and velocities (n,), by default at rest."""
+    def force(self, q: np.ndarray, v: np.ndarray | None = None) -> float:
+        """Mesh force [N] at coordinates (n,) and velocities (n,), by default at rest."""
         self.forces(*q.tolist(), *(np.zeros_like(q) if v is None else v).tolist())
-        return Sample(float(self.recorder.deflection[0]), float(self.recorder.force[0]))
+        return float(self.recorder.force[0])
+
+    def row(self, q: np.ndarray) -> np.ndarray:
+        """(n,) slopes of the deflection by the coordinates, of a contact that carries a force at rest."""
+        return -np.array(self.forces(*q.tolist(), *[0.0] * q.size)) / float(self.recorder.force[0])
 
 
 def contact_of(mbs, number: int, **changes: float) -> Contact:
-    """A contact of a system by its object number, with changes of its frame."""
-    kernel, recorder = mbs.variables[contact_key(number)], Recorder()
+    """A contact of a system by its object number, with changes of its frame, without torques that a run adds."""
+    kernel, recorder, state = mbs.variables[contact_key(number)], Recorder(), contact_state()
     recorder.start(ANY_TIME, 1)
-    frame = changed(records_of(mbs, number)[1], **changes)
-    table, _, *further = kernel.args
-    forces = partial(kernel.func, table, address_of(frame), *further, address_of(recorder.header), 0.0)
-    return Contact(forces, recorder, frame)
+    table, frame, _, *friction = records_of(mbs, number)
+    records = table, changed(frame, **changes), state, *friction, recorder.header
+    return Contact(partial(kernel.func, *map(address_of, records), 0.0), recorder, records)
 
 
-def over_the_cycle(mbs, number: int) -> Iterator[Contact]:
-    """A contact at phases of its mesh cycle, which stay as the bodies turn: their mean does not tell positions apart."""
-    for phase in np.arange(PHASES) / PHASES:
-        yield contact_of(mbs, number, phase=phase, pitches_per_radian=0.0)
-
-
-def mesh_tangent(mbs, number: int, phase: float | None) -> MeshTangent:
-    """A contact linearized about the initial state of its system, at rest.
+def mesh_tangent(mbs, number: int, phase: float | None) -> tuple[float, MeshTangent]:
+    """(Mesh force [N], tangent) of a contact in the initial state of its system, at rest.
 
     phase   share of a pitch by which it is moved on from its present phase; None: mean over the mesh cycle, at its
             present force
     """
-    coordinates = np.array(mbs.systemData.GetObjectLTGODE2(number), int)
-    q = np.array(mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))[coordinates]
-    present = contact_of(mbs, number)
-    row, force = _row_of(present, q), present.sample(q).force
-    if force == 0.0:
-        return MeshTangent(coordinates, row, np.zeros((q.size, q.size)), 0.0, 0.0, 0.0)
-    by_wheel = _motion_of_wheel(mbs, number, row)
-    if phase is None:
-        contacts = over_the_cycle(mbs, number)
-    else:
-        contacts = iter([contact_of(mbs, number, phase=float(records_of(mbs, number)[1].phase) + phase)])
+    q = np.array(mbs.systemData.GetODE2Coordinates(INITIAL))
+    q = q[mbs.systemData.GetObjectLTGODE2(number)]
     try:
-        tangents = [_tangent(contact, q, by_wheel, force) for contact in contacts]
+        present = contact_of(mbs, number)
+        force = present.force(q)
+        if force == 0.0:
+            return 0.0, MeshTangent(np.zeros(q.size), np.zeros((q.size, q.size)), 0.0, 0.0)
+        by_wheel = _motion_of_wheel(mbs, number, present.row(q))
+        if phase is not None:
+            moved = float(records_of(mbs, number)[1].phase) + phase
+            row = _tangent(resting_at(mbs, number, moved), q, by_wheel, force).row
+            return force, _tangent(contact_of(mbs, number, phase=moved), q, by_wheel, force)._replace(row=row)
+        contacts = [resting_at(mbs, number, i / PHASES) for i in range(PHASES)]
+        tangents = [_tangent(contact, q, by_wheel, (1 - MARGIN) * force) for contact in contacts]
     except ValueError:
-        raise ValueError(f"load: {BEYOND}") from None
-    matrix, stiffness, damping = (np.mean(values, axis=0) for values in zip(*tangents, strict=True))
-    return MeshTangent(coordinates, row, matrix, force, float(stiffness), float(damping))
+        raise ValueError(BEYOND) from None
+    row, matrix, stiffness, damping = (np.mean(values, axis=0) for values in zip(*tangents, strict=True))
+    return force, MeshTangent(row, matrix, float(stiffness), float(damping))
 
 
-def _row_of(contact: Contact, q: np.ndarray) -> np.ndarray:
-    """(n,) slopes of the deflection by the coordinates of the bodies."""
-    steps = GEOMETRIC_STEP * np.eye(q.size)
-    differences = [contact.sample(q + h).deflection - contact.sample(q - h).deflection for h in steps]
-    return np.array(differences) / (2 * GEOMETRIC_STEP)
+def resting_at(mbs, number: int, phase: float) -> Contact:
+    """A contact that stays at a phase as its bodies turn, so that no position of the bodies differs from another."""
+    return contact_of(mbs, number, phase=phase, pitches_per_radian=0.0)
 
 
 def _motion_of_wheel(mbs, number: int, row: np.ndarray) -> np.ndarray:
@@ -126,24 +112,25 @@ def _motion_of_wheel(mbs, number: int, row: np.ndarray) -> np.ndarray:
     return motion / (motion @ motion)
 
 
-def _tangent(contact: Contact, q: np.ndarray, by_wheel: np.ndarray, force: float) -> tuple[np.ndarray, float, float]:
-    """(stiffness matrix (n, n), stiffness [N/m], damping [N s/m]) where the mesh carries a force [N]."""
+def _tangent(contact: Contact, q: np.ndarray, by_wheel: np.ndarray, force: float) -> MeshTangent:
+    """The tangent where the mesh carries a force [N], from the coordinates q (n,) on by a motion of unit deflection."""
     q = _coordinates_at(contact, q, by_wheel, force)
     matrix = jacobian(contact.forces, q.tolist(), [0.0] * q.size, (1.0, 0.0), DIFFERENCE_STEPS)
-    damping = (contact.sample(q, RATE * by_wheel).force - contact.sample(q).force) / RATE
+    damping = (contact.force(q, RATE * by_wheel) - contact.force(q)) / RATE
     h = DIFFERENCE_STEPS[0] * by_wheel
-    stiffness = (contact.sample(q + h).force - contact.sample(q - h).force) / (2 * DIFFERENCE_STEPS[0])
-    return matrix, stiffness, damping
+    stiffness = (contact.force(q + h) - contact.force(q - h)) / (2 * DIFFERENCE_STEPS[0])
+    return MeshTangent(contact.row(q), matrix, stiffness, damping)
 
 
 def _coordinates_at(contact: Contact, q: np.ndarray, by_wheel: np.ndarray, force: float) -> np.ndarray:
     """Coordinates (n,) at which the mesh carries a force [N], from q on by a motion of unit deflection."""
 
     def excess(deflection: float) -> float:
+        """Of the force [N]; beyond the end of the map it is large."""
         try:
-            return contact.sample(q + deflection * by_wheel).force - force
+            return contact.force(q + deflection * by_wheel) - force
         except ValueError:
-            return float(np.copysign(force, deflection))
+            return force
 
     end, before = DIFFERENCE_STEPS[0], excess(0.0)
     if before == 0.0:

@@ -1,8 +1,11 @@
 """Labels of mode shapes: shafts and their coordinates in a gearbox, bodies and coordinates in a hand-built system."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
+from exugear.elements.gear_contact import contacts_of, records_of
 from exugear.modes.elastic_elements import names_of_nodes
 from exugear.system.model import Model
 
@@ -14,11 +17,13 @@ OF_NODES = {
     "Point2D": ("x", "y"),
     "RigidBody2D": ("x", "y", "spin"),
     "RigidBodyRxyz": COORDINATES,
+    "RigidBodyEP": ("x", "y", "z", "e_0", "e_1", "e_2", "e_3"),
+    "RigidBodyRotVecLG": ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z"),
 }
 
 
 def shapes_by_shaft(model: Model, shapes: np.ndarray) -> xr.DataArray:
-    """Shapes (n, n_mode) as (mode, shaft, coordinate), rotors behind couplings among the shafts; 0 where they are fixed.
+    """Shapes (n, n_mode) as (mode, shaft, coordinate), rotors behind couplings among the shafts; 0 if they are fixed.
 
     The axis is marked by the positions x, y [m] of the shafts and the axial positions of their centres of mass [m].
     """
@@ -33,38 +38,61 @@ def shapes_by_shaft(model: Model, shapes: np.ndarray) -> xr.DataArray:
     x, y = np.transpose([box.shaft_positions[name] for name in (*model.spins, *model.rotors)])
     centres = {shaft.name: shaft.centre for shaft in box.shafts}
     centre = [centres[name] for name in (*model.spins, *model.rotors)]
-    coords = {"shaft": names, "coordinate": list(COORDINATES)}
+    coords: dict[str, Any] = {"shaft": names, "coordinate": list(COORDINATES)}
     coords |= {"shaft_x": ("shaft", x), "shaft_y": ("shaft", y), "shaft_centre": ("shaft", centre)}
     return xr.DataArray(values, dims=("mode", "shaft", "coordinate"), coords=coords)
 
 
 def parts_of_shafts(model: Model) -> dict[str, tuple]:
     """Gears and bearings along the shafts, for pictures of the modes: variables over the dimension `part`."""
-    parts = [
-        (shaft.name, kind, axial, radius)
-        for shaft in model.gearbox.shafts
-        for kind, positions in (("gear", shaft.gears), ("bearing", shaft.bearings))
-        for axial, radius in ((axial, part.r if kind == "gear" else 0.0) for axial, part in positions.items())
-    ]
-    shafts, kinds, axial, radius = zip(*parts, strict=True)
+    gears = [(x.name, "gear", axial, gear.r, gear.b) for x in model.gearbox.shafts for axial, gear in x.gears.items()]
+    bearings = [(x.name, "bearing", axial, 0.0, 0.0) for x in model.gearbox.shafts for axial in x.bearings]
+    shafts, kinds, axial, radius, width = zip(*gears, *bearings, strict=True)
     return {
         "part_shaft": ("part", list(shafts)),
         "part_kind": ("part", list(kinds)),
         "part_axial": ("part", np.array(axial), {"units": "m", "long_name": "axial position"}),
         "part_radius": ("part", np.array(radius), {"units": "m", "long_name": "reference radius"}),
+        "part_width": ("part", np.array(width), {"units": "m", "long_name": "face width"}),
     }
 
 
 def shapes_by_coordinate(mbs, shapes: np.ndarray) -> xr.DataArray:
-    """Shapes (n, n_mode) as (mode, coordinate), marked by `body` and `component`; bodies by name or by their node."""
+    """Shapes (n, n_mode) as (mode, coordinate), marked by `body`, by name or node, and `component`.
+
+    Also by the position of the body in the reference configuration and the base radius of its largest gear [m].
+    """
     bodies, components = [""] * len(shapes), [""] * len(shapes)
-    names = names_of_nodes(mbs)
+    names, outlines, marks = names_of_nodes(mbs), _outlines(mbs), np.zeros((len(shapes), 3))
     for node in range(mbs.systemData.NumberOfNodes()):
         item, part = mbs.GetNode(node), mbs.systemData.GetNodeLTGODE2(node)
         kinds = OF_NODES.get(str(item["nodeType"]), ())
         for i, coordinate in enumerate(part):
-            bodies[coordinate] = names[node]
+            bodies[coordinate], marks[coordinate] = names[node], outlines[node]
             components[coordinate] = kinds[i] if len(kinds) == len(part) else str(i)
     labels = [f"{body} {component}" for body, component in zip(bodies, components, strict=True)]
-    coords = {"coordinate": labels, "body": ("coordinate", bodies), "component": ("coordinate", components)}
+    coords: dict[str, Any] = {
+        "coordinate": labels,
+        "body": ("coordinate", bodies),
+        "component": ("coordinate", components),
+    }
+    marked = zip(("body_x", "body_y", "body_radius"), marks.T, strict=True)
+    coords |= {name: ("coordinate", column, {"units": "m"}) for name, column in marked}
     return xr.DataArray(shapes.T, dims=("mode", "coordinate"), coords=coords)
+
+
+def _outlines(mbs) -> dict[int, tuple[float, float, float]]:
+    """Position x, y in the reference configuration and base radius of the largest gear [m] of each node."""
+    outlines = {}
+    for number in range(mbs.systemData.NumberOfNodes()):
+        x, y = (*mbs.GetNode(number).get("referenceCoordinates", ()), 0.0, 0.0)[:2]
+        outlines[number] = x, y, 0.0
+    for item in map(mbs.GetObject, range(mbs.systemData.NumberOfObjects())):
+        if "Rotational" in str(item["objectType"]):
+            outlines[int(item["nodeNumber"])] = *item["referencePosition"][:2], 0.0
+    for contact in contacts_of(mbs):
+        frame = records_of(mbs, contact)[1]
+        for node, gear in zip(mbs.GetObject(contact)["nodeNumbers"], (frame.pinion, frame.wheel), strict=False):
+            x, y, radius = outlines[int(node)]
+            outlines[int(node)] = x, y, max(radius, abs(float(gear.r_b)))
+    return outlines

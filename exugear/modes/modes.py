@@ -49,15 +49,16 @@ def modes(
                     couplings among the shafts; in a hand-built system by coordinate. Its modal mass is 1 kg; the
                     component with the most kinetic energy is real and > 0
     shape_imaginary imaginary part, of gyroscopic modes: component = Re((shape + i shape_imaginary) exp(i omega t))
-    energy_share    of the strain energy, in every mesh, bearing, coupling and spring; 0 for rigid-body motions
+    energy_share    of the strain energy, in every mesh, bearing, coupling and spring; 0 for rigid-body motions. That of
+                    a mesh may lie a little below 0, as its force destabilizes (geometric stiffness)
     participation   generalized excitation p of each mode by a unit transmission error of each mesh, k row . shape
                     [kg^0.5/s^2], with imaginary part. An error of amplitude e at the frequency of a mode gives it the
                     amplitude |p| e / (2 damping_ratio omega^2) times its shape
     mesh_stiffness  k, and mesh_force under the load, by stage
 
-    Sources: shares of energy and gyroscopic modes as usual (G. Genta, Dynamics of rotating systems, 2005); excitation by
-    the error as a displacement in series with the mesh spring (A. Kahraman, Planetary gear train dynamics, J. Mech. Des.
-    116, 1994). The state of the system is restored afterwards.
+    Sources: G. Genta, Dynamics of rotating systems (2005), for gyroscopic modes; A. Kahraman, Planetary gear train
+    dynamics, J. Mech. Des. 116 (1994), for the error as a displacement in series with the mesh spring. The state of the
+    system is restored afterwards.
 
     Raises ValueError without a load, or where no teeth are pressed, and for loads beyond the maps.
     """
@@ -132,25 +133,22 @@ def energy_shares(system: LinearSystem, solved: Eigenmodes) -> np.ndarray:
 
 def _dataset(system: LinearSystem, solved: Eigenmodes, shape: xr.DataArray) -> xr.Dataset:
     """The labelled result."""
-    k = np.array([mesh.stiffness for mesh in system.meshes])
+    k = system.mesh_stiffness
     participation = (solved.shapes.T @ system.rows.T) * k
-    per_root_mass = {"long_name": "mode shape of modal mass 1 kg", "units": "kg^-0.5 for displacements, rad m^-1 kg^-0.5"}
+    normalized = {"long_name": "shape of modal mass 1", "units": "kg^-0.5, of angles rad m^-1 kg^-0.5"}
+    share = {"long_name": "share of the strain energy", "units": "1"}
     excitation = {"long_name": "generalized excitation by a unit transmission error", "units": "kg^0.5/s^2"}
     by_mode, by_stage = ("mode", "stage"), ("stage",)
     variables = {
         "frequency": ("mode", solved.omega / (2 * pi), {"long_name": "natural frequency", "units": "Hz"}),
         "damping_ratio": ("mode", solved.damping_ratio, {"long_name": "damping ratio", "units": "1"}),
-        "shape": shape.real.assign_attrs(per_root_mass),
-        "shape_imaginary": shape.imag.assign_attrs(per_root_mass),
-        "energy_share": (
-            ("mode", "element"),
-            energy_shares(system, solved),
-            {"long_name": "share of the strain energy", "units": "1"},
-        ),
+        "shape": shape.real.assign_attrs(normalized),
+        "shape_imaginary": shape.imag.assign_attrs(normalized),
+        "energy_share": (("mode", "element"), energy_shares(system, solved), share),
         "participation": (by_mode, participation.real, excitation),
         "participation_imaginary": (by_mode, participation.imag, excitation),
         "mesh_stiffness": (by_stage, k, {"long_name": "tangent mesh stiffness", "units": "N/m"}),
-        "mesh_force": (by_stage, [m.force for m in system.meshes], {"long_name": "mesh force", "units": "N"}),
+        "mesh_force": (by_stage, system.mesh_force, {"long_name": "mesh force", "units": "N"}),
     }
     coords = {
         "mode": np.arange(1, solved.omega.size + 1),

@@ -29,15 +29,18 @@ def loaded(model: Model, load: float | None, drive: str = "held") -> Iterator[Mo
     require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}; build(gearbox)")
     require(load is not None, "load must be the torque on the driven shaft of the gearbox [N m], got None")
     torque = float(np.float64(load))
-    require(isfinite(torque) and torque != 0, f"load must be finite and not 0, got {load}; without it no teeth are pressed")
-    model = linearized(model, model.gearbox.driving.name)
+    require(
+        isfinite(torque) and torque != 0, f"load must be finite and not 0, got {load}; without it no teeth are pressed"
+    )
     conditions = run_up_conditions(model.gearbox, 0.0, torque, 1.0)
-    with quiet(), _restored(model), applied(model, conditions):
-        start(model, conditions)
-        if drive == "free":
-            model.mbs.SetObjectParameter(model.drive, "activeConnector", False)
-            assemble_in_state(model)
-        yield model
+    with quiet(), _restored(model):
+        model = linearized(model, model.gearbox.driving.name)
+        with applied(model, conditions):
+            start(model, conditions)
+            if drive == "free":
+                model.mbs.SetObjectParameter(model.drive, "activeConnector", False)
+                assemble_in_state(model)
+            yield model
 
 
 @contextmanager

@@ -22,8 +22,8 @@ from fem.support.arguments import Finite, checked
 IMPOSED = "{:.0f} Hz where the driving speed is imposed (infinite inertia), {:.0f} Hz where it is free"
 #: Wall time of a step per mesh, measured on a two-core machine [s].
 STEP_COST = {Coordinates.SPIN: 4e-6, Coordinates.PLANAR: 8e-6, Coordinates.BEARINGS: 13e-6, Coordinates.JOINT: 13e-6}
-#: Memory per sample and mesh [bytes].
-SAMPLE_SIZE, SAMPLE_SIZE_ON_BEARINGS = 48, 130
+#: Memory of a recorder per sample and mesh [bytes].
+SAMPLE_SIZE, SAMPLE_SIZE_ON_BEARINGS = 72, 152
 
 
 @checked

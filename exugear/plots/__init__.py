@@ -2,6 +2,7 @@
 
 from exugear.plots.branch_plots import plot_branches
 from exugear.plots.figures import figure
+from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
 from exugear.plots.mode_plots import plot_campbell, plot_modes
 from exugear.plots.order_plots import plot_waterfall
 from exugear.plots.power_plots import plot_efficiency, plot_power
@@ -22,10 +23,13 @@ __all__ = [
     "plot_bearing_forces",
     "plot_branches",
     "plot_campbell",
+    "plot_dynamic_factor",
+    "plot_dynamic_stress",
     "plot_efficiency",
     "plot_envelopes",
     "plot_field",
     "plot_gears",
+    "plot_load_factors",
     "plot_modes",
     "plot_outlines",
     "plot_peak_pressure",

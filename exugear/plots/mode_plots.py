@@ -1,10 +1,12 @@
 """Plots of vibration modes: Campbell diagram, and shafts and gears in the shape of a mode."""
 
 from math import pi
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle, Rectangle
 
 from exugear.plots.figures import DISTINCT, axes_or_new
 from fem.support.arguments import checked
@@ -13,11 +15,22 @@ from fem.units import mm, rpm
 
 __all__ = ["plot_campbell", "plot_modes"]
 
-MODE, SHAFT_ORDER, AT_REST = "#333333", "#999999", "#bbbbbb"
+MODE, SHAFT_ORDER, AT_REST, GEAR = "#333333", "#999999", "#aaaaaa", "#eeeeee"
 #: Share of the strain energy in the mesh from which on a crossing is marked as a resonance.
 MARKED = 0.1
-#: Largest displacement in a picture of a mode over the largest radius, and points of a circle.
-SCALE, POINTS = 0.4, 73
+#: Highest frequency in a Campbell diagram over the highest of an order, and width of the label of an order [points].
+ROOM, LABEL_WIDTH = 1.1, 16
+#: Largest displacement in a picture of a mode over the largest radius.
+LARGEST = 0.5
+#: Length in the picture below which an arrow is left out [m].
+LEAST_ARROW = 1 * mm
+AXIAL, ROTATION = DISTINCT[2:4]
+STYLES: dict[str, dict[str, Any]] = {
+    "along x": {"color": DISTINCT[0], "linewidth": 1.6},
+    "along y": {"color": DISTINCT[1], "linewidth": 1.6, "linestyle": "--"},
+    "along the axis": {"color": AXIAL, "marker": "^", "linewidth": 1.4},
+    "rotation": {"color": ROTATION, "marker": ">", "linewidth": 1.4},
+}
 
 
 @checked
@@ -29,8 +42,10 @@ def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARK
              grows with the share
     """
     require("crossing_speed" in data, "data must be that of exugear.campbell(...)")
+    require(0 <= marked <= 1, f"marked must lie in [0, 1], a share of the strain energy, got {marked}")
     ax = axes_or_new(ax)
-    speed, top = data["speed"].values, 1.05 * float(data["frequency"].max())
+    speed, highest = data["speed"].values, float(data["order_ratio"].max() * data["speed"].max()) / (2 * pi)
+    top = min(1.05 * float(data["frequency"].max()), ROOM * highest)
     ax.plot(speed / rpm, data["frequency"].values.T, color=MODE, linewidth=1.1)
     _draw_orders(ax, data, top)
     met = data.where(data["crossing_energy_share"] >= marked, drop=True) if data.sizes["crossing"] else data
@@ -41,7 +56,7 @@ def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARK
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="natural frequency [Hz]")
     ax.set(xlim=(speed[0] / rpm, speed[-1] / rpm), ylim=(0, top))
     ax.grid(alpha=0.3)
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize="small")
     return ax
 
 
@@ -54,102 +69,197 @@ def _draw_orders(ax: Axes, data: xr.Dataset, top: float) -> None:
         colour = DISTINCT[stages.index(stage) % len(DISTINCT)] if stage else SHAFT_ORDER
         label = f"orders of mesh {stage}" if stage else "rotation of shafts"
         frequency, style = ratio * speed / (2 * pi), "--" if stage else ":"
-        shown = {"label": label} if label not in labelled else {}
-        ax.plot(speed / rpm, frequency, style, color=colour, linewidth=1.0, **shown)
+        shown = None if label in labelled else label
+        ax.plot(speed / rpm, frequency, style, color=colour, linewidth=1.0, label=shown)
         labelled.add(label)
         if stage:
-            end = min(0.985 * speed[-1], 0.97 * top * 2 * pi / ratio)
-            text = ax.annotate(f"{str(name).split(' ')[0]}x", (end / rpm, ratio * end / (2 * pi)), color=colour)
-            text.set(fontsize="small", ha="right", va="bottom")
+            end = min(speed[-1], top * 2 * pi / ratio)
+            column = 3 + LABEL_WIDTH * stages.index(stage)
+            offset, alignment = ((column, 0), "center") if end == speed[-1] else ((0, 2), "bottom")
+            at = end / rpm, ratio * end / (2 * pi)
+            text = ax.annotate(f"{str(name).split(' ')[0]}x", at, offset, textcoords="offset points", color=colour)
+            text.set(va=alignment, fontsize="small")
 
 
 @checked
 def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1) -> Axes:
-    """A mode of a gearbox in space: shafts and gears at rest (grey) and displaced, arrows at the centres of the gears.
+    """A mode: of a gearbox with its shafts side by side, axes upright; of a hand-built system seen along z.
 
     data   of `exugear.modes`
     mode   its number, 1 for the lowest frequency
 
-    Each gear has a spoke, which shows its rotation. The largest displacement is drawn as 0.4 of the largest radius.
+    Of a gearbox, lines show the displacement of a shaft's axis along x and y, both to the right; arrows at the gears
+    that along the axis; arrows to the right their rotation times the reference radius, that of a rotor behind a
+    coupling times the largest radius on its shaft. All have one scale, in which the largest is half the largest radius.
+    Of a hand-built system base circles, with a spoke that shows the rotation, are grey at rest; a body without a gear
+    has a dotted spoke.
     """
-    require("part_shaft" in data, "data must be that of exugear.modes(model, load=...) of an exugear.Model")
+    kinds = {"part_shaft", "body_radius"} & {str(name) for name in data.variables}
+    require(bool(kinds), "data must be that of exugear.modes(...)")
     numbers = data["mode"].values
     require(mode in numbers, f"mode must lie in [1, {numbers[-1]}], got {mode}")
-    ax = axes_or_new(ax, projection="3d")
-    require(ax.name == "3d", "ax must be three-dimensional: figure.add_subplot(projection='3d')")
-    chosen = data.sel(mode=mode)
-    scale = _scale(chosen)
-    for number, name in enumerate(np.unique(chosen["part_shaft"].values)):
-        _draw_shaft(ax, chosen, str(name), scale, DISTINCT[number % len(DISTINCT)])
-    ax.set(xlabel="z [mm]", ylabel="x [mm]", zlabel="y [mm]", title=_title(chosen))
+    ax, chosen = axes_or_new(ax), data.sel(mode=mode)
     ax.set_aspect("equal")
-    ax.legend(frameon=False, fontsize="small")
+    ax.set_title(_title(chosen), fontsize="medium")
+    return _draw_shafts(ax, chosen) if "part_shaft" in kinds else _draw_bodies(ax, chosen)
+
+
+def _draw_shafts(ax: Axes, data: xr.Dataset) -> Axes:
+    """A mode of a gearbox."""
+    shafts = [_shaft(data, name) for name in dict.fromkeys(data["part_shaft"].values.tolist())]
+    radius = max(shaft.radius for shaft in shafts)
+    scale = LARGEST * radius / max(*(shaft.largest for shaft in shafts), np.finfo(float).tiny)
+    positions = 2.3 * radius * np.arange(len(shafts)) / mm
+    for shaft, position in zip(shafts, positions, strict=True):
+        _draw_shaft(ax, shaft, position, scale)
+    for label, style in STYLES.items():
+        ax.plot([], [], label=label, **style)
+    ax.set_ylabel("z [mm]")
+    ax.set_xticks(positions, [shaft.name for shaft in shafts])
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4, frameon=False, fontsize="small")
+    return ax
+
+
+class Shaft(NamedTuple):
+    """A shaft in the shape of a mode.
+
+    gears      (axial position [m], reference radius [m], face width [m]) of each
+    bearings   their axial positions [m]
+    centre     axial position of its centre of mass [m]
+    shape      (6,) displacements, tilts and spin
+    rotor      spin of the rotor behind its coupling, None without
+    """
+
+    name: str
+    gears: list[tuple[float, float, float]]
+    bearings: list[float]
+    centre: float
+    shape: np.ndarray
+    rotor: float | None
+
+    @property
+    def radius(self) -> float:
+        """Largest radius of its gears [m]."""
+        return max(radius for _, radius, _ in self.gears)
+
+    @property
+    def ends(self) -> np.ndarray:
+        """(2,) axial positions of the outermost parts [m], with a margin."""
+        positions = [axial + side * width for axial, _, width in self.gears for side in (-1, 1)] + self.bearings
+        return np.array([min(positions), max(positions)])
+
+    @property
+    def largest(self) -> float:
+        """Largest displacement of its axis and of the rims of its gears."""
+        spins = [self.shape[5]] if self.rotor is None else [self.shape[5], self.rotor]
+        return max(np.abs(self.displacement(self.ends)).max(), abs(self.shape[2]), *(self.radius * np.abs(spins)))
+
+    def displacement(self, axial) -> np.ndarray:
+        """(2, n) displacement along x and y at axial positions (n,)."""
+        x, y, _, tilt_x, tilt_y, _ = self.shape
+        lever = axial - self.centre
+        return np.array([x + lever * tilt_y, y - lever * tilt_x])
+
+
+def _shaft(data: xr.Dataset, name: str) -> Shaft:
+    """A shaft of a mode by its name."""
+    of_shaft = data.isel(part=np.flatnonzero(data["part_shaft"] == name))
+    columns = (of_shaft[f"part_{column}"].values.tolist() for column in ("kind", "axial", "radius", "width"))
+    parts = list(zip(*columns, strict=True))
+    gears, bearings = ([part[1:] for part in parts if part[0] == kind] for kind in ("gear", "bearing"))
+    shape, rotor = data["shape"].sel(shaft=name), f"{name} rotor"
+    has_rotor = rotor in data["shaft"].values
+    spin = float(data["shape"].sel(shaft=rotor, coordinate="spin")) if has_rotor else None
+    return Shaft(name, gears, [axial for axial, *_ in bearings], float(shape["shaft_centre"]), shape.values, spin)
+
+
+def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float) -> None:
+    """A shaft at a position [mm] in the picture, its displacements enlarged by a scale."""
+    ax.plot([position, position], shaft.ends / mm, color=AT_REST, linewidth=2.0)
+    for axial, radius, width in shaft.gears:
+        _draw_box(ax, position, axial, width, radius)
+        _draw_arrow(ax, ROTATION, (position, axial + width / 4), (scale * radius * shaft.shape[5], 0.0))
+        _draw_arrow(ax, AXIAL, (position, axial), (0.0, scale * shaft.shape[2]))
+    if shaft.rotor is not None:
+        width, radius = shaft.gears[0][2] / 2, shaft.radius
+        axial = shaft.ends[0] - 2 * width
+        ax.plot([position, position], [axial / mm, shaft.ends[0] / mm], ":", color=AT_REST, linewidth=2.0)
+        _draw_box(ax, position, axial, width, radius / 2)
+        _draw_arrow(ax, ROTATION, (position, axial), (scale * radius * shaft.rotor, 0.0))
+    ax.plot([position] * len(shaft.bearings), np.array(shaft.bearings) / mm, "^", color=MODE, markersize=5)
+    for label, row in zip(("along x", "along y"), shaft.displacement(shaft.ends), strict=True):
+        ax.plot(position + scale * row / mm, shaft.ends / mm, **STYLES[label])
+
+
+def _draw_box(ax: Axes, position: float, axial: float, width: float, radius: float) -> None:
+    """A gear or rotor at rest; lengths in m, the position in the picture in mm."""
+    corner = position - radius / mm, (axial - width / 2) / mm
+    ax.add_patch(Rectangle(corner, 2 * radius / mm, width / mm, facecolor=GEAR, edgecolor=AT_REST))
+
+
+def _draw_arrow(ax: Axes, colour: str, start: tuple[float, float], displacement: tuple[float, float]) -> None:
+    """An arrow by a displacement [m] from a start (position in the picture [mm], axial position [m]), unless tiny."""
+    x, y = start[0], start[1] / mm
+    end = x + displacement[0] / mm, y + displacement[1] / mm
+    if max(np.abs(displacement)) > LEAST_ARROW:
+        arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.4}
+        ax.annotate("", end, (x, y), arrowprops=arrow)
+
+
+class Body(NamedTuple):
+    """A body of a hand-built system in the shape of a mode: position, base radius, displacements [m], spin."""
+
+    name: str
+    x: float
+    y: float
+    radius: float
+    u: float
+    v: float
+    spin: float
+
+    @property
+    def largest(self) -> float:
+        """Largest displacement of its centre and of the rim of its gear."""
+        return max(abs(self.u), abs(self.v), self.radius * abs(self.spin))
+
+
+def _bodies(data: xr.Dataset) -> list[Body]:
+    """The bodies of a mode of a hand-built system."""
+    bodies, names = [], data["body"].values
+    for name in dict.fromkeys(names.tolist()):
+        part = data.isel(coordinate=np.flatnonzero(names == name))
+        moved = dict(zip(part["component"].values.tolist(), part["shape"].values.tolist(), strict=True))
+        outline = (float(part[f"body_{mark}"][0]) for mark in ("x", "y", "radius"))
+        bodies.append(Body(name, *outline, *(moved.get(component, 0.0) for component in ("x", "y", "spin"))))
+    return bodies
+
+
+def _draw_bodies(ax: Axes, data: xr.Dataset) -> Axes:
+    """A mode of a hand-built system, seen along z."""
+    bodies = _bodies(data)
+    smallest = min(body.radius for body in bodies if body.radius > 0)
+    scale = LARGEST * smallest / max(*(body.largest for body in bodies), np.finfo(float).tiny)
+    for number, body in enumerate(bodies):
+        colour, style = DISTINCT[number % len(DISTINCT)], "-" if body.radius else ":"
+        for factor, outline in ((0.0, AT_REST), (scale, colour)):
+            x, y, angle = body.x + factor * body.u, body.y + factor * body.v, factor * body.spin
+            ax.add_patch(Circle((x / mm, y / mm), body.radius / mm, fill=False, linewidth=1.4, color=outline))
+            rim = x + (body.radius or smallest) * np.cos(angle), y + (body.radius or smallest) * np.sin(angle)
+            ax.plot([x / mm, rim[0] / mm], [y / mm, rim[1] / mm], style, linewidth=1.4, color=outline)
+        _draw_arrow(ax, colour, (body.x / mm, body.y), (scale * body.u, scale * body.v))
+        ax.plot([], [], color=colour, label=body.name)
+    ax.autoscale_view()
+    ax.set(xlabel="x [mm]", ylabel="y [mm]")
+    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
     return ax
 
 
 def _title(data: xr.Dataset) -> str:
     """Frequency and damping of a mode, and the element with the most strain energy."""
-    text = f"mode {int(data['mode'])}: {float(data['frequency']):.0f} Hz, {float(data['damping_ratio']) * 100:.2g} % damped"
-    element = data["energy_share"].argmax("element")
+    damping = f"damping ratio {float(data['damping_ratio']) * 100:.2g} %"
+    text = f"mode {int(data['mode'])}: {float(data['frequency']):.0f} Hz, {damping}"
+    element = int(data["energy_share"].argmax("element"))
     share = float(data["energy_share"][element])
-    return f"{text}\n{share * 100:.0f} % of the energy in {data['element'].values[int(element)]}" if share > 0 else text
-
-
-def _gears(data: xr.Dataset, name: str) -> xr.Dataset:
-    """Gears of a shaft."""
-    return data.isel(part=np.flatnonzero((data["part_shaft"] == name) & (data["part_kind"] == "gear")))
-
-
-def _displaced(data: xr.Dataset, name: str, axial, scale: float) -> np.ndarray:
-    """(n, 3) positions x, y, z [m] of points on the axis of a shaft at axial positions (n,), displaced by a scale."""
-    shaft = data.sel(shaft=name)
-    x, y, z, a, b, _ = scale * shaft["shape"].values
-    lever = np.asarray(axial) - float(shaft["shaft_centre"])
-    at_rest = np.stack(np.broadcast_arrays(shaft["shaft_x"], shaft["shaft_y"], axial), axis=-1)
-    return at_rest + np.stack(np.broadcast_arrays(x + lever * b, y - lever * a, z), axis=-1)
-
-
-def _scale(data: xr.Dataset) -> float:
-    """Factor from the shape to a picture of it."""
-    moved = []
-    for name in np.unique(data["part_shaft"].values):
-        gears = _gears(data, str(name))
-        axial, radius = gears["part_axial"].values, gears["part_radius"].values
-        centres = _displaced(data, str(name), axial, 1.0) - _displaced(data, str(name), axial, 0.0)
-        spin = float(data["shape"].sel(shaft=name, coordinate="spin"))
-        moved += [*np.linalg.norm(centres, axis=1), *abs(radius * spin)]
-    return SCALE * float(data["part_radius"].max()) / max(*moved, np.finfo(float).tiny)
-
-
-def _draw_shaft(ax, data: xr.Dataset, name: str, scale: float, colour: str) -> None:
-    """A shaft with its gears and bearings, at rest and displaced."""
-    parts, spin = data.isel(part=np.flatnonzero(data["part_shaft"] == name)), data["shape"].sel(shaft=name)
-    margin = 0.15 * float(data["part_radius"].max())
-    ends = float(parts["part_axial"].min()) - margin, float(parts["part_axial"].max()) + margin
-    gears, bearings = _gears(data, name), parts.isel(part=np.flatnonzero(parts["part_kind"] == "bearing"))
-    for factor, style in ((0.0, {"color": AT_REST}), (scale, {"color": colour, "label": name})):
-        _line(ax, _displaced(data, name, ends, factor), linewidth=1.6, **style)
-        angle = factor * float(spin.sel(coordinate="spin"))
-        for axial, radius in zip(gears["part_axial"].values, gears["part_radius"].values, strict=True):
-            centre = _displaced(data, name, [axial], factor)[0]
-            _line(ax, _rim(data, name, centre, radius, angle, factor), linewidth=1.2, color=style["color"])
-    _line(ax, _displaced(data, name, bearings["part_axial"].values, 0.0), linestyle="", marker="^", color="k", markersize=4)
-    for axial in gears["part_axial"].values:
-        (start,), (end,) = (_displaced(data, name, [axial], factor) for factor in (0.0, scale))
-        x, y, z = start / mm
-        u, v, w = (end - start) / mm
-        ax.quiver(z, x, y, w, u, v, color=colour, linewidth=1.4, arrow_length_ratio=0.25)
-
-
-def _rim(data: xr.Dataset, name: str, centre: np.ndarray, radius: float, angle: float, factor: float) -> np.ndarray:
-    """(n, 3) points of a spoke and of the circle of a gear [m], tilted with its shaft and turned by an angle."""
-    tilt_x, tilt_y = factor * data["shape"].sel(shaft=name, coordinate=["tilt_x", "tilt_y"]).values
-    angles = angle + np.linspace(0, 2 * pi, POINTS)
-    x, y = radius * np.cos(angles), radius * np.sin(angles)
-    return np.vstack([centre, centre + np.stack([x, y, y * tilt_x - x * tilt_y], axis=-1)])
-
-
-def _line(ax, points: np.ndarray, **style) -> None:
-    """A line through points (n, 3), the axis of the shafts across the picture."""
-    x, y, z = points.T / mm
-    ax.plot(z, x, y, **style)
+    return (
+        f"{text}\n{share * 100:.0f} % of the strain energy in {data['element'].values[element]}" if share > 0 else text
+    )

@@ -49,11 +49,11 @@ class Run:
     """The result of a run.
 
     data        Dataset over time [s] and stage: speed of the driving shaft [rad/s], mesh_frequency (stage, time) [Hz],
-                dte (stage, time) [m], mesh_force (stage, time) [N]; with bearings also bearing_force (bearing,
-                direction, time) [N] and the relative position of the gears; with friction friction_force [N] and
-                friction_loss (stage, time) [W], with drag drag_torque [N m] and drag_loss (shaft, time) [W]; the
-                attributes hold all inputs. A run that no error stopped also has its end_state, from which another run
-                continues
+                dte (stage, time) [m], mesh_force (stage, time) [N], phase (stage, time) of the driving flanks;
+                with bearings also bearing_force (bearing, direction, time) [N] and the relative position of the gears;
+                with friction friction_force [N] and friction_loss (stage, time) [W], with drag drag_torque [N m] and
+                drag_loss (shaft, time) [W]; the attributes hold all inputs. A run that no error stopped also has its
+                end_state, from which another run continues
     wall_time   of the integration [s], without that of the error estimate
     step        of the integrator [s]
     """

@@ -1,17 +1,32 @@
-"""Tooth stiffness by ISO 6336-1, method B: a quick estimate to compare with finite elements.
+"""Tooth stiffness and dynamic factor by ISO 6336-1, method B: quick estimates to compare with computed ones.
 
-It does not take rim and hub into account: a gear that is clamped at its bore is softer, often by a third.
+The stiffness does not take rim and hub into account: a gear that is clamped at its bore is softer, often by a third.
 """
 
-from math import cos, degrees
+from dataclasses import dataclass, fields
+from math import cos, degrees, pi, sin, sqrt
+
+import numpy as np
+import xarray as xr
 
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
-from fem.support.arguments import checked
-from fem.support.validation import number, require
-from fem.units import GPa
+from fem.support.arguments import Numbers, checked
+from fem.support.representation import short
+from fem.support.validation import as_floats, number, numbers, require
+from fem.units import GPa, mm
 
-__all__ = ["basic_rack_factor", "face_load_stiffness", "mesh_stiffness", "single_stiffness", "virtual_teeth"]
+__all__ = [
+    "FlankDeviations",
+    "basic_rack_factor",
+    "dynamic_factor",
+    "face_load_stiffness",
+    "mesh_stiffness",
+    "reduced_mass",
+    "resonance_speed",
+    "single_stiffness",
+    "virtual_teeth",
+]
 
 #: Line load from which on the stiffness is constant [N/m].
 LINE_LOAD_OF_STANDARD = 100e3
@@ -21,6 +36,10 @@ STEEL_OF_STANDARD = 206 * GPa
 COEFFICIENTS = (0.04723, 0.15551, 0.25791, -0.00635, -0.11654, -0.00193, -0.24188, 0.00529, 0.00182)
 #: 1 N/(mm um) in N/m^2.
 PER_MM_UM = 1e9
+#: Resonance ratios at which the main resonance ends and the supercritical range begins.
+END_OF_RESONANCE, SUPERCRITICAL = 1.15, 1.5
+#: Larger deviations are probably not in metres.
+LARGEST_DEVIATION = 1 * mm
 
 
 @checked
@@ -84,3 +103,124 @@ def _relative_modulus(pair: GearPair) -> float:
     """Effective Young's modulus of the pair over that of the standard's steel."""
     E_1, E_2 = pair.pinion.material.E, pair.wheel.material.E
     return 2 * E_1 * E_2 / (E_1 + E_2) / STEEL_OF_STANDARD
+
+
+@checked
+@short(f_pb_eff="um", f_f_alpha_eff="um", C_a="um")
+@dataclass(frozen=True)
+class FlankDeviations:
+    """Deviations of the flanks of a pair, for `dynamic_factor`.
+
+    f_pb_eff        effective base pitch deviation f_pb - y_p, reduced by running in [m]
+    f_f_alpha_eff   effective profile form deviation f_f_alpha - y_f, reduced by running in [m]
+    C_a             tip relief, of the design or by running in [m]
+    """
+
+    f_pb_eff: float = 0.0
+    f_f_alpha_eff: float = 0.0
+    C_a: float = 0.0
+
+    def __post_init__(self):
+        as_floats(self)
+        for field in fields(self):
+            value = getattr(self, field.name)
+            require(0 <= value < LARGEST_DEVIATION, f"{field.name} must lie in [0, 1] mm (pass metres), got {value} m")
+
+
+@checked
+def reduced_mass(pair: GearPair) -> float:
+    """Reduced mass m_red of the gears on the line of action, per face width [kg/m] (ISO 6336-1:2006, 6.5.9).
+
+    Each gear is a ring from its bore to the mean of its tip and root diameters, with the density of its material.
+    """
+    masses = [_mass_on_base_circle(gear) for gear in (pair.pinion, pair.wheel)]
+    return masses[0] * masses[1] / sum(masses)
+
+
+def _mass_on_base_circle(gear: Gear) -> float:
+    """Moment of inertia over the square of the base radius, per face width [kg/m]."""
+    inner, mean = gear.d_bore / 2, (gear.r_a + gear.r_f) / 2
+    return pi / 2 * gear.material.density * (mean**4 - inner**4) / gear.r_b**2
+
+
+@checked
+def resonance_speed(
+    pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD, *, C_R: float = 1.0, mass: float | None = None
+) -> float:
+    """Speed n_E1 of the pinion at the main resonance of the pair [rad/s] (ISO 6336-1:2006, 6.5.3).
+
+    line_load, C_R   as for `single_stiffness`
+    mass             reduced mass per face width [kg/m], by default `reduced_mass`
+    """
+    mass = reduced_mass(pair) if mass is None else mass
+    require(mass > 0, f"mass must be > 0 kg/m, a mass per face width, got {mass}")
+    return sqrt(mesh_stiffness(pair, line_load, C_R=C_R) / mass) / pair.pinion.z
+
+
+@checked
+def dynamic_factor(
+    pair: GearPair,
+    torque: float,
+    speed: Numbers,
+    *,
+    deviations: FlankDeviations | None = None,
+    K_A: float = 1.0,
+    C_R: float = 1.0,
+    mass: float | None = None,
+) -> xr.DataArray:
+    """Dynamic factor K_v over the speed of the pinion.
+
+    torque      on the pinion > 0 [N m]
+    speed       of the pinion: one or several values >= 0 [rad/s]
+    deviations  of the flanks; by default none, which leaves the part of the varying mesh stiffness
+    K_A         application factor, times the mesh load factor K_gamma
+    C_R, mass   as for `resonance_speed`
+
+    The coordinate "resonance_ratio" is the ratio N of the speed to that of the main resonance, the attribute
+    "resonance_speed" is the latter [rad/s]. At the beginning N_S of the main resonance the factor jumps, as in the
+    standard.
+
+    Source: ISO 6336-1:2006, method B, 6.5.3 to 6.5.9 and table 8. Raises ValueError for values out of range.
+    """
+    require(0 < number("torque", torque) < np.inf, f"torque must be > 0 N m, got {torque}")
+    require(number("K_A", K_A) > 0, f"K_A must be > 0, got {K_A}")
+    speeds = numbers("speed", speed)
+    require(bool((speeds >= 0).all() and speeds.ndim < 2), f"speed must be >= 0 rad/s, one or several, got {speed}")
+    line_load = torque / pair.pinion.r * K_A / pair.b
+    main_resonance = resonance_speed(pair, line_load, C_R=C_R, mass=mass)
+    stiffness = single_stiffness(pair, line_load, C_R=C_R)
+    ratio = speeds / main_resonance
+    factor = _over_resonance_ratio(ratio, pair.eps_gamma, line_load, stiffness, deviations or FlankDeviations())
+    dims = ("speed",) * speeds.ndim
+    coordinates = {
+        "speed": (dims, speeds, {"units": "rad/s", "long_name": "speed of the pinion"}),
+        "resonance_ratio": (dims, ratio, {"units": "1", "long_name": "speed over that of the main resonance"}),
+    }
+    about = {"units": "1", "long_name": "dynamic factor by ISO 6336-1, method B", "resonance_speed": main_resonance}
+    return xr.DataArray(factor, coordinates, dims, "K_v", about)
+
+
+def _over_resonance_ratio(
+    ratio: np.ndarray, eps_gamma: float, line_load: float, stiffness: float, deviations: FlankDeviations
+) -> np.ndarray:
+    """K_v at resonance ratios N, in the four ranges of ISO 6336-1:2006, 6.5.4 to 6.5.7."""
+    C_v1, C_v2, C_v3, C_v4, C_v5, C_v6, C_v7 = _coefficients(eps_gamma)
+    B_p = stiffness * deviations.f_pb_eff / line_load
+    B_f = stiffness * deviations.f_f_alpha_eff / line_load
+    B_k = abs(1 - stiffness * deviations.C_a / line_load)
+    subcritical = 1 + ratio * (C_v1 * B_p + C_v2 * B_f + C_v3 * B_k)
+    resonance = 1 + C_v1 * B_p + C_v2 * B_f + C_v4 * B_k
+    supercritical = C_v5 * B_p + C_v6 * B_f + C_v7
+    share = np.clip((SUPERCRITICAL - ratio) / (SUPERCRITICAL - END_OF_RESONANCE), 0, 1)
+    above = supercritical + share * (resonance - supercritical)
+    N_S = 0.5 + 0.35 * sqrt(min(1.0, line_load / LINE_LOAD_OF_STANDARD))
+    return np.where(ratio <= N_S, subcritical, above)
+
+
+def _coefficients(eps_gamma: float) -> tuple[float, ...]:
+    """C_v1 to C_v7 of ISO 6336-1:2006, table 8."""
+    C_v7 = 0.75 if eps_gamma <= 1.5 else 0.875 + 0.125 * sin(pi * (min(eps_gamma, 2.5) - 2))
+    if eps_gamma <= 2:
+        return 0.32, 0.34, 0.23, 0.90, 0.47, 0.47, C_v7
+    C_v4 = (0.57 - 0.05 * eps_gamma) / (eps_gamma - 1.44)
+    return 0.32, 0.57 / (eps_gamma - 0.3), 0.096 / (eps_gamma - 1.56), C_v4, 0.47, 0.12 / (eps_gamma - 1.74), C_v7

@@ -11,7 +11,7 @@ from fem.gear.gear import Gear
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
-from fem.ste.ste_map import PHASE, TORQUE, description
+from fem.ste.ste_map import PHASE, TORQUE, description, pair_attributes
 from fem.stress import gear_elasticity
 from fem.stress.flank_loads import FlankLoad, flank_loads, tooth_contacts, with_loaded_teeth
 from fem.stress.gear_elasticity import ElasticGear
@@ -45,7 +45,7 @@ def root_stress(
     "root_stress" [Pa] over (gear, torque, phase): largest tensile stress in the roots of all loaded teeth where the
     fillet is inclined by 20 degrees or more to the tooth's centre line; "tangent_stress" [Pa]: the stress at the 30
     degree tangent of the fillet (ISO 6336-3); "hertz_pressure" [Pa], "tip_contact" and "peak_pressure" [Pa] over
-    (torque, phase), as in `fem.static_transmission_error`.
+    (torque, phase), as in `fem.static_transmission_error`. The attributes hold the pair (`fem.pair_of`).
 
     torque          pinion torques F r_b1 >= 0 [N m], increasing
     phases          number of equidistant phases, or their values in [0, 1)
@@ -63,7 +63,7 @@ def root_stress(
         quantities, loads = _solved_contacts(contacts, torque / pair.pinion.r_b, misalignment)
         by_gear = [[[sides[gear] for sides in column] for column in loads] for gear in (0, 1)]
         stresses = [_root_stresses(gear, density, columns) for gear, columns in zip(gears, by_gear, strict=True)]
-    return _dataset(torque, phase, np.stack(stresses), quantities)
+    return _dataset(torque, phase, np.stack(stresses), quantities).assign_attrs(pair_attributes(pair))
 
 
 def _solved_contacts(contacts: list[ToothContact], forces, misalignment: float) -> tuple[np.ndarray, list[list[tuple]]]:

@@ -40,7 +40,19 @@ def stresses() -> xr.Dataset:
     grid, values = ("torque", "phase"), np.full((2, 8), 1e8)
     names = {"hertz_pressure": (grid, values), "peak_pressure": (grid, values), "tip_contact": (grid, 0 * values)}
     roots = {"root_stress": (("gear", *grid), np.array([values, values]))}
-    return xr.Dataset(names | roots, {"gear": ["pinion", "wheel"], "torque": [1.0, 9.0], "phase": np.arange(8) / 8})
+    return xr.Dataset(names | roots, {"gear": ["pinion", "wheel"], "torque": [1.0, 900.0], "phase": np.arange(8) / 8})
+
+
+def dynamic_data(run: exugear.Run) -> tuple[xr.Dataset, xr.Dataset]:
+    """Dynamic factors and stresses of a run."""
+    return exugear.dynamic_factor(run, 5), exugear.dynamic_stress(run, stresses())
+
+
+def load_factors() -> xr.Dataset:
+    """What stands in load factors."""
+    factors = {name: ("torque", [1.0, 1.2]) for name in ("K_H_beta", "K_H_alpha")}
+    line_load = ("torque", "axial_position"), np.full((2, 3), 1e5)
+    return xr.Dataset(factors | {"line_load": line_load}, {"torque": [1.0, 9.0], "axial_position": [-mm, 0.0, mm]})
 
 
 @cache
@@ -78,7 +90,7 @@ def instances() -> dict[str, Any]:
     recorder = exugear.Recorder()
     recorder.start(1e-4, 10, motion=True)
     made = [
-        fem.EdgeBreak(0.2 * mm), fem.EndRelief(5 * um, 2 * mm),
+        fem.iso6336.FlankDeviations(f_pb_eff=5 * um), fem.EdgeBreak(0.2 * mm), fem.EndRelief(5 * um, 2 * mm),
         fem.Grid((1e-2, 2e-2), (-1e-2, 1e-2), ((0, 0), (0, 0))), fem.HelixSlope(5 * um), fem.LeadCrowning(5 * um),
         fem.PitchDeviation((0.0,) * 57), fem.ProfileCrowning(5 * um), fem.RootRelief(5 * um, 2 * mm),
         fem.TipRelief(5 * um, 2 * mm), fem.Sides(), fem.Offsets(a=150 * mm), fem.Resolution(neighbours=1),
@@ -133,14 +145,22 @@ def by_name() -> dict[str, Any]:
         "peaks": exugear.spectrum.Resonances(LINE[1:3], LINE[1:3]), "divisors": (2, 1), "within": 0.1,
         "drives": {"fast": 50.0}, "loads": {"slow": 100.0}, "start_speed": None, "initial": None,
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
-        "speeds": [50.0, 60.0],
+        "speeds": [50.0, 60.0], "drive": "held", "mode": 1, "marked": 0.1,
     }  # fmt: skip
     points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
     efficiency = xr.Dataset(
         {"efficiency": points, "stopped": (points[0], np.full((2, 2), ""))},
         {"speed": [50.0, 60.0], "load": [50.0, 100.0]},
     )
+    factors, stress = dynamic_data(made["Run"])
     special = {
+        "dynamic_factor.speed": [10.0, 20.0], "dynamic_factor.windows": 5,
+        "dynamic_factor.static_force": None, "plot_dynamic_factor.data": factors,
+        "plot_dynamic_factor.iso": fem.iso6336.dynamic_factor(paper_pair(), 100.0, [10.0, 20.0]),
+        "dynamic_stress.stresses": stresses(), "stress_envelope.stress": stress, "plot_dynamic_stress.data": stress,
+        "plot_dynamic_stress.name": "root_stress", "plot_load_factors.data": load_factors(),
+        "resonance_speed.mass": 100.0, "dynamic_factor.mass": 100.0, "dynamic_factor.K_A": 1.25,
+        "dynamic_factor.deviations": fem.iso6336.FlankDeviations(),
         "efficiency.loads": [50.0, 100.0], "efficiency.tolerance": 1e-5, "plot_efficiency.data": efficiency,
         "Density.refined.q": 2, "with_teeth.teeth": 2, "with_teeth.behind": 1, "Density.steps.name": "flank",
         "pair_of.data": shared_map(),
@@ -149,6 +169,7 @@ def by_name() -> dict[str, Any]:
         "transmission_error.run": RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20), "save.data": smooth_map(),
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
+        "report.path": folder / "run.html",
         "MeshFriction.of_pair.speed": 1.0, "loss.force": 100.0, "loss.speed": 50.0,
         "MeshFriction.from_ste.torque": 100.0, "torque.load": 100.0,
         "local.distance": mm, "start.friction": True,
@@ -158,6 +179,11 @@ def by_name() -> dict[str, Any]:
         "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,
         "plot_solid.ax": Figure().add_subplot(projection="3d"), "order_spectrum.speed": TURNS,
         "plot_bearing_forces.run": run_on_bearings(), "bearing_force_rms.run": run_on_bearings(),
+        "steady_states.harmonics": 2, "plot_branches.quantity": "rms", "plot_branches.harmonic": None,
+        "plot_branches.data": exugear.steady_states(made["Model"], (50.0, 60.0), 100.0),
+        "modes.speed": 10.0, "campbell.harmonics": 2,
+        "plot_modes.data": exugear.modes(made["Model"], load=100.0),
+        "plot_campbell.data": exugear.campbell(made["Model"], 100.0, (0.0, 60.0)),
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
     return plain | special

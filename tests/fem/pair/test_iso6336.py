@@ -3,11 +3,12 @@
 from dataclasses import replace
 from math import cos
 
+import numpy as np
 import pytest
 
 import fem
 from fem import iso6336
-from fem.units import GPa, deg, mm
+from fem.units import GPa, deg, mm, rpm, um
 
 #: ISO 6336 takes 206 GPa as steel.
 STEEL = fem.Material(E=206 * GPa)
@@ -32,13 +33,18 @@ def test_published_example():
     assert iso6336.face_load_stiffness(pair) == pytest.approx(14.84512e9, rel=1e-4)
 
 
-def test_published_wind_turbine_stage():
-    """High-speed stage of the NREL 5 MW gearbox with webbed wheel: C_R 0.898."""
-    data = {"m_n": 14 * mm, "b": 360 * mm, "material": STEEL}
+def wind_turbine_stage() -> fem.GearPair:
+    """High-speed stage of the NREL 5 MW gearbox."""
+    data = {"m_n": 14 * mm, "b": 360 * mm, "material": replace(STEEL, density=7830)}
     sizes = {"d_a": 380.747 * mm, "d_f": 319.623 * mm, "d_bore": 179.1 * mm}
     pinion = fem.Gear(z=24, beta=10 * deg, x=0.48, **data, **sizes)
     sizes = {"d_a": 1395.376 * mm, "d_f": 1334.252 * mm, "d_bore": 1193.3 * mm}
-    pair = fem.GearPair(pinion, fem.Gear(z=95, beta=-10 * deg, x=0.6691, **data, **sizes), a=861 * mm)
+    return fem.GearPair(pinion, fem.Gear(z=95, beta=-10 * deg, x=0.6691, **data, **sizes), a=861 * mm)
+
+
+def test_published_wind_turbine_stage():
+    """The wheel is webbed: C_R 0.898."""
+    pair = wind_turbine_stage()
     assert iso6336.single_stiffness(pair, C_R=0.898) == pytest.approx(13.832e9, rel=1e-4)
     assert iso6336.mesh_stiffness(pair, C_R=0.898, C_M=0.8) == pytest.approx(18.632e9, rel=1e-4)
     assert iso6336.face_load_stiffness(pair, C_R=0.898) == pytest.approx(15.837e9, rel=1e-4)
@@ -86,3 +92,56 @@ def test_stiffness_of_the_papers_pair(paper_pair):
         iso6336.mesh_stiffness(pair, line_load) * gear.b for pair in (fem.GearPair(gear, gear, a=150 * mm), paper_pair)
     ]
     assert stiffness == pytest.approx([442e6, 442e6 * 210 / 206], rel=2e-3)
+
+
+def test_published_resonance_of_the_wind_turbine_stage():
+    """m_red 0.36503 kg/mm and n_E1 2843 rpm."""
+    pair = wind_turbine_stage()
+    assert iso6336.reduced_mass(pair) == pytest.approx(365.03, rel=2e-5)
+    assert iso6336.resonance_speed(pair, C_R=0.898) / rpm == pytest.approx(2843, abs=0.5)
+    factor = iso6336.dynamic_factor(pair, 40953.0, 1500 * rpm, C_R=0.898)
+    assert factor.attrs["resonance_speed"] / rpm == pytest.approx(2843, abs=0.5)
+    assert float(factor["resonance_ratio"]) == pytest.approx(1500 / 2843, rel=2e-4)
+
+
+def test_dynamic_factor_grows_from_1_in_proportion_to_the_speed():
+    pair = wind_turbine_stage()
+    factor = iso6336.dynamic_factor(pair, 40953.0, [0.0, 50.0, 100.0])
+    assert factor.values[0] == 1
+    assert factor.values[2] - 1 == pytest.approx(2 * (factor.values[1] - 1))
+
+
+def test_dynamic_factor_is_continuous_from_the_main_resonance_on():
+    pair, deviations = wind_turbine_stage(), iso6336.FlankDeviations(f_pb_eff=10 * um, f_f_alpha_eff=8 * um)
+    omega = iso6336.dynamic_factor(pair, 40953.0, 1.0).attrs["resonance_speed"]
+    ratios = np.array([1.15, 1.5]) + 1e-9 * np.array([[-1], [1]])
+    factor = iso6336.dynamic_factor(pair, 40953.0, ratios.ravel() * omega, deviations=deviations).values.reshape(2, 2)
+    assert factor[0] == pytest.approx(factor[1], rel=1e-8)
+    below, above = iso6336.dynamic_factor(pair, 40953.0, np.array([0.849, 0.851]) * omega, deviations=deviations).values
+    assert above > below > 1
+
+
+def test_deviations_raise_the_dynamic_factor_and_fitting_tip_relief_lowers_it():
+    pair, torque, speed = example_one(), 5000.0, 100.0
+    stiffness = iso6336.single_stiffness(pair)
+    line_load = torque / pair.pinion.r / pair.b
+    rough = iso6336.FlankDeviations(f_pb_eff=10 * um)
+    fitting = iso6336.FlankDeviations(C_a=line_load / stiffness)
+    plain, worse, better = (
+        float(iso6336.dynamic_factor(pair, torque, speed, deviations=each)) for each in (None, rough, fitting)
+    )
+    assert better == pytest.approx(1, abs=1e-12)
+    assert 1 < plain < worse
+    ratio = float(iso6336.dynamic_factor(pair, torque, speed)["resonance_ratio"])
+    assert worse - plain == pytest.approx(0.32 * stiffness * 10 * um / line_load * ratio)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [((0.0, 1.0), "torque"), ((1.0, -1.0), "speed"), ((1.0, [[1.0]]), "speed")],
+)
+def test_dynamic_factors_out_of_range_are_refused(arguments, words):
+    with pytest.raises(ValueError, match=words):
+        iso6336.dynamic_factor(example_one(), *arguments)
+    with pytest.raises(ValueError, match="f_pb_eff must lie"):
+        iso6336.FlankDeviations(f_pb_eff=10.0)

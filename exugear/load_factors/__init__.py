@@ -1,0 +1,1 @@
+"""Dynamic factors and dynamic stresses of runs."""

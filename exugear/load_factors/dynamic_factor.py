@@ -1,0 +1,92 @@
+"""Dynamic factor K_v of every stage over the speed: largest mesh force over static mesh force."""
+
+from math import inf
+
+import numpy as np
+import xarray as xr
+
+from exugear.integration.run_data import stage_data
+from exugear.load_factors.mesh_windows import local_mean, mesh_cycles
+from exugear.signals.envelope import envelope
+from fem.support.arguments import checked
+from fem.support.validation import require
+
+#: Share of the largest static force below which a mesh counts as unloaded.
+UNLOADED = 1e-3
+#: Variables over (stage, speed): unit, long name.
+VARIABLES = {
+    "K_v": ("1", "dynamic factor: largest over static mesh force"),
+    "static_force": ("N", "local mean of the mesh force over whole mesh cycles"),
+    "mesh_frequency": ("Hz", "mesh frequency"),
+}
+
+
+@checked
+def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None) -> xr.Dataset:
+    """Dynamic factor of every stage of a run, or of steady states, over the speed of the driving shaft.
+
+    run             an `exugear.Run` or its data, or steady states: a dataset with largest_force [N] over point
+    windows         number of windows of equal length, joined where the gears turn too slowly for a mesh cycle
+    static_force    of steady states [N]: the torque on the pinion over its base radius; a run records its load
+
+    Returns a dataset over (stage, speed), the mean speed of each window [rad/s]:
+
+    K_v             largest mesh force over the static one, NaN where the mesh is unloaded
+    static_force    local mean of the mesh force over whole mesh cycles [N]: the torque that the mesh transmits, over
+                    the base radius; < 0 where the back flank transmits it
+    mesh_frequency  [Hz]
+
+    The mesh force is that of all tooth pairs together, as the total tangential load to which K_v of ISO 6336-1 applies;
+    its division among tooth pairs belongs to K_Halpha (`fem.load_factors`). The static force follows the load over
+    time linearly between windows; a load that varies faster than these counts as dynamic. Steady states are returned
+    as they are, with K_v over point added.
+
+    Raises ValueError for other data, for a run without load, for windows out of range, and for steady states without
+    a static force.
+    """
+    if isinstance(run, xr.Dataset) and "largest_force" in run and run["largest_force"].dims == ("point",):
+        return _of_steady_states(run, static_force)
+    require(static_force is None, "static_force is for steady states; leave it out, a run has a mean mesh force")
+    stages = _stages(run)
+    slowest = min((mesh_cycles(stage) for stage in stages), key=lambda cycles: cycles[-1])
+    require(windows >= 1, f"windows must be at least 1, got {windows}")
+    windows = min(windows, slowest.size // 2)
+    columns = np.array([_over_speed(stage, windows, slowest) for stage in stages])
+    about = {"units": "rad/s", "long_name": "speed of the driving shaft"}
+    speed = envelope(stages[0]["speed"].values, slowest, windows, cycles=slowest).place
+    return xr.Dataset(
+        {
+            name: (("stage", "speed"), columns[:, i], {"units": unit, "long_name": long_name})
+            for i, (name, (unit, long_name)) in enumerate(VARIABLES.items())
+        },
+        {"stage": [str(stage["stage"].item()) for stage in stages], "speed": ("speed", speed, about)},
+    )
+
+
+def _of_steady_states(states: xr.Dataset, static_force: float | None) -> xr.Dataset:
+    """Steady states with their dynamic factor over point."""
+    given = "static_force must be > 0 N for steady states, the torque on the pinion over its base radius"
+    require(static_force is not None and 0 < static_force < inf, f"{given}, got {static_force}")
+    unit, long_name = VARIABLES["K_v"]
+    factor = states["largest_force"].values / static_force
+    return states.assign(K_v=("point", factor, {"units": unit, "long_name": long_name}))
+
+
+def _stages(run) -> list[xr.Dataset]:
+    """The data of every stage of a run."""
+    first = stage_data(run)
+    data = run if isinstance(run, xr.Dataset) else run.data
+    return [first, *(stage_data(data, i) for i in range(1, data["stage"].size))]
+
+
+def _over_speed(stage: xr.Dataset, windows: int, slowest: np.ndarray) -> tuple[np.ndarray, ...]:
+    """`VARIABLES` of a stage, each (n_window,); slowest: mesh cycles of the slowest stage, by which windows join."""
+    time, force = stage["time"].values, stage["mesh_force"].values
+    static = local_mean(time, mesh_cycles(stage), force, windows)
+    largest = np.abs(static).max()
+    require(bool(largest > 0), f"run must load the mesh of stage {stage['stage'].item()!r}; give it a load > 0 N m")
+    loaded = np.abs(static) > UNLOADED * largest
+    dynamic = envelope(static, force / np.where(loaded, static, inf), windows, cycles=slowest)
+    static_force, factor = dynamic.place, dynamic.high
+    frequency = envelope(stage["mesh_frequency"].values, force, windows, cycles=slowest).place
+    return np.where(np.abs(static_force) > UNLOADED * largest, factor, np.nan), static_force, frequency

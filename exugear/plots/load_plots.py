@@ -1,0 +1,104 @@
+"""Plots of load factors and dynamic stresses."""
+
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+
+from exugear.plots.figures import DISTINCT, axes_or_new
+from fem.support.arguments import checked
+from fem.support.validation import require
+from fem.units import MPa, mm, rpm
+
+__all__ = ["plot_dynamic_factor", "plot_dynamic_stress", "plot_load_factors"]
+
+SPEED, TIME, GEAR = "speed", "time", "gear"
+LEGEND = {"frameon": False, "fontsize": "small"}
+#: Words on the axis of each stress.
+LABELS = {
+    "root_stress": "tooth root stress",
+    "tangent_stress": "root stress at the 30° tangent",
+    "hertz_pressure": "contact pressure by Hertz",
+    "peak_pressure": "peak contact pressure",
+}
+
+
+@checked
+def plot_dynamic_factor(data: xr.Dataset, ax: Axes | None = None, *, iso: xr.DataArray | None = None, **style) -> Axes:
+    """Dynamic factor of every stage over the speed of the driving shaft.
+
+    data    as `exugear.dynamic_factor` returns it
+    iso     factor of ISO 6336-1 over the speed of the driving shaft, drawn dashed, as `fem.iso6336.dynamic_factor`
+            returns it for the pinion on that shaft; for a later stage assign it the speeds of the driving shaft
+    style   of matplotlib's plot
+    """
+    is_factor = "K_v" in data and set(data["K_v"].dims) == {"stage", SPEED}
+    require(is_factor, "data must have K_v over stage and speed; pass what exugear.dynamic_factor returns")
+    ax = axes_or_new(ax)
+    for name, colour in zip(data["stage"].values, cycle(DISTINCT), strict=False):
+        factor = data["K_v"].sel(stage=name)
+        options: dict[str, Any] = {"color": colour, "linewidth": 1.4, "label": str(name)} | style
+        ax.plot(factor[SPEED] / rpm, factor, **options)
+    if iso is not None:
+        over_speed = iso.dims == (SPEED,)
+        require(over_speed, f"iso must be over speed, got {iso.dims}; give fem.iso6336.dynamic_factor several speeds")
+        ax.plot(iso[SPEED] / rpm, iso, "--", color="k", linewidth=1.2, label="ISO 6336-1, method B")
+    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="dynamic factor $K_v$")
+    ax.set_ylim(bottom=1, auto=True)
+    ax.legend(**LEGEND)
+    ax.grid(alpha=0.3)
+    return ax
+
+
+@checked
+def plot_dynamic_stress(data: xr.Dataset, ax: Axes | None = None, *, name: str = "root_stress", **style) -> Axes:
+    """Stress of pinion and wheel, or a contact pressure, over speed or time.
+
+    data    as `exugear.stress_envelope` returns it (over speed), or `exugear.dynamic_stress` (over time)
+    name    "root_stress", "tangent_stress", "hertz_pressure" or "peak_pressure"
+    style   of matplotlib's plot
+    """
+    known = sorted(set(LABELS) & set(data))
+    require(name in known, f"name must be a stress of the data, which has {known}, got {name!r}")
+    stress = data[name]
+    axis = next((axis for axis in (SPEED, TIME) if axis in stress.dims), None)
+    require(axis is not None, f"data must be over speed or time, got {stress.dims}; pass exugear.stress_envelope(...)")
+    ax = axes_or_new(ax)
+    abscissa = data[axis].values / (rpm if axis == SPEED else 1.0)
+    curves = {str(g): stress.sel({GEAR: g}) for g in stress[GEAR].values} if GEAR in stress.dims else {"": stress}
+    for (label, curve), colour in zip(curves.items(), DISTINCT, strict=False):
+        options: dict[str, Any] = {"color": colour, "linewidth": 1.4, "label": label or None} | style
+        ax.plot(abscissa, curve.values / MPa, **options)
+    words = "speed of the driving shaft [rpm]" if axis == SPEED else "time [s]"
+    ax.set(xlabel=words, ylabel=f"{LABELS[name]} [MPa]")
+    ax.set_ylim(bottom=0, auto=True)
+    if len(curves) > 1:
+        ax.legend(**LEGEND)
+    ax.grid(alpha=0.3)
+    return ax
+
+
+@checked
+def plot_load_factors(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
+    """Line load across the face width, a colour per torque, with the load factors in the legend; dashed: its mean.
+
+    data    as `fem.load_factors` returns it
+    style   of matplotlib's plot
+    """
+    names = {"line_load", "K_H_beta", "K_H_alpha"}
+    require(names <= set(data), "data must have load factors; pass what fem.load_factors returns")
+    ax, axial = axes_or_new(ax), data["axial_position"].values / mm
+    for k, colour in enumerate(colormaps["viridis"](np.linspace(0, 0.85, data["torque"].size))):
+        row = data.isel(torque=k)
+        load, factors = row["line_load"].values * mm, (float(row["K_H_beta"]), float(row["K_H_alpha"]))
+        label = f"{float(row['torque']):.4g} N m: $K_{{H\\beta}}$ {factors[0]:.3g}, $K_{{H\\alpha}}$ {factors[1]:.3g}"
+        ax.plot(axial, load, **{"color": colour, "linewidth": 1.6, "label": label} | style)
+        ax.axhline(load.mean(), color=colour, linewidth=0.8, linestyle="--")
+    ax.set(xlabel="axial position [mm]", ylabel="line load of all tooth pairs [N/mm]", xlim=(axial[0], axial[-1]))
+    ax.set_ylim(bottom=0, auto=True)
+    ax.legend(**LEGEND)
+    ax.grid(alpha=0.3)
+    return ax

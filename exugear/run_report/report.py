@@ -1,0 +1,63 @@
+"""The report of a run."""
+
+from pathlib import Path
+
+from exugear.integration.run_data import stage_data
+from exugear.run_report.assumptions import assumptions, errors, versions
+from exugear.run_report.document import page, printed
+from exugear.run_report.figures import run_figures
+from exugear.run_report.inputs import inputs, speed_range
+from exugear.run_report.results import extremes, factor_table, is_sweep, resonance_table, summary
+from exugear.run_report.sections import Section
+from exugear.simulation.run import Run
+from fem.support.arguments import FilePath, checked
+from fem.support.cache import complete_file
+from fem.support.validation import require
+
+__all__ = ["report"]
+
+
+@checked
+def report(run: Run, path: FilePath, *, title: str = "Gear dynamics report") -> list[Path]:
+    """Write the report of a run: one HTML page with all figures inside, and a PDF beside it where a browser is found.
+
+    run     an `exugear.Run`
+    path    of the page, ending in .html; the PDF has the same name
+    title   heading of the report
+
+    Returns the files written, each complete. The page holds a summary, figures, tables of resonances, the inputs as
+    data sheets, assumptions, the plan, error estimates and versions. Where the browser fails to print, a warning says
+    so. Raises ValueError for other suffixes.
+    """
+    stage_data(run)
+    html = Path(path)
+    require(html.suffix == ".html", f"path must end in .html, got {html.name}; the PDF is written beside it")
+    with complete_file(html) as file:
+        file.write(page(title, _subtitle(run), _sections(run)).encode())
+    pdf = html.with_suffix(".pdf")
+    return [html, pdf] if printed(html, pdf) else [html]
+
+
+def _subtitle(run: Run) -> str:
+    stages = ", ".join(run.data["stage"].values.tolist())
+    return f"{run.data.attrs['title']} of {stages}, {speed_range(run.data)}"
+
+
+def _sections(run: Run) -> list[Section]:
+    """Sections of the report in the order of the page."""
+    data = run.data
+    return [
+        _results(run),
+        inputs(data),
+        assumptions(data),
+        errors(data, run.wall_time),
+        versions(),
+    ]
+
+
+def _results(run: Run) -> Section:
+    data = run.data
+    resonances = [resonance_table(data, number) for number in range(data["stage"].size)] if is_sweep(data) else []
+    factors = [factor_table(data)] if is_sweep(data) else []
+    tables = [table for table in (*resonances, *factors, extremes(data)) if table.rows]
+    return Section("Results", summary(data), tuple(tables), tuple(run_figures(data)))

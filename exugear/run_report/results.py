@@ -1,0 +1,101 @@
+"""Results of a run in sentences and tables: summary, resonances of each stage, range of the signals."""
+
+import numpy as np
+import xarray as xr
+
+from exugear.load_factors.dynamic_factor import dynamic_factor
+from exugear.run_report.sections import Table
+from exugear.signals.envelope import Envelope
+from exugear.signals.resonances import Resonances, resonances
+from exugear.signals.run_envelopes import dte_envelope
+from fem.units import rpm, um
+
+#: Least change of the speed over its largest value by which a run is a sweep, whose envelope shows resonances.
+SWEEP = 0.05
+
+
+def is_sweep(data: xr.Dataset) -> bool:
+    """Whether the speed changes so much that an envelope over it shows resonances."""
+    speed = np.abs(data["speed"].values)
+    return bool(np.ptp(speed) > SWEEP * speed.max())
+
+
+def summary(data: xr.Dataset) -> tuple[str, ...]:
+    """What happened in each stage, a sentence per fact."""
+    items = []
+    for number, stage in enumerate(data["stage"].values.tolist()):
+        items += [_largest_vibration(data, number, stage), _contact(data, number, stage)]
+    return tuple(items)
+
+
+def _largest_vibration(data: xr.Dataset, number: int, stage: str) -> str:
+    outline = dte_envelope(data, number)
+    amplitude = f"{outline.amplitude.max() / um:.3g} µm, half peak to peak"
+    at = (
+        f"at a mesh frequency of {outline.place[outline.amplitude.argmax()]:.0f} Hz" if is_sweep(data) else "in the run"
+    )
+    return f"{stage}: the DTE swings by at most {amplitude}, {at}."
+
+
+def _contact(data: xr.Dataset, number: int, stage: str) -> str:
+    """Whether teeth part or touch with their coast flanks, by the samples."""
+    force = data["mesh_force"].isel(stage=number).values
+    largest = f"the mesh force reaches {force.max():.4g} N, {force.max() / np.abs(force.mean()):.3g} times its mean"
+    apart, coast = float((force == 0).mean()), float((force < 0).mean())
+    if not apart and not coast:
+        return f"{stage}: {largest}; the teeth never part."
+    lost = f"the teeth are apart in {apart:.2%} of the samples and touch with their coast flanks in {coast:.2%}"
+    return f"{stage}: {largest}; {lost}."
+
+
+def peaks(data: xr.Dataset, stage: int) -> tuple[Envelope, Resonances]:
+    """Envelope of the DTE of a stage over the mesh frequency, and its peaks."""
+    outline = dte_envelope(data, stage)
+    return outline, resonances(outline.place, outline.amplitude)
+
+
+def resonance_table(data: xr.Dataset, stage: int) -> Table:
+    """Peaks of the DTE of a stage: mesh frequency, speed of the driving shaft, amplitude, share of the largest peak."""
+    name = str(data["stage"].values[stage])
+    _, found_peaks = peaks(data, stage)
+    frequency = data["mesh_frequency"].isel(stage=stage).values
+    speed_per_frequency = np.abs(data["speed"].values).max() / frequency.max()
+    rows = []
+    if found_peaks.place.size:
+        main = found_peaks.place[found_peaks.height.argmax()]
+        for place, height in zip(*found_peaks, strict=True):
+            speed = place * speed_per_frequency / rpm
+            rows.append((f"{place:.1f}", f"{speed:.0f}", f"{height / um:.3g}", f"{place / main:.3f}"))
+    columns = ("mesh frequency [Hz]", "driving shaft [rpm]", "half peak to peak [µm]", "over the main resonance")
+    return Table(f"Resonances of {name} in the DTE", columns, tuple(rows))
+
+
+def factor_table(data: xr.Dataset) -> Table:
+    """Largest dynamic factor of each stage, and where it occurs."""
+    rows = []
+    for stage, column in dynamic_factor(data).groupby("stage"):
+        factor = column.squeeze("stage")
+        if factor["K_v"].notnull().any():
+            peak = factor.isel(speed=factor["K_v"].argmax(...)["speed"])
+            places = f"{float(peak['speed']) / rpm:.0f}", f"{float(peak['mesh_frequency']):.0f}"
+            rows.append((str(stage), f"{float(peak['K_v']):.3f}", *places, f"{float(peak['static_force']):.4g}"))
+    columns = ("stage", "largest K_v", "driving shaft [rpm]", "mesh frequency [Hz]", "static mesh force [N]")
+    return Table("Dynamic factors", columns, tuple(rows))
+
+
+def extremes(data: xr.Dataset) -> Table:
+    """Smallest, mean and largest values of what each stage and bearing has recorded."""
+    rows = []
+    for name, factor, unit in (("dte", um, "µm"), ("mesh_force", 1.0, "N")):
+        for stage, values in data[name].groupby("stage"):
+            rows.append((f"{data[name].attrs['long_name']}, {stage}", unit, *_range(values / factor)))
+    if "bearing_force" in data:
+        squares = data["bearing_force"].sel(direction=["x", "y"]) ** 2
+        radial = squares.sum("direction") ** 0.5
+        for bearing, values in radial.groupby("bearing"):
+            rows.append((f"radial force of the bearing {bearing}", "N", *_range(values)))
+    return Table("Range of the signals", ("signal", "unit", "smallest", "mean", "largest"), tuple(rows))
+
+
+def _range(values: xr.DataArray) -> tuple[str, str, str]:
+    return f"{float(values.min()):.4g}", f"{float(values.mean()):.4g}", f"{float(values.max()):.4g}"

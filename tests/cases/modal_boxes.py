@@ -1,0 +1,28 @@
+"""Gearboxes whose modes are known or computed otherwise."""
+
+from paper_gears import paper_gear, paper_pair
+from scenes import INERTIA, linear_law, smooth_map
+
+import exugear
+from fem.units import mm
+
+MASS = 3.1145
+
+
+def pair_of_shafts(*parts, fast=(), law=None, ratio: float = 1.0) -> exugear.Model:
+    """The paper's pair on a mesh of constant stiffness; ratio: inertia of the slow over that of the fast shaft."""
+    on = {"fast": [paper_gear(), *parts, *fast], "slow": [paper_gear(), *parts]}
+    inertia = {"fast": INERTIA, "slow": ratio * INERTIA}
+    shafts = [exugear.Shaft(name, {0.0: on[name]}, inertia=inertia[name], mass=MASS) for name in on]
+    return exugear.build(exugear.Gearbox([exugear.Stage(*shafts, law or linear_law(), pair=paper_pair())]))
+
+
+def three_shafts(damping: float = 2700.0, bearing_damping: float = 1e-6) -> exugear.Model:
+    """Two stages of the paper's pair on bearings, the input shaft behind a coupling."""
+    bearing, gear = exugear.Bearing(5e8, 3e8, 2e5, bearing_damping), paper_gear()
+    motor = exugear.Coupling(5e4, 0.0, inertia=0.02)
+    fast = exugear.Shaft("input", {0.0: bearing, 30 * mm: [gear, motor]})
+    middle = exugear.Shaft("middle", {0.0: bearing, 30 * mm: gear, 80 * mm: gear})
+    slow = exugear.Shaft("output", {0.0: bearing, 80 * mm: gear})
+    stages = [exugear.Stage(*ends, smooth_map(), damping=damping) for ends in ((fast, middle), (middle, slow))]
+    return exugear.build(exugear.Gearbox(stages))

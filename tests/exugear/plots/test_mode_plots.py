@@ -1,0 +1,70 @@
+"""Plots of modes: lines of the Campbell diagram, its marks, and displaced shafts."""
+
+import numpy as np
+import planetary_set
+import pytest
+from modal_boxes import pair_of_shafts, three_shafts
+
+import exugear
+from exugear import plots
+from fem.units import mm, rpm
+
+
+@pytest.fixture(scope="module")
+def model() -> exugear.Model:
+    return three_shafts()
+
+
+def test_campbell_diagram_shows_all_modes_and_orders_and_marks_meshing_modes(model):
+    data = exugear.campbell(model, 150.0, (0.0, 6000 * rpm))
+    ax = plots.plot_campbell(data, plots.figure().axes[0], marked=0.3)
+    lines = [line for line in ax.lines if len(line.get_xdata()) == data.sizes["speed"]]
+    assert len(lines) == data.sizes["mode"] + data.sizes["order"]
+    marked = data["crossing_energy_share"] >= 0.3
+    assert ax.collections[0].get_offsets().data == pytest.approx(
+        np.c_[data["crossing_speed"][marked] / rpm, data["crossing_frequency"][marked]]
+    )
+    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert labels == ["modes", "orders of mesh input-middle", "orders of mesh middle-output", "rotation of shafts"]
+
+
+def test_diagram_without_a_crossing_is_drawn():
+    data = exugear.campbell(pair_of_shafts(), 150.0, (0.0, 1.0))
+    assert data.sizes["crossing"] == 0
+    assert plots.plot_campbell(data, plots.figure().axes[0]).get_xlim()[1] == pytest.approx(1.0 / rpm)
+
+
+def test_mode_is_drawn_with_its_largest_displacement_as_half_the_largest_radius(model):
+    data = exugear.modes(model, load=150.0)
+    radius = float(data["part_radius"].max()) / mm
+    for mode in data["mode"].values:
+        ax = plots.plot_modes(data, plots.figure().axes[0], mode=int(mode))
+        positions = ax.get_xticks()
+        moved = [line for line in ax.lines if line.get_color() in ("#0072B2", "#E69F00") and line.get_xdata().size]
+        along = [np.abs(x - positions[i // 2]).max() for i, x in enumerate(line.get_xdata() for line in moved)]
+        arrows = [np.subtract(text.xy, text.xyann) for text in ax.texts]
+        largest = max(*along, *(np.abs(arrow).max() for arrow in arrows), 0.0)
+        assert largest <= 0.5 * radius * (1 + 1e-6)
+        assert largest >= 0.3 * radius
+        assert f"mode {mode}: " in ax.get_title()
+
+
+def test_data_of_another_kind_are_refused(model):
+    data = exugear.modes(model, load=150.0)
+    with pytest.raises(ValueError, match=r"data must be that of exugear.campbell"):
+        plots.plot_campbell(data)
+    with pytest.raises(ValueError, match=r"mode must lie in \[1, 18\]"):
+        plots.plot_modes(data, mode=19)
+    with pytest.raises(ValueError, match=r"data must be that of exugear.modes"):
+        plots.plot_modes(data.drop_vars("part_shaft"))
+
+
+def test_planetary_set_is_drawn_with_all_its_bodies():
+    gears = planetary_set.build()
+    gears.mbs.Assemble()
+    planetary_set.put_into_mesh(gears)
+    ax = plots.plot_modes(exugear.modes(gears.mbs), plots.figure().axes[0], mode=2)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == list(gears.nodes)
+    radii = sorted({round(patch.radius, 6) for patch in ax.patches})
+    base = (0.0, planetary_set.R_SUN / mm, planetary_set.R_RING / mm)
+    assert radii == pytest.approx(base, abs=1e-5)

@@ -1,0 +1,124 @@
+"""The report of a run: whole files, what it says, and the page as a browser shows it."""
+
+import subprocess
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+from scenes import smooth_box
+
+import exugear
+from exugear.run_report import document
+from exugear.run_report.results import summary
+from fem.units import rpm
+
+TITLES = ("Results", "Inputs", "Assumptions and plan", "Error estimates", "Versions")
+
+
+class Page(HTMLParser):
+    """Headings, cells of tables and sources of images of a page, and whether each tag is closed."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.open: list[str] = []
+        self.texts: dict[str, list[str]] = {"h2": [], "td": [], "caption": [], "figcaption": [], "li": []}
+        self.images: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        if tag == "img":
+            self.images.append(dict(attrs)["src"])
+        if tag not in ("img", "meta"):
+            self.open.append(tag)
+        if tag in self.texts:
+            self.texts[tag].append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        for tag in set(self.open) & self.texts.keys():
+            self.texts[tag][-1] += data
+
+
+@pytest.fixture(scope="module")
+def swept() -> exugear.Run:
+    """A run-up through the main resonance of the paper's pair, its losses recorded."""
+    model = exugear.build(smooth_box())
+    speeds = (1500 * rpm, 2600 * rpm)
+    return exugear.run_up(model, speed=speeds, duration=0.8, load=150.0, power=True, progress=False)
+
+
+@pytest.fixture(scope="module")
+def written(swept, tmp_path_factory):
+    return exugear.report(swept, tmp_path_factory.mktemp("report") / "run.html", title="Paper's <pair>")
+
+
+def test_the_page_is_well_formed_and_complete(written):
+    page = Page(written[0].read_text(encoding="utf-8"))
+    assert page.open == []
+    assert [title.split(" ", 1)[1] for title in page.texts["h2"]] == list(TITLES)
+    assert len(page.images) == len(page.texts["figcaption"]) == 4
+    assert all(source.startswith("data:image/svg+xml;base64,") for source in page.images)
+    assert {"57", "2.6 mm", "150 N m", exugear.__version__} <= set(page.texts["td"])
+
+
+def test_the_resonance_table_holds_the_peaks_of_the_envelope(swept, written):
+    outline = exugear.dte_envelope(swept)
+    peak = exugear.resonances(outline.place, outline.amplitude).place
+    cells = Page(written[0].read_text(encoding="utf-8")).texts["td"]
+    assert all(f"{frequency:.1f}" in cells for frequency in peak)
+    assert peak.size > 0
+
+
+def test_the_summary_says_whether_teeth_part(swept):
+    (_, contact) = summary(swept.data)
+    assert "the teeth are apart" in contact
+    pressed = swept.data.assign(mesh_force=np.abs(swept.data["mesh_force"]) + 1.0)
+    assert summary(pressed)[1].endswith("the teeth never part.")
+
+
+def test_a_run_at_constant_speed_has_no_resonances(tmp_path):
+    run = exugear.run_up(exugear.build(smooth_box()), speed=150.0, duration=0.05, load=150.0, progress=False)
+    page = Page(exugear.report(run, tmp_path / "constant.html")[0].read_text(encoding="utf-8"))
+    assert not [caption for caption in page.texts["caption"] if "Resonances" in caption]
+    assert "1432.4 rpm" in page.texts["td"]
+
+
+def test_a_loaded_run_gives_the_same_report(swept, written, tmp_path, monkeypatch):
+    swept.save(tmp_path / "run.nc")
+    monkeypatch.setattr(document, "BROWSERS", ())
+    (again,) = exugear.report(exugear.Run.load(tmp_path / "run.nc"), tmp_path / "run.html", title="Paper's <pair>")
+    assert again.read_text(encoding="utf-8") == written[0].read_text(encoding="utf-8")
+
+
+def test_bad_paths_are_refused_and_nothing_is_left(swept, tmp_path):
+    with pytest.raises(ValueError, match=r"path must end in \.html"):
+        exugear.report(swept, tmp_path / "run.pdf")
+    with pytest.raises(OSError, match="could not be written"):
+        exugear.report(swept, tmp_path / "nowhere" / "run.html")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_browser_that_fails_leaves_the_page_and_warns(swept, tmp_path, monkeypatch):
+    monkeypatch.setattr(document, "browser", lambda: "false")
+    with pytest.warns(UserWarning, match="print it from a browser by hand"):
+        files = exugear.report(swept, tmp_path / "run.html")
+    assert files == [tmp_path / "run.html"]
+    assert [path.name for path in tmp_path.iterdir()] == ["run.html"]
+
+
+@pytest.mark.skipif(document.browser() is None, reason="no browser is installed")
+def test_a_headless_browser_shows_all_figures(written, tmp_path):
+    """The PDF has several pages, and the screenshot shows curves: neither page nor figures are blank."""
+    html, pdf = written
+    assert pdf.read_bytes().startswith(b"%PDF")
+    image = tmp_path / "page.png"
+    options = ["--hide-scrollbars", "--window-size=1000,4000", f"--user-data-dir={tmp_path}/profile"]
+    command = [document.browser(), *document.HEADLESS, *options, f"--screenshot={image}", html.as_uri()]
+    subprocess.run(command, check=True, capture_output=True, timeout=document.PRINTING_TIME)
+    pixels = imread(image)[..., :3]
+    coloured = np.ptp(pixels, axis=2) > 0.2
+    assert pixels.shape[:2] == (4000, 1000)
+    assert coloured.mean() > 0.02
