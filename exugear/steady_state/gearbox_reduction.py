@@ -9,17 +9,17 @@ has the centre distance and the axial offset of the equilibrium.
 from dataclasses import replace
 from math import acos
 
-import exudyn as exu
 import numpy as np
 
 from exugear.mesh_force.fixed_offsets import at_fixed_offsets
 from exugear.mesh_force.force import MeshForce
 from exugear.modes.linear_system import linear_gearbox
-from exugear.modes.mesh_tangents import MeshTangent, contact_of, mesh_tangent
+from exugear.modes.mesh_tangents import mesh_tangent
 from exugear.modes.operating_point import loaded
 from exugear.steady_state.mesh_measures import Measures, measures_of, static_at
 from exugear.steady_state.orbits.modal_blocks import modal_blocks
 from exugear.steady_state.orbits.steady_system import MeshEquilibrium, SteadySystem
+from exugear.system.drive_and_load import INITIAL
 from exugear.system.model import Mesh, Model
 from fem.gear.involute import involute
 from fem.support.validation import require
@@ -36,39 +36,38 @@ def steady_system(model: Model, load: float, stage: int, *, speed: float, drive:
     """
     with loaded(model, load, drive) as in_equilibrium:
         system = linear_gearbox(in_equilibrium, [speed], None)
-        q = np.array(model.mbs.systemData.GetODE2Coordinates(exu.ConfigurationType.Initial))
-        mesh, tangent = in_equilibrium.meshes[stage], system.meshes[stage]
-        deflection = contact_of(model.mbs, mesh.contact).sample(q[tangent.coordinates]).deflection
-        others = [each.contact for each in model.meshes if each.contact != mesh.contact]
-        variation = max((_variation(model.mbs, contact) for contact in others), default=0.0)
-    row, part = system.rows[stage], np.ix_(tangent.coordinates, tangent.coordinates)
-    stiffness, damping = system.stiffness.copy(), system.damping[0] - tangent.damping * np.outer(row, row)
-    stiffness[part] -= (tangent.matrix + tangent.matrix.T) / 2
-    stiffness += tangent.stiffness * np.outer(row, row)
+        q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
+        mesh, others = in_equilibrium.meshes[stage], list(in_equilibrium.meshes)
+        others.remove(mesh)
+        _, tangent = mesh_tangent(model.mbs, mesh.contact, None)
+        variation = max((_variation(model.mbs, each.contact) for each in others), default=0.0)
     rows, measures = measures_of(model, mesh, q)
-    rows = np.vstack([row, rows]) @ system.motions
+    by_mesh, of_mesh = np.outer(rows[0], rows[0]), np.outer(system.rows[stage], system.rows[stage])
+    stiffness = system.stiffness - system.elements[stage].stiffness + tangent.stiffness * by_mesh
+    matrices = system.mass, stiffness, system.damping[0] - tangent.damping * of_mesh
+    rows = rows @ system.motions
     rows = rows if np.abs(rows[1:]).max() > 0 else rows[:1]
-    blocks = modal_blocks(*(system.reduced(matrix) for matrix in (system.mass, stiffness, damping)), rows)
+    blocks = modal_blocks(*(system.reduced(matrix) for matrix in matrices), rows)
     law = _law_at(mesh, measures.offsets)
-    return SteadySystem(law, blocks, _equilibrium(law, mesh, tangent, measures, deflection), variation)
+    equilibrium = _equilibrium(law, mesh, measures, float(system.mesh_force[stage]), float(tangent.stiffness))
+    return SteadySystem(law, blocks, equilibrium, variation)
 
 
 def _variation(mbs, contact: int) -> float:
     """Range of the tangent stiffness of a mesh over its cycle, over twice its mean."""
-    stiffness = [mesh_tangent(mbs, contact, phase).stiffness for phase in np.arange(PHASES) / PHASES]
+    stiffness = [mesh_tangent(mbs, contact, phase)[1].stiffness for phase in np.arange(PHASES) / PHASES]
     return float(np.ptp(stiffness) / 2 / np.mean(stiffness))
 
 
-def _equilibrium(
-    law: MeshForce, mesh: Mesh, tangent: MeshTangent, measures: Measures, deflection: float
-) -> MeshEquilibrium:
-    """The equilibrium of a mesh at its measures and a deflection [m]."""
-    side, opening = 1.0 if tangent.force > 0 else -1.0, _opening(mesh, measures.offsets)
-    flank_phase = measures.phase if side > 0 else law.back_phase - measures.phase
-    flank_deflection = deflection if side > 0 else -(deflection + law.backlash) - 2 * opening
-    static = static_at(law.table.head, flank_phase, flank_deflection)
+def _equilibrium(law: MeshForce, mesh: Mesh, measures: Measures, force: float, stiffness: float) -> MeshEquilibrium:
+    """The equilibrium of a mesh at its measures, with a force [N] and a mean stiffness [N/m]."""
+    side, opening = 1.0 if force > 0 else -1.0, _opening(mesh, measures.offsets)
+    phase, deflection = measures.phase, measures.deflection
+    if side < 0:
+        phase, deflection = law.back_phase - phase, -(deflection + law.backlash) - 2 * opening
+    static = static_at(law.table.head, phase, deflection)
     slopes = {"by_phase": side * static.by_phase, "by_misalignment": static.by_lever}
-    return MeshEquilibrium(tangent.force, deflection, tangent.stiffness, **slopes, opening=opening, side=side)
+    return MeshEquilibrium(force, measures.deflection, stiffness, **slopes, opening=opening, side=side)
 
 
 def _law_at(mesh: Mesh, offsets: dict[str, float]) -> MeshForce:

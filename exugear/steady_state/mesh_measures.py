@@ -7,7 +7,6 @@ import numpy as np
 from exugear.contact_geometry.contact_records import is_spatial
 from exugear.contact_geometry.reference_configuration import phase_of
 from exugear.contact_geometry.relative_position import position_of
-from exugear.force_table.layout import OFFSETS
 from exugear.force_table.patches import phase_cell
 from exugear.force_table.potential import potential
 from exugear.system.model import Mesh, Model
@@ -18,19 +17,20 @@ STEP = 1e-6
 
 
 class Measures(NamedTuple):
-    """Phase of the driving flank, and offsets by name with the signs of the map; none of gears that only spin."""
+    """Deflection [m], phase of the driving flank, offsets by name with the signs of the map; none if gears only spin."""
 
+    deflection: float
     phase: float
     offsets: dict[str, float]
 
 
 @kept
 def spatial_measures(table, frame, q_1, q_2):
-    """(phase of the driving flank, a [m], misalignment [rad], axial [m]) of two Rxyz bodies."""
+    """(deflection [m], phase of the driving flank, misalignment [rad], a [m], axial [m]) of two Rxyz bodies."""
     position = position_of(table, frame, q_1, q_2)
     phase = position.flank.phase if position.flank.side > 0.0 else table.back_phase - position.flank.phase
     a, misalignment, axial = position.offsets
-    return phase, a, misalignment, axial
+    return position.lead - position.opening, phase, misalignment, a, axial
 
 
 @kept
@@ -40,18 +40,13 @@ def static_at(table, phase, deflection):
 
 
 def measures_of(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:
-    """Rows (2, n_coordinates) of phase and misalignment, and the measures at coordinates q."""
-    rows, shafts = np.zeros((2, q.size)), (mesh.stage.fast, mesh.stage.slow)
-    per_radian = float(mesh.frame.direction * mesh.frame.pitches_per_radian)
+    """Rows (3, n_coordinates) of deflection, phase and misalignment, and the measures at coordinates q."""
     if not is_spatial(mesh.frame):
-        pinion = model.spins[shafts[0].name]
-        rows[0, pinion] = per_radian
-        return rows, Measures(phase_of(mesh.frame, float(q[pinion])), {})
+        return _measures_of_spins(model, mesh, q)
+    shafts = mesh.stage.fast, mesh.stage.slow
     components = [model.plan.shafts[shaft.name].components for shaft in shafts]
-    indices = [
-        model.spins[shaft.name] + 1 - len(part) + np.arange(len(part))
-        for shaft, part in zip(shafts, components, strict=True)
-    ]
+    spins = [model.spins[shaft.name] for shaft in shafts]
+    indices = [spin + np.arange(1 - len(part), 1) for spin, part in zip(spins, components, strict=True)]
 
     def at(coordinates: np.ndarray) -> np.ndarray:
         displacements = np.zeros((2, 6))
@@ -60,9 +55,18 @@ def measures_of(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Me
         bodies = (tuple(row) for row in displacements.tolist())
         return np.array(spatial_measures(mesh.law.table.head, mesh.frame, *bodies))
 
+    rows = np.zeros((3, q.size))
     for index in np.concatenate(indices):
         step = np.zeros_like(q)
         step[index] = STEP
-        rows[:, index] = ((at(q + step) - at(q - step)) / (2 * STEP))[[0, 2]]
-    phase, *offsets = at(q).tolist()
-    return rows, Measures(phase, dict(zip(OFFSETS, offsets, strict=True)))
+        rows[:, index] = ((at(q + step) - at(q - step)) / (2 * STEP))[:3]
+    deflection, phase, misalignment, a, axial = at(q).tolist()
+    return rows, Measures(deflection, phase, {"a": a, "misalignment": misalignment, "axial": axial})
+
+
+def _measures_of_spins(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:
+    """As `measures_of`, of gears that only spin about ideal axes."""
+    rows, pinion = np.zeros((3, q.size)), model.spins[mesh.stage.fast.name]
+    rows[0] = mesh.row
+    rows[1, pinion] = mesh.frame.direction * mesh.frame.pitches_per_radian
+    return rows, Measures(float(mesh.row @ q), phase_of(mesh.frame, float(q[pinion])), {})
