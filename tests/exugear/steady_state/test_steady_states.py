@@ -32,7 +32,7 @@ def swept(model: exugear.Model, speeds, load: float, hold: float) -> list[np.nda
         ramp, kept = 0.08, 20 / (model.mesh_cycles[0] * speed)
         times = np.array([0.0, ramp, ramp + hold + kept])
         drives = {box.driving.name: exugear.Speed((times, np.array([before, speed, speed])))}
-        options = {"duration": times[-1], "step": 6e-6, "sample": 6e-6, "progress": False, "checks": 0}
+        options = {"duration": times[-1], "step": 2.5e-6, "sample": 2.5e-6, "progress": False, "checks": 0}
         last = exugear.run(model, drives=drives, loads={box.driven.name: load}, initial=last, **options)
         time, before = last.data["time"].values, speed
         parts.append(last.data["dte"].values[0, time >= time[-1] - kept])
