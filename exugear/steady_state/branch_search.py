@@ -70,13 +70,15 @@ def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
 
 def _pieces(system: SteadySystem, branch: Branch, within: Range) -> list[Branch]:
     """The pieces of a branch inside a range, with points at its borders."""
-    orbits, pieces = PeriodicOrbits(system, branch.period), [[]]
-    for before, after in pairwise([*branch.points, None]):
-        if within.holds(before):
-            pieces[-1].append(before)
-        crossings = [] if after is None else points_at_borders(orbits, before, after, within)
-        pieces[-1].extend(crossings)
-        if pieces[-1] and not (after is not None and within.holds(after)):
+    orbits, pieces = (
+        PeriodicOrbits(system, branch.period),
+        [branch.points[:1] if within.holds(branch.points[0]) else []],
+    )
+    for before, after in pairwise(branch.points):
+        pieces[-1].extend(points_at_borders(orbits, before, after, within))
+        if within.holds(after):
+            pieces[-1].append(after)
+        elif pieces[-1]:
             pieces.append([])
     return [Branch(points, branch.period, branch.complete) for points in pieces if len(points) > 1]
 

@@ -92,9 +92,7 @@ def _following(orbits: PeriodicOrbits, point: OrbitPoint, step: float) -> OrbitP
     return None if far else following
 
 
-def points_at_borders(
-    orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, within: Range
-) -> list[OrbitPoint]:
+def points_at_borders(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, within: Range) -> list[OrbitPoint]:
     """The points between two others at the borders of a range, in the order along the branch."""
     rise = after.unknowns[-1] - before.unknowns[-1]
     borders = (within.low, within.high) if rise > 0 else (within.high, within.low)
@@ -152,11 +150,11 @@ def _along_frequency(point: OrbitPoint) -> float:
 
 def _zero(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, test) -> OrbitPoint | None:
     """The point between two others at which a test function of points is 0, to the rounding of its frequency."""
-    points: dict[float, OrbitPoint] = {}
+    points: dict[float, OrbitPoint | None] = {}
 
     def value(step: float) -> float:
-        points[step] = _following(orbits, before, step) if step > 0 else before
-        return test(points[step]) if points[step] is not None else nan
+        point = points[step] = _following(orbits, before, step) if step > 0 else before
+        return nan if point is None else test(point)
 
     end = float((after.unknowns - before.unknowns) @ before.tangent)
     root = scipy.optimize.brentq(value, 0.0, end, rtol=LOCATED, maxiter=LOCATING, disp=False)

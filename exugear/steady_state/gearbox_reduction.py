@@ -44,10 +44,11 @@ def steady_system(model: Model, load: float, stage: int, *, speed: float, drive:
     rows, measures = measures_of(model, mesh, q)
     by_mesh, of_mesh = np.outer(rows[0], rows[0]), np.outer(system.rows[stage], system.rows[stage])
     stiffness = system.stiffness - system.elements[stage].stiffness + tangent.stiffness * by_mesh
-    matrices = system.mass, stiffness, system.damping[0] - tangent.damping * of_mesh
+    damping = system.damping[0] - tangent.damping * of_mesh
+    mass, stiffness, damping = (system.reduced(matrix) for matrix in (system.mass, stiffness, damping))
     rows = rows @ system.motions
     rows = rows if np.abs(rows[1:]).max() > 0 else rows[:1]
-    blocks = modal_blocks(*(system.reduced(matrix) for matrix in matrices), rows)
+    blocks = modal_blocks(mass, stiffness, damping, rows)
     law = _law_at(mesh, measures.offsets)
     equilibrium = _equilibrium(law, mesh, measures, float(system.mesh_force[stage]), float(tangent.stiffness))
     return SteadySystem(law, blocks, equilibrium, variation)

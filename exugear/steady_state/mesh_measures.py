@@ -17,7 +17,7 @@ STEP = 1e-6
 
 
 class Measures(NamedTuple):
-    """Deflection [m], phase of the driving flank, offsets by name with the signs of the map; none if gears only spin."""
+    """Deflection [m], phase of the driving flank, offsets by name as the map counts them; none if gears only spin."""
 
     deflection: float
     phase: float

@@ -91,26 +91,27 @@ class PeriodicOrbits:
 
         Raises ValueError where the orbit leaves the map.
         """
-        jacobian = near.jacobian if near is not None and self.system.size > FEW_STATES else None
+        many = self.system.size > FEW_STATES
+        jacobian = near.jacobian if many and near is not None else None
         u, size, effort = guess.copy(), np.inf, 0.0
         while effort < ITERATIONS:
-            known = jacobian is not None
-            residual, current = (self.residual(u), jacobian) if known else self.linearized(u)
-            effort += CHORD_EFFORT if known else 1.0
+            if current := jacobian is None:
+                residual, jacobian = self.linearized(u)
+            else:
+                residual = self.residual(u)
+            effort += 1.0 if current else CHORD_EFFORT
             before, size = size, float(np.abs(residual).max())
-            jacobian = None
-            if known and size > FALL * before:
-                size = np.inf
+            if not current and size > FALL * before:
+                jacobian, size = None, np.inf
                 continue
-            change = _correction(current, direction, np.append(residual, direction @ (u - guess)))
+            change = _correction(jacobian, direction, np.append(residual, direction @ (u - guess)))
             u = u + change
             if not u[-1] > 0:
                 return None
             if size < CONVERGED and np.abs(change).max() < CORRECTED:
-                current = self.linearized(u)[1] if known else current
-                return OrbitPoint(u, current, self.period, _tangent(current, direction), effort=effort)
-            if self.system.size > FEW_STATES:
-                jacobian = current
+                jacobian = jacobian if current else self.linearized(u)[1]
+                return OrbitPoint(u, jacobian, self.period, _tangent(jacobian, direction), effort=effort)
+            jacobian = jacobian if many else None
         return None
 
     def at_frequency(self, states: np.ndarray, frequency: float) -> OrbitPoint | None:

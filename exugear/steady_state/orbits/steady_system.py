@@ -15,7 +15,7 @@ from exugear.steady_state.orbits.modal_blocks import ModalBlocks
 
 #: Least number of steps in a mesh cycle, and in a period of a mode that takes part in the whole mobility of the mesh; a
 #: share in the mobility needs its root of them. Measured: doubling them changes folds and rms by 3e-4 at most.
-STEPS_PER_CYCLE, STEPS_PER_PERIOD = 384, 240
+STEPS_PER_CYCLE, STEPS_PER_PERIOD = 512, 320
 #: Share of a mode in the mobility of the mesh above which a sweep waits for its decay.
 RESOLVED_SHARE = 0.02
 #: Phases closer than this are the same.
