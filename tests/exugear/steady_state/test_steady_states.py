@@ -88,10 +88,10 @@ def test_a_run_up_follows_the_stable_branch_and_jumps_at_its_fold(spinning, spin
     unstable = np.flatnonzero(~spinning_states["stable"].values)
     lower = spinning_states.isel(point=slice(0, unstable[0]))
     upper = spinning_states.isel(point=slice(unstable[-1] + 1, None))
-    for place, rms in zip(outline.place, outline.rms, strict=True):
-        if abs(place - fold) > 0.03 * fold:
-            branch = lower if place < fold else upper
-            on_branch = np.interp(place, *(branch.sortby("mesh_frequency")[x] for x in ("mesh_frequency", "rms")))
+    for frequency, rms in zip(outline.place, outline.rms, strict=True):
+        if abs(frequency - fold) > 0.03 * fold:
+            branch = lower if frequency < fold else upper
+            on_branch = np.interp(frequency, *(branch.sortby("mesh_frequency")[x] for x in ("mesh_frequency", "rms")))
             assert rms == pytest.approx(on_branch, rel=0.03)
 
 
