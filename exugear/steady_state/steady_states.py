@@ -1,5 +1,6 @@
 """Steady states of a gearbox over the speed."""
 
+import numpy as np
 import xarray as xr
 
 from exugear.steady_state.branch_data import labelled
@@ -15,6 +16,8 @@ SLOWEST = 32
 #: Multiples of the mesh frequency up to which harmonics are given, at most.
 MOST_HARMONICS = 100
 DRIVES = "held", "free"
+#: Relative variation of the stiffness of another mesh above which it excites; difference of equal mesh frequencies.
+LEAST_VARIATION, SAME_FREQUENCY = 1e-3, 1e-9
 
 
 @checked
@@ -38,7 +41,8 @@ def steady_states(
 
     The equations are those of a run: the force law of the stage with its damping, contact loss and back flank. All else
     is linear about the equilibrium under the load (`exugear.steady_state.gearbox_reduction`): exact for shafts that
-    spin with a single stage; the other meshes have their mean stiffness.
+    spin with a single stage. The other meshes have their mean stiffness and excite nothing; the attribute
+    "variation_of_other_meshes" is half the range of their stiffness over its mean.
 
     Returns a Dataset over `point`, along each `branch`: speed [rad/s], mesh_frequency [Hz], mean, rms, peak_to_peak [m]
     of the DTE, harmonics (point, harmonic) [m] with harmonic_phase [rad], smallest_force, largest_force [N],
@@ -46,8 +50,8 @@ def steady_states(
     doubling" or ""). Orbits of one mesh cycle, and isolated ones of two, are reached by sweeps over the speed up and
     down, the others by continuation. `exugear.plots.plot_branches` draws them.
 
-    Raises ValueError for input out of range, for friction and drag, and for loads beyond the maps; RuntimeError where
-    no periodic orbit is reached.
+    Raises ValueError for input out of range, for friction and drag, for stages with the same mesh frequency as beside
+    an idler, and for loads beyond the maps; RuntimeError where no periodic orbit is reached.
 
     Source: Seydel, Practical bifurcation and stability analysis, 3rd ed. (2010): shooting, continuation by arc length.
     """
@@ -58,8 +62,9 @@ def steady_states(
     require(drive in DRIVES, f"drive must be one of {DRIVES}, got {drive!r}")
     require_within("harmonics", harmonics, 1, MOST_HARMONICS, remedy="multiples of the mesh frequency")
     check_reducible(model)
-    system = steady_system(model, load, stage, speed=(low + high) / 2, drive=drive)
     cycles = float(model.mesh_cycles[stage])
+    system = steady_system(model, load, stage, speed=(low + high) / 2, drive=drive)
+    _check_alone(model, stage, system.variation)
     lowest = max(low, system.resonance / SLOWEST / cycles)
     reached = f"speed must reach beyond {lowest:.4g} rad/s, where the mesh frequency is 1/{SLOWEST} of the resonance"
     require(lowest < high, f"{reached}, got {speed}; below it the DTE is the STE")
@@ -70,3 +75,11 @@ def steady_states(
     about |= {"resonance": system.resonance, "static_deflection": system.static_deflection}
     about |= {"variation_of_other_meshes": system.variation, "broken_branches": broken}
     return labelled(system, branches, cycles, harmonics).assign_attrs(about)
+
+
+def _check_alone(model: Model, stage: int, variation: float) -> None:
+    """Require that no other stage whose stiffness varies has the mesh frequency of a stage."""
+    frequencies = np.delete(model.mesh_cycles, stage) / model.mesh_cycles[stage]
+    shared = variation > LEAST_VARIATION and bool((np.abs(frequencies - 1) < SAME_FREQUENCY).any())
+    both = "as with an idler: both excite the gearbox together, which is not considered"
+    require(not shared, f"stage must not share its mesh frequency with a stage of varying stiffness, {both}")
