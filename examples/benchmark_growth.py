@@ -63,10 +63,9 @@ def yardsticks(box: exugear.Gearbox, step: float) -> dict[str, float]:
     _, loop = timed(lambda: compiled_loop(*arguments))
     _container, spring = exudyn_spring(box.driven.inertia)
     _, bare = timed(lambda: spring.SolveDynamic(settings_for(Rule(BETA, step), steps * step, 1e-3)))
-    run = exugear.run_up(
-        exugear.build(box), speed=(0, TOP_SPEED), duration=LONG / 10, load=TORQUE, step=step, progress=False
-    )
-    return {"compiled loop": 10 * loop, "Exudyn's spring": 10 * bare, "exugear": 10 * run.wall_time}
+    model, conditions = exugear.build(box), {"speed": (0, TOP_SPEED), "duration": LONG / 10, "load": TORQUE}
+    _, run = timed(lambda: exugear.run_up(model, **conditions, step=step, checks=0, progress=False))
+    return {"compiled loop": 10 * loop, "Exudyn's spring": 10 * bare, "exugear": 10 * run}
 
 
 def chain(box: exugear.Gearbox, stages: int) -> exugear.Gearbox:
@@ -84,8 +83,8 @@ def growth(box: exugear.Gearbox, runs: Points, quick: bool) -> dict[str, tuple[l
     seconds = []
     for n in stages:
         model = exugear.build(chain(box, n))
-        run = exugear.run_up(model, speed=60.0, duration=0.5, load=TORQUE, step=1e-5, progress=False)
-        seconds.append(run.wall_time / 5e4)
+        options = {"speed": 60.0, "duration": 0.5, "load": TORQUE, "step": 1e-5, "checks": 0, "progress": False}
+        seconds.append(timed(partial(exugear.run_up, model, **options))[1] / 5e4)
     counts = (3, 9) if quick else (3, 9, 33, 129)
     slices(misalignments=3, phases=4)  # compiles the contact states
     tilts = [cold(partial(slices, misalignments=n))[1] for n in counts]

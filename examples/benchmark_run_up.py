@@ -8,7 +8,7 @@ the same step.
 """
 
 import numpy as np
-from benchmark_points import Points
+from benchmark_points import Points, timed
 from korta_pair import MAP_PHASES, MAP_TORQUES, TOP_SPEED, gearbox, paper_pair
 
 import exugear
@@ -75,13 +75,14 @@ def run_up_points(box: exugear.Gearbox, quick: bool) -> Points:
             "duration": duration,
             "load": TORQUE,
             "sample": SAMPLE,
+            "checks": 0,
             "progress": False,
         }
         return exugear.run_up(model, **(conditions | {"step": step} | options))
 
     def add(label, variant, name, step, **options):
-        run = integrated(scenes[name], step, **options)
-        points.add(label, variant, seconds=run.wall_time * LONG / duration, **errors(run, finest[name]))
+        run, seconds = timed(lambda: integrated(scenes[name], step, **options))
+        points.add(label, variant, seconds=seconds * LONG / duration, **errors(run, finest[name]))
 
     finest = {
         name: outline(integrated(scene, 5e-6, tolerance=1e-5)) for name, scene in scenes.items() if "joints" not in name

@@ -6,12 +6,10 @@ Yardsticks: for shafts that only spin, an ObjectGenericODE2 with a single coordi
 on bearings, the same bodies and bearings without contact and drive. Each ratio is the median of alternated pairs.
 """
 
-import resource
 from statistics import median
 
 import exudyn as exu
 import exudyn.itemInterface as eii
-import numpy as np
 from benchmark_growth import chain
 from benchmark_points import timed
 from benchmark_run_up import TORQUE, on_bearings, paper_gearbox
@@ -62,7 +60,7 @@ def step_times(box: exugear.Gearbox, plan: exugear.Plan | None, number: int, pai
     model = exugear.build(box, plan=plan)
     spins = all(kind.spin_index == 0 for kind in model.plan.shafts.values())
     bare = single_coordinate(box.driven.inertia) if spins else without_gears(exugear.build(box, plan=plan))
-    run_of(model, 1000)  # compiles the contact
+    exugear.run_up(model, speed=TOP_SPEED, duration=100 * STEP, load=TORQUE, progress=False)  # compiles the contact
     runs = [(run_of(model, number), bare_step(bare, number)) for _ in range(pairs)]
     seconds = [run.wall_time / number * 1e6 for run, _ in runs]
     return {
@@ -74,7 +72,7 @@ def step_times(box: exugear.Gearbox, plan: exugear.Plan | None, number: int, pai
 
 
 def steps(box: exugear.Gearbox, quick: bool = False) -> dict[str, dict[str, float]]:
-    """Rows of the benchmark by scene, and the largest memory of the process [GB]."""
+    """Rows of the benchmark by scene."""
     elastic = on_bearings(box)
     scenes = {"spinning": (box, None), "planar": (elastic, None)}
     scenes["in space"] = elastic, exugear.plan(elastic).with_bodies()
@@ -82,9 +80,7 @@ def steps(box: exugear.Gearbox, quick: bool = False) -> dict[str, dict[str, floa
     rows = {name: step_times(*scene, *(QUICK if quick else (STEPS, PAIRS))) for name, scene in scenes.items()}
     for name, row in rows.items():
         print(f"{name:10}", {key: round(value, 2) for key, value in row.items()})
-    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    print(f"memory {memory:.2f} GB")
-    return rows | {"memory": {"GB": float(np.round(memory, 3))}}
+    return rows
 
 
 if __name__ == "__main__":

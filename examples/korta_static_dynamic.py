@@ -52,10 +52,12 @@ def draw(path: Path, moving: xr.Dataset, phases: np.ndarray, te: np.ndarray, sec
     """Figure 5: the run-up from rest; Figure 6: its last pitch beside the statics."""
     figure = plots.figure(columns=2)
     left, right = figure.axes
-    left.plot(moving["time"], moving["te"] / um, color=plots.EDGE)
+    left.plot(moving["time"], moving["te"] / um, color=plots.DISTINCT[0])
     left.set(xlabel="time [s]", ylabel="transmission error [µm]", title="run-up from rest to 10 rpm")
-    right.plot(moving["phase"], moving["te"] / um, color=plots.EDGE, label=f"time integration, {seconds[0]:.0f} s")
-    right.plot(phases, te / um, "o", color=plots.MARK, markersize=4, label=f"static, {seconds[1]:.0f} s")
+    right.plot(
+        moving["phase"], moving["te"] / um, color=plots.DISTINCT[0], label=f"time integration, {seconds[0]:.0f} s"
+    )
+    right.plot(phases, te / um, "o", color=plots.DISTINCT[3], markersize=4, label=f"static, {seconds[1]:.0f} s")
     right.set(
         xlabel="phase of the mesh cycle [pitches]",
         title="last pitch",

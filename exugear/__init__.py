@@ -26,7 +26,16 @@ from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.plan import Plan, plan
 from exugear.post.viewer import draw, picture
+from exugear.recordings.angle_sampling import over_angle
+from exugear.recordings.levels import level, rms_sum
+from exugear.recordings.mesh_orders import mesh_orders
+from exugear.recordings.signal import recorded_signal, sensor_signal, signal
+from exugear.recordings.sound import write_sound
 from exugear.signals import spectrum
+from exugear.signals.order_cut import order_cut
+from exugear.signals.order_tracking import order_tracking
+from exugear.signals.resonance_table import resonance_table
+from exugear.signals.spectrogram import spectrogram, waterfall
 from exugear.signals.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
@@ -36,7 +45,11 @@ from exugear.system.model import Model
 from fem.support.version import __version__
 
 #: Modules and functions for pictures, imported on first use.
-__getattr__, _, _ = lazy_loader.attach(__name__, ["plots"], {"post": ["graphics"], "run_report.report": ["report"]})
+__getattr__, _, _ = lazy_loader.attach(
+    __name__,
+    ["plots"],
+    {"post": ["graphics"], "post.animation": ["animate_mode", "animate_pair"], "run_report.report": ["report"]},
+)
 
 __all__ = [
     "Apart",
@@ -70,6 +83,8 @@ __all__ = [
     "Torque",
     "XuFriction",
     "__version__",
+    "animate_mode",
+    "animate_pair",
     "build",
     "campbell",
     "draw",
@@ -81,18 +96,31 @@ __all__ = [
     "envelope",
     "graphics",
     "integrator",
+    "level",
+    "mesh_orders",
     "modes",
+    "order_cut",
     "order_spectrum",
+    "order_tracking",
+    "over_angle",
     "picture",
     "plan",
     "plots",
+    "recorded_signal",
     "report",
+    "resonance_table",
     "resonances",
+    "rms_sum",
     "run",
     "run_up",
+    "sensor_signal",
+    "signal",
+    "spectrogram",
     "spectrum",
     "steady_states",
     "stress_envelope",
+    "waterfall",
+    "write_sound",
 ]
 
 

@@ -22,7 +22,9 @@ from .reference import dynamic, explicit, nonlinear
 from .ste.cost import MapCost, map_cost
 from .ste.inputs import UpTo
 from .ste.ste_map import load, pair_of, save, ste_map
+from .ste.te_harmonics import te_harmonics
 from .ste.transmission import static_transmission_error
+from .stress.load_distribution import load_distribution
 from .stress.load_factors import load_factors
 from .stress.root_stress import root_stress
 from .support.version import __version__
@@ -55,6 +57,7 @@ __all__ = [
     "explicit",
     "iso6336",
     "load",
+    "load_distribution",
     "load_factors",
     "map_cost",
     "nonlinear",
@@ -64,5 +67,6 @@ __all__ = [
     "static_transmission_error",
     "ste_map",
     "stress",
+    "te_harmonics",
     "units",
 ]

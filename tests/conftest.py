@@ -1,6 +1,7 @@
 """The paper's gear pair, and a separate cache for every test session."""
 
 import os
+import sys
 
 from paper_gears import paper_pair
 
@@ -24,6 +25,14 @@ def cache_of_this_session(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("EXUGEAR_CACHE", str(shared / "cache"))
         yield
+
+
+@pytest.fixture(autouse=True)
+def closed_figures():
+    """Close the figures of a test, of which pyplot keeps those that plots make without given axes."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
 
 
 @pytest.fixture(scope="session", name="paper_pair")

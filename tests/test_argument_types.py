@@ -49,7 +49,7 @@ WRONG: dict[str, Any] = {
 #: Arguments by name for which one of those values is valid.
 TAKEN = {
     **dict.fromkeys(("name", "title", "label", "message", "unit", "meaning", "fileName"), "string"),
-    **dict.fromkeys(("colour", "colours", "path", "BuiltPlan.contact"), "string"),
+    **dict.fromkeys(("colour", "colours", "path", "BuiltPlan.contact", "units", "long_name"), "string"),
     **dict.fromkeys(("fem.static_transmission_error.phases", "map_cost.phases"), "None"),
     **dict.fromkeys(("SpeedReached.shaft", "Apart.stage"), "string"),
     **dict.fromkeys(("save.data", "Run.data", "BuiltPlan.mesh_resonances"), "dataset"),
@@ -64,7 +64,7 @@ TAKEN = {
         ),
         "dict",
     ),
-    **dict.fromkeys(("Run.wall_time", "Quantity.value"), "nan"),
+    **dict.fromkeys(("Run.wall_time", "Quantity.value", "level.rms"), "nan"),
     **dict.fromkeys((f"Envelope.{name}" for name in ("place", "low", "high", "rms")), "nan"),
     **dict.fromkeys((f"OrderSpectrum.{name}" for name in ("speed", "order", "amplitude")), "nan"),
     **dict.fromkeys((f"Resonances.{name}" for name in ("place", "height")), "nan"),

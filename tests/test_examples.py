@@ -46,6 +46,18 @@ def test_resonances_lie_where_stiffness_and_inertia_put_them(short):
         assert 0.85 * natural < main < 1.02 * natural
 
 
+def test_superharmonics_are_excited_by_the_second_third_and_fourth_mesh_harmonic(short):
+    """Their vibrations have the natural frequency of the loaded pair; the main resonance leans below it."""
+    ste, box, runs = short
+    for load, result in runs.items():
+        natural = np.sqrt(korta_pair.mean_stiffness(ste, load) / box.driven.inertia) * 69.63e-3 / 2 / np.pi
+        table = exugear.resonance_table(result).sel(peak=slice(-4, None)).set_index(peak="harmonic").sortby("peak")
+        assert table["peak"].values.tolist() == [1, 2, 3, 4]
+        shares = korta_pair.shares_of_main(result)
+        assert table["mesh_frequency"].values == pytest.approx(shares[::-1])
+        assert table["response_frequency"].values[1:] == pytest.approx(natural, rel=0.05)
+
+
 def test_fitted_inertia_moves_the_main_resonance_to_the_papers(short):
     _, box, runs = short
     inertia = korta_run_up.fitted_inertia(box, korta_pair.resonances(runs[150.0]))

@@ -38,6 +38,7 @@ FOLDERS = (
     "exugear/modes",
     "exugear/steady_state/orbits",
     "exugear/steady_state",
+    "exugear/recordings",
     "exugear/signals",
     "exugear/load_factors",
     "exugear/plots",
@@ -47,13 +48,14 @@ FOLDERS = (
 )
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
 FIRST, LAST = {"fem.units"}, {"fem", "exugear", "exugear.plots"}
-MODULES_OF_FEM, MODULES_OF_EXUGEAR = 83, 148
+MODULES_OF_FEM, MODULES_OF_EXUGEAR = 86, 160
 MOST_IN_A_FOLDER = 9
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
 #: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.gear_outline` draws.
 DOORS_TO_FEM = {
     *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.involute", "fem.gear.tooth_profile"),
     *("fem.pair.pair", "fem.pair.offsets", "fem.pair.placement", "fem.ste.ste_map", "fem.ste.load_interpolation"),
+    *("fem.ste.te_harmonics", "fem.stress.fields", "fem.stress.cycle_fields"),
 }
 FENCES = {
     "skfem": {"fem/elasticity", "fem/stress", "fem/reference"},

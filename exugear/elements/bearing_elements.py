@@ -22,6 +22,8 @@ HEAD_SIZE = RADIAL_LAW.itemsize
 radial_law_at = reader(RADIAL_LAW)
 #: Steps of the difference Jacobian in coordinates [m, rad] and velocities [m/s, rad/s].
 DIFFERENCE_STEPS = 1e-9, 1e-6
+#: Number of samples whose reactions are computed at once: they stay in the processor's cache, which is 5 times as fast.
+BLOCK = 4096
 
 
 def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None:
@@ -112,30 +114,29 @@ def user_functions(bearing: Bearing, lever: float):
     return bearing_force, bearing_jacobian
 
 
-def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray) -> dict[float, np.ndarray]:
-    """Forces (n, 3) [N] of each bearing on its shaft, by the bearing's axial position [m].
+def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) -> None:
+    """Compute the forces (n_bearing, 3, n) [N] of all bearings of a shaft on it, in their order.
 
     q, q_t   (n, 5) displacements [m] and tilts [rad] of the shaft's centre of mass, and their rates
     """
-    forces = {}
-    for axial, bearing in shaft.bearings.items():
-        lever = axial - shaft.centre
+    for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
         motion = np.eye(6)[:, :5]
-        motion[0, 4], motion[1, 3] = lever, -lever
-        stiffness = linear_part(bearing, 0.0)[:3] @ motion
-        force = -(q + bearing.damping * q_t) @ stiffness.T
-        if not bearing.linear:
-            force[:, :2] += _radial_reaction(bearing, q @ motion[:2].T, q_t @ motion[:2].T)
-        forces[axial] = force
-    return forces
+        motion[0, 4], motion[1, 3] = axial - shaft.centre, shaft.centre - axial
+        stiffness, radial = linear_part(bearing, 0.0)[:3] @ motion, motion[:2]
+        for first in range(0, len(q), BLOCK):
+            block = slice(first, first + BLOCK)
+            displacements, rates = q[block].T, q_t[block].T
+            force[:, block] = -stiffness @ (displacements + bearing.damping * rates)
+            if not bearing.linear:
+                force[:2, block] += _radial_reaction(bearing, radial @ displacements, radial @ rates)
 
 
 def _radial_reaction(bearing: Bearing, displacement: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """(n, 2) radial force of a nonlinear bearing at radial displacements (n, 2) [m] and their rates."""
+    """(2, n) radial force of a nonlinear bearing at radial displacements (2, n) [m] and their rates."""
     radii, forces = radial_table(bearing)
-    r = np.linalg.norm(displacement, axis=1)
-    unit = displacement / np.maximum(r, np.finfo(float).tiny)[:, None]
+    r = np.linalg.norm(displacement, axis=0)
+    unit = displacement / np.maximum(r, np.finfo(float).tiny)
     slopes = np.diff(forces) / np.diff(radii)
     slope = slopes[np.clip(np.searchsorted(radii, r) - 1, 0, slopes.size - 1)]
-    total = np.interp(r, radii, forces) + bearing.damping * slope * (unit * rate).sum(axis=1)
-    return -total[:, None] * unit
+    total = np.interp(r, radii, forces) + bearing.damping * slope * (unit * rate).sum(axis=0)
+    return -total * unit

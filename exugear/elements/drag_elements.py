@@ -135,7 +135,10 @@ def braking_torques(shaft: Shaft, omega: np.ndarray, motion: np.ndarray | None) 
     omega    (n,) speed of the shaft [rad/s]
     motion   (n, 5) displacements [m] and tilts [rad] of its centre of mass; None where it only spins
     """
-    forces = {} if motion is None else reactions(shaft, motion, np.zeros_like(motion))
-    loads = {axial: np.hypot(*force.T[:2]) for axial, force in forces.items()}
+    loads: dict[float, np.ndarray] = {}
+    if motion is not None:
+        forces = np.empty((len(shaft.bearings), 3, omega.size))
+        reactions(shaft, motion, np.zeros_like(motion), forces)
+        loads = {axial: np.hypot(x, y) for axial, (x, y, _) in zip(shaft.bearings, forces, strict=True)}
     torques = [braking_torque(drag.terms, omega, loads.get(axial, 0.0)) for axial, drag in shaft.drags]
     return np.sum(torques, axis=0) if torques else np.zeros_like(omega)

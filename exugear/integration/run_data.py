@@ -210,17 +210,21 @@ def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:
 
 def _bearing_forces(model: Model) -> dict[str, Any]:
     """Forces of the bearings on their shafts over time."""
-    by_bearing: dict[str, np.ndarray] = {}
-    for mesh in model.meshes:
-        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
-            if model.plan.shafts[shaft.name].on_bearings:
-                forces = reactions(shaft, *mesh.recorder.motion(side))
-                by_bearing |= {f"{shaft.name} at {axial / mm:g} mm": force.T for axial, force in forces.items()}
-    values = np.array(list(by_bearing.values()))
+    motions = {
+        shaft.name: (shaft, mesh.recorder.motion(side))
+        for mesh in model.meshes
+        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow))
+        if model.plan.shafts[shaft.name].on_bearings
+    }
+    labels = [f"{name} at {axial / mm:g} mm" for name, (shaft, _) in motions.items() for axial in shaft.bearings]
+    values, last = np.empty((len(labels), 3, model.meshes[0].recorder.deflection.size)), 0
+    for shaft, motion in motions.values():
+        first, last = last, last + len(shaft.bearings)
+        reactions(shaft, *motion, values[first:last])
     about = {"units": "N", "long_name": "force of the bearing on its shaft"}
     return {
         "bearing_force": (("bearing", "direction", "time"), values, about),
-        "bearing": ("bearing", list(by_bearing)),
+        "bearing": ("bearing", labels),
         "direction": ("direction", ["x", "y", "z"]),
     }
 

@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, field
 from itertools import pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 from uuid import uuid4
 
@@ -78,7 +80,7 @@ class Chain:
     def extend(self, part: Integrated) -> None:
         """Take what a part has behind the front."""
         before = max(samples_before(self.solver.scheme, self.front) - part.begin, 0)
-        for pieces, samples in zip(self.pieces, part.samples, strict=False):
+        for pieces, samples in zip(self.pieces, part.columns, strict=False):
             pieces.append(samples[before:])
         self.states |= part.states
         self.bar.update(max(part.last - self.front, 0))
@@ -197,6 +199,7 @@ class Parts:
     joining: Joining
     solver: Solver
     torques: ShaftTorques
+    folder: TemporaryDirectory
 
     @property
     def stopped_at(self) -> float:
@@ -210,7 +213,7 @@ class Parts:
         recorders = recorders_of(self.solver.model, self.torques)
         chain.pieces = [[] for recorder in recorders for _ in recorder.samples]
         try:
-            with progress_bar(self.solver.scheme, progress) as chain.bar:
+            with self.folder, progress_bar(self.solver.scheme, progress) as chain.bar:
                 self.joining.run()
                 self._fill(recorders)
             self.solver.require_samples(None)
@@ -259,9 +262,15 @@ def parts_of(solver: Solver, torques: ShaftTorques, executor: Executor) -> Parts
     division = division_of(solver, executor)
     if division.number < 2:
         return None
-    job = Job(uuid4(), solver.model.plan.scene, solver.conditions.tabulated(), solver.scheme, solver.restarted)
+    folder = TemporaryDirectory(ignore_cleanup_errors=True)
+    run = solver.model.plan.scene, solver.conditions.tabulated(), solver.scheme, solver.restarted
+    job = Job(uuid4(), *run, Path(folder.name))
     chain = Chain(solver, {0: state_of_run(solver.model)}, [])
-    return Parts(Joining(chain, division, job, executor).begin(), solver, torques)
+    try:
+        return Parts(Joining(chain, division, job, executor).begin(), solver, torques, folder)
+    except BaseException:
+        folder.cleanup()
+        raise
 
 
 def check_parts(model: Model, conditions: Conditions) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 from uuid import UUID
 
@@ -11,7 +12,7 @@ import exudyn as exu
 import numpy as np
 
 from exugear.elements.exudyn_objects import quiet, set_state_of_system
-from exugear.integration.columns import Columns, columns_of
+from exugear.integration.columns import Columns, StoredColumns, columns_of, stored
 from exugear.integration.run_data import recorders_of, start_recorders
 from exugear.integration.shaft_motion import needs_speeds
 from exugear.integration.solver_settings import Scheme
@@ -38,6 +39,7 @@ class Job:
     """A run as data from which a process builds its model; jobs are equal if their numbers are.
 
     conditions   of the whole run; its gearbox is that of the model
+    folder       in which processes of this machine store samples
     """
 
     number: UUID
@@ -45,6 +47,7 @@ class Job:
     conditions: Conditions = field(compare=False)
     scheme: Scheme = field(compare=False)
     restarted: bool = field(compare=False)
+    folder: Path = field(compare=False)
 
 
 @dataclass(frozen=True)
@@ -75,10 +78,15 @@ class Integrated:
     """
 
     states: dict[int, Any]
-    samples: list[Columns]
+    samples: list[Columns] | StoredColumns
     begin: int
     reason: str
     stopped_at: float
+
+    @property
+    def columns(self) -> list[Columns]:
+        """The samples, read where they are stored."""
+        return self.samples.loaded() if isinstance(self.samples, StoredColumns) else self.samples
 
     @property
     def last(self) -> int:
@@ -108,7 +116,8 @@ def integrate(job: Job, part: Part) -> Integrated:
                 samples = [columns_of(block[begin - offset : end - offset]) for block in blocks]
     except (RuntimeError, ValueError) as error:
         reason = str(error)
-    return Integrated(states, samples, begin, reason, stopped_at)
+    handed_over = stored(samples, job.folder) if job.folder.is_dir() else samples
+    return Integrated(states, handed_over, begin, reason, stopped_at)
 
 
 def rms_at_half_the_step(job: Job, segment: Segment) -> np.ndarray:

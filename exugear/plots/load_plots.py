@@ -1,14 +1,11 @@
 """Plots of load factors and dynamic stresses."""
 
 from itertools import cycle
-from typing import Any
 
-import numpy as np
 import xarray as xr
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 
-from exugear.plots.figures import DISTINCT, axes_or_new
+from exugear.plots.figures import DISTINCT, axes_or_new, graded, legend, merged, styled
 from fem.support.arguments import checked
 from fem.support.validation import require
 from fem.units import MPa, mm, rpm
@@ -16,7 +13,6 @@ from fem.units import MPa, mm, rpm
 __all__ = ["plot_dynamic_factor", "plot_dynamic_stress", "plot_load_factors"]
 
 SPEED, TIME, GEAR = "speed", "time", "gear"
-LEGEND = {"frameon": False, "fontsize": "small"}
 #: Words on the axis of each stress.
 LABELS = {
     "root_stress": "tooth root stress",
@@ -27,6 +23,7 @@ LABELS = {
 
 
 @checked
+@styled
 def plot_dynamic_factor(data: xr.Dataset, ax: Axes | None = None, *, iso: xr.DataArray | None = None, **style) -> Axes:
     """Dynamic factor of every stage over the speed of the driving shaft.
 
@@ -40,20 +37,19 @@ def plot_dynamic_factor(data: xr.Dataset, ax: Axes | None = None, *, iso: xr.Dat
     ax = axes_or_new(ax)
     for name, colour in zip(data["stage"].values, cycle(DISTINCT), strict=False):
         factor = data["K_v"].sel(stage=name)
-        options: dict[str, Any] = {"color": colour, "linewidth": 1.4, "label": str(name)} | style
-        ax.plot(factor[SPEED] / rpm, factor, **options)
+        ax.plot(factor[SPEED] / rpm, factor, **merged(style, color=colour, label=str(name)))
     if iso is not None:
         over_speed = iso.dims == (SPEED,)
         require(over_speed, f"iso must be over speed, got {iso.dims}; give fem.iso6336.dynamic_factor several speeds")
         ax.plot(iso[SPEED] / rpm, iso, "--", color="k", linewidth=1.2, label="ISO 6336-1, method B")
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="dynamic factor $K_v$")
     ax.set_ylim(bottom=1, auto=True)
-    ax.legend(**LEGEND)
-    ax.grid(alpha=0.3)
+    legend(ax)
     return ax
 
 
 @checked
+@styled
 def plot_dynamic_stress(data: xr.Dataset, ax: Axes | None = None, *, name: str = "root_stress", **style) -> Axes:
     """Stress of pinion and wheel, or a contact pressure, over speed or time.
 
@@ -70,18 +66,16 @@ def plot_dynamic_stress(data: xr.Dataset, ax: Axes | None = None, *, name: str =
     abscissa = data[axis].values / (rpm if axis == SPEED else 1.0)
     curves = {str(g): stress.sel({GEAR: g}) for g in stress[GEAR].values} if GEAR in stress.dims else {"": stress}
     for (label, curve), colour in zip(curves.items(), DISTINCT, strict=False):
-        options: dict[str, Any] = {"color": colour, "linewidth": 1.4, "label": label or None} | style
-        ax.plot(abscissa, curve.values / MPa, **options)
+        ax.plot(abscissa, curve.values / MPa, **merged(style, color=colour, label=label or None))
     words = "speed of the driving shaft [rpm]" if axis == SPEED else "time [s]"
     ax.set(xlabel=words, ylabel=f"{LABELS[name]} [MPa]")
     ax.set_ylim(bottom=0, auto=True)
-    if len(curves) > 1:
-        ax.legend(**LEGEND)
-    ax.grid(alpha=0.3)
+    legend(ax)
     return ax
 
 
 @checked
+@styled
 def plot_load_factors(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     """Line load across the face width, a colour per torque, with the load factors in the legend; dashed: its mean.
 
@@ -91,14 +85,13 @@ def plot_load_factors(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes
     names = {"line_load", "K_H_beta", "K_H_alpha"}
     require(names <= set(data), "data must have load factors; pass what fem.load_factors returns")
     ax, axial = axes_or_new(ax), data["axial_position"].values / mm
-    for k, colour in enumerate(colormaps["viridis"](np.linspace(0, 0.85, data["torque"].size))):
+    for k, colour in enumerate(graded(data["torque"].values)):
         row = data.isel(torque=k)
         load, factors = row["line_load"].values * mm, (float(row["K_H_beta"]), float(row["K_H_alpha"]))
         label = f"{float(row['torque']):.4g} N m: $K_{{H\\beta}}$ {factors[0]:.3g}, $K_{{H\\alpha}}$ {factors[1]:.3g}"
-        ax.plot(axial, load, **{"color": colour, "linewidth": 1.6, "label": label} | style)
+        ax.plot(axial, load, **merged(style, color=colour, label=label))
         ax.axhline(load.mean(), color=colour, linewidth=0.8, linestyle="--")
     ax.set(xlabel="axial position [mm]", ylabel="line load of all tooth pairs [N/mm]", xlim=(axial[0], axial[-1]))
     ax.set_ylim(bottom=0, auto=True)
-    ax.legend(**LEGEND)
-    ax.grid(alpha=0.3)
+    legend(ax)
     return ax

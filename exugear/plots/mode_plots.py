@@ -8,8 +8,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
-from exugear.plots.figures import DISTINCT, axes_or_new
-from fem.support.arguments import checked
+from exugear.plots.figures import DISTINCT, axes_or_new, legend, merged, styled
+from fem.support.arguments import Finite, checked
 from fem.support.validation import require
 from fem.units import mm, rpm
 
@@ -34,19 +34,21 @@ STYLES: dict[str, dict[str, Any]] = {
 
 
 @checked
-def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARKED) -> Axes:
+@styled
+def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARKED, **style) -> Axes:
     """Natural frequencies over the speed of the driving shaft, with mesh orders (dashed) and shaft orders (dotted).
 
     data     of `exugear.campbell`
     marked   least share of a mode's strain energy in the mesh of an order at whose crossing a circle stands; its area
              grows with the share
+    style    of the lines of the modes: matplotlib's color, linewidth, …
     """
     require("crossing_speed" in data, "data must be that of exugear.campbell(...)")
     require(0 <= marked <= 1, f"marked must lie in [0, 1], a share of the strain energy, got {marked}")
     ax = axes_or_new(ax)
     speed, highest = data["speed"].values, float(data["order_ratio"].max() * data["speed"].max()) / (2 * pi)
     top = min(1.05 * float(data["frequency"].max()), ROOM * highest)
-    ax.plot(speed / rpm, data["frequency"].values.T, color=MODE, linewidth=1.1)
+    ax.plot(speed / rpm, data["frequency"].values.T, **merged(style, color=MODE, linewidth=1.1))
     _draw_orders(ax, data, top)
     met = data.where(data["crossing_energy_share"] >= marked, drop=True) if data.sizes["crossing"] else data
     sizes = 160 * met["crossing_energy_share"]
@@ -55,8 +57,7 @@ def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARK
     )
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="natural frequency [Hz]")
     ax.set(xlim=(speed[0] / rpm, speed[-1] / rpm), ylim=(0, top))
-    ax.grid(alpha=0.3)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize="small")
+    legend(ax, loc="lower left", bbox_to_anchor=(0.0, 1.05), ncols=2)
     return ax
 
 
@@ -82,11 +83,14 @@ def _draw_orders(ax: Axes, data: xr.Dataset, top: float) -> None:
 
 
 @checked
-def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1) -> Axes:
+@styled
+def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1, angle: Finite = 0.0, **style) -> Axes:
     """A mode: of a gearbox with its shafts side by side, axes upright; of a hand-built system seen along z.
 
     data   of `exugear.modes`
     mode   its number, 1 for the lowest frequency
+    angle  of the vibration [rad]: 0 and pi show the largest displacements of a mode without gyroscopic terms
+    style  of the lines of displaced shafts or spokes: matplotlib's linewidth, alpha, …
 
     Of a gearbox, lines show the displacement of a shaft's axis along x and y, both to the right; arrows at the gears
     that along the axis; arrows to the right their rotation times the reference radius, that of a rotor behind a
@@ -101,23 +105,36 @@ def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1) -> Axes:
     ax, chosen = axes_or_new(ax), data.sel(mode=mode)
     ax.set_aspect("equal")
     ax.set_title(_title(chosen), fontsize="medium")
-    return _draw_shafts(ax, chosen) if "part_shaft" in kinds else _draw_bodies(ax, chosen)
+    ax.grid(False)
+    draw = _draw_shafts if "part_shaft" in kinds else _draw_bodies
+    draw(ax, chosen, angle, style)
+    return ax
 
 
-def _draw_shafts(ax: Axes, data: xr.Dataset) -> Axes:
-    """A mode of a gearbox."""
-    shafts = [_shaft(data, name) for name in dict.fromkeys(data["part_shaft"].values.tolist())]
+def _draw_shafts(ax: Axes, data: xr.Dataset, angle: float, style: dict[str, Any]) -> None:
+    """A mode of a gearbox at an angle of the vibration."""
+    shafts, extremes = _shafts(_at_angle(data, angle)), _shafts(data) + _shafts(_at_angle(data, pi / 2))
     radius = max(shaft.radius for shaft in shafts)
-    scale = LARGEST * radius / max(*(shaft.largest for shaft in shafts), np.finfo(float).tiny)
+    scale = LARGEST * radius / max(*(shaft.largest for shaft in extremes), np.finfo(float).tiny)
     positions = 2.3 * radius * np.arange(len(shafts)) / mm
     for shaft, position in zip(shafts, positions, strict=True):
-        _draw_shaft(ax, shaft, position, scale)
-    for label, style in STYLES.items():
-        ax.plot([], [], label=label, **style)
+        _draw_shaft(ax, shaft, position, scale, style)
+    for label, line in STYLES.items():
+        ax.plot([], [], label=label, **line)
     ax.set_ylabel("z [mm]")
     ax.set_xticks(positions, [shaft.name for shaft in shafts])
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4, frameon=False, fontsize="small")
-    return ax
+    legend(ax, loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=4)
+
+
+def _at_angle(data: xr.Dataset, angle: float) -> xr.Dataset:
+    """A mode with its shape at an angle of the vibration [rad]: the real part of shape exp(i angle)."""
+    imaginary = data.get("shape_imaginary", 0.0)
+    return data.assign(shape=np.cos(angle) * data["shape"] - np.sin(angle) * imaginary)
+
+
+def _shafts(data: xr.Dataset) -> list["Shaft"]:
+    """All shafts of a mode."""
+    return [_shaft(data, name) for name in dict.fromkeys(data["part_shaft"].values.tolist())]
 
 
 class Shaft(NamedTuple):
@@ -173,7 +190,7 @@ def _shaft(data: xr.Dataset, name: str) -> Shaft:
     return Shaft(name, gears, [axial for axial, *_ in bearings], float(shape["shaft_centre"]), shape.values, spin)
 
 
-def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float) -> None:
+def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float, style: dict[str, Any]) -> None:
     """A shaft at a position [mm] in the picture, its displacements enlarged by a scale."""
     ax.plot([position, position], shaft.ends / mm, color=AT_REST, linewidth=2.0)
     for axial, radius, width in shaft.gears:
@@ -188,7 +205,7 @@ def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float) -> None:
         _draw_arrow(ax, ROTATION, (position, axial), (scale * radius * shaft.rotor, 0.0))
     ax.plot([position] * len(shaft.bearings), np.array(shaft.bearings) / mm, "^", color=MODE, markersize=5)
     for label, row in zip(("along x", "along y"), shaft.displacement(shaft.ends), strict=True):
-        ax.plot(position + scale * row / mm, shaft.ends / mm, **STYLES[label])
+        ax.plot(position + scale * row / mm, shaft.ends / mm, **merged(style, **STYLES[label]))
 
 
 def _draw_box(ax: Axes, position: float, axial: float, width: float, radius: float) -> None:
@@ -234,24 +251,24 @@ def _bodies(data: xr.Dataset) -> list[Body]:
     return bodies
 
 
-def _draw_bodies(ax: Axes, data: xr.Dataset) -> Axes:
-    """A mode of a hand-built system, seen along z."""
-    bodies = _bodies(data)
+def _draw_bodies(ax: Axes, data: xr.Dataset, angle: float, style: dict[str, Any]) -> None:
+    """A mode of a hand-built system at an angle of the vibration, seen along z."""
+    bodies, extremes = _bodies(_at_angle(data, angle)), _bodies(data) + _bodies(_at_angle(data, pi / 2))
     smallest = min(body.radius for body in bodies if body.radius > 0)
-    scale = LARGEST * smallest / max(*(body.largest for body in bodies), np.finfo(float).tiny)
+    scale = LARGEST * smallest / max(*(body.largest for body in extremes), np.finfo(float).tiny)
     for number, body in enumerate(bodies):
-        colour, style = DISTINCT[number % len(DISTINCT)], "-" if body.radius else ":"
+        colour, dash = DISTINCT[number % len(DISTINCT)], "-" if body.radius else ":"
         for factor, outline in ((0.0, AT_REST), (scale, colour)):
-            x, y, angle = body.x + factor * body.u, body.y + factor * body.v, factor * body.spin
+            x, y, turn = body.x + factor * body.u, body.y + factor * body.v, factor * body.spin
+            line = merged(style, linewidth=1.4, color=outline)
             ax.add_patch(Circle((x / mm, y / mm), body.radius / mm, fill=False, linewidth=1.4, color=outline))
-            rim = x + (body.radius or smallest) * np.cos(angle), y + (body.radius or smallest) * np.sin(angle)
-            ax.plot([x / mm, rim[0] / mm], [y / mm, rim[1] / mm], style, linewidth=1.4, color=outline)
+            rim = x + (body.radius or smallest) * np.cos(turn), y + (body.radius or smallest) * np.sin(turn)
+            ax.plot([x / mm, rim[0] / mm], [y / mm, rim[1] / mm], dash, **line)
         _draw_arrow(ax, colour, (body.x / mm, body.y), (scale * body.u, scale * body.v))
         ax.plot([], [], color=colour, label=body.name)
     ax.autoscale_view()
     ax.set(xlabel="x [mm]", ylabel="y [mm]")
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize="small")
-    return ax
+    legend(ax)
 
 
 def _title(data: xr.Dataset) -> str:

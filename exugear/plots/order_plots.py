@@ -1,28 +1,188 @@
-"""Plots of orders: amplitude of a signal over speed and mesh order."""
+"""Plots of signals over speed: order maps, order cuts, spectrograms, cascades, levels."""
+
+from itertools import cycle, product
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 
 from exugear.integration.run_data import stage_data
-from exugear.plots.figures import axes_or_new, title_of
+from exugear.plots.figures import DISTINCT, axes_or_new, colour_bar, legend, merged, styled, title_of
 from exugear.signals.spectrum import order_spectrum
 from fem.support.arguments import Finite, checked
+from fem.support.validation import require
 from fem.units import rpm, um
 
-__all__ = ["plot_waterfall"]
+__all__ = [
+    "plot_cascade",
+    "plot_levels",
+    "plot_order_cuts",
+    "plot_order_map",
+    "plot_spectrogram",
+    "plot_waterfall",
+]
 
-#: Length of a line of an order map [mesh cycles], and its largest share of the run.
+#: Length of a line of an order map of the DTE [mesh cycles], and its largest share of the run.
 CYCLES, SHARE = 400, 1 / 20
+#: Units in which plots show values: factor and name.
+SHOWN = {"m": (1 / um, "µm"), "m/s^2": (1.0, "m/s²"), "1": (1.0, "")}
+#: Colours of an amplitude, from white.
+COLOURS = "magma_r"
 
 
 @checked
+@styled
+def plot_order_map(orders: xr.Dataset, ax: Axes | None = None, *, decibels: Finite = 60.0, **style) -> Axes:
+    """Order map: amplitude over speed, or time where the speed is not monotonic, and order.
+
+    orders      of one channel, as `exugear.order_tracking` returns it
+    decibels    range of amplitudes shown, down from the highest one
+    style       of matplotlib's pcolormesh
+    """
+    return _map(_channel("orders", orders, "order"), "order of the shaft", ax, decibels, style)
+
+
+@checked
+@styled
+def plot_spectrogram(spectra: xr.Dataset, ax: Axes | None = None, *, decibels: Finite = 60.0, **style) -> Axes:
+    """Spectrogram or waterfall in colours: amplitude over time or speed, and frequency.
+
+    spectra     of one channel, as `exugear.spectrogram` or `exugear.waterfall` returns it
+    decibels    range of amplitudes shown, down from the highest one
+    style       of matplotlib's pcolormesh
+    """
+    return _map(_channel("spectra", spectra, "frequency"), "frequency [Hz]", ax, decibels, style)
+
+
+def _map(amplitude: xr.DataArray, label: str, ax: Axes | None, decibels: float, style: dict[str, Any]) -> Axes:
+    """Amplitude (line, axis) in decibels over time or speed, and over the axis with its label."""
+    ax, axis = axes_or_new(ax), amplitude.dims[-1]
+    name, abscissa = _abscissa(amplitude, by_time=axis == "frequency")
+    factor, unit, words = _shown(amplitude)
+    ordinate, values = _visible(amplitude[axis].values, amplitude.values * factor)
+    level = 20 * np.log10(np.maximum(values, 1e-30))
+    options = {"vmin": level.max() - decibels, "vmax": level.max(), "cmap": COLOURS, "rasterized": True}
+    picture = ax.pcolormesh(abscissa, ordinate, level.T, **options | style)
+    colour_bar(ax, picture, f"{words} [dB re {f'1 {unit}'.strip()}]")
+    ax.set(xlabel=name, ylabel=label)
+    return ax
+
+
+def _channel(name: str, data: xr.Dataset, axis: str) -> xr.DataArray:
+    """The amplitude of one channel over (line, axis); ValueError for several channels or other data."""
+    amplitude = data.get("amplitude", xr.DataArray(0.0))
+    over = [dim for dim in ("time", "speed") if dim in amplitude.dims]
+    fits = axis in amplitude.dims and len(over) == 1 and "speed" in amplitude.coords
+    functions = "exugear's order_tracking, order_cut, spectrogram or waterfall"
+    require(fits, f"{name} must hold an amplitude over time or speed and {axis}; pass what {functions} returned")
+    further = [str(dim) for dim in amplitude.dims if dim not in (*over, axis)]
+    require(not further, f"{name} must hold one channel; select one by .sel, or sum over {further} by exugear.rms_sum")
+    return amplitude.transpose(*over, axis)
+
+
+def _shown(amplitude: xr.DataArray) -> tuple[float, str, str]:
+    """Factor to the unit in which an amplitude is shown, the unit, and words for the amplitude."""
+    units = amplitude.attrs.get("units", "1")
+    return *SHOWN.get(units, (1.0, units)), amplitude.attrs.get("long_name", "amplitude")
+
+
+def _abscissa(amplitude: xr.DataArray, *, by_time: bool = False) -> tuple[str, np.ndarray]:
+    """Label and values of the speed [rpm], or of the time where it is asked for or the speed is not monotonic."""
+    steps = np.diff(amplitude["speed"].values)
+    if "time" in amplitude.dims and (by_time or not ((steps > 0).all() or (steps < 0).all())):
+        return "time [s]", amplitude["time"].values
+    return "speed of the shaft [rpm]", amplitude["speed"].values / rpm
+
+
+@checked
+@styled
+def plot_order_cuts(cuts: xr.Dataset, ax: Axes | None = None, *, decibels: Finite | None = None, **style) -> Axes:
+    """Amplitudes of orders over speed, a curve per order.
+
+    cuts        of one channel, as `exugear.order_cut` returns it
+    decibels    range of a logarithmic axis, down from the highest amplitude; by default the axis is linear
+    style       of matplotlib's plot
+    """
+    amplitude, ax = _channel("cuts", cuts, "order"), axes_or_new(ax)
+    label, abscissa = _abscissa(amplitude)
+    factor, unit, words = _shown(amplitude)
+    styles = cycle(product(("-", "--", ":"), DISTINCT))
+    for order, row, (line, colour) in zip(amplitude["order"].values, amplitude.values.T, styles, strict=False):
+        ax.plot(abscissa, row * factor, **merged(style, linestyle=line, color=colour, label=f"order {order:.6g}"))
+    ax.set(xlabel=label, ylabel=f"{words} [{unit or '-'}]")
+    if decibels is None:
+        ax.set_ylim(bottom=0, auto=True)
+    else:
+        top = float(amplitude.max()) * factor
+        ax.set(yscale="log", ylim=(top * 10 ** (-decibels / 20), 1.5 * top))
+    legend(ax)
+    return ax
+
+
+@checked
+@styled
+def plot_cascade(spectra: xr.Dataset, ax: Axes | None = None, *, height: Finite = 8.0, **style) -> Axes:
+    """Waterfall as a cascade: spectra over frequency, one above the other at their speeds.
+
+    spectra    of one channel, as `exugear.waterfall` returns it
+    height     of the largest amplitude in distances of two spectra
+    style      of matplotlib's plot
+    """
+    amplitude, ax = _channel("spectra", spectra, "frequency"), axes_or_new(ax)
+    speed = amplitude["speed"].values / rpm
+    rise = height * np.ptp(speed) / max(speed.size - 1, 1) / (float(amplitude.max()) or 1.0)
+    for k in np.argsort(speed)[::-1]:
+        line = speed[k] + rise * amplitude.values[k]
+        depth = 2 + 1e-3 * (speed.max() - speed[k]) / (np.ptp(speed) or 1.0)
+        ax.fill_between(amplitude["frequency"], speed[k], line, color="white", zorder=4 - depth)
+        ax.plot(amplitude["frequency"], line, **merged(style, color=DISTINCT[0], linewidth=0.6, zorder=4 - depth))
+    factor, unit, words = _shown(amplitude)
+    ax.set_title(f"{words}, highest amplitude {float(amplitude.max()) * factor:.3g} {unit}")
+    ax.set(xlabel="frequency [Hz]", ylabel="speed of the shaft [rpm]", xlim=(0, float(amplitude["frequency"][-1])))
+    return ax
+
+
+@checked
+@styled
+def plot_levels(levels: xr.DataArray, ax: Axes | None = None, **style) -> Axes:
+    """Levels over speed, or over time where the speed is not monotonic, a curve per channel.
+
+    levels    (..., time) or (..., speed) with the coordinate speed, as `exugear.level` returns them
+    style     of matplotlib's plot
+    """
+    ax = axes_or_new(ax)
+    over = [dim for dim in ("time", "speed") if dim in levels.dims]
+    fits = len(over) == 1 and "speed" in levels.coords
+    require(fits, f"levels must be over time or speed, with the coordinate speed; got the dimensions {levels.dims}")
+    label, abscissa = _abscissa(levels)
+    channels = [str(dim) for dim in levels.dims if dim != over[0]]
+    rows = levels.transpose(*channels, ...).values.reshape(-1, levels.sizes[over[0]])
+    names = product(*(_labels(levels, dim) for dim in channels))
+    styles = cycle(product(("-", "--", ":"), DISTINCT))
+    for name, row, (line, colour) in zip(names, rows, styles, strict=False):
+        ax.plot(abscissa, row, **merged(style, linestyle=line, color=colour, label=", ".join(name)))
+    ax.set(xlabel=label, ylabel=f"{levels.attrs.get('long_name', 'level')} [dB]")
+    legend(ax)
+    return ax
+
+
+def _labels(levels: xr.DataArray, dim: str) -> list[str]:
+    """Words for the channels along a dimension: names as they are, numbers behind the name of the dimension."""
+    labels = levels[dim].values.tolist()
+    return [label if isinstance(label, str) else f"{dim} {label:.6g}" for label in labels]
+
+
+@checked
+@styled
 def plot_waterfall(
-    run, ax: Axes | None = None, stage: int = 0, harmonics: Finite = 3.2, decibels: Finite = 60.0
+    run, ax: Axes | None = None, stage: int = 0, harmonics: Finite = 3.2, decibels: Finite = 60.0, **style
 ) -> Axes:
     """Order map of the DTE of one stage: amplitude over speed and mesh order.
 
     harmonics   highest mesh order shown
     decibels    range of amplitudes shown, down from the highest one
+    style       of matplotlib's pcolormesh
 
     Lines that cross the orders obliquely are harmonics that the steps of the run alias; a smaller `tolerance` of
     `exugear.run_up` removes them.
@@ -35,9 +195,9 @@ def plot_waterfall(
     orders, amplitude = _visible(spectrum.order, spectrum.amplitude)
     level = 20 * np.log10(np.maximum(amplitude / um, 1e-9))
     top = level.max()
-    limits = {"vmin": top - decibels, "vmax": top}
-    picture = ax.pcolormesh(shaft / rpm, orders, level.T, cmap="magma_r", rasterized=True, **limits)
-    ax.figure.colorbar(picture, ax=ax, label="DTE amplitude [dB re 1 µm]")
+    options = {"vmin": top - decibels, "vmax": top, "cmap": COLOURS, "rasterized": True} | style
+    picture = ax.pcolormesh(shaft / rpm, orders, level.T, **options)
+    colour_bar(ax, picture, "DTE amplitude [dB re 1 µm]")
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="mesh order")
     ax.set_title(f"order map, {title_of(data)}")
     return ax

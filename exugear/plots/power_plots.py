@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from exugear.energy.energy_balance import LOSSES
 from exugear.integration.run_data import stage_data
-from exugear.plots.figures import DISTINCT, axes_or_new
+from exugear.plots.figures import DISTINCT, axes_or_new, colour_bar, legend, styled
 from fem.support.arguments import checked
 from fem.support.validation import require
 from fem.units import rpm
@@ -37,6 +37,7 @@ KINDS = {
 
 
 @checked
+@styled
 def plot_efficiency(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     """Contours of the efficiency over speed and load; dots mark the solved points, crosses those that stopped.
 
@@ -59,7 +60,7 @@ def plot_efficiency(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     x, y = (grid.T for grid in np.meshgrid(speeds, loads))
     ax.plot(x[solved], y[solved], "k.", markersize=3, clip_on=False)
     ax.plot(x[~solved], y[~solved], "kx", markersize=5, clip_on=False)
-    ax.figure.colorbar(filled, ax=ax, label="efficiency [%]", format="%g", ticks=filled.levels)
+    colour_bar(ax, filled, "efficiency [%]", format="%g", ticks=filled.levels)
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="load on the driven shaft [N m]")
     return ax
 
@@ -84,10 +85,12 @@ def _levels(values: np.ndarray) -> np.ndarray:
 
 
 @checked
-def plot_power(run, ax: Axes | None = None) -> Axes:
+@styled
+def plot_power(run, ax: Axes | None = None, **style) -> Axes:
     """Losses of a run by kind, stacked: over the speed where it only rises or only falls, else over time.
 
     run     an `exugear.Run` with power=True, or its data
+    style   of matplotlib's stackplot: colors, alpha, …
 
     The losses are means over equal parts of the run, 300 at most, each of about a mesh cycle or more unless the run is
     shorter than 16 cycles. Raises ValueError for a run without powers.
@@ -102,19 +105,17 @@ def plot_power(run, ax: Axes | None = None) -> Axes:
     abscissa = means["speed"].values / rpm if over_speed else means["time"].values
     kinds = {name.removesuffix("_loss"): _total(means[name]) for name in LOSSES if name in means}
     colours = dict(zip(KINDS, DISTINCT, strict=True))
-    ax.stackplot(
-        abscissa,
-        *kinds.values(),
-        labels=[KINDS[kind] for kind in kinds],
-        colors=[colours[kind] for kind in kinds],
-        linewidth=0,
-    )
+    stack: dict[str, Any] = {
+        "labels": [KINDS[kind] for kind in kinds],
+        "colors": [colours[kind] for kind in kinds],
+        "linewidth": 0,
+    }
+    ax.stackplot(abscissa, *kinds.values(), **stack | style)
     words = "speed of the driving shaft [rpm]" if over_speed else "time [s]"
     ax.set(xlabel=words, ylabel="dissipated power [W]", xlim=(abscissa.min(), abscissa.max()))
     ax.set_ylim(bottom=0, auto=True)
     handles, labels = ax.get_legend_handles_labels()
-    ax.legend(handles[::-1], labels[::-1], frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    ax.grid(alpha=0.3)
+    legend(ax, handles=handles[::-1], labels=labels[::-1])
     return ax
 
 

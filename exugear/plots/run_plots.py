@@ -1,69 +1,159 @@
-"""Plots of runs: DTE with its envelope, envelopes of several runs, bearing forces."""
+"""Plots of runs: DTE with its envelope, envelopes of several runs, mesh forces, forces and orbits of bearings."""
 
 from collections.abc import Mapping
 from itertools import cycle
 from typing import Any
 
 import numpy as np
+import scipy
+import xarray as xr
 from matplotlib.axes import Axes
 
 from exugear.integration.run_data import stage_data
-from exugear.plots.figures import axes_or_new, title_of
-from exugear.signals.spectrum import Envelope, Resonances, bearing_force_rms, dte_envelope
+from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, legend, merged, styled, title_of
+from exugear.signals.spectrum import Envelope, Resonances, bearing_force_rms, dte_envelope, envelope
 from fem.support.arguments import checked
+from fem.support.validation import require
 from fem.units import rpm, um
 
-__all__ = ["plot_bearing_forces", "plot_envelopes", "plot_run_up"]
+__all__ = ["plot_bearing_forces", "plot_envelopes", "plot_mesh_force", "plot_orbit", "plot_run_up"]
 
-TRACE, EDGE, MARK = "#9ecae1", "#08519c", "#cb181d"
+EDGE, MARK = DISTINCT[0], DISTINCT[3]
+#: Line styles that show curves one over the other.
+DASHES = "-", "--", ":"
+#: Mesh cycles up to which a force is a curve over time, beyond which it is a band; number of windows of the band.
+SHOWN_CYCLES, WINDOWS = 60, 280
 
 
 @checked
-def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances | None = None) -> Axes:
+@styled
+def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances | None = None, **style) -> Axes:
     """Dynamic transmission error of one stage over its mesh frequency, with its envelope.
 
     run     an `exugear.Run` or its data, as in all plots of runs
     found   `Resonances` to be marked, as `exugear.resonances` finds them in the envelope
+    style   of the lines of the envelope, as in all plots: matplotlib's color, linewidth, linestyle, label, …
     """
     ax, data = axes_or_new(ax), stage_data(run, stage)
     outline = dte_envelope(run, stage)
-    ax.fill_between(outline.place, outline.low / um, outline.high / um, color=TRACE, linewidth=0)
-    for side in (outline.high, outline.low):
-        ax.plot(outline.place, side / um, color=EDGE, linewidth=1.2)
+    _band(ax, outline.place, outline.low / um, outline.high / um, style)
     if found is not None:
         _mark(ax, outline, found)
     ends = outline.place.min(), outline.place.max()
     ax.set(xlabel="mesh frequency [Hz]", ylabel="dynamic transmission error [µm]", title=title_of(data))
     ax.set_xlim(*ends if ends[0] < ends[1] else (None, None))
-    ax.grid(alpha=0.3)
+    legend(ax)
     return ax
 
 
 @checked
-def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int = 0) -> Axes:
+@styled
+def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int = 0, **style) -> Axes:
     """Half peak to peak of the DTE of several runs over mesh frequency; runs: name -> `exugear.Run` or its data."""
     ax = axes_or_new(ax)
-    for (name, run), style in zip(runs.items(), cycle(("-", "--", ":")), strict=False):
+    for (name, run), colour, dash in zip(runs.items(), cycle(DISTINCT), cycle(DASHES), strict=False):
         outline = dte_envelope(run, stage)
-        ax.plot(outline.place, outline.amplitude / um, style, linewidth=1.4, label=name)
+        options = merged(style, color=colour, linestyle=dash, label=name)
+        ax.plot(outline.place, outline.amplitude / um, **options)
     ax.set(xlabel="mesh frequency [Hz]", ylabel="half peak to peak of the DTE [µm]")
     ax.set_ylim(bottom=0, auto=True)
-    ax.legend()
-    ax.grid(alpha=0.3)
+    legend(ax)
     return ax
 
 
 @checked
-def plot_bearing_forces(run, ax: Axes | None = None) -> Axes:
+@styled
+def plot_mesh_force(
+    run, ax: Axes | None = None, stage: int = 0, window: tuple[float, float] | None = None, **style
+) -> Axes:
+    """Mesh force of one stage over time with the static force of its mean, and 0, where the teeth part.
+
+    window  start and end [s]; by default the whole run. Over more than 60 mesh cycles a band shows the limits of the
+            force in each of 280 parts of the window
+    """
+    ax, data = axes_or_new(ax), in_window(stage_data(run, stage), window)
+    time, force = data["time"].values, data["mesh_force"].values
+    cycles = scipy.integrate.cumulative_trapezoid(data["mesh_frequency"].values, time, initial=0)
+    if cycles[-1] <= SHOWN_CYCLES:
+        ax.plot(time, force, **merged(style, color=EDGE))
+    else:
+        limits = envelope(time, force, min(WINDOWS, time.size // 2), cycles=cycles)
+        _band(ax, limits.place, limits.low, limits.high, style)
+    ax.axhline(force.mean(), color=GUIDE, linewidth=0.9, linestyle="--", label="mean")
+    ax.axhline(0.0, color=GUIDE, linewidth=0.9)
+    ax.set(xlabel="time [s]", ylabel="mesh force [N]", title=title_of(data), xlim=(time[0], time[-1]))
+    legend(ax)
+    return ax
+
+
+@checked
+@styled
+def plot_bearing_forces(run, ax: Axes | None = None, **style) -> Axes:
     """Root mean square of the varying part of each bearing's radial force over the speed of the driving shaft."""
     ax, forces = axes_or_new(ax), bearing_force_rms(run)
-    for name, row in zip(forces["bearing"].values, forces.values, strict=True):
-        ax.plot(forces["speed"] / rpm, row, linewidth=1.2, label=str(name))
+    lines = zip(forces["bearing"].values, forces.values, cycle(DISTINCT), cycle(DASHES), strict=False)
+    for name, row, colour, dash in lines:
+        ax.plot(forces["speed"] / rpm, row, **merged(style, color=colour, linestyle=dash, label=str(name)))
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="rms of the varying radial force [N]")
     ax.set_ylim(bottom=0, auto=True)
-    ax.legend(frameon=False, fontsize="small")
-    ax.grid(alpha=0.3)
+    legend(ax)
     return ax
+
+
+@checked
+@styled
+def plot_orbit(
+    run, ax: Axes | None = None, bearing: str | None = None, window: tuple[float, float] | None = None, **style
+) -> Axes:
+    """Orbit of the radial force of a bearing on its shaft, y over x; a cross marks its mean.
+
+    bearing     name in run.data["bearing"]; by default the first
+    window      start and end [s]; by default the last turn of the driving shaft
+
+    Raises ValueError for runs without bearings, unknown bearings and windows outside the run.
+    """
+    data = stage_data(run)
+    require(
+        "bearing_force" in data, "run must have bearings, whose forces it records; the shafts of this run only spin"
+    )
+    names = data["bearing"].values.tolist()
+    name = names[0] if bearing is None else bearing
+    require(name in names, f"bearing must be one of {names}, got {bearing!r}")
+    ax, data = axes_or_new(ax), in_window(data, _last_turn(data) if window is None else window)
+    x, y = data["bearing_force"].sel(bearing=name, direction=["x", "y"]).transpose("direction", "time").values
+    ax.plot(x, y, **merged(style, color=EDGE, linewidth=1.0, label=name))
+    ax.plot(x.mean(), y.mean(), "+", color=MARK, markersize=11, markeredgewidth=1.6, label="mean")
+    ax.set(xlabel="force along x [N]", ylabel="force along y [N]")
+    ax.set_aspect("equal", adjustable="datalim")
+    legend(ax)
+    return ax
+
+
+def in_window(data: xr.Dataset, window: tuple[float, float] | None) -> xr.Dataset:
+    """The samples of a window of time [s]; ValueError for windows with fewer than two."""
+    time = data["time"].values
+    if window is None:
+        return data
+    inside = (time >= window[0]) & (time <= window[1])
+    span = f"window must be start and end within {time[0]:.6g} to {time[-1]:.6g} s, with two samples at least"
+    require(int(inside.sum()) >= 2, f"{span}, got {window}")
+    return data.isel(time=inside)
+
+
+def _last_turn(data: xr.Dataset) -> tuple[float, float]:
+    """Start and end [s] of the last turn of the driving shaft, or of the whole run where it is shorter."""
+    time = data["time"].values
+    angle = scipy.integrate.cumulative_trapezoid(np.abs(data["speed"].values), time, initial=0)
+    first = np.searchsorted(angle, angle[-1] - 2 * np.pi)
+    return float(time[min(first, time.size - 2)]), float(time[-1])
+
+
+def _band(ax: Axes, abscissa: np.ndarray, low: np.ndarray, high: np.ndarray, style: dict[str, Any]) -> None:
+    """Band between the limits of a signal, the upper line labelled."""
+    line = merged(style, color=EDGE, linewidth=1.2)
+    ax.fill_between(abscissa, low, high, color=line["color"], alpha=0.3, linewidth=0)
+    ax.plot(abscissa, high, **line)
+    ax.plot(abscissa, low, **line | {"label": None})
 
 
 def _mark(ax: Axes, outline: Envelope, resonances: Resonances) -> None:

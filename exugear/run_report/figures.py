@@ -1,6 +1,7 @@
 """Figures of a report: the plots of a run as SVG texts."""
 
 from base64 import b64encode
+from collections.abc import Mapping
 from io import BytesIO
 
 import xarray as xr
@@ -10,28 +11,39 @@ from matplotlib.figure import Figure as Drawing
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.plots.figures import figure
 from exugear.plots.load_plots import plot_dynamic_factor
+from exugear.plots.mode_plots import plot_campbell
 from exugear.plots.order_plots import plot_waterfall
 from exugear.plots.power_plots import plot_power
 from exugear.plots.run_plots import plot_bearing_forces, plot_run_up
-from exugear.run_report.results import is_sweep, peaks
+from exugear.run_report.results import is_sweep, marked
 from exugear.run_report.sections import Figure
+from exugear.signals.resonances import Resonances
 
 #: Resolution of the parts of a figure that are images [1/inch]: order maps.
 RESOLUTION = 160
 
 
-def run_figures(data: xr.Dataset) -> list[Figure]:
-    """Figures of a run: DTE and order map of each stage of a sweep, dynamic factors, bearing forces, losses."""
+def run_figures(data: xr.Dataset, resonances: Mapping[str, xr.Dataset]) -> list[Figure]:
+    """DTE with its resonances by stage, order maps, dynamic factors and bearing forces of a sweep; losses of a run."""
     figures = []
     if is_sweep(data):
         for number, stage in enumerate(data["stage"].values.tolist()):
-            figures += [_run_up(data, number, stage), _orders(data, number, stage)]
+            peaks = marked(resonances[stage]) if stage in resonances else None
+            figures += [_run_up(data, number, stage, peaks), _orders(data, number, stage)]
         figures.append(_factors(data))
         if "bearing_force" in data:
             figures.append(_bearings(data))
     if "mesh_loss" in data:
         figures.append(_power(data))
     return figures
+
+
+def campbell_figure(diagram: xr.Dataset) -> Figure:
+    """Campbell diagram of the loaded gearbox."""
+    drawing = _wide()
+    plot_campbell(diagram, drawing.axes[0])
+    text = "circles mark crossings with strain energy in the mesh of the order"
+    return embedded(drawing, f"Natural frequencies over the speed of the driving shaft, mesh and shaft orders; {text}.")
 
 
 def embedded(drawing: Drawing, caption: str) -> Figure:
@@ -49,9 +61,9 @@ def _wide() -> Drawing:
     return drawing
 
 
-def _run_up(data: xr.Dataset, number: int, stage: str) -> Figure:
+def _run_up(data: xr.Dataset, number: int, stage: str, peaks: Resonances | None) -> Figure:
     drawing = _wide()
-    plot_run_up(data, drawing.axes[0], number, found=peaks(data, number)[1])
+    plot_run_up(data, drawing.axes[0], number, found=peaks)
     text = "its envelope in windows of whole mesh cycles, resonances marked"
     return embedded(drawing, f"Dynamic transmission error of {stage} over its mesh frequency: {text}.")
 

@@ -2,14 +2,19 @@
 
 from pathlib import Path
 
+import xarray as xr
+
 from exugear.integration.run_data import stage_data
 from exugear.run_report.assumptions import assumptions, errors, versions
 from exugear.run_report.document import page, printed
 from exugear.run_report.figures import run_figures
 from exugear.run_report.inputs import inputs, speed_range
-from exugear.run_report.results import extremes, factor_table, is_sweep, resonance_table, summary
-from exugear.run_report.sections import Section
+from exugear.run_report.results import extremes, factor_table, harmonics_as_text, is_sweep, resonances_as_text, summary
+from exugear.run_report.sections import Section, Table
+from exugear.run_report.vibration import vibration
+from exugear.signals.resonance_table import resonance_table
 from exugear.simulation.run import Run
+from exugear.system.model import Model
 from fem.support.arguments import FilePath, checked
 from fem.support.cache import complete_file
 from fem.support.validation import require
@@ -18,22 +23,23 @@ __all__ = ["report"]
 
 
 @checked
-def report(run: Run, path: FilePath, *, title: str = "Gear dynamics report") -> list[Path]:
+def report(run: Run, path: FilePath, *, model: Model | None = None, title: str = "Gear dynamics report") -> list[Path]:
     """Write the report of a run: one HTML page with all figures inside, and a PDF beside it where a browser is found.
 
     run     an `exugear.Run`
     path    of the page, ending in .html; the PDF has the same name
+    model   `exugear.Model` of the run: the report then has its vibration modes and its Campbell diagram too
     title   heading of the report
 
     Returns the files written, each complete. The page holds a summary, figures, tables of resonances, the inputs as
     data sheets, assumptions, the plan, error estimates and versions. Where the browser fails to print, a warning says
-    so. Raises ValueError for other suffixes.
+    so. Raises ValueError for other suffixes, and with a model for runs without a constant load on the driven shaft.
     """
     stage_data(run)
     html = Path(path)
     require(html.suffix == ".html", f"path must end in .html, got {html.name}; the PDF is written beside it")
     with complete_file(html) as file:
-        file.write(page(title, _subtitle(run), _sections(run)).encode())
+        file.write(page(title, _subtitle(run), _sections(run, model)).encode())
     pdf = html.with_suffix(".pdf")
     return [html, pdf] if printed(html, pdf) else [html]
 
@@ -43,11 +49,12 @@ def _subtitle(run: Run) -> str:
     return f"{run.data.attrs['title']} of {stages}, {speed_range(run.data)}"
 
 
-def _sections(run: Run) -> list[Section]:
+def _sections(run: Run, model: Model | None) -> list[Section]:
     """Sections of the report in the order of the page."""
     data = run.data
     return [
         _results(run),
+        *([vibration(model, data)] if model else []),
         inputs(data),
         assumptions(data),
         errors(data, run.wall_time),
@@ -57,7 +64,22 @@ def _sections(run: Run) -> list[Section]:
 
 def _results(run: Run) -> Section:
     data = run.data
-    resonances = [resonance_table(data, number) for number in range(data["stage"].size)] if is_sweep(data) else []
-    factors = [factor_table(data)] if is_sweep(data) else []
-    tables = [table for table in (*resonances, *factors, extremes(data)) if table.rows]
-    return Section("Results", summary(data), tuple(tables), tuple(run_figures(data)))
+    if not is_sweep(data):
+        return Section("Results", summary(data), (extremes(data),), tuple(run_figures(data, {})))
+    resonances, orders, missing = _orders(data)
+    tables = [resonances_as_text(data, stage, table) for stage, table in resonances.items()]
+    tables += [*orders, factor_table(data), extremes(data)]
+    figures = run_figures(data, resonances)
+    return Section("Results", (*summary(data), *missing), tuple(t for t in tables if t.rows), tuple(figures))
+
+
+def _orders(data: xr.Dataset) -> tuple[dict[str, xr.Dataset], list[Table], list[str]]:
+    """Resonances by stage, tables of mesh harmonics, and the reason for each stage whose run is too short for them."""
+    resonances, harmonics, missing = {}, [], []
+    for number, stage in enumerate(data["stage"].values.tolist()):
+        try:
+            harmonics.append(harmonics_as_text(data, number))
+            resonances[stage] = resonance_table(data, number)
+        except ValueError as error:
+            missing.append(f"{stage}: resonances and mesh harmonics are not listed, as {error}.")
+    return resonances, harmonics, missing

@@ -1,17 +1,25 @@
 """Results of a run in sentences and tables: summary, resonances of each stage, range of the signals."""
 
+from math import pi
+
 import numpy as np
 import xarray as xr
 
 from exugear.load_factors.dynamic_factor import dynamic_factor
+from exugear.recordings.mesh_orders import mesh_orders
+from exugear.recordings.signal import signal
 from exugear.run_report.sections import Table
-from exugear.signals.envelope import Envelope
-from exugear.signals.resonances import Resonances, resonances
+from exugear.signals.order_cut import order_cut
+from exugear.signals.resonances import Resonances
 from exugear.signals.run_envelopes import dte_envelope
 from fem.units import rpm, um
 
 #: Least change of the speed over its largest value by which a run is a sweep, whose envelope shows resonances.
 SWEEP = 0.05
+#: Columns of a table of resonances.
+NUMBERS = "mesh_frequency", "amplitude", "harmonic", "harmonic_amplitude", "response_frequency"
+#: Number of mesh harmonics listed.
+HARMONICS = 5
 
 
 def is_sweep(data: xr.Dataset) -> bool:
@@ -48,26 +56,42 @@ def _contact(data: xr.Dataset, number: int, stage: str) -> str:
     return f"{stage}: {largest}; {lost}."
 
 
-def peaks(data: xr.Dataset, stage: int) -> tuple[Envelope, Resonances]:
-    """Envelope of the DTE of a stage over the mesh frequency, and its peaks."""
-    outline = dte_envelope(data, stage)
-    return outline, resonances(outline.place, outline.amplitude)
+def marked(table: xr.Dataset) -> Resonances:
+    """The resonances of a table as marks in a plot."""
+    return Resonances(table["mesh_frequency"].values, table["amplitude"].values)
 
 
-def resonance_table(data: xr.Dataset, stage: int) -> Table:
-    """Peaks of the DTE of a stage: mesh frequency, speed of the driving shaft, amplitude, share of the largest peak."""
-    name = str(data["stage"].values[stage])
-    _, found_peaks = peaks(data, stage)
-    frequency = data["mesh_frequency"].isel(stage=stage).values
+def resonances_as_text(data: xr.Dataset, stage: str, table: xr.Dataset) -> Table:
+    """Resonances of a stage with the mesh harmonic that excites each of them."""
+    number = data["stage"].values.tolist().index(stage)
+    frequency = data["mesh_frequency"].isel(stage=number).values
     speed_per_frequency = np.abs(data["speed"].values).max() / frequency.max()
     rows = []
-    if found_peaks.place.size:
-        main = found_peaks.place[found_peaks.height.argmax()]
-        for place, height in zip(*found_peaks, strict=True):
-            speed = place * speed_per_frequency / rpm
-            rows.append((f"{place:.1f}", f"{speed:.0f}", f"{height / um:.3g}", f"{place / main:.3f}"))
-    columns = ("mesh frequency [Hz]", "driving shaft [rpm]", "half peak to peak [µm]", "over the main resonance")
-    return Table(f"Resonances of {name} in the DTE", columns, tuple(rows))
+    for peak in range(table.sizes["peak"]):
+        f, height, harmonic, amplitude, response = (float(table[name][peak]) for name in NUMBERS)
+        exciting = str(table["exciting_stage"][peak].item())
+        speed = f * speed_per_frequency / rpm
+        line = f"{harmonic:.0f} of {exciting} ({amplitude / um:.3g} µm)"
+        rows.append((f"{f:.1f}", f"{speed:.0f}", f"{height / um:.3g}", line, f"{response:.1f}"))
+    columns = ("mesh frequency [Hz]", "driving shaft [rpm]", "half peak to peak [µm]")
+    return Table(
+        f"Resonances of {stage} in the DTE", (*columns, "excited by mesh harmonic", "vibrates at [Hz]"), tuple(rows)
+    )
+
+
+def harmonics_as_text(data: xr.Dataset, number: int) -> Table:
+    """Largest amplitude of each mesh harmonic in the DTE of a stage along a run, and the speed at which it occurs."""
+    dte, orders = signal(data, "dte", stage=number), mesh_orders(data, number, harmonics=HARMONICS)
+    amplitude = order_cut(dte, orders)["amplitude"]
+    rows = []
+    for harmonic, cut in enumerate(amplitude.transpose("order", ...), start=1):
+        if bool(cut.notnull().any()):
+            peak = cut.isel(time=cut.argmax(...)["time"])
+            frequency = float(peak["speed"]) * float(dte["mesh_order"]) / (2 * pi)
+            places = f"{float(peak['speed']) / rpm:.0f}", f"{frequency:.1f}"
+            rows.append((str(harmonic), f"{float(peak) / um:.3g}", *places))
+    columns = ("mesh harmonic", "largest amplitude [µm]", "driving shaft [rpm]", "mesh frequency [Hz]")
+    return Table(f"Mesh harmonics of {data['stage'].values[number]} in the DTE", columns, tuple(rows))
 
 
 def factor_table(data: xr.Dataset) -> Table:

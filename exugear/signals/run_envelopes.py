@@ -12,14 +12,15 @@ from fem.support.validation import require
 
 @checked
 def dte_envelope(run, stage: int = 0, windows: int = 280) -> Envelope:
-    """Envelope of the DTE of a stage [m] over its mesh frequency [Hz]; each window holds a whole mesh cycle.
+    """Envelope of the DTE of a stage [m] over its mesh frequency [Hz]; each window holds a whole cycle of every mesh.
 
     run         an `exugear.Run` or its data
     windows     number of windows of equal length, joined where the gears turn too slowly for a mesh cycle
     """
     data = stage_data(run, stage)
     time, frequency = data["time"].values, data["mesh_frequency"].values
-    cycles = scipy.integrate.cumulative_trapezoid(frequency, time, initial=0)
+    every_mesh = (run if isinstance(run, xr.Dataset) else run.data)["mesh_frequency"]
+    cycles = scipy.integrate.cumulative_trapezoid(every_mesh.min("stage").values, time, initial=0)
     return envelope(frequency, data["dte"].values, min(windows, time.size // 2), cycles=cycles)
 
 

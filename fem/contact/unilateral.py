@@ -73,13 +73,11 @@ def unilateral_contact(solve: Callable, compiled: Callable = lambda function: fu
 
     @compiled
     def equilibrium(problem, active, exchanges=EXCHANGES):
-        state = solve(problem, active)
-        for _ in range(1, exchanges):
+        for _ in range(exchanges):
+            state = solve(problem, active)
             if state.converged and _is_admissible(state):
                 return state
-            state = solve(problem, _touching(state))
-        if state.converged and _is_admissible(state):
-            return state
+            active = _touching(state)
         return joined_one_by_one(problem, state.force)
 
     return equilibrium

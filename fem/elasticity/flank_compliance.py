@@ -25,10 +25,9 @@ from fem.elasticity.mesh_density import Density
 from fem.elasticity.pitch_condensation import Prism, flank_displacements
 from fem.gear.gear import Gear
 from fem.support.blas_threads import one_thread, side_by_side
-from fem.support.cache import Arrays, cached, known
+from fem.support.cache import Arrays, cached, known, source_stamp
 from fem.support.progress import announced, bar
 from fem.support.representation import exact
-from fem.support.source_stamp import source_stamp
 
 #: Parts of the section that bend, and how much finer they are in the section from which the bending is corrected.
 BENDING_PARTS, FINER = ("tooth", "fillet", "rim", "body"), 2

@@ -223,10 +223,8 @@ def _across_face(row, table, axial, tooth):
 
 @unchecked
 def _along_profile(row, table, r_b, roll, axial):
-    """Material removed [m] by a row that changes along the profile, at a roll length on the flank."""
+    """Material removed [m] by a row that changes along the profile, other than a relief, at a roll length."""
     formula, numbers = row.formula, row.numbers
-    if formula == PROFILE_RELIEF:
-        return numbers[0] * _power((roll - numbers[1]) / numbers[2], numbers[3])
     if formula == PROFILE_CROWNING:
         return numbers[0] * ((roll - numbers[1]) / numbers[2]) ** 2
     if formula == EDGE_BREAK:
@@ -247,6 +245,8 @@ def add_removed(rows, table, extent, role, factor, n, roll, shift, axial, tooth,
     for row in rows:
         if row.role == role and row.formula == USERS:
             _add_users(row.first, extent, factor, n, roll, shift, axial, tooth, removed)
+        elif row.role == role and row.formula == PROFILE_RELIEF:
+            _add_relief(row.numbers, (low, high), factor, n, roll, shift, removed)
         elif row.role == role and row.formula <= GRID:
             for i in range(n):
                 on_flank = min(max(roll[i] + shift, low), high)
@@ -256,6 +256,15 @@ def add_removed(rows, table, extent, role, factor, n, roll, shift, axial, tooth,
     if constant != 0:
         for i in range(n):
             removed[i] += constant
+
+
+@unchecked
+def _add_relief(numbers, limits, factor, n, roll, shift, removed):
+    """Add the material [m] of a profile relief as `add_removed`; limits: roll lengths at root form and tip circle."""
+    (low, high), amount, begin, length, power = limits, numbers[0], numbers[1], numbers[2], numbers[3]
+    for i in range(n):
+        on_flank = min(max(roll[i] + shift, low), high)
+        removed[i] += factor * (amount * _power((on_flank - begin) / length, power))
 
 
 @unchecked

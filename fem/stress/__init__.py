@@ -1,4 +1,4 @@
-"""Stress fields of loaded gears; root stress and load factors over the mesh cycle."""
+"""Stress fields of loaded gears; root stress, load distribution and load factors over the mesh cycle."""
 
 import lazy_loader
 

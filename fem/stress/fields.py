@@ -105,7 +105,7 @@ def plane_fields(
     for loads, placed in zip(flank_loads(contact, state), placements(contact.position, state.te), strict=True):
         lines = [line for load in loads if (line := load.section(axial - placed.centre[2])).force.any()]
         section = gear_elasticity.section_refined_at(placed.gear, with_loaded_teeth(density, loads), lines, 1 / refine)
-        fields.append(_field(gear_elasticity.plane_gear(placed.gear, section), lines, placed, state.te))
+        fields.append(field_of(gear_elasticity.plane_gear(placed.gear, section), lines, placed, state.te))
     return fields[0], fields[1]
 
 
@@ -130,7 +130,7 @@ def solid_fields(
     fields = []
     for loads, placed in zip(flank_loads(contact, state), placements(contact.position, state.te), strict=True):
         elastic = gear_elasticity.solid_gear(placed.gear, with_loaded_teeth(density, loads))
-        fields.append(_field(elastic, loads, placed, state.te))
+        fields.append(field_of(elastic, loads, placed, state.te))
     return fields[0], fields[1]
 
 
@@ -143,7 +143,7 @@ def _solved_contact(
     return contact, contact.state(torque / pair.pinion.r_b, misalignment)
 
 
-def _field(elastic: ElasticGear, loads: list[FlankLoad], placed: Placement, te: float) -> Field:
+def field_of(elastic: ElasticGear, loads: list[FlankLoad], placed: Placement, te: float) -> Field:
     """Solution of a gear under loads, turned and moved to its placement."""
     mesh, dim, section = elastic.mesh, elastic.dim, elastic.section.mesh
     u = elastic.displacement(gear_elasticity.nodal_forces(elastic, loads))

@@ -1,8 +1,8 @@
 """Compilation by numba: `compiled` functions are called by kernels; `kept` functions, by Python, are cached on disk."""
 
 import gc
-from collections.abc import Callable
-from contextlib import ExitStack
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from time import perf_counter
 from typing import Any
@@ -11,45 +11,56 @@ from numba import njit
 from numba.core import event
 from numba.extending import register_jitable
 
+from fem.support.cache import source_stamp
+from fem.support.call_tree import callee, whole_call_tree
 from fem.support.progress import announced
-from fem.support.source_stamp import source_stamp
 
-compiled = njit
+compiled = callee
 #: Decorator of functions that both Python and compiled code call.
 compiled_or_not: Any = register_jitable
 #: Functions that `kept` has compiled, or will compile.
 KEPT: set[Callable] = set()
 
 
-class Announcer(event.Listener):
-    """Announces compilation, which takes long in total, though each function takes a second.
+class Compilation(event.Listener):
+    """What surrounds the compilation of `kept` functions: it is announced, as it takes long in total.
 
     Meanwhile Python collects no garbage, which would take a fifth of the time.
     """
 
     def __init__(self):
-        self.depth, self.spent, self.line = 0, 0.0, ExitStack()
-        self.collects = False
+        self.depth, self.spent, self.began, self.scope = 0, 0.0, 0.0, ExitStack()
 
     def on_start(self, event) -> None:
         if event.data["dispatcher"].py_func in KEPT:
             self.depth += 1
             if self.depth == 1:
-                self.began, self.collects = perf_counter(), gc.isenabled()
-                gc.disable()
-                self.line.enter_context(announced("compiling the contact", before=self.spent, once=True))
+                self.began = perf_counter()
+                self.scope.enter_context(announced("compiling the contact", before=self.spent, once=True))
+                self.scope.enter_context(_without_collection())
+                self.scope.enter_context(whole_call_tree())
 
     def on_end(self, event) -> None:
         if event.data["dispatcher"].py_func in KEPT:
             self.depth -= 1
             if self.depth == 0:
+                self.scope.close()
                 self.spent += perf_counter() - self.began
-                self.line.close()
-                if self.collects:
-                    gc.enable()
 
 
-event.register("numba:compile", Announcer())
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """Context in which Python collects no garbage."""
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
+
+
+event.register("numba:compile", Compilation())
 
 
 def kept(function, **options):
@@ -73,5 +84,5 @@ def kept(function, **options):
 #: `kept` with sums in any order.
 fast = partial(kept, fastmath=True)
 #: `compiled` and `kept` where a division by 0 gives infinity, as in numpy: the checks would double the code.
-unchecked: Any = partial(njit, error_model="numpy")
+unchecked: Any = partial(callee, error_model="numpy")
 kept_unchecked: Any = partial(kept, error_model="numpy")

@@ -4,10 +4,14 @@ Without --benchmark-enable every one runs once. Times mean little on a busy mach
 one factorization of the gear, Exudyn's step with a spring or with bearings of its own.
 """
 
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
 import exudyn as exu
 import numpy as np
 import pytest
 from benchmark_growth import exudyn_spring
+from benchmark_states import KINDS, MODES, PHASES, pair_of_kind
 from scenes import INERTIA, smooth_box
 
 import exugear
@@ -56,6 +60,19 @@ def test_states_in_slice_mode(benchmark, paper_pair):
     assert ste["te"].size == 8 * 30 * 5 * 5 * 3
 
 
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("kind", KINDS)
+def test_state_of_a_map(benchmark, kind, mode):
+    """A whole map with the compliances in the cache; its time over its states stands in the extra information."""
+    pair, (torque, resolution) = pair_of_kind(*KINDS[kind]), MODES[mode]
+    options = {"resolution": resolution, "progress": False}
+    calls = {"rounds": 3, "warmup_rounds": 1}
+    ste = benchmark.pedantic(fem.static_transmission_error, (pair, torque, PHASES), options, **calls)
+    if benchmark.stats:
+        benchmark.extra_info["ms a state"] = benchmark.stats["median"] / ste["te"].size * 1e3
+    assert (ste["te"] > 0).all()
+
+
 def test_spring_of_exudyn(benchmark):
     """Yardstick of the run-ups: as many steps of two masses, one of them driven, on a spring that is built in."""
     _container, mbs = exudyn_spring(INERTIA)
@@ -95,9 +112,25 @@ def test_run_up(benchmark, scene):
 
     def windows(step: float) -> np.ndarray:
         run = exugear.run_up(exugear.build(box, plan=plan), step=step, **conditions)
+        benchmark.extra_info.setdefault("iterations a step", run.data.attrs["newton_iterations"])
         return np.array([part.std() for part in np.array_split(run.data["dte"].values[0], 10)])
 
     rough = benchmark.pedantic(windows, (STEP,), rounds=3, warmup_rounds=1)
     error = np.abs(rough / windows(STEP / 4) - 1).max()
     benchmark.extra_info["error of the rms"] = error
     assert error < 1e-3
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+@pytest.mark.parametrize("scene", ["spin", "planar"])
+def test_run_up_in_parts(benchmark, scene, processes):
+    """70 s on one and on two processes; on two, the largest difference of the states at the seams."""
+    model = exugear.build(smooth_box() if scene == "spin" else smooth_box(parts=bearings()))
+    options = {"speed": (0, 3500 * rpm), "duration": 70.0, "load": 150.0, "progress": False}
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        options |= {"executor": pool} if processes > 1 else {}
+        run = benchmark.pedantic(exugear.run_up, (model,), options, rounds=1, warmup_rounds=1)
+    if processes > 1:
+        benchmark.extra_info["seam error"] = error = float(run.data["seam_error"].max())
+        assert error < 1e-6
+    assert np.isfinite(run.data["dte"]).all()

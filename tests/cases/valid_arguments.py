@@ -63,6 +63,16 @@ def run_on_bearings() -> exugear.Run:
     return exugear.run_up(model, speed=(50.0, 60.0), load=100.0, duration=0.02, progress=False, checks=0)
 
 
+@cache
+def loads_over_flanks() -> xr.Dataset:
+    """A uniform load of the paper's pair over two phases, pairs and parts of the face."""
+    over, values = ("torque", "phase", "pair", "axial_position"), np.ones((1, 2, 2, 2))
+    path = np.linspace(-6 * mm, 6 * mm, 4).reshape(2, 2)[..., None] + np.zeros(2)
+    variables = {"line_load": (over, values), "pressure": (over, values), "path": (over[1:], path.transpose(1, 0, 2))}
+    axes = {"torque": [100.0], "phase": [0.0, 0.5], "pair": [-1, 0], "axial_position": [-6 * mm, 6 * mm]}
+    return xr.Dataset(variables, axes, fem.ste_map(paper_pair(), [0, 1.0], [0.0], np.zeros((2, 1))).attrs)
+
+
 def two_bodies() -> tuple[Any, Any, list]:
     """A hand-built system with the paper's pair in contact: container, mbs, its bodies and contact."""
     container = exu.SystemContainer()
@@ -145,7 +155,8 @@ def by_name() -> dict[str, Any]:
         "peaks": exugear.spectrum.Resonances(LINE[1:3], LINE[1:3]), "divisors": (2, 1), "within": 0.1,
         "drives": {"fast": 50.0}, "loads": {"slow": 100.0}, "start_speed": None, "initial": None,
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
-        "speeds": [50.0, 60.0], "drive": "held", "mode": 1, "marked": 0.1,
+        "speeds": [50.0, 60.0], "stations": 10, "bearing": "a", "frames": 4, "fps": 10.0,
+        "drive": "held", "mode": 1, "marked": 0.1, "angle": 0.0,
     }  # fmt: skip
     points = ("speed", "load"), np.array([[0.98, 0.99], [0.97, 0.98]])
     efficiency = xr.Dataset(
@@ -181,12 +192,37 @@ def by_name() -> dict[str, Any]:
         "plot_bearing_forces.run": run_on_bearings(), "bearing_force_rms.run": run_on_bearings(),
         "steady_states.harmonics": 2, "plot_branches.quantity": "rms", "plot_branches.harmonic": None,
         "plot_branches.data": exugear.steady_states(made["Model"], (50.0, 60.0), 100.0),
+        "plot_orbit.run": run_on_bearings(), "plot_orbit.bearing": "fast at 0 mm", "plot_orbit.window": (0.0, 0.02),
+        "plot_mesh_force.window": (0.0, 0.05),
+        "plot_te_harmonics.harmonics": 2, "te_harmonics.harmonics": 2, "animate_pair.path": folder / "pair.gif",
+        "plot_contact_pattern.data": loads_over_flanks(), "plot_load_distribution.data": loads_over_flanks(),
+        "plot_contact_pattern.name": "pressure", "plot_load_distribution.name": "pressure",
         "modes.speed": 10.0, "campbell.harmonics": 2,
-        "plot_modes.data": exugear.modes(made["Model"], load=100.0),
+        "plot_modes.data": exugear.modes(made["Model"], load=100.0), "animate_mode.path": folder / "mode.gif",
+        "animate_mode.data": exugear.modes(made["Model"], load=100.0),
         "plot_campbell.data": exugear.campbell(made["Model"], 100.0, (0.0, 60.0)),
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
-    return plain | special
+    return plain | special | of_signals(folder)
+
+
+def of_signals(folder: Path) -> dict[str, Any]:
+    """Arguments of functions of signals, and of their plots."""
+    time = np.linspace(0, 1, 2001)
+    signal = exugear.recorded_signal(time, 2 * np.pi * (10 + 10 * time), np.sin(2 * np.pi * 100 * time), units="N")
+    functions = ("over_angle", "order_tracking", "order_cut", "spectrogram", "waterfall", "write_sound")
+    signals = {f"{name}.signal": signal for name in functions}
+    cuts, spectra = exugear.order_cut(signal, [3, 5]), exugear.waterfall(signal, lines=5, resolution=20.0)
+    return signals | {
+        "signal.name": "dte", "recorded_signal.speed": TURNS, "values": LINE, "units": "N", "long_name": "force",
+        "stored": np.stack([LINE, LINE], axis=1), "component": 0, "order_cut.orders": [3.0, 5.0], "side_bands": 1,
+        "mesh_orders.harmonics": 2, "resonance_table.harmonics": 3, "spectrogram.resolution": 20.0,
+        "waterfall.resolution": 20.0, "window": "hann", "lines": 5, "rms": [1.0, 2.0], "reference": 1e-6,
+        "channels": cuts["amplitude"], "over": ["order"], "write_sound.path": folder / "sound.wav", "rate": 8000,
+        "full_scale": 2.0, "plot_order_map.orders": exugear.order_tracking(signal, orders=5.0), "cuts": cuts,
+        "spectra": spectra, "levels": exugear.level(cuts["amplitude"]), "plot_cascade.height": 5.0,
+        "plot_order_cuts.ax": Figure().add_subplot(),
+    }  # fmt: skip
 
 
 def valid(path: str, name: str) -> Any:

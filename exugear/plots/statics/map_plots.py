@@ -1,25 +1,32 @@
-"""Plots of STE maps: transmission error and mesh stiffness over the mesh cycle."""
+"""Plots of STE maps: transmission error, its harmonics, mesh stiffness and load sharing."""
+
+from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 
-from exugear.plots.figures import axes_or_new
-from fem.ste.ste_map import PHASE, TORQUE, over_torque_and_phase, over_torque_and_pitches, pair_of
+from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, graded, legend, merged, styled
+from fem.pair.pair import GearPair
+from fem.ste.ste_map import LOAD_SHARE, PHASE, TORQUE, over_torque_and_phase, over_torque_and_pitches, pair_of
+from fem.ste.te_harmonics import te_harmonics
 from fem.support.arguments import checked
 from fem.support.validation import require
-from fem.units import um
+from fem.units import mm, um
 
-__all__ = ["plot_ste", "plot_stiffness"]
+__all__ = ["plot_load_sharing", "plot_ste", "plot_stiffness", "plot_te_harmonics"]
 
 
 @checked
-def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float | None = None, alternating: bool = False) -> Axes:
+@styled
+def plot_ste(
+    ste: xr.Dataset, ax: Axes | None = None, pitches: float | None = None, alternating: bool = False, **style
+) -> Axes:
     """Transmission error over some pitches, a curve per torque.
 
     pitches         number of pitches shown: by default two, or all pitches of a map over several
     alternating     subtract the mean over the mesh cycle; the rest excites vibrations
+    style           of the lines, as in all plots: matplotlib's color, linewidth, linestyle, label, …
     """
     ax = axes_or_new(ax)
     mapped = int(ste.attrs.get("pitches", 1))
@@ -31,12 +38,12 @@ def plot_ste(ste: xr.Dataset, ax: Axes | None = None, pitches: float | None = No
     phase, torque = te[PHASE].values, te[TORQUE].values
     at = (phase + repeats[:, None]).ravel()
     curves = te.values - _cycle_mean(phase, te.values, mapped) if alternating else te.values
-    for row, load, colour in zip(curves, torque, _colours(torque), strict=True):
-        ax.plot(at, np.tile(row, repeats.size) / um, color=colour, label=f"{load:.4g} N m", marker=".", markersize=3)
+    for row, load, colour in zip(curves, torque, graded(torque), strict=True):
+        line = merged(style, color=colour, label=f"{load:.4g} N m", marker=".", markersize=3)
+        ax.plot(at, np.tile(row, repeats.size) / um, **line)
     name = "alternating part of the STE [µm]" if alternating else "static transmission error [µm]"
     ax.set(xlabel="phase of the mesh cycle [pitches]", ylabel=name, xlim=(0, shown))
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-    ax.grid(alpha=0.3)
+    legend(ax)
     return ax
 
 
@@ -47,20 +54,74 @@ def _cycle_mean(phase: np.ndarray, te: np.ndarray, pitches: int) -> np.ndarray:
 
 
 @checked
-def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None) -> Axes:
+@styled
+def plot_te_harmonics(ste: xr.Dataset, ax: Axes | None = None, harmonics: int = 5, **style) -> Axes:
+    """Amplitudes of the mesh harmonics of the transmission error over torque; bars where the map has a single torque.
+
+    harmonics   number of harmonics shown
+    """
+    ax, te = axes_or_new(ax), over_torque_and_pitches(ste)
+    amplitudes = te_harmonics(ste, harmonics)["amplitude"].transpose("harmonic", TORQUE) / um
+    torque, orders = te[TORQUE].values, amplitudes["harmonic"].values
+    if torque.size == 1:
+        bars: dict[str, Any] = {"color": DISTINCT[0], "width": 0.6, "label": f"{torque[0]:.4g} N m"} | style
+        ax.bar(orders, amplitudes.values[:, 0], **bars)
+        ax.set(xlabel="mesh order", xticks=orders)
+    else:
+        for order, row, colour in zip(orders, amplitudes.values, graded(orders), strict=True):
+            ax.plot(torque, row, **merged(style, color=colour, label=f"mesh order {order}", marker="o", markersize=3))
+        ax.set(xlabel="pinion torque [N m]", xlim=(torque[0], torque[-1]))
+    ax.set(ylabel="amplitude of the STE [µm]", ylim=(0, None))
+    legend(ax)
+    return ax
+
+
+@checked
+@styled
+def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     """Secant mesh stiffness F / STE over the phase, a curve per torque above 0."""
     ax = axes_or_new(ax)
     r_b = pair_of(ste).pinion.r_b
     loaded = ste.sel({TORQUE: ste[TORQUE] > 0})
     torque = loaded[TORQUE].values
-    for row, load, colour in zip(over_torque_and_phase(loaded).values, torque, _colours(torque), strict=True):
+    for row, load, colour in zip(over_torque_and_phase(loaded).values, torque, graded(torque), strict=True):
         at, te = np.append(loaded[PHASE], 1 + loaded[PHASE][0]), np.append(row, row[0])
-        ax.plot(at, load / r_b / te * um, color=colour, label=f"{load:.4g} N m")
-    ax.set(xlabel="phase of the mesh cycle [pitches]", ylabel="mesh stiffness F / STE [N/µm]")
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-    ax.grid(alpha=0.3)
+        ax.plot(at, load / r_b / te * um, **merged(style, color=colour, label=f"{load:.4g} N m"))
+    ax.set(xlabel="phase of the mesh cycle [pitches]", ylabel="mesh stiffness F / STE [N/µm]", xlim=(0, 1))
+    legend(ax)
     return ax
 
 
-def _colours(torque: np.ndarray) -> np.ndarray:
-    return colormaps["viridis"](np.linspace(0, 0.85, torque.size))
+@checked
+@styled
+def plot_load_sharing(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
+    """Share of the load on one tooth pair while it passes the path of contact, a curve per torque above 0.
+
+    ste     map with load shares, as `fem.static_transmission_error` returns it
+
+    Letters mark the path of contact of spur pairs: A begin, E end, B to D single contact, C pitch point.
+    """
+    require(LOAD_SHARE in ste, "ste must have load shares; make the map with fem.static_transmission_error")
+    ax, pair, further = axes_or_new(ax), pair_of(ste), set(ste[LOAD_SHARE].dims) - {TORQUE, PHASE, "pair"}
+    require(not further, f"ste also has the axes {sorted(map(str, further))}; select one value of each: ste.sel(...)")
+    share = ste[LOAD_SHARE].sel({TORQUE: ste[TORQUE] > 0}).transpose(TORQUE, "pair", PHASE)
+    position = (ste["pair"].values[:, None] + ste[PHASE].values).ravel() * pair.p_bt / mm
+    torque = share[TORQUE].values
+    for row, load, colour in zip(share.values, torque, graded(torque), strict=True):
+        ax.plot(position, row.ravel(), **merged(style, color=colour, label=f"{load:.4g} N m"))
+    ax.set(xlabel="path of contact from the pitch point [mm]", ylabel="share of the load")
+    ax.set(xlim=(position[0], position[-1]), ylim=(0, 1.02))
+    if pair.beta_b == 0:
+        _mark_path(ax, pair)
+    legend(ax)
+    return ax
+
+
+def _mark_path(ax: Axes, pair: GearPair) -> None:
+    """Mark the points A to E of the path of contact by lines and by letters above the axes."""
+    path = pair.path_of_contact
+    start, end = path.start - path.pitch, path.end - path.pitch
+    points = {"A": start, "B": end - pair.p_bt, "C": 0.0, "D": start + pair.p_bt, "E": end}
+    for letter, position in points.items():
+        ax.axvline(position / mm, color=GUIDE, linewidth=0.8, linestyle=":")
+        ax.annotate(letter, (position / mm, 1.0), (0, 3), ("data", "axes fraction"), "offset points", ha="center")

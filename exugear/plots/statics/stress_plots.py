@@ -5,16 +5,16 @@ share its colour scale.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
+from matplotlib.collections import LineCollection, PolyCollection, TriMesh
 from matplotlib.colors import ListedColormap
 from matplotlib.tri import Triangulation
 
-from exugear.plots.figures import axes_or_new
+from exugear.plots.figures import DISTINCT, axes_or_new, colour_bar, graded, legend, merged, styled
 from fem.ste.ste_map import PHASE, TORQUE
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.validation import require
@@ -23,17 +23,21 @@ from fem.units import MPa, mm
 __all__ = ["plot_field", "plot_gears", "plot_outlines", "plot_peak_pressure", "plot_pressure", "plot_root_stress"]
 
 Body = Sequence[Numbers]
-STEEL, OUTLINE, MARK = "#dde3e9", "#30363c", "#cb181d"
+STEEL, OUTLINE, MARK = "#dde3e9", "#30363c", DISTINCT[3]
 
 
 @checked
-def plot_gears(bodies: Sequence[Body], touching: Sequence[Numbers] = (), ax: Axes | None = None) -> Axes:
-    """Gears with their meshes, without values; touching: points (2, n) [m] of each contact, to be marked."""
+@styled
+def plot_gears(bodies: Sequence[Body], touching: Sequence[Numbers] = (), ax: Axes | None = None, **style) -> Axes:
+    """Gears with their meshes, without values; touching: points (2, n) [m] of each contact, to be marked.
+
+    style   of the lines of the meshes: matplotlib's color, linewidth, alpha, …
+    """
     ax = axes_or_new(ax)
     for points, cells, *_ in bodies:
         mesh = _triangulation(points, cells)
         ax.tripcolor(mesh, np.zeros(mesh.x.size), cmap=ListedColormap([STEEL]), rasterized=True)
-        ax.triplot(mesh, color=OUTLINE, linewidth=0.12, alpha=0.6)
+        ax.triplot(mesh, **merged(style, color=OUTLINE, linewidth=0.12, alpha=0.6))
     for points in touching:
         x, y = np.asarray(points).mean(axis=1) / mm
         ax.plot(x, y, "o", markersize=17, markerfacecolor="none", markeredgecolor=MARK, markeredgewidth=1.8)
@@ -41,43 +45,68 @@ def plot_gears(bodies: Sequence[Body], touching: Sequence[Numbers] = (), ax: Axe
 
 
 @checked
+@styled
 def plot_field(
-    bodies: Sequence[Body], label: str, ax: Axes | None = None, *, top: Finite | None = None, colours: str = "viridis"
+    bodies: Sequence[Body],
+    label: str,
+    ax: Axes | None = None,
+    *,
+    top: Finite | None = None,
+    colours: str = "viridis",
+    **style,
 ) -> Axes:
-    """Values of all bodies on a common scale from 0 to top, by default the largest value; label: of the colour bar."""
+    """Values of all bodies on a common scale from 0 to top, by default the largest value; label: of the colour bar.
+
+    style   of matplotlib's tripcolor: cmap, alpha, …
+    """
     ax = axes_or_new(ax)
     top = max(np.max(values) for *_, values in bodies) if top is None else top
-    for points, cells, values in bodies:
-        mesh = _triangulation(points, cells)
-        shown = ax.tripcolor(mesh, values, shading="gouraud", cmap=colours, vmin=0, vmax=top, rasterized=True)
-    ax.figure.colorbar(shown, ax=ax, label=label, shrink=0.9)
+    shown = draw_field(bodies, ax, {"cmap": colours, "vmin": 0, "vmax": top} | style)
+    colour_bar(ax, shown, label, shrink=0.9)
     return plot_outlines(bodies, ax)
 
 
+def draw_field(bodies: Sequence[Body], ax: Axes, style: dict[str, Any]) -> PolyCollection | TriMesh:
+    """Values of all bodies as colours; returns the picture of the last one."""
+    options: dict[str, Any] = {"shading": "gouraud", "rasterized": True} | style
+    for points, cells, values in bodies:
+        picture = ax.tripcolor(_triangulation(points, cells), values, **options)
+    return picture
+
+
 @checked
-def plot_outlines(bodies: Sequence[Body], ax: Axes | None = None, colour: str = OUTLINE, width: Finite = 0.8) -> Axes:
-    """Boundaries of the bodies; equal axes in millimetres."""
+@styled
+def plot_outlines(
+    bodies: Sequence[Body], ax: Axes | None = None, colour: str = OUTLINE, width: Finite = 0.8, **style
+) -> Axes:
+    """Boundaries of the bodies; equal axes in millimetres.
+
+    style   of the lines: matplotlib's linestyle, alpha, …
+    """
     ax = axes_or_new(ax)
     for points, cells, *_ in bodies:
         ends = (np.asarray(points) / mm)[:, _boundary(np.asarray(cells))]
-        ax.add_collection(LineCollection(list(ends.T), colors=colour, linewidths=width))
+        ax.add_collection(LineCollection(list(ends.T), **merged(style, LineCollection, color=colour, linewidth=width)))
     ax.set(aspect="equal", xlabel="x [mm]", ylabel="y [mm]")
+    ax.grid(False)
     return ax
 
 
 @checked
-def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root_stress") -> Axes:
+@styled
+def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root_stress", **style) -> Axes:
     """Root stress of pinion (full) and wheel (dashed) over the mesh cycle, a colour per torque above 0."""
     _check_map(data, name)
     ax = axes_or_new(ax)
     for gear, line in (("pinion", "-"), ("wheel", "--")):
-        _curves(ax, data[name].sel(gear=gear), line, f"{gear}, ")
+        _curves(ax, data[name].sel(gear=gear), f"{gear}, ", {"linestyle": line} | style)
     ax.set(ylabel="tooth root stress [MPa]")
     return ax
 
 
 @checked
-def plot_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
+@styled
+def plot_pressure(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     """Hertz's pressure on the flanks over the mesh cycle, a colour per torque above 0; thin where a tip edge touches.
 
     `plot_peak_pressure` shows the pressure at the edge itself.
@@ -85,18 +114,19 @@ def plot_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
     _check_map(data, "hertz_pressure", "tip_contact")
     ax = axes_or_new(ax)
     flanks = data["hertz_pressure"]
-    _curves(ax, flanks, "-", "", linewidth=0.8)
-    _curves(ax, flanks.where(data["tip_contact"] == 0), "-", None, linewidth=2.4)
-    ax.set(ylabel="contact pressure by Hertz [MPa]", title="thin: a tip edge touches")
+    _curves(ax, flanks, "", {"linewidth": 0.8} | style)
+    _curves(ax, flanks.where(data["tip_contact"] == 0), None, {"linewidth": 2.4} | style)
+    ax.set(ylabel="contact pressure by Hertz [MPa]", title="thin lines: a tip edge touches")
     return ax
 
 
 @checked
-def plot_peak_pressure(data: xr.Dataset, ax: Axes | None = None) -> Axes:
+@styled
+def plot_peak_pressure(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     """Largest contact pressure over the mesh cycle, on tip edges too, a colour per torque above 0."""
     _check_map(data, "peak_pressure")
     ax = axes_or_new(ax)
-    _curves(ax, data["peak_pressure"], "-", "")
+    _curves(ax, data["peak_pressure"], "", style)
     ax.set(ylabel="peak contact pressure [MPa]")
     return ax
 
@@ -106,16 +136,14 @@ def _check_map(data: xr.Dataset, *names: str) -> None:
     require(not missing, f"data must have {missing}; make them with fem.root_stress or fem.static_transmission_error")
 
 
-def _curves(ax: Axes, data: xr.DataArray, line: str, name: str | None, linewidth: float = 1.5) -> None:
+def _curves(ax: Axes, data: xr.DataArray, name: str | None, style: dict) -> None:
     data = data.sel({TORQUE: data[TORQUE] > 0}).transpose(TORQUE, PHASE)
     phase = np.append(data[PHASE], 1 + data[PHASE][0])
-    colours = colormaps["viridis"](np.linspace(0, 0.85, data[TORQUE].size))
-    for row, torque, colour in zip(data.values, data[TORQUE].values, colours, strict=True):
+    for row, torque, colour in zip(data.values, data[TORQUE].values, graded(data[TORQUE].values), strict=True):
         label = None if name is None else f"{name}{torque:.4g} N m"
-        ax.plot(phase, np.append(row, row[0]) / MPa, line, color=colour, linewidth=linewidth, label=label)
+        ax.plot(phase, np.append(row, row[0]) / MPa, **merged(style, color=colour) | {"label": label})
     ax.set(xlabel="phase of the mesh cycle [pitches]", xlim=(phase[0], phase[-1]), ylim=(0, None))
-    ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-    ax.grid(alpha=0.3)
+    legend(ax)
 
 
 def _triangulation(points, cells) -> Triangulation:

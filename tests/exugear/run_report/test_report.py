@@ -64,12 +64,11 @@ def test_the_page_is_well_formed_and_complete(written):
     assert {"57", "2.6 mm", "150 N m", exugear.__version__} <= set(page.texts["td"])
 
 
-def test_the_resonance_table_holds_the_peaks_of_the_envelope(swept, written):
-    outline = exugear.dte_envelope(swept)
-    peak = exugear.resonances(outline.place, outline.amplitude).place
+def test_the_resonance_table_holds_peaks_with_their_harmonics(swept, written):
+    table = exugear.resonance_table(swept)
     cells = Page(written[0].read_text(encoding="utf-8")).texts["td"]
-    assert all(f"{frequency:.1f}" in cells for frequency in peak)
-    assert peak.size > 0
+    assert all(f"{frequency:.1f}" in cells for frequency in table["mesh_frequency"].values)
+    assert 1 in table["harmonic"].values
 
 
 def test_the_summary_says_whether_teeth_part(swept):
@@ -84,6 +83,28 @@ def test_a_run_at_constant_speed_has_no_resonances(tmp_path):
     page = Page(exugear.report(run, tmp_path / "constant.html")[0].read_text(encoding="utf-8"))
     assert not [caption for caption in page.texts["caption"] if "Resonances" in caption]
     assert "1432.4 rpm" in page.texts["td"]
+
+
+def test_modes_and_crossings_of_the_model_are_those_of_the_campbell_diagram(swept, tmp_path, monkeypatch):
+    """Both figure and tables; without a constant load there are none."""
+    monkeypatch.setattr(document, "BROWSERS", ())
+    model = exugear.build(smooth_box(exugear.Bearing(radial=2e8, axial=1e8, tilt=1e6, damping=2e-5)))
+    page = Page(exugear.report(swept, tmp_path / "run.html", model=model)[0].read_text(encoding="utf-8"))
+    frequencies = exugear.modes(model, load=150.0)["frequency"].values
+    assert {f"{frequency:.1f}" for frequency in frequencies} <= set(page.texts["td"])
+    assert len(page.images) == 5
+    ramp = exugear.Run(swept.data.assign_attrs(load="(0.0, 100.0)"), 1.0, 1e-5)
+    with pytest.raises(ValueError, match="run must have a constant load for its vibration modes"):
+        exugear.report(ramp, tmp_path / "ramp.html", model=model)
+    assert not (tmp_path / "ramp.html").exists()
+
+
+def test_a_run_too_short_for_order_cuts_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(document, "BROWSERS", ())
+    run = exugear.run_up(exugear.build(smooth_box()), speed=(50.0, 60.0), duration=0.05, load=150.0, progress=False)
+    page = Page(exugear.report(run, tmp_path / "short.html")[0].read_text(encoding="utf-8"))
+    assert any("record longer" in item for item in page.texts["li"])
+    assert page.images
 
 
 def test_a_loaded_run_gives_the_same_report(swept, written, tmp_path, monkeypatch):

@@ -2,9 +2,11 @@
 
 import os
 import signal
+import tempfile
 import warnings
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
+from shutil import rmtree
 
 import exudyn.itemInterface as eii
 import numpy as np
@@ -36,6 +38,14 @@ class Inline(ThreadPoolExecutor):
         except BaseException as error:
             future.set_exception(error)
         return future
+
+
+class OnAnotherMachine(Inline):
+    """The same without the folder of the calling machine."""
+
+    def submit(self, function, *arguments) -> Future:
+        rmtree(arguments[0].folder, ignore_errors=True)
+        return super().submit(function, *arguments)
 
 
 def serial_and_parts(box: exugear.Gearbox, **changes) -> tuple[xr.Dataset, xr.Dataset]:
@@ -83,6 +93,15 @@ def lossy() -> exugear.Gearbox:
 @pytest.mark.parametrize("box", [smooth_box, lambda: smooth_box(BEARING), driven_through_couplings, two_stages, lossy])
 def test_parts_are_the_serial_run(box):
     assert_equal(*serial_and_parts(box()))
+
+
+@pytest.mark.parametrize("executor", [Inline, OnAnotherMachine])
+def test_samples_through_files_and_without_them_leave_nothing_behind(executor, monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    model = exugear.build(smooth_box(BEARING))
+    parts = exugear.run_up(model, **RUN, executor=executor()).data
+    assert not list(tmp_path.iterdir())
+    assert_equal(exugear.run_up(model, **RUN).data, parts)
 
 
 def test_powers_and_energies_are_those_of_the_serial_run():
@@ -273,15 +292,14 @@ def test_seventy_seconds_through_the_jump_in_two_new_processes(part, zeta):
 
 @pytest.mark.slow
 def test_parts_on_a_local_cluster_of_dask():
-    distributed = pytest.importorskip("distributed")
+    from distributed import Client, LocalCluster  # an import of seconds
+
     model, options = exugear.build(smooth_box()), RUN | {"duration": 10.0}
     serial = exugear.run_up(model, **options).data
     with (
-        warnings.catch_warnings(),
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
-        distributed.Client(cluster) as client,
+        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        Client(cluster) as client,
     ):
-        warnings.simplefilter("ignore")
         parts = exugear.run_up(model, **options, executor=client.get_executor()).data
     assert_equal(serial, parts)
 

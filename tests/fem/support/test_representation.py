@@ -12,8 +12,8 @@ import exugear
 import fem
 from fem.elasticity.flank_compliance import bare, solutions
 from fem.elasticity.mesh_density import Density
+from fem.support.cache import source_stamp
 from fem.support.representation import exact
-from fem.support.source_stamp import source_stamp
 from fem.units import GPa, mm, um
 
 MODIFIED = [fem.TipRelief(15 * um, 2.5 * mm), fem.LeadCrowning(5 * um), fem.EndRelief(8 * um, 3 * mm)]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fem.support.source_stamp import source_stamp
+from fem.support.cache import source_stamp
 
 TEXTS = {
     "solver/entry.py": "from a_package.law import force\nfrom a_package.law.force import gain\n",

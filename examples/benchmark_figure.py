@@ -1,0 +1,99 @@
+"""Figure of `benchmark.py`: error over time, growth with the scene, time of a contact state, run-ups in parts.
+
+    python examples/benchmark_figure.py results
+
+draws it again from the numbers in results/benchmark.json.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+from benchmark_growth import exponent
+from benchmark_points import Points
+from matplotlib import rc_context
+
+from exugear import plots
+
+#: Implicit static and explicit dynamic STE, run-up of the paper [s].
+PAPER = {"implicit FE": 150 * 60.0, "explicit FE": 3330 * 60.0, "run-up": 36 * 60.0}
+
+
+def mark_times(ax, seconds: dict[str, float]) -> None:
+    """Dotted lines at the times of yardsticks."""
+    frame = ax.get_xaxis_transform()
+    for name, at in seconds.items():
+        ax.axvline(at, color="0.6", ls=":")
+        ax.text(at, 0.02, name, rotation=90, fontsize=8, ha="right", transform=frame)
+
+
+def draw_growth(ax, grown: dict) -> None:
+    """Time over size, both over the smallest."""
+    for name, (sizes, times) in grown.items():
+        label = f"{name}: {exponent(sizes, times):.2f}"
+        ax.loglog(np.array(sizes) / sizes[0], np.array(times) / times[0], "o-", ms=5, label=label)
+    ax.set(xlabel="size over the smallest", ylabel="time over the smallest")
+    ax.set_yticks([1, 2, 4, 8], ["1", "2", "4", "8"])
+    ax.minorticks_off()
+
+
+def draw_states(ax, times: dict[str, dict[str, list[float]]]) -> None:
+    """Times of a state by kind of gear, each mode a colour; those of the old code as hollow circles."""
+    rows = np.arange(len(times))
+    for i, mode in enumerate(next(iter(times.values()))):
+        new, old = np.array([row[mode] for row in times.values()]).T
+        ax.hlines(rows + 0.2 * (i - 1), new, old, color=f"C{i}", lw=1)
+        ax.plot(new, rows + 0.2 * (i - 1), f"C{i}o", ms=5, label=mode)
+        ax.plot(old, rows + 0.2 * (i - 1), f"C{i}o", ms=5, mfc="w")
+    ax.set_yticks(rows, list(times))
+    ax.set(xscale="log", xlabel="time of a state [ms]; hollow: before", ylim=(len(times) + 0.7, -0.5))
+    ax.legend(loc="lower right", fontsize=8, labelspacing=0.15)
+
+
+def draw_parts(ax, rows: dict[str, dict[str, list[float]]]) -> None:
+    """Time of a 70 s run-up over the processes: by the model as lines, measured as crosses."""
+    for i, (name, row) in enumerate(rows.items()):
+        ax.plot(row["processes"], row["model"], f"C{i}o-", ms=4, label=f"{name}, model")
+        ax.plot([1, 2], row["measured"], f"C{i}x", ms=9, mew=2, label=f"{name}, measured")
+    ax.set(xscale="log", yscale="log", xlabel="processes", ylabel="processor time of a 70 s run-up [s]")
+    ax.set_xticks(row["processes"], [str(n) for n in row["processes"]])
+    ax.set_yticks([0.5, 1, 2, 5], ["0.5", "1", "2", "5"])
+    ax.minorticks_off()
+    ax.legend(fontsize=8, labelspacing=0.15)
+
+
+def draw_legends(ax, panels: dict) -> None:
+    """Legends of panels, one below the other, in place of a panel."""
+    ax.axis("off")
+    top = 1.0
+    for title, panel in panels.items():
+        handles, labels = panel.get_legend_handles_labels()
+        options = {"loc": "upper left", "labelspacing": 0.15, "borderpad": 0, "alignment": "left", "frameon": False}
+        ax.add_artist(ax.legend(handles, labels, title=title, bbox_to_anchor=(0, top), **options))
+        top -= (len(labels) + 1.3) / 19.5
+
+
+def draw(path: Path, numbers: dict) -> None:
+    """All panels from the numbers of `benchmark.main`; 9 pt where they are printed 18 cm wide."""
+    ste, runs, floor = Points(numbers["STE"]), Points(numbers["run-up"]), numbers["70 s in equal steps"]
+    with rc_context({"font.size": 9}):
+        figure = plots.figure(rows=3, columns=2)
+        figure.set_size_inches(7.1, 9.6)
+        upper, beside, lower, legends, states, parts = figure.axes
+        ste.draw(upper)
+        mark_times(upper, {f"paper, {name}": PAPER[name] for name in ("implicit FE", "explicit FE")})
+        upper.set(xlabel="processor time of 30 phases, cold [s]", ylabel="error of the STE [% of its mean]")
+        runs.draw(beside)
+        mark_times(beside, {name: x for name, x in (floor | {"paper": PAPER["run-up"]}).items() if name != "exugear"})
+        beside.set(xlabel="processor time of a 70 s run-up [s]", ylabel="error of the rms of the DTE [%], median")
+        draw_growth(lower, numbers["growth"])
+        draw_legends(legends, {"STE": upper, "run-up": beside, "growth, exponent": lower})
+        draw_states(states, numbers["states"])
+        draw_parts(parts, numbers["parts"])
+        figure.savefig(path, dpi=200)
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1])
+    draw(folder / "benchmark.png", json.loads((folder / "benchmark.json").read_text(encoding="utf-8")))

@@ -1,0 +1,142 @@
+"""Plots of the load over the flanks: contact pattern over the mesh cycle, contact lines in the plane of action."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+
+from exugear.plots.figures import GUIDE, axes_or_new, colour_bar, merged, styled
+from fem.ste.ste_map import PHASE, TORQUE, pair_of
+from fem.support.arguments import Finite, checked
+from fem.support.validation import require
+from fem.units import MPa, mm
+
+__all__ = ["plot_contact_pattern", "plot_load_distribution"]
+
+#: Colours from no load, white, to beyond the scale, grey; share of the path that the scale leaves out at its ends.
+COLOURS, EDGES = colormaps["Reds"].with_extremes(over="0.25"), 0.05
+#: Parts of a contact line overlap by a little, so that no gaps show between them.
+OVERLAP = 1.05
+#: Variables of a load distribution: unit of the plot in SI units, words of the colour bar.
+SHOWN = {"pressure": (MPa, "contact pressure [MPa]"), "line_load": (1e3, "line load [N/mm]")}
+
+
+@checked
+@styled
+def plot_contact_pattern(
+    data: xr.Dataset, ax: Axes | None = None, name: str = "pressure", torque: Finite | None = None, **style
+) -> Axes:
+    """Largest pressure at each point of the flank over the mesh cycle, over face width and path of contact.
+
+    data    as `fem.load_distribution` returns it; its phases must cover the mesh cycle
+    name    "pressure" or "line_load"
+    torque  of data that is shown [N m]; by default the largest
+    style   of matplotlib's pcolormesh: cmap, vmin, vmax, …
+
+    Dashed lines bound the path of contact: below, the pinion's flank begins to mesh, above it ends at its tip.
+    """
+    ax, values = axes_or_new(ax), _at_torque(data, name, torque)
+    unit, words = SHOWN[name]
+    passed, path = _passed(values) / unit, _passed(data["path"]) / mm
+    axial, padding = (
+        np.clip(np.pad(data["axial_position"], 1, "reflect", reflect_type="odd"), *_face(data)) / mm,
+        ((0, 0), (1, 1)),
+    )
+    path = np.pad(path, padding, "reflect", reflect_type="odd")
+    picture: dict[str, Any] = {
+        "cmap": COLOURS,
+        "shading": "gouraud",
+        "clim": (0, _top(data, values) / unit),
+        "rasterized": True,
+    }
+    shown = ax.pcolormesh(np.broadcast_to(axial, path.shape), path, np.pad(passed, padding, "edge"), **picture | style)
+    colour_bar(ax, shown, words, extend="max" if passed.max() > shown.norm.vmax else "neither")
+    _frame(ax, data)
+    return ax
+
+
+@checked
+@styled
+def plot_load_distribution(
+    data: xr.Dataset,
+    ax: Axes | None = None,
+    name: str = "line_load",
+    phase: Finite = 0.0,
+    torque: Finite | None = None,
+    **style,
+) -> Axes:
+    """Load on the contact lines in the plane of action at a phase, over face width and path of contact.
+
+    data    as `fem.load_distribution` returns it
+    name    "pressure" or "line_load"
+    phase   of data that is shown, the nearest; torque: by default the largest
+    style   of the lines: matplotlib's cmap, linewidth, …
+    """
+    ax, values = axes_or_new(ax), _at_torque(data, name, torque)
+    unit, words = SHOWN[name]
+    path = data["path"].sel({PHASE: phase}, method="nearest").transpose("pair", "axial_position")
+    load = values.sel({PHASE: phase}, method="nearest").transpose("pair", "axial_position").values / unit
+    half = (data["axial_position"].values[1] - data["axial_position"].values[0]) / 2
+    along = OVERLAP * half * np.array([1.0, np.tan(pair_of(data).beta_b)])
+    middles = np.stack(np.broadcast_arrays(data["axial_position"].values, path.values), axis=-1)
+    ends = [middles - along, middles + along]
+    segments, loaded = np.stack(ends, axis=2) / mm, load > 0
+    options = {"cmap": COLOURS, "linewidth": 7.0, "clim": (0, _top(data, values) / unit), "capstyle": "butt"}
+    lines = LineCollection(list(segments[loaded]), **merged(style, LineCollection, **options))
+    lines.set_array(load[loaded])
+    ax.add_collection(lines)
+    colour_bar(ax, lines, words, extend="max" if load.max() > lines.norm.vmax else "neither")
+    _frame(ax, data)
+    ax.set_title(f"phase {float(path[PHASE]):.3g}, {float(values[TORQUE]):.4g} N m")
+    return ax
+
+
+def _passed(values: xr.DataArray) -> np.ndarray:
+    """(n_position, n_axial) values along the path of a tooth pair that passes all phases of all pitches."""
+    return values.stack(position=("pair", PHASE)).transpose("position", "axial_position").values
+
+
+def _face(data: xr.Dataset) -> tuple[float, float]:
+    """Axial ends of the face width [m]."""
+    axial = data["axial_position"].values
+    half = (axial[1] - axial[0]) / 2
+    return axial[0] - half, axial[-1] + half
+
+
+def _path_ends(data: xr.Dataset) -> tuple[float, float]:
+    """Begin and end of the path of contact, from the pitch point [m]."""
+    path = pair_of(data).path_of_contact
+    return path.start - path.pitch, path.end - path.pitch
+
+
+def _top(data: xr.Dataset, values: xr.DataArray) -> float:
+    """Largest value between the ends of the path of contact; beyond, on sharp tip edges, pressure has no limit."""
+    start, end = _path_ends(data)
+    margin = EDGES * (end - start)
+    inside = values.where((data["path"] > start + margin) & (data["path"] < end - margin))
+    return float(inside.max())
+
+
+def _at_torque(data: xr.Dataset, name: str, torque: float | None) -> xr.DataArray:
+    """A variable of a load distribution at a torque, by default the largest."""
+    require(name in SHOWN, f"name must be one of {list(SHOWN)}, got {name!r}")
+    missing = [part for part in (*SHOWN, "path", TORQUE, PHASE, "pair", "axial_position") if part not in data.variables]
+    require(not missing, f"data must have {missing}; make it with fem.load_distribution")
+    torques = data[TORQUE].values
+    value = float(torques[-1]) if torque is None else torque
+    require(bool(np.isclose(torques, value).any()), f"torque must be one of {torques.tolist()} N m, got {value:g}")
+    return data[name].sel({TORQUE: value}, method="nearest")
+
+
+def _frame(ax: Axes, data: xr.Dataset) -> None:
+    """Axes of the plane of action: the whole face width, and the path of contact with its ends."""
+    (start, end), face = np.array(_path_ends(data)) / mm, np.array(_face(data)) / mm
+    for position, line in ((start, "--"), (0.0, ":"), (end, "--")):
+        ax.axhline(position, color=GUIDE, linewidth=0.9, linestyle=line)
+    room = 0.12 * (end - start)
+    ax.set(xlim=tuple(face), ylim=(start - room, end + room))
+    ax.set(xlabel="face width [mm]", ylabel="path of contact from the pitch point [mm]")
+    ax.grid(False)

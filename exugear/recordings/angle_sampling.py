@@ -1,0 +1,100 @@
+"""Sampling of a signal at equal steps of the shaft angle, behind a low-pass filter that follows the speed."""
+
+import numpy as np
+import scipy
+import xarray as xr
+
+from exugear.recordings.signal import ANGLE, at_angles, channel_coordinates, require_signal
+from fem.support.arguments import checked
+from fem.support.numba_cache import compiled, fast
+from fem.support.validation import require
+
+#: Samples per period of the highest order, over angle and over time; half the length of the filter [samples], and the
+#: parameter of its Kaiser window: flat to 1e-5 up to the highest order, 100 dB where samples would alias below it.
+SAMPLES_PER_PERIOD, HALF_LENGTH, BETA = 2.25, 30, 10.06
+#: Points of the table of the filter per sample; linear interpolation between them errs by 1e-6.
+TABLE = 1000
+REVOLUTION = 2 * np.pi
+
+
+@checked
+def over_angle(signal: xr.DataArray, *, orders: float) -> xr.DataArray:
+    """A signal at equal steps of the shaft angle, 2.25 orders samples a revolution.
+
+    signal    (..., time) as `exugear.signal` returns it
+    orders    highest order wanted
+
+    The signal is convolved over the angle with a windowed sinc (Kaiser, 60 angular samples long), so that the cut-off
+    frequency follows the speed. Orders up to the highest one pass within 1e-5; orders that would alias below it are
+    attenuated by 100 dB. At the ends the signal is continued by its point reflection.
+
+    Returns a DataArray (..., angle) with the coordinates angle [rad], time and speed. Raises ValueError for orders <= 0
+    and for a shaft at rest.
+    """
+    require_signal(signal)
+    require(orders > 0, f"orders must be > 0, got {orders}")
+    angle = signal["angle"].values
+    turned = (angle[-1] - angle[0]) / REVOLUTION
+    require(turned > 0, "signal must be of a turning shaft, its angle is constant")
+    samples = int(turned * SAMPLES_PER_PERIOD * orders * (1 + 1e-12)) + 1
+    require(samples > 2 * HALF_LENGTH, f"the signal holds {turned:.3g} revolutions, too few for orders {orders:g}")
+    step = REVOLUTION / (SAMPLES_PER_PERIOD * orders)
+    grid = angle[0] + step * np.arange(samples)
+    rows = signal.values.reshape(-1, angle.size)
+    values = np.array([_filtered(angle, np.ascontiguousarray(row), grid, step) for row in rows])
+    coordinates = {**channel_coordinates(signal), "angle": ("angle", grid, ANGLE), **at_angles(signal, grid, "angle")}
+    dims = (*signal.dims[:-1], "angle")
+    return xr.DataArray(values.reshape(*signal.shape[:-1], samples), coordinates, dims, signal.name, signal.attrs)
+
+
+def _filtered(angle: np.ndarray, values: np.ndarray, grid: np.ndarray, step: float) -> np.ndarray:
+    """Values over the grid of angles with this step, of samples that are continued at both ends."""
+    reach = 2 * HALF_LENGTH * step
+    first, last = np.searchsorted(angle, [angle[0] + reach, angle[-1] - reach])
+    ends = (min(max(first, 1), angle.size - 1), min(max(angle.size - last, 1), angle.size - 1))
+    angle, values = (np.pad(x, ends, mode="reflect", reflect_type="odd") for x in (angle, values))
+    return filtered(angle, values, np.gradient(angle), grid, step, _filter_table())
+
+
+def _filter_table() -> np.ndarray:
+    """The low-pass filter over |distance| [samples], to its half length, with a zero behind it."""
+    distance = np.arange(HALF_LENGTH * TABLE + 2) / TABLE
+    inside = np.maximum(1 - (distance / HALF_LENGTH) ** 2, 0)
+    return np.sinc(distance) * scipy.special.i0(BETA * np.sqrt(inside)) * (distance <= HALF_LENGTH)
+
+
+@compiled
+def tap(distance, table):
+    """The filter at a distance [samples] within its half length."""
+    position = abs(distance) * TABLE
+    k = int(position)
+    return table[k] + (position - k) * (table[k + 1] - table[k])
+
+
+@fast
+def filtered(angle, values, passed, grid, step, table):
+    """Weighted means of values (n,) at angles (n,) about each angle of the grid.
+
+    passed    (n,) angle that each sample stands for: its weight beside that of the filter
+    step      distance of the zeros of the filter; the angle between two samples where that is larger
+    table     the filter, TABLE points a step
+    """
+    result = np.empty(grid.size)
+    nearest, last = 0, angle.size - 1
+    for k in range(grid.size):
+        centre = grid[k]
+        while nearest < last and angle[nearest] < centre:
+            nearest += 1
+        width = max(step, passed[nearest])
+        total, weights = 0.0, 0.0
+        low, high = centre - HALF_LENGTH * width, centre + HALF_LENGTH * width
+        i = nearest
+        while i <= last and angle[i] < high:
+            weight = passed[i] * tap((angle[i] - centre) / width, table)
+            total, weights, i = total + weight * values[i], weights + weight, i + 1
+        i = nearest - 1
+        while i >= 0 and angle[i] > low:
+            weight = passed[i] * tap((angle[i] - centre) / width, table)
+            total, weights, i = total + weight * values[i], weights + weight, i - 1
+        result[k] = total / weights
+    return result

@@ -1,0 +1,31 @@
+"""Orders of a stage: mesh harmonics and side bands."""
+
+import numpy as np
+
+from exugear.integration.run_data import stage_data
+from exugear.recordings.signal import mesh_order
+from fem.support.arguments import checked
+from fem.support.validation import require
+
+
+@checked
+def mesh_orders(run, stage: int = 0, *, harmonics: int = 3, side_bands: int = 0) -> np.ndarray:
+    """Orders of the driving shaft at which a stage excites vibrations: mesh harmonics and their side bands.
+
+    run           an `exugear.Run` or its data
+    harmonics     number of mesh harmonics
+    side_bands    number of side bands on either side of each, at multiples of the orders of the stage's two shafts
+
+    Returns the distinct orders, rising. Raises ValueError for a shaft at rest and for numbers out of range.
+    """
+    require(harmonics >= 1, f"harmonics must be >= 1, got {harmonics}")
+    require(side_bands >= 0, f"side_bands must be >= 0, got {side_bands}")
+    data = stage_data(run, stage)
+    mesh = mesh_order(data)
+    require(mesh > 0, "run must turn its shafts, the speed is 0")
+    mean = mesh * np.arange(1, harmonics + 1)
+    label = data["stage"].item()
+    teeth = [abs(data.attrs[f"{label}_{gear}_z"]) for gear in ("pinion", "wheel")] if side_bands else []
+    bands = [np.arange(-side_bands, side_bands + 1) * mesh / z for z in teeth] or [np.zeros(1)]
+    orders = np.concatenate([np.add.outer(mean, band).ravel() for band in bands])
+    return np.unique(orders[orders > 0].round(9))

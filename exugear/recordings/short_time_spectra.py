@@ -1,0 +1,46 @@
+"""Amplitude spectra of overlapping windows of equally spaced samples."""
+
+import numpy as np
+import scipy
+
+from fem.support.validation import require
+
+#: Window: a name, or a name and a parameter, of scipy.signal.get_window.
+Window = str | tuple[str, float]
+#: Samples of a chunk of windows.
+CHUNK = 1_000_000
+
+
+def window_values(window: Window, length: int) -> np.ndarray:
+    """(length,) values of a window; ValueError for windows that scipy.signal does not know."""
+    try:
+        return scipy.signal.get_window(window, length)
+    except (ValueError, TypeError) as error:
+        raise ValueError(f"window must be one of scipy.signal.get_window, got {window!r}: {error}") from None
+
+
+def hop_of(length: int, overlap: float) -> int:
+    """Samples from a window to the next."""
+    require(0 <= overlap < 1, f"overlap must lie in [0, 1) as share of a window, got {overlap}")
+    return max(1, round((1 - overlap) * length))
+
+
+def amplitude_spectra(values: np.ndarray, length: int, hop: int, window: Window) -> tuple[np.ndarray, np.ndarray]:
+    """Middles of the windows inside the values [samples], and amplitudes (n_window, 1 + length // 2).
+
+    values   (n,) of which each window's weighted mean is subtracted
+    """
+    weights = window_values(window, length)
+    weights = weights / weights.sum()
+    parts = np.lib.stride_tricks.sliding_window_view(values, length)[::hop]
+    size = max(1, CHUNK // length)
+    chunks = [_amplitudes(parts[k : k + size], weights) for k in range(0, len(parts), size)]
+    return length // 2 + hop * np.arange(len(parts)), np.concatenate(chunks)
+
+
+def _amplitudes(parts: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Amplitudes of the frequencies of parts (n_window, length) with weights (length,) whose sum is 1."""
+    amplitude = 2 * np.abs(scipy.fft.rfft((parts - (parts @ weights)[:, None]) * weights))
+    if weights.size % 2 == 0:
+        amplitude[:, -1] /= 2
+    return amplitude

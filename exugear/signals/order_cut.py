@@ -1,0 +1,125 @@
+"""Amplitude and phase of orders along a run: a least-squares filter bank that tells close orders apart."""
+
+import numpy as np
+import scipy
+import xarray as xr
+from numpy.polynomial import legendre
+
+from exugear.recordings.angle_sampling import HALF_LENGTH, REVOLUTION, SAMPLES_PER_PERIOD, over_angle
+from exugear.recordings.signal import ANGLE, at_angles, channel_coordinates, require_signal
+from fem.support.arguments import Numbers, checked
+from fem.support.validation import require
+
+#: Degree of the polynomials of the amplitudes within a window: order cuts of a resonance stay unbiased to second order.
+DEGREE = 2
+#: Least product of window [revolutions] and distance of orders: the condition number of the fit is then about 8.
+SEPARATION = 4.0
+#: Windows that are fitted in one matrix product.
+CHUNK = 256
+PHASE = {"units": "rad", "long_name": "phase of the cosine over order times angle"}
+
+
+@checked
+def order_cut(
+    signal: xr.DataArray, orders: Numbers, *, revolutions: float | None = None, overlap: float = 0.75
+) -> xr.Dataset:
+    """Amplitude and phase of the orders of a signal over time and speed.
+
+    signal         (..., time) as `exugear.signal` returns it
+    orders         (n_order,) orders of the shaft, such as `exugear.mesh_orders` returns
+    revolutions    length of a window; by default 4 over the smallest distance of two orders, at least 4
+    overlap        of neighbouring windows, as share of their length
+
+    The signal is sampled over the shaft angle. In each window the amplitudes of all orders, and that of order 0, are
+    polynomials of second degree over the angle, which are fitted together by least squares with the weights of a Hann
+    window. Thus close orders do not disturb each other at any slew rate, and the first and the last value stand at the
+    ends of the signal. At equal steps of the angle the fit is the same matrix in all windows.
+
+    Coupled orders with smooth amplitudes are those of the Vold-Kalman filter of second generation (Feldbauer and
+    Hoeldrich, Proc. DAFX 2000; Tuma, Proc. ICSV12 2005), whose global system polynomials in windows replace.
+
+    Returns a Dataset over order and time with amplitude, phase [rad] and the coordinates speed [rad/s] and angle [rad]:
+    the signal is the sum of amplitude cos(order angle + phase). Values are NaN where a period of the order has fewer
+    than 2.25 samples. Raises ValueError for windows too short to tell the orders apart or longer than the signal.
+    """
+    require_signal(signal)
+    orders = _distinct(orders)
+    length = _window_length(orders, revolutions)
+    require(0 <= overlap < 1, f"overlap must lie in [0, 1) as share of a window, got {overlap}")
+    highest = float(orders[-1]) + SEPARATION / length
+    sampled = over_angle(signal, orders=highest).isel(angle=slice(HALF_LENGTH, -HALF_LENGTH))
+    angle, number = signal["angle"].values, round(length * SAMPLES_PER_PERIOD * highest)
+    turned = (angle[-1] - angle[0]) / REVOLUTION
+    long = f"a window takes {length:.3g} revolutions of the signal's {turned:.3g}; record longer or pass revolutions"
+    require(sampled["angle"].size > number, long)
+    points = np.linspace(angle[0], angle[-1], int(np.ceil(turned / ((1 - overlap) * length))) + 1)
+    rows = sampled.values.reshape(-1, sampled["angle"].size)
+    phasors = np.array([_phasors(row, sampled["angle"].values, points, orders, number) for row in rows])
+    phasors[:, _coarse(signal, points, orders)] = np.nan
+    return _labelled(signal, points, orders, phasors)
+
+
+def _distinct(orders) -> np.ndarray:
+    """The orders in rising order."""
+    orders = np.unique(np.atleast_1d(np.asarray(orders, float)))
+    require(bool((orders > 0).all()), f"orders must be > 0, got {orders}")
+    return orders
+
+
+def _window_length(orders: np.ndarray, revolutions: float | None) -> float:
+    """Length of a window [revolutions]."""
+    closest = float(np.diff(orders, prepend=0).min())
+    length = SEPARATION / min(closest, 1.0) if revolutions is None else revolutions
+    least = f"revolutions must be >= {SEPARATION / closest:.4g} to tell orders {closest:.4g} apart, got {length:.4g}"
+    require(length * closest >= SEPARATION * (1 - 1e-9), least)
+    return length
+
+
+def _phasors(values: np.ndarray, angle: np.ndarray, points: np.ndarray, orders: np.ndarray, number: int) -> np.ndarray:
+    """(n_order, n_point) complex amplitudes at angles, of values at equal steps of the angle.
+
+    number   of samples in a window; the windows of the first and last points are those at the ends of the values
+    """
+    step = (angle[-1] - angle[0]) / (angle.size - 1)
+    half = step * number / 2
+    first = np.clip(np.rint((points - angle[0] - half) / step).astype(int), 0, angle.size - number)
+    centre = angle[first] + half - step / 2
+    offsets = step * (np.arange(number) - (number - 1) / 2)
+    fit = _fit(offsets, half, orders)
+    windows = np.lib.stride_tricks.sliding_window_view(values, number)
+    chunks = [windows[first[k : k + CHUNK]] @ fit.T for k in range(0, points.size, CHUNK)]
+    coefficients = np.concatenate(chunks).reshape(points.size, 2, -1, DEGREE + 1)
+    cosine, sine = np.einsum("pcoj,pj->cop", coefficients, legendre.legvander((points - centre) / half, DEGREE))
+    return (cosine - 1j * sine) * np.exp(-1j * np.outer(orders, centre))
+
+
+def _fit(offsets: np.ndarray, half: float, orders: np.ndarray) -> np.ndarray:
+    """(2 n_order (DEGREE + 1), n) matrix from samples to the coefficients of all cosines, then of all sines.
+
+    offsets   (n,) angles of the samples from the centre of the window
+    half      half the window [rad]
+    """
+    arguments = np.outer(offsets, orders)
+    waves = np.concatenate([np.cos(arguments), np.sin(arguments), np.ones((offsets.size, 1))], axis=1)
+    polynomials = legendre.legvander(offsets / half, DEGREE)
+    base = (waves[:, :, None] * polynomials[:, None, :]).reshape(offsets.size, -1)
+    weights = np.sqrt(scipy.signal.get_window("hann", offsets.size, fftbins=False))
+    q, r = scipy.linalg.qr(weights[:, None] * base, mode="economic")
+    return scipy.linalg.solve_triangular(r, q.T * weights)[: -(DEGREE + 1)]
+
+
+def _coarse(signal: xr.DataArray, points: np.ndarray, orders: np.ndarray) -> np.ndarray:
+    """(n_order, n_point) whether the samples are too coarse for an order."""
+    passed = np.gradient(signal["angle"].values) / REVOLUTION
+    at_points = np.interp(points, signal["angle"].values, passed)
+    return np.outer(orders, at_points) * SAMPLES_PER_PERIOD > 1
+
+
+def _labelled(signal: xr.DataArray, points: np.ndarray, orders: np.ndarray, phasors: np.ndarray) -> xr.Dataset:
+    """The Dataset of the cut: phasors (n_row, n_order, n_point)."""
+    about = {"units": "1", "long_name": "order of the shaft"}
+    coordinates = channel_coordinates(signal) | at_angles(signal, points, "time")
+    coordinates |= {"angle": ("time", points, ANGLE), "order": ("order", orders, about)}
+    dims, shape = (*signal.dims[:-1], "order", "time"), (*signal.shape[:-1], orders.size, points.size)
+    amplitude = dims, np.abs(phasors).reshape(shape), signal.attrs
+    return xr.Dataset({"amplitude": amplitude, "phase": (dims, np.angle(phasors).reshape(shape), PHASE)}, coordinates)

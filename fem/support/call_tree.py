@@ -1,0 +1,140 @@
+"""Compilation of a call tree as a whole: only the function at its root becomes machine code.
+
+Numba optimizes each function together with all that it calls, and translates it into machine code: code n levels deep
+in a call tree is optimized n times, though it runs only where it is inlined into the root. That takes two thirds of the
+time of compilation. Here the functions that a root calls are neither optimized nor translated, but linked to it.
+
+This relies on private classes of numba. Where their attributes differ, `callee` is `numba.njit`, and `whole_call_tree`
+has no effect.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cached_property, partial
+from typing import Any
+
+from numba import config, njit
+from numba.core.codegen import JITCodeLibrary
+from numba.core.environment import lookup_environment
+from numba.core.registry import CPUDispatcher, cpu_target
+
+#: Attributes of numba's library of code that `TreeLibrary` uses or overrides.
+PRIVATE = (
+    *("_ensure_finalized", "_raise_if_finalized", "_get_module_for_linking", "get_defined_functions"),
+    *("_optimize_functions", "_optimize_final_module", "_finalize_final_module", "get_pointer_to_function"),
+)
+KNOWN = all(hasattr(JITCodeLibrary, name) for name in PRIVATE) and not getattr(config, "DISABLE_JIT", False)
+#: Options of numba for functions that Python does not call.
+NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+class TreeLibrary(JITCodeLibrary):
+    """Code of a function; machine code as soon as the address of one of its functions is requested."""
+
+    @property
+    def codegen(self) -> Any:
+        """Numba's code generator, or before there is machine code, one that sets no addresses in it."""
+        return self._codegen if self._finalized else _WithoutMachineCode
+
+    def _optimize_functions(self, ll_module) -> None:
+        """Only the whole tree is optimized."""
+        ll_module.data_layout = self._codegen._data_layout
+
+    def _ensure_finalized(self) -> None:
+        """Do not make machine code where a library is linked to another one."""
+
+    def get_pointer_to_function(self, name: str) -> int:
+        if not self._finalized and name in {function.name for function in self.get_defined_functions()}:
+            self.finalize()
+        return super().get_pointer_to_function(name)
+
+    def finalize(self) -> None:
+        """Optimize the whole tree and make machine code of it."""
+        self._raise_if_finalized()
+        self._codegen._check_llvm_bugs()
+        self._link_callees(self._final_module)
+        self._optimize_final_module()
+        self._final_module.verify()
+        self._finalize_final_module()
+        for variable in self._final_module.global_variables:
+            environment = lookup_environment(variable.name)
+            if environment is not None:
+                self.codegen.set_env(variable.name, environment)
+
+    def _get_module_for_linking(self):
+        """Module of the whole tree."""
+        if self._finalized:
+            return super()._get_module_for_linking()
+        module = self._root().clone()
+        self._link_callees(module)
+        return module
+
+    def _root(self):
+        """Module of this function alone."""
+        return super()._get_module_for_linking()
+
+    def _link_callees(self, module) -> None:
+        """Link the functions that this one calls, and those that they call, to a module."""
+        callees: dict[Any, None] = {}
+        self._add_callees(callees)
+        for library in callees:
+            is_tree = isinstance(library, TreeLibrary) and not library._finalized
+            module.link_in(library._root() if is_tree else library._get_module_for_linking(), preserve=True)
+            getattr(self, "_reload_init", set()).update(getattr(library, "_reload_init", ()))
+
+    def _add_callees(self, callees: dict[Any, None]) -> None:
+        """Add the libraries of the tree below this function as keys."""
+        for library in self._linking_libraries:
+            if library not in callees:
+                callees[library] = None
+                if isinstance(library, TreeLibrary) and not library._finalized:
+                    library._add_callees(callees)
+
+
+class _WithoutMachineCode:
+    """Code generator of a library without machine code."""
+
+    @staticmethod
+    def set_env(name, environment) -> None:
+        """The root sets the environments of all functions."""
+
+
+class Callee(CPUDispatcher):
+    """A function that compiled code calls, without code to call it from Python: Python calls another version."""
+
+    @cached_property
+    def for_python(self) -> Any:
+        """The function as numba compiles it alone."""
+        options = {name: value for name, value in self.targetoptions.items() if name not in NO_WRAPPERS}
+        return njit(self.py_func, **{name: value for name, value in options.items() if name != "nopython"})
+
+    def add_overload(self, cres) -> None:
+        """Store a version without making it known to Python."""
+        self.overloads[tuple(cres.signature.args)] = cres
+
+    def _compile_for_args(self, *arguments, **keywords):
+        """Compiled version for a call from Python."""
+        return self.for_python._compile_for_args(*arguments, **keywords)
+
+
+def callee(function=None, **options) -> Any:
+    """Decorator like `numba.njit` for functions that compiled code calls."""
+    if function is None:
+        return partial(callee, **options)
+    if not KNOWN:
+        return njit(function, **options)
+    return Callee(function, targetoptions={"nopython": True, "boundscheck": None, **NO_WRAPPERS, **options})
+
+
+@contextmanager
+def whole_call_tree() -> Iterator[None]:
+    """Context in which a call tree is compiled as a whole, under numba's lock."""
+    if not KNOWN:
+        yield
+        return
+    codegen: Any = cpu_target.target_context.codegen()
+    codegen._library_class = TreeLibrary
+    try:
+        yield
+    finally:
+        del codegen._library_class

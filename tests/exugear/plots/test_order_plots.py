@@ -1,0 +1,78 @@
+"""Plots of signals over speed: what stands where, in which units."""
+
+import numpy as np
+import pytest
+from sweeps import linear_sweep, with_orders
+
+import exugear
+from exugear import plots
+from fem.units import rpm
+
+ORDERS = {20: (lambda speed: 2e-6 + 0 * speed, 0.0), 40: (lambda speed: speed * 1e-8, 0.0)}
+
+
+@pytest.fixture(scope="module")
+def signal():
+    """A transmission error of two orders over a run-up from 20 to 180 rad/s."""
+    return with_orders(linear_sweep(8.0, rate=10_000.0), ORDERS).assign_attrs(units="m", long_name="DTE")
+
+
+def test_order_cuts_are_curves_over_rpm_in_micrometres(signal):
+    cut = exugear.order_cut(signal, list(ORDERS))
+    ax = plots.plot_order_cuts(cut, plots.figure().axes[0], linewidth=3.0)
+    flat, rising = ax.lines
+    assert flat.get_xdata()[[0, -1]] == pytest.approx(np.array([20, 180]) / rpm)
+    assert flat.get_ydata() == pytest.approx(2, rel=0.01)
+    assert rising.get_ydata()[-1] == pytest.approx(1.8, rel=0.01)
+    assert (ax.get_ylabel(), ax.get_xlabel()) == ("DTE [µm]", "speed of the shaft [rpm]")
+    assert ax.get_legend_handles_labels()[1] == ["order 20", "order 40"]
+    assert flat.get_linewidth() == 3.0
+    low, high = plots.plot_order_cuts(cut, plots.figure().axes[0], decibels=40.0).get_ylim()
+    assert high / low == pytest.approx(150)
+
+
+def test_maps_are_darkest_at_the_orders(signal):
+    (picture,) = plots.plot_order_map(exugear.order_tracking(signal, orders=50), plots.figure().axes[0]).collections
+    level, edges = picture.get_array().mean(axis=1), picture.get_coordinates()[:, 0, 1]
+    assert edges[level.argmax()] == pytest.approx(20, abs=0.5)
+    assert picture.get_clim()[1] == pytest.approx(20 * np.log10(2), abs=0.1)
+    spectra = exugear.spectrogram(signal, resolution=20.0)
+    over_time = plots.plot_spectrogram(spectra, plots.figure().axes[0])
+    assert over_time.get_xlabel() == "time [s]"
+    over_speed = plots.plot_spectrogram(exugear.waterfall(signal, resolution=20.0), plots.figure().axes[0])
+    assert over_speed.get_xlabel() == "speed of the shaft [rpm]"
+
+
+def test_a_run_up_and_coast_down_is_drawn_over_time(signal):
+    time = np.linspace(0, 8, 80_001)
+    speed = 100 - 20 * np.abs(time - 4)
+    both_ways = exugear.recorded_signal(time, speed, np.sin(speed * time))
+    ax = plots.plot_order_cuts(exugear.order_cut(both_ways, [1]), plots.figure().axes[0])
+    assert ax.get_xlabel() == "time [s]"
+
+
+def test_a_cascade_stands_at_the_speeds_and_its_peaks_rise_as_asked(signal):
+    spectra = exugear.waterfall(signal, lines=9, resolution=20.0)
+    ax = plots.plot_cascade(spectra, plots.figure().axes[0], height=4.0)
+    lines = sorted((line.get_ydata() for line in ax.lines), key=min)
+    step = np.ptp(spectra["speed"].values) / rpm / 8
+    assert [line.min() for line in lines] == pytest.approx(spectra["speed"].values / rpm, abs=0.01 * step)
+    assert max(np.ptp(line) for line in lines) == pytest.approx(4 * step, rel=0.01)
+    assert "µm" in ax.get_title()
+
+
+def test_levels_name_channels_and_reference(signal):
+    cut = exugear.order_cut(signal.expand_dims(bearing=["a", "b"]).assign_attrs(signal.attrs), list(ORDERS))
+    ax = plots.plot_levels(exugear.level(cut["amplitude"] / np.sqrt(2), 1e-6), plots.figure().axes[0])
+    names = ["a, order 20", "a, order 40", "b, order 20", "b, order 40"]
+    assert ax.get_legend_handles_labels()[1] == names
+    assert ax.lines[0].get_ydata() == pytest.approx(20 * np.log10(np.sqrt(2)), abs=0.1)
+    assert ax.get_ylabel() == "level re 1e-06 m [dB]"
+
+
+def test_several_channels_and_other_data_are_refused(signal):
+    cut = exugear.order_cut(signal.expand_dims(bearing=["a", "b"]), list(ORDERS))
+    with pytest.raises(ValueError, match=r"cuts must hold one channel; select one.*bearing"):
+        plots.plot_order_cuts(cut)
+    with pytest.raises(ValueError, match="orders must hold an amplitude over time or speed and order"):
+        plots.plot_order_map(exugear.spectrogram(signal))

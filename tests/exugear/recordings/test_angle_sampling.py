@@ -1,0 +1,45 @@
+"""Sampling over the shaft angle: what passes, what is kept out."""
+
+import numpy as np
+import pytest
+import scipy
+from sweeps import linear_sweep, with_orders
+
+import exugear
+
+
+def test_orders_up_to_the_highest_pass_unchanged():
+    components = {1: (lambda speed: 1 + 0 * speed, 0.4), 150: (lambda speed: 2 + 0 * speed, 0.0)}
+    sampled = exugear.over_angle(with_orders(linear_sweep(), components, mean=3.0), orders=150)
+    angle = sampled["angle"].values
+    assert np.diff(angle) == pytest.approx(2 * np.pi / (2.25 * 150))
+    exact = 3 + np.cos(angle + 0.4) + 2 * np.cos(150 * angle)
+    assert sampled.values[60:-60] == pytest.approx(exact[60:-60], abs=5e-5)
+    assert sampled["speed"].values ** 2 == pytest.approx(20**2 + 40 * angle, rel=1e-6)
+
+
+@pytest.mark.parametrize("frequency", [700.0, 6100.0, 9300.0, 15500.0])
+def test_tones_that_would_alias_are_attenuated_by_100_db(frequency):
+    """A tone of constant frequency, above 1.25 times the highest order at all speeds."""
+    time = linear_sweep()[0]
+    speed = 2 * np.pi * np.minimum(0.9 * frequency / (150 * 1.25), 100) * (0.2 + 0.08 * time)
+    sampled = exugear.over_angle(exugear.recorded_signal(time, speed, np.sin(2 * np.pi * frequency * time)), orders=150)
+    assert np.abs(sampled.values[60:-60]).max() < 1e-5
+
+
+def test_an_order_above_the_limit_leaves_no_trace_at_the_orders_below():
+    """Order 190 would alias to 147.5 of 337.5 samples a revolution."""
+    sampled = exugear.over_angle(with_orders(linear_sweep(), {190: (lambda speed: 1 + 0 * speed, 0.0)}), orders=150)
+    assert np.abs(sampled.values[60:-60]).max() < 1e-4
+
+
+def test_a_start_from_rest_and_a_standstill_are_sampled():
+    time = np.linspace(0, 10, 100_001)
+    speed = np.clip(time - 2, 0, 3) * 30
+    angle = scipy.integrate.cumulative_trapezoid(speed, time, initial=0)
+    sampled = exugear.over_angle(exugear.recorded_signal(time, speed, 1 + np.cos(20 * angle)), orders=40)
+    assert sampled.values[60:-60] == pytest.approx(1 + np.cos(20 * sampled["angle"].values[60:-60]), abs=1e-4)
+    with pytest.raises(ValueError, match="signal must be of a turning shaft"):
+        exugear.over_angle(exugear.recorded_signal(time, 0 * time, time), orders=4)
+    with pytest.raises(ValueError, match="orders must be > 0"):
+        exugear.over_angle(exugear.recorded_signal(time, speed, time), orders=0)

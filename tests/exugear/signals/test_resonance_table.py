@@ -1,0 +1,79 @@
+"""Resonances that are planted are found, with the harmonic that excites them, and no others."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import exugear
+
+TEETH, TOP, NATURAL, DURATION = 57, 3000.0, 2000.0, 8.0
+#: Amplitude of the mesh harmonics that excite the oscillator [m].
+EXCITATION = {1: 4e-6, 2: 2e-6, 3: 1e-6}
+
+
+def receptance(frequency: np.ndarray, natural: float, damping: float = 0.04) -> np.ndarray:
+    ratio = frequency / natural
+    return 1 / np.hypot(1 - ratio**2, 2 * damping * ratio)
+
+
+def swept(harmonics: dict[int, float], noise: float = 0.0) -> xr.Dataset:
+    """Run-up from 150 Hz of mesh frequency of an oscillator that mesh harmonics excite; data of a run."""
+    time = np.arange(0, DURATION, 4e-5)
+    frequency = 150 + (TOP - 150) * time / DURATION
+    cycles = 150 * time + (TOP - 150) * time**2 / (2 * DURATION)
+    dte = sum(
+        amplitude * receptance(k * frequency, NATURAL) * np.cos(2 * np.pi * k * cycles)
+        for k, amplitude in harmonics.items()
+    )
+    dte = dte + noise * np.random.default_rng(2).normal(size=time.size)
+    return xr.Dataset(
+        {
+            "speed": ("time", 2 * np.pi * frequency / TEETH),
+            "mesh_frequency": (("stage", "time"), [frequency]),
+            "dte": (("stage", "time"), [dte]),
+            "mesh_force": (("stage", "time"), [0 * time]),
+        },
+        coords={"time": time, "stage": ["a-b"]},
+    )
+
+
+def test_superharmonics_are_labelled_with_their_harmonic():
+    table = exugear.resonance_table(swept(EXCITATION))
+    assert table["harmonic"].values.tolist() == [3, 2, 1]
+    assert table["mesh_frequency"].values == pytest.approx([NATURAL / k for k in (3, 2, 1)], rel=0.01)
+    assert table["response_frequency"].values == pytest.approx(NATURAL, rel=0.01)
+    heights = [EXCITATION[k] * receptance(NATURAL, NATURAL) for k in (3, 2, 1)]
+    assert table["harmonic_amplitude"].values == pytest.approx(heights, rel=0.02)
+    assert table["amplitude"].values[-1] == pytest.approx(heights[-1], rel=0.05)
+    assert table["mesh_frequency"].attrs["units"] == "Hz"
+
+
+def test_noise_makes_no_marks():
+    noisy = exugear.resonance_table(swept(EXCITATION, noise=1e-7))
+    assert noisy["harmonic"].values.tolist() == [3, 2, 1]
+    none = exugear.resonance_table(swept({1: 0.0}, noise=1e-6))
+    assert none.sizes["peak"] == 0
+
+
+def test_a_tone_of_constant_frequency_is_no_resonance_of_the_mesh():
+    """Its burst lifts the envelope at 900 Hz of mesh frequency, but no mesh harmonic peaks there."""
+    run = swept(EXCITATION)
+    time = run["time"].values
+    burst = 2e-5 * np.exp(-(((run["mesh_frequency"].values[0] - 1300) / 60) ** 2)) * np.sin(2 * np.pi * 777 * time)
+    run["dte"] = run["dte"] + burst
+    envelope = exugear.dte_envelope(run)
+    assert exugear.resonances(envelope.place, envelope.amplitude).place.size == 4
+    assert exugear.resonance_table(run)["harmonic"].values.tolist() == [3, 2, 1]
+
+
+def test_resonances_that_another_stage_excites_name_that_stage():
+    """The same vibration in the DTE of a stage whose mesh frequency is 2.3 times as high."""
+    run = swept(EXCITATION)
+    frequency, dte = (run[name].values[0] for name in ("mesh_frequency", "dte"))
+    rows = {"mesh_frequency": [frequency, 2.3 * frequency], "dte": [dte, dte], "mesh_force": [0 * dte, 0 * dte]}
+    data = xr.Dataset({name: (("stage", "time"), values) for name, values in rows.items()} | {"speed": run["speed"]})
+    table = exugear.resonance_table(data.assign_coords(stage=["a-b", "b-c"], time=run["time"]), 1)
+    assert table["exciting_stage"].values.tolist() == ["a-b"] * 3
+    assert table["harmonic"].values.tolist() == [3, 2, 1]
+    assert table["mesh_frequency"].values == pytest.approx([2.3 * NATURAL / k for k in (3, 2, 1)], rel=0.01)
+    assert table["response_frequency"].values == pytest.approx(NATURAL, rel=0.01)
