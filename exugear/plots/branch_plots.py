@@ -50,11 +50,7 @@ def plot_branches(
     for number in np.unique(data["branch"]):
         points = np.flatnonzero(data["branch"].values == number)
         _draw_branch(ax, data.isel(point=points), values.values[points] / um)
-    for kind, mark in MARKS.items():
-        met = np.flatnonzero(data["bifurcation"].values == kind)
-        if met.size:
-            frequency = data["mesh_frequency"].values[met]
-            ax.plot(frequency, values.values[met] / um, mark, color="k", markerfacecolor="w", markersize=5, label=kind)
+    _mark_bifurcations(ax, data, values.values / um)
     label = QUANTITIES[quantity] if harmonic is None else f"amplitude of the DTE at {harmonic:g} x mesh frequency [µm]"
     ax.set(xlabel="mesh frequency [Hz]", ylabel=label, title=f"{data.attrs['stage']}, {data.attrs['load']:.4g} N m")
     ax.set_ylim(bottom=0, auto=True)
@@ -63,6 +59,15 @@ def plot_branches(
     once = dict(zip(labels, handles, strict=True))
     ax.legend(once.values(), once.keys(), frameon=False, fontsize="small")
     return ax
+
+
+def _mark_bifurcations(ax: Axes, data: xr.Dataset, values: np.ndarray) -> None:
+    """Mark folds and period doublings at the values of their points."""
+    for kind, mark in MARKS.items():
+        met = np.flatnonzero(data["bifurcation"].values == kind)
+        if met.size:
+            frequency = data["mesh_frequency"].values[met]
+            ax.plot(frequency, values[met], mark, color="k", markerfacecolor="w", markersize=5, label=kind)
 
 
 def _draw_sweep(ax: Axes, run, stage: int, quantity: str) -> None:

@@ -14,7 +14,7 @@ from exugear.steady_state.orbits.steady_system import SteadySystem
 #: Range of the mesh frequency over the resonance that is searched at least: branches enter other ranges from there.
 SEARCHED = Range(0.5, 1.6)
 #: Number of speeds of a sweep; share to which vibrations decay at each of them, least and largest number of cycles.
-SPEEDS, SETTLED, FEWEST_CYCLES, MOST_CYCLES = 48, 1e-3, 10, 400
+SPEEDS, SETTLED, FEWEST_CYCLES, MOST_CYCLES = 48, 1e-3, 2, 400
 #: Change over a period, relative to the static deflection, below which a state may be near an orbit of that period;
 #: distance up to which the orbit is that of the state.
 NEAR, SAME_ORBIT = 0.05, 0.3
@@ -70,10 +70,8 @@ def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
 
 def _pieces(system: SteadySystem, branch: Branch, within: Range) -> list[Branch]:
     """The pieces of a branch inside a range, with points at its borders."""
-    orbits, pieces = (
-        PeriodicOrbits(system, branch.period),
-        [branch.points[:1] if within.holds(branch.points[0]) else []],
-    )
+    orbits = PeriodicOrbits(system, branch.period)
+    pieces = [branch.points[:1] if within.holds(branch.points[0]) else []]
     for before, after in pairwise(branch.points):
         pieces[-1].extend(points_at_borders(orbits, before, after, within))
         if within.holds(after):

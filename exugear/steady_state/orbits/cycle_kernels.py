@@ -89,26 +89,30 @@ def dot(row, states):
 
 
 @compiled
-def add(states, impulse, by_impulse):
-    """Change states by an impulse."""
+def strike(states, by_impulses, impulse):
+    """Change states by the impulses of the mesh."""
     for j in range(states.size):
-        states[j] += impulse * by_impulse[j]
+        states[j] += impulse.value * by_impulses[0, j]
+    if len(by_impulses) > 1:
+        for j in range(states.size):
+            states[j] += impulse.on_phase * by_impulses[1, j] + impulse.on_misalignment * by_impulses[2, j]
 
 
 @compiled
-def drift(propagators, states):
-    """Move states (2 n,) over a step by the propagators (n, 2, 2) of their blocks."""
-    for j in range(len(propagators)):
-        a, b = states[2 * j], states[2 * j + 1]
-        states[2 * j] = propagators[j, 0, 0] * a + propagators[j, 0, 1] * b
-        states[2 * j + 1] = propagators[j, 1, 0] * a + propagators[j, 1, 1] * b
+def keep(samples, number, deflection, impulse):
+    """Write a sample, unless there are none to write; the number of the next one."""
+    if len(samples) > 0:
+        samples[number, 0], samples[number, 1], samples[number, 2] = deflection, impulse.force, impulse.static_force
+    return number + 1
 
 
 @compiled
-def drift_all(propagators, matrix):
-    """Move the columns of a matrix (2 n, m) as `drift` moves states."""
+def drift(propagators, states, matrix):
+    """Move states (2 n,) and the columns of a matrix (2 n, m) by the propagators (n, 2, 2) of their blocks."""
     for j in range(len(propagators)):
         p, upper, lower = propagators[j], matrix[2 * j], matrix[2 * j + 1]
+        a, b = states[2 * j], states[2 * j + 1]
+        states[2 * j], states[2 * j + 1] = p[0, 0] * a + p[0, 1] * b, p[1, 0] * a + p[1, 1] * b
         for i in range(matrix.shape[1]):
             a, b = upper[i], lower[i]
             upper[i] = p[0, 0] * a + p[0, 1] * b
@@ -179,27 +183,18 @@ def advance(addresses, rows, pieces, propagators, states, matrix, samples):
     for p in range(len(pieces)):
         first, length, steps, step = pieces[p, 0], pieces[p, 1], int(pieces[p, 2]), pieces[p, 3]
         half, whole = propagators[p, 0], propagators[p, 1]
-        drift(half, states)
-        drift_all(half, matrix)
+        drift(half, states, matrix)
         for i in range(steps):
             rate = dot(rate_row, states)
             for k in range(number):
                 values[k] = dot(measures[k], states)
             deflection, phase = mesh.deflection + values[0], first + length * (i + 0.5) / steps + values[1]
             impulse = impulse_of(table, mesh, phase, deflection, values[2], rate, step)
-            add(states, impulse.value, by_impulses[0])
-            if number > 1:
-                add(states, impulse.on_phase, by_impulses[1])
-                add(states, impulse.on_misalignment, by_impulses[2])
+            strike(states, by_impulses, impulse)
             if matrix.shape[1] > 0:
                 push(measures, rate_row, by_impulses, impulse, matrix, changes)
-            if len(samples) > 0:
-                samples[sample, 0], samples[sample, 1] = deflection, impulse.force
-                samples[sample, 2] = impulse.static_force
-                sample += 1
-            last = half if i == steps - 1 else whole
-            drift(last, states)
-            drift_all(last, matrix)
+            sample = keep(samples, sample, deflection, impulse)
+            drift(half if i == steps - 1 else whole, states, matrix)
 
 
 NO_SAMPLES = np.zeros((0, 3))
