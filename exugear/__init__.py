@@ -39,6 +39,7 @@ from exugear.signals.spectrogram import spectrogram, waterfall
 from exugear.signals.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.simulation.efficiency import efficiency
 from exugear.simulation.run import Run, RunStopped, run, run_up
+from exugear.steady_state.steady_states import steady_states
 from exugear.system.assembly import build
 from exugear.system.model import Model
 from fem.support.version import __version__
@@ -116,6 +117,7 @@ __all__ = [
     "signal",
     "spectrogram",
     "spectrum",
+    "steady_states",
     "stress_envelope",
     "waterfall",
     "write_sound",

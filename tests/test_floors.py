@@ -36,6 +36,8 @@ FOLDERS = (
     "exugear/integration",
     "exugear/simulation",
     "exugear/modes",
+    "exugear/steady_state/orbits",
+    "exugear/steady_state",
     "exugear/recordings",
     "exugear/signals",
     "exugear/load_factors",
@@ -46,7 +48,7 @@ FOLDERS = (
 )
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
 FIRST, LAST = {"fem.units"}, {"fem", "exugear", "exugear.plots"}
-MODULES_OF_FEM, MODULES_OF_EXUGEAR = 86, 148
+MODULES_OF_FEM, MODULES_OF_EXUGEAR = 86, 160
 MOST_IN_A_FOLDER = 9
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
 #: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.gear_outline` draws.
@@ -64,6 +66,7 @@ FENCES = {
         "exugear/integration",
         "exugear/simulation",
         "exugear/modes",
+        "exugear/steady_state",
         "exugear/post",
     },
     "matplotlib": {"exugear/plots", "exugear/plots/statics", "exugear/post", "exugear/run_report"},

@@ -1,5 +1,6 @@
 """Plots: each function takes data and optionally axes, and returns the axes."""
 
+from exugear.plots.branch_plots import plot_branches
 from exugear.plots.figures import DISTINCT, figure
 from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
 from exugear.plots.mode_plots import plot_campbell, plot_modes
@@ -29,6 +30,7 @@ __all__ = [
     "DISTINCT",
     "figure",
     "plot_bearing_forces",
+    "plot_branches",
     "plot_campbell",
     "plot_cascade",
     "plot_contact_pattern",

@@ -190,6 +190,8 @@ def by_name() -> dict[str, Any]:
         "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,
         "plot_solid.ax": Figure().add_subplot(projection="3d"), "order_spectrum.speed": TURNS,
         "plot_bearing_forces.run": run_on_bearings(), "bearing_force_rms.run": run_on_bearings(),
+        "steady_states.harmonics": 2, "plot_branches.quantity": "rms", "plot_branches.harmonic": None,
+        "plot_branches.data": exugear.steady_states(made["Model"], (50.0, 60.0), 100.0),
         "plot_orbit.run": run_on_bearings(), "plot_orbit.bearing": "fast at 0 mm", "plot_orbit.window": (0.0, 0.02),
         "plot_mesh_force.window": (0.0, 0.05),
         "plot_te_harmonics.harmonics": 2, "te_harmonics.harmonics": 2, "animate_pair.path": folder / "pair.gif",

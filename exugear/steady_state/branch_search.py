@@ -1,0 +1,219 @@
+"""Search of all branches: sweeps over the speed up and down, continuation from each new orbit, subharmonic branches."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import ceil, log
+
+import numpy as np
+
+from exugear.steady_state.continuation import Range, points_at_borders, traced
+from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbits, reversed_point
+from exugear.steady_state.orbits.steady_system import SteadySystem
+
+#: Range of the mesh frequency over the resonance that is searched at least: branches enter other ranges from there.
+SEARCHED = Range(0.5, 1.6)
+#: Number of speeds of a sweep; share to which vibrations decay at each of them, least and largest number of cycles.
+SPEEDS, SETTLED, FEWEST_CYCLES, MOST_CYCLES = 48, 1e-3, 2, 400
+#: Change over a period, relative to the static deflection, below which a state may be near an orbit of that period;
+#: distance up to which the orbit is that of the state.
+NEAR, SAME_ORBIT = 0.05, 0.3
+#: Distance from a chord of a branch over its length, and in unknowns, within which an orbit may lie on the branch.
+OFF_CHORD, OFF_BRANCH = 0.2, 1e-2
+#: Difference of unknowns of the same orbit.
+SAME = 1e-5
+#: Amplitudes over the static deflection at which a subharmonic branch is started.
+SUBHARMONIC = (0.02, 0.1, 0.005)
+#: Difference of the unknowns of the end of a subharmonic branch and the period doubling at which it ends.
+JOINED = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """Successive periodic orbits, with their period in mesh cycles; whether it is `Trace.complete`."""
+
+    points: list[OrbitPoint]
+    period: int
+    complete: bool
+
+    @property
+    def unknowns(self) -> np.ndarray:
+        """(n_point, 2 n + 1) unknowns of the points."""
+        return np.array([point.unknowns for point in self.points])
+
+    @property
+    def doublings(self) -> list[OrbitPoint]:
+        """Points at which the period doubles."""
+        return [point for point in self.points if point.bifurcation == "period doubling"]
+
+
+def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
+    """Branches of orbits of one and of two mesh cycles in a range of the mesh frequency.
+
+    Orbits of one cycle are reached by sweeps, those of two also from period doublings. Raises RuntimeError where no
+    periodic orbit is reached.
+    """
+    branches: list[Branch] = []
+    searched = Range(min(within.low, SEARCHED.low), max(within.high, SEARCHED.high))
+    frequencies = np.geomspace(searched.low, searched.high, SPEEDS)
+    for sweep in (frequencies, frequencies[::-1]):
+        for point in _attractors(system, sweep):
+            if not any(_holds(branch, point, system) for branch in branches):
+                branches.append(_through(system, point, searched))
+                if point.period == 1:
+                    branches.extend(_subharmonic(system, branches, searched))
+    inside = [piece for branch in branches for piece in _pieces(system, branch, within)]
+    if not inside:
+        raise RuntimeError("no periodic orbit of one or two mesh cycles was reached; try another range of speed")
+    return inside
+
+
+def _pieces(system: SteadySystem, branch: Branch, within: Range) -> list[Branch]:
+    """The pieces of a branch inside a range, with points at its borders."""
+    orbits = PeriodicOrbits(system, branch.period)
+    pieces = [branch.points[:1] if within.holds(branch.points[0]) else []]
+    for before, after in pairwise(branch.points):
+        pieces[-1].extend(points_at_borders(orbits, before, after, within))
+        if within.holds(after):
+            pieces[-1].append(after)
+        elif pieces[-1]:
+            pieces.append([])
+    return [Branch(points, branch.period, branch.complete) for points in pieces if len(points) > 1]
+
+
+def _attractors(system: SteadySystem, frequencies: np.ndarray) -> Iterator[OrbitPoint]:
+    """Stable orbits on which a sweep settles at mesh frequencies over the resonance."""
+    states = np.zeros(system.size)
+    for ratio in frequencies:
+        frequency = ratio * system.resonance
+        try:
+            states = system.settled(states, frequency, _settling_cycles(system, frequency))
+            point = _orbit_near(system, states, frequency)
+        except ValueError:
+            states, point = np.zeros(system.size), None
+        if point is not None:
+            yield point
+
+
+def _settling_cycles(system: SteadySystem, frequency: float) -> int:
+    """Number of mesh cycles in which vibrations decay."""
+    if system.decay <= 0:
+        return MOST_CYCLES
+    cycles = ceil(log(1 / SETTLED) / system.decay * frequency)
+    return 2 * ceil(min(max(cycles, FEWEST_CYCLES), MOST_CYCLES) / 2)
+
+
+def _orbit_near(system: SteadySystem, states: np.ndarray, frequency: float) -> OrbitPoint | None:
+    """The orbit of one, else of two mesh cycles near states [m]; None where there is none."""
+    for period in (1, 2):
+        moved = system.settled(states, frequency, period)
+        if np.abs(moved - states).max() < NEAR * system.static_deflection:
+            point = PeriodicOrbits(system, period).at_frequency(moved, frequency)
+            if point is not None and np.abs(point.unknowns[:-1] - moved / system.static_deflection).max() < SAME_ORBIT:
+                return point if period == 1 or _is_subharmonic(system, point) else None
+    return None
+
+
+def _is_subharmonic(system: SteadySystem, point: OrbitPoint) -> bool:
+    """Whether an orbit of two mesh cycles is none of a single one."""
+    return bool(np.abs(_shifted(system, point) - point.unknowns).max() > SAME)
+
+
+def _through(system: SteadySystem, start: OrbitPoint, within: Range) -> Branch:
+    """The branch through an orbit, in the direction of rising speed at that orbit."""
+    start = start if start.tangent[-1] > 0 else reversed_point(start)
+    orbits = PeriodicOrbits(system, start.period)
+    forwards = traced(orbits, start, within, Ending(system, start))
+    backwards = traced(orbits, reversed_point(start), within, Ending(system, start))
+    points = [reversed_point(point) for point in backwards.points[:0:-1]] + forwards.points
+    return Branch(points, start.period, forwards.complete and backwards.complete)
+
+
+class Ending:
+    """Whether a subharmonic branch has passed the orbits of one mesh cycle from which it came."""
+
+    def __init__(self, system: SteadySystem, start: OrbitPoint):
+        self.system, self.merged = system, False
+        self.last = self._difference(start)
+
+    def _difference(self, point: OrbitPoint) -> np.ndarray:
+        """(2 n,) change of the states over a mesh cycle, over the static deflection; 0 for orbits of one cycle."""
+        if point.period == 1:
+            return np.zeros(0)
+        return _shifted(self.system, point)[:-1] - point.unknowns[:-1]
+
+    def __call__(self, point: OrbitPoint) -> bool:
+        difference = self._difference(point)
+        self.merged = bool(difference @ self.last < 0)
+        self.last = difference
+        return self.merged
+
+
+def _shifted(system: SteadySystem, point: OrbitPoint) -> np.ndarray:
+    """Unknowns of an orbit one mesh cycle later."""
+    orbits = PeriodicOrbits(system, point.period)
+    states = system.settled(orbits.states_of(point.unknowns), orbits.frequency_of(point.unknowns), 1)
+    return np.append(states / system.static_deflection, point.unknowns[-1])
+
+
+def _holds(branch: Branch, point: OrbitPoint, system: SteadySystem) -> bool:
+    """Whether an orbit lies on a branch."""
+    if branch.period != point.period:
+        return False
+    candidates = [point.unknowns] if point.period == 1 else [point.unknowns, _shifted(system, point)]
+    return any(_passes(branch, unknowns, system) for unknowns in candidates)
+
+
+def _passes(branch: Branch, unknowns: np.ndarray, system: SteadySystem) -> bool:
+    """Whether a branch passes through unknowns."""
+    corners, frequency = branch.unknowns, unknowns[-1]
+    low, high = corners[:-1], corners[1:]
+    rises = high[:, -1] - low[:, -1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(rises == 0, 0.0, (frequency - low[:, -1]) / rises)
+    for i in np.flatnonzero((share >= 0) & (share <= 1)):
+        guess = low[i] + share[i] * (high[i] - low[i])
+        if np.linalg.norm(guess - unknowns) < OFF_CHORD * np.linalg.norm(high[i] - low[i]) + OFF_BRANCH:
+            orbits = PeriodicOrbits(system, branch.period)
+            point = orbits.at_frequency(orbits.states_of(guess), orbits.frequency_of(unknowns))
+            if point is not None and np.abs(point.unknowns - unknowns).max() < SAME:
+                return True
+    return False
+
+
+def _subharmonic(system: SteadySystem, branches: list[Branch], within: Range) -> list[Branch]:
+    """Branches of two mesh cycles from the period doublings of the last branch."""
+    new: list[Branch] = []
+    doublings = branches[-1].doublings
+    for doubling in doublings:
+        ends = [branch.points[-1] for branch in new]
+        if any(np.abs(end.unknowns - doubling.unknowns).max() < SAME for end in ends):
+            continue
+        branch = _doubled(system, doubling, within, doublings)
+        if branch is not None:
+            new.append(branch)
+    return new
+
+
+def _doubled(system: SteadySystem, doubling: OrbitPoint, within: Range, doublings: list[OrbitPoint]) -> Branch | None:
+    """The branch of two mesh cycles that leaves a period doubling, and ends at another if it does."""
+    values, vectors = np.linalg.eig(doubling.jacobian[:, :-1])
+    nearest = int(np.abs(values + 2.0).argmin())
+    direction = np.append(vectors[:, nearest].real, 0.0)
+    direction /= np.linalg.norm(direction)
+    orbits = PeriodicOrbits(system, 2)
+    for amplitude in SUBHARMONIC:
+        start = orbits.solved(doubling.unknowns + amplitude * direction, direction)
+        if start is not None and within.holds(start):
+            break
+    else:
+        return None
+    ending = Ending(system, start)
+    trace = traced(orbits, start, within, ending)
+    first = replace(doubling, period=2, bifurcation="", tangent=direction)
+    points = [first, *trace.points]
+    if ending.merged:
+        last = min(doublings, key=lambda point: float(np.abs(point.unknowns - points[-1].unknowns).max()))
+        if np.abs(last.unknowns - points[-1].unknowns).max() < JOINED:
+            points.append(replace(last, period=2, bifurcation="", tangent=points[-1].tangent))
+    return Branch(points, 2, trace.complete)

@@ -1,0 +1,72 @@
+"""Measures of a mesh at coordinates of its gearbox: phase and offsets, with their slopes by the coordinates."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from exugear.contact_geometry.contact_records import is_spatial
+from exugear.contact_geometry.reference_configuration import phase_of
+from exugear.contact_geometry.relative_position import position_of
+from exugear.force_table.patches import phase_cell
+from exugear.force_table.potential import potential
+from exugear.system.model import Mesh, Model
+from fem.support.numba_cache import kept
+
+#: Step of differences in the coordinates [m, rad].
+STEP = 1e-6
+
+
+class Measures(NamedTuple):
+    """Deflection [m], phase of the driving flank, offsets by name as the map counts them; none if gears only spin."""
+
+    deflection: float
+    phase: float
+    offsets: dict[str, float]
+
+
+@kept
+def spatial_measures(table, frame, q_1, q_2):
+    """(deflection [m], phase of the driving flank, misalignment [rad], a [m], axial [m]) of two Rxyz bodies."""
+    position = position_of(table, frame, q_1, q_2)
+    phase = position.flank.phase if position.flank.side > 0.0 else table.back_phase - position.flank.phase
+    a, misalignment, axial = position.offsets
+    return position.lead - position.opening, phase, misalignment, a, axial
+
+
+@kept
+def static_at(table, phase, deflection):
+    """`exugear.force_table.potential.Potential` of a flank without offsets."""
+    return potential(table, 0, phase_cell(table, phase), deflection, 0.0)
+
+
+def measures_of(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:
+    """Rows (3, n_coordinates) of deflection, phase and misalignment, and the measures at coordinates q."""
+    if not is_spatial(mesh.frame):
+        return _measures_of_spins(model, mesh, q)
+    shafts = mesh.stage.fast, mesh.stage.slow
+    components = [model.plan.shafts[shaft.name].components for shaft in shafts]
+    spins = [model.spins[shaft.name] for shaft in shafts]
+    indices = [spin + np.arange(1 - len(part), 1) for spin, part in zip(spins, components, strict=True)]
+
+    def at(coordinates: np.ndarray) -> np.ndarray:
+        displacements = np.zeros((2, 6))
+        for displacement, part, index in zip(displacements, components, indices, strict=True):
+            displacement[part] = coordinates[index]
+        bodies = (tuple(row) for row in displacements.tolist())
+        return np.array(spatial_measures(mesh.law.table.head, mesh.frame, *bodies))
+
+    rows = np.zeros((3, q.size))
+    for index in np.concatenate(indices):
+        step = np.zeros_like(q)
+        step[index] = STEP
+        rows[:, index] = ((at(q + step) - at(q - step)) / (2 * STEP))[:3]
+    deflection, phase, misalignment, a, axial = at(q).tolist()
+    return rows, Measures(deflection, phase, {"a": a, "misalignment": misalignment, "axial": axial})
+
+
+def _measures_of_spins(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:
+    """As `measures_of`, of gears that only spin about ideal axes."""
+    rows, pinion = np.zeros((3, q.size)), model.spins[mesh.stage.fast.name]
+    rows[0] = mesh.row
+    rows[1, pinion] = mesh.frame.direction * mesh.frame.pitches_per_radian
+    return rows, Measures(float(mesh.row @ q), phase_of(mesh.frame, float(q[pinion])), {})
