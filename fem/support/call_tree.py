@@ -4,8 +4,9 @@ Numba optimizes each function together with all that it calls, and translates it
 in a call tree is optimized n times, though it runs only where it is inlined into the root. That takes two thirds of the
 time of compilation. Here the functions that a root calls are neither optimized nor translated, but linked to it.
 
-This relies on private classes of numba. Where their attributes differ, `callee` is `numba.njit`, and `whole_call_tree`
-has no effect.
+This relies on private classes of numba 0.68 or later: 0.62 names the function that unpacks the arguments of an exception
+by their machine types alone, so that exceptions of linked functions are mixed up. Where versions or attributes differ, `callee` is
+`numba.njit`, and `whole_call_tree` has no effect.
 """
 
 from collections.abc import Iterator
@@ -13,7 +14,7 @@ from contextlib import contextmanager
 from functools import cached_property, partial
 from typing import Any
 
-from numba import config, njit
+from numba import config, njit, version_info
 from numba.core.codegen import JITCodeLibrary
 from numba.core.environment import lookup_environment
 from numba.core.registry import CPUDispatcher, cpu_target
@@ -23,7 +24,11 @@ PRIVATE = (
     *("_ensure_finalized", "_raise_if_finalized", "_get_module_for_linking", "get_defined_functions"),
     *("_optimize_functions", "_optimize_final_module", "_finalize_final_module", "get_pointer_to_function"),
 )
-KNOWN = all(hasattr(JITCodeLibrary, name) for name in PRIVATE) and not getattr(config, "DISABLE_JIT", False)
+KNOWN = (
+    version_info.short >= (0, 68)
+    and all(hasattr(JITCodeLibrary, name) for name in PRIVATE)
+    and not getattr(config, "DISABLE_JIT", False)
+)
 #: Options of numba for functions that Python does not call.
 NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 

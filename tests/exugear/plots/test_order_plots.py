@@ -63,7 +63,8 @@ def test_a_cascade_stands_at_the_speeds_and_its_peaks_rise_as_asked(signal):
 
 def test_levels_name_channels_and_reference(signal):
     cut = exugear.order_cut(signal.expand_dims(bearing=["a", "b"]).assign_attrs(signal.attrs), list(ORDERS))
-    ax = plots.plot_levels(exugear.level(cut["amplitude"] / np.sqrt(2), 1e-6), plots.figure().axes[0])
+    rms = (cut["amplitude"] / np.sqrt(2)).assign_attrs(cut["amplitude"].attrs)
+    ax = plots.plot_levels(exugear.level(rms, 1e-6), plots.figure().axes[0])
     names = ["a, order 20", "a, order 40", "b, order 20", "b, order 40"]
     assert ax.get_legend_handles_labels()[1] == names
     assert ax.lines[0].get_ydata() == pytest.approx(20 * np.log10(np.sqrt(2)), abs=0.1)
