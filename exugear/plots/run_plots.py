@@ -1,7 +1,7 @@
 """Plots of runs: DTE with its envelope, envelopes of several runs, mesh forces, forces and orbits of bearings."""
 
 from collections.abc import Mapping
-from itertools import cycle
+from itertools import cycle, pairwise
 from typing import Any
 
 import numpy as np
@@ -149,9 +149,15 @@ def _last_turn(data: xr.Dataset) -> tuple[float, float]:
 
 
 def _band(ax: Axes, abscissa: np.ndarray, low: np.ndarray, high: np.ndarray, style: dict[str, Any]) -> None:
-    """Band between the limits of a signal, the upper line labelled."""
+    """Band between the limits of a signal, the upper line labelled.
+
+    It is filled piece by piece between the turns of the abscissa, as areas of opposite directions would cancel.
+    """
     line = merged(style, color=EDGE, linewidth=1.2)
-    ax.fill_between(abscissa, low, high, color=line["color"], alpha=0.3, linewidth=0)
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(abscissa)))) + 1
+    for first, last in pairwise([0, *turns, abscissa.size - 1]):
+        way = slice(first, last + 1)
+        ax.fill_between(abscissa[way], low[way], high[way], color=line["color"], alpha=0.3, linewidth=0)
     ax.plot(abscissa, high, **line)
     ax.plot(abscissa, low, **line | {"label": None})
 

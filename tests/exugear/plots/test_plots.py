@@ -212,3 +212,32 @@ def test_stacked_losses_of_a_run_add_up_to_what_it_dissipates():
     assert middle == pytest.approx(settled, rel=0.01), "over many mesh cycles, means of each"
     with pytest.raises(ValueError, match="run it with power=True"):
         plots.plot_power(exugear.run_up(model, speed=50.0, **given | {"power": False}))
+
+
+def reversing() -> xr.Dataset:
+    """The same transmission error while the speed falls through 0 to its negative."""
+    data = swept(1000.0, 2.0)
+    turned = data["speed"].values[::-1] * np.sign(1.0 - data["time"].values)
+    frequency = 57 * np.abs(data["time"].values - 1.0) * 17
+    return data.assign(speed=("time", turned), mesh_frequency=(("stage", "time"), [frequency]))
+
+
+def test_a_run_that_reverses_is_drawn_over_its_signed_speed_and_filled_both_ways():
+    ax = plots.plot_waterfall(swept(), plots.figure().axes[0])
+    assert ax.get_xlabel() == "speed of the driving shaft [rpm]"
+    (picture,) = plots.plot_run_up(reversing(), plots.figure().axes[0]).collections[:1]
+    assert len(plots.plot_run_up(reversing(), plots.figure().axes[0]).collections) == 2
+    assert picture.get_alpha() == 0.3
+
+
+def test_an_order_map_of_less_than_a_mesh_cycle_is_refused():
+    with pytest.raises(ValueError, match="run must hold more than one mesh cycle for its order map"):
+        plots.plot_waterfall(swept().isel(time=slice(0, 300)))
+
+
+def test_long_labels_of_colour_bars_are_broken_into_lines():
+    dte = exugear.recorded_signal(
+        np.arange(400) / 400, np.full(400, 9.0), np.sin(np.arange(400)), long_name="force of the bearing on its shaft"
+    )
+    ax = plots.plot_spectrogram(exugear.spectrogram(dte), plots.figure().axes[0])
+    assert ax.figure.axes[1].get_ylabel() == "force of the bearing on its\nshaft [dB re 1]"
