@@ -92,7 +92,7 @@ def harmonics_as_text(data: xr.Dataset, number: int) -> Table:
     for harmonic, cut in enumerate(amplitude.transpose("order", ...), start=1):
         if bool(cut.notnull().any()):
             peak = cut.isel(time=cut.argmax(...)["time"])
-            frequency = float(peak["speed"]) * float(dte["mesh_order"]) / (2 * pi)
+            frequency = abs(float(peak["speed"])) * float(dte["mesh_order"]) / (2 * pi)
             places = f"{float(peak['speed']) / rpm:.0f}", f"{frequency:.1f}"
             rows.append((str(harmonic), _digits(float(peak) / um), *places))
     columns = ("mesh harmonic", "largest amplitude [µm]", "driving shaft [rpm]", "mesh frequency [Hz]")

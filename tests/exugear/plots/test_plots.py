@@ -111,6 +111,17 @@ def test_marks_lie_inside_the_frame_which_names_stage_and_load():
         assert box.y0 > frame.y0 and box.y1 < frame.y1
 
 
+def test_labels_of_close_resonances_do_not_overlap():
+    close = Resonances(np.array([600.0, 630.0, 690.0, 720.0, 2000.0]), np.full(5, 2e-6))
+    figure = plots.figure()
+    figure.set_size_inches(8.0, 4.0)
+    ax = plots.plot_run_up(swept(), figure.axes[0], found=close)
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert not any(box.overlaps(further) for k, box in enumerate(boxes) for further in boxes[k + 1 :])
+    assert max(box.y1 for box in boxes) < ax.get_window_extent().y1
+
+
 def test_order_map_spans_the_given_decibels():
     (picture,) = plots.plot_waterfall(swept(), plots.figure().axes[0], decibels=40.0).collections
     low, high = picture.get_clim()

@@ -10,7 +10,7 @@ from scenes import smooth_box
 
 import exugear
 from exugear.run_report import document
-from exugear.run_report.results import rounded, summary
+from exugear.run_report.results import harmonics_as_text, rounded, summary
 from fem.units import rpm
 
 TITLES = ("Results", "Inputs", "Assumptions and plan", "Error estimates", "Versions")
@@ -172,3 +172,10 @@ def test_a_headless_browser_shows_all_figures(written, tmp_path):
     coloured = np.ptp(pixels, axis=2) > 0.2
     assert pixels.shape[:2] == (4000, 1000)
     assert coloured.mean() > 0.02
+
+
+def test_a_reversing_run_lists_mesh_frequencies_above_zero():
+    run = exugear.run_up(
+        exugear.build(smooth_box()), speed=(40.0, -60.0), duration=0.3, load=150.0, progress=False, checks=0
+    )
+    assert all(float(row[-1]) > 0 for row in harmonics_as_text(run.data, 0).rows)

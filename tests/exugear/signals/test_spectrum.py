@@ -123,3 +123,11 @@ def test_planted_peaks_are_returned_with_places_and_heights_under_noise(seed):
         peaks = resonances(frequency[::sense], amplitude[::sense])
         assert peaks.place[::sense] == pytest.approx(list(planted), abs=20)
         assert peaks.height[::sense] == pytest.approx(heights, abs=0.1)
+
+
+def test_peaks_of_a_coast_down_rise_over_the_abscissa():
+    place = np.linspace(100.0, 10.0, 400)
+    amplitude = sum(1 / (1 + (place - peak) ** 2) for peak in (30.0, 60.0))
+    down, up = exugear.resonances(place, amplitude), exugear.resonances(place[::-1], amplitude[::-1])
+    assert down.place == pytest.approx([30.0, 60.0], abs=0.05)
+    assert down.height == pytest.approx(up.height)
