@@ -165,7 +165,7 @@ def _band(ax: Axes, abscissa: np.ndarray, low: np.ndarray, high: np.ndarray, sty
 
 
 def _mark(ax: Axes, outline: Envelope, resonances: Resonances) -> None:
-    """Mark resonances on the envelope, with room for their frequencies inside the frame; close ones stand in two rows."""
+    """Mark resonances on the envelope, their frequencies inside the frame, those of close ones in two rows."""
     order = np.argsort(outline.place)
     heights = np.interp(resonances.place, outline.place[order], outline.high[order]) / um
     ax.plot(resonances.place, heights, "v", color=MARK, markersize=5)

@@ -71,8 +71,8 @@ def _sections(run: Run, model: Model | None) -> list[Section]:
 def _results(run: Run) -> Section:
     data = run.data
     if not is_sweep(data):
-        tables = tuple(table for table in (extremes(data), balance(data)) if table.rows)
-        return Section("Results", summary(data), tables, tuple(run_figures(data, {})))
+        recorded = tuple(table for table in (extremes(data), balance(data)) if table.rows)
+        return Section("Results", summary(data), recorded, tuple(run_figures(data, {})))
     stages = data["stage"].values.tolist()
     resonances = {stage: resonance_table(data, number) for number, stage in enumerate(stages)}
     tables = [resonances_as_text(data, stage, table) for stage, table in resonances.items()]

@@ -25,7 +25,8 @@ HARMONICS = 5
 
 def is_sweep(data: xr.Dataset) -> bool:
     """Whether the speed changes so much that an envelope over it shows resonances."""
-    speed, cycles = np.abs(data["speed"].values), np.abs(data["mesh_frequency"]).integrate("time")
+    speed = np.abs(data["speed"].values)
+    cycles = np.trapezoid(np.abs(data["mesh_frequency"].transpose("stage", "time").values), data["time"].values)
     return bool(np.ptp(speed) > SWEEP * speed.max() and cycles.min() >= CYCLES)
 
 
