@@ -12,6 +12,7 @@ import xarray as xr
 
 from exugear.elements.bearing_elements import reactions
 from exugear.energy.power_variables import power_variables
+from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.integration.shaft_motion import drag_variables, driving_speed, rows, speed_variables, torque_variables
 from exugear.integration.solver_settings import Scheme
 from exugear.integration.time_integration import Segment
@@ -23,6 +24,7 @@ from exugear.plan.sampling import Steps
 from exugear.system.drive_and_load import ShaftTorques
 from exugear.system.equilibrium import UNIT
 from exugear.system.model import Model, on_bearings
+from fem.gear.gear import Gear
 from fem.ste.ste_map import pair_attributes, read
 from fem.support.validation import require
 from fem.units import mm
@@ -254,14 +256,23 @@ def _step_error(checked: Sequence[tuple[Segment, np.ndarray]], h: float) -> dict
 
 
 def scene_attributes(model: Model) -> dict[str, float | str]:
-    """Data of shafts, pairs and force laws, by attribute name."""
+    """Data of shafts with their parts, of pairs, force laws and frictions, by attribute name."""
     inputs: dict[str, float | str] = {}
     for shaft in model.gearbox.shafts:
         inputs |= {f"{shaft.name}_{name}": getattr(shaft, name) for name in ("inertia", "mass", "transverse")}
+        inputs |= {f"{shaft.name}_parts": text for text in [_parts(shaft)] if text}
     for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
         numbers = pair_attributes(stage.pair) | {"damping": stage.force.damping, "backlash": stage.force.backlash}
+        numbers |= {"angle": stage.angle} | ({"friction": repr(stage.friction.coefficient)} if stage.friction else {})
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
     return inputs
+
+
+def _parts(shaft: Shaft) -> str:
+    """Bearings, discs, couplings and drags of a shaft with their axial positions, and its displacement; a line each."""
+    groups = ((axial, part if isinstance(part, tuple) else (part,)) for axial, part in shaft.parts.items())
+    lines = [f"{axial / mm:g} mm: {part!r}" for axial, group in groups for part in group if not isinstance(part, Gear)]
+    return "\n".join(lines + [f"whole shaft: {shaft.offset!r}"] * (shaft.offset != NO_DISPLACEMENT))
 
 
 def with_end_state(model: Model, data: xr.Dataset, end: End | None) -> xr.Dataset:

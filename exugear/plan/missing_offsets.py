@@ -14,6 +14,8 @@ from exugear.plan.coordinates import Coordinates, pose
 from exugear.plan.map_axes import AXIS_NAMES, MOVED_BY, is_slight, static_offsets
 from fem.support.validation import require
 
+#: Units of the axes of a map.
+UNITS = {"a": "m", "misalignment": "rad", "axial": "m"}
 #: Iterations for the secant stiffness of nonlinear bearings.
 ITERATIONS = 20
 #: Offsets to map, in multiples of the displacement under the load.
@@ -83,7 +85,7 @@ def _advice(gearbox: Gearbox, stage: Stage, shafts, load: float, moved: Mapping[
     far = [name for name in lacking if not is_slight(stage, name, reached[name] - static[name])]
     if not far:
         return f"under {load:.4g} N m the gears move too little to matter" if lacking else ""
-    offsets = ", ".join(f"{name} = {reached[name]:.6g}" for name in far)
+    offsets = ", ".join(f"{name} = {reached[name]:.6g} {UNITS[name]}" for name in far)
     axes = dict(stage.force.offsets) | {name: _axis(name, static[name], reached[name]) for name in far}
     written = ", ".join(f"{name}=({', '.join(f'{x:.9g}' for x in axes[name])})" for name in AXIS_NAMES if name in axes)
     return f"under {load:.4g} N m {offsets}: map with offsets=fem.Offsets({written})"

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import wraps
+from textwrap import fill
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -23,6 +24,8 @@ DISTINCT = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7"
 GUIDE = "0.35"
 #: Letters [pt]: those of a figure 8 in wide are 8.7 pt high where it is printed 160 mm wide.
 LETTERS = 11
+#: Letters in a line of the label of a colour bar: those of the height of axes of half the width of a page.
+LABEL_LENGTH = 30
 GRID = {"color": "0.88", "linewidth": 0.7}
 #: matplotlib's settings while a plot is drawn.
 STYLE: dict[Any, Any] = {
@@ -96,7 +99,7 @@ def legend(ax: Axes, **options) -> None:
 
 def colour_bar(ax: Axes, picture, label: str, **options) -> None:
     """Colour bar of a picture beside its axes."""
-    bar = ax.figure.colorbar(picture, ax=ax, label=label, **options)
+    bar = ax.figure.colorbar(picture, ax=ax, label=fill(label, LABEL_LENGTH), **options)
     bar.ax.tick_params(labelsize=LETTERS - 1)
     bar.outline.set_visible(False)
 

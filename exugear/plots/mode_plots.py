@@ -1,5 +1,6 @@
 """Plots of vibration modes: Campbell diagram, and shafts and gears in the shape of a mode."""
 
+from itertools import cycle, product
 from math import pi
 from typing import Any, NamedTuple
 
@@ -256,16 +257,18 @@ def _draw_bodies(ax: Axes, data: xr.Dataset, angle: float, style: dict[str, Any]
     bodies, extremes = _bodies(_at_angle(data, angle)), _bodies(data) + _bodies(_at_angle(data, pi / 2))
     smallest = min(body.radius for body in bodies if body.radius > 0)
     scale = LARGEST * smallest / max(*(body.largest for body in extremes), np.finfo(float).tiny)
-    for number, body in enumerate(bodies):
-        colour, dash = DISTINCT[number % len(DISTINCT)], "-" if body.radius else ":"
+    styles = cycle(product(("-", "--", "-."), DISTINCT))
+    for body, (rim_line, colour) in zip(bodies, styles, strict=False):
+        dash = "-" if body.radius else ":"
         for factor, outline in ((0.0, AT_REST), (scale, colour)):
             x, y, turn = body.x + factor * body.u, body.y + factor * body.v, factor * body.spin
             line = merged(style, linewidth=1.4, color=outline)
-            ax.add_patch(Circle((x / mm, y / mm), body.radius / mm, fill=False, linewidth=1.4, color=outline))
+            circle = {"fill": False, "linewidth": 1.4, "linestyle": rim_line, "color": outline}
+            ax.add_patch(Circle((x / mm, y / mm), body.radius / mm, **circle))
             rim = x + (body.radius or smallest) * np.cos(turn), y + (body.radius or smallest) * np.sin(turn)
             ax.plot([x / mm, rim[0] / mm], [y / mm, rim[1] / mm], dash, **line)
         _draw_arrow(ax, colour, (body.x / mm, body.y), (scale * body.u, scale * body.v))
-        ax.plot([], [], color=colour, label=body.name)
+        ax.plot([], [], rim_line, color=colour, label=body.name)
     ax.autoscale_view()
     ax.set(xlabel="x [mm]", ylabel="y [mm]")
     legend(ax)

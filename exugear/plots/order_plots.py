@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 
 from exugear.integration.run_data import stage_data
 from exugear.plots.figures import DISTINCT, axes_or_new, colour_bar, legend, merged, styled, title_of
-from exugear.signals.spectrum import order_spectrum
+from exugear.recordings.signal import recorded_signal
+from exugear.signals.order_tracking import order_tracking
 from fem.support.arguments import Finite, checked
 from fem.support.validation import require
 from fem.units import rpm, um
@@ -25,6 +26,8 @@ __all__ = [
 
 #: Length of a line of an order map of the DTE [mesh cycles], and its largest share of the run.
 CYCLES, SHARE = 400, 1 / 20
+#: Share of the energy of spectra that lies in the frequencies shown by default.
+ENERGY = 0.999
 #: Units in which plots show values: factor and name.
 SHOWN = {"m": (1 / um, "µm"), "m/s^2": (1.0, "m/s²"), "1": (1.0, "")}
 #: Colours of an amplitude, from white.
@@ -40,22 +43,37 @@ def plot_order_map(orders: xr.Dataset, ax: Axes | None = None, *, decibels: Fini
     decibels    range of amplitudes shown, down from the highest one
     style       of matplotlib's pcolormesh
     """
-    return _map(_channel("orders", orders, "order"), "order of the shaft", ax, decibels, style)
+    return _draw_map(_channel("orders", orders, "order"), "order of the shaft", ax, decibels, style)
 
 
 @checked
 @styled
-def plot_spectrogram(spectra: xr.Dataset, ax: Axes | None = None, *, decibels: Finite = 60.0, **style) -> Axes:
+def plot_spectrogram(
+    spectra: xr.Dataset, ax: Axes | None = None, *, decibels: Finite = 60.0, top: float | None = None, **style
+) -> Axes:
     """Spectrogram or waterfall in colours: amplitude over time or speed, and frequency.
 
     spectra     of one channel, as `exugear.spectrogram` or `exugear.waterfall` returns it
     decibels    range of amplitudes shown, down from the highest one
+    top         highest frequency shown [Hz]; by default that below which 99.9 % of the energy lies
     style       of matplotlib's pcolormesh
     """
-    return _map(_channel("spectra", spectra, "frequency"), "frequency [Hz]", ax, decibels, style)
+    amplitude = _below(_channel("spectra", spectra, "frequency"), top)
+    return _draw_map(amplitude, "frequency [Hz]", ax, decibels, style)
 
 
-def _map(amplitude: xr.DataArray, label: str, ax: Axes | None, decibels: float, style: dict[str, Any]) -> Axes:
+def _below(amplitude: xr.DataArray, top: float | None) -> xr.DataArray:
+    """The amplitudes up to a highest frequency [Hz], by default that of `ENERGY`."""
+    frequency = amplitude["frequency"].values
+    if top is None:
+        energy = np.cumsum((amplitude.values**2).sum(axis=0))
+        last = int(np.searchsorted(energy, ENERGY * energy[-1])) if energy[-1] > 0 else frequency.size - 1
+        top = frequency[np.clip(last, 1, frequency.size - 1)]
+    require(top >= frequency[1], f"top must be >= {frequency[1]:g} Hz, the distance of the lines, got {top}")
+    return amplitude.isel(frequency=frequency <= top)
+
+
+def _draw_map(amplitude: xr.DataArray, label: str, ax: Axes | None, decibels: float, style: dict[str, Any]) -> Axes:
     """Amplitude (line, axis) in decibels over time or speed, and over the axis with its label."""
     ax, axis = axes_or_new(ax), amplitude.dims[-1]
     name, abscissa = _abscissa(amplitude, by_time=axis == "frequency")
@@ -92,7 +110,8 @@ def _abscissa(amplitude: xr.DataArray, *, by_time: bool = False) -> tuple[str, n
     steps = np.diff(amplitude["speed"].values)
     if "time" in amplitude.dims and (by_time or not ((steps > 0).all() or (steps < 0).all())):
         return "time [s]", amplitude["time"].values
-    return "speed of the shaft [rpm]", amplitude["speed"].values / rpm
+    name = amplitude["speed"].attrs.get("long_name", "speed of the shaft")
+    return f"{name} [rpm]", amplitude["speed"].values / rpm
 
 
 @checked
@@ -122,14 +141,17 @@ def plot_order_cuts(cuts: xr.Dataset, ax: Axes | None = None, *, decibels: Finit
 
 @checked
 @styled
-def plot_cascade(spectra: xr.Dataset, ax: Axes | None = None, *, height: Finite = 8.0, **style) -> Axes:
+def plot_cascade(
+    spectra: xr.Dataset, ax: Axes | None = None, *, height: Finite = 8.0, top: float | None = None, **style
+) -> Axes:
     """Waterfall as a cascade: spectra over frequency, one above the other at their speeds.
 
     spectra    of one channel, as `exugear.waterfall` returns it
     height     of the largest amplitude in distances of two spectra
+    top        highest frequency shown [Hz]; by default that below which 99.9 % of the energy lies
     style      of matplotlib's plot
     """
-    amplitude, ax = _channel("spectra", spectra, "frequency"), axes_or_new(ax)
+    amplitude, ax = _below(_channel("spectra", spectra, "frequency"), top), axes_or_new(ax)
     speed = amplitude["speed"].values / rpm
     rise = height * np.ptp(speed) / max(speed.size - 1, 1) / (float(amplitude.max()) or 1.0)
     for k in np.argsort(speed)[::-1]:
@@ -138,7 +160,7 @@ def plot_cascade(spectra: xr.Dataset, ax: Axes | None = None, *, height: Finite 
         ax.fill_between(amplitude["frequency"], speed[k], line, color="white", zorder=4 - depth)
         ax.plot(amplitude["frequency"], line, **merged(style, color=DISTINCT[0], linewidth=0.6, zorder=4 - depth))
     factor, unit, words = _shown(amplitude)
-    ax.set_title(f"{words}, highest amplitude {float(amplitude.max()) * factor:.3g} {unit}")
+    ax.set_title(f"{words},\nhighest amplitude {float(amplitude.max()) * factor:.3g} {unit}")
     ax.set(xlabel="frequency [Hz]", ylabel="speed of the shaft [rpm]", xlim=(0, float(amplitude["frequency"][-1])))
     return ax
 
@@ -187,20 +209,22 @@ def plot_waterfall(
     Lines that cross the orders obliquely are harmonics that the steps of the run alias; a smaller `tolerance` of
     `exugear.run_up` removes them.
     """
-    ax, data = axes_or_new(ax), stage_data(run, stage)
-    time, speed, frequency = (data[name].values for name in ("time", "speed", "mesh_frequency"))
-    cycles = max(1, min(CYCLES, int(SHARE * np.trapezoid(frequency, time))))
-    spectrum = order_spectrum(time, 2 * np.pi * frequency, data["dte"].values, orders=harmonics, revolutions=cycles)
-    shaft = spectrum.speed * np.abs(speed).max() / (2 * np.pi * frequency.max())
-    orders, amplitude = _visible(spectrum.order, spectrum.amplitude)
-    level = 20 * np.log10(np.maximum(amplitude / um, 1e-9))
-    top = level.max()
-    options = {"vmin": top - decibels, "vmax": top, "cmap": COLOURS, "rasterized": True} | style
-    picture = ax.pcolormesh(shaft / rpm, orders, level.T, **options)
-    colour_bar(ax, picture, "DTE amplitude [dB re 1 µm]")
-    ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="mesh order")
+    data = stage_data(run, stage)
+    ax = _draw_map(_mesh_order_map(data, harmonics), "mesh order", ax, decibels, style)
     ax.set_title(f"order map, {title_of(data)}")
     return ax
+
+
+def _mesh_order_map(data: xr.Dataset, harmonics: float) -> xr.DataArray:
+    """Amplitude of the DTE of one stage over time, with the speed of the driving shaft, and mesh order."""
+    time, frequency = data["time"].values, data["mesh_frequency"].values
+    turned = np.trapezoid(np.abs(frequency), time)
+    require(turned > 1, f"run must hold more than one mesh cycle for its order map, got {turned:.3g}; run it longer")
+    dte = recorded_signal(time, 2 * np.pi * frequency, data["dte"].values, units="m", long_name="DTE amplitude")
+    cycles = max(1, min(CYCLES, int(SHARE * turned)))
+    amplitude = order_tracking(dte, orders=harmonics, revolutions=cycles)["amplitude"]
+    speed = np.interp(amplitude["time"], time, data["speed"])
+    return amplitude.assign_coords(speed=("time", speed, {"long_name": "speed of the driving shaft"}))
 
 
 def _visible(order: np.ndarray, amplitude: np.ndarray, lines: int = 120) -> tuple[np.ndarray, np.ndarray]:

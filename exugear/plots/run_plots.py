@@ -1,7 +1,7 @@
 """Plots of runs: DTE with its envelope, envelopes of several runs, mesh forces, forces and orbits of bearings."""
 
 from collections.abc import Mapping
-from itertools import cycle
+from itertools import cycle, pairwise
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,8 @@ __all__ = ["plot_bearing_forces", "plot_envelopes", "plot_mesh_force", "plot_orb
 EDGE, MARK = DISTINCT[0], DISTINCT[3]
 #: Line styles that show curves one over the other.
 DASHES = "-", "--", ":"
+#: Least distance of labels of resonances in a row, as share of the axis, and height of a row [points].
+CLOSE, ROW = 0.03, 42
 #: Mesh cycles up to which a force is a curve over time, beyond which it is a band; number of windows of the band.
 SHOWN_CYCLES, WINDOWS = 60, 280
 
@@ -149,20 +151,36 @@ def _last_turn(data: xr.Dataset) -> tuple[float, float]:
 
 
 def _band(ax: Axes, abscissa: np.ndarray, low: np.ndarray, high: np.ndarray, style: dict[str, Any]) -> None:
-    """Band between the limits of a signal, the upper line labelled."""
+    """Band between the limits of a signal, the upper line labelled.
+
+    It is filled piece by piece between the turns of the abscissa, as areas of opposite directions would cancel.
+    """
     line = merged(style, color=EDGE, linewidth=1.2)
-    ax.fill_between(abscissa, low, high, color=line["color"], alpha=0.3, linewidth=0)
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(abscissa)))) + 1
+    for first, last in pairwise([0, *turns, abscissa.size - 1]):
+        way = slice(first, last + 1)
+        ax.fill_between(abscissa[way], low[way], high[way], color=line["color"], alpha=0.3, linewidth=0)
     ax.plot(abscissa, high, **line)
     ax.plot(abscissa, low, **line | {"label": None})
 
 
 def _mark(ax: Axes, outline: Envelope, resonances: Resonances) -> None:
-    """Mark resonances on the envelope, with room for their frequencies inside the frame."""
+    """Mark resonances on the envelope, their frequencies inside the frame, those of close ones in two rows."""
     order = np.argsort(outline.place)
     heights = np.interp(resonances.place, outline.place[order], outline.high[order]) / um
     ax.plot(resonances.place, heights, "v", color=MARK, markersize=5)
     low, high = outline.low.min() / um, outline.high.max() / um
-    ax.set_ylim(low - 0.05 * (high - low), high + 0.45 * (high - low))
-    for frequency, height in zip(resonances.place, heights, strict=True):
-        text = ax.annotate(f"{frequency:.0f} Hz", (frequency, height), (0, 7), textcoords="offset points", color=MARK)
+    rows = _rows(resonances.place, CLOSE * np.ptp(outline.place))
+    ax.set_ylim(low - 0.05 * (high - low), high + (0.8 if any(rows) else 0.45) * (high - low))
+    for frequency, height, row in zip(resonances.place, heights, rows, strict=True):
+        offset = 0, 7 + ROW * row
+        text = ax.annotate(f"{frequency:.0f} Hz", (frequency, height), offset, textcoords="offset points", color=MARK)
         text.set(rotation=90, ha="center", fontsize="small")
+
+
+def _rows(positions: np.ndarray, least: float) -> list[int]:
+    """Row of each label at rising positions, 0 or 1: the other row than the previous label where that is close."""
+    rows: list[int] = []
+    for k, close in enumerate(np.diff(positions, prepend=-np.inf) < least):
+        rows.append(1 - rows[k - 1] if close else 0)
+    return rows

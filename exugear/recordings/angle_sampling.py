@@ -32,7 +32,7 @@ def over_angle(signal: xr.DataArray, *, orders: float) -> xr.DataArray:
     and for a shaft at rest.
     """
     require_signal(signal)
-    require(orders > 0, f"orders must be > 0, got {orders}")
+    require(0 < orders < np.inf, f"orders must be > 0 and finite, got {orders}")
     angle = signal["angle"].values
     turned = (angle[-1] - angle[0]) / REVOLUTION
     require(turned > 0, "signal must be of a turning shaft, its angle is constant")

@@ -47,5 +47,6 @@ def rms_sum(channels: xr.DataArray, over: str | Sequence[str]) -> xr.DataArray:
     Raises ValueError for dimensions that the channels do not have.
     """
     dims = [over] if isinstance(over, str) else list(over)
-    require(set(dims) <= set(channels.dims), f"over must be dimensions of the channels, {channels.dims}, got {over!r}")
+    known = bool(dims) and set(dims) <= set(channels.dims)
+    require(known, f"over must be dimensions of the channels, {channels.dims}, got {over!r}")
     return ((channels**2).sum(dims) ** 0.5).assign_attrs(channels.attrs)

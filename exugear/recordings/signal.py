@@ -39,9 +39,8 @@ def signal(run, name: str, *, stage: int = 0, **labels: str | Sequence[str]) -> 
     require(name in over_time, f"name must be a variable over time of the run, {over_time}, got {name!r}")
     values = _selected(data[name], labels).transpose(..., "time")
     shaft = speed_and_angle(data["time"].values, data["speed"].values)
-    return values.drop_vars("stage", errors="ignore").assign_coords(
-        shaft | {"mesh_order": ((), mesh_order(data), MESH_ORDER)}
-    )
+    of_others = [str(key) for key in values.coords if key not in data[name].dims]
+    return values.drop_vars(of_others).assign_coords(shaft | {"mesh_order": ((), mesh_order(data), MESH_ORDER)})
 
 
 def _selected(values: xr.DataArray, labels: dict) -> xr.DataArray:
@@ -50,7 +49,10 @@ def _selected(values: xr.DataArray, labels: dict) -> xr.DataArray:
         known = values[dim].values.tolist() if dim in values.dims and dim != "time" else []
         wanted = [label] if isinstance(label, str) else list(label)
         coordinates = {str(key): values[key].values.tolist() for key in values.dims if key != "time"}
-        require(set(wanted) <= set(known), f"{dim}={label!r} is no label of {values.name}, which has {coordinates}")
+        require(
+            bool(wanted) and set(wanted) <= set(known),
+            f"{dim}={label!r} is no label of {values.name}, which has {coordinates}",
+        )
     return values.sel(labels)
 
 

@@ -20,6 +20,8 @@ WINDOW, HALF_LENGTH, CUT_OFF = ("kaiser", 10.06), 64, 0.95
 #: Share of the largest number of a file that the signal takes: the filter may overshoot the samples.
 HEADROOM = 0.95
 LARGEST = 32767
+#: Deviation from the mean as share of the largest value that counts as rounding: a constant signal is silent.
+ROUNDING = 1e-12
 
 
 @checked
@@ -41,6 +43,7 @@ def write_sound(path: FilePath, signal: xr.DataArray, *, rate: int = 48_000, ful
     ratio = Fraction(rate / sample_rate(signal)).limit_denominator(DENOMINATOR)
     require(ratio > 0, f"rate must be at least {sample_rate(signal) / DENOMINATOR:.3g} Hz, got {rate}")
     centred = signal.values - signal.values.mean()
+    centred[np.abs(centred) <= ROUNDING * np.abs(signal.values).max()] = 0.0
     highest = max(ratio.numerator, ratio.denominator)
     taps = scipy.signal.firwin(2 * HALF_LENGTH * highest + 1, CUT_OFF / highest, window=WINDOW)
     samples = scipy.signal.resample_poly(centred, ratio.numerator, ratio.denominator, window=taps)

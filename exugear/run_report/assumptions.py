@@ -18,6 +18,8 @@ ALWAYS = (
 NO_FRICTION = "Teeth touch without friction: the force acts along the line of action."
 NO_DRAG = "No shaft is braked by drag of bearings, seals or oil."
 IDEAL_BEARINGS = "No bearing yields: each shaft turns about an ideal axis."
+#: Lines of a plan about run times, which say nothing about the model.
+OF_THE_COMPUTER = ("tolerance 1e-3", "contact")
 PACKAGES = ("exudyn", "numpy", "scipy", "numba", "xarray", "scikit-fem", "matplotlib")
 
 
@@ -25,8 +27,10 @@ def assumptions(data: xr.Dataset) -> Section:
     """Assumptions of a run, and its plan with the reason for each reduction."""
     absent = {NO_FRICTION: "friction_loss", NO_DRAG: "drag_loss", IDEAL_BEARINGS: "bearing_force"}
     items = [*ALWAYS, *(text for text, name in absent.items() if name not in data)]
-    rows = tuple(_split(line) for line in str(data.attrs.get("plan", "")).splitlines())
-    return Section("Assumptions and plan", tuple(items), (Table("Plan of the model", ("part", "choice"), rows),))
+    lines = (_split(line) for line in str(data.attrs.get("plan", "")).splitlines())
+    rows = tuple((part, choice) for part, choice in lines if not part.startswith(OF_THE_COMPUTER))
+    tables = (Table("Plan of the model", ("part", "choice"), rows),) if rows else ()
+    return Section("Assumptions and plan", tuple(items), tables)
 
 
 def _split(line: str) -> tuple[str, str]:
@@ -57,12 +61,13 @@ def _estimates(data: xr.Dataset) -> tuple[str, ...]:
     if "step_error" in data:
         for stage, error in data["step_error"].max("checked").to_series().items():
             items.append(
-                f"Step: parts of the run, repeated at half the step, change the rms of {stage} by {error:.1e}."
+                f"Step: at half the step, the rms of the DTE of {stage} changes by {100 * error:.2g} % at most."
             )
     else:
         items.append("Step: no part of the run was repeated at half the step.")
     if "seam_error" in data:
-        items.append(f"Seams: states differ by {float(data['seam_error'].max()):.1e} of the rms of the vibration.")
+        error = 100 * float(data["seam_error"].max())
+        items.append(f"Seams: the states of neighbouring parts differ by {error:.2g} % of the rms of the vibration.")
     if "beyond_map_time" in data:
         for stage, time in data["beyond_map_time"].to_series().items():
             items.append(f"Map: {stage} was beyond its map for {time:.3g} s of the run.")

@@ -28,7 +28,7 @@ def run_figures(data: xr.Dataset, resonances: Mapping[str, xr.Dataset]) -> list[
     figures = []
     if is_sweep(data):
         for number, stage in enumerate(data["stage"].values.tolist()):
-            peaks = marked(resonances[stage]) if stage in resonances else None
+            peaks = marked(resonances[stage])
             figures += [_run_up(data, number, stage, peaks), _orders(data, number, stage)]
         figures.append(_factors(data))
         if "bearing_force" in data:
@@ -61,7 +61,7 @@ def _wide() -> Drawing:
     return drawing
 
 
-def _run_up(data: xr.Dataset, number: int, stage: str, peaks: Resonances | None) -> Figure:
+def _run_up(data: xr.Dataset, number: int, stage: str, peaks: Resonances) -> Figure:
     drawing = _wide()
     plot_run_up(data, drawing.axes[0], number, found=peaks)
     text = "its envelope in windows of whole mesh cycles, resonances marked"
@@ -89,4 +89,4 @@ def _bearings(data: xr.Dataset) -> Figure:
 def _power(data: xr.Dataset) -> Figure:
     drawing = _wide()
     plot_power(data, drawing.axes[0])
-    return embedded(drawing, "Losses by kind.")
+    return embedded(drawing, "Power that dampers, friction and drag dissipate.")

@@ -1,5 +1,6 @@
 """Inputs of a run as data sheets, read from the attributes of its data."""
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -11,17 +12,20 @@ from fem.ste.ste_map import pair_of
 from fem.support.representation import quantity
 from fem.units import rpm
 
+#: Attributes of what acts on the shafts, and their meanings; name of a function without a name.
+ENDS = {"load": "load on the driven shaft", "drives": "drives by shaft", "loads": "loads by shaft"}
+FUNCTION = re.compile("<lambda>|<function .*?>")
 #: Attributes of a shaft: name, unit, meaning.
 SHAFT = {
     "mass": ("kg", "mass [kg]"),
-    "inertia": ("kg m²", "moment of inertia about the axis [kg m²]"),
-    "transverse": ("kg m²", "about a transverse axis [kg m²]"),
+    "inertia": ("kg m²", "inertia about the axis [kg m²]"),
+    "transverse": ("kg m²", "about a transverse axis [kg m²]"),
 }
 
 
 def inputs(data: xr.Dataset) -> Section:
     """Operating conditions, shafts, meshes and gears of a run."""
-    tables = [_conditions(data), _shafts(data.attrs), _meshes(data)]
+    tables = [_conditions(data), _shafts(data.attrs), _parts(data.attrs), _meshes(data)]
     for stage in data["stage"].values.tolist():
         pair = stage_pair(data, stage)
         if pair is not None:
@@ -50,20 +54,20 @@ def speed_range(data: xr.Dataset) -> str:
 def _conditions(data: xr.Dataset) -> Table:
     attributes = data.attrs
     rows = [("speed of the driving shaft", speed_range(data)), ("duration", quantity(attributes["duration"], "s"))]
-    for name in ("load", "drives", "loads"):
+    for name, meaning in ENDS.items():
         if name in attributes:
-            rows.append((name, _load(attributes[name])))
+            rows.append((meaning, _load(attributes[name])))
     if "stopped_by" in attributes:
         rows.append(("ended by", str(attributes["stopped_by"])))
     return Table("Operating conditions", ("condition", "value"), tuple(rows))
 
 
 def _load(value) -> str:
-    """A constant load with its unit, any other one as the run names it."""
+    """A constant load with its unit, any other one as the run names it, several by their shafts."""
     try:
         return quantity(float(value), "N m")
     except ValueError:
-        return str(value)
+        return FUNCTION.sub("a function", str(value).strip("{}").replace("'", "")) or "none"
 
 
 def _shafts(attributes: Mapping) -> Table:
@@ -72,13 +76,30 @@ def _shafts(attributes: Mapping) -> Table:
     return Table("Shafts", ("shaft", *(meaning for _, meaning in SHAFT.values())), tuple(rows))
 
 
+def _parts(attributes: Mapping) -> Table:
+    """Bearings, discs, couplings and drags of the shafts with their values."""
+    lists = {name.removesuffix("_parts"): text for name, text in attributes.items() if name.endswith("_parts")}
+    rows = [(shaft, *_part(line)) for shaft, text in lists.items() for line in text.splitlines()]
+    columns = ("shaft", "axial position", "part", "data")
+    return Table("Parts of the shafts beside their gears", columns, tuple(rows))
+
+
+def _part(line: str) -> tuple[str, str, str]:
+    """Axial position, kind and data of a part, from the line of an attribute: '0 mm: Bearing(radial=2e8 N/m)'."""
+    position, _, text = line.partition(": ")
+    kind, _, values = text.removesuffix(")").partition("(")
+    return position, re.sub(r"(?<=[a-z])(?=[A-Z])", " ", kind).lower(), values.replace("=", " ")
+
+
 def _meshes(data: xr.Dataset) -> Table:
     rows = []
     for stage in data["stage"].values.tolist():
         damping, backlash = (float(data.attrs[f"{stage}_{name}"]) for name in ("damping", "backlash"))
         play = f"{backlash * 1e6:.4g}" if np.isfinite(backlash) else "no coast flank"
-        rows.append((stage, f"{damping:.4g}", play))
-    return Table("Meshes", ("stage", "damping along the line of action [N s/m]", "backlash [µm]"), tuple(rows))
+        friction = str(data.attrs.get(f"{stage}_friction", "none"))
+        rows.append((stage, f"{damping:.4g}", play, friction))
+    columns = ("stage", "damping along the line of action [N s/m]", "backlash [µm]", "friction")
+    return Table("Meshes", columns, tuple(rows))
 
 
 def _gears(stage: str, pair: GearPair) -> Table:

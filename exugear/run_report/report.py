@@ -2,15 +2,21 @@
 
 from pathlib import Path
 
-import xarray as xr
-
 from exugear.integration.run_data import stage_data
 from exugear.run_report.assumptions import assumptions, errors, versions
 from exugear.run_report.document import page, printed
 from exugear.run_report.figures import run_figures
 from exugear.run_report.inputs import inputs, speed_range
-from exugear.run_report.results import extremes, factor_table, harmonics_as_text, is_sweep, resonances_as_text, summary
-from exugear.run_report.sections import Section, Table
+from exugear.run_report.results import (
+    balance,
+    extremes,
+    factor_table,
+    harmonics_as_text,
+    is_sweep,
+    resonances_as_text,
+    summary,
+)
+from exugear.run_report.sections import Section
 from exugear.run_report.vibration import vibration
 from exugear.signals.resonance_table import resonance_table
 from exugear.simulation.run import Run
@@ -65,21 +71,12 @@ def _sections(run: Run, model: Model | None) -> list[Section]:
 def _results(run: Run) -> Section:
     data = run.data
     if not is_sweep(data):
-        return Section("Results", summary(data), (extremes(data),), tuple(run_figures(data, {})))
-    resonances, orders, missing = _orders(data)
+        recorded = tuple(table for table in (extremes(data), balance(data)) if table.rows)
+        return Section("Results", summary(data), recorded, tuple(run_figures(data, {})))
+    stages = data["stage"].values.tolist()
+    resonances = {stage: resonance_table(data, number) for number, stage in enumerate(stages)}
     tables = [resonances_as_text(data, stage, table) for stage, table in resonances.items()]
-    tables += [*orders, factor_table(data), extremes(data)]
+    tables += [harmonics_as_text(data, number) for number in range(len(stages))]
+    tables += [factor_table(data), extremes(data), balance(data)]
     figures = run_figures(data, resonances)
-    return Section("Results", (*summary(data), *missing), tuple(t for t in tables if t.rows), tuple(figures))
-
-
-def _orders(data: xr.Dataset) -> tuple[dict[str, xr.Dataset], list[Table], list[str]]:
-    """Resonances by stage, tables of mesh harmonics, and the reason for each stage whose run is too short for them."""
-    resonances, harmonics, missing = {}, [], []
-    for number, stage in enumerate(data["stage"].values.tolist()):
-        try:
-            harmonics.append(harmonics_as_text(data, number))
-            resonances[stage] = resonance_table(data, number)
-        except ValueError as error:
-            missing.append(f"{stage}: resonances and mesh harmonics are not listed, as {error}.")
-    return resonances, harmonics, missing
+    return Section("Results", summary(data), tuple(table for table in tables if table.rows), tuple(figures))

@@ -5,17 +5,18 @@ from math import pi
 import numpy as np
 import xarray as xr
 
+from exugear.energy.energy_balance import energy_balance
 from exugear.load_factors.dynamic_factor import dynamic_factor
-from exugear.recordings.mesh_orders import mesh_orders
 from exugear.recordings.signal import signal
 from exugear.run_report.sections import Table
-from exugear.signals.order_cut import order_cut
+from exugear.signals.resonance_table import mesh_order_cut
 from exugear.signals.resonances import Resonances
 from exugear.signals.run_envelopes import dte_envelope
 from fem.units import rpm, um
 
-#: Least change of the speed over its largest value by which a run is a sweep, whose envelope shows resonances.
-SWEEP = 0.05
+#: Least change of the speed over its largest value, and least number of mesh cycles, by which a run is a sweep, whose
+#: envelope shows resonances.
+SWEEP, CYCLES = 0.05, 10
 #: Columns of a table of resonances.
 NUMBERS = "mesh_frequency", "amplitude", "harmonic", "harmonic_amplitude", "response_frequency"
 #: Number of mesh harmonics listed.
@@ -25,7 +26,8 @@ HARMONICS = 5
 def is_sweep(data: xr.Dataset) -> bool:
     """Whether the speed changes so much that an envelope over it shows resonances."""
     speed = np.abs(data["speed"].values)
-    return bool(np.ptp(speed) > SWEEP * speed.max())
+    cycles = np.trapezoid(np.abs(data["mesh_frequency"].transpose("stage", "time").values), data["time"].values)
+    return bool(np.ptp(speed) > SWEEP * speed.max() and cycles.min() >= CYCLES)
 
 
 def summary(data: xr.Dataset) -> tuple[str, ...]:
@@ -38,17 +40,22 @@ def summary(data: xr.Dataset) -> tuple[str, ...]:
 
 def _largest_vibration(data: xr.Dataset, number: int, stage: str) -> str:
     outline = dte_envelope(data, number)
-    amplitude = f"{outline.amplitude.max() / um:.3g} µm, half peak to peak"
-    at = (
-        f"at a mesh frequency of {outline.place[outline.amplitude.argmax()]:.0f} Hz" if is_sweep(data) else "in the run"
-    )
-    return f"{stage}: the DTE swings by at most {amplitude}, {at}."
+    amplitude = f"half the peak-to-peak value of the DTE is at most {_digits(outline.amplitude.max() / um)} µm"
+    at = f", at a mesh frequency of {outline.place[outline.amplitude.argmax()]:.0f} Hz" if is_sweep(data) else ""
+    return f"{stage}: {amplitude}{at}."
+
+
+def _digits(value: float) -> str:
+    """Three significant digits, zeros at the end among them."""
+    return f"{value:#.3g}".rstrip(".")
 
 
 def _contact(data: xr.Dataset, number: int, stage: str) -> str:
     """Whether teeth part or touch with their coast flanks, by the samples."""
     force = data["mesh_force"].isel(stage=number).values
-    largest = f"the mesh force reaches {force.max():.4g} N, {force.max() / np.abs(force.mean()):.3g} times its mean"
+    largest = (
+        f"the mesh force reaches {rounded(force.max())} N, {force.max() / np.abs(force.mean()):.3g} times its mean"
+    )
     apart, coast = float((force == 0).mean()), float((force < 0).mean())
     if not apart and not coast:
         return f"{stage}: {largest}; the teeth never part."
@@ -71,25 +78,24 @@ def resonances_as_text(data: xr.Dataset, stage: str, table: xr.Dataset) -> Table
         f, height, harmonic, amplitude, response = (float(table[name][peak]) for name in NUMBERS)
         exciting = str(table["exciting_stage"][peak].item())
         speed = f * speed_per_frequency / rpm
-        line = f"{harmonic:.0f} of {exciting} ({amplitude / um:.3g} µm)"
-        rows.append((f"{f:.1f}", f"{speed:.0f}", f"{height / um:.3g}", line, f"{response:.1f}"))
+        heights = _digits(height / um), f"{harmonic:.0f} of {exciting}", _digits(amplitude / um)
+        rows.append((f"{f:.1f}", f"{speed:.0f}", *heights, f"{response:.1f}"))
     columns = ("mesh frequency [Hz]", "driving shaft [rpm]", "half peak to peak [µm]")
-    return Table(
-        f"Resonances of {stage} in the DTE", (*columns, "excited by mesh harmonic", "vibrates at [Hz]"), tuple(rows)
-    )
+    exciting_columns = ("excited by mesh harmonic", "its amplitude [µm]", "vibrates at [Hz]")
+    return Table(f"Resonances of {stage} in the DTE", (*columns, *exciting_columns), tuple(rows))
 
 
 def harmonics_as_text(data: xr.Dataset, number: int) -> Table:
     """Largest amplitude of each mesh harmonic in the DTE of a stage along a run, and the speed at which it occurs."""
-    dte, orders = signal(data, "dte", stage=number), mesh_orders(data, number, harmonics=HARMONICS)
-    amplitude = order_cut(dte, orders)["amplitude"]
+    dte = signal(data, "dte", stage=number)
+    amplitude = mesh_order_cut(data, number, harmonics=HARMONICS)["amplitude"]
     rows = []
     for harmonic, cut in enumerate(amplitude.transpose("order", ...), start=1):
         if bool(cut.notnull().any()):
             peak = cut.isel(time=cut.argmax(...)["time"])
-            frequency = float(peak["speed"]) * float(dte["mesh_order"]) / (2 * pi)
+            frequency = abs(float(peak["speed"])) * float(dte["mesh_order"]) / (2 * pi)
             places = f"{float(peak['speed']) / rpm:.0f}", f"{frequency:.1f}"
-            rows.append((str(harmonic), f"{float(peak) / um:.3g}", *places))
+            rows.append((str(harmonic), _digits(float(peak) / um), *places))
     columns = ("mesh harmonic", "largest amplitude [µm]", "driving shaft [rpm]", "mesh frequency [Hz]")
     return Table(f"Mesh harmonics of {data['stage'].values[number]} in the DTE", columns, tuple(rows))
 
@@ -102,9 +108,21 @@ def factor_table(data: xr.Dataset) -> Table:
         if factor["K_v"].notnull().any():
             peak = factor.isel(speed=factor["K_v"].argmax(...)["speed"])
             places = f"{float(peak['speed']) / rpm:.0f}", f"{float(peak['mesh_frequency']):.0f}"
-            rows.append((str(stage), f"{float(peak['K_v']):.3f}", *places, f"{float(peak['static_force']):.4g}"))
+            rows.append((str(stage), f"{float(peak['K_v']):.3f}", *places, rounded(peak["static_force"])))
     columns = ("stage", "largest K_v", "driving shaft [rpm]", "mesh frequency [Hz]", "static mesh force [N]")
     return Table("Dynamic factors", columns, tuple(rows))
+
+
+def balance(data: xr.Dataset) -> Table:
+    """Energies of a run whose powers are recorded, else no rows."""
+    columns = ("energy over the run", "[J]")
+    if "kinetic_energy" not in data:
+        return Table("Energy balance", columns, ())
+    energies = energy_balance(data)
+    rows = {"work of the drives": energies.work_in, "work on the loads": energies.work_out}
+    rows |= {name.replace("_", " "): loss for name, loss in energies.losses.items()}
+    rows |= {"increase of stored energy": energies.stored, "residual": energies.residual}
+    return Table("Energy balance", columns, tuple((name, rounded(value, 6)) for name, value in rows.items()))
 
 
 def extremes(data: xr.Dataset) -> Table:
@@ -122,4 +140,9 @@ def extremes(data: xr.Dataset) -> Table:
 
 
 def _range(values: xr.DataArray) -> tuple[str, str, str]:
-    return f"{float(values.min()):.4g}", f"{float(values.mean()):.4g}", f"{float(values.max()):.4g}"
+    return rounded(values.min()), rounded(values.mean()), rounded(values.max())
+
+
+def rounded(value, digits: int = 4) -> str:
+    """A number of some significant digits, up to 1e9 without an exponent."""
+    return f"{float(f'{float(value):.{digits}g}'):.10g}"

@@ -18,9 +18,13 @@ def vibration(model: Model, data: xr.Dataset) -> Section:
     """Modes of the gearbox at the load of a run, and the speeds at which orders excite them."""
     load = _load(data)
     at_rest = modes(model, load=load)
-    diagram = campbell(model, load, (0.0, float(np.abs(data["speed"]).max())))
+    state = "Meshes have their mean tangent stiffness at the load, bearings theirs; the driving shaft is held."
+    top = float(np.abs(data["speed"]).max())
+    if top == 0:
+        return Section("Vibration modes", (state,), (_modes(at_rest),))
+    diagram = campbell(model, load, (0.0, top))
     text = (
-        "Meshes have their mean tangent stiffness at the load, bearings theirs; the driving shaft is held.",
+        state,
         "Amplification is the DTE of a stage in the mode over its STE of the order: share of the strain energy in the "
         f"mesh over twice the damping ratio. Crossings from {LEAST_AMPLIFICATION:g} on are listed.",
     )

@@ -40,29 +40,34 @@ def order_cut(
 
     Returns a Dataset over order and time with amplitude, phase [rad] and the coordinates speed [rad/s] and angle [rad]:
     the signal is the sum of amplitude cos(order angle + phase). Values are NaN where a period of the order has fewer
-    than 2.25 samples. Raises ValueError for windows too short to tell the orders apart or longer than the signal.
+    than 2.25 samples. Raises ValueError for windows too short to tell the orders apart or longer than the signal,
+    and where no order has enough samples.
     """
     require_signal(signal)
     orders = _distinct(orders)
     length = _window_length(orders, revolutions)
     require(0 <= overlap < 1, f"overlap must lie in [0, 1) as share of a window, got {overlap}")
     highest = float(orders[-1]) + SEPARATION / length
-    sampled = over_angle(signal, orders=highest).isel(angle=slice(HALF_LENGTH, -HALF_LENGTH))
     angle, number = signal["angle"].values, round(length * SAMPLES_PER_PERIOD * highest)
     turned = (angle[-1] - angle[0]) / REVOLUTION
+    points = np.linspace(angle[0], angle[-1], int(np.ceil(turned / ((1 - overlap) * length))) + 1)
+    coarse = _coarse(signal, points, orders)
+    fine = f"no period of an order of {orders} has {SAMPLES_PER_PERIOD} samples or more; sample finer"
+    require(not coarse.all(), fine)
+    sampled = over_angle(signal, orders=highest).isel(angle=slice(HALF_LENGTH, -HALF_LENGTH))
     long = f"a window takes {length:.3g} revolutions of the signal's {turned:.3g}; record longer or pass revolutions"
     require(sampled["angle"].size > number, long)
-    points = np.linspace(angle[0], angle[-1], int(np.ceil(turned / ((1 - overlap) * length))) + 1)
     rows = sampled.values.reshape(-1, sampled["angle"].size)
     phasors = np.array([_phasors(row, sampled["angle"].values, points, orders, number) for row in rows])
-    phasors[:, _coarse(signal, points, orders)] = np.nan
+    phasors[:, coarse] = np.nan
     return _labelled(signal, points, orders, phasors)
 
 
 def _distinct(orders) -> np.ndarray:
     """The orders in rising order."""
     orders = np.unique(np.atleast_1d(np.asarray(orders, float)))
-    require(bool((orders > 0).all()), f"orders must be > 0, got {orders}")
+    positive = bool(orders.size and (orders > 0).all() and np.isfinite(orders).all())
+    require(positive, f"orders must be > 0 and finite, one at least, got {orders}")
     return orders
 
 

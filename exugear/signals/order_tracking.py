@@ -33,8 +33,9 @@ def order_tracking(
     each line. Raises ValueError for signals shorter than a line, and where no line remains.
     """
     require_signal(signal)
-    least = f"orders must be > 0, revolutions at least a period of the highest one, got {orders:g}, {revolutions:g}"
-    require(orders > 0 and revolutions * orders >= 1, least)
+    require(0 < orders < np.inf, f"orders must be > 0 and finite, got {orders:g}")
+    least = f"revolutions must hold a period of the highest order, {1 / orders:.3g} or more, got {revolutions:g}"
+    require(revolutions * orders >= 1, least)
     length = scipy.fft.next_fast_len(int(np.ceil(SAMPLES_PER_PERIOD * orders * revolutions)), real=True)
     hop = hop_of(length, overlap)
     turned = float(np.ptp(signal["angle"].values)) / REVOLUTION

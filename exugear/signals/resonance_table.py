@@ -64,6 +64,8 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
     """
     require(0 < prominence < 1, f"prominence must lie in (0, 1) as share of the largest amplitude, got {prominence}")
     outline = dte_envelope(run, stage)
+    short = f"run must hold 3 mesh cycles or more for its resonances, got {outline.place.size}; run it longer"
+    require(outline.place.size >= 3, short)
     peaks = resonances(outline.place, outline.amplitude, prominence)
     data = run if isinstance(run, xr.Dataset) else run.data
     stages = [stage, *(k for k in range(data["stage"].size) if k != stage % data["stage"].size)]
@@ -92,13 +94,22 @@ def _labelled(rows: list[tuple], exciting_stages: list[str]) -> xr.Dataset:
 
 def _cuts(data: xr.Dataset, stage: int, exciting: int, harmonics: int) -> list[OrderPeaks]:
     """Peaks of the DTE of a stage at each mesh harmonic of an exciting stage."""
-    dte, orders = signal(data, "dte", stage=stage), mesh_orders(data, exciting, harmonics=harmonics)
-    turned = float(dte["angle"][-1]) / (2 * np.pi)
-    length = float(np.clip(turned / WINDOWS, SEPARATION / orders[0], max(SEPARATION, SEPARATION / orders[0])))
-    cut = order_cut(dte, orders, revolutions=length)
-    frequency = np.abs(cut["speed"].values) * float(dte["mesh_order"]) / (2 * np.pi)
+    cut = mesh_order_cut(data, stage, exciting, harmonics=harmonics)
+    frequency = np.abs(cut["speed"].values) * mesh_order(stage_data(data, stage)) / (2 * np.pi)
     amplitudes = enumerate(cut["amplitude"].values, start=1)
     return [OrderPeaks(exciting, harmonic, _peaks(frequency, amplitude)) for harmonic, amplitude in amplitudes]
+
+
+def mesh_order_cut(data: xr.Dataset, stage: int, exciting: int | None = None, *, harmonics: int) -> xr.Dataset:
+    """Order cut of the DTE of a stage at the mesh harmonics of an exciting stage, by default its own.
+
+    At least `WINDOWS` windows divide the run, so that they are short beside the passage of a resonance.
+    """
+    dte = signal(data, "dte", stage=stage)
+    orders = mesh_orders(data, stage if exciting is None else exciting, harmonics=harmonics)
+    turned = float(dte["angle"][-1]) / (2 * np.pi)
+    length = float(np.clip(turned / WINDOWS, SEPARATION / orders[0], max(SEPARATION, SEPARATION / orders[0])))
+    return order_cut(dte, orders, revolutions=length)
 
 
 def _peaks(frequency: np.ndarray, amplitude: np.ndarray) -> Resonances:

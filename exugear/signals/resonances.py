@@ -40,7 +40,8 @@ def resonances(place: Numbers, amplitude: Numbers, prominence: float = 0.05) -> 
     before, at, after = amplitude[peaks - 1], amplitude[peaks], amplitude[peaks + 1]
     shift = (before - after) / (2 * (before - 2 * at + after))
     refined = np.interp(peaks + shift, np.arange(place.size), place)
-    return Resonances(refined, at - (before - after) * shift / 4)
+    rising = np.argsort(refined)
+    return Resonances(refined[rising], (at - (before - after) * shift / 4)[rising])
 
 
 @checked

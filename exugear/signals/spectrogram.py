@@ -30,10 +30,8 @@ def spectrogram(
     require(resolution > 0, f"resolution must be > 0 Hz, got {resolution}")
     rate = sample_rate(signal)
     length, samples = round(rate / resolution), signal.sizes["time"]
-    seconds = (
-        f"a spectrum takes {1 / resolution:.3g} s of the signal's {samples / rate:.3g} s; pass a higher resolution"
-    )
-    require(4 <= length <= samples, seconds)
+    span = f"resolution must lie in [{rate / samples:.3g}, {rate / 4:.3g}] Hz, got {resolution:.3g} Hz"
+    require(4 <= length <= samples, f"{span}: a spectrum takes its inverse of the signal's {samples / rate:.3g} s")
     rows = signal.values.reshape(-1, samples)
     spectra = [amplitude_spectra(row, length, hop_of(length, overlap), window) for row in rows]
     middles, frequency = spectra[0][0], np.arange(length // 2 + 1) * rate / length

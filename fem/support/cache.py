@@ -83,7 +83,8 @@ def complete_file(path: Path) -> Iterator[BinaryIO]:
             yield file
         part.replace(path)
     except OSError as error:
-        reason = f"{path} could not be written: {error.strerror or error}; make room or choose another folder"
+        remedy = "make room or choose another folder" if path.parent.is_dir() else f"create the folder {path.parent}"
+        reason = f"{path} could not be written: {error.strerror or error}; {remedy}"
         raise OSError(error.errno, reason) from error
     finally:
         part.unlink(missing_ok=True)

@@ -221,6 +221,7 @@ def of_signals(folder: Path) -> dict[str, Any]:
         "channels": cuts["amplitude"], "over": ["order"], "write_sound.path": folder / "sound.wav", "rate": 8000,
         "full_scale": 2.0, "plot_order_map.orders": exugear.order_tracking(signal, orders=5.0), "cuts": cuts,
         "spectra": spectra, "levels": exugear.level(cuts["amplitude"]), "plot_cascade.height": 5.0,
+        "plot_cascade.top": 500.0, "plot_spectrogram.top": 500.0,
         "plot_order_cuts.ax": Figure().add_subplot(),
     }  # fmt: skip
 

@@ -73,7 +73,7 @@ def test_axes_that_the_map_has_stay_in_the_advice():
 
 
 def test_by_default_the_load_is_the_largest_of_the_map():
-    assert "under 1000 N m a = " in str(exugear.plan(box(LINEAR)))
+    assert re.search(r"under 1000 N m a = [\d.]+ m\b", str(exugear.plan(box(LINEAR))))
 
 
 def test_shafts_that_hardly_move_need_no_axes():

@@ -65,6 +65,8 @@ def test_planetary_set_is_drawn_with_all_its_bodies():
     planetary_set.put_into_mesh(gears)
     ax = plots.plot_modes(exugear.modes(gears.mbs), plots.figure().axes[0], mode=2)
     assert [text.get_text() for text in ax.get_legend().get_texts()] == list(gears.nodes)
+    lines = [(line.get_color(), line.get_linestyle()) for line in ax.get_legend().get_lines()]
+    assert len(set(lines)) == len(gears.nodes)
     radii = sorted({round(patch.radius, 6) for patch in ax.patches})
     base = (0.0, planetary_set.R_SUN / mm, planetary_set.R_RING / mm)
     assert radii == pytest.approx(base, abs=1e-5)

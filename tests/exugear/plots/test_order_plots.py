@@ -61,6 +61,18 @@ def test_a_cascade_stands_at_the_speeds_and_its_peaks_rise_as_asked(signal):
     assert "µm" in ax.get_title()
 
 
+def test_spectra_are_shown_up_to_where_their_energy_lies(signal):
+    """Order 40 ends at 1146 Hz and the sampling at 5000 Hz; silence is shown as a whole."""
+    spectra = exugear.waterfall(signal, resolution=20.0)
+    axes = [plot(spectra, plots.figure().axes[0]) for plot in (plots.plot_cascade, plots.plot_spectrogram)]
+    tops = axes[0].get_xlim()[1], axes[1].get_ylim()[1]
+    assert all(1100 < top < 1300 for top in tops)
+    assert plots.plot_cascade(spectra, plots.figure().axes[0], top=700.0).get_xlim()[1] == 700
+    assert plots.plot_cascade(0 * spectra, plots.figure().axes[0]).get_xlim()[1] == 5000
+    with pytest.raises(ValueError, match="top must be >= 20 Hz"):
+        plots.plot_spectrogram(spectra, top=5.0)
+
+
 def test_levels_name_channels_and_reference(signal):
     cut = exugear.order_cut(signal.expand_dims(bearing=["a", "b"]).assign_attrs(signal.attrs), list(ORDERS))
     rms = (cut["amplitude"] / np.sqrt(2)).assign_attrs(cut["amplitude"].attrs)

@@ -111,6 +111,17 @@ def test_marks_lie_inside_the_frame_which_names_stage_and_load():
         assert box.y0 > frame.y0 and box.y1 < frame.y1
 
 
+def test_labels_of_close_resonances_do_not_overlap():
+    close = Resonances(np.array([600.0, 630.0, 690.0, 720.0, 2000.0]), np.full(5, 2e-6))
+    figure = plots.figure()
+    figure.set_size_inches(8.0, 4.0)
+    ax = plots.plot_run_up(swept(), figure.axes[0], found=close)
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert not any(box.overlaps(further) for k, box in enumerate(boxes) for further in boxes[k + 1 :])
+    assert max(box.y1 for box in boxes) < ax.get_window_extent().y1
+
+
 def test_order_map_spans_the_given_decibels():
     (picture,) = plots.plot_waterfall(swept(), plots.figure().axes[0], decibels=40.0).collections
     low, high = picture.get_clim()
@@ -212,3 +223,32 @@ def test_stacked_losses_of_a_run_add_up_to_what_it_dissipates():
     assert middle == pytest.approx(settled, rel=0.01), "over many mesh cycles, means of each"
     with pytest.raises(ValueError, match="run it with power=True"):
         plots.plot_power(exugear.run_up(model, speed=50.0, **given | {"power": False}))
+
+
+def reversing() -> xr.Dataset:
+    """The same transmission error while the speed falls through 0 to its negative."""
+    data = swept(1000.0, 2.0)
+    turned = data["speed"].values[::-1] * np.sign(1.0 - data["time"].values)
+    frequency = 57 * np.abs(data["time"].values - 1.0) * 17
+    return data.assign(speed=("time", turned), mesh_frequency=(("stage", "time"), [frequency]))
+
+
+def test_a_run_that_reverses_is_drawn_over_its_signed_speed_and_filled_both_ways():
+    ax = plots.plot_waterfall(swept(), plots.figure().axes[0])
+    assert ax.get_xlabel() == "speed of the driving shaft [rpm]"
+    (picture,) = plots.plot_run_up(reversing(), plots.figure().axes[0]).collections[:1]
+    assert len(plots.plot_run_up(reversing(), plots.figure().axes[0]).collections) == 2
+    assert picture.get_alpha() == 0.3
+
+
+def test_an_order_map_of_less_than_a_mesh_cycle_is_refused():
+    with pytest.raises(ValueError, match="run must hold more than one mesh cycle for its order map"):
+        plots.plot_waterfall(swept().isel(time=slice(0, 300)))
+
+
+def test_long_labels_of_colour_bars_are_broken_into_lines():
+    dte = exugear.recorded_signal(
+        np.arange(400) / 400, np.full(400, 9.0), np.sin(np.arange(400)), long_name="force of the bearing on its shaft"
+    )
+    ax = plots.plot_spectrogram(exugear.spectrogram(dte), plots.figure().axes[0])
+    assert ax.figure.axes[1].get_ylabel() == "force of the bearing on its\nshaft [dB re 1]"

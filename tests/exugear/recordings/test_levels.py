@@ -39,3 +39,5 @@ def test_two_bearings_of_the_same_rms_are_3_db_more():
     assert float(exugear.rms_sum(channels, over=["bearing", "direction"])) == pytest.approx(5 * np.sqrt(6))
     with pytest.raises(ValueError, match="over must be dimensions of the channels"):
         exugear.rms_sum(channels, over="stage")
+    with pytest.raises(ValueError, match="over must be dimensions of the channels"):
+        exugear.rms_sum(channels, over=[])

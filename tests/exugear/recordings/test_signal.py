@@ -30,6 +30,7 @@ def test_a_signal_is_the_variable_with_speed_angle_and_mesh_order(recorded):
     run, _ = recorded
     dte = exugear.signal(run, "dte")
     assert dte.dims == ("time",)
+    assert set(dte.coords) == {"time", "speed", "angle", "mesh_order"}
     assert dte.attrs == run.data["dte"].attrs
     assert dte.values == pytest.approx(run.data["dte"].values[0])
     time = dte["time"].values
@@ -52,6 +53,7 @@ def test_labels_select_channels_and_wrong_ones_are_refused(recorded):
         ("torque", {}, "name must be a variable over time of the run"),
         ("bearing_force", {"bearing": "none"}, "bearing='none' is no label of bearing_force, which has"),
         ("dte", {"direction": "x"}, "direction='x' is no label of dte"),
+        ("bearing_force", {"bearing": []}, r"bearing=\[\] is no label of bearing_force"),
     ):
         with pytest.raises(ValueError, match=words):
             exugear.signal(run, name, **labels)

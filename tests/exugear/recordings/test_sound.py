@@ -40,6 +40,12 @@ def test_files_of_one_full_scale_are_comparable_and_loud_ones_refused(tmp_path):
     assert not (tmp_path / "clipped.wav").exists()
 
 
+def test_a_constant_signal_is_silent(tmp_path):
+    """Its deviation from the mean is rounding, which must not become noise at full scale."""
+    assert exugear.write_sound(tmp_path / "still.wav", tone(500.0, 48_000.0, 0.0) / 3) == 1.0
+    assert not wavfile.read(tmp_path / "still.wav")[1].any()
+
+
 def test_channels_and_unequal_steps_are_refused(tmp_path):
     signal = tone(500.0, 48_000.0)
     with pytest.raises(ValueError, match="signal must be one channel over time, select it"):

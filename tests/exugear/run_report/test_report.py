@@ -10,7 +10,7 @@ from scenes import smooth_box
 
 import exugear
 from exugear.run_report import document
-from exugear.run_report.results import summary
+from exugear.run_report.results import harmonics_as_text, rounded, summary
 from fem.units import rpm
 
 TITLES = ("Results", "Inputs", "Assumptions and plan", "Error estimates", "Versions")
@@ -99,12 +99,41 @@ def test_modes_and_crossings_of_the_model_are_those_of_the_campbell_diagram(swep
     assert not (tmp_path / "ramp.html").exists()
 
 
-def test_a_run_too_short_for_order_cuts_says_so(tmp_path, monkeypatch):
+@pytest.mark.parametrize(("duration", "figures"), [(0.05, 3), (0.002, 0)])
+def test_a_short_run_has_the_figures_that_its_mesh_cycles_allow(duration, figures, tmp_path, monkeypatch):
+    """25 mesh cycles show harmonics, one shows none: its report is of the range of the signals."""
     monkeypatch.setattr(document, "BROWSERS", ())
-    run = exugear.run_up(exugear.build(smooth_box()), speed=(50.0, 60.0), duration=0.05, load=150.0, progress=False)
+    run = exugear.run_up(exugear.build(smooth_box()), speed=(50.0, 60.0), duration=duration, load=150.0, progress=False)
     page = Page(exugear.report(run, tmp_path / "short.html")[0].read_text(encoding="utf-8"))
-    assert any("record longer" in item for item in page.texts["li"])
-    assert page.images
+    assert len(page.images) == figures
+    assert any("Mesh harmonics" in caption for caption in page.texts["caption"]) == (figures > 0)
+    assert any("Range of the signals" in caption for caption in page.texts["caption"])
+
+
+def test_a_run_at_rest_has_modes_without_a_campbell_diagram(tmp_path, monkeypatch):
+    monkeypatch.setattr(document, "BROWSERS", ())
+    model = exugear.build(smooth_box())
+    run = exugear.run_up(model, speed=0.0, duration=0.01, load=150.0, progress=False)
+    page = Page(exugear.report(run, tmp_path / "rest.html", model=model)[0].read_text(encoding="utf-8"))
+    assert any("Natural frequencies" in caption for caption in page.texts["caption"])
+    assert page.images == []
+
+
+def test_bearings_friction_and_energies_stand_in_the_report(tmp_path, monkeypatch):
+    monkeypatch.setattr(document, "BROWSERS", ())
+    parts = {0.0: exugear.Bearing(radial=2e8, axial=1e8, tilt=1e6, damping=2e-5, drag=exugear.Drag(0.1))}
+    model = exugear.build(smooth_box(parts=parts))
+    drag = exugear.Torque(of_speed=lambda speed: 0.5 * speed)
+    run = exugear.run(
+        model, drives={}, loads={"slow": drag}, start_speed=50.0, duration=0.01, power=True, progress=False
+    )
+    cells = Page(exugear.report(run, tmp_path / "run.html")[0].read_text(encoding="utf-8")).texts["td"]
+    assert any("radial 2e8 N/m" in cell and "damping 2e-5 s" in cell for cell in cells)
+    assert {"slow: Torque(of_speed=a function)", "residual", "drag loss"} <= set(cells)
+
+
+def test_numbers_have_no_exponents_below_a_thousand_million():
+    assert [rounded(value) for value in (10012.3, 1.23456, 0.0, 123456789)] == ["10010", "1.235", "0", "123500000"]
 
 
 def test_a_loaded_run_gives_the_same_report(swept, written, tmp_path, monkeypatch):
@@ -143,3 +172,10 @@ def test_a_headless_browser_shows_all_figures(written, tmp_path):
     coloured = np.ptp(pixels, axis=2) > 0.2
     assert pixels.shape[:2] == (4000, 1000)
     assert coloured.mean() > 0.02
+
+
+def test_a_reversing_run_lists_mesh_frequencies_above_zero():
+    run = exugear.run_up(
+        exugear.build(smooth_box()), speed=(40.0, -60.0), duration=0.3, load=150.0, progress=False, checks=0
+    )
+    assert all(float(row[-1]) > 0 for row in harmonics_as_text(run.data, 0).rows)

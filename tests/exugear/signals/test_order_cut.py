@@ -90,6 +90,9 @@ def test_windows_too_short_for_the_orders_and_signals_too_short_for_windows_are_
         ([57, 57.5], {"revolutions": 4.0}, "revolutions must be >= 8 to tell orders 0.5 apart"),
         ([57, 57.1], {}, "a window takes 40 revolutions of the signal's 4.77"),
         ([0, 57], {}, "orders must be > 0"),
+        ([], {}, "orders must be > 0 and finite, one at least"),
+        ([np.inf], {}, "orders must be > 0 and finite"),
+        ([1e7, 2e7], {}, "no period of an order of .* has 2.25 samples or more; sample finer"),
         ([57], {"overlap": 1.0}, "overlap must lie"),
     ):
         with pytest.raises(ValueError, match=words):

@@ -113,7 +113,7 @@ def test_superharmonics_are_the_peaks_at_fractions_of_the_main_resonance():
 
 @pytest.mark.parametrize("seed", range(20))
 def test_planted_peaks_are_returned_with_places_and_heights_under_noise(seed):
-    """Three peaks of different heights and widths, one at a coast-down's falling abscissa; noise of 0.5 %."""
+    """Three peaks of different heights and widths, rising also where a coast-down's abscissa falls; noise of 0.5 %."""
     frequency = np.linspace(100, 3000, 300)
     planted = {520.0: (2.0, 40.0), 1040.0: (5.0, 60.0), 1900.0: (12.0, 150.0)}
     amplitude = 1 + sum(height * np.exp(-(((frequency - at) / width) ** 2)) for at, (height, width) in planted.items())
@@ -121,5 +121,5 @@ def test_planted_peaks_are_returned_with_places_and_heights_under_noise(seed):
     heights = [1 + height for height, _ in planted.values()]
     for sense in (1, -1):
         peaks = resonances(frequency[::sense], amplitude[::sense])
-        assert peaks.place[::sense] == pytest.approx(list(planted), abs=20)
-        assert peaks.height[::sense] == pytest.approx(heights, abs=0.1)
+        assert peaks.place == pytest.approx(list(planted), abs=20)
+        assert peaks.height == pytest.approx(heights, abs=0.1)
