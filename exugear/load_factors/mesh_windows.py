@@ -22,7 +22,10 @@ def window_bounds(time: np.ndarray, cycles: np.ndarray, windows: int) -> np.ndar
 
 
 def local_mean(time: np.ndarray, cycles: np.ndarray, signal: np.ndarray, windows: int) -> np.ndarray:
-    """(n,) mean of a signal over whole mesh cycles, linear over time between the middles of windows."""
+    """(n,) mean of a signal over whole mesh cycles, linear over time between the middles of windows.
+
+    In the remainder of a mesh cycle after the last window it is constant: a run-down may end in a long one.
+    """
     bounds = window_bounds(time, cycles, windows)
     integral = scipy.integrate.cumulative_trapezoid(signal, time, initial=0)
     if bounds[-1] == bounds[0]:
@@ -32,4 +35,5 @@ def local_mean(time: np.ndarray, cycles: np.ndarray, signal: np.ndarray, windows
     if means.size == 1:
         return np.full(time.size, means[0])
     middles = (ends[1:] + ends[:-1]) / 2
-    return scipy.interpolate.make_interp_spline(middles, means, k=1)(time)
+    line = scipy.interpolate.make_interp_spline(middles, means, k=1)
+    return line(np.clip(time, ends[0], ends[-1]))
