@@ -6,12 +6,10 @@ The potential of the mesh depends on deflection, phase and misalignment, which d
 has the centre distance and the axial offset of the equilibrium.
 """
 
-from dataclasses import replace
 from math import acos
 
 import numpy as np
 
-from exugear.mesh_force.fixed_offsets import at_fixed_offsets
 from exugear.mesh_force.force import MeshForce
 from exugear.modes.linear_system import linear_gearbox
 from exugear.modes.mesh_tangents import mesh_tangent
@@ -49,7 +47,7 @@ def steady_system(model: Model, load: float, stage: int, *, speed: float, drive:
     rows = rows @ system.motions
     rows = rows if np.abs(rows[1:]).max() > 0 else rows[:1]
     blocks = modal_blocks(mass, stiffness, damping, rows)
-    law = _law_at(mesh, measures.offsets)
+    law = _law_at(mesh.law, measures.offsets)
     equilibrium = _equilibrium(law, mesh, measures, float(system.mesh_force[stage]), float(tangent.stiffness))
     return SteadySystem(law, blocks, equilibrium, variation)
 
@@ -71,15 +69,9 @@ def _equilibrium(law: MeshForce, mesh: Mesh, measures: Measures, force: float, s
     return MeshEquilibrium(force, measures.deflection, stiffness, **slopes, opening=opening, side=side)
 
 
-def _law_at(mesh: Mesh, offsets: dict[str, float]) -> MeshForce:
-    """The law of a mesh at offsets, clamped to its axes, its force centroid within the face."""
-    law = mesh.law
-    if not law.offsets:
-        return law
-    clamped = {name: float(np.clip(offsets[name], axis[0], axis[-1])) for name, axis in law.offsets.items()}
-    arrays, half_face = at_fixed_offsets(law, clamped), mesh.stage.pair.pinion.b / 2
-    arrays["centroid"] = np.clip(arrays["centroid"], -half_face, half_face)
-    return replace(law, **arrays, offsets={}, fixed_offsets={**law.fixed_offsets, **clamped})
+def _law_at(law: MeshForce, offsets: dict[str, float]) -> MeshForce:
+    """A law at offsets, clamped to its axes."""
+    return law.at(**{name: float(np.clip(offsets[name], axis[0], axis[-1])) for name, axis in law.offsets.items()})
 
 
 def _opening(mesh: Mesh, offsets: dict[str, float]) -> float:
