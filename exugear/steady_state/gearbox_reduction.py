@@ -3,7 +3,8 @@
 The linear system keeps all coordinates. Bearings and couplings have their tangent stiffness under the load, the other
 meshes their mean tangent stiffness over the mesh cycle; gyroscopic terms are those in the middle of the speed range.
 The potential of the mesh depends on deflection, phase and misalignment, which depend linearly on the coordinates; it
-has the centre distance and the axial offset of the equilibrium.
+has the centre distance and the axial offset of the equilibrium, and expands the misalignment to first order about it. The
+mean of what this leaves out, the tilting stiffness of the mesh, belongs to the linear system.
 """
 
 from math import acos
@@ -78,7 +79,7 @@ def _law_at(law: MeshForce, offsets: dict[str, float]) -> MeshForce:
 
 
 def _tilting_stiffness(law: MeshForce, at_offsets: MeshForce, force: float) -> float:
-    """Mean over the mesh cycle of `tilting_stiffness_at` under a force [N]; 0 of a law that is of first order itself."""
+    """Mean over the mesh cycle of `tilting_stiffness_at` under a force [N]; 0 of a law of first order."""
     if "misalignment" not in law.offsets:
         return 0.0
     axis, offsets = law.offsets["misalignment"], {"a": 0.0, "axial": 0.0} | dict(at_offsets.fixed_offsets)
