@@ -3,8 +3,8 @@
 The linear system keeps all coordinates. Bearings and couplings have their tangent stiffness under the load, the other
 meshes their mean tangent stiffness over the mesh cycle; gyroscopic terms are those in the middle of the speed range.
 The potential of the mesh depends on deflection, phase and misalignment, which depend linearly on the coordinates; it
-has the centre distance and the axial offset of the equilibrium, and expands the misalignment to first order about it. The
-mean of what this leaves out, the tilting stiffness of the mesh, belongs to the linear system.
+has the centre distance and the axial offset of the equilibrium, and expands the misalignment to first order about it.
+The mean of what this leaves out, the tilting stiffness of the mesh, belongs to the linear system.
 """
 
 from math import acos
