@@ -33,6 +33,7 @@ GALLERY = (
     "planetary_load_sharing",
     "run_report",
     "shuttling",
+    "steady_states",
     "tip_relief",
     "two_stage_helical",
     "two_stage_helical_gears",

@@ -1,10 +1,12 @@
 """Plots of periodic steady states: branches over the mesh frequency, with their stability and their bifurcations."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from exugear.plots.figures import DISTINCT, axes_or_new
+from exugear.plots.figures import DISTINCT, axes_or_new, legend, merged, styled
 from exugear.signals.spectrum import dte_envelope
 from fem.support.arguments import checked
 from fem.support.validation import require
@@ -21,6 +23,7 @@ PERIODS = {1: "one mesh period", 2: "two mesh periods"}
 
 
 @checked
+@styled
 def plot_branches(
     data: xr.Dataset,
     ax: Axes | None = None,
@@ -29,6 +32,7 @@ def plot_branches(
     harmonic: float | None = None,
     run=None,
     stage: int = 0,
+    **style,
 ) -> Axes:
     """Branches of periodic steady states over the mesh frequency: stable ones solid, unstable ones dashed.
 
@@ -37,6 +41,7 @@ def plot_branches(
     harmonic   multiple of the mesh frequency whose amplitude is drawn instead of the quantity
     run        `exugear.Run`, or its data, of a slow sweep under the same load whose envelope lies behind the branches
     stage      number of the stage of the run
+    style      of matplotlib's plot, for all branches
     """
     require("bifurcation" in data, "data must be that of exugear.steady_states(...)")
     require(quantity in QUANTITIES, f"quantity must be one of {list(QUANTITIES)}, got {quantity!r}")
@@ -49,15 +54,14 @@ def plot_branches(
         _draw_sweep(ax, run, stage, quantity)
     for number in np.unique(data["branch"]):
         points = np.flatnonzero(data["branch"].values == number)
-        _draw_branch(ax, data.isel(point=points), values.values[points] / um)
+        _draw_branch(ax, data.isel(point=points), values.values[points] / um, style)
     _mark_bifurcations(ax, data, values.values / um)
     label = QUANTITIES[quantity] if harmonic is None else f"amplitude of the DTE at {harmonic:g} x mesh frequency [µm]"
     ax.set(xlabel="mesh frequency [Hz]", ylabel=label, title=f"{data.attrs['stage']}, {data.attrs['load']:.4g} N m")
     ax.set_ylim(bottom=0, auto=True)
-    ax.grid(alpha=0.3)
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
-    ax.legend(once.values(), once.keys(), frameon=False, fontsize="small")
+    legend(ax, handles=list(once.values()), labels=list(once))
     return ax
 
 
@@ -77,7 +81,7 @@ def _draw_sweep(ax: Axes, run, stage: int, quantity: str) -> None:
     ax.plot(outline.place, height / um, color=SWEPT, linewidth=4, label="swept")
 
 
-def _draw_branch(ax: Axes, points: xr.Dataset, values: np.ndarray) -> None:
+def _draw_branch(ax: Axes, points: xr.Dataset, values: np.ndarray, style: dict[str, Any]) -> None:
     """Draw the pieces of a branch between changes of its stability."""
     frequency, stable = points["mesh_frequency"].values, points["stable"].values
     period = int(points["period"][0])
@@ -86,7 +90,7 @@ def _draw_branch(ax: Axes, points: xr.Dataset, values: np.ndarray) -> None:
     between &= ~((points["bifurcation"].values[1:] != "") & ~stable[:-1])
     starts = np.flatnonzero(np.diff(between, prepend=~between[:1]))
     for start, end in zip(starts, [*starts[1:], between.size], strict=True):
-        style, state = ("-", "stable") if between[start] else ("--", "unstable")
-        piece = slice(start, end + 1)
-        label = f"{state}, {PERIODS[period]}"
-        ax.plot(frequency[piece], values[piece], style, color=COLOURS[period], linewidth=1.3, label=label)
+        linestyle, state = ("-", "stable") if between[start] else ("--", "unstable")
+        piece, label = slice(start, end + 1), f"{state}, {PERIODS[period]}"
+        options = merged(style, color=COLOURS[period], linestyle=linestyle, linewidth=1.3, label=label)
+        ax.plot(frequency[piece], values[piece], **options)

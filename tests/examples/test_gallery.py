@@ -10,6 +10,7 @@ import parameter_variation
 import pytest
 import run_report
 import shuttling
+import steady_states
 import tip_relief
 
 import exugear
@@ -88,3 +89,11 @@ def test_shuttling_moves_the_load_between_the_bearings_at_a_constant_mesh_force(
         bearings, by_centroid = shuttling.bearing_forces(settled)
         assert bearings == pytest.approx(by_centroid, abs=0.03 * np.ptp(by_centroid))
         assert (centroid.mean() < -4e-3) == (tilt > 0)
+
+
+def test_run_up_and_coast_down_leave_their_branches_at_the_folds(tmp_path):
+    states, sweeps = steady_states.main(tmp_path, quick=True)
+    lower, upper = steady_states.folds(states)["mesh frequency [Hz]"]
+    assert steady_states.jump(sweeps["run-up"]) == pytest.approx(upper, rel=0.02)
+    assert steady_states.jump(sweeps["coast-down"]) == pytest.approx(lower, rel=0.04)
+    assert states["stable"].values[states["mesh_frequency"].values < 0.9 * lower].all()
