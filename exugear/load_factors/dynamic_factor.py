@@ -11,8 +11,8 @@ from exugear.signals.envelope import envelope
 from fem.support.arguments import checked
 from fem.support.validation import require
 
-#: Share of the largest static force below which a mesh counts as unloaded.
-UNLOADED = 1e-3
+#: Share of the largest static force below which a mesh counts as unloaded; largest force of a run without load [N].
+UNLOADED, NO_LOAD = 1e-3, 1e-3
 #: Variables over (stage, speed): unit, long name.
 VARIABLES = {
     "K_v": ("1", "dynamic factor: largest over static mesh force"),
@@ -84,7 +84,9 @@ def _over_speed(stage: xr.Dataset, windows: int, slowest: np.ndarray) -> tuple[n
     time, force = stage["time"].values, stage["mesh_force"].values
     static = local_mean(time, mesh_cycles(stage), force, windows)
     largest = np.abs(static).max()
-    require(bool(largest > 0), f"run must load the mesh of stage {stage['stage'].item()!r}; give it a load > 0 N m")
+    require(
+        bool(largest > NO_LOAD), f"run must load the mesh of stage {stage['stage'].item()!r}; give it a load > 0 N m"
+    )
     loaded = np.abs(static) > UNLOADED * largest
     dynamic = envelope(static, force / np.where(loaded, static, inf), windows, cycles=slowest)
     static_force, factor = dynamic.place, dynamic.high

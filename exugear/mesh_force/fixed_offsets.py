@@ -28,6 +28,9 @@ def at_fixed_offsets(force, fixed: Mapping[str, float]) -> dict[str, Any]:
     deflection, forces, centroid = _sampled()(force.table.head, phase, offsets, U**4)
     shape = (*(axis.size for axis in axes.values()), phase.size, U.size)
     deflection, forces, centroid = (x.reshape(shape) for x in (deflection, forces, centroid))
+    # Where only the farther of two misalignments has contact, its weight vanishes towards the nearer one before the
+    # slope of the weight does: so does the force before the moment, and their quotient leaves the face.
+    centroid = np.clip(centroid, np.min(force.centroid), np.max(force.centroid))
     return {"phase": phase, "deflection": deflection, "force_table": _rising(forces), "centroid": centroid}
 
 

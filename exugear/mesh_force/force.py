@@ -39,7 +39,6 @@ def mesh_forces(has_offsets: bool):
     All arguments but the table are arrays (n,). The force is > 0 on the driving flank, < 0 on the back flank.
     """
 
-    @kept
     def forces(table, phase, deflection, rate, a, misalignment, axial):
         force = np.empty(phase.size)
         for i in range(phase.size):
@@ -50,11 +49,12 @@ def mesh_forces(has_offsets: bool):
                 static = static_force(table, at, y, a[i], misalignment[i], axial[i])
             else:
                 static = spinning_force(table, at, y)
-            push = static.force if drives else -static.force
-            force[i] = push + damping(table, static.penetration) * rate[i]
+            force[i] = (static.force if drives else -static.force) + damping(table, static.penetration) * rate[i]
         return force
 
-    return forces
+    # Numba names machine code by this: equal names of two kernels from the cache would be mixed up.
+    forces.__qualname__ += "_at_offsets" if has_offsets else "_of_spins"
+    return kept(forces)
 
 
 @checked

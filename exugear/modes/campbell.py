@@ -78,13 +78,17 @@ def _dataset(system: LinearSystem, speeds: np.ndarray, lines: list[Any], orders:
     shares = np.stack([energy_shares(system, modes) for modes in lines], axis=1)[..., : len(system.stages)]
     stages = [system.stages[order.stage] if order.stage is not None else "" for order in orders]
     met = crossings(orders, speeds, frequency, shares)
-    hertz, share = {"long_name": "natural frequency", "units": "Hz"}, {"units": "1"}
+    hertz, share = {"units": "Hz", "long_name": "natural frequency"}, {"units": "1"}
     variables: dict[str, tuple] = {
         "frequency": (("mode", "speed"), frequency, hertz),
-        "damping_ratio": (("mode", "speed"), np.array([modes.damping_ratio for modes in lines]).T, share),
+        "damping_ratio": (
+            ("mode", "speed"),
+            np.array([modes.damping_ratio for modes in lines]).T,
+            share | {"long_name": "damping ratio"},
+        ),
         "mesh_energy_share": (("mode", "speed", "stage"), shares, share | {"long_name": "share of the strain energy"}),
         "order_ratio": ("order", [o.ratio for o in orders], {"long_name": "cycles per turn of the drive"} | share),
-        "order_stage": ("order", stages),
+        "order_stage": ("order", stages, {"long_name": "stage of a mesh order", "units": ""}),
     }
     coords = {
         "mode": np.arange(1, frequency.shape[0] + 1),
@@ -98,11 +102,11 @@ def _dataset(system: LinearSystem, speeds: np.ndarray, lines: list[Any], orders:
 def _table(met: list[Crossing], orders: list[Order]) -> dict[str, tuple]:
     """The crossings as variables."""
     columns = np.array(met, float).reshape(-1, len(Crossing._fields)).T
-    dim = ("crossing",)
+    dim, order = ("crossing",), {"long_name": "order", "units": ""}
     return {
         "crossing_speed": (dim, columns[0], {"long_name": "speed of the driving shaft", "units": "rad/s"}),
-        "crossing_frequency": (dim, columns[1], {"units": "Hz"}),
-        "crossing_order": (dim, np.array([orders[crossing.order].name for crossing in met], str)),
-        "crossing_mode": (dim, columns[3].astype(int) + 1),
+        "crossing_frequency": (dim, columns[1], {"long_name": "frequency of the crossing", "units": "Hz"}),
+        "crossing_order": (dim, np.array([orders[crossing.order].name for crossing in met], str), order),
+        "crossing_mode": (dim, columns[3].astype(int) + 1, {"long_name": "number of the mode", "units": "1"}),
         "crossing_energy_share": (dim, columns[4], {"long_name": "share of the strain energy", "units": "1"}),
     }

@@ -49,8 +49,8 @@ def parts_of_shafts(model: Model) -> dict[str, tuple]:
     bearings = [(x.name, "bearing", axial, 0.0, 0.0) for x in model.gearbox.shafts for axial in x.bearings]
     shafts, kinds, axial, radius, width = zip(*gears, *bearings, strict=True)
     return {
-        "part_shaft": ("part", list(shafts)),
-        "part_kind": ("part", list(kinds)),
+        "part_shaft": ("part", list(shafts), {"units": "", "long_name": "shaft of the part"}),
+        "part_kind": ("part", list(kinds), {"units": "", "long_name": "gear, bearing or other part"}),
         "part_axial": ("part", np.array(axial), {"units": "m", "long_name": "axial position"}),
         "part_radius": ("part", np.array(radius), {"units": "m", "long_name": "reference radius"}),
         "part_width": ("part", np.array(width), {"units": "m", "long_name": "face width"}),

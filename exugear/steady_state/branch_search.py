@@ -20,8 +20,8 @@ SPEEDS, SETTLED, FEWEST_CYCLES, MOST_CYCLES = 48, 1e-3, 2, 400
 NEAR, SAME_ORBIT = 0.05, 0.3
 #: Distance from a chord of a branch over its length, and in unknowns, within which an orbit may lie on the branch.
 OFF_CHORD, OFF_BRANCH = 0.2, 1e-2
-#: Difference of unknowns of the same orbit.
-SAME = 1e-5
+#: Difference of unknowns of the same orbit; share of a chord by which its ends are rounded.
+SAME, ROUNDING = 1e-5, 1e-9
 #: Amplitudes over the static deflection at which a subharmonic branch is started.
 SUBHARMONIC = (0.02, 0.1, 0.005)
 #: Difference of the unknowns of the end of a subharmonic branch and the period doubling at which it ends.
@@ -171,7 +171,7 @@ def _passes(branch: Branch, unknowns: np.ndarray, system: SteadySystem) -> bool:
     rises = high[:, -1] - low[:, -1]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.where(rises == 0, 0.0, (frequency - low[:, -1]) / rises)
-    for i in np.flatnonzero((share >= 0) & (share <= 1)):
+    for i in np.flatnonzero(np.abs(share - 0.5) <= 0.5 + ROUNDING):
         guess = low[i] + share[i] * (high[i] - low[i])
         if np.linalg.norm(guess - unknowns) < OFF_CHORD * np.linalg.norm(high[i] - low[i]) + OFF_BRANCH:
             orbits = PeriodicOrbits(system, branch.period)

@@ -149,7 +149,10 @@ def _along_frequency(point: OrbitPoint) -> float:
 
 
 def _zero(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, test) -> OrbitPoint | None:
-    """The point between two others at which a test function of points is 0, to the rounding of its frequency."""
+    """The point between two others at which a test function of points is 0, to the rounding of its frequency.
+
+    None where there is no orbit at a step between them.
+    """
     points: dict[float, OrbitPoint | None] = {}
 
     def value(step: float) -> float:
@@ -157,5 +160,8 @@ def _zero(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, test) -
         return nan if point is None else test(point)
 
     end = float((after.unknowns - before.unknowns) @ before.tangent)
-    root = scipy.optimize.brentq(value, 0.0, end, rtol=LOCATED, maxiter=LOCATING, disp=False)
+    try:
+        root = scipy.optimize.brentq(value, 0.0, end, rtol=LOCATED, maxiter=LOCATING, disp=False)
+    except ValueError:
+        return None
     return points.get(root)

@@ -3,20 +3,20 @@
 The linear system keeps all coordinates. Bearings and couplings have their tangent stiffness under the load, the other
 meshes their mean tangent stiffness over the mesh cycle; gyroscopic terms are those in the middle of the speed range.
 The potential of the mesh depends on deflection, phase and misalignment, which depend linearly on the coordinates; it
-has the centre distance and the axial offset of the equilibrium.
+has the centre distance and the axial offset of the equilibrium, and expands the misalignment to first order about it.
+The mean of what this leaves out, the tilting stiffness of the mesh, belongs to the linear system.
 """
 
-from dataclasses import replace
 from math import acos
 
 import numpy as np
 
-from exugear.mesh_force.fixed_offsets import at_fixed_offsets
+from exugear.force_table.layout import OFFSETS
 from exugear.mesh_force.force import MeshForce
 from exugear.modes.linear_system import linear_gearbox
 from exugear.modes.mesh_tangents import mesh_tangent
 from exugear.modes.operating_point import loaded
-from exugear.steady_state.mesh_measures import Measures, measures_of, static_at
+from exugear.steady_state.mesh_measures import STEP, Measures, measures_of, static_at, tilting_stiffness_at
 from exugear.steady_state.orbits.modal_blocks import modal_blocks
 from exugear.steady_state.orbits.steady_system import MeshEquilibrium, SteadySystem
 from exugear.system.drive_and_load import INITIAL
@@ -43,13 +43,15 @@ def steady_system(model: Model, load: float, stage: int, *, speed: float, drive:
         variation = max((_variation(model.mbs, each.contact) for each in others), default=0.0)
     rows, measures = measures_of(model, mesh, q)
     by_mesh, of_mesh = np.outer(rows[0], rows[0]), np.outer(system.rows[stage], system.rows[stage])
+    law = _law_at(mesh.law, measures.offsets)
+    tilting = _tilting_stiffness(mesh.law, law, float(system.mesh_force[stage]))
     stiffness = system.stiffness - system.elements[stage].stiffness + tangent.stiffness * by_mesh
+    stiffness = stiffness + tilting * np.outer(rows[2], rows[2])
     damping = system.damping[0] - tangent.damping * of_mesh
     mass, stiffness, damping = (system.reduced(matrix) for matrix in (system.mass, stiffness, damping))
     rows = rows @ system.motions
     rows = rows if np.abs(rows[1:]).max() > 0 else rows[:1]
     blocks = modal_blocks(mass, stiffness, damping, rows)
-    law = _law_at(mesh, measures.offsets)
     equilibrium = _equilibrium(law, mesh, measures, float(system.mesh_force[stage]), float(tangent.stiffness))
     return SteadySystem(law, blocks, equilibrium, variation)
 
@@ -71,15 +73,22 @@ def _equilibrium(law: MeshForce, mesh: Mesh, measures: Measures, force: float, s
     return MeshEquilibrium(force, measures.deflection, stiffness, **slopes, opening=opening, side=side)
 
 
-def _law_at(mesh: Mesh, offsets: dict[str, float]) -> MeshForce:
-    """The law of a mesh at offsets, clamped to its axes, its force centroid within the face."""
-    law = mesh.law
-    if not law.offsets:
-        return law
-    clamped = {name: float(np.clip(offsets[name], axis[0], axis[-1])) for name, axis in law.offsets.items()}
-    arrays, half_face = at_fixed_offsets(law, clamped), mesh.stage.pair.pinion.b / 2
-    arrays["centroid"] = np.clip(arrays["centroid"], -half_face, half_face)
-    return replace(law, **arrays, offsets={}, fixed_offsets={**law.fixed_offsets, **clamped})
+def _law_at(law: MeshForce, offsets: dict[str, float]) -> MeshForce:
+    """A law at offsets, clamped to its axes."""
+    return law.at(**{name: float(np.clip(offsets[name], axis[0], axis[-1])) for name, axis in law.offsets.items()})
+
+
+def _tilting_stiffness(law: MeshForce, at_offsets: MeshForce, force: float) -> float:
+    """Mean over the mesh cycle of `tilting_stiffness_at` under a force [N]; 0 of a law of first order."""
+    if "misalignment" not in law.offsets:
+        return 0.0
+    axis, offsets = law.offsets["misalignment"], {"a": 0.0, "axial": 0.0} | dict(at_offsets.fixed_offsets)
+    offsets["misalignment"] = float(np.clip(offsets["misalignment"], axis[0] + STEP, axis[-1] - STEP))
+    values = tuple(offsets[name] for name in OFFSETS)
+    phases = np.arange(PHASES) / PHASES
+    deflections = [at_offsets.deflection_at(phase, abs(force)) for phase in phases]
+    tables = law.table.head, at_offsets.table.head
+    return float(np.mean([tilting_stiffness_at(*tables, *x, values) for x in zip(phases, deflections, strict=True)]))
 
 
 def _opening(mesh: Mesh, offsets: dict[str, float]) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 from exugear.contact_geometry.contact_records import is_spatial
 from exugear.contact_geometry.reference_configuration import phase_of
 from exugear.contact_geometry.relative_position import position_of
+from exugear.force_table.force_kernels import static_force
 from exugear.force_table.patches import phase_cell
 from exugear.force_table.potential import potential
 from exugear.system.model import Mesh, Model
@@ -37,6 +38,21 @@ def spatial_measures(table, frame, q_1, q_2):
 def static_at(table, phase, deflection):
     """`exugear.force_table.potential.Potential` of a flank without offsets."""
     return potential(table, 0, phase_cell(table, phase), deflection, 0.0)
+
+
+@kept
+def tilting_stiffness_at(table, at_offsets, phase, deflection, offsets):
+    """Stiffness [N m/rad] by which the potential of a flank grows over the misalignment beyond its first-order law.
+
+    table, at_offsets   heads of a law over the misalignment, and of that law at the offsets a, misalignment, axial
+    """
+    a, misalignment, axial = offsets
+    rise = 0.0
+    for side in (-1.0, 1.0):
+        tilted = static_force(table, phase, deflection, a, misalignment + side * STEP, axial)
+        first_order = potential(at_offsets, 0, phase_cell(at_offsets, phase), deflection, side * STEP)
+        rise += side * (tilted.by_misalignment - first_order.by_lever)
+    return rise / (2 * STEP)
 
 
 def measures_of(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:

@@ -1,15 +1,19 @@
 """Steady states of a gearbox over the speed."""
 
+from collections.abc import Sequence
+from typing import Annotated
+
 import numpy as np
 import xarray as xr
 
+from exugear.operation.train_motion import HIGHEST_SPEED
 from exugear.steady_state.branch_data import labelled
 from exugear.steady_state.branch_search import all_branches
 from exugear.steady_state.continuation import Range
 from exugear.steady_state.gearbox_reduction import check_reducible, steady_system
 from exugear.system.model import Model
 from fem.support.arguments import checked
-from fem.support.validation import require, require_within
+from fem.support.validation import numbers, require, require_within, text_of
 
 #: Resonance of the mesh over the lowest mesh frequency: below, the DTE is the STE but for its vibration after jumps.
 SLOWEST = 32
@@ -20,10 +24,18 @@ DRIVES = "held", "free"
 LEAST_VARIATION, SAME_FREQUENCY = 1e-3, 1e-9
 
 
+def check_range(name: str, value) -> None:
+    """ValueError unless the value holds two rising speeds."""
+    ends = numbers(name, value)
+    in_range = ends.shape == (2,) and 0 <= ends[0] < ends[1] < HIGHEST_SPEED
+    limits = f"0 <= lowest < highest < {HIGHEST_SPEED:g} rad/s"
+    require(bool(in_range), f"{name} must be (lowest, highest) with {limits}, got {text_of(value)}")
+
+
 @checked
 def steady_states(
     model: Model,
-    speed: tuple[float, float],
+    speed: Annotated[Sequence[float], check_range],
     load: float,
     *,
     stage: int = 0,
@@ -56,7 +68,6 @@ def steady_states(
     Source: Seydel, Practical bifurcation and stability analysis, 3rd ed. (2010): shooting, continuation by arc length.
     """
     low, high = speed
-    require(0 <= low < high, f"speed must be (lowest, highest) with 0 <= lowest < highest [rad/s], got {speed}")
     number = len(model.meshes)
     require(0 <= stage < number, f"stage must be a number from 0 to {number - 1}, got {stage}")
     require(drive in DRIVES, f"drive must be one of {DRIVES}, got {drive!r}")

@@ -81,9 +81,10 @@ def test_runs_without_load_and_windows_out_of_range_are_refused():
     run = ran(smooth_box(), duration=0.02)
     with pytest.raises(ValueError, match="windows"):
         exugear.dynamic_factor(run, windows=0)
-    unloaded = run.data.assign(mesh_force=0 * run.data["mesh_force"])
-    with pytest.raises(ValueError, match="must load the mesh"):
-        exugear.dynamic_factor(unloaded, windows=5)
+    for share in (0.0, 1e-12):
+        unloaded = run.data.assign(mesh_force=share * run.data["mesh_force"])
+        with pytest.raises(ValueError, match="must load the mesh"):
+            exugear.dynamic_factor(unloaded, windows=5)
 
 
 def test_steady_states_have_the_factor_of_their_largest_force():

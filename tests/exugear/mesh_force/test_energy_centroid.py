@@ -5,7 +5,7 @@ import pytest
 
 import exugear
 import fem
-from fem.units import mm, um
+from fem.units import deg, mm, um
 
 TILTS = np.array([-3e-5, 0, 3e-5])
 
@@ -31,3 +31,34 @@ def test_centroid_of_a_map_is_the_slope_of_its_potential_over_the_misalignment(f
     loaded = law.force_table[0, 0] > 1000
     difference = (by_energy.centroid - law.centroid)[1][:, loaded]
     assert np.abs(difference).max() < 0.02 * max(np.abs(law.centroid[..., loaded]).max(), 0.1 * mm)
+
+
+HELICAL = {"m_n": 2.5 * mm, "b": 20 * mm, "d_bore": 20 * mm}
+WIDE_TILTS = (-6e-4, -3e-4, 0.0, 3e-4, 6e-4)
+
+
+@pytest.fixture(scope="module")
+def helical_map():
+    """A map whose misalignments lie so far apart that light loads of one are beside lost contact of the next."""
+    gears = fem.Gear(z=23, beta=18 * deg, **HELICAL), fem.Gear(z=41, beta=-18 * deg, **HELICAL)
+    options = {"offsets": fem.Offsets(misalignment=WIDE_TILTS), "resolution": fem.Slices(), "progress": False}
+    return fem.static_transmission_error(fem.GearPair(*gears), [0, 2, 5, 10, 20, 50, 100, 200, 400], **options)
+
+
+def test_centroid_by_energy_stays_on_the_face_down_to_the_loss_of_contact(helical_map):
+    law = exugear.MeshForce.from_ste(helical_map.drop_vars("centroid"), backlash=0.1 * mm)
+    assert np.abs(law.centroid).max() < 1.03 * HELICAL["b"] / 2
+    assert np.abs(law.centroid[[0, -1], :, :12]).max() > 0.95 * HELICAL["b"] / 2
+
+
+@pytest.mark.parametrize("without", [(), ("centroid",)], ids=["of the map", "by energy"])
+@pytest.mark.parametrize("misalignment", [3e-4 + 1e-8, 1e-8, -1e-7, 3.25e-4])
+def test_law_beside_a_misalignment_of_the_map_keeps_its_centroid_in_the_range_of_the_map(
+    helical_map, without, misalignment
+):
+    law = exugear.MeshForce.from_ste(helical_map.drop_vars(without), backlash=0.1 * mm)
+    aligned = law.at(misalignment=misalignment)
+    assert law.centroid.min() <= aligned.centroid.min()
+    assert aligned.centroid.max() <= law.centroid.max()
+    deflection = aligned.deflection_at(0.3, 3000.0)
+    assert law(0.3, deflection, misalignment=misalignment) == pytest.approx(3000.0, rel=1e-3)

@@ -7,6 +7,7 @@ import pytest
 from scenes import linear_law, paper_pair, smooth_map
 
 from exugear import MeshForce
+from exugear.mesh_force.force import mesh_forces
 from exugear.mesh_force.ste_interpolation import loaded_deflection
 from fem import PitchDeviation, Sides
 from fem.ste.ste_map import over_torque_and_phase, pair_of, ste_map
@@ -186,3 +187,9 @@ def test_one_phase_is_a_constant_law():
     assert law(np.linspace(0, 0.99, 7), 10 * um) == pytest.approx(4200)
     assert law.stiffness_max == pytest.approx(4.2e8)
     assert law(0.3, -5e-3) == 0
+
+
+def test_kernels_of_laws_with_and_without_offsets_have_names_of_their_own():
+    """Kernels of equal names that other processes have compiled are mixed up."""
+    names = {mesh_forces(has_offsets).py_func.__qualname__ for has_offsets in (False, True)}
+    assert len(names) == 2

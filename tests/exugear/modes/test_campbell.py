@@ -33,6 +33,11 @@ def test_crossings_lie_on_their_orders_and_on_modes(diagram):
         assert float(crossing["crossing_energy_share"]) == pytest.approx(share, abs=0.01)
 
 
+def test_all_variables_have_units_and_names(diagram):
+    for name, variable in diagram.data_vars.items():
+        assert {"units", "long_name"} <= set(variable.attrs), name
+
+
 def test_all_orders_of_meshes_and_shafts_are_there(diagram):
     ratios = diagram["order_ratio"]
     assert ratios.sel(order="2 x mesh input-middle").item() == pytest.approx(114.0)

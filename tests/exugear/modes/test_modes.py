@@ -262,6 +262,7 @@ def test_data_are_kept_in_files(tmp_path):
     data.to_netcdf(tmp_path / "modes.nc")
     with xr.open_dataset(tmp_path / "modes.nc") as loaded_data:
         xr.testing.assert_allclose(loaded_data, data)
+    assert all({"units", "long_name"} <= set(variable.attrs) for variable in data.data_vars.values())
     assert list(data["shaft"].values) == ["input", "middle", "output", "input rotor"]
 
 

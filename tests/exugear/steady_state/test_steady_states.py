@@ -10,7 +10,7 @@ from scenes import linear_law, smooth_box, smooth_map
 
 import exugear
 import fem
-from fem.units import mm, rpm
+from fem.units import deg, mm, rpm
 
 TOP, LOAD = 3500 * rpm, 150.0
 BALL = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
@@ -116,6 +116,30 @@ def test_harmonics_hold_the_power_of_the_signal(spinning_states):
 def test_a_planar_gearbox_on_bearings():
     model = exugear.build(smooth_box(parts={0 * mm: BALL, 60 * mm: BALL}))
     compare(model, exugear.steady_states(model, (1500 * rpm, TOP), LOAD), LOAD, number=1, step=5e-6)
+
+
+def helical_on_bearings() -> exugear.Model:
+    """An unequal helical pair in space, its map over the misalignment."""
+    size = {"m_n": 2.5 * mm, "b": 20 * mm, "d_bore": 20 * mm}
+    pair = fem.GearPair(fem.Gear(z=23, beta=18 * deg, **size), fem.Gear(z=41, beta=-18 * deg, **size))
+    options = {"offsets": fem.Offsets(misalignment=(-4e-4, 0.0, 4e-4)), "resolution": fem.Slices()}
+    ste = fem.static_transmission_error(pair, [0, 2, 10, 30, 100, 200], 16, **options, progress=False)
+    fast = exugear.Shaft("fast", {0.0: BALL, 25 * mm: pair.pinion, 60 * mm: BALL})
+    slow = exugear.Shaft("slow", {0.0: BALL, 25 * mm: pair.wheel, 60 * mm: BALL})
+    return exugear.build(exugear.Gearbox([exugear.Stage(fast, slow, ste, damping=1500.0, backlash=0.08 * mm)]))
+
+
+def test_a_helical_pair_on_bearings_has_the_tilting_stiffness_of_its_mesh():
+    """Without it the DTE at 350 rad/s is 1.3 % larger."""
+    model = helical_on_bearings()
+    data = exugear.steady_states(model, (345.0, 355.0), 100.0)
+    orbit = data.isel(point=int(np.abs(data["speed"].values - 350.0).argmin()))
+    options = {"duration": 0.2, "step": 8e-6, "sample": 8e-6, "progress": False, "checks": 0}
+    run = exugear.run_up(model, speed=float(orbit["speed"]), load=100.0, **options).data
+    late = run["time"].values >= run["time"].values[-1] - 60 / float(orbit["mesh_frequency"])
+    dte = run["dte"].values[0, late]
+    assert dte.std() == pytest.approx(float(orbit["rms"]), rel=2e-3)
+    assert np.ptp(dte) == pytest.approx(float(orbit["peak_to_peak"]), rel=2e-3)
 
 
 def test_a_drive_behind_a_coupling():
@@ -224,6 +248,9 @@ def test_the_data_are_written_as_netcdf(spinning_states, tmp_path):
     [
         ({"speed": (100.0, 50.0)}, "speed must be"),
         ({"speed": (0.0, 5.0)}, "speed must reach beyond"),
+        ({"speed": (5.0,)}, "speed must be"),
+        ({"speed": (0.0, np.inf)}, "speed must be"),
+        ({"speed": (0.0, 1e9)}, "speed must be"),
         ({"load": 0.0}, "load must be finite and not 0"),
         ({"load": 1e5}, "load"),
         ({"stage": 1}, "stage must be a number from 0 to 0"),
