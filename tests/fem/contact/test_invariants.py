@@ -186,10 +186,11 @@ def modes_agree(scene: Scene) -> None:
     """Slices have one line load where the flanks are closest; only loaded tips need strips.
 
     On gears of one width: the face ends of a narrow steel gear press into a wide plastic one, which slices and strips
-    resolve differently (te 3 to 5 % apart where the plastic gear is four times wider).
+    resolve differently (te 3 to 5 % apart where the plastic gear is four times wider). Both modes converge with the
+    slices: a light load on a steel and a plastic gear, helix 30 deg, is 2.7 % apart with 16 and 0.02 % with 64.
     """
     even = of_pair(plain(scene), lambda gear: replace(gear, b=scene.pair.b))
-    phases = [replace(even, axial=0.0, slices=16, phase=i / 4) for i in range(4)]
+    phases = [replace(even, axial=0.0, slices=32, phase=i / 4) for i in range(4)]
     resolved, sliced = np.array([[state.te for state in phase.solved()] for phase in phases]).mean(axis=0)
     if resolved > MESHABLE * scene.pair.pinion.m_n:
         reject()
