@@ -12,12 +12,22 @@ from pathlib import Path
 import numpy as np
 from benchmark_growth import exponent
 from benchmark_points import Points
+from cycler import cycler
 from matplotlib import rc_context
+from matplotlib.figure import Figure
 
 from exugear import plots
 
 #: Implicit static and explicit dynamic STE, run-up of the paper [s].
 PAPER = {"implicit FE": 150 * 60.0, "explicit FE": 3330 * 60.0, "run-up": 36 * 60.0}
+#: matplotlib's settings for letters that are 9 pt high where the figure is printed 18 cm wide.
+STYLE = {
+    "font.size": 9,
+    "axes.prop_cycle": cycler(color=plots.DISTINCT),
+    "axes.grid": True,
+    "grid.color": "0.88",
+    "axes.axisbelow": True,
+}
 
 
 def mark_times(ax, seconds: dict[str, float]) -> None:
@@ -69,18 +79,24 @@ def draw_legends(ax, panels: dict) -> None:
     top = 1.0
     for title, panel in panels.items():
         handles, labels = panel.get_legend_handles_labels()
-        options = {"loc": "upper left", "labelspacing": 0.15, "borderpad": 0, "alignment": "left", "frameon": False}
+        options = {
+            "loc": "upper left",
+            "fontsize": 8,
+            "labelspacing": 0.1,
+            "borderpad": 0,
+            "alignment": "left",
+            "frameon": False,
+        }
         ax.add_artist(ax.legend(handles, labels, title=title, bbox_to_anchor=(0, top), **options))
-        top -= (len(labels) + 1.3) / 19.5
+        top -= (len(labels) + 1.7) / 21
 
 
 def draw(path: Path, numbers: dict) -> None:
-    """All panels from the numbers of `benchmark.main`; 9 pt where they are printed 18 cm wide."""
+    """All panels from the numbers of `benchmark.main`."""
     ste, runs, floor = Points(numbers["STE"]), Points(numbers["run-up"]), numbers["70 s in equal steps"]
-    with rc_context({"font.size": 9}):
-        figure = plots.figure(rows=3, columns=2)
-        figure.set_size_inches(7.1, 9.6)
-        upper, beside, lower, legends, states, parts = figure.axes
+    with rc_context(STYLE):
+        figure = Figure(figsize=(7.1, 9.6), layout="constrained")
+        upper, beside, lower, legends, states, parts = figure.subplots(3, 2).flat
         ste.draw(upper)
         mark_times(upper, {f"paper, {name}": PAPER[name] for name in ("implicit FE", "explicit FE")})
         upper.set(xlabel="processor time of 30 phases, cold [s]", ylabel="error of the STE [% of its mean]")

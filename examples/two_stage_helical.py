@@ -99,7 +99,7 @@ def draw(path: Path, run: exugear.Run) -> None:
     """DTE of both stages over their mesh frequencies, and bearing forces over the speed."""
     figure = plots.figure(columns=2)
     for i, stage in enumerate(run.data["stage"].values):
-        plots.plot_envelopes({str(stage): run}, figure.axes[0], stage=i)
+        plots.plot_envelopes({str(stage): run}, figure.axes[0], stage=i, color=plots.DISTINCT[i])
     plots.plot_bearing_forces(run, figure.axes[1])
     figure.savefig(path, dpi=100)
 
