@@ -55,7 +55,7 @@ class LinearSystem:
 
 
 def linear_gearbox(model: Model, speeds: Iterable[float], phase: float | None) -> LinearSystem:
-    """The equations of a gearbox in the equilibrium that `loaded` has found, at speeds of the driving shaft [rad/s].
+    """The equations of a gearbox in the equilibrium of `loaded`, at speeds of the driving shaft [rad/s].
 
     phase   as in `mesh_tangent`
     """
@@ -95,7 +95,7 @@ def linear_assembly(mbs, phase: float | None) -> LinearSystem:
 
 
 def _stage_names(mbs, contacts: Sequence[int]) -> dict[int, str]:
-    """Name of each contact: its own, or those of its bodies."""
+    """Name of each contact: that of its object, or those of its bodies."""
     of_nodes, names = names_of_nodes(mbs), dict[int, str]()
     for number in contacts:
         item = mbs.GetObject(number)

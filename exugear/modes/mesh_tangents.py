@@ -16,9 +16,10 @@ from exugear.kernels.difference_jacobian import jacobian
 from exugear.kernels.recorder import Recorder
 from exugear.system.drive_and_load import INITIAL
 
-#: Number of phases of the mean over the mesh cycle, and share by which its force stays below the present one, so that
-#: differences do not leave a map that ends there.
-PHASES, MARGIN = 48, 1e-4
+#: Number of phases over which stiffness is averaged.
+PHASES = 48
+#: The mean is taken at a mesh force smaller by this share, so that differences do not leave a map that ends there.
+MARGIN = 1e-4
 #: Step of the rate in the difference of the damping force [m/s].
 RATE = 1e-3
 #: Factor between the ends of brackets of a deflection, and its tolerance [m].
