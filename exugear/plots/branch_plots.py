@@ -44,6 +44,7 @@ def plot_branches(
     style      of matplotlib's plot, for all branches
     """
     require("bifurcation" in data, "data must be that of exugear.steady_states(...)")
+    require("stage" not in data.dims, f"data must be of a single stage, got {data.sizes}; take data.isel(stage=0)")
     require(quantity in QUANTITIES, f"quantity must be one of {list(QUANTITIES)}, got {quantity!r}")
     orders = data["harmonic"].values.tolist()
     require(harmonic is None or harmonic in orders, f"harmonic must be one of {orders}, got {harmonic}")
@@ -57,12 +58,17 @@ def plot_branches(
         _draw_branch(ax, data.isel(point=points), values.values[points] / um, style)
     _mark_bifurcations(ax, data, values.values / um)
     label = QUANTITIES[quantity] if harmonic is None else f"amplitude of the DTE at {harmonic:g} x mesh frequency [µm]"
-    ax.set(xlabel="mesh frequency [Hz]", ylabel=label, title=f"{data.attrs['stage']}, {data.attrs['load']:.4g} N m")
+    ax.set(xlabel="mesh frequency [Hz]", ylabel=label, title=f"{_stage_of(data)}, {data.attrs['load']:.4g} N m")
     ax.set_ylim(bottom=0, auto=True)
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     legend(ax, handles=list(once.values()), labels=list(once))
     return ax
+
+
+def _stage_of(data: xr.Dataset) -> str:
+    """Label of the stage of the data."""
+    return str(data["stage"].item()) if "stage" in data.coords else str(data.attrs["stage"])
 
 
 def _mark_bifurcations(ax: Axes, data: xr.Dataset, values: np.ndarray) -> None:
