@@ -12,7 +12,7 @@ from exugear.steady_state.orbits.periodic_orbit import PeriodicOrbits
 from exugear.steady_state.orbits.steady_system import Orbit, SteadySystem
 
 #: Unit and meaning of the variables over the points, and of those of every stage.
-OF_POINTS = {
+OF_POINTS: dict[str, tuple[str, str]] = {
     "branch": ("1", "number of the branch"),
     "speed": ("rad/s", "speed of the driving shaft"),
     "period": ("1", "period in common periods of the meshes that excite"),
@@ -49,8 +49,8 @@ def labelled(system: SteadySystem, branches: list[Branch], mesh_cycles: np.ndarr
                 variables[name].append(value)
     about_order = {"units": "1", "long_name": "multiple of the mesh frequency"}
     coordinates = {"point": np.arange(len(variables["branch"])), "harmonic": ("harmonic", orders, about_order)}
-    dims = dict.fromkeys(OF_POINTS, ("point",)) | dict.fromkeys(OF_STAGES, ("point", "stage"))
-    dims |= dict.fromkeys(("harmonics", "harmonic_phase"), ("point", "stage", "harmonic"))
+    dims: dict[str, tuple[str, ...]] = {name: ("point",) for name in OF_POINTS}
+    dims |= {name: ("point", "stage", "harmonic")[: 2 + name.startswith("harmonic")] for name in OF_STAGES}
     labels = {name: {"units": unit, "long_name": about} for name, (unit, about) in (OF_POINTS | OF_STAGES).items()}
     return xr.Dataset({name: (dims[name], np.array(x), labels[name]) for name, x in variables.items()}, coordinates)
 

@@ -1,15 +1,16 @@
 """Search of all branches: sweeps over the speed up and down, continuation from each new orbit, subharmonic branches."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil, log
 
 import numpy as np
 
-from exugear.steady_state.continuation import Range, points_at_borders, traced
+from exugear.steady_state.continuation import UPRIGHT, Range, points_at_borders, traced
 from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbits, reversed_point
 from exugear.steady_state.orbits.steady_system import SteadySystem
+from fem.support.progress import announced, bar
 
 #: Range of the mesh frequency over the resonance that is searched at least: branches enter other ranges from there.
 SEARCHED = Range(0.5, 1.6)
@@ -56,8 +57,8 @@ def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
     branches: list[Branch] = []
     searched = Range(min(within.low, SEARCHED.low), max(within.high, SEARCHED.high))
     frequencies = np.geomspace(searched.low, searched.high, SPEEDS)
-    for sweep in (frequencies, frequencies[::-1]):
-        for point in _attractors(system, sweep):
+    for direction, sweep in (("up", frequencies), ("down", frequencies[::-1])):
+        for point in _attractors(system, bar(sweep, f"steady states, sweep {direction}")):
             if not any(_holds(branch, point, system) for branch in branches):
                 branches.append(_through(system, point, searched))
                 if point.period == 1:
@@ -81,9 +82,10 @@ def _pieces(system: SteadySystem, branch: Branch, within: Range) -> list[Branch]
     return [Branch(points, branch.period, branch.complete) for points in pieces if len(points) > 1]
 
 
-def _attractors(system: SteadySystem, frequencies: np.ndarray) -> Iterator[OrbitPoint]:
+def _attractors(system: SteadySystem, frequencies: Iterable[float]) -> Iterator[OrbitPoint]:
     """Stable orbits that a sweep over the resonance follows at its mesh frequencies, or settles on."""
-    states, point = np.zeros(system.size), None
+    states = np.zeros(system.size)
+    point: OrbitPoint | None = None
     for ratio in frequencies:
         frequency = ratio * system.resonance
         try:
@@ -100,13 +102,16 @@ def _attractors(system: SteadySystem, frequencies: np.ndarray) -> Iterator[Orbit
 
 def _followed(system: SteadySystem, point: OrbitPoint, ratio: float) -> OrbitPoint | None:
     """The stable orbit at the next mesh frequency of a sweep over the resonance, near the last; None: it ends."""
-    guess = point.unknowns + (ratio - point.unknowns[-1]) / point.tangent[-1] * point.tangent
-    upright = np.eye(guess.size)[-1]
-    if not point.stable or np.abs(guess - point.unknowns).max() > SAME_ORBIT:
+    if not point.stable or abs(point.tangent[-1]) < UPRIGHT:
         return None
-    following = PeriodicOrbits(system, point.period).solved(guess, upright, point)
-    near = following is not None and np.abs(following.unknowns - guess).max() < SAME_ORBIT
-    return following if near and following.stable else None
+    change = (ratio - point.unknowns[-1]) / point.tangent[-1] * point.tangent
+    if np.abs(change).max() > SAME_ORBIT:
+        return None
+    guess = point.unknowns + change
+    following = PeriodicOrbits(system, point.period).solved(guess, np.eye(guess.size)[-1], point)
+    if following is None or np.abs(following.unknowns - guess).max() > SAME_ORBIT:
+        return None
+    return following if following.stable else None
 
 
 def _settling_periods(system: SteadySystem, frequency: float) -> int:
@@ -135,8 +140,9 @@ def _through(system: SteadySystem, start: OrbitPoint, within: Range) -> Branch:
     """The branch through an orbit, in the direction of rising speed at that orbit."""
     start = start if start.tangent[-1] > 0 else reversed_point(start)
     orbits = PeriodicOrbits(system, start.period)
-    forwards = traced(orbits, start, within, Ending(system, start))
-    backwards = traced(orbits, reversed_point(start), within, Ending(system, start))
+    with announced("following a branch of steady states"):
+        forwards = traced(orbits, start, within, Ending(system, start))
+        backwards = traced(orbits, reversed_point(start), within, Ending(system, start))
     points = [reversed_point(point) for point in backwards.points[:0:-1]] + forwards.points
     return Branch(points, start.period, forwards.complete and backwards.complete)
 
@@ -221,7 +227,8 @@ def _doubled(system: SteadySystem, doubling: OrbitPoint, within: Range, doubling
     else:
         return None
     ending = Ending(system, start)
-    trace = traced(orbits, start, within, ending)
+    with announced("following a branch of two periods"):
+        trace = traced(orbits, start, within, ending)
     first = replace(doubling, period=2, bifurcation="", tangent=direction)
     points = [first, *trace.points]
     if ending.merged:

@@ -1,10 +1,11 @@
 """Reduction of a built gearbox to the meshes that excite it: linear about its equilibrium but for their force laws.
 
 The linear system keeps all coordinates. Bearings and couplings have their tangent stiffness under the load, all further
-meshes their mean tangent stiffness over the mesh cycle; gyroscopic terms are those in the middle of the speed range.
+meshes their mean tangent stiffness over the mesh cycle; gyroscopic terms grow with the speed.
 The potential of a mesh that excites depends on deflection, phase and misalignment, which depend linearly on the
 coordinates; it has the centre distance and the axial offset of the equilibrium, and expands the misalignment to first
-order about it. The mean of what this leaves out, the tilting stiffness of the mesh, belongs to the linear system.
+order about it. The mean of what this leaves out belongs to the linear system: the tilting stiffness of the mesh, and
+the geometric stiffness by which the mean force changes its direction with the shafts.
 """
 
 from collections.abc import Sequence
@@ -18,7 +19,14 @@ from exugear.mesh_force.force import MeshForce
 from exugear.modes.linear_system import linear_gearbox
 from exugear.modes.mesh_tangents import MeshTangent, mesh_tangent
 from exugear.modes.operating_point import loaded
-from exugear.steady_state.mesh_measures import STEP, Measures, measures_of, static_at, tilting_stiffness_at
+from exugear.steady_state.mesh_measures import (
+    STEP,
+    Measures,
+    curvature_of,
+    measures_of,
+    static_at,
+    tilting_stiffness_at,
+)
 from exugear.steady_state.orbits.exciting_mesh import ExcitingMesh, MeshEquilibrium
 from exugear.steady_state.orbits.modal_blocks import modal_blocks
 from exugear.steady_state.orbits.steady_system import SteadySystem
@@ -37,12 +45,12 @@ def steady_system(model: Model, load: float, stages: Sequence[int], *, speed: fl
     """The system that the meshes of stages excite together, under a load on the driven shaft [N m].
 
     stages   numbers; the first is the reference
-    speed    of the driving shaft [rad/s] at which gyroscopic terms are taken
+    speed    of the driving shaft [rad/s] in the middle of the range
     drive    "held": the driving shaft turns as imposed; "free": it turns under a constant torque
     """
     cycles = common_period(model, stages)
     with loaded(model, load, drive) as in_equilibrium:
-        system = linear_gearbox(in_equilibrium, [speed], None)
+        system = linear_gearbox(in_equilibrium, [speed, 2 * speed], None)
         q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
         meshes = in_equilibrium.meshes
         tangents = [mesh_tangent(model.mbs, meshes[stage].contact, None)[1] for stage in stages]
@@ -54,14 +62,17 @@ def steady_system(model: Model, load: float, stages: Sequence[int], *, speed: fl
         mesh, force = meshes[stage], float(system.mesh_force[stage])
         law = _law_at(mesh.law, measures[k].offsets)
         mean = np.diag([tangent.stiffness, 0.0, _tilting_stiffness(mesh.law, law, force)])
-        stiffness = stiffness - system.elements[stage].stiffness + rows[k].T @ mean @ rows[k]
+        geometric = force * curvature_of(model, mesh, q)
+        stiffness = stiffness - system.elements[stage].stiffness + rows[k].T @ mean @ rows[k] + geometric
         damping = damping - tangent.damping * np.outer(system.rows[stage], system.rows[stage])
         phase = (measures[k].phase - cycles[k] / cycles[0] * measures[0].phase) % 1.0
         exciting.append(ExcitingMesh(law, _equilibrium(law, mesh, measures[k], force, tangent), phase, cycles[k]))
-    matrices = (system.reduced(matrix) for matrix in (system.mass, stiffness, damping))
+    gyroscopic = (system.damping[1] - system.damping[0]) / speed
     measured = np.array(rows) @ system.motions
     measured = measured if np.abs(measured[:, 1:]).max() > 0 else measured[:, :1]
-    return SteadySystem(tuple(exciting), modal_blocks(*matrices, measured), variation)
+    mass, stiffness, damping, gyroscopic = (system.reduced(x) for x in (system.mass, stiffness, damping, gyroscopic))
+    blocks = modal_blocks(mass, stiffness, damping, measured, gyroscopic)
+    return SteadySystem(tuple(exciting), blocks, speed, float(model.mesh_cycles[stages[0]]), variation)
 
 
 def exciting_stages(model: Model, stages: Sequence[int]) -> list[int]:
@@ -91,9 +102,7 @@ def _variation(mbs, contact: int) -> float:
     return float(np.ptp(stiffness) / 2 / np.mean(stiffness))
 
 
-def _equilibrium(
-    law: MeshForce, mesh: Mesh, measures: Measures, force: float, tangent: MeshTangent
-) -> MeshEquilibrium:
+def _equilibrium(law: MeshForce, mesh: Mesh, measures: Measures, force: float, tangent: MeshTangent) -> MeshEquilibrium:
     """The equilibrium of a mesh at its measures, with a force [N] and its mean tangent."""
     side, opening = 1.0 if force > 0 else -1.0, _opening(mesh, measures.offsets)
     phase, deflection = measures.phase, measures.deflection

@@ -14,6 +14,7 @@ from exugear.steady_state.gearbox_reduction import check_reducible, exciting_sta
 from exugear.steady_state.orbits.steady_system import SteadySystem
 from exugear.system.model import Model
 from fem.support.arguments import checked
+from fem.support.progress import shown
 from fem.support.validation import numbers, require, require_within, text_of
 
 #: Resonance of the mesh over the lowest mesh frequency: below, the DTE is the STE but for its vibration after jumps.
@@ -21,6 +22,8 @@ SLOWEST = 32
 #: Multiples of the mesh frequency up to which harmonics are given, at most.
 MOST_HARMONICS = 100
 DRIVES = "held", "free"
+
+
 def check_range(name: str, value) -> None:
     """ValueError unless the value holds two rising speeds."""
     ends = numbers(name, value)
@@ -46,16 +49,18 @@ def steady_states(
     stage: Annotated[int | Sequence[int], check_stages] = 0,
     drive: str = "held",
     harmonics: int = 10,
+    progress: bool = True,
 ) -> xr.Dataset:
     """All periodic steady states of a gearbox over a range of speed, unstable ones included.
 
     speed       lowest and highest speed of the driving shaft [rad/s]; the lowest is raised to the speed at which the
                 mesh frequency is 1/32 of the resonance of the mesh (attribute "lowest_speed")
     load        constant torque on the driven shaft against its motion at positive speed [N m]
-    stage       number of the stage whose mesh excites the gearbox, or numbers of stages whose meshes excite it together;
-                stages with the same mesh frequency, as beside an idler, excite it as well
+    stage       number of the stage whose mesh excites the gearbox, or numbers of stages whose meshes excite it
+                together; stages with the same mesh frequency, as beside an idler, excite it as well
     drive       "held": the driving shaft turns at constant speed; "free": under a constant torque
     harmonics   multiples of the mesh frequency up to which harmonics of the DTE are given
+    progress    show bars with the time left
 
     The equations are those of a run: the force laws of these stages with their damping, contact loss and back flanks.
     All else is linear about the equilibrium under the load (`exugear.steady_state.gearbox_reduction`): exact for shafts
@@ -89,7 +94,8 @@ def steady_states(
     reached = f"speed must reach beyond {lowest:.4g} rad/s, where the mesh frequency is 1/{SLOWEST} of the resonance"
     require(lowest < high, f"{reached}, got {speed}; below it the DTE is the STE")
     within = Range(lowest * cycles[0] / system.resonance, high * cycles[0] / system.resonance)
-    branches = all_branches(system, within)
+    with shown(progress):
+        branches = all_branches(system, within)
     data = labelled(system, branches, cycles[: len(given)], harmonics)
     about = {"load": load, "drive": drive, "lowest_speed": lowest, **_about(model, system, stages, branches)}
     if np.ndim(stage):
@@ -105,5 +111,6 @@ def _about(model: Model, system: SteadySystem, stages: Sequence[int], branches: 
         "resonance": system.resonance,
         "static_deflection": system.static_deflection,
         "variation_of_other_meshes": system.variation,
+        "share_of_modes_left_out": system.blocks.left_out,
         "broken_branches": [number for number, branch in enumerate(branches) if not branch.complete],
     }

@@ -181,7 +181,7 @@ def meshed(addresses, rows, time, step, states, matrix, changes, samples, number
 
 @kept
 def advance(addresses, rows, pieces, propagators, states, matrix, samples):
-    """Move states (2 n,) over the pieces of a common period, and the columns of a matrix (2 n, c; c = 0: none) with them.
+    """Move states (2 n,) over the pieces of a common period, and the columns of a matrix (2 n, c; c = 0: none) as well.
 
     addresses     (m, 2) of the head of a table and of a `STEADY_MESH`, of every mesh
     rows          (m, 2 k + 1, 2 n) of every mesh: rate of the deflection by the states; k measures by the states, k = 1

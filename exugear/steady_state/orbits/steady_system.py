@@ -30,7 +30,7 @@ class PeriodEnd(NamedTuple):
 
 
 class Orbit(NamedTuple):
-    """Samples of a mesh over a period: weight, phase in mesh cycles, deflection [m], mesh force and static force [N]."""
+    """Samples of a mesh over a period: weight, phase in mesh cycles, deflection [m], mesh and static force [N]."""
 
     weight: np.ndarray
     phase: np.ndarray
@@ -40,38 +40,69 @@ class Orbit(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
+class LinearMotion:
+    """The linear system at a speed.
+
+    blocks    of the system at this speed
+    rows      (m, 2 k + 1, 2 n) as `cycle_kernels.advance`
+    matrix    (2 n, 2 n) states of the system = matrix . states of the blocks
+    inverse   of the matrix
+    """
+
+    blocks: ModalBlocks
+    rows: np.ndarray
+    matrix: np.ndarray
+    inverse: np.ndarray
+
+    def propagators(self, pieces: np.ndarray) -> np.ndarray:
+        """Matrices of the blocks over the steps of the pieces."""
+        return propagators(self.blocks.first, self.blocks.second, self.blocks.oscillating, pieces)
+
+
+def linear_motion(blocks: ModalBlocks, change: float) -> LinearMotion:
+    """The linear system whose driving shaft turns faster than that of its blocks by a change [rad/s]."""
+    matrix = np.eye(2 * blocks.first.size)
+    if blocks.by_turning.any():
+        blocks, matrix = blocks.turning_faster(change)
+    tables = [blocks.rate_rows[:, None], blocks.measures, blocks.by_impulses]
+    rows = np.concatenate([x.reshape(*x.shape[:2], -1) for x in tables], axis=1)
+    return LinearMotion(blocks, rows, matrix, np.linalg.inv(matrix))
+
+
+@dataclass(frozen=True, eq=False)
 class SteadySystem:
     """Meshes in their linear surroundings, at constant speed: their phases are known functions of time.
 
     The first mesh is the reference: frequencies are its mesh frequencies, amplitudes are over its static deflection.
 
-    meshes      that excite, with a common period
-    blocks      linear system, these meshes with their mean stiffness
-    variation   of the stiffness of any further mesh over its cycle, over its mean, which the linear system contains
+    meshes        that excite, with a common period
+    blocks        linear system at a speed, these meshes with their mean stiffness
+    speed         of the driving shaft [rad/s]
+    mesh_cycles   of the reference mesh per radian of the driving shaft
+    variation     of the stiffness of any further mesh over its cycle, over its mean, which the linear system contains
     """
 
     meshes: tuple[ExcitingMesh, ...]
     blocks: ModalBlocks
+    speed: float
+    mesh_cycles: float
     variation: float = 0.0
     records: tuple[np.record, ...] = field(init=False, repr=False)
     addresses: np.ndarray = field(init=False, repr=False)
-    rows: np.ndarray = field(init=False, repr=False)
     breaks: np.ndarray = field(init=False, repr=False)
+    _at: dict[float, LinearMotion] = field(init=False, repr=False, default_factory=dict)
 
     def __post_init__(self):
         records = tuple(mesh.record(x) for mesh, x in zip(self.meshes, self.blocks.mobilities, strict=True))
         addresses = [(address_of(x.law.table), address_of(y)) for x, y in zip(self.meshes, records, strict=True)]
-        tables = [self.blocks.rate_rows[:, None], self.blocks.measures, self.blocks.by_impulses]
-        rows = np.concatenate([x.reshape(*x.shape[:2], -1) for x in tables], axis=1)
         object.__setattr__(self, "records", records)
         object.__setattr__(self, "addresses", np.array(addresses))
-        object.__setattr__(self, "rows", rows)
         object.__setattr__(self, "breaks", times_between_jumps(self.meshes))
 
     @property
     def size(self) -> int:
         """Number of states."""
-        return self.rows.shape[-1]
+        return 2 * self.blocks.first.size
 
     @property
     def cycles(self) -> int:
@@ -107,33 +138,44 @@ class SteadySystem:
     def pieces(self, frequency: float) -> np.ndarray:
         """(p, 4) pieces of the common period between jumps of a force, as `cycle_kernels.advance`; frequency [Hz]."""
         period = self.cycles / frequency
-        steps = max(STEPS_PER_CYCLE * max(mesh.cycles for mesh in self.meshes), STEPS_PER_PERIOD * self.resolved * period)
+        steps = max(
+            STEPS_PER_CYCLE * max(mesh.cycles for mesh in self.meshes), STEPS_PER_PERIOD * self.resolved * period
+        )
         lengths = np.diff(self.breaks)
         numbers = np.ceil(steps * lengths)
         return np.column_stack([self.breaks[:-1], lengths, numbers, lengths / numbers * period])
 
+    def at(self, frequency: float) -> LinearMotion:
+        """The linear motion at a mesh frequency [Hz]: gyroscopic terms grow with the speed."""
+        if frequency not in self._at:
+            change = frequency / self.mesh_cycles - self.speed
+            self._at.clear()
+            self._at[frequency] = linear_motion(self.blocks, change)
+        return self._at[frequency]
+
     def periods_end(self, states: np.ndarray, frequency: float, periods: int) -> PeriodEnd:
         """The states after a number of common periods, with their slopes."""
-        return self._advanced(states, np.eye(self.size), self.pieces(frequency), periods)
+        return self._advanced(states, np.eye(self.size), self.pieces(frequency), frequency, periods)
 
     def slope_by_frequency(self, states: np.ndarray, end: np.ndarray, frequency: float, periods: int) -> np.ndarray:
         """(2 n,) slope [m/Hz] of the states after a number of periods, which are end, by the frequency."""
-        change, pieces = FREQUENCY_STEP * frequency, self.pieces(frequency)
+        change, pieces, no_matrix = FREQUENCY_STEP * frequency, self.pieces(frequency), np.zeros((self.size, 0))
         pieces[:, 3] /= 1 + FREQUENCY_STEP
-        return (self._advanced(states, np.zeros((self.size, 0)), pieces, periods).states - end) / change
+        return (self._advanced(states, no_matrix, pieces, frequency + change, periods).states - end) / change
 
     def settled(self, states: np.ndarray, frequency: float, periods: int) -> np.ndarray:
         """The states after a number of common periods, without slopes."""
-        return self._advanced(states, np.zeros((self.size, 0)), self.pieces(frequency), periods).states
+        no_matrix = np.zeros((self.size, 0))
+        return self._advanced(states, no_matrix, self.pieces(frequency), frequency, periods).states
 
     def orbits(self, states: np.ndarray, frequency: float, periods: int) -> list[Orbit]:
         """Samples of every mesh over a number of common periods."""
-        pieces = self.pieces(frequency)
+        pieces, motion = self.pieces(frequency), self.at(frequency)
         numbers = pieces[:, 2].astype(int)
-        moved, blocks, tables = states.copy(), self.propagators(pieces), []
+        moved, moves, tables = motion.inverse @ states, motion.propagators(pieces), []
         for _ in range(periods):
             samples = np.zeros((numbers.sum(), len(self.meshes), 3))
-            self._call(moved, np.zeros((self.size, 0)), pieces, blocks, samples)
+            self._call(motion.rows, pieces, moves, moved, np.zeros((self.size, 0)), samples)
             tables.append(samples)
         middles = [a + x * (np.arange(n) + 0.5) / n for (a, x), n in zip(pieces[:, :2], numbers, strict=True)]
         weight = np.tile(np.repeat(pieces[:, 1] / numbers, numbers), periods) / periods
@@ -141,19 +183,17 @@ class SteadySystem:
         columns = np.moveaxis(np.concatenate(tables), 0, -1)
         return [Orbit(weight, x.phase + x.cycles * times, *y) for x, y in zip(self.meshes, columns, strict=True)]
 
-    def propagators(self, pieces: np.ndarray) -> np.ndarray:
-        """Matrices of the blocks over the steps of the pieces."""
-        return propagators(self.blocks.first, self.blocks.second, self.blocks.oscillating, pieces)
-
-    def _advanced(self, states: np.ndarray, matrix: np.ndarray, pieces: np.ndarray, periods: int) -> PeriodEnd:
-        moved, blocks = states.copy(), self.propagators(pieces)
+    def _advanced(
+        self, states: np.ndarray, matrix: np.ndarray, pieces: np.ndarray, frequency: float, periods: int
+    ) -> PeriodEnd:
+        motion = self.at(frequency)
+        moved, matrix, moves = motion.inverse @ states, motion.inverse @ matrix, motion.propagators(pieces)
         for _ in range(periods):
-            self._call(moved, matrix, pieces, blocks, NO_SAMPLES)
-        return PeriodEnd(moved, matrix)
+            self._call(motion.rows, pieces, moves, moved, matrix, NO_SAMPLES)
+        return PeriodEnd(motion.matrix @ moved, motion.matrix @ matrix)
 
-    def _call(self, states, matrix, pieces, blocks, samples) -> None:
+    def _call(self, rows, pieces, moves, states, matrix, samples) -> None:
         try:
-            advance(self.addresses, self.rows, pieces, blocks, states, matrix, samples)
+            advance(self.addresses, rows, pieces, moves, states, matrix, samples)
         except ValueError as error:
             raise ValueError(beyond_map(self.meshes[0].law.table.head, error.args)) from None
-
