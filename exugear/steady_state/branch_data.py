@@ -49,7 +49,7 @@ def labelled(system: SteadySystem, branches: list[Branch], mesh_cycles: np.ndarr
                 variables[name].append(value)
     about_order = {"units": "1", "long_name": "multiple of the mesh frequency"}
     coordinates = {"point": np.arange(len(variables["branch"])), "harmonic": ("harmonic", orders, about_order)}
-    dims: dict[str, tuple[str, ...]] = {name: ("point",) for name in OF_POINTS}
+    dims: dict[str, tuple[str, ...]] = dict.fromkeys(OF_POINTS, ("point",))
     dims |= {name: ("point", "stage", "harmonic")[: 2 + name.startswith("harmonic")] for name in OF_STAGES}
     labels = {name: {"units": unit, "long_name": about} for name, (unit, about) in (OF_POINTS | OF_STAGES).items()}
     return xr.Dataset({name: (dims[name], np.array(x), labels[name]) for name, x in variables.items()}, coordinates)

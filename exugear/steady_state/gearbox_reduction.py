@@ -19,6 +19,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.modes.linear_system import linear_gearbox
 from exugear.modes.mesh_tangents import MeshTangent, mesh_tangent
 from exugear.modes.operating_point import loaded
+from exugear.steady_state.force_error import Reduction
 from exugear.steady_state.mesh_measures import (
     STEP,
     Measures,
@@ -41,8 +42,8 @@ PHASES = 8
 LONGEST_PERIOD, ROUNDING = 1000, 1e-9
 
 
-def steady_system(model: Model, load: float, stages: Sequence[int], *, speed: float, drive: str) -> SteadySystem:
-    """The system that the meshes of stages excite together, under a load on the driven shaft [N m].
+def reduced(model: Model, load: float, stages: Sequence[int], *, speed: float, drive: str) -> Reduction:
+    """The gearbox that the meshes of stages excite together, under a load on the driven shaft [N m].
 
     stages   numbers; the first is the reference
     speed    of the driving shaft [rad/s] in the middle of the range
@@ -72,7 +73,9 @@ def steady_system(model: Model, load: float, stages: Sequence[int], *, speed: fl
     measured = measured if np.abs(measured[:, 1:]).max() > 0 else measured[:, :1]
     mass, stiffness, damping, gyroscopic = (system.reduced(x) for x in (system.mass, stiffness, damping, gyroscopic))
     blocks = modal_blocks(mass, stiffness, damping, measured, gyroscopic)
-    return SteadySystem(tuple(exciting), blocks, speed, float(model.mesh_cycles[stages[0]]), variation)
+    mesh_cycles = float(model.mesh_cycles[stages[0]])
+    reduced = SteadySystem(tuple(exciting), blocks, speed, mesh_cycles, variation)
+    return Reduction(reduced, [*stages], q, system.motions, -measures[0].phase / mesh_cycles)
 
 
 def exciting_stages(model: Model, stages: Sequence[int]) -> list[int]:

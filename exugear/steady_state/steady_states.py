@@ -1,6 +1,6 @@
 """Steady states of a gearbox over the speed."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -10,8 +10,9 @@ from exugear.operation.train_motion import HIGHEST_SPEED
 from exugear.steady_state.branch_data import labelled
 from exugear.steady_state.branch_search import Branch, all_branches
 from exugear.steady_state.continuation import Range
-from exugear.steady_state.gearbox_reduction import check_reducible, exciting_stages, steady_system
-from exugear.steady_state.orbits.steady_system import SteadySystem
+from exugear.steady_state.force_error import Reduction, force_error
+from exugear.steady_state.gearbox_reduction import check_reducible, exciting_stages, reduced
+from exugear.steady_state.orbits.periodic_orbit import PeriodicOrbits
 from exugear.system.model import Model
 from fem.support.arguments import checked
 from fem.support.progress import shown
@@ -69,6 +70,10 @@ def steady_states(
     repeat only after a common period (attribute "common_period" in mesh cycles of the first), on which the time of
     computing depends: a revolution of the shaft between two stages, for most numbers of teeth.
 
+    The attribute "force_error" compares the mesh forces at the motion with those of the whole laws: the largest rms of
+    the difference over the period, over the mean force, among the largest orbits of the branches;
+    "share_of_modes_left_out" is the largest in the compliance or the mobility of a mesh.
+
     Returns a Dataset over `point`, along each `branch`: speed [rad/s], mesh_frequency [Hz], mean, rms, peak_to_peak [m]
     of the DTE, harmonics (point, harmonic) [m] with harmonic_phase [rad], smallest_force, largest_force [N],
     share_without_contact, period (1 or 2 common periods), stable, largest_multiplier, bifurcation ("fold", "period
@@ -89,7 +94,8 @@ def steady_states(
     check_reducible(model)
     stages = exciting_stages(model, given)
     cycles = model.mesh_cycles[stages]
-    system = steady_system(model, load, stages, speed=(low + high) / 2, drive=drive)
+    reduction = reduced(model, load, stages, speed=(low + high) / 2, drive=drive)
+    system = reduction.system
     lowest = max(low, system.resonance / SLOWEST / cycles[0])
     reached = f"speed must reach beyond {lowest:.4g} rad/s, where the mesh frequency is 1/{SLOWEST} of the resonance"
     require(lowest < high, f"{reached}, got {speed}; below it the DTE is the STE")
@@ -97,20 +103,30 @@ def steady_states(
     with shown(progress):
         branches = all_branches(system, within)
     data = labelled(system, branches, cycles[: len(given)], harmonics)
-    about = {"load": load, "drive": drive, "lowest_speed": lowest, **_about(model, system, stages, branches)}
+    about = {"load": load, "drive": drive, "lowest_speed": lowest, **_about(model, reduction, branches)}
     if np.ndim(stage):
         return data.assign_coords(stage=[model.gearbox.labels[i] for i in given]).assign_attrs(about)
     return data.isel(stage=0).assign_attrs({"stage": model.gearbox.labels[given[0]], **about})
 
 
-def _about(model: Model, system: SteadySystem, stages: Sequence[int], branches: Sequence[Branch]) -> dict[str, Any]:
-    """Attributes of the data: what excites, in which units amplitudes are large, what was left out."""
+def _about(model: Model, reduction: Reduction, branches: Sequence[Branch]) -> dict[str, Any]:
+    """Attributes of the data: what excites, in which units amplitudes are large, what was left out, and its effect."""
+    system = reduction.system
     return {
-        "exciting_stages": [model.gearbox.labels[i] for i in stages],
+        "exciting_stages": [model.gearbox.labels[i] for i in reduction.stages],
         "common_period": system.cycles,
         "resonance": system.resonance,
         "static_deflection": system.static_deflection,
         "variation_of_other_meshes": system.variation,
         "share_of_modes_left_out": system.blocks.left_out,
+        "force_error": max(_force_errors(model, reduction, branches)),
         "broken_branches": [number for number, branch in enumerate(branches) if not branch.complete],
     }
+
+
+def _force_errors(model: Model, reduction: Reduction, branches: Sequence[Branch]) -> Iterator[float]:
+    """`force_error` of the largest orbit of every branch."""
+    for branch in branches:
+        point = max(branch.points, key=lambda point: float(np.abs(point.unknowns[:-1]).max()))
+        orbits = PeriodicOrbits(reduction.system, branch.period)
+        yield force_error(model, reduction, orbits.states_of(point.unknowns), orbits.frequency_of(point.unknowns))

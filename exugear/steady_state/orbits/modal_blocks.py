@@ -27,6 +27,7 @@ class ModalBlocks:
     oscillating     (n,) whether the eigenvalues of a block are conjugate complex
     measures        (m, k, n, 2) measures = rows . states
     by_impulses     (m, k, n, 2) changes of the states by unit impulses of the forces on the measures
+    coordinates     (q, 2 n) coordinates of the system = matrix . states
     by_turning      (2 n, 2 n) rates of the states by the states per rad/s by which the shafts turn faster
     left_out        largest share of the modes left out in the compliance or the mobility of a mesh
     """
@@ -36,6 +37,7 @@ class ModalBlocks:
     oscillating: np.ndarray
     measures: np.ndarray
     by_impulses: np.ndarray
+    coordinates: np.ndarray
     by_turning: np.ndarray
     left_out: float
 
@@ -48,7 +50,8 @@ class ModalBlocks:
         measures = (self.measures.reshape(-1, len(matrix)) @ matrix).reshape(self.measures.shape)
         by_impulses = (self.by_impulses.reshape(-1, len(matrix)) @ inverse).reshape(self.measures.shape)
         blocks = pairs.first, pairs.second, pairs.oscillating, measures, by_impulses
-        return ModalBlocks(*blocks, inverse.T @ self.by_turning @ matrix, self.left_out), matrix
+        by_turning = inverse.T @ self.by_turning @ matrix
+        return ModalBlocks(*blocks, self.coordinates @ matrix, by_turning, self.left_out), matrix
 
     @property
     def rate_rows(self) -> np.ndarray:
@@ -112,7 +115,8 @@ def modal_blocks(
     measures, by_impulses = (np.tensordot(rows, x, 1) for x in (pairs.outputs, pairs.inputs))
     by_turning = _by_turning(pairs, np.zeros((n, n)) if gyroscopic is None else modes.T @ gyroscopic @ modes)
     left_out = float(shares[:, ~excited].sum(axis=1).max())
-    return ModalBlocks(pairs.first, pairs.second, pairs.oscillating, measures, by_impulses, by_turning, left_out)
+    blocks = pairs.first, pairs.second, pairs.oscillating, measures, by_impulses
+    return ModalBlocks(*blocks, modes @ pairs.outputs.reshape(n, -1), by_turning, left_out)
 
 
 def _shares(terms: np.ndarray) -> np.ndarray:

@@ -135,15 +135,33 @@ class SteadySystem:
         by_meshes = (damping * self.blocks.mobilities) @ self.blocks.shares / 2
         return float((by_meshes - self.blocks.first)[resolved].min())
 
-    def pieces(self, frequency: float) -> np.ndarray:
-        """(p, 4) pieces of the common period between jumps of a force, as `cycle_kernels.advance`; frequency [Hz]."""
-        period = self.cycles / frequency
-        steps = max(
-            STEPS_PER_CYCLE * max(mesh.cycles for mesh in self.meshes), STEPS_PER_PERIOD * self.resolved * period
+    def sampled(self, states: np.ndarray, frequency: float, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """States (n_time, 2 n) and static forces (n_time, m) [N] at times over the common period, which rise from 0."""
+        pieces, motion = self.pieces(frequency, np.union1d(self.breaks, times)), self.at(frequency)
+        moved, moves = motion.inverse @ states, motion.propagators(pieces)
+        no_matrix, samples = np.zeros((self.size, 0)), np.zeros((times.size, 1, len(self.meshes), 3))
+        at_times, bounds = (
+            np.zeros((times.size, self.size)),
+            np.append(np.searchsorted(pieces[:, 0], times), len(pieces)),
         )
-        lengths = np.diff(self.breaks)
-        numbers = np.ceil(steps * lengths)
-        return np.column_stack([self.breaks[:-1], lengths, numbers, lengths / numbers * period])
+        for i, time in enumerate(times):
+            at_rest = np.array([[time, 0.0, 1.0, 0.0]])
+            self._call(motion.rows, at_rest, motion.propagators(at_rest), moved, no_matrix, samples[i])
+            at_times[i] = motion.matrix @ moved
+            section = slice(bounds[i], bounds[i + 1])
+            self._call(motion.rows, pieces[section], moves[section], moved, no_matrix, NO_SAMPLES)
+        return at_times, samples[:, 0, :, 2]
+
+    def pieces(self, frequency: float, bounds: np.ndarray | None = None) -> np.ndarray:
+        """(p, 4) pieces of the common period between bounds, by default jumps of a force, as `cycle_kernels.advance`.
+
+        frequency   mesh frequency [Hz]
+        """
+        period, bounds = self.cycles / frequency, self.breaks if bounds is None else bounds
+        of_meshes = STEPS_PER_CYCLE * max(mesh.cycles for mesh in self.meshes)
+        lengths = np.diff(bounds)
+        numbers = np.ceil(max(of_meshes, STEPS_PER_PERIOD * self.resolved * period) * lengths)
+        return np.column_stack([bounds[:-1], lengths, numbers, lengths / numbers * period])
 
     def at(self, frequency: float) -> LinearMotion:
         """The linear motion at a mesh frequency [Hz]: gyroscopic terms grow with the speed."""

@@ -142,6 +142,18 @@ def test_a_helical_pair_on_bearings_has_the_tilting_stiffness_of_its_mesh():
     assert np.ptp(dte) == pytest.approx(float(orbit["peak_to_peak"]), rel=2e-3)
 
 
+def test_forces_at_the_motion_are_those_of_the_whole_law(spinning_states):
+    """Exactly where gears only spin; else as far as the shafts move little against their bearings."""
+    assert spinning_states.attrs["force_error"] < 1e-12
+    errors = []
+    for radial in (2e8, 1e7):
+        soft = exugear.Bearing(radial=radial, axial=1e8, damping=2e-5)
+        model = exugear.build(smooth_box(parts={0 * mm: soft, 60 * mm: soft}))
+        errors.append(exugear.steady_states(model, (1000 * rpm, 1200 * rpm), LOAD).attrs["force_error"])
+    assert 1e-12 < errors[0] < 1e-7
+    assert errors[0] < errors[1] < 1e-3
+
+
 def test_a_drive_behind_a_coupling():
     coupling = exugear.Coupling(torsion=2e4, damping=2.0, inertia=0.02)
     shafts = [
