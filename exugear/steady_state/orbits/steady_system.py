@@ -140,10 +140,8 @@ class SteadySystem:
         pieces, motion = self.pieces(frequency, np.union1d(self.breaks, times)), self.at(frequency)
         moved, moves = motion.inverse @ states, motion.propagators(pieces)
         no_matrix, samples = np.zeros((self.size, 0)), np.zeros((times.size, 1, len(self.meshes), 3))
-        at_times, bounds = (
-            np.zeros((times.size, self.size)),
-            np.append(np.searchsorted(pieces[:, 0], times), len(pieces)),
-        )
+        bounds = np.append(np.searchsorted(pieces[:, 0], times), len(pieces))
+        at_times = np.zeros((times.size, self.size))
         for i, time in enumerate(times):
             at_rest = np.array([[time, 0.0, 1.0, 0.0]])
             self._call(motion.rows, at_rest, motion.propagators(at_rest), moved, no_matrix, samples[i])
