@@ -17,9 +17,9 @@ __all__ = ["plot_branches"]
 SWEPT = "#bbbbbb"
 #: Axis label of each quantity.
 QUANTITIES = {"rms": "rms of the DTE [µm]", "peak_to_peak": "peak to peak of the DTE [µm]"}
-#: Marks of bifurcations and colours of branches by their period in mesh cycles.
+#: Marks of bifurcations and colours of branches by their period.
 MARKS, COLOURS = {"fold": "o", "period doubling": "D"}, {1: DISTINCT[0], 2: DISTINCT[3]}
-PERIODS = {1: "one mesh period", 2: "two mesh periods"}
+PERIODS = {1: "one {} period", 2: "two {} periods"}
 
 
 @checked
@@ -91,12 +91,13 @@ def _draw_branch(ax: Axes, points: xr.Dataset, values: np.ndarray, style: dict[s
     """Draw the pieces of a branch between changes of its stability."""
     frequency, stable = points["mesh_frequency"].values, points["stable"].values
     period = int(points["period"][0])
+    about = PERIODS[period].format("mesh" if points.attrs["common_period"] == 1 else "common")
     between = stable[:-1] | stable[1:]
     between &= ~((points["bifurcation"].values[:-1] != "") & ~stable[1:])
     between &= ~((points["bifurcation"].values[1:] != "") & ~stable[:-1])
     starts = np.flatnonzero(np.diff(between, prepend=~between[:1]))
     for start, end in zip(starts, [*starts[1:], between.size], strict=True):
         linestyle, state = ("-", "stable") if between[start] else ("--", "unstable")
-        piece, label = slice(start, end + 1), f"{state}, {PERIODS[period]}"
+        piece, label = slice(start, end + 1), f"{state}, {about}"
         options = merged(style, color=COLOURS[period], linestyle=linestyle, linewidth=1.3, label=label)
         ax.plot(frequency[piece], values[piece], **options)
