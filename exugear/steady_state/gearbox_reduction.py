@@ -57,20 +57,22 @@ def reduced(model: Model, load: float, stages: Sequence[int], *, speed: float, d
         tangents = [mesh_tangent(model.mbs, meshes[stage].contact, None)[1] for stage in stages]
         further = [mesh for number, mesh in enumerate(meshes) if number not in stages]
         variation = max((_variation(model.mbs, mesh.contact) for mesh in further), default=0.0)
-    rows, measures = zip(*(measures_of(model, meshes[stage], q) for stage in stages), strict=True)
+    sides = [1.0 if system.mesh_force[stage] > 0 else -1.0 for stage in stages]
+    by_mesh = (measures_of(model, meshes[stage], side, q) for stage, side in zip(stages, sides, strict=True))
+    rows, measures = zip(*by_mesh, strict=True)
     stiffness, damping, exciting = system.stiffness, system.damping[0], []
     for k, (stage, tangent) in enumerate(zip(stages, tangents, strict=True)):
         mesh, force = meshes[stage], float(system.mesh_force[stage])
         law = _law_at(mesh.law, measures[k].offsets)
-        mean = np.diag([tangent.stiffness, 0.0, _tilting_stiffness(mesh.law, law, force)])
-        geometric = force * curvature_of(model, mesh, q)
+        mean = np.diag([tangent.stiffness, 0.0, _tilting_stiffness(mesh.law, law, force), 0.0])
+        geometric = force * curvature_of(model, mesh, sides[k], q)
         stiffness = stiffness - system.elements[stage].stiffness + rows[k].T @ mean @ rows[k] + geometric
         damping = damping - tangent.damping * np.outer(system.rows[stage], system.rows[stage])
         phase = (measures[k].phase - cycles[k] / cycles[0] * measures[0].phase) % 1.0
         exciting.append(ExcitingMesh(law, _equilibrium(law, mesh, measures[k], force, tangent), phase, cycles[k]))
     gyroscopic = (system.damping[1] - system.damping[0]) / speed
     measured = np.array(rows) @ system.motions
-    measured = measured if np.abs(measured[:, 1:]).max() > 0 else measured[:, :1]
+    measured = measured if np.abs(measured[:, 1:3]).max() > 0 else measured[:, [0, 3]]
     mass, stiffness, damping, gyroscopic = (system.reduced(x) for x in (system.mass, stiffness, damping, gyroscopic))
     blocks = modal_blocks(mass, stiffness, damping, measured, gyroscopic)
     mesh_cycles = float(model.mesh_cycles[stages[0]])
@@ -108,12 +110,12 @@ def _variation(mbs, contact: int) -> float:
 def _equilibrium(law: MeshForce, mesh: Mesh, measures: Measures, force: float, tangent: MeshTangent) -> MeshEquilibrium:
     """The equilibrium of a mesh at its measures, with a force [N] and its mean tangent."""
     side, opening = 1.0 if force > 0 else -1.0, _opening(mesh, measures.offsets)
-    phase, deflection = measures.phase, measures.deflection
+    phase, deflection = measures.phase, measures.dte
     if side < 0:
         phase, deflection = law.back_phase - phase, -(deflection + law.backlash) - 2 * opening
     static = static_at(law.table.head, phase, deflection)
     slopes = {"by_phase": side * static.by_phase, "by_misalignment": static.by_lever}
-    return MeshEquilibrium(force, measures.deflection, tangent.stiffness, **slopes, opening=opening, side=side)
+    return MeshEquilibrium(force, measures.dte, tangent.stiffness, **slopes, opening=opening, side=side)
 
 
 def _law_at(law: MeshForce, offsets: dict[str, float]) -> MeshForce:
