@@ -58,14 +58,16 @@ def reduced(model: Model, load: float, stages: Sequence[int], *, speed: float, d
         tangents = [mesh_tangent(model.mbs, meshes[stage].contact, None)[1] for stage in stages]
         further = [mesh for number, mesh in enumerate(meshes) if number not in stages]
         variation = max((_variation(model.mbs, mesh.contact) for mesh in further), default=0.0)
-    meshes = [_reduced_mesh(model, meshes[i], system, i, x, q) for i, x in zip(stages, tangents, strict=True)]
-    first = meshes[0].phase
-    phases = [(mesh.phase - first * x / cycles[0]) % 1.0 for mesh, x in zip(meshes, cycles, strict=True)]
-    exciting = [ExcitingMesh(x.law, x.equilibrium, *at) for x, *at in zip(meshes, phases, cycles, strict=True)]
-    stiffness = system.stiffness + sum(mesh.stiffness for mesh in meshes)
-    damping = system.damping[0] + sum(mesh.damping for mesh in meshes)
+    of_stages = [_reduced_mesh(model, meshes[i], system, i, x, q) for i, x in zip(stages, tangents, strict=True)]
+    first = of_stages[0].phase
+    exciting = [
+        ExcitingMesh(mesh.law, mesh.equilibrium, (mesh.phase - first * number / cycles[0]) % 1.0, number)
+        for mesh, number in zip(of_stages, cycles, strict=True)
+    ]
+    stiffness = system.stiffness + sum(mesh.stiffness for mesh in of_stages)
+    damping = system.damping[0] + sum(mesh.damping for mesh in of_stages)
     gyroscopic = (system.damping[1] - system.damping[0]) / speed
-    measures = np.array([mesh.rows for mesh in meshes]) @ system.motions
+    measures = np.array([mesh.rows for mesh in of_stages]) @ system.motions
     measures = measures if np.abs(measures[:, 1:3]).max() > 0 else measures[:, [0, 3]]
     mass, stiffness, damping, gyroscopic = (system.reduced(x) for x in (system.mass, stiffness, damping, gyroscopic))
     blocks = modal_blocks(mass, stiffness, damping, measures, gyroscopic)
