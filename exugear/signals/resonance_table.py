@@ -24,6 +24,8 @@ PROMINENCE = 0.05
 SHARE = 0.1
 #: Windows of an order cut in a run, at least; a window takes at most 4 revolutions.
 WINDOWS = 200
+#: Largest number of harmonics that are examined.
+HARMONICS = 100
 VARIABLES = {
     "mesh_frequency": ("Hz", "mesh frequency of the resonance"),
     "amplitude": ("m", "half peak to peak of the DTE"),
@@ -62,6 +64,7 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
     Returns a Dataset over peak with mesh_frequency [Hz], amplitude (half peak to peak) [m], exciting_stage, harmonic,
     harmonic_amplitude [m] and response_frequency [Hz].
     """
+    require(1 <= harmonics <= HARMONICS, f"harmonics must lie in [1, {HARMONICS}], got {harmonics}")
     require(0 < prominence < 1, f"prominence must lie in (0, 1) as share of the largest amplitude, got {prominence}")
     outline = dte_envelope(run, stage)
     short = f"run must hold 3 mesh cycles or more for its resonances, got {outline.place.size}; run it longer"
