@@ -160,7 +160,7 @@ def propagators(first, second, oscillating, pieces):
     return matrices
 
 
-@compiled
+@compiled(forceinline=True)
 def meshed(addresses, rows, time, step, states, matrix, changes, samples, number, k):
     """Apply the impulse of mesh k in the middle of a step [s], at a time over the common period."""
     table, mesh = table_at(addresses[k, 0]), steady_mesh_at(addresses[k, 1])

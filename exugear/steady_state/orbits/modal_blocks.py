@@ -6,6 +6,7 @@ are scaled as contributions to the deflection of the mesh that they move most, s
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -52,6 +53,11 @@ class ModalBlocks:
         blocks = pairs.first, pairs.second, pairs.oscillating, measures, by_impulses
         by_turning = inverse.T @ self.by_turning @ matrix
         return ModalBlocks(*blocks, self.coordinates @ matrix, by_turning, self.left_out), matrix
+
+    @cached_property
+    def gyroscopic(self) -> bool:
+        """Whether the system depends on the speed."""
+        return bool(self.by_turning.any())
 
     @property
     def rate_rows(self) -> np.ndarray:

@@ -62,7 +62,7 @@ class LinearMotion:
 def linear_motion(blocks: ModalBlocks, change: float) -> LinearMotion:
     """The linear system whose driving shaft turns faster than that of its blocks by a change [rad/s]."""
     matrix = np.eye(2 * blocks.first.size)
-    if blocks.by_turning.any():
+    if blocks.gyroscopic:
         blocks, matrix = blocks.turning_faster(change)
     measures, dte = blocks.measures[:, :-1], blocks.measures[:, -1:]
     tables = [blocks.rate_rows[:, None], measures, blocks.by_impulses, dte]
@@ -164,11 +164,11 @@ class SteadySystem:
 
     def at(self, frequency: float) -> LinearMotion:
         """The linear motion at a mesh frequency [Hz]: gyroscopic terms grow with the speed."""
-        if frequency not in self._at:
-            change = frequency / self.mesh_cycles - self.speed
+        change = frequency / self.mesh_cycles - self.speed if self.blocks.gyroscopic else 0.0
+        if change not in self._at:
             self._at.clear()
-            self._at[frequency] = linear_motion(self.blocks, change)
-        return self._at[frequency]
+            self._at[change] = linear_motion(self.blocks, change)
+        return self._at[change]
 
     def periods_end(self, states: np.ndarray, frequency: float, periods: int) -> PeriodEnd:
         """The states after a number of common periods, with their slopes."""
