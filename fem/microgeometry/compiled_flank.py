@@ -232,47 +232,64 @@ def _along_profile(row, table, r_b, roll, axial):
     return _on_grid(row, table, roll, axial)
 
 
+class FlankSections(NamedTuple):
+    """Sections of the flanks of a gear: numbers of the teeth, axial positions [m], shifts of roll lengths [m], (n,)."""
+
+    tooth: np.ndarray
+    axial: np.ndarray
+    shift: np.ndarray
+
+
 @unchecked
-def add_removed(rows, table, extent, role, factor, n, roll, shift, axial, tooth, removed):
-    """Add the material [m] that rows of a role remove, times a factor, at n roll lengths and an axial position.
+def add_removed(rows, table, extent, role, factor, sections, roll, removed):
+    """Add the material [m] that rows of a role remove, times a factor, at roll lengths (n, m) of `FlankSections`.
 
     extent      roll_form and roll_tip, base radius r_b [m]; address `users` of the function for their modifications
-    shift       added to the roll lengths [m]
 
     Beyond root form and tip circle the values on these circles continue, as in `fem.microgeometry.flank.removed`.
     """
-    constant, low, high, r_b = 0.0, extent.roll_form, extent.roll_tip, extent.r_b
     for row in rows:
         if row.role == role and row.formula == USERS:
-            _add_users(row.first, extent, factor, n, roll, shift, axial, tooth, removed)
+            _add_users(row.first, extent, factor, sections, roll, removed)
         elif row.role == role and row.formula == PROFILE_RELIEF:
-            _add_relief(row.numbers, (low, high), factor, n, roll, shift, removed)
+            _add_relief(row.numbers, (extent.roll_form, extent.roll_tip), factor, sections.shift, roll, removed)
         elif row.role == role and row.formula <= GRID:
-            for i in range(n):
-                on_flank = min(max(roll[i] + shift, low), high)
-                removed[i] += factor * _along_profile(row, table, r_b, on_flank, axial)
+            _add_along_profile(row, table, extent, factor, sections, roll, removed)
         elif row.role == role:
-            constant += factor * _across_face(row, table, axial, tooth)
-    if constant != 0:
-        for i in range(n):
-            removed[i] += constant
+            for i in range(len(roll)):
+                material = factor * _across_face(row, table, sections.axial[i], sections.tooth[i])
+                for k in range(roll.shape[1]):
+                    removed[i, k] += material
 
 
 @unchecked
-def _add_relief(numbers, limits, factor, n, roll, shift, removed):
+def _add_relief(numbers, limits, factor, shift, roll, removed):
     """Add the material [m] of a profile relief as `add_removed`; limits: roll lengths at root form and tip circle."""
     (low, high), amount, begin, length, power = limits, numbers[0], numbers[1], numbers[2], numbers[3]
-    for i in range(n):
-        on_flank = min(max(roll[i] + shift, low), high)
-        removed[i] += factor * (amount * _power((on_flank - begin) / length, power))
+    for i in range(len(roll)):
+        for k in range(roll.shape[1]):
+            on_flank = min(max(roll[i, k] + shift[i], low), high)
+            removed[i, k] += factor * (amount * _power((on_flank - begin) / length, power))
 
 
 @unchecked
-def _add_users(row, extent, factor, n, roll, shift, axial, tooth, removed):
+def _add_along_profile(row, table, extent, factor, sections, roll, removed):
+    """Add the material [m] of a row that changes along the profile, other than a relief, as `add_removed`."""
+    for i in range(len(roll)):
+        for k in range(roll.shape[1]):
+            on_flank = min(max(roll[i, k] + sections.shift[i], extent.roll_form), extent.roll_tip)
+            removed[i, k] += factor * _along_profile(row, table, extent.r_b, on_flank, sections.axial[i])
+
+
+@unchecked
+def _add_users(row, extent, factor, sections, roll, removed):
     """Add the material [m] of a modification that a user wrote, as `add_removed`."""
-    on_flank, material = np.empty(n), np.empty(n)
-    for i in range(n):
-        on_flank[i] = min(max(roll[i] + shift, extent.roll_form), extent.roll_tip)
-    _call_users(extent.users, row, n, on_flank.ctypes.data, axial, tooth, material.ctypes.data)
-    for i in range(n):
-        removed[i] += factor * material[i]
+    m = roll.shape[1]
+    on_flank, material = np.empty(m), np.empty(m)
+    for i in range(len(roll)):
+        for k in range(m):
+            on_flank[k] = min(max(roll[i, k] + sections.shift[i], extent.roll_form), extent.roll_tip)
+        at = sections.axial[i], sections.tooth[i]
+        _call_users(extent.users, row, m, on_flank.ctypes.data, *at, material.ctypes.data)
+        for k in range(m):
+            removed[i, k] += factor * material[k]
