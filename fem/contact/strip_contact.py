@@ -276,25 +276,32 @@ def solve_strips(local, smooth, sides, force, active, exchanges):
 
 
 def wide_enough(
-    slices: ContactSlices, bodies: Bodies, face: Face, force: float, misalignment: float, half_width: np.ndarray
+    slices: ContactSlices,
+    bodies: Bodies,
+    face: Face,
+    force: float,
+    misalignment: float,
+    half_width: np.ndarray,
+    loaded: np.ndarray,
 ) -> tuple[Strips, Solution]:
     """Strips that cover all of the contact, and its solution under a force on the modelled face [N].
 
     half_width  (n,) guess of the contact's half-widths [m]
+    loaded      (n,) slices that are taken to touch at first: those that do not would pull hard, and disturb the others
 
     Slices whose outermost strips are loaded get wider strips; in other slices the active set starts from the last one.
 
     Raises RuntimeError where the contact is far wider than the guess.
     """
-    full, touching = np.ones(slices.low.size, bool), np.zeros((slices.low.size, 1), bool)
+    by_hertz, touching = loaded, np.zeros((slices.low.size, 1), bool)
     for _ in range(WIDENINGS):
         strips = strips_of(slices, half_width)
-        touching = np.where(full[:, None], strips.expected > 0, touching)
+        touching = np.where(by_hertz[:, None], strips.expected > 0, touching)
         solution = assemble(slices, strips, bodies, face, misalignment).solve(force, touching)
         touching = solution.force > 0
         first_full, last_full = strips.open & touching[:, [0, -1]].T
-        full = first_full | last_full
-        if not full.any():
+        by_hertz = first_full | last_full
+        if not by_hertz.any():
             return strips, solution
-        half_width = np.where(full, WIDENING * half_width, half_width)
+        half_width = np.where(by_hertz, WIDENING * half_width, half_width)
     raise RuntimeError("contact is a hundred times wider than by Hertz; reduce the load or take more slices")
