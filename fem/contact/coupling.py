@@ -87,11 +87,11 @@ def _add_displacements(block, weights, p, factor, hats, u):
     """Add what a table has at point p, times a factor, under forces on hats (first, last) to u (n_axial, n_hat)."""
     first, number, hat = weights.bounds[p]
     for y in range(number):
-        for h in range(2):
-            weight, row = factor * weights.across[p, y] * weights.along[p, h], block[first + y, hat + h]
-            for z in range(u.shape[0]):
-                for k in range(hats[0], hats[1]):
-                    u[z, k] += weight * row[z, k]
+        weight = factor * weights.across[p, y]
+        before, after = weight * weights.along[p, 0], weight * weights.along[p, 1]
+        for z in range(u.shape[0]):
+            for k in range(hats[0], hats[1]):
+                u[z, k] += before * block[first + y, hat, z, k] + after * block[first + y, hat + 1, z, k]
 
 
 @unchecked

@@ -18,6 +18,7 @@ from fem.elasticity.face_symmetry import Face
 from fem.gap.contact_slices import ContactSlices
 from fem.linalg.small_systems import (
     column_times,
+    congruent,
     factorize,
     product,
     rows_with,
@@ -26,7 +27,6 @@ from fem.linalg.small_systems import (
     submatrix,
     times,
     true_in,
-    write_congruent,
 )
 from fem.support.numba_cache import kept_unchecked, unchecked
 
@@ -243,10 +243,8 @@ def _coupled(load):
 @unchecked
 def _reaction(smooth, roots, loaded, free):
     """(2, n) displacements at the nodes r of `_coupled`."""
-    system, right = np.empty(smooth.shape), times(smooth, free)
+    system, right = congruent(smooth, roots[loaded]), times(smooth, free)
     for k, i in enumerate(loaded):
-        for j in range(k + 1):
-            write_congruent(smooth, roots[i], roots[loaded[j]], k * NODES, j * NODES, system)
         for a in range(NODES):
             system[k * NODES + a, k * NODES + a] += 1.0
             for r in range(2):
