@@ -214,9 +214,10 @@ def fits(grading, width, touching, excess):
 
 
 def line_loads(slices: ContactSlices, last: State, force: float) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) line loads of slices, interpolated from those of the last state by tooth pair [N/m], and which are not 0.
+    """(n,) line loads of slices [N/m], interpolated from those of the last state by tooth pair, and (n,) which count.
 
-    Others get LEAST_LOAD of the largest line load; the sum is at least the force on the modelled face [N].
+    Line loads below LEAST_LOAD of the largest are raised to it, and do not count. The sum of all is at least the force
+    on the modelled face [N].
     """
     known = last.slices.number, last.slices.middle, last.force / last.slices.width
     return interpolated_loads(slices.number, slices.middle, slices.width, *known, force)
@@ -239,6 +240,8 @@ def interpolated_loads(number, middle, width, last_number, last_middle, known, f
         elif before >= 0 or after >= 0:
             loads[i] = known[max(before, after)]
     for i in range(number.size):
-        loaded[i], loads[i] = loads[i] > 0, max(loads[i], LEAST_LOAD * largest)
+        loaded[i], loads[i] = loads[i] > LEAST_LOAD * largest, max(loads[i], LEAST_LOAD * largest)
         total += loads[i] * width[i]
-    return loads * max(1.0, force / total), loaded
+    for i in range(number.size):
+        loads[i] *= max(1.0, force / total)
+    return loads, loaded

@@ -13,7 +13,7 @@ from fem.gap.flank_gap import (
     between_normals,
     facing,
     first_roll,
-    material_of_host,
+    material_along,
     sections_of,
     write_gaps,
 )
@@ -156,11 +156,12 @@ def _gaps_of(mesh, sections, rolls):
     n, m = len(rolls), rolls.shape[1] // 2
     values, feet, gap, slope = np.empty(rolls.shape), np.empty(rolls.shape), np.empty((n, m)), np.empty((n, m))
     write_gaps(mesh, sections, rolls, values, feet)
-    material = material_of_host(mesh, sections, rolls)
+    material = material_along(mesh, sections, rolls)
     for i in range(n):
+        host, r_host = sections[i].host, sections[i].r_host
         for k in range(m):
-            change = (rolls[i, 2 * k + 2] ** 2 - rolls[i, 2 * k] ** 2) / (2 * sections[i].r_host)
-            slope[i, k] = (material[i, 2 * k + 2] - material[i, 2 * k]) / change
+            change = (rolls[i, 2 * k + 2] ** 2 - rolls[i, 2 * k] ** 2) / (2 * r_host)
+            slope[i, k] = (material[host, i, 2 * k + 2] - material[host, i, 2 * k]) / change
             gap[i, k] = (values[i, 2 * k] + 4 * values[i, 2 * k + 1] + values[i, 2 * k + 2]) / 6
     return gap, slope, feet
 

@@ -47,22 +47,23 @@ def closest_points(mesh, number, low, high, te):
 def _smallest_gaps(mesh, sections):
     """(5, n) `Closest` of sections (n,) whose gap is that under te, without approach and radius."""
     n, modified = sections.size, mesh.position.modified
-    closest, ends, step = np.zeros((5, n)), np.empty((2, n)), np.empty(n)
-    rolls = np.empty((n, SAMPLES + 1 if modified else 1))
+    closest, first, step = np.empty((5, n)), np.empty(n), np.empty(n)
     for i in range(n):
-        ends[0, i], ends[1, i] = first_roll(mesh, sections[i]), sections[i].tip
-        step[i], closest[2, i] = (ends[1, i] - ends[0, i]) / (SAMPLES - 1), inf
-        for k in range(SAMPLES if modified else 0):
-            rolls[i, k] = ends[0, i] + step[i] * k
-        rolls[i, rolls.shape[1] - 1] = min(max(sections[i].nominal, ends[0, i]), ends[1, i])
-    _take_smallest(mesh, sections, rolls, closest)
-    rolls = np.empty((n, AROUND))
-    for _ in range(ROUNDS if modified else 0):
+        first[i] = first_roll(mesh, sections[i])
+        step[i] = (sections[i].tip - first[i]) / (SAMPLES - 1)
+        closest[0, i], closest[1, i], closest[2, i] = first[i], 0.0, inf
+    for search in range(1 + ROUNDS if modified else 1):
+        m = AROUND if search else SAMPLES + 1 if modified else 1
+        rolls = np.empty((n, m))
         for i in range(n):
-            for k in range(AROUND):
-                around = closest[0, i] + step[i] * (2 * k / (AROUND - 1) - 1)
-                rolls[i, k] = min(max(around, ends[0, i]), ends[1, i])
-            step[i] *= 2 / (AROUND - 1)
+            low, high = first[i], sections[i].tip
+            for k in range(m):
+                roll = closest[0, i] + step[i] * (2 * k / (AROUND - 1) - 1) if search else low + step[i] * k
+                rolls[i, k] = min(max(roll, low), high)
+            if search == 0:
+                rolls[i, m - 1] = min(max(sections[i].nominal, low), high)
+            else:
+                step[i] *= 2 / (AROUND - 1)
         _take_smallest(mesh, sections, rolls, closest)
     return closest
 

@@ -8,7 +8,7 @@ from math import atan2, cos, sin, sqrt
 
 import numpy as np
 
-from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, TURN, FlankSections, add_removed
+from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, FlankSections, add_removed, turned
 from fem.support.numba_cache import unchecked
 
 #: Gauss points and weights across a slice, and in its middle section.
@@ -49,13 +49,16 @@ def sections_of(mesh, number, low, high, te):
         at.r_host, at.r_mate, at.form, at.tip = host.r_b, mate.r_b, host.roll_form, host.roll_tip
         at.nominal = (position.length - roll if at.host else roll) + te[i] / 2
         at.mate_nominal, at.mate_tip = position.length - at.nominal + te[i], mate.roll_tip
-    material = _set_back(mesh, sections)
-    for i in range(number.size):
-        at = sections[i]
-        at.set_back, at.mate_set_back = material[at.host, i, 0], material[1 - at.host, i, 0]
+        at.set_back, at.mate_set_back = _set_back(mesh, at.host, at.number), _set_back(mesh, 1 - at.host, at.number)
         nearest = min(seen_from_mate(mesh, at, at.form)[2], seen_from_mate(mesh, at, at.tip)[2])
         at.out_of_reach = nearest > at.mate_tip
     return sections
+
+
+@unchecked
+def _set_back(mesh, gear, number):
+    """Material [m] that pitch deviations remove from the tooth of a gear, 0 or 1, in a tooth pair."""
+    return turned(mesh.wheel if gear else mesh.pinion, mesh.table, -number if gear else number)
 
 
 @unchecked
@@ -63,17 +66,6 @@ def _add_removed(mesh, gear, role, factor, sections, roll, removed):
     """Add the material [m] that rows of a role remove from a gear, 0 or 1: `add_removed`."""
     rows = mesh.wheel if gear else mesh.pinion
     add_removed(rows, mesh.table, mesh.gears[gear], role, factor, sections, roll, removed)
-
-
-@unchecked
-def _set_back(mesh, sections):
-    """(2, n, 1) material [m] that pitch deviations remove from pinion and wheel in sections (n,)."""
-    material = np.zeros((2, sections.size, 1))
-    if mesh.position.modified:
-        for gear in range(2):
-            flanks = _flanks_at(mesh, gear, sections, 0.0)
-            _add_removed(mesh, gear, TURN, 1.0, flanks, material[gear], material[gear])
-    return material
 
 
 @unchecked
@@ -123,17 +115,16 @@ def first_roll(mesh, at):
 
 @unchecked
 def write_gaps(mesh, sections, roll, gap, foot):
-    """Write normal gaps under te, and the mate's roll lengths on the host's normals, at roll lengths (n, m) of the host.
-
-    sections    (n,)
+    """Write normal gaps under te, and the mate's roll lengths on the host's normals, at the host's roll lengths (n, m).
 
     The normal gap of an involute is its free turn; a corner moves along the host's normal by the lever. The mate's
     roll length lies beyond its tip where its corner is closest.
     """
-    on_gears = np.empty((2, *roll.shape))
-    for i in range(sections.size):
+    n, m = roll.shape
+    on_gears = np.empty((2, n, m))
+    for i in range(n):
         at = sections[i]
-        for k in range(roll.shape[1]):
+        for k in range(m):
             turn, met, lever = free_turn(mesh, at, roll[i, k])
             foot[i, k] = met - turn
             smooth = foot[i, k] < at.mate_tip + at.mate_set_back
@@ -141,9 +132,9 @@ def write_gaps(mesh, sections, roll, gap, foot):
             gap[i, k] = mesh.position.inclined * (1.0 if smooth else lever) * turn
     if mesh.position.modified:
         _add_material(mesh, sections, on_gears, gap)
-    for i in range(sections.size):
+    for i in range(n):
         if sections[i].out_of_reach:
-            for k in range(roll.shape[1]):
+            for k in range(m):
                 gap[i, k] = OUT_OF_REACH
 
 
@@ -177,16 +168,15 @@ def _flanks_at(mesh, gear, sections, point):
 
 
 @unchecked
-def material_of_host(mesh, sections, roll):
-    """(n, m) material removed from the host beside pitch deviations in middle sections (n,) at roll lengths (n, m)."""
-    of_gears, material = np.zeros((2, *roll.shape)), np.zeros(roll.shape)
+def material_along(mesh, sections, roll):
+    """(2, n, m) material removed from pinion and wheel beside pitch deviations, in middle sections at roll lengths."""
+    n, m = roll.shape
+    material = np.zeros((2, n, m))
     if mesh.position.modified:
         for gear in range(2):
+            flanks = _flanks_at(mesh, gear, sections, 0.0)
             for role in (SHAPE, ROUNDING):
-                _add_removed(mesh, gear, role, 1.0, _flanks_at(mesh, gear, sections, 0.0), roll, of_gears[gear])
-        for i in range(sections.size):
-            for k in range(roll.shape[1]):
-                material[i, k] = of_gears[sections[i].host, i, k]
+                _add_removed(mesh, gear, role, 1.0, flanks, roll, material[gear])
     return material
 
 

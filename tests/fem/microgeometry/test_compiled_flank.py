@@ -10,7 +10,7 @@ import fem
 from fem.contact.resolution import Resolution
 from fem.contact.tooth_contact import ToothContact
 from fem.gap.mesh_geometry import mesh_of
-from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, TURN, FlankSections, add_removed, compiled_flank
+from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, FlankSections, add_removed, compiled_flank, turned
 from fem.microgeometry.flank import removed
 from fem.pair.mesh_position import MeshPosition
 from fem.ste.map_solver import bodies_of
@@ -41,9 +41,10 @@ def test_compiled_material_is_that_of_the_modifications(gear):
     extent["users"] = compiled.users.address
     tooth, axial, shift = np.array([-1, 0, 2]), np.array([-0.6, 0.0, 0.3]) * gear.b, np.array([1e-5, 0.0, -1e-5])
     total, rolls = np.zeros((3, roll.size)), np.tile(roll, (3, 1))
-    for role in (SHAPE, ROUNDING, TURN):
-        sections = FlankSections(tooth, axial, shift)
+    sections = FlankSections(tooth, axial, shift)
+    for role in (SHAPE, ROUNDING):
         add_removed(compiled.rows, compiled.table, extent, role, 2.0, sections, rolls, total)
+    total += [[2 * turned(compiled.rows, compiled.table, k)] for k in tooth]
     expected = [removed(flank, face, roll + ahead, z, tooth=k) for k, z, ahead in zip(*sections, strict=True)]
     assert total == pytest.approx(2 * np.array(expected), rel=1e-12, abs=1e-18)
 
