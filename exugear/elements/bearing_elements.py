@@ -120,8 +120,7 @@ def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) 
     q, q_t   (n, 5) displacements [m] and tilts [rad] of the shaft's centre of mass, and their rates
     """
     for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
-        motion = np.eye(6)[:, :5]
-        motion[0, 4], motion[1, 3] = axial - shaft.centre, shaft.centre - axial
+        motion = _motion_at(shaft, axial)
         stiffness, radial = linear_part(bearing, 0.0)[:3] @ motion, motion[:2]
         for first in range(0, len(q), BLOCK):
             block = slice(first, first + BLOCK)
@@ -129,6 +128,22 @@ def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) 
             force[:, block] = -stiffness @ (displacements + bearing.damping * rates)
             if not bearing.linear:
                 force[:2, block] += _radial_reaction(bearing, radial @ displacements, radial @ rates)
+
+
+def displacements(shaft: Shaft, q: np.ndarray, at_bearings: np.ndarray) -> None:
+    """Compute the displacements (n_bearing, 3, n) [m] of a shaft at all its bearings, in their order.
+
+    q   (n, 5) displacements [m] and tilts [rad] of the shaft's centre of mass
+    """
+    for axial, displacement in zip(shaft.bearings, at_bearings, strict=True):
+        displacement[:] = _motion_at(shaft, axial)[:3] @ q.T
+
+
+def _motion_at(shaft: Shaft, axial: float) -> np.ndarray:
+    """(6, 5) displacement and rotation of a shaft at an axial position by those of its centre of mass."""
+    motion = np.eye(6)[:, :5]
+    motion[0, 4], motion[1, 3] = axial - shaft.centre, shaft.centre - axial
+    return motion
 
 
 def _radial_reaction(bearing: Bearing, displacement: np.ndarray, rate: np.ndarray) -> np.ndarray:

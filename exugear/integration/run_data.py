@@ -10,10 +10,16 @@ import exudyn as exu
 import numpy as np
 import xarray as xr
 
-from exugear.elements.bearing_elements import reactions
 from exugear.energy.power_variables import power_variables
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
-from exugear.integration.shaft_motion import drag_variables, driving_speed, rows, speed_variables, torque_variables
+from exugear.integration.shaft_motion import (
+    bearing_variables,
+    drag_variables,
+    driving_speed,
+    rows,
+    speed_variables,
+    torque_variables,
+)
 from exugear.integration.solver_settings import Scheme
 from exugear.integration.time_integration import Segment
 from exugear.kernels.recorder import Recorder
@@ -159,6 +165,7 @@ def labelled(
     """
     time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
     data = _over_time(model, time, driving_speed(model, conditions, time))
+    data = data.assign(bearing_variables(model, conditions.displacement))
     data = data.assign(_beyond_maps(model, scheme.steps.interval))
     data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
     data = data.assign(drag_variables(model))
@@ -191,7 +198,6 @@ def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
     for name, (recorded, unit, long_name) in (RECORDED | (RECORDED_ON_BEARINGS if elastic else {})).items():
         values = rows([getattr(mesh.recorder, recorded) for mesh in model.meshes])
         data[name] = over, values, {"units": unit, "long_name": long_name}
-    data = data.assign(_bearing_forces(model)) if elastic else data
     return data.assign(_friction(model, time))
 
 
@@ -207,27 +213,6 @@ def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:
             {"units": unit, "long_name": long_name},
         )
         for name, (unit, long_name) in FRICTION.items()
-    }
-
-
-def _bearing_forces(model: Model) -> dict[str, Any]:
-    """Forces of the bearings on their shafts over time."""
-    motions = {
-        shaft.name: (shaft, mesh.recorder.motion(side))
-        for mesh in model.meshes
-        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow))
-        if model.plan.shafts[shaft.name].on_bearings
-    }
-    labels = [f"{name} at {axial / mm:g} mm" for name, (shaft, _) in motions.items() for axial in shaft.bearings]
-    values, last = np.empty((len(labels), 3, model.meshes[0].recorder.deflection.size)), 0
-    for shaft, motion in motions.values():
-        first, last = last, last + len(shaft.bearings)
-        reactions(shaft, *motion, values[first:last])
-    about = {"units": "N", "long_name": "force of the bearing on its shaft"}
-    return {
-        "bearing_force": (("bearing", "direction", "time"), values, about),
-        "bearing": ("bearing", labels),
-        "direction": ("direction", ["x", "y", "z"]),
     }
 
 

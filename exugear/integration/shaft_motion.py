@@ -1,15 +1,17 @@
-"""Speeds of the shafts and torques on their ends, from the samples of meshes and torques."""
+"""Speeds of the shafts, torques on their ends, forces and displacements at their bearings, from recorded samples."""
 
 from typing import Any
 
 import numpy as np
 
+from exugear.elements.bearing_elements import displacements, reactions
 from exugear.elements.drag_elements import braking_torques
 from exugear.gearbox.shaft import Coupling, Shaft
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
 from exugear.system.drive_and_load import ShaftTorques, rotor_name
 from exugear.system.model import Model
+from fem.units import mm
 
 
 def needs_speeds(model: Model, conditions: Conditions) -> bool:
@@ -75,13 +77,44 @@ def drag_variables(model: Model) -> dict[str, Any]:
 
 def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of the drags of a shaft against its sense of motion [N m]."""
-    motions = {
-        body.name: mesh.recorder.motion(side)[0]
+    q, _ = _motions(model).get(shaft.name, (None, None))
+    return braking_torques(shaft, recorded(model, "speed")[shaft.name], q)
+
+
+def bearing_variables(model: Model, displacement: bool) -> dict[str, Any]:
+    """Forces of the bearings on their shafts; empty where no shaft stands on elastic bearings.
+
+    displacement   whether the displacements of the shafts at their bearings are computed too
+    """
+    motions = _motions(model)
+    shafts = [shaft for shaft in model.gearbox.shafts if shaft.name in motions]
+    if not shafts:
+        return {}
+    labels = [f"{shaft.name} at {axial / mm:g} mm" for shaft in shafts for axial in shaft.bearings]
+    size, last = (len(labels), 3, model.meshes[0].recorder.deflection.size), 0
+    forces, moved = np.empty(size), np.empty(size if displacement else 0)
+    for shaft in shafts:
+        first, last = last, last + len(shaft.bearings)
+        q, q_t = motions[shaft.name]
+        reactions(shaft, q, q_t, forces[first:last])
+        if displacement:
+            displacements(shaft, q, moved[first:last])
+    over = "bearing", "direction", "time"
+    data = {"bearing_force": (over, forces, {"units": "N", "long_name": "force of the bearing on its shaft"})}
+    if displacement:
+        about = {"units": "m", "long_name": "displacement of the shaft at the bearing"}
+        data["bearing_displacement"] = over, moved, about
+    return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
+
+
+def _motions(model: Model) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Recorded displacements and tilts (n, 5) of the shafts on bearings, and their rates, by name of the shaft."""
+    return {
+        shaft.name: mesh.recorder.motion(side)
         for mesh in model.meshes
-        for side, body in enumerate((mesh.stage.fast, mesh.stage.slow))
-        if model.plan.shafts[body.name].on_bearings
+        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow))
+        if model.plan.shafts[shaft.name].on_bearings
     }
-    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motions.get(shaft.name))
 
 
 def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """Measures of a mesh at coordinates of its gearbox: phase and offsets, with their slopes by the coordinates."""
 
+from collections.abc import Callable
+from itertools import combinations_with_replacement
 from typing import NamedTuple
 
 import numpy as np
@@ -13,25 +15,29 @@ from exugear.force_table.potential import potential
 from exugear.system.model import Mesh, Model
 from fem.support.numba_cache import kept
 
-#: Step of differences in the coordinates [m, rad].
-STEP = 1e-6
+#: Steps of first and of second differences in the coordinates [m, rad].
+STEP, LONG_STEP = 1e-6, 1e-4
 
 
 class Measures(NamedTuple):
-    """Deflection [m], phase of the driving flank, offsets by name as the map counts them; none if gears only spin."""
+    """DTE [m], phase of the driving flank, offsets by name as the map counts them; none if gears only spin."""
 
-    deflection: float
+    dte: float
     phase: float
     offsets: dict[str, float]
 
 
 @kept
-def spatial_measures(table, frame, q_1, q_2):
-    """(deflection [m], phase of the driving flank, misalignment [rad], a [m], axial [m]) of two Rxyz bodies."""
+def spatial_measures(table, frame, side, q_1, q_2):
+    """(deflection of the loaded flank, phase of the driving flank, misalignment, DTE, a, axial) of two Rxyz bodies.
+
+    side   of the loaded flank, +1 or -1; its deflection [m], as the DTE [m], but for its sign and the backlash
+    """
     position = position_of(table, frame, q_1, q_2)
     phase = position.flank.phase if position.flank.side > 0.0 else table.back_phase - position.flank.phase
     a, misalignment, axial = position.offsets
-    return position.lead - position.opening, phase, misalignment, a, axial
+    of_flank, dte = position.lead - side * position.opening, position.lead - position.opening
+    return of_flank, phase, misalignment, dte, a, axial
 
 
 @kept
@@ -55,10 +61,38 @@ def tilting_stiffness_at(table, at_offsets, phase, deflection, offsets):
     return rise / (2 * STEP)
 
 
-def measures_of(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:
-    """Rows (3, n_coordinates) of deflection, phase and misalignment, and the measures at coordinates q."""
+def measures_of(model: Model, mesh: Mesh, side: float, q: np.ndarray) -> tuple[np.ndarray, Measures]:
+    """Rows (4, n_coordinates) of deflection, phase, misalignment and DTE, and the measures at coordinates q.
+
+    side   of the loaded flank, +1 or -1, whose deflection is meant: the centre distance opens it against the DTE of the
+           back flank
+    """
     if not is_spatial(mesh.frame):
         return _measures_of_spins(model, mesh, q)
+    at, indices = _measured(model, mesh, side)
+    rows = np.zeros((4, q.size))
+    for index in indices:
+        step = STEP * np.eye(q.size)[index]
+        rows[:, index] = ((at(q + step) - at(q - step)) / (2 * STEP))[:4]
+    _, phase, misalignment, dte, a, axial = at(q).tolist()
+    return rows, Measures(dte, phase, {"a": a, "misalignment": misalignment, "axial": axial})
+
+
+def curvature_of(model: Model, mesh: Mesh, side: float, q: np.ndarray) -> np.ndarray:
+    """(n_coordinates, n_coordinates) second derivatives of the deflection of the loaded flank, as `measures_of`."""
+    curvature = np.zeros((q.size, q.size))
+    if not is_spatial(mesh.frame):
+        return curvature
+    at, indices = _measured(model, mesh, side)
+    steps = LONG_STEP * np.eye(q.size)
+    for i, j in combinations_with_replacement(indices, 2):
+        corners = ((a * b, at(q + a * steps[i] + b * steps[j])[0]) for a in (-1, 1) for b in (-1, 1))
+        curvature[i, j] = curvature[j, i] = sum(sign * deflection for sign, deflection in corners) / (4 * LONG_STEP**2)
+    return curvature
+
+
+def _measured(model: Model, mesh: Mesh, side: float) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
+    """Measures of a mesh in space, as `spatial_measures`, by the coordinates; indices of those that they depend on."""
     shafts = mesh.stage.fast, mesh.stage.slow
     components = [model.plan.shafts[shaft.name].components for shaft in shafts]
     spins = [model.spins[shaft.name] for shaft in shafts]
@@ -69,20 +103,14 @@ def measures_of(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Me
         for displacement, part, index in zip(displacements, components, indices, strict=True):
             displacement[part] = coordinates[index]
         bodies = (tuple(row) for row in displacements.tolist())
-        return np.array(spatial_measures(mesh.law.table.head, mesh.frame, *bodies))
+        return np.array(spatial_measures(mesh.law.table.head, mesh.frame, side, *bodies))
 
-    rows = np.zeros((3, q.size))
-    for index in np.concatenate(indices):
-        step = np.zeros_like(q)
-        step[index] = STEP
-        rows[:, index] = ((at(q + step) - at(q - step)) / (2 * STEP))[:3]
-    deflection, phase, misalignment, a, axial = at(q).tolist()
-    return rows, Measures(deflection, phase, {"a": a, "misalignment": misalignment, "axial": axial})
+    return at, np.concatenate(indices)
 
 
 def _measures_of_spins(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:
     """As `measures_of`, of gears that only spin about ideal axes."""
-    rows, pinion = np.zeros((3, q.size)), model.spins[mesh.stage.fast.name]
-    rows[0] = mesh.row
+    rows, pinion = np.zeros((4, q.size)), model.spins[mesh.stage.fast.name]
+    rows[0] = rows[3] = mesh.row
     rows[1, pinion] = mesh.frame.direction * mesh.frame.pitches_per_radian
     return rows, Measures(float(mesh.row @ q), phase_of(mesh.frame, float(q[pinion])), {})
