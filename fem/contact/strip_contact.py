@@ -144,7 +144,7 @@ def local_compliance(width, equal, depth, flattening, approach, gap):
     return local, sides
 
 
-@kept_unchecked
+@unchecked
 def displacement_of(local, smooth, sides, force):
     """`StripContact.displacement`."""
     n, m = force.shape
@@ -285,7 +285,7 @@ def wide_enough(
     """Strips that cover all of the contact, and its solution under a force on the modelled face [N].
 
     half_width  (n,) guess of the contact's half-widths [m]
-    loaded      (n,) slices that are taken to touch at first: those that do not would pull hard, and disturb the others
+    loaded      (n,) slices that are taken to touch at first: without load they would pull hard and disturb the others
 
     Slices whose outermost strips are loaded get wider strips; in other slices the active set starts from the last one.
 
