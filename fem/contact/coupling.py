@@ -83,15 +83,23 @@ def _weights_of(body, low, high, arcs):
 
 
 @unchecked
-def _add_displacements(block, weights, p, factor, hats, u):
-    """Add what a table has at point p, times a factor, under forces on hats (first, last) to u (n_axial, n_hat)."""
-    first, number, hat = weights.bounds[p]
+def _write_displacements(tables, weights, p, factors, hats, u):
+    """Write the displacements u (n_axial, n_hat) at hats, (first, last) along the profile, per force at point p.
+
+    tables      those of the displacements normal to the flank and along the profile, which count times two factors
+    """
+    (block, slide), (first, number, hat) = tables, weights.bounds[p]
+    before, after = weights.along[p, 0], weights.along[p, 1]
+    for z in range(u.shape[0]):
+        for k in range(hats[0], hats[1]):
+            u[z, k] = 0.0
     for y in range(number):
-        for h in range(2):
-            weight, row = factor * weights.across[p, y] * weights.along[p, h], block[first + y, hat + h]
-            for z in range(u.shape[0]):
-                for k in range(hats[0], hats[1]):
-                    u[z, k] += weight * row[z, k]
+        of_block, of_slide = factors[0] * weights.across[p, y], factors[1] * weights.across[p, y]
+        for z in range(u.shape[0]):
+            for k in range(hats[0], hats[1]):
+                normal = before * block[first + y, hat, z, k] + after * block[first + y, hat + 1, z, k]
+                along = before * slide[first + y, hat, z, k] + after * slide[first + y, hat + 1, z, k]
+                u[z, k] += of_block * normal + of_slide * along
 
 
 @unchecked
@@ -122,14 +130,9 @@ def _add_body(body, side, number, m, weights, tilts, total):
                 continue
             if abs(ahead) > teeth:
                 raise IndexError("teeth in contact are further apart than the compliance reaches; model more teeth")
-            for z in range(u.shape[0]):
-                for k in range(loaded[0], loaded[1]):
-                    u[z, k] = 0.0
-            if ahead >= 0:
-                _add_displacements(body.blocks[ahead], weights, p, 1.0 if ahead == 0 else 2.0, loaded, u)
-            if tilts[p] != 0:
-                slide = body.slide[max(0, ahead + len(body.slide) - teeth - 1)]
-                _add_displacements(slide, weights, p, -2 * tilts[p], loaded, u)
+            tables = body.blocks[max(0, ahead)], body.slide[max(0, ahead + len(body.slide) - teeth - 1)]
+            factors = 0.0 if ahead < 0 else 1.0 if ahead == 0 else 2.0, -2 * tilts[p]
+            _write_displacements(tables, weights, p, factors, loaded, u)
             _add_products(u, weights, (first * m, last * m), total[p])
 
 

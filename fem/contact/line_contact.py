@@ -124,12 +124,14 @@ def _softer(load, active):
     contact = load.contact
     if not contact.softening.size:
         return load.gap, contact.approach, 0.0
-    te, softer = max(load.te[0], load.first_touch), np.zeros(active.size)
+    te, gap, approach = max(load.te[0], load.first_touch), np.empty(active.size), np.empty(active.size)
     for i in range(active.size):
+        softer = 0.0
         for j in range(active.size):
             if active[j]:
-                softer[i] += contact.softening[i, j] * load.last[j]
-    return load.gap - te * softer, contact.approach - softer, te
+                softer += contact.softening[i, j] * load.last[j]
+        gap[i], approach[i] = load.gap[i] - te * softer, contact.approach[i] - softer
+    return gap, approach, te
 
 
 @unchecked

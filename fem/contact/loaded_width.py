@@ -213,10 +213,11 @@ def fits(grading, width, touching, excess):
     return short < SHORT * widest and far < excess * widest
 
 
-def line_loads(slices: ContactSlices, last: State, force: float) -> np.ndarray:
-    """(n,) line loads of slices, interpolated from those of the last state by tooth pair [N/m].
+def line_loads(slices: ContactSlices, last: State, force: float) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) line loads of slices [N/m], interpolated from those of the last state by tooth pair, and (n,) which count.
 
-    They are at least LEAST_LOAD of the largest line load; their sum is at least the force on the modelled face [N].
+    Line loads below LEAST_LOAD of the largest are raised to it, and do not count. The sum of all is at least the force
+    on the modelled face [N].
     """
     known = last.slices.number, last.slices.middle, last.force / last.slices.width
     return interpolated_loads(slices.number, slices.middle, slices.width, *known, force)
@@ -225,7 +226,7 @@ def line_loads(slices: ContactSlices, last: State, force: float) -> np.ndarray:
 @kept_unchecked
 def interpolated_loads(number, middle, width, last_number, last_middle, known, force):
     """`line_loads` of slices (n,) from line loads known in the middles of slices (m,)."""
-    loads, largest, total = np.zeros(number.size), 0.0, 0.0
+    loads, loaded, largest, total = np.zeros(number.size), np.zeros(number.size, np.bool_), 0.0, 0.0
     for i in range(number.size):
         before, after = -1, -1
         for j in range(last_number.size):
@@ -239,6 +240,8 @@ def interpolated_loads(number, middle, width, last_number, last_middle, known, f
         elif before >= 0 or after >= 0:
             loads[i] = known[max(before, after)]
     for i in range(number.size):
-        loads[i] = max(loads[i], LEAST_LOAD * largest)
+        loaded[i], loads[i] = loads[i] > LEAST_LOAD * largest, max(loads[i], LEAST_LOAD * largest)
         total += loads[i] * width[i]
-    return loads * max(1.0, force / total)
+    for i in range(number.size):
+        loads[i] *= max(1.0, force / total)
+    return loads, loaded

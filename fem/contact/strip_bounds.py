@@ -13,9 +13,9 @@ from fem.gap.flank_gap import (
     between_normals,
     facing,
     first_roll,
-    gaps_along,
     material_along,
     sections_of,
+    write_gaps,
 )
 from fem.support.numba_cache import kept_unchecked, unchecked
 
@@ -55,18 +55,6 @@ class Strips(NamedTuple):
     equal: bool
 
 
-class Profile(NamedTuple):
-    """Work space for the strips of a slice: at their edges and middles (2 m + 1,) roll lengths of host and mate and
-
-    another quantity; slopes of the material removed from the host, (m,).
-    """
-
-    roll: np.ndarray
-    foot: np.ndarray
-    values: np.ndarray
-    slope: np.ndarray
-
-
 def strips_of(slices: ContactSlices, half_widths: np.ndarray) -> Strips:
     """Strips as far as WINDOW times half_widths (n,) [m] on either side of where the flanks are closest."""
     numbers = slices.number, slices.low, slices.high
@@ -86,23 +74,21 @@ def strips_around(mesh, slices, te, closest, half_widths, fine):
     n, sections = number.size, sections_of(mesh, number, low, high, np.full(number.size, te))
     equal = not _any_rounding(mesh, sections)
     m = STRIPS if equal else fine
-    arcs, tilts, is_open = np.empty((2, n, m)), np.empty((2, n, m)), np.empty((2, n), np.bool_)
-    width, gap, approach, expected = np.empty((n, m)), np.empty((n, m)), np.empty((n, m)), np.empty((n, m))
-    rolls = np.empty((3, 2 * m + 1))
-    profile = Profile(rolls[0], rolls[1], rolls[2], np.empty(m))
+    rolls, width, is_open = np.empty((n, 2 * m + 1)), np.empty((n, m)), np.empty((2, n), np.bool_)
+    for i in range(n):
+        start, end, is_open[0, i], is_open[1, i] = _window(mesh, sections[i], closest.roll[i], half_widths[i])
+        at_closest = closest.roll[i], closest.radius[i]
+        _write_edges(mesh, sections[i], (start, end), at_closest, half_widths[i], equal, width[i], rolls[i])
+    gap, slope, feet = _gaps_of(mesh, sections, rolls)
+    arcs, tilts, approach, expected = np.empty((2, n, m)), np.empty((2, n, m)), np.empty((n, m)), np.empty((n, m))
     for i in range(n):
         at = sections[i]
-        start, end, is_open[0, i], is_open[1, i] = _window(mesh, at, closest.roll[i], half_widths[i])
-        _write_edges(
-            mesh, at, (start, end), (closest.roll[i], closest.radius[i]), half_widths[i], equal, width[i], profile
-        )
-        _gaps_of(mesh, at, profile, gap[i])
         _expect(mesh, half_widths[i], closest.radius[i], gap[i], expected[i])
-        _direct(mesh, at, profile, expected[i], width[i], tilts, approach, i)
+        _direct(mesh, at, (rolls[i], feet[i], slope[i]), expected[i], width[i], tilts, approach, i)
         for k in range(m):
             gap[i, k] += approach[i, k] * te
-            arcs[at.host, i, k] = profile.roll[2 * k + 1] ** 2 / (2 * at.r_host)
-            arcs[1 - at.host, i, k] = arc_of_mate(at, profile.foot[2 * k + 1])
+            arcs[at.host, i, k] = rolls[i, 2 * k + 1] ** 2 / (2 * at.r_host)
+            arcs[1 - at.host, i, k] = arc_of_mate(at, feet[i, 2 * k + 1])
     return arcs, width, gap, approach, tilts, is_open, expected, equal
 
 
@@ -125,12 +111,12 @@ def _window(mesh, at, closest, half_width):
 
 
 @unchecked
-def _write_edges(mesh, at, window, closest, half_width, equal, width, profile):
-    """Write the roll lengths of edges and middles of the strips, and their widths (m,).
+def _write_edges(mesh, at, window, closest, half_width, equal, width, roll):
+    """Write the widths (m,) of the strips of a slice, and the host's roll lengths (2 m + 1,) at edges and middles.
 
     closest     roll length where the flanks are closest, and relative radius of curvature there [m]
     """
-    (start, end), m, roll = window, width.size, profile.roll
+    (start, end), m = window, width.size
     focus, scale, first, last = start, 1.0, 0.0, 0.0
     if not equal:
         focus, scale = _grading(mesh, at, window, closest, half_width)
@@ -162,19 +148,22 @@ def _grading(mesh, at, window, closest, half_width):
 
 
 @unchecked
-def _gaps_of(mesh, at, profile, gap):
-    """Write the mean gaps of strips (m,) by Simpson, the mate's roll lengths, and the slopes of the host."""
-    roll, values, m = profile.roll, profile.values, gap.size
-    for k in range(m):
-        profile.slope[k] = 0.0
-    if mesh.position.modified:
-        material_along(mesh, at, roll, values)
+def _gaps_of(mesh, sections, rolls):
+    """Mean gaps of strips (n, m) by Simpson, slopes of the material removed from the host, the mate's roll lengths.
+
+    rolls   (n, 2 m + 1) of the host at edges and middles of the strips, as those of the mate [m]
+    """
+    n, m = len(rolls), rolls.shape[1] // 2
+    values, feet, gap, slope = np.empty(rolls.shape), np.empty(rolls.shape), np.empty((n, m)), np.empty((n, m))
+    write_gaps(mesh, sections, rolls, values, feet)
+    material = material_along(mesh, sections, rolls)
+    for i in range(n):
+        host, r_host = sections[i].host, sections[i].r_host
         for k in range(m):
-            change = (roll[2 * k + 2] ** 2 - roll[2 * k] ** 2) / (2 * at.r_host)
-            profile.slope[k] = (values[2 * k + 2] - values[2 * k]) / change
-    gaps_along(mesh, at, 2 * m + 1, roll, values, profile.foot)
-    for k in range(m):
-        gap[k] = (values[2 * k] + 4 * values[2 * k + 1] + values[2 * k + 2]) / 6
+            change = (rolls[i, 2 * k + 2] ** 2 - rolls[i, 2 * k] ** 2) / (2 * r_host)
+            slope[i, k] = (material[host, i, 2 * k + 2] - material[host, i, 2 * k]) / change
+            gap[i, k] = (values[i, 2 * k] + 4 * values[i, 2 * k + 1] + values[i, 2 * k + 2]) / 6
+    return gap, slope, feet
 
 
 @unchecked
@@ -191,17 +180,19 @@ def _expect(mesh, half_width, radius, gap, expected):
 def _direct(mesh, at, profile, expected, width, tilts, approach, i):
     """Write the tilts (2, n, m) of pinion and wheel and the approaches (n, m) in slice i under an expected pressure.
 
+    profile     roll lengths of host and mate (2 m + 1,) at edges and middles of the strips, slopes of the host (m,)
+
     Half-planes do not turn one another: under pressure p on flanks with a difference of slopes h' the integral of
     p h' vanishes. The mean normals of both flanks are then the direction of the force; about its mean the direction
     lies half-way between the normals.
     """
-    mean, total = 0.0, 0.0
+    (rolls, feet, slope), mean, total = profile, 0.0, 0.0
     for k in range(width.size):
-        between = between_normals(at, profile.roll[2 * k + 1], profile.foot[2 * k + 1])
-        mean += expected[k] * width[k] * (profile.slope[k] + between / 2)
+        between = between_normals(at, rolls[2 * k + 1], feet[2 * k + 1])
+        mean += expected[k] * width[k] * (slope[k] + between / 2)
         total += expected[k] * width[k]
     for k in range(width.size):
-        roll, foot = profile.roll[2 * k + 1], profile.foot[2 * k + 1]
+        roll, foot = rolls[2 * k + 1], feet[2 * k + 1]
         between = between_normals(at, roll, foot)
         from_host, inclined = mean / total - between / 2, mesh.position.inclined
         tilts[at.host, i, k], tilts[1 - at.host, i, k] = inclined * from_host, inclined * (from_host + between)

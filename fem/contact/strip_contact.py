@@ -18,6 +18,7 @@ from fem.elasticity.face_symmetry import Face
 from fem.gap.contact_slices import ContactSlices
 from fem.linalg.small_systems import (
     column_times,
+    congruent,
     factorize,
     product,
     rows_with,
@@ -26,7 +27,6 @@ from fem.linalg.small_systems import (
     submatrix,
     times,
     true_in,
-    write_congruent,
 )
 from fem.support.numba_cache import kept_unchecked, unchecked
 
@@ -144,7 +144,7 @@ def local_compliance(width, equal, depth, flattening, approach, gap):
     return local, sides
 
 
-@kept_unchecked
+@unchecked
 def displacement_of(local, smooth, sides, force):
     """`StripContact.displacement`."""
     n, m = force.shape
@@ -243,10 +243,8 @@ def _coupled(load):
 @unchecked
 def _reaction(smooth, roots, loaded, free):
     """(2, n) displacements at the nodes r of `_coupled`."""
-    system, right = np.empty(smooth.shape), times(smooth, free)
+    system, right = congruent(smooth, roots[loaded]), times(smooth, free)
     for k, i in enumerate(loaded):
-        for j in range(k + 1):
-            write_congruent(smooth, roots[i], roots[loaded[j]], k * NODES, j * NODES, system)
         for a in range(NODES):
             system[k * NODES + a, k * NODES + a] += 1.0
             for r in range(2):
@@ -276,25 +274,32 @@ def solve_strips(local, smooth, sides, force, active, exchanges):
 
 
 def wide_enough(
-    slices: ContactSlices, bodies: Bodies, face: Face, force: float, misalignment: float, half_width: np.ndarray
+    slices: ContactSlices,
+    bodies: Bodies,
+    face: Face,
+    force: float,
+    misalignment: float,
+    half_width: np.ndarray,
+    loaded: np.ndarray,
 ) -> tuple[Strips, Solution]:
     """Strips that cover all of the contact, and its solution under a force on the modelled face [N].
 
     half_width  (n,) guess of the contact's half-widths [m]
+    loaded      (n,) slices that are taken to touch at first: without load they would pull hard and disturb the others
 
     Slices whose outermost strips are loaded get wider strips; in other slices the active set starts from the last one.
 
     Raises RuntimeError where the contact is far wider than the guess.
     """
-    full, touching = np.ones(slices.low.size, bool), np.zeros((slices.low.size, 1), bool)
+    by_hertz, touching = loaded, np.zeros((slices.low.size, 1), bool)
     for _ in range(WIDENINGS):
         strips = strips_of(slices, half_width)
-        touching = np.where(full[:, None], strips.expected > 0, touching)
+        touching = np.where(by_hertz[:, None], strips.expected > 0, touching)
         solution = assemble(slices, strips, bodies, face, misalignment).solve(force, touching)
         touching = solution.force > 0
         first_full, last_full = strips.open & touching[:, [0, -1]].T
-        full = first_full | last_full
-        if not full.any():
+        by_hertz = first_full | last_full
+        if not by_hertz.any():
             return strips, solution
-        half_width = np.where(full, WIDENING * half_width, half_width)
+        half_width = np.where(by_hertz, WIDENING * half_width, half_width)
     raise RuntimeError("contact is a hundred times wider than by Hertz; reduce the load or take more slices")

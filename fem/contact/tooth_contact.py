@@ -80,8 +80,9 @@ class ToothContact:
 
     def _strip_state(self, slices: ContactSlices, force: float, misalignment: float, last: State) -> State:
         """State of slices on strips, under a force on the modelled face [N], after the last state."""
-        half_width = slices.half_width(line_loads(slices, last, force))
-        strips, solution = wide_enough(slices, self.bodies, self.face, force, misalignment, half_width)
+        expected, loaded = line_loads(slices, last, force)
+        half_width = slices.half_width(expected)
+        strips, solution = wide_enough(slices, self.bodies, self.face, force, misalignment, half_width, loaded)
         te, stiffness, load = solution
         pressure = (load / (strips.width * slices.length[:, None])).max(axis=1)
         return State(te, slices, load.sum(axis=1), pressure, self.face, stiffness / self.face.share, strips, load)

@@ -58,27 +58,22 @@ def unilateral_contact(solve: Callable, compiled: Callable = lambda function: fu
     """
 
     @compiled
-    def joined_one_by_one(problem, force):
-        """Equilibrium from forces (n,) [N], of which negative ones count as 0; candidates join one at a time."""
-        joining = np.zeros(force.size, np.bool_)
-        for _ in range(STEPS_PER_CANDIDATE * force.size + EXCHANGES):
-            force, active = _with_joining(force, joining)
-            state = solve(problem, active)
-            pulling = _is_pulling(force, state.force)
-            force = _until_first_is_free(force, state.force) if pulling else state.force
-            joining, deepest = _deepest(state.gap, pulling)
-            if state.converged and not pulling and deepest >= -PENETRATION:
-                return state
-        raise RuntimeError("contact did not converge; try a neighbouring phase, less load or a finer resolution")
-
-    @compiled
     def equilibrium(problem, active, exchanges=EXCHANGES):
-        for _ in range(exchanges):
+        force, joining = np.zeros(active.size), np.zeros(active.size, np.bool_)
+        for step in range(exchanges + STEPS_PER_CANDIDATE * active.size + EXCHANGES):
+            exchanging = step < exchanges
+            if not exchanging:
+                force, active = _with_joining(force, joining)
             state = solve(problem, active)
-            if state.converged and _is_admissible(state):
+            pulling = not exchanging and _is_pulling(force, state.force)
+            if state.converged and not pulling and _is_admissible(state):
                 return state
-            active = _touching(state)
-        return joined_one_by_one(problem, state.force)
+            force = _until_first_is_free(force, state.force) if pulling else state.force
+            if exchanging:
+                active = _touching(state)
+            else:
+                joining = _deepest(state.gap, pulling)
+        raise RuntimeError("contact did not converge; try a neighbouring phase, less load or a finer resolution")
 
     return equilibrium
 
@@ -124,13 +119,13 @@ def _with_joining(force, joining):
 
 @compiled_or_not
 def _deepest(gap, pulling):
-    """(n,) the candidates that penetrate deepest, none while others pull, and the least gap [m]."""
+    """(n,) whether each candidate penetrates deepest; none while others pull."""
     deepest, least = np.zeros(gap.size, np.bool_), 0.0
     for k in range(gap.size):
         least = min(least, gap[k])
     for k in range(gap.size):
         deepest[k] = gap[k] == least and least < -PENETRATION and not pulling
-    return deepest, least
+    return deepest
 
 
 @compiled_or_not

@@ -114,7 +114,7 @@ def _assembled(gear: Gear, density: Density, loaded: float, whole: bool, solved:
     blocks = np.concatenate([means[:1] - half_space(gear, arcs, axial, face), means[1:]])
     across, along = values_of_means(axial), values_of_means(arcs)
     with one_thread():
-        values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True)
+        values = np.einsum("yi,hj,dijkl,zk,ml->dyhzm", across, along, blocks, across, along, optimize=True, order="C")
     normal, tangential = values[: density.teeth + 1], values[density.teeth + 1 :]
     return Compliance(arcs, axial, gear.b / 2, normal, tangential, face)
 

@@ -1,10 +1,11 @@
 """Where the flanks of each tooth pair are closest: a search along the profile, and across the face without load."""
 
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
-from fem.gap.flank_gap import approach_at, first_roll, free_turn, gaps_along, sections_of
+from fem.gap.flank_gap import approach_at, first_roll, free_turn, sections_of, write_gaps
 from fem.gear.tooth_profile import LEAST_ROLL
 from fem.support.numba_cache import kept_unchecked, unchecked
 
@@ -32,50 +33,50 @@ class Closest(NamedTuple):
 @kept_unchecked
 def closest_points(mesh, number, low, high, te):
     """(5, n) `Closest` of slices (n,) of tooth pairs, linearized about transmission errors (n,) [m]."""
-    closest, sections = np.empty((5, number.size)), sections_of(mesh, number, low, high, te)
-    rolls, gaps, feet = np.empty(SAMPLES + 1), np.empty(SAMPLES + 1), np.empty(SAMPLES + 1)
+    sections = sections_of(mesh, number, low, high, te)
+    closest = _smallest_gaps(mesh, sections)
     for i in range(number.size):
-        at = sections[i]
-        roll, gap, foot = _closest_of(mesh, at, rolls, gaps, feet)
+        at, roll, foot = sections[i], closest[0, i], closest[1, i]
         approach = approach_at(mesh, at, roll, foot, 0.0)
-        closest[0, i], closest[1, i], closest[2, i] = roll, foot, gap + approach * at.te
+        closest[2, i] += approach * at.te
         closest[3, i], closest[4, i] = approach, _radius(mesh, at, roll)
     return closest
 
 
 @unchecked
-def _closest_of(mesh, at, rolls, gaps, feet):
-    """Roll length of the host, gap and roll length of the mate where the flanks are closest; arrays to work in."""
-    low, high = first_roll(mesh, at), at.tip
-    rolls[0] = min(max(at.nominal, low), high)
-    if not mesh.position.modified:
-        return _smallest(mesh, at, rolls[:1].size, rolls, gaps, feet)
-    step, rolls[SAMPLES] = (high - low) / (SAMPLES - 1), rolls[0]
-    for k in range(SAMPLES):
-        rolls[k] = low + step * k
-    closest = _smallest(mesh, at, rolls.size, rolls, gaps, feet)
-    for _ in range(ROUNDS):
-        write_around(closest[0], step, AROUND, low, high, rolls)
-        closest, step = _smallest(mesh, at, rolls[:AROUND].size, rolls, gaps, feet), step * 2 / (AROUND - 1)
+def _smallest_gaps(mesh, sections):
+    """(5, n) `Closest` of sections (n,) whose gap is that under te, without approach and radius."""
+    n, modified = sections.size, mesh.position.modified
+    closest, first, step = np.empty((5, n)), np.empty(n), np.empty(n)
+    for i in range(n):
+        first[i] = first_roll(mesh, sections[i])
+        step[i] = (sections[i].tip - first[i]) / (SAMPLES - 1)
+        closest[0, i], closest[1, i], closest[2, i] = first[i], 0.0, inf
+    for search in range(1 + ROUNDS if modified else 1):
+        m = AROUND if search else SAMPLES + 1 if modified else 1
+        rolls = np.empty((n, m))
+        for i in range(n):
+            low, high = first[i], sections[i].tip
+            for k in range(m):
+                roll = closest[0, i] + step[i] * (2 * k / (AROUND - 1) - 1) if search else low + step[i] * k
+                rolls[i, k] = min(max(roll, low), high)
+            if search == 0:
+                rolls[i, m - 1] = min(max(sections[i].nominal, low), high)
+            else:
+                step[i] *= 2 / (AROUND - 1)
+        _take_smallest(mesh, sections, rolls, closest)
     return closest
 
 
 @unchecked
-def _smallest(mesh, at, n, rolls, gaps, feet):
-    """Roll length, gap and roll length of the mate where the gap is smallest among n roll lengths."""
-    gaps_along(mesh, at, n, rolls, gaps, feet)
-    smallest = 0
-    for k in range(1, n):
-        if gaps[k] < gaps[smallest]:
-            smallest = k
-    return rolls[smallest], gaps[smallest], feet[smallest]
-
-
-@unchecked
-def write_around(middle, step, number, low, high, positions):
-    """Write a number of positions within a step around the middle, and within limits."""
-    for k in range(number):
-        positions[k] = min(max(middle + step * (2 * k / (number - 1) - 1), low), high)
+def _take_smallest(mesh, sections, rolls, closest):
+    """Write the smallest gap of each section among those at roll lengths (n, m) where it is smaller than `closest`."""
+    gaps, feet = np.empty(rolls.shape), np.empty(rolls.shape)
+    write_gaps(mesh, sections, rolls, gaps, feet)
+    for i in range(sections.size):
+        for k in range(rolls.shape[1]):
+            if gaps[i, k] < closest[2, i]:
+                closest[0, i], closest[1, i], closest[2, i] = rolls[i, k], feet[i, k], gaps[i, k]
 
 
 @unchecked

@@ -8,7 +8,7 @@ from math import atan2, cos, sin, sqrt
 
 import numpy as np
 
-from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, TURN, add_removed
+from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, FlankSections, add_removed, turned
 from fem.support.numba_cache import unchecked
 
 #: Gauss points and weights across a slice, and in its middle section.
@@ -49,29 +49,23 @@ def sections_of(mesh, number, low, high, te):
         at.r_host, at.r_mate, at.form, at.tip = host.r_b, mate.r_b, host.roll_form, host.roll_tip
         at.nominal = (position.length - roll if at.host else roll) + te[i] / 2
         at.mate_nominal, at.mate_tip = position.length - at.nominal + te[i], mate.roll_tip
-        at.set_back, at.mate_set_back = set_back(mesh, at.host, at.number), set_back(mesh, 1 - at.host, at.number)
+        at.set_back, at.mate_set_back = _set_back(mesh, at.host, at.number), _set_back(mesh, 1 - at.host, at.number)
         nearest = min(seen_from_mate(mesh, at, at.form)[2], seen_from_mate(mesh, at, at.tip)[2])
         at.out_of_reach = nearest > at.mate_tip
     return sections
 
 
 @unchecked
-def _add_removed(mesh, gear, number, role, factor, n, roll, shift, axial, removed):
-    """Add the material [m] that rows of a role remove from a gear, 0 or 1, on a tooth pair: `add_removed`."""
-    tooth, on_gear = -number if gear else number, axial - mesh.gears[gear].axial
-    rows = mesh.wheel if gear else mesh.pinion
-    add_removed(rows, mesh.table, mesh.gears[gear], role, factor, n, roll, shift, on_gear, tooth, removed)
+def _set_back(mesh, gear, number):
+    """Material [m] that pitch deviations remove from the tooth of a gear, 0 or 1, in a tooth pair."""
+    return turned(mesh.wheel if gear else mesh.pinion, mesh.table, -number if gear else number)
 
 
 @unchecked
-def set_back(mesh, gear, number):
-    """Material [m] that pitch deviations remove from the tooth of a gear in a tooth pair."""
-    if not mesh.position.modified:
-        return 0.0
-    material = np.zeros(1)
-    for role in (TURN,):
-        _add_removed(mesh, gear, number, role, 1.0, material.size, material, 0.0, 0.0, material)
-    return material[0]
+def _add_removed(mesh, gear, role, factor, sections, roll, removed):
+    """Add the material [m] that rows of a role remove from a gear, 0 or 1: `add_removed`."""
+    rows = mesh.wheel if gear else mesh.pinion
+    add_removed(rows, mesh.table, mesh.gears[gear], role, factor, sections, roll, removed)
 
 
 @unchecked
@@ -120,51 +114,70 @@ def first_roll(mesh, at):
 
 
 @unchecked
-def gaps_along(mesh, at, n, roll, gap, foot):
-    """Write the normal gaps under te, and the mate's roll lengths on the host's normals, at n roll lengths [m].
+def write_gaps(mesh, sections, roll, gap, foot):
+    """Write normal gaps under te, and the mate's roll lengths on the host's normals, at the host's roll lengths (n, m).
 
     The normal gap of an involute is its free turn; a corner moves along the host's normal by the lever. The mate's
     roll length lies beyond its tip where its corner is closest.
     """
-    mate_roll = np.empty(n)
-    for k in range(n):
-        turn, met, lever = free_turn(mesh, at, roll[k])
-        foot[k] = met - turn
-        smooth = foot[k] < at.mate_tip + at.mate_set_back
-        mate_roll[k] = foot[k] if smooth else met
-        gap[k] = OUT_OF_REACH if at.out_of_reach else mesh.position.inclined * (1.0 if smooth else lever) * turn
-    if mesh.position.modified and not at.out_of_reach:
-        _add_material(mesh, at, n, roll, mate_roll, gap)
+    n, m = roll.shape
+    on_gears = np.empty((2, n, m))
+    for i in range(n):
+        at = sections[i]
+        for k in range(m):
+            turn, met, lever = free_turn(mesh, at, roll[i, k])
+            foot[i, k] = met - turn
+            smooth = foot[i, k] < at.mate_tip + at.mate_set_back
+            on_gears[at.host, i, k], on_gears[1 - at.host, i, k] = roll[i, k], foot[i, k] if smooth else met
+            gap[i, k] = mesh.position.inclined * (1.0 if smooth else lever) * turn
+    if mesh.position.modified:
+        _add_material(mesh, sections, on_gears, gap)
+    for i in range(n):
+        if sections[i].out_of_reach:
+            for k in range(m):
+                gap[i, k] = OUT_OF_REACH
 
 
 @unchecked
-def _add_material(mesh, at, n, roll, mate_roll, gap):
-    """Add the gap by material removed beside pitch deviations at n roll lengths of host and mate [m].
+def _add_material(mesh, sections, on_gears, gap):
+    """Add the gap by material removed beside pitch deviations at roll lengths (2, n, m) of pinion and wheel.
 
     It is the mean along the line of contact; rounded edges, which lines of contact cross on less than a slice, count
     as in the middle section.
     """
+    wide = 0
+    for i in range(sections.size):
+        wide += sections[i].width > 0
     for role in (SHAPE, ROUNDING):
-        for point, weight in GAUSS if role == SHAPE and at.width > 0 else MIDDLE:
-            _add_in_section(mesh, at, n, role, weight / 2, point * at.width / 2, roll, mate_roll, gap)
+        for point, weight in GAUSS if role == SHAPE and wide else MIDDLE:
+            factor = weight / 2 * mesh.position.inclined
+            for gear in range(2):
+                _add_removed(mesh, gear, role, factor, _flanks_at(mesh, gear, sections, point), on_gears[gear], gap)
 
 
 @unchecked
-def _add_in_section(mesh, at, n, role, weight, ahead, roll, mate_roll, gap):
-    """Add the normal gap by the rows of a role in the section an axial distance ahead of the middle, times a weight."""
-    factor, shift, axial = weight * mesh.position.inclined, ahead * mesh.position.slope, at.axial + ahead
-    for gear in range(2):
-        rolls = roll if gear == at.host else mate_roll
-        _add_removed(mesh, gear, at.number, role, factor, n, rolls, -shift if gear else shift, axial, gap)
+def _flanks_at(mesh, gear, sections, point):
+    """`FlankSections` of a gear along the lines of contact, at a point of the slices: -1 at low, 1 at high ends."""
+    n, sign = sections.size, -1 if gear else 1
+    tooth, axial, shift = np.empty(n, np.int64), np.empty(n), np.empty(n)
+    for i in range(n):
+        at, ahead = sections[i], point * sections[i].width / 2
+        tooth[i], axial[i] = sign * at.number, at.axial + ahead - mesh.gears[gear].axial
+        shift[i] = sign * ahead * mesh.position.slope
+    return FlankSections(tooth, axial, shift)
 
 
 @unchecked
-def material_along(mesh, at, roll, material):
-    """Write the material removed from the host beside pitch deviations in the middle section at roll lengths (n,)."""
-    for k in range(roll.size):
-        material[k] = 0.0
-    for role in (SHAPE, ROUNDING):
-        _add_removed(mesh, at.host, at.number, role, 1.0, roll.size, roll, 0.0, at.axial, material)
+def material_along(mesh, sections, roll):
+    """(2, n, m) material removed from pinion and wheel beside pitch deviations, in middle sections at roll lengths."""
+    n, m = roll.shape
+    material = np.zeros((2, n, m))
+    if mesh.position.modified:
+        for gear in range(2):
+            flanks = _flanks_at(mesh, gear, sections, 0.0)
+            for role in (SHAPE, ROUNDING):
+                _add_removed(mesh, gear, role, 1.0, flanks, roll, material[gear])
+    return material
 
 
 @unchecked

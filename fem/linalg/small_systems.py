@@ -109,11 +109,18 @@ def true_in(values):
 
 
 @unchecked
-def write_congruent(matrix, root, column_root, row, column, system):
-    """Write the block of L^T S L at a row and a column, from a symmetric S and lower triangular roots L (n, n)."""
-    for a in range(len(root)):
-        for b in range(len(root)):
-            total = 0.0
-            for c in range(a, len(root)):
-                total += root[c, a] * column_times(column_root, b, matrix, row + c, column)
-            system[row + a, column + b] = total
+def congruent(matrix, roots):
+    """L^T S L of a symmetric matrix S (n, n) and of a block diagonal L of lower triangular roots (k, m, m)."""
+    return _left_times(roots, np.ascontiguousarray(_left_times(roots, matrix).T))
+
+
+@unchecked
+def _left_times(roots, matrix):
+    """L^T times a matrix (n, n), of the L of `congruent`."""
+    m, products = roots.shape[1], np.zeros(matrix.shape)
+    for k in range(len(roots)):
+        for a in range(m):
+            for b in range(a, m):
+                for j in range(len(matrix)):
+                    products[k * m + a, j] += roots[k, b, a] * matrix[k * m + b, j]
+    return products

@@ -233,46 +233,79 @@ def _along_profile(row, table, r_b, roll, axial):
 
 
 @unchecked
-def add_removed(rows, table, extent, role, factor, n, roll, shift, axial, tooth, removed):
-    """Add the material [m] that rows of a role remove, times a factor, at n roll lengths and an axial position.
+def turned(rows, table, tooth):
+    """Material [m] that rows of the role TURN, which are constant on a tooth, remove from it."""
+    material = 0.0
+    for row in rows:
+        if row.role == TURN:
+            material += _across_face(row, table, 0.0, tooth)
+    return material
+
+
+class FlankSections(NamedTuple):
+    """Sections of the flanks of a gear: numbers of the teeth, axial positions [m], shifts of roll lengths [m], (n,)."""
+
+    tooth: np.ndarray
+    axial: np.ndarray
+    shift: np.ndarray
+
+
+@unchecked
+def add_removed(rows, table, extent, role, factor, sections, roll, removed):
+    """Add the material [m] that rows of a role remove, times a factor, at roll lengths (n, m) of `FlankSections`.
 
     extent      roll_form and roll_tip, base radius r_b [m]; address `users` of the function for their modifications
-    shift       added to the roll lengths [m]
 
     Beyond root form and tip circle the values on these circles continue, as in `fem.microgeometry.flank.removed`.
     """
-    constant, low, high, r_b = 0.0, extent.roll_form, extent.roll_tip, extent.r_b
+    on_flank = np.empty(roll.shape)
+    for i in range(len(roll)):
+        for k in range(roll.shape[1]):
+            on_flank[i, k] = min(max(roll[i, k] + sections.shift[i], extent.roll_form), extent.roll_tip)
     for row in rows:
         if row.role == role and row.formula == USERS:
-            _add_users(row.first, extent, factor, n, roll, shift, axial, tooth, removed)
+            _add_users(row.first, extent.users, factor, sections, on_flank, removed)
         elif row.role == role and row.formula == PROFILE_RELIEF:
-            _add_relief(row.numbers, (low, high), factor, n, roll, shift, removed)
+            _add_relief(row.numbers, factor, on_flank, removed)
         elif row.role == role and row.formula <= GRID:
-            for i in range(n):
-                on_flank = min(max(roll[i] + shift, low), high)
-                removed[i] += factor * _along_profile(row, table, r_b, on_flank, axial)
+            _add_along_profile(row, table, extent.r_b, factor, sections.axial, on_flank, removed)
         elif row.role == role:
-            constant += factor * _across_face(row, table, axial, tooth)
-    if constant != 0:
-        for i in range(n):
-            removed[i] += constant
+            _add_across_face(row, table, factor, sections, removed)
 
 
 @unchecked
-def _add_relief(numbers, limits, factor, n, roll, shift, removed):
-    """Add the material [m] of a profile relief as `add_removed`; limits: roll lengths at root form and tip circle."""
-    (low, high), amount, begin, length, power = limits, numbers[0], numbers[1], numbers[2], numbers[3]
-    for i in range(n):
-        on_flank = min(max(roll[i] + shift, low), high)
-        removed[i] += factor * (amount * _power((on_flank - begin) / length, power))
+def _add_relief(numbers, factor, roll, removed):
+    """Add the material [m] of a profile relief as `add_removed`, at roll lengths on the flank."""
+    amount, begin, length, power = numbers[0], numbers[1], numbers[2], numbers[3]
+    for i in range(len(roll)):
+        for k in range(roll.shape[1]):
+            removed[i, k] += factor * (amount * _power((roll[i, k] - begin) / length, power))
 
 
 @unchecked
-def _add_users(row, extent, factor, n, roll, shift, axial, tooth, removed):
-    """Add the material [m] of a modification that a user wrote, as `add_removed`."""
-    on_flank, material = np.empty(n), np.empty(n)
-    for i in range(n):
-        on_flank[i] = min(max(roll[i] + shift, extent.roll_form), extent.roll_tip)
-    _call_users(extent.users, row, n, on_flank.ctypes.data, axial, tooth, material.ctypes.data)
-    for i in range(n):
-        removed[i] += factor * material[i]
+def _add_along_profile(row, table, r_b, factor, axial, roll, removed):
+    """Add the material [m] of a row that changes along the profile, other than a relief, as `add_removed`."""
+    for i in range(len(roll)):
+        for k in range(roll.shape[1]):
+            removed[i, k] += factor * _along_profile(row, table, r_b, roll[i, k], axial[i])
+
+
+@unchecked
+def _add_across_face(row, table, factor, sections, removed):
+    """Add the material [m] of a row that is constant along the profile as `add_removed`."""
+    for i in range(len(removed)):
+        material = factor * _across_face(row, table, sections.axial[i], sections.tooth[i])
+        for k in range(removed.shape[1]):
+            removed[i, k] += material
+
+
+@unchecked
+def _add_users(row, users, factor, sections, roll, removed):
+    """Add the material [m] of a modification that a user wrote, as `add_removed`, at roll lengths on the flank."""
+    m = roll.shape[1]
+    material = np.empty(m)
+    for i in range(len(roll)):
+        at = roll[i].ctypes.data, sections.axial[i], sections.tooth[i]
+        _call_users(users, row, m, *at, material.ctypes.data)
+        for k in range(m):
+            removed[i, k] += factor * material[k]

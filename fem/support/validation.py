@@ -97,8 +97,10 @@ def increasing(name: str, values, *, least: int = 1) -> np.ndarray:
     """The values as an array of floats (n,); ValueError unless there are at least `least` and they increase."""
     axis = numbers(name, values)
     require(axis.ndim == 1, f"{name} must increase along one axis (n,), got the shape {axis.shape}")
-    require(axis.size >= least, f"{name} must increase over at least {least} values, got {text_of(values)}")
-    require(increases(axis), f"{name} must increase; sort it, got {text_of(values)}")
+    if axis.size < least:
+        raise ValueError(f"{name} must increase over at least {least} values, got {text_of(values)}")
+    if not increases(axis):
+        raise ValueError(f"{name} must increase; sort it, got {text_of(values)}")
     return axis
 
 

@@ -8,7 +8,7 @@ import fem
 from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
 from fem.contact.strip_contact import StripContact, local_compliance
 from fem.gap.contact_slices import ContactSlices
-from fem.gap.flank_gap import between_normals, first_roll, free_turn, gaps_along, sections_of
+from fem.gap.flank_gap import between_normals, first_roll, free_turn, sections_of, write_gaps
 from fem.gap.mesh_geometry import mesh_of
 from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
@@ -85,10 +85,10 @@ def one_slice(pair: fem.GearPair, phase: float, te: float = 0.0) -> ContactSlice
 
 def gaps_at(slices: ContactSlices, roll: np.ndarray) -> np.ndarray:
     """(n,) gaps in the first slice at roll lengths of the host [m]."""
-    mesh, gap, foot = slices.mesh.geometry, np.empty(roll.size), np.empty(roll.size)
-    at = sections_of(mesh, slices.number, slices.low, slices.high, np.zeros(1))[0]
-    gaps_along(mesh, at, roll.size, roll, gap, foot)
-    return gap
+    mesh, gap, foot = slices.mesh.geometry, np.empty((1, roll.size)), np.empty((1, roll.size))
+    sections = sections_of(mesh, slices.number, slices.low, slices.high, np.zeros(1))
+    write_gaps(mesh, sections, roll[None], gap, foot)
+    return gap[0]
 
 
 @pytest.mark.parametrize("phase", [-0.3, 0.3])

@@ -10,7 +10,7 @@ import fem
 from fem.contact.resolution import Resolution
 from fem.contact.tooth_contact import ToothContact
 from fem.gap.mesh_geometry import mesh_of
-from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, TURN, add_removed, compiled_flank
+from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, FlankSections, add_removed, compiled_flank, turned
 from fem.microgeometry.flank import removed
 from fem.pair.mesh_position import MeshPosition
 from fem.ste.map_solver import bodies_of
@@ -39,12 +39,14 @@ def test_compiled_material_is_that_of_the_modifications(gear):
     for name in ("roll_form", "roll_tip", "r_b"):
         extent[name] = getattr(face, name)
     extent["users"] = compiled.users.address
-    for axial, tooth in ((-0.6 * gear.b, -1), (0.0, 0), (0.3 * gear.b, 2)):
-        total = np.zeros(roll.size)
-        for role in (SHAPE, ROUNDING, TURN):
-            add_removed(compiled.rows, compiled.table, extent, role, 2.0, roll.size, roll, 1e-5, axial, tooth, total)
-        expected = removed(flank, face, roll + 1e-5, axial, tooth=tooth)
-        assert total == pytest.approx(2 * expected, rel=1e-12, abs=1e-18)
+    tooth, axial, shift = np.array([-1, 0, 2]), np.array([-0.6, 0.0, 0.3]) * gear.b, np.array([1e-5, 0.0, -1e-5])
+    total, rolls = np.zeros((3, roll.size)), np.tile(roll, (3, 1))
+    sections = FlankSections(tooth, axial, shift)
+    for role in (SHAPE, ROUNDING):
+        add_removed(compiled.rows, compiled.table, extent, role, 2.0, sections, rolls, total)
+    total += [[2 * turned(compiled.rows, compiled.table, k)] for k in tooth]
+    expected = [removed(flank, face, roll + ahead, z, tooth=k) for k, z, ahead in zip(*sections, strict=True)]
+    assert total == pytest.approx(2 * np.array(expected), rel=1e-12, abs=1e-18)
 
 
 def contact(flank) -> ToothContact:
