@@ -13,7 +13,8 @@ from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbit
 from exugear.steady_state.orbits.steady_system import SteadySystem
 from fem.support.progress import announced, bar
 
-#: Range of the mesh frequency over the resonance that is searched at least: branches enter other ranges from there.
+#: Range of the mesh frequency over the resonance that is searched at least, unless a common period of several cycles
+#: would make that long: branches enter other ranges from there.
 SEARCHED = Range(0.5, 1.6)
 #: Number of speeds of a sweep; share to which vibrations decay at each of them, least and largest number of cycles.
 SPEEDS, SETTLED, FEWEST_CYCLES, MOST_CYCLES = 48, 1e-3, 2, 400
@@ -33,7 +34,9 @@ def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
     periodic orbit is reached.
     """
     branches: list[Branch] = []
-    searched = Range(min(within.low, SEARCHED.low), max(within.high, SEARCHED.high))
+    searched = within
+    if system.cycles == 1:
+        searched = Range(min(within.low, SEARCHED.low), max(within.high, SEARCHED.high))
     frequencies = np.geomspace(searched.low, searched.high, SPEEDS)
     for direction, sweep in (("up", frequencies), ("down", frequencies[::-1])):
         _sweep(system, branches, searched, bar(sweep, f"steady states, sweep {direction}"))

@@ -69,7 +69,8 @@ def steady_states(
     that spin if all stages excite. The further meshes have their mean stiffness; the attribute
     "variation_of_other_meshes" is half the range of their stiffness over its mean. Stages of different mesh frequencies
     repeat only after a common period (attribute "common_period" in mesh cycles of the first), on which the time of
-    computing depends: a revolution of the shaft between two stages, for most numbers of teeth.
+    computing depends: a revolution of the shaft between two stages, for most numbers of teeth. Branches that enter the
+    range from the resonance are then searched only if the range holds it.
 
     The attribute "force_error" compares the mesh forces at the motion with those of the whole laws: the largest rms of
     the difference over the period, over the mean force, among the largest orbits of the branches;
