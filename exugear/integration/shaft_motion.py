@@ -1,15 +1,19 @@
-"""Speeds of the shafts and torques on their ends, from the samples of meshes and torques."""
+"""Speeds of the shafts, forces of their bearings and torques on their ends, from the samples of meshes and torques."""
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from exugear.elements.bearing_elements import reactions
 from exugear.elements.drag_elements import braking_torques
 from exugear.gearbox.shaft import Coupling, Shaft
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
 from exugear.system.drive_and_load import ShaftTorques, rotor_name
 from exugear.system.model import Model
+from fem.units import mm
 
 
 def needs_speeds(model: Model, conditions: Conditions) -> bool:
@@ -26,7 +30,7 @@ def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
     """
     by_shaft: dict[str, np.ndarray] = {}
     for mesh in model.meshes:
-        if mesh.recorder.header.powers:
+        if "energy" in mesh.recorder.samples:
             for number, shaft in enumerate((mesh.stage.fast, mesh.stage.slow), start=1):
                 samples = mesh.recorder.power[f"{quantity}_{number}"]
                 by_shaft[shaft.name] = model.gearbox.directions[shaft.name] * samples
@@ -57,6 +61,60 @@ def _speeds(kind: str, speeds: dict[str, np.ndarray]) -> dict[str, Any]:
     return {f"{kind}_speed": ((kind, "time"), np.array(list(speeds.values())), about), kind: (kind, list(speeds))}
 
 
+def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.ndarray]]:
+    """Shafts on bearings by name, with recorded motions (n, 2 or 5) of their centres of mass [m, rad], and rates."""
+    motions = {}
+    for mesh in model.meshes:
+        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+            if model.plan.shafts[shaft.name].on_bearings:
+                moving = slice(model.plan.shafts[shaft.name].spin_index)
+                q, q_t = mesh.recorder.motion(side)
+                motions[shaft.name] = shaft, q[:, moving], q_t[:, moving]
+    return motions
+
+
+@dataclass
+class BearingForces:
+    """Forces of all bearings on their shafts over the samples of a run, computed while the samples come.
+
+    samples    number of samples of the whole run
+    computed   number of those of which the forces are computed
+    """
+
+    model: Model
+    samples: int
+    computed: int = 0
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        """(n_bearing, 3, samples) [N], 0 until computed."""
+        kinds = self.model.plan.shafts
+        counts = [len(shaft.bearings) for shaft in self.model.gearbox.shafts if kinds[shaft.name].on_bearings]
+        return np.zeros((sum(counts), 3, self.samples))
+
+    def extend(self, number: int) -> None:
+        """Compute the forces up to a number of samples."""
+        new, last = slice(self.computed, number), 0
+        for shaft, q, q_t in motions_on_bearings(self.model).values():
+            first, last = last, last + len(shaft.bearings)
+            reactions(shaft, q[new], q_t[new], self.values[first:last, :, new])
+        self.computed = number
+
+    def variables(self, number: int) -> dict[str, Any]:
+        """The forces over a number of samples; empty where no shaft is on bearings."""
+        motions = motions_on_bearings(self.model)
+        if not motions:
+            return {}
+        self.extend(number)
+        labels = [f"{name} at {axial / mm:g} mm" for name, (shaft, *_) in motions.items() for axial in shaft.bearings]
+        about = {"units": "N", "long_name": "force of the bearing on its shaft"}
+        return {
+            "bearing_force": (("bearing", "direction", "time"), self.values[..., :number], about),
+            "bearing": ("bearing", labels),
+            "direction": ("direction", ["x", "y", "z"]),
+        }
+
+
 def drag_variables(model: Model) -> dict[str, Any]:
     """Torques of the drags of all shafts and the power that they dissipate; empty where no shaft has a drag."""
     shafts = model.gearbox.shafts
@@ -75,13 +133,8 @@ def drag_variables(model: Model) -> dict[str, Any]:
 
 def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of the drags of a shaft against its sense of motion [N m]."""
-    motions = {
-        body.name: mesh.recorder.motion(side)[0]
-        for mesh in model.meshes
-        for side, body in enumerate((mesh.stage.fast, mesh.stage.slow))
-        if model.plan.shafts[body.name].on_bearings
-    }
-    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motions.get(shaft.name))
+    _, motion, _ = motions_on_bearings(model).get(shaft.name, (shaft, None, None))
+    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motion)
 
 
 def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> dict[str, Any]:
@@ -124,7 +177,8 @@ def imposed_torque(model: Model, conditions: Conditions, time: np.ndarray) -> np
         by_coupling = _coupling_torque(model, conditions, shaft.coupling, time)
         torque = shaft.coupling.inertia * acceleration + by_coupling
     else:
-        torque = shaft.inertia * acceleration - _mesh_torque(model, shaft)
+        torque = _mesh_torque(model, shaft)
+        np.subtract(shaft.inertia * acceleration, torque, out=torque)
         if shaft.drags:
             torque += _drag_torque(model, shaft)
     torque *= conditions.held_sense
