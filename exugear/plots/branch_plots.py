@@ -17,9 +17,9 @@ __all__ = ["plot_branches"]
 SWEPT = "#bbbbbb"
 #: Axis label of each quantity.
 QUANTITIES = {"rms": "rms of the DTE [µm]", "peak_to_peak": "peak to peak of the DTE [µm]"}
-#: Marks of bifurcations and colours of branches by their period in mesh cycles.
+#: Marks of bifurcations and colours of branches by their period.
 MARKS, COLOURS = {"fold": "o", "period doubling": "D"}, {1: DISTINCT[0], 2: DISTINCT[3]}
-PERIODS = {1: "one mesh period", 2: "two mesh periods"}
+PERIODS = {1: "one {} period", 2: "two {} periods"}
 
 
 @checked
@@ -44,6 +44,7 @@ def plot_branches(
     style      of matplotlib's plot, for all branches
     """
     require("bifurcation" in data, "data must be that of exugear.steady_states(...)")
+    require("stage" not in data.dims, f"data must be of a single stage, got {data.sizes}; take data.isel(stage=0)")
     require(quantity in QUANTITIES, f"quantity must be one of {list(QUANTITIES)}, got {quantity!r}")
     orders = data["harmonic"].values.tolist()
     require(harmonic is None or harmonic in orders, f"harmonic must be one of {orders}, got {harmonic}")
@@ -57,12 +58,17 @@ def plot_branches(
         _draw_branch(ax, data.isel(point=points), values.values[points] / um, style)
     _mark_bifurcations(ax, data, values.values / um)
     label = QUANTITIES[quantity] if harmonic is None else f"amplitude of the DTE at {harmonic:g} x mesh frequency [µm]"
-    ax.set(xlabel="mesh frequency [Hz]", ylabel=label, title=f"{data.attrs['stage']}, {data.attrs['load']:.4g} N m")
+    ax.set(xlabel="mesh frequency [Hz]", ylabel=label, title=f"{_stage_of(data)}, {data.attrs['load']:.4g} N m")
     ax.set_ylim(bottom=0, auto=True)
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     legend(ax, handles=list(once.values()), labels=list(once))
     return ax
+
+
+def _stage_of(data: xr.Dataset) -> str:
+    """Label of the stage of the data."""
+    return str(data["stage"].item()) if "stage" in data.coords else str(data.attrs["stage"])
 
 
 def _mark_bifurcations(ax: Axes, data: xr.Dataset, values: np.ndarray) -> None:
@@ -85,12 +91,13 @@ def _draw_branch(ax: Axes, points: xr.Dataset, values: np.ndarray, style: dict[s
     """Draw the pieces of a branch between changes of its stability."""
     frequency, stable = points["mesh_frequency"].values, points["stable"].values
     period = int(points["period"][0])
+    about = PERIODS[period].format("mesh" if points.attrs["common_period"] == 1 else "common")
     between = stable[:-1] | stable[1:]
     between &= ~((points["bifurcation"].values[:-1] != "") & ~stable[1:])
     between &= ~((points["bifurcation"].values[1:] != "") & ~stable[:-1])
     starts = np.flatnonzero(np.diff(between, prepend=~between[:1]))
     for start, end in zip(starts, [*starts[1:], between.size], strict=True):
         linestyle, state = ("-", "stable") if between[start] else ("--", "unstable")
-        piece, label = slice(start, end + 1), f"{state}, {PERIODS[period]}"
+        piece, label = slice(start, end + 1), f"{state}, {about}"
         options = merged(style, color=COLOURS[period], linestyle=linestyle, linewidth=1.3, label=label)
         ax.plot(frequency[piece], values[piece], **options)

@@ -1,5 +1,6 @@
 """The labelled Dataset of all branches: what each orbit is like."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,16 @@ from exugear.steady_state.orbits.cycle_kernels import fourier_sums
 from exugear.steady_state.orbits.periodic_orbit import PeriodicOrbits
 from exugear.steady_state.orbits.steady_system import Orbit, SteadySystem
 
-#: Unit and meaning of the variables over the points.
-ABOUT = {
+#: Unit and meaning of the variables over the points, and of those of every stage.
+OF_POINTS: dict[str, tuple[str, str]] = {
     "branch": ("1", "number of the branch"),
     "speed": ("rad/s", "speed of the driving shaft"),
+    "period": ("1", "period in common periods of the meshes that excite"),
+    "stable": ("1", "whether small disturbances decay"),
+    "largest_multiplier": ("1", "largest modulus of the Floquet multipliers over the period"),
+    "bifurcation": ("", "fold, period doubling, or empty"),
+}
+OF_STAGES = {
     "mesh_frequency": ("Hz", "mesh frequency of the stage"),
     "mean": ("m", "mean of the DTE"),
     "rms": ("m", "rms of the DTE about its mean"),
@@ -26,53 +33,61 @@ ABOUT = {
     "smallest_force": ("N", "smallest mesh force"),
     "largest_force": ("N", "largest mesh force"),
     "share_without_contact": ("1", "share of the period in which no teeth touch"),
-    "period": ("1", "period in mesh cycles"),
-    "stable": ("1", "whether small disturbances decay"),
-    "largest_multiplier": ("1", "largest modulus of the Floquet multipliers over the period"),
-    "bifurcation": ("", "fold, period doubling, or empty"),
 }
 
 
-def labelled(system: SteadySystem, branches: list[Branch], cycles_per_radian: float, harmonics: int) -> xr.Dataset:
-    """Dataset over point, and over harmonic up to a number of mesh orders.
+def labelled(system: SteadySystem, branches: list[Branch], mesh_cycles: np.ndarray, harmonics: int) -> xr.Dataset:
+    """Dataset over point, stage and harmonic up to a number of mesh orders.
 
-    cycles_per_radian   mesh cycles per radian of the driving shaft
+    mesh_cycles   (n_stage,) of the first meshes that excite per radian of the driving shaft
     """
     orders = np.arange(1, 2 * harmonics + 1) / 2
-    rows = [row for number, branch in enumerate(branches) for row in _rows(system, number, branch, orders.size)]
-    for row in rows:
-        row["speed"] = row["mesh_frequency"] / cycles_per_radian
-    dims = {name: ("point", "harmonic") if name.startswith("harmonic") else ("point",) for name in ABOUT}
-    variables = {
-        name: (dims[name], np.array([row[name] for row in rows]), {"units": unit, "long_name": meaning})
-        for name, (unit, meaning) in ABOUT.items()
-    }
+    variables: dict[str, Any] = {name: [] for name in (*OF_POINTS, *OF_STAGES)}
+    for number, branch in enumerate(branches):
+        for about in _points(system, number, branch, mesh_cycles, orders.size):
+            for name, value in about.items():
+                variables[name].append(value)
     about_order = {"units": "1", "long_name": "multiple of the mesh frequency"}
-    return xr.Dataset(variables, {"point": np.arange(len(rows)), "harmonic": ("harmonic", orders, about_order)})
+    coordinates = {"point": np.arange(len(variables["branch"])), "harmonic": ("harmonic", orders, about_order)}
+    dims: dict[str, tuple[str, ...]] = dict.fromkeys(OF_POINTS, ("point",))
+    dims |= {name: ("point", "stage", "harmonic")[: 2 + name.startswith("harmonic")] for name in OF_STAGES}
+    labels = {name: {"units": unit, "long_name": about} for name, (unit, about) in (OF_POINTS | OF_STAGES).items()}
+    return xr.Dataset({name: (dims[name], np.array(x), labels[name]) for name, x in variables.items()}, coordinates)
 
 
-def _rows(system: SteadySystem, number: int, branch: Branch, halves: int) -> list[dict[str, Any]]:
-    """Values of the variables for each point of a branch."""
-    orbits, rows = PeriodicOrbits(system, branch.period), []
+def _points(
+    system: SteadySystem, number: int, branch: Branch, mesh_cycles: np.ndarray, halves: int
+) -> Iterator[dict[str, Any]]:
+    """Values of the variables at each point of a branch."""
+    orbits = PeriodicOrbits(system, branch.period)
     for point in branch.points:
         states, frequency = orbits.states_of(point.unknowns), orbits.frequency_of(point.unknowns)
-        largest = float(np.abs(point.multipliers).max())
-        about = {"branch": number, "period": branch.period, "stable": point.stable, "bifurcation": point.bifurcation}
-        measures = _measures(system.orbit(states, frequency, branch.period), branch.period, halves)
-        rows.append({**about, "mesh_frequency": frequency, "largest_multiplier": largest, **measures})
-    return rows
+        of_meshes = system.orbits(states, frequency, branch.period)[: mesh_cycles.size]
+        cycles = [branch.period * mesh.cycles for mesh in system.meshes]
+        measures = [_measures(orbit, x, halves) for orbit, x in zip(of_meshes, cycles, strict=False)]
+        speed = frequency / mesh_cycles[0]
+        yield {
+            "branch": number,
+            "speed": speed,
+            "period": branch.period,
+            "stable": point.stable,
+            "largest_multiplier": float(np.abs(point.multipliers).max()),
+            "bifurcation": point.bifurcation,
+            "mesh_frequency": speed * mesh_cycles,
+            **{name: [values[name] for values in measures] for name in measures[0]},
+        }
 
 
-def _measures(orbit: Orbit, period: int, halves: int) -> dict[str, Any]:
-    """What the samples of an orbit give.
+def _measures(orbit: Orbit, cycles: int, halves: int) -> dict[str, Any]:
+    """What the samples of a mesh over the period of an orbit give.
 
-    period   in mesh cycles
+    cycles   number of mesh cycles in the period
     halves   number of harmonics, multiples of half the mesh frequency
     """
     mean = float(orbit.weight @ orbit.deflection)
     alternating = orbit.deflection - mean
     components = 2 * fourier_sums(orbit.weight, orbit.phase, alternating, halves) @ [1, 1j]
-    components[np.arange(1, halves + 1) * period % 2 == 1] = 0.0
+    components[np.arange(1, halves + 1) * cycles % 2 == 1] = 0.0
     return {
         "mean": mean,
         "rms": float(np.sqrt(orbit.weight @ alternating**2)),

@@ -1,15 +1,16 @@
 """Search of all branches: sweeps over the speed up and down, continuation from each new orbit, subharmonic branches."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import ceil, log
 
 import numpy as np
 
-from exugear.steady_state.continuation import Range, points_at_borders, traced
+from exugear.steady_state.continuation import UPRIGHT, Range, points_at_borders, traced
 from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbits, reversed_point
 from exugear.steady_state.orbits.steady_system import SteadySystem
+from fem.support.progress import announced, bar
 
 #: Range of the mesh frequency over the resonance that is searched at least: branches enter other ranges from there.
 SEARCHED = Range(0.5, 1.6)
@@ -30,7 +31,7 @@ JOINED = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """Successive periodic orbits, with their period in mesh cycles; whether it is `Trace.complete`."""
+    """Successive periodic orbits, with their period in common periods; whether it is `Trace.complete`."""
 
     points: list[OrbitPoint]
     period: int
@@ -48,23 +49,23 @@ class Branch:
 
 
 def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
-    """Branches of orbits of one and of two mesh cycles in a range of the mesh frequency.
+    """Branches of orbits of one and of two common periods in a range of the mesh frequency.
 
-    Orbits of one cycle are reached by sweeps, those of two also from period doublings. Raises RuntimeError where no
+    Orbits of one period are reached by sweeps, those of two also from period doublings. Raises RuntimeError where no
     periodic orbit is reached.
     """
     branches: list[Branch] = []
     searched = Range(min(within.low, SEARCHED.low), max(within.high, SEARCHED.high))
     frequencies = np.geomspace(searched.low, searched.high, SPEEDS)
-    for sweep in (frequencies, frequencies[::-1]):
-        for point in _attractors(system, sweep):
+    for direction, sweep in (("up", frequencies), ("down", frequencies[::-1])):
+        for point in _attractors(system, bar(sweep, f"steady states, sweep {direction}")):
             if not any(_holds(branch, point, system) for branch in branches):
                 branches.append(_through(system, point, searched))
                 if point.period == 1:
                     branches.extend(_subharmonic(system, branches, searched))
     inside = [piece for branch in branches for piece in _pieces(system, branch, within)]
     if not inside:
-        raise RuntimeError("no periodic orbit of one or two mesh cycles was reached; try another range of speed")
+        raise RuntimeError("no periodic orbit of one or two periods was reached; try another range of speed")
     return inside
 
 
@@ -81,30 +82,46 @@ def _pieces(system: SteadySystem, branch: Branch, within: Range) -> list[Branch]
     return [Branch(points, branch.period, branch.complete) for points in pieces if len(points) > 1]
 
 
-def _attractors(system: SteadySystem, frequencies: np.ndarray) -> Iterator[OrbitPoint]:
-    """Stable orbits on which a sweep settles at mesh frequencies over the resonance."""
+def _attractors(system: SteadySystem, frequencies: Iterable[float]) -> Iterator[OrbitPoint]:
+    """Stable orbits that a sweep over the resonance follows at its mesh frequencies, or settles on."""
     states = np.zeros(system.size)
+    point: OrbitPoint | None = None
     for ratio in frequencies:
         frequency = ratio * system.resonance
         try:
-            states = system.settled(states, frequency, _settling_cycles(system, frequency))
-            point = _orbit_near(system, states, frequency)
+            point = None if point is None else _followed(system, point, ratio)
+            if point is None:
+                states = system.settled(states, frequency, _settling_periods(system, frequency))
+                point = _orbit_near(system, states, frequency)
         except ValueError:
             states, point = np.zeros(system.size), None
         if point is not None:
+            states = PeriodicOrbits(system).states_of(point.unknowns)
             yield point
 
 
-def _settling_cycles(system: SteadySystem, frequency: float) -> int:
-    """Number of mesh cycles in which vibrations decay."""
-    if system.decay <= 0:
-        return MOST_CYCLES
-    cycles = ceil(log(1 / SETTLED) / system.decay * frequency)
-    return 2 * ceil(min(max(cycles, FEWEST_CYCLES), MOST_CYCLES) / 2)
+def _followed(system: SteadySystem, point: OrbitPoint, ratio: float) -> OrbitPoint | None:
+    """The stable orbit at the next mesh frequency of a sweep over the resonance, near the last; None: it ends."""
+    if not point.stable or abs(point.tangent[-1]) < UPRIGHT:
+        return None
+    change = (ratio - point.unknowns[-1]) / point.tangent[-1] * point.tangent
+    if np.abs(change).max() > SAME_ORBIT:
+        return None
+    guess = point.unknowns + change
+    following = PeriodicOrbits(system, point.period).solved(guess, np.eye(guess.size)[-1], point)
+    if following is None or np.abs(following.unknowns - guess).max() > SAME_ORBIT:
+        return None
+    return following if following.stable else None
+
+
+def _settling_periods(system: SteadySystem, frequency: float) -> int:
+    """Even number of common periods in which vibrations decay."""
+    cycles = log(1 / SETTLED) / system.decay * frequency if system.decay > 0 else MOST_CYCLES
+    return 2 * ceil(min(max(cycles, FEWEST_CYCLES), MOST_CYCLES) / system.cycles / 2)
 
 
 def _orbit_near(system: SteadySystem, states: np.ndarray, frequency: float) -> OrbitPoint | None:
-    """The orbit of one, else of two mesh cycles near states [m]; None where there is none."""
+    """The orbit of one, else of two common periods near states [m]; None where there is none."""
     for period in (1, 2):
         moved = system.settled(states, frequency, period)
         if np.abs(moved - states).max() < NEAR * system.static_deflection:
@@ -115,7 +132,7 @@ def _orbit_near(system: SteadySystem, states: np.ndarray, frequency: float) -> O
 
 
 def _is_subharmonic(system: SteadySystem, point: OrbitPoint) -> bool:
-    """Whether an orbit of two mesh cycles is none of a single one."""
+    """Whether an orbit of two common periods is none of a single one."""
     return bool(np.abs(_shifted(system, point) - point.unknowns).max() > SAME)
 
 
@@ -123,21 +140,22 @@ def _through(system: SteadySystem, start: OrbitPoint, within: Range) -> Branch:
     """The branch through an orbit, in the direction of rising speed at that orbit."""
     start = start if start.tangent[-1] > 0 else reversed_point(start)
     orbits = PeriodicOrbits(system, start.period)
-    forwards = traced(orbits, start, within, Ending(system, start))
-    backwards = traced(orbits, reversed_point(start), within, Ending(system, start))
+    with announced("following a branch of steady states"):
+        forwards = traced(orbits, start, within, Ending(system, start))
+        backwards = traced(orbits, reversed_point(start), within, Ending(system, start))
     points = [reversed_point(point) for point in backwards.points[:0:-1]] + forwards.points
     return Branch(points, start.period, forwards.complete and backwards.complete)
 
 
 class Ending:
-    """Whether a subharmonic branch has passed the orbits of one mesh cycle from which it came."""
+    """Whether a subharmonic branch has passed the orbits of one common period from which it came."""
 
     def __init__(self, system: SteadySystem, start: OrbitPoint):
         self.system, self.merged = system, False
         self.last = self._difference(start)
 
     def _difference(self, point: OrbitPoint) -> np.ndarray:
-        """(2 n,) change of the states over a mesh cycle, over the static deflection; 0 for orbits of one cycle."""
+        """(2 n,) change of the states over a common period, over the static deflection; 0 for orbits of one period."""
         if point.period == 1:
             return np.zeros(0)
         return _shifted(self.system, point)[:-1] - point.unknowns[:-1]
@@ -150,7 +168,7 @@ class Ending:
 
 
 def _shifted(system: SteadySystem, point: OrbitPoint) -> np.ndarray:
-    """Unknowns of an orbit one mesh cycle later."""
+    """Unknowns of an orbit one common period later."""
     orbits = PeriodicOrbits(system, point.period)
     states = system.settled(orbits.states_of(point.unknowns), orbits.frequency_of(point.unknowns), 1)
     return np.append(states / system.static_deflection, point.unknowns[-1])
@@ -182,7 +200,7 @@ def _passes(branch: Branch, unknowns: np.ndarray, system: SteadySystem) -> bool:
 
 
 def _subharmonic(system: SteadySystem, branches: list[Branch], within: Range) -> list[Branch]:
-    """Branches of two mesh cycles from the period doublings of the last branch."""
+    """Branches of two common periods from the period doublings of the last branch."""
     new: list[Branch] = []
     doublings = branches[-1].doublings
     for doubling in doublings:
@@ -196,7 +214,7 @@ def _subharmonic(system: SteadySystem, branches: list[Branch], within: Range) ->
 
 
 def _doubled(system: SteadySystem, doubling: OrbitPoint, within: Range, doublings: list[OrbitPoint]) -> Branch | None:
-    """The branch of two mesh cycles that leaves a period doubling, and ends at another if it does."""
+    """The branch of two common periods that leaves a period doubling, and ends at another if it does."""
     values, vectors = np.linalg.eig(doubling.jacobian[:, :-1])
     nearest = int(np.abs(values + 2.0).argmin())
     direction = np.append(vectors[:, nearest].real, 0.0)
@@ -209,7 +227,8 @@ def _doubled(system: SteadySystem, doubling: OrbitPoint, within: Range, doubling
     else:
         return None
     ending = Ending(system, start)
-    trace = traced(orbits, start, within, ending)
+    with announced("following a branch of two periods"):
+        trace = traced(orbits, start, within, ending)
     first = replace(doubling, period=2, bifurcation="", tangent=direction)
     points = [first, *trace.points]
     if ending.merged:

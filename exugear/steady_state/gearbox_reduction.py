@@ -1,59 +1,102 @@
-"""Reduction of a built gearbox to the mesh that excites it: linear about its equilibrium but for the law of that mesh.
+"""Reduction of a built gearbox to the meshes that excite it: linear about its equilibrium but for their force laws.
 
-The linear system keeps all coordinates. Bearings and couplings have their tangent stiffness under the load, the other
-meshes their mean tangent stiffness over the mesh cycle; gyroscopic terms are those in the middle of the speed range.
-The potential of the mesh depends on deflection, phase and misalignment, which depend linearly on the coordinates; it
-has the centre distance and the axial offset of the equilibrium, and expands the misalignment to first order about it.
-The mean of what this leaves out, the tilting stiffness of the mesh, belongs to the linear system.
+The linear system keeps all coordinates. Bearings and couplings have their tangent stiffness under the load, all further
+meshes their mean tangent stiffness over the mesh cycle; gyroscopic terms grow with the speed.
+The potential of a mesh that excites depends on deflection, phase and misalignment, which depend linearly on the
+coordinates; it has the centre distance and the axial offset of the equilibrium, and expands the misalignment to first
+order about it. The mean of what this leaves out belongs to the linear system: the tilting stiffness of the mesh, and
+the geometric stiffness by which the mean force changes its direction with the shafts.
 """
 
-from math import acos
+from collections.abc import Sequence
+from fractions import Fraction
+from math import acos, lcm
 
 import numpy as np
 
 from exugear.force_table.layout import OFFSETS
 from exugear.mesh_force.force import MeshForce
 from exugear.modes.linear_system import linear_gearbox
-from exugear.modes.mesh_tangents import mesh_tangent
+from exugear.modes.mesh_tangents import MeshTangent, mesh_tangent
 from exugear.modes.operating_point import loaded
-from exugear.steady_state.mesh_measures import STEP, Measures, measures_of, static_at, tilting_stiffness_at
+from exugear.steady_state.force_error import Reduction
+from exugear.steady_state.mesh_measures import (
+    STEP,
+    Measures,
+    curvature_of,
+    measures_of,
+    static_at,
+    tilting_stiffness_at,
+)
+from exugear.steady_state.orbits.exciting_mesh import ExcitingMesh, MeshEquilibrium
 from exugear.steady_state.orbits.modal_blocks import modal_blocks
-from exugear.steady_state.orbits.steady_system import MeshEquilibrium, SteadySystem
+from exugear.steady_state.orbits.steady_system import SteadySystem
 from exugear.system.drive_and_load import INITIAL
 from exugear.system.model import Mesh, Model
 from fem.gear.involute import involute
 from fem.support.validation import require
 
-#: Number of phases at which the stiffness of the other meshes is compared.
+#: Number of phases at which the stiffness of the further meshes is compared.
 PHASES = 8
+#: Mesh cycles of the common period at most; rounding of ratios of mesh frequencies.
+LONGEST_PERIOD, ROUNDING = 1000, 1e-9
 
 
-def steady_system(model: Model, load: float, stage: int, *, speed: float, drive: str) -> SteadySystem:
-    """The system that the mesh of a stage excites, under a load on the driven shaft [N m].
+def reduced(model: Model, load: float, stages: Sequence[int], *, speed: float, drive: str) -> Reduction:
+    """The gearbox that the meshes of stages excite together, under a load on the driven shaft [N m].
 
-    speed   of the driving shaft [rad/s] at which gyroscopic terms are taken
-    drive   "held": the driving shaft turns as imposed; "free": it turns under a constant torque
+    stages   numbers; the first is the reference
+    speed    of the driving shaft [rad/s] in the middle of the range
+    drive    "held": the driving shaft turns as imposed; "free": it turns under a constant torque
     """
+    cycles = common_period(model, stages)
     with loaded(model, load, drive) as in_equilibrium:
-        system = linear_gearbox(in_equilibrium, [speed], None)
+        system = linear_gearbox(in_equilibrium, [speed, 2 * speed], None)
         q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
-        mesh, others = in_equilibrium.meshes[stage], list(in_equilibrium.meshes)
-        others.remove(mesh)
-        _, tangent = mesh_tangent(model.mbs, mesh.contact, None)
-        variation = max((_variation(model.mbs, each.contact) for each in others), default=0.0)
-    rows, measures = measures_of(model, mesh, q)
-    by_mesh, of_mesh = np.outer(rows[0], rows[0]), np.outer(system.rows[stage], system.rows[stage])
-    law = _law_at(mesh.law, measures.offsets)
-    tilting = _tilting_stiffness(mesh.law, law, float(system.mesh_force[stage]))
-    stiffness = system.stiffness - system.elements[stage].stiffness + tangent.stiffness * by_mesh
-    stiffness = stiffness + tilting * np.outer(rows[2], rows[2])
-    damping = system.damping[0] - tangent.damping * of_mesh
-    mass, stiffness, damping = (system.reduced(matrix) for matrix in (system.mass, stiffness, damping))
-    rows = rows @ system.motions
-    rows = rows if np.abs(rows[1:]).max() > 0 else rows[:1]
-    blocks = modal_blocks(mass, stiffness, damping, rows)
-    equilibrium = _equilibrium(law, mesh, measures, float(system.mesh_force[stage]), float(tangent.stiffness))
-    return SteadySystem(law, blocks, equilibrium, variation)
+        meshes = in_equilibrium.meshes
+        tangents = [mesh_tangent(model.mbs, meshes[stage].contact, None)[1] for stage in stages]
+        further = [mesh for number, mesh in enumerate(meshes) if number not in stages]
+        variation = max((_variation(model.mbs, mesh.contact) for mesh in further), default=0.0)
+    rows, measures = zip(*(measures_of(model, meshes[stage], q) for stage in stages), strict=True)
+    stiffness, damping, exciting = system.stiffness, system.damping[0], []
+    for k, (stage, tangent) in enumerate(zip(stages, tangents, strict=True)):
+        mesh, force = meshes[stage], float(system.mesh_force[stage])
+        law = _law_at(mesh.law, measures[k].offsets)
+        mean = np.diag([tangent.stiffness, 0.0, _tilting_stiffness(mesh.law, law, force)])
+        geometric = force * curvature_of(model, mesh, q)
+        stiffness = stiffness - system.elements[stage].stiffness + rows[k].T @ mean @ rows[k] + geometric
+        damping = damping - tangent.damping * np.outer(system.rows[stage], system.rows[stage])
+        phase = (measures[k].phase - cycles[k] / cycles[0] * measures[0].phase) % 1.0
+        exciting.append(ExcitingMesh(law, _equilibrium(law, mesh, measures[k], force, tangent), phase, cycles[k]))
+    gyroscopic = (system.damping[1] - system.damping[0]) / speed
+    measured = np.array(rows) @ system.motions
+    measured = measured if np.abs(measured[:, 1:]).max() > 0 else measured[:, :1]
+    mass, stiffness, damping, gyroscopic = (system.reduced(x) for x in (system.mass, stiffness, damping, gyroscopic))
+    blocks = modal_blocks(mass, stiffness, damping, measured, gyroscopic)
+    mesh_cycles = float(model.mesh_cycles[stages[0]])
+    reduced = SteadySystem(tuple(exciting), blocks, speed, mesh_cycles, variation)
+    return Reduction(reduced, [*stages], q, system.motions, -measures[0].phase / mesh_cycles)
+
+
+def exciting_stages(model: Model, stages: Sequence[int]) -> list[int]:
+    """Numbers of stages, followed by those that share a mesh frequency with them."""
+    frequencies = model.mesh_cycles
+    shared = np.isclose(frequencies[:, None], frequencies[[*stages]], ROUNDING, 0.0).any(axis=1)
+    return [*stages, *(int(number) for number in np.flatnonzero(shared) if number not in stages)]
+
+
+def common_period(model: Model, stages: Sequence[int]) -> list[int]:
+    """Numbers of mesh cycles of stages in their shortest common period.
+
+    Raises ValueError where it takes more than `LONGEST_PERIOD` cycles of the first of them.
+    """
+    cycles = model.mesh_cycles[[*stages]] / model.mesh_cycles[stages[0]]
+    ratios = [Fraction(x).limit_denominator(LONGEST_PERIOD) for x in cycles]
+    period = lcm(*(ratio.denominator for ratio in ratios))
+    common = period <= LONGEST_PERIOD and np.allclose([float(ratio) for ratio in ratios], cycles, ROUNDING, 0.0)
+    shorter = f"stage must hold stages with a common period of at most {LONGEST_PERIOD} mesh cycles"
+    require(common, f"{shorter}, got {[*stages]}; take fewer of them at a time")
+    return [int(period * ratio) for ratio in ratios]
 
 
 def _variation(mbs, contact: int) -> float:
@@ -62,15 +105,15 @@ def _variation(mbs, contact: int) -> float:
     return float(np.ptp(stiffness) / 2 / np.mean(stiffness))
 
 
-def _equilibrium(law: MeshForce, mesh: Mesh, measures: Measures, force: float, stiffness: float) -> MeshEquilibrium:
-    """The equilibrium of a mesh at its measures, with a force [N] and a mean stiffness [N/m]."""
+def _equilibrium(law: MeshForce, mesh: Mesh, measures: Measures, force: float, tangent: MeshTangent) -> MeshEquilibrium:
+    """The equilibrium of a mesh at its measures, with a force [N] and its mean tangent."""
     side, opening = 1.0 if force > 0 else -1.0, _opening(mesh, measures.offsets)
     phase, deflection = measures.phase, measures.deflection
     if side < 0:
         phase, deflection = law.back_phase - phase, -(deflection + law.backlash) - 2 * opening
     static = static_at(law.table.head, phase, deflection)
     slopes = {"by_phase": side * static.by_phase, "by_misalignment": static.by_lever}
-    return MeshEquilibrium(force, measures.deflection, stiffness, **slopes, opening=opening, side=side)
+    return MeshEquilibrium(force, measures.deflection, tangent.stiffness, **slopes, opening=opening, side=side)
 
 
 def _law_at(law: MeshForce, offsets: dict[str, float]) -> MeshForce:

@@ -1,5 +1,7 @@
 """Measures of a mesh at coordinates of its gearbox: phase and offsets, with their slopes by the coordinates."""
 
+from collections.abc import Callable
+from itertools import combinations_with_replacement
 from typing import NamedTuple
 
 import numpy as np
@@ -13,8 +15,8 @@ from exugear.force_table.potential import potential
 from exugear.system.model import Mesh, Model
 from fem.support.numba_cache import kept
 
-#: Step of differences in the coordinates [m, rad].
-STEP = 1e-6
+#: Steps of first and of second differences in the coordinates [m, rad].
+STEP, LONG_STEP = 1e-6, 1e-4
 
 
 class Measures(NamedTuple):
@@ -59,6 +61,30 @@ def measures_of(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Me
     """Rows (3, n_coordinates) of deflection, phase and misalignment, and the measures at coordinates q."""
     if not is_spatial(mesh.frame):
         return _measures_of_spins(model, mesh, q)
+    at, indices = _measured(model, mesh)
+    rows = np.zeros((3, q.size))
+    for index in indices:
+        step = STEP * np.eye(q.size)[index]
+        rows[:, index] = ((at(q + step) - at(q - step)) / (2 * STEP))[:3]
+    deflection, phase, misalignment, a, axial = at(q).tolist()
+    return rows, Measures(deflection, phase, {"a": a, "misalignment": misalignment, "axial": axial})
+
+
+def curvature_of(model: Model, mesh: Mesh, q: np.ndarray) -> np.ndarray:
+    """(n_coordinates, n_coordinates) second derivatives of the deflection by the coordinates, at coordinates q."""
+    curvature = np.zeros((q.size, q.size))
+    if not is_spatial(mesh.frame):
+        return curvature
+    at, indices = _measured(model, mesh)
+    steps = LONG_STEP * np.eye(q.size)
+    for i, j in combinations_with_replacement(indices, 2):
+        corners = ((a * b, at(q + a * steps[i] + b * steps[j])[0]) for a in (-1, 1) for b in (-1, 1))
+        curvature[i, j] = curvature[j, i] = sum(sign * deflection for sign, deflection in corners) / (4 * LONG_STEP**2)
+    return curvature
+
+
+def _measured(model: Model, mesh: Mesh) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
+    """Measures of a mesh in space, as `spatial_measures`, by the coordinates; indices of those that they depend on."""
     shafts = mesh.stage.fast, mesh.stage.slow
     components = [model.plan.shafts[shaft.name].components for shaft in shafts]
     spins = [model.spins[shaft.name] for shaft in shafts]
@@ -71,13 +97,7 @@ def measures_of(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Me
         bodies = (tuple(row) for row in displacements.tolist())
         return np.array(spatial_measures(mesh.law.table.head, mesh.frame, *bodies))
 
-    rows = np.zeros((3, q.size))
-    for index in np.concatenate(indices):
-        step = np.zeros_like(q)
-        step[index] = STEP
-        rows[:, index] = ((at(q + step) - at(q - step)) / (2 * STEP))[:3]
-    deflection, phase, misalignment, a, axial = at(q).tolist()
-    return rows, Measures(deflection, phase, {"a": a, "misalignment": misalignment, "axial": axial})
+    return at, np.concatenate(indices)
 
 
 def _measures_of_spins(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:

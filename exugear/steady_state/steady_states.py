@@ -1,18 +1,21 @@
 """Steady states of a gearbox over the speed."""
 
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
 from exugear.operation.train_motion import HIGHEST_SPEED
 from exugear.steady_state.branch_data import labelled
-from exugear.steady_state.branch_search import all_branches
+from exugear.steady_state.branch_search import Branch, all_branches
 from exugear.steady_state.continuation import Range
-from exugear.steady_state.gearbox_reduction import check_reducible, steady_system
+from exugear.steady_state.force_error import Reduction, force_error
+from exugear.steady_state.gearbox_reduction import check_reducible, exciting_stages, reduced
+from exugear.steady_state.orbits.periodic_orbit import PeriodicOrbits
 from exugear.system.model import Model
 from fem.support.arguments import checked
+from fem.support.progress import shown
 from fem.support.validation import numbers, require, require_within, text_of
 
 #: Resonance of the mesh over the lowest mesh frequency: below, the DTE is the STE but for its vibration after jumps.
@@ -20,8 +23,6 @@ SLOWEST = 32
 #: Multiples of the mesh frequency up to which harmonics are given, at most.
 MOST_HARMONICS = 100
 DRIVES = "held", "free"
-#: Relative variation of the stiffness of another mesh above which it excites; difference of equal mesh frequencies.
-LEAST_VARIATION, SAME_FREQUENCY = 1e-3, 1e-9
 
 
 def check_range(name: str, value) -> None:
@@ -32,65 +33,100 @@ def check_range(name: str, value) -> None:
     require(bool(in_range), f"{name} must be (lowest, highest) with {limits}, got {text_of(value)}")
 
 
+def check_stages(name: str, value) -> None:
+    """ValueError unless the value is a number of a stage, or holds different ones."""
+    stages = numbers(name, value)
+    whole = stages.ndim <= 1 and stages.size > 0 and (stages == np.floor(stages)).all() and (stages >= 0).all()
+    different = np.unique(stages).size == stages.size
+    require(bool(whole and different), f"{name} must be the number of a stage, or different ones, got {text_of(value)}")
+
+
 @checked
 def steady_states(
     model: Model,
     speed: Annotated[Sequence[float], check_range],
     load: float,
     *,
-    stage: int = 0,
+    stage: Annotated[int | Sequence[int], check_stages] = 0,
     drive: str = "held",
     harmonics: int = 10,
+    progress: bool = True,
 ) -> xr.Dataset:
     """All periodic steady states of a gearbox over a range of speed, unstable ones included.
 
     speed       lowest and highest speed of the driving shaft [rad/s]; the lowest is raised to the speed at which the
                 mesh frequency is 1/32 of the resonance of the mesh (attribute "lowest_speed")
     load        constant torque on the driven shaft against its motion at positive speed [N m]
-    stage       number of the stage whose mesh excites the gearbox
+    stage       number of the stage whose mesh excites the gearbox, or numbers of stages whose meshes excite it
+                together; stages with the same mesh frequency, as beside an idler, excite it as well
     drive       "held": the driving shaft turns at constant speed; "free": under a constant torque
     harmonics   multiples of the mesh frequency up to which harmonics of the DTE are given
+    progress    show bars with the time left
 
-    The equations are those of a run: the force law of the stage with its damping, contact loss and back flank. All else
-    is linear about the equilibrium under the load (`exugear.steady_state.gearbox_reduction`): exact for shafts that
-    spin with a single stage. The other meshes have their mean stiffness and excite nothing; the attribute
-    "variation_of_other_meshes" is half the range of their stiffness over its mean.
+    The equations are those of a run: the force laws of these stages with their damping, contact loss and back flanks.
+    All else is linear about the equilibrium under the load (`exugear.steady_state.gearbox_reduction`): exact for shafts
+    that spin if all stages excite. The further meshes have their mean stiffness; the attribute
+    "variation_of_other_meshes" is half the range of their stiffness over its mean. Stages of different mesh frequencies
+    repeat only after a common period (attribute "common_period" in mesh cycles of the first), on which the time of
+    computing depends: a revolution of the shaft between two stages, for most numbers of teeth.
+
+    The attribute "force_error" compares the mesh forces at the motion with those of the whole laws: the largest rms of
+    the difference over the period, over the mean force, among the largest orbits of the branches;
+    "share_of_modes_left_out" is the largest in the compliance or the mobility of a mesh.
 
     Returns a Dataset over `point`, along each `branch`: speed [rad/s], mesh_frequency [Hz], mean, rms, peak_to_peak [m]
     of the DTE, harmonics (point, harmonic) [m] with harmonic_phase [rad], smallest_force, largest_force [N],
-    share_without_contact, period (1 or 2 mesh cycles), stable, largest_multiplier, bifurcation ("fold", "period
-    doubling" or ""). Orbits of one mesh cycle, and isolated ones of two, are reached by sweeps over the speed up and
-    down, the others by continuation. `exugear.plots.plot_branches` draws them.
+    share_without_contact, period (1 or 2 common periods), stable, largest_multiplier, bifurcation ("fold", "period
+    doubling" or ""). Values of a mesh have a further dimension `stage` where several numbers are given. Orbits of one
+    period, and isolated ones of two, are reached by sweeps over the speed up and down, the others by continuation.
+    `exugear.plots.plot_branches` draws them.
 
-    Raises ValueError for input out of range, for friction and drag, for stages with the same mesh frequency as beside
-    an idler, and for loads beyond the maps; RuntimeError where no periodic orbit is reached.
+    Raises ValueError for input out of range, for friction and drag, for stages without a common period, and for loads
+    beyond the maps; RuntimeError where no periodic orbit is reached.
 
     Source: Seydel, Practical bifurcation and stability analysis, 3rd ed. (2010): shooting, continuation by arc length.
     """
     low, high = speed
-    number = len(model.meshes)
-    require(0 <= stage < number, f"stage must be a number from 0 to {number - 1}, got {stage}")
+    number, given = len(model.meshes), np.atleast_1d(stage).astype(int).tolist()
+    require(max(given) < number, f"stage must be a number from 0 to {number - 1}, got {stage}")
     require(drive in DRIVES, f"drive must be one of {DRIVES}, got {drive!r}")
     require_within("harmonics", harmonics, 1, MOST_HARMONICS, remedy="multiples of the mesh frequency")
     check_reducible(model)
-    cycles = float(model.mesh_cycles[stage])
-    system = steady_system(model, load, stage, speed=(low + high) / 2, drive=drive)
-    _check_alone(model, stage, system.variation)
-    lowest = max(low, system.resonance / SLOWEST / cycles)
+    stages = exciting_stages(model, given)
+    cycles = model.mesh_cycles[stages]
+    reduction = reduced(model, load, stages, speed=(low + high) / 2, drive=drive)
+    system = reduction.system
+    lowest = max(low, system.resonance / SLOWEST / cycles[0])
     reached = f"speed must reach beyond {lowest:.4g} rad/s, where the mesh frequency is 1/{SLOWEST} of the resonance"
     require(lowest < high, f"{reached}, got {speed}; below it the DTE is the STE")
-    within = Range(lowest * cycles / system.resonance, high * cycles / system.resonance)
-    branches = all_branches(system, within)
-    broken = [number for number, branch in enumerate(branches) if not branch.complete]
-    about = {"stage": model.gearbox.labels[stage], "load": load, "drive": drive, "lowest_speed": lowest}
-    about |= {"resonance": system.resonance, "static_deflection": system.static_deflection}
-    about |= {"variation_of_other_meshes": system.variation, "broken_branches": broken}
-    return labelled(system, branches, cycles, harmonics).assign_attrs(about)
+    within = Range(lowest * cycles[0] / system.resonance, high * cycles[0] / system.resonance)
+    with shown(progress):
+        branches = all_branches(system, within)
+    data = labelled(system, branches, cycles[: len(given)], harmonics)
+    about = {"load": load, "drive": drive, "lowest_speed": lowest, **_about(model, reduction, branches)}
+    if np.ndim(stage):
+        return data.assign_coords(stage=[model.gearbox.labels[i] for i in given]).assign_attrs(about)
+    return data.isel(stage=0).assign_attrs({"stage": model.gearbox.labels[given[0]], **about})
 
 
-def _check_alone(model: Model, stage: int, variation: float) -> None:
-    """Require that no other stage whose stiffness varies has the mesh frequency of a stage."""
-    frequencies = np.delete(model.mesh_cycles, stage) / model.mesh_cycles[stage]
-    shared = variation > LEAST_VARIATION and bool((np.abs(frequencies - 1) < SAME_FREQUENCY).any())
-    both = "as with an idler: both excite the gearbox together, which is not considered"
-    require(not shared, f"stage must not share its mesh frequency with a stage of varying stiffness, {both}")
+def _about(model: Model, reduction: Reduction, branches: Sequence[Branch]) -> dict[str, Any]:
+    """Attributes of the data: what excites, in which units amplitudes are large, what was left out, and its effect."""
+    system = reduction.system
+    return {
+        "exciting_stages": [model.gearbox.labels[i] for i in reduction.stages],
+        "common_period": system.cycles,
+        "resonance": system.resonance,
+        "static_deflection": system.static_deflection,
+        "variation_of_other_meshes": system.variation,
+        "share_of_modes_left_out": system.blocks.left_out,
+        "force_error": max(_force_errors(model, reduction, branches)),
+        "broken_branches": [number for number, branch in enumerate(branches) if not branch.complete],
+    }
+
+
+def _force_errors(model: Model, reduction: Reduction, branches: Sequence[Branch]) -> Iterator[float]:
+    """`force_error` of the largest orbit of every branch."""
+    for branch in branches:
+        point = max(branch.points, key=lambda point: float(np.abs(point.unknowns[:-1]).max()))
+        orbits = PeriodicOrbits(reduction.system, branch.period)
+        yield force_error(model, reduction, orbits.states_of(point.unknowns), orbits.frequency_of(point.unknowns))

@@ -1,8 +1,9 @@
-"""Compiled motion over mesh cycles: the linear system moves exactly, the mesh force acts in the middle of each step.
+"""Compiled motion over a common period of the meshes: the linear system moves exactly, mesh forces act at mid-step.
 
-Splitting after Strang: half a step of the linear part with the mean mesh stiffness, an impulse of the remaining mesh
-force, half a step of the linear part. Second order, stable for all modes that the mesh hardly moves. Steps meet the
-phases at which the force jumps.
+Splitting after Strang: half a step of the linear part with the mean mesh stiffnesses, an impulse of the remaining force
+of every mesh, half a step of the linear part. Meshes act in turn, in the reverse order in every second step, so that
+the splitting stays of second order. It is stable for all modes that the meshes hardly move. Steps meet the phases at
+which a force jumps.
 """
 
 from math import cos, exp, pi, sin
@@ -18,10 +19,11 @@ from fem.support.numba_cache import compiled, kept
 
 #: A mesh about its equilibrium: force [N], deflection [m] and mean stiffness [N/m], which the linear system contains;
 #: slopes of the potential by phase [N m per pitch] and misalignment [N m]; opening of the flanks by the displaced
-#: bearings [m]; mobility [1/kg] along the line of action; side of the loaded flank, +1 or -1.
+#: bearings [m]; side of the loaded flank, +1 or -1; phase at the beginning of the common period, and number of mesh
+#: cycles in it; mobility [1/kg] along the line of action.
 STEADY_MESH = record_type(
     *((name, "f8") for name in ("force", "deflection", "stiffness", "by_phase", "by_misalignment")),
-    *((name, "f8") for name in ("opening", "mobility", "side")),
+    *((name, "f8") for name in ("opening", "side", "phase", "cycles", "mobility")),
 )
 steady_mesh_at = reader(STEADY_MESH)
 #: Number of measures of a mesh: deflection [m], phase, misalignment [rad], less those of the equilibrium.
@@ -80,30 +82,23 @@ def impulse_of(table, mesh, phase, deflection, misalignment, rate, step):
 
 
 @compiled
-def dot(row, states):
-    """Sum of products."""
+def dot(rows, k, row, states):
+    """Product of a row of mesh k with the states."""
     total = 0.0
     for j in range(states.size):
-        total += row[j] * states[j]
+        total += rows[k, row, j] * states[j]
     return total
 
 
 @compiled
-def strike(states, by_impulses, impulse):
-    """Change states by the impulses of the mesh."""
+def strike(states, rows, k, measured, impulse):
+    """Change states by the impulses of mesh k."""
     for j in range(states.size):
-        states[j] += impulse.value * by_impulses[0, j]
-    if len(by_impulses) > 1:
+        states[j] += impulse.value * rows[k, 1 + measured, j]
+    if measured > 1:
         for j in range(states.size):
-            states[j] += impulse.on_phase * by_impulses[1, j] + impulse.on_misalignment * by_impulses[2, j]
-
-
-@compiled
-def keep(samples, number, deflection, impulse):
-    """Write a sample, unless there are none to write; the number of the next one."""
-    if len(samples) > 0:
-        samples[number, 0], samples[number, 1], samples[number, 2] = deflection, impulse.force, impulse.static_force
-    return number + 1
+            tilt = impulse.on_misalignment * rows[k, 3 + measured, j]
+            states[j] += impulse.on_phase * rows[k, 2 + measured, j] + tilt
 
 
 @compiled
@@ -120,17 +115,17 @@ def drift(propagators, states, matrix):
 
 
 @compiled
-def push(measures, rate_row, by_impulses, impulse, matrix, changes):
-    """Change the columns of a matrix (2 n, m) by the slopes of an impulse; changes (3, m): those of the impulses."""
-    number = len(measures)
+def push(rows, k, measured, impulse, matrix, changes):
+    """Change the columns of a matrix (2 n, c) by the slopes of the impulses of mesh k; changes (3, c): theirs."""
     changes[:] = 0.0
     for j in range(matrix.shape[0]):
-        row = matrix[j]
-        slope = impulse.by_deflection * measures[0, j] + impulse.by_rate * rate_row[j]
-        if number > 1:
-            slope += impulse.by_phase * measures[1, j] + impulse.by_misalignment * measures[2, j]
-            on_phase = impulse.by_phase * measures[0, j]
-            on_misalignment = impulse.by_misalignment * measures[0, j] + impulse.moment_slope * measures[2, j]
+        row, deflection = matrix[j], rows[k, 1, j]
+        slope = impulse.by_deflection * deflection + impulse.by_rate * rows[k, 0, j]
+        if measured > 1:
+            phase, misalignment = rows[k, 2, j], rows[k, 3, j]
+            slope += impulse.by_phase * phase + impulse.by_misalignment * misalignment
+            on_phase = impulse.by_phase * deflection
+            on_misalignment = impulse.by_misalignment * deflection + impulse.moment_slope * misalignment
             for i in range(matrix.shape[1]):
                 changes[1, i] += on_phase * row[i]
                 changes[2, i] += on_misalignment * row[i]
@@ -138,10 +133,10 @@ def push(measures, rate_row, by_impulses, impulse, matrix, changes):
             changes[0, i] += slope * row[i]
     for j in range(matrix.shape[0]):
         row = matrix[j]
-        for k in range(number):
-            yielding = by_impulses[k, j]
+        for m in range(measured):
+            yielding = rows[k, 1 + measured + m, j]
             for i in range(matrix.shape[1]):
-                row[i] += yielding * changes[k, i]
+                row[i] += yielding * changes[m, i]
 
 
 @kept
@@ -165,39 +160,51 @@ def propagators(first, second, oscillating, pieces):
     return matrices
 
 
+@compiled
+def meshed(addresses, rows, time, step, states, matrix, changes, samples, number, k):
+    """Apply the impulse of mesh k in the middle of a step [s], at a time over the common period."""
+    table, mesh = table_at(addresses[k, 0]), steady_mesh_at(addresses[k, 1])
+    measured = (rows.shape[1] - 1) // 2
+    deflection, rate = mesh.deflection + dot(rows, k, 1, states), dot(rows, k, 0, states)
+    phase, misalignment = mesh.phase + mesh.cycles * time, 0.0
+    if measured > 1:
+        phase += dot(rows, k, 2, states)
+        misalignment = dot(rows, k, 3, states)
+    impulse = impulse_of(table, mesh, phase, deflection, misalignment, rate, step)
+    strike(states, rows, k, measured, impulse)
+    if matrix.shape[1] > 0:
+        push(rows, k, measured, impulse, matrix, changes)
+    if len(samples) > 0:
+        sample = samples[number, k]
+        sample[0], sample[1], sample[2] = deflection, impulse.force, impulse.static_force
+
+
 @kept
 def advance(addresses, rows, pieces, propagators, states, matrix, samples):
-    """Move states (2 n,) over the pieces of a cycle, and the columns of a matrix (2 n, m; m = 0: none) with them.
+    """Move states (2 n,) over the pieces of a common period, and the columns of a matrix (2 n, c; c = 0: none) as well.
 
-    addresses     (2,) of the head of a table and of a `STEADY_MESH`
-    rows          (2 k + 1, 2 n): rate of the deflection by the states; k measures by the states, k = 1 or 3; states by
-                  unit impulses on the measures
-    pieces        (p, 4) first phase, length in phase, number of steps, step [s]
+    addresses     (m, 2) of the head of a table and of a `STEADY_MESH`, of every mesh
+    rows          (m, 2 k + 1, 2 n) of every mesh: rate of the deflection by the states; k measures by the states, k = 1
+                  or 3; states by unit impulses on the measures
+    pieces        (p, 4) beginning and length over the common period, number of steps, step [s]
     propagators   (p, 2, n, 2, 2) over half a step and over a step
-    samples       (s, 3) deflection [m], force and static force [N] in the middle of each step; s = 0: none
+    samples       (s, m, 3) deflection [m], force and static force [N] in the middle of each step; s = 0: none
     """
-    table, mesh = table_at(addresses[0]), steady_mesh_at(addresses[1])
-    number = (len(rows) - 1) // 2
-    rate_row, measures, by_impulses = rows[0], rows[1 : 1 + number], rows[1 + number :]
-    sample, changes, values = 0, np.zeros((MEASURES, matrix.shape[1])), np.zeros(MEASURES)
+    number, changes = 0, np.zeros((MEASURES, matrix.shape[1]))
     for p in range(len(pieces)):
         first, length, steps, step = pieces[p, 0], pieces[p, 1], int(pieces[p, 2]), pieces[p, 3]
         half, whole = propagators[p, 0], propagators[p, 1]
         drift(half, states, matrix)
         for i in range(steps):
-            rate = dot(rate_row, states)
-            for k in range(number):
-                values[k] = dot(measures[k], states)
-            deflection, phase = mesh.deflection + values[0], first + length * (i + 0.5) / steps + values[1]
-            impulse = impulse_of(table, mesh, phase, deflection, values[2], rate, step)
-            strike(states, by_impulses, impulse)
-            if matrix.shape[1] > 0:
-                push(measures, rate_row, by_impulses, impulse, matrix, changes)
-            sample = keep(samples, sample, deflection, impulse)
+            time = first + length * (i + 0.5) / steps
+            for k in range(len(addresses)):
+                in_turn = k if number % 2 == 0 else len(addresses) - 1 - k
+                meshed(addresses, rows, time, step, states, matrix, changes, samples, number, in_turn)
+            number += 1
             drift(half if i == steps - 1 else whole, states, matrix)
 
 
-NO_SAMPLES = np.zeros((0, 3))
+NO_SAMPLES = np.zeros((0, 0, 3))
 
 
 @kept

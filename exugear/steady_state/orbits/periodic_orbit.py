@@ -1,7 +1,7 @@
 """Periodic orbits of a steady system: residual, Newton's iteration, Floquet multipliers.
 
-A point holds the unknowns u = (states at the beginning of a mesh cycle over the static deflection, mesh frequency over
-the resonance); it solves: the states after `period` mesh cycles are those at the beginning.
+A point holds the unknowns u = (states at the beginning of the common period of the meshes over the static deflection,
+mesh frequency over the resonance); it solves: the states after `period` common periods are those at the beginning.
 """
 
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ class OrbitPoint:
 
     unknowns     (2 n + 1,) states over the static deflection, mesh frequency over the resonance
     jacobian     (2 n, 2 n + 1) of the residual by the unknowns
-    period       in mesh cycles
+    period       in common periods
     tangent      (2 n + 1,) of the branch, of length 1
     bifurcation  "fold", "period doubling" or ""
     effort       of Newton's method, in iterations with a new jacobian
@@ -57,7 +57,7 @@ class OrbitPoint:
 
 @dataclass(frozen=True, eq=False)
 class PeriodicOrbits:
-    """The equations of the periodic orbits of a system, of a period in mesh cycles."""
+    """The equations of the periodic orbits of a system, of a period in common periods of its meshes."""
 
     system: SteadySystem
     period: int = 1
@@ -78,7 +78,7 @@ class PeriodicOrbits:
     def linearized(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(2 n,) residual and its jacobian (2 n, 2 n + 1)."""
         scale, states, frequency = self.system.static_deflection, self.states_of(u), self.frequency_of(u)
-        end = self.system.cycles_end(states, frequency, self.period)
+        end = self.system.periods_end(states, frequency, self.period)
         by_frequency = self.system.slope_by_frequency(states, end.states, frequency, self.period)
         by_unknown = by_frequency * self.system.resonance / scale
         jacobian = np.column_stack([end.slopes - np.eye(states.size), by_unknown])

@@ -1,16 +1,16 @@
-"""The equations of a steady state: a linear system in modal blocks, excited by the nonlinear force of a single mesh."""
+"""The equations of a steady state: a linear system in modal blocks, excited by the nonlinear forces of meshes."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import isfinite, pi
+from math import pi
 from typing import NamedTuple
 
 import numpy as np
 
-from exugear.force_table.kernel_records import address_of, record_of
-from exugear.mesh_force.force import MeshForce
+from exugear.force_table.kernel_records import address_of
 from exugear.mesh_force.map_range import beyond_map
-from exugear.steady_state.orbits.cycle_kernels import NO_SAMPLES, STEADY_MESH, advance, propagators
+from exugear.steady_state.orbits.cycle_kernels import NO_SAMPLES, advance, propagators
+from exugear.steady_state.orbits.exciting_mesh import ExcitingMesh, times_between_jumps
 from exugear.steady_state.orbits.modal_blocks import ModalBlocks
 
 #: Least number of steps in a mesh cycle, and in a period of a mode that takes part in the whole mobility of the mesh; a
@@ -18,21 +18,19 @@ from exugear.steady_state.orbits.modal_blocks import ModalBlocks
 STEPS_PER_CYCLE, STEPS_PER_PERIOD = 512, 320
 #: Share of a mode in the mobility of the mesh above which a sweep waits for its decay.
 RESOLVED_SHARE = 0.02
-#: Phases closer than this are the same.
-SAME_PHASE = 1e-9
-#: Relative change of the frequency for the slope of a cycle by it.
+#: Relative change of the frequency for the slope of a period by it.
 FREQUENCY_STEP = 1e-6
 
 
-class CycleEnd(NamedTuple):
-    """States (2 n,) at the end of mesh cycles [m], and their slopes (2 n, 2 n) by those at the beginning."""
+class PeriodEnd(NamedTuple):
+    """States (2 n,) at the end of common periods [m], and their slopes (2 n, 2 n) by those at the beginning."""
 
     states: np.ndarray
     slopes: np.ndarray
 
 
 class Orbit(NamedTuple):
-    """Samples over the period: weight, phase in mesh cycles, deflection [m], mesh force and static force [N]."""
+    """Samples of a mesh over a period: weight, phase in mesh cycles, deflection [m], mesh and static force [N]."""
 
     weight: np.ndarray
     phase: np.ndarray
@@ -41,140 +39,177 @@ class Orbit(NamedTuple):
     static_force: np.ndarray
 
 
-class MeshEquilibrium(NamedTuple):
-    """A mesh in equilibrium: force [N], deflection [m], mean stiffness over the mesh cycle [N/m].
-
-    by_phase, by_misalignment   slopes of its potential [N m per pitch, N m]
-    opening                     of the flanks by the displaced bearings [m]
-    side                        of the loaded flank: +1 driving, -1 back flank
-    """
-
-    force: float
-    deflection: float
-    stiffness: float
-    by_phase: float = 0.0
-    by_misalignment: float = 0.0
-    opening: float = 0.0
-    side: float = 1.0
-
-
 @dataclass(frozen=True, eq=False)
-class SteadySystem:
-    """A mesh in its linear surroundings, at constant speed: its phase is a known function of time.
+class LinearMotion:
+    """The linear system at a speed.
 
-    law          force law without offsets
-    blocks       linear system, the mesh with its mean stiffness; measures of the mesh: deflection alone, or deflection,
-                 phase and misalignment
-    equilibrium  in which the states are 0
-    variation    of the stiffness of any other mesh over its cycle, over its mean, which the linear system contains
+    blocks    of the system at this speed
+    rows      (m, 2 k + 1, 2 n) as `cycle_kernels.advance`
+    matrix    (2 n, 2 n) states of the system = matrix . states of the blocks
+    inverse   of the matrix
     """
 
-    law: MeshForce
     blocks: ModalBlocks
-    equilibrium: MeshEquilibrium
-    variation: float = 0.0
-    mesh: np.record = field(init=False, repr=False)
-    addresses: np.ndarray = field(init=False, repr=False)
-    rows: np.ndarray = field(init=False, repr=False)
-    breaks: np.ndarray = field(init=False, repr=False)
-
-    def __post_init__(self):
-        mesh = record_of(STEADY_MESH, mobility=self.blocks.mobility, **self.equilibrium._asdict())
-        object.__setattr__(self, "mesh", mesh)
-        object.__setattr__(self, "addresses", np.array([address_of(self.law.table), address_of(mesh)]))
-        blocks = self.blocks
-        tables = [blocks.rate_row[None], blocks.measures, blocks.by_impulses]
-        object.__setattr__(self, "rows", np.concatenate([x.reshape(len(x), -1) for x in tables]))
-        object.__setattr__(self, "breaks", _phases_of_jumps(self.law))
-
-    @property
-    def size(self) -> int:
-        """Number of states."""
-        return self.rows.shape[1]
-
-    @cached_property
-    def resonance(self) -> float:
-        """Frequency [Hz] of the mode that strains the mesh most: with the largest share in its compliance."""
-        frequencies = self.blocks.frequencies
-        oscillating = frequencies > 0
-        compliances = self.blocks.shares[oscillating] / frequencies[oscillating] ** 2
-        return float(frequencies[oscillating][compliances.argmax()] / (2 * pi))
-
-    @cached_property
-    def resolved(self) -> float:
-        """Highest frequency [Hz] of the modes times the roots of their shares in the mobility of the mesh."""
-        return float((self.blocks.frequencies * np.sqrt(self.blocks.shares)).max() / (2 * pi))
-
-    @cached_property
-    def static_deflection(self) -> float:
-        """Mean static deflection [m] by the mean stiffness, the unit of amplitudes."""
-        return abs(self.equilibrium.force) / self.equilibrium.stiffness
-
-    @cached_property
-    def decay(self) -> float:
-        """Rate of decay [1/s] of the slowest mode that the mesh moves, with the mean damping of the mesh."""
-        resolved = self.blocks.shares > RESOLVED_SHARE
-        by_mesh = self.law.damping * self.blocks.mobility * self.blocks.shares / 2
-        return float((by_mesh - self.blocks.first)[resolved].min())
-
-    def pieces(self, frequency: float) -> np.ndarray:
-        """(p, 4) pieces of a cycle between jumps of the force, as `cycle_kernels.advance`; mesh frequency [Hz]."""
-        steps = max(STEPS_PER_CYCLE, STEPS_PER_PERIOD * self.resolved / frequency)
-        lengths = np.diff(self.breaks)
-        numbers = np.ceil(steps * lengths)
-        return np.column_stack([self.breaks[:-1], lengths, numbers, lengths / numbers / frequency])
-
-    def cycles_end(self, states: np.ndarray, frequency: float, cycles: int) -> CycleEnd:
-        """The states after a number of mesh cycles, with their slopes."""
-        return self._advanced(states, np.eye(self.size), self.pieces(frequency), cycles)
-
-    def slope_by_frequency(self, states: np.ndarray, end: np.ndarray, frequency: float, cycles: int) -> np.ndarray:
-        """(2 n,) slope [m/Hz] of the states after a number of cycles, which are end, by the frequency."""
-        change, pieces = FREQUENCY_STEP * frequency, self.pieces(frequency)
-        pieces[:, 3] /= 1 + FREQUENCY_STEP
-        return (self._advanced(states, np.zeros((self.size, 0)), pieces, cycles).states - end) / change
-
-    def settled(self, states: np.ndarray, frequency: float, cycles: int) -> np.ndarray:
-        """The states after a number of cycles, without slopes."""
-        return self._advanced(states, np.zeros((self.size, 0)), self.pieces(frequency), cycles).states
-
-    def orbit(self, states: np.ndarray, frequency: float, cycles: int) -> Orbit:
-        """Samples over a number of cycles."""
-        pieces = self.pieces(frequency)
-        numbers = pieces[:, 2].astype(int)
-        moved, blocks, tables = states.copy(), self.propagators(pieces), []
-        for _ in range(cycles):
-            samples = np.zeros((numbers.sum(), 3))
-            self._call(moved, np.zeros((self.size, 0)), pieces, blocks, samples)
-            tables.append(samples)
-        middles = [a + x * (np.arange(n) + 0.5) / n for (a, x), n in zip(pieces[:, :2], numbers, strict=True)]
-        phase = np.concatenate(middles)
-        weight = np.tile(np.repeat(pieces[:, 1] / numbers, numbers), cycles) / cycles
-        phases = np.concatenate([phase + k for k in range(cycles)])
-        return Orbit(weight, phases, *np.concatenate(tables).T)
+    rows: np.ndarray
+    matrix: np.ndarray
+    inverse: np.ndarray
 
     def propagators(self, pieces: np.ndarray) -> np.ndarray:
         """Matrices of the blocks over the steps of the pieces."""
         return propagators(self.blocks.first, self.blocks.second, self.blocks.oscillating, pieces)
 
-    def _advanced(self, states: np.ndarray, matrix: np.ndarray, pieces: np.ndarray, cycles: int) -> CycleEnd:
-        moved, blocks = states.copy(), self.propagators(pieces)
-        for _ in range(cycles):
-            self._call(moved, matrix, pieces, blocks, NO_SAMPLES)
-        return CycleEnd(moved, matrix)
 
-    def _call(self, states, matrix, pieces, blocks, samples) -> None:
+def linear_motion(blocks: ModalBlocks, change: float) -> LinearMotion:
+    """The linear system whose driving shaft turns faster than that of its blocks by a change [rad/s]."""
+    matrix = np.eye(2 * blocks.first.size)
+    if blocks.by_turning.any():
+        blocks, matrix = blocks.turning_faster(change)
+    tables = [blocks.rate_rows[:, None], blocks.measures, blocks.by_impulses]
+    rows = np.concatenate([x.reshape(*x.shape[:2], -1) for x in tables], axis=1)
+    return LinearMotion(blocks, rows, matrix, np.linalg.inv(matrix))
+
+
+@dataclass(frozen=True, eq=False)
+class SteadySystem:
+    """Meshes in their linear surroundings, at constant speed: their phases are known functions of time.
+
+    The first mesh is the reference: frequencies are its mesh frequencies, amplitudes are over its static deflection.
+
+    meshes        that excite, with a common period
+    blocks        linear system at a speed, these meshes with their mean stiffness
+    speed         of the driving shaft [rad/s]
+    mesh_cycles   of the reference mesh per radian of the driving shaft
+    variation     of the stiffness of any further mesh over its cycle, over its mean, which the linear system contains
+    """
+
+    meshes: tuple[ExcitingMesh, ...]
+    blocks: ModalBlocks
+    speed: float
+    mesh_cycles: float
+    variation: float = 0.0
+    records: tuple[np.record, ...] = field(init=False, repr=False)
+    addresses: np.ndarray = field(init=False, repr=False)
+    breaks: np.ndarray = field(init=False, repr=False)
+    _at: dict[float, LinearMotion] = field(init=False, repr=False, default_factory=dict)
+
+    def __post_init__(self):
+        records = tuple(mesh.record(x) for mesh, x in zip(self.meshes, self.blocks.mobilities, strict=True))
+        addresses = [(address_of(x.law.table), address_of(y)) for x, y in zip(self.meshes, records, strict=True)]
+        object.__setattr__(self, "records", records)
+        object.__setattr__(self, "addresses", np.array(addresses))
+        object.__setattr__(self, "breaks", times_between_jumps(self.meshes))
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return 2 * self.blocks.first.size
+
+    @property
+    def cycles(self) -> int:
+        """Cycles of the reference mesh in the common period."""
+        return self.meshes[0].cycles
+
+    @cached_property
+    def resonance(self) -> float:
+        """Frequency [Hz] of the mode that strains the reference mesh most: with the largest share in its compliance."""
+        frequencies = self.blocks.frequencies
+        oscillating = frequencies > 0
+        compliances = self.blocks.shares[0, oscillating] / frequencies[oscillating] ** 2
+        return float(frequencies[oscillating][compliances.argmax()] / (2 * pi))
+
+    @cached_property
+    def resolved(self) -> float:
+        """Highest frequency [Hz] of the modes times the roots of their shares in the mobility of any mesh."""
+        return float((self.blocks.frequencies * np.sqrt(self.blocks.shares.max(axis=0))).max() / (2 * pi))
+
+    @cached_property
+    def static_deflection(self) -> float:
+        """Mean static deflection of the reference mesh [m] by its mean stiffness, the unit of amplitudes."""
+        return abs(self.meshes[0].equilibrium.force) / self.meshes[0].equilibrium.stiffness
+
+    @cached_property
+    def decay(self) -> float:
+        """Rate of decay [1/s] of the slowest mode that a mesh moves, with the mean damping of the meshes."""
+        resolved = self.blocks.shares.max(axis=0) > RESOLVED_SHARE
+        damping = np.array([mesh.law.damping for mesh in self.meshes])
+        by_meshes = (damping * self.blocks.mobilities) @ self.blocks.shares / 2
+        return float((by_meshes - self.blocks.first)[resolved].min())
+
+    def sampled(self, states: np.ndarray, frequency: float, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """States (n_time, 2 n) and static forces (n_time, m) [N] at times over the common period, which rise from 0."""
+        pieces, motion = self.pieces(frequency, np.union1d(self.breaks, times)), self.at(frequency)
+        moved, moves = motion.inverse @ states, motion.propagators(pieces)
+        no_matrix, samples = np.zeros((self.size, 0)), np.zeros((times.size, 1, len(self.meshes), 3))
+        bounds = np.append(np.searchsorted(pieces[:, 0], times), len(pieces))
+        at_times = np.zeros((times.size, self.size))
+        for i, time in enumerate(times):
+            at_rest = np.array([[time, 0.0, 1.0, 0.0]])
+            self._call(motion.rows, at_rest, motion.propagators(at_rest), moved, no_matrix, samples[i])
+            at_times[i] = motion.matrix @ moved
+            section = slice(bounds[i], bounds[i + 1])
+            self._call(motion.rows, pieces[section], moves[section], moved, no_matrix, NO_SAMPLES)
+        return at_times, samples[:, 0, :, 2]
+
+    def pieces(self, frequency: float, bounds: np.ndarray | None = None) -> np.ndarray:
+        """(p, 4) pieces of the common period between bounds, by default jumps of a force, as `cycle_kernels.advance`.
+
+        frequency   mesh frequency [Hz]
+        """
+        period, bounds = self.cycles / frequency, self.breaks if bounds is None else bounds
+        of_meshes = STEPS_PER_CYCLE * max(mesh.cycles for mesh in self.meshes)
+        lengths = np.diff(bounds)
+        numbers = np.ceil(max(of_meshes, STEPS_PER_PERIOD * self.resolved * period) * lengths)
+        return np.column_stack([bounds[:-1], lengths, numbers, lengths / numbers * period])
+
+    def at(self, frequency: float) -> LinearMotion:
+        """The linear motion at a mesh frequency [Hz]: gyroscopic terms grow with the speed."""
+        if frequency not in self._at:
+            change = frequency / self.mesh_cycles - self.speed
+            self._at.clear()
+            self._at[frequency] = linear_motion(self.blocks, change)
+        return self._at[frequency]
+
+    def periods_end(self, states: np.ndarray, frequency: float, periods: int) -> PeriodEnd:
+        """The states after a number of common periods, with their slopes."""
+        return self._advanced(states, np.eye(self.size), self.pieces(frequency), frequency, periods)
+
+    def slope_by_frequency(self, states: np.ndarray, end: np.ndarray, frequency: float, periods: int) -> np.ndarray:
+        """(2 n,) slope [m/Hz] of the states after a number of periods, which are end, by the frequency."""
+        change, pieces, no_matrix = FREQUENCY_STEP * frequency, self.pieces(frequency), np.zeros((self.size, 0))
+        pieces[:, 3] /= 1 + FREQUENCY_STEP
+        return (self._advanced(states, no_matrix, pieces, frequency + change, periods).states - end) / change
+
+    def settled(self, states: np.ndarray, frequency: float, periods: int) -> np.ndarray:
+        """The states after a number of common periods, without slopes."""
+        no_matrix = np.zeros((self.size, 0))
+        return self._advanced(states, no_matrix, self.pieces(frequency), frequency, periods).states
+
+    def orbits(self, states: np.ndarray, frequency: float, periods: int) -> list[Orbit]:
+        """Samples of every mesh over a number of common periods."""
+        pieces, motion = self.pieces(frequency), self.at(frequency)
+        numbers = pieces[:, 2].astype(int)
+        moved, moves, tables = motion.inverse @ states, motion.propagators(pieces), []
+        for _ in range(periods):
+            samples = np.zeros((numbers.sum(), len(self.meshes), 3))
+            self._call(motion.rows, pieces, moves, moved, np.zeros((self.size, 0)), samples)
+            tables.append(samples)
+        middles = [a + x * (np.arange(n) + 0.5) / n for (a, x), n in zip(pieces[:, :2], numbers, strict=True)]
+        weight = np.tile(np.repeat(pieces[:, 1] / numbers, numbers), periods) / periods
+        times = (np.arange(periods)[:, None] + np.concatenate(middles)).ravel()
+        columns = np.moveaxis(np.concatenate(tables), 0, -1)
+        return [Orbit(weight, x.phase + x.cycles * times, *y) for x, y in zip(self.meshes, columns, strict=True)]
+
+    def _advanced(
+        self, states: np.ndarray, matrix: np.ndarray, pieces: np.ndarray, frequency: float, periods: int
+    ) -> PeriodEnd:
+        motion = self.at(frequency)
+        moved, matrix, moves = motion.inverse @ states, motion.inverse @ matrix, motion.propagators(pieces)
+        for _ in range(periods):
+            self._call(motion.rows, pieces, moves, moved, matrix, NO_SAMPLES)
+        return PeriodEnd(motion.matrix @ moved, motion.matrix @ matrix)
+
+    def _call(self, rows, pieces, moves, states, matrix, samples) -> None:
         try:
-            advance(self.addresses, self.rows, pieces, blocks, states, matrix, samples)
+            advance(self.addresses, rows, pieces, moves, states, matrix, samples)
         except ValueError as error:
-            raise ValueError(beyond_map(self.law.table.head, error.args)) from None
-
-
-def _phases_of_jumps(law: MeshForce) -> np.ndarray:
-    """Phases from 0 to 1 between which the force of either flank does not jump."""
-    jumps = law.jumps
-    if isfinite(law.backlash):
-        jumps = np.concatenate([jumps, law.back_phase - jumps])
-    inside = np.sort(jumps % 1.0)
-    inside = inside[(inside > SAME_PHASE) & (inside < 1 - SAME_PHASE)]
-    return np.concatenate([[0.0], inside[np.diff(inside, prepend=0.0) > SAME_PHASE], [1.0]])
+            raise ValueError(beyond_map(self.meshes[0].law.table.head, error.args)) from None

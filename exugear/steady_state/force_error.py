@@ -1,0 +1,53 @@
+"""Error of a reduction: forces of the meshes at the motion of an orbit, by their whole laws and by the reduced ones."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from exugear.modes.mesh_tangents import contact_of
+from exugear.steady_state.orbits.steady_system import SteadySystem
+from exugear.system.model import Model
+
+#: Samples in a cycle of the fastest mesh.
+SAMPLES = 32
+
+
+class Reduction(NamedTuple):
+    """A reduced gearbox.
+
+    system        the meshes that excite in their linear surroundings
+    stages        numbers of these meshes
+    coordinates   (n_coordinates,) of the gearbox in equilibrium
+    motions       (n_coordinates, n) of its reduced coordinates
+    angle         of the driving shaft at the beginning of the common period [rad]
+    """
+
+    system: SteadySystem
+    stages: list[int]
+    coordinates: np.ndarray
+    motions: np.ndarray
+    angle: float
+
+
+def force_error(model: Model, reduction: Reduction, states: np.ndarray, frequency: float) -> float:
+    """Largest rms of the error of a mesh force over the common period, over the mean force of the mesh.
+
+    states      [m] at the beginning of the period
+    frequency   mesh frequency of the reference mesh [Hz]
+
+    The forces are those without damping. Their directions are taken from the reduction.
+    """
+    system = reduction.system
+    number = SAMPLES * max(mesh.cycles for mesh in system.meshes)
+    times = np.arange(number) / number
+    sampled, forces = system.sampled(states, frequency, times)
+    angles = reduction.angle + system.cycles * times / system.mesh_cycles
+    motion = sampled @ (reduction.motions @ system.blocks.coordinates).T
+    positions = reduction.coordinates + angles[:, None] * model.speed_ratios + motion
+    errors = []
+    for stage, mesh, reduced in zip(reduction.stages, system.meshes, forces.T, strict=True):
+        contact = model.meshes[stage].contact
+        whole, bodies = contact_of(model.mbs, contact), model.mbs.systemData.GetObjectLTGODE2(contact)
+        exact = np.array([whole.force(q[bodies]) for q in positions])
+        errors.append(np.sqrt(np.mean((exact - reduced) ** 2)) / abs(mesh.equilibrium.force))
+    return float(max(errors))
