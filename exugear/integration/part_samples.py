@@ -25,13 +25,14 @@ class PartSamples:
 
     def copy_to(self, rows: Sequence[np.ndarray], begin: int) -> None:
         """Copy the samples from a number on to the rows of the whole run, each of which is constant from there on."""
-        numbers = slice(begin, self.numbers.stop)
-        if begin < self.numbers.stop:
-            for row, samples in zip(rows, self.rows, strict=True):
-                if len(samples) > 1:
-                    row[numbers] = samples[begin - self.numbers.start :]
-                elif row[begin] != samples[0]:
-                    row[numbers] = samples
+        if begin >= self.numbers.stop:
+            return
+        whole, part = slice(begin, self.numbers.stop), slice(begin - self.numbers.start, None)
+        for row, samples in zip(rows, self.rows, strict=True):
+            if len(samples) > 1:
+                row[whole] = samples[part]
+            elif row[begin] != samples[0]:
+                row[whole] = samples
 
 
 def rows_of(recorders: Sequence[Recorder | ShaftRecorder]) -> list[np.ndarray]:
