@@ -121,9 +121,7 @@ def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) 
              their rates
     """
     for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
-        motion = np.eye(6)[:, :5]
-        motion[0, 4], motion[1, 3] = axial - shaft.centre, shaft.centre - axial
-        motion = motion[:, : q.shape[1]]
+        motion = _motion_at(shaft, axial, q.shape[1])
         stiffness, radial = linear_part(bearing, 0.0)[:3] @ motion, motion[:2]
         directions = np.flatnonzero(stiffness.any(axis=1))
         for first in range(0, len(q), BLOCK):
@@ -134,6 +132,22 @@ def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) 
                 force[i, block] -= stiffness[i] @ strained
             if not bearing.linear:
                 force[:2, block] += _radial_reaction(bearing, radial @ displacements, radial @ rates)
+
+
+def displacements(shaft: Shaft, q: np.ndarray, at_bearings: np.ndarray) -> None:
+    """Compute the displacements (n_bearing, 3, n) [m] of a shaft at all its bearings, in their order.
+
+    q   displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad]
+    """
+    for axial, displacement in zip(shaft.bearings, at_bearings, strict=True):
+        displacement[:] = _motion_at(shaft, axial, q.shape[1])[:3] @ q.T
+
+
+def _motion_at(shaft: Shaft, axial: float, components: int) -> np.ndarray:
+    """(6, components) displacement and rotation of a shaft at an axial position by those of its centre of mass."""
+    motion = np.eye(6)[:, :5]
+    motion[0, 4], motion[1, 3] = axial - shaft.centre, shaft.centre - axial
+    return motion[:, :components]
 
 
 def _radial_reaction(bearing: Bearing, displacement: np.ndarray, rate: np.ndarray) -> np.ndarray:

@@ -172,7 +172,8 @@ def labelled(
     forces    of the bearings
     """
     time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
-    data = _over_time(model, time, driving_speed(model, conditions, time), forces)
+    data = _over_time(model, time, driving_speed(model, conditions, time))
+    data = data.assign(forces.variables(time.size, conditions.displacement))
     data = data.assign(_beyond_maps(model, scheme.steps.interval))
     data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
     data = data.assign(drag_variables(model))
@@ -188,7 +189,7 @@ def labelled(
     return data.assign_attrs({**conditions.as_text(), **inputs, **steps, **used, **jumps, **scene_attributes(model)})
 
 
-def _over_time(model: Model, time: np.ndarray, speed: np.ndarray, forces: BearingForces) -> xr.Dataset:
+def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
     """The variables over time."""
     over, frequency = ("stage", "time"), np.outer(model.mesh_cycles, np.abs(speed))
     data = xr.Dataset(
@@ -205,7 +206,7 @@ def _over_time(model: Model, time: np.ndarray, speed: np.ndarray, forces: Bearin
     for name, (recorded, unit, long_name) in (RECORDED | (RECORDED_ON_BEARINGS if elastic else {})).items():
         values = rows([getattr(mesh.recorder, recorded) for mesh in model.meshes])
         data[name] = over, values, {"units": unit, "long_name": long_name}
-    return data.assign(forces.variables(time.size)).assign(_friction(model, time))
+    return data.assign(_friction(model, time))
 
 
 def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Speeds of the shafts, forces of their bearings and torques on their ends, from the samples of meshes and torques."""
+"""Speeds of the shafts, torques on their ends, forces and displacements at their bearings, from recorded samples."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from exugear.elements.bearing_elements import reactions
+from exugear.elements.bearing_elements import displacements, reactions
 from exugear.elements.drag_elements import braking_torques
 from exugear.gearbox.shaft import Coupling, Shaft
 from exugear.operation.conditions import Conditions, ShaftEnd
@@ -63,14 +63,15 @@ def _speeds(kind: str, speeds: dict[str, np.ndarray]) -> dict[str, Any]:
 
 def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.ndarray]]:
     """Shafts on bearings by name, with recorded motions (n, 2 or 5) of their centres of mass [m, rad], and rates."""
-    motions = {}
+    kinds, motions, by_name = model.plan.shafts, {}, {}
     for mesh in model.meshes:
         for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
-            if model.plan.shafts[shaft.name].on_bearings:
-                moving = slice(model.plan.shafts[shaft.name].spin_index)
-                q, q_t = mesh.recorder.motion(side)
-                motions[shaft.name] = shaft, q[:, moving], q_t[:, moving]
-    return motions
+            if kinds[shaft.name].on_bearings:
+                motions[shaft.name] = mesh.recorder.motion(side)
+    for shaft in [shaft for shaft in model.gearbox.shafts if shaft.name in motions]:
+        moving, (q, q_t) = slice(kinds[shaft.name].spin_index), motions[shaft.name]
+        by_name[shaft.name] = shaft, q[:, moving], q_t[:, moving]
+    return by_name
 
 
 @dataclass
@@ -100,19 +101,26 @@ class BearingForces:
             reactions(shaft, q[new], q_t[new], self.values[first:last, :, new])
         self.computed = number
 
-    def variables(self, number: int) -> dict[str, Any]:
-        """The forces over a number of samples; empty where no shaft is on bearings."""
+    def variables(self, number: int, displacement: bool) -> dict[str, Any]:
+        """The forces over a number of samples; empty where no shaft is on bearings.
+
+        displacement   whether the displacements of the shafts at their bearings are computed too
+        """
         motions = motions_on_bearings(self.model)
         if not motions:
             return {}
         self.extend(number)
         labels = [f"{name} at {axial / mm:g} mm" for name, (shaft, *_) in motions.items() for axial in shaft.bearings]
-        about = {"units": "N", "long_name": "force of the bearing on its shaft"}
-        return {
-            "bearing_force": (("bearing", "direction", "time"), self.values[..., :number], about),
-            "bearing": ("bearing", labels),
-            "direction": ("direction", ["x", "y", "z"]),
-        }
+        over, about = ("bearing", "direction", "time"), {"units": "N", "long_name": "force of the bearing on its shaft"}
+        data: dict[str, Any] = {"bearing_force": (over, self.values[..., :number], about)}
+        if displacement:
+            about = {"units": "m", "long_name": "displacement of the shaft at the bearing"}
+            moved, last = np.empty((len(labels), 3, number)), 0
+            for shaft, q, _ in motions.values():
+                first, last = last, last + len(shaft.bearings)
+                displacements(shaft, q, moved[first:last])
+            data["bearing_displacement"] = over, moved, about
+        return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
 
 
 def drag_variables(model: Model) -> dict[str, Any]:

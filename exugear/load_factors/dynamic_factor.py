@@ -44,7 +44,9 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
     Raises ValueError for other data, for a run without load, for windows out of range, and for steady states without
     a static force.
     """
-    if isinstance(run, xr.Dataset) and "largest_force" in run and run["largest_force"].dims == ("point",):
+    if isinstance(run, xr.Dataset) and "largest_force" in run:
+        dims = run["largest_force"].dims
+        require(dims == ("point",), f"run must be steady states of a single stage, got {dims}; take run.isel(stage=0)")
         return _of_steady_states(run, static_force)
     require(static_force is None, "static_force is for steady states; leave it out, a run has a mean mesh force")
     stages = _stages(run)

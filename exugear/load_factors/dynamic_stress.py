@@ -69,7 +69,7 @@ def stress_envelope(stress: xr.Dataset, windows: int = 280) -> xr.Dataset:
     require(is_stress, "stress must be stresses over time; pass what exugear.dynamic_stress returns")
     require(windows >= 1, f"windows must be at least 1, got {windows}")
     cycles = mesh_cycles(stress)
-    bounds = window_bounds(stress[TIME].values, cycles, windows)
+    bounds = window_bounds(stress[TIME].values, cycles, min(windows, cycles.size))
     first = np.unique(np.searchsorted(cycles, bounds[:-1]))
     end = int(np.searchsorted(cycles, bounds[-1], side="right"))
     largest = {

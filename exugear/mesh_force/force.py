@@ -39,6 +39,7 @@ def mesh_forces(has_offsets: bool):
     All arguments but the table are arrays (n,). The force is > 0 on the driving flank, < 0 on the back flank.
     """
 
+    @kept
     def forces(table, phase, deflection, rate, a, misalignment, axial):
         force = np.empty(phase.size)
         for i in range(phase.size):
@@ -52,9 +53,7 @@ def mesh_forces(has_offsets: bool):
             force[i] = (static.force if drives else -static.force) + damping(table, static.penetration) * rate[i]
         return force
 
-    # Numba names machine code by this: equal names of two kernels from the cache would be mixed up.
-    forces.__qualname__ += "_at_offsets" if has_offsets else "_of_spins"
-    return kept(forces)
+    return forces
 
 
 @checked

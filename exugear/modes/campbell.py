@@ -17,13 +17,15 @@ from exugear.system.model import Model
 from fem.support.arguments import checked
 from fem.support.validation import increasing, numbers, require
 
-#: Number of speeds between two given ends, and largest harmonic.
-SPEEDS, HARMONICS = 61, 100
+#: Number of speeds between two given ends, largest number of speeds, and largest harmonic.
+SPEEDS, MOST_SPEEDS, HARMONICS = 61, 10_000, 100
 
 
 def check_speeds(name: str, value) -> None:
     """ValueError unless the value holds rising speeds."""
     speeds = np.atleast_1d(numbers(name, value))
+    many = f"{name} must hold {MOST_SPEEDS} values at most, got {speeds.size}; frequencies are smooth between fewer"
+    require(speeds.size <= MOST_SPEEDS, many)
     increasing(name, speeds, least=2)
     in_range = speeds[0] >= 0 and speeds[-1] < HIGHEST_SPEED
     require(bool(in_range), f"{name} must lie in [0, {HIGHEST_SPEED:g}) rad/s, got {value}; pass (0, 3500*rpm)")

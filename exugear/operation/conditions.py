@@ -56,6 +56,7 @@ class Conditions:
     stop          conditions that end the run
     run_up        speed and load as given to `exugear.run_up`, for the attributes of the run
     power         whether the run records where its power goes
+    displacement  whether its data hold the displacements of the shafts at their bearings
 
     Raises ValueError for a duration out of range, and for speeds and torques that are not finite.
     """
@@ -72,6 +73,7 @@ class Conditions:
     held_sense: int = 1
     run_up: tuple[TimeFunction, TimeFunction] | None = None
     power: bool = False
+    displacement: bool = False
 
     def __post_init__(self):
         require_within("duration", self.duration, 0, HIGHEST_SPEED, remedy="s")
@@ -219,9 +221,8 @@ class Conditions:
         loads = {end.shaft: repr(end.torque) for end in self.ends if end.sense < 0}
         imposed = {self.held: repr(self.speed)} if self.held else {}
         drives, loads = (drives | imposed, loads) if self.held_sense > 0 else (drives, loads | imposed)
-        return {"title": "run", "drives": str(drives), "loads": str(loads)} | (
-            {} if self.held else {"start_speed": self.start_speed}
-        )
+        start = {} if self.held else {"start_speed": self.start_speed}
+        return {"title": "run", "drives": str(drives), "loads": str(loads)} | start
 
 
 def run_up_conditions(gearbox: Gearbox, speed: TimeFunction, load: TimeFunction, duration: float) -> Conditions:
@@ -268,8 +269,7 @@ def conditions_of(
     held, speed = next(((name, end.value) for name, end in speeds.items()), (None, None))
     sense = 1 if held in drives else -1
     require(initial is None or start_speed is None, f"start_speed {start_speed} stands beside initial; leave one out")
-    if initial is not None:
-        start_speed = float(initial["speed"][-1])
+    start_speed = start_speed if initial is None else float(initial["speed"][-1])
     return Conditions(gearbox, duration, held, speed, torques, start_speed or 0.0, stop=tuple(stop), held_sense=sense)
 
 

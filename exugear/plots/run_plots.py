@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from itertools import cycle, pairwise
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy
@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 
 from exugear.integration.run_data import stage_data
 from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, legend, merged, styled, title_of
+from exugear.recordings.signal import require_signal, signal
 from exugear.signals.spectrum import Envelope, Resonances, bearing_force_rms, dte_envelope, envelope
 from fem.support.arguments import checked
 from fem.support.validation import require
@@ -25,6 +26,10 @@ DASHES = "-", "--", ":"
 CLOSE, ROW = 0.03, 42
 #: Mesh cycles up to which a force is a curve over time, beyond which it is a band; number of windows of the band.
 SHOWN_CYCLES, WINDOWS = 60, 280
+#: Quantity of an orbit, and the unit in which it is shown with its symbol, by its unit in the data.
+ORBITS = {"m": ("displacement", um, "µm"), "N": ("force", 1.0, "N")}
+
+Samples = TypeVar("Samples", xr.Dataset, xr.DataArray)
 
 
 @checked
@@ -107,31 +112,42 @@ def plot_bearing_forces(run, ax: Axes | None = None, **style) -> Axes:
 def plot_orbit(
     run, ax: Axes | None = None, bearing: str | None = None, window: tuple[float, float] | None = None, **style
 ) -> Axes:
-    """Orbit of the radial force of a bearing on its shaft, y over x; a cross marks its mean.
+    """Orbit of the shaft at a bearing, y over x, or that of the radial force of the bearing; a cross marks its mean.
 
+    run         an `exugear.Run` or its data: of the shaft where it ran with displacement=True, else of the force. Or a
+                signal over bearing and direction, such as `exugear.signal(run, "bearing_force")`
     bearing     name in run.data["bearing"]; by default the first
     window      start and end [s]; by default the last turn of the driving shaft
 
     Raises ValueError for runs without bearings, unknown bearings and windows outside the run.
     """
-    data = stage_data(run)
-    require(
-        "bearing_force" in data, "run must have bearings, whose forces it records; the shafts of this run only spin"
-    )
-    names = data["bearing"].values.tolist()
+    motion = run if isinstance(run, xr.DataArray) else _motion_at_bearings(run)
+    over = {"bearing", "direction"} <= set(motion.dims) and motion.attrs.get("units") in ORBITS
+    remedy = "pass exugear.signal(run, 'bearing_force') and select the bearing by bearing="
+    require(over, f"run must be a run or its forces or displacements over bearing and direction; {remedy}")
+    require_signal(motion)
+    names = motion["bearing"].values.tolist()
     name = names[0] if bearing is None else bearing
     require(name in names, f"bearing must be one of {names}, got {bearing!r}")
-    ax, data = axes_or_new(ax), in_window(data, _last_turn(data) if window is None else window)
-    x, y = data["bearing_force"].sel(bearing=name, direction=["x", "y"]).transpose("direction", "time").values
+    ax, motion = axes_or_new(ax), in_window(motion, _last_turn(motion) if window is None else window)
+    quantity, unit, symbol = ORBITS[motion.attrs["units"]]
+    x, y = motion.sel(bearing=name, direction=["x", "y"]).transpose("direction", "time").values / unit
     ax.plot(x, y, **merged(style, color=EDGE, linewidth=1.0, label=name))
     ax.plot(x.mean(), y.mean(), "+", color=MARK, markersize=11, markeredgewidth=1.6, label="mean")
-    ax.set(xlabel="force along x [N]", ylabel="force along y [N]")
+    ax.set(xlabel=f"{quantity} along x [{symbol}]", ylabel=f"{quantity} along y [{symbol}]")
     ax.set_aspect("equal", adjustable="datalim")
     legend(ax)
     return ax
 
 
-def in_window(data: xr.Dataset, window: tuple[float, float] | None) -> xr.Dataset:
+def _motion_at_bearings(run) -> xr.DataArray:
+    """Displacements of the shafts at the bearings of a run, where its data hold them, else the forces."""
+    names = [name for name in ("bearing_displacement", "bearing_force") if name in stage_data(run)]
+    require(bool(names), "run must have bearings, whose forces it records; the shafts of this run only spin")
+    return signal(run, names[0])
+
+
+def in_window(data: Samples, window: tuple[float, float] | None) -> Samples:
     """The samples of a window of time [s]; ValueError for windows with fewer than two."""
     time = data["time"].values
     if window is None:
@@ -142,11 +158,10 @@ def in_window(data: xr.Dataset, window: tuple[float, float] | None) -> xr.Datase
     return data.isel(time=inside)
 
 
-def _last_turn(data: xr.Dataset) -> tuple[float, float]:
+def _last_turn(data: xr.DataArray) -> tuple[float, float]:
     """Start and end [s] of the last turn of the driving shaft, or of the whole run where it is shorter."""
     time = data["time"].values
-    angle = scipy.integrate.cumulative_trapezoid(np.abs(data["speed"].values), time, initial=0)
-    first = np.searchsorted(angle, angle[-1] - 2 * np.pi)
+    first = np.searchsorted(data["angle"].values, data["angle"].values[-1] - 2 * np.pi)
     return float(time[min(first, time.size - 2)]), float(time[-1])
 
 

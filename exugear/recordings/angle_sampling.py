@@ -4,6 +4,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
+from exugear.recordings.columns import LARGEST, check_size
 from exugear.recordings.signal import ANGLE, at_angles, channel_coordinates, require_signal
 from fem.support.arguments import checked
 from fem.support.numba_cache import compiled, fast
@@ -29,13 +30,14 @@ def over_angle(signal: xr.DataArray, *, orders: float) -> xr.DataArray:
     attenuated by 100 dB. At the ends the signal is continued by its point reflection.
 
     Returns a DataArray (..., angle) with the coordinates angle [rad], time and speed. Raises ValueError for orders <= 0
-    and for a shaft at rest.
+    and such of more than 5e8 values in total, and for a shaft at rest.
     """
     require_signal(signal)
     require(0 < orders < np.inf, f"orders must be > 0 and finite, got {orders}")
     angle = signal["angle"].values
     turned = (angle[-1] - angle[0]) / REVOLUTION
     require(turned > 0, "signal must be of a turning shaft, its angle is constant")
+    check_angular_samples(signal, orders)
     samples = int(turned * SAMPLES_PER_PERIOD * orders * (1 + 1e-12)) + 1
     require(samples > 2 * HALF_LENGTH, f"the signal holds {turned:.3g} revolutions, too few for orders {orders:g}")
     step = REVOLUTION / (SAMPLES_PER_PERIOD * orders)
@@ -45,6 +47,13 @@ def over_angle(signal: xr.DataArray, *, orders: float) -> xr.DataArray:
     coordinates = {**channel_coordinates(signal), "angle": ("angle", grid, ANGLE), **at_angles(signal, grid, "angle")}
     dims = (*signal.dims[:-1], "angle")
     return xr.DataArray(values.reshape(*signal.shape[:-1], samples), coordinates, dims, signal.name, signal.attrs)
+
+
+def check_angular_samples(signal: xr.DataArray, orders: float) -> None:
+    """ValueError where all channels of a signal take too many samples over the angle for their highest order."""
+    turned = float(np.ptp(signal["angle"].values)) / REVOLUTION
+    per_order = signal.size / signal.sizes["time"] * turned * SAMPLES_PER_PERIOD
+    check_size(f"orders = {orders:g}", per_order * orders, f"pass {LARGEST / per_order:.3g} at most")
 
 
 def _filtered(angle: np.ndarray, values: np.ndarray, grid: np.ndarray, step: float) -> np.ndarray:

@@ -1,8 +1,11 @@
-"""Checks of the columns of a signal."""
+"""Checks of the columns of a signal, and of the size of what is computed from it."""
 
 import numpy as np
 
 from fem.support.validation import require
+
+#: Largest number of values that are computed at once: 4 GB.
+LARGEST = 500_000_000
 
 
 def check_columns(**columns: np.ndarray) -> None:
@@ -12,3 +15,8 @@ def check_columns(**columns: np.ndarray) -> None:
     require(fits, f"{names} must be equally long, (n,) with n >= 3, got {' and '.join(map(str, shapes))}")
     for name, column in columns.items():
         require(bool(np.isfinite(column).all()), f"{name} must be finite, got NaN")
+
+
+def check_size(argument: str, number: float, remedy: str) -> None:
+    """ValueError with a remedy where an argument, named with its value, asks for too many values."""
+    require(number <= LARGEST, f"{argument} asks for {number:.3g} values, more than {LARGEST:.0e}; {remedy}")

@@ -7,6 +7,9 @@ from exugear.recordings.signal import mesh_order
 from fem.support.arguments import checked
 from fem.support.validation import require
 
+#: Largest number of mesh harmonics, and of side bands of each.
+MOST = 1000
+
 
 @checked
 def mesh_orders(run, stage: int = 0, *, harmonics: int = 3, side_bands: int = 0) -> np.ndarray:
@@ -18,8 +21,8 @@ def mesh_orders(run, stage: int = 0, *, harmonics: int = 3, side_bands: int = 0)
 
     Returns the distinct orders, rising. Raises ValueError for a shaft at rest and for numbers out of range.
     """
-    require(harmonics >= 1, f"harmonics must be >= 1, got {harmonics}")
-    require(side_bands >= 0, f"side_bands must be >= 0, got {side_bands}")
+    require(1 <= harmonics <= MOST, f"harmonics must lie in [1, {MOST}], got {harmonics}")
+    require(0 <= side_bands <= MOST, f"side_bands must lie in [0, {MOST}], got {side_bands}")
     data = stage_data(run, stage)
     mesh = mesh_order(data)
     require(mesh > 0, "run must turn its shafts, the speed is 0")

@@ -3,6 +3,7 @@
 import numpy as np
 import scipy
 
+from exugear.recordings.columns import check_size
 from fem.support.validation import require
 
 #: Window: a name, or a name and a parameter, of scipy.signal.get_window.
@@ -19,10 +20,18 @@ def window_values(window: Window, length: int) -> np.ndarray:
         raise ValueError(f"window must be one of scipy.signal.get_window, got {window!r}: {error}") from None
 
 
-def hop_of(length: int, overlap: float) -> int:
-    """Samples from a window to the next."""
+def check_overlap(overlap: float) -> None:
+    """ValueError unless windows overlap by a share of their length."""
     require(0 <= overlap < 1, f"overlap must lie in [0, 1) as share of a window, got {overlap}")
-    return max(1, round((1 - overlap) * length))
+
+
+def hop_of(length: int, overlap: float, samples: float) -> int:
+    """Samples from a window to the next; ValueError where the spectra of all samples take too many values."""
+    check_overlap(overlap)
+    hop = max(1, round((1 - overlap) * length))
+    remedy = "let the windows overlap less, or pass fewer channels"
+    check_size(f"overlap = {overlap}", samples / hop * (length / 2), remedy)
+    return hop
 
 
 def amplitude_spectra(values: np.ndarray, length: int, hop: int, window: Window) -> tuple[np.ndarray, np.ndarray]:

@@ -20,6 +20,8 @@ WINDOW, HALF_LENGTH, CUT_OFF = ("kaiser", 10.06), 64, 0.95
 #: Share of the largest number of a file that the signal takes: the filter may overshoot the samples.
 HEADROOM = 0.95
 LARGEST = 32767
+#: Highest rate of sound files [Hz].
+HIGHEST_RATE = 768_000
 #: Deviation from the mean as share of the largest value that counts as rounding: a constant signal is silent.
 ROUNDING = 1e-12
 
@@ -39,7 +41,7 @@ def write_sound(path: FilePath, signal: xr.DataArray, *, rate: int = 48_000, ful
     """
     require_signal(signal)
     require(signal.ndim == 1, f"signal must be one channel over time, select it: got the dimensions {signal.dims}")
-    require(rate > 0, f"rate must be > 0 Hz, got {rate}")
+    require(0 < rate <= HIGHEST_RATE, f"rate must lie in (0, {HIGHEST_RATE}] Hz, got {rate}")
     ratio = Fraction(rate / sample_rate(signal)).limit_denominator(DENOMINATOR)
     require(ratio > 0, f"rate must be at least {sample_rate(signal) / DENOMINATOR:.3g} Hz, got {rate}")
     centred = signal.values - signal.values.mean()

@@ -6,6 +6,8 @@ import xarray as xr
 from numpy.polynomial import legendre
 
 from exugear.recordings.angle_sampling import HALF_LENGTH, REVOLUTION, SAMPLES_PER_PERIOD, over_angle
+from exugear.recordings.columns import check_size
+from exugear.recordings.short_time_spectra import check_overlap
 from exugear.recordings.signal import ANGLE, at_angles, channel_coordinates, require_signal
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import require
@@ -16,6 +18,8 @@ DEGREE = 2
 SEPARATION = 4.0
 #: Windows that are fitted in one matrix product.
 CHUNK = 256
+#: Matrices of the size of the fit that are in memory at once.
+MATRICES = 4
 PHASE = {"units": "rad", "long_name": "phase of the cosine over order times angle"}
 
 
@@ -41,21 +45,22 @@ def order_cut(
     Returns a Dataset over order and time with amplitude, phase [rad] and the coordinates speed [rad/s] and angle [rad]:
     the signal is the sum of amplitude cos(order angle + phase). Values are NaN where a period of the order has fewer
     than 2.25 samples. Raises ValueError for windows too short to tell the orders apart or longer than the signal,
-    and where no order has enough samples.
+    where no order has enough samples, and for more than 5e8 values.
     """
     require_signal(signal)
     orders = _distinct(orders)
     length = _window_length(orders, revolutions)
-    require(0 <= overlap < 1, f"overlap must lie in [0, 1) as share of a window, got {overlap}")
-    highest = float(orders[-1]) + SEPARATION / length
-    angle, number = signal["angle"].values, round(length * SAMPLES_PER_PERIOD * highest)
+    check_overlap(overlap)
+    angle, highest = signal["angle"].values, float(orders[-1]) + SEPARATION / length
     turned = (angle[-1] - angle[0]) / REVOLUTION
-    points = np.linspace(angle[0], angle[-1], int(np.ceil(turned / ((1 - overlap) * length))) + 1)
+    long = f"a window takes {length:.3g} revolutions of the signal's {turned:.3g}; record longer or pass revolutions"
+    require(length < turned, long)
+    points = _points(signal, orders, (1 - overlap) * length, overlap)
     coarse = _coarse(signal, points, orders)
     fine = f"no period of an order of {orders} has {SAMPLES_PER_PERIOD} samples or more; sample finer"
     require(not coarse.all(), fine)
+    number = _window_samples(orders, length * SAMPLES_PER_PERIOD * highest)
     sampled = over_angle(signal, orders=highest).isel(angle=slice(HALF_LENGTH, -HALF_LENGTH))
-    long = f"a window takes {length:.3g} revolutions of the signal's {turned:.3g}; record longer or pass revolutions"
     require(sampled["angle"].size > number, long)
     rows = sampled.values.reshape(-1, sampled["angle"].size)
     phasors = np.array([_phasors(row, sampled["angle"].values, points, orders, number) for row in rows])
@@ -78,6 +83,22 @@ def _window_length(orders: np.ndarray, revolutions: float | None) -> float:
     least = f"revolutions must be >= {SEPARATION / closest:.4g} to tell orders {closest:.4g} apart, got {length:.4g}"
     require(length * closest >= SEPARATION * (1 - 1e-9), least)
     return length
+
+
+def _points(signal: xr.DataArray, orders: np.ndarray, step: float, overlap: float) -> np.ndarray:
+    """(n_point,) angles from the first to the last, at most a step [revolutions] apart, which the overlap gives."""
+    first, last = signal["angle"].values[[0, -1]]
+    steps = (last - first) / (REVOLUTION * step)
+    values = 2 * signal.size / signal.sizes["time"] * orders.size * steps
+    check_size(f"overlap = {overlap}", values, "let the windows overlap less, or pass fewer channels")
+    return np.linspace(first, last, int(np.ceil(steps)) + 1)
+
+
+def _window_samples(orders: np.ndarray, number: float) -> int:
+    """Number of samples in a window; ValueError where the matrices of its fit take too many values."""
+    columns, fit = (2 * orders.size + 1) * (DEGREE + 1), f"a window of {orders.size} orders up to {orders[-1]:g}"
+    check_size(fit, MATRICES * number * columns, "pass fewer or lower orders, or shorter windows by revolutions")
+    return round(number)
 
 
 def _phasors(values: np.ndarray, angle: np.ndarray, points: np.ndarray, orders: np.ndarray, number: int) -> np.ndarray:

@@ -4,8 +4,8 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from exugear.recordings.angle_sampling import REVOLUTION, SAMPLES_PER_PERIOD, over_angle
-from exugear.recordings.short_time_spectra import Window, amplitude_spectra, hop_of
+from exugear.recordings.angle_sampling import REVOLUTION, SAMPLES_PER_PERIOD, check_angular_samples, over_angle
+from exugear.recordings.short_time_spectra import Window, amplitude_spectra, check_overlap, hop_of
 from exugear.recordings.signal import channel_coordinates, require_signal
 from fem.support.arguments import checked
 from fem.support.validation import require
@@ -30,36 +30,44 @@ def order_tracking(
     alias by 100 dB. Lines in which a period of the highest order has fewer than 2.25 samples are left out.
 
     Returns a Dataset with amplitude (..., time, order) and the coordinates time [s] and speed [rad/s] of the middle of
-    each line. Raises ValueError for signals shorter than a line, and where no line remains.
+    each line. Raises ValueError for signals shorter than a line, where no line remains, and for more than 5e8 values.
     """
     require_signal(signal)
     require(0 < orders < np.inf, f"orders must be > 0 and finite, got {orders:g}")
     least = f"revolutions must hold a period of the highest order, {1 / orders:.3g} or more, got {revolutions:g}"
     require(revolutions * orders >= 1, least)
-    length = scipy.fft.next_fast_len(int(np.ceil(SAMPLES_PER_PERIOD * orders * revolutions)), real=True)
-    hop = hop_of(length, overlap)
+    check_overlap(overlap)
     turned = float(np.ptp(signal["angle"].values)) / REVOLUTION
     short = f"the signal holds {turned:.3g} revolutions, a line takes {revolutions:g}"
     require(turned * (1 + 1e-9) > revolutions, f"{short}; record longer, or pass fewer revolutions")
+    passed = np.gradient(signal["angle"].values) / REVOLUTION
+    resolved = f"sample finer, or pass {1 / (SAMPLES_PER_PERIOD * passed.max()):.4g}, which all samples resolve"
+    coarse = f"no {revolutions:g} revolutions are sampled well enough for order {orders:g}; {resolved}"
+    require(bool(passed[_fine(passed, orders)].sum() * (1 + 1e-9) >= revolutions), coarse)
+    check_angular_samples(signal, orders)
+    length = scipy.fft.next_fast_len(int(np.ceil(SAMPLES_PER_PERIOD * orders * revolutions)), real=True)
+    hop = hop_of(length, overlap, turned / revolutions * length * signal.size / signal.sizes["time"])
     sampled = over_angle(signal, orders=length / revolutions / SAMPLES_PER_PERIOD)
     rows = sampled.values.reshape(-1, sampled.sizes["angle"])
     spectra = [amplitude_spectra(row, length, hop, window) for row in rows]
     middles, lines = spectra[0][0], np.array([amplitude for _, amplitude in spectra])
-    fine = _sampled_finely(signal, sampled, middles, length, orders)
-    coarse = f"no {revolutions:g} revolutions are sampled well enough for order {orders:g}; sample finer"
+    passed = np.interp(sampled["angle"].values, signal["angle"].values, passed)
+    fine = _fine_lines(_fine(passed, orders), middles, length)
     require(bool(fine.any()), coarse)
     order = np.arange(int(orders * revolutions * (1 + 1e-9)) + 1) / revolutions
     lines = lines[:, fine, : order.size].reshape(*signal.shape[:-1], -1, order.size)
     return _labelled(sampled.isel(angle=middles[fine]), order, lines)
 
 
-def _sampled_finely(signal, sampled, middles: np.ndarray, length: int, orders: float) -> np.ndarray:
-    """(n_line,) whether all periods of the highest order in a line have enough samples."""
-    angle = signal["angle"].values
-    passed = np.interp(sampled["angle"].values, angle, np.gradient(angle)) / REVOLUTION
-    coarse = np.append(0, np.cumsum(passed * orders * SAMPLES_PER_PERIOD > 1 + 1e-9))
-    first = middles - length // 2
-    return coarse[np.minimum(first + length, passed.size)] == coarse[first]
+def _fine(passed: np.ndarray, orders: float) -> np.ndarray:
+    """(n,) whether periods of the highest order have enough samples, each of which passes some revolutions (n,)."""
+    return passed * orders * SAMPLES_PER_PERIOD <= 1 + 1e-9
+
+
+def _fine_lines(fine: np.ndarray, middles: np.ndarray, length: int) -> np.ndarray:
+    """(n_line,) whether all samples of a line about its middle are fine (n,)."""
+    coarse, first = np.append(0, np.cumsum(~fine)), middles - length // 2
+    return coarse[np.minimum(first + length, fine.size)] == coarse[first]
 
 
 def _labelled(middles: xr.DataArray, order: np.ndarray, lines: np.ndarray) -> xr.Dataset:

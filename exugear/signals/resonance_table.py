@@ -1,11 +1,14 @@
 """Resonances of a run with the mesh harmonic that excites each of them."""
 
+from collections.abc import Callable
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from exugear.integration.run_data import stage_data
+from exugear.recordings.angle_sampling import REVOLUTION
 from exugear.recordings.mesh_orders import mesh_orders
 from exugear.recordings.signal import mesh_order, signal
 from exugear.signals.order_cut import SEPARATION, order_cut
@@ -22,8 +25,12 @@ PROMINENCE = 0.05
 #: Least amplitude of the harmonic as share of that of the envelope: on the paper's pair the least is a quarter, while
 #: noise and tones beside the mesh orders leave a hundredth in an order cut.
 SHARE = 0.1
+#: Largest change of the speed in a window that tells close orders apart, as share of the speed.
+SLEW = 0.15
 #: Windows of an order cut in a run, at least; a window takes at most 4 revolutions.
 WINDOWS = 200
+#: Largest number of harmonics that are examined.
+HARMONICS = 100
 VARIABLES = {
     "mesh_frequency": ("Hz", "mesh frequency of the resonance"),
     "amplitude": ("m", "half peak to peak of the DTE"),
@@ -34,10 +41,16 @@ VARIABLES = {
 
 
 class OrderPeaks(NamedTuple):
-    """Peaks of the order cut of a mesh harmonic over the mesh frequency [Hz] of the examined stage."""
+    """Peaks of the order cut of a mesh harmonic over the mesh frequency [Hz] of the examined stage.
+
+    order        of the driving shaft
+    separation   distance from which on the windows of the cut tell orders apart
+    """
 
     stage: int
     harmonic: int
+    order: float
+    separation: float
     peaks: Resonances
 
     def height(self, mesh_frequency: float) -> float:
@@ -56,12 +69,15 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
 
     A peak of the envelope is a resonance where the order cut of a mesh harmonic peaks within 4 % of its mesh frequency;
     of several harmonics, of this stage and of the others, the one with the largest amplitude counts, which must be a
-    tenth of the envelope's or more. Other peaks are left out. The harmonics 2, 3, ... of the main resonance are its
-    superharmonics: their response frequencies nearly agree.
+    tenth of the envelope's or more. Other peaks are left out. Where the windows are too short to tell the orders of two
+    stages apart, the amplitudes of a joint cut in longer windows at the peak decide, unless the speed changes by more
+    than 15 % in such a window. The harmonics 2, 3, ... of the main resonance are its superharmonics: their response
+    frequencies nearly agree.
 
     Returns a Dataset over peak with mesh_frequency [Hz], amplitude (half peak to peak) [m], exciting_stage, harmonic,
     harmonic_amplitude [m] and response_frequency [Hz].
     """
+    require(1 <= harmonics <= HARMONICS, f"harmonics must lie in [1, {HARMONICS}], got {harmonics}")
     require(0 < prominence < 1, f"prominence must lie in (0, 1) as share of the largest amplitude, got {prominence}")
     outline = dte_envelope(run, stage)
     short = f"run must hold 3 mesh cycles or more for its resonances, got {outline.place.size}; run it longer"
@@ -70,13 +86,15 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
     data = run if isinstance(run, xr.Dataset) else run.data
     stages = [stage, *(k for k in range(data["stage"].size) if k != stage % data["stage"].size)]
     cuts = [cut for exciting in stages for cut in _cuts(data, stage, exciting, harmonics)]
+    joint_cut = cache(partial(_joint_cut, signal(data, "dte", stage=stage)))
     rows, labels = [], []
     for frequency, height in zip(*peaks, strict=True):
         cut = max(cuts, key=lambda each: each.height(frequency))
         if cut.height(frequency) > SHARE * height:
+            cut, amplitude = _told_apart(cuts, cut, frequency, joint_cut)
             ratio = mesh_order(stage_data(data, cut.stage)) / mesh_order(stage_data(data, stage))
             response = cut.harmonic * frequency * ratio
-            rows.append((frequency, height, cut.harmonic, cut.height(frequency), response))
+            rows.append((frequency, height, cut.harmonic, amplitude, response))
             labels.append(str(data["stage"].values[cut.stage]))
     return _labelled(rows, labels)
 
@@ -95,9 +113,47 @@ def _labelled(rows: list[tuple], exciting_stages: list[str]) -> xr.Dataset:
 def _cuts(data: xr.Dataset, stage: int, exciting: int, harmonics: int) -> list[OrderPeaks]:
     """Peaks of the DTE of a stage at each mesh harmonic of an exciting stage."""
     cut = mesh_order_cut(data, stage, exciting, harmonics=harmonics)
-    frequency = np.abs(cut["speed"].values) * mesh_order(stage_data(data, stage)) / (2 * np.pi)
-    amplitudes = enumerate(cut["amplitude"].values, start=1)
-    return [OrderPeaks(exciting, harmonic, _peaks(frequency, amplitude)) for harmonic, amplitude in amplitudes]
+    frequency, orders = _mesh_frequency(cut), cut["order"].values
+    separation = SEPARATION / _window(signal(data, "dte", stage=stage), orders[0])
+    return [
+        OrderPeaks(exciting, harmonic, float(order), separation, _peaks(frequency, amplitude))
+        for harmonic, (order, amplitude) in enumerate(zip(orders, cut["amplitude"].values, strict=True), start=1)
+    ]
+
+
+def _told_apart(
+    cuts: list[OrderPeaks], largest: OrderPeaks, frequency: float, joint_cut: Callable[..., xr.Dataset | None]
+) -> tuple[OrderPeaks, float]:
+    """The cut whose order excites a peak at a mesh frequency [Hz], and the amplitude of the order [m].
+
+    largest     the cut with the largest amplitude near the peak, to which close orders may contribute
+    joint_cut   function (orders) -> their joint cut, or None
+    """
+    of_other_stages = [cut for cut in cuts if cut.stage != largest.stage and cut.height(frequency) > 0]
+    near = [cut for cut in of_other_stages if abs(cut.order - largest.order) < max(cut.separation, largest.separation)]
+    close = {cut.order: cut for cut in (*near, largest)}
+    joint = joint_cut(tuple(sorted(close))) if len(close) > 1 else None
+    if joint is not None:
+        amplitude = joint["amplitude"].values[:, np.abs(_mesh_frequency(joint) / frequency - 1).argmin()]
+        if np.isfinite(amplitude).all():
+            return close[float(joint["order"][amplitude.argmax()])], float(amplitude.max())
+    return largest, largest.height(frequency)
+
+
+def _joint_cut(dte: xr.DataArray, orders: tuple[float, ...]) -> xr.Dataset | None:
+    """Order cut that tells close orders apart, NaN where the speed changes too much in a window; None in short runs."""
+    window = SEPARATION / float(np.diff(orders).min())
+    if 2 * window * REVOLUTION > float(dte["angle"][-1]):
+        return None
+    cut = order_cut(dte, orders, revolutions=window)
+    speed = np.abs(cut["speed"].values)
+    change = np.abs(np.gradient(speed, cut["angle"].values)) * window * REVOLUTION
+    return cut.where(xr.DataArray(change <= SLEW * speed, dims="time"))
+
+
+def _mesh_frequency(cut: xr.Dataset) -> np.ndarray:
+    """(n_time,) mesh frequency [Hz] of the examined stage in an order cut."""
+    return np.abs(cut["speed"].values) * float(cut["mesh_order"]) / (2 * np.pi)
 
 
 def mesh_order_cut(data: xr.Dataset, stage: int, exciting: int | None = None, *, harmonics: int) -> xr.Dataset:
@@ -107,9 +163,13 @@ def mesh_order_cut(data: xr.Dataset, stage: int, exciting: int | None = None, *,
     """
     dte = signal(data, "dte", stage=stage)
     orders = mesh_orders(data, stage if exciting is None else exciting, harmonics=harmonics)
-    turned = float(dte["angle"][-1]) / (2 * np.pi)
-    length = float(np.clip(turned / WINDOWS, SEPARATION / orders[0], max(SEPARATION, SEPARATION / orders[0])))
-    return order_cut(dte, orders, revolutions=length)
+    return order_cut(dte, orders, revolutions=_window(dte, orders[0]))
+
+
+def _window(dte: xr.DataArray, order: float) -> float:
+    """Length of the windows [revolutions] of a cut whose lowest order is this."""
+    turned = float(dte["angle"][-1]) / REVOLUTION
+    return float(np.clip(turned / WINDOWS, SEPARATION / order, max(SEPARATION, SEPARATION / order)))
 
 
 def _peaks(frequency: np.ndarray, amplitude: np.ndarray) -> Resonances:

@@ -24,7 +24,8 @@ def spectrogram(
     window        of scipy.signal.get_window: "hann", "flattop" for amplitudes, ("kaiser", 9.0), ...
 
     Returns a Dataset with amplitude (..., time, frequency), frequency [Hz], and the speed [rad/s] in the middle of each
-    spectrum. A sine has its amplitude in the spectrum. Raises ValueError for signals shorter than a spectrum.
+    spectrum. A sine has its amplitude in the spectrum. Raises ValueError for signals shorter than a spectrum and for
+    more than 5e8 values.
     """
     require_signal(signal)
     require(resolution > 0, f"resolution must be > 0 Hz, got {resolution}")
@@ -32,8 +33,8 @@ def spectrogram(
     length, samples = round(rate / resolution), signal.sizes["time"]
     span = f"resolution must lie in [{rate / samples:.3g}, {rate / 4:.3g}] Hz, got {resolution:.3g} Hz"
     require(4 <= length <= samples, f"{span}: a spectrum takes its inverse of the signal's {samples / rate:.3g} s")
-    rows = signal.values.reshape(-1, samples)
-    spectra = [amplitude_spectra(row, length, hop_of(length, overlap), window) for row in rows]
+    rows, hop = signal.values.reshape(-1, samples), hop_of(length, overlap, signal.size)
+    spectra = [amplitude_spectra(row, length, hop, window) for row in rows]
     middles, frequency = spectra[0][0], np.arange(length // 2 + 1) * rate / length
     lines = np.array([amplitude for _, amplitude in spectra]).reshape(*signal.shape[:-1], middles.size, -1)
     coordinates = signal.isel(time=middles).coords.assign(frequency=("frequency", frequency, FREQUENCY))
@@ -56,6 +57,6 @@ def waterfall(
     require(lines >= 2, f"lines must be >= 2, got {lines}")
     spectra = spectrogram(signal, resolution=resolution, overlap=0.75, window=window)
     speed = spectra["speed"].values
-    wanted = np.linspace(speed.min(), speed.max(), lines)
+    wanted = np.linspace(speed.min(), speed.max(), lines) if lines < speed.size else speed
     nearest = np.unique([np.abs(speed - value).argmin() for value in wanted])
     return spectra.isel(time=nearest).swap_dims(time="speed").sortby("speed")

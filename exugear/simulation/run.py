@@ -50,7 +50,8 @@ class Run:
 
     data        Dataset over time [s] and stage: speed of the driving shaft [rad/s], mesh_frequency (stage, time) [Hz],
                 dte (stage, time) [m], mesh_force (stage, time) [N], phase (stage, time) of the driving flanks;
-                with bearings also bearing_force (bearing, direction, time) [N] and the relative position of the gears;
+                with bearings also bearing_force (bearing, direction, time) [N], on request bearing_displacement [m],
+                and the relative position of the gears;
                 with friction friction_force [N] and friction_loss (stage, time) [W], with drag drag_torque [N m] and
                 drag_loss (shaft, time) [W]; the attributes hold all inputs. A run that no error stopped also has its
                 end_state, from which another run continues
@@ -112,6 +113,7 @@ def run(
     progress: bool = True,
     checks: int = 3,
     power: bool = False,
+    displacement: bool = False,
     executor: Executor | None = None,
 ) -> Run:
     """Run a gearbox under drives and loads on any of its shafts, and record its meshes.
@@ -124,7 +126,7 @@ def run(
     start_speed     of the driving shaft at the start [rad/s] where no speed is imposed; 0 by default
     initial         `Run` of the same gearbox from whose end this run goes on; its time starts at 0 again
     stop            conditions that end the run at the first sample where one of them holds: `SpeedReached`, `Apart`
-    tolerance, step, sample, sensor_period, progress, checks, power, executor
+    tolerance, step, sample, sensor_period, progress, checks, power, displacement, executor
                     as for `run_up`; with an executor the run needs an imposed speed and no stop
 
     A shaft in neither of them is free. At most one speed is imposed; without any the whole train is free to accelerate.
@@ -144,7 +146,7 @@ def run(
         initial=initial.data if initial else None,
     )
     options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
-    conditions = replace(conditions, power=power)
+    conditions = replace(conditions, power=power, displacement=displacement)
     return _solved(model, conditions, initial, executor, progress=progress, checks=checks, **options)
 
 
@@ -162,6 +164,7 @@ def run_up(
     progress: bool = True,
     checks: int = 3,
     power: bool = False,
+    displacement: bool = False,
     executor: Executor | None = None,
 ) -> Run:
     """Run a gearbox at a given speed and load over time, and record its meshes.
@@ -180,6 +183,8 @@ def run_up(
                     the data. Segments of a short run are not checked
     power           record where the power goes: powers of drive and load, losses, energies, at every step (0.2 kB a
                     step and mesh); the steps are a third of those by the tolerance, so that `Run.energy_balance` closes
+    displacement    keep the displacements of the shafts at their bearings, for orbits: bearing_displacement in the
+                    data (24 bytes a sample and bearing)
     executor        any `concurrent.futures.Executor` of processes, over which parts of the run are spread. Parts start
                     early from static equilibrium; where a part is not in the state that arrives (to 1e-6 of the rms),
                     it is integrated again from there until it is, so that the run is the serial one. seam_error in the
@@ -196,7 +201,7 @@ def run_up(
     """
     conditions = run_up_conditions(model.gearbox, speed, load, duration)
     options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
-    conditions = replace(conditions, power=power)
+    conditions = replace(conditions, power=power, displacement=displacement)
     return _solved(model, conditions, None, executor, progress=progress, checks=checks, **options)
 
 

@@ -84,14 +84,14 @@ def _measures(orbit: Orbit, cycles: int, halves: int) -> dict[str, Any]:
     cycles   number of mesh cycles in the period
     halves   number of harmonics, multiples of half the mesh frequency
     """
-    mean = float(orbit.weight @ orbit.deflection)
-    alternating = orbit.deflection - mean
+    mean = float(orbit.weight @ orbit.dte)
+    alternating = orbit.dte - mean
     components = 2 * fourier_sums(orbit.weight, orbit.phase, alternating, halves) @ [1, 1j]
     components[np.arange(1, halves + 1) * cycles % 2 == 1] = 0.0
     return {
         "mean": mean,
         "rms": float(np.sqrt(orbit.weight @ alternating**2)),
-        "peak_to_peak": float(np.ptp(orbit.deflection)),
+        "peak_to_peak": float(np.ptp(orbit.dte)),
         "harmonics": np.abs(components),
         "harmonic_phase": np.angle(components),
         "smallest_force": float(orbit.force.min()),

@@ -11,12 +11,13 @@ the geometric stiffness by which the mean force changes its direction with the s
 from collections.abc import Sequence
 from fractions import Fraction
 from math import acos, lcm
+from typing import NamedTuple
 
 import numpy as np
 
 from exugear.force_table.layout import OFFSETS
 from exugear.mesh_force.force import MeshForce
-from exugear.modes.linear_system import linear_gearbox
+from exugear.modes.linear_system import LinearSystem, linear_gearbox
 from exugear.modes.mesh_tangents import MeshTangent, mesh_tangent
 from exugear.modes.operating_point import loaded
 from exugear.steady_state.force_error import Reduction
@@ -57,25 +58,53 @@ def reduced(model: Model, load: float, stages: Sequence[int], *, speed: float, d
         tangents = [mesh_tangent(model.mbs, meshes[stage].contact, None)[1] for stage in stages]
         further = [mesh for number, mesh in enumerate(meshes) if number not in stages]
         variation = max((_variation(model.mbs, mesh.contact) for mesh in further), default=0.0)
-    rows, measures = zip(*(measures_of(model, meshes[stage], q) for stage in stages), strict=True)
-    stiffness, damping, exciting = system.stiffness, system.damping[0], []
-    for k, (stage, tangent) in enumerate(zip(stages, tangents, strict=True)):
-        mesh, force = meshes[stage], float(system.mesh_force[stage])
-        law = _law_at(mesh.law, measures[k].offsets)
-        mean = np.diag([tangent.stiffness, 0.0, _tilting_stiffness(mesh.law, law, force)])
-        geometric = force * curvature_of(model, mesh, q)
-        stiffness = stiffness - system.elements[stage].stiffness + rows[k].T @ mean @ rows[k] + geometric
-        damping = damping - tangent.damping * np.outer(system.rows[stage], system.rows[stage])
-        phase = (measures[k].phase - cycles[k] / cycles[0] * measures[0].phase) % 1.0
-        exciting.append(ExcitingMesh(law, _equilibrium(law, mesh, measures[k], force, tangent), phase, cycles[k]))
+    of_stages = [_reduced_mesh(model, meshes[i], system, i, x, q) for i, x in zip(stages, tangents, strict=True)]
+    first = of_stages[0].phase
+    exciting = [
+        ExcitingMesh(mesh.law, mesh.equilibrium, (mesh.phase - first * number / cycles[0]) % 1.0, number)
+        for mesh, number in zip(of_stages, cycles, strict=True)
+    ]
+    stiffness = system.stiffness + sum(mesh.stiffness for mesh in of_stages)
+    damping = system.damping[0] + sum(mesh.damping for mesh in of_stages)
     gyroscopic = (system.damping[1] - system.damping[0]) / speed
-    measured = np.array(rows) @ system.motions
-    measured = measured if np.abs(measured[:, 1:]).max() > 0 else measured[:, :1]
+    measures = np.array([mesh.rows for mesh in of_stages]) @ system.motions
+    measures = measures if np.abs(measures[:, 1:3]).max() > 0 else measures[:, [0, 3]]
     mass, stiffness, damping, gyroscopic = (system.reduced(x) for x in (system.mass, stiffness, damping, gyroscopic))
-    blocks = modal_blocks(mass, stiffness, damping, measured, gyroscopic)
+    blocks = modal_blocks(mass, stiffness, damping, measures, gyroscopic)
     mesh_cycles = float(model.mesh_cycles[stages[0]])
-    reduced = SteadySystem(tuple(exciting), blocks, speed, mesh_cycles, variation)
-    return Reduction(reduced, [*stages], q, system.motions, -measures[0].phase / mesh_cycles)
+    steady = SteadySystem(tuple(exciting), blocks, speed, mesh_cycles, variation)
+    return Reduction(steady, [*stages], q, system.motions, -first / mesh_cycles)
+
+
+class ReducedMesh(NamedTuple):
+    """A mesh that excites: its law at its offsets, and what it leaves to the linear system.
+
+    phase                in the equilibrium
+    rows                 (4, n) as `measures_of`
+    stiffness, damping   (n, n) mean stiffness that the law does not contain and its mean, less the tangents of the mesh
+    """
+
+    law: MeshForce
+    equilibrium: MeshEquilibrium
+    phase: float
+    rows: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+
+
+def _reduced_mesh(
+    model: Model, mesh: Mesh, system: LinearSystem, stage: int, tangent: MeshTangent, q: np.ndarray
+) -> ReducedMesh:
+    """The mesh of a stage, whose tangent in the linear system is its mean over the mesh cycle, at coordinates q."""
+    force = float(system.mesh_force[stage])
+    side = 1.0 if force > 0 else -1.0
+    rows, measures = measures_of(model, mesh, side, q)
+    law = _law_at(mesh.law, measures.offsets)
+    mean = np.diag([tangent.stiffness, 0.0, _tilting_stiffness(mesh.law, law, force), 0.0])
+    stiffness = rows.T @ mean @ rows + force * curvature_of(model, mesh, side, q) - system.elements[stage].stiffness
+    damping = -tangent.damping * np.outer(system.rows[stage], system.rows[stage])
+    equilibrium = _equilibrium(law, mesh, measures, force, tangent)
+    return ReducedMesh(law, equilibrium, measures.phase, rows, stiffness, damping)
 
 
 def exciting_stages(model: Model, stages: Sequence[int]) -> list[int]:
@@ -108,12 +137,12 @@ def _variation(mbs, contact: int) -> float:
 def _equilibrium(law: MeshForce, mesh: Mesh, measures: Measures, force: float, tangent: MeshTangent) -> MeshEquilibrium:
     """The equilibrium of a mesh at its measures, with a force [N] and its mean tangent."""
     side, opening = 1.0 if force > 0 else -1.0, _opening(mesh, measures.offsets)
-    phase, deflection = measures.phase, measures.deflection
+    phase, deflection = measures.phase, measures.dte
     if side < 0:
         phase, deflection = law.back_phase - phase, -(deflection + law.backlash) - 2 * opening
     static = static_at(law.table.head, phase, deflection)
     slopes = {"by_phase": side * static.by_phase, "by_misalignment": static.by_lever}
-    return MeshEquilibrium(force, measures.deflection, tangent.stiffness, **slopes, opening=opening, side=side)
+    return MeshEquilibrium(force, measures.dte, tangent.stiffness, **slopes, opening=opening, side=side)
 
 
 def _law_at(law: MeshForce, offsets: dict[str, float]) -> MeshForce:

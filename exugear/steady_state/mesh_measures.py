@@ -20,20 +20,24 @@ STEP, LONG_STEP = 1e-6, 1e-4
 
 
 class Measures(NamedTuple):
-    """Deflection [m], phase of the driving flank, offsets by name as the map counts them; none if gears only spin."""
+    """DTE [m], phase of the driving flank, offsets by name as the map counts them; none if gears only spin."""
 
-    deflection: float
+    dte: float
     phase: float
     offsets: dict[str, float]
 
 
 @kept
-def spatial_measures(table, frame, q_1, q_2):
-    """(deflection [m], phase of the driving flank, misalignment [rad], a [m], axial [m]) of two Rxyz bodies."""
+def spatial_measures(table, frame, side, q_1, q_2):
+    """(deflection of the loaded flank, phase of the driving flank, misalignment, DTE, a, axial) of two Rxyz bodies.
+
+    side   of the loaded flank, +1 or -1; its deflection [m], as the DTE [m], but for its sign and the backlash
+    """
     position = position_of(table, frame, q_1, q_2)
     phase = position.flank.phase if position.flank.side > 0.0 else table.back_phase - position.flank.phase
     a, misalignment, axial = position.offsets
-    return position.lead - position.opening, phase, misalignment, a, axial
+    of_flank, dte = position.lead - side * position.opening, position.lead - position.opening
+    return of_flank, phase, misalignment, dte, a, axial
 
 
 @kept
@@ -57,25 +61,29 @@ def tilting_stiffness_at(table, at_offsets, phase, deflection, offsets):
     return rise / (2 * STEP)
 
 
-def measures_of(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:
-    """Rows (3, n_coordinates) of deflection, phase and misalignment, and the measures at coordinates q."""
+def measures_of(model: Model, mesh: Mesh, side: float, q: np.ndarray) -> tuple[np.ndarray, Measures]:
+    """Rows (4, n_coordinates) of deflection, phase, misalignment and DTE, and the measures at coordinates q.
+
+    side   of the loaded flank, +1 or -1, whose deflection is meant: the centre distance opens it against the DTE of the
+           back flank
+    """
     if not is_spatial(mesh.frame):
         return _measures_of_spins(model, mesh, q)
-    at, indices = _measured(model, mesh)
-    rows = np.zeros((3, q.size))
+    at, indices = _measured(model, mesh, side)
+    rows = np.zeros((4, q.size))
     for index in indices:
         step = STEP * np.eye(q.size)[index]
-        rows[:, index] = ((at(q + step) - at(q - step)) / (2 * STEP))[:3]
-    deflection, phase, misalignment, a, axial = at(q).tolist()
-    return rows, Measures(deflection, phase, {"a": a, "misalignment": misalignment, "axial": axial})
+        rows[:, index] = ((at(q + step) - at(q - step)) / (2 * STEP))[:4]
+    _, phase, misalignment, dte, a, axial = at(q).tolist()
+    return rows, Measures(dte, phase, {"a": a, "misalignment": misalignment, "axial": axial})
 
 
-def curvature_of(model: Model, mesh: Mesh, q: np.ndarray) -> np.ndarray:
-    """(n_coordinates, n_coordinates) second derivatives of the deflection by the coordinates, at coordinates q."""
+def curvature_of(model: Model, mesh: Mesh, side: float, q: np.ndarray) -> np.ndarray:
+    """(n_coordinates, n_coordinates) second derivatives of the deflection of the loaded flank, as `measures_of`."""
     curvature = np.zeros((q.size, q.size))
     if not is_spatial(mesh.frame):
         return curvature
-    at, indices = _measured(model, mesh)
+    at, indices = _measured(model, mesh, side)
     steps = LONG_STEP * np.eye(q.size)
     for i, j in combinations_with_replacement(indices, 2):
         corners = ((a * b, at(q + a * steps[i] + b * steps[j])[0]) for a in (-1, 1) for b in (-1, 1))
@@ -83,7 +91,7 @@ def curvature_of(model: Model, mesh: Mesh, q: np.ndarray) -> np.ndarray:
     return curvature
 
 
-def _measured(model: Model, mesh: Mesh) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
+def _measured(model: Model, mesh: Mesh, side: float) -> tuple[Callable[[np.ndarray], np.ndarray], np.ndarray]:
     """Measures of a mesh in space, as `spatial_measures`, by the coordinates; indices of those that they depend on."""
     shafts = mesh.stage.fast, mesh.stage.slow
     components = [model.plan.shafts[shaft.name].components for shaft in shafts]
@@ -95,14 +103,14 @@ def _measured(model: Model, mesh: Mesh) -> tuple[Callable[[np.ndarray], np.ndarr
         for displacement, part, index in zip(displacements, components, indices, strict=True):
             displacement[part] = coordinates[index]
         bodies = (tuple(row) for row in displacements.tolist())
-        return np.array(spatial_measures(mesh.law.table.head, mesh.frame, *bodies))
+        return np.array(spatial_measures(mesh.law.table.head, mesh.frame, side, *bodies))
 
     return at, np.concatenate(indices)
 
 
 def _measures_of_spins(model: Model, mesh: Mesh, q: np.ndarray) -> tuple[np.ndarray, Measures]:
     """As `measures_of`, of gears that only spin about ideal axes."""
-    rows, pinion = np.zeros((3, q.size)), model.spins[mesh.stage.fast.name]
-    rows[0] = mesh.row
+    rows, pinion = np.zeros((4, q.size)), model.spins[mesh.stage.fast.name]
+    rows[0] = rows[3] = mesh.row
     rows[1, pinion] = mesh.frame.direction * mesh.frame.pitches_per_radian
     return rows, Measures(float(mesh.row @ q), phase_of(mesh.frame, float(q[pinion])), {})

@@ -83,7 +83,7 @@ def checked_phases(phases, pair: GearPair) -> np.ndarray:
     """(n_phase,) increasing phases; a number of phases is spread over the first pitch."""
     values = numbers("phases", phases)
     if values.ndim == 0:
-        require(bool(4 <= values < 1e6 and values % 1 == 0), f"phases must be a whole number, at least 4, got {phases}")
+        require(bool(4 <= values < 1e6 and values % 1 == 0), f"phases must be a whole number in [4, 1e6), got {phases}")
         return np.arange(int(values)) / int(values)
     modifications = (*pair.pinion.drive_flank, *pair.wheel.drive_flank)
     end = 1e6 if pitch_deviations(modifications) else 1

@@ -68,8 +68,13 @@ def kept(function, **options):
 
     Numba's cache checks the file of a function, but not the files of the functions that it calls. This function uses
     private attributes of numba: where they differ, or no folder is writable, every process compiles anew.
+
+    Numba names machine code and files by the name of the function and by the number of functions that the process has
+    compiled before. Those of two processes would be mixed up: functions that differ by whole numbers which they enclose
+    have these numbers in their names.
     """
     KEPT.add(function)
+    function.__qualname__ += _enclosed_numbers(function)
     try:
         dispatcher = njit(function, cache=True, **options)
         on_disk = dispatcher._cache
@@ -79,6 +84,12 @@ def kept(function, **options):
     except (AttributeError, TypeError, RuntimeError, OSError):
         return njit(function, **options)
     return dispatcher
+
+
+def _enclosed_numbers(function: Callable) -> str:
+    """The whole numbers that a function encloses, as part of its name."""
+    enclosed = [cell.cell_contents for cell in function.__closure__ or ()]
+    return "".join(f"_{int(value)}" for value in enclosed if isinstance(value, int))
 
 
 #: `kept` with sums in any order.

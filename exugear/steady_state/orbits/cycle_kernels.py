@@ -160,23 +160,24 @@ def propagators(first, second, oscillating, pieces):
     return matrices
 
 
-@compiled
+@compiled(forceinline=True)
 def meshed(addresses, rows, time, step, states, matrix, changes, samples, number, k):
     """Apply the impulse of mesh k in the middle of a step [s], at a time over the common period."""
     table, mesh = table_at(addresses[k, 0]), steady_mesh_at(addresses[k, 1])
-    measured = (rows.shape[1] - 1) // 2
+    measured, dte_row = (rows.shape[1] - 2) // 2, rows.shape[1] - 1
     deflection, rate = mesh.deflection + dot(rows, k, 1, states), dot(rows, k, 0, states)
     phase, misalignment = mesh.phase + mesh.cycles * time, 0.0
     if measured > 1:
         phase += dot(rows, k, 2, states)
         misalignment = dot(rows, k, 3, states)
     impulse = impulse_of(table, mesh, phase, deflection, misalignment, rate, step)
+    if len(samples) > 0:
+        sample = samples[number, k]
+        sample[0], sample[1] = mesh.deflection + dot(rows, k, dte_row, states), impulse.force
+        sample[2] = impulse.static_force
     strike(states, rows, k, measured, impulse)
     if matrix.shape[1] > 0:
         push(rows, k, measured, impulse, matrix, changes)
-    if len(samples) > 0:
-        sample = samples[number, k]
-        sample[0], sample[1], sample[2] = deflection, impulse.force, impulse.static_force
 
 
 @kept
@@ -184,11 +185,11 @@ def advance(addresses, rows, pieces, propagators, states, matrix, samples):
     """Move states (2 n,) over the pieces of a common period, and the columns of a matrix (2 n, c; c = 0: none) as well.
 
     addresses     (m, 2) of the head of a table and of a `STEADY_MESH`, of every mesh
-    rows          (m, 2 k + 1, 2 n) of every mesh: rate of the deflection by the states; k measures by the states, k = 1
-                  or 3; states by unit impulses on the measures
+    rows          (m, 2 k + 2, 2 n) of every mesh: rate of the deflection by the states; k measures by the states, k = 1
+                  or 3; states by unit impulses on the measures; DTE by the states
     pieces        (p, 4) beginning and length over the common period, number of steps, step [s]
     propagators   (p, 2, n, 2, 2) over half a step and over a step
-    samples       (s, m, 3) deflection [m], force and static force [N] in the middle of each step; s = 0: none
+    samples       (s, m, 3) DTE [m], force and static force [N] in the middle of each step; s = 0: none
     """
     number, changes = 0, np.zeros((MEASURES, matrix.shape[1]))
     for p in range(len(pieces)):

@@ -6,6 +6,7 @@ are scaled as contributions to the deflection of the mesh that they move most, s
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -25,8 +26,8 @@ class ModalBlocks:
 
     first, second   (n,) eigenvalues [1/s] of the blocks: of oscillating ones real and imaginary part
     oscillating     (n,) whether the eigenvalues of a block are conjugate complex
-    measures        (m, k, n, 2) measures = rows . states
-    by_impulses     (m, k, n, 2) changes of the states by unit impulses of the forces on the measures
+    measures        (m, k + 1, n, 2) measures = rows . states: k on which forces act, the DTE
+    by_impulses     (m, k, n, 2) changes of the states by unit impulses of these forces
     coordinates     (q, 2 n) coordinates of the system = matrix . states
     by_turning      (2 n, 2 n) rates of the states by the states per rad/s by which the shafts turn faster
     left_out        largest share of the modes left out in the compliance or the mobility of a mesh
@@ -48,10 +49,15 @@ class ModalBlocks:
         pairs = _paired(values, vectors, np.linalg.inv(vectors).T)
         matrix, inverse = (x.reshape(len(x), -1) for x in (pairs.outputs, pairs.inputs))
         measures = (self.measures.reshape(-1, len(matrix)) @ matrix).reshape(self.measures.shape)
-        by_impulses = (self.by_impulses.reshape(-1, len(matrix)) @ inverse).reshape(self.measures.shape)
+        by_impulses = (self.by_impulses.reshape(-1, len(matrix)) @ inverse).reshape(self.by_impulses.shape)
         blocks = pairs.first, pairs.second, pairs.oscillating, measures, by_impulses
         by_turning = inverse.T @ self.by_turning @ matrix
         return ModalBlocks(*blocks, self.coordinates @ matrix, by_turning, self.left_out), matrix
+
+    @cached_property
+    def gyroscopic(self) -> bool:
+        """Whether the system depends on the speed."""
+        return bool(self.by_turning.any())
 
     @property
     def rate_rows(self) -> np.ndarray:
@@ -93,7 +99,9 @@ class Pairs(NamedTuple):
 def modal_blocks(
     mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, rows: np.ndarray, gyroscopic: np.ndarray | None = None
 ) -> ModalBlocks:
-    """Blocks of the system with these matrices (n, n) and the rows (m, k, n) of the measures, the deflections first.
+    """Blocks of the system with these matrices (n, n) and the rows (m, k + 1, n) of the measures.
+
+    The deflection of a mesh is its first measure, the DTE the last; on the others forces act.
 
     gyroscopic   (n, n) change of the damping per rad/s by which the driving shaft turns faster
 
@@ -112,7 +120,7 @@ def modal_blocks(
     deflections = deflections[:, excited]
     scale = np.take_along_axis(deflections, np.abs(deflections).argmax(axis=0)[None], axis=0)[0]
     pairs = _paired(values[excited], vectors[:n, excited] / scale, inputs[:, excited] * scale)
-    measures, by_impulses = (np.tensordot(rows, x, 1) for x in (pairs.outputs, pairs.inputs))
+    measures, by_impulses = np.tensordot(rows, pairs.outputs, 1), np.tensordot(rows[:, :-1], pairs.inputs, 1)
     by_turning = _by_turning(pairs, np.zeros((n, n)) if gyroscopic is None else modes.T @ gyroscopic @ modes)
     left_out = float(shares[:, ~excited].sum(axis=1).max())
     blocks = pairs.first, pairs.second, pairs.oscillating, measures, by_impulses

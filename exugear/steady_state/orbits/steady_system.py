@@ -30,11 +30,11 @@ class PeriodEnd(NamedTuple):
 
 
 class Orbit(NamedTuple):
-    """Samples of a mesh over a period: weight, phase in mesh cycles, deflection [m], mesh and static force [N]."""
+    """Samples of a mesh over a period: weight, phase in mesh cycles, DTE [m], mesh force and static force [N]."""
 
     weight: np.ndarray
     phase: np.ndarray
-    deflection: np.ndarray
+    dte: np.ndarray
     force: np.ndarray
     static_force: np.ndarray
 
@@ -44,7 +44,7 @@ class LinearMotion:
     """The linear system at a speed.
 
     blocks    of the system at this speed
-    rows      (m, 2 k + 1, 2 n) as `cycle_kernels.advance`
+    rows      (m, 2 k + 2, 2 n) as `cycle_kernels.advance`
     matrix    (2 n, 2 n) states of the system = matrix . states of the blocks
     inverse   of the matrix
     """
@@ -62,9 +62,10 @@ class LinearMotion:
 def linear_motion(blocks: ModalBlocks, change: float) -> LinearMotion:
     """The linear system whose driving shaft turns faster than that of its blocks by a change [rad/s]."""
     matrix = np.eye(2 * blocks.first.size)
-    if blocks.by_turning.any():
+    if blocks.gyroscopic:
         blocks, matrix = blocks.turning_faster(change)
-    tables = [blocks.rate_rows[:, None], blocks.measures, blocks.by_impulses]
+    measures, dte = blocks.measures[:, :-1], blocks.measures[:, -1:]
+    tables = [blocks.rate_rows[:, None], measures, blocks.by_impulses, dte]
     rows = np.concatenate([x.reshape(*x.shape[:2], -1) for x in tables], axis=1)
     return LinearMotion(blocks, rows, matrix, np.linalg.inv(matrix))
 
@@ -163,11 +164,11 @@ class SteadySystem:
 
     def at(self, frequency: float) -> LinearMotion:
         """The linear motion at a mesh frequency [Hz]: gyroscopic terms grow with the speed."""
-        if frequency not in self._at:
-            change = frequency / self.mesh_cycles - self.speed
+        change = frequency / self.mesh_cycles - self.speed if self.blocks.gyroscopic else 0.0
+        if change not in self._at:
             self._at.clear()
-            self._at[frequency] = linear_motion(self.blocks, change)
-        return self._at[frequency]
+            self._at[change] = linear_motion(self.blocks, change)
+        return self._at[change]
 
     def periods_end(self, states: np.ndarray, frequency: float, periods: int) -> PeriodEnd:
         """The states after a number of common periods, with their slopes."""

@@ -1,29 +1,31 @@
-"""Plots of forces over a run: mesh force over time, orbit of a bearing force."""
+"""Plots over a run: mesh force over time, orbits of shafts and of forces at bearings."""
 
 import numpy as np
 import pytest
 import xarray as xr
 
+import exugear
 from exugear import plots
 
 #: Mesh frequency [Hz], amplitude and mean of the mesh force [N].
 MESH, AMPLITUDE, MEAN = 400.0, 300.0, 1000.0
+BEARINGS = ["a at 0 mm", "b at 0 mm"]
 
 
 def steady(duration: float) -> xr.Dataset:
-    """A run at constant speed of 20 teeth with a harmonic mesh force, and a bearing force along an ellipse."""
+    """A run at constant speed of 20 teeth with a harmonic mesh force, and bearing forces along an ellipse."""
     time = np.arange(0, duration, 1e-5)
     angle = 2 * np.pi * MESH * time
-    bearing = np.stack([500 + 30 * np.cos(angle), 200 + 10 * np.sin(angle), 0 * time])
+    force = np.stack([500 + 30 * np.cos(angle), 200 + 10 * np.sin(angle), 0 * time])
     return xr.Dataset(
         {
             "speed": ("time", np.full(time.size, 2 * np.pi * MESH / 20)),
             "mesh_frequency": (("stage", "time"), [np.full(time.size, MESH)]),
             "dte": (("stage", "time"), [0 * time]),
             "mesh_force": (("stage", "time"), [MEAN + AMPLITUDE * np.cos(angle)]),
-            "bearing_force": (("bearing", "direction", "time"), bearing[None]),
+            "bearing_force": (("bearing", "direction", "time"), [force, 2 * force], {"units": "N"}),
         },
-        {"time": time, "stage": ["a-b"], "bearing": ["a at 0 mm"], "direction": ["x", "y", "z"]},
+        {"time": time, "stage": ["a-b"], "bearing": BEARINGS, "direction": ["x", "y", "z"]},
     )
 
 
@@ -50,10 +52,22 @@ def test_the_orbit_shows_the_last_turn_about_its_mean():
     assert ax.get_legend_handles_labels()[1] == ["a at 0 mm", "mean"]
 
 
+def test_the_orbit_of_the_shaft_is_in_micrometres_where_the_run_holds_displacements():
+    force = steady(0.2)["bearing_force"]
+    run = steady(0.2).assign(bearing_displacement=(1e-8 * force).assign_attrs(units="m"))
+    ax = plots.plot_orbit(run, plots.figure().axes[0], bearing="b at 0 mm")
+    x, y = ax.lines[0].get_data()
+    assert np.hypot((x - 10) / 0.6, (y - 4) / 0.2) == pytest.approx(1)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("displacement along x [µm]", "displacement along y [µm]")
+    of_force = plots.plot_orbit(exugear.signal(run, "bearing_force"), plots.figure().axes[0])
+    assert of_force.get_xlabel() == "force along x [N]"
+    assert of_force.lines[1].get_xdata() == pytest.approx([500], abs=0.1)
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"bearing": "b"}, r"bearing must be one of \['a at 0 mm'\], got 'b'"),
+        ({"bearing": "b"}, r"bearing must be one of \['a at 0 mm', 'b at 0 mm'\], got 'b'"),
         ({"window": (3.0, 4.0)}, "window must be start and end within 0 to"),
     ],
 )
@@ -62,3 +76,5 @@ def test_orbits_need_a_bearing_and_a_window_of_the_run(options, words):
         plots.plot_orbit(steady(0.1), **options)
     with pytest.raises(ValueError, match="run must have bearings"):
         plots.plot_orbit(steady(0.1).drop_vars("bearing_force"))
+    with pytest.raises(ValueError, match="select the bearing by bearing="):
+        plots.plot_orbit(exugear.signal(steady(0.1), "bearing_force", bearing="a at 0 mm"))

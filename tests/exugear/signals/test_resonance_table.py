@@ -77,3 +77,33 @@ def test_resonances_that_another_stage_excites_name_that_stage():
     assert table["harmonic"].values.tolist() == [3, 2, 1]
     assert table["mesh_frequency"].values == pytest.approx([2.3 * NATURAL / k for k in (3, 2, 1)], rel=0.01)
     assert table["response_frequency"].values == pytest.approx(NATURAL, rel=0.01)
+
+
+#: Mesh orders of two stages, 0.75 apart; a mode that they excite alike [Hz], its damping ratio.
+CLOSE, MODE, DAMPING = (23.0, 23.75), 1000.0, 0.015
+
+
+def swept_by_two_stages(duration: float) -> xr.Dataset:
+    """Run-up from 5 to 70 revolutions a second of an oscillator that the first harmonics of two stages excite."""
+    time = np.arange(0, duration, 4e-5)
+    speed = 5 + 65 * time / duration
+    turns = 5 * time + 65 * time**2 / (2 * duration)
+    waves = [4e-6 * receptance(order * speed, MODE, DAMPING) * np.cos(2 * np.pi * order * turns) for order in CLOSE]
+    rows = {"mesh_frequency": np.outer(CLOSE, speed), "dte": [sum(waves)] * 2, "mesh_force": [0 * time] * 2}
+    data = {name: (("stage", "time"), values) for name, values in rows.items()} | {"speed": ("time", 2 * np.pi * speed)}
+    return xr.Dataset(data, coords={"time": time, "stage": ["a-b", "b-c"]})
+
+
+@pytest.mark.parametrize("stage", [0, 1])
+def test_resonances_by_close_orders_of_two_stages_are_told_apart(stage):
+    """The higher order reaches the mode first; either has the amplitude that it has at the peak of the envelope."""
+    table = exugear.resonance_table(swept_by_two_stages(8.0), stage)
+    assert table["exciting_stage"].values.tolist() == ["b-c", "a-b"]
+    assert table["harmonic"].values.tolist() == [1, 1]
+    assert table["response_frequency"].values == pytest.approx(MODE, rel=0.01)
+    heights = 4e-6 * receptance(table["response_frequency"].values, MODE, DAMPING)
+    assert table["harmonic_amplitude"].values == pytest.approx(heights, rel=0.07)
+
+
+def test_close_orders_stay_together_in_a_run_that_changes_its_speed_too_fast():
+    assert set(exugear.resonance_table(swept_by_two_stages(0.5))["harmonic"].values) == {1}

@@ -1,6 +1,8 @@
 """Compiled functions on disk are used again until they or a function that they call change."""
 
 import importlib
+import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -26,6 +28,26 @@ from {package}.numbers.factor import FACTOR
 @compiled
 def doubled(x):
     return FACTOR * x
+"""
+#: Functions that differ by a number that they enclose.
+VARIANTS = """
+from fem.support.numba_cache import kept
+
+def times(n):
+    @kept
+    def product(x):
+        return n * x
+
+    return product
+
+def address(product):
+    version = next(iter(product.overloads.values()))
+    return version.library.get_pointer_to_function(version.fndesc.llvm_func_name)
+
+def results(*factors):
+    products = [times(n) for n in factors]
+    values = [product(1.0) for product in products]
+    return values, sum(sum(p.stats.cache_hits.values()) for p in products), len(set(map(address, products)))
 """
 
 
@@ -82,3 +104,14 @@ def test_nothing_is_cached_where_numbas_private_names_differ(tmp_path, monkeypat
         assert entry(1.0) == factor + 1.0
         assert not entry.stats.cache_hits
     assert {path.suffix for path in tmp_path.rglob("*.*")} == {".py"}
+
+
+def test_functions_that_enclose_different_numbers_are_kept_apart_by_processes(tmp_path):
+    """Each process compiles one of them first; a third one reads them from the cache and finds each in its memory."""
+    (tmp_path / "variants.py").write_text(VARIANTS)
+    paths = os.pathsep.join([str(tmp_path), str(Path(fem.__file__).parents[1])])
+    environment = os.environ | {"PYTHONPATH": paths, "NUMBA_CACHE_DIR": str(tmp_path)}
+    for factors, expected in (("2", ([2.0], 0, 1)), ("3", ([3.0], 0, 1)), ("2, 3", ([2.0, 3.0], 2, 2))):
+        script = f"from variants import results; print(results({factors}))"
+        process = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
+        assert process.stdout.strip() == str(expected), process.stderr
