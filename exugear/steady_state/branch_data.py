@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from exugear.steady_state.branch_search import Branch
+from exugear.steady_state.branch import Branch
 from exugear.steady_state.orbits.cycle_kernels import fourier_sums
 from exugear.steady_state.orbits.periodic_orbit import PeriodicOrbits
 from exugear.steady_state.orbits.steady_system import Orbit, SteadySystem

@@ -1,13 +1,14 @@
 """Search of all branches: sweeps over the speed up and down, continuation from each new orbit, subharmonic branches."""
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import replace
 from itertools import pairwise
 from math import ceil, log
 
 import numpy as np
 
-from exugear.steady_state.continuation import UPRIGHT, Range, points_at_borders, traced
+from exugear.steady_state.branch import SAME, Branch, chord_of, shifted
+from exugear.steady_state.continuation import Range, points_at_borders, traced
 from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbits, reversed_point
 from exugear.steady_state.orbits.steady_system import SteadySystem
 from fem.support.progress import announced, bar
@@ -19,33 +20,10 @@ SPEEDS, SETTLED, FEWEST_CYCLES, MOST_CYCLES = 48, 1e-3, 2, 400
 #: Change over a period, relative to the static deflection, below which a state may be near an orbit of that period;
 #: distance up to which the orbit is that of the state.
 NEAR, SAME_ORBIT = 0.05, 0.3
-#: Distance from a chord of a branch over its length, and in unknowns, within which an orbit may lie on the branch.
-OFF_CHORD, OFF_BRANCH = 0.2, 1e-2
-#: Difference of unknowns of the same orbit; share of a chord by which its ends are rounded.
-SAME, ROUNDING = 1e-5, 1e-9
 #: Amplitudes over the static deflection at which a subharmonic branch is started.
 SUBHARMONIC = (0.02, 0.1, 0.005)
 #: Difference of the unknowns of the end of a subharmonic branch and the period doubling at which it ends.
 JOINED = 0.5
-
-
-@dataclass(frozen=True, eq=False)
-class Branch:
-    """Successive periodic orbits, with their period in common periods; whether it is `Trace.complete`."""
-
-    points: list[OrbitPoint]
-    period: int
-    complete: bool
-
-    @property
-    def unknowns(self) -> np.ndarray:
-        """(n_point, 2 n + 1) unknowns of the points."""
-        return np.array([point.unknowns for point in self.points])
-
-    @property
-    def doublings(self) -> list[OrbitPoint]:
-        """Points at which the period doubles."""
-        return [point for point in self.points if point.bifurcation == "period doubling"]
 
 
 def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
@@ -58,11 +36,7 @@ def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
     searched = Range(min(within.low, SEARCHED.low), max(within.high, SEARCHED.high))
     frequencies = np.geomspace(searched.low, searched.high, SPEEDS)
     for direction, sweep in (("up", frequencies), ("down", frequencies[::-1])):
-        for point in _attractors(system, bar(sweep, f"steady states, sweep {direction}")):
-            if not any(_holds(branch, point, system) for branch in branches):
-                branches.append(_through(system, point, searched))
-                if point.period == 1:
-                    branches.extend(_subharmonic(system, branches, searched))
+        _sweep(system, branches, searched, bar(sweep, f"steady states, sweep {direction}"))
     inside = [piece for branch in branches for piece in _pieces(system, branch, within)]
     if not inside:
         raise RuntimeError("no periodic orbit of one or two periods was reached; try another range of speed")
@@ -82,36 +56,40 @@ def _pieces(system: SteadySystem, branch: Branch, within: Range) -> list[Branch]
     return [Branch(points, branch.period, branch.complete) for points in pieces if len(points) > 1]
 
 
-def _attractors(system: SteadySystem, frequencies: Iterable[float]) -> Iterator[OrbitPoint]:
-    """Stable orbits that a sweep over the resonance follows at its mesh frequencies, or settles on."""
-    states = np.zeros(system.size)
-    point: OrbitPoint | None = None
+def _sweep(system: SteadySystem, branches: list[Branch], searched: Range, frequencies: Iterable[float]) -> None:
+    """Add the branches that a sweep over frequencies over the resonance settles on, after the stable end of each."""
+    states, branch, chord = np.zeros(system.size), None, 0
     for ratio in frequencies:
-        frequency = ratio * system.resonance
+        if branch is not None:
+            chord, reached = branch.along(chord, ratio)
+            if reached:
+                continue
+            end = min(branch.points[chord : chord + 2], key=lambda point: abs(point.unknowns[-1] - ratio))
+            states = PeriodicOrbits(system).states_of(end.unknowns)
+        branch, frequency = None, ratio * system.resonance
         try:
-            point = None if point is None else _followed(system, point, ratio)
-            if point is None:
-                states = system.settled(states, frequency, _settling_periods(system, frequency))
-                point = _orbit_near(system, states, frequency)
+            states = system.settled(states, frequency, _settling_periods(system, frequency))
+            point = _orbit_near(system, states, frequency)
         except ValueError:
             states, point = np.zeros(system.size), None
         if point is not None:
-            states = PeriodicOrbits(system).states_of(point.unknowns)
-            yield point
+            branch, chord = _branch_of(system, branches, searched, point)
 
 
-def _followed(system: SteadySystem, point: OrbitPoint, ratio: float) -> OrbitPoint | None:
-    """The stable orbit at the next mesh frequency of a sweep over the resonance, near the last; None: it ends."""
-    if not point.stable or abs(point.tangent[-1]) < UPRIGHT:
-        return None
-    change = (ratio - point.unknowns[-1]) / point.tangent[-1] * point.tangent
-    if np.abs(change).max() > SAME_ORBIT:
-        return None
-    guess = point.unknowns + change
-    following = PeriodicOrbits(system, point.period).solved(guess, np.eye(guess.size)[-1], point)
-    if following is None or np.abs(following.unknowns - guess).max() > SAME_ORBIT:
-        return None
-    return following if following.stable else None
+def _branch_of(
+    system: SteadySystem, branches: list[Branch], searched: Range, point: OrbitPoint
+) -> tuple[Branch | None, int]:
+    """The branch through an orbit and its chord there; a new one is added, with those that leave its doublings."""
+    for branch in branches:
+        chord = chord_of(branch, point, system)
+        if chord is not None:
+            return branch, chord
+    branch = _through(system, point, searched)
+    branches.append(branch)
+    if point.period == 1:
+        branches.extend(_subharmonic(system, branches, searched))
+    start = int(np.abs(branch.unknowns - point.unknowns).max(axis=1).argmin())
+    return (branch, min(start, len(branch.points) - 2)) if len(branch.points) > 1 else (None, 0)
 
 
 def _settling_periods(system: SteadySystem, frequency: float) -> int:
@@ -133,7 +111,7 @@ def _orbit_near(system: SteadySystem, states: np.ndarray, frequency: float) -> O
 
 def _is_subharmonic(system: SteadySystem, point: OrbitPoint) -> bool:
     """Whether an orbit of two common periods is none of a single one."""
-    return bool(np.abs(_shifted(system, point) - point.unknowns).max() > SAME)
+    return bool(np.abs(shifted(system, point) - point.unknowns).max() > SAME)
 
 
 def _through(system: SteadySystem, start: OrbitPoint, within: Range) -> Branch:
@@ -158,45 +136,13 @@ class Ending:
         """(2 n,) change of the states over a common period, over the static deflection; 0 for orbits of one period."""
         if point.period == 1:
             return np.zeros(0)
-        return _shifted(self.system, point)[:-1] - point.unknowns[:-1]
+        return shifted(self.system, point)[:-1] - point.unknowns[:-1]
 
     def __call__(self, point: OrbitPoint) -> bool:
         difference = self._difference(point)
         self.merged = bool(difference @ self.last < 0)
         self.last = difference
         return self.merged
-
-
-def _shifted(system: SteadySystem, point: OrbitPoint) -> np.ndarray:
-    """Unknowns of an orbit one common period later."""
-    orbits = PeriodicOrbits(system, point.period)
-    states = system.settled(orbits.states_of(point.unknowns), orbits.frequency_of(point.unknowns), 1)
-    return np.append(states / system.static_deflection, point.unknowns[-1])
-
-
-def _holds(branch: Branch, point: OrbitPoint, system: SteadySystem) -> bool:
-    """Whether an orbit lies on a branch."""
-    if branch.period != point.period:
-        return False
-    candidates = [point.unknowns] if point.period == 1 else [point.unknowns, _shifted(system, point)]
-    return any(_passes(branch, unknowns, system) for unknowns in candidates)
-
-
-def _passes(branch: Branch, unknowns: np.ndarray, system: SteadySystem) -> bool:
-    """Whether a branch passes through unknowns."""
-    corners, frequency = branch.unknowns, unknowns[-1]
-    low, high = corners[:-1], corners[1:]
-    rises = high[:, -1] - low[:, -1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(rises == 0, 0.0, (frequency - low[:, -1]) / rises)
-    for i in np.flatnonzero(np.abs(share - 0.5) <= 0.5 + ROUNDING):
-        guess = low[i] + share[i] * (high[i] - low[i])
-        if np.linalg.norm(guess - unknowns) < OFF_CHORD * np.linalg.norm(high[i] - low[i]) + OFF_BRANCH:
-            orbits = PeriodicOrbits(system, branch.period)
-            point = orbits.at_frequency(orbits.states_of(guess), orbits.frequency_of(unknowns))
-            if point is not None and np.abs(point.unknowns - unknowns).max() < SAME:
-                return True
-    return False
 
 
 def _subharmonic(system: SteadySystem, branches: list[Branch], within: Range) -> list[Branch]:

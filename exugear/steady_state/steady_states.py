@@ -7,8 +7,9 @@ import numpy as np
 import xarray as xr
 
 from exugear.operation.train_motion import HIGHEST_SPEED
+from exugear.steady_state.branch import Branch
 from exugear.steady_state.branch_data import labelled
-from exugear.steady_state.branch_search import Branch, all_branches
+from exugear.steady_state.branch_search import all_branches
 from exugear.steady_state.continuation import Range
 from exugear.steady_state.force_error import Reduction, force_error
 from exugear.steady_state.gearbox_reduction import check_reducible, exciting_stages, reduced
