@@ -115,17 +115,21 @@ def user_functions(bearing: Bearing, lever: float):
 
 
 def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) -> None:
-    """Compute the forces (n_bearing, 3, n) [N] of all bearings of a shaft on it, in their order.
+    """Add the forces (n_bearing, 3, n) [N] of all bearings of a shaft on it, in their order.
 
-    q, q_t   (n, 5) displacements [m] and tilts [rad] of the shaft's centre of mass, and their rates
+    q, q_t   displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad], and
+             their rates
     """
     for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
-        motion = _motion_at(shaft, axial)
+        motion = _motion_at(shaft, axial, q.shape[1])
         stiffness, radial = linear_part(bearing, 0.0)[:3] @ motion, motion[:2]
+        directions = np.flatnonzero(stiffness.any(axis=1))
         for first in range(0, len(q), BLOCK):
             block = slice(first, first + BLOCK)
             displacements, rates = q[block].T, q_t[block].T
-            force[:, block] = -stiffness @ (displacements + bearing.damping * rates)
+            strained = displacements + bearing.damping * rates
+            for i in directions:
+                force[i, block] -= stiffness[i] @ strained
             if not bearing.linear:
                 force[:2, block] += _radial_reaction(bearing, radial @ displacements, radial @ rates)
 
@@ -133,17 +137,17 @@ def reactions(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) 
 def displacements(shaft: Shaft, q: np.ndarray, at_bearings: np.ndarray) -> None:
     """Compute the displacements (n_bearing, 3, n) [m] of a shaft at all its bearings, in their order.
 
-    q   (n, 5) displacements [m] and tilts [rad] of the shaft's centre of mass
+    q   displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad]
     """
     for axial, displacement in zip(shaft.bearings, at_bearings, strict=True):
-        displacement[:] = _motion_at(shaft, axial)[:3] @ q.T
+        displacement[:] = _motion_at(shaft, axial, q.shape[1])[:3] @ q.T
 
 
-def _motion_at(shaft: Shaft, axial: float) -> np.ndarray:
-    """(6, 5) displacement and rotation of a shaft at an axial position by those of its centre of mass."""
+def _motion_at(shaft: Shaft, axial: float, components: int) -> np.ndarray:
+    """(6, components) displacement and rotation of a shaft at an axial position by those of its centre of mass."""
     motion = np.eye(6)[:, :5]
     motion[0, 4], motion[1, 3] = axial - shaft.centre, shaft.centre - axial
-    return motion
+    return motion[:, :components]
 
 
 def _radial_reaction(bearing: Bearing, displacement: np.ndarray, rate: np.ndarray) -> np.ndarray:

@@ -133,11 +133,11 @@ def braking_torques(shaft: Shaft, omega: np.ndarray, motion: np.ndarray | None) 
     """(n,) torque of all drags of a shaft against its rotation [N m].
 
     omega    (n,) speed of the shaft [rad/s]
-    motion   (n, 5) displacements [m] and tilts [rad] of its centre of mass; None where it only spins
+    motion   (n, 2 or 5) displacements [m] and tilts [rad] of its centre of mass; None where it only spins
     """
     loads: dict[float, np.ndarray] = {}
     if motion is not None:
-        forces = np.empty((len(shaft.bearings), 3, omega.size))
+        forces = np.zeros((len(shaft.bearings), 3, omega.size))
         reactions(shaft, motion, np.zeros_like(motion), forces)
         loads = {axial: np.hypot(x, y) for axial, (x, y, _) in zip(shaft.bearings, forces, strict=True)}
     torques = [braking_torque(drag.terms, omega, loads.get(axial, 0.0)) for axial, drag in shaft.drags]

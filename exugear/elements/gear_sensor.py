@@ -9,7 +9,7 @@ from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.elements.gear_contact import contact_key
 from exugear.force_table.kernel_records import address_of
-from exugear.kernels.recorder import Recorder
+from exugear.kernels.recorder import NAMES, Recorder
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -53,7 +53,7 @@ def user_function(kernel: Callable, contact: int) -> Callable:
             np.concatenate([np.atleast_1d(mbs.GetNodeOutput(n, kind, configuration)) for n in nodes]) for kind in kinds
         )
         kernel(address_of(recorder.header), t, *q.tolist(), *q_t.tolist())
-        return list(recorder.samples[0][0].item())
+        return [float(recorder.samples[name][0]) for name in NAMES]
 
     return gear_sensor
 

@@ -71,4 +71,4 @@ def _start_of(typing_context, record):
 
 
 start_of: Any = intrinsic(_start_of)
-doubles_at = pointer_to(types.float64)
+doubles_at, floats_at = pointer_to(types.float64), pointer_to(types.float32)

@@ -1,7 +1,8 @@
 """The data of a run: samples, variables with labels and units, reading from a file, selection of a stage."""
 
 from bisect import bisect_left
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -13,7 +14,7 @@ import xarray as xr
 from exugear.energy.power_variables import power_variables
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.integration.shaft_motion import (
-    bearing_variables,
+    BearingForces,
     drag_variables,
     driving_speed,
     rows,
@@ -87,8 +88,9 @@ def stored(path) -> xr.Dataset:
     return data.assign_coords(texts)
 
 
-def start_recorders(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool, samples: range) -> None:
-    """Start the recorders of all meshes and torques for a run.
+@contextmanager
+def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool, samples: range) -> Iterator[None]:
+    """Record all meshes and torques; later solves leave the samples as they are.
 
     power     whether meshes record spins and speeds
     samples   numbers of the samples to record
@@ -99,6 +101,11 @@ def start_recorders(model: Model, steps: Steps, torques: ShaftTorques, *, power:
         mesh.recorder.start(steps.interval, len(samples), **part, **kinds)
     for torque in torques.values():
         torque.recorder.start(steps.interval, len(samples), **part)
+    try:
+        yield
+    finally:
+        for recorder in recorders_of(model, torques):
+            recorder.header.number = 0
 
 
 def recorders_of(model: Model, torques: ShaftTorques) -> list[Recorder | ShaftRecorder]:
@@ -113,8 +120,7 @@ def keep_valid(
 
     Returns the stop, also where bearings yield until the teeth part.
     """
-    blocks = [mesh.recorder.samples for mesh in model.meshes]
-    lost = np.logical_or.reduce([np.isnan(samples[0]["deflection"]) for samples in blocks])
+    lost = np.logical_or.reduce([np.isnan(mesh.recorder.deflection) for mesh in model.meshes])
     if end:
         lost |= np.arange(lost.size) > end.sample
     if stop:
@@ -122,8 +128,8 @@ def keep_valid(
     number = int(lost.argmax()) if lost.any() else lost.size
     apart, reason = _out_of_mesh(model, number)
     number, stop = (apart, RuntimeError(f"at t = {steps.time[apart]:.6g} s: {reason}")) if reason else (number, stop)
-    for samples in blocks:
-        samples[:] = [block[:number] for block in samples]
+    for samples in [mesh.recorder.samples for mesh in model.meshes]:
+        samples.update({name: array[..., :number] for name, array in samples.items()})
     return stop
 
 
@@ -133,12 +139,12 @@ def _out_of_mesh(model: Model, number: int) -> tuple[int, str]:
     number   of samples to examine
     """
     for mesh in model.meshes:
-        if on_bearings(model, mesh):
-            pair, peaks = mesh.stage.pair, np.maximum.accumulate(mesh.recorder.a[:number])
+        pair, a = mesh.stage.pair, mesh.recorder.a[:number]
+        if on_bearings(model, mesh) and _is_apart(pair, a.max(initial=pair.a)):
+            peaks = np.maximum.accumulate(a)
             apart = bisect_left(peaks, True, key=partial(_is_apart, pair))
-            if apart < number:
-                far = f"bearings of {mesh.stage.name} yield to a centre distance of {peaks[apart] / mm:.6g} mm"
-                return apart, f"{far}, where the pair cannot run; try less load or stiffer bearings {UNIT}"
+            far = f"bearings of {mesh.stage.name} yield to a centre distance of {peaks[apart] / mm:.6g} mm"
+            return apart, f"{far}, where the pair cannot run; try less load or stiffer bearings {UNIT}"
     return number, ""
 
 
@@ -157,15 +163,17 @@ def labelled(
     scheme: Scheme,
     errors: Iterable[tuple[Segment, np.ndarray]],
     torques: ShaftTorques,
+    forces: BearingForces,
 ) -> xr.Dataset:
     """All variables of a run, its inputs in the attributes.
 
     errors    segments with their errors by the step, awaited at the end
     torques   tabulated torques and recorded motions of shafts
+    forces    of the bearings
     """
     time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
     data = _over_time(model, time, driving_speed(model, conditions, time))
-    data = data.assign(bearing_variables(model, conditions.displacement))
+    data = data.assign(forces.variables(time.size, conditions.displacement))
     data = data.assign(_beyond_maps(model, scheme.steps.interval))
     data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
     data = data.assign(drag_variables(model))

@@ -19,8 +19,8 @@ import numpy as np
 import xarray as xr
 
 from exugear.elements.exudyn_objects import set_state_of_system
-from exugear.integration.columns import Columns, columns_of, joined
 from exugear.integration.division import Division, division_of
+from exugear.integration.part_samples import PartSamples, loaded, rows_of
 from exugear.integration.run_data import recorders_of
 from exugear.integration.segments import (
     Integrated,
@@ -31,10 +31,9 @@ from exugear.integration.segments import (
     samples_before,
     seam_error,
 )
+from exugear.integration.shaft_motion import BearingForces
 from exugear.integration.time_integration import Segment, Solver, progress_bar, state_of_run
-from exugear.kernels.recorder import Recorder
 from exugear.operation.conditions import Conditions
-from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.plan.vibration_decay import SEAM_TOLERANCE
 from exugear.system.drive_and_load import ShaftTorques
 from exugear.system.model import Model
@@ -51,7 +50,8 @@ class Chain:
 
     solver     of the whole run
     states     of the system at the bounds of the segments, by step
-    pieces     samples of the joined parts, of each recorder's arrays
+    forces     of the bearings in the run
+    arrived    samples of joined parts, or their files, with the number from which the run takes them
     seams      differences of the states that were joined, by step
     front      step up to which the run is joined
     reason     why a part from the state that had arrived has stopped; else empty
@@ -60,7 +60,8 @@ class Chain:
 
     solver: Solver
     states: dict[int, Any]
-    pieces: list[list[Columns]]
+    forces: BearingForces
+    arrived: list[tuple[PartSamples | Path, int]] = field(default_factory=list)
     bar: Any = None
     seams: dict[int, float] = field(default_factory=dict)
     front: int = 0
@@ -79,12 +80,17 @@ class Chain:
 
     def extend(self, part: Integrated) -> None:
         """Take what a part has behind the front."""
-        before = max(samples_before(self.solver.scheme, self.front) - part.begin, 0)
-        for pieces, samples in zip(self.pieces, part.columns, strict=False):
-            pieces.append(samples[before:])
+        self.arrived.append((part.samples, samples_before(self.solver.scheme, self.front)))
         self.states |= part.states
         self.bar.update(max(part.last - self.front, 0))
         self.front, self.reason, self.stopped_at = max(part.last, self.front), part.reason, part.stopped_at
+
+    def copy_samples(self, rows: Sequence[np.ndarray]) -> None:
+        """Copy the samples that have arrived to the rows of the whole run, and compute the forces of the bearings."""
+        for samples, begin in self.arrived:
+            loaded(samples).copy_to(rows, begin)
+        self.arrived.clear()
+        self.forces.extend(samples_before(self.solver.scheme, self.front))
 
 
 @dataclass
@@ -112,8 +118,11 @@ class Joining:
         self._start_early()
         return self
 
-    def run(self) -> None:
-        """Integrate and join all parts; RuntimeError, with the reason, where the executor or a solve fails."""
+    def run(self, rows: Sequence[np.ndarray]) -> None:
+        """Integrate and join all parts; RuntimeError, with the reason, where the executor or a solve fails.
+
+        rows   of the samples of the whole run, to which those of the parts are copied while processes integrate
+        """
         try:
             while self.joined < self.division.number:
                 done, _ = wait(self.running, return_when=FIRST_COMPLETED)
@@ -121,9 +130,11 @@ class Joining:
                     self._receive(future)
                 self._join()
                 self._start_early()
+                self.chain.copy_samples(rows)
         finally:
             for future in self.running:
                 future.cancel()
+            self.chain.copy_samples(rows)
 
     def _join(self) -> None:
         """Join the parts that fit; the next that does not is integrated from the state that arrives."""
@@ -210,26 +221,15 @@ class Parts:
     def run(self, progress: bool) -> tuple[list[Segment], None, BaseException | None]:
         """As `Solver.run`."""
         mbs, chain, stop = self.solver.model.mbs, self.joining.chain, None
-        recorders = recorders_of(self.solver.model, self.torques)
-        chain.pieces = [[] for recorder in recorders for _ in recorder.samples]
         try:
             with self.folder, progress_bar(self.solver.scheme, progress) as chain.bar:
-                self.joining.run()
-                self._fill(recorders)
+                self.joining.run(rows_of(recorders_of(self.solver.model, self.torques)))
             self.solver.require_samples(None)
         except (RuntimeError, KeyboardInterrupt) as error:
             stop = error
-            self._fill(recorders)
         set_state_of_system(mbs, chain.states[chain.front], INITIAL)
         bounds = sorted(step for step in chain.states if step <= chain.front)
         return [Segment(first, last, chain.states[first]) for first, last in pairwise(bounds)], None, stop
-
-    def _fill(self, recorders: Sequence[Recorder | ShaftRecorder]) -> None:
-        """Let recorders hold the samples of all parts that are joined."""
-        pieces = iter(self.joining.chain.pieces)
-        for recorder in recorders:
-            wholes: list[Any] = [joined(next(pieces) or [columns_of(block[:0])]) for block in recorder.samples]
-            recorder.samples[:] = wholes
 
     def repeated(self, segments: Sequence[Segment]) -> Iterator[np.ndarray]:
         """(n_stage,) rms of the DTE of each segment at half the step, which processes begin to integrate at once."""
@@ -252,7 +252,7 @@ class Parts:
         return data.assign(seam_error=("seam", errors, about), seam=("seam", times, seam)).assign_attrs(parts=text)
 
 
-def parts_of(solver: Solver, torques: ShaftTorques, executor: Executor) -> Parts | None:
+def parts_of(solver: Solver, torques: ShaftTorques, forces: BearingForces, executor: Executor) -> Parts | None:
     """The run as parts, the first of which are submitted; None where it is better serial.
 
     Warns where vibrations do not decay.
@@ -265,7 +265,7 @@ def parts_of(solver: Solver, torques: ShaftTorques, executor: Executor) -> Parts
     folder = TemporaryDirectory(ignore_cleanup_errors=True)
     run = solver.model.plan.scene, solver.conditions.tabulated(), solver.scheme, solver.restarted
     job = Job(uuid4(), *run, Path(folder.name))
-    chain = Chain(solver, {0: state_of_run(solver.model)}, [])
+    chain = Chain(solver, {0: state_of_run(solver.model)}, forces)
     try:
         return Parts(Joining(chain, division, job, executor).begin(), solver, torques, folder)
     except BaseException:

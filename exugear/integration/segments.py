@@ -12,8 +12,8 @@ import exudyn as exu
 import numpy as np
 
 from exugear.elements.exudyn_objects import quiet, set_state_of_system
-from exugear.integration.columns import Columns, StoredColumns, columns_of, stored
-from exugear.integration.run_data import recorders_of, start_recorders
+from exugear.integration.part_samples import PartSamples, part_samples, stored
+from exugear.integration.run_data import recorders_of, recording
 from exugear.integration.shaft_motion import needs_speeds
 from exugear.integration.solver_settings import Scheme
 from exugear.integration.step_error import vibration_at_half_the_step
@@ -71,22 +71,15 @@ class Integrated:
     """What a process returns of a part.
 
     states       by the step, from the seam on
-    samples      behind the seam, of each recorder's arrays; that at t = 0 is behind the seam at step 0
-    begin        number of the first sample
+    samples      behind the seam, or the file that holds them; that at t = 0 is behind the seam at step 0
     reason       why the integration has stopped; else empty
     stopped_at   time of the system [s]
     """
 
     states: dict[int, Any]
-    samples: list[Columns] | StoredColumns
-    begin: int
+    samples: PartSamples | Path
     reason: str
     stopped_at: float
-
-    @property
-    def columns(self) -> list[Columns]:
-        """The samples, read where they are stored."""
-        return self.samples.loaded() if isinstance(self.samples, StoredColumns) else self.samples
 
     @property
     def last(self) -> int:
@@ -98,8 +91,8 @@ def integrate(job: Job, part: Part) -> Integrated:
     """Integrate a part; a function that processes can import."""
     steps = job.scheme.steps
     states: dict[int, Any] = {part.seam: part.state} if part.state else {}
-    samples: list[Columns] = []
     begin, reason, stopped_at = samples_before(job.scheme, part.seam), "", 0.0
+    samples = PartSamples(range(begin, begin), ())
     try:
         with _system_of(job, part) as (solver, torques):
             try:
@@ -111,13 +104,10 @@ def integrate(job: Job, part: Part) -> Integrated:
             finally:
                 stopped_at = solver.model.mbs.systemData.GetTime()
                 end = max(begin, int(stopped_at / steps.interval + 0.5) + 1)
-                offset = part.bounds[0] // steps.every
-                blocks = [block for each in recorders_of(solver.model, torques) for block in each.samples]
-                samples = [columns_of(block[begin - offset : end - offset]) for block in blocks]
+                samples = part_samples(recorders_of(solver.model, torques), range(begin, end))
     except (RuntimeError, ValueError) as error:
         reason = str(error)
-    handed_over = stored(samples, job.folder) if job.folder.is_dir() else samples
-    return Integrated(states, handed_over, begin, reason, stopped_at)
+    return Integrated(states, stored(samples, job.folder), reason, stopped_at)
 
 
 def rms_at_half_the_step(job: Job, segment: Segment) -> np.ndarray:
@@ -146,9 +136,10 @@ def _system_of(job: Job, part: Part) -> Iterator[tuple[Solver, ShaftTorques]]:
             released(model, conditions, torques)
             if part.state:
                 set_state_of_system(model.mbs, part.state, INITIAL)
-            samples = range(part.bounds[0] // steps.every, part.bounds[-1] // steps.every + 1)
-            start_recorders(model, steps, torques, power=needs_speeds(model, conditions), samples=samples)
-            yield Solver(model, conditions, job.scheme, job.restarted), torques
+            samples = range(part.seam // steps.every, part.bounds[-1] // steps.every + 1)
+            power = needs_speeds(model, conditions)
+            with recording(model, steps, torques, power=power, samples=samples):
+                yield Solver(model, conditions, job.scheme, job.restarted), torques
 
 
 def samples_before(scheme: Scheme, step: int) -> int:

@@ -1,5 +1,7 @@
 """Speeds of the shafts, torques on their ends, forces and displacements at their bearings, from recorded samples."""
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -28,7 +30,7 @@ def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
     """
     by_shaft: dict[str, np.ndarray] = {}
     for mesh in model.meshes:
-        if mesh.recorder.header.powers:
+        if "energy" in mesh.recorder.samples:
             for number, shaft in enumerate((mesh.stage.fast, mesh.stage.slow), start=1):
                 samples = mesh.recorder.power[f"{quantity}_{number}"]
                 by_shaft[shaft.name] = model.gearbox.directions[shaft.name] * samples
@@ -59,6 +61,68 @@ def _speeds(kind: str, speeds: dict[str, np.ndarray]) -> dict[str, Any]:
     return {f"{kind}_speed": ((kind, "time"), np.array(list(speeds.values())), about), kind: (kind, list(speeds))}
 
 
+def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.ndarray]]:
+    """Shafts on bearings by name, with recorded motions (n, 2 or 5) of their centres of mass [m, rad], and rates."""
+    kinds, motions, by_name = model.plan.shafts, {}, {}
+    for mesh in model.meshes:
+        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+            if kinds[shaft.name].on_bearings:
+                motions[shaft.name] = mesh.recorder.motion(side)
+    for shaft in [shaft for shaft in model.gearbox.shafts if shaft.name in motions]:
+        moving, (q, q_t) = slice(kinds[shaft.name].spin_index), motions[shaft.name]
+        by_name[shaft.name] = shaft, q[:, moving], q_t[:, moving]
+    return by_name
+
+
+@dataclass
+class BearingForces:
+    """Forces of all bearings on their shafts over the samples of a run, computed while the samples come.
+
+    samples    number of samples of the whole run
+    computed   number of those of which the forces are computed
+    """
+
+    model: Model
+    samples: int
+    computed: int = 0
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        """(n_bearing, 3, samples) [N], 0 until computed."""
+        kinds = self.model.plan.shafts
+        counts = [len(shaft.bearings) for shaft in self.model.gearbox.shafts if kinds[shaft.name].on_bearings]
+        return np.zeros((sum(counts), 3, self.samples))
+
+    def extend(self, number: int) -> None:
+        """Compute the forces up to a number of samples."""
+        new, last = slice(self.computed, number), 0
+        for shaft, q, q_t in motions_on_bearings(self.model).values():
+            first, last = last, last + len(shaft.bearings)
+            reactions(shaft, q[new], q_t[new], self.values[first:last, :, new])
+        self.computed = number
+
+    def variables(self, number: int, displacement: bool) -> dict[str, Any]:
+        """The forces over a number of samples; empty where no shaft is on bearings.
+
+        displacement   whether the displacements of the shafts at their bearings are computed too
+        """
+        motions = motions_on_bearings(self.model)
+        if not motions:
+            return {}
+        self.extend(number)
+        labels = [f"{name} at {axial / mm:g} mm" for name, (shaft, *_) in motions.items() for axial in shaft.bearings]
+        over, about = ("bearing", "direction", "time"), {"units": "N", "long_name": "force of the bearing on its shaft"}
+        data: dict[str, Any] = {"bearing_force": (over, self.values[..., :number], about)}
+        if displacement:
+            about = {"units": "m", "long_name": "displacement of the shaft at the bearing"}
+            moved, last = np.empty((len(labels), 3, number)), 0
+            for shaft, q, _ in motions.values():
+                first, last = last, last + len(shaft.bearings)
+                displacements(shaft, q, moved[first:last])
+            data["bearing_displacement"] = over, moved, about
+        return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
+
+
 def drag_variables(model: Model) -> dict[str, Any]:
     """Torques of the drags of all shafts and the power that they dissipate; empty where no shaft has a drag."""
     shafts = model.gearbox.shafts
@@ -77,44 +141,8 @@ def drag_variables(model: Model) -> dict[str, Any]:
 
 def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
     """(n,) torque of the drags of a shaft against its sense of motion [N m]."""
-    q, _ = _motions(model).get(shaft.name, (None, None))
-    return braking_torques(shaft, recorded(model, "speed")[shaft.name], q)
-
-
-def bearing_variables(model: Model, displacement: bool) -> dict[str, Any]:
-    """Forces of the bearings on their shafts; empty where no shaft stands on elastic bearings.
-
-    displacement   whether the displacements of the shafts at their bearings are computed too
-    """
-    motions = _motions(model)
-    shafts = [shaft for shaft in model.gearbox.shafts if shaft.name in motions]
-    if not shafts:
-        return {}
-    labels = [f"{shaft.name} at {axial / mm:g} mm" for shaft in shafts for axial in shaft.bearings]
-    size, last = (len(labels), 3, model.meshes[0].recorder.deflection.size), 0
-    forces, moved = np.empty(size), np.empty(size if displacement else 0)
-    for shaft in shafts:
-        first, last = last, last + len(shaft.bearings)
-        q, q_t = motions[shaft.name]
-        reactions(shaft, q, q_t, forces[first:last])
-        if displacement:
-            displacements(shaft, q, moved[first:last])
-    over = "bearing", "direction", "time"
-    data = {"bearing_force": (over, forces, {"units": "N", "long_name": "force of the bearing on its shaft"})}
-    if displacement:
-        about = {"units": "m", "long_name": "displacement of the shaft at the bearing"}
-        data["bearing_displacement"] = over, moved, about
-    return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
-
-
-def _motions(model: Model) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Recorded displacements and tilts (n, 5) of the shafts on bearings, and their rates, by name of the shaft."""
-    return {
-        shaft.name: mesh.recorder.motion(side)
-        for mesh in model.meshes
-        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow))
-        if model.plan.shafts[shaft.name].on_bearings
-    }
+    _, motion, _ = motions_on_bearings(model).get(shaft.name, (shaft, None, None))
+    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motion)
 
 
 def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> dict[str, Any]:
@@ -157,7 +185,8 @@ def imposed_torque(model: Model, conditions: Conditions, time: np.ndarray) -> np
         by_coupling = _coupling_torque(model, conditions, shaft.coupling, time)
         torque = shaft.coupling.inertia * acceleration + by_coupling
     else:
-        torque = shaft.inertia * acceleration - _mesh_torque(model, shaft)
+        torque = _mesh_torque(model, shaft)
+        np.subtract(shaft.inertia * acceleration, torque, out=torque)
         if shaft.drags:
             torque += _drag_torque(model, shaft)
     torque *= conditions.held_sense

@@ -104,10 +104,10 @@ def vibration_at_half_the_step(solver: Solver, segment: Segment) -> np.ndarray:
 def _samples_kept(solver: Solver, segment: Segment) -> Iterator[None]:
     """Restore the samples of a segment afterwards."""
     samples = samples_in(solver.scheme, segment)
-    blocks = [block for mesh in solver.model.meshes for block in mesh.recorder.samples]
-    copies = [block[samples].copy() for block in blocks]
+    arrays = [array for mesh in solver.model.meshes for array in mesh.recorder.samples.values()]
+    copies = [array[..., samples].copy() for array in arrays]
     try:
         yield
     finally:
-        for block, copy in zip(blocks, copies, strict=True):
-            block[samples] = copy
+        for array, copy in zip(arrays, copies, strict=True):
+            array[..., samples] = copy

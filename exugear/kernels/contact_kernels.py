@@ -10,7 +10,7 @@ from exugear.force_table.patches import table_at
 from exugear.kernels.first_guess import begin_call
 from exugear.kernels.imposed_motion import spin_in_space, spin_of, torque_on, with_torque_on
 from exugear.kernels.kinematics import NO_OFFSETS, rotational_mesh, spatial_mesh
-from exugear.kernels.recorder import sample_of, write, write_motion, write_power
+from exugear.kernels.recorder import COMPONENTS, sample_of, write, write_motion, write_power
 from fem.support.numba_cache import kept
 
 SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
@@ -68,6 +68,7 @@ def _spatial_contact(kind_1: int, kind_2: int):
     It encloses numbers only, by which the cache on disk identifies it; branches that they exclude are not compiled.
     """
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
+    components = min(max(n_1, n_2) - 1, COMPONENTS)
 
     @kept
     def spatial_contact(table, frame, state, record, t, *x):
@@ -82,7 +83,7 @@ def _spatial_contact(kind_1: int, kind_2: int):
             torques = mesh.pinion[5], mesh.wheel[5]
             mesh_state = mesh.deflection, mesh.force, driving_phase(table_at(table), mesh.position.flank)
             write(record, k, mesh_state, mesh.offsets, mesh.centroid, torques)
-            write_motion(record, k, pinion.q, wheel.q, pinion.v, wheel.v)
+            write_motion(record, k, components, (pinion.q, wheel.q, pinion.v, wheel.v))
             spins, speeds = (pinion.q[5], wheel.q[5]), (pinion.v[5], wheel.v[5])
             write_power(record, k, mesh.energy, mesh.dissipation, spins, speeds)
         f = forces_on(geometry, kind_1, pinion.orientation, mesh.pinion)

@@ -12,7 +12,7 @@ from exugear.kernels.first_guess import begin_call
 from exugear.kernels.friction_kernels import friction_at, friction_in_space, friction_of_spins
 from exugear.kernels.imposed_motion import spin_in_space, spin_of, torque_on, with_torque_on
 from exugear.kernels.kinematics import NO_OFFSETS, rotational_mesh, spatial_mesh
-from exugear.kernels.recorder import sample_of, write, write_friction, write_motion, write_power
+from exugear.kernels.recorder import COMPONENTS, sample_of, write, write_friction, write_motion, write_power
 from fem.support.numba_cache import kept
 
 
@@ -47,6 +47,7 @@ def spin_contact(table, frame, state, friction, record, t, q_1, q_2, v_1, v_2):
 def _spatial_contact(kind_1: int, kind_2: int):
     """The compiled contact with friction of two kinds of bodies, as `contact_kernels._spatial_contact`."""
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
+    components = min(max(n_1, n_2) - 1, COMPONENTS)
 
     @kept
     def rubbing_contact(table, frame, state, friction, record, t, *x):
@@ -64,7 +65,7 @@ def _spatial_contact(kind_1: int, kind_2: int):
         if k >= 0:
             mesh_state = mesh.deflection, mesh.force, driving_phase(table_at(table), mesh.position.flank)
             write(record, k, mesh_state, mesh.offsets, mesh.centroid, (forces_1[5], forces_2[5]))
-            write_motion(record, k, pinion.q, wheel.q, pinion.v, wheel.v)
+            write_motion(record, k, components, (pinion.q, wheel.q, pinion.v, wheel.v))
             spins, speeds = (pinion.q[5], wheel.q[5]), (pinion.v[5], wheel.v[5])
             write_power(record, k, mesh.energy, mesh.dissipation, spins, speeds)
             write_friction(record, k, sliding.force, sliding.loss)

@@ -8,8 +8,7 @@ from numba import carray, types
 
 from exugear.contact_geometry.contact_records import state_at
 from exugear.force_table.kernel_records import address_of, doubles_at, pointer_to, reader, record_type
-from exugear.kernels.recorder import header_at, sample_of
-from exugear.operation.shaft_recorder import SHAFT_SAMPLE
+from exugear.kernels.recorder import header_at, sample_of, store
 from exugear.operation.torque_tables import ANGLE, SPEED, TorqueTable
 from fem.support.numba_cache import compiled, kept
 
@@ -21,13 +20,11 @@ SHAFT_TORQUE = record_type(
     *((name, "i8") for name in ("variable", "held", "pieces", "knots", "coefficients", "meshes", "states", "factors")),
     *((name, "f8") for name in ("direction", "sense", "torque")),
 )
-SHAFT_SAMPLE_SIZE = SHAFT_SAMPLE.itemsize
 #: Differences of the angle [rad] and of the speed [rad/s] for the slopes of a torque.
 ANGLE_STEP, SPEED_STEP = 1e-6, 1e-3
 #: Size of the coefficients of a piece [bytes].
 PIECE_SIZE = 32
-torque_at, shaft_sample_at = reader(SHAFT_TORQUE), reader(SHAFT_SAMPLE)
-addresses_at = pointer_to(types.int64)
+torque_at, addresses_at = reader(SHAFT_TORQUE), pointer_to(types.int64)
 
 
 def torque_record(table: TorqueTable, direction: int, sense: int, states, factors) -> tuple[np.record, tuple]:
@@ -89,8 +86,7 @@ def apply_torque(record, recorder, t, angle, speed):
     shaft.torque = torque
     k = sample_of(recorder, t)
     if k >= 0:
-        sample = shaft_sample_at(header_at(recorder).samples + SHAFT_SAMPLE_SIZE * k)
-        sample.angle, sample.speed, sample.torque = angle, speed, torque
+        store(header_at(recorder).samples, k, (angle, speed, torque))
     return torque
 
 

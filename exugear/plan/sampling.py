@@ -53,7 +53,7 @@ class Steps:
     @property
     def time(self) -> np.ndarray:
         """(samples + 1,) times of the samples [s]."""
-        return np.arange(self.samples + 1) * self.every * self.size
+        return np.arange(self.samples + 1) * self.interval
 
     def within(self, period: float) -> int:
         """Number of whole steps in a period [s], at least one."""

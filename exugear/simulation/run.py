@@ -18,9 +18,9 @@ import xarray as xr
 
 from exugear.elements.exudyn_objects import quiet
 from exugear.energy.energy_balance import EnergyBalance, energy_balance
-from exugear.integration.run_data import keep_valid, labelled, start_recorders, stored, with_end_state
+from exugear.integration.run_data import keep_valid, labelled, recording, stored, with_end_state
 from exugear.integration.seams import check_parts, parts_of
-from exugear.integration.shaft_motion import needs_speeds
+from exugear.integration.shaft_motion import BearingForces, needs_speeds
 from exugear.integration.solver_settings import scheme_of
 from exugear.integration.step_error import errors_by_step, repeated_in_place
 from exugear.integration.time_integration import Solver
@@ -232,15 +232,16 @@ def _solved(
         released(model, conditions, torques)
         solver = Solver(model, conditions, scheme, restarted=state is not None)
         began = clock.perf_counter()
-        parts = parts_of(solver, torques, executor) if executor else None
-        samples = range(1) if parts else range(scheme.steps.samples + 1)
-        start_recorders(model, scheme.steps, torques, power=needs_speeds(model, conditions), samples=samples)
-        segments, end, stop = (parts or solver).run(progress)
-        wall_time = clock.perf_counter() - began
-        stop = keep_valid(model, scheme.steps, end, stop, (parts or solver).stopped_at)
-        repeated = parts.repeated if parts else partial(repeated_in_place, solver)
-        errors = errors_by_step(model, scheme, segments, 0 if stop else checks, repeated)
-        data = labelled(model, conditions, scheme, errors, torques)
+        samples = range(scheme.steps.samples + 1)
+        forces = BearingForces(model, len(samples))
+        parts = parts_of(solver, torques, forces, executor) if executor else None
+        with recording(model, scheme.steps, torques, power=needs_speeds(model, conditions), samples=samples):
+            segments, end, stop = (parts or solver).run(progress)
+            wall_time = clock.perf_counter() - began
+            stop = keep_valid(model, scheme.steps, end, stop, (parts or solver).stopped_at)
+            repeated = parts.repeated if parts else partial(repeated_in_place, solver)
+            errors = errors_by_step(model, scheme, segments, 0 if stop else checks, repeated)
+            data = labelled(model, conditions, scheme, errors, torques, forces)
     data = parts.with_seams(data) if parts else data
     if solver.iterations:
         data.attrs["newton_iterations"] = sum(solver.iterations) / scheme.steps.number

@@ -18,6 +18,7 @@ from scenes import rms, smooth_box, smooth_map
 
 import exugear
 from exugear.integration import division, seams, segments
+from exugear.integration.part_samples import PartSamples
 from exugear.integration.time_integration import Solver
 from exugear.plan.vibration_decay import slowest_decay
 from fem.units import mm, rpm
@@ -70,6 +71,12 @@ def assert_equal(serial: xr.Dataset, parts: xr.Dataset, tolerance: float = 1e-5)
 BEARING = exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5, damping=1e-4)
 
 
+def planar() -> exugear.Gearbox:
+    """Equal bearings on either side of the gears, which therefore move in their planes."""
+    ball = exugear.Bearing(radial=2e8, axial=1e8, damping=1e-4)
+    return smooth_box(parts={0 * mm: ball, 60 * mm: ball})
+
+
 def driven_through_couplings() -> exugear.Gearbox:
     """Rotors behind couplings on both shafts."""
     coupling = exugear.Coupling(torsion=2e5, damping=40.0, inertia=0.02)
@@ -90,7 +97,10 @@ def lossy() -> exugear.Gearbox:
     return smooth_box(parts={0.0: exugear.Drag(0.1, 1e-3)}, friction=friction)
 
 
-@pytest.mark.parametrize("box", [smooth_box, lambda: smooth_box(BEARING), driven_through_couplings, two_stages, lossy])
+BOXES = smooth_box, planar, lambda: smooth_box(BEARING), driven_through_couplings, two_stages, lossy
+
+
+@pytest.mark.parametrize("box", BOXES)
 def test_parts_are_the_serial_run(box):
     assert_equal(*serial_and_parts(box(), displacement=True))
 
@@ -102,6 +112,20 @@ def test_samples_through_files_and_without_them_leave_nothing_behind(executor, m
     parts = exugear.run_up(model, **RUN, executor=executor()).data
     assert not list(tmp_path.iterdir())
     assert_equal(exugear.run_up(model, **RUN).data, parts)
+
+
+def test_components_that_planar_shafts_lack_do_not_travel(monkeypatch):
+    """Of offsets along the shafts and of tilts, which are 0, a single value reaches the whole run."""
+    travelled, copy_to = [], PartSamples.copy_to
+
+    def counted(samples, rows, begin):
+        travelled.append(sum(len(row) > 1 for row in samples.rows))
+        copy_to(samples, rows, begin)
+
+    monkeypatch.setattr(PartSamples, "copy_to", counted)
+    exugear.run_up(exugear.build(planar()), **RUN, executor=Inline())
+    mesh, motion = 6, 8  # DTE, force, centre distance, phase, two torques; x and y of two shafts and their rates
+    assert set(travelled) == {mesh + motion}
 
 
 def test_powers_and_energies_are_those_of_the_serial_run():

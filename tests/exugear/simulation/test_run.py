@@ -7,6 +7,7 @@ import threading
 import weakref
 from dataclasses import replace
 
+import exudyn as exu
 import numpy as np
 import pytest
 import xarray as xr
@@ -309,6 +310,17 @@ def test_saved_runs_are_read_back(two_stages, tmp_path):
     assert (same.wall_time, same.step) == (done.wall_time, done.step)
     done.data.to_netcdf(tmp_path / "older.nc", engine="h5netcdf")
     assert np.isnan(exugear.Run.load(tmp_path / "older.nc").wall_time)
+
+
+def test_data_of_a_run_stay_as_they_are_when_the_model_is_solved_again(spinning):
+    options = {"speed": 1000 * rpm, "duration": 0.01, "progress": False}
+    data = exugear.run_up(spinning, load=150.0, **options).data
+    before = data.copy(deep=True)
+    exugear.run_up(spinning, load=50.0, **options)
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    spinning.mbs.SolveStatic(settings)
+    assert data.identical(before)
 
 
 def test_files_with_a_single_mesh_frequency_are_read_for_a_single_stage(two_stages, spinning, tmp_path):
