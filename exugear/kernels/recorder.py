@@ -1,6 +1,7 @@
 """Samples of a contact, which its compiled kernel writes."""
 
 from dataclasses import dataclass, field
+from math import nan
 
 import numpy as np
 
@@ -121,8 +122,9 @@ class Recorder:
         motion: bool = False,
         power: bool = False,
         friction: bool = False,
+        unwritten: float = nan,
     ) -> None:
-        """Allocate a number of samples, the deflection NaN and others 0 until written.
+        """Allocate a number of samples.
 
         interval   time between samples [s], a whole multiple of the step
         steps      largest number of steps in an interval
@@ -130,6 +132,8 @@ class Recorder:
         motion     also record what `motion` returns
         power      also record what `power` returns
         friction   also record friction_force and friction_loss of a stage of a `Gearbox` that has friction
+        unwritten  value of samples before they are written; the deflection is NaN until then in any case, the motion 0.
+                   With 0, memory is taken only where samples are written
         """
         require(interval > 0, f"interval must be > 0 s, got {interval}")
         require(number >= 1, f"number of samples must be at least 1, got {number}")
@@ -138,6 +142,8 @@ class Recorder:
         kinds = {"samples": NAMES, "powers": POWER_NAMES * power, "friction": FRICTION_NAMES * friction}
         self.samples.clear()
         self.samples.update({name: np.zeros(number) for names in kinds.values() for name in names})
+        for values in self.samples.values() if unwritten != 0 else ():
+            values[:] = unwritten
         self.samples.update({name: np.zeros((COMPONENTS, number), np.float32) for name in MOTION_NAMES * motion})
         self.samples["deflection"][:] = np.nan
         self.header.interval, self.header.tolerance = interval, SAME / steps

@@ -287,6 +287,16 @@ def test_recorder_refuses_bad_intervals_and_numbers():
         recorder.start(1e-5, 0)
 
 
+def test_samples_are_nan_until_they_are_written():
+    """A solve that ends early leaves no forces of 0 behind that look like those of an unloaded mesh."""
+    recorder = exugear.Recorder()
+    recorder.start(1e-5, 3, power=True)
+    assert all(np.isnan(values).all() for values in (recorder.deflection, recorder.force, recorder.power["energy"]))
+    recorder.start(1e-5, 3, unwritten=0.0)
+    assert np.isnan(recorder.deflection).all()
+    assert not recorder.force.any()
+
+
 def test_importing_twice_is_harmless():
     importlib.reload(importlib.import_module("exugear.elements.gear_contact"))
 
