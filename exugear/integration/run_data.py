@@ -98,7 +98,7 @@ def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool,
     part: dict[str, Any] = {"steps": steps.every, "first": samples.start}
     for mesh in model.meshes:
         kinds = {"motion": on_bearings(model, mesh), "power": power, "friction": mesh.stage.friction is not None}
-        mesh.recorder.start(steps.interval, len(samples), **part, **kinds, unwritten=0.0)
+        mesh.recorder.start(steps.interval, len(samples), **part, **kinds, zeroed=True)
     for torque in torques.values():
         torque.recorder.start(steps.interval, len(samples), **part)
     try:

@@ -1,7 +1,6 @@
 """Samples of a contact, which its compiled kernel writes."""
 
 from dataclasses import dataclass, field
-from math import nan
 
 import numpy as np
 
@@ -122,7 +121,7 @@ class Recorder:
         motion: bool = False,
         power: bool = False,
         friction: bool = False,
-        unwritten: float = nan,
+        zeroed: bool = False,
     ) -> None:
         """Allocate a number of samples.
 
@@ -132,8 +131,8 @@ class Recorder:
         motion     also record what `motion` returns
         power      also record what `power` returns
         friction   also record friction_force and friction_loss of a stage of a `Gearbox` that has friction
-        unwritten  value of samples before they are written; the deflection is NaN until then in any case, the motion 0.
-                   With 0, memory is taken only where samples are written
+        zeroed     all samples but the deflection are 0, not NaN, until they are written, and take no memory until then;
+                   the motion always
         """
         require(interval > 0, f"interval must be > 0 s, got {interval}")
         require(number >= 1, f"number of samples must be at least 1, got {number}")
@@ -142,8 +141,8 @@ class Recorder:
         kinds = {"samples": NAMES, "powers": POWER_NAMES * power, "friction": FRICTION_NAMES * friction}
         self.samples.clear()
         self.samples.update({name: np.zeros(number) for names in kinds.values() for name in names})
-        for values in self.samples.values() if unwritten != 0 else ():
-            values[:] = unwritten
+        for values in self.samples.values() if not zeroed else ():
+            values[:] = np.nan
         self.samples.update({name: np.zeros((COMPONENTS, number), np.float32) for name in MOTION_NAMES * motion})
         self.samples["deflection"][:] = np.nan
         self.header.interval, self.header.tolerance = interval, SAME / steps

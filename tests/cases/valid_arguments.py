@@ -183,7 +183,7 @@ def by_name() -> dict[str, Any]:
         "report.path": folder / "run.html",
         "MeshFriction.of_pair.speed": 1.0, "loss.force": 100.0, "loss.speed": 50.0,
         "MeshFriction.from_ste.torque": 100.0, "torque.load": 100.0,
-        "local.distance": mm, "start.friction": True, "start.unwritten": 0.0,
+        "local.distance": mm, "start.friction": True, "start.zeroed": True,
         "forces_under.torques": [0.0, -100.0], "forces_under.held": "fast",
         "Gearbox.offsets.stage": made["Stage"], "radial_force.r": 2 * um, "deflection_at.force": 100.0,
         "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],

@@ -292,7 +292,7 @@ def test_samples_are_nan_until_they_are_written():
     recorder = exugear.Recorder()
     recorder.start(1e-5, 3, power=True)
     assert all(np.isnan(values).all() for values in (recorder.deflection, recorder.force, recorder.power["energy"]))
-    recorder.start(1e-5, 3, unwritten=0.0)
+    recorder.start(1e-5, 3, zeroed=True)
     assert np.isnan(recorder.deflection).all()
     assert not recorder.force.any()
 
