@@ -140,9 +140,11 @@ def _equilibrium(law: MeshForce, mesh: Mesh, measures: Measures, force: float, t
     phase, deflection = measures.phase, measures.dte
     if side < 0:
         phase, deflection = law.back_phase - phase, -(deflection + law.backlash) - 2 * opening
-    static = static_at(law.table.head, phase, deflection)
+    of_law = law.fixed_offsets.get("misalignment", 0.0)
+    lever = measures.offsets.get("misalignment", of_law) - of_law
+    static = static_at(law.table.head, phase, deflection, lever)
     slopes = {"by_phase": side * static.by_phase, "by_misalignment": static.by_lever}
-    return MeshEquilibrium(force, measures.dte, tangent.stiffness, **slopes, opening=opening, side=side)
+    return MeshEquilibrium(force, measures.dte, tangent.stiffness, **slopes, lever=lever, opening=opening, side=side)
 
 
 def _law_at(law: MeshForce, offsets: dict[str, float]) -> MeshForce:

@@ -41,9 +41,9 @@ def spatial_measures(table, frame, side, q_1, q_2):
 
 
 @kept
-def static_at(table, phase, deflection):
-    """`exugear.force_table.potential.Potential` of a flank without offsets."""
-    return potential(table, 0, phase_cell(table, phase), deflection, 0.0)
+def static_at(table, phase, deflection, lever):
+    """`exugear.force_table.potential.Potential` of a flank; lever: misalignment beside that of the table [rad]."""
+    return potential(table, 0, phase_cell(table, phase), deflection, lever)
 
 
 @kept

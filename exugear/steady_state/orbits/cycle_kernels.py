@@ -18,12 +18,12 @@ from exugear.steady_state.orbits.flank_means import flank_means
 from fem.support.numba_cache import compiled, kept
 
 #: A mesh about its equilibrium: force [N], deflection [m] and mean stiffness [N/m], which the linear system contains;
-#: slopes of the potential by phase [N m per pitch] and misalignment [N m]; opening of the flanks by the displaced
-#: bearings [m]; side of the loaded flank, +1 or -1; phase at the beginning of the common period, and number of mesh
-#: cycles in it; mobility [1/kg] along the line of action.
+#: slopes of the potential by phase [N m per pitch] and misalignment [N m]; misalignment beside that of the table [rad];
+#: opening of the flanks by the displaced bearings [m]; side of the loaded flank, +1 or -1; phase at the beginning of
+#: the common period, and number of mesh cycles in it; mobility [1/kg] along the line of action.
 STEADY_MESH = record_type(
     *((name, "f8") for name in ("force", "deflection", "stiffness", "by_phase", "by_misalignment")),
-    *((name, "f8") for name in ("opening", "side", "phase", "cycles", "mobility")),
+    *((name, "f8") for name in ("lever", "opening", "side", "phase", "cycles", "mobility")),
 )
 steady_mesh_at = reader(STEADY_MESH)
 #: Number of measures of a mesh: deflection [m], phase, misalignment [rad], less those of the equilibrium.
@@ -58,7 +58,7 @@ def impulse_of(table, mesh, phase, deflection, misalignment, rate, step):
     """
     flank = flank_of(table, deflection + mesh.opening, mesh.opening, phase)
     side, travel = flank.side, flank.side * rate * step
-    lever = misalignment if side == mesh.side else 0.0
+    lever = mesh.lever + misalignment if side == mesh.side else 0.0
     static, c, slopes = flank_means(table, phase_cell(table, flank.phase), flank.deflection, lever, travel)
     yielding = 1.0 + 0.5 * mesh.mobility * c.value * step
     excess = side * static.value - mesh.force - mesh.stiffness * (deflection - mesh.deflection)

@@ -18,6 +18,7 @@ class MeshEquilibrium(NamedTuple):
     """A mesh in equilibrium: force [N], deflection [m], mean stiffness over the mesh cycle [N/m].
 
     by_phase, by_misalignment   slopes of its potential [N m per pitch, N m]
+    lever                       misalignment beside that of the law [rad]
     opening                     of the flanks by the displaced bearings [m]
     side                        of the loaded flank: +1 driving, -1 back flank
     """
@@ -27,6 +28,7 @@ class MeshEquilibrium(NamedTuple):
     stiffness: float
     by_phase: float = 0.0
     by_misalignment: float = 0.0
+    lever: float = 0.0
     opening: float = 0.0
     side: float = 1.0
 

@@ -124,11 +124,11 @@ def test_a_planar_gearbox_on_bearings(load):
     compare(model, data, load, number=1, step=5e-6)
 
 
-def helical_on_bearings() -> exugear.Model:
-    """An unequal helical pair in space, its map over the misalignment."""
+def helical_on_bearings(levers: tuple[float, ...] = (-4e-4, 0.0, 4e-4)) -> exugear.Model:
+    """An unequal helical pair in space, its map over the misalignment, or at 0 with the centroids of the force."""
     size = {"m_n": 2.5 * mm, "b": 20 * mm, "d_bore": 20 * mm}
     pair = fem.GearPair(fem.Gear(z=23, beta=18 * deg, **size), fem.Gear(z=41, beta=-18 * deg, **size))
-    options = {"offsets": fem.Offsets(misalignment=(-4e-4, 0.0, 4e-4)), "resolution": fem.Slices()}
+    options = {"offsets": fem.Offsets(misalignment=levers), "resolution": fem.Slices()}
     ste = fem.static_transmission_error(pair, [0, 2, 10, 30, 100, 200], 16, **options, progress=False)
     fast = exugear.Shaft("fast", {0.0: BALL, 25 * mm: pair.pinion, 60 * mm: BALL})
     slow = exugear.Shaft("slow", {0.0: BALL, 25 * mm: pair.wheel, 60 * mm: BALL})
@@ -157,6 +157,12 @@ def test_the_error_of_the_forces_shows_a_drive_at_a_wrong_angle(spinning):
     at_rest = np.zeros(reduction.system.size), 100.0
     assert force_error(spinning, reduction, *at_rest) < 1e-12
     assert force_error(spinning, reduction._replace(angle=reduction.angle + 1e-3), *at_rest) > 1e-3
+
+
+def test_a_map_without_misalignment_is_tilted_by_the_equilibrium():
+    """Its force centroid gives the first order over the misalignment, which counts from 0, not from the equilibrium."""
+    data = exugear.steady_states(helical_on_bearings((0.0,)), (345.0, 355.0), 100.0)
+    assert 1e-12 < data.attrs["force_error"] < 1e-5
 
 
 def test_a_drive_behind_a_coupling():
