@@ -4,8 +4,8 @@ Numba optimizes each function together with all that it calls, and translates it
 in a call tree is optimized n times, though it runs only where it is inlined into the root. That takes two thirds of the
 time of compilation. Here the functions that a root calls are neither optimized nor translated, but linked to it.
 
-This relies on private classes of numba 0.68 or later: 0.62 names the function that unpacks the arguments of an
-exception by their machine types alone, so that the exceptions of linked functions are mixed up. Where version or
+This relies on private classes of numba 0.68 or later: those before 0.67 name the function that unpacks the arguments
+of an exception by their machine types alone, so that the exceptions of linked functions are mixed up. Where version or
 attributes differ, `callee` is `numba.njit`, and `whole_call_tree` has no effect.
 """
 
