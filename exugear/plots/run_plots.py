@@ -185,15 +185,15 @@ def _mark(ax: Axes, outline: Envelope, resonances: Resonances) -> None:
     heights = np.interp(resonances.place, outline.place[order], outline.high[order]) / um
     ax.plot(resonances.place, heights, "v", color=MARK, markersize=5)
     low, high = outline.low.min() / um, outline.high.max() / um
-    rows = _rows(resonances.place, CLOSE * np.ptp(outline.place))
-    ax.set_ylim(low - 0.05 * (high - low), high + (0.8 if any(rows) else 0.45) * (high - low))
-    for frequency, height, row in zip(resonances.place, heights, rows, strict=True):
+    label_rows = _label_rows(resonances.place, CLOSE * np.ptp(outline.place))
+    ax.set_ylim(low - 0.05 * (high - low), high + (0.8 if any(label_rows) else 0.45) * (high - low))
+    for frequency, height, row in zip(resonances.place, heights, label_rows, strict=True):
         offset = 0, 7 + ROW * row
         text = ax.annotate(f"{frequency:.0f} Hz", (frequency, height), offset, textcoords="offset points", color=MARK)
         text.set(rotation=90, ha="center", fontsize="small")
 
 
-def _rows(positions: np.ndarray, least: float) -> list[int]:
+def _label_rows(positions: np.ndarray, least: float) -> list[int]:
     """Row of each label at rising positions, 0 or 1: the other row than the previous label where that is close."""
     rows: list[int] = []
     for k, close in enumerate(np.diff(positions, prepend=-np.inf) < least):

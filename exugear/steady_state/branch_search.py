@@ -102,7 +102,7 @@ def _settling_periods(system: SteadySystem, frequency: float) -> int:
 
 
 def _orbit_near(system: SteadySystem, states: np.ndarray, frequency: float) -> OrbitPoint | None:
-    """The orbit of one, else of two common periods near states [m]; None where there is none."""
+    """The orbit of a single common period, else of two, near states [m]; None where neither exists."""
     for period in (1, 2):
         moved = system.settled(states, frequency, period)
         if np.abs(moved - states).max() < NEAR * system.static_deflection:
