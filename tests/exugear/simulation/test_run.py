@@ -2,7 +2,6 @@
 
 import _thread
 import gc
-import signal
 import threading
 import weakref
 from dataclasses import replace
@@ -357,14 +356,6 @@ def test_leaving_the_map_is_reported_with_time_speed_and_remedy(spinning):
         run(model, speed=(0, 3000 * rpm))
     with pytest.raises(ValueError, match="extend the map to a larger torque"):
         run(model, load=500.0)
-
-
-@pytest.fixture
-def listening_to_ctrl_c():
-    """Python's own handler: a shell that starts the tests in the background has SIGINT ignored."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.usefixtures("listening_to_ctrl_c")

@@ -2,7 +2,6 @@
 
 import _thread
 import os
-import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -95,14 +94,6 @@ def test_bearings_that_yield_until_the_teeth_part_stop_the_run():
     a = caught.value.run.data["centre_distance"].values
     assert 150 * mm < a.max() < 160 * mm
     assert 0 < caught.value.run.data["time"].values[-1] < 0.5
-
-
-@pytest.fixture
-def listening_to_ctrl_c():
-    """Python's own handler: a shell that starts the tests in the background has SIGINT ignored."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.usefixtures("listening_to_ctrl_c")
