@@ -16,8 +16,8 @@ from fem.support.validation import require, require_within
 #: Share of the stability limit that is used where the stiffness of a single state is known: teeth may become twice as
 #: stiff in others.
 MARGIN = sqrt(0.5)
-#: Newton's relative tolerance over the tolerance. At 1e-3, on bearings, it changes the rms of 95 % of the windows by less
-#: than 4e-5 at a damping ratio of 0.02 and 2e-5 at 0.08, where the step changes it by 1e-2 and 5e-3 (measured).
+#: Newton's relative tolerance over the tolerance. At 1e-3, on bearings, it changes the rms of 95 % of the windows by
+#: less than 4e-5 at a damping ratio of 0.02 and 2e-5 at 0.08, where the step changes it by 1e-2 and 5e-3 (measured).
 #: A third of it costs 14 % more iterations.
 NEWTON_SHARE = 0.1
 #: Residual over the largest static mesh force, over the tolerance: below it Newton's iteration stops.
