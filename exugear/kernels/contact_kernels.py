@@ -10,7 +10,7 @@ from exugear.force_table.patches import table_at
 from exugear.kernels.first_guess import begin_call
 from exugear.kernels.imposed_motion import spin_in_space, spin_of, torque_on, with_torque_on
 from exugear.kernels.kinematics import NO_OFFSETS, rotational_mesh, spatial_mesh
-from exugear.kernels.recorder import COMPONENTS, sample_of, write, write_motion, write_power
+from exugear.kernels.recorder import recorded_components, sample_of, write, write_motion, write_power
 from fem.support.numba_cache import kept
 
 SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
@@ -68,7 +68,7 @@ def _spatial_contact(kind_1: int, kind_2: int):
     It encloses numbers only, by which the cache on disk identifies it; branches that they exclude are not compiled.
     """
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
-    components = min(max(n_1, n_2) - 1, COMPONENTS)
+    components = recorded_components(n_1, n_2)
 
     @kept
     def spatial_contact(table, frame, state, record, t, *x):

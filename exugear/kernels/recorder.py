@@ -44,6 +44,11 @@ def sample_of(record, t):
     return k if x - k < 2.0 * header.tolerance and k < header.number else -1
 
 
+def recorded_components(*coordinates: int) -> int:
+    """Number of displacements and tilts that are recorded of bodies with so many coordinates each."""
+    return min(max(coordinates) - 1, COMPONENTS)
+
+
 @compiled
 def store(addresses, k, values):
     """Store sample k of some quantities in the arrays at these addresses, if they are recorded."""

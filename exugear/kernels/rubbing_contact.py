@@ -12,7 +12,7 @@ from exugear.kernels.first_guess import begin_call
 from exugear.kernels.friction_kernels import friction_at, friction_in_space, friction_of_spins
 from exugear.kernels.imposed_motion import spin_in_space, spin_of, torque_on, with_torque_on
 from exugear.kernels.kinematics import NO_OFFSETS, rotational_mesh, spatial_mesh
-from exugear.kernels.recorder import COMPONENTS, sample_of, write, write_friction, write_motion, write_power
+from exugear.kernels.recorder import recorded_components, sample_of, write, write_friction, write_motion, write_power
 from fem.support.numba_cache import kept
 
 
@@ -47,7 +47,7 @@ def spin_contact(table, frame, state, friction, record, t, q_1, q_2, v_1, v_2):
 def _spatial_contact(kind_1: int, kind_2: int):
     """The compiled contact with friction of two kinds of bodies, as `contact_kernels._spatial_contact`."""
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
-    components = min(max(n_1, n_2) - 1, COMPONENTS)
+    components = recorded_components(n_1, n_2)
 
     @kept
     def rubbing_contact(table, frame, state, friction, record, t, *x):

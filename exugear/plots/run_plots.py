@@ -181,13 +181,14 @@ def _band(ax: Axes, abscissa: np.ndarray, low: np.ndarray, high: np.ndarray, sty
 
 def _mark(ax: Axes, outline: Envelope, resonances: Resonances) -> None:
     """Mark resonances on the envelope, their frequencies inside the frame, those of close ones in two rows."""
-    order = np.argsort(outline.place)
-    heights = np.interp(resonances.place, outline.place[order], outline.high[order]) / um
-    ax.plot(resonances.place, heights, "v", color=MARK, markersize=5)
-    low, high = outline.low.min() / um, outline.high.max() / um
-    label_rows = _label_rows(resonances.place, CLOSE * np.ptp(outline.place))
-    ax.set_ylim(low - 0.05 * (high - low), high + (0.8 if any(label_rows) else 0.45) * (high - low))
-    for frequency, height, row in zip(resonances.place, heights, label_rows, strict=True):
+    (abscissa, low, high, _), (frequencies, _) = outline, resonances
+    rising = np.argsort(abscissa)
+    heights = np.interp(frequencies, abscissa[rising], high[rising]) / um
+    ax.plot(frequencies, heights, "v", color=MARK, markersize=5)
+    least, largest = low.min() / um, high.max() / um
+    label_rows = _label_rows(frequencies, CLOSE * np.ptp(abscissa))
+    ax.set_ylim(least - 0.05 * (largest - least), largest + (0.8 if any(label_rows) else 0.45) * (largest - least))
+    for frequency, height, row in zip(frequencies, heights, label_rows, strict=True):
         offset = 0, 7 + ROW * row
         text = ax.annotate(f"{frequency:.0f} Hz", (frequency, height), offset, textcoords="offset points", color=MARK)
         text.set(rotation=90, ha="center", fontsize="small")
