@@ -12,7 +12,7 @@ from numba.core import event
 from numba.extending import register_jitable
 
 from fem.support.cache import source_stamp
-from fem.support.call_tree import callee, whole_call_tree
+from fem.support.call_tree import callee, types_inferred_once, whole_call_tree
 from fem.support.progress import announced
 
 compiled = callee
@@ -39,6 +39,7 @@ class Compilation(event.Listener):
                 self.scope.enter_context(announced("compiling the contact", before=self.spent, once=True))
                 self.scope.enter_context(_without_collection())
                 self.scope.enter_context(whole_call_tree())
+                self.scope.enter_context(types_inferred_once())
 
     def on_end(self, event) -> None:
         if event.data["dispatcher"].py_func in KEPT:

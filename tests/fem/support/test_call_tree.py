@@ -1,12 +1,17 @@
 """Functions that compiled code calls become machine code together with the function that Python calls."""
 
+from contextlib import contextmanager
+from math import inf, nan
+
 import numpy as np
 import pytest
 from numba import njit
 from numba.core.codegen import JITCodeLibrary
+from numba.core.errors import TypingError
 from numba.core.registry import cpu_target
+from numba.core.types import BaseFunction
 
-from fem.support.call_tree import KNOWN, TreeLibrary, callee, whole_call_tree
+from fem.support.call_tree import KNOWN, SIGNATURES, TreeLibrary, callee, types_inferred_once, whole_call_tree
 
 whole_trees = pytest.mark.skipif(not KNOWN, reason="this version of numba compiles every function alone")
 
@@ -68,3 +73,69 @@ def test_other_compilation_in_the_process_stays_numbas():
     function = njit(lambda x: np.full(3, x).max())
     assert function(2.0) == 2.0
     assert type(function.overloads[function.signatures[0]].library) is JITCodeLibrary
+
+
+@contextmanager
+def counted_inferences():
+    """Context in which the functions whose types numba infers are listed."""
+    infer, inferred = BaseFunction.get_call_type, []
+
+    def listed(function, typing_context, arguments, keywords):
+        inferred.append((function, tuple(arguments)))
+        return infer(function, typing_context, arguments, keywords)
+
+    BaseFunction.get_call_type = listed
+    try:
+        yield inferred
+    finally:
+        BaseFunction.get_call_type = infer
+
+
+def polynomial(values):
+    """Many operations of few kinds."""
+    total = 0.0
+    for k in range(values.size):
+        total += values[k] * (1.5 + values[k] * (2.5 + values[k] * (3.5 + values[k] * 4.5)))
+    return total
+
+
+def test_each_operation_is_inferred_once():
+    values = np.linspace(-1.0, 1.0, 7)
+    with counted_inferences() as alone:
+        expected = njit(polynomial)(values)
+    with counted_inferences() as inferred, types_inferred_once():
+        SIGNATURES.clear()
+        assert njit(polynomial)(values) == expected
+        assert len(inferred) == len(set(inferred)) < len(alone) / 2
+        before = len(inferred)
+        assert njit(polynomial)(values) == expected
+        assert len(inferred) == before
+    assert expected == pytest.approx(sum(x * (1.5 + x * (2.5 + x * (3.5 + x * 4.5))) for x in values))
+
+
+def test_arguments_of_other_types_are_inferred_anew():
+    with types_inferred_once():
+        total = njit(lambda a, b: a + b)
+        assert total(1, 2) == 3 and total(1.5, 2) == 3.5
+        assert total(np.ones(2), 1.0).tolist() == [2.0, 2.0]
+        assert total((1,), ("two",)) == (1, "two")
+
+
+def test_functions_keep_their_own_arithmetic():
+    """Divisions by zero, and the largest of values that are not numbers, side by side in one context."""
+    with types_inferred_once():
+        fast = njit(lambda a, b: max(a, b), fastmath=True)
+        assert fast(1.0, 2.0) == 2.0
+        exact = njit(lambda a, b: max(a, b))
+        assert exact(2.0, nan) == 2.0 and np.isnan(exact(nan, 2.0))
+        assert njit(lambda a: 1.0 / a, error_model="numpy")(0.0) == inf
+        with pytest.raises(ZeroDivisionError):
+            njit(lambda a: 1.0 / a)(0.0)
+
+
+def test_an_error_is_numbas_own_each_time_and_ends_the_context():
+    infer = BaseFunction.get_call_type
+    for _ in range(2):
+        with pytest.raises(TypingError, match="No implementation of function"), types_inferred_once():
+            njit(lambda a, b: a + b)(1.0, "text")
+        assert BaseFunction.get_call_type is infer
