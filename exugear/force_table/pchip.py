@@ -41,9 +41,10 @@ def end_slope(h_0, h_1, m_0, m_1):
 @compiled
 def monotone_slopes(x, y):
     """Slopes (n,) of the monotone curve at the points x, y (n,)."""
-    n, d = x.size, np.zeros(x.size)
-    h = x[1:] - x[:-1]
-    m = (y[1:] - y[:-1]) / h
+    n, d, h, m = x.size, np.zeros(x.size), np.empty(x.size - 1), np.empty(x.size - 1)
+    for k in range(n - 1):
+        h[k] = x[k + 1] - x[k]
+        m[k] = (y[k + 1] - y[k]) / h[k]
     if n == 2:
         d[:] = m[0]
         return d

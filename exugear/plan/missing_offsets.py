@@ -37,8 +37,17 @@ def missing_axes(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: floa
         tops = np.array([float(np.min(stage.force.force_table[..., -1])) for stage in gearbox.stages])
         load = float((tops / np.maximum(shares, 1e-9)).min())
     require(isfinite(load) and load != 0, f"load must be finite and not 0 N m, got {load}")
+    lacking = [_lacking(stage, shafts) for stage in gearbox.stages]
+    if not any(lacking):
+        return [""] * len(lacking)
     moved = _displacements(gearbox, shafts, load)
-    return [_advice(gearbox, stage, shafts, load, moved) for stage in gearbox.stages]
+    return [_advice(gearbox, *of_stage, load, moved) for of_stage in zip(gearbox.stages, lacking, strict=True)]
+
+
+def _lacking(stage: Stage, shafts: Mapping[str, Coordinates]) -> list[str]:
+    """Axes along which the gears of a stage move, but which its map lacks."""
+    kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
+    return [name for name, by in MOVED_BY.items() if kinds & set(by) and name not in stage.force.offsets]
 
 
 def _frame(gearbox: Gearbox, stage: Stage) -> np.record:
@@ -74,17 +83,17 @@ def _displaced(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
     return q
 
 
-def _advice(gearbox: Gearbox, stage: Stage, shafts, load: float, moved: Mapping[str, np.ndarray]) -> str:
+def _advice(gearbox: Gearbox, stage: Stage, lacking: list[str], load: float, moved: Mapping[str, np.ndarray]) -> str:
     """Advice on the axes that the map of a stage lacks, with the `fem.Offsets` to paste; empty where it lacks none."""
-    kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
-    lacking = [name for name, by in MOVED_BY.items() if kinds & set(by) and name not in stage.force.offsets]
-    if lacking and max(np.abs(moved[shaft.name]).max() for shaft in (stage.fast, stage.slow)) > LARGEST:
+    if not lacking:
+        return ""
+    if max(np.abs(moved[shaft.name]).max() for shaft in (stage.fast, stage.slow)) > LARGEST:
         yielding = f"under {load:.4g} N m the bearings yield too far for the gears to mesh"
         return f"{yielding}: use stiffer bearings (in N/m) or less load"
     static, reached = static_offsets(gearbox, stage), _reached(gearbox, stage, moved)
     far = [name for name in lacking if not is_slight(stage, name, reached[name] - static[name])]
     if not far:
-        return f"under {load:.4g} N m the gears move too little to matter" if lacking else ""
+        return f"under {load:.4g} N m the gears move too little to matter"
     offsets = ", ".join(f"{name} = {reached[name]:.6g} {UNITS[name]}" for name in far)
     axes = dict(stage.force.offsets) | {name: _axis(name, static[name], reached[name]) for name in far}
     written = ", ".join(f"{name}=({', '.join(f'{x:.9g}' for x in axes[name])})" for name in AXIS_NAMES if name in axes)
