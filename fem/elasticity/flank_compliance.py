@@ -10,8 +10,9 @@ The remainder is smooth in both directions and is tabulated here; the half-space
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, lru_cache, partial
 from math import copysign, cos, inf, sin
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +26,7 @@ from fem.elasticity.mesh_density import Density
 from fem.elasticity.pitch_condensation import Prism, flank_displacements
 from fem.gear.gear import Gear
 from fem.support.blas_threads import one_thread, side_by_side
-from fem.support.cache import Arrays, cached, known, source_stamp
+from fem.support.cache import Arrays, cached, folder, known, source_stamp
 from fem.support.progress import announced, bar
 from fem.support.representation import exact
 
@@ -37,6 +38,8 @@ NEAR, WHOLE = "near field", WholeFace.name
 HALVES = HalfFace(), HalfFace(antisymmetric=True)
 #: Order that the quadrature of flank loads integrates exactly: quadratic shape functions times hats and their slope.
 FLANK_ORDER = 7
+#: Number of compliances that a process remembers: those of a pair whose flanks are varied, or of a few pairs in turn.
+REMEMBERED = 8
 
 
 @dataclass(frozen=True)
@@ -91,10 +94,8 @@ def flank_compliances(bodies: Sequence[tuple[Gear, Density, float]], *, whole: b
         teeth = " and ".join(dict.fromkeys(str(gear.z) for gear, *_ in bodies))
         with announced(f"compliance of the gear of {teeth} teeth, kept for later"):
             list(bar(side_by_side(missing), "finite elements", np.ones(len(missing))))
-    return [
-        _assembled(*body, whole, {kind: cached(*named) for kind, named in computations.items()})
-        for body, computations in zip(bodies, needed, strict=True)
-    ]
+    store = folder()
+    return [_assembled(replace(gear, flank=()), density, loaded, whole, store) for gear, density, loaded in bodies]
 
 
 def _computations(gear: Gear, density: Density, loaded: float, whole: bool) -> dict[str, Computation]:
@@ -106,8 +107,10 @@ def _computations(gear: Gear, density: Density, loaded: float, whole: bool) -> d
     return computations
 
 
-def _assembled(gear: Gear, density: Density, loaded: float, whole: bool, solved: dict[str, Arrays]) -> Compliance:
-    """Compliance from the arrays of the `solutions`."""
+@lru_cache(maxsize=REMEMBERED)
+def _assembled(gear: Gear, density: Density, loaded: float, whole: bool, store: Path) -> Compliance:
+    """Compliance of a gear without modifications from the `solutions` in a cache folder, for all its flanks."""
+    solved = {kind: cached(*named) for kind, named in _computations(gear, density, loaded, whole).items()}
     face = WholeFace() if whole or gear.beta else HalfFace()
     arcs, (upper, _) = section_mesh.flank_hats(gear, density), lines_across(gear, density, loaded)
     axial, means = face.positions(upper), mean_compliance(gear, upper, whole, solved)
@@ -141,10 +144,15 @@ def bare(gear: Gear) -> Gear:
 
 def solutions(gear: Gear, density: Density, loaded: float, *, whole: bool = False) -> dict[str, str]:
     """Cache names of the solutions that `flank_compliance` needs: the section, and a solid for each modelled face."""
-    body, section = exact(bare(gear)), exact(replace(density, width=1))
-    stamp = source_stamp(__name__)
+    body, section, stamp = exact(bare(gear)), exact(replace(density, width=1)), _stamp()
     solids = {face.name: f"solid {stamp} {body} {exact(density)} {loaded} {face.name}" for face in _solved(gear, whole)}
     return {NEAR: f"near field {stamp} {body} {section}"} | solids
+
+
+@cache
+def _stamp() -> int:
+    """Checksum of the source of the finite elements when they were first used: later changes are not imported."""
+    return source_stamp(__name__)
 
 
 def _solved(gear: Gear, whole: bool) -> tuple[Face, ...]:

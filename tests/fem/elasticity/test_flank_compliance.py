@@ -17,10 +17,11 @@ from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import flank_arcs, section
 from fem.gear.material import STEEL
 from fem.linalg.direct_solver import factorize
+from fem.microgeometry.modification import LeadCrowning
 from fem.pair import hertz
 from fem.pair.hertz import flattening
 from fem.support import blas_threads
-from fem.units import mm
+from fem.units import mm, um
 
 GEAR = paper_gear()
 TINY = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
@@ -134,6 +135,17 @@ def test_threads_do_not_change_a_bit(monkeypatch, tmp_path):
         monkeypatch.setattr(blas_threads, "cores", lambda number=number: number)
         blocks.append([body.blocks for body in flank_compliances(bodies, whole=True)])
     assert all((serial == threaded).all() for serial, threaded in zip(*blocks, strict=True))
+
+
+def test_flanks_of_a_gear_share_its_compliance():
+    """A modification is a gap: it changes no compliance, and what the other flank computed is taken, not made again."""
+    plain, modified, smaller, again = (
+        flank_compliance(gear, TINY, gear.b, whole=True)
+        for gear in (GEAR, paper_gear(flank=(LeadCrowning(5 * um),)), paper_gear(z=40, d_a=None, d_f=None), GEAR)
+    )
+    assert modified is plain and again is plain
+    assert smaller is not plain and smaller.blocks.max() != plain.blocks.max()
+    assert flank_compliance(GEAR, TINY, GEAR.b) is not plain
 
 
 def test_compliance_is_symmetric(compliance):
