@@ -54,6 +54,8 @@ VARIABLES = {
     "error_torque": ("m", "estimated root mean square error by interpolation over torque"),
     "error_p2p": ("m", "estimated error of the peak to peak over the mesh cycle"),
 }
+#: How files hold numbers: without loss, bytes of equal weight side by side, which halves size and time of a run's file.
+PACKED = {"zlib": True, "complevel": 1, "shuffle": True}
 #: Offsets that a force law follows, in this order.
 LAW_OFFSETS = ("a", "misalignment", "axial")
 
@@ -211,8 +213,8 @@ def pair_of(data: xr.Dataset) -> GearPair:
 def save(data: xr.Dataset, path: FilePath) -> Path:
     """Write a map or a run as compressed netCDF; the file is complete or absent, even if the disk is full."""
     path, content = Path(path), BytesIO()  # HDF5 itself does not survive a full disk: written in memory first
-    packed = {name: {"zlib": True, "complevel": 1} for name, values in data.variables.items() if values.dtype == float}
-    data.to_netcdf(content, engine="h5netcdf", encoding=packed)
+    numbers = [name for name, values in data.variables.items() if values.dtype == float]
+    data.to_netcdf(content, engine="h5netcdf", encoding=dict.fromkeys(numbers, PACKED))
     with complete_file(path) as file:
         file.write(content.getbuffer())
     return path

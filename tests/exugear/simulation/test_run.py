@@ -311,6 +311,11 @@ def test_saved_runs_are_read_back(two_stages, tmp_path):
     assert np.isnan(exugear.Run.load(tmp_path / "older.nc").wall_time)
 
 
+def test_a_file_takes_less_than_half_of_the_numbers_in_it(spinning, tmp_path):
+    done = run(spinning, speed=100.0, duration=2.0)
+    assert done.save(tmp_path / "run.nc").stat().st_size < 0.5 * done.data.nbytes
+
+
 def test_data_of_a_run_stay_as_they_are_when_the_model_is_solved_again(spinning):
     options = {"speed": 1000 * rpm, "duration": 0.01, "progress": False}
     data = exugear.run_up(spinning, load=150.0, **options).data
