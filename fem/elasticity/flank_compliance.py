@@ -38,8 +38,8 @@ NEAR, WHOLE = "near field", WholeFace.name
 HALVES = HalfFace(), HalfFace(antisymmetric=True)
 #: Order that the quadrature of flank loads integrates exactly: quadratic shape functions times hats and their slope.
 FLANK_ORDER = 7
-#: Number of compliances that a process remembers: those of a pair whose flanks are varied, or of a few pairs in turn.
-REMEMBERED = 8
+#: Number of compliances that a process remembers: of a pair whose flanks are varied, over half of the face and all of it.
+REMEMBERED = 4
 
 
 @dataclass(frozen=True)
