@@ -38,7 +38,7 @@ NEAR, WHOLE = "near field", WholeFace.name
 HALVES = HalfFace(), HalfFace(antisymmetric=True)
 #: Order that the quadrature of flank loads integrates exactly: quadratic shape functions times hats and their slope.
 FLANK_ORDER = 7
-#: Number of compliances that a process remembers: of a pair whose flanks are varied, over half of the face and the whole.
+#: Number of compliances that a process remembers: of pinion and wheel, over half of the face and over the whole.
 REMEMBERED = 4
 
 
