@@ -213,8 +213,8 @@ def pair_of(data: xr.Dataset) -> GearPair:
 def save(data: xr.Dataset, path: FilePath) -> Path:
     """Write a map or a run as compressed netCDF; the file is complete or absent, even if the disk is full."""
     path, content = Path(path), BytesIO()  # HDF5 itself does not survive a full disk: written in memory first
-    numbers = [name for name, values in data.variables.items() if values.dtype == float]
-    data.to_netcdf(content, engine="h5netcdf", encoding=dict.fromkeys(numbers, PACKED))
+    packed = {name: PACKED for name, values in data.variables.items() if values.dtype == float}
+    data.to_netcdf(content, engine="h5netcdf", encoding=packed)
     with complete_file(path) as file:
         file.write(content.getbuffer())
     return path

@@ -9,7 +9,7 @@ of an exception by their machine types alone, so that the exceptions of linked f
 attributes differ, `callee` is `numba.njit`, and `whole_call_tree` has no effect.
 
 Wherever an operation occurs, numba tries the overloads of its name one after the other, of which an index or a product
-has dozens. That takes an eighth of the time that is left; `types_inferred_once` remembers the overload.
+has dozens. That takes a sixth of the time that is left; `types_inferred_once` remembers the overload.
 """
 
 from collections.abc import Iterator
