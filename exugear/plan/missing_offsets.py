@@ -37,14 +37,12 @@ def missing_axes(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: floa
         tops = np.array([float(np.min(stage.force.force_table[..., -1])) for stage in gearbox.stages])
         load = float((tops / np.maximum(shares, 1e-9)).min())
     require(isfinite(load) and load != 0, f"load must be finite and not 0 N m, got {load}")
-    lacking = [_lacking(stage, shafts) for stage in gearbox.stages]
-    if not any(lacking):
-        return [""] * len(lacking)
-    moved = _displacements(gearbox, shafts, load)
-    return [_advice(gearbox, *of_stage, load, moved) for of_stage in zip(gearbox.stages, lacking, strict=True)]
+    missing = [(stage, _missing(stage, shafts)) for stage in gearbox.stages]
+    moved = _displacements(gearbox, shafts, load) if any(axes for _, axes in missing) else {}
+    return [_advice(gearbox, stage, axes, load, moved) if axes else "" for stage, axes in missing]
 
 
-def _lacking(stage: Stage, shafts: Mapping[str, Coordinates]) -> list[str]:
+def _missing(stage: Stage, shafts: Mapping[str, Coordinates]) -> list[str]:
     """Axes along which the gears of a stage move, but which its map lacks."""
     kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
     return [name for name, by in MOVED_BY.items() if kinds & set(by) and name not in stage.force.offsets]
@@ -83,15 +81,13 @@ def _displaced(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
     return q
 
 
-def _advice(gearbox: Gearbox, stage: Stage, lacking: list[str], load: float, moved: Mapping[str, np.ndarray]) -> str:
-    """Advice on the axes that the map of a stage lacks, with the `fem.Offsets` to paste; empty where it lacks none."""
-    if not lacking:
-        return ""
+def _advice(gearbox: Gearbox, stage: Stage, missing: list[str], load: float, moved: Mapping[str, np.ndarray]) -> str:
+    """Advice on the axes that the map of a stage lacks, with the `fem.Offsets` to paste."""
     if max(np.abs(moved[shaft.name]).max() for shaft in (stage.fast, stage.slow)) > LARGEST:
         yielding = f"under {load:.4g} N m the bearings yield too far for the gears to mesh"
         return f"{yielding}: use stiffer bearings (in N/m) or less load"
     static, reached = static_offsets(gearbox, stage), _reached(gearbox, stage, moved)
-    far = [name for name in lacking if not is_slight(stage, name, reached[name] - static[name])]
+    far = [name for name in missing if not is_slight(stage, name, reached[name] - static[name])]
     if not far:
         return f"under {load:.4g} N m the gears move too little to matter"
     offsets = ", ".join(f"{name} = {reached[name]:.6g} {UNITS[name]}" for name in far)

@@ -8,8 +8,8 @@ This relies on private classes of numba 0.68 or later: those before 0.67 name th
 of an exception by their machine types alone, so that the exceptions of linked functions are mixed up. Where version or
 attributes differ, `callee` is `numba.njit`, and `whole_call_tree` has no effect.
 
-Wherever an operation occurs, numba tries the overloads of its name one after the other, of which an index or a product
-has dozens. That takes a sixth of the time that is left; `types_inferred_once` remembers the overload.
+Wherever an operation occurs, numba tries the overloads of its name in turn, of which an index or a product has dozens.
+That takes a sixth of the time that is left; `types_inferred_once` remembers the overload.
 """
 
 from collections.abc import Iterator
@@ -159,13 +159,13 @@ def types_inferred_once() -> Iterator[None]:
     """Context, under numba's lock, in which signatures that were inferred before are taken again."""
     infer = OVERLOADED.get_call_type
 
-    def known_or_inferred(function, typing_context, arguments, keywords):
-        call = function, tuple(arguments), tuple(dict(keywords).items()), _fast_math()
+    def remembered(function, typing_context, arguments, keywords):
+        call = function, tuple(arguments), tuple(keywords.items()), _fast_math()
         if call not in SIGNATURES:
             SIGNATURES[call] = infer(function, typing_context, arguments, keywords)
         return SIGNATURES[call]
 
-    OVERLOADED.get_call_type = known_or_inferred
+    OVERLOADED.get_call_type = remembered
     try:
         yield
     finally:
