@@ -15,6 +15,7 @@ from benchmark_points import Points
 from cycler import cycler
 from matplotlib import rc_context
 from matplotlib.figure import Figure
+from matplotlib.legend import Legend
 
 from exugear import plots
 
@@ -87,7 +88,7 @@ def draw_legends(ax, panels: dict) -> None:
             "alignment": "left",
             "frameon": False,
         }
-        ax.add_artist(ax.legend(handles, labels, title=title, bbox_to_anchor=(0, top), **options))
+        ax.add_artist(Legend(ax, handles, labels, title=title, bbox_to_anchor=(0, top), **options))
         top -= (len(labels) + 1.7) / 21
 
 
