@@ -48,8 +48,10 @@ FOLDERS = (
 )
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
 FIRST, LAST = {"fem.units"}, {"fem", "exugear", "exugear.plots"}
-MODULES_OF_FEM, MODULES_OF_EXUGEAR = 86, 163
+MODULES_OF_FEM, MODULES_OF_EXUGEAR = 87, 163
 MOST_IN_A_FOLDER = 9
+#: Lines of a module of `fem` or `exugear`.
+MOST_LINES = 300
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
 #: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.gear_outline` draws.
 DOORS_TO_FEM = {
@@ -108,6 +110,11 @@ def test_all_modules_are_seen():
     of_fem = sum(name.startswith("fem.") for name in counted)
     assert (of_fem, len(counted) - of_fem) == (MODULES_OF_FEM, MODULES_OF_EXUGEAR)
     assert {folder_of(name) for name in MODULES} == {*FOLDERS, "fem", "exugear"}
+
+
+def test_modules_are_short():
+    lines = {name: len(path.read_text(encoding="utf-8").splitlines()) for name, path in MODULES.items()}
+    assert {name: number for name, number in lines.items() if number > MOST_LINES} == {}
 
 
 @pytest.mark.parametrize("folder", FOLDERS)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem.contact.coupling import Body, smooth_compliance
-from fem.contact.strip_bounds import NODES, Strips, strips_of, write_half_planes, write_shapes
+from fem.contact.strip_bounds import NODES, Strips, write_half_planes, write_shapes
 from fem.contact.unilateral import EXCHANGES, Equilibrium, unilateral_contact
 from fem.elasticity.face_symmetry import Face
 from fem.gap.contact_slices import ContactSlices
@@ -33,8 +33,6 @@ from fem.support.numba_cache import kept_unchecked, unchecked
 #: Half-planes are clamped at this share of the width of all strips, the logarithmic capacity of an interval: at this
 #: depth and beyond the compliance is positive definite.
 CAPACITY = 1 / 4
-#: Factor by which strips are widened that are narrower than the contact, and how often: to a hundred times in total.
-WIDENING, WIDENINGS = 1.6, 12
 #: Compliances of pinion and wheel
 Bodies = tuple[Body, Body]
 #: Displacements under which the strips of a slice are solved: transmission error, gap, and the smooth ones.
@@ -271,35 +269,3 @@ def solve_strips(local, smooth, sides, force, active, exchanges):
     load = LoadedStrips(local, smooth, sides, force, np.zeros((n, m), np.bool_), forces, condensed, root)
     state = _equilibrium(load, active.reshape(n * m), exchanges)
     return state.te, state.stiffness, state.force.reshape(n, m)
-
-
-def wide_enough(
-    slices: ContactSlices,
-    bodies: Bodies,
-    face: Face,
-    force: float,
-    misalignment: float,
-    half_width: np.ndarray,
-    loaded: np.ndarray,
-) -> tuple[Strips, Solution]:
-    """Strips that cover all of the contact, and its solution under a force on the modelled face [N].
-
-    half_width  (n,) guess of the contact's half-widths [m]
-    loaded      (n,) slices that are taken to touch at first: without load they would pull hard and disturb the others
-
-    Slices whose outermost strips are loaded get wider strips; in other slices the active set starts from the last one.
-
-    Raises RuntimeError where the contact is far wider than the guess.
-    """
-    by_hertz, touching = loaded, np.zeros((slices.low.size, 1), bool)
-    for _ in range(WIDENINGS):
-        strips = strips_of(slices, half_width)
-        touching = np.where(by_hertz[:, None], strips.expected > 0, touching)
-        solution = assemble(slices, strips, bodies, face, misalignment).solve(force, touching)
-        touching = solution.force > 0
-        first_full, last_full = strips.open & touching[:, [0, -1]].T
-        by_hertz = first_full | last_full
-        if not by_hertz.any():
-            return strips, solution
-        half_width = np.where(by_hertz, WIDENING * half_width, half_width)
-    raise RuntimeError("contact is a hundred times wider than by Hertz; reduce the load or take more slices")

@@ -9,7 +9,8 @@ from fem.contact.contact_state import State, hertz_pressure, load_rows
 from fem.contact.coupling import body_of
 from fem.contact.line_contact import LineContact, LineLoads, line_contact, solve_lines
 from fem.contact.loaded_width import FaceSlicing, line_loads
-from fem.contact.strip_contact import Bodies, wide_enough
+from fem.contact.strip_bounds import Strips, strips_of
+from fem.contact.strip_contact import Bodies, Solution, assemble
 from fem.elasticity.face_symmetry import Face
 from fem.elasticity.flank_compliance import Compliance
 from fem.gap.contact_slices import ContactSlices
@@ -19,6 +20,8 @@ from fem.pair.mesh_position import MeshPosition
 
 #: Rounds of the search for the section that touches first, and number of sections in a round: steps shrink by 4.
 ROUNDS, AROUND = 3, 9
+#: Factor by which strips are widened that are narrower than the contact, and how often: to a hundred times in total.
+WIDENING, WIDENINGS = 1.6, 12
 
 
 @dataclass(frozen=True)
@@ -80,12 +83,33 @@ class ToothContact:
 
     def _strip_state(self, slices: ContactSlices, force: float, misalignment: float, last: State) -> State:
         """State of slices on strips, under a force on the modelled face [N], after the last state."""
-        expected, loaded = line_loads(slices, last, force)
-        half_width = slices.half_width(expected)
-        strips, solution = wide_enough(slices, self.bodies, self.face, force, misalignment, half_width, loaded)
-        te, stiffness, load = solution
+        strips, (te, stiffness, load) = self._wide_strips(slices, force, misalignment, last)
         pressure = (load / (strips.width * slices.length[:, None])).max(axis=1)
         return State(te, slices, load.sum(axis=1), pressure, self.face, stiffness / self.face.share, strips, load)
+
+    def _wide_strips(
+        self, slices: ContactSlices, force: float, misalignment: float, last: State
+    ) -> tuple[Strips, Solution]:
+        """Strips that cover all of the contact, and its solution.
+
+        Slices whose outermost strips are loaded get wider strips; in other slices the active set starts from the last
+        solution. At first only slices with an expected load touch: others would pull hard and disturb them.
+
+        Raises RuntimeError where the contact is far wider than by Hertz.
+        """
+        expected, by_hertz = line_loads(slices, last, force)
+        half_width, touching = slices.half_width(expected), np.zeros((slices.low.size, 1), bool)
+        for _ in range(WIDENINGS):
+            strips = strips_of(slices, half_width)
+            touching = np.where(by_hertz[:, None], strips.expected > 0, touching)
+            solution = assemble(slices, strips, self.bodies, self.face, misalignment).solve(force, touching)
+            touching = solution.force > 0
+            first_full, last_full = strips.open & touching[:, [0, -1]].T
+            by_hertz = first_full | last_full
+            if not by_hertz.any():
+                return strips, solution
+            half_width = np.where(by_hertz, WIDENING * half_width, half_width)
+        raise RuntimeError("contact is a hundred times wider than by Hertz; reduce the load or take more slices")
 
     def slice_states(self, force: np.ndarray, misalignment: np.ndarray) -> list[State]:
         """Contacts under mesh forces (m,) >= 0 [N] and misalignments (m,) [rad] with one line load in each slice.

@@ -10,8 +10,9 @@ import fem
 from fem.contact.resolution import Resolution
 from fem.contact.tooth_contact import ToothContact
 from fem.gap.mesh_geometry import mesh_of
-from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, FlankSections, add_removed, compiled_flank, turned
+from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, compiled_flank
 from fem.microgeometry.flank import removed
+from fem.microgeometry.removed_material import FlankSections, add_removed, turned
 from fem.pair.mesh_position import MeshPosition
 from fem.ste.map_solver import bodies_of
 from fem.units import mm, um
