@@ -97,8 +97,8 @@ def blended(table, phase, deflection, a, misalignment, axial):
     cell = phase_cell(table, phase)
     distance, tilt, shift = stencil(table, 0, a), tilt_stencil(table, misalignment), stencil(table, 2, axial)
     total, limit = NO_CONTACT, 0.0
-    for p in range(4):
-        for r in range(4):
+    for p in range(min(4, table.offset_counts[0])):
+        for r in range(min(4, table.offset_counts[2])):
             weight = distance.weights[p] * shift.weights[r]
             by_a, by_axial = distance.slopes[p] * shift.weights[r], distance.weights[p] * shift.slopes[r]
             if weight != 0.0 or by_a != 0.0 or by_axial != 0.0:

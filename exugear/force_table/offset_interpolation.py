@@ -63,23 +63,13 @@ def interval(table, offset, x):
 
 
 @compiled
-def slope_weight(table, offset, j, k):
-    """Weight of value k of an axis in the slope at value j."""
+def slope_weights_of(table, offset, j, first):
+    """Weights, in the slope at value j of an axis, of four values from the first one on."""
     count = table.offset_counts[offset]
-    first = max(0, min(j - 1, count - SLOPE_WEIGHTS))
-    if not 0 <= k - first < SLOPE_WEIGHTS:
-        return 0.0
     slopes = carray(doubles_at(start_of(table) + table.slopes_start[offset]), (count, SLOPE_WEIGHTS))
-    return slopes[j, k - first]
-
-
-@compiled
-def weight(table, offset, j, k, basis, length):
-    """Weight of value k in a Hermite polynomial between the values j and j + 1, by its four basis functions."""
-    low, low_slope, high, high_slope = basis
-    end_values = (low if k == j else 0.0) + (high if k == j + 1 else 0.0)
-    at_low, at_high = slope_weight(table, offset, j, k), slope_weight(table, offset, j + 1, k)
-    return end_values + length * (low_slope * at_low + high_slope * at_high)
+    before, middle, after = slopes[j, 0], slopes[j, 1], slopes[j, 2]
+    begins = max(0, min(j - 1, count - SLOPE_WEIGHTS))
+    return (before, middle, after, 0.0) if begins == first else (0.0, before, middle, after)
 
 
 @compiled
@@ -89,23 +79,31 @@ def stencil(table, offset, x):
     if count == 1:
         return Stencil(0, (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
     j, low, length = interval(table, offset, x)
-    t, f = (x - low) / length, max(0, min(j - 1, count - 4))
+    t, first = (x - low) / length, max(0, min(j - 1, count - 4))
     s = 1.0 - t
-    basis = s * s * (1.0 + 2.0 * t), s * s * t, t * t * (3.0 - 2.0 * t), -t * t * s
+    at_low, at_high = slope_weights_of(table, offset, j, first), slope_weights_of(table, offset, j + 1, first)
+    basis = s * s * (1.0 + 2.0 * t), length * (s * s * t), t * t * (3.0 - 2.0 * t), -length * (t * t * s)
     rise = 6.0 * s * t / length
-    slope_basis = -rise, s * (1.0 - 3.0 * t) / length, rise, t * (3.0 * t - 2.0) / length
-    return Stencil(f, weights(table, offset, j, f, basis, length), weights(table, offset, j, f, slope_basis, length))
+    slope_basis = -rise, s * (1.0 - 3.0 * t), rise, t * (3.0 * t - 2.0)
+    return Stencil(first, weights(basis, j - first, at_low, at_high), weights(slope_basis, j - first, at_low, at_high))
 
 
 @compiled
-def weights(table, offset, j, first, basis, length):
-    """`weight` of four values from the first one on."""
+def weights(basis, low, at_low, at_high):
+    """Weights of four values in the Hermite polynomial between the values low and low + 1, by its basis functions."""
     return (
-        weight(table, offset, j, first, basis, length),
-        weight(table, offset, j, first + 1, basis, length),
-        weight(table, offset, j, first + 2, basis, length),
-        weight(table, offset, j, first + 3, basis, length),
+        weight(0, basis, low, at_low[0], at_high[0]),
+        weight(1, basis, low, at_low[1], at_high[1]),
+        weight(2, basis, low, at_low[2], at_high[2]),
+        weight(3, basis, low, at_low[3], at_high[3]),
     )
+
+
+@compiled
+def weight(k, basis, low, at_low, at_high):
+    """Weight of value k, which has these weights in the slopes at both ends."""
+    end_values = (basis[0] if k == low else 0.0) + (basis[2] if k == low + 1 else 0.0)
+    return end_values + (basis[1] * at_low + basis[3] * at_high)
 
 
 @compiled
