@@ -7,7 +7,7 @@ take the head of a table (`FORCE_TABLE` in `exugear.force_table.layout`) and rea
 from math import inf
 from typing import NamedTuple
 
-from exugear.force_table.offset_interpolation import BEYOND, stencil, tilt_stencil
+from exugear.force_table.offset_interpolation import BEYOND, MOST_VALUES, stencil, tilt_stencil
 from exugear.force_table.patches import phase_cell, range_of
 from exugear.force_table.potential import centroid_at, potential
 from fem.support.numba_cache import compiled, kept
@@ -97,8 +97,8 @@ def blended(table, phase, deflection, a, misalignment, axial):
     cell = phase_cell(table, phase)
     distance, tilt, shift = stencil(table, 0, a), tilt_stencil(table, misalignment), stencil(table, 2, axial)
     total, limit = NO_CONTACT, 0.0
-    for p in range(min(4, table.offset_counts[0])):
-        for r in range(min(4, table.offset_counts[2])):
+    for p in range(min(MOST_VALUES, table.offset_counts[0])):
+        for r in range(min(MOST_VALUES, table.offset_counts[2])):
             weight = distance.weights[p] * shift.weights[r]
             by_a, by_axial = distance.slopes[p] * shift.weights[r], distance.weights[p] * shift.slopes[r]
             if weight != 0.0 or by_a != 0.0 or by_axial != 0.0:
@@ -173,8 +173,8 @@ def contact_at(table, phase, a, misalignment, axial):
     cell = phase_cell(table, phase)
     distance, tilt, shift = stencil(table, 0, a), tilt_stencil(table, misalignment), stencil(table, 2, axial)
     contact = end = inf
-    for p in range(4):
-        for r in range(4):
+    for p in range(min(MOST_VALUES, table.offset_counts[0])):
+        for r in range(min(MOST_VALUES, table.offset_counts[2])):
             if distance.weights[p] * shift.weights[r] != 0.0:
                 for q in range(2):
                     if tilt.weights[q] != 0.0:

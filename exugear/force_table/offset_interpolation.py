@@ -17,12 +17,14 @@ from fem.support.numba_cache import compiled
 
 #: Share of an axis, or of the largest penetration, by which rounding may exceed its end.
 BEYOND = 1e-9
+#: Largest number of values in a `Stencil`.
+MOST_VALUES = 4
 Weights = tuple[float, float, float, float]
 Pair = tuple[float, float]
 
 
 class Stencil(NamedTuple):
-    """Index of the first offset value, and the weights of up to four values from there on, with their slopes."""
+    """Index of the first offset value, and the weights of up to MOST_VALUES values from there on, with their slopes."""
 
     first: int
     weights: Weights
@@ -79,7 +81,7 @@ def stencil(table, offset, x):
     if count == 1:
         return Stencil(0, (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
     j, low, length = interval(table, offset, x)
-    t, first = (x - low) / length, max(0, min(j - 1, count - 4))
+    t, first = (x - low) / length, max(0, min(j - 1, count - MOST_VALUES))
     s = 1.0 - t
     at_low, at_high = slope_weights_of(table, offset, j, first), slope_weights_of(table, offset, j + 1, first)
     basis = s * s * (1.0 + 2.0 * t), length * (s * s * t), t * t * (3.0 - 2.0 * t), -length * (t * t * s)
