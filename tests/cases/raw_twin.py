@@ -49,15 +49,14 @@ class RawGear:
         self.free = np.concatenate([dofs[~held[axis, dofs]] for axis, dofs in enumerate(numbers)])
         lame = lame_parameters(gear.material.E, gear.material.nu)
         matrix = thickness * linear_elasticity(*lame).assemble(basis).tocsc()
-        self.solve = splu(matrix[self.free][:, self.free]).solve
+        self.matrix = matrix[self.free][:, self.free]
         self.nodal = np.stack(numbers, axis=1).ravel()
 
-    def displacement(self, load: np.ndarray) -> np.ndarray:
-        """Displacements (n, n_dofs) under loads, numbered as in `fem.reference.deformable_gear`."""
-        forces, u = np.zeros((2, load.shape[0], self.nodal.size))
-        forces[:, self.nodal] = load
-        u[:, self.free] = self.solve(forces[:, self.free].T.copy()).T
-        return u[:, self.nodal]
+    def flexibility(self, operator) -> np.ndarray:
+        """(n, n) of displacements under forces, by an operator on dofs numbered as in `fem.reference`."""
+        loads = operator[:, np.argsort(self.nodal)][:, self.free].T.toarray()
+        solver = splu(self.matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        return loads.T @ solver.solve(loads)
 
 
 class RawTwin:
@@ -66,9 +65,12 @@ class RawTwin:
     def __init__(self, problem: ContactProblem, density: Density):
         self.problem, (pinion, wheel) = problem, problem.gears
         element = ElementQuad2() if pinion.solid.positions.shape[1] == 2 else ElementHex1()
-        first = RawGear(problem.pair.pinion, density, element, pinion.face)
-        shared = wheel.solid is pinion.solid
-        self.gears = first, first if shared else RawGear(problem.pair.wheel, density, element, wheel.face)
+        first = RawGear(problem.pair.pinion, density, element, pinion.face).flexibility(pinion.flank_operator)
+        if wheel.solid is pinion.solid:
+            self.flexibility = first, first
+        else:
+            second = RawGear(problem.pair.wheel, density, element, wheel.face)
+            self.flexibility = first, second.flexibility(wheel.flank_operator)
 
     def te(self, phase: float, force: float) -> float:
         """Transmission error, linearized about undeformed gears that are turned by it."""
@@ -79,9 +81,8 @@ class RawTwin:
         mating, matrix = self.problem.mating, 0.0
         rest = tuple(gear.undeformed() for gear in mating.gears)
         gaps = pair_gaps(mating, mating.candidates(phase), phase, turned, rest)
-        for deformable, gear, gradient in zip(mating.gears, self.gears, gaps.gradients, strict=True):
-            load = gradient @ deformable.flank_operator
-            matrix = matrix + load @ gear.displacement(load).T
+        for gradient, flexibility in zip(gaps.gradients, self.flexibility, strict=True):
+            matrix = matrix + gradient @ flexibility @ gradient.T
         lower = np.linalg.cholesky((matrix + matrix.T) / 2)
 
         def excess_force(te: float) -> float:

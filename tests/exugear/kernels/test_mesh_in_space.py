@@ -254,7 +254,7 @@ def test_conserving_forces_are_the_slope_of_one_potential(name):
     reference = np.zeros((2, 6))
     reference[1, 0] = pair.a
     frame = spatial_frame(pair, 0.0, 1, [0, 0], reference)
-    phase = 2 * np.pi * (np.arange(4000) + 0.5) / 4000
+    phase = 2 * np.pi * (np.arange(1000) + 0.5) / 1000
     turn = pair.pinion.r_b / pair.wheel.r_b
     lead, pitch = (8 + 4 * np.cos(phase)) * um, (0.3 + 0.1 * np.sin(phase)) * 2 * np.pi / 57
     slide = 3 * um * np.cos(phase)
