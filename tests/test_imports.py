@@ -1,5 +1,6 @@
 """Imports: no library that a scene does not use."""
 
+import importlib
 import pydoc
 import subprocess
 import sys
@@ -65,3 +66,7 @@ def test_one_version():
 
     project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())["project"]
     assert fem.__version__ == exugear.__version__ == project["version"]
+
+
+def test_importing_twice_is_harmless():
+    importlib.reload(importlib.import_module("exugear.elements.gear_contact"))

@@ -1,5 +1,7 @@
 """Gearboxes whose modes are known or computed otherwise."""
 
+import exudyn as exu
+import planetary_set
 from paper_gears import paper_gear, paper_pair
 from scenes import INERTIA, linear_law, smooth_map
 
@@ -26,3 +28,11 @@ def three_shafts(damping: float = 2700.0, bearing_damping: float = 1e-6) -> exug
     slow = exugear.Shaft("output", {0.0: bearing, 80 * mm: gear})
     stages = [exugear.Stage(*ends, smooth_map(), damping=damping) for ends in ((fast, middle), (middle, slow))]
     return exugear.build(exugear.Gearbox(stages))
+
+
+def planets(number: int, depth: float = planetary_set.DEPTH) -> exu.MainSystem:
+    """Published planetary set, all teeth pressed."""
+    gears = planetary_set.build(planets=number)
+    gears.mbs.Assemble()
+    planetary_set.put_into_mesh(gears, depth)
+    return gears.mbs

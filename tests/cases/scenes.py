@@ -31,6 +31,14 @@ def smooth_box(part=None, parts=None, **stage) -> exugear.Gearbox:
     return exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), **{"damping": 2700.0} | stage)])
 
 
+def two_equal_stages() -> exugear.Gearbox:
+    """The paper's pair twice, one behind the other; a middle shaft with two gears."""
+    middle = exugear.Shaft("middle", {30 * mm: paper_gear(), 80 * mm: paper_gear()})
+    fast, slow = (exugear.Shaft(name, {s * mm: paper_gear()}) for name, s in (("fast", 30), ("slow", 80)))
+    stages = [exugear.Stage(*pair, smooth_map(), damping=2700.0) for pair in ((fast, middle), (middle, slow))]
+    return exugear.Gearbox(stages)
+
+
 class Oscillator:
     """Deflection y of a wheel against a pinion of given speed, damped by a damper of Exudyn.
 

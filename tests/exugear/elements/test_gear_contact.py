@@ -1,7 +1,5 @@
 """The gear contact on Exudyn's bodies: balance, virtual work, modes, refused arguments."""
 
-import importlib
-
 import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
@@ -19,6 +17,8 @@ from exugear.kernels.contact_kernels import SPIN, kernel_of
 from fem.units import mm, um
 
 PAIR = paper_pair()
+
+
 NONE = (0.0,) * 6
 
 
@@ -235,28 +235,6 @@ def test_jacobian_is_that_of_the_law(law):
 
 
 @pytest.mark.usefixtures("way")
-def test_recorder_keeps_the_converged_values(mbs, law):
-    nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
-    bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]
-    recorder = exugear.Recorder()
-    mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=law, recorder=recorder)
-    types = {"outputVariableType": exu.OutputVariableType.Coordinates, "storeInternal": True}
-    sensors = [mbs.AddSensor(eii.SensorNode(nodeNumber=node, **types)) for node in nodes]
-    mbs.Assemble()
-    mbs.systemData.SetODE2Coordinates([1e-4, 0], exu.ConfigurationType.Initial)
-    recorder.start(1e-5, 101)
-    settings = exu.SimulationSettings()
-    settings.solution.file.write = False
-    settings.solution.sensors.writePeriod = 1e-5
-    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = 1e-3, 100
-    mbs.SolveDynamic(settings)
-    spins = [mbs.GetSensorStoredData(sensor)[:, 1] for sensor in sensors]
-    lead = PAIR.pinion.r_b * spins[0] + PAIR.wheel.r_b * spins[1]
-    assert np.ptp(lead) > 5 * um
-    assert np.abs(recorder.deflection - lead).max() < 1e-6 * np.ptp(lead)
-
-
-@pytest.mark.usefixtures("way")
 def test_leaving_the_map_stops_the_solver_with_a_message(mbs, law):
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
     bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]
@@ -275,30 +253,6 @@ def test_a_state_of_nan_stops_the_solver(mbs, law):
     for spins in ([np.nan, 0.0], [np.inf, 0.0], [0.0, np.nan]):
         with pytest.raises(RuntimeError, match="deflection must be finite"):
             function(mbs, 0.0, 0, spins, [0.0, 0.0])
-
-
-def test_recorder_refuses_bad_intervals_and_numbers():
-    recorder = exugear.Recorder()
-    with pytest.raises(ValueError, match="start it before the solve"):
-        _ = recorder.force
-    with pytest.raises(ValueError, match="interval must be > 0"):
-        recorder.start(0.0, 10)
-    with pytest.raises(ValueError, match="number of samples"):
-        recorder.start(1e-5, 0)
-
-
-def test_samples_are_nan_until_they_are_written():
-    """A solve that ends early leaves no forces of 0 behind that look like those of an unloaded mesh."""
-    recorder = exugear.Recorder()
-    recorder.start(1e-5, 3, power=True)
-    assert all(np.isnan(values).all() for values in (recorder.deflection, recorder.force, recorder.power["energy"]))
-    recorder.start(1e-5, 3, zeroed=True)
-    assert np.isnan(recorder.deflection).all()
-    assert not recorder.force.any()
-
-
-def test_importing_twice_is_harmless():
-    importlib.reload(importlib.import_module("exugear.elements.gear_contact"))
 
 
 def bodies_of(mbs, **changes):
@@ -343,10 +297,3 @@ def test_a_distance_other_than_the_centre_distance_is_refused(mbs, law):
     far = mbs.CreateRigidBody(referencePosition=[0.2, 0, 0], inertia=inertia, nodeType=exu.NodeType.RotationRxyz)
     with pytest.raises(ValueError, match=f"must be the pair's a = {PAIR.a / mm:g} mm"):
         mbs.CreateGearContact(itemNumbers=[pinion, far], pair=PAIR, force=law)
-
-
-@pytest.mark.parametrize("kinds", [("planar", "spatial"), ("spatial", "spatial")])
-def test_kernels_are_found_on_disk_by_numbers(kinds):
-    """A closure over functions would get a new name in every session, and miss the cache."""
-    enclosed = [cell.cell_contents for cell in kernel_of(kinds).py_func.__closure__]
-    assert all(isinstance(value, int) for value in enclosed)

@@ -34,3 +34,10 @@ def test_kernels_of_parallel_and_of_rotated_axes_have_different_names():
 @pytest.mark.parametrize("kernel", [coupling_kernel, torque_kernel])
 def test_kernels_of_shafts_with_different_numbers_of_coordinates_have_different_names(kernel):
     assert len({kernel(n).py_func.__qualname__ for n in (1, 3, 6)}) == 3
+
+
+@pytest.mark.parametrize("kinds", [("planar", "spatial"), ("spatial", "spatial")])
+def test_kernels_are_found_on_disk_by_numbers(kinds):
+    """A closure over functions would get a new name in every session, and miss the cache."""
+    enclosed = [cell.cell_contents for cell in kernel_of(kinds).py_func.__closure__]
+    assert all(isinstance(value, int) for value in enclosed)

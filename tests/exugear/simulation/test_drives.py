@@ -1,36 +1,16 @@
 """Runs under drives and loads on any shaft: motions, forces and torques that are known by hand."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
-from scenes import INERTIA, K, linear_law, paper_gear, paper_pair, smooth_box
+from driven_trains import R, box, law, run, shaft
+from scenes import INERTIA, K, paper_pair, smooth_box
 from scipy.integrate import simpson
 
 import exugear
 from exugear import MotorCurve, Speed, Torque
-from fem.units import deg, mm, um
-
-R = paper_pair().pinion.r_b
-
-
-def law(zeta: float = 0.05) -> exugear.MeshForce:
-    """A constant stiffness K, damped by a share of the critical damping of two equal inertias."""
-    return replace(linear_law(), damping=2 * zeta * (K * INERTIA / 2) ** 0.5 / R)
-
-
-def shaft(name: str, inertia: float = INERTIA, *parts) -> exugear.Shaft:
-    return exugear.Shaft(name, {0.0: [paper_gear(), *parts]}, inertia=inertia)
-
-
-def box(*shafts: exugear.Shaft, zeta: float = 0.05) -> exugear.Gearbox:
-    """A train of equal gears, each shaft driving the next."""
-    stages = [
-        exugear.Stage(fast, slow, law(zeta), pair=paper_pair(), angle=i * 60 * deg)
-        for i, (fast, slow) in enumerate(pairwise(shafts))
-    ]
-    return exugear.Gearbox(stages)
+from fem.units import deg, um
 
 
 @pytest.fixture(scope="module")
@@ -38,15 +18,9 @@ def pair() -> exugear.Model:
     return exugear.build(box(shaft("fast"), shaft("slow")))
 
 
-def run(model: exugear.Model, duration: float = 0.05, **options) -> exugear.Run:
-    return exugear.run(model, duration=duration, progress=False, **{"checks": 0} | options)
-
-
-def speed_of(result: exugear.Run, name: str = "fast") -> np.ndarray:
-    return result.data["shaft_speed"].sel(shaft=name).values
-
-
 COUPLING = exugear.Coupling(torsion=2e4, damping=5.0, inertia=0.02)
+
+
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-5)
 
 
@@ -179,21 +153,6 @@ def test_a_torque_over_the_angle_recurs_in_each_revolution(pair):
     assert data["load_torque"].values[0] == pytest.approx(expected, abs=1e-2)
 
 
-@pytest.mark.parametrize("free", [False, True])
-def test_a_run_of_twice_the_time_is_two_runs(tmp_path, free):
-    model = exugear.build(smooth_box())
-    drives = {"fast": Torque(100.0)} if free else {"fast": 150.0}
-    options = {"drives": drives, "loads": {"slow": 90.0}, "step": 1e-5, "sample": 4e-5, "tolerance": 1e-7}
-    start = {"start_speed": 150.0} if free else {}
-    whole = run(model, 0.08, **options, **start).data
-    first = run(model, 0.04, **options, **start)
-    first.save(tmp_path / "first.nc")
-    second = run(model, 0.04, **options, initial=exugear.Run.load(tmp_path / "first.nc")).data
-    half = second["time"].size - 1
-    assert np.abs(second["dte"].values - whole["dte"].values[:, half:]).max() < 1e-5 * np.ptp(whole["dte"].values)
-    assert second["end_state"].values[:2] == pytest.approx(whole["end_state"].values[:2], rel=1e-8)
-
-
 def test_free_trains_are_integrated_in_fourth_order():
     """The damping takes the velocities without their lag, by the forces that the torques would hold."""
     model = exugear.build(smooth_box(damping=6000.0))
@@ -201,31 +160,6 @@ def test_free_trains_are_integrated_in_fourth_order():
     steps = (1e-6, 1e-5, 2e-5)
     exact, fine, coarse = (run(model, 0.02, **ends, step=h, tolerance=1e-8).data["dte"].values for h in steps)
     assert np.std(coarse - exact) > 12 * np.std(fine - exact)
-
-
-def test_a_run_ends_at_the_first_sample_at_which_a_speed_is_reached(pair):
-    stop = [exugear.SpeedReached("slow", 120.0)]
-    result = run(pair, 1.0, drives={"fast": Torque(100.0)}, start_speed=100.0, stop=stop)
-    speed = speed_of(result, "slow")
-    assert (speed[:-1] < 120.0).all() and speed[-1] >= 120.0
-    ended_at = result.data["end_state"].sel(derivative="velocities").values[pair.spins["slow"]]
-    assert -ended_at == pytest.approx(speed[-1], rel=1e-9)
-
-
-@pytest.mark.parametrize("with_sensor", [False, True])
-def test_a_run_ends_once_teeth_have_been_apart_for_so_long(with_sensor):
-    model = exugear.build(smooth_box(backlash=1 * mm))
-    if with_sensor:
-        exugear.CreateGearSensor(model.mbs, model.meshes[0].contact, storeInternal=True)
-        model.mbs.Assemble()
-    torque = Torque(lambda t: 50.0 if t < 0.01 else 0.0)
-    ends = {"drives": {"fast": torque}, "loads": {"slow": torque}}
-    data = run(model, 0.2, **ends, start_speed=10.0, stop=[exugear.Apart(2e-3)]).data
-    interval = data["time"].values[1]
-    apart = data["mesh_force"].values[0] == 0
-    length = np.flatnonzero(~apart[::-1])[0]
-    assert (length - 1) * interval == pytest.approx(2e-3, abs=interval)
-    assert data.attrs["stopped_by"] == "teeth of a stage out of contact for 0.002 s"
 
 
 def test_the_work_of_drive_and_load_is_stored_or_dissipated():
@@ -316,12 +250,3 @@ def test_the_angle_of_a_long_run_does_not_drift(pair):
 def test_drives_and_loads_that_cannot_be_are_refused(pair, options, message):
     with pytest.raises(ValueError, match=message):
         run(pair, **{"drives": {}, "loads": {}} | options)
-
-
-def test_a_run_goes_on_only_where_it_fits(pair):
-    first = run(pair, drives={"fast": 100.0}, loads={"slow": 100.0})
-    with pytest.raises(ValueError, match=r"ends with shaft 'fast' at 100 rad/s, the imposed speed starts at 50"):
-        run(pair, drives={"fast": 50.0}, initial=first)
-    three = exugear.build(box(shaft("fast"), shaft("slow"), shaft("last")))
-    with pytest.raises(ValueError, match="initial is a run of"):
-        run(three, drives={"fast": 100.0}, initial=first)

@@ -1,4 +1,4 @@
-"""Run-ups: equilibrium, energy, reduced against unreduced scenes, accuracy of the step, refusals."""
+"""Run-ups: equilibrium, power, reduced against unreduced scenes, damping, refusals."""
 
 import _thread
 import gc
@@ -9,12 +9,10 @@ from dataclasses import replace
 import exudyn as exu
 import numpy as np
 import pytest
-import xarray as xr
-from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, smooth_box, smooth_map
+from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, smooth_box, smooth_map, two_equal_stages
 
 import exugear
 from exugear.operation.time_functions import curve_through_function, line
-from exugear.plan.sampling import summable
 from fem.units import mm, rpm, um
 
 LOAD = 350.0
@@ -23,14 +21,6 @@ LOAD = 350.0
 def run(model, **changes) -> exugear.Run:
     options = {"speed": (0, 175 * rpm), "duration": 1.0, "load": LOAD, "progress": False} | changes
     return exugear.run_up(model, **options)
-
-
-def windows(run: exugear.Run, width: float = 0.25) -> np.ndarray:
-    """rms of the DTE about its mean in windows of time."""
-    time, dte = run.data["time"].values[:-1], run.data["dte"].values[0, :-1]
-    window = np.floor(time / width * (1 + 1e-9)).astype(int)
-    mean = np.bincount(window, dte) / np.bincount(window)
-    return np.sqrt(np.bincount(window, (dte - mean[window]) ** 2) / np.bincount(window))
 
 
 @pytest.fixture(scope="module")
@@ -72,101 +62,6 @@ def test_reduced_and_unreduced_scenes_agree(spinning):
     assert np.abs(dte_reduced - dte_unreduced).max() < 1e-4 * np.ptp(dte_reduced)
 
 
-def test_stiff_bearings_come_close_to_ideal_ones(spinning):
-    hard = exugear.build(smooth_box(exugear.Bearing(radial=1e11, axial=1e11, tilt=1e9, damping=1e-6)))
-    conditions = {"speed": 300 * rpm, "duration": 0.5}
-    ideal, stiff = (windows(run(model, **conditions), 0.1) for model in (spinning, hard))
-    assert stiff == pytest.approx(ideal, rel=0.02)
-
-
-def test_windows_are_converged_at_the_default_tolerance(spinning):
-    conditions = {"speed": (500 * rpm, 700 * rpm), "duration": 2.0}
-    rough = run(spinning, **conditions)
-    fine = run(spinning, **conditions, step=rough.step / 4)
-    error = np.abs(windows(rough) / windows(fine) - 1)
-    assert np.median(error) < 1e-3
-
-
-def fall(box, speed: float) -> float:
-    """Power of the step with which the error of the DTE falls, from 24 to 12 us."""
-    conditions = {"speed": speed, "duration": 0.048, "sample": 4.8e-5, "tolerance": 1e-6}
-    coarse, half, fine = (
-        run(exugear.build(box), step=h, **conditions).data["dte"].values for h in (24e-6, 12e-6, 15e-7)
-    )
-    return float(np.log2(np.std(coarse - fine) / np.std(half - fine)))
-
-
-@pytest.mark.parametrize("damping", [0.0, 2700.0])
-@pytest.mark.parametrize("part", [None, exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5)])
-def test_error_falls_with_the_fourth_power_of_the_step(part, damping):
-    assert fall(smooth_box(part, damping=damping), 600 * rpm) == pytest.approx(4, abs=0.3)
-
-
-def test_contact_loss_makes_the_error_fall_more_slowly():
-    assert 0 < fall(smooth_box(), 2100 * rpm) < 3
-
-
-@pytest.mark.parametrize("duration", [1e-3, 0.7, 70.0, 1234.5])
-def test_steps_sum_up_exactly(duration):
-    """As Exudyn adds them: a further step of some 1e-10 s would spoil the rates at the end."""
-    n = 3_000_017
-    step = summable(duration / n, duration)
-    for h, number in ((step, n), (step / 2, 2 * n)):
-        assert np.cumsum(np.full(number, h))[-1] == n * step
-    assert step == pytest.approx(duration / n, rel=1e-6)
-    assert n * step <= duration
-
-
-@pytest.mark.parametrize(
-    "build", [lambda: exugear.build(smooth_box()), pytest.param(with_bearings, marks=pytest.mark.slow)]
-)
-def test_estimated_errors_match_true_errors(build, monkeypatch):
-    """All hundred segments of a run-up through the resonances, against a sixth of the step; above Newton's error."""
-    everything = lambda model, scheme, segments, number: segments  # noqa: E731
-    monkeypatch.setattr("exugear.integration.step_error.representative", everything)
-    conditions = {"speed": (500 * rpm, 3500 * rpm), "duration": 10.0, "load": 150.0, "tolerance": 4e-3}
-    rough = run(build(), **conditions, progress=True)
-    finer = {"step": rough.step / 6, "sample": rough.data.attrs["sample"], "tolerance": 1e-5, "checks": 0}
-    fine = run(build(), **conditions | finer)
-    rough_parts, fine_parts = (np.array_split(x.data["dte"].values[0, :-1], 100) for x in (rough, fine))
-    true = np.array([np.abs(a.std() / b.std() - 1) for a, b in zip(rough_parts, fine_parts, strict=True)])
-    ratio = rough.data["step_error"].values[0] / true
-    assert np.mean((ratio > 1 / 3) & (ratio < 3)) >= 0.9
-    assert np.median(ratio) == pytest.approx(1, abs=0.3)
-
-
-def test_checks_do_not_change_the_run():
-    runs = [run(exugear.build(smooth_box()), progress=True, checks=checks) for checks in (0, 3)]
-    plain, checked = (x.data for x in runs)
-    assert "step_error" not in plain
-    assert 1 < checked["checked"].size <= 3
-    assert (checked["step_error"] < 1e-3).all()
-    assert plain["dte"].identical(checked["dte"].drop_vars("checked", errors="ignore"))
-
-
-RUN_UP = {"speed": (0, 3500 * rpm), "duration": 70.0}
-
-
-@pytest.fixture(scope="module")
-def run_up(spinning) -> exugear.Run:
-    return run(spinning, **RUN_UP)
-
-
-@pytest.mark.slow
-def test_seventy_seconds_to_3500_rpm_are_converged(spinning, run_up):
-    fine = run(spinning, **RUN_UP, step=run_up.step / 4)
-    error = np.abs(windows(run_up) / windows(fine) - 1)
-    assert np.median(error) < 1e-3
-    assert np.percentile(error, 95) < 5e-3
-
-
-@pytest.mark.slow
-def test_seventy_seconds_in_space_on_revolute_joints(spinning, run_up):
-    box = spinning.gearbox
-    unreduced = exugear.build(box, plan=exugear.plan(box).with_joints())
-    assert np.median(np.abs(windows(run(unreduced, **RUN_UP)) / windows(run_up) - 1)) < 1e-3
-
-
 def test_forced_vibration_from_rest_has_its_closed_form():
     oscillator, w = Oscillator(linear_law(), zeta=0.0), 0.6
     y, x = oscillator.run(lambda x: 0.0, lambda x: 2000 + 500 * np.sin(2 * np.pi * w * x), 20.0)
@@ -185,16 +80,6 @@ def test_damped_resonance_has_its_closed_form():
     angle = 2 * np.pi * x[x > 30]
     _, *parts = np.linalg.lstsq(np.c_[np.ones(angle.size), np.sin(angle), np.cos(angle)], y[x > 30])[0]
     assert np.hypot(*parts) == pytest.approx(100 / K / (2 * zeta), rel=1e-3)
-
-
-@pytest.mark.parametrize("tau", [0.0, 1e-6])
-def test_bodies_on_bearings_are_damped_as_well(tau):
-    """Near a resonance, with damping of the mesh and hardly any of the bearings."""
-    box = smooth_box(exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5, damping=tau))
-    model = exugear.build(box, plan=exugear.plan(box).with_bodies())
-    conditions = {"speed": (1900 * rpm, 2000 * rpm), "duration": 1.0, "tolerance": 1e-6}
-    coarse, fine = (windows(run(model, **conditions, step=step), 0.1) for step in (2e-5, 5e-6))
-    assert coarse == pytest.approx(fine, rel=1e-3)
 
 
 @pytest.mark.parametrize("load", [150.0, lambda t: 150 + t])
@@ -226,10 +111,7 @@ def test_heavily_damped_gears_on_bearings_rest_on_either_flank(load):
 
 @pytest.fixture(scope="module")
 def two_stages() -> exugear.Model:
-    middle = exugear.Shaft("middle", {30 * mm: paper_gear(), 80 * mm: paper_gear()})
-    fast, slow = (exugear.Shaft(name, {s * mm: paper_gear()}) for name, s in (("fast", 30), ("slow", 80)))
-    stages = [exugear.Stage(*pair, smooth_map(), damping=2700.0) for pair in ((fast, middle), (middle, slow))]
-    return exugear.build(exugear.Gearbox(stages))
+    return exugear.build(two_equal_stages())
 
 
 @pytest.mark.parametrize("load", [LOAD, -LOAD])
@@ -289,33 +171,6 @@ def test_power_in_equals_power_out_and_damping(spinning):
     assert force.mean() == pytest.approx(LOAD / paper_pair().wheel.r_b, rel=2e-3)
 
 
-def test_data_are_labelled_and_saved_whole(spinning, tmp_path):
-    done = run(spinning, duration=0.1)
-    path = done.save(tmp_path / "run.nc")
-    with xr.open_dataset(path, engine="h5netcdf") as data:
-        assert data["dte"].dims == ("stage", "time")
-        assert data["dte"].units == "m" and data["mesh_force"].units == "N"
-        assert data["mesh_frequency"].values[0, -1] == pytest.approx(57 * 175 / 60)
-        assert data.attrs["duration"] == 0.1 and data.attrs["fast_inertia"] == pytest.approx(8.527e-3, rel=1e-3)
-        assert np.isfinite(data["dte"].values).all()
-    assert [entry.name for entry in tmp_path.iterdir()] == ["run.nc"]
-
-
-def test_saved_runs_are_read_back(two_stages, tmp_path):
-    done = run(two_stages, speed=5.0, duration=0.01)
-    same = exugear.Run.load(done.save(tmp_path / "run.nc"))
-    xr.testing.assert_identical(same.data, done.data)
-    assert same.data["stage"].dtype.kind == "U"
-    assert (same.wall_time, same.step) == (done.wall_time, done.step)
-    done.data.to_netcdf(tmp_path / "older.nc", engine="h5netcdf")
-    assert np.isnan(exugear.Run.load(tmp_path / "older.nc").wall_time)
-
-
-def test_a_file_takes_less_than_half_of_the_numbers_in_it(spinning, tmp_path):
-    done = run(spinning, speed=100.0, duration=2.0)
-    assert done.save(tmp_path / "run.nc").stat().st_size < 0.5 * done.data.nbytes
-
-
 def test_data_of_a_run_stay_as_they_are_when_the_model_is_solved_again(spinning):
     options = {"speed": 1000 * rpm, "duration": 0.01, "progress": False}
     data = exugear.run_up(spinning, load=150.0, **options).data
@@ -325,27 +180,6 @@ def test_data_of_a_run_stay_as_they_are_when_the_model_is_solved_again(spinning)
     settings.solution.file.write = False
     spinning.mbs.SolveStatic(settings)
     assert data.identical(before)
-
-
-def test_files_with_a_single_mesh_frequency_are_read_for_a_single_stage(two_stages, spinning, tmp_path):
-    """Older versions saved the mesh frequency of the first stage alone."""
-    done, several = run(spinning, duration=0.01), run(two_stages, duration=0.01)
-    path = tmp_path / "older.nc"
-    done.data.assign(mesh_frequency=done.data["mesh_frequency"][0]).to_netcdf(path, engine="h5netcdf")
-    assert exugear.Run.load(path).data["mesh_frequency"].dims == ("stage", "time")
-    several.data.assign(mesh_frequency=several.data["mesh_frequency"][0]).to_netcdf(path, engine="h5netcdf")
-    with pytest.raises(ValueError, match=r"mesh frequency of the first stage alone; run it again"):
-        exugear.Run.load(path)
-
-
-def test_files_without_a_run_are_refused(tmp_path):
-    smooth_map().to_netcdf(tmp_path / "map.nc", engine="h5netcdf")
-    (tmp_path / "text.nc").write_text("no netCDF")
-    for name, message in (("map.nc", "holds no run, it lacks"), ("text.nc", "damaged or no netCDF file; run it again")):
-        with pytest.raises(ValueError, match=message):
-            exugear.Run.load(tmp_path / name)
-    with pytest.raises(FileNotFoundError):
-        exugear.Run.load(tmp_path / "missing.nc")
 
 
 def test_a_load_that_becomes_nan_is_named(spinning):

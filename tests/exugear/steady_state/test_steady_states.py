@@ -1,12 +1,12 @@
 """Steady states of gearboxes against settled runs in Exudyn, and what they refuse."""
 
-from dataclasses import replace
 from time import process_time
 
 import numpy as np
 import pytest
 from paper_gears import paper_gear
-from scenes import linear_law, smooth_box, smooth_map
+from scenes import smooth_box, smooth_map
+from settled_runs import LOAD, TOP, compare
 
 import exugear
 import fem
@@ -14,7 +14,6 @@ from exugear.steady_state.force_error import force_error
 from exugear.steady_state.gearbox_reduction import reduced
 from fem.units import deg, mm, rpm
 
-TOP, LOAD = 3500 * rpm, 150.0
 BALL = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
 
 
@@ -26,43 +25,6 @@ def spinning() -> exugear.Model:
 @pytest.fixture(scope="module")
 def spinning_states(spinning):
     return exugear.steady_states(spinning, (0.0, TOP), LOAD)
-
-
-def swept(model: exugear.Model, speeds, load: float, step: float) -> list[np.ndarray]:
-    """DTE over 20 mesh cycles at each of the speeds, of a run in steps [s] that ramps from each to the next."""
-    box, hold, before, parts, last = model.gearbox, 0.2, speeds[0], [], None
-    for speed in speeds:
-        ramp, kept = 0.08, 20 / (model.mesh_cycles[0] * speed)
-        times = np.array([0.0, ramp, ramp + hold + kept])
-        drives = {box.driving.name: exugear.Speed((times, np.array([before, speed, speed])))}
-        options = {"duration": times[-1], "step": step, "sample": step, "progress": False, "checks": 0}
-        last = exugear.run(model, drives=drives, loads={box.driven.name: load}, initial=last, **options)
-        time, before = last.data["time"].values, speed
-        parts.append(last.data["dte"].values[0, time >= time[-1] - kept])
-    return parts
-
-
-def picked(data, number: int) -> np.ndarray:
-    """Stable points away from folds, by rising speed."""
-    frequency, folds = data["mesh_frequency"].values, data["mesh_frequency"].values[data["bifurcation"] == "fold"]
-    near = (np.abs(frequency[:, None] / folds - 1) < 0.04).any(axis=1)
-    stable = np.flatnonzero(data["stable"].values & ~near & (data["speed"].values > 300 * rpm))
-    chosen = stable[np.linspace(0, stable.size, number + 2).astype(int)[1:-1]]
-    return chosen[np.argsort(frequency[chosen])]
-
-
-def compare(model: exugear.Model, data, load: float, number: int, step: float) -> None:
-    """Compare orbits with a run that sweeps up, or else down, through their speeds."""
-    orbits = [data.isel(point=point) for point in picked(data, number)]
-    speeds = [float(orbit["speed"]) for orbit in orbits]
-    up = swept(model, [200 * rpm, *speeds], load, step)[1:]
-    down = swept(model, [TOP, *reversed(speeds)], load, step)[:0:-1]
-    for orbit, *runs in zip(orbits, up, down, strict=True):
-        rms, mean, peak_to_peak = (float(orbit[name]) for name in ("rms", "mean", "peak_to_peak"))
-        dte = min(runs, key=lambda dte: abs(dte.std() / rms - 1))
-        assert dte.std() == pytest.approx(rms, rel=1e-3), float(orbit["mesh_frequency"])
-        assert np.ptp(dte) == pytest.approx(peak_to_peak, rel=1e-3)
-        assert dte.mean() == pytest.approx(mean, abs=1e-3 * peak_to_peak)
 
 
 def test_stable_orbits_are_those_of_settled_runs(spinning, spinning_states):
@@ -173,102 +135,6 @@ def test_a_drive_behind_a_coupling():
     ]
     model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping=2700.0)]))
     compare(model, exugear.steady_states(model, (1500 * rpm, TOP), LOAD), LOAD, number=1, step=5e-6)
-
-
-def two_stages(law=None, damping: float = 2700.0) -> exugear.Model:
-    """Three shafts of the paper's gears; the second stage with a law of its own."""
-    shafts = [exugear.Shaft(name, {30 * mm: paper_gear()}) for name in ("first", "second", "third")]
-    second = {"pair": smooth_box().stages[0].pair} if law else {"damping": damping}
-    stages = [
-        exugear.Stage(*shafts[:2], smooth_map(), damping=damping),
-        exugear.Stage(*shafts[1:], law or smooth_map(), **second),
-    ]
-    return exugear.build(exugear.Gearbox(stages))
-
-
-def test_a_second_stage_of_constant_stiffness_leaves_nothing_out():
-    model = two_stages(replace(linear_law(k=(3e8, 3e8, 3e8)), damping=2700.0))
-    data = exugear.steady_states(model, (1000 * rpm, 2000 * rpm), LOAD)
-    assert data.attrs["variation_of_other_meshes"] < 1e-9
-    compare(model, data, LOAD, number=1, step=5e-6)
-
-
-def settled_dte(model: exugear.Model, orbit, load: float, step: float, cycles: int) -> np.ndarray:
-    """(n_stage, n_time) DTE over mesh cycles of the first stage at the end of a run at the speed of an orbit."""
-    options = {"duration": 0.3, "step": step, "sample": step, "progress": False, "checks": 0}
-    data = exugear.run_up(model, speed=float(orbit["speed"]), load=load, **options).data
-    kept = cycles / (model.mesh_cycles[0] * float(orbit["speed"]))
-    return data["dte"].values[:, data["time"].values >= data["time"].values[-1] - kept]
-
-
-def agree(orbit, dte: np.ndarray) -> None:
-    """The orbit of every stage is that of a run, within 1e-3."""
-    assert dte.std(axis=1) == pytest.approx(orbit["rms"].values, rel=1e-3)
-    assert np.ptp(dte, axis=1) == pytest.approx(orbit["peak_to_peak"].values, rel=1e-3)
-    assert dte.mean(axis=1) == pytest.approx(orbit["mean"].values, rel=1e-3)
-
-
-def test_meshes_beside_an_idler_excite_together():
-    model, speeds = two_stages(damping=8000.0), (2770 * rpm, 2800 * rpm)
-    data = exugear.steady_states(model, speeds, LOAD, stage=(0, 1))
-    assert data.attrs["exciting_stages"] == ["first-second", "second-third"]
-    assert data.attrs["common_period"] == 1
-    stable = data.isel(point=np.flatnonzero(data["stable"]))
-    orbit = stable.isel(point=int(stable["rms"].values[:, 0].argmin()))
-    agree(orbit, settled_dte(model, orbit, LOAD, 2e-6, 40))
-    of_stage = exugear.steady_states(model, speeds, LOAD, stage=1)
-    assert of_stage.attrs["exciting_stages"] == ["second-third", "first-second"]
-    ends = data["rms"].sel(stage="second-third").values[[0, -1]]
-    assert sorted(of_stage["rms"].values[[0, -1]]) == pytest.approx(sorted(ends))
-
-
-def two_stages_in_space() -> exugear.Model:
-    """The paper's pair, and behind it a pair of other numbers of teeth whose stiffness varies by 7 %."""
-    gears = [fem.Gear(z=z, m_n=3 * mm, b=25 * mm, d_bore=25 * mm) for z in (38, 53)]
-    pair = fem.GearPair(*gears, a=136.6 * mm)
-    law = replace(linear_law(k=(3e8, 3.3e8, 2.85e8), reach=3e-4), damping=2500.0)
-    bearing = exugear.Bearing(5e8, 3e8, 2e5, 1e-5)
-    first = exugear.Shaft("first", {0.0: bearing, 30 * mm: paper_gear()})
-    middle = exugear.Shaft("middle", {0.0: bearing, 30 * mm: paper_gear(), 80 * mm: gears[0], 120 * mm: bearing})
-    last = exugear.Shaft("last", {60 * mm: bearing, 80 * mm: gears[1]})
-    stages = [exugear.Stage(first, middle, smooth_map(), damping=2700.0), exugear.Stage(middle, last, law, pair=pair)]
-    return exugear.build(exugear.Gearbox(stages))
-
-
-def test_meshes_of_different_frequencies_excite_over_their_common_period():
-    model, load = two_stages_in_space(), 250.0
-    data = exugear.steady_states(model, (1200 * rpm, 1210 * rpm), load, stage=(0, 1))
-    assert data.attrs["common_period"] == 3
-    orbit = data.isel(point=0)
-    assert orbit["mesh_frequency"].values == pytest.approx(model.mesh_cycles * float(orbit["speed"]), rel=1e-12)
-    agree(orbit, settled_dte(model, orbit, load, 4e-6, 3 * 40))
-
-
-def amplitudes_in_run(model: exugear.Model, speed: float, load: float, number: int) -> np.ndarray:
-    """Amplitudes of the DTE of the first stage at its own mesh orders in a settled run, fitted beside those of both."""
-    options = {"load": load, "step": 4e-6, "sample": 4e-6, "progress": False, "checks": 0}
-    data = exugear.run_up(model, speed=speed, duration=0.35, **options).data
-    late = data["time"].values > 0.15
-    angle = 2 * np.pi * np.outer(data["time"].values[late], model.mesh_cycles * speed)
-    waves = np.exp(1j * (angle[:, :, None] * np.arange(1, number + 3)).reshape(len(angle), -1))
-    columns = np.column_stack([np.ones(len(waves)), waves.real, waves.imag])
-    fit = np.linalg.lstsq(columns, data["dte"].values[0, late], rcond=None)[0]
-    return np.hypot(fit[1 : 1 + number], fit[1 + waves.shape[1] :][:number])
-
-
-@pytest.mark.slow
-def test_two_stages_in_space_within_a_minute():
-    """Alone, the mesh of the first stage has amplitudes of its orders that differ from a run by 4 %."""
-    model, load = two_stages_in_space(), 250.0
-    began = process_time()
-    of_meshes = exugear.steady_states(model, (500 * rpm, TOP), load, stage=(0, 1))
-    alone = exugear.steady_states(model, (500 * rpm, TOP), load)
-    assert process_time() - began < 60.0
-    assert of_meshes.attrs["variation_of_other_meshes"] == 0.0
-    assert 0.05 < alone.attrs["variation_of_other_meshes"] < 0.1
-    for point in picked(of_meshes.isel(stage=0), 4):
-        orbit = of_meshes.isel(point=point)
-        agree(orbit, settled_dte(model, orbit, load, 4e-6, 3 * 40))
 
 
 def test_free_shafts_resonate_higher_than_a_held_drive(spinning, spinning_states):

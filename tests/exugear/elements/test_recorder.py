@@ -1,0 +1,73 @@
+"""Recorded samples of a contact: converged values, refused intervals, samples that were not written."""
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+import pytest
+from paper_gears import paper_pair
+from scenes import INERTIA, smooth_map
+
+import exugear
+from fem.units import um
+
+PAIR = paper_pair()
+
+
+@pytest.fixture(scope="module")
+def law() -> exugear.MeshForce:
+    return exugear.MeshForce.from_ste(smooth_map(), damping=1000.0)
+
+
+@pytest.fixture(params=["", "1"], ids=["native", "portable"])
+def way(request, monkeypatch):
+    monkeypatch.setenv("EXUGEAR_PORTABLE", request.param)
+
+
+@pytest.fixture
+def mbs():
+    container = exu.SystemContainer()
+    system = container.AddSystem()
+    system.variables["container"] = container
+    return system
+
+
+@pytest.mark.usefixtures("way")
+def test_recorder_keeps_the_converged_values(mbs, law):
+    nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
+    bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]
+    recorder = exugear.Recorder()
+    mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=law, recorder=recorder)
+    types = {"outputVariableType": exu.OutputVariableType.Coordinates, "storeInternal": True}
+    sensors = [mbs.AddSensor(eii.SensorNode(nodeNumber=node, **types)) for node in nodes]
+    mbs.Assemble()
+    mbs.systemData.SetODE2Coordinates([1e-4, 0], exu.ConfigurationType.Initial)
+    recorder.start(1e-5, 101)
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = 1e-5
+    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = 1e-3, 100
+    mbs.SolveDynamic(settings)
+    spins = [mbs.GetSensorStoredData(sensor)[:, 1] for sensor in sensors]
+    lead = PAIR.pinion.r_b * spins[0] + PAIR.wheel.r_b * spins[1]
+    assert np.ptp(lead) > 5 * um
+    assert np.abs(recorder.deflection - lead).max() < 1e-6 * np.ptp(lead)
+
+
+def test_recorder_refuses_bad_intervals_and_numbers():
+    recorder = exugear.Recorder()
+    with pytest.raises(ValueError, match="start it before the solve"):
+        _ = recorder.force
+    with pytest.raises(ValueError, match="interval must be > 0"):
+        recorder.start(0.0, 10)
+    with pytest.raises(ValueError, match="number of samples"):
+        recorder.start(1e-5, 0)
+
+
+def test_samples_are_nan_until_they_are_written():
+    """A solve that ends early leaves no forces of 0 behind that look like those of an unloaded mesh."""
+    recorder = exugear.Recorder()
+    recorder.start(1e-5, 3, power=True)
+    assert all(np.isnan(values).all() for values in (recorder.deflection, recorder.force, recorder.power["energy"]))
+    recorder.start(1e-5, 3, zeroed=True)
+    assert np.isnan(recorder.deflection).all()
+    assert not recorder.force.any()

@@ -1,0 +1,49 @@
+"""Published natural frequencies: a pair on bearings, and planetary sets."""
+
+import numpy as np
+import planetary_set
+import pytest
+from modal_boxes import pair_of_shafts, planets
+
+import exugear
+
+#: Both gears free to spin and to move along the line of action on a spring (validation, section 2) [N/m, Hz].
+ON_BEARINGS = {1e9: (2078.72, 2851.86, 4765.41), 2e8: (1002.75, 1275.39, 4417.94)}
+
+
+#: Lin & Parker, J. Vib. Acoust. 121 (1999) [Hz].
+THREE_PLANETS = (
+    *(0, 743.2, 743.2, 1102.4, 1102.4, 1475.7, 1896.0, 1896.0, 1930.3, 2276.4, 2276.4, 2658.3),
+    *(6986.3, 6986.3, 7462.8, 9647.9, 9647.9, 11775.3),
+)
+
+
+FOUR_PLANETS = (
+    *(0, 727.0, 727.0, 1091.0, 1091.0, 1536.6, 1808.2, 1892.8, 1892.8, 1970.6, 2342.5, 2342.5, 2625.7),
+    *(5963.8, 6981.7, 7189.9, 7189.9, 7773.6, 10437.6, 10437.6, 13071.1),
+)
+
+
+@pytest.mark.parametrize("k", ON_BEARINGS)
+def test_pair_on_bearings_has_the_known_frequencies(k):
+    """Across the line of action both shafts move alone."""
+    data = exugear.modes(pair_of_shafts(exugear.Bearing(k, 1e9, 1e6)), load=1.0, drive="free")
+    low, middle, high = ON_BEARINGS[k]
+    assert data["frequency"].values == pytest.approx([0.0, low, middle, middle, middle, high], rel=1e-4)
+
+
+@pytest.mark.parametrize(("number", "published"), [(3, THREE_PLANETS), (4, FOUR_PLANETS)])
+def test_planetary_set_has_the_published_frequencies(number, published):
+    data = exugear.modes(planets(number))
+    assert data["frequency"].values == pytest.approx(published, rel=5e-4)
+    assert "sun-planet 1" in data["stage"]
+    assert float(data["energy_share"].sel(mode=slice(2, None)).sum("element").min()) == pytest.approx(1, rel=1e-12)
+
+
+def test_planets_translate_the_sun_in_pairs_of_modes_and_spin_it_in_single_ones():
+    data = exugear.modes(planets(3))
+    moved = np.hypot(data["shape"], data["shape_imaginary"]).sel(coordinate=["sun x", "sun y", "sun spin"]).values
+    x, y, spin = moved.T * np.array([1.0, 1.0, planetary_set.R_SUN])[:, None]
+    translation = np.array([1, 2, 3, 4, 6, 7, 9, 10])
+    assert (spin[translation] < 1e-4 * np.hypot(x, y)[translation]).all()
+    assert (np.hypot(x, y)[[0, 5, 8, 11]] < 1e-4 * spin[[0, 5, 8, 11]]).all()

@@ -1,0 +1,110 @@
+"""Runs in parts that cannot be finished: refused, stopped at the end of the map, killed, interrupted."""
+
+import os
+import signal
+import warnings
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+
+import exudyn.itemInterface as eii
+import numpy as np
+import pytest
+from scenes import smooth_box, smooth_map
+
+import exugear
+from exugear.integration import seams, segments
+from fem.units import rpm
+
+RUN = {"speed": (900 * rpm, 1400 * rpm), "duration": 1.0, "load": 150.0, "progress": False}
+
+
+class Inline(ThreadPoolExecutor):
+    """Integrates each part where it is submitted, as one of two processes."""
+
+    def __init__(self):
+        super().__init__(2)
+
+    def submit(self, function, *arguments) -> Future:
+        future: Future = Future()
+        try:
+            future.set_result(function(*arguments))
+        except BaseException as error:
+            future.set_exception(error)
+        return future
+
+
+def with_damper_of_the_user(model: exugear.Model) -> exugear.Model:
+    """A damper of the user on the driven shaft."""
+    node = model.mbs.GetObject(model.bodies["slow"])["nodeNumber"]
+    model.mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], dampingMatrix=[[1e-3]]))
+    model.mbs.Assemble()
+    return model
+
+
+@pytest.mark.parametrize(
+    ("conditions", "message"),
+    [
+        ({"drives": {"fast": exugear.Torque(150.0)}}, "speed of a free train is known only once it has run"),
+        ({"drives": {"fast": 10.0}, "stop": [exugear.Apart(0.1)]}, "stop is not known before the run"),
+    ],
+)
+def test_runs_whose_later_states_are_unknown_are_refused(conditions, message):
+    model = exugear.build(smooth_box())
+    with pytest.raises(ValueError, match=message):
+        exugear.run(model, **conditions, loads={"slow": 150.0}, duration=0.1, executor=Inline(), progress=False)
+
+
+def test_systems_with_items_of_the_user_are_refused():
+    with pytest.raises(ValueError, match="further items of your own, which other processes cannot build"):
+        exugear.run_up(with_damper_of_the_user(exugear.build(smooth_box())), **RUN, executor=Inline())
+
+
+@pytest.mark.parametrize("limit", [0.2, 0.7])
+def test_a_run_that_leaves_its_map_stops_where_the_serial_one_does(limit):
+    shafts = smooth_box().shafts
+    stage = exugear.Stage(*shafts, smooth_map((0, 1, 20, 100, 350, 400)), damping=2700.0)
+    model = exugear.build(exugear.Gearbox([stage]))
+    options = RUN | {"load": lambda t: 150 + 400 * t / limit / 1.5}
+    stops = []
+    for executor in (None, Inline()):
+        with pytest.raises(exugear.RunStopped) as stop:
+            exugear.run_up(model, **options, executor=executor)
+        stops.append(stop.value)
+    serial, parts = stops
+    assert str(parts) == str(serial)
+    assert parts.run.data["time"].size == serial.run.data["time"].size
+    assert parts.run.data["dte"].values == pytest.approx(serial.run.data["dte"].values, rel=1e-6)
+
+
+def killed(job, part):
+    """A process that integrates the second part dies."""
+    if part.state is None:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return segments.integrate(job, part)
+
+
+def test_a_killed_process_stops_the_run_in_words(monkeypatch):
+    monkeypatch.setattr(seams, "integrate", killed)
+    model = exugear.build(smooth_box())
+    with ProcessPoolExecutor(2, mp_context=get_context("fork")) as executor, warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        with pytest.raises(exugear.RunStopped, match=r"has failed or was killed .BrokenProcessPool") as stop:
+            exugear.run_up(model, **RUN, executor=executor)
+    assert all(np.isfinite(values).all() for values in stop.value.run.data.values())
+    assert "end_state" not in stop.value.run.data
+    with pytest.raises(RuntimeError, match="take a new executor"):
+        exugear.run_up(model, **RUN, executor=executor)
+    again = exugear.run_up(model, **RUN | {"duration": 0.05}).data
+    assert np.isfinite(again["dte"]).all()
+
+
+def test_ctrl_c_keeps_what_is_joined(monkeypatch):
+    def interrupted(job, part):
+        if part.state is None:
+            raise KeyboardInterrupt
+        return segments.integrate(job, part)
+
+    monkeypatch.setattr(seams, "integrate", interrupted)
+    with pytest.raises(KeyboardInterrupt) as stop:
+        exugear.run_up(exugear.build(smooth_box()), **RUN, executor=Inline())
+    assert stop.value.run.data.attrs["stopped"] == "interrupted"

@@ -1,0 +1,83 @@
+"""Steady states of several meshes: beside an idler, of a common period, in space."""
+
+from dataclasses import replace
+from time import process_time
+
+import numpy as np
+import pytest
+from paper_gears import paper_gear
+from scenes import linear_law, smooth_box, smooth_map
+from settled_runs import LOAD, TOP, agree, compare, picked, settled_dte
+
+import exugear
+import fem
+from fem.units import mm, rpm
+
+
+def two_stages(law=None, damping: float = 2700.0) -> exugear.Model:
+    """Three shafts of the paper's gears; the second stage with a law of its own."""
+    shafts = [exugear.Shaft(name, {30 * mm: paper_gear()}) for name in ("first", "second", "third")]
+    second = {"pair": smooth_box().stages[0].pair} if law else {"damping": damping}
+    stages = [
+        exugear.Stage(*shafts[:2], smooth_map(), damping=damping),
+        exugear.Stage(*shafts[1:], law or smooth_map(), **second),
+    ]
+    return exugear.build(exugear.Gearbox(stages))
+
+
+def test_a_second_stage_of_constant_stiffness_leaves_nothing_out():
+    model = two_stages(replace(linear_law(k=(3e8, 3e8, 3e8)), damping=2700.0))
+    data = exugear.steady_states(model, (1000 * rpm, 2000 * rpm), LOAD)
+    assert data.attrs["variation_of_other_meshes"] < 1e-9
+    compare(model, data, LOAD, number=1, step=5e-6)
+
+
+def test_meshes_beside_an_idler_excite_together():
+    model, speeds = two_stages(damping=8000.0), (2770 * rpm, 2800 * rpm)
+    data = exugear.steady_states(model, speeds, LOAD, stage=(0, 1))
+    assert data.attrs["exciting_stages"] == ["first-second", "second-third"]
+    assert data.attrs["common_period"] == 1
+    stable = data.isel(point=np.flatnonzero(data["stable"]))
+    orbit = stable.isel(point=int(stable["rms"].values[:, 0].argmin()))
+    agree(orbit, settled_dte(model, orbit, LOAD, 2e-6, 40))
+    of_stage = exugear.steady_states(model, speeds, LOAD, stage=1)
+    assert of_stage.attrs["exciting_stages"] == ["second-third", "first-second"]
+    ends = data["rms"].sel(stage="second-third").values[[0, -1]]
+    assert sorted(of_stage["rms"].values[[0, -1]]) == pytest.approx(sorted(ends))
+
+
+def two_stages_in_space() -> exugear.Model:
+    """The paper's pair, and behind it a pair of other numbers of teeth whose stiffness varies by 7 %."""
+    gears = [fem.Gear(z=z, m_n=3 * mm, b=25 * mm, d_bore=25 * mm) for z in (38, 53)]
+    pair = fem.GearPair(*gears, a=136.6 * mm)
+    law = replace(linear_law(k=(3e8, 3.3e8, 2.85e8), reach=3e-4), damping=2500.0)
+    bearing = exugear.Bearing(5e8, 3e8, 2e5, 1e-5)
+    first = exugear.Shaft("first", {0.0: bearing, 30 * mm: paper_gear()})
+    middle = exugear.Shaft("middle", {0.0: bearing, 30 * mm: paper_gear(), 80 * mm: gears[0], 120 * mm: bearing})
+    last = exugear.Shaft("last", {60 * mm: bearing, 80 * mm: gears[1]})
+    stages = [exugear.Stage(first, middle, smooth_map(), damping=2700.0), exugear.Stage(middle, last, law, pair=pair)]
+    return exugear.build(exugear.Gearbox(stages))
+
+
+def test_meshes_of_different_frequencies_excite_over_their_common_period():
+    model, load = two_stages_in_space(), 250.0
+    data = exugear.steady_states(model, (1200 * rpm, 1210 * rpm), load, stage=(0, 1))
+    assert data.attrs["common_period"] == 3
+    orbit = data.isel(point=0)
+    assert orbit["mesh_frequency"].values == pytest.approx(model.mesh_cycles * float(orbit["speed"]), rel=1e-12)
+    agree(orbit, settled_dte(model, orbit, load, 4e-6, 3 * 40))
+
+
+@pytest.mark.slow
+def test_two_stages_in_space_within_a_minute():
+    """Alone, the mesh of the first stage has amplitudes of its orders that differ from a run by 4 %."""
+    model, load = two_stages_in_space(), 250.0
+    began = process_time()
+    of_meshes = exugear.steady_states(model, (500 * rpm, TOP), load, stage=(0, 1))
+    alone = exugear.steady_states(model, (500 * rpm, TOP), load)
+    assert process_time() - began < 60.0
+    assert of_meshes.attrs["variation_of_other_meshes"] == 0.0
+    assert 0.05 < alone.attrs["variation_of_other_meshes"] < 0.1
+    for point in picked(of_meshes.isel(stage=0), 4):
+        orbit = of_meshes.isel(point=point)
+        agree(orbit, settled_dte(model, orbit, load, 4e-6, 3 * 40))
