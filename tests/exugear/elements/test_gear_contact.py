@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from exudyn.rigidBodyUtilities import InertiaCuboid
 from paper_gears import paper_pair
-from scenes import INERTIA, K, linear_law, smooth_map, wrench
+from scenes import INERTIA, K, linear_law, wrench
 from spatial_meshes import mesh_in_space, mesh_of_spins
 
 import exugear
@@ -20,24 +20,6 @@ PAIR = paper_pair()
 
 
 NONE = (0.0,) * 6
-
-
-@pytest.fixture(scope="module")
-def law() -> exugear.MeshForce:
-    return exugear.MeshForce.from_ste(smooth_map(), damping=1000.0)
-
-
-@pytest.fixture(params=["", "1"], ids=["native", "portable"])
-def way(request, monkeypatch):
-    monkeypatch.setenv("EXUGEAR_PORTABLE", request.param)
-
-
-@pytest.fixture
-def mbs():
-    container = exu.SystemContainer()
-    system = container.AddSystem()
-    system.variables["container"] = container
-    return system
 
 
 def attitudes(seed: int):

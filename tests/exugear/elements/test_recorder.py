@@ -5,30 +5,12 @@ import exudyn.itemInterface as eii
 import numpy as np
 import pytest
 from paper_gears import paper_pair
-from scenes import INERTIA, smooth_map
+from scenes import INERTIA
 
 import exugear
 from fem.units import um
 
 PAIR = paper_pair()
-
-
-@pytest.fixture(scope="module")
-def law() -> exugear.MeshForce:
-    return exugear.MeshForce.from_ste(smooth_map(), damping=1000.0)
-
-
-@pytest.fixture(params=["", "1"], ids=["native", "portable"])
-def way(request, monkeypatch):
-    monkeypatch.setenv("EXUGEAR_PORTABLE", request.param)
-
-
-@pytest.fixture
-def mbs():
-    container = exu.SystemContainer()
-    system = container.AddSystem()
-    system.variables["container"] = container
-    return system
 
 
 @pytest.mark.usefixtures("way")

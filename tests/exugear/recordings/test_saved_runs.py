@@ -3,17 +3,10 @@
 import numpy as np
 import pytest
 import xarray as xr
+from run_ups import run
 from scenes import smooth_box, smooth_map, two_equal_stages
 
 import exugear
-from fem.units import rpm
-
-LOAD = 350.0
-
-
-def run(model, **changes) -> exugear.Run:
-    options = {"speed": (0, 175 * rpm), "duration": 1.0, "load": LOAD, "progress": False} | changes
-    return exugear.run_up(model, **options)
 
 
 @pytest.fixture(scope="module")

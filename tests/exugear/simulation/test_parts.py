@@ -1,13 +1,13 @@
 """Runs in parts side by side: equal to serial runs, also where parts meet late."""
 
 import tempfile
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
-from shutil import rmtree
 
 import numpy as np
 import pytest
 import xarray as xr
+from executors import RUN, Inline, OnAnotherMachine
 from friction_cases import MU
 from paper_gears import paper_pair
 from scenes import rms, smooth_box, two_equal_stages
@@ -18,31 +18,6 @@ from exugear.integration.part_samples import PartSamples
 from exugear.integration.time_integration import Solver
 from exugear.plan.vibration_decay import slowest_decay
 from fem.units import mm, rpm
-
-RUN = {"speed": (900 * rpm, 1400 * rpm), "duration": 1.0, "load": 150.0, "progress": False}
-
-
-class Inline(ThreadPoolExecutor):
-    """Integrates each part where it is submitted, as one of two processes."""
-
-    def __init__(self):
-        super().__init__(2)
-
-    def submit(self, function, *arguments) -> Future:
-        future: Future = Future()
-        try:
-            future.set_result(function(*arguments))
-        except BaseException as error:
-            future.set_exception(error)
-        return future
-
-
-class OnAnotherMachine(Inline):
-    """The same without the folder of the calling machine."""
-
-    def submit(self, function, *arguments) -> Future:
-        rmtree(arguments[0].folder, ignore_errors=True)
-        return super().submit(function, *arguments)
 
 
 def serial_and_parts(box: exugear.Gearbox, **changes) -> tuple[xr.Dataset, xr.Dataset]:

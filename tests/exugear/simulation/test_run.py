@@ -9,27 +9,17 @@ from dataclasses import replace
 import exudyn as exu
 import numpy as np
 import pytest
+from run_ups import LOAD, run, with_bearings
 from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, smooth_box, smooth_map, two_equal_stages
 
 import exugear
 from exugear.operation.time_functions import curve_through_function, line
 from fem.units import mm, rpm, um
 
-LOAD = 350.0
-
-
-def run(model, **changes) -> exugear.Run:
-    options = {"speed": (0, 175 * rpm), "duration": 1.0, "load": LOAD, "progress": False} | changes
-    return exugear.run_up(model, **options)
-
 
 @pytest.fixture(scope="module")
 def spinning() -> exugear.Model:
     return exugear.build(smooth_box())
-
-
-def with_bearings() -> exugear.Model:
-    return exugear.build(smooth_box(exugear.Bearing(radial=1e9, axial=1e9, tilt=1e6, damping=1e-5)))
 
 
 @pytest.mark.parametrize("build", [lambda: exugear.build(smooth_box()), with_bearings])

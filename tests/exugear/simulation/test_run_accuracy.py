@@ -2,18 +2,12 @@
 
 import numpy as np
 import pytest
+from run_ups import run, with_bearings
 from scenes import smooth_box
 
 import exugear
 from exugear.plan.sampling import summable
 from fem.units import rpm
-
-LOAD = 350.0
-
-
-def run(model, **changes) -> exugear.Run:
-    options = {"speed": (0, 175 * rpm), "duration": 1.0, "load": LOAD, "progress": False} | changes
-    return exugear.run_up(model, **options)
 
 
 def windows(run: exugear.Run, width: float = 0.25) -> np.ndarray:
@@ -27,10 +21,6 @@ def windows(run: exugear.Run, width: float = 0.25) -> np.ndarray:
 @pytest.fixture(scope="module")
 def spinning() -> exugear.Model:
     return exugear.build(smooth_box())
-
-
-def with_bearings() -> exugear.Model:
-    return exugear.build(smooth_box(exugear.Bearing(radial=1e9, axial=1e9, tilt=1e6, damping=1e-5)))
 
 
 def test_stiff_bearings_come_close_to_ideal_ones(spinning):

@@ -3,34 +3,17 @@
 import os
 import signal
 import warnings
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
 import exudyn.itemInterface as eii
 import numpy as np
 import pytest
+from executors import RUN, Inline
 from scenes import smooth_box, smooth_map
 
 import exugear
 from exugear.integration import seams, segments
-from fem.units import rpm
-
-RUN = {"speed": (900 * rpm, 1400 * rpm), "duration": 1.0, "load": 150.0, "progress": False}
-
-
-class Inline(ThreadPoolExecutor):
-    """Integrates each part where it is submitted, as one of two processes."""
-
-    def __init__(self):
-        super().__init__(2)
-
-    def submit(self, function, *arguments) -> Future:
-        future: Future = Future()
-        try:
-            future.set_result(function(*arguments))
-        except BaseException as error:
-            future.set_exception(error)
-        return future
 
 
 def with_damper_of_the_user(model: exugear.Model) -> exugear.Model:
