@@ -39,11 +39,14 @@ def test_stable_orbits_are_those_of_settled_runs_at_twenty_speeds(spinning, load
 
 @pytest.mark.slow
 @pytest.mark.parametrize("load", [150.0, 350.0])
-def test_all_branches_of_the_pair_within_three_seconds(spinning, load):
+def test_all_branches_of_the_pair_take_less_time_than_a_run_up_of_70_s(spinning, load):
+    """Half as long was measured, about 3 s on a slow machine."""
     exugear.steady_states(spinning, (0.0, TOP), load)
     began = process_time()
     exugear.steady_states(spinning, (0.0, TOP), load)
-    assert process_time() - began < 3.0
+    branches_found = process_time()
+    exugear.run_up(spinning, speed=(0.0, TOP), duration=70.0, load=load)
+    assert branches_found - began < process_time() - branches_found
 
 
 def test_a_run_up_follows_the_stable_branch_and_jumps_at_its_fold(spinning, spinning_states):
