@@ -17,8 +17,6 @@ from exugear.kernels.contact_kernels import SPIN, kernel_of
 from fem.units import mm, um
 
 PAIR = paper_pair()
-
-
 NONE = (0.0,) * 6
 
 

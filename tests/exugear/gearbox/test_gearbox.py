@@ -11,8 +11,6 @@ from trains import STIFF, apart, coupled, gear, half_angles, loose_pair, on, pre
 from exugear import Gearbox, Shaft, Stage
 from fem.units import deg, mm
 
-Z = 57
-
 
 @settings(max_examples=25, deadline=None)
 @given(

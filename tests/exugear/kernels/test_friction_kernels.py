@@ -18,8 +18,6 @@ from exugear.kernels.friction_kernels import friction_of, rotational_friction, s
 from fem.units import deg, um
 
 NONE = (0.0,) * 6
-
-
 LAW = linear_law(reach=9e-3)
 
 

@@ -20,8 +20,6 @@ from exugear.contact_geometry.reference_configuration import spatial_frame, spat
 from fem.units import mm, um
 
 NONE = (0.0,) * 6
-
-
 #: Angle between the axes [rad], to first order in which the geometry holds.
 RELATIVE_TILT = 1e-4
 

@@ -19,8 +19,6 @@ def pair() -> exugear.Model:
 
 
 COUPLING = exugear.Coupling(torsion=2e4, damping=5.0, inertia=0.02)
-
-
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-5)
 
 

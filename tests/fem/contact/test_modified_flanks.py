@@ -16,8 +16,6 @@ from fem.support import cache
 from fem.units import mm, um
 
 FACE = modification.FlankExtent(18 * mm, 33 * mm, 23 * mm)
-
-
 ALL = (
     fem.TipRelief(15 * um, 2.5 * mm),
     fem.RootRelief(8 * um, 2 * mm, power=2),

@@ -17,8 +17,6 @@ from fem.reference.nonlinear import equilibrium, static_problem, static_transmis
 from fem.units import mm, um
 
 RELIEF = fem.TipRelief(15 * um, 2.5 * mm)
-
-
 #: Density for quadratic hexahedra.
 HEXAHEDRA = Density(flank=24, fillet=3, tooth=3, rim=3, body=4, width=3, teeth=1, behind=1)
 

@@ -22,8 +22,6 @@ sys.path.insert(0, str(Path(__file__).parents[3] / "examples"))
 import korta_fields
 
 TINY = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
-
-
 COARSE = Density(flank=8, fillet=2, tooth=2, rim=2, body=3, width=2)
 
 

@@ -20,8 +20,6 @@ sys.path.insert(0, str(Path(__file__).parents[3] / "examples"))
 
 
 TINY = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
-
-
 COARSE = Density(flank=8, fillet=2, tooth=2, rim=2, body=3, width=2)
 
 
@@ -75,8 +73,6 @@ def test_the_hub_carries_force_moment_and_thrust(level, elastic_gears):
 
 
 GENERAL_STRAIN = [[1e-3, 2e-4, 0], [0, -3e-4, 5e-4], [0, 0, 2e-4]]
-
-
 ISOTROPIC_STRAIN = np.diag([1e-3, 1e-3, 2e-4])
 
 
