@@ -193,6 +193,7 @@ class Shaft:
         self._check_support()
 
     def _check_parts(self) -> None:
+        require(bool(self.name), "name of a shaft must not be empty; drives and loads name the shaft on which they act")
         require(bool(self.gears), f"shaft {self.name!r} carries no gear; add one to parts")
         for kind in (Gear, Bearing):
             positions = [axial for axial, _ in self._parts_of(kind)]

@@ -1,7 +1,7 @@
 """The data of a run: samples, variables with labels and units, reading from a file, selection of a stage."""
 
 from bisect import bisect_left
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -161,13 +161,11 @@ def labelled(
     model: Model,
     conditions: Conditions,
     scheme: Scheme,
-    errors: Iterable[tuple[Segment, np.ndarray]],
     torques: ShaftTorques,
     forces: BearingForces,
 ) -> xr.Dataset:
     """All variables of a run, its inputs in the attributes.
 
-    errors    segments with their errors by the step, awaited at the end
     torques   tabulated torques and recorded motions of shafts
     forces    of the bearings
     """
@@ -179,7 +177,6 @@ def labelled(
     data = data.assign(drag_variables(model))
     if conditions.power:
         data = data.assign(power_variables(model, conditions, torques, data, scheme.rule.lag))
-    data = data.assign(_step_error(list(errors), scheme.steps.size))
     inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
     steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
     used = {"integrator": str(scheme.rule), "plan": str(model.plan)}
@@ -237,15 +234,15 @@ def _beyond_maps(model: Model, interval: float) -> dict[str, Any]:
     }
 
 
-def _step_error(checked: Sequence[tuple[Segment, np.ndarray]], h: float) -> dict[str, Any]:
-    """Errors by the step of the segments that were integrated again at half of it; empty where none was."""
+def with_step_error(data: xr.Dataset, checked: Sequence[tuple[Segment, np.ndarray]], h: float) -> xr.Dataset:
+    """The data with the errors by the step h [s] of the segments that were integrated again at half of it, if any."""
     if not checked:
-        return {}
+        return data
     middles = [(segment.first + segment.last) / 2 * h for segment, _ in checked]
     errors = np.array([error for _, error in checked]).T
     about = {"units": "1", "long_name": "relative error of the rms of the DTE by the step, estimated"}
     middle = {"units": "s", "long_name": "middle of the segment that was integrated again at half the step"}
-    return {"step_error": (("stage", "checked"), errors, about), "checked": ("checked", middles, middle)}
+    return data.assign(step_error=(("stage", "checked"), errors, about), checked=("checked", middles, middle))
 
 
 def scene_attributes(model: Model) -> dict[str, float | str]:

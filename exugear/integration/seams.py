@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import pairwise, repeat
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -33,11 +33,8 @@ from exugear.integration.segments import (
 )
 from exugear.integration.shaft_motion import BearingForces
 from exugear.integration.time_integration import Segment, Solver, progress_bar, state_of_run
-from exugear.operation.conditions import Conditions
 from exugear.plan.vibration_decay import SEAM_TOLERANCE
 from exugear.system.drive_and_load import ShaftTorques
-from exugear.system.model import Model
-from fem.support.validation import require
 
 INITIAL = exu.ConfigurationType.Initial
 #: Share of the run that may be integrated again without a warning.
@@ -232,9 +229,28 @@ class Parts:
         return [Segment(first, last, chain.states[first]) for first, last in pairwise(bounds)], None, stop
 
     def repeated(self, segments: Sequence[Segment]) -> Iterator[np.ndarray]:
-        """(n_stage,) rms of the DTE of each segment at half the step, which processes begin to integrate at once."""
+        """(n_stage,) rms of the DTE of each segment at half the step, which processes begin to integrate at once.
+
+        NaN, with a warning, where a process fails: the run itself is there.
+        """
         job, executor = self.joining.job, self.joining.executor
-        return map(result_of, [submitted(executor, rms_at_half_the_step, job, segment) for segment in segments])
+        try:
+            futures = [submitted(executor, rms_at_half_the_step, job, segment) for segment in segments]
+        except RuntimeError as error:
+            return repeat(self._unknown(error), len(segments))
+        return map(self._rms_of, futures)
+
+    def _rms_of(self, future: Future) -> np.ndarray:
+        """(n_stage,) rms that a process returns."""
+        try:
+            return result_of(future)
+        except RuntimeError as error:
+            return self._unknown(error)
+
+    def _unknown(self, error: RuntimeError) -> np.ndarray:
+        """(n_stage,) NaN, with a warning of the reason."""
+        warnings.warn(f"step_error is NaN; {error}", stacklevel=7)
+        return np.full(len(self.solver.model.meshes), np.nan)
 
     def with_seams(self, data: xr.Dataset) -> xr.Dataset:
         """The data of the run with the differences at the seams."""
@@ -271,15 +287,3 @@ def parts_of(solver: Solver, torques: ShaftTorques, forces: BearingForces, execu
     except BaseException:
         folder.cleanup()
         raise
-
-
-def check_parts(model: Model, conditions: Conditions) -> None:
-    """ValueError unless the speed at later times is known, and other processes can build the system."""
-    free = "executor: the speed of a free train is known only once it has run"
-    require(conditions.held is not None, f"{free}; impose one by exugear.Speed, or leave executor out")
-    require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
-    system = model.mbs.systemData
-    numbers = system.NumberOfObjects(), system.NumberOfLoads(), system.NumberOfSensors()
-    remedy = "which other processes cannot build from the gearbox; leave executor out"
-    as_built = numbers == (model.drive + 1, model.load + 1, 0)
-    require(as_built, f"executor: the system model.mbs has further items of your own, {remedy}")

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
+from threading import Lock
 from typing import Any
 from uuid import UUID
 
@@ -24,14 +25,17 @@ from exugear.plan.vibration_decay import SEAM_TOLERANCE
 from exugear.system.assembly import build
 from exugear.system.drive_and_load import ShaftTorques, applied, released, set_holding_forces
 from exugear.system.equilibrium import start
-from exugear.system.model import Model, linearized
+from exugear.system.model import Model, linearized, matrices_without_meshes
 from fem.support.progress import shown
+from fem.support.validation import require
 
 INITIAL = exu.ConfigurationType.Initial
 #: Number of states on either side of a seam from which the rms is taken.
 NEAR = 16
 #: Difference of equal states by rounding, in spacings of floats at the largest angle.
 ROUNDED_SPACINGS = 8
+#: Held by the thread that uses the model of this process: threads take turns.
+MODEL_IN_USE = Lock()
 
 
 @dataclass(frozen=True)
@@ -119,14 +123,14 @@ def rms_at_half_the_step(job: Job, segment: Segment) -> np.ndarray:
 @lru_cache(maxsize=1)
 def _model_of(job: Job) -> Model:
     """The model of a job, built once in a process."""
-    return linearized(build(job.conditions.gearbox, plan=job.plan), job.conditions.held)
+    return linearized(build(job.conditions.gearbox, plan=job.plan), job.conditions.held, job.conditions.highest_speed)
 
 
 @contextmanager
 def _system_of(job: Job, part: Part) -> Iterator[tuple[Solver, ShaftTorques]]:
     """The system of a run in the state in which a part begins, with its recorders started."""
     conditions, steps = job.conditions, job.scheme.steps
-    with shown(False), quiet():
+    with MODEL_IN_USE, shown(False), quiet():
         model = _model_of(job)
         begin = replace(conditions, start_time=0.0 if part.state else part.bounds[0] * steps.size)
         with applied(model, begin) as torques:
@@ -182,3 +186,19 @@ def _rounding(model: Model, state: Any) -> np.ndarray:
     lever = max(float(np.abs(mesh.row[spins]).max()) for mesh in model.meshes)
     coordinates = angle * np.where(spins, 1.0, lever)
     return np.concatenate([coordinates, model.plan.omega_mesh * coordinates])
+
+
+def check_parts(model: Model, conditions: Conditions) -> None:
+    """ValueError unless the speed at later times is known, and other processes can build the system."""
+    free = "executor: the speed of a free train is known only once it has run"
+    require(conditions.held is not None, f"{free}; impose one by exugear.Speed, or leave executor out")
+    require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
+    system = model.mbs.systemData
+    numbers = system.NumberOfObjects(), system.NumberOfLoads(), system.NumberOfSensors()
+    remedy = "which other processes cannot build from the gearbox; leave executor out"
+    as_built = numbers == (model.drive + 1, model.load + 1, 0)
+    require(as_built, f"executor: the system model.mbs has further items of your own, {remedy}")
+    copy = build(model.gearbox, plan=model.plan.scene)
+    matrices = zip(matrices_without_meshes(model), matrices_without_meshes(copy), strict=True)
+    unchanged = all(np.allclose(matrix, built, rtol=1e-9, atol=0) for matrix, built in matrices)
+    require(unchanged, f"executor: mass, stiffness or damping of the system model.mbs were changed, {remedy}")

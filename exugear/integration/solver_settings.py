@@ -122,13 +122,14 @@ def _rule(model: Model, conditions: Conditions, tolerance: float, step: float | 
     """Integrator and step by the tolerance or by the user's choice; ValueError for unstable steps."""
     mesh_frequency = float(model.mesh_cycles.max()) * conditions.highest_speed
     chosen = model.plan.rule(tolerance, mesh_frequency)
-    if step is None or isinstance(step, Rule):
-        return step or chosen
-    largest = model.plan.largest_step
-    require(step > 0, f"step must be > 0 s, got {step}")
+    if step is None:
+        return chosen
+    rule, largest = step if isinstance(step, Rule) else Rule(BETA, step), model.plan.largest_step
+    require(0 < rule.step < inf, f"step must be > 0 s and finite, got {rule.step}")
     limit = f"omega h < {STABLE:.3g} at {model.plan.omega / 2 / pi:.4g} Hz"
-    require(step < largest, f"step must be below {largest:.4g} s ({limit}: stability), got {step:g} s")
-    return Rule(BETA, step)
+    stable = rule.step < largest or rule.always_stable
+    require(stable, f"step must be below {largest:.4g} s ({limit}: stability), got {rule.step:g} s")
+    return rule
 
 
 def _jumping_meshes(model: Model, conditions: Conditions) -> dict[str, tuple[float, np.ndarray]]:

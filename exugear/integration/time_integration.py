@@ -15,6 +15,7 @@ from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
 from exugear.integration.shaft_motion import recorded
 from exugear.integration.solver_settings import Scheme
 from exugear.operation.conditions import Conditions
+from exugear.operation.piecewise_cubics import GOLDEN
 from exugear.operation.stop_conditions import End, first_end
 from exugear.plan.integrator_and_step import Rule
 from exugear.system.contact_steps import lag_corrected, last_steps, set_last_steps
@@ -27,7 +28,7 @@ from exugear.system.model import Model, end_coordinate
 SEGMENTS, LONGEST_SEGMENT = 100, 3000
 #: Shift of the ends of segments at constant speed, as share of a segment and by multiples of the golden ratio: they
 #: then lie at all phases of the mesh cycle.
-SHIFT, GOLDEN = 0.25, (5**0.5 - 1) / 2
+SHIFT = 0.25
 BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
 INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.gearbox.gearbox import Gearbox
-from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
+from exugear.operation.shaft_ends import MotorCurve, Speed, Torque, name_of
 from exugear.operation.stop_conditions import SpeedReached, StopCondition, check_stop
 from exugear.operation.time_functions import TimeFunction, line, speed_function
 from exugear.operation.torque_tables import ANGLE, TorqueTable, torque_of_speed, torque_table
@@ -216,10 +216,10 @@ class Conditions:
         """Title, drives and loads for the attributes of a run: numbers, or the names of functions."""
         if self.run_up:
             given = zip(("speed", "load"), self.run_up, strict=True)
-            return {"title": "run-up"} | {name: getattr(x, "__name__", str(x)) for name, x in given}
+            return {"title": "run-up"} | {name: name_of(x) for name, x in given}
         drives = {end.shaft: repr(end.torque) for end in self.ends if end.sense > 0}
         loads = {end.shaft: repr(end.torque) for end in self.ends if end.sense < 0}
-        imposed = {self.held: repr(self.speed)} if self.held else {}
+        imposed = {self.held: repr(Speed(self.speed))} if self.held else {}
         drives, loads = (drives | imposed, loads) if self.held_sense > 0 else (drives, loads | imposed)
         start = {} if self.held else {"start_speed": self.start_speed}
         return {"title": "run", "drives": str(drives), "loads": str(loads)} | start

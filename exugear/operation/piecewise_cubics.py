@@ -10,10 +10,11 @@ from fem.support.validation import number, require
 
 #: Error of a table over its largest value, and largest number of pieces.
 TOLERANCE, MOST_PIECES = 1e-6, 2**20
-#: Positions of the samples of a piece: its cubic passes through every second of them, the others check it.
-SAMPLES = np.arange(7) / 6
-TO_COEFFICIENTS = np.linalg.inv(np.vander(SAMPLES[::2], 4, increasing=True)).T
-CHECKED = np.vander(SAMPLES[1::2], 4, increasing=True).T
+GOLDEN = (5**0.5 - 1) / 2
+#: Positions in a piece through which its cubic passes. Near the middles between them it is checked, at positions that
+#: differ from piece to piece by this share, as a vibration may vanish at all that are evenly spaced.
+THROUGH, MIDDLES, IRREGULAR = np.arange(4) / 3, np.arange(1, 6, 2) / 6, 1 / 15
+TO_COEFFICIENTS = np.linalg.inv(np.vander(THROUGH, 4, increasing=True)).T
 
 
 @dataclass(frozen=True)
@@ -72,10 +73,12 @@ def tabulated(name: str, function: Callable[[float], float], knots: np.ndarray, 
     lower_knots, coefficients, pieces = [], [], 0
     for halving in range(halvings + 1):
         width = high - low
-        y = _sampled(name, function, low[:, None] + width[:, None] * SAMPLES)
-        scale = max(scale, float(np.abs(y).max(initial=0.0)))
-        cubics = y[:, ::2] @ TO_COEFFICIENTS
-        rough = np.abs(cubics @ CHECKED - y[:, 1::2]).max(axis=1, initial=0.0) > TOLERANCE * scale
+        checks = MIDDLES + IRREGULAR * (golden_fractions(len(low))[:, None] - 0.5)
+        at_checks, y = (_sampled(name, function, low[:, None] + width[:, None] * s) for s in (checks, THROUGH))
+        scale = max(scale, float(np.abs(y).max(initial=0.0)), float(np.abs(at_checks).max(initial=0.0)))
+        cubics = y @ TO_COEFFICIENTS
+        missed = np.einsum("ik,ijk->ij", cubics, checks[..., None] ** np.arange(4)) - at_checks
+        rough = np.abs(missed).max(axis=1, initial=0.0) > TOLERANCE * scale
         if halving == halvings:
             cubics[rough] = np.c_[y[rough, 0], y[rough, -1] - y[rough, 0], np.zeros((rough.sum(), 2))]
             rough[:] = False
@@ -88,6 +91,11 @@ def tabulated(name: str, function: Callable[[float], float], knots: np.ndarray, 
     lower, all_coefficients = np.concatenate(lower_knots), np.concatenate(coefficients)
     order = np.argsort(lower)
     return PiecewiseCubic(np.r_[lower[order], knots[-1]], np.ascontiguousarray(all_coefficients[order]))
+
+
+def golden_fractions(n: int) -> np.ndarray:
+    """(n,) fractions that fill [0, 1) evenly without repeating: multiples of the golden ratio, less their wholes."""
+    return np.arange(n) * GOLDEN % 1
 
 
 def _sampled(name: str, function: Callable[[float], float], x: np.ndarray) -> np.ndarray:

@@ -32,13 +32,15 @@ class Speed:
     value   [rad/s], > 0 in the sense in which the shaft turns when the driving shaft turns about +z: a number,
             (from, to) over the run, a function of time [s], or arrays (t, speed), interpolated by a monotone cubic
 
+    A function is sampled before the run, within 1e-6 of its largest value; what lasts less than 2 ms may be missed.
+
     Raises ValueError for other values and for values that are not finite.
     """
 
     value: Annotated[Any, check_time_function]
 
     def __repr__(self) -> str:
-        return f"Speed({_name_of(self.value)})"
+        return f"Speed({name_of(self.value)})"
 
 
 @checked
@@ -51,8 +53,8 @@ class Torque:
     of_angle   instead: function of the angle of this shaft [rad] with the period of a revolution, or arrays
                (angle, torque) from 0 to 2 pi
 
-    A function is tabulated before the run, within 1e-6 of its largest value; what lasts less than 0.2 ms may be missed.
-    Arrays are interpolated by a monotone cubic.
+    A function is tabulated before the run, within 1e-6 of its largest value; what lasts less than 0.2 ms, or a 300th of
+    a turn, may be missed. Arrays are interpolated by a monotone cubic.
 
     Raises ValueError unless exactly one of them is given, and for values that are not finite.
     """
@@ -67,7 +69,7 @@ class Torque:
 
     def __repr__(self) -> str:
         given = {"": self.value, "of_speed=": self.of_speed, "of_angle=": self.of_angle}
-        return f"Torque({', '.join(name + _name_of(x) for name, x in given.items() if x is not None)})"
+        return f"Torque({', '.join(name + name_of(x) for name, x in given.items() if x is not None)})"
 
 
 @checked
@@ -100,7 +102,7 @@ class MotorCurve:
         return Torque(of_speed=(self.speed, self.torque))
 
 
-def _name_of(value) -> str:
+def name_of(value) -> str:
     """A number or ramp as text, the name of a function, the number of points of arrays."""
     if callable(value):
         return getattr(value, "__name__", type(value).__name__)

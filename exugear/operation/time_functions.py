@@ -1,17 +1,21 @@
 """Speeds over time: lines and curves with exact integrals."""
 
 from collections.abc import Callable
+from math import ceil
 from typing import Any
 
 import numpy as np
 import scipy
 
+from exugear.operation.piecewise_cubics import golden_fractions
 from fem.support.validation import finite, increasing, number, numbers, require
 
 #: Speed or load as users pass it: a constant, (from, to), or a function of time [s].
 TimeFunction = float | tuple[float, float] | Callable[[float], float]
 #: Least and largest number of intervals of a spline through a function of time.
 COARSEST, FINEST = 512, 2**20
+#: Time in which the function is checked once [s], and largest number of checks.
+CHECK_INTERVAL, MOST_CHECKS = 1e-3, 2**17
 
 
 class Line:
@@ -46,7 +50,7 @@ class Curve:
         self._uniform = bool(np.ptp(np.diff(spline.x)) < 1e-9 * self._interval)
         self._coefficients = spline.c.T.tolist()
         self._integral_coefficients = spline.antiderivative().c.T.tolist()
-        self.constant = np.ptp(spline.c[-1]) == 0
+        self.constant = bool(np.ptp(spline(spline.x)) == 0)
 
     def __call__(self, t):
         return self._spline(t) if isinstance(t, np.ndarray) else self._value(self._coefficients, t)
@@ -73,16 +77,21 @@ class Curve:
 
 
 def curve_through_function(function: Callable[[float], float], duration: float) -> Curve:
-    """Cubic spline whose intervals are halved until it misses the new knots by less than 1e-6 of the largest value."""
-    n, values = COARSEST, _sampled(function, duration, COARSEST)
-    error = np.inf
-    while error > 1e-6 and n < FINEST:
-        coarse = scipy.interpolate.CubicSpline(np.linspace(0, duration, n + 1), values)
-        n *= 2
-        values = _sampled(function, duration, n)
-        error = np.abs(coarse(np.linspace(0, duration, n + 1)) - values).max() / max(np.abs(values).max(), 1e-9)
-    require(error < 1e-3, "speed(t) is too rough to be integrated; make it continuous")
-    return Curve(scipy.interpolate.CubicSpline(np.linspace(0, duration, n + 1), values))
+    """Cubic spline whose intervals are halved until it is within 1e-6 of the function, relative to the largest value.
+
+    It is compared with the function at the new knots, and once in each `CHECK_INTERVAL` at an irregular time, as a
+    vibration may vanish at all times that are evenly spaced.
+    """
+    knots, times = np.linspace(0, duration, COARSEST + 1), _irregular(duration)
+    values, checks, error = _sampled(function, duration, knots), _sampled(function, duration, times), np.inf
+    while error > 1e-6 and knots.size <= FINEST:
+        coarse, middles = scipy.interpolate.CubicSpline(knots, values), (knots[:-1] + knots[1:]) / 2
+        at_middles = _sampled(function, duration, middles)
+        missed = max(np.abs(coarse(middles) - at_middles).max(), np.abs(coarse(times) - checks).max())
+        knots, values = _alternating(knots, middles), _alternating(values, at_middles)
+        error = missed / max(np.abs(values).max(), np.abs(checks).max(), 1e-9)
+    require(error < 1e-3, "speed(t) is too rough to be sampled; let it be continuous, round its corners, or pass arrays (t, speed)")
+    return Curve(scipy.interpolate.CubicSpline(knots, values))
 
 
 def curve_through_points(points: np.ndarray, duration: float) -> Curve:
@@ -104,9 +113,22 @@ def speed_function(value, duration: float) -> Line | Curve:
     return line("speed", value, duration)
 
 
-def _sampled(function: Callable[[float], float], duration: float, n: int) -> np.ndarray:
-    """(n + 1,) values of a speed over its duration [s]; ValueError where a value is no finite number."""
-    values = np.array([number("speed(t)", function(t)) for t in np.linspace(0, duration, n + 1).tolist()])
+def _alternating(at_knots: np.ndarray, at_middles: np.ndarray) -> np.ndarray:
+    """(2 n + 1,) of which every second is one of n + 1 at knots, and those between are of n in the middles."""
+    both = np.empty(at_knots.size + at_middles.size)
+    both[::2], both[1::2] = at_knots, at_middles
+    return both
+
+
+def _irregular(duration: float) -> np.ndarray:
+    """A time in each of even intervals of the duration [s], at fractions that do not repeat."""
+    n = min(max(ceil(duration / CHECK_INTERVAL), COARSEST), MOST_CHECKS)
+    return duration / n * (np.arange(n) + golden_fractions(n))
+
+
+def _sampled(function: Callable[[float], float], duration: float, times: np.ndarray) -> np.ndarray:
+    """Values of a speed at times (n,) of its duration [s]; ValueError where a value is no finite number."""
+    values = np.array([number("speed(t)", function(t)) for t in times.tolist()])
     require(bool(np.isfinite(values).all()), f"speed(t) must be finite for 0 <= t <= {duration:g} s")
     return values
 

@@ -18,8 +18,9 @@ import xarray as xr
 
 from exugear.elements.exudyn_objects import quiet
 from exugear.energy.energy_balance import EnergyBalance, energy_balance
-from exugear.integration.run_data import keep_valid, labelled, recording, stored, with_end_state
-from exugear.integration.seams import check_parts, parts_of
+from exugear.integration.run_data import keep_valid, labelled, recording, stored, with_end_state, with_step_error
+from exugear.integration.seams import parts_of
+from exugear.integration.segments import check_parts
 from exugear.integration.shaft_motion import BearingForces, needs_speeds
 from exugear.integration.solver_settings import scheme_of
 from exugear.integration.step_error import errors_by_step, repeated_in_place
@@ -218,7 +219,7 @@ def _solved(
     """The run under its conditions; options as those of `scheme_of`."""
     if executor:
         check_parts(model, conditions)
-    model = linearized(model, conditions.held)
+    model = linearized(model, conditions.held, conditions.highest_speed)
     scheme = scheme_of(model, conditions, **options)
     state = None if initial is None else _start_of(model, conditions, initial.data)
     if state is not None and conditions.held:
@@ -241,11 +242,16 @@ def _solved(
             stop = keep_valid(model, scheme.steps, end, stop, (parts or solver).stopped_at)
             repeated = parts.repeated if parts else partial(repeated_in_place, solver)
             errors = errors_by_step(model, scheme, segments, 0 if stop else checks, repeated)
-            data = labelled(model, conditions, scheme, errors, torques, forces)
+            data = labelled(model, conditions, scheme, torques, forces)
+            data = data if stop else with_end_state(model, data, end)
+            try:
+                data = with_step_error(data, list(errors), scheme.steps.size)
+            except KeyboardInterrupt as interrupt:
+                stop = interrupt
     data = parts.with_seams(data) if parts else data
     if solver.iterations:
         data.attrs["newton_iterations"] = sum(solver.iterations) / scheme.steps.number
-    run = Run(data if stop else with_end_state(model, data, end), wall_time, scheme.steps.size)
+    run = Run(data, wall_time, scheme.steps.size)
     if stop:
         raise _stopped(stop, run) from None
     return run
@@ -259,6 +265,11 @@ def _start_of(model: Model, conditions: Conditions, data: xr.Dataset) -> np.ndar
     stages, labels = data["stage"].values.tolist(), list(model.gearbox.labels)
     same = state.shape[1] == number and stages == labels
     require(same, f"initial is a run of {stages} with {state.shape[1]} coordinates, the model has {labels}, {number}")
+    for label, stage in zip(labels, model.gearbox.stages, strict=True):
+        ended_with = tuple(data.attrs[f"{label}_{name}"] for name in ("a", "pinion_z", "wheel_z"))
+        pair = stage.pair.a, stage.pair.pinion.z, stage.pair.wheel.z
+        other = f"initial is a run with a, z = {ended_with} in {label!r}, the model has {pair}"
+        require(ended_with == pair, f"{other}; continue with the same gears")
     if conditions.held:
         direction = model.gearbox.directions[conditions.held]
         ended_at = direction * float(state[1, end_coordinate(model, conditions.held)])

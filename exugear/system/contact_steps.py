@@ -5,6 +5,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from exugear.contact_geometry.contact_records import STEPS
 from exugear.elements.gear_contact import state_of
 from exugear.plan.integrator_and_step import GAMMA, Rule
 from exugear.system.model import Mesh, Model
@@ -30,7 +31,7 @@ def guess_by(model: Model, mesh: Mesh, rule: Rule, steps: np.record) -> None:
 
 @contextmanager
 def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
-    """Let contacts correct their damping for the lag of the velocities of an integration rule.
+    """Let contacts correct their damping for the lag of the velocities of an integration rule, and forget other steps.
 
     In loops the correction leaves out the acceleration by the mesh force: there the load does not determine the mesh
     forces.
@@ -40,6 +41,7 @@ def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
         state = state_of(model.mbs, mesh.contact)
         state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
         state.pinion_lag, state.wheel_lag = np.split(rule.lag * mesh.acceleration_by_bearings, 2)
+        state["steps"] = np.zeros((), STEPS)
         if rule.spectral_radius is None:
             guess_by(model, mesh, rule, state.steps)
     try:

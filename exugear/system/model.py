@@ -121,15 +121,17 @@ def end_coordinate(model: Model, name: str) -> int:
     return model.rotors.get(name, model.spins[name])
 
 
-def linearized(model: Model, held: str | None) -> Model:
+def linearized(model: Model, held: str | None, speed: float = 0.0) -> Model:
     """The model with the rows, frequency bounds and mobilities of its present system, further items included.
 
-    held   name of the shaft whose speed is imposed, None if all are free
+    held    name of the shaft whose speed is imposed, None if all are free
+    speed   of the driving shaft [rad/s], at which drag damps and gyroscopic moments act
     """
     added = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
     meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(added))) for mesh in model.meshes)
     model = replace(model, meshes=meshes)
-    mass, stiffness, damping = matrices_without_meshes(model)
+    mass, stiffness, _ = matrices_without_meshes(model)
+    damping = matrices_without_meshes(model, speed)[2]
     omega, omega_mesh = _frequency_bounds(model, mass, stiffness)
     meshes = tuple(_with_mobility(model, mesh, mass, stiffness, held) for mesh in meshes)
     meshes = tuple(replace(m, free_system=_free_system(model, m, mass, stiffness, damping, held)) for m in meshes)
@@ -139,18 +141,21 @@ def linearized(model: Model, held: str | None) -> Model:
     return replace(model, plan=plan, meshes=meshes)
 
 
-def matrices_without_meshes(model: Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mass, stiffness and damping matrix of the built system without the meshes."""
+def matrices_without_meshes(model: Model, speed: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mass, stiffness and damping matrix of the built system without the meshes, at a speed of the driving shaft."""
     system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
-    before, states = system.GetODE2Coordinates(initial), [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
+    before = system.GetODE2Coordinates(initial), system.GetODE2Coordinates_t(initial)
+    states = [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
     try:
-        system.SetODE2Coordinates(np.zeros(len(before)), initial)
+        system.SetODE2Coordinates(np.zeros(system.ODE2Size()), initial)
+        system.SetODE2Coordinates_t(speed * model.speed_ratios, initial)
         for state in states:
             state.engaged = 0.0
         with quiet():
             matrices = model.mbs.ComputeLinearizedSystem()
     finally:
-        system.SetODE2Coordinates(before, initial)
+        system.SetODE2Coordinates(before[0], initial)
+        system.SetODE2Coordinates_t(before[1], initial)
         for state in states:
             state.engaged = 1.0
     mass, stiffness, damping = map(np.array, matrices[:3])

@@ -75,6 +75,40 @@ def test_speeds_from_arrays_have_their_exact_integral():
         speed_function(([0.0, 1.0, 2.0], [0.0, 10.0, 20.0]), 3.0)
 
 
+@pytest.mark.parametrize("frequency", [3000.0, 5120.0, 6000.0, 10_240.0])
+def test_a_ripple_is_kept_though_it_vanishes_at_evenly_spaced_times(frequency):
+    """512 and 1024 intervals of the duration, 1/3 and 1/6 ms: a sine of such a period is 0 at all of them."""
+    times, omega = np.linspace(0, 0.1, 4001), 2 * np.pi * frequency
+    ripple = lambda t: 150 + 10 * np.sin(omega * t)  # noqa: E731
+    speed, torque = speed_function(ripple, 0.1), torque_table(Torque(ripple), "loads", 0.1, 200.0)
+    assert np.abs(speed(times) - ripple(times)).max() < 1e-3
+    assert np.abs(torque(times, 0.0, 0.0) - ripple(times)).max() < 1e-3
+    assert speed.integral(0.03) == pytest.approx(4.5 + 10 * (1 - np.cos(0.03 * omega)) / omega, abs=1e-6)
+
+
+@pytest.mark.parametrize("order", [192, 384])
+def test_a_ripple_over_the_angle_is_kept(order):
+    angles = np.linspace(0, 2 * np.pi, 40_001)
+    torque = table(Torque(of_angle=lambda angle: 150 + 10 * np.sin(order * angle)))
+    assert np.abs(torque(0.0, 0.0, angles) - 150 - 10 * np.sin(order * angles)).max() < 1e-3
+
+
+def test_a_short_dip_is_kept():
+    dip = lambda t: 100 - 20 * max(0.0, 1 - abs(t - 28) / 25e-3)  # noqa: E731
+    assert speed_function(dip, 70.0)(np.linspace(27.9, 28.1, 10_001)).min() == pytest.approx(80, abs=0.1)
+
+
+def test_a_dip_that_is_too_short_to_be_sampled_is_refused():
+    with pytest.raises(ValueError, match=r"speed.t. is too rough to be sampled; .* pass arrays"):
+        speed_function(lambda t: 100 - 20 * max(0.0, 1 - abs(t - 28) / 1e-3), 70.0)
+
+
+def test_a_ramp_of_two_points_is_no_constant_speed():
+    ramp, level = ([0.0, 1.0], [10.0, 20.0]), ([0.0, 1.0], [10.0, 10.0])
+    assert not speed_function(ramp, 1.0).constant
+    assert speed_function(level, 1.0).constant
+
+
 def test_the_free_train_moves_as_one_inertia():
     box, times = smooth_box(), np.linspace(0.0, 1.0, 11)
     inertia = reduced_inertia(box)
@@ -127,4 +161,5 @@ def test_ends_that_cannot_be_are_refused(make, message):
 def test_ends_are_short_in_print():
     assert repr(Torque(of_speed=np.sin)) == "Torque(of_speed=sin)"
     assert repr(Speed((0.0, 5.0))) == "Speed((0.0, 5.0))"
+    assert repr(Speed((np.arange(3000.0), np.ones(3000)))) == "Speed(3000 points)"
     assert repr(exugear.MotorCurve([0, 100], [5, 0])) == "MotorCurve(2 speeds up to 100 rad/s)"

@@ -62,3 +62,6 @@ def test_a_run_goes_on_only_where_it_fits(pair):
     three = exugear.build(box(shaft("fast"), shaft("slow"), shaft("last")))
     with pytest.raises(ValueError, match="initial is a run of"):
         run(three, drives={"fast": 100.0}, initial=first)
+    first.data.attrs["fast-slow_pinion_z"] = 23
+    with pytest.raises(ValueError, match=r"initial is a run with a, z = .0.15, 23, 57. in 'fast-slow', the model has"):
+        run(pair, drives={"fast": 100.0}, initial=first)

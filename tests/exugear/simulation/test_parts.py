@@ -173,6 +173,13 @@ def test_a_single_process_and_a_short_run_are_serial():
     assert "seam_error" not in exugear.run_up(model, **RUN | {"duration": 0.01}, executor=Inline()).data
 
 
+def test_threads_of_a_process_take_turns():
+    model, options = exugear.build(smooth_box()), RUN | {"duration": 2.0, "checks": 20}
+    serial = exugear.run_up(model, **options).data
+    with ThreadPoolExecutor(2) as executor:
+        assert_equal(serial, exugear.run_up(model, **options, executor=executor).data)
+
+
 def test_the_plan_has_the_decay_of_a_damped_oscillator():
     m, k, c = np.diag([2.0, 1.0]), np.diag([800.0, 0.0]), np.diag([4.0, 0.0])
     assert slowest_decay(m, k, c, np.array([[20.0, 0.0]])) == pytest.approx(1.0)
@@ -207,7 +214,7 @@ def test_parts_on_a_local_cluster_of_dask():
     model, options = exugear.build(smooth_box()), RUN | {"duration": 10.0}
     serial = exugear.run_up(model, **options).data
     with (
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        LocalCluster(n_workers=2, threads_per_worker=2, dashboard_address=None) as cluster,
         Client(cluster) as client,
     ):
         parts = exugear.run_up(model, **options, executor=client.get_executor()).data

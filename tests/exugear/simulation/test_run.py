@@ -14,6 +14,7 @@ from scenes import INERTIA, K, Oscillator, linear_law, paper_gear, paper_pair, s
 
 import exugear
 from exugear.operation.time_functions import curve_through_function, line
+from exugear.plan.integrator_and_step import BETA, TRAPEZOIDAL_BETA, Rule
 from fem.units import mm, rpm, um
 
 
@@ -218,6 +219,8 @@ def test_console_stays_silent(spinning, capfd):
         ({"tolerance": 0.0}, "tolerance must lie in"),
         ({"step": -1.0}, "step must be > 0"),
         ({"step": 2e-4}, r"step must be below .* stability"),
+        ({"step": Rule(BETA, 2e-4)}, r"step must be below .* stability"),
+        ({"step": Rule(TRAPEZOIDAL_BETA, np.nan)}, "step must be > 0"),
         ({"sample": 0.0}, "sample must lie in"),
         ({"sample": 2.0}, "sample must lie in"),
     ],
@@ -232,3 +235,18 @@ def test_the_run_is_stable_up_to_the_stated_limit():
     limit = 6**0.5 / oscillator.omega
     assert oscillator.model.plan.largest_step == pytest.approx(limit / 2**0.5, rel=1e-3)
     assert oscillator.c == pytest.approx(0.1 * (K * INERTIA) ** 0.5 / oscillator.r)
+
+
+BALL = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
+
+
+@pytest.mark.parametrize("parts", [{0.0: exugear.Drag(20.0)}, {0 * mm: BALL, 60 * mm: BALL}], ids=["drag", "planar"])
+def test_a_run_does_not_depend_on_runs_before_it(parts):
+    """Drag that is steep at standstill and flat in the run; bearings whose last forces contacts remember."""
+    model, options = exugear.build(smooth_box(parts=parts)), {"load": 150.0, "duration": 0.1, "progress": False}
+    first, second = (exugear.run_up(model, speed=(90.0, 130.0), **options, checks=0).data for _ in range(2))
+    assert second.equals(first)
+    exact = exugear.run_up(
+        model, speed=(90.0, 130.0), **options, checks=0, tolerance=1e-7, step=first.attrs["step"]
+    ).data
+    assert np.abs(first["dte"] - exact["dte"]).max() < 2e-4 * np.ptp(exact["dte"].values)

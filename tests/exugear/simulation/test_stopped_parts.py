@@ -3,7 +3,8 @@
 import os
 import signal
 import warnings
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
 
 import exudyn.itemInterface as eii
@@ -79,6 +80,56 @@ def test_a_killed_process_stops_the_run_in_words(monkeypatch):
         exugear.run_up(model, **RUN, executor=executor)
     again = exugear.run_up(model, **RUN | {"duration": 0.05}).data
     assert np.isfinite(again["dte"]).all()
+
+
+def test_a_system_that_the_user_has_changed_is_refused():
+    model = exugear.build(smooth_box())
+    model.mbs.SetObjectParameter(model.bodies["slow"], "inertia", 0.05)
+    with pytest.raises(ValueError, match=r"mass, stiffness or damping of the system model.mbs were changed"):
+        exugear.run_up(model, **RUN, executor=Inline())
+
+
+class KilledAfterTheRun(Inline):
+    """Its processes die once the run is integrated; then it takes no jobs, or returns errors."""
+
+    def __init__(self, takes_jobs: bool):
+        super().__init__()
+        self.takes_jobs = takes_jobs
+
+    def submit(self, function, *arguments):
+        if function is not segments.rms_at_half_the_step:
+            return super().submit(function, *arguments)
+        if not self.takes_jobs:
+            raise BrokenProcessPool("killed")
+        future: Future = Future()
+        future.set_exception(BrokenProcessPool("killed"))
+        return future
+
+
+@pytest.mark.parametrize("takes_jobs", [True, False])
+def test_a_run_whose_error_cannot_be_estimated_is_there(takes_jobs):
+    model = exugear.build(smooth_box())
+    with pytest.warns(UserWarning, match="step_error is NaN; executor: a process .* was killed"):
+        data = exugear.run_up(model, **RUN, executor=KilledAfterTheRun(takes_jobs)).data
+    assert np.isnan(data["step_error"]).all()
+    assert "stopped" not in data.attrs
+    assert np.isfinite(data["dte"]).all()
+
+
+@pytest.mark.parametrize("executor", [None, Inline()])
+def test_ctrl_c_while_errors_are_estimated_keeps_the_whole_run(executor, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    whole = exugear.run_up(exugear.build(smooth_box()), **RUN, checks=0).data
+    monkeypatch.setattr("exugear.integration.step_error.vibration_at_half_the_step", interrupted)
+    monkeypatch.setattr(segments, "vibration_at_half_the_step", interrupted)
+    with pytest.raises(KeyboardInterrupt) as stop:
+        exugear.run_up(exugear.build(smooth_box()), **RUN, executor=executor)
+    kept = stop.value.run.data
+    assert kept["dte"].values == pytest.approx(whole["dte"].values, rel=1e-6)
+    assert {"end_state", "mesh_force"} <= set(kept)
+    assert "step_error" not in kept
 
 
 def test_ctrl_c_keeps_what_is_joined(monkeypatch):
