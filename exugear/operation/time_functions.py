@@ -90,7 +90,10 @@ def curve_through_function(function: Callable[[float], float], duration: float) 
         missed = max(np.abs(coarse(middles) - at_middles).max(), np.abs(coarse(times) - checks).max())
         knots, values = _alternating(knots, middles), _alternating(values, at_middles)
         error = missed / max(np.abs(values).max(), np.abs(checks).max(), 1e-9)
-    require(error < 1e-3, "speed(t) is too rough to be sampled; let it be continuous, round its corners, or pass arrays (t, speed)")
+    require(
+        error < 1e-3,
+        "speed(t) is too rough to be sampled; let it be continuous, round its corners, or pass arrays (t, speed)",
+    )
     return Curve(scipy.interpolate.CubicSpline(knots, values))
 
 

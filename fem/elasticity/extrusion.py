@@ -1,5 +1,7 @@
 """Line meshes across the face width, and the extrusion of the section to hexahedra along the helix."""
 
+from math import log, log1p
+
 import numpy as np
 from skfem import MeshHex, MeshLine, MeshQuad
 
@@ -8,15 +10,22 @@ from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import BORE, rotated, section
 from fem.gear.gear import Gear
 
+#: Width of an element over that of the element before it, where the face is not loaded.
+GROWTH = 1.5
+
 
 def half_face(b: float, loaded: float, n: int, grading: float = 1.3) -> MeshLine:
-    """Mesh of [0, b/2] from mid-plane to the end face: n elements up to loaded/2, then elements like the first."""
+    """Mesh of [0, b/2] from mid-plane to the end face: n elements up to loaded/2, then elements that grow.
+
+    The first of these is about as wide as the first in mid-plane: what is not loaded adds few elements.
+    """
     inner = loaded / 2 * (1 - np.linspace(1, 0, n + 1) ** grading)
     rest = b / 2 - inner[-1]
     if rest <= 1e-9 * b:
         return MeshLine(inner)
-    beyond = max(1, round(rest / inner[1]))
-    return MeshLine(np.concatenate([inner, inner[-1] + rest * np.arange(1, beyond + 1) / beyond]))
+    beyond = max(1, round(log1p(rest / inner[1] * (GROWTH - 1)) / log(GROWTH)))
+    grown = (GROWTH ** np.arange(1, beyond + 1) - 1) / (GROWTH**beyond - 1)
+    return MeshLine(np.concatenate([inner, inner[-1] + rest * grown]))
 
 
 def both_sides(half: MeshLine) -> MeshLine:

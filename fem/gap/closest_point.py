@@ -37,7 +37,7 @@ def closest_points(mesh, number, low, high, te):
     closest = _smallest_gaps(mesh, sections)
     for i in range(number.size):
         at, roll, foot = sections[i], closest[0, i], closest[1, i]
-        approach = approach_at(mesh, at, roll, foot, 0.0)
+        approach = mesh.position.inclined if at.out_of_reach else approach_at(mesh, at, roll, foot, 0.0)
         closest[2, i] += approach * at.te
         closest[3, i], closest[4, i] = approach, _radius(mesh, at, roll)
     return closest

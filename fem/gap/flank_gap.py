@@ -4,7 +4,7 @@ One gear, the host, carries the strips of a slice; the normals of its flank are 
 pinion before the pitch point and the wheel behind it, so that only the tip of the mate can end the strips.
 """
 
-from math import atan2, cos, sin, sqrt
+from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
 
@@ -19,6 +19,8 @@ MIDDLE = np.array([[0.0, 2.0]])
 NEWTON_STEPS, SHORTEST = 12, 1e-8
 #: Gap of flanks that cannot touch [m]; least lever of a normal about the mate: normals of contacts have longer ones.
 OUT_OF_REACH, LEAST_LEVER = 1.0, 0.1
+#: Angle between a flank and the line of action beyond which it is out of reach, before the gear has turned once.
+TURNED_AWAY = pi / 2
 
 
 #: Middle section of a slice: number of the tooth pair; gear that carries the strips, 0: pinion or 1: wheel; its axial
@@ -26,7 +28,7 @@ OUT_OF_REACH, LEAST_LEVER = 1.0, 0.1
 #: approach are linearized, by which the roll lengths of host and mate on the line of action, nominal and mate_nominal,
 #: overlap [m]; roll lengths at the host's root form and tip circle and at the mate's tip circle [m]; material that
 #: pitch deviations remove from host and mate [m], which turn the whole flank, whose corner stays on the tip circle;
-#: whether all of the host's flank is beyond the mate's tip, so that the two cannot touch.
+#: whether all of the host's flank is beyond the mate's tip, or turned away, so that the two cannot touch.
 SECTION = np.dtype(
     [
         *((name, "i8") for name in ("number", "host")),
@@ -52,7 +54,9 @@ def sections_of(mesh, number, low, high, te):
         at.mate_nominal, at.mate_tip = position.length - at.nominal + te[i], mate.roll_tip
         at.set_back, at.mate_set_back = _set_back(mesh, at.host, at.number), _set_back(mesh, 1 - at.host, at.number)
         nearest = min(seen_from_mate(mesh, at, at.form)[2], seen_from_mate(mesh, at, at.tip)[2])
-        at.out_of_reach = nearest > at.mate_tip
+        host_angle = max(at.form - at.nominal, at.nominal - at.tip) / at.r_host
+        mate_angle = max(-at.mate_nominal, at.mate_nominal - at.mate_tip) / at.r_mate
+        at.out_of_reach = nearest > at.mate_tip or max(host_angle, mate_angle) > TURNED_AWAY
     return sections
 
 

@@ -19,7 +19,7 @@ from fem.microgeometry.modification import (
     TipRelief,
 )
 from fem.support.representation import short
-from fem.support.validation import text_of
+from fem.support.validation import require, text_of
 from fem.units import mm
 
 DESIGNED = (TipRelief, RootRelief, ProfileCrowning, LeadCrowning, HelixSlope, EndRelief, EdgeBreak)
@@ -130,6 +130,9 @@ def _check_added(part: Modification, face: FlankExtent) -> None:
     """ValueError for added material that rises steeply: near the base circle, where the profile is short, a spike."""
     roll = np.linspace(face.roll_form, face.roll_tip, CHECKED_ROLLS)
     added = -part.removed(face, roll[:, None], np.array([-0.5, 0.0, 0.5]) * face.width)
+    require(
+        bool(np.isfinite(added).all()), f"{part} removes material that is not finite; removed(...) must return metres"
+    )
     rise = np.abs(np.diff(added, axis=0) / np.diff(roll**2 / (2 * face.r_b))[:, None])
     steep = np.where(np.maximum(added[1:], added[:-1]) > 0, rise, 0.0).max(axis=1)
     if steep.max() > STEEPEST:
@@ -143,10 +146,17 @@ def _listed(flank: Flank) -> list[dict]:
 
 
 def to_text(flank: Flank | Sides) -> str:
-    """The modifications as JSON, for the attributes of a file; `from_text` reads them back."""
-    if isinstance(flank, Sides):
-        return json.dumps({"left": _listed(flank.left), "right": _listed(flank.right)})
-    return json.dumps(_listed(flank))
+    """The modifications as JSON, for the attributes of a file; `from_text` reads them back.
+
+    ValueError unless they are dataclasses of numbers, texts and lists.
+    """
+    try:
+        if isinstance(flank, Sides):
+            return json.dumps({"left": _listed(flank.left), "right": _listed(flank.right)})
+        return json.dumps(_listed(flank))
+    except TypeError as error:
+        remedy = "let its modifications be dataclasses of numbers, texts and lists"
+        raise ValueError(f"flank cannot be stored with a map ({error}); {remedy}") from None
 
 
 def _from_list(parts: list[dict]) -> Flank:

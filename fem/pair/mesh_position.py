@@ -44,6 +44,13 @@ class MeshPosition:
         pinion, wheel = self.pair.pinion.b / 2, self.pair.wheel.b / 2
         return max(-pinion, self.axial - wheel), min(pinion, self.axial + wheel)
 
+    @property
+    def eps_gamma(self) -> float:
+        """Total contact ratio over the common face width."""
+        low, high = self.face
+        path, overlap = self.path.end - self.path.start, (high - low) * abs(tan(self.pair.beta_b))
+        return (path + overlap) / self.pair.p_bt
+
     def nominal(self, number, axial):
         """Roll length of the pinion where a tooth pair crosses the line of action at an axial position [m]."""
         return self.path.pitch + (self.phase + number) * self.pair.p_bt + axial * tan(self.pair.beta_b)

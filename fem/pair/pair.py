@@ -25,7 +25,8 @@ class GearPair:
     """Two external gears in mesh at the working centre distance a [m]; by default that without backlash.
 
     Raises ValueError where the two cannot run together: different base pitch, helix angles that are not equal and
-    opposite, no contact, total contact ratio below 1, interference or no tip clearance at a root, negative backlash.
+    opposite, no contact, total contact ratio below 1, interference or no tip clearance at a root, an undercut that goes
+    beyond the pitch point, negative backlash.
     """
 
     pinion: Gear
@@ -53,6 +54,8 @@ class GearPair:
         base, tips = self.pinion.r_b + self.wheel.r_b, self.pinion.r_a + self.wheel.r_a
         span = "mm (base circles touch below, tip circles part above; pass metres: 150*mm)"
         require_within("a", self.a, base, tips, unit=mm, remedy=span)
+        no_path = f"the path of contact is empty, eps_alpha = {self.eps_alpha:.4g} must be > 0"
+        require(self.eps_alpha > 0, f"{no_path}; reduce a = {self.a / mm:g} mm or raise d_a")
         eps = f"{self.eps_gamma:.4g}"
         require(
             self.eps_gamma > 1, f"contact ratio must exceed 1, got {eps}; reduce a = {self.a / mm:g} mm or raise d_a"
@@ -67,6 +70,11 @@ class GearPair:
                 f"interference: the mate's tip reaches roll length {lowest / mm:.4g} mm of the {name}, whose involute "
                 f"begins at {gear.roll_form / mm:.4g} mm; {remedies(gear, mate, name)}",
             )
+            pitch = self.roll_pitch if gear is self.pinion else self.path_of_contact.on_wheel(self.roll_pitch)
+            cut = f"undercut removes the involute of the {name} up to roll length {gear.roll_form / mm:.4g} mm"
+            beyond = f"beyond the pitch point at {pitch / mm:.4g} mm"
+            apart = lowest > gear.roll_form or gear.roll_form < pitch
+            require(apart, f"{cut}, {beyond}; raise its profile shift x = {gear.x:g}")
             clearance = self.a - gear.r_f - mate.r_a
             deeper = f"raise a = {self.a / mm:g} mm or reduce d_f of the {name}"
             got = f"got {clearance / mm:g} mm; {deeper}"

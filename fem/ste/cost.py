@@ -5,7 +5,7 @@ from math import ceil
 from typing import Annotated, NamedTuple
 
 from fem.contact.resolution import Discretization, Resolution, Slices
-from fem.elasticity.flank_compliance import NEAR, WHOLE, solutions
+from fem.elasticity.flank_compliance import NEAR, WHOLE, lines_across, solutions
 from fem.elasticity.mesh_density import Density
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
@@ -127,16 +127,21 @@ def _uncached(models: list[ContactModel]) -> float:
         _, whole = across_width(model.pair, model.offsets)
         for gear, density, loaded in elastic_gears(model.pair, model.offsets, model.resolution):
             for kind, name in solutions(gear, density, loaded, whole=whole).items():
-                missing[name] = 0.0 if known(name) else finite_elements(density, kind)
+                beyond = lines_across(gear, density, loaded)[1].nelements - density.width
+                missing[name] = 0.0 if known(name) else finite_elements(density, kind, beyond)
     return sum(missing.values())
 
 
-def finite_elements(density: Density, kind: str) -> float:
-    """Wall time of one solution of a gear's finite elements [s]; kind as `flank_compliance.solutions` names it."""
+def finite_elements(density: Density, kind: str, beyond: int) -> float:
+    """Wall time of one solution of a gear's finite elements [s].
+
+    kind     as `flank_compliance.solutions` names it
+    beyond   number of elements between the loaded width and an end face
+    """
     section = elements_along(density) ** 2 / elements_along(Density()) ** 2
     if kind == NEAR:
         return NEAR_FIELD * section
-    across = density.width / Resolution().density.width * (2 if kind == WHOLE else 1)
+    across = (density.width + beyond) / Resolution().density.width * (2 if kind == WHOLE else 1)
     return SOLID * section * across**WIDTH_POWER
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from fem.contact.resolution import Discretization
 from fem.microgeometry.flank import pitch_deviations
 from fem.pair.hertz import largest_torque
+from fem.pair.mesh_position import MeshPosition
 from fem.pair.pair import GearPair
 from fem.support.representation import short
 from fem.support.validation import as_floats, increasing, number, numbers, require, text_of
@@ -33,7 +34,10 @@ def check_offsets_mesh(pair: GearPair, a: np.ndarray, axial: np.ndarray) -> None
     shared = (pair.pinion.b + pair.wheel.b) / 2 - np.abs(axial).max()
     least = 0.1 * pair.b
     left = f"leaves {shared / mm:g} mm of face in contact; keep {least / mm:g} mm"
-    require(bool(shared >= least), f"axial offset {np.abs(axial).max() / mm:g} mm {left}")
+    furthest = f"axial offset {np.abs(axial).max() / mm:g} mm"
+    require(bool(shared >= least), f"{furthest} {left}")
+    eps_gamma = min(MeshPosition(pair, float(d), float(z), 0.0).eps_gamma for d in a for z in axial)
+    require(eps_gamma > 1, f"{furthest} leaves a contact ratio of {eps_gamma:.4g}, which must exceed 1; reduce it")
 
 
 def checked_request(

@@ -168,6 +168,7 @@ def across_width(pair: GearPair, offsets: dict[str, np.ndarray]) -> tuple[bool, 
     for gear in (pair.pinion, pair.wheel):
         roll = np.linspace(gear.roll_form, gear.roll_tip, 101)
         relief = relief + removed(gear.drive_flank, gear.face, roll, axial)
-    askew = bool(pair.beta_b or any(np.any(offsets[name]) for name in (*ANGLES, "axial")))
+    helical = pair.pinion.beta or pair.wheel.beta
+    askew = bool(helical or any(np.any(offsets[name]) for name in (*ANGLES, "axial")))
     varies = askew or bool(np.ptp(relief, axis=0).max() > EVEN_GAP)
     return varies, askew or bool(np.abs(relief - relief[::-1]).max() > EVEN_GAP)

@@ -9,13 +9,14 @@ import numpy as np
 import xarray as xr
 
 from fem.contact.resolution import Resolution, Slices
+from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import Offsets, check_offsets
 from fem.pair.pair import GearPair
 from fem.ste.accuracy import MapGrid, choose
 from fem.ste.error_estimation import MapError
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
 from fem.ste.map_solver import FORCE, PAIR, ContactModel, sweep
-from fem.ste.ste_map import LOAD_SHARE, OFFSETS, TE, TORQUE, description, ste_map
+from fem.ste.ste_map import LOAD_SHARE, OFFSETS, TE, TORQUE, description, pair_attributes, ste_map
 from fem.support.arguments import Numbers, checked
 from fem.support.progress import shown
 from fem.support.representation import exact
@@ -78,6 +79,7 @@ def static_transmission_error(
     check_offsets_mesh(pair, values["a"], values["axial"])
     pair = replace(pair, a=float(values["a"][0])) if "a" not in offsets.axes() else pair
     torques, phase = checked_request(pair, torque, phases, accuracy, resolution)
+    pair_attributes(pair)  # raises before anything is solved
     with shown(progress):
         if accuracy is not None:
             grid = choose(pair, values, torques, phase, accuracy)
@@ -99,7 +101,7 @@ def _labelled(model: ContactModel, grid: MapGrid, states: xr.Dataset, offset_axe
     data = ste_map(model.pair, grid.torque, grid.phase, states[TE].values, axes, **attributes)
     variables = {str(name): values for name, values in states.data_vars.items() if name != TE}
     variables |= _load_sharing(states[LOAD_SHARE], phase_weights(grid.phase, pitches))
-    variables["contact_ratio"] = _nominal_without_load(variables["contact_ratio"], model.pair, grid.torque)
+    variables["contact_ratio"] = _nominal_without_load(variables["contact_ratio"], model, grid.torque)
     described = {name: (values.dims, values.values, description(name)) for name, values in variables.items()}
     return data.assign(described).assign_coords(pair=(PAIR, variables[LOAD_SHARE][PAIR].values, description(PAIR)))
 
@@ -119,12 +121,12 @@ def phase_weights(phase: np.ndarray, pitches: int) -> np.ndarray:
     return (ahead + np.roll(ahead, 1)) / (2 * pitches)
 
 
-def _nominal_without_load(contact_ratio: xr.DataArray, pair: GearPair, torque: np.ndarray) -> xr.DataArray:
+def _nominal_without_load(contact_ratio: xr.DataArray, model: ContactModel, torque: np.ndarray) -> xr.DataArray:
     """Contact ratios; without load, where a single point touches at a time, those of the involutes."""
-    nominal: float | xr.DataArray = pair.eps_gamma
-    if "a" in contact_ratio.dims:
-        distances = contact_ratio["a"]
-        nominal = distances.copy(data=[replace(pair, a=float(a)).eps_gamma for a in distances])
+    a, axial = model.offsets["a"].tolist(), model.offsets["axial"].tolist()
+    ratios = [[MeshPosition(model.pair, distance, shift, 0.0).eps_gamma for shift in axial] for distance in a]
+    nominal = xr.DataArray(ratios, dims=("a", "axial"))
+    nominal = nominal.squeeze([name for name in nominal.dims if name not in contact_ratio.dims])
     loaded = xr.DataArray(torque > 0, dims=TORQUE)
     return contact_ratio.where(loaded, nominal).transpose(*contact_ratio.dims)
 

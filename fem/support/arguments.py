@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import InitVar
 from functools import cache, wraps
 from inspect import Parameter, signature
+from io import IOBase
 from os import PathLike
 from types import UnionType
 from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
@@ -50,6 +51,7 @@ def checked(function: Checked) -> Checked:
 
     @wraps(function)
     def checking(*args, **kwargs):
+        args, kwargs = tuple(map(_repeatable, args)), {name: _repeatable(value) for name, value in kwargs.items()}
         hints, further = _hints(function)
         for name, value in (*zip(hints, args, strict=False), *kwargs.items()):
             hint, default = hints.get(name, further)
@@ -58,6 +60,11 @@ def checked(function: Checked) -> Checked:
         return function(*args, **kwargs)
 
     return cast(Checked, checking)
+
+
+def _repeatable(value):
+    """A generator or an iterator over a list as a list: checks read it before the function does."""
+    return list(value) if isinstance(value, Iterator) and not isinstance(value, IOBase) else value
 
 
 @cache

@@ -87,6 +87,7 @@ def numbers(name: str, values) -> np.ndarray:
         array = np.asarray(list(values) if isinstance(values, Iterator) else values)
     except (TypeError, ValueError):
         array = np.empty(0, object)
+    require(not np.ma.is_masked(values), f"{name} must hold a value everywhere, got masked values; leave them out")
     if array.dtype.kind not in "fiu":
         rows = f"{name} must hold real numbers, in rows of equal length if there are several"
         raise ValueError(f"{rows}, got {text_of(values)}")

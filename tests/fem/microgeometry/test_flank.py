@@ -1,6 +1,6 @@
 """Flank modifications and deviations: reliefs by diameter, arcs, pitch deviations, grids, both sides, their sums."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import permutations
 
 import numpy as np
@@ -194,6 +194,27 @@ def test_modifications_that_users_write_are_added_to_the_others():
     gear = paper_gear(flank=[Wave(), fem.HelixSlope(2 * um)])
     total = removed(gear.flank, gear.face, ROLL, AXIAL)
     assert total == pytest.approx(1 * um * np.sin(ROLL / mm) + 2 * um * AXIAL / (23 * mm), abs=1e-18)
+
+
+@dataclass(frozen=True)
+class Unfinished:
+    """A modification of a user without a value at one end face."""
+
+    def removed(self, face, roll, axial):
+        return np.where(axial > 0.49 * face.width, np.nan, 0.0) + 0 * roll
+
+
+class NoDataclass:
+    def removed(self, face, roll, axial):
+        return 0 * roll * axial
+
+
+def test_modifications_of_users_have_values_and_can_be_stored():
+    with pytest.raises(ValueError, match=r"Unfinished\(\) removes material that is not finite"):
+        paper_gear(flank=Unfinished())
+    pair = fem.GearPair(paper_gear(flank=NoDataclass()), paper_gear(), a=150 * mm)
+    with pytest.raises(ValueError, match=r"flank cannot be stored with a map .*dataclasses of numbers"):
+        fem.static_transmission_error(pair, 50, 4, progress=False)
 
 
 def test_pitch_deviations_become_python_floats():

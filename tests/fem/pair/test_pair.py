@@ -110,6 +110,25 @@ def test_undercut_pinion_runs_with_every_mate_up_to_the_rack():
         fem.GearPair(pinion, fem.Gear(z=150, d_a=3 * mm * 152.4, **data), a=243 * mm)
 
 
+def test_an_undercut_beyond_the_pitch_point_is_refused():
+    """Behind the pitch point the wheel's flank would touch where the pinion has lost its involute."""
+    data = {"m_n": 2 * mm, "b": 20 * mm, "alpha_n": 14.5 * deg}
+    tool = {"h_fP": 3.014 * mm, "rho_f": 0.1 * mm, "d_a": 19.37 * mm}
+    pinion = fem.Gear(z=8, beta=20 * deg, x=-0.309, d_bore=3.2 * mm, **tool, **data)
+    wheel = fem.Gear(z=27, beta=-20 * deg, x=-0.063, d_bore=10.8 * mm, **data)
+    words = (
+        r"undercut removes the involute of the pinion up to roll length 2.975 mm, beyond the pitch point at 1.246 mm"
+    )
+    with pytest.raises(ValueError, match=words):
+        fem.GearPair(pinion, wheel)
+
+
+def test_a_helical_pair_without_a_path_of_contact_is_refused():
+    data = {"m_n": 2 * mm, "b": 40 * mm, "d_bore": 1 * mm}
+    with pytest.raises(ValueError, match=r"path of contact is empty, eps_alpha = -0\.035"):
+        fem.GearPair(fem.Gear(z=7, beta=15 * deg, x=0.0, **data), fem.Gear(z=8, beta=-15 * deg, x=-0.3, **data))
+
+
 def test_attributes_hold_all_inputs(paper_pair):
     data = fem.ste_map(paper_pair, [0, 1], [0, 0.5], np.zeros((2, 2)))
     assert fem.pair_of(data) == paper_pair

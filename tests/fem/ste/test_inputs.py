@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from paper_gears import few_teeth
 
 import fem
 from fem.elasticity.mesh_density import Density
-from fem.units import mm
+from fem.units import deg, mm
 
 
 @pytest.mark.parametrize(
@@ -103,3 +104,18 @@ def test_offsets_beyond_the_gears_are_refused(paper_pair):
     for offsets, message in ((fem.Offsets(axial=22 * mm), "face in contact"), (fem.Offsets(a=139 * mm), "a must lie")):
         with pytest.raises(ValueError, match=message):
             fem.static_transmission_error(paper_pair, 150, 4, offsets=offsets, progress=False)
+    helical = fem.GearPair(few_teeth(beta=25 * deg, d_a=46 * mm), few_teeth(beta=-25 * deg, d_a=46 * mm))
+    assert helical.eps_alpha < 1 < helical.eps_gamma
+    with pytest.raises(ValueError, match=r"axial offset 17 mm leaves a contact ratio of .*, which must exceed 1"):
+        fem.static_transmission_error(helical, 10, 4, offsets=fem.Offsets(axial=(0, 17 * mm)), progress=False)
+
+
+def test_generators_are_read_once_and_masked_values_are_refused(paper_pair):
+    options = {"resolution": fem.Slices(), "progress": False}
+    listed = fem.static_transmission_error(paper_pair, [0.0, 5.0], [0.0, 0.5], **options)
+    torque, phases = (t for t in (0.0, 5.0)), iter([0.0, 0.5])
+    assert fem.static_transmission_error(paper_pair, torque, phases, **options).equals(listed)
+    masked = np.ma.array([0.0, 5.0, 1000.0], mask=[0, 0, 1])
+    with pytest.raises(ValueError, match="torque must hold a value everywhere, got masked values"):
+        fem.static_transmission_error(paper_pair, masked, 4, **options)
+    assert fem.static_transmission_error(paper_pair, masked[:2], [0.0, 0.5], **options).equals(listed)
