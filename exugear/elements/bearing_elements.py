@@ -9,7 +9,7 @@ from numba import carray
 from exugear.elements.stop_messages import DIVERGED, FAR
 from exugear.force_table.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
 from exugear.gearbox.bearing import Bearing
-from exugear.gearbox.bearing_stiffness import linear_part, radial_table
+from exugear.gearbox.bearing_stiffness import linear_part, radial_stiffness, radial_table
 from exugear.gearbox.shaft import Shaft
 from exugear.kernels.difference_jacobian import jacobian
 from exugear.plan.coordinates import Coordinates
@@ -63,7 +63,7 @@ def radial_force(law, r):
 def bearing_forces(address, x, y, z, a, b, c, u, v, w, d, e, f):
     """Generalized forces (6) of a nonlinear bearing on a shaft, first order in the tilts.
 
-    address            of its radial law
+    address            of its radial law, whose slope is damped in radial, and whose secant in circumferential direction
     x, y, z, a, b, c   displacements [m], tilts and spin [rad] of the shaft's centre of mass
     u, v, w, d, e, f   their rates
     """
@@ -71,11 +71,10 @@ def bearing_forces(address, x, y, z, a, b, c, u, v, w, d, e, f):
     lever = law.lever
     x, y, u, v = x + lever * b, y - lever * a, u + lever * e, v - lever * d
     r = sqrt(x * x + y * y)
-    if r == 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     force, slope = radial_force(law, r)
-    total = force + law.damping * slope * (x * u + y * v) / r
-    p, q = -total * x / r, -total * y / r
+    secant = force / r if r > 0.0 else slope
+    total = secant + law.damping * (slope - secant) * (x * u + y * v) / (r * r) if r > 0.0 else secant
+    p, q = -total * x - law.damping * secant * u, -total * y - law.damping * secant * v
     return p, q, 0.0, -lever * q, lever * p, 0.0
 
 
@@ -155,7 +154,7 @@ def _radial_reaction(bearing: Bearing, displacement: np.ndarray, rate: np.ndarra
     radii, forces = radial_table(bearing)
     r = np.linalg.norm(displacement, axis=0)
     unit = displacement / np.maximum(r, np.finfo(float).tiny)
-    slopes = np.diff(forces) / np.diff(radii)
-    slope = slopes[np.clip(np.searchsorted(radii, r) - 1, 0, slopes.size - 1)]
-    total = np.interp(r, radii, forces) + bearing.damping * slope * (unit * rate).sum(axis=0)
-    return -total * unit
+    slope, secant = radial_stiffness(bearing, r)
+    radial_rate = (unit * rate).sum(axis=0)
+    total = np.interp(r, radii, forces) + bearing.damping * (slope - secant) * radial_rate
+    return -total * unit - bearing.damping * secant * rate

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import nan
 
 import numpy as np
 import scipy
@@ -50,8 +51,13 @@ class EnergyBalance:
 
     @property
     def efficiency(self) -> float:
-        """Work out over work in less the increase of stored energy."""
-        return self.work_out / (self.work_in - self.stored)
+        """Work that leaves the gearbox over work that enters it less the increase of stored energy; a load < 0 drives.
+
+        NaN where nothing enters.
+        """
+        entering = max(self.work_in, 0.0) + max(-self.work_out, 0.0) - self.stored
+        leaving = max(self.work_out, 0.0) + max(-self.work_in, 0.0)
+        return leaving / entering if entering else nan
 
     def __str__(self) -> str:
         rows = {"work in": self.work_in, "work out": -self.work_out}
@@ -68,7 +74,9 @@ def energy_balance(data: xr.Dataset, start: float | None = None, end: float | No
     require("kinetic_energy" in data, missing)
     first, last = (time[0] if start is None else start), (time[-1] if end is None else end)
     window = f"start and end must lie within [{time[0]:g}, {time[-1]:g}] s, start first, got {first:g} and {last:g}"
-    require(bool(time[0] <= first < last <= time[-1]), window)
+    half_a_sample = (time[1] - time[0]) / 2
+    require(bool(time[0] - half_a_sample <= first < last <= time[-1] + half_a_sample), window)
+    first, last = np.clip([first, last], time[0], time[-1])
     near = slice(*np.searchsorted(time, [first, last], side="right") + np.array([-BESIDE - 1, BESIDE]).clip(-time.size))
     near = slice(max(near.start, 0), near.stop)
     part = data.isel(time=near)

@@ -7,7 +7,7 @@ import numpy as np
 from exugear.energy.shaft_motion import ShaftMotion
 from exugear.energy.stored_energy import coupling_twists, radial_motion
 from exugear.gearbox.bearing import Bearing
-from exugear.gearbox.bearing_stiffness import linear_part, radial_table
+from exugear.gearbox.bearing_stiffness import linear_part, radial_stiffness
 from exugear.gearbox.shaft import Shaft
 from exugear.system.model import Model
 
@@ -33,9 +33,8 @@ def bearing_losses(shaft: Shaft, motion: ShaftMotion) -> dict[float, np.ndarray]
 
 
 def _radial_loss(bearing: Bearing, displacement: np.ndarray, rate: np.ndarray) -> np.ndarray:
-    """Power of the radial damping of a nonlinear bearing, of displacements (n, 2) and rates (n, 2)."""
-    radii, forces = radial_table(bearing)
-    r = np.maximum(np.linalg.norm(displacement, axis=1), np.finfo(float).tiny)
-    i = np.clip(np.searchsorted(radii, r) - 1, 0, radii.size - 2)
-    slope = np.diff(forces)[i] / np.diff(radii)[i]
-    return bearing.damping * slope * ((displacement * rate).sum(axis=1) / r) ** 2
+    """Power of the damping of a nonlinear bearing in the radial plane, of displacements (n, 2) and rates (n, 2)."""
+    r = np.linalg.norm(displacement, axis=1)
+    slope, secant = radial_stiffness(bearing, r)
+    radial_rate = (displacement * rate).sum(axis=1) / np.maximum(r, np.finfo(float).tiny)
+    return bearing.damping * (slope * radial_rate**2 + secant * ((rate**2).sum(axis=1) - radial_rate**2))

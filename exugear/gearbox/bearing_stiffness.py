@@ -15,6 +15,14 @@ def radial_table(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
     return np.array([0.0, bearing.clearance, bearing.clearance + REACH]), np.array([0.0, 0.0, bearing.radial * REACH])
 
 
+def radial_stiffness(bearing: Bearing, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Slope and secant [N/m] of a nonlinear bearing at radial displacements (n,) [m]: its stiffness along, across."""
+    radii, forces = radial_table(bearing)
+    slopes = np.diff(forces) / np.diff(radii)
+    slope = slopes[np.clip(np.searchsorted(radii, r) - 1, 0, slopes.size - 1)]
+    return slope, np.where(r > 0, np.interp(r, radii, forces) / np.maximum(r, np.finfo(float).tiny), slope)
+
+
 def radial_secant(bearing: Bearing, force: float) -> float:
     """Secant stiffness [N/m] of a nonlinear bearing under a radial force > 0 [N] that its table reaches."""
     displacement, table = radial_table(bearing)

@@ -50,6 +50,7 @@ class Gearbox:
         require(bool(self.stages), "stages must hold at least one Stage, got none")
         self._check_names()
         self._check_mates()
+        self._check_item_names()
         ends = f"shaft {self.driving.name!r} drives and is driven; list the stage of the driven shaft last"
         require(self.driving.name != self.driven.name, ends)
         self._place_shafts()
@@ -132,6 +133,14 @@ class Gearbox:
             for shaft in (stage.fast, stage.slow):
                 namesake = next(listed for listed in self.shafts if listed.name == shaft.name)
                 require(namesake == shaft, f"two different shafts are named {shaft.name!r}; rename one")
+
+    def _check_item_names(self) -> None:
+        """Require that the items of Exudyn's system have different names."""
+        names = ["drive", *(shaft.name for shaft in self.shafts), *self.labels]
+        names += [f"{shaft.name} {part}" for shaft in self.shafts for part in ("rotor", "coupling", "drag")]
+        shared = sorted({name for name in names if names.count(name) > 1})
+        clash = f"shafts, stages and their parts in Exudyn's system would share the names {shared}"
+        require(not shared, f"{clash}; rename a shaft")
 
     def _check_mates(self) -> None:
         meshes = [frozenset(stage.ends) for stage in self.stages]

@@ -194,6 +194,8 @@ class Shaft:
 
     def _check_parts(self) -> None:
         require(bool(self.name), "name of a shaft must not be empty; drives and loads name the shaft on which they act")
+        drawn = self.name[0] != "_" and "$" not in self.name
+        require(drawn, f"name of a shaft must not begin with _ or hold $, which plots cannot draw, got {self.name!r}")
         require(bool(self.gears), f"shaft {self.name!r} carries no gear; add one to parts")
         for kind in (Gear, Bearing):
             positions = [axial for axial, _ in self._parts_of(kind)]

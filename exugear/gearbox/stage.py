@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, fields, replace
 from math import isfinite, pi
 
+import numpy as np
 import xarray as xr
 
 from exugear.friction.mesh_friction import MeshFriction
@@ -97,8 +98,12 @@ class Stage:
         check_damping(self.force, mass)
 
     def _force_of_map(self, ste: xr.Dataset) -> MeshForce:
+        mapped = pair_of(ste)
         if self.pair is None:
-            object.__setattr__(self, "pair", pair_of(ste))
+            object.__setattr__(self, "pair", mapped)
+        given, of_map = ([(gear.z, gear.m_n, gear.beta) for gear in (p.pinion, p.wheel)] for p in (self.pair, mapped))
+        alike = np.allclose(given, of_map, rtol=1e-9, atol=0.0)
+        require(alike, f"pair must be that of the map, {mapped}, got {self.pair}; leave pair out beside a map")
         return MeshForce.from_ste(ste, damping=self.damping or 0.0, backlash=self.backlash)
 
     def _find_gears(self) -> tuple[float, float]:

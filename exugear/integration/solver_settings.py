@@ -161,7 +161,9 @@ def integrator(
     than the frequencies of interest. Call this in a loaded state, with the teeth in contact. Raises ValueError for
     input out of range.
     """
-    require(duration > 0, f"duration must be > 0 s, got {duration}")
+    require(0 < duration < inf, f"duration must be > 0 s and finite, got {duration}")
+    highest = highest_frequency(mbs) if mbs.systemData.ODE2Size() else 0.0
+    require(highest > 0, "mbs has no stiffness in its present state; call integrator with the teeth in contact")
     require_within("frequency", frequency, 0, 1e6, remedy="Hz (of the mesh: z n / 60)")
-    largest = MARGIN * STABLE / (2 * pi * highest_frequency(mbs))
+    largest = MARGIN * STABLE / (2 * pi * highest)
     return settings_for(rule_for(2 * pi * frequency, largest, tolerance), duration, tolerance)

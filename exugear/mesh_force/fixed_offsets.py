@@ -35,11 +35,11 @@ def at_fixed_offsets(force, fixed: Mapping[str, float]) -> dict[str, Any]:
 
 
 def _rising(forces: np.ndarray) -> np.ndarray:
-    """Forces that rise from contact on: 0 up to the last deflection at which they do not.
+    """Forces that rise from contact on: 0 up to the last deflection at which they do not, or pull.
 
     Polynomials over centre distance and axial offset undershoot beside the loss of contact.
     """
-    falling = np.concatenate([forces[..., :1] <= 0, np.diff(forces) <= 0], axis=-1)
+    falling = np.concatenate([forces[..., :1] <= 0, np.diff(forces) <= 0], axis=-1) | (forces <= 0)
     return np.where(np.flip(np.maximum.accumulate(np.flip(falling, -1), axis=-1), -1), 0.0, forces)
 
 

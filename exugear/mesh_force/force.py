@@ -231,6 +231,7 @@ class MeshForce:
     def deflection_at(self, phase: Finite, force: float, **offsets: float) -> float:
         """Static deflection [m] on the driving flank under a force >= 0 [N]; ValueError beyond the table."""
         if self.offsets or offsets:
+            require({*self.offsets} <= {*offsets}, f"deflection_at needs all of {list(self.offsets)}, got {offsets}")
             return self.at(**offsets).deflection_at(phase, force)
         low, top = self.unloaded(phase)
         largest = float(self(phase, top))

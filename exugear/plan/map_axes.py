@@ -62,9 +62,9 @@ def is_slight(stage: Stage, name: str, difference: float) -> bool:
 
 def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
     """Require map axes for the offsets by which the shafts are displaced statically."""
-    nominal = {"misalignment": 0.0, "a": stage.pair.a, "axial": 0.0}
+    nominal = {"misalignment": 0.0, "a": stage.pair.a, "axial": 0.0, **stage.force.fixed_offsets}
     for name, value in nominal.items():
-        missing = f"the shafts of stage {stage.name!r} give {name} = {static[name]:.6g}, but its map has no such axis"
+        missing = f"the shafts of stage {stage.name!r} give {name} = {static[name]:.6g}, but its map is for {value:.6g}"
         remedy = f"map it with fem.Offsets({name}=(...))"
         ignored = is_slight(stage, name, static[name] - value)
         require(name in stage.force.offsets or ignored, f"{missing}; {remedy}")

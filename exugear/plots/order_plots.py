@@ -80,7 +80,8 @@ def _draw_map(amplitude: xr.DataArray, label: str, ax: Axes | None, decibels: fl
     factor, unit, words = _shown(amplitude)
     ordinate, values = _visible(amplitude[axis].values, amplitude.values * factor)
     level = 20 * np.log10(np.maximum(values, 1e-30))
-    options = {"vmin": level.max() - decibels, "vmax": level.max(), "cmap": COLOURS, "rasterized": True}
+    top = np.nanmax(level, initial=-600.0)
+    options = {"vmin": top - decibels, "vmax": top, "cmap": COLOURS, "rasterized": True}
     picture = ax.pcolormesh(abscissa, ordinate, level.T, **options | style)
     colour_bar(ax, picture, f"{words} [dB re {f'1 {unit}'.strip()}]")
     ax.set(xlabel=name, ylabel=label)

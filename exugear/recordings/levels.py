@@ -49,4 +49,4 @@ def rms_sum(channels: xr.DataArray, over: str | Sequence[str]) -> xr.DataArray:
     dims = [over] if isinstance(over, str) else list(over)
     known = bool(dims) and set(dims) <= set(channels.dims)
     require(known, f"over must be dimensions of the channels, {channels.dims}, got {over!r}")
-    return ((channels**2).sum(dims) ** 0.5).assign_attrs(channels.attrs)
+    return ((channels**2).sum(dims, skipna=False) ** 0.5).assign_attrs(channels.attrs)

@@ -53,9 +53,8 @@ def _digits(value: float) -> str:
 def _contact(data: xr.Dataset, number: int, stage: str) -> str:
     """Whether teeth part or touch with their coast flanks, by the samples."""
     force = data["mesh_force"].isel(stage=number).values
-    largest = (
-        f"the mesh force reaches {rounded(force.max())} N, {force.max() / np.abs(force.mean()):.3g} times its mean"
-    )
+    extreme = force[np.abs(force).argmax()]
+    largest = f"the mesh force reaches {rounded(extreme)} N, {extreme / force.mean():.3g} times its mean"
     apart, coast = float((force == 0).mean()), float((force < 0).mean())
     if not apart and not coast:
         return f"{stage}: {largest}; the teeth never part."

@@ -8,6 +8,7 @@ from exugear.modes.modes import modes
 from exugear.run_report.figures import campbell_figure
 from exugear.run_report.sections import Section, Table
 from exugear.system.model import Model
+from fem.support.validation import require
 from fem.units import rpm
 
 #: Least amplification for a crossing to be listed, and the largest number of rows.
@@ -16,7 +17,9 @@ LEAST_AMPLIFICATION, MOST_ROWS = 0.2, 24
 
 def vibration(model: Model, data: xr.Dataset) -> Section:
     """Modes of the gearbox at the load of a run, and the speeds at which orders excite them."""
-    load = _load(data)
+    load, stages = _load(data), data["stage"].values.tolist()
+    labels = list(model.gearbox.labels)
+    require(labels == stages, f"model has the stages {labels}, the run {stages}; pass the model of the run")
     at_rest = modes(model, load=load)
     state = "Meshes have their mean tangent stiffness at the load, bearings theirs; the driving shaft is held."
     top = float(np.abs(data["speed"]).max())

@@ -38,7 +38,8 @@ def resonances(place: Numbers, amplitude: Numbers, prominence: float = 0.05) -> 
     require(0 < prominence < 1, f"prominence must lie in (0, 1) as share of the largest amplitude, got {prominence}")
     peaks, _ = scipy.signal.find_peaks(amplitude, prominence=max(prominence * amplitude.max(), _scatter(amplitude)))
     before, at, after = amplitude[peaks - 1], amplitude[peaks], amplitude[peaks + 1]
-    shift = (before - after) / (2 * (before - 2 * at + after))
+    curvature = 2 * (before - 2 * at + after)
+    shift = np.divide(before - after, curvature, out=np.zeros_like(at), where=curvature != 0)
     refined = np.interp(peaks + shift, np.arange(place.size), place)
     rising = np.argsort(refined)
     return Resonances(refined[rising], (at - (before - after) * shift / 4)[rising])

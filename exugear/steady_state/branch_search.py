@@ -13,8 +13,8 @@ from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbit
 from exugear.steady_state.orbits.steady_system import SteadySystem
 from fem.support.progress import announced, bar
 
-#: Range of the mesh frequency over the resonance that is searched at least, unless a common period of several cycles
-#: would make that long: branches enter other ranges from there.
+#: Range of the mesh frequency over the resonances of the meshes that is searched at least, unless a common period of
+#: several cycles would make that long: branches enter other ranges from there.
 SEARCHED = Range(0.5, 1.6)
 #: Number of speeds of a sweep; share to which vibrations decay at each of them, least and largest number of cycles.
 SPEEDS, SETTLED, FEWEST_CYCLES, MOST_CYCLES = 48, 1e-3, 2, 400
@@ -36,7 +36,9 @@ def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
     branches: list[Branch] = []
     searched = within
     if system.cycles == 1:
-        searched = Range(min(within.low, SEARCHED.low), max(within.high, SEARCHED.high))
+        resonances = system.resonances / system.resonance
+        low, high = SEARCHED.low * resonances.min(), SEARCHED.high * resonances.max()
+        searched = Range(min(within.low, low), max(within.high, high))
     frequencies = np.geomspace(searched.low, searched.high, SPEEDS)
     for direction, sweep in (("up", frequencies), ("down", frequencies[::-1])):
         _sweep(system, branches, searched, bar(sweep, f"steady states, sweep {direction}"))

@@ -1,6 +1,7 @@
 """Steady states of a gearbox over the speed."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from math import nan
 from typing import Annotated, Any
 
 import numpy as np
@@ -121,14 +122,17 @@ def _about(model: Model, reduction: Reduction, branches: Sequence[Branch]) -> di
         "static_deflection": system.static_deflection,
         "variation_of_other_meshes": system.variation,
         "share_of_modes_left_out": system.blocks.left_out,
-        "force_error": max(_force_errors(model, reduction, branches)),
+        "force_error": float(np.fmax.reduce([_force_error_of(model, reduction, branch) for branch in branches])),
         "broken_branches": [number for number, branch in enumerate(branches) if not branch.complete],
     }
 
 
-def _force_errors(model: Model, reduction: Reduction, branches: Sequence[Branch]) -> Iterator[float]:
-    """`force_error` of the largest orbit of every branch."""
-    for branch in branches:
-        point = max(branch.points, key=lambda point: float(np.abs(point.unknowns[:-1]).max()))
-        orbits = PeriodicOrbits(reduction.system, branch.period)
-        yield force_error(model, reduction, orbits.states_of(point.unknowns), orbits.frequency_of(point.unknowns))
+def _force_error_of(model: Model, reduction: Reduction, branch: Branch) -> float:
+    """`force_error` of the largest orbit of a branch whose samples stay within the maps; NaN if none does."""
+    orbits = PeriodicOrbits(reduction.system, branch.period)
+    for point in sorted(branch.points, key=lambda point: -float(np.abs(point.unknowns[:-1]).max())):
+        try:
+            return force_error(model, reduction, orbits.states_of(point.unknowns), orbits.frequency_of(point.unknowns))
+        except ValueError:
+            continue
+    return nan

@@ -25,7 +25,7 @@ from exugear.kernels.contact_kernels import SPIN, kernel_of
 from exugear.kernels.recorder import Recorder
 from exugear.kernels.rubbing_contact import rubbing_contact_of
 from exugear.plan.built_plan import BuiltPlan
-from exugear.plan.coordinates import pose
+from exugear.plan.coordinates import Coordinates, pose
 from exugear.plan.plan import Plan
 from exugear.plan.plan import plan as plan_of
 from exugear.system.model import Mesh, Model, linearized
@@ -69,10 +69,28 @@ def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
 
 def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
     """The plan by which to build; ValueError for the plan of another gearbox."""
-    scene = plan.scene if isinstance(plan, BuiltPlan) else plan or plan_of(gearbox)
+    if plan is None:
+        return plan_of(gearbox)
+    scene, suitable = plan.scene if isinstance(plan, BuiltPlan) else plan, plan_of(gearbox)
     names = [shaft.name for shaft in gearbox.shafts]
     require(list(scene.shafts) == names, f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}")
+    _check_suits(scene, suitable)
     return scene
+
+
+def _check_suits(scene: Plan, suitable: Plan) -> None:
+    """ValueError unless a plan has the stages of the suitable one, their damping and backlash, and its bearings."""
+    same_stages = list(scene.laws) == list(suitable.laws)
+    require(same_stages, f"plan is for the stages {list(scene.laws)}, the gearbox has {list(suitable.laws)}")
+    remedy = "plan is for another gearbox with shafts of these names; call exugear.plan with this one"
+    for name, kind in scene.shafts.items():
+        choice = suitable.shafts[name]
+        unreduced = kind is Coordinates.JOINT or (kind.on_bearings and choice is Coordinates.PLANAR)
+        require(kind is choice or unreduced, f"{remedy}: shaft {name!r} has {kind.value} instead of {choice.value}")
+    for label, law in scene.laws.items():
+        given, needed = ((x.damping, x.backlash, x.stiffness_max) for x in (law, suitable.laws[label]))
+        alike = np.allclose(given, needed, rtol=1e-9, atol=0.0, equal_nan=True)
+        require(alike, f"{remedy}: damping, backlash and stiffness of {label} are {given} instead of {needed}")
 
 
 def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> Mesh:

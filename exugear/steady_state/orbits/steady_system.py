@@ -110,13 +110,19 @@ class SteadySystem:
         """Cycles of the reference mesh in the common period."""
         return self.meshes[0].cycles
 
-    @cached_property
+    @property
     def resonance(self) -> float:
         """Frequency [Hz] of the mode that strains the reference mesh most: with the largest share in its compliance."""
+        return float(self.resonances[0])
+
+    @cached_property
+    def resonances(self) -> np.ndarray:
+        """(m,) frequencies of the reference mesh [Hz] at which each mesh excites the mode that strains it most."""
         frequencies = self.blocks.frequencies
         oscillating = frequencies > 0
-        compliances = self.blocks.shares[0, oscillating] / frequencies[oscillating] ** 2
-        return float(frequencies[oscillating][compliances.argmax()] / (2 * pi))
+        compliances = self.blocks.shares[:, oscillating] / frequencies[oscillating] ** 2
+        cycles = np.array([mesh.cycles for mesh in self.meshes])
+        return frequencies[oscillating][compliances.argmax(axis=1)] / (2 * pi) * self.cycles / cycles
 
     @cached_property
     def resolved(self) -> float:

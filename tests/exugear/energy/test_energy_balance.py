@@ -107,3 +107,14 @@ def test_windows_and_runs_without_powers_are_refused():
     with pytest.raises(ValueError, match=r"start and end must lie within \[0, 0.01\] s"):
         run.energy_balance(0.005, 0.02)
     assert "work in" in str(run.energy_balance())
+
+
+def test_a_window_may_end_at_the_duration_and_a_driving_load_has_an_efficiency_below_1():
+    """The last sample lies a rounding before the duration. What enters at the load leaves at the drive."""
+    model = exugear.build(smooth_box(friction=FRICTION))
+    run = exugear.run_up(model, **STEADY | {"duration": 0.06, "load": -150.0}, **QUIET)
+    assert 0.95 < run.energy_balance(0.03, 0.06).efficiency < 1
+    with pytest.raises(ValueError, match="start and end must lie within"):
+        run.energy_balance(0.03, 0.061)
+    at_rest = exugear.run_up(model, **STEADY | {"speed": 0.0, "duration": 0.01}, **QUIET).energy_balance()
+    assert np.isnan(at_rest.efficiency)

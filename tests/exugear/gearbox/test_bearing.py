@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from strategies import floats
 
 from exugear import Bearing
@@ -115,3 +115,14 @@ def test_rubber_mounts_are_bearings():
 def test_a_matrix_has_no_single_radial_force():
     with pytest.raises(ValueError, match="no single radial force"):
         Bearing(matrix=COUPLED).radial_force(1e-6)
+
+
+@settings(deadline=None)
+@given(floats(-3e-5, 3e-5), floats(-3e-5, 3e-5), floats(-0.1, 0.1), floats(-0.1, 0.1))
+def test_a_linear_table_is_damped_in_all_directions_like_a_linear_bearing(x, y, u, v):
+    """A shaft that circles is damped by the secant of the law, also in a clearance that vanishes."""
+    for bearing in (Bearing(axial=1e8, table=([0, 1e-3], [0, 2e5]), damping=4e-5), Bearing(2e8, clearance=1e-15)):
+        forces, _ = user_functions(bearing, 0.0)
+        q, q_t = [x, y, 0, 0, 0, 0], [u, v, 0, 0, 0, 0]
+        expected = [-2e8 * (x + bearing.damping * u), -2e8 * (y + bearing.damping * v)]
+        assert forces(None, 0.0, 0, q, q_t)[:2] == pytest.approx(expected, rel=1e-6, abs=1e-3)

@@ -80,6 +80,8 @@ WEAK = np.diag([1e8, 1e8, 1e8, 1e5, 0.0, 0.0])
         (lambda: Shaft("a", GEAR, length=20 * mm), r"positions outside the shaft 'a': \[30.0\] mm of \[0, 20\] mm"),
         (lambda: Shaft("a", {-1 * mm: paper_gear()}, length=1.0), "positions outside the shaft"),
         (lambda: Shaft("", GEAR), "name of a shaft must not be empty"),
+        (lambda: Shaft("$a$", GEAR), "must not begin with _ or hold"),
+        (lambda: Shaft("_a", GEAR), "must not begin with _ or hold"),
         (lambda: Shaft("a", GEAR, length=300.0), "length must lie in"),
         (lambda: Shaft("a", GEAR, offset=1e-3), "must be an exugear.Placement"),
         (lambda: Shaft("a", {30 * mm: [paper_gear(), paper_gear()]}), "two of a kind at one position"),

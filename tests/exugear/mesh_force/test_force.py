@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from scenes import linear_law, paper_pair, smooth_map
 
+import fem
 from exugear import MeshForce
 from exugear.mesh_force.force import mesh_forces
 from exugear.mesh_force.ste_interpolation import loaded_deflection
 from fem import PitchDeviation, Sides
+from fem.elasticity.mesh_density import Density
 from fem.ste.ste_map import over_torque_and_phase, pair_of, ste_map
 from fem.support.numba_cache import kept
-from fem.units import um
+from fem.units import mm, um
 
 
 @pytest.fixture(scope="module")
@@ -193,3 +195,22 @@ def test_kernels_of_laws_with_and_without_offsets_have_names_of_their_own():
     """Kernels of equal names that other processes have compiled are mixed up."""
     names = {mesh_forces(has_offsets).py_func.__qualname__ for has_offsets in (False, True)}
     assert len(names) == 2
+
+
+def test_a_map_of_finite_elements_has_a_law_at_all_offsets_within_its_axes():
+    """Polynomials over the axial offset undershoot beside the loss of contact, where a force that pulls may rise."""
+    axes = fem.Offsets(misalignment=(-4e-4, -2e-4, 0.0, 2e-4, 4e-4), axial=(-1 * mm, 0.0, 1 * mm))
+    slices = fem.Slices(Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1), 10)
+    ste = fem.static_transmission_error(
+        paper_pair(), [0, 5, 50, 200], 12, offsets=axes, resolution=slices, progress=False
+    )
+    law = MeshForce.from_ste(ste)
+    for misalignment in np.linspace(-4e-4, 4e-4, 9):
+        for axial in np.linspace(-1 * mm, 1 * mm, 5):
+            fixed = law.at(misalignment=misalignment, axial=axial)
+            assert (fixed.force_table >= 0).all()
+            deflection = fixed.deflection_at(0.3, 1000.0)
+            there = float(law(0.3, deflection, misalignment=misalignment, axial=axial))
+            assert there == pytest.approx(1000.0, rel=2e-3)
+    with pytest.raises(ValueError, match=r"deflection_at needs all of .'misalignment', 'axial'., got .'axial': 0.0"):
+        law.deflection_at(0.3, 1000.0, axial=0.0)

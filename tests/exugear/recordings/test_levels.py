@@ -41,3 +41,8 @@ def test_two_bearings_of_the_same_rms_are_3_db_more():
         exugear.rms_sum(channels, over="stage")
     with pytest.raises(ValueError, match="over must be dimensions of the channels"):
         exugear.rms_sum(channels, over=[])
+
+
+def test_a_channel_that_is_missing_makes_the_sum_missing():
+    channels = xr.DataArray([[3.0, np.nan], [4.0, 1.0]], dims=("bearing", "time"))
+    assert exugear.rms_sum(channels, over="bearing").values == pytest.approx([5.0, np.nan], nan_ok=True)

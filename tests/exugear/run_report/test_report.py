@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from matplotlib.image import imread
-from scenes import smooth_box
+from scenes import smooth_box, two_equal_stages
 
 import exugear
 from exugear.run_report import document
@@ -76,6 +76,18 @@ def test_the_summary_says_whether_teeth_part(swept):
     assert "the teeth are apart" in contact
     pressed = swept.data.assign(mesh_force=np.abs(swept.data["mesh_force"]) + 1.0)
     assert summary(pressed)[1].endswith("the teeth never part.")
+
+
+def test_the_largest_force_of_a_driving_load_is_stated_with_its_sign():
+    model = exugear.build(smooth_box())
+    run = exugear.run_up(model, speed=100.0, duration=0.05, load=-150.0, progress=False, checks=0)
+    force = run.data["mesh_force"].values
+    assert f"reaches {rounded(force.min())} N, {force.min() / force.mean():.3g} times its mean" in summary(run.data)[1]
+
+
+def test_a_model_of_another_gearbox_is_refused(swept, tmp_path):
+    with pytest.raises(ValueError, match=r"model has the stages .*; pass the model of the run"):
+        exugear.report(swept, tmp_path / "run.html", model=exugear.build(two_equal_stages()))
 
 
 def test_a_run_at_constant_speed_has_no_resonances(tmp_path):

@@ -123,3 +123,11 @@ def test_planted_peaks_are_returned_with_places_and_heights_under_noise(seed):
         peaks = resonances(frequency[::sense], amplitude[::sense])
         assert peaks.place == pytest.approx(list(planted), abs=20)
         assert peaks.height == pytest.approx(heights, abs=0.1)
+
+
+def test_a_flat_top_is_a_resonance_in_its_middle():
+    """Amplitudes of a measurement, rounded to 0.01: several equal values about the peak."""
+    f = np.arange(101.0)
+    peaks = resonances(f, np.exp(-(((f - 40) / 12) ** 2)).round(2))
+    assert peaks.place == pytest.approx([40.0])
+    assert peaks.height == pytest.approx([1.0])

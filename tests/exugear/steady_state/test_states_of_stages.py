@@ -6,7 +6,7 @@ from time import process_time
 import numpy as np
 import pytest
 from paper_gears import paper_gear
-from scenes import linear_law, smooth_box, smooth_map
+from scenes import linear_law, smooth_box, smooth_map, two_equal_stages
 from settled_runs import LOAD, TOP, agree, compare, picked, settled_dte
 
 import exugear
@@ -81,3 +81,12 @@ def test_two_stages_in_space_within_a_minute():
     for point in picked(of_meshes.isel(stage=0), 4):
         orbit = of_meshes.isel(point=point)
         agree(orbit, settled_dte(model, orbit, load, 4e-6, 3 * 40))
+
+
+def test_branches_do_not_depend_on_the_order_of_the_stages_nor_on_the_range():
+    """Stable orbits of two periods at 100 to 140 rad/s begin beside the higher of two resonances."""
+    model, speeds = exugear.build(two_equal_stages()), (110.0, 130.0)
+    for stages in ((0, 1), (1, 0)):
+        data = exugear.steady_states(model, speeds, LOAD, stage=stages)
+        of_two = data["speed"].values[(data["period"].values == 2) & data["stable"].values]
+        assert (of_two.min(), of_two.max()) == pytest.approx(speeds)

@@ -5,6 +5,7 @@ import pytest
 from scenes import paper_gear, paper_pair, smooth_box, smooth_map
 
 import exugear
+import fem
 from exugear.contact_geometry.reference_configuration import phase_of
 from exugear.elements.gear_contact import state_of
 from exugear.system.equilibrium import with_deflections
@@ -144,6 +145,29 @@ def test_matrices_without_meshes_also_of_gears_without_backlash():
 def test_plan_of_another_gearbox_is_refused():
     with pytest.raises(ValueError, match="plan is for the shafts"):
         exugear.build(smooth_box(), plan=exugear.plan(two_stages()))
+    on_bearings = smooth_box(parts={0 * mm: exugear.Bearing(2e8, 1e8), 60 * mm: exugear.Bearing(2e8, 1e8)})
+    for box, change in (
+        (smooth_box(damping=100.0), "damping, backlash"),
+        (on_bearings, "shaft 'fast' has 1 coordinate"),
+    ):
+        with pytest.raises(
+            ValueError, match=f"plan is for another gearbox .* call exugear.plan with this one: {change}"
+        ):
+            exugear.build(box, plan=exugear.plan(smooth_box()))
+
+
+@pytest.mark.parametrize("names", [("drive", "driven"), ("in", "in rotor"), ("in", "in drag")])
+def test_shafts_named_like_other_items_of_the_system_are_refused(names):
+    with pytest.raises(ValueError, match=r"would share the names .*; rename a shaft"):
+        exugear.Gearbox([stage(*(shaft(name) for name in names))])
+
+
+def test_the_map_of_another_pair_is_refused():
+    gear = fem.Gear(z=31, m_n=2.6 * mm, b=23 * mm, d_bore=40 * mm)
+    pair = fem.GearPair(gear, gear)
+    shafts = [exugear.Shaft(name, {0.0: gear}) for name in ("fast", "slow")]
+    with pytest.raises(ValueError, match="pair must be that of the map"):
+        exugear.Stage(*shafts, smooth_map(), pair=pair)
 
 
 @pytest.mark.parametrize("field", ["radial", "axial", "tilt", "damping"])
