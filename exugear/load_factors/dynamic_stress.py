@@ -5,7 +5,7 @@ import xarray as xr
 
 from exugear.integration.run_data import stage_data
 from exugear.load_factors.mesh_windows import mesh_cycles, window_bounds
-from exugear.load_factors.stress_interpolation import GEAR, POWERS, StressMap, stress_map
+from exugear.load_factors.stress_interpolation import BOTH, GEAR, POWERS, StressMap, stress_map
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_of
 from fem.support.arguments import checked
@@ -51,7 +51,7 @@ def dynamic_stress(run, stresses: xr.Dataset, stage: int = 0) -> xr.Dataset:
     force = data["mesh_force"].values
     phase = np.where(force < 0, pair.back_phase - data["phase"].values, data["phase"].values)
     kept = {name: data[name].variable for name in (SPEED, "mesh_frequency", "mesh_force")}
-    coordinates = {GEAR: ["pinion", "wheel"], TIME: data[TIME].variable, "stage": label}
+    coordinates = {GEAR: BOTH, TIME: data[TIME].variable, "stage": label}
     return xr.Dataset(kept | _labelled(table.at(np.abs(force), phase), TIME), coordinates)
 
 

@@ -9,6 +9,7 @@ import xarray as xr
 from fem.support.validation import increasing, require
 
 GEAR, TORQUE, PHASE = "gear", "torque", "phase"
+BOTH = ["pinion", "wheel"]
 #: Stresses of a map [Pa] and the power of the force with which each grows between the torques of the map: root stress
 #: is linear, the pressure of a line contact grows with the root of the force (Hertz).
 POWERS = {"root_stress": 1.0, "tangent_stress": 1.0, "hertz_pressure": 0.5, "peak_pressure": 0.5}
@@ -71,6 +72,10 @@ def stress_map(stresses: xr.Dataset, r_b: float) -> StressMap:
     axes = {"root_stress": (GEAR, TORQUE, PHASE), "hertz_pressure": (TORQUE, PHASE), "peak_pressure": (TORQUE, PHASE)}
     is_map = all(name in stresses and set(stresses[name].dims) == set(dims) for name, dims in axes.items())
     require(is_map, "stresses must be a map over gear, torque and phase; pass what fem.root_stress returns")
+    gears = stresses.get(GEAR, xr.DataArray(BOTH)).values.tolist()
+    whole = f"stresses must have the gears {BOTH}, got {gears}; pass all that fem.root_stress returns"
+    require(sorted(gears) == BOTH, whole)
+    stresses = stresses.isel({GEAR: np.argsort(gears)})
     torque, phase = (increasing(name, stresses[name].values) for name in (TORQUE, PHASE))
     require(bool(torque[-1] > 0), f"stresses must have a torque > 0 N m, got {torque}")
     pitch = f"stresses must be of one pitch, at phases in [0, 1), got phases up to {phase[-1]:g}"

@@ -43,7 +43,7 @@ def plot_dynamic_factor(data: xr.Dataset, ax: Axes | None = None, *, iso: xr.Dat
         require(over_speed, f"iso must be over speed, got {iso.dims}; give fem.iso6336.dynamic_factor several speeds")
         ax.plot(iso[SPEED] / rpm, iso, "--", color="k", linewidth=1.2, label="ISO 6336-1, method B")
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="dynamic factor $K_v$")
-    ax.set_ylim(bottom=1, auto=True)
+    ax.set_ylim(bottom=min(1.0, ax.dataLim.y0), auto=True)
     legend(ax)
     return ax
 

@@ -64,7 +64,10 @@ def single_stiffness(
 
     Source: ISO 6336-1, 9.3; 1 N/(mm um) = 1e9 N/m^2. Raises ValueError for a line load <= 0, factors outside (0, 1].
     """
-    require(number("line_load", line_load) > 0, f"line_load must be > 0 N/m (pass 100e3 for 100 N/mm), got {line_load}")
+    require(
+        0 < number("line_load", line_load) < np.inf,
+        f"line_load must be > 0 N/m (pass 100e3 for 100 N/mm), got {line_load}",
+    )
     for name, factor in (("C_R", C_R), ("C_M", C_M)):
         require(0 < number(name, factor) <= 1, f"{name} must lie in (0, 1] (solid discs: C_R = 1), got {factor}")
     smaller, larger = sorted((pair.pinion, pair.wheel), key=lambda gear: (gear.z, gear.d_a))
@@ -153,7 +156,7 @@ def resonance_speed(
     mass             reduced mass per face width [kg/m], by default `reduced_mass`
     """
     mass = reduced_mass(pair) if mass is None else mass
-    require(mass > 0, f"mass must be > 0 kg/m, a mass per face width, got {mass}")
+    require(0 < mass < np.inf, f"mass must be > 0 kg/m and finite, a mass per face width, got {mass}")
     return sqrt(mesh_stiffness(pair, line_load, C_R=C_R) / mass) / pair.pinion.z
 
 
@@ -183,9 +186,10 @@ def dynamic_factor(
     Source: ISO 6336-1:2006, method B, 6.5.3 to 6.5.9 and table 8. Raises ValueError for values out of range.
     """
     require(0 < number("torque", torque) < np.inf, f"torque must be > 0 N m, got {torque}")
-    require(number("K_A", K_A) > 0, f"K_A must be > 0, got {K_A}")
+    require(0 < number("K_A", K_A) < np.inf, f"K_A must be > 0 and finite, got {K_A}")
     speeds = numbers("speed", speed)
-    require(bool((speeds >= 0).all() and speeds.ndim < 2), f"speed must be >= 0 rad/s, one or several, got {speed}")
+    within = bool(((speeds >= 0) & np.isfinite(speeds)).all() and speeds.ndim < 2)
+    require(within, f"speed must be >= 0 rad/s and finite, one or several, got {speed}")
     line_load = torque / pair.pinion.r * K_A / pair.b
     main_resonance = resonance_speed(pair, line_load, C_R=C_R, mass=mass)
     stiffness = single_stiffness(pair, line_load, C_R=C_R)

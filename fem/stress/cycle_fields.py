@@ -19,6 +19,7 @@ from fem.stress.flank_loads import FlankLoad, flank_loads, tooth_contacts, with_
 from fem.stress.gear_elasticity import SOLID, ElasticGear
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.validation import number, require, require_kind
+from fem.units import mm
 
 #: Section of spur gears: root stress of the pair of the paper within 4 % of that on finer sections.
 PLANE = Density(flank=16, fillet=6, land=3, tooth=4, rim=4, body=4)
@@ -71,6 +72,8 @@ def _fields_of(
     toothed = with_loaded_teeth(density, [load for loads, *_ in columns for load in loads])
     toothed = toothed.with_teeth(toothed.teeth + 1, toothed.behind + 1)
     on_gear = axial - columns[0][1].centre[2]
+    within = f"axial must lie on the faces of both gears, within {gear.b / 2 / mm:g} mm of the middle of the gear of"
+    require(abs(on_gear) <= gear.b / 2 * (1 + 1e-9), f"{within} {gear.z} teeth, got {on_gear / mm:g} mm; pass metres")
     if gear.beta_b:
         solid = gear_elasticity.solid_gear(gear, toothed)
         return [_section(solid, field_of(solid, *column), on_gear) for column in columns]

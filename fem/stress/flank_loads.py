@@ -3,7 +3,7 @@
 A slice of a helical gear is loaded as in its middle section, see `fem.contact.flank_gap`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,9 @@ from fem.pair.offsets import ANGLES, Offsets, in_plane_of_action
 from fem.pair.pair import GearPair
 from fem.ste.inputs import check_offsets_mesh
 from fem.ste.map_solver import bodies_of
+from fem.ste.ste_map import pair_attributes
 from fem.stress.tooth_boundary import flank_ends
+from fem.support.representation import exact
 from fem.support.validation import require, require_kind
 
 
@@ -50,8 +52,8 @@ class FlankLoad:
         return (self.edges[:, 1:] + self.edges[:, :-1]) / 2
 
     def section(self, axial: float) -> "FlankLoad":
-        """Line load of the slice at an axial position [N/m]; without strips where there is no slice."""
-        at = np.flatnonzero((self.low <= axial) & (axial < self.high))[:1]
+        """Line load of the slice at an axial position [N/m], between two of the upper; without strips where is none."""
+        at = np.flatnonzero((self.low <= axial) & (axial <= self.high))[-1:]
         line_load = self.force[at] / (self.high - self.low)[at, None]
         return FlankLoad(self.tooth, self.edges[at], np.zeros(at.size), np.ones(at.size), line_load)
 
@@ -80,6 +82,13 @@ def tooth_contacts(
     positions = [MeshPosition(pair, a, axial, float(phase)) for phase in phases]
     in_plane = in_plane_of_action(GearPair(pair.pinion, pair.wheel, a=a).alpha_wt, *errors)
     return [ToothContact(position, pinion, wheel, slices) for position in positions], misalignment + in_plane
+
+
+def contact_inputs(pair: GearPair, offsets: Offsets | None, resolution: Resolution | None) -> dict[str, float | str]:
+    """Inputs of contacts for the attributes of results: the pair at its centre distance, offsets, resolution."""
+    values = {name: float(value[0]) for name, value in (offsets or Offsets()).values(pair).items()}
+    at_distance = replace(pair, a=values.pop("a"))
+    return pair_attributes(at_distance) | values | {"resolution": exact(resolution or Resolution())}
 
 
 def flank_loads(contact: ToothContact, state: State) -> tuple[list[FlankLoad], list[FlankLoad]]:

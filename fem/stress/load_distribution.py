@@ -9,8 +9,8 @@ from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
-from fem.ste.ste_map import PHASE, TORQUE, description, pair_attributes
-from fem.stress.flank_loads import tooth_contacts
+from fem.ste.ste_map import PHASE, TORQUE, description
+from fem.stress.flank_loads import contact_inputs, tooth_contacts
 from fem.stress.load_factors import AXIAL, stretch_ends
 from fem.support.arguments import Numbers, checked
 from fem.support.blas_threads import one_thread
@@ -41,10 +41,12 @@ def load_distribution(
     stations        number of equal parts of the common face width
 
     "line_load" [N/m]: normal force per length of contact line; over the lengths in "length" [m] its integral is the
-    normal force; times cos beta_b that adds up to the mesh force T / r_b1. "pressure" [Pa]: largest contact pressure,
+    normal force; times cos beta_b that adds up to the mesh force T / r_b1, within 1e-3, or 5e-3 where tip edges carry,
+    whose lever is shorter. "pressure" [Pa]: largest contact pressure,
     tip edges included. "path" [m]: distance of the contact line from the pitch point along the line of action, over
     (phase, pair, axial_position), > 0 towards the tip of the pinion; "te" [m] over (torque, phase).
-    The attributes hold the pair (`fem.pair_of`).
+    The attributes hold the pair at its centre distance (`fem.pair_of`), offsets and resolution; "misalignment" is the
+    sum in the plane of action.
 
     Raises ValueError for bad input, RuntimeError where a contact does not converge.
     """
@@ -67,7 +69,8 @@ def load_distribution(
     data = _labelled(axes, loads.transpose(2, 1, 0, 3, 4), paths, te.T)
     length = np.diff(edges) / np.cos(pair.beta_b)
     about = {"units": "m", "long_name": "length of the contact line in a part of the face"}
-    return data.assign(length=(AXIAL, length, about)).assign_attrs(pair_attributes(pair), misalignment=misalignment)
+    inputs = contact_inputs(pair, offsets, resolution) | {"misalignment": misalignment}
+    return data.assign(length=(AXIAL, length, about)).assign_attrs(inputs)
 
 
 def _loaded_pairs(columns: list[list[State]]) -> np.ndarray:

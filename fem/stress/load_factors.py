@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import floor
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -12,9 +13,9 @@ from fem.contact.tooth_contact import ToothContact
 from fem.pair.offsets import ANGLES, Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
-from fem.ste.ste_map import TORQUE, description, pair_attributes
+from fem.ste.ste_map import TORQUE, description
 from fem.ste.transmission import phase_weights
-from fem.stress.flank_loads import tooth_contacts
+from fem.stress.flank_loads import contact_inputs, tooth_contacts
 from fem.support.arguments import Numbers, checked
 from fem.support.progress import bar, shown
 from fem.support.validation import require
@@ -79,7 +80,8 @@ def load_factors(
     largest = shares.max(axis=1)
     columns = face_load_factor(line_load), largest / accurate_shares.max(axis=1), line_load, largest
     ends = stretch_ends(contacts[0], resolution.slices)
-    return _dataset(pair, torque, (ends[1:] + ends[:-1]) / 2, columns)
+    inputs = contact_inputs(pair, offsets, resolution)
+    return _dataset(inputs, torque, (ends[1:] + ends[:-1]) / 2, columns)
 
 
 def face_load_factor(line_load: np.ndarray) -> np.ndarray:
@@ -119,7 +121,9 @@ def _accurate(pair: GearPair) -> GearPair:
     return GearPair(replace(pair.pinion, flank=()), replace(pair.wheel, flank=()), a=pair.a)
 
 
-def _dataset(pair: GearPair, torque: np.ndarray, axial: np.ndarray, columns: tuple[np.ndarray, ...]) -> xr.Dataset:
+def _dataset(
+    inputs: dict[str, Any], torque: np.ndarray, axial: np.ndarray, columns: tuple[np.ndarray, ...]
+) -> xr.Dataset:
     """The labelled `VARIABLES`."""
     axes = {
         TORQUE: (TORQUE, torque, description(TORQUE)),
@@ -129,4 +133,4 @@ def _dataset(pair: GearPair, torque: np.ndarray, axial: np.ndarray, columns: tup
         name: (dims, column, {"units": unit, "long_name": long_name})
         for (name, (dims, unit, long_name)), column in zip(VARIABLES.items(), columns, strict=True)
     }
-    return xr.Dataset(values, axes, {"title": "load factors", **pair_attributes(pair)})
+    return xr.Dataset(values, axes, {"title": "load factors", **inputs})

@@ -11,9 +11,9 @@ from fem.gear.gear import Gear
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
-from fem.ste.ste_map import PHASE, TORQUE, description, pair_attributes
+from fem.ste.ste_map import PHASE, TORQUE, description
 from fem.stress import gear_elasticity
-from fem.stress.flank_loads import FlankLoad, flank_loads, tooth_contacts, with_loaded_teeth
+from fem.stress.flank_loads import FlankLoad, contact_inputs, flank_loads, tooth_contacts, with_loaded_teeth
 from fem.stress.gear_elasticity import ElasticGear
 from fem.stress.tooth_boundary import LEAST_INCLINATION, inclination, outline
 from fem.support.arguments import Numbers, checked
@@ -63,7 +63,9 @@ def root_stress(
         quantities, loads = _solved_contacts(contacts, torque / pair.pinion.r_b, misalignment)
         by_gear = [[[sides[gear] for sides in column] for column in loads] for gear in (0, 1)]
         stresses = [_root_stresses(gear, density, columns) for gear, columns in zip(gears, by_gear, strict=True)]
-    return _dataset(torque, phase, np.stack(stresses), quantities).assign_attrs(pair_attributes(pair))
+    return _dataset(torque, phase, np.stack(stresses), quantities).assign_attrs(
+        contact_inputs(pair, offsets, resolution)
+    )
 
 
 def _solved_contacts(contacts: list[ToothContact], forces, misalignment: float) -> tuple[np.ndarray, list[list[tuple]]]:

@@ -8,7 +8,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from threading import get_ident
@@ -41,6 +41,7 @@ def cached(inputs: str, compute: Callable[[], Arrays]) -> Arrays:
     path = _path(inputs)
     if path.exists():
         return _read(path, inputs)
+    _make_folder(path.parent)
     arrays = compute()
     kinds = {name: array.dtype for name, array in arrays.items() if array.dtype.hasobject}
     require(not kinds, f"cached arrays must hold numbers or text, got {kinds}; convert them")
@@ -69,9 +70,18 @@ def _read(path: Path, inputs: str) -> Arrays:
 
 
 def _write(path: Path, arrays: Arrays) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
     with complete_file(path) as file:
         np.savez(file, allow_pickle=False, **arrays)
+
+
+def _make_folder(path: Path) -> None:
+    """Make the cache folder; OSError that names it where that fails."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        remedy = "set EXUGEAR_CACHE to a folder that can be written"
+        reason = f"cache folder {path} cannot be made: {error.strerror or error}; {remedy}"
+        raise OSError(error.errno, reason) from error
 
 
 @contextmanager
@@ -87,7 +97,8 @@ def complete_file(path: Path) -> Iterator[BinaryIO]:
         reason = f"{path} could not be written: {error.strerror or error}; {remedy}"
         raise OSError(error.errno, reason) from error
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
 
 
 @cache

@@ -2,7 +2,7 @@
 
 import gc
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from time import perf_counter
 from typing import Any
@@ -82,9 +82,29 @@ def kept(function, **options):
         index = type(on_disk._cache_file)
         names = {"cache_path": on_disk.cache_path, "filename_base": on_disk._impl.filename_base}
         on_disk._cache_file = index(**names, source_stamp=source_stamp(function.__module__))
+        _outlive_damage(on_disk)
     except (AttributeError, TypeError, RuntimeError, OSError):
         return njit(function, **options)
     return dispatcher
+
+
+def _outlive_damage(on_disk: Any) -> None:
+    """Let numba's cache of a function compile anew where its files are damaged, and not save where no room is left."""
+    load, save = on_disk.load_overload, on_disk.save_overload
+
+    def load_overload(*arguments):
+        try:
+            return load(*arguments)
+        except Exception:
+            with suppress(Exception):
+                on_disk.flush()
+            return None
+
+    def save_overload(*arguments):
+        with suppress(OSError):
+            save(*arguments)
+
+    on_disk.load_overload, on_disk.save_overload = load_overload, save_overload
 
 
 def _enclosed_numbers(function: Callable) -> str:

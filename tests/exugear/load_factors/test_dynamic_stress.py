@@ -104,6 +104,14 @@ def test_envelope_holds_the_largest_stress_of_every_window():
     assert within_a_cycle["root_stress"].values == pytest.approx(short["root_stress"].max("time").values[:, None])
 
 
+def test_the_order_of_the_gears_in_the_map_does_not_matter():
+    run = slow_run(duration=0.02)
+    of_map = exugear.dynamic_stress(run, stresses())
+    assert exugear.dynamic_stress(run, stresses().isel(gear=[1, 0])).identical(of_map)
+    with pytest.raises(ValueError, match=r"stresses must have the gears .*, got .'wheel'."):
+        exugear.dynamic_stress(run, stresses().isel(gear=[1]))
+
+
 def test_runs_beyond_the_map_and_foreign_maps_are_refused(tmp_path):
     run = slow_run(duration=0.02)
     with pytest.raises(ValueError, match=r"stresses end at 100 N m, the run reaches 1[45]"):

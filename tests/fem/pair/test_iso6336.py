@@ -77,6 +77,9 @@ def test_stiffness_does_not_depend_on_which_gear_drives(z, x):
 def test_stiffness_falls_under_light_loads(paper_pair):
     full, light = (iso6336.single_stiffness(paper_pair, q) for q in (200e3, 50e3))
     assert light == pytest.approx(full * 0.5**0.25)
+    for infinite in ({"mass": np.inf}, {"K_A": np.inf}):
+        with pytest.raises(ValueError, match=r"must be > 0 .*finite"):
+            iso6336.dynamic_factor(paper_pair, 100.0, 50.0, **infinite)
     with pytest.raises(ValueError, match="line_load must be > 0"):
         iso6336.single_stiffness(paper_pair, 0)
 

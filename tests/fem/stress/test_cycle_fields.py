@@ -47,6 +47,15 @@ def test_the_section_of_a_helical_pair_lies_in_its_solid():
     assert pinion.cells.shape[0] == 3
 
 
+def test_both_end_faces_have_a_section_and_what_lies_beyond_has_none():
+    b = paper_pair().b
+    options = {"resolution": ROUGH, "density": COARSE}
+    ends = [fem.stress.cycle_fields(paper_pair(), 150.0, [0.3], axial=z, **options)[0][0] for z in (-b / 2, b / 2)]
+    assert ends[1].von_mises.max() == pytest.approx(ends[0].von_mises.max(), rel=1e-6)
+    with pytest.raises(ValueError, match=r"axial must lie on the faces of both gears, .* got 11.6 mm"):
+        fem.stress.cycle_fields(paper_pair(), 150.0, [0.3], axial=0.0116, **options)
+
+
 def test_fields_need_a_load():
     with pytest.raises(ValueError, match="torque must be > 0 N m for a field, got 0"):
         fem.stress.cycle_fields(paper_pair(), 0.0)

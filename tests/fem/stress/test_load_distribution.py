@@ -8,9 +8,11 @@ from loaded_gears import ROUGH, helical_gear
 from paper_gears import paper_gear, paper_pair
 
 import fem
+from fem.elasticity.mesh_density import Density
 from fem.units import um
 
 TORQUE, PHASES = 150.0, np.arange(4) / 4
+COARSE = Density(flank=6, fillet=3, land=1, tooth=2, rim=2, body=2, width=1)
 HELICAL = fem.GearPair(helical_gear(1), helical_gear(-1))
 CROWNED = fem.GearPair(paper_gear(flank=[fem.LeadCrowning(10 * um)]), paper_gear(), a=paper_pair().a)
 
@@ -67,3 +69,18 @@ def test_a_load_distribution_keeps_its_pair_and_is_written_as_netcdf(tmp_path):
     assert data["axial_position"].size == 7
     fem.save(data, tmp_path / "loads.nc")
     assert fem.pair_of(data) == paper_pair()
+
+
+def test_results_hold_the_offsets_at_which_they_were_made():
+    pair = paper_pair()
+    offsets = fem.Offsets(a=pair.a + 0.2e-3, misalignment=1e-4, axial=1e-3, f_sigma_beta=2e-5)
+    options = {"offsets": offsets, "resolution": ROUGH, "progress": False}
+    ste = fem.static_transmission_error(pair, [TORQUE], [0.1], **options)
+    loads, factors = (solve(pair, [TORQUE], [0.1], **options) for solve in (fem.load_distribution, fem.load_factors))
+    stress = fem.root_stress(pair, [TORQUE], [0.1], density=COARSE, **options)
+    for data in (loads, factors, stress):
+        assert fem.pair_of(data) == fem.pair_of(ste)
+        for name in ("axial", "f_sigma_beta", "f_sigma_delta", "resolution"):
+            assert data.attrs[name] == ste.attrs[name]
+    assert factors.attrs["misalignment"] == stress.attrs["misalignment"] == 1e-4
+    assert loads.attrs["misalignment"] != 1e-4, "the sum in the plane of action"

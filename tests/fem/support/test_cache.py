@@ -82,3 +82,23 @@ def test_maps_have_increasing_axes(paper_pair):
         fem.ste_map(paper_pair, [1, 0], [0, 0.5], np.zeros((2, 2)))
     with pytest.raises(ValueError, match="phase must increase"):
         fem.ste_map(paper_pair, [0, 1], [0.5, 1.5], np.zeros((2, 2)))
+
+
+def test_a_folder_that_cannot_be_made_is_named_before_anything_is_computed(tmp_path, monkeypatch):
+    (tmp_path / "file").write_bytes(b"")
+    monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path / "file"))
+    with pytest.raises(OSError, match=r"cache folder .*file cannot be made: .*; set EXUGEAR_CACHE"):
+        cache.cached("key", never)
+
+
+def test_a_file_that_cannot_be_removed_does_not_hide_why_it_was_not_written(tmp_path, monkeypatch):
+    def read_only(*_, **__):
+        raise OSError(30, "Read-only file system")
+
+    for name in ("open", "unlink"):
+        monkeypatch.setattr(f"pathlib.Path.{name}", read_only)
+    with (
+        pytest.raises(OSError, match=r"map.nc could not be written: Read-only file system; make room or choose"),
+        cache.complete_file(tmp_path / "map.nc"),
+    ):
+        pass

@@ -94,6 +94,28 @@ def test_compiled_code_is_renewed_when_a_module_of_another_folder_changes(tmp_pa
     assert results == [(3.0, 0), (3.0, 1), (4.0, 0)]
 
 
+def test_damaged_files_and_a_full_disk_cost_a_compilation(tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.dont_write_bytecode", True)
+    write(tmp_path, 2.0)
+    entry_in(tmp_path, monkeypatch)(1.0)
+    for suffix in (".nbi", ".nbc"):
+        for file in tmp_path.rglob(f"*{suffix}"):
+            file.write_bytes(file.read_bytes()[:30])
+        hits = []
+        for _ in range(2):
+            entry = entry_in(tmp_path, monkeypatch)
+            assert entry(1.0) == 3.0
+            hits.append(sum(entry.stats.cache_hits.values()))
+        assert hits == [0, 1], "compiled anew once, then read"
+
+    def no_room(*_):
+        raise OSError(28, "No space left on device")
+
+    write(tmp_path, 3.0)
+    monkeypatch.setattr("numba.core.caching.IndexDataCacheFile.save", no_room)
+    assert entry_in(tmp_path, monkeypatch)(1.0) == 4.0
+
+
 def test_nothing_is_cached_where_numbas_private_names_differ(tmp_path, monkeypatch):
     """Then every process compiles anew: slow, but never out of date."""
     monkeypatch.setattr("sys.dont_write_bytecode", True)
