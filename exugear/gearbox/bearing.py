@@ -31,7 +31,8 @@ class Bearing:
     radial      stiffness in x and y [N/m]
     axial       stiffness in z [N/m]
     tilt        stiffness about x and y [N m/rad]
-    damping     ratio of damping to stiffness [s]: force = stiffness (displacement + damping velocity)
+    damping     ratio of damping to stiffness [s]: force = stiffness (displacement + damping velocity); the stiffness of
+                a clearance or table is its slope along the radial displacement, and force over displacement across it
     clearance   radial clearance [m], half the diametral one: no radial force up to this radial displacement
     table       radial displacement (n,) [m] from 0 and radial force (n,) [N] from 0, linear in between, the same in all
                 directions; instead of radial and clearance

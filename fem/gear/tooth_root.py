@@ -13,6 +13,9 @@ import scipy
 
 from fem.gear.involute import involute
 
+#: Largest share of the way along a circular root that its radial line takes.
+LINE = 0.25
+
 
 @dataclass(frozen=True)
 class Trochoid:
@@ -165,12 +168,16 @@ class Arc:
         return float(self.psi_b + self.radius / self.r_b - involute(acos(self.r_b / self.r_centre)))
 
     def points(self, share) -> tuple[np.ndarray, np.ndarray]:
-        """r [m] and psi [rad] at shares (n,) of the way; 1/2 is the middle of the arc."""
+        """r [m] and psi [rad] at shares (n,) of the way; 1/2 is the middle of the arc.
+
+        The line from base circle to arc, where stress is low, takes a share of `LINE` at most.
+        """
         centre, down = self.r_centre * np.exp(1j * self.psi_f), -np.exp(1j * self.psi_f)
         psi = self.psi_b - involute(acos(min(1.0, self.r_b / self.r_touch)))
         sweep = np.angle((self.r_touch * np.exp(1j * psi) - centre) / down)
         straight, arc = self.r_b - self.r_touch if self.on_line else 0.0, self.radius * abs(sweep)
-        way = np.interp(share, [0, 0.5, 1], [0, straight + arc / 2, straight + arc])
+        line = min(LINE, 0.5 * straight / (straight + arc / 2))
+        way = np.interp(share, [0, line, 0.5, 1], [0, straight, straight + arc / 2, straight + arc])
         turn = np.minimum(1, (straight + arc - way) / arc)
         curve = centre + self.radius * down * np.exp(1j * sweep * turn)
         point = np.where(way < straight, (self.r_b - way) * np.exp(1j * self.psi_b), curve)

@@ -49,6 +49,9 @@ def checked_request(
     listed = phases is not None and not isinstance(torque, UpTo)
     missing = "phases=None and torque=fem.UpTo(...) need an accuracy to choose by, say accuracy=0.005"
     require(listed or accuracy is not None, missing)
+    unlike = bool(pitch_deviations((*pair.pinion.drive_flank, *pair.wheel.drive_flank)))
+    several = "phases must be given with PitchDeviation, over all pitches of interest; an accuracy chooses those of one"
+    require(phases is not None or not unlike, several)
     torque = _checked_largest(pair, torque) if isinstance(torque, UpTo) else checked_torque(pair, torque)
     loaded = accuracy is None or isinstance(torque, UpTo) or torque[-1] > 0
     require(bool(loaded), f"accuracy needs a torque > 0 to be a share of its deflection, got {torque}")

@@ -71,19 +71,25 @@ def ste_map(
     te          (n_torque, *n_offset, n_phase) transmission error on the line of action, > 0: the pinion leads
     offsets     axes between torque and phase: increasing values by name (a, axial, misalignment, ...)
 
-    Raises ValueError for axes that do not increase, unknown offsets and a te of another shape.
+    Raises ValueError for axes that do not increase or end, attributes that are inputs of the pair, unknown offsets and
+    a te of another shape.
     """
     unknown = set(offsets or {}) - OFFSETS.keys()
     require(not unknown, f"offsets may be {list(OFFSETS)}, got {', '.join(map(str, unknown))}")
     axes = {TORQUE: torque, **(offsets or {}), PHASE: phase}
     in_words = {name: f"{name} of the offsets" if name in OFFSETS else name for name in axes}
     values, grid = {name: increasing(in_words[name], axis) for name, axis in axes.items()}, tuple(axes)
+    for name, axis in values.items():
+        require(bool(np.isfinite(axis).all()), f"{in_words[name]} must be finite, got {axis}")
+    inputs = pair_attributes(pair)
+    replaced = sorted(inputs.keys() & attributes.keys())
+    require(not replaced, f"attributes {replaced} are inputs of the pair; change the pair instead")
     te, shape = numbers(TE, te), tuple(axis.size for axis in values.values())
     require(te.shape == shape, f"te must have the shape {shape} over {grid}, got {te.shape}")
     data = xr.Dataset(
         {TE: (grid, te, description(TE))},
         coords={name: (name, axis, description(name)) for name, axis in values.items()},
-        attrs={"title": "static transmission error map", **pair_attributes(pair), **attributes},
+        attrs={"title": "static transmission error map", **inputs, **attributes},
     )
     check(data)
     return data

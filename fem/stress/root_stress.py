@@ -21,8 +21,8 @@ from fem.support.progress import bar, shown
 
 __all__ = ["root_stress"]
 
-#: Root stress within 1 % of finer sections (2.5 % for an undercut tooth), and within 4 % of a finer width where a line
-#: of contact of a helix of 28 deg begins at an end face.
+#: Root stress within 1 % of finer sections (2.5 % for an undercut tooth or a circular root), and within 4 % of a finer
+#: width where a line of contact of a helix of 28 deg begins at an end face.
 ROOT = Density(flank=6, fillet=6, land=2, tooth=4, rim=3, body=4, width=3, rim_power=1.5)
 
 #: Quantities of the contact in the result.

@@ -119,3 +119,21 @@ def test_generators_are_read_once_and_masked_values_are_refused(paper_pair):
     with pytest.raises(ValueError, match="torque must hold a value everywhere, got masked values"):
         fem.static_transmission_error(paper_pair, masked, 4, **options)
     assert fem.static_transmission_error(paper_pair, masked[:2], [0.0, 0.5], **options).equals(listed)
+
+
+def test_an_accuracy_does_not_choose_phases_of_unlike_pitches():
+    pair = fem.GearPair(few_teeth(flank=fem.PitchDeviation(np.arange(20) * 1e-7)), few_teeth())
+    with pytest.raises(ValueError, match="phases must be given with PitchDeviation"):
+        fem.static_transmission_error(pair, [0, 50], None, accuracy=0.05, progress=False)
+
+
+@pytest.mark.parametrize(
+    ("torque", "attributes", "message"),
+    [
+        ([0, np.inf], {}, "torque must be finite"),
+        ([0, 10], {"pinion_z": 3}, "attributes .'pinion_z'. are inputs of the pair"),
+    ],
+)
+def test_bad_maps_of_other_programs_are_refused(paper_pair, torque, attributes, message):
+    with pytest.raises(ValueError, match=message):
+        fem.ste_map(paper_pair, torque, [0, 0.5], np.zeros((2, 2)), **attributes)

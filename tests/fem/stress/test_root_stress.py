@@ -95,8 +95,9 @@ SHIFTED = fem.Gear(z=30, m_n=2 * mm, x=0.5, b=10 * mm, d_bore=30 * mm)
         (fem.Gear(z=20, m_n=2 * mm, x=0.2, b=10 * mm, d_bore=20 * mm), 0.6, 0.01, 0.01),
         (SHIFTED, 0.8, 0.01, 0.01),
         (fem.Gear(z=12, m_n=2 * mm, x=0.1, b=10 * mm, d_bore=12 * mm), 0.5, 0.025, 0.04),
+        (fem.Gear(z=20, m_n=2 * mm, fillet=0.5 * mm, b=10 * mm, d_bore=14 * mm), 0.6, 0.025, 0.04),
     ],
-    ids=["plain", "shifted", "undercut"],
+    ids=["plain", "shifted", "undercut", "circular"],
 )
 def test_default_solids_resolve_the_root(gear, share, error, error_in_field):
     """With even layers below the root the fillet's stress jumped by 5 to 10 % in its middle, 2 to 10 % off."""
