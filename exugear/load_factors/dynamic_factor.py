@@ -50,6 +50,7 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
         return _of_steady_states(run, static_force)
     require(static_force is None, "static_force is for steady states; leave it out, a run has a mean mesh force")
     stages = _stages(run)
+    require(stages[0].sizes["time"] > 1, "run must have two samples or more, got one; let it last longer")
     slowest = min((mesh_cycles(stage) for stage in stages), key=lambda cycles: cycles[-1])
     require(windows >= 1, f"windows must be at least 1, got {windows}")
     windows = min(windows, slowest.size // 2)

@@ -42,6 +42,7 @@ def dynamic_stress(run, stresses: xr.Dataset, stage: int = 0) -> xr.Dataset:
     Raises ValueError for other data, for the map of another pair, and where the run leaves the map.
     """
     data = stage_data(run, stage)
+    require(data.sizes["time"] > 0, "run must have samples, got none; let it last longer")
     require("phase" in data, "run must have phases, which older versions did not record; run it again")
     label = str(data["stage"].item())
     pair = _pair_of_stage(data, label)

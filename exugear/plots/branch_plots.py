@@ -90,6 +90,7 @@ def _draw_sweep(ax: Axes, run, stage: int, quantity: str) -> None:
 def _draw_branch(ax: Axes, points: xr.Dataset, values: np.ndarray, style: dict[str, Any]) -> None:
     """Draw the pieces of a branch between changes of its stability."""
     frequency, stable = points["mesh_frequency"].values, points["stable"].values
+    require(frequency.size > 1, "states must have two points or more in every branch, got one")
     period = int(points["period"][0])
     about = PERIODS[period].format("mesh" if points.attrs["common_period"] == 1 else "common")
     between = stable[:-1] | stable[1:]

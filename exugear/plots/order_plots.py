@@ -1,6 +1,7 @@
 """Plots of signals over speed: order maps, order cuts, spectrograms, cascades, levels."""
 
 from itertools import cycle, product
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -75,6 +76,8 @@ def _below(amplitude: xr.DataArray, top: float | None) -> xr.DataArray:
 
 def _draw_map(amplitude: xr.DataArray, label: str, ax: Axes | None, decibels: float, style: dict[str, Any]) -> Axes:
     """Amplitude (line, axis) in decibels over time or speed, and over the axis with its label."""
+    require(0 < decibels < inf, f"decibels must be > 0 dB and finite, got {decibels}")
+    require(amplitude.shape[0] > 1, "a map needs two spectra or more, got one; draw it with matplotlib's plot")
     ax, axis = axes_or_new(ax), amplitude.dims[-1]
     name, abscissa = _abscissa(amplitude, by_time=axis == "frequency")
     factor, unit, words = _shown(amplitude)
@@ -131,6 +134,7 @@ def plot_order_cuts(cuts: xr.Dataset, ax: Axes | None = None, *, decibels: Finit
     for order, row, (line, colour) in zip(amplitude["order"].values, amplitude.values.T, styles, strict=False):
         ax.plot(abscissa, row * factor, **merged(style, linestyle=line, color=colour, label=f"order {order:.6g}"))
     ax.set(xlabel=label, ylabel=f"{words} [{unit or '-'}]")
+    require(decibels is None or 0 < decibels < inf, f"decibels must be > 0 dB and finite, got {decibels}")
     if decibels is None:
         ax.set_ylim(bottom=0, auto=True)
     else:
@@ -154,6 +158,7 @@ def plot_cascade(
     """
     amplitude, ax = _below(_channel("spectra", spectra, "frequency"), top), axes_or_new(ax)
     speed = amplitude["speed"].values / rpm
+    require(0 < height < inf, f"height must be > 0 distances of two spectra and finite, got {height}")
     rise = height * np.ptp(speed) / max(speed.size - 1, 1) / (float(amplitude.max()) or 1.0)
     for k in np.argsort(speed)[::-1]:
         line = speed[k] + rise * amplitude.values[k]
@@ -178,6 +183,7 @@ def plot_levels(levels: xr.DataArray, ax: Axes | None = None, **style) -> Axes:
     over = [dim for dim in ("time", "speed") if dim in levels.dims]
     fits = len(over) == 1 and "speed" in levels.coords
     require(fits, f"levels must be over time or speed, with the coordinate speed; got the dimensions {levels.dims}")
+    require(levels.size > 0, "levels must hold values, got none")
     label, abscissa = _abscissa(levels)
     channels = [str(dim) for dim in levels.dims if dim != over[0]]
     rows = levels.transpose(*channels, ...).values.reshape(-1, levels.sizes[over[0]])

@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -60,6 +61,7 @@ def animate_pair(
     path, writer = Path(path), _writer(path, fps)
     require(4 <= frames <= 1000, f"frames must lie in [4, 1000], got {frames}")
     fields = cycle_fields(pair, torque, frames, offsets=offsets)
+    require(scale is None or 0 < scale < inf, f"scale must be > 0 and finite, got {scale}")
     scale = _magnification(fields, SHOWN_DEFLECTION * pair.pinion.m_n) if scale is None else scale
     bodies: list[Bodies] = [[(f.deformed(scale), f.cells, f.von_mises / MPa) for f in gears] for gears in fields]
     # Tip edges in contact have far larger stresses in a few frames.

@@ -135,6 +135,7 @@ def require_signal(signal: xr.DataArray) -> None:
     require(not lacking and signal.dims[-1:] == ("time",), f"signal must be over time, speed and angle; {remedy}")
     require(signal.sizes["time"] >= 3, f"signal must have 3 samples or more, got {signal.sizes['time']}")
     require(bool(np.isfinite(signal.values).all()), "signal must be finite, got NaN")
+    require(bool((np.diff(signal["time"].values) > 0).all()), "the times of the signal must increase; sort it by time")
 
 
 def sample_rate(signal: xr.DataArray) -> float:

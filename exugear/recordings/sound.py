@@ -1,6 +1,7 @@
 """Sound files of signals."""
 
 from fractions import Fraction
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +52,7 @@ def write_sound(path: FilePath, signal: xr.DataArray, *, rate: int = 48_000, ful
     samples = scipy.signal.resample_poly(centred, ratio.numerator, ratio.denominator, window=taps)
     peak = float(np.abs(samples).max())
     scale = (peak / HEADROOM or 1.0) if full_scale is None else full_scale
-    require(scale >= peak > -1, f"full_scale must be at least the largest value, {peak:.6g}, got {scale:.6g}")
+    require(inf > scale >= peak > -1, f"full_scale must be at least the largest value, {peak:.6g}, got {scale:.6g}")
     with complete_file(Path(path)) as file:
         scipy.io.wavfile.write(file, rate, np.rint(samples / scale * LARGEST).astype(np.int16))
     return scale

@@ -1,5 +1,7 @@
 """Spectra over frequency along a run: spectrogram over time, waterfall over speed."""
 
+from math import inf
+
 import numpy as np
 import xarray as xr
 
@@ -28,9 +30,9 @@ def spectrogram(
     more than 5e8 values.
     """
     require_signal(signal)
-    require(resolution > 0, f"resolution must be > 0 Hz, got {resolution}")
-    rate = sample_rate(signal)
-    length, samples = round(rate / resolution), signal.sizes["time"]
+    rate, samples = sample_rate(signal), signal.sizes["time"]
+    require(0 < resolution < inf, f"resolution must be > 0 Hz and finite, got {resolution}")
+    length = round(min(float(rate) / resolution, samples + 1.0))
     span = f"resolution must lie in [{rate / samples:.3g}, {rate / 4:.3g}] Hz, got {resolution:.3g} Hz"
     require(4 <= length <= samples, f"{span}: a spectrum takes its inverse of the signal's {samples / rate:.3g} s")
     rows, hop = signal.values.reshape(-1, samples), hop_of(length, overlap, signal.size)

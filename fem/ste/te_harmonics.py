@@ -22,6 +22,8 @@ def te_harmonics(ste: xr.Dataset, harmonics: int = 5) -> xr.Dataset:
     te = check(ste)[TE]
     phase, pitches = te[PHASE].values, int(ste.attrs.get("pitches", 1))
     most = (phase.size // pitches - 1) // 2
+    few = f"ste must have 3 phases or more in a pitch for its first harmonic, got {phase.size} in {pitches} pitches"
+    require(most >= 1, few)
     fewer = f"harmonics must lie in [1, {most}], below half the number of phases in a pitch, got {harmonics}"
     require(1 <= harmonics <= most, fewer)
     ahead = np.diff(phase, append=phase[0] + pitches)

@@ -89,3 +89,31 @@ def test_several_channels_and_other_data_are_refused(signal):
         plots.plot_order_cuts(cut)
     with pytest.raises(ValueError, match="orders must hold an amplitude over time or speed and order"):
         plots.plot_order_map(exugear.spectrogram(signal))
+
+
+def test_missing_amplitudes_leave_the_range_of_colours(signal):
+    tracked = exugear.order_tracking(signal, orders=50)
+    (whole,) = plots.plot_order_map(tracked, plots.figure().axes[0]).collections
+    tracked["amplitude"][0, 0] = np.nan
+    (partly,) = plots.plot_order_map(tracked, plots.figure().axes[0]).collections
+    assert partly.get_clim() == pytest.approx(whole.get_clim())
+
+
+@pytest.mark.parametrize("decibels", [0.0, -60.0])
+def test_ranges_that_turn_a_picture_upside_down_are_refused(signal, decibels):
+    tracked = exugear.order_tracking(signal, orders=50)
+    for draw, data in ((plots.plot_order_map, tracked), (plots.plot_order_cuts, exugear.order_cut(signal, [20]))):
+        with pytest.raises(ValueError, match="decibels must be > 0 dB"):
+            draw(data, decibels=decibels)
+    with pytest.raises(ValueError, match="height must be > 0"):
+        plots.plot_cascade(exugear.waterfall(signal, resolution=20.0), height=-1.0)
+    with pytest.raises(ValueError, match="a map needs two spectra or more"):
+        plots.plot_order_map(tracked.isel(time=[0]))
+
+
+def test_a_signal_that_runs_backwards_is_refused(signal):
+    backwards = signal.isel(time=slice(None, None, -1))
+    with pytest.raises(ValueError, match="times of the signal must increase"):
+        exugear.spectrogram(backwards, resolution=20.0)
+    with pytest.raises(ValueError, match="times of the signal must increase"):
+        exugear.order_tracking(backwards, orders=50)
