@@ -1,7 +1,7 @@
 """The data of a run: samples, variables with labels and units, reading from a file, selection of a stage."""
 
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -234,15 +234,24 @@ def _beyond_maps(model: Model, interval: float) -> dict[str, Any]:
     }
 
 
-def with_step_error(data: xr.Dataset, checked: Sequence[tuple[Segment, np.ndarray]], h: float) -> xr.Dataset:
-    """The data with the errors by the step h [s] of the segments that were integrated again at half of it, if any."""
+def with_step_error(
+    data: xr.Dataset, errors: Iterable[tuple[Segment, np.ndarray]], h: float
+) -> tuple[xr.Dataset, KeyboardInterrupt | None]:
+    """The data with the errors by the step h [s] of the segments that are integrated again at half of it, if any.
+
+    Also the interruption where the user does not wait for the errors; the data are then without them.
+    """
+    try:
+        checked = list(errors)
+    except KeyboardInterrupt as interrupt:
+        return data, interrupt
     if not checked:
-        return data
+        return data, None
     middles = [(segment.first + segment.last) / 2 * h for segment, _ in checked]
-    errors = np.array([error for _, error in checked]).T
+    relative = np.array([error for _, error in checked]).T
     about = {"units": "1", "long_name": "relative error of the rms of the DTE by the step, estimated"}
     middle = {"units": "s", "long_name": "middle of the segment that was integrated again at half the step"}
-    return data.assign(step_error=(("stage", "checked"), errors, about), checked=("checked", middles, middle))
+    return data.assign(step_error=(("stage", "checked"), relative, about), checked=("checked", middles, middle)), None
 
 
 def scene_attributes(model: Model) -> dict[str, float | str]:

@@ -244,10 +244,8 @@ def _solved(
             errors = errors_by_step(model, scheme, segments, 0 if stop else checks, repeated)
             data = labelled(model, conditions, scheme, torques, forces)
             data = data if stop else with_end_state(model, data, end)
-            try:
-                data = with_step_error(data, list(errors), scheme.steps.size)
-            except KeyboardInterrupt as interrupt:
-                stop = interrupt
+            data, interrupt = with_step_error(data, errors, scheme.steps.size)
+            stop = stop or interrupt
     data = parts.with_seams(data) if parts else data
     if solver.iterations:
         data.attrs["newton_iterations"] = sum(solver.iterations) / scheme.steps.number
