@@ -196,3 +196,13 @@ def test_friction_and_drag_are_refused():
     braked = exugear.build(smooth_box(exugear.Drag(0.1)))
     with pytest.raises(ValueError, match="drag"):
         exugear.steady_states(braked, (100.0, 200.0), LOAD)
+
+
+def test_branches_that_leave_the_map_are_returned_up_to_there():
+    """The largest orbit lies at the end of the map, which its samples pass; the next one gives the force error."""
+    shafts = smooth_box().shafts
+    stage = exugear.Stage(*shafts, smooth_map((0, 1, 20, 100, 250)), damping=2700.0)
+    data = exugear.steady_states(exugear.build(exugear.Gearbox([stage])), (0.0, TOP), LOAD, progress=False)
+    assert data.attrs["broken_branches"]
+    assert data.attrs["force_error"] < 1e-6
+    assert np.isfinite(data["rms"]).all()
