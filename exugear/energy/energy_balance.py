@@ -74,7 +74,7 @@ def energy_balance(data: xr.Dataset, start: float | None = None, end: float | No
     require("kinetic_energy" in data, missing)
     first, last = (time[0] if start is None else start), (time[-1] if end is None else end)
     window = f"start and end must lie within [{time[0]:g}, {time[-1]:g}] s, start first, got {first:g} and {last:g}"
-    half_a_sample = (time[1] - time[0]) / 2
+    half_a_sample = float(np.diff(time[:2]).sum()) / 2
     require(bool(time[0] - half_a_sample <= first < last <= time[-1] + half_a_sample), window)
     first, last = np.clip([first, last], time[0], time[-1])
     near = slice(*np.searchsorted(time, [first, last], side="right") + np.array([-BESIDE - 1, BESIDE]).clip(-time.size))

@@ -264,10 +264,10 @@ def _start_of(model: Model, conditions: Conditions, data: xr.Dataset) -> np.ndar
     same = state.shape[1] == number and stages == labels
     require(same, f"initial is a run of {stages} with {state.shape[1]} coordinates, the model has {labels}, {number}")
     for label, stage in zip(labels, model.gearbox.stages, strict=True):
-        ended_with = tuple(data.attrs[f"{label}_{name}"] for name in ("a", "pinion_z", "wheel_z"))
-        pair = stage.pair.a, stage.pair.pinion.z, stage.pair.wheel.z
-        other = f"initial is a run with a, z = {ended_with} in {label!r}, the model has {pair}"
-        require(ended_with == pair, f"{other}; continue with the same gears")
+        gears = {"a": stage.pair.a, "pinion_z": stage.pair.pinion.z, "wheel_z": stage.pair.wheel.z}
+        of_run, of_model = [data.attrs.get(f"{label}_{name}", x) for name, x in gears.items()], [*gears.values()]
+        unlike = f"initial is a run with a, z = {of_run} in {label!r}, the model has {of_model}"
+        require(of_run == of_model, f"{unlike}; continue with the same gears")
     if conditions.held:
         direction = model.gearbox.directions[conditions.held]
         ended_at = direction * float(state[1, end_coordinate(model, conditions.held)])

@@ -79,7 +79,7 @@ def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
 
 
 def _check_suits(scene: Plan, suitable: Plan) -> None:
-    """ValueError unless a plan has the stages of the suitable one, their damping and backlash, and its bearings."""
+    """ValueError unless a plan has the stages, damping, backlash and bearings of the plan of this gearbox."""
     same_stages = list(scene.laws) == list(suitable.laws)
     require(same_stages, f"plan is for the stages {list(scene.laws)}, the gearbox has {list(suitable.laws)}")
     remedy = "plan is for another gearbox with shafts of these names; call exugear.plan with this one"

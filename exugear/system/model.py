@@ -130,8 +130,9 @@ def linearized(model: Model, held: str | None, speed: float = 0.0) -> Model:
     added = model.mbs.systemData.ODE2Size() - model.meshes[0].row.size
     meshes = tuple(replace(mesh, row=np.append(mesh.row, np.zeros(added))) for mesh in model.meshes)
     model = replace(model, meshes=meshes)
-    mass, stiffness, _ = matrices_without_meshes(model)
-    damping = matrices_without_meshes(model, speed)[2]
+    mass, stiffness, damping = matrices_without_meshes(model)
+    if speed:
+        damping = matrices_without_meshes(model, speed)[2]
     omega, omega_mesh = _frequency_bounds(model, mass, stiffness)
     meshes = tuple(_with_mobility(model, mesh, mass, stiffness, held) for mesh in meshes)
     meshes = tuple(replace(m, free_system=_free_system(model, m, mass, stiffness, damping, held)) for m in meshes)
