@@ -42,8 +42,9 @@ def load_distribution(
 
     "line_load" [N/m]: normal force per length of contact line; over the lengths in "length" [m] its integral is the
     normal force; times cos beta_b that adds up to the mesh force T / r_b1, within 1e-3, or 5e-3 where tip edges carry,
-    whose lever is shorter. "pressure" [Pa]: largest contact pressure, tip edges included. "path" [m]: distance of the contact line from the pitch point along the line of action, over
-    (phase, pair, axial_position), > 0 towards the tip of the pinion; "te" [m] over (torque, phase).
+    whose lever is shorter. "pressure" [Pa]: largest contact pressure, tip edges included. "path" [m]:
+    distance of the contact line from the pitch point along the line of action, over (phase, pair, axial_position), > 0
+    towards the tip of the pinion; "te" [m] over (torque, phase).
     The attributes hold the pair at its centre distance (`fem.pair_of`), offsets and resolution; "misalignment" is the
     sum in the plane of action.
 
