@@ -7,11 +7,11 @@ on every slice of the face. Tilt > 0: along z the driven shaft leans to where th
 and damping are chosen here. The mean forces of the run-up are 1 % above those at rest, because it speeds up.
 """
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from command_line import command_line
 from korta_pair import paper_pair
 from tqdm import tqdm
 
@@ -117,4 +117,4 @@ def main(folder: Path, quick: bool = False) -> dict[float, exugear.Run]:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(**vars(command_line(__doc__, "quick").parse_args()))

@@ -9,7 +9,6 @@ that the paper states. Contact states stand beside those before contacts were co
 
 import json
 import resource
-import sys
 from pathlib import Path
 
 import exudyn as exu
@@ -21,6 +20,7 @@ from benchmark_states import states
 from benchmark_ste import ste_points
 from benchmark_steps import steps
 from benchmark_variants import variants
+from command_line import command_line
 
 
 def main(folder: Path, quick: bool = False) -> dict:
@@ -43,4 +43,4 @@ def main(folder: Path, quick: bool = False) -> dict:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(**vars(command_line(__doc__, "quick").parse_args()))

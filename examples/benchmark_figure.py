@@ -6,12 +6,12 @@ draws it again from the numbers in results/benchmark.json.
 """
 
 import json
-import sys
 from pathlib import Path
 
 import numpy as np
 from benchmark_growth import exponent
 from benchmark_points import Points
+from command_line import command_line
 from cycler import cycler
 from matplotlib import rc_context
 from matplotlib.figure import Figure
@@ -112,5 +112,5 @@ def draw(path: Path, numbers: dict) -> None:
 
 
 if __name__ == "__main__":
-    folder = Path(sys.argv[1])
+    folder = command_line(__doc__).parse_args().folder
     draw(folder / "benchmark.png", json.loads((folder / "benchmark.json").read_text(encoding="utf-8")))

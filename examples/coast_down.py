@@ -8,10 +8,10 @@ inertia J of both shafts; friction of the teeth adds a share of what the mesh tr
 chosen here.
 """
 
-import sys
 from pathlib import Path
 
 import numpy as np
+from command_line import command_line
 from korta_pair import paper_pair
 
 import exugear
@@ -75,4 +75,4 @@ def main(folder: Path, quick: bool = False) -> tuple[exugear.Gearbox, exugear.Ru
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(**vars(command_line(__doc__, "quick").parse_args()))

@@ -8,13 +8,13 @@ forces of the run-up peak at such crossings. The maps are coarse: slice mode, ha
 All data are chosen here.
 """
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from command_line import command_line
 
 import exugear
 import fem
@@ -108,4 +108,4 @@ def main(folder: Path, quick: bool = False) -> tuple[pd.DataFrame, np.ndarray]:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(**vars(command_line(__doc__, "quick").parse_args()))

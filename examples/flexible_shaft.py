@@ -7,12 +7,12 @@ shaft bends by 47 um under the mesh force, as a Timoshenko beam does. At 1000 rp
 that of a rigid shaft, because the mesh resonance moves.
 """
 
-import sys
 import time
 from pathlib import Path
 
 import exudyn as exu
 import numpy as np
+from command_line import command_line
 from exudyn.FEM import FEMinterface
 from korta_pair import paper_pair
 from shaft_modes import beam_deflection, reduced, solid_shaft, torsion_frequency
@@ -116,4 +116,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(**vars(command_line(__doc__).parse_args()))

@@ -6,12 +6,12 @@ A torque drives the pinion, a viscous brake loads the wheel. The run starts at t
 settles where mesh, torques and bearings balance. Only `CreateGearContact` and its sensor come from exugear.
 """
 
-import sys
 from math import tan
 from pathlib import Path
 
 import exudyn as exu
 import numpy as np
+from command_line import command_line
 from exudyn.utilities import InertiaCylinder, SensorObject
 
 import exugear
@@ -83,4 +83,4 @@ def main(folder: Path, quick: bool = False) -> dict[str, tuple[float, float]]:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(**vars(command_line(__doc__, "quick").parse_args()))

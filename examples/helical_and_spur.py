@@ -7,11 +7,11 @@ Where the overlap ratio is a whole number the total length of the contact lines 
 maps are coarse: slice mode, half the elements along every direction. Gears and damping are chosen here.
 """
 
-import sys
 from math import asin, pi
 from pathlib import Path
 
 import numpy as np
+from command_line import command_line
 from tqdm import tqdm
 
 import exugear
@@ -85,4 +85,4 @@ def main(folder: Path, quick: bool = False) -> dict[float, tuple[float, float]]:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(**vars(command_line(__doc__, "quick").parse_args()))

@@ -6,11 +6,11 @@ Linear quadrilaterals are too stiff until they are as small as 0.05 mm. Quadrati
 coarser meshes.
 """
 
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
+from command_line import command_line
 from korta_pair import paper_pair
 from skfem import ElementQuad1, ElementQuad2
 from skfem.element import Element
@@ -86,4 +86,4 @@ def main(folder: Path, full: bool = False) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--full" in sys.argv)
+    main(**vars(command_line(__doc__, "full").parse_args()))

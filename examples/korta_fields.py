@@ -7,10 +7,10 @@ VTU file per phase, root_stress.png and root_stress.nc. The root stress is large
 single pair of teeth carries the load near the tip; sharp tip edges touch before the path of contact begins.
 """
 
-import sys
 from pathlib import Path
 
 import numpy as np
+from command_line import command_line
 from korta_pair import paper_pair
 
 import fem
@@ -114,4 +114,4 @@ def main(folder: Path, full: bool = False) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--full" in sys.argv)
+    main(**vars(command_line(__doc__, "full").parse_args()))

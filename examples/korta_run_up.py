@@ -7,13 +7,13 @@ lower frequencies. The peaks below it lie at 1/2, 1/3 and 1/4 of the main resona
 side by side; the single run-up for the fit is spread over two processes in parts.
 """
 
-import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
+from command_line import command_line
 from korta_pair import (
     MAP_PHASES,
     MAP_TORQUES,
@@ -105,16 +105,16 @@ def report(curves, box, runs, fit: bool, seconds: dict[str, float]) -> str:
     return "\n".join(lines)
 
 
-def main(folder: Path, fit: bool = False) -> None:
+def main(folder: Path, fit_inertia: bool = False) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     seconds: dict[str, float] = {}
-    curves, ste, box, runs = compute(folder, fit, seconds)
+    curves, ste, box, runs = compute(folder, fit_inertia, seconds)
     with timed(seconds, "figures"):
         draw(folder, curves, ste, runs)
-    text = report(curves, box, runs, fit, seconds)
+    text = report(curves, box, runs, fit_inertia, seconds)
     (folder / "report.txt").write_text(text + "\n", encoding="utf-8")
     print(text)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--fit-inertia" in sys.argv)
+    main(**vars(command_line(__doc__, "fit-inertia").parse_args()))

@@ -7,12 +7,12 @@ differs from the nominal load by up to 0.6 %. The statics are solved under that 
 where a pair of teeth enters or leaves contact, below 0.1 % at 10 rpm.
 """
 
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from command_line import command_line
 from korta_pair import paper_pair
 from skfem import ElementQuad1
 
@@ -83,4 +83,4 @@ def main(folder: Path, full: bool = False) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--full" in sys.argv)
+    main(**vars(command_line(__doc__, "full").parse_args()))

@@ -8,10 +8,10 @@ without the torque by which the potential changes over the phase. Pair, inertia 
 differs. Far from resonance all three agree. Where teeth part, the secant law differs.
 """
 
-import sys
 from functools import partial
 from pathlib import Path
 
+from command_line import command_line
 from korta_pair import DURATION, MAP_PHASES, MAP_TORQUES, TORQUES, gearbox, paper_pair, resonance_table, run
 
 import exugear
@@ -47,10 +47,10 @@ def draw(runs: dict[str, dict[float, exugear.Run]], path: Path) -> None:
     figure.savefig(path, dpi=100)
 
 
-def main(folder: Path, duration: float = DURATION / 5) -> dict[str, dict[float, exugear.Run]]:
+def main(folder: Path, full: bool = False) -> dict[str, dict[float, exugear.Run]]:
     folder.mkdir(parents=True, exist_ok=True)
     ste = fem.static_transmission_error(paper_pair(), MAP_TORQUES, MAP_PHASES)
-    runs = compute(ste, duration)
+    runs = compute(ste, DURATION if full else DURATION / 5)
     draw(runs, folder / "korta_two_laws.png")
     print(resonance_table(runs))
     for name, by_load in runs.items():
@@ -60,4 +60,4 @@ def main(folder: Path, duration: float = DURATION / 5) -> dict[str, dict[float, 
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), DURATION if "--full" in sys.argv else DURATION / 5)
+    main(**vars(command_line(__doc__, "full").parse_args()))

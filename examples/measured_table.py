@@ -7,12 +7,12 @@ yours the example writes a SYNTHETIC one by a formula: the mesh stiffness per wi
 varies by 8 % over the mesh cycle, softer at light loads, read off to 0.1 µm. No finite elements are solved.
 """
 
-import sys
 from math import pi, sqrt
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from command_line import command_line
 
 import exugear
 import fem
@@ -88,5 +88,6 @@ def main(folder: Path, quick: bool = False, source: Path | None = None) -> tuple
 
 
 if __name__ == "__main__":
-    paths = [Path(argument) for argument in sys.argv[1:] if argument != "--quick"]
-    main(paths[0], "--quick" in sys.argv, *paths[1:])
+    parser = command_line(__doc__, "quick")
+    parser.add_argument("source", type=Path, nargs="?", help="CSV file of the table; without it a synthetic one")
+    main(**vars(parser.parse_args()))

@@ -7,10 +7,10 @@ softer bearings lower the resonance of the mesh; damping lowers its height alone
 STE map. With useMultiProcessing the run-ups spread over the cores. Parameters and load are chosen here.
 """
 
-import sys
 from pathlib import Path
 
 import numpy as np
+from command_line import command_line
 from exudyn.processing import ParameterVariation
 from korta_pair import paper_pair
 
@@ -84,4 +84,4 @@ def main(folder: Path, quick: bool = False) -> dict[str, np.ndarray]:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(**vars(command_line(__doc__, "quick").parse_args()))

@@ -7,11 +7,11 @@ springs for the bearings. All coordinates are free, so that the lowest frequency
 modes in which sun, ring and carrier translate; in single ones they rotate, or stand still while the planets move.
 """
 
-import sys
 from pathlib import Path
 
 import exudyn as exu
 import numpy as np
+from command_line import command_line
 from planetary_set import DEPTH, build, put_into_mesh
 
 import exugear
@@ -46,4 +46,4 @@ def main(folder: Path) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(**vars(command_line(__doc__).parse_args()))

@@ -7,12 +7,12 @@ not depend on the load, so that the shares even out as the load rises. A floatin
 well. Load and displacements are chosen here.
 """
 
-import sys
 from pathlib import Path
 
 import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
+from command_line import command_line
 from planetary_set import GEAR, INNER, R_SUN, PlanetarySet, build, put_into_mesh
 from tqdm import tqdm
 
@@ -110,4 +110,4 @@ def main(folder: Path, errors=(-20 * um, -10 * um, 0.0, 10 * um, 20 * um), durat
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(**vars(command_line(__doc__).parse_args()))

@@ -7,10 +7,10 @@ a Campbell diagram; data sheets of gears, shafts and bearings; assumptions, and 
 and versions. A browser on the machine prints it to PDF.
 """
 
-import sys
 from pathlib import Path
 
 import two_stage_helical
+from command_line import command_line
 
 import exugear
 
@@ -37,4 +37,4 @@ def main(folder: Path, quick: bool = False) -> tuple[exugear.Run, list[Path]]:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(**vars(command_line(__doc__, "quick").parse_args()))

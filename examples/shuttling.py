@@ -7,10 +7,10 @@ and with it the share of each bearing. Slow gears show it alone. Where the drive
 centroid moves about another position. Gears and bearings are chosen here.
 """
 
-import sys
 from pathlib import Path
 
 import numpy as np
+from command_line import command_line
 
 import exugear
 import fem
@@ -92,4 +92,4 @@ def main(folder: Path, quick: bool = False) -> dict[float, exugear.Run]:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(**vars(command_line(__doc__, "quick").parse_args()))

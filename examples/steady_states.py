@@ -6,13 +6,13 @@ Where teeth part, the mesh softens, and the resonance leans towards lower freque
 one lie above each other. Run-up and coast-down stay on a branch up to its fold, and jump there.
 """
 
-import sys
 from math import pi
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from command_line import command_line
 from korta_pair import gearbox, paper_pair
 
 import exugear
@@ -64,4 +64,4 @@ def main(folder: Path, quick: bool = False) -> tuple[xr.Dataset, dict[str, exuge
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(**vars(command_line(__doc__, "quick").parse_args()))

@@ -8,11 +8,11 @@ the transmission error of lightly loaded teeth. The compliance of the gears is t
 only contact solves. The design torque and the damping are chosen here.
 """
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from command_line import command_line
 from korta_pair import paper_pair
 from tqdm import tqdm
 
@@ -95,4 +95,4 @@ def main(folder: Path, quick: bool = False) -> dict[str, dict[float, tuple[float
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(**vars(command_line(__doc__, "quick").parse_args()))

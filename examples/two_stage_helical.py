@@ -6,13 +6,13 @@ Both gears of the middle shaft have the same hand: the first is driven, the seco
 F_bt tan(beta_b) oppose each other. The maps are coarse: slice mode, half the elements along every direction.
 """
 
-import sys
 from dataclasses import replace
 from math import tan
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from command_line import command_line
 from matplotlib.image import imsave
 
 import exugear
@@ -117,4 +117,4 @@ def main(folder: Path, quick: bool = False) -> tuple[exugear.Model, exugear.Gear
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--quick" in sys.argv)
+    main(**vars(command_line(__doc__, "quick").parse_args()))

@@ -29,6 +29,13 @@ def require_all(owner: str, values: object, names: Mapping[str, str], low: float
         require(low < value < inf, f"{name} of {owner} must be > {low:g} {unit} and finite, got {value}")
 
 
+def _require_possible(owner: str, values: "Disc | Shaft") -> None:
+    """Require that the inertia about z is at most the sum of those about x and y."""
+    got = f"got {values.inertia:g} and {values.transverse:g} kg m^2"
+    possible = values.inertia <= 2 * values.transverse * (1 + 1e-9)
+    require(possible, f"inertia of {owner} cannot exceed twice its transverse inertia, {got}")
+
+
 @checked
 @short(mass="kg", inertia="kg m^2", transverse="kg m^2")
 @dataclass(frozen=True)
@@ -48,9 +55,7 @@ class Disc:
 
     def __post_init__(self):
         require_all("a disc", self, {"mass": "kg", "inertia": "kg m^2", "transverse": "kg m^2"})
-        possible = self.inertia <= 2 * self.transverse * (1 + 1e-9)
-        got = f"got {self.inertia:g} and {self.transverse:g} kg m^2"
-        require(possible, f"inertia of a disc cannot exceed twice its transverse inertia, {got}")
+        _require_possible("a disc", self)
         gyration = sqrt(self.inertia / self.mass)
         far = f"a disc of {self.mass:g} kg and {self.inertia:g} kg m^2 has a radius of gyration of {gyration:.3g} m"
         least, largest = GYRATION
@@ -170,8 +175,8 @@ class Shaft:
     length       [m]; all parts must then lie within [0, length]
     offset       `Placement`: static displacement from the nominal position
 
-    Raises ValueError for shafts without gears, parts outside the shaft, inertia that is not positive, and bearings that
-    do not hold the shaft against displacement and tilt.
+    Raises ValueError for shafts without gears, parts outside the shaft, impossible inertias, and bearings that do not
+    hold the shaft against displacement and tilt.
     """
 
     name: str
@@ -190,6 +195,7 @@ class Shaft:
         self._check_positions()
         self._fill_defaults()
         require_all(f"shaft {self.name!r}", self, {"inertia": "kg m^2", "mass": "kg", "transverse": "kg m^2"})
+        _require_possible(f"shaft {self.name!r}", self)
         self._check_support()
 
     def _check_parts(self) -> None:

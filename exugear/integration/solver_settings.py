@@ -89,7 +89,7 @@ def scheme_of(
     duration = conditions.duration
     require(0 < sample <= duration, f"sample must lie in (0, duration] s, got {sample}")
     period = sample if sensor_period is None else sensor_period
-    require(0 < period < inf, f"sensor_period must be > 0 s, got {sensor_period}")
+    require(0 < period <= duration, f"sensor_period must lie in (0, duration] s, got {sensor_period}")
     rule = _rule(model, conditions, tolerance, step)
     jumping = _jumping_meshes(model, conditions)
     size = rule.step

@@ -89,6 +89,7 @@ WEAK = np.diag([1e8, 1e8, 1e8, 1e5, 0.0, 0.0])
         (lambda: Shaft("a", {**GEAR, 0.0: Coupling(1, inertia=1), 0.1: Coupling(1, inertia=1)}), "2 couplings"),
         (lambda: Shaft("a", {**GEAR, 0.0: Bearing(matrix=WEAK)}), "free to tilt"),
         (lambda: Shaft("a", {**GEAR, 0.0: Disc.cylinder(1, 1)}, inertia=np.inf), "inertia of shaft 'a' must be > 0"),
+        (lambda: Shaft("a", GEAR, inertia=1.0, transverse=0.4), "inertia of shaft 'a' cannot exceed twice"),
         (lambda: Disc(-1, 1, 1), "mass of a disc"),
         (lambda: Disc(1, 1, 0.4), "cannot exceed twice"),
         (lambda: Disc(3.1, 85, 50), "radius of gyration of 5.24 m; pass kg and kg m.2"),

@@ -223,6 +223,7 @@ def test_console_stays_silent(spinning, capfd):
         ({"step": Rule(TRAPEZOIDAL_BETA, np.nan)}, "step must be > 0"),
         ({"sample": 0.0}, "sample must lie in"),
         ({"sample": 2.0}, "sample must lie in"),
+        ({"sensor_period": 2.0}, "sensor_period must lie in"),
     ],
 )
 def test_bad_conditions_are_refused(spinning, changes, message):
