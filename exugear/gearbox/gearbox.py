@@ -145,8 +145,9 @@ class Gearbox:
     def _check_mates(self) -> None:
         meshes = [frozenset(stage.ends) for stage in self.stages]
         for stage, mesh in zip(self.stages, meshes, strict=True):
-            twice = f"gears of shafts {stage.fast.name!r} and {stage.slow.name!r} are coupled twice; drop a stage"
-            require(meshes.count(mesh) == 1, twice)
+            twice = f"gears of shafts {stage.fast.name!r} and {stage.slow.name!r} are coupled twice"
+            remedy = "drop a stage, or add gears at another axial position"
+            require(meshes.count(mesh) == 1, f"{twice}; {remedy}")
         mated = {end for mesh in meshes for end in mesh}
         for shaft in self.shafts:
             alone = [axial / mm for axial in shaft.gears if (shaft.name, axial) not in mated]

@@ -23,7 +23,7 @@ FACING = 1e-6
 
 
 @checked
-@short(damping="N s/m", backlash="um", angle="deg")
+@short(damping="N s/m", backlash="um", angle="deg", axial_position="mm")
 @dataclass(frozen=True, eq=False)
 class Stage:
     """One mesh: the pinion on shaft fast drives the wheel on shaft slow.
@@ -48,8 +48,8 @@ class Stage:
     force             `exugear.MeshForce` with the damping
     axial_positions   of pinion and wheel on their shafts [m]
 
-    Raises ValueError where the shafts do not carry the pair's gears at one axial position, and for a damping that
-    suggests another unit.
+    Raises ValueError where the shafts do not carry the pair's gears at one axial position, or at several of which none
+    is chosen, and for a damping that suggests another unit.
     """
 
     fast: Shaft
@@ -62,6 +62,7 @@ class Stage:
     friction: MeshFriction | None = field(default=None, kw_only=True)
     angle: float = field(default=0.0, kw_only=True)
     phase: float | None = field(default=None, kw_only=True)
+    axial_position: float | None = field(default=None, kw_only=True)
     force: MeshForce = field(init=False, repr=False)
     axial_positions: tuple[float, float] = field(init=False, repr=False)
 
@@ -113,7 +114,18 @@ class Stage:
         facing = [(s, t) for s in pinions for t in wheels if abs(s - t) < FACING]
         listed = f"{[s / mm for s in pinions]} mm, wheel at {[t / mm for t in wheels]} mm"
         require(bool(facing), f"pinion and wheel must face each other at one axial position, got pinion at {listed}")
-        return facing[0]
+        return self._chosen(facing)
+
+    def _chosen(self, facing: list[tuple[float, float]]) -> tuple[float, float]:
+        """The axial positions of the stage, of those where pinions and wheels face each other."""
+        position, choice = self.axial_position, f"one of {[s / mm for s, _ in facing]} mm"
+        if position is None:
+            several = f"shafts {self.fast.name!r} and {self.slow.name!r} carry the pair more than once"
+            require(len(facing) == 1, f"{several}; pass axial_position, {choice}")
+            return facing[0]
+        chosen = [ends for ends in facing if abs(ends[0] - position) < FACING]
+        require(bool(chosen), f"axial_position must be {choice}, where the pair's gears are, got {position:g} m")
+        return chosen[0]
 
     def _check_order(self) -> None:
         """Require that fast and slow are not swapped: the pinion on the fast shaft."""

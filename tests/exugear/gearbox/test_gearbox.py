@@ -1,14 +1,16 @@
 """Gearboxes as data: mesh phases of idlers and loops, load sharing, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scenes import linear_law, paper_pair, smooth_map
+from scenes import linear_law, paper_gear, paper_pair, smooth_map
 from strategies import floats
 from trains import STIFF, apart, coupled, gear, half_angles, loose_pair, on, pressed, square, wheels
 
-from exugear import Gearbox, Shaft, Stage
+from exugear import Gearbox, Shaft, Stage, build, modes
 from fem.units import deg, mm
 
 
@@ -164,3 +166,20 @@ def test_impossible_gearboxes_are_refused(build, message):
 def test_maps_and_laws_give_the_same_scene():
     shafts = wheels("a", "b")
     assert Gearbox([Stage(*shafts, smooth_map())]).shaft_positions == Gearbox([coupled(*shafts)]).shaft_positions
+
+
+def test_equal_pairs_side_by_side_share_the_load_and_stiffen_the_mesh():
+    """At the same inertia two pairs resonate sqrt(2) times as high as a single pair."""
+    alone, twice = ([on(name, *[paper_gear()] * n) for name in "ab"] for n in (1, 2))
+    twice = [replace(shaft, inertia=alone[0].inertia) for shaft in twice]
+    side_by_side = Gearbox([coupled(*twice, axial_position=axial) for axial in (0.0, 50 * mm)])
+    single = Gearbox([coupled(*alone)])
+    assert side_by_side.phases == (0.0, 0.0)
+    assert side_by_side.labels == ("a-b at 0 mm", "a-b at 50 mm")
+    assert side_by_side.static_forces(100.0) == pytest.approx(2 * [single.static_forces(50.0)[0]])
+    (high,), (low,) = (modes(build(box), load=10.0)["frequency"].values for box in (side_by_side, single))
+    assert high == pytest.approx(2**0.5 * low, rel=1e-9)
+    with pytest.raises(ValueError, match=r"more than once; pass axial_position, one of \[0.0, 50.0\] mm"):
+        coupled(*twice)
+    with pytest.raises(ValueError, match=r"axial_position must be one of \[0.0, 50.0\] mm, .* got 0.06 m"):
+        coupled(*twice, axial_position=60 * mm)
