@@ -55,25 +55,27 @@ def settings_for(rule: Rule, duration: float, tolerance: float, residual: float 
 class Scheme:
     """How a run is integrated and sampled.
 
-    rule           integrator with its step
-    steps          number and size of the steps, and which of them are sampled
-    sensor_steps   steps between two samples of the user's sensors
-    tolerance      relative error wanted; Newton's tolerance is proportional to it
-    residual       of the equations of motion below which Newton's iteration stops [N, N m]
-    jumps          where force laws jump and whether the steps meet the jumps; empty where none jumps
+    rule               integrator with its step
+    steps              number and size of the steps, and which of them are sampled
+    sensor_steps       steps between two samples of the user's sensors
+    tolerance          relative error wanted
+    newton_tolerance   that to which Newton's tolerance is proportional
+    residual           of the equations of motion below which Newton's iteration stops [N, N m]
+    jumps              where force laws jump and whether the steps meet the jumps; empty where none jumps
     """
 
     rule: Rule
     steps: Steps
     sensor_steps: int
     tolerance: float
+    newton_tolerance: float
     residual: float
     jumps: str
 
     def settings(self, rule: Rule | None = None) -> exu.SimulationSettings:
         """Settings of Exudyn for the steps of the run, or for those of another rule."""
         rule = rule or self.rule
-        return settings_for(rule, rule.step, self.tolerance, self.residual)
+        return settings_for(rule, rule.step, self.newton_tolerance, self.residual)
 
 
 def scheme_of(
@@ -92,16 +94,18 @@ def scheme_of(
     require(0 < period <= duration, f"sensor_period must lie in (0, duration] s, got {sensor_period}")
     rule = _rule(model, conditions, tolerance, step)
     jumping = _jumping_meshes(model, conditions)
-    size = rule.step
-    if conditions.power:
-        size, sample = (size if step else size / BALANCE_REFINEMENT), 0.5 * size
-        tolerance = min(tolerance, max(tolerance * BALANCE_TOLERANCE, LEAST_BALANCE_TOLERANCE))
+    size, newton_tolerance = rule.step, tolerance
     if step is None and jumping:
         shortest = min(mesh_period for mesh_period, _ in jumping.values())
         size = min(size, shortest / PERIOD_STEPS * sqrt(tolerance / 1e-3))
+    if conditions.power:
+        size = size if step else size / BALANCE_REFINEMENT
+        newton_tolerance = min(tolerance, max(tolerance * BALANCE_TOLERANCE, LEAST_BALANCE_TOLERANCE))
+        sample = 0.5 * size
     steps, jumps = steps_of(duration, size, sample, jumping, steady=conditions.constant_speed)
-    residual = _negligible_residual(model, conditions, tolerance)
-    return Scheme(replace(rule, step=steps.size), steps, steps.within(period), tolerance, residual, jumps)
+    residual = _negligible_residual(model, conditions, newton_tolerance)
+    rule, sensor_steps = replace(rule, step=steps.size), steps.within(period)
+    return Scheme(rule, steps, sensor_steps, tolerance, newton_tolerance, residual, jumps)
 
 
 def _negligible_residual(model: Model, conditions: Conditions, tolerance: float) -> float:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scenes import paper_gear, paper_pair, smooth_box
+from scenes import paper_gear, paper_pair, rectangular_law, smooth_box
 from spatial_meshes import helical_pair, law_of
 
 import exugear
@@ -118,3 +118,15 @@ def test_a_window_may_end_at_the_duration_and_a_driving_load_has_an_efficiency_b
         run.energy_balance(0.03, 0.061)
     at_rest = exugear.run_up(model, **STEADY | {"speed": 0.0, "duration": 0.01}, **QUIET).energy_balance()
     assert np.isnan(at_rest.efficiency)
+
+
+@pytest.mark.filterwarnings("ignore:the mesh force jumps")
+@pytest.mark.parametrize("speed", [100.0, (100.0, 110.0)])
+def test_power_takes_a_third_of_the_step_and_every_sample_also_where_the_mesh_force_jumps(speed):
+    shafts = [exugear.Shaft(name, {0.0: paper_gear()}) for name in ("fast", "slow")]
+    model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, rectangular_law(), pair=PAIR)]))
+    course = {"speed": speed, "duration": 0.05, "load": 150.0, "progress": False, "checks": 0}
+    plain, balanced = (exugear.run_up(model, **course, power=power).data for power in (False, True))
+    assert plain.attrs["step"] / balanced.attrs["step"] == pytest.approx(3, rel=0.05)
+    assert balanced.attrs["sample"] == balanced.attrs["step"] == pytest.approx(float(np.diff(balanced["time"][:2])[0]))
+    assert balanced.attrs["tolerance"] == plain.attrs["tolerance"] == 1e-3
