@@ -83,7 +83,7 @@ WORK = (
     ),
     *(
         "fem.reference.deformable_gear.clamped_pair",
-        "exugear.system.equilibrium.start",
+        "exugear.system.equilibrium.solve_initial_equilibrium",
         "exugear.elements.gear_contact.add_forces",
     ),
 )

@@ -16,9 +16,9 @@ from fem.support.validation import require
 from fem.units import mm
 
 #: Largest angle between pinion and wheel, and from global z, that counts as a tilt [rad].
-TILT = 0.05
+LARGEST_SKEW = 0.05
 #: Least angle between the z axis of an Rxyz body and global x [rad].
-LOCK = 0.1
+LEAST_ANGLE_TO_SINGULARITY = 0.1
 E_Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -57,7 +57,7 @@ def frame_between(pair, phase: float, direction: int, bodies: tuple[GearBody, Ge
     z = E_Z if upright else bodies[0].direction
     bodies = bodies[0].along(z), bodies[1].along(z)
     _check_parallel(*bodies)
-    global_z = bool(bodies[0].direction @ E_Z > np.cos(TILT))
+    global_z = bool(bodies[0].direction @ E_Z > np.cos(LARGEST_SKEW))
     axes = np.eye(3) if global_z else bodies[0].matrix @ axes_about(bodies[0].axis)
     reference, axial = [_in_frame(axes, body) for body in bodies], [body.axial for body in bodies]
     check_distance(pair, reference_line(axial, reference))
@@ -103,11 +103,10 @@ def _in_frame(axes: np.ndarray, body: GearBody) -> np.ndarray:
 
 def _check_parallel(pinion: GearBody, wheel: GearBody) -> None:
     angle = hypot(*np.cross(pinion.direction, wheel.direction))
-    skew = (
-        f"axes of pinion and wheel must be parallel within {TILT} rad in the reference configuration, got {angle:.4g}"
-    )
+    configuration = f"in the reference configuration, got {angle:.4g}"
+    skew = f"axes of pinion and wheel must be parallel within {LARGEST_SKEW} rad {configuration}"
     remedy = "turn one body by referenceRotationMatrix, or give its gear's axis in localAxes"
-    require(bool(angle < TILT), f"{skew}; {remedy}")
+    require(bool(angle < LARGEST_SKEW), f"{skew}; {remedy}")
 
 
 def _spin_factors(body: GearBody) -> tuple[float, float]:
@@ -124,5 +123,5 @@ def _spin_factors(body: GearBody) -> tuple[float, float]:
     lock = "a body on an Rxyz node must not turn its z axis into global x, where the node is singular"
     remedy = "use nodeType=exu.NodeType.RotationRotationVector, or put the gear on another axis of the body"
     example = "for a shaft along x no referenceRotationMatrix and localAxes=[[1, 0, 0], [1, 0, 0]]"
-    require(bool(apart > LOCK), f"{lock}; {remedy}: {example}")
+    require(bool(apart > LEAST_ANGLE_TO_SINGULARITY), f"{lock}; {remedy}: {example}")
     return (0.0, float(np.sign(from_z))) if abs(from_z) > abs(from_x) else (float(np.sign(from_x)), 0.0)

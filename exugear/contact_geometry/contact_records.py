@@ -21,7 +21,7 @@ GEAR = record_type(
 #: Geometry of a contact. In the reference configuration: line of centres (e_x, e_y) on the pinion's body, height as
 #: `relative_position.height`, angle of the line on the wheel's body less that on the pinion's [rad];
 #: base_pitch: 0 where coordinates count the turns of both bodies, else the base pitch [m], up to whole multiples of
-#: which the lead is known; axes: of a rotated frame, 0 where it is the global frame.
+#: which the advance is known; axes: of a rotated frame, 0 where it is the global frame.
 CONTACT_FRAME = record_type(
     ("pitches_per_radian", "f8"),
     ("phase", "f8"),

@@ -70,7 +70,7 @@ def reference_state(table, frame):
     position = position_of(table, frame, AT_REFERENCE, AT_REFERENCE)
     side, phase = position.flank.side, position.flank.phase
     opening = position.opening
-    return position.lead - opening, opening, phase if side > 0.0 else table.back_phase - phase
+    return position.advance - opening, opening, phase if side > 0.0 else table.back_phase - phase
 
 
 @kept

@@ -48,7 +48,7 @@ class Flank(NamedTuple):
 class Position(NamedTuple):
     """Relative position of two gears, with the poses of their bodies.
 
-    lead             by which the pinion is ahead, along the line of action [m]
+    advance          by which the pinion is ahead, along the line of action [m]
     opening          gap of either flank by a larger centre distance [m]
     flank            nearest to contact
     line             L, from the pinion's centre to the wheel's axis in the pinion's mid-plane [m]
@@ -61,7 +61,7 @@ class Position(NamedTuple):
     offsets          a [m], misalignment [rad], axial [m] as the map counts them
     """
 
-    lead: float
+    advance: float
     opening: float
     flank: Flank
     line: Vector
@@ -138,17 +138,17 @@ def angles_of_line(frame, pinion, wheel, e_r):
 
 @compiled
 def whole_turns(frame, spin_1, spin_2):
-    """Whole turns [rad] of the line of centres, for which |lead| is far below that of a whole turn."""
+    """Whole turns [rad] of the line of centres, for which |advance| is far below that of a whole turn."""
     r_1, r_2 = frame.pinion.r_b, frame.wheel.r_b
     return 2.0 * pi * floor((r_1 * spin_1 + r_2 * spin_2) / (2.0 * pi * (r_1 + r_2)) + 0.5)
 
 
 @compiled
-def flank_of(table, lead, opening, phase):
-    """The flank nearest to contact, from the lead of the pinion [m], the opening [m] and the driving flank's phase."""
-    if lead >= -0.5 * table.backlash:
-        return Flank(1.0, lead - opening, phase)
-    return Flank(-1.0, -(lead + table.backlash) - opening, table.back_phase - phase)
+def flank_of(table, advance, opening, phase):
+    """The flank nearest to contact, by the advance of the pinion [m], the opening [m] and the driving flank's phase."""
+    if advance >= -0.5 * table.backlash:
+        return Flank(1.0, advance - opening, phase)
+    return Flank(-1.0, -(advance + table.backlash) - opening, table.back_phase - phase)
 
 
 @compiled
@@ -158,10 +158,10 @@ def driving_phase(table, flank):
 
 
 @compiled
-def nearest_lead(table, pitch, lead):
+def nearest_advance(table, pitch, advance):
     """Lead [m] of the teeth that are nearest to contact, where whole turns are unknown; pitch: base pitch [m]."""
     middle = -0.5 * table.backlash if table.backlash < pitch else 0.0
-    return lead - pitch * floor((lead - middle) / pitch + 0.5)
+    return advance - pitch * floor((advance - middle) / pitch + 0.5)
 
 
 @compiled(forceinline=True)
@@ -180,16 +180,16 @@ def position_of(table, frame, q_1, q_2):
     turns = whole_turns(frame, q_1[5] - angle_1, q_2[5] - angle_2)
     spin_1, spin_2 = q_1[5] - angle_1 - turns, q_2[5] - angle_2 - turns
     raised = height(frame, pinion, wheel, line, shift)
-    lead = d * (r_1 * spin_1 + r_2 * spin_2 - frame.tan_beta_b * (raised - frame.height))
+    advance = d * (r_1 * spin_1 + r_2 * spin_2 - frame.tan_beta_b * (raised - frame.height))
     if frame.base_pitch != 0.0:
-        lead = nearest_lead(table, frame.base_pitch, lead)
+        advance = nearest_advance(table, frame.base_pitch, advance)
     opening = (r_1 + r_2) * (compiled_involute(atan2(sine, cosine)) - frame.inv_alpha_wt)
-    flank = flank_of(table, lead, opening, d * frame.pitches_per_radian * spin_1 + frame.phase)
+    flank = flank_of(table, advance, opening, d * frame.pitches_per_radian * spin_1 + frame.phase)
     lean = dot(pinion.z, wheel.z), dot(e_r, wheel.z), dot(e_t, wheel.z)
     side = flank.side * d
     offsets = distance, cosine * lean[2] + side * sine * lean[1], -side * shift * lean[0]
     return Position(
-        lead, opening, flank, line, distance, e_r, e_t, shift, lean, raised, sine, cosine, offsets, pinion, wheel
+        advance, opening, flank, line, distance, e_r, e_t, shift, lean, raised, sine, cosine, offsets, pinion, wheel
     )
 
 

@@ -50,7 +50,7 @@ def object_of(mbs, name: str, item: SupportsIndex, **options) -> dict[str, Any]:
 def gear_body(mbs, item, position, axis) -> GearBody:
     """A body with the centre and the axis of its gear; ValueError where the body cannot carry a gear there."""
     kind, centre, z = kind_of(mbs, item), vector("localPositions", position), vector("localAxes", axis)
-    require(bool(z.any()), f"localAxes must be directions, got {axis}")
+    require(bool(z.any()), f"localAxes must not be the zero vector, got {axis}; pass [0, 0, 1]")
     z = z / np.linalg.norm(z)
     flat = f"localAxes of a {kind} body must be [0, 0, 1], got {axis}; use CreateRigidBody for other axes"
     require(kind not in (SPIN, PLANAR) or z[2] == 1, flat)
@@ -79,7 +79,8 @@ def kind_of(mbs, item) -> str:
     """Kind of a body, by its motion; ValueError for a body that cannot carry a gear."""
     require(item is not None, "itemNumbers must name two bodies, got None; pass [pinion, wheel]")
     body = object_of(mbs, "itemNumbers", item)
-    require("nodeNumber" in body, f"itemNumbers must be bodies with one node, got {body['objectType']}")
+    bodies = f"itemNumbers must be bodies with one node, got {body['objectType']}; use CreateRigidBody"
+    require("nodeNumber" in body, bodies)
     kind = str(mbs.GetNode(body["nodeNumber"])["nodeType"])
     if kind == "1D" and "Rotational" in str(body["objectType"]):
         return SPIN

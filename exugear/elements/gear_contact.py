@@ -26,7 +26,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
 from fem.support.arguments import REQUIRED, checked
-from fem.support.validation import require
+from fem.support.validation import require, require_finite
 
 #: Steps of the difference Jacobian in coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences would
 #: change an angle by 1e-7 of its value: after a thousand revolutions more than any mesh deflects.
@@ -57,7 +57,8 @@ def CreateGearContact(
     localAxes        direction of each gear's axis on its body
     phase            phase of the mesh in the reference configuration, as share of a pitch. There the driving flanks
                      just touch: deflection 0
-    direction        +1: the pinion drives counter-clockwise, so that its lead is a positive deflection; -1: clockwise
+    direction        +1: the pinion drives counter-clockwise, so that its advance is a positive deflection; -1:
+                     clockwise
     recorder         `Recorder` that takes samples of the contact
 
     The axes must be parallel within 0.05 rad. The z axis of the contact is global z where the gears' axes lie along it,
@@ -86,14 +87,14 @@ def check_mesh(pair, force, phase: float, direction: int) -> None:
     require(isinstance(pair, GearPair | RingPair), f"pair must be a fem.GearPair, got {type(pair).__name__}")
     require(isinstance(force, MeshForce), f"force must be an exugear.MeshForce, got {type(force).__name__}")
     require(direction in (1, -1), f"direction must be +1 or -1, got {direction}")
-    require(bool(np.isfinite(phase)), f"phase must be finite, a share of a pitch, got {phase}")
+    require_finite("phase", phase, "pass a share of a pitch")
 
 
 def kinds_of(mbs, items, force: MeshForce) -> tuple[str, ...]:
     """Kind of each body; ValueError where they cannot carry gears of such a force law."""
     kinds = tuple(kind_of(mbs, item) for item in items)
     spins = set(kinds) == {SPIN}
-    carrier = "a third body carries ObjectRotationalMass1D alone; for bodies that move in space leave it out"
+    carrier = f"a third body carries ObjectRotationalMass1D alone, got {list(kinds)}; for bodies that move leave it out"
     require(len(kinds) == 2 or spins, carrier)
     fixed = f"bodies that only spin need a force without offsets, got {list(force.offsets)}; take force.at(...)"
     require(not (spins and force.offsets), fixed)
@@ -103,7 +104,7 @@ def kinds_of(mbs, items, force: MeshForce) -> tuple[str, ...]:
 def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.record:
     """The contact frame of a pair on two bodies; ValueError where the bodies and the pair do not fit."""
     for name, value in {"localPositions": positions, "localAxes": axes}.items():
-        require(len(value) == 2, f"{name} must name pinion and wheel, got {value}")
+        require(len(value) == 2, f"{name} must have two entries, [pinion, wheel], got {value}")
     pinion, wheel = (gear_body(mbs, *mounting) for mounting in zip(items[:2], positions, axes, strict=True))
     if all(kind_of(mbs, item) == SPIN for item in items):
         return rotational_frame(pair, phase, direction)

@@ -7,7 +7,7 @@ import numpy as np
 
 from fem.support.arguments import Numbers, checked
 from fem.support.representation import short
-from fem.support.validation import require
+from fem.support.validation import require, require_finite
 from fem.units import mm, rpm
 
 #: Least value of the speed over which a drag fades [rad/s], largest torque [N m] and largest viscous factor.
@@ -47,7 +47,7 @@ class Drag:
 
     constant   [N m]
     viscous    torque per speed of the shaft [N m s/rad]
-    speed      [rad/s] over which the constant torque fades at low speed, so that a shaft comes to rest smoothly
+    speed      [rad/s] that regularizes the constant torque at standstill, so that a shaft comes to rest smoothly
 
     A shaft carries it as a part at any axial position, or a `Bearing` carries it. Raises ValueError for values out of
     range.
@@ -90,11 +90,11 @@ class BearingDrag:
     f_0         of type and lubrication: for an oil bath about 2 for deep groove ball bearings, 2 to 4 for cylindrical
                 and 6 for tapered roller bearings
     viscosity   kinematic, of the oil in the bearing [m^2/s]
-    f_1         of type and load: 0.0004 to 0.0009 (P_0 / C_0)^0.55 for deep groove ball bearings, by the source, 0.0002
-                to 0.0004 for cylindrical roller bearings
+    f_1         of type and load: 0.0004 to 0.0009 (P_0 / C_0)^0.55 for deep groove ball bearings (Harris and Kotzalas),
+                0.0002 to 0.0004 for cylindrical roller bearings
     load        equivalent load P [N]; by default the radial force of the elastic `Bearing` that carries the drag, as it
                 is in the run
-    speed       [rad/s] over which the torque fades at low speed, so that a shaft comes to rest smoothly
+    speed       [rad/s] that regularizes the torque at standstill by tanh(omega / speed)
 
     M_0 = 1e-7 f_0 (nu n)^(2/3) d_m^3 [N mm] for nu n > 2000, nu in mm^2/s, n in 1/min, d_m in mm. Below it is constant;
     sources round it there to 160e-7 f_0 d_m^3, which is 0.8 % more. Raises ValueError for values that suggest another
@@ -148,9 +148,8 @@ class BearingDrag:
 
 def _finite(name: str, values, unit: str) -> np.ndarray:
     """The values as array; ValueError unless all are finite."""
-    array = np.asarray(values, float)
-    require(bool(np.isfinite(array).all()), f"{name} must be finite {unit} everywhere")
-    return array
+    require_finite(name, values, f"pass {unit}")
+    return np.asarray(values, float)
 
 
 def _check_speed(speed: float) -> None:

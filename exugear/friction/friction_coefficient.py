@@ -16,7 +16,7 @@ from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
 from fem.support.arguments import Numbers, checked
 from fem.support.representation import short
-from fem.support.validation import require
+from fem.support.validation import require, require_finite
 from fem.units import GPa, mm, um
 
 #: Line load below which the formulas hold the coefficient [N/m], and pitch line speed above which they do [m/s].
@@ -37,7 +37,7 @@ class PowerLaw(NamedTuple):
     factor           the coefficient itself where the exponent is 0
     least_force, largest_force  limits of the transverse mesh force F [N]
     sum_speed        sum of the surface speeds at the pitch point per omega_1 - omega_2 [m]
-    slowest, fastest limits of the sum of the surface speeds [m/s]
+    slowest, fastest limits of the sum velocity, that of both surfaces [m/s]
     """
 
     factor: float
@@ -126,9 +126,9 @@ class XuFriction:
     roughness   composite rms roughness of both flanks [m]
 
     mu = exp(f) P^1.03303 S^1.036077 V^-0.100601 eta^0.752755 R^-0.390958 with f = -8.916465 - 0.354068 S P lg(eta) +
-    2.812084 exp(-S P lg(eta)) + 0.620305 exp(Ra); P is Hertz's pressure in GPa, S the sliding over the mean of the
-    surface speeds V in m/s, eta the viscosity in mPa s, R the equivalent radius of curvature in m, Ra the roughness in
-    um. Raises ValueError for values that suggest another unit.
+    2.812084 exp(-S P lg(eta)) + 0.620305 exp(Ra); P is Hertz's pressure in GPa, S the sliding over the mean
+    entrainment velocity V in m/s, eta the viscosity in mPa s, R the equivalent radius of curvature in m, Ra the
+    roughness in um. Raises ValueError for values that suggest another unit.
 
     H. Xu, A. Kahraman, N. E. Anderson and D. G. Maddock, J. Mech. Des. 129 (2007) 58, for a 75W-90 gear oil.
     """
@@ -141,20 +141,21 @@ class XuFriction:
 
     @checked
     def power_law(self, pair: GearPair | RingPair) -> PowerLaw:
-        """By which factor of its value at a sum of surface speeds of 1 m/s the coefficient of a pair changes."""
+        """Factor on the coefficient of a pair at a sum velocity of 1 m/s."""
         unit = {"least_force": 1.0, "largest_force": 1.0}
         return PowerLaw(1.0, XU_SPEED_EXPONENT, **unit, sum_speed=_sum_speed(pair), slowest=SLOWEST)
 
     @checked
     def local(self, pair: GearPair, distance: Numbers, line_load: Numbers):
-        """Coefficient at points of the path of contact, where the surface speeds at the pitch point add up to 1 m/s.
+        """Coefficient at points of the path of contact, at a sum velocity of 1 m/s at the pitch point.
 
         distance    beyond the pitch point along the line of action [m]
         line_load   [N/m]
         """
         s, w, (r_1, r_2) = np.asarray(distance, float), np.asarray(line_load, float), _pitch_radii(pair)
-        require(bool(np.isfinite(s).all()), "distance must be finite [m]")
-        require(bool((w >= 0).all() and np.isfinite(w).all()), "line_load must be >= 0 N/m and finite")
+        require_finite("distance", s, "pass metres")
+        require_finite("line_load", w, "pass N/m")
+        require(bool((w >= 0).all()), f"line_load must be >= 0 N/m, got {w.min():g}")
         rho_1, rho_2 = r_1 * sin(pair.alpha_wt) + s, r_2 * sin(pair.alpha_wt) - s
         omega_1, omega_2 = (r / pair.a / _sum_speed(pair) for r in (r_2, r_1))
         mean_speed = (omega_1 * rho_1 + omega_2 * rho_2) / 2

@@ -59,10 +59,11 @@ class MeshFriction:
 
     coefficient  Coulomb's coefficient of friction mu, of the normal force: a number, or the law of `SchlenkFriction`,
                  `NiemannFriction` or `XuFriction`, by which it follows the mesh force and the speed
-    pull         (n,) share of the load beyond the pitch point minus the share before it, over phases i / n
+    pull         (n,) share of the load beyond the pitch point on the path of contact minus the share before it, over
+                 phases i / n
     lever        (n,) mean distance of the load from the pitch point [m], over phases i / n
-    forces       (m,) mesh forces [N] in geometric progression, of pull and lever (m, n) of a local coefficient
-                 (`XuFriction`), which contain it
+    forces       (m,) mesh forces [N] in geometric progression, of the rows of pull and lever (m, n) for a local
+                 coefficient (`XuFriction`), by which these are multiplied already
     speed        [rad/s] over which friction fades at low speed, by the factor tanh((omega_1 - omega_2) / speed)
 
     The tables are interpolated linearly between the phases and hold at the nominal centre distance. The direction of
@@ -117,7 +118,8 @@ class MeshFriction:
     def power_law(self, pair: GearPair | RingPair) -> PowerLaw:
         """The coefficient of a pair as a power law of mesh force and speed; a number has the exponent 0.
 
-        Tables of a local coefficient contain it; its power law is the factor by which it changes with the speed.
+        The tables for a local coefficient (`XuFriction`) are multiplied by it already; its power law is the factor by
+        which it changes with the speed.
         """
         law = self.coefficient
         return law.power_law(pair) if isinstance(law, LAWS) else PowerLaw(law)
@@ -126,8 +128,10 @@ class MeshFriction:
     def loss(self, pair: GearPair | RingPair, *, force: Finite | None = None, speed: Finite | None = None) -> float:
         """Share of the power that friction dissipates in a mesh of the pair, at constant mesh force and speed.
 
-        A coefficient that follows a law is that at a mesh force [N] and a speed of the pinion [rad/s]. Raises
-        ValueError where it needs them.
+        force   mesh force [N], and
+        speed   of the pinion [rad/s], at which a coefficient that follows a law is taken
+
+        Raises ValueError where such a law lacks them.
         """
         needed = f"force and speed must be given, as the coefficient is {self.coefficient!r}"
         require(not isinstance(self.coefficient, LAWS) or None not in (force, speed), f"{needed}; pass N and rad/s")

@@ -9,7 +9,7 @@ import numpy as np
 from exugear.friction.drag import BearingDrag, Drag
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.representation import short
-from fem.support.validation import increasing, require
+from fem.support.validation import increasing, require, require_finite
 
 UNITS = {"radial": "N/m", "axial": "N/m", "tilt": "N m/rad", "damping": "s", "clearance": "m"}
 #: Stiffness [N/m, N m/rad] from which on the user is taken to mean a rigid bearing.
@@ -31,8 +31,8 @@ class Bearing:
     radial      stiffness in x and y [N/m]
     axial       stiffness in z [N/m]
     tilt        stiffness about x and y [N m/rad]
-    damping     ratio of damping to stiffness [s]: force = stiffness (displacement + damping velocity); the stiffness of
-                a clearance or table is its slope along the radial displacement, and force over displacement across it
+    damping     damping coefficient over stiffness [s]: force = stiffness (displacement + damping velocity). Along the
+                radial displacement the stiffness of a clearance or table is its tangent, across it its secant
     clearance   radial clearance [m], half the diametral one: no radial force up to this radial displacement
     table       radial displacement (n,) [m] from 0 and radial force (n,) [N] from 0, linear in between, the same in all
                 directions; instead of radial and clearance
@@ -79,27 +79,33 @@ class Bearing:
         fits = len(columns) == 2 and columns[0].ndim == 1 and shapes[0] == shapes[-1] and columns[0].size >= 2
         require(fits, f"table must be (displacement, force), each (n,) with n >= 2, got {shapes}")
         displacement, force = columns
-        require(bool(np.isfinite(columns).all()), "table must be finite everywhere")
+        require_finite("table", columns)
         starts = displacement[0] == 0 and force[0] == 0
         require(bool(starts), f"table must start at (0, 0), got ({displacement[0]:g}, {force[0]:g})")
         increasing("displacements of the table", displacement, least=2)
         require(displacement[-1] < 1e-2, f"table ends at {displacement[-1]:g} m; pass metres: 20*um")
-        rises = bool((np.diff(force) >= 0).all() and force[-1] > 0)
-        require(rises, "forces of the table must not fall and must end above 0 N; falling forces would be unstable")
+        steepest = np.argmin(np.diff(force))
+        fall = f"{force[steepest]:g} N is followed by {force[steepest + 1]:g} N, which would be unstable"
+        require(bool(np.diff(force).min() >= 0), f"forces of the table must not fall; {fall}: sort or smooth it")
+        require(bool(force[-1] > 0), f"forces of the table must end above 0 N, got {force[-1]:g} N")
         object.__setattr__(self, "table", tuple(tuple(column.tolist()) for column in columns))
 
     def _set_matrix(self) -> None:
         k = np.asarray(self.matrix, float)
         require(k.shape == (6, 6), f"matrix must be (6, 6) over x, y, z and about x, y, z, got {k.shape}")
-        require(bool(np.isfinite(k).all()), "matrix must be finite everywhere")
+        require_finite("matrix", k)
         scale = np.sqrt(np.maximum(np.diag(k), 0))
         scale[scale == 0] = 1
         scaled = k / np.outer(scale, scale)
-        symmetric = bool(np.abs(scaled - scaled.T).max() < ROUNDING)
-        require(symmetric, "matrix must be symmetric: a bearing stores energy; pass (matrix + matrix.T) / 2")
-        require(not k[5].any(), "row and column of the matrix about z must be 0: a bearing lets the shaft spin")
+        i, j = np.unravel_index(np.abs(scaled - scaled.T).argmax(), k.shape)
+        uneven = f"got {k[i, j]:g} at [{i}, {j}] and {k[j, i]:g} at [{j}, {i}]; pass (matrix + matrix.T) / 2"
+        symmetric = bool(abs(scaled[i, j] - scaled[j, i]) < ROUNDING)
+        require(symmetric, f"matrix must be symmetric, as a bearing stores energy, {uneven}")
+        spin = f"row and column 5 of the matrix, about z, must be 0, got {k[5]}; a bearing lets the shaft spin"
+        require(not k[5].any(), spin)
         least = np.linalg.eigvalsh(scaled)[0]
-        require(least > -ROUNDING, f"matrix must be positive semi-definite, its least eigenvalue is {least:.3g}")
+        sign = f"its least eigenvalue, scaled to a unit diagonal, is {least:.3g}; check the signs of its coupling terms"
+        require(least > -ROUNDING, f"matrix must be positive semi-definite, {sign}")
         object.__setattr__(self, "matrix", tuple(map(tuple, ((k + k.T) / 2).tolist())))
 
     def _check_size(self) -> None:

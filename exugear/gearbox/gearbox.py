@@ -101,7 +101,7 @@ class Gearbox:
         acceleration   of the driving shaft [rad/s^2]; all shafts and the rotors behind their couplings follow it at
                        their ratios, and their inertia torques add to the load
 
-        In loops the meshes share the load so that the elastic energy is least, each at its largest stiffness.
+        In loops the meshes share the load so that their elastic energy is least, at the largest stiffness of each.
         """
         torques = np.zeros(len(self.shafts))
         torques[self.shafts.index(self.driven)] = -self.directions[self.driven.name] * load
@@ -112,10 +112,11 @@ class Gearbox:
         """(n_stage,) mesh forces [N] under torques (n_shaft,) about z on the shafts [N m], as `static_forces`.
 
         acceleration   of the driving shaft [rad/s^2]
-        held           name of the shaft that takes the torque which is left, from the drive that imposes its speed
+        held           name of the shaft whose speed is imposed; its drive takes the torque that is left
         """
         shafts = [shaft.name for shaft in self.shafts]
-        require(np.shape(torques) == (len(shafts),), f"torques must be {len(shafts)}, one of each shaft, got {torques}")
+        shape = f"torques must have the shape ({len(shafts)},), a value for each of {shafts}, got {np.shape(torques)}"
+        require(np.shape(torques) == (len(shafts),), shape)
         require(held in shafts, f"held must be one of the shafts {shafts}, got {held!r}")
         inertia_torques = [shaft.turning_inertia * self.ratios[shaft.name] * acceleration for shaft in self.shafts]
         root = np.sqrt([stage.force.stiffness_max for stage in self.stages])
@@ -165,11 +166,11 @@ class Gearbox:
     def _check_flanks(self) -> None:
         """Require that all flanks that a load presses touch at the same time, also back flanks in loops."""
         forces = np.array(self.static_forces(1.0))
-        plays = [stage.force.backlash if isfinite(stage.force.backlash) else 0.0 for stage in self.stages]
-        lead = np.where(forces < -ROUNDING * np.abs(forces).max(), -np.array(plays), 0.0)
+        backlashes = [stage.force.backlash if isfinite(stage.force.backlash) else 0.0 for stage in self.stages]
+        advance = np.where(forces < -ROUNDING * np.abs(forces).max(), -np.array(backlashes), 0.0)
         rows = self.rows[:, 1:]
-        apart = np.abs(lead - rows @ np.linalg.lstsq(rows, lead)[0]).max()
-        back = [stage.name for stage, x in zip(self.stages, lead, strict=True) if x]
+        apart = np.abs(advance - rows @ np.linalg.lstsq(rows, advance)[0]).max()
+        back = [stage.name for stage, x in zip(self.stages, advance, strict=True) if x]
         cause = f"stages {back} are driven from their slow shafts; name the shaft of the driving gear fast"
         together = bool(apart < TOGETHER * min(stage.pair.p_bt for stage in self.stages))
         require(together, f"loaded flanks of a loop do not touch at the same time: {cause}")

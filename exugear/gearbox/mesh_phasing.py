@@ -37,7 +37,7 @@ def _phases_of_train(stages: Sequence[Stage], directions: Mapping[str, int], tra
     positions = dict.fromkeys(train.paths, 0.0)
     for i, sense in train.tree:
         reached, new = stages[i].ends[::sense]
-        positions[new] = positions[reached] + sense * wheel_lead(stages[i], directions)
+        positions[new] = positions[reached] + sense * wheel_advance(stages[i], directions)
     _check_loops(stages, directions, train)
     numbers = sorted([*(i for i, _ in train.tree), *train.closing])
     relative = {i: positions[stages[i].ends[0]] - positions_at_zero(stages[i], directions)[0] for i in numbers}
@@ -64,7 +64,7 @@ def positions_at_zero(stage: Stage, directions: Mapping[str, int]) -> tuple[floa
     return direction * stage.pair.pinion.z * pinion / (2 * pi), -direction * stage.pair.wheel.z * wheel / (2 * pi)
 
 
-def wheel_lead(stage: Stage, directions: Mapping[str, int]) -> float:
+def wheel_advance(stage: Stage, directions: Mapping[str, int]) -> float:
     """Tooth position of the wheel minus that of the pinion, at any phase."""
     pinion, wheel = positions_at_zero(stage, directions)
     return wheel - pinion
@@ -79,7 +79,7 @@ def _check_loops(stages: Sequence[Stage], directions: Mapping[str, int], train: 
     """Require the assembly condition: along a loop of gears the teeth must fit."""
     for i in train.closing:
         loop = train.loop(i, stages[i].ends)
-        miss = wrapped(sum(sense * wheel_lead(stages[j], directions) for j, sense in loop))
+        miss = wrapped(sum(sense * wheel_advance(stages[j], directions) for j, sense in loop))
         if abs(miss) >= FITS:
             names = ", ".join(stages[j].name for j, _ in loop)
             apart = f"teeth of the loop {names} miss each other by {miss:.4g} of a pitch (assembly)"

@@ -33,7 +33,8 @@ def _require_possible(owner: str, values: "Disc | Shaft") -> None:
     """Require that the inertia about z is at most the sum of those about x and y."""
     got = f"got {values.inertia:g} and {values.transverse:g} kg m^2"
     possible = values.inertia <= 2 * values.transverse * (1 + 1e-9)
-    require(possible, f"inertia of {owner} cannot exceed twice its transverse inertia, {got}")
+    remedy = "pass a transverse inertia of half the inertia or more"
+    require(possible, f"inertia of {owner} cannot exceed twice its transverse inertia, {got}; {remedy}")
 
 
 @checked
@@ -243,8 +244,9 @@ class Shaft:
             return
         support = self.support[:5, :5]
         size = np.diag(support)
+        stiffness = f"got {min(size[:2]):g} and {size[2]:g} N/m; give a bearing radial= and axial="
         supported = bool((size[:3] > 0).all())
-        require(supported, f"bearings of shaft {self.name!r} need radial and axial stiffness in total")
+        require(supported, f"bearings of shaft {self.name!r} need radial and axial stiffness in total, {stiffness}")
         scale = np.sqrt(np.where(size > 0, size, 1.0))
         holds = np.linalg.eigvalsh(support / np.outer(scale, scale))[0] > LEAST_HOLD
         remedy = "give its bearing tilt stiffness or add a second bearing"

@@ -1,7 +1,7 @@
 """A stage as data: two gears on two shafts, the force law of their mesh, and the direction from shaft to shaft."""
 
 from dataclasses import dataclass, field, fields, replace
-from math import isfinite, pi
+from math import pi
 
 import numpy as np
 import xarray as xr
@@ -15,7 +15,7 @@ from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_of
 from fem.support.arguments import DERIVED, checked
 from fem.support.representation import field_text, short
-from fem.support.validation import require, require_within
+from fem.support.validation import require, require_finite, require_within
 from fem.units import mm
 
 #: Largest axial distance of the mid-planes of two gears that mesh [m].
@@ -28,7 +28,7 @@ FACING = 1e-6
 class Stage:
     """One mesh: the pinion on shaft fast drives the wheel on shaft slow.
 
-    fast, slow      `exugear.Shaft` of the pinion and of the wheel, which face each other at one axial position
+    fast, slow      `exugear.Shaft` of the pinion and of the wheel, whose mid-planes have the same axial position
     mesh            STE map (`fem.static_transmission_error`), or an `exugear.MeshForce` together with its pair
     pair            `fem.GearPair`, by default the map's
     damping         along the line of action [N s/m], by default none
@@ -73,8 +73,8 @@ class Stage:
         require(self.fast.name != self.slow.name, f"fast and slow must be two shafts, both are {self.fast.name!r}")
         limit = f"angle must lie within 2 pi, got {self.angle:g}; pass radians: 30*deg"
         require(abs(self.angle) <= 2 * pi, limit)
-        share = f"phase must be finite, a share of a pitch, got {self.phase}"
-        require(self.phase is None or isfinite(self.phase), share)
+        if self.phase is not None:
+            require_finite("phase", self.phase, "pass a share of a pitch")
         mesh = self.mesh
         force = self._given_force(mesh) if isinstance(mesh, MeshForce) else self._force_of_map(mesh)
         object.__setattr__(self, "force", force)
@@ -113,7 +113,8 @@ class Stage:
         wheels = gear_positions(self.slow, self.pair.wheel, "wheel")
         facing = [(s, t) for s in pinions for t in wheels if abs(s - t) < FACING]
         listed = f"{[s / mm for s in pinions]} mm, wheel at {[t / mm for t in wheels]} mm"
-        require(bool(facing), f"pinion and wheel must face each other at one axial position, got pinion at {listed}")
+        facing_each_other = f"pinion and wheel must face each other at one axial position, got pinion at {listed}"
+        require(bool(facing), f"{facing_each_other}; move a gear in the parts of its shaft")
         return self._chosen(facing)
 
     def _chosen(self, facing: list[tuple[float, float]]) -> tuple[float, float]:
@@ -124,7 +125,7 @@ class Stage:
             require(len(facing) == 1, f"{several}; pass axial_position, {choice}")
             return facing[0]
         chosen = [ends for ends in facing if abs(ends[0] - position) < FACING]
-        require(bool(chosen), f"axial_position must be {choice}, where the pair's gears are, got {position:g} m")
+        require(bool(chosen), f"axial_position must be {choice}, where the pair's gears are, got {position / mm:g} mm")
         return chosen[0]
 
     def _check_order(self) -> None:

@@ -29,7 +29,7 @@ from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.operation.stop_conditions import End
 from exugear.plan.sampling import Steps
 from exugear.system.drive_and_load import ShaftTorques
-from exugear.system.equilibrium import UNIT
+from exugear.system.equilibrium import STIFFNESS_UNIT_HINT
 from exugear.system.model import Model, on_bearings
 from fem.gear.gear import Gear
 from fem.ste.ste_map import pair_attributes, read
@@ -144,7 +144,7 @@ def _out_of_mesh(model: Model, number: int) -> tuple[int, str]:
             peaks = np.maximum.accumulate(a)
             apart = bisect_left(peaks, True, key=partial(_is_apart, pair))
             far = f"bearings of {mesh.stage.name} yield to a centre distance of {peaks[apart] / mm:.6g} mm"
-            return apart, f"{far}, where the pair cannot run; try less load or stiffer bearings {UNIT}"
+            return apart, f"{far}, where the pair cannot run; try less load or stiffer bearings {STIFFNESS_UNIT_HINT}"
     return number, ""
 
 

@@ -38,11 +38,11 @@ from exugear.system.drive_and_load import ShaftTorques
 
 INITIAL = exu.ConfigurationType.Initial
 #: Share of the run that may be integrated again without a warning.
-MUCH = 0.5
+LARGEST_REPEATED_SHARE = 0.5
 
 
 @dataclass
-class Chain:
+class JoinedRun:
     """The run as far as its parts are joined.
 
     solver     of the whole run
@@ -100,7 +100,7 @@ class Joining:
     arriving   the part from the state that has arrived, if that runs
     """
 
-    chain: Chain
+    chain: JoinedRun
     division: Division
     job: Job
     executor: Executor
@@ -257,7 +257,7 @@ class Parts:
         chain, division, h = self.joining.chain, self.joining.division, self.solver.scheme.steps.size
         repeated = chain.repeated / self.solver.scheme.steps.number
         text = f"{division.number} on {division.processes} processes, {repeated:.3g} of the run integrated again"
-        if repeated > MUCH:
+        if repeated > LARGEST_REPEATED_SHARE:
             cause = (
                 f"executor: {repeated:.0%} of the run were integrated again, as parts did not meet the states before"
             )
@@ -281,7 +281,7 @@ def parts_of(solver: Solver, torques: ShaftTorques, forces: BearingForces, execu
     folder = TemporaryDirectory(ignore_cleanup_errors=True)
     run = solver.model.plan.scene, solver.conditions.tabulated(), solver.scheme, solver.restarted
     job = Job(uuid4(), *run, Path(folder.name))
-    chain = Chain(solver, {0: state_of_run(solver.model)}, forces)
+    chain = JoinedRun(solver, {0: state_of_run(solver.model)}, forces)
     try:
         return Parts(Joining(chain, division, job, executor).begin(), solver, torques, folder)
     except BaseException:

@@ -24,7 +24,7 @@ from exugear.plan.plan import Plan
 from exugear.plan.vibration_decay import SEAM_TOLERANCE
 from exugear.system.assembly import build
 from exugear.system.drive_and_load import ShaftTorques, applied, released, set_holding_forces
-from exugear.system.equilibrium import start
+from exugear.system.equilibrium import solve_initial_equilibrium
 from exugear.system.model import Model, linearized, matrices_without_meshes
 from fem.support.progress import shown
 from fem.support.validation import require
@@ -135,7 +135,7 @@ def _system_of(job: Job, part: Part) -> Iterator[tuple[Solver, ShaftTorques]]:
         begin = replace(conditions, start_time=0.0 if part.state else part.bounds[0] * steps.size)
         with applied(model, begin) as torques:
             if not part.state:
-                start(model, begin)
+                solve_initial_equilibrium(model, begin)
                 set_holding_forces(model, begin.initial_torques + conditions.initial_drags)
             released(model, conditions, torques)
             if part.state:

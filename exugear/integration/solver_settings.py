@@ -27,7 +27,7 @@ ROUNDINGS = 4
 #: Step of a run over that of a run whose energy balance closes.
 BALANCE_REFINEMENT = 3
 #: Newton's tolerance of such a run over that of other runs, and the least tolerance, below which only rounding is left.
-BALANCE_TOLERANCE, LEAST_BALANCE_TOLERANCE = 1e-3, 1e-7
+BALANCE_TOLERANCE_FACTOR, LEAST_BALANCE_TOLERANCE = 1e-3, 1e-7
 
 
 def settings_for(rule: Rule, duration: float, tolerance: float, residual: float = 0.0) -> exu.SimulationSettings:
@@ -100,7 +100,7 @@ def scheme_of(
         size = min(size, shortest / PERIOD_STEPS * sqrt(tolerance / 1e-3))
     if conditions.power:
         size = size if step else size / BALANCE_REFINEMENT
-        newton_tolerance = min(tolerance, max(tolerance * BALANCE_TOLERANCE, LEAST_BALANCE_TOLERANCE))
+        newton_tolerance = min(tolerance, max(tolerance * BALANCE_TOLERANCE_FACTOR, LEAST_BALANCE_TOLERANCE))
         sample = 0.5 * size
     steps, jumps = steps_of(duration, size, sample, jumping, steady=conditions.constant_speed)
     residual = _negligible_residual(model, conditions, newton_tolerance)

@@ -45,7 +45,8 @@ def begin_call(steps, t):
 def guess_of(steps, rate, by_bearings):
     """The `Guess` in the first call of a step, else zeros.
 
-    rate          of the lead by the coordinates that are not imposed [m/s]: half a step of the last acceleration ahead
+    rate          of the advance by the coordinates that are not imposed [m/s]: half a step of the last acceleration
+                  ahead
     by_bearings   acceleration along the line of action by the bearings [m/s^2]
     """
     if steps.guesses == 0.0:
@@ -56,7 +57,7 @@ def guess_of(steps, rate, by_bearings):
 
 
 @compiled
-def guided(steps, guess, rate, force, slopes):
+def force_with_guess(steps, guess, rate, force, slopes):
     """The force [N] that the contact returns.
 
     rate     as in `guess_of`

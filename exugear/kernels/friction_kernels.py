@@ -99,8 +99,8 @@ def friction_of_spins(friction, frame, phase, force, v_1, v_2):
 def rotational_friction(table, frame, friction, q_1, q_2, v_1, v_2):
     """Torques (2) [N m] on two rotational coordinates."""
     d = frame.direction
-    lead = d * (frame.pinion.r_b * q_1 + frame.wheel.r_b * q_2)
-    flank = flank_of(table, lead, 0.0, d * frame.pitches_per_radian * q_1 + frame.phase)
+    advance = d * (frame.pinion.r_b * q_1 + frame.wheel.r_b * q_2)
+    flank = flank_of(table, advance, 0.0, d * frame.pitches_per_radian * q_1 + frame.phase)
     static = spinning_force(table, flank.phase, flank.deflection)
     return friction_of_spins(friction, frame, flank.phase, static.force, v_1, v_2).torques
 

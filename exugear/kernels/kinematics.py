@@ -26,7 +26,7 @@ from exugear.force_table.force_kernels import (
     spinning_force,
     static_force,
 )
-from exugear.kernels.first_guess import guess_of, guided
+from exugear.kernels.first_guess import force_with_guess, guess_of
 from fem.support.numba_cache import compiled
 
 NO_OFFSETS = (0.0, 0.0, 0.0)
@@ -98,22 +98,22 @@ def slopes_of_force(table, state, static, side):
 def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     """`SpinForces` of two rotational coordinates."""
     d, r_1, r_2, turns = frame.direction, frame.pinion.r_b, frame.wheel.r_b, frame.pitches_per_radian
-    lead = d * (r_1 * q_1 + r_2 * q_2)
+    advance = d * (r_1 * q_1 + r_2 * q_2)
     if state.engaged == 0.0:
-        return SpinForces(lead, 0.0, (0.0, 0.0), 0.0, 0.0, Flank(1.0, lead, 0.0), 0.0)
+        return SpinForces(advance, 0.0, (0.0, 0.0), 0.0, 0.0, Flank(1.0, advance, 0.0), 0.0)
     free_1, free_2 = 0.0 if state.imposed[0] else v_1, 0.0 if state.imposed[1] else v_2
     free_rate = d * (r_1 * free_1 + r_2 * free_2)
     guess = guess_of(state.steps, free_rate, 0.0)
-    lead += guess.deflection
-    flank = flank_of(table, lead, 0.0, d * turns * q_1 + frame.phase)
+    advance += guess.deflection
+    flank = flank_of(table, advance, 0.0, d * turns * q_1 + frame.phase)
     side = flank.side
     static = spinning_force(table, flank.phase, flank.deflection)
     rate, phase_rate = side * (d * (r_1 * v_1 + r_2 * v_2) + guess.rate), side * d * turns * v_1
     damped, dissipation = damping_force(table, state, static, side, rate, phase_rate, 0.0)
     slopes = slopes_of_force(table, state, static, side)
-    force = guided(state.steps, guess, free_rate, side * (static.force + damped), slopes)
+    force = force_with_guess(state.steps, guess, free_rate, side * (static.force + damped), slopes)
     torques = -r_1 * d * force - side * d * turns * static.by_phase, -r_2 * d * force
-    return SpinForces(lead, force, torques, static.energy, dissipation, flank, static.force)
+    return SpinForces(advance, force, torques, static.energy, dissipation, flank, static.force)
 
 
 @compiled
@@ -147,13 +147,13 @@ def spatial_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     displacement_force = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
     damped, dissipation = damping_force(table, state, static, flank.side, rate, phase_rate, displacement_force)
     slopes, push = slopes_of_force(table, state, static, flank.side), flank.side * (static.force + damped)
-    force = flank.side * guided(state.steps, guess, free_rate, push, slopes)
+    force = flank.side * force_with_guess(state.steps, guess, free_rate, push, slopes)
     by_offsets = static.by_a, static.by_misalignment, static.by_axial
     further_1, further_2 = gradient(
         frame, position, deflection_slopes(frame, position, 0.0, static.by_phase, by_offsets)
     )
     return MeshForces(
-        position.lead - position.opening,
+        position.advance - position.opening,
         flank.side * force,
         row_scaled(-1.0, row_total(row_scaled(force, row_1), further_1)),
         row_scaled(-1.0, row_total(row_scaled(force, row_2), further_2)),

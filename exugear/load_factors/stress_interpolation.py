@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
-from fem.support.validation import increasing, require
+from fem.support.validation import increasing, require, require_finite
 
 GEAR, TORQUE, PHASE = "gear", "torque", "phase"
 BOTH = ["pinion", "wheel"]
@@ -82,6 +82,6 @@ def stress_map(stresses: xr.Dataset, r_b: float) -> StressMap:
     require(bool(phase[0] >= 0 and phase[-1] < 1), pitch)
     loaded = stresses.isel({TORQUE: torque > 0}).transpose(GEAR, TORQUE, PHASE)
     values = {name: loaded[name].values for name in POWERS if name in loaded}
-    finite = all(np.isfinite(x).all() for x in values.values())
-    require(finite, "stresses must be finite, got NaN; solve the missing states or drop their torque")
+    for name, x in values.items():
+        require_finite(f"{name} of the stresses", x, "solve the missing states or drop their torque")
     return StressMap(torque[torque > 0] / r_b, phase, values)

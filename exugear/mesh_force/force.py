@@ -26,7 +26,7 @@ from fem.ste.ste_map import TORQUE, check, offset_axes, pair_of
 from fem.support.arguments import Finite, checked
 from fem.support.numba_cache import kept
 from fem.support.representation import short
-from fem.support.validation import increases, increasing, numbers, require
+from fem.support.validation import increases, increasing, numbers, require, require_finite
 
 #: Tolerance of the deflection under a force [m], below rounding.
 FINEST = 1e-20
@@ -71,14 +71,14 @@ class MeshForce:
                    that the force is continuous, and is not limited: a fast separation may pull within that micrometre
     backlash       along the line of action [m]; inf: the back flank never touches
     back_phase     sum of the phases of driving and back flank (`fem.GearPair.back_phase`)
-    centroid       axial position of the force centroid [m] from the pinion's mid-plane, a number or like force_table; a
-                   law over the misalignment without it takes it from the change of the potential
+    centroid       axial position of the force centroid [m] from the pinion's mid-plane, a number or like force_table;
+                   without it a law over the misalignment derives it from the potential
     offsets        axes of the table before phase, in the order a [m], misalignment [rad], axial [m] (`fem.Offsets`)
-    conserves      whether all torques and forces derive from one potential; else, for comparison, the former law: the
-                   force at its centroid, without the torque by the change of the potential over phase and the forces by
-                   its change over centre distance and axial offset
-    fixed_offsets  values of offsets that are no axes, as `at` fixed them, by name
-    mapped_force   [N] beyond which the table extrapolates its map
+    conserves      whether all torques and forces derive from one potential; if not, for comparison, the force acts at
+                   its centroid without the torque by the change of the potential over phase and the forces by its
+                   change over centre distance and axial offset
+    fixed_offsets  values of the offsets at which `at` was evaluated, by name
+    mapped_force   largest mesh force of the map [N], above which the table is extrapolated
 
     Derived from them:
 
@@ -176,8 +176,8 @@ class MeshForce:
         reach = np.array([0.0, float(ste["te"].max())])
         backlash = pair.backlash if backlash is None else backlash
         table = np.outer(k, reach)
-        play: dict[str, Any] = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase}
-        return cls(phase, reach, table, **play, conserves=False)
+        given: dict[str, Any] = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase}
+        return cls(phase, reach, table, **given, conserves=False)
 
     def _centroid_by_energy(self) -> np.ndarray:
         """Force centroid (like force_table) [m], by the change of the potential over the misalignment."""
@@ -202,7 +202,7 @@ class MeshForce:
         arguments = {"phase": phase, "deflection": deflection, "rate": rate} | dict.fromkeys(OFFSETS, 0.0) | offsets
         values = np.broadcast_arrays(*(numbers(name, x) for name, x in arguments.items()))
         for name, value in zip(arguments, values, strict=True):
-            require(bool(np.isfinite(value).all()), f"{name} must be finite, got {value}")
+            require_finite(name, value)
         try:
             flat = (np.ascontiguousarray(x).ravel() for x in values)
             return mesh_forces(bool(self.offsets))(self.table.head, *flat).reshape(values[0].shape)
@@ -217,7 +217,7 @@ class MeshForce:
         if not offsets:
             return self
         for name, value in offsets.items():
-            require(isfinite(value), f"{name} must be finite, got {value}")
+            require_finite(name, value)
         try:
             arrays = at_fixed_offsets(self, offsets)
         except ValueError as error:
@@ -253,8 +253,8 @@ def _frozen(array: np.ndarray) -> np.ndarray:
 
 def _check_scalars(damping: float, backlash: float, back_phase: float) -> None:
     require(0 <= damping < inf, f"damping must be >= 0 N s/m and finite, got {damping}")
-    play = f"backlash must be >= 0 m (inf: no back flank), got {backlash}; it is measured on the line of action"
-    require(backlash >= 0, play)
+    size = f"backlash must be >= 0 m (inf: no back flank), got {backlash}; it is measured on the line of action"
+    require(backlash >= 0, size)
     unit = f"backlash must be below 0.01 m, or inf, got {backlash}; pass metres: 0.2*mm"
     require(backlash < 1e-2 or backlash == inf, unit)
     require(isfinite(back_phase), f"back_phase must be finite, a share of a pitch, got {back_phase}")
@@ -265,7 +265,7 @@ def _check_offsets(offsets: Mapping[str, np.ndarray]) -> None:
     require(named, f"offsets must be of {list(OFFSETS)} in this order, got {list(offsets)}")
     for name, values in offsets.items():
         increasing(f"{name} of the offsets", values, least=2)
-        require(bool(np.isfinite(values).all()), f"{name} must be finite, got {values}")
+        require_finite(f"{name} of the offsets", values)
 
 
 def _check_offsets_known(fixed: Mapping[str, float]) -> None:
@@ -291,7 +291,7 @@ def _check_table(phase: np.ndarray, deflection: np.ndarray, force: np.ndarray, c
     require(increases(deflection), "deflection must increase along its last axis [m]; sort it and its forces")
     size = np.abs(deflection).max()
     require(size < 1e-2, f"deflection must lie within 0.01 m, got {size:g}; pass metres: 20*um")
-    require(bool(np.isfinite(force).all()), "force_table must be finite everywhere")
+    require_finite("force_table", force, "solve or measure the missing points")
     none = "force_table must be 0 in the first column; begin deflection where no teeth touch (the driving flank alone)"
     require(bool((force[..., 0] == 0).all()), none)
     loaded = force[..., 1:] > 0

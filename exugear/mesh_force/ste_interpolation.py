@@ -9,7 +9,7 @@ from fem.support.validation import require
 from fem.units import um
 
 #: Least load as share of the lowest load of the map; numbers of loads below that load, and from it to the largest.
-LEAST, BELOW, BETWEEN = 1e-4, 40, 161
+LIGHTEST_LOAD_SHARE, LOADS_BELOW_MAP, LOADS_WITHIN_MAP = 1e-4, 40, 161
 
 
 def loaded_deflection(ste, r_b: float, phase: np.ndarray, *, extend: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
@@ -34,8 +34,9 @@ def loaded_deflection(ste, r_b: float, phase: np.ndarray, *, extend: float = 1.0
         stiff = f"stiffness must be > 0 N/m under load, got {stiffness.min():g}; drop it: ste.drop_vars('stiffness')"
         require(bool((stiffness > 0).all()), stiff)
     given = torque[1:] / r_b
-    force = np.r_[given[0] * np.geomspace(LEAST, 1, BELOW + 1)[:-1], np.geomspace(given[0], given[-1], BETWEEN)]
-    force[[BELOW, -1]] = given[[0, -1]]
+    below = given[0] * np.geomspace(LIGHTEST_LOAD_SHARE, 1, LOADS_BELOW_MAP + 1)[:-1]
+    force = np.r_[below, np.geomspace(given[0], given[-1], LOADS_WITHIN_MAP)]
+    force[[LOADS_BELOW_MAP, -1]] = given[[0, -1]]
     loaded = at_phases(coarse, te[:1] + deflection_under(given, te[1:] - te[0], force, stiffness), phase)
     deflection = np.moveaxis(np.concatenate([at_phases(coarse, te[:1], phase), loaded]), 0, -1)
     force = np.r_[0, force]

@@ -10,7 +10,7 @@ import xarray as xr
 from exugear.modes.eigenmodes import tracked
 from exugear.modes.linear_system import LinearSystem, linear_gearbox
 from exugear.modes.modes import HELD, check_arguments, energy_shares, modes_of
-from exugear.modes.operating_point import loaded
+from exugear.modes.operating_point import in_loaded_equilibrium
 from exugear.modes.orders import Crossing, Order, crossings, orders_of
 from exugear.operation.train_motion import HIGHEST_SPEED
 from exugear.system.model import Model
@@ -50,8 +50,8 @@ def campbell(
 
     Returns a Dataset over `mode`, `speed`, `order` and `crossing`:
 
-    frequency            (mode, speed) [Hz]: lines that keep their shapes, by the modal assurance criterion, and so may
-                         cross; numbered as they rise at the lowest speed
+    frequency            (mode, speed) [Hz]: the modes are tracked over the speed by their shapes (modal assurance
+                         criterion), so that their lines may cross; numbered as they rise at the lowest speed
     damping_ratio        (mode, speed)
     mesh_energy_share    (mode, speed, stage) of the strain energy, in every mesh
     order_ratio          cycles per turn of the driving shaft; the frequency of an order is order_ratio speed / 2 pi
@@ -59,15 +59,15 @@ def campbell(
     crossing_speed       [rad/s], rising, with crossing_frequency [Hz], crossing_order, crossing_mode, and
                          crossing_energy_share: in the mesh of the order, in all meshes for the rotation of a shaft
 
-    A crossing is a resonance as far as its order excites the mode: look for large shares. Stiffness does not depend on
-    the speed. The state of the system is restored afterwards. Raises ValueError as `exugear.modes`.
+    A crossing is a resonance only if its order excites the mode: look for a large crossing_energy_share. Stiffness does
+    not depend on the speed. The state of the system is restored afterwards. Raises ValueError as `exugear.modes`.
     """
     check_arguments(phase, drive)
     require(1 <= harmonics <= HARMONICS, f"harmonics must lie in [1, {HARMONICS}], got {harmonics}")
     require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}")
     speeds = np.asarray(speed, float)
     speeds = np.linspace(speeds[0], speeds[1], SPEEDS) if speeds.size == 2 else speeds
-    with loaded(model, load, drive) as in_equilibrium:
+    with in_loaded_equilibrium(model, load, drive) as in_equilibrium:
         system = linear_gearbox(in_equilibrium, speeds, phase)
     lines = tracked(system.mass, [modes_of(system, damping) for damping in system.damping])
     orders = orders_of(model, harmonics)

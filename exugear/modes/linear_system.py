@@ -16,7 +16,7 @@ from exugear.modes.elastic_elements import (
     springs,
 )
 from exugear.modes.mesh_tangents import mesh_tangent
-from exugear.modes.operating_point import as_it_stands, disengaged, moving
+from exugear.modes.operating_point import current_state, disengaged, set_velocities
 from exugear.system.drive_and_load import INITIAL
 from exugear.system.model import Model
 from fem.support.validation import require
@@ -55,7 +55,7 @@ class LinearSystem:
 
 
 def linear_gearbox(model: Model, speeds: Iterable[float], phase: float | None) -> LinearSystem:
-    """The equations of a gearbox in the equilibrium of `loaded`, at speeds of the driving shaft [rad/s].
+    """The equations of a gearbox in the equilibrium of `in_loaded_equilibrium`, at speeds of the driving shaft [rad/s].
 
     phase   as in `mesh_tangent`
     """
@@ -86,9 +86,9 @@ def linear_assembly(mbs, phase: float | None) -> LinearSystem:
     contacts = contacts_of(mbs)
     require(bool(contacts), "model holds no gear contact; add one with mbs.CreateGearContact(...)")
     velocities = np.array(mbs.systemData.GetODE2Coordinates_t(INITIAL))
-    with as_it_stands(mbs):
+    with current_state(mbs):
         damping = _damping_without_meshes(mbs, contacts, velocities)
-        with moving(mbs, np.zeros_like(velocities)), disengaged(mbs, contacts):
+        with set_velocities(mbs, np.zeros_like(velocities)), disengaged(mbs, contacts):
             objects = [i for i in range(mbs.systemData.NumberOfObjects()) if i not in contacts]
             elements = list(springs(mbs, objects))
         return _linear_system(mbs, _stage_names(mbs, contacts), [damping], elements, phase)
@@ -107,14 +107,14 @@ def _stage_names(mbs, contacts: Sequence[int]) -> dict[int, str]:
 
 def _damping_without_meshes(mbs, contacts: Sequence[int], velocities: np.ndarray) -> np.ndarray:
     """(n, n) damping and gyroscopic terms of a system that moves with these velocities (n,)."""
-    with disengaged(mbs, contacts), moving(mbs, velocities):
+    with disengaged(mbs, contacts), set_velocities(mbs, velocities):
         return np.array(mbs.ComputeLinearizedSystem()[2])
 
 
 def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float | None) -> LinearSystem:
     """The equations from the damping (n_speed, n, n) and the elements beside the meshes."""
     n = mbs.systemData.ODE2Size()
-    with disengaged(mbs, list(labels)), moving(mbs, np.zeros(n)):
+    with disengaged(mbs, list(labels)), set_velocities(mbs, np.zeros(n)):
         mass, stiffness, _, *constrained = mbs.ComputeLinearizedSystem(returnConstraintNullspace=True)
     motions = np.array(constrained[1]).T if constrained else np.eye(n)
     forces, meshes = zip(*(mesh_tangent(mbs, number, phase) for number in labels), strict=True)

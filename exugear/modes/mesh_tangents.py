@@ -90,9 +90,9 @@ def mesh_tangent(mbs, number: int, phase: float | None) -> tuple[float, MeshTang
         by_wheel = _motion_of_wheel(mbs, number, present.row(q))
         if phase is not None:
             moved = float(records_of(mbs, number)[1].phase) + phase
-            row = _tangent(resting_at(mbs, number, moved), q, by_wheel, force).row
+            row = _tangent(contact_at_fixed_phase(mbs, number, moved), q, by_wheel, force).row
             return force, _tangent(contact_of(mbs, number, phase=moved), q, by_wheel, force)._replace(row=row)
-        contacts = [resting_at(mbs, number, i / PHASES) for i in range(PHASES)]
+        contacts = [contact_at_fixed_phase(mbs, number, i / PHASES) for i in range(PHASES)]
         tangents = [_tangent(contact, q, by_wheel, (1 - MARGIN) * force) for contact in contacts]
     except ValueError:
         raise ValueError(BEYOND) from None
@@ -100,7 +100,7 @@ def mesh_tangent(mbs, number: int, phase: float | None) -> tuple[float, MeshTang
     return force, MeshTangent(row, matrix, float(stiffness), float(damping))
 
 
-def resting_at(mbs, number: int, phase: float) -> Contact:
+def contact_at_fixed_phase(mbs, number: int, phase: float) -> Contact:
     """A contact that stays at a phase as its bodies turn, so that no position of the bodies differs from another."""
     return contact_of(mbs, number, phase=phase, pitches_per_radian=0.0)
 

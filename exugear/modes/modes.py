@@ -10,7 +10,7 @@ import xarray as xr
 from exugear.modes.eigenmodes import Eigenmodes, eigenmodes
 from exugear.modes.linear_system import LinearSystem, linear_assembly, linear_gearbox
 from exugear.modes.mode_shapes import parts_of_shafts, shapes_by_coordinate, shapes_by_shaft
-from exugear.modes.operating_point import loaded
+from exugear.modes.operating_point import in_loaded_equilibrium
 from exugear.operation.train_motion import HIGHEST_SPEED
 from exugear.system.model import Model
 from fem.support.arguments import checked
@@ -32,7 +32,7 @@ def modes(
 
     model   `exugear.Model`, or an assembled Exudyn system. The system must stand in equilibrium under its loads:
             mbs.SolveStatic(..., updateInitialValues=True). Its constraints, loads and initial velocities, by which
-            bodies have gyroscopic terms, are the user's; load, speed and drive then stay out
+            bodies have gyroscopic terms, are the user's; do not pass load, speed and drive with it
     load    torque on the driven shaft [N m]
     speed   of the driving shaft [rad/s], for the gyroscopic terms of shafts on bearings
     phase   share of a pitch by which every mesh is moved on from the phase in which it was built; None: the mean of the
@@ -49,8 +49,8 @@ def modes(
                     couplings among the shafts; in a hand-built system by coordinate. Its modal mass is 1 kg; the
                     component with the most kinetic energy is real and > 0
     shape_imaginary imaginary part, of gyroscopic modes: component = Re((shape + i shape_imaginary) exp(i omega t))
-    energy_share    of the strain energy, in every mesh, bearing, coupling and spring; 0 for rigid-body motions. That of
-                    a mesh may lie a little below 0, as its force destabilizes (geometric stiffness)
+    energy_share    of the strain energy, in every mesh, bearing, coupling and spring; 0 for rigid-body motions. The
+                    share of a mesh may be slightly negative, as its force destabilizes (geometric stiffness)
     participation   generalized excitation p of each mode by a unit transmission error of each mesh, k row . shape
                     [kg^0.5/s^2], with imaginary part. An error of amplitude e at the frequency of a mode gives it the
                     amplitude |p| e / (2 damping_ratio omega^2) times its shape
@@ -60,12 +60,12 @@ def modes(
     dynamics, J. Mech. Des. 116 (1994), for the error as a displacement in series with the mesh spring. The state of the
     system is restored afterwards.
 
-    Raises ValueError without a load, or where no teeth are pressed, and for loads beyond the maps.
+    Raises ValueError without a load, where no mesh carries load, and for loads beyond the maps.
     """
     check_arguments(phase, drive)
     require(0 <= speed < HIGHEST_SPEED, f"speed must lie in [0, {HIGHEST_SPEED:g}) rad/s, got {speed:g}")
     if isinstance(model, Model):
-        with loaded(model, load, drive) as in_equilibrium:
+        with in_loaded_equilibrium(model, load, drive) as in_equilibrium:
             system = linear_gearbox(in_equilibrium, [speed], phase)
         solved = modes_of(system, system.damping[0])
         shape, further = shapes_by_shaft(model, solved.shapes), parts_of_shafts(model)
@@ -110,7 +110,7 @@ def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
 
     Raises ValueError for a load of 0, under which the teeth just touch, and for loads beyond the maps.
     """
-    with loaded(model, load) as in_equilibrium:
+    with in_loaded_equilibrium(model, load) as in_equilibrium:
         mass, stiffness, *_ = in_equilibrium.mbs.ComputeLinearizedSystem(projectIntoConstraintNullspace=True)
     squares = scipy.linalg.eigvals(stiffness, mass).real
     return np.sqrt(np.sort(np.maximum(squares, 0.0))) / (2 * pi)

@@ -10,14 +10,14 @@ from exugear.elements.exudyn_objects import quiet, set_state_of_system, state_of
 from exugear.elements.gear_contact import state_of
 from exugear.operation.conditions import run_up_conditions
 from exugear.system.drive_and_load import CURRENT, INITIAL, applied, assemble_in_state
-from exugear.system.equilibrium import start
+from exugear.system.equilibrium import solve_initial_equilibrium
 from exugear.system.imposed_speed import CONSTRAINT
 from exugear.system.model import Model, linearized
 from fem.support.validation import require
 
 
 @contextmanager
-def loaded(model: Model, load: float | None, drive: str = "held") -> Iterator[Model]:
+def in_loaded_equilibrium(model: Model, load: float | None, drive: str = "held") -> Iterator[Model]:
     """Put a gearbox at rest into equilibrium under a load [N m]; its state is restored afterwards.
 
     drive   "held": the driving shaft, or the rotor behind its coupling, is fixed; "free": once in equilibrium it may
@@ -30,13 +30,13 @@ def loaded(model: Model, load: float | None, drive: str = "held") -> Iterator[Mo
     require(load is not None, "load must be the torque on the driven shaft of the gearbox [N m], got None")
     torque = float(np.float64(load))
     require(
-        isfinite(torque) and torque != 0, f"load must be finite and not 0, got {load}; without it no teeth are pressed"
+        isfinite(torque) and torque != 0, f"load must be finite and not 0, got {load}; without it no mesh carries load"
     )
     conditions = run_up_conditions(model.gearbox, 0.0, torque, 1.0)
     with quiet(), _restored(model):
         model = linearized(model, model.gearbox.driving.name)
         with applied(model, conditions):
-            start(model, conditions)
+            solve_initial_equilibrium(model, conditions)
             if drive == "free":
                 model.mbs.SetObjectParameter(model.drive, "activeConnector", False)
                 assemble_in_state(model)
@@ -66,7 +66,7 @@ def _restored(model: Model) -> Iterator[None]:
 
 
 @contextmanager
-def as_it_stands(mbs) -> Iterator[None]:
+def current_state(mbs) -> Iterator[None]:
     """Restore the current state of a hand-built system, which Exudyn's linearization replaces by the initial one."""
     state = state_of_system(mbs, CURRENT)
     try:
@@ -91,7 +91,7 @@ def disengaged(mbs, contacts: Sequence[int]) -> Iterator[None]:
 
 
 @contextmanager
-def moving(mbs, velocities: np.ndarray) -> Iterator[None]:
+def set_velocities(mbs, velocities: np.ndarray) -> Iterator[None]:
     """Give the initial state of a system these velocities (n_coordinates,); those before are restored afterwards."""
     before = mbs.systemData.GetODE2Coordinates_t(INITIAL)
     try:

@@ -15,11 +15,13 @@ from exugear.operation.stop_conditions import SpeedReached, StopCondition, check
 from exugear.operation.time_functions import TimeFunction, line, speed_function
 from exugear.operation.torque_tables import ANGLE, TorqueTable, torque_of_speed, torque_table
 from exugear.operation.train_motion import HIGHEST_SPEED, drag_torques, expected_speeds, reduced_inertia
-from fem.support.validation import require, require_within, text_of
+from fem.support.validation import require, require_finite, require_within, text_of
 from fem.units import rpm
 
 #: Number of instants at which the speed of a run is evaluated for its range.
 INSTANTS = 1001
+#: Longest duration of a run [s].
+LONGEST = 1e5
 #: Range of speeds over the expected one for which a torque over the speed is tabulated, and the least range [rad/s].
 SPEED_MARGIN, LEAST_RANGE = 2.0, 1.0
 
@@ -76,10 +78,11 @@ class Conditions:
     displacement: bool = False
 
     def __post_init__(self):
-        require_within("duration", self.duration, 0, HIGHEST_SPEED, remedy="s")
+        require_within("duration", self.duration, 0, LONGEST, remedy="s")
         top = self.highest_speed
         require(top < HIGHEST_SPEED, f"speed must stay below 1e5 rad/s, got {top:g}; pass 3500*rpm")
-        require(bool(np.isfinite(self.initial_torques).all()), "drives and loads must be finite at the start")
+        for shaft, torque in zip(self.gearbox.shafts, self.initial_torques, strict=True):
+            require_finite(f"torque on shaft {shaft.name!r} at the start", torque, "check drives and loads")
 
     @property
     def anchor(self) -> str:
@@ -227,7 +230,7 @@ class Conditions:
 
 def run_up_conditions(gearbox: Gearbox, speed: TimeFunction, load: TimeFunction, duration: float) -> Conditions:
     """Imposed speed of the driving shaft and load on the driven one."""
-    require_within("duration", duration, 0, HIGHEST_SPEED, remedy="s")
+    require_within("duration", duration, 0, LONGEST, remedy="s")
     if not callable(load):
         line("load", load, duration)
         load = float(np.ravel(load)[0]) if np.size(load) == 1 else tuple(np.ravel(load).tolist())
@@ -261,16 +264,13 @@ def conditions_of(
     ends |= {name: _end(roles[name], value, Torque) for name, value in loads.items()}
     speeds = {name: end for name, end in ends.items() if isinstance(end, Speed)}
     _check_speeds(gearbox, speeds, start_speed)
-    torques = tuple(
-        ShaftEnd(name, 1 if name in drives else -1, end, roles[name])
-        for name, end in ends.items()
-        if isinstance(end, Torque)
-    )
+    torques = {name: end for name, end in ends.items() if isinstance(end, Torque)}
+    acting = tuple(ShaftEnd(name, 1 if name in drives else -1, end, roles[name]) for name, end in torques.items())
     held, speed = next(((name, end.value) for name, end in speeds.items()), (None, None))
     sense = 1 if held in drives else -1
     require(initial is None or start_speed is None, f"start_speed {start_speed} stands beside initial; leave one out")
     start_speed = start_speed if initial is None else float(initial["speed"][-1])
-    return Conditions(gearbox, duration, held, speed, torques, start_speed or 0.0, stop=tuple(stop), held_sense=sense)
+    return Conditions(gearbox, duration, held, speed, acting, start_speed or 0.0, stop=tuple(stop), held_sense=sense)
 
 
 def _end(where: str, value, shorthand: type) -> Speed | Torque:

@@ -7,7 +7,7 @@ import numpy as np
 
 from exugear.operation.time_functions import check_time_function
 from fem.support.arguments import Numbers, checked
-from fem.support.validation import increasing, numbers, require
+from fem.support.validation import increasing, numbers, require, require_finite
 
 
 def check_function_or_arrays(name: str, value) -> None:
@@ -20,7 +20,7 @@ def check_function_or_arrays(name: str, value) -> None:
     except ValueError as error:
         raise ValueError(f"{kinds}: {error}") from None
     require(rows.ndim == 2 and len(rows) == 2 and rows.shape[1] > 1, f"{kinds}, got {value}")
-    require(bool(np.isfinite(rows).all()), f"{name} must be finite, got {value}")
+    require_finite(name, rows)
     increasing(f"the first array of {name}", rows[0], least=2)
 
 
@@ -88,8 +88,10 @@ class MotorCurve:
 
     def __post_init__(self):
         speed, torque = increasing("speed", self.speed, least=2), numbers("torque", self.torque)
-        require(torque.shape == speed.shape, f"torque must have a value for each speed, got {torque.size} values")
-        require(bool(np.isfinite(np.r_[speed, torque]).all()), f"speed and torque must be finite, got {torque}")
+        sizes = f"got {torque.size} torques and {speed.size} speeds"
+        require(torque.shape == speed.shape, f"torque must have a value for each speed, {sizes}")
+        require_finite("speed", speed)
+        require_finite("torque", torque)
         object.__setattr__(self, "speed", speed)
         object.__setattr__(self, "torque", torque)
 

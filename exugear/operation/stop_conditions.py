@@ -39,10 +39,12 @@ class SpeedReached:
 @checked
 @dataclass(frozen=True)
 class Apart:
-    """A run ends where teeth have been out of contact for so long.
+    """A run ends once the teeth of a stage have been out of contact for a duration.
 
     duration   [s]
     stage      label of the stage (`Gearbox.labels`), by default any stage
+
+    Raises ValueError for a duration out of range.
     """
 
     duration: float

@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from exugear.operation.piecewise_cubics import golden_fractions
-from fem.support.validation import finite, increasing, number, numbers, require
+from fem.support.validation import finite, increasing, number, numbers, require, require_finite
 
 #: Speed or load as users pass it: a constant, (from, to), or a function of time [s].
 TimeFunction = float | tuple[float, float] | Callable[[float], float]
@@ -90,17 +90,15 @@ def curve_through_function(function: Callable[[float], float], duration: float) 
         missed = max(np.abs(coarse(middles) - at_middles).max(), np.abs(coarse(times) - checks).max())
         knots, values = _alternating(knots, middles), _alternating(values, at_middles)
         error = missed / max(np.abs(values).max(), np.abs(checks).max(), 1e-9)
-    require(
-        error < 1e-3,
-        "speed(t) is too rough to be sampled; let it be continuous, round its corners, or pass arrays (t, speed)",
-    )
+    rough = f"speed(t) is too rough: {FINEST} samples of {duration:g} s leave {error:.1%} of its largest value"
+    require(error < 1e-3, f"{rough}; let it be continuous, round its corners, or pass arrays (t, speed)")
     return Curve(scipy.interpolate.CubicSpline(knots, values))
 
 
 def curve_through_points(points: np.ndarray, duration: float) -> Curve:
     """Monotone cubic (PCHIP) through points (2, n): times from 0 to at least the duration [s], speeds [rad/s]."""
     t, speed = points
-    covered = f"t must begin at 0 and reach the duration of {duration:g} s, got {t[0]:g} to {t[-1]:g} s"
+    covered = f"speed: t must reach from 0 to {duration:g} s, got {t[0]:g} to {t[-1]:g} s; extend the arrays"
     require(t[0] == 0 and t[-1] >= duration, covered)
     return Curve(scipy.interpolate.PchipInterpolator(t, speed))
 
@@ -132,7 +130,10 @@ def _irregular(duration: float) -> np.ndarray:
 def _sampled(function: Callable[[float], float], duration: float, times: np.ndarray) -> np.ndarray:
     """Values of a speed at times (n,) of its duration [s]; ValueError where a value is no finite number."""
     values = np.array([number("speed(t)", function(t)) for t in times.tolist()])
-    require(bool(np.isfinite(values).all()), f"speed(t) must be finite for 0 <= t <= {duration:g} s")
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        first = f"got {values[bad[0]]} at {times[bad[0]]:g} s"
+        raise ValueError(f"speed(t) must be finite for 0 <= t <= {duration:g} s, {first}")
     return values
 
 
@@ -140,7 +141,7 @@ def line(name: str, value, duration: float) -> Line:
     """Line from a number or (from, to); ValueError unless finite."""
     ends = np.ravel(value).astype(float)
     require(ends.size in (1, 2), f"{name} must be a number, (from, to) or a function of time, got {value}")
-    require(bool(np.isfinite(ends).all()), f"{name} must be finite, got {value}")
+    require_finite(name, ends)
     return Line(float(ends[0]), float(ends[-1] - ends[0]) / duration)
 
 
@@ -154,7 +155,7 @@ def check_time_function(name: str, value) -> None:
     except ValueError as error:
         raise ValueError(f"{kinds}: {error}") from None
     require(values.shape in ((), (2,)) or (values.ndim == 2 and len(values) == 2), f"{kinds}, got {value}")
-    require(bool(np.isfinite(values).all()), f"{name} must be finite, got {value}")
+    require_finite(name, values)
     if values.ndim == 2:
         increasing(f"the times of {name}", values[0], least=2)
     elif values.ndim == 0:

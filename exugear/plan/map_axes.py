@@ -39,9 +39,9 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
     static, law = static_offsets(gearbox, stage), stage.force
     moving = [name for name, movers in MOVED_BY.items() if kinds & set(movers)]
-    _check_excited(stage, static)
-    _check_reached(stage, static)
-    _check_play(stage, static["a"])
+    _check_axes_exist(stage, static)
+    _check_axis_ranges(stage, static)
+    _check_backlash(stage, static["a"])
     on_back_flank = static_offsets(gearbox, stage, -1) if isfinite(law.backlash) else static
     alike = [name for name in law.offsets if is_slight(stage, name, static[name] - on_back_flank[name])]
     fixed = {name: static[name] for name in alike if name not in moving}
@@ -60,7 +60,7 @@ def is_slight(stage: Stage, name: str, difference: float) -> bool:
     return abs(difference) * scale[name] <= IGNORED[name]
 
 
-def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
+def _check_axes_exist(stage: Stage, static: Mapping[str, float]) -> None:
     """Require map axes for the offsets by which the shafts are displaced statically."""
     nominal = {"misalignment": 0.0, "a": stage.pair.a, "axial": 0.0, **stage.force.fixed_offsets}
     for name, value in nominal.items():
@@ -70,7 +70,7 @@ def _check_excited(stage: Stage, static: Mapping[str, float]) -> None:
         require(name in stage.force.offsets or ignored, f"{missing}; {remedy}")
 
 
-def _check_reached(stage: Stage, static: Mapping[str, float]) -> None:
+def _check_axis_ranges(stage: Stage, static: Mapping[str, float]) -> None:
     """Require map axes that contain the static offsets."""
     for name, axis in stage.force.offsets.items():
         beyond = f"the shafts of stage {stage.name!r} give {name} = {static[name]:.6g}, beyond the map's axis"
@@ -78,11 +78,11 @@ def _check_reached(stage: Stage, static: Mapping[str, float]) -> None:
         require(axis[0] <= static[name] <= axis[-1], f"{beyond} {ends}; extend the axis fem.Offsets({name}=...)")
 
 
-def _check_play(stage: Stage, a: float) -> None:
+def _check_backlash(stage: Stage, a: float) -> None:
     """Require backlash at the static centre distance, since the law has a single flank in contact at a time."""
     pair = stage.pair
     r_b = pair.pinion.r_b + pair.wheel.r_b
-    play = stage.force.backlash + 2 * r_b * (involute(acos(r_b / a)) - involute(pair.alpha_wt))
+    backlash = stage.force.backlash + 2 * r_b * (involute(acos(r_b / a)) - involute(pair.alpha_wt))
     jam = f"shafts of stage {stage.name!r} stand {(pair.a - a) / um:.4g} um too close for its backlash"
-    ends = f"of {stage.force.backlash / um:.4g} um: {-play / um:.4g} um are missing"
-    require(play >= -IGNORED["a"], f"{jam} {ends}; give more backlash or make the offsets smaller")
+    ends = f"of {stage.force.backlash / um:.4g} um: {-backlash / um:.4g} um are missing"
+    require(backlash >= -IGNORED["a"], f"{jam} {ends}; give more backlash or make the offsets smaller")

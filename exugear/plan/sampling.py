@@ -60,21 +60,21 @@ class Steps:
         return max(1, int(period / self.size * (1 + ROUNDING)))
 
 
-def filling(duration: float, step: float, sample: float) -> Steps:
+def steps_filling(duration: float, step: float, sample: float) -> Steps:
     """Steps of at most the given size [s] that fill a duration [s] with whole samples."""
     every = max(1, int(sample / step * (1 + ROUNDING)))
     samples = ceil(duration / (every * step) * (1 - ROUNDING))
-    return Steps(summable(duration / (samples * every), duration), every, samples)
+    return Steps(exactly_summable(duration / (samples * every), duration), every, samples)
 
 
-def of_size(duration: float, step: float, sample: float) -> Steps:
+def steps_of_size(duration: float, step: float, sample: float) -> Steps:
     """Steps of the given size [s]; the run ends with the last whole sample within the duration [s]."""
     every = max(1, int(min(sample, duration) / step * (1 + ROUNDING)))
     samples = max(1, int(duration / (every * step) * (1 + ROUNDING)))
-    return Steps(summable(step, duration), every, samples)
+    return Steps(exactly_summable(step, duration), every, samples)
 
 
-def summable(step: float, duration: float) -> float:
+def exactly_summable(step: float, duration: float) -> float:
     """The step [s] rounded down so that sums of it, and of its half, up to a duration [s] are exact.
 
     Exudyn adds its steps up, and makes a further step where 1e-10 s are missing at the end.
@@ -92,13 +92,16 @@ def steps_of(
     steady    whether the mesh periods are constant, so that steps can divide them
     """
     if not jumping:
-        return filling(duration, step, sample), ""
+        return steps_filling(duration, step, sample), ""
     meshes = list(jumping.values())
-    steps = of_size(duration, dividing_step(step, meshes), sample) if steady else filling(duration, step, sample)
+    if steady:
+        steps = steps_of_size(duration, dividing_step(step, meshes), sample)
+    else:
+        steps = steps_filling(duration, step, sample)
     period = min(period for period, _ in meshes)
     phases = [f"{label} at phase {', '.join(f'{x:.3f}' for x in jumps)}" for label, (_, jumps) in jumping.items()]
     note = f"the mesh force jumps: {'; '.join(phases)}; {period / steps.size:.4g} steps in a mesh period"
-    if steady and miss(steps.size, meshes) < LARGEST_MISS:
+    if steady and largest_miss(steps.size, meshes) < LARGEST_MISS:
         return steps, note
     note += " miss the jumps" + ("" if steady else " while the speed changes")
     width, fine = SMOOTHING_STEPS * steps.size / period, period / HARMLESS_STEPS
@@ -119,12 +122,12 @@ def dividing_step(step: float, meshes: Sequence[tuple[float, np.ndarray]]) -> fl
     period = meshes[0][0]
     fewest = int(np.ceil(period / step * (1 - 1e-9)))
     sizes = period / np.arange(fewest, 2 * fewest + 1)
-    misses = np.array([miss(size, meshes) for size in sizes])
+    misses = np.array([largest_miss(size, meshes) for size in sizes])
     good = np.flatnonzero(misses < LARGEST_MISS)
     return float(sizes[good[0] if good.size else misses.argmin()])
 
 
-def miss(step: float, meshes: Sequence[tuple[float, np.ndarray]]) -> float:
+def largest_miss(step: float, meshes: Sequence[tuple[float, np.ndarray]]) -> float:
     """Largest share of a mesh period by which steps [s] from the first jump on miss a jump or the end of the period."""
     worst = 0.0
     for period, phases in meshes:

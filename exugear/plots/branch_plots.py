@@ -43,7 +43,7 @@ def plot_branches(
     stage      number of the stage of the run
     style      of matplotlib's plot, for all branches
     """
-    require("bifurcation" in data, "data must be that of exugear.steady_states(...)")
+    require("bifurcation" in data, "data lacks bifurcation; pass what exugear.steady_states(...) returned")
     require("stage" not in data.dims, f"data must be of a single stage, got {data.sizes}; take data.isel(stage=0)")
     require(quantity in QUANTITIES, f"quantity must be one of {list(QUANTITIES)}, got {quantity!r}")
     orders = data["harmonic"].values.tolist()
@@ -90,7 +90,8 @@ def _draw_sweep(ax: Axes, run, stage: int, quantity: str) -> None:
 def _draw_branch(ax: Axes, points: xr.Dataset, values: np.ndarray, style: dict[str, Any]) -> None:
     """Draw the pieces of a branch between changes of its stability."""
     frequency, stable = points["mesh_frequency"].values, points["stable"].values
-    require(frequency.size > 1, "states must have two points or more in every branch, got one")
+    number = f"branch {int(points['branch'][0])} has a single one"
+    require(frequency.size > 1, f"states must have two points or more in every branch, {number}; select whole branches")
     period = int(points["period"][0])
     about = PERIODS[period].format("mesh" if points.attrs["common_period"] == 1 else "common")
     between = stable[:-1] | stable[1:]

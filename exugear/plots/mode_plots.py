@@ -40,11 +40,11 @@ def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARK
     """Natural frequencies over the speed of the driving shaft, with mesh orders (dashed) and shaft orders (dotted).
 
     data     of `exugear.campbell`
-    marked   least share of a mode's strain energy in the mesh of an order at whose crossing a circle stands; its area
-             grows with the share
+    marked   least share of the strain energy in the mesh of the order from which a crossing is marked by a circle; its
+             area grows with the share
     style    of the lines of the modes: matplotlib's color, linewidth, …
     """
-    require("crossing_speed" in data, "data must be that of exugear.campbell(...)")
+    require("crossing_speed" in data, "data lacks crossing_speed; pass what exugear.campbell(...) returned")
     require(0 <= marked <= 1, f"marked must lie in [0, 1], a share of the strain energy, got {marked}")
     ax = axes_or_new(ax)
     speed, highest = data["speed"].values, float(data["order_ratio"].max() * data["speed"].max()) / (2 * pi)
@@ -86,21 +86,22 @@ def _draw_orders(ax: Axes, data: xr.Dataset, top: float) -> None:
 @checked
 @styled
 def plot_modes(data: xr.Dataset, ax: Axes | None = None, mode: int = 1, angle: Finite = 0.0, **style) -> Axes:
-    """A mode: of a gearbox with its shafts side by side, axes upright; of a hand-built system seen along z.
+    """A mode: of a gearbox with its shafts side by side, their axes vertical; of a hand-built system seen along z.
 
     data   of `exugear.modes`
     mode   its number, 1 for the lowest frequency
     angle  of the vibration [rad]: 0 and pi show the largest displacements of a mode without gyroscopic terms
     style  of the lines of displaced shafts or spokes: matplotlib's linewidth, alpha, …
 
-    Of a gearbox, lines show the displacement of a shaft's axis along x and y, both to the right; arrows at the gears
-    that along the axis; arrows to the right their rotation times the reference radius, that of a rotor behind a
-    coupling times the largest radius on its shaft. All have one scale, in which the largest is half the largest radius.
+    Of a gearbox, lines show the displacement of a shaft's axis along x and along y, both drawn to the right. Arrows
+    along the axis show the axial displacement of the gears, arrows to the right their rotation times the reference
+    radius; the rotation of a rotor behind a coupling is multiplied by the largest radius on its shaft. All have the
+    same scale, in which the largest is half the largest radius.
     Of a hand-built system base circles, with a spoke that shows the rotation, are grey at rest; a body without a gear
     has a dotted spoke.
     """
     kinds = {"part_shaft", "body_radius"} & {str(name) for name in data.variables}
-    require(bool(kinds), "data must be that of exugear.modes(...)")
+    require(bool(kinds), "data lacks part_shaft and body_radius; pass what exugear.modes(...) returned")
     numbers = data["mode"].values
     require(mode in numbers, f"mode must lie in [1, {numbers[-1]}], got {mode}")
     ax, chosen = axes_or_new(ax), data.sel(mode=mode)

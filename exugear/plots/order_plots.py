@@ -152,7 +152,7 @@ def plot_cascade(
     """Waterfall as a cascade: spectra over frequency, one above the other at their speeds.
 
     spectra    of one channel, as `exugear.waterfall` returns it
-    height     of the largest amplitude in distances of two spectra
+    height     of the largest amplitude, as multiple of the distance of two spectra
     top        highest frequency shown [Hz]; by default that below which 99.9 % of the energy lies
     style      of matplotlib's plot
     """
@@ -209,6 +209,7 @@ def plot_waterfall(
 ) -> Axes:
     """Order map of the DTE of one stage: amplitude over speed and mesh order.
 
+    stage       its number
     harmonics   highest mesh order shown
     decibels    range of amplitudes shown, down from the highest one
     style       of matplotlib's pcolormesh

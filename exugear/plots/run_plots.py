@@ -38,7 +38,8 @@ def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances |
     """Dynamic transmission error of one stage over its mesh frequency, with its envelope.
 
     run     an `exugear.Run` or its data, as in all plots of runs
-    found   `Resonances` to be marked, as `exugear.resonances` finds them in the envelope
+    stage   its number
+    found   `Resonances` of the envelope to be marked, as `exugear.resonances` returns them
     style   of the lines of the envelope, as in all plots: matplotlib's color, linewidth, linestyle, label, …
     """
     ax, data = axes_or_new(ax), stage_data(run, stage)
@@ -56,7 +57,10 @@ def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances |
 @checked
 @styled
 def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int = 0, **style) -> Axes:
-    """Half peak to peak of the DTE of several runs over mesh frequency; runs: name -> `exugear.Run` or its data."""
+    """Half peak to peak of the DTE of a stage, by its number, in several runs over the mesh frequency.
+
+    runs    name -> `exugear.Run` or its data
+    """
     ax = axes_or_new(ax)
     for (name, run), colour, dash in zip(runs.items(), cycle(DISTINCT), cycle(DASHES), strict=False):
         outline = dte_envelope(run, stage)
@@ -73,8 +77,9 @@ def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int =
 def plot_mesh_force(
     run, ax: Axes | None = None, stage: int = 0, window: tuple[float, float] | None = None, **style
 ) -> Axes:
-    """Mesh force of one stage over time with the static force of its mean, and 0, where the teeth part.
+    """Mesh force of one stage over time, beside its mean static force, and 0, at which the teeth part.
 
+    stage   its number
     window  start and end [s]; by default the whole run. Over more than 60 mesh cycles a band shows the limits of the
             force in each of 280 parts of the window
     """

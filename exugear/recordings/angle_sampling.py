@@ -20,7 +20,7 @@ REVOLUTION = 2 * np.pi
 
 @checked
 def over_angle(signal: xr.DataArray, *, orders: float) -> xr.DataArray:
-    """A signal at equal steps of the shaft angle, 2.25 orders samples a revolution.
+    """A signal at equal steps of the shaft angle, 2.25 samples per period of the highest order.
 
     signal    (..., time) as `exugear.signal` returns it
     orders    highest order wanted
@@ -29,17 +29,18 @@ def over_angle(signal: xr.DataArray, *, orders: float) -> xr.DataArray:
     frequency follows the speed. Orders up to the highest one pass within 1e-5; orders that would alias below it are
     attenuated by 100 dB. At the ends the signal is continued by its point reflection.
 
-    Returns a DataArray (..., angle) with the coordinates angle [rad], time and speed. Raises ValueError for orders <= 0
-    and such of more than 5e8 values in total, and for a shaft at rest.
+    Returns a DataArray (..., angle) with the coordinates angle [rad], time and speed. Raises ValueError for orders that
+    are not positive, for more than 5e8 samples in total, and for a shaft at rest.
     """
     require_signal(signal)
     require(0 < orders < np.inf, f"orders must be > 0 and finite, got {orders}")
     angle = signal["angle"].values
     turned = (angle[-1] - angle[0]) / REVOLUTION
-    require(turned > 0, "signal must be of a turning shaft, its angle is constant")
+    require(turned > 0, f"signal must be of a turning shaft, its angle stays {angle[0]:g} rad; pass a run at speed")
     check_angular_samples(signal, orders)
     samples = int(turned * SAMPLES_PER_PERIOD * orders * (1 + 1e-12)) + 1
-    require(samples > 2 * HALF_LENGTH, f"the signal holds {turned:.3g} revolutions, too few for orders {orders:g}")
+    short = f"the signal holds {turned:.3g} revolutions, too few for orders {orders:g}; record longer"
+    require(samples > 2 * HALF_LENGTH, short)
     step = REVOLUTION / (SAMPLES_PER_PERIOD * orders)
     grid = angle[0] + step * np.arange(samples)
     rows = signal.values.reshape(-1, angle.size)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fem.support.validation import require
+from fem.support.validation import require, require_finite
 
 #: Largest number of values that are computed at once: 4 GB.
 LARGEST = 500_000_000
@@ -14,7 +14,7 @@ def check_columns(**columns: np.ndarray) -> None:
     fits = len(set(shapes)) == 1 and len(shapes[0]) == 1 and shapes[0][0] >= 3
     require(fits, f"{names} must be equally long, (n,) with n >= 3, got {' and '.join(map(str, shapes))}")
     for name, column in columns.items():
-        require(bool(np.isfinite(column).all()), f"{name} must be finite, got NaN")
+        require_finite(name, column, "leave out or interpolate what is not")
 
 
 def check_size(argument: str, number: float, remedy: str) -> None:

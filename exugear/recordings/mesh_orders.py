@@ -25,7 +25,7 @@ def mesh_orders(run, stage: int = 0, *, harmonics: int = 3, side_bands: int = 0)
     require(0 <= side_bands <= MOST, f"side_bands must lie in [0, {MOST}], got {side_bands}")
     data = stage_data(run, stage)
     mesh = mesh_order(data)
-    require(mesh > 0, "run must turn its shafts, the speed is 0")
+    require(mesh > 0, "run must turn its shafts, its speed is 0 throughout; pass a run at speed")
     mean = mesh * np.arange(1, harmonics + 1)
     label = data["stage"].item()
     teeth = [abs(data.attrs[f"{label}_{gear}_z"]) for gear in ("pinion", "wheel")] if side_bands else []

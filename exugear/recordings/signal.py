@@ -10,7 +10,7 @@ import xarray as xr
 from exugear.integration.run_data import stage_data
 from exugear.recordings.columns import check_columns
 from fem.support.arguments import Numbers, checked
-from fem.support.validation import require
+from fem.support.validation import require, require_finite
 
 #: Units and long names of the coordinates.
 TIME = {"units": "s", "long_name": "time"}
@@ -134,7 +134,7 @@ def require_signal(signal: xr.DataArray) -> None:
     remedy = "pass what exugear.signal, sensor_signal or recorded_signal returned"
     require(not lacking and signal.dims[-1:] == ("time",), f"signal must be over time, speed and angle; {remedy}")
     require(signal.sizes["time"] >= 3, f"signal must have 3 samples or more, got {signal.sizes['time']}")
-    require(bool(np.isfinite(signal.values).all()), "signal must be finite, got NaN")
+    require_finite("signal", signal.values, "leave out or interpolate what is not")
     require(bool((np.diff(signal["time"].values) > 0).all()), "the times of the signal must increase; sort it by time")
 
 

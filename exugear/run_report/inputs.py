@@ -95,9 +95,9 @@ def _meshes(data: xr.Dataset) -> Table:
     rows = []
     for stage in data["stage"].values.tolist():
         damping, backlash = (float(data.attrs[f"{stage}_{name}"]) for name in ("damping", "backlash"))
-        play = f"{backlash * 1e6:.4g}" if np.isfinite(backlash) else "no coast flank"
+        given = f"{backlash * 1e6:.4g}" if np.isfinite(backlash) else "no coast flank"
         friction = str(data.attrs.get(f"{stage}_friction", "none"))
-        rows.append((stage, f"{damping:.4g}", play, friction))
+        rows.append((stage, f"{damping:.4g}", given, friction))
     columns = ("stage", "damping along the line of action [N s/m]", "backlash [µm]", "friction")
     return Table("Meshes", columns, tuple(rows))
 

@@ -29,12 +29,12 @@ def order_spectrum(
     speed           (n,) of the shaft [rad/s]
     signal          (n,)
     orders          highest order wanted, for instance five times the number of teeth
-    revolutions     length of a line; the resolution is 1 / revolutions orders (Hann window)
-    overlap         of neighbouring lines, as share of their length
+    revolutions     length of a block, of which each spectrum is taken; its orders lie 1 / revolutions apart (Hann)
+    overlap         of neighbouring blocks, as share of their length
 
-    Lines with fewer than 2.25 samples per period of the highest order are left out. With speed = 2 pi mesh_frequency
-    the orders are mesh orders and the revolutions mesh cycles. Raises ValueError for signals shorter than a line, and
-    where no line remains.
+    Blocks with fewer than 2.25 samples per period of the highest order are left out. With speed = 2 pi mesh_frequency
+    the orders are mesh orders and the revolutions mesh cycles. Raises ValueError for signals shorter than a block, and
+    where no block remains.
     """
     time, speed, signal = (np.asarray(x, float) for x in (time, speed, signal))
     check_columns(time=time, speed=speed, signal=signal)

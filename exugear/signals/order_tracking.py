@@ -18,19 +18,20 @@ ORDER = {"units": "1", "long_name": "order of the shaft"}
 def order_tracking(
     signal: xr.DataArray, *, orders: float, revolutions: float = 8.0, overlap: float = 0.75, window: Window = "hann"
 ) -> xr.Dataset:
-    """Order map of a signal: amplitudes over time and order, with the speed of each line.
+    """Order map of a signal: amplitudes over time and order, with the speed of each block.
 
     signal         (..., time) as `exugear.signal` returns it
     orders         highest order wanted
-    revolutions    length of a line; the lines of order lie 1 / revolutions apart
-    overlap        of neighbouring lines, as share of their length
+    revolutions    length of a block, of which each spectrum is taken; its orders lie 1 / revolutions apart
+    overlap        of neighbouring blocks, as share of their length
     window         of scipy.signal.get_window: "hann", "flattop" for amplitudes between the orders, ("kaiser", 9.0), ...
 
     The signal is sampled over the shaft angle by `exugear.over_angle`, whose filter attenuates the orders that would
-    alias by 100 dB. Lines in which a period of the highest order has fewer than 2.25 samples are left out.
+    alias by 100 dB. Blocks in which a period of the highest order has fewer than 2.25 samples are left out.
 
     Returns a Dataset with amplitude (..., time, order) and the coordinates time [s] and speed [rad/s] of the middle of
-    each line. Raises ValueError for signals shorter than a line, where no line remains, and for more than 5e8 values.
+    each block. Raises ValueError for signals shorter than a block, where no block remains, and for more than 5e8
+    values.
     """
     require_signal(signal)
     require(0 < orders < np.inf, f"orders must be > 0 and finite, got {orders:g}")
@@ -38,7 +39,7 @@ def order_tracking(
     require(revolutions * orders >= 1, least)
     check_overlap(overlap)
     turned = float(np.ptp(signal["angle"].values)) / REVOLUTION
-    short = f"the signal holds {turned:.3g} revolutions, a line takes {revolutions:g}"
+    short = f"the signal holds {turned:.3g} revolutions, a block takes {revolutions:g}"
     require(turned * (1 + 1e-9) > revolutions, f"{short}; record longer, or pass fewer revolutions")
     passed = np.gradient(signal["angle"].values) / REVOLUTION
     resolved = f"sample finer, or pass {1 / (SAMPLES_PER_PERIOD * passed.max()):.4g}, which all samples resolve"

@@ -91,7 +91,7 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
     for frequency, height in zip(*peaks, strict=True):
         cut = max(cuts, key=lambda each: each.height(frequency))
         if cut.height(frequency) > SHARE * height:
-            cut, amplitude = _told_apart(cuts, cut, frequency, joint_cut)
+            cut, amplitude = _separated_cut(cuts, cut, frequency, joint_cut)
             ratio = mesh_order(stage_data(data, cut.stage)) / mesh_order(stage_data(data, stage))
             response = cut.harmonic * frequency * ratio
             rows.append((frequency, height, cut.harmonic, amplitude, response))
@@ -121,7 +121,7 @@ def _cuts(data: xr.Dataset, stage: int, exciting: int, harmonics: int) -> list[O
     ]
 
 
-def _told_apart(
+def _separated_cut(
     cuts: list[OrderPeaks], largest: OrderPeaks, frequency: float, joint_cut: Callable[..., xr.Dataset | None]
 ) -> tuple[OrderPeaks, float]:
     """The cut whose order excites a peak at a mesh frequency [Hz], and the amplitude of the order [m].

@@ -50,7 +50,7 @@ def superharmonics(peaks: Resonances, divisors: Numbers = (4, 3, 2, 1), within: 
     """Frequencies (n,) of the peaks nearest to the main resonance over divisors (n,); NaN where no peak is near.
 
     peaks       `Resonances`; the highest peak is the main resonance
-    within      largest distance of a peak from the expected frequency, as share of the latter
+    within      largest distance of a peak from the expected frequency, as share of the expected frequency
 
     Raises ValueError without peaks, and for divisors and shares out of range.
     """

@@ -21,7 +21,7 @@ def spectrogram(
     """Amplitude spectra of a signal over time.
 
     signal        (..., time) as `exugear.signal` returns it, at equal steps of time
-    resolution    distance of the lines of frequency [Hz]; a spectrum takes 1 / resolution seconds
+    resolution    frequency resolution [Hz]; a spectrum takes 1 / resolution seconds
     overlap       of neighbouring spectra, as share of their length
     window        of scipy.signal.get_window: "hann", "flattop" for amplitudes, ("kaiser", 9.0), ...
 
@@ -50,8 +50,8 @@ def waterfall(
     """Amplitude spectra of a signal at about equal steps of the speed.
 
     signal        (..., time) as `exugear.signal` returns it, at equal steps of time
-    lines         number of spectra between the lowest and the highest speed, at most those of 3/4 overlap
-    resolution    distance of the lines of frequency [Hz]
+    lines         number of spectra between the lowest and the highest speed, at most as many as overlap by 75 %
+    resolution    frequency resolution [Hz]
     window        of scipy.signal.get_window
 
     Returns a Dataset with amplitude (..., speed, frequency). Raises ValueError for signals shorter than a spectrum.

@@ -30,7 +30,7 @@ from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.operation.time_functions import TimeFunction
 from exugear.plan.integrator_and_step import Rule
 from exugear.system.drive_and_load import applied, released
-from exugear.system.equilibrium import start
+from exugear.system.equilibrium import solve_initial_equilibrium
 from exugear.system.model import Model, end_coordinate, linearized
 from fem.ste.ste_map import save
 from fem.support.arguments import FilePath, Finite, checked
@@ -227,7 +227,7 @@ def _solved(
         conditions = replace(conditions, start_angle=model.gearbox.directions[conditions.held] * about_z)
     with shown(progress), quiet(), applied(model, conditions) as torques:
         if state is None:
-            start(model, conditions)
+            solve_initial_equilibrium(model, conditions)
         else:
             _restart(model, state)
         released(model, conditions, torques)
@@ -262,7 +262,8 @@ def _start_of(model: Model, conditions: Conditions, data: xr.Dataset) -> np.ndar
     state, number = data["end_state"].values, model.mbs.systemData.ODE2Size()
     stages, labels = data["stage"].values.tolist(), list(model.gearbox.labels)
     same = state.shape[1] == number and stages == labels
-    require(same, f"initial is a run of {stages} with {state.shape[1]} coordinates, the model has {labels}, {number}")
+    unlike = f"initial is a run of {stages} with {state.shape[1]} coordinates, the model has {labels}, {number}"
+    require(same, f"{unlike}; pass a run of the same gearbox and plan")
     for label, stage in zip(labels, model.gearbox.stages, strict=True):
         gears = {"a": stage.pair.a, "pinion_z": stage.pair.pinion.z, "wheel_z": stage.pair.wheel.z}
         of_run, of_model = [data.attrs.get(f"{label}_{name}", x) for name, x in gears.items()], [*gears.values()]

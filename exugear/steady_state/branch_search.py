@@ -44,7 +44,8 @@ def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
         _sweep(system, branches, searched, bar(sweep, f"steady states, sweep {direction}"))
     inside = [piece for branch in branches for piece in _pieces(system, branch, within)]
     if not inside:
-        raise RuntimeError("no periodic orbit of one or two periods was reached; try another range of speed")
+        cycles = f"at mesh frequencies of {within.low:.4g} to {within.high:.4g} Hz"
+        raise RuntimeError(f"no periodic orbit of one or two periods was reached {cycles}; widen speed, or add damping")
     return inside
 
 

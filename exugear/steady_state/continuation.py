@@ -14,12 +14,12 @@ from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbit
 #: unknowns, and length of the first step.
 FREQUENCY_CHANGE, LONGEST, SHORTEST, FIRST = 0.02, 0.4, 1e-7, 0.01
 #: Effort of Newton's iteration up to which steps grow, above which they shrink; factor.
-QUICK, SLOW, GROWTH = 3, 5, 1.6
+FEW_ITERATIONS, MANY_ITERATIONS, GROWTH = 3, 5, 1.6
 #: Least cosine between the tangents at both ends of a step.
 LEAST_COSINE = 0.97
 #: Component of the tangent along the frequency below which a point is a fold, or one of many at the same frequency, as
 #: on a subharmonic branch along which no teeth part.
-UPRIGHT = 1e-4
+LEAST_FREQUENCY_COMPONENT = 1e-4
 #: Points of a branch at most, and points from which on it may close.
 MOST_POINTS, FEW_POINTS = 5000, 8
 #: Position of a bifurcation in its step, relative tolerance and iterations at most.
@@ -76,8 +76,8 @@ def _step(orbits: PeriodicOrbits, point: OrbitPoint, length: float) -> tuple[Orb
         step = min(length, FREQUENCY_CHANGE * point.unknowns[-1] / max(abs(point.tangent[-1]), SHORTEST))
         following = _following(orbits, point, step)
         if following is not None and following.tangent @ point.tangent > LEAST_COSINE:
-            slower = step / GROWTH if following.effort > SLOW else step
-            return following, min(LONGEST, step * GROWTH) if following.effort <= QUICK else slower
+            slower = step / GROWTH if following.effort > MANY_ITERATIONS else step
+            return following, min(LONGEST, step * GROWTH) if following.effort <= FEW_ITERATIONS else slower
         length = step / 2
     return None, length
 
@@ -144,8 +144,8 @@ def _with_fold(points: list[OrbitPoint], following: OrbitPoint) -> list[OrbitPoi
 
 
 def _along_frequency(point: OrbitPoint) -> float:
-    """Component of the tangent along the frequency; 0 below `UPRIGHT`."""
-    return float(point.tangent[-1]) if abs(point.tangent[-1]) > UPRIGHT else 0.0
+    """Component of the tangent along the frequency; 0 below `LEAST_FREQUENCY_COMPONENT`."""
+    return float(point.tangent[-1]) if abs(point.tangent[-1]) > LEAST_FREQUENCY_COMPONENT else 0.0
 
 
 def _zero(orbits: PeriodicOrbits, before: OrbitPoint, after: OrbitPoint, test) -> OrbitPoint | None:

@@ -19,7 +19,7 @@ from exugear.force_table.layout import OFFSETS
 from exugear.mesh_force.force import MeshForce
 from exugear.modes.linear_system import LinearSystem, linear_gearbox
 from exugear.modes.mesh_tangents import MeshTangent, mesh_tangent
-from exugear.modes.operating_point import loaded
+from exugear.modes.operating_point import in_loaded_equilibrium
 from exugear.steady_state.force_error import Reduction
 from exugear.steady_state.mesh_measures import (
     STEP,
@@ -51,7 +51,7 @@ def reduced(model: Model, load: float, stages: Sequence[int], *, speed: float, d
     drive    "held": the driving shaft turns as imposed; "free": it turns under a constant torque
     """
     cycles = common_period(model, stages)
-    with loaded(model, load, drive) as in_equilibrium:
+    with in_loaded_equilibrium(model, load, drive) as in_equilibrium:
         system = linear_gearbox(in_equilibrium, [speed, 2 * speed], None)
         q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
         meshes = in_equilibrium.meshes
@@ -176,6 +176,6 @@ def _opening(mesh: Mesh, offsets: dict[str, float]) -> float:
 def check_reducible(model: Model) -> None:
     """Require a gearbox without friction and drag, whose torques would depend on the speed."""
     rubbing = [label for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True) if stage.friction]
-    require(not rubbing, f"model must be without friction, stages {rubbing} rub; leave friction= out")
+    require(not rubbing, f"model must be without friction, stages {rubbing} rub; build the gearbox without friction=")
     braked = [shaft.name for shaft in model.gearbox.shafts if shaft.drags]
-    require(not braked, f"model must be without drag, shafts {braked} are braked; leave it out")
+    require(not braked, f"model must be without drag, shafts {braked} are braked; build it without drag= and Drag")

@@ -36,7 +36,7 @@ def spatial_measures(table, frame, side, q_1, q_2):
     position = position_of(table, frame, q_1, q_2)
     phase = position.flank.phase if position.flank.side > 0.0 else table.back_phase - position.flank.phase
     a, misalignment, axial = position.offsets
-    of_flank, dte = position.lead - side * position.opening, position.lead - position.opening
+    of_flank, dte = position.advance - side * position.opening, position.advance - position.opening
     return of_flank, phase, misalignment, dte, a, axial
 
 

@@ -40,7 +40,8 @@ def check_stages(name: str, value) -> None:
     stages = numbers(name, value)
     whole = stages.ndim <= 1 and stages.size > 0 and (stages == np.floor(stages)).all() and (stages >= 0).all()
     different = np.unique(stages).size == stages.size
-    require(bool(whole and different), f"{name} must be the number of a stage, or different ones, got {text_of(value)}")
+    kinds = f"{name} must be a stage number >= 0, or several distinct ones such as (0, 1), got {text_of(value)}"
+    require(bool(whole and different), kinds)
 
 
 @checked

@@ -73,7 +73,8 @@ def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
         return plan_of(gearbox)
     scene, suitable = plan.scene if isinstance(plan, BuiltPlan) else plan, plan_of(gearbox)
     names = [shaft.name for shaft in gearbox.shafts]
-    require(list(scene.shafts) == names, f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}")
+    unlike = f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}"
+    require(list(scene.shafts) == names, f"{unlike}; pass exugear.plan(gearbox)")
     _check_suits(scene, suitable)
     return scene
 
@@ -81,7 +82,8 @@ def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
 def _check_suits(scene: Plan, suitable: Plan) -> None:
     """ValueError unless a plan has the stages, damping, backlash and bearings of the plan of this gearbox."""
     same_stages = list(scene.laws) == list(suitable.laws)
-    require(same_stages, f"plan is for the stages {list(scene.laws)}, the gearbox has {list(suitable.laws)}")
+    unlike = f"plan is for the stages {list(scene.laws)}, the gearbox has {list(suitable.laws)}"
+    require(same_stages, f"{unlike}; pass exugear.plan(gearbox)")
     remedy = "plan is for another gearbox with shafts of these names; call exugear.plan with this one"
     for name, kind in scene.shafts.items():
         choice = suitable.shafts[name]

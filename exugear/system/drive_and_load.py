@@ -131,7 +131,7 @@ def _remove(model: Model, conditions: Conditions, torques: ShaftTorques) -> None
         mbs.DeleteObject(number, deleteDependentItems=False, suppressWarnings=True)
     for mesh in model.meshes:
         state_of(mbs, mesh.contact).torques[:] = 0.0
-    imposed_speed.withdraw(model, conditions)
+    imposed_speed.restore_constraint(model, conditions)
     for end in conditions.ends:
         if end.shaft == driven and conditions.tables[driven].constant:
             about_z = end.sense * model.gearbox.directions[driven] * float(conditions.tables[driven](0.0, 0.0, 0.0))

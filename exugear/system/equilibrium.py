@@ -21,7 +21,7 @@ from fem.support.validation import require
 from fem.units import mm, rpm
 
 #: Duration of the static solve, in which the spins do not advance [s].
-INSTANT = 1e-12
+STATIC_SOLVE_TIME = 1e-12
 NO_EQUILIBRIUM = "no static equilibrium; try a load under which teeth and bearings touch, less load or stiffer bearings"
 #: Residual of a static solve that counts as 0 [N, N m], and the rounding of its coordinates in units in the last place.
 ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
@@ -30,7 +30,7 @@ ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
 ITERATIONS, CONVERGED = 30, 1e-14
 #: Static displacement of a shaft [m, rad] and twist of a coupling [rad] that suggest data in another unit.
 LARGEST_SHIFT, LARGEST_TILT, LARGEST_TWIST = 0.01, 0.05, 2.0
-UNIT = "(in N/m: 200 N/um are 200e6)"
+STIFFNESS_UNIT_HINT = "(in N/m: 200 N/um are 200e6)"
 #: Share of a map's largest force below which the mesh force by inertia torques is neglected.
 LEAST_INERTIA_SHARE = 1e-6
 #: How Exudyn reports an exception of a user function: its name and the message.
@@ -39,7 +39,7 @@ USER_FUNCTION_ERROR = r"USER FUNCTION '([^']*)':\s*([^\n]+)"
 MESSAGE = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
 
 
-def start(model: Model, conditions: Conditions) -> None:
+def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
     """Put the system into static equilibrium under the torques at the start, all shafts turning at their ratios.
 
     The inertia torques of all shafts and rotors at the initial acceleration take part in the equilibrium. Their
@@ -116,7 +116,8 @@ def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torq
     settings.solution.file.write = False
     settings.staticSolver.newton.relativeTolerance = 1e-8
     settings.staticSolver.newton.absoluteTolerance = max(ABSOLUTE_TOLERANCE, _rounding_of_forces(model, q))
-    settings.staticSolver.loadStepStart, settings.staticSolver.loadStepDuration = conditions.start_time, INSTANT
+    settings.staticSolver.loadStepStart = conditions.start_time
+    settings.staticSolver.loadStepDuration = STATIC_SOLVE_TIME
     with _applied_torques(model, torques), explained(model, NO_EQUILIBRIUM, lambda t: conditions.initial_speed):
         system.SetODE2Coordinates(q, initial)
         system.SetODE2Coordinates_t(np.zeros(q.size), initial)
@@ -194,7 +195,7 @@ def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
         tilt = max((np.abs(x[3:]).max(initial=0.0) for x in displaced), default=0.0)
         if shift > LARGEST_SHIFT or tilt > LARGEST_TILT:
             far = f"bearings of {mesh.stage.name} yield by {shift / mm:.3g} mm, {tilt:.2g} rad under {abs(force):.4g} N"
-            raise RuntimeError(f"{far}; try less load or stiffer bearings {UNIT}")
+            raise RuntimeError(f"{far}; try less load or stiffer bearings {STIFFNESS_UNIT_HINT}")
 
 
 def _secants(model: Model, q: np.ndarray, before) -> dict[str, dict[float, float]]:
@@ -255,8 +256,8 @@ def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
         return _deflection_under(mesh, law, phase, force)
     no_contact = f"backlash must be finite for a load on the back flank, got {law.backlash}"
     require(isfinite(law.backlash), no_contact)
-    play = law.backlash + 2 * mesh.opening
-    return -play - _deflection_under(mesh, law, law.back_phase - phase, -force)
+    backlash = law.backlash + 2 * mesh.opening
+    return -backlash - _deflection_under(mesh, law, law.back_phase - phase, -force)
 
 
 def _deflection_under(mesh: Mesh, law, phase: float, force: float) -> float:
@@ -293,4 +294,4 @@ def _reason(text: str, remedy: str) -> str:
 
 def damping_remark(model: Model, t: float) -> str:
     """Remark on a run that fails at t [s] where no mesh, bearing or coupling is damped; else empty."""
-    return f" ({UNDAMPED})" if model.plan.scene.undamped and t > INSTANT else ""
+    return f" ({UNDAMPED})" if model.plan.scene.undamped and t > STATIC_SOLVE_TIME else ""

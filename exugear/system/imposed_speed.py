@@ -112,7 +112,7 @@ def _impose_in_contacts(model: Model, held: Shaft, address: int) -> None:
                 state.imposed[side], state.inertias[side], inertia = address, inertia, 0.0
 
 
-def withdraw(model: Model, conditions: Conditions) -> None:
+def restore_constraint(model: Model, conditions: Conditions) -> None:
     """Restore constraint and load where `drive_by_contacts` has deleted them; symbolic expressions become functions.
 
     Expressions would keep the system in memory for ever. Torques of the run are removed before.

@@ -13,7 +13,7 @@ from fem.elasticity.half_space import between_segments
 from fem.support.numba_cache import kept_unchecked, unchecked
 
 
-class Body(NamedTuple):
+class CompiledCompliance(NamedTuple):
     """`Compliance` of a gear for compiled code, without its symmetry."""
 
     arcs: np.ndarray
@@ -37,11 +37,11 @@ class Weights(NamedTuple):
     along: np.ndarray
 
 
-def body_of(compliance: Compliance) -> Body:
+def compiled_compliance(compliance: Compliance) -> CompiledCompliance:
     """The compliance as contiguous arrays."""
     arrays = (np.ascontiguousarray(getattr(compliance, name)) for name in ("arcs", "axial", "blocks", "slide"))
     arcs, axial, blocks, slide = arrays
-    return Body(arcs, axial, float(compliance.end), blocks, slide, float(compliance.pitches))
+    return CompiledCompliance(arcs, axial, float(compliance.end), blocks, slide, float(compliance.pitches))
 
 
 @unchecked
@@ -129,7 +129,7 @@ def _add_body(body, side, number, m, weights, tilts, total):
             if abs(ahead) > body.pitches or (ahead < 0 and tilts[p] == 0):
                 continue
             if abs(ahead) > teeth:
-                raise IndexError("teeth in contact are further apart than the compliance reaches; model more teeth")
+                raise RuntimeError("teeth in contact are too far apart for the mesh; take a density of more teeth")
             tables = body.blocks[max(0, ahead)], body.slide[max(0, ahead + len(body.slide) - teeth - 1)]
             factors = 0.0 if ahead < 0 else 1.0 if ahead == 0 else 2.0, -2 * tilts[p]
             _write_displacements(tables, weights, p, factors, loaded, u)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem.contact.coupling import Body, smooth_compliance
+from fem.contact.coupling import CompiledCompliance, smooth_compliance
 from fem.contact.unilateral import Equilibrium, unilateral_contact
 from fem.elasticity.face_symmetry import Face
 from fem.gap.contact_slices import ContactSlices
@@ -77,14 +77,18 @@ class LoadedLine(NamedTuple):
     te: np.ndarray
 
 
-def compliance_at(slices: ContactSlices, bodies: tuple[Body, Body], face: Face) -> np.ndarray:
+def compliance_at(
+    slices: ContactSlices, bodies: tuple[CompiledCompliance, CompiledCompliance], face: Face
+) -> np.ndarray:
     """(n, n) compliance between slices where they are closest, beside their half-planes [m/N]."""
     depth, numbers = DEPTH * slices.position.pair.pinion.m_n, (slices.number, slices.low, slices.high)
     arcs = slices.closest_arcs[..., None]
     return slices.mesh.call(smooth_compliance, bodies, face.share < 1, numbers, depth, arcs, np.zeros(arcs.shape))
 
 
-def line_contact(slices: ContactSlices, bodies: tuple[Body, Body], face: Face, *, softens: bool) -> LineContact:
+def line_contact(
+    slices: ContactSlices, bodies: tuple[CompiledCompliance, CompiledCompliance], face: Face, *, softens: bool
+) -> LineContact:
     """Contact of slices of the whole face; softens: whether the compliance changes with the deflection."""
     compliance, softening = compliance_at(slices, bodies, face), np.zeros((0, 0))
     m_n = slices.position.pair.pinion.m_n

@@ -14,7 +14,7 @@ from fem.contact.contact_state import State
 from fem.elasticity.face_symmetry import Face
 from fem.gap.contact_slices import ContactSlices
 from fem.gap.face_grading import FaceGrading, axial_at, compiled_share, kink_shares, slices_over
-from fem.gap.mesh_geometry import Mesh, mesh_of
+from fem.gap.mesh_geometry import PairGeometry, pair_geometry
 from fem.pair.mesh_position import MeshPosition
 from fem.support.numba_cache import kept_unchecked, unchecked
 
@@ -43,9 +43,9 @@ class FaceSlicing:
     slices: int
 
     @cached_property
-    def mesh(self) -> Mesh:
+    def mesh(self) -> PairGeometry:
         """The two gears for compiled code."""
-        return mesh_of(self.position)
+        return pair_geometry(self.position)
 
     @cached_property
     def numbers(self) -> range:

@@ -91,11 +91,11 @@ def _without_resolved(kind: type) -> type:
 class Resolution(Discretization):
     """Strips along the profile in every slice of the face width: the pressure across the contact is resolved.
 
-    density     of the FE mesh, whose quadratic elements are made of two `paired`; `teeth` come from the contact ratio
+    density     of the FE mesh, whose quadratic elements replace two each (`Density.paired`); its teeth follow from the
+                contact ratio
     slices      number across the face width where gap or lines of contact vary across it; elsewhere there are 6
-    neighbours  largest distance in pitches at which a loaded tooth deflects another one; None: all teeth in contact,
-                which are two pitches apart where three pairs are in contact; 1: adjacent teeth only, to compare with
-                programs that neglect teeth further apart
+    neighbours  largest distance in pitches at which a loaded tooth deflects another tooth; None: all teeth in contact;
+                1: adjacent teeth only, to compare with programs that neglect teeth further apart
 
     Raises ValueError for bad input.
     """

@@ -83,8 +83,8 @@ def strips_around(mesh, slices, te, closest, half_widths, fine):
     arcs, tilts, approach, expected = np.empty((2, n, m)), np.empty((2, n, m)), np.empty((n, m)), np.empty((n, m))
     for i in range(n):
         at = sections[i]
-        _expect(mesh, half_widths[i], closest.radius[i], gap[i], expected[i])
-        _direct(mesh, at, (rolls[i], feet[i], slope[i]), expected[i], width[i], tilts, approach, i)
+        _write_expected_pressure(mesh, half_widths[i], closest.radius[i], gap[i], expected[i])
+        _write_directions(mesh, at, (rolls[i], feet[i], slope[i]), expected[i], width[i], tilts, approach, i)
         for k in range(m):
             gap[i, k] += approach[i, k] * te
             arcs[at.host, i, k] = rolls[i, 2 * k + 1] ** 2 / (2 * at.r_host)
@@ -167,7 +167,7 @@ def _gaps_of(mesh, sections, rolls):
 
 
 @unchecked
-def _expect(mesh, half_width, radius, gap, expected):
+def _write_expected_pressure(mesh, half_width, radius, gap, expected):
     """Write the pressure by Hertz's ellipse at gaps (m,), up to a factor."""
     closing, least = mesh.position.inclined * half_width**2 / (2 * radius), gap[0]
     for k in range(1, gap.size):
@@ -177,7 +177,7 @@ def _expect(mesh, half_width, radius, gap, expected):
 
 
 @unchecked
-def _direct(mesh, at, profile, expected, width, tilts, approach, i):
+def _write_directions(mesh, at, profile, expected, width, tilts, approach, i):
     """Write the tilts (2, n, m) of pinion and wheel and the approaches (n, m) in slice i under an expected pressure.
 
     profile     roll lengths of host and mate (2 m + 1,) at edges and middles of the strips, slopes of the host (m,)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem.contact.coupling import Body, smooth_compliance
+from fem.contact.coupling import CompiledCompliance, smooth_compliance
 from fem.contact.strip_bounds import NODES, Strips, write_half_planes, write_shapes
 from fem.contact.unilateral import EXCHANGES, Equilibrium, unilateral_contact
 from fem.elasticity.face_symmetry import Face
@@ -34,7 +34,7 @@ from fem.support.numba_cache import kept_unchecked, unchecked
 #: depth and beyond the compliance is positive definite.
 CAPACITY = 1 / 4
 #: Compliances of pinion and wheel
-Bodies = tuple[Body, Body]
+Compliances = tuple[CompiledCompliance, CompiledCompliance]
 #: Displacements under which the strips of a slice are solved: transmission error, gap, and the smooth ones.
 SIDES = 2 + NODES
 
@@ -112,7 +112,9 @@ class LoadedStrips(NamedTuple):
     root: np.ndarray
 
 
-def assemble(slices: ContactSlices, strips: Strips, bodies: Bodies, face: Face, misalignment: float) -> StripContact:
+def assemble(
+    slices: ContactSlices, strips: Strips, bodies: Compliances, face: Face, misalignment: float
+) -> StripContact:
     """Contact of all strips under a misalignment [rad]."""
     depth, m = CAPACITY * strips.width.sum(axis=1).max(), strips.width.shape[1]
     arcs, tilts = (

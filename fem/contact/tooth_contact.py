@@ -6,11 +6,11 @@ from functools import cached_property
 import numpy as np
 
 from fem.contact.contact_state import State, hertz_pressure, load_rows
-from fem.contact.coupling import body_of
+from fem.contact.coupling import compiled_compliance
 from fem.contact.line_contact import LineContact, LineLoads, line_contact, solve_lines
 from fem.contact.loaded_width import FaceSlicing, line_loads
 from fem.contact.strip_bounds import Strips, strips_of
-from fem.contact.strip_contact import Bodies, Solution, assemble
+from fem.contact.strip_contact import Compliances, Solution, assemble
 from fem.elasticity.face_symmetry import Face
 from fem.elasticity.flank_compliance import Compliance
 from fem.gap.contact_slices import ContactSlices
@@ -39,9 +39,9 @@ class ToothContact:
         return self.pinion.face
 
     @cached_property
-    def bodies(self) -> Bodies:
+    def bodies(self) -> Compliances:
         """Compliances of pinion and wheel for compiled code."""
-        return body_of(self.pinion), body_of(self.wheel)
+        return compiled_compliance(self.pinion), compiled_compliance(self.wheel)
 
     @cached_property
     def slicing(self) -> FaceSlicing:

@@ -21,10 +21,10 @@ class Density:
     tooth, rim, body        half across the tooth, in the layer below the root, from there to the bore
     width                   quadratic elements over half the face width
     teeth, behind           toothed pitches ahead of tooth 0 (counter-clockwise) and behind it
-    rim_power               above 1: rim elements are smaller beside the root, which root stress asks for
+    rim_power               above 1: rim elements are smaller beside the root, as root stress needs
     edges                   roll lengths on the flank [m], increasing, with a node at each, smaller elements beside it
-                            and thin layers below; None: none, but `nonlinear` and `dynamic` take those where reliefs
-                            begin
+                            and thin layers below; None: none, except that `fem.nonlinear` and `fem.dynamic` take those
+                            where reliefs begin
     """
 
     flank: int = 16

@@ -7,7 +7,7 @@ from math import cos
 import numpy as np
 
 from fem.gap.closest_point import Closest, closest_points
-from fem.gap.mesh_geometry import Mesh, mesh_of
+from fem.gap.mesh_geometry import PairGeometry, pair_geometry
 from fem.pair import hertz
 from fem.pair.mesh_position import MeshPosition
 
@@ -26,11 +26,11 @@ class ContactSlices:
     low: np.ndarray
     high: np.ndarray
     te: float | np.ndarray = 0.0
-    mesh: Mesh = field(default=None, repr=False, compare=False)  # type: ignore[assignment]
+    mesh: PairGeometry = field(default=None, repr=False, compare=False)  # type: ignore[assignment]
 
     def __post_init__(self):
         if self.mesh is None:
-            object.__setattr__(self, "mesh", mesh_of(self.position))
+            object.__setattr__(self, "mesh", pair_geometry(self.position))
 
     @property
     def middle(self) -> np.ndarray:
@@ -84,6 +84,6 @@ class ContactSlices:
         return (self.closest.gap + self.gap_by(misalignment)) / self.closest.approach
 
 
-def closest_in(mesh: Mesh, number, low, high, te) -> np.ndarray:
+def closest_in(mesh: PairGeometry, number, low, high, te) -> np.ndarray:
     """(5, n) `Closest` of slices (n,) of tooth pairs, linearized about transmission errors () or (n,) [m]."""
     return mesh.call(closest_points, number, low, high, np.full(low.size, te, float))

@@ -28,7 +28,7 @@ GEAR = np.dtype(
 )
 
 
-class MeshGeometry(NamedTuple):
+class PairRecords(NamedTuple):
     """Two gears at one mesh position.
 
     position            record of type POSITION
@@ -44,10 +44,10 @@ class MeshGeometry(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Mesh:
+class PairGeometry:
     """Geometry of two gears at one mesh position, with the modifications that users wrote."""
 
-    geometry: MeshGeometry
+    geometry: PairRecords
     users: tuple[UsersModifications, UsersModifications]
 
     def call(self, function: Callable, *arguments):
@@ -59,7 +59,7 @@ class Mesh:
         return result
 
 
-def mesh_of(position: MeshPosition) -> Mesh:
+def pair_geometry(position: MeshPosition) -> PairGeometry:
     """The two gears at a mesh position."""
     pair, path = position.pair, position.path
     gears = pair.pinion, pair.wheel
@@ -71,7 +71,7 @@ def mesh_of(position: MeshPosition) -> Mesh:
     further = pair.p_bt, pair.pinion.m_n, records["flattening"].sum(), any(gear.drive_flank for gear in gears)
     table = np.concatenate([pinion.table, wheel.table])
     at = np.array([(*numbers, *further)], POSITION)[0]
-    return Mesh(MeshGeometry(at, records, pinion.rows, wheel.rows, table), (pinion.users, wheel.users))
+    return PairGeometry(PairRecords(at, records, pinion.rows, wheel.rows, table), (pinion.users, wheel.users))
 
 
 def _record(gear: Gear, axial: float, flank: CompiledFlank) -> tuple:

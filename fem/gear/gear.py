@@ -30,7 +30,7 @@ class Gear:
     d_bore      diameter where the body is clamped: the bore on a stiff shaft, or the inside of the rim on a web
     alpha_n     normal pressure angle
     beta        helix angle at the reference circle, > 0 right-hand
-    x           profile shift coefficient, limited by pointed teeth and undercut; by default from s_n, or 0
+    x           profile shift coefficient, limited above by pointed teeth, below by undercut; by default from s_n, or 0
     s_n         normal circular tooth thickness at the reference circle; by default from x
     d_a, d_f    tip and root diameter; by default m_n (1 + x) above and h_fP - x m_n below the reference circle
     h_fP        dedendum of the basic rack, the tool's addendum, instead of d_f; by default 1.25 m_n (ISO 53, profile A)
@@ -88,7 +88,8 @@ class Gear:
         if h_fP is not None:
             require_within("h_fP", h_fP, 0, 4 * self.m_n, unit=mm, remedy="mm (pass metres: 1.25*m_n)")
         self._fill("d_f", 2 * self.r - 2 * ((1.25 * self.m_n if h_fP is None else h_fP) - self.x * self.m_n))
-        require(self.rho_f is None or self.fillet is None, "give rho_f of the rack or a fillet, not both")
+        twice = f"give rho_f of the rack or a fillet, not both: got {self.rho_f} and {self.fillet}"
+        require(self.rho_f is None or self.fillet is None, twice)
         if self.fillet is None:
             largest = limits.largest_rack_radius(self)
             self._fill("rho_f", min(0.38 * self.m_n, largest) if largest > 0 else 0.38 * self.m_n)

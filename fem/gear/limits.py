@@ -52,10 +52,13 @@ def check_root(gear) -> None:
         require_within("fillet", gear.fillet, 0, 4 * gear.m_n, unit=mm, remedy="mm (pass metres: 1*mm)")
         fits = f"fillet {gear.fillet / mm:g} mm does not fit between two teeth; reduce it or x, or raise d_f"
         require(gear.root.psi_f <= pi / gear.z * (1 + 1e-9), fits)
-    waist = 2 * min(r * psi for r, psi in zip(*gear.root.points(np.linspace(0, 1, 33)), strict=True))
-    thin = f"z = {gear.z}, x = {gear.x:.4g} leave teeth {waist / mm:.3g} mm thick at the root"
-    require(waist > 0.1 * gear.m_n, f"{thin}; the generating rack undercuts them: raise x, z, rho_f or d_f")
-    require(gear.r_a > gear.r_form, f"no involute between root form and tip circle d_a = {gear.d_a / mm:g} mm")
+    root_thickness = 2 * min(r * psi for r, psi in zip(*gear.root.points(np.linspace(0, 1, 33)), strict=True))
+    thin = f"z = {gear.z}, x = {gear.x:.4g} leave teeth {root_thickness / mm:.3g} mm thick at the root"
+    require(root_thickness > 0.1 * gear.m_n, f"{thin}; the generating rack undercuts them: raise x, z, rho_f or d_f")
+    between = (
+        f"no involute between root form circle {2 * gear.r_form / mm:g} mm and tip circle d_a = {gear.d_a / mm:g} mm"
+    )
+    require(gear.r_a > gear.r_form, f"{between}; raise d_a, or reduce rho_f or the fillet")
 
 
 def largest_rack_radius(gear) -> float:

@@ -78,7 +78,7 @@ def schur_complement(matrix: BlockMatrix | KroneckerMatrix, kept: np.ndarray) ->
     """
     blocks = list(dict.fromkeys(matrix.block[kept].tolist()))
     if kept.size != np.isin(matrix.block, blocks).sum():
-        raise ValueError("all unknowns of a block must be kept, or none")
+        raise ValueError("all unknowns of a block must be kept, or none; keep whole blocks")
     order, fronts = ordered_fronts(matrix, blocks)
     with one_thread():
         *_, front = _eliminated(matrix.pivot_columns(order), fronts, assembled=1)

@@ -7,7 +7,7 @@ import numpy as np
 
 from fem.microgeometry.modification import FlankExtent, check_amount, check_within
 from fem.support.representation import short
-from fem.support.validation import increasing, numbers
+from fem.support.validation import increasing, numbers, require_finite
 
 #: Grid lines closer together than this share of the mean distance belong to a local refinement.
 REFINED = 0.5
@@ -66,8 +66,7 @@ class Grid:
         values, shape = numbers("values", self.values), (len(self.roll), len(self.axial))
         if values.shape != shape:
             raise ValueError(f"values must have the shape (roll, axial) = {shape}, got {values.shape}; transpose them?")
-        if not np.isfinite(values).all():
-            raise ValueError("values must be finite everywhere; fill the missing points of the measurement")
+        require_finite("values", values, "fill the missing points of the measurement")
         check_amount("values", float(values.flat[np.abs(values).argmax()]))
         object.__setattr__(self, "values", tuple(map(tuple, values.tolist())))
 

@@ -148,9 +148,9 @@ class EdgeBreak:
     """Rounding of the tip edge with a radius [m] in the transverse section, tangent to the flank and the tip circle.
 
     It shortens the involute by radius tan(45 deg - alpha_a / 2) of the profile, with alpha_a the pressure angle at the
-    tip; `GearPair.eps_alpha` stays that of the tip circle. Contact beyond the path of contact is on the rounding. The
-    peak pressure there changes with finer strips, slices and finite elements by less than 3 % of the largest value over
-    the cycle; in helical gears of 20 slices by less than 3.5 %, and by 5 % at any phase.
+    tip; `GearPair.eps_alpha` stays that of the tip circle. Contact beyond the path of contact is on the rounding.
+    Errors of the peak pressure there by strips, slices and finite elements, of its largest value over the mesh cycle: <
+    3 % of spur gears, < 3.5 % of helical gears with 20 slices; < 5 % at any phase.
     """
 
     radius: float

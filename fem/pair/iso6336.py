@@ -90,7 +90,10 @@ def basic_rack_factor(gear: Gear) -> float:
 def mesh_stiffness(
     pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD, *, C_R: float = 1.0, C_M: float = 0.8
 ) -> float:
-    """Mean mesh stiffness c_gamma_alpha per face width [N/m^2], for eps_alpha >= 1.2 (ISO 6336-1, 9.3)."""
+    """Mean mesh stiffness c_gamma_alpha per face width [N/m^2] (ISO 6336-1:2006, 9.3).
+
+    The standard gives it for eps_alpha >= 1.2; below, the same formula is used.
+    """
     return single_stiffness(pair, line_load, C_R=C_R, C_M=C_M) * (0.75 * pair.eps_alpha + 0.25)
 
 
@@ -98,7 +101,7 @@ def mesh_stiffness(
 def face_load_stiffness(
     pair: GearPair, line_load: float = LINE_LOAD_OF_STANDARD, *, C_R: float = 1.0, C_M: float = 0.8
 ) -> float:
-    """Mesh stiffness c_gamma_beta per face width [N/m^2], for the face load factor K_Hbeta (ISO 6336-1, 9.3)."""
+    """Mesh stiffness c_gamma_beta per face width [N/m^2], for the face load factor K_Hbeta (ISO 6336-1:2006, 9.3)."""
     return 0.85 * mesh_stiffness(pair, line_load, C_R=C_R, C_M=C_M)
 
 
@@ -117,6 +120,8 @@ class FlankDeviations:
     f_pb_eff        effective base pitch deviation f_pb - y_p, reduced by running in [m]
     f_f_alpha_eff   effective profile form deviation f_f_alpha - y_f, reduced by running in [m]
     C_a             tip relief, of the design or by running in [m]
+
+    Raises ValueError for deviations outside [0, 1] mm.
     """
 
     f_pb_eff: float = 0.0
@@ -175,7 +180,7 @@ def dynamic_factor(
 
     torque      on the pinion > 0 [N m]
     speed       of the pinion: one or several values >= 0 [rad/s]
-    deviations  of the flanks; by default none, which leaves the part of the varying mesh stiffness
+    deviations  of the flanks; by default none, which leaves the excitation by the varying mesh stiffness
     K_A         application factor, times the mesh load factor K_gamma
     C_R, mass   as for `resonance_speed`
 

@@ -20,7 +20,7 @@ from fem.ste.error_estimation import (
     elements_along,
 )
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
-from fem.ste.map_solver import ContactModel, across_width, elastic_gears
+from fem.ste.map_solver import ContactModel, elastic_gears, width_variation
 from fem.ste.ste_map import LOAD_SHARE, STATE_VARIABLES
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.cache import known
@@ -115,7 +115,7 @@ def _error_estimates(model: ContactModel, n_torque: int, n_phase: int) -> list[S
 def per_state(model: ContactModel) -> float:
     """Wall time of a state [s]: more where more slices of more tooth pairs may touch."""
     even, varying = PER_STATE[type(model.resolution)]
-    varies, _ = across_width(model.pair, model.offsets)
+    varies, _ = width_variation(model.pair, model.offsets)
     slices = model.resolution.slices / Resolution().slices
     return varying * slices * model.pair.eps_gamma / 2 if varies else even
 
@@ -124,7 +124,7 @@ def _uncached(models: list[ContactModel]) -> float:
     """Wall time of the finite elements that are not in the cache [s]."""
     missing = {}
     for model in models:
-        _, whole = across_width(model.pair, model.offsets)
+        _, whole = width_variation(model.pair, model.offsets)
         for gear, density, loaded in elastic_gears(model.pair, model.offsets, model.resolution):
             for kind, name in solutions(gear, density, loaded, whole=whole).items():
                 beyond = lines_across(gear, density, loaded)[1].nelements - density.width

@@ -28,7 +28,7 @@ FORCE, PAIR = "force", "pair"
 #: `STATE_VARIABLES` without the load shares, in the order of the rows of `ToothContact`.
 QUANTITIES = TE, STIFFNESS, *LoadQuantities._fields
 #: Toothed pitches modelled behind the loaded tooth; further ones change te by less than 0.1 %.
-BEHIND = 1
+TOOTHED_PITCHES_BEHIND = 1
 #: Slices over the whole face width where neither gap nor lines of contact vary across it.
 SLICES_OF_EVEN_FACE = 6
 #: Change of the gap across the width that counts as none: rounding [m].
@@ -73,7 +73,7 @@ def sweep(
 
     Raises RuntimeError where a contact does not converge.
     """
-    bodies, slices = bodies_of(model.pair, model.offsets, model.resolution)
+    bodies, slices = compliances_of(model.pair, model.offsets, model.resolution)
     axes = product(model.offsets["a"], model.offsets["axial"], phase)
     positions = [MeshPosition(model.pair, a, axial, at) for a, axial, at in axes]
     pairs = sorted({number for position in positions for number in position.numbers()})
@@ -139,11 +139,11 @@ def _slice_rows(resolution: Slices, contact: ToothContact, forces, misalignments
     return contact.slice_rows(forces, misalignments)
 
 
-def bodies_of(
+def compliances_of(
     pair: GearPair, offsets: dict[str, np.ndarray], resolution: Discretization
 ) -> tuple[tuple[Compliance, Compliance], int]:
     """Compliances of pinion and wheel, and the number of slices of the modelled part of the face width."""
-    varies, whole = across_width(pair, offsets)
+    varies, whole = width_variation(pair, offsets)
     bodies = flank_compliances(elastic_gears(pair, offsets, resolution), whole=whole)
     pitches = inf if resolution.neighbours is None else resolution.neighbours
     pinion, wheel = (replace(body, pitches=pitches) for body in bodies)
@@ -157,18 +157,18 @@ def elastic_gears(
     """Pinion and wheel, each with the density of its finite elements and the width that can carry load [m]."""
     closest = GearPair(pair.pinion, pair.wheel, a=float(offsets["a"].min()))
     teeth = floor(closest.eps_alpha + closest.eps_beta) + 1
-    density = resolution.density.with_teeth(teeth, behind=BEHIND)
+    density = resolution.density.with_teeth(teeth, behind=TOOTHED_PITCHES_BEHIND)
     loaded = pair.b + 2 * float(np.abs(offsets["axial"]).max())
     return [(gear, density, min(gear.b, loaded)) for gear in (pair.pinion, pair.wheel)]
 
 
-def across_width(pair: GearPair, offsets: dict[str, np.ndarray]) -> tuple[bool, bool]:
+def width_variation(pair: GearPair, offsets: dict[str, np.ndarray]) -> tuple[bool, bool]:
     """Whether the gap varies across the width, and whether the two halves of the width differ."""
     axial, relief = np.linspace(-pair.b / 2, pair.b / 2, 101)[:, None], np.zeros(1)
     for gear in (pair.pinion, pair.wheel):
         roll = np.linspace(gear.roll_form, gear.roll_tip, 101)
         relief = relief + removed(gear.drive_flank, gear.face, roll, axial)
     helical = pair.pinion.beta or pair.wheel.beta
-    askew = bool(helical or any(np.any(offsets[name]) for name in (*ANGLES, "axial")))
-    varies = askew or bool(np.ptp(relief, axis=0).max() > EVEN_GAP)
-    return varies, askew or bool(np.abs(relief - relief[::-1]).max() > EVEN_GAP)
+    halves_differ = bool(helical or any(np.any(offsets[name]) for name in (*ANGLES, "axial")))
+    varies = halves_differ or bool(np.ptp(relief, axis=0).max() > EVEN_GAP)
+    return varies, halves_differ or bool(np.abs(relief - relief[::-1]).max() > EVEN_GAP)

@@ -14,7 +14,7 @@ from fem.microgeometry.flank import equal_on_all_teeth, from_text, to_text
 from fem.pair.pair import GearPair
 from fem.support.arguments import FilePath, Numbers, checked
 from fem.support.cache import complete_file
-from fem.support.validation import increasing, numbers, require
+from fem.support.validation import increasing, numbers, require, require_finite
 
 SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank")]
 #: Shapes of the root fillet, of which a gear has one.
@@ -80,7 +80,7 @@ def ste_map(
     in_words = {name: f"{name} of the offsets" if name in OFFSETS else name for name in axes}
     values, grid = {name: increasing(in_words[name], axis) for name, axis in axes.items()}, tuple(axes)
     for name, axis in values.items():
-        require(bool(np.isfinite(axis).all()), f"{in_words[name]} must be finite, got {axis}")
+        require_finite(in_words[name], axis)
     inputs = pair_attributes(pair)
     replaced = sorted(inputs.keys() & attributes.keys())
     require(not replaced, f"attributes {replaced} are inputs of the pair; change the pair instead")
@@ -107,7 +107,7 @@ def check(data: xr.Dataset) -> xr.Dataset:
     unknown = set(data[TE].dims) - {TORQUE, PHASE, *OFFSETS}
     require(not unknown, f"te may have the axes torque, phase and {list(OFFSETS)}; select one value of {unknown}")
     torque, phase = (increasing(name, data[name].values) for name in (TORQUE, PHASE))
-    require(bool(np.isfinite(te).all()), "te must be finite everywhere; solve the missing states or drop their torque")
+    require_finite("te", te, "solve the missing states or drop their torque")
     require(bool(torque[0] >= 0), f"torque must increase from 0 or above, got {torque}")
     end = data.attrs.get("pitches", 1)
     within = f"phase must increase within [0, {end}) as share of a pitch, got {phase}"

@@ -36,7 +36,7 @@ def cycle_fields(
     density: Density | None = None,
     resolution: Resolution | None = None,
 ) -> list[tuple[Field, Field]]:
-    """Fields of pinion and wheel in a section at every phase, plane, on triangles.
+    """Fields in a transverse section of pinion and wheel at every phase, on triangles.
 
     torque      pinion torque F r_b1 > 0 [N m]
     phases      number of equidistant phases, or their values in [0, 1)
@@ -45,6 +45,7 @@ def cycle_fields(
     density     density of the elements, which do not resolve the contact; its teeth follow from the load
     resolution  resolution of the contact, as for a map
 
+    Returns a pair of `Field` (pinion, wheel) of each phase.
     A spur pair takes 0.3 s and 30 ms a phase, a helical pair 10 s and 1 s a phase.
     Raises ValueError for bad input, RuntimeError where the contact does not converge.
     """

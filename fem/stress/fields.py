@@ -45,7 +45,7 @@ class Field:
     pressure        (n,) largest contact pressure in the part of the flank that is nearest to each point [Pa]
     fillet          (n,) whether a node lies on the tensile root of a loaded tooth where bending causes the stress
     centre          (dim,) centre of the hub [m]
-    turn            angle of the hub from its position without load [rad]
+    turn            rotation of the hub from its position without load [rad]
     """
 
     points: np.ndarray
@@ -89,7 +89,7 @@ def plane_fields(
     phase           position in the mesh cycle in [0, 1); 0: pair 0 at the pitch point
     offsets         offsets of the wheel, one value each
     density         density of the section away from the contact; its teeth follow from the load
-    refine          elements over half the width of the contact, at least 4
+    refine          number of elements over half the contact width, at least 4
     resolution      resolution of the contact, as for a map
 
     Returns the `Field` of pinion and wheel, lengths in metres, stresses in Pa.
@@ -98,7 +98,7 @@ def plane_fields(
     whole = 4 <= number("refine", refine) < 1e3 and refine % 1 == 0
     require(whole, f"refine must be a whole number >= 4, got {refine}")
     require_kind("density", density, Density)
-    require(pair.beta_b == 0, "beta must be 0 for plane fields; take solid_fields for helical pairs")
+    require(pair.beta_b == 0, f"plane fields are of spur pairs, got {pair}; take solid_fields for helical ones")
     contact, state = _solved_contact(pair, torque, phase, offsets, resolution)
     axial = state.slices.middle[np.argmax(state.pressure)]
     fields = []
@@ -178,7 +178,8 @@ def save_vtu(fields: Sequence[Field], path: FilePath) -> Path:
     Point data: displacement [m], von_mises, principal, pressure [Pa].
     Raises ValueError for an empty sequence, and for a path that does not end in .vtu.
     """
-    require(len(fields) > 0, "fields must be a tuple of fields, as plane_fields and solid_fields return it")
+    none = "fields must be one Field or more, got none; pass what plane_fields or solid_fields returned"
+    require(len(fields) > 0, none)
     path = Path(path)
     require(path.suffix == ".vtu", f"path must end in .vtu, got {path}")
     first = np.cumsum([0] + [field.points.shape[1] for field in fields])

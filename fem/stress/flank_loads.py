@@ -16,7 +16,7 @@ from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import ANGLES, Offsets, in_plane_of_action
 from fem.pair.pair import GearPair
 from fem.ste.inputs import check_offsets_mesh
-from fem.ste.map_solver import bodies_of
+from fem.ste.map_solver import compliances_of
 from fem.ste.ste_map import pair_attributes
 from fem.stress.tooth_boundary import flank_ends
 from fem.support.representation import exact
@@ -77,7 +77,7 @@ def tooth_contacts(
     require(not axes, f"offsets must have one value each, got several of {axes}; take one after the other")
     values = offsets.values(pair)
     check_offsets_mesh(pair, values["a"], values["axial"])
-    (pinion, wheel), slices = bodies_of(pair, values, resolution)
+    (pinion, wheel), slices = compliances_of(pair, values, resolution)
     a, axial, misalignment, *errors = (float(values[name][0]) for name in ("a", "axial", *ANGLES))
     positions = [MeshPosition(pair, a, axial, float(phase)) for phase in phases]
     in_plane = in_plane_of_action(GearPair(pair.pinion, pair.wheel, a=a).alpha_wt, *errors)

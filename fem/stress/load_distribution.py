@@ -11,7 +11,7 @@ from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
 from fem.ste.ste_map import PHASE, TORQUE, description
 from fem.stress.flank_loads import contact_inputs, tooth_contacts
-from fem.stress.load_factors import AXIAL, stretch_ends
+from fem.stress.load_factors import AXIAL, station_ends
 from fem.support.arguments import Numbers, checked
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar, shown
@@ -40,11 +40,11 @@ def load_distribution(
     resolution      resolution of the contact, as for a map
     stations        number of equal parts of the common face width
 
-    "line_load" [N/m]: normal force per length of contact line; over the lengths in "length" [m] its integral is the
-    normal force; times cos beta_b that adds up to the mesh force T / r_b1, within 1e-3, or 5e-3 where tip edges carry,
-    whose lever is shorter. "pressure" [Pa]: largest contact pressure, tip edges included. "path" [m]:
-    distance of the contact line from the pitch point along the line of action, over (phase, pair, axial_position), > 0
-    towards the tip of the pinion; "te" [m] over (torque, phase).
+    "line_load" [N/m]: normal force per length of contact line. Its integral over the lengths in "length" [m] is the
+    normal force of a tooth pair; times cos beta_b, summed over the pairs, it equals the mesh force T / r_b1 within
+    1e-3, or within 5e-3 where tip edges carry load, whose lever arm is shorter. "pressure" [Pa]: largest contact
+    pressure, tip edges included. "path" [m]: distance of the contact line from the pitch point along the line of
+    action, over (phase, pair, axial_position), > 0 towards the tip of the pinion; "te" [m] over (torque, phase).
     The attributes hold the pair at its centre distance (`fem.pair_of`), offsets and resolution; "misalignment" is the
     sum in the plane of action.
 
@@ -59,7 +59,7 @@ def load_distribution(
                 [contact.state(float(force), misalignment) for force in torque / pair.pinion.r_b]
                 for contact in bar(contacts, "load distribution")
             ]
-    edges = stretch_ends(contacts[0], stations)
+    edges = station_ends(contacts[0], stations)
     positions = [contact.position for contact in contacts]
     pairs = _loaded_pairs(columns)
     loads = np.array([[_on_stations(state, pairs, edges) for state in column] for column in columns])

@@ -48,12 +48,12 @@ def load_factors(
 
     Returns a dataset over torque [N m] and axial_position [m], from the pinion's mid-plane:
 
-    K_H_beta        largest over mean line load across the face width. The line load is that of all tooth pairs together
-                    in a section, the mean over the mesh cycle, so that the rise and fall of the load of a tooth pair
-                    along inclined lines of contact does not count
+    K_H_beta        largest over mean line load across the face width. The line load in a section is summed over the
+                    tooth pairs and averaged over the mesh cycle, so that the variation of the load along inclined lines
+                    of contact does not count
     K_H_alpha       largest load of a tooth pair in the mesh cycle over that of accurate gears, which are involutes
                     without modification on parallel axes. It is 1 where a single pair carries all the load at times
-    line_load       [N/m] over (torque, axial_position), averaged over as many equal stretches of the face width as the
+    line_load       [N/m] over (torque, axial_position), averaged over as many equal parts of the face width as the
                     resolution has slices
     largest_share   of the load on a tooth pair
 
@@ -79,36 +79,36 @@ def load_factors(
     line_load = np.einsum("p,tps->ts", phase_weights(phase, floor(phase[-1]) + 1), line_loads)
     largest = shares.max(axis=1)
     columns = face_load_factor(line_load), largest / accurate_shares.max(axis=1), line_load, largest
-    ends = stretch_ends(contacts[0], resolution.slices)
+    ends = station_ends(contacts[0], resolution.slices)
     inputs = contact_inputs(pair, offsets, resolution)
     return _dataset(inputs, torque, (ends[1:] + ends[:-1]) / 2, columns)
 
 
 def face_load_factor(line_load: np.ndarray) -> np.ndarray:
-    """(...) largest over mean of line loads (..., n) on equal stretches of the face width."""
+    """(...) largest over mean of line loads (..., n) on equal parts of the face width."""
     return line_load.max(axis=-1) / line_load.mean(axis=-1)
 
 
-def stretch_ends(contact: ToothContact, stretches: int) -> np.ndarray:
-    """(stretches + 1,) axial ends of equal stretches of the face width common to both gears [m]."""
-    return np.linspace(*contact.position.face, stretches + 1)
+def station_ends(contact: ToothContact, stations: int) -> np.ndarray:
+    """(stations + 1,) axial ends of equal stations of the face width common to both gears [m]."""
+    return np.linspace(*contact.position.face, stations + 1)
 
 
 def share_per_width(state: State, ends: np.ndarray) -> np.ndarray:
-    """(n,) share of the load, per face width [1/m], in stretches that end at (n + 1,) axial positions [m]."""
+    """(n,) share of the load, per face width [1/m], in stations that end at (n + 1,) axial positions [m]."""
     low, high, force = state.face.unfolded(state.slices.low, state.slices.high, state.force)
     overlap = np.minimum(high, ends[1:, None]) - np.maximum(low, ends[:-1, None])
     return np.maximum(overlap, 0.0) @ (force / (high - low)) / np.diff(ends) / force.sum()
 
 
 def _distributions(
-    contacts: list[ToothContact], forces: np.ndarray, misalignment: float, stretches: int
+    contacts: list[ToothContact], forces: np.ndarray, misalignment: float, stations: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Line loads (n_torque, n_phase, n_stretch) [N/m] and largest shares of a tooth pair (n_torque, n_phase)."""
-    line_loads = np.zeros((forces.size, len(contacts), stretches))
+    line_loads = np.zeros((forces.size, len(contacts), stations))
     shares = np.zeros(line_loads.shape[:2])
     for column, contact in enumerate(bar(contacts, "contact")):
-        ends = stretch_ends(contact, stretches)
+        ends = station_ends(contact, stations)
         for row, force in enumerate(forces.tolist()):
             state = contact.state(force, misalignment)
             line_loads[row, column] = force * share_per_width(state, ends)

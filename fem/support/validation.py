@@ -3,7 +3,6 @@
 import sys
 from collections.abc import Iterator
 from dataclasses import fields
-from math import isfinite
 from numbers import Real
 from types import ModuleType
 from typing import SupportsIndex
@@ -56,6 +55,15 @@ def text_of(value) -> str:
     return text if len(text) <= LONGEST else kind_name(type(value))
 
 
+def require_finite(name: str, values, remedy: str = "") -> None:
+    """ValueError with the first of the values that is not finite, and its index in an array."""
+    array = np.asarray(values, float)
+    index = np.argwhere(~np.isfinite(array))
+    if len(index):
+        at = f" at {index[0].tolist()}" if array.ndim else ""
+        raise ValueError(f"{name} must be finite, got {array[tuple(index[0])]:g}{at}{remedy and '; '}{remedy}")
+
+
 def number(name: str, value) -> float:
     """The value as a Python float; ValueError unless it is a real number within the range of floats."""
     plain = value.item() if getattr(value, "shape", None) == () else value
@@ -69,7 +77,7 @@ def number(name: str, value) -> float:
 
 def finite(name: str, value) -> float:
     """The value as a Python float; ValueError unless it is a finite number."""
-    require(isfinite(number(name, value)), f"{name} must be finite, got {value}")
+    require_finite(name, number(name, value))
     return float(value)
 
 

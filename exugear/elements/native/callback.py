@@ -1,10 +1,10 @@
 """A compiled kernel as a function that Exudyn calls without Python in between; EXUGEAR_PORTABLE=1 switches it off.
 
 pybind11 unwraps a callable that is itself a stateless C++ function of the wanted type: it reads the address of that
-function out of the record behind the callable. `forged` copies the record of one of Exudyn's own functions and writes
-another address and type into it. At that address lies the machine code of `ASSEMBLY`: it reads Exudyn's vectors and
-calls the kernel by numba's convention, i32 (result, exception, arguments). Where the kernel raises, the code asks
-Python for the reason and throws a C++ exception with that message.
+function out of the record behind the callable. `native_user_function` copies the record of one of Exudyn's own
+functions and writes another address and type into it. At that address lies the machine code of `ASSEMBLY`: it reads
+Exudyn's vectors and calls the kernel by numba's convention, i32 (result, exception, arguments). Where the kernel
+raises, the code asks Python for the reason and throws a C++ exception with that message.
 
 This is a deliberate hack that nothing outside of this folder depends on. It works on Linux x86-64 for the releases of
 Exudyn, pybind11 and numba that have these records and conventions; `exugear.elements.native.native` checks it in a
@@ -67,12 +67,12 @@ class Method(ctypes.Structure):
     _fields_ = (("name", c_char_p), ("call", c_void_p), ("flags", c_int), ("doc", c_char_p))
 
 
-def python(name: str, result, *arguments):
+def python_api_function(name: str, result, *arguments):
     """A function of CPython."""
     return PYFUNCTYPE(result, *arguments)((name, ctypes.pythonapi))
 
 
-def forged(portable, kernel, addresses: tuple[int, ...], n: int):
+def native_user_function(portable, kernel, addresses: tuple[int, ...], n: int):
     """The user function portable(mbs, t, item, q, q_t) of n coordinates, as a function that Exudyn calls directly.
 
     kernel, addresses   the compiled kernel(*addresses, t, *q, *q_t) that portable calls, and its integers
@@ -90,8 +90,10 @@ def forged(portable, kernel, addresses: tuple[int, ...], n: int):
     record[FUNCTION], record[TYPE] = keep.code.get_function_address("contact"), addressof(keep.type)
     keep.record = record
     keep.method = Method(portable.__name__.encode(), keep.code.get_function_address("call"), 1, None)
-    capsule = python("PyCapsule_New", py_object, c_void_p, c_void_p, c_void_p)(addressof(record), name, None)
-    function = python("PyCFunction_NewEx", py_object, c_void_p, py_object, py_object)
+    capsule = python_api_function("PyCapsule_New", py_object, c_void_p, c_void_p, c_void_p)(
+        addressof(record), name, None
+    )
+    function = python_api_function("PyCFunction_NewEx", py_object, c_void_p, py_object, py_object)
     return function(addressof(keep.method), capsule, keep)
 
 
@@ -99,8 +101,10 @@ def record_of_exudyn():
     """Name of the capsules that hold records, and a copy of the record of exudyn.Help; ValueError for other layouts."""
     function: Any = exu.Help
     capsule = function.__self__
-    name = python("PyCapsule_GetName", c_void_p, py_object)(capsule)
-    record = Record.from_address(python("PyCapsule_GetPointer", c_void_p, py_object, c_void_p)(capsule, name))
+    name = python_api_function("PyCapsule_GetName", c_void_p, py_object)(capsule)
+    record = Record.from_address(
+        python_api_function("PyCapsule_GetPointer", c_void_p, py_object, c_void_p)(capsule, name)
+    )
     texts = ctypes.string_at(record[NAME]), ctypes.string_at((c_uint64 * 2).from_address(record[TYPE])[1])
     if texts != (b"Help", b"PFvvE") or record[NEXT] != 0:
         raise ValueError("Exudyn's functions have records of another layout")

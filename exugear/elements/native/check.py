@@ -9,7 +9,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 from numba import njit
 
-from exugear.elements.native.callback import forged
+from exugear.elements.native.callback import native_user_function
 
 STIFFNESS, LARGEST_TWIST = 100, 0.1
 
@@ -62,7 +62,7 @@ def check() -> None:
             raise RuntimeError(f"broken at {error.args[0]:.12g} rad") from None
 
     state = None, 0.0, 0, [0.02, 0.0], [0.0, 0.0]
-    direct = forged(portable, njit(spring), (STIFFNESS, 0, 0), 2)
+    direct = native_user_function(portable, njit(spring), (STIFFNESS, 0, 0), 2)
     expected, broken, torques = solved(portable, 1.0), solved(portable, 20.0), portable(*state)
     calls.clear()
     for _ in range(3):

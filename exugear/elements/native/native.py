@@ -47,7 +47,7 @@ def direct_or_portable(portable, kernel, addresses: tuple[int, ...], n: int):
     portable            (mbs, t, item, q, q_t) -> forces of n coordinates; raises RuntimeError
     kernel, addresses   the compiled kernel(*addresses, t, *q, *q_t) that it calls, and the addresses
     """
-    return portable if obstacle() else callback.forged(portable, kernel, addresses, n)
+    return portable if obstacle() else callback.native_user_function(portable, kernel, addresses, n)
 
 
 def call_path() -> str:

@@ -33,7 +33,7 @@ def plot_contact_pattern(
 
     data    as `fem.load_distribution` returns it; its phases must cover the mesh cycle
     name    "pressure" or "line_load"
-    torque  of data that is shown [N m]; by default the largest
+    torque  whose values are shown [N m]; by default the largest of the data
     style   of matplotlib's pcolormesh: cmap, vmin, vmax, …
 
     Dashed lines bound the path of contact: below, the pinion's flank begins to mesh, above it ends at its tip.
@@ -72,7 +72,8 @@ def plot_load_distribution(
 
     data    as `fem.load_distribution` returns it
     name    "pressure" or "line_load"
-    phase   of data that is shown, the nearest; torque: by default the largest
+    phase   whose load is shown, the nearest of the data
+    torque  whose load is shown [N m]; by default the largest of the data
     style   of the lines: matplotlib's cmap, linewidth, …
     """
     ax, values = axes_or_new(ax), _at_torque(data, name, torque)

@@ -25,7 +25,7 @@ def plot_ste(
     """Transmission error over some pitches, a curve per torque.
 
     pitches         number of pitches shown: by default two, or all pitches of a map over several
-    alternating     subtract the mean over the mesh cycle; the rest excites vibrations
+    alternating     subtract the mean over the mesh cycle, which leaves what excites vibrations
     style           of the lines, as in all plots: matplotlib's color, linewidth, linestyle, label, …
     """
     ax = axes_or_new(ax)

@@ -29,8 +29,10 @@ STEEL, OUTLINE, MARK = "#dde3e9", "#30363c", DISTINCT[3]
 @checked
 @styled
 def plot_gears(bodies: Sequence[Body], touching: Sequence[Numbers] = (), ax: Axes | None = None, **style) -> Axes:
-    """Gears with their meshes, without values; touching: points (2, n) [m] of each contact, to be marked.
+    """Gears with their meshes, without values.
 
+    bodies     (points (2, n) [m], cells (3, n_cell), ...) of each gear
+    touching   points (2, n) [m] of each contact, to be marked
     style   of the lines of the meshes: matplotlib's color, linewidth, alpha, …
     """
     ax = axes_or_new(ax)
@@ -55,9 +57,13 @@ def plot_field(
     colours: str = "viridis",
     **style,
 ) -> Axes:
-    """Values of all bodies on a common scale from 0 to top, by default the largest value; label: of the colour bar.
+    """Values of all bodies on a common scale.
 
-    style   of matplotlib's tripcolor: cmap, alpha, …
+    bodies    (points (2, n) [m], cells (3, n_cell), values (n,)) of each gear
+    label     of the colour bar
+    top       end of the scale, which begins at 0; by default the largest value
+    colours   name of matplotlib's colour map
+    style     of matplotlib's tripcolor: cmap, alpha, …
     """
     ax = axes_or_new(ax)
     top = max(np.max(values) for *_, values in bodies) if top is None else top
@@ -95,7 +101,7 @@ def plot_outlines(
 @checked
 @styled
 def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root_stress", **style) -> Axes:
-    """Root stress of pinion (full) and wheel (dashed) over the mesh cycle, a colour per torque above 0."""
+    """Root stress of pinion (solid line) and wheel (dashed) over the mesh cycle, a colour per torque above 0."""
     _check_map(data, name)
     ax = axes_or_new(ax)
     for gear, line in (("pinion", "-"), ("wheel", "--")):
@@ -107,7 +113,8 @@ def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root
 @checked
 @styled
 def plot_pressure(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
-    """Hertz's pressure on the flanks over the mesh cycle, a colour per torque above 0; thin where a tip edge touches.
+    """Hertz's pressure on the flanks over the mesh cycle, a colour per torque above 0; drawn thin where a tip edge
+    touches.
 
     `plot_peak_pressure` shows the pressure at the edge itself.
     """

@@ -91,7 +91,7 @@ def dot(rows, k, row, states):
 
 
 @compiled
-def strike(states, rows, k, measured, impulse):
+def apply_impulse(states, rows, k, measured, impulse):
     """Change states by the impulses of mesh k."""
     for j in range(states.size):
         states[j] += impulse.value * rows[k, 1 + measured, j]
@@ -102,7 +102,7 @@ def strike(states, rows, k, measured, impulse):
 
 
 @compiled
-def drift(propagators, states, matrix):
+def propagate(propagators, states, matrix):
     """Move states (2 n,) and the columns of a matrix (2 n, m) by the propagators (n, 2, 2) of their blocks."""
     for j in range(len(propagators)):
         p, upper, lower = propagators[j], matrix[2 * j], matrix[2 * j + 1]
@@ -115,7 +115,7 @@ def drift(propagators, states, matrix):
 
 
 @compiled
-def push(rows, k, measured, impulse, matrix, changes):
+def apply_impulse_slopes(rows, k, measured, impulse, matrix, changes):
     """Change the columns of a matrix (2 n, c) by the slopes of the impulses of mesh k; changes (3, c): theirs."""
     changes[:] = 0.0
     for j in range(matrix.shape[0]):
@@ -161,7 +161,7 @@ def propagators(first, second, oscillating, pieces):
 
 
 @compiled(forceinline=True)
-def meshed(addresses, rows, time, step, states, matrix, changes, samples, number, k):
+def mesh_impulse_step(addresses, rows, time, step, states, matrix, changes, samples, number, k):
     """Apply the impulse of mesh k in the middle of a step [s], at a time over the common period."""
     table, mesh = table_at(addresses[k, 0]), steady_mesh_at(addresses[k, 1])
     measured, dte_row = (rows.shape[1] - 2) // 2, rows.shape[1] - 1
@@ -175,9 +175,9 @@ def meshed(addresses, rows, time, step, states, matrix, changes, samples, number
         sample = samples[number, k]
         sample[0], sample[1] = mesh.deflection + dot(rows, k, dte_row, states), impulse.force
         sample[2] = impulse.static_force
-    strike(states, rows, k, measured, impulse)
+    apply_impulse(states, rows, k, measured, impulse)
     if matrix.shape[1] > 0:
-        push(rows, k, measured, impulse, matrix, changes)
+        apply_impulse_slopes(rows, k, measured, impulse, matrix, changes)
 
 
 @kept
@@ -195,14 +195,14 @@ def advance(addresses, rows, pieces, propagators, states, matrix, samples):
     for p in range(len(pieces)):
         first, length, steps, step = pieces[p, 0], pieces[p, 1], int(pieces[p, 2]), pieces[p, 3]
         half, whole = propagators[p, 0], propagators[p, 1]
-        drift(half, states, matrix)
+        propagate(half, states, matrix)
         for i in range(steps):
             time = first + length * (i + 0.5) / steps
             for k in range(len(addresses)):
                 in_turn = k if number % 2 == 0 else len(addresses) - 1 - k
-                meshed(addresses, rows, time, step, states, matrix, changes, samples, number, in_turn)
+                mesh_impulse_step(addresses, rows, time, step, states, matrix, changes, samples, number, in_turn)
             number += 1
-            drift(half if i == steps - 1 else whole, states, matrix)
+            propagate(half if i == steps - 1 else whole, states, matrix)
 
 
 NO_SAMPLES = np.zeros((0, 0, 3))

@@ -181,5 +181,5 @@ def test_equal_pairs_side_by_side_share_the_load_and_stiffen_the_mesh():
     assert high == pytest.approx(2**0.5 * low, rel=1e-9)
     with pytest.raises(ValueError, match=r"more than once; pass axial_position, one of \[0.0, 50.0\] mm"):
         coupled(*twice)
-    with pytest.raises(ValueError, match=r"axial_position must be one of \[0.0, 50.0\] mm, .* got 0.06 m"):
+    with pytest.raises(ValueError, match=r"axial_position must be one of \[0.0, 50.0\] mm, .* got 60 mm"):
         coupled(*twice, axial_position=60 * mm)

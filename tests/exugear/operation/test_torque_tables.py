@@ -71,7 +71,7 @@ def test_speeds_from_arrays_have_their_exact_integral():
     assert [curve(t) for t in (0.5, 1.7)] == pytest.approx([5.0, 17.0])
     assert curve.integral(2.0) == pytest.approx(20.0)
     assert float(curve.slope(0.3)) == pytest.approx(10.0)
-    with pytest.raises(ValueError, match="t must begin at 0 and reach the duration of 3 s"):
+    with pytest.raises(ValueError, match="speed: t must reach from 0 to 3 s"):
         speed_function(([0.0, 1.0, 2.0], [0.0, 10.0, 20.0]), 3.0)
 
 
@@ -99,7 +99,7 @@ def test_a_short_dip_is_kept():
 
 
 def test_a_dip_that_is_too_short_to_be_sampled_is_refused():
-    with pytest.raises(ValueError, match=r"speed.t. is too rough to be sampled; .* pass arrays"):
+    with pytest.raises(ValueError, match=r"speed.t. is too rough: .* leave .* of its largest value; .* pass arrays"):
         speed_function(lambda t: 100 - 20 * max(0.0, 1 - abs(t - 28) / 1e-3), 70.0)
 
 

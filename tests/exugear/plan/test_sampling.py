@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from exugear.plan.sampling import dividing_step, miss
+from exugear.plan.sampling import dividing_step, largest_miss
 
 
 def test_steps_divide_mesh_periods_and_the_times_of_jumps():
@@ -10,6 +10,6 @@ def test_steps_divide_mesh_periods_and_the_times_of_jumps():
     for period in (1e-3, 7.7e-4):
         step = dividing_step(3.1e-5, [(period, phases)])
         assert step <= 3.1e-5
-        assert miss(step, [(period, phases)]) < 5e-4
+        assert largest_miss(step, [(period, phases)]) < 5e-4
     meshes = [(1e-3, phases), (1e-3 * 57 / 20, phases)]
-    assert miss(dividing_step(3.1e-5, meshes), meshes) < 5e-4
+    assert largest_miss(dividing_step(3.1e-5, meshes), meshes) < 5e-4

@@ -18,7 +18,7 @@ TOO_COARSE = "no 8 revolutions are sampled well enough for order .*; sample fine
     [
         (exugear.order_tracking, {"orders": 1e9}, TOO_COARSE),
         (exugear.order_tracking, {"orders": 1e300}, TOO_COARSE),
-        (exugear.order_tracking, {"orders": 10, "revolutions": 1e300}, "a line takes 1e.300; record longer"),
+        (exugear.order_tracking, {"orders": 10, "revolutions": 1e300}, "a block takes 1e.300; record longer"),
         (exugear.over_angle, {"orders": 1e9}, r"orders = 1e\+09 asks for .* values, more than 5e\+08; pass .* at most"),
         (exugear.over_angle, {"orders": 1e300}, "at most"),
         (exugear.order_cut, {"orders": [1e9]}, "no period of an order .* sample finer"),

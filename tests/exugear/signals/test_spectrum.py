@@ -96,7 +96,7 @@ FINE = np.linspace(0, 1, 20001)
         (lambda: resonances(np.arange(9.0), np.zeros(9), prominence=5), "prominence must"),
         (lambda: order_spectrum(np.arange(9.0), np.ones(9), np.ones(9), orders=-1), "orders must"),
         (lambda: order_spectrum(np.arange(9.0), np.ones(9), np.ones(9), orders=1, overlap=1), "overlap must"),
-        (lambda: order_spectrum(FINE, 20.1 + 0 * FINE, np.sin(FINE), orders=5), "3.2 revolutions, a line takes 8"),
+        (lambda: order_spectrum(FINE, 20.1 + 0 * FINE, np.sin(FINE), orders=5), "3.2 revolutions, a block takes 8"),
     ],
 )
 def test_bad_signals_are_refused(call, message):

@@ -131,7 +131,7 @@ def test_a_run_goes_on_from_the_end_of_parts():
 
 def test_a_part_on_another_branch_is_integrated_again(monkeypatch):
     """Light damping, and an early start that is too short for it and begins with other speeds."""
-    original, started = segments.start, []
+    original, started = segments.solve_initial_equilibrium, []
 
     def disturbed(model, conditions):
         original(model, conditions)
@@ -140,7 +140,7 @@ def test_a_part_on_another_branch_is_integrated_again(monkeypatch):
             rates = model.mbs.systemData.GetODE2Coordinates_t(segments.INITIAL)
             model.mbs.systemData.SetODE2Coordinates_t(rates * 1.001, segments.INITIAL)
 
-    monkeypatch.setattr(segments, "start", disturbed)
+    monkeypatch.setattr(segments, "solve_initial_equilibrium", disturbed)
     monkeypatch.setattr(division, "settling_time", lambda decay, share: 1e-3)
     serial, parts = serial_and_parts(smooth_box(damping=200.0))
     assert_equal(serial, parts)

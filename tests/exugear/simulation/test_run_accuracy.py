@@ -6,7 +6,7 @@ from run_ups import run, with_bearings
 from scenes import smooth_box
 
 import exugear
-from exugear.plan.sampling import summable
+from exugear.plan.sampling import exactly_summable
 from fem.units import rpm
 
 
@@ -61,7 +61,7 @@ def test_contact_loss_makes_the_error_fall_more_slowly():
 def test_steps_sum_up_exactly(duration):
     """As Exudyn adds them: a further step of some 1e-10 s would spoil the rates at the end."""
     n = 3_000_017
-    step = summable(duration / n, duration)
+    step = exactly_summable(duration / n, duration)
     for h, number in ((step, n), (step / 2, 2 * n)):
         assert np.cumsum(np.full(number, h))[-1] == n * step
     assert step == pytest.approx(duration / n, rel=1e-6)

@@ -15,7 +15,7 @@ from fem.elasticity.mesh_density import Density
 from fem.microgeometry import flank
 from fem.pair.hertz import half_width
 from fem.pair.mesh_position import MeshPosition
-from fem.ste.map_solver import bodies_of
+from fem.ste.map_solver import compliances_of
 from fem.support.blas_threads import one_thread
 from fem.units import deg, mm, um
 
@@ -31,7 +31,7 @@ def rounded_pair(radius: float) -> fem.GearPair:
 
 
 def states(pair: fem.GearPair, torque: float, phases=PHASES, resolution=COARSE) -> list[State]:
-    bodies, slices = bodies_of(pair, fem.Offsets().values(pair), resolution)
+    bodies, slices = compliances_of(pair, fem.Offsets().values(pair), resolution)
     positions = [MeshPosition(pair, pair.a, 0.0, phase) for phase in phases]
     with one_thread():
         return [ToothContact(position, *bodies, slices).state(torque / pair.pinion.r_b) for position in positions]

@@ -9,7 +9,7 @@ from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
 from fem.contact.strip_contact import StripContact, local_compliance
 from fem.gap.contact_slices import ContactSlices
 from fem.gap.flank_gap import between_normals, first_roll, free_turn, sections_of, write_gaps
-from fem.gap.mesh_geometry import mesh_of
+from fem.gap.mesh_geometry import pair_geometry
 from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
 
@@ -154,7 +154,7 @@ def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
     for phase in (0.0, 0.3, 0.7):
         position = MeshPosition(pair, pair.a, 0.0, phase)
         number, low = (at.ravel() for at in np.meshgrid(position.numbers(), np.linspace(-10, 9, 20) * mm))
-        mesh = mesh_of(position).geometry
+        mesh = pair_geometry(position).geometry
         sections = sections_of(mesh, number, low, low + 1 * mm, np.full(low.size, 20 * um))
         start = np.array([first_roll(mesh, at) for at in sections])
         beyond = np.array([free_turn(mesh, *point)[1] for point in zip(sections, start, strict=True)])

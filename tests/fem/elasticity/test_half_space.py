@@ -18,7 +18,7 @@ from fem.elasticity.half_space import along_line
 from fem.elasticity.mesh_density import Density
 from fem.pair.hertz import flattening
 from fem.pair.mesh_position import MeshPosition
-from fem.ste.map_solver import bodies_of
+from fem.ste.map_solver import compliances_of
 from fem.units import mm, um
 
 FAR = 30.0
@@ -93,7 +93,7 @@ def elliptical_contact(force: float, radius_along: float, radius_across: float) 
 def test_crowned_flanks_approach_as_hertz_says_of_point_contacts():
     """Pitch point, patches of 0.4 to 1.8 mm of 23; the rest of the teeth deflects in proportion to the force."""
     density = Density(flank=10, fillet=2, tooth=3, rim=3, body=4)
-    bodies, _ = bodies_of(CROWNED, fem.Offsets().values(CROWNED), Resolution(density))
+    bodies, _ = compliances_of(CROWNED, fem.Offsets().values(CROWNED), Resolution(density))
     contact = ToothContact(MeshPosition(CROWNED, CROWNED.a, 0.0, 0.0), *bodies, 40)
     radii, force = ((CROWNED.b / 2) ** 2 / (2 * 10 * um), CROWNED.roll_pitch / 2), np.array([0.03, 0.1, 0.3, 1.0])
     states = [contact.state(f) for f in force]

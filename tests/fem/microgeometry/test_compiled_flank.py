@@ -9,12 +9,12 @@ from strategies import gears
 import fem
 from fem.contact.resolution import Resolution
 from fem.contact.tooth_contact import ToothContact
-from fem.gap.mesh_geometry import mesh_of
+from fem.gap.mesh_geometry import pair_geometry
 from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, compiled_flank
 from fem.microgeometry.flank import removed
 from fem.microgeometry.removed_material import FlankSections, add_removed, turned
 from fem.pair.mesh_position import MeshPosition
-from fem.ste.map_solver import bodies_of
+from fem.ste.map_solver import compliances_of
 from fem.units import mm, um
 
 
@@ -35,7 +35,9 @@ class Broken:
 def test_compiled_material_is_that_of_the_modifications(gear):
     face, flank = gear.face, (*gear.drive_flank, Wave())
     compiled, roll = compiled_flank(flank, face), np.linspace(0.5 * face.roll_form, 1.1 * face.roll_tip, 50)
-    records = mesh_of(MeshPosition(fem.GearPair(paper_gear(), paper_gear(), a=150 * mm), 150 * mm, 0.0, 0.0)).geometry
+    records = pair_geometry(
+        MeshPosition(fem.GearPair(paper_gear(), paper_gear(), a=150 * mm), 150 * mm, 0.0, 0.0)
+    ).geometry
     extent = records.gears[0]
     for name in ("roll_form", "roll_tip", "r_b"):
         extent[name] = getattr(face, name)
@@ -52,7 +54,7 @@ def test_compiled_material_is_that_of_the_modifications(gear):
 
 def contact(flank) -> ToothContact:
     pair = fem.GearPair(paper_gear(flank=flank), paper_gear(), a=150 * mm)
-    bodies, slices = bodies_of(pair, fem.Offsets(misalignment=1e-5).values(pair), Resolution())
+    bodies, slices = compliances_of(pair, fem.Offsets(misalignment=1e-5).values(pair), Resolution())
     return ToothContact(MeshPosition(pair, pair.a, 0.0, 0.3), *bodies, slices)
 
 

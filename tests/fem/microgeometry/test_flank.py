@@ -253,7 +253,7 @@ def with_flank(*parts) -> fem.Gear:
         (lambda: fem.Grid([0, 0.1], [0.1, 0.0], np.zeros((2, 2))), "axial must increase; sort it"),
         (lambda: fem.Grid([0, 0.1], [0, np.nan], np.zeros((2, 2))), "axial must increase; sort it"),
         (lambda: fem.Grid([0, 0.1, 0.2], [0, 0.1], np.zeros((2, 3))), "shape .* = \\(3, 2\\), got \\(2, 3\\)"),
-        (lambda: fem.Grid([0, 0.1], [0, 0.1], [[0, np.nan], [0, 0]]), "finite everywhere"),
+        (lambda: fem.Grid([0, 0.1], [0, 0.1], [[0, np.nan], [0, 0]]), r"values must be finite, got nan at \[0, 1\]"),
         (lambda: fem.Grid([0, 0.1], [0, 0.1], [[0, 5], [0, 0]]), "values must lie .*15\\*um"),
         (lambda: with_flank(fem.Grid([0, 0.001], [-0.01, 0.01], np.zeros((2, 2)))), "roll misses the flank"),
         (lambda: with_flank(fem.Grid([0, 0.1], [0.02, 0.03], np.zeros((2, 2)))), "axial misses the flank"),
