@@ -2,8 +2,8 @@
 
     python examples/korta_convergence.py results         (--full: meshes down to 0.05 mm, 30 phases)
 
-Linear quadrilaterals are too stiff until they are as small as 0.05 mm. Quadratic ones give the converged curve on far
-coarser meshes.
+Linear quadrilaterals of 0.19 mm are 2 % too stiff, those of 0.05 mm 0.1 %. Quadratic ones give the converged curve on
+far coarser meshes.
 """
 
 import time

@@ -53,6 +53,13 @@ def gearbox(ste, damping_ratio: float = 0.08, *, inertia: float | None = None, l
     return exugear.Gearbox([exugear.Stage(fast, slow, law, pair=pair)])
 
 
+def plan_of(box: exugear.Gearbox) -> str:
+    """The plan of the gearbox, and the cost of a run-up."""
+    model = exugear.build(box)
+    step = model.plan.step(TOLERANCE, float(model.mesh_cycles.max()) * TOP_SPEED)
+    return f"{model.plan}\nrun-up, tolerance {TOLERANCE:g}: {model.plan.cost(DURATION, step)}"
+
+
 def run(box: exugear.Gearbox, load: float, duration: float = DURATION, executor: Executor | None = None) -> exugear.Run:
     """Linear run-up: the driving gear's speed is imposed, the load torque acts on the driven gear."""
     conditions = {"speed": (0, TOP_SPEED), "duration": duration, "load": load, "tolerance": TOLERANCE}

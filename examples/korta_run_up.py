@@ -3,8 +3,8 @@
     python examples/korta_run_up.py results            (--fit-inertia: one inertia fitted to the paper's 1804 Hz)
 
 With 8 % of critical damping the teeth part at the main resonance: the envelope jumps there, and its top leans towards
-lower frequencies. The peaks below it lie at 1/2, 1/3 and 1/4 of the main resonance. The run-ups at two loads are solved
-side by side; the single run-up for the fit is spread over two processes in parts.
+lower frequencies. The peaks below it lie at 1/2, 1/3 and 1/4 of the main resonance. Two processes solve the run-ups
+side by side, or the single run-up for the fit in parts.
 """
 
 import time
@@ -22,6 +22,7 @@ from korta_pair import (
     gearbox,
     mean_stiffness,
     paper_pair,
+    plan_of,
     resonance_table,
     resonances,
     run,
@@ -65,9 +66,9 @@ def compute(folder: Path, fit: bool, seconds: dict[str, float]):
     box = gearbox(ste)
     if fit:
         with timed(seconds, "run-up for the fit"), ProcessPoolExecutor(2) as pool:
-            in_parts = run(box, 150.0, executor=pool)
-            box = gearbox(ste, inertia=fitted_inertia(box, resonances(in_parts)))
-    print(exugear.build(box).plan)
+            at_150 = resonances(run(box, 150.0, executor=pool))
+        box = gearbox(ste, inertia=fitted_inertia(box, at_150))
+    print(plan_of(box))
     with timed(seconds, "run-ups"):
         runs = run_ups(box)
     for load, result in runs.items():
@@ -90,15 +91,13 @@ def draw(folder: Path, curves, ste, runs) -> None:
 
 def report(curves, box, runs, fit: bool, seconds: dict[str, float]) -> str:
     """STE, resonances beside Table II, and wall times beside the paper's."""
-    lines = [""]
-    for load in TORQUES:
-        te = curves["te"].sel(torque=load).values / um
-        lines.append(f"STE at {load:g} N m: mean {te.mean():.3f} um, peak to peak {np.ptp(te):.3f} um")
+    te = {load: curves["te"].sel(torque=load).values / um for load in TORQUES}
+    lines = [f"STE at {load:g} N m: mean {x.mean():.3f} um, peak to peak {np.ptp(x):.3f} um" for load, x in te.items()]
     pair = fem.pair_of(curves)
     standard = iso6336.mesh_stiffness(pair, 150.0 / pair.pinion.r / pair.b) * pair.b
     secant = " and ".join(f"{mean_stiffness(curves, load) * um:.1f}" for load in TORQUES)
-    lines += ["", f"mean of F / STE {secant} N/um; ISO 6336, without rim and hub: {standard * um:.0f} N/um"]
-    lines += ["", resonance_table({"exugear": runs})]
+    stiffness = f"mean of F / STE {secant} N/um; ISO 6336, without rim and hub: {standard * um:.0f} N/um"
+    lines = ["", *lines, "", stiffness, "", resonance_table({"exugear": runs})]
     origin = "fitted to 1804 Hz" if fit else "of solid discs, nothing is fitted"
     lines += ["", f"inertia of each gear {box.driven.inertia:.4e} kg m^2, {origin}", "", "wall time [s]          paper"]
     lines += [f"{name:20s}{x:7.1f}{PAPER.get(name, ''):>8}" for name, x in seconds.items()]

@@ -3,8 +3,9 @@
     python examples/parameter_variation.py results
 
 The paper's pair on elastic bearings, run up for each pair of parameters. Both gears yield with their bearings, so that
-softer bearings lower the resonance of the mesh; damping lowers its height alone. All stiffnesses and ratios share one
-STE map. With useMultiProcessing the run-ups spread over the cores. Parameters and load are chosen here.
+softer bearings lower the resonance of the mesh. Damping lowers its height; its frequency rises because the teeth part
+less. All stiffnesses and ratios share one STE map. With useMultiProcessing the run-ups spread over the cores.
+Parameters and load are chosen here.
 """
 
 from pathlib import Path

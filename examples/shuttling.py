@@ -57,8 +57,9 @@ def draw(path: Path, ste, data) -> None:
     """Force centroid over the phase for each misalignment; bearing forces of the aligned gears over time."""
     figure = plots.figure(columns=2)
     left, right = figure.axes
+    phase = np.append(ste["phase"], 1.0)
     for tilt, row in zip(ste["misalignment"].values, ste["centroid"].sel(torque=150).values, strict=True):
-        left.plot(ste["phase"], row / mm, label=f"{tilt / 1e-3:g} mrad")
+        left.plot(phase, np.append(row, row[0]) / mm, label=f"{tilt / 1e-3:g} mrad")
     left.set(xlabel="phase of the mesh cycle [pitches]", ylabel="force centroid [mm]", title="by misalignment, 150 N m")
     left.legend(frameon=False, fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
     for row, expected, axial in zip(*bearing_forces(data), (0.0, SPAN), strict=True):
@@ -68,6 +69,7 @@ def draw(path: Path, ste, data) -> None:
         xlabel="time [s]", ylabel="varying bearing force [N]", title="dotted: mesh force times centroid over span"
     )
     right.set_ylim(-55, 80)
+    right.locator_params(axis="x", nbins=5)
     right.legend(frameon=False, fontsize="small", loc="upper right", ncols=2)
     for ax in figure.axes:
         ax.grid(alpha=0.3)
