@@ -168,8 +168,8 @@ class Shaft:
     name         of the shaft, unique in a gearbox
     parts        axial position [m] -> `fem.Gear`, `Bearing`, `Disc`, `Coupling`, `Drag` or `BearingDrag`, or a list of
                  them
-    inertia      about z [kg m^2]; by default that of its discs and gears, a gear taken as a solid steel disc up to the
-                 mean of tip and root circle: the shaft fills the bore over the face width
+    inertia      about z [kg m^2]; by default that of its discs and gears, a gear taken as a solid disc of its
+                 material up to the mean of tip and root circle: the shaft fills the bore over the face width
     mass         [kg]; by default the mass of the same discs and gears
     transverse   inertia about x and y through the centre of mass [kg m^2]; by default that of the same discs and gears
                  at their axial positions

@@ -249,7 +249,7 @@ class Parts:
 
     def _unknown(self, error: RuntimeError) -> np.ndarray:
         """(n_stage,) NaN, with a warning of the reason."""
-        warnings.warn(f"step_error is NaN; {error}", stacklevel=7)
+        warnings.warn(f"step_error is NaN; {error}", stacklevel=8)
         return np.full(len(self.solver.model.meshes), np.nan)
 
     def with_seams(self, data: xr.Dataset) -> xr.Dataset:

@@ -108,7 +108,7 @@ def steps_of(
     remedy = f"smooth the table over {width:.2g} of a pitch, or take step={fine:.2g}"
     note += f" and excite subharmonics of the mesh frequency that the gears do not have; {remedy} or less"
     if period / steps.size < HARMLESS_STEPS:
-        warnings.warn(note, stacklevel=5)
+        warnings.warn(note, stacklevel=6)
     return steps, note
 
 

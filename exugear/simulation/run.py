@@ -12,14 +12,12 @@ from functools import partial
 from math import nan
 from typing import Any
 
-import exudyn as exu
-import numpy as np
 import xarray as xr
 
 from exugear.elements.exudyn_objects import quiet
 from exugear.energy.energy_balance import EnergyBalance, energy_balance
 from exugear.integration.run_data import keep_valid, labelled, recording, stored, with_end_state, with_step_error
-from exugear.integration.seams import parts_of
+from exugear.integration.seams import Parts, parts_of
 from exugear.integration.segments import check_parts
 from exugear.integration.shaft_motion import BearingForces, needs_speeds
 from exugear.integration.solver_settings import scheme_of
@@ -29,18 +27,13 @@ from exugear.operation.conditions import Conditions, conditions_of, run_up_condi
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.operation.time_functions import TimeFunction
 from exugear.plan.integrator_and_step import Rule
-from exugear.system.drive_and_load import applied, released
-from exugear.system.equilibrium import solve_initial_equilibrium
-from exugear.system.model import Model, end_coordinate, linearized
+from exugear.simulation.start_state import continued, end_state_of, set_start_state
+from exugear.system.drive_and_load import ShaftTorques, applied, released
+from exugear.system.model import Model, linearized
 from fem.ste.ste_map import save
 from fem.support.arguments import FilePath, Finite, checked
 from fem.support.progress import shown
 from fem.support.representation import short
-from fem.support.validation import require
-
-INITIAL = exu.ConfigurationType.Initial
-#: Difference of an imposed speed from that at the end of the other run over the speed that counts as vibration.
-LARGEST_JUMP = 0.01
 
 
 @checked
@@ -54,8 +47,8 @@ class Run:
                 with bearings also bearing_force (bearing, direction, time) [N], on request bearing_displacement [m],
                 and the relative position of the gears;
                 with friction friction_force [N] and friction_loss (stage, time) [W], with drag drag_torque [N m] and
-                drag_loss (shaft, time) [W]; the attributes hold all inputs. A run that no error stopped also has its
-                end_state, from which another run continues
+                drag_loss (shaft, time) [W]; the attributes hold the conditions and the data of gears, shafts and stages
+                A run that no error stopped also has its end_state, from which another run continues
     wall_time   of the integration [s], without that of the error estimate
     step        of the integrator [s]
     """
@@ -221,31 +214,15 @@ def _solved(
         check_parts(model, conditions)
     model = linearized(model, conditions.held, conditions.highest_speed)
     scheme = scheme_of(model, conditions, **options)
-    state = None if initial is None else _start_of(model, conditions, initial.data)
-    if state is not None and conditions.held:
-        about_z = float(state[0, end_coordinate(model, conditions.held)])
-        conditions = replace(conditions, start_angle=model.gearbox.directions[conditions.held] * about_z)
+    state = None if initial is None else end_state_of(model, conditions, initial.data)
+    conditions = conditions if state is None else continued(model, conditions, state)
     with shown(progress), quiet(), applied(model, conditions) as torques:
-        if state is None:
-            solve_initial_equilibrium(model, conditions)
-        else:
-            _restart(model, state)
+        set_start_state(model, conditions, state)
         released(model, conditions, torques)
         solver = Solver(model, conditions, scheme, restarted=state is not None)
-        began = clock.perf_counter()
-        samples = range(scheme.steps.samples + 1)
-        forces = BearingForces(model, len(samples))
+        forces = BearingForces(model, scheme.steps.samples + 1)
         parts = parts_of(solver, torques, forces, executor) if executor else None
-        with recording(model, scheme.steps, torques, power=needs_speeds(model, conditions), samples=samples):
-            segments, end, stop = (parts or solver).run(progress)
-            wall_time = clock.perf_counter() - began
-            stop = keep_valid(model, scheme.steps, end, stop, (parts or solver).stopped_at)
-            repeated = parts.repeated if parts else partial(repeated_in_place, solver)
-            errors = errors_by_step(model, scheme, segments, 0 if stop else checks, repeated)
-            data = labelled(model, conditions, scheme, torques, forces)
-            data = data if stop else with_end_state(model, data, end)
-            data, interrupt = with_step_error(data, errors, scheme.steps.size)
-            stop = stop or interrupt
+        data, wall_time, stop = _integrated(solver, parts, torques, forces, progress, checks)
     data = parts.with_seams(data) if parts else data
     if solver.iterations:
         data.attrs["newton_iterations"] = sum(solver.iterations) / scheme.steps.number
@@ -255,36 +232,23 @@ def _solved(
     return run
 
 
-def _start_of(model: Model, conditions: Conditions, data: xr.Dataset) -> np.ndarray:
-    """(3, n_coordinates) end state of another run; ValueError unless this model can go on from there."""
-    ended = "initial must be a run that came to its end, this one was stopped by an error"
-    require("end_state" in data, f"{ended}, or saved by an older version; run it again")
-    state, number = data["end_state"].values, model.mbs.systemData.ODE2Size()
-    stages, labels = data["stage"].values.tolist(), list(model.gearbox.labels)
-    same = state.shape[1] == number and stages == labels
-    unlike = f"initial is a run of {stages} with {state.shape[1]} coordinates, the model has {labels}, {number}"
-    require(same, f"{unlike}; pass a run of the same gearbox and plan")
-    for label, stage in zip(labels, model.gearbox.stages, strict=True):
-        gears = {"a": stage.pair.a, "pinion_z": stage.pair.pinion.z, "wheel_z": stage.pair.wheel.z}
-        of_run, of_model = [data.attrs.get(f"{label}_{name}", x) for name, x in gears.items()], [*gears.values()]
-        unlike = f"initial is a run with a, z = {of_run} in {label!r}, the model has {of_model}"
-        require(of_run == of_model, f"{unlike}; continue with the same gears")
-    if conditions.held:
-        direction = model.gearbox.directions[conditions.held]
-        ended_at = direction * float(state[1, end_coordinate(model, conditions.held)])
-        imposed = float(conditions.speed_of(0.0))
-        jump = f"initial ends with shaft {conditions.held!r} at {ended_at:.6g} rad/s, the imposed speed starts at"
-        near = abs(imposed - ended_at) <= LARGEST_JUMP * max(abs(imposed), abs(ended_at))
-        require(near, f"{jump} {imposed:.6g}; let it start there")
-    return state
-
-
-def _restart(model: Model, state: np.ndarray) -> None:
-    """Put the system into a state (3, n_coordinates)."""
-    system = model.mbs.systemData
-    system.SetODE2Coordinates(state[0], INITIAL)
-    system.SetODE2Coordinates_t(state[1], INITIAL)
-    system.SetODE2Coordinates_tt(state[2], INITIAL)
+def _integrated(
+    solver: Solver, parts: Parts | None, torques: ShaftTorques, forces: BearingForces, progress: bool, checks: int
+) -> tuple[xr.Dataset, float, Any]:
+    """The data, the wall time of the integration [s] and what stopped the run, if anything."""
+    model, conditions, scheme = solver.model, solver.conditions, solver.scheme
+    powered, samples = needs_speeds(model, conditions), range(scheme.steps.samples + 1)
+    began = clock.perf_counter()
+    with recording(model, scheme.steps, torques, power=powered, samples=samples):
+        segments, end, stop = (parts or solver).run(progress)
+        wall_time = clock.perf_counter() - began
+        stop = keep_valid(model, scheme.steps, end, stop, (parts or solver).stopped_at)
+        repeated = parts.repeated if parts else partial(repeated_in_place, solver)
+        errors = errors_by_step(model, scheme, segments, 0 if stop else checks, repeated)
+        data = labelled(model, conditions, scheme, torques, forces)
+        data = data if stop else with_end_state(model, data, end)
+        data, interrupt = with_step_error(data, errors, scheme.steps.size)
+    return data, wall_time, stop or interrupt
 
 
 def _stopped(stop: Any, run: Run) -> BaseException:

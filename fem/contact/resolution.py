@@ -54,11 +54,6 @@ class Discretization:
         """1.5 times as many elements in every direction, and slices."""
         return self.scaled(3 / 2)
 
-    def finer_across(self) -> Self:
-        """1.5 times as many slices and elements across the width."""
-        finer = self.finer()
-        return replace(finer, density=replace(self.density, width=finer.density.width))
-
     def finer_inside(self) -> Self:
         """1.5 times as many slices and elements in the section."""
         finer = self.finer()

@@ -40,17 +40,9 @@ class WholeFace:
         """Axial positions of the forces on the model and of their mirror images [m]."""
         return [axial]
 
-    def continued(self, axial: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Axial positions (n,), increasing, and values there, continued beyond the modelled part."""
-        return axial, values
-
     def slices(self, number: int) -> int:
         """Number of slices of the modelled part; number is that of the whole face."""
         return number
-
-    def force_centroid(self, axial: float) -> float:
-        """Axial position of the resultant force; axial is that on the modelled part [m]."""
-        return axial
 
     def unfolded(self, low: np.ndarray, high: np.ndarray, *values: np.ndarray) -> tuple[np.ndarray, ...]:
         """Ends (n,) of slices and values (n, ...) on them, over the whole face."""
@@ -86,17 +78,9 @@ class HalfFace:
         """As in `WholeFace`, for equal forces."""
         return [axial, -axial]
 
-    def continued(self, axial: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """As in `WholeFace`: one position below mid-plane is added."""
-        return np.append(-axial[1], axial), np.append(values[1], values)
-
     def slices(self, number: int) -> int:
         """As in `WholeFace`."""
         return number // 2
-
-    def force_centroid(self, axial: float) -> float:
-        """As in `WholeFace`: mid-plane."""
-        return 0.0
 
     def unfolded(self, low: np.ndarray, high: np.ndarray, *values: np.ndarray) -> tuple[np.ndarray, ...]:
         """As in `WholeFace`."""

@@ -102,16 +102,6 @@ def lines_across(flank: Flank, face: FlankExtent) -> list[float]:
     return [line for part in flank if hasattr(part, "lines_across") for line in part.lines_across(face)]
 
 
-def roundings(flank: Flank) -> Flank:
-    """The modifications of a flank that round its tip edge."""
-    return tuple(part for part in flank if hasattr(part, "rounding"))
-
-
-def without_roundings(flank: Flank) -> Flank:
-    """The modifications of a flank that do not round its tip edge."""
-    return tuple(part for part in flank if not hasattr(part, "rounding"))
-
-
 def rounding(flank: Flank, face: FlankExtent) -> tuple[float, float]:
     """Roll length where the rounding of the tip edge begins, and its radius [m]; the tip and 0 if sharp."""
     edges = [part.rounding(face) for part in flank if hasattr(part, "rounding")]

@@ -87,8 +87,11 @@ def test_smooth_and_constant_laws_do_not_jump():
 def test_a_run_at_changing_speed_warns_that_its_steps_miss_the_jumps(oscillator):
     assert "fast-slow: its force jumps at phase 0.450, 1.000" in str(oscillator.model.plan)
     ramp = {"speed": (10.0, 100.0), "load": 300.0, "duration": 0.02, "progress": False}
-    with pytest.warns(UserWarning, match=r"jumps: .*while the speed changes .* smooth the table over 0.02 of a pitch"):
+    with pytest.warns(
+        UserWarning, match=r"jumps: .*while the speed changes .* smooth the table over 0.02 of a pitch"
+    ) as warned:
         run = exugear.run_up(oscillator.model, **ramp)
+    assert warned[0].filename == __file__  # the line of the user
     assert "smooth the table" in run.data.attrs["jumps"]
     fine = exugear.run_up(oscillator.model, **ramp, step=run.step / 3)
     assert "smooth the table" in fine.data.attrs["jumps"]

@@ -152,8 +152,9 @@ def test_parts_that_never_meet_are_serial_and_say_so(monkeypatch):
     for module in (segments, seams):
         monkeypatch.setattr(module, "seam_error", lambda *_: 1.0)
     model = exugear.build(smooth_box())
-    with pytest.warns(UserWarning, match=r"of the run were integrated again"):
+    with pytest.warns(UserWarning, match=r"of the run were integrated again") as warned:
         parts = exugear.run_up(model, **RUN | {"duration": 0.3}, executor=Inline()).data
+    assert warned[0].filename == __file__  # the line of the user
     serial = exugear.run_up(model, **RUN | {"duration": 0.3}).data
     assert parts["dte"].values == pytest.approx(serial["dte"].values, rel=1e-9)
 
@@ -162,8 +163,9 @@ def test_without_damping_a_run_is_serial_and_says_so():
     model = exugear.build(smooth_box(damping=0.0))
     assert "a mode that the meshes excite is not damped" in str(model.plan)
     options = RUN | {"duration": 0.05}
-    with pytest.warns(UserWarning, match="the run is serial, as vibrations do not decay"):
+    with pytest.warns(UserWarning, match="the run is serial, as vibrations do not decay") as warned:
         parts = exugear.run_up(model, **options, executor=Inline()).data
+    assert warned[0].filename == __file__  # the line of the user
     assert parts.identical(exugear.run_up(model, **options).data)
 
 

@@ -109,8 +109,9 @@ class KilledAfterTheRun(Inline):
 @pytest.mark.parametrize("takes_jobs", [True, False])
 def test_a_run_whose_error_cannot_be_estimated_is_there(takes_jobs):
     model = exugear.build(smooth_box())
-    with pytest.warns(UserWarning, match="step_error is NaN; executor: a process .* was killed"):
+    with pytest.warns(UserWarning, match="step_error is NaN; executor: a process .* was killed") as warned:
         data = exugear.run_up(model, **RUN, executor=KilledAfterTheRun(takes_jobs)).data
+    assert warned[0].filename == __file__  # the line of the user
     assert np.isnan(data["step_error"]).all()
     assert "stopped" not in data.attrs
     assert np.isfinite(data["dte"]).all()

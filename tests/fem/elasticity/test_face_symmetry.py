@@ -36,4 +36,3 @@ def test_positions_of_a_half_are_the_upper_ones_of_the_whole():
     upper = np.array([0.0, 1.0, 3.0])
     assert WholeFace().positions(upper) == pytest.approx([-3, -1, 0, 1, 3])
     assert HalfFace().positions(upper) == pytest.approx(upper)
-    assert HalfFace().continued(upper, upper**2)[1] == pytest.approx([1, 0, 1, 9])
