@@ -30,7 +30,8 @@ class Speed:
     """An imposed speed of a shaft: its drive is so strong that nothing changes the speed.
 
     value   [rad/s], > 0 in the sense in which the shaft turns when the driving shaft turns about +z: a number,
-            (from, to) over the run, a function of time [s], or arrays (t, speed), interpolated by a monotone cubic
+            (from, to) over the run, a function of time [s], or arrays (t, speed) that cover the run, interpolated by a
+            monotone cubic
 
     A function is sampled before the run, within 1e-6 of its largest value; what lasts less than 2 ms may be missed.
 

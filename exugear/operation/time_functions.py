@@ -1,7 +1,7 @@
 """Speeds over time: lines and curves with exact integrals."""
 
 from collections.abc import Callable
-from math import ceil
+from math import ceil, factorial
 from typing import Any
 
 import numpy as np
@@ -96,11 +96,22 @@ def curve_through_function(function: Callable[[float], float], duration: float) 
 
 
 def curve_through_points(points: np.ndarray, duration: float) -> Curve:
-    """Monotone cubic (PCHIP) through points (2, n): times from 0 to at least the duration [s], speeds [rad/s]."""
+    """Monotone cubic (PCHIP) through points (2, n): times [s] and speeds [rad/s].
+
+    ValueError unless the times reach from 0, or before, to the duration [s], or beyond.
+    """
     t, speed = points
     covered = f"speed: t must reach from 0 to {duration:g} s, got {t[0]:g} to {t[-1]:g} s; extend the arrays"
-    require(t[0] == 0 and t[-1] >= duration, covered)
-    return Curve(scipy.interpolate.PchipInterpolator(t, speed))
+    require(t[0] <= 0 and t[-1] >= duration, covered)
+    return Curve(_from_zero(scipy.interpolate.PchipInterpolator(t, speed)))
+
+
+def _from_zero(cubic: scipy.interpolate.PPoly) -> scipy.interpolate.PPoly:
+    """The pieces of a cubic from t = 0 on."""
+    following = np.searchsorted(cubic.x, 0.0, side="right")
+    first = [cubic(0.0, n) / factorial(n) for n in (3, 2, 1, 0)]
+    pieces = np.column_stack([first, cubic.c[:, following:]])
+    return scipy.interpolate.PPoly(pieces, np.r_[0.0, cubic.x[following:]])
 
 
 def speed_function(value, duration: float) -> Line | Curve:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scenes import smooth_box
+from scipy.interpolate import PchipInterpolator
 
 import exugear
 from exugear import Apart, MotorCurve, Speed, SpeedReached, Torque
@@ -73,6 +74,18 @@ def test_speeds_from_arrays_have_their_exact_integral():
     assert float(curve.slope(0.3)) == pytest.approx(10.0)
     with pytest.raises(ValueError, match="speed: t must reach from 0 to 3 s"):
         speed_function(([0.0, 1.0, 2.0], [0.0, 10.0, 20.0]), 3.0)
+
+
+def test_measured_speeds_may_begin_before_the_run():
+    t = np.array([-1.0, -0.2, 0.3, 1.1, 2.0])
+    curve, monotone = speed_function((t, t**3 + 5.0), 1.5), PchipInterpolator(t, t**3 + 5.0)
+    times = np.linspace(0.0, 1.5, 31)
+    assert curve(times) == pytest.approx(monotone(times), rel=1e-12)
+    assert [curve(x) for x in times.tolist()] == pytest.approx(monotone(times), rel=1e-12)
+    assert [curve.integral(x) for x in times] == pytest.approx(
+        [float(monotone.integrate(0.0, x)) for x in times], abs=1e-12
+    )
+    assert curve.angle_pieces[0][0] == 0.0
 
 
 @pytest.mark.parametrize("frequency", [3000.0, 5120.0, 6000.0, 10_240.0])
