@@ -138,6 +138,8 @@ class Recorder:
         friction   also record friction_force and friction_loss of a stage of a `Gearbox` that has friction
         zeroed     all samples but the deflection are 0, not NaN, until they are written, and take no memory until then;
                    the motion always
+
+        Raises ValueError for intervals and numbers out of range.
         """
         require(interval > 0, f"interval must be > 0 s, got {interval}")
         require(number >= 1, f"number of samples must be at least 1, got {number}")

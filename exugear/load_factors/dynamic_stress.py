@@ -65,6 +65,8 @@ def stress_envelope(stress: xr.Dataset, windows: int = 280) -> xr.Dataset:
 
     Returns a dataset over speed [rad/s], the mean of each window, with the mesh frequency [Hz] and the largest
     root_stress and tangent_stress (gear, speed), hertz_pressure and peak_pressure (speed,) [Pa].
+
+    Raises ValueError for other data, and for fewer than one window.
     """
     is_stress = {"root_stress", "mesh_frequency", SPEED} <= set(stress) and TIME in stress.dims
     require(is_stress, "stress must be stresses over time; pass what exugear.dynamic_stress returns")

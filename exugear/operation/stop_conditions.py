@@ -16,6 +16,8 @@ class SpeedReached:
 
     shaft   its name
     speed   [rad/s], > 0 in the sense in which the shaft turns when the driving shaft turns about +z
+
+    Raises ValueError for a speed that is not finite.
     """
 
     shaft: str

@@ -58,6 +58,8 @@ def picture(
     rotation   of the view about x, y and z [rad]
     size       width and height [pixels]
     zoom       height of the view over the height that shows the whole model
+
+    Raises ValueError for a zoom that is not positive.
     """
     require(zoom > 0, f"zoom must be > 0, got {zoom}")
     settings, renderer = model.container.visualizationSettings, model.container.renderer

@@ -76,6 +76,8 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
 
     Returns a Dataset over peak with mesh_frequency [Hz], amplitude (half peak to peak) [m], exciting_stage, harmonic,
     harmonic_amplitude [m] and response_frequency [Hz].
+
+    Raises ValueError for a run of less than 3 mesh cycles, and for numbers out of range.
     """
     require(1 <= harmonics <= HARMONICS, f"harmonics must lie in [1, {HARMONICS}], got {harmonics}")
     require(0 < prominence < 1, f"prominence must lie in (0, 1) as share of the largest amplitude, got {prominence}")

@@ -16,6 +16,8 @@ def dte_envelope(run, stage: int = 0, windows: int = 280) -> Envelope:
 
     run         an `exugear.Run` or its data
     windows     number of windows of equal length, joined where the gears turn too slowly for a mesh cycle
+
+    Raises ValueError for a stage that the run lacks, and for fewer than one window.
     """
     data = stage_data(run, stage)
     time, frequency = data["time"].values, data["mesh_frequency"].values
@@ -30,6 +32,8 @@ def bearing_force_rms(run, windows: int = 150) -> xr.DataArray:
 
     run         an `exugear.Run` on bearings, or its data
     windows     of equal length, over which speed and force are averaged
+
+    Raises ValueError for a run without bearings, and for fewer than one window.
     """
     data = stage_data(run)
     bearings = "run must have bearings, whose forces it records; the shafts of this run only spin"

@@ -10,7 +10,10 @@ from fem.units import GPa
 @short(E="GPa", density="kg/m^3")
 @dataclass(frozen=True)
 class Material:
-    """Isotropic linear elasticity: E [Pa], nu [1], density [kg/m^3]."""
+    """Isotropic linear elasticity: E [Pa], nu [1], density [kg/m^3].
+
+    Raises ValueError for values out of range.
+    """
 
     E: float = 210 * GPa
     nu: float = 0.3

@@ -22,6 +22,8 @@ class PitchDeviation:
     deviations of opposite sign (`fem.Sides`).
 
     values      (z,) displacement of each tooth's flank along its normal in the transverse section [m]
+
+    Raises ValueError unless there is one value in range for each tooth.
     """
 
     values: tuple[float, ...]
@@ -51,6 +53,8 @@ class Grid:
     roll        (n,) roll lengths, increasing [m]
     axial       (m,) axial positions from the middle of the face width, increasing [m]
     values      (n, m) material removed [m]
+
+    Raises ValueError for values that are not finite or out of range, and for grids that miss the flank.
     """
 
     roll: tuple[float, ...]

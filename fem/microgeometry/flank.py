@@ -51,6 +51,8 @@ class Sides:
     flanks, map the mirror image of the pair: exchange left and right of both gears, reverse the signs of beta and of
     `Offsets.f_sigma_beta`, and of pitch deviations take values[-k] for tooth k of the pinion and values[1 - k] for that
     of the wheel. The phases of that map are `GearPair.back_phase` minus those of the left flanks.
+
+    Raises ValueError for parts that are no modifications.
     """
 
     left: Flank = ()

@@ -115,6 +115,8 @@ class TipRelief:
     power       1: linear, 2: parabolic; the parabola differs from a circular arc that leaves the flank tangentially by
                 (C_a / length)^2 / 4 of C_a, which is 1e-5 for 15 um over 2.5 mm
     d_Ca        diameter where the relief begins [m]
+
+    Raises ValueError for values out of range, and unless exactly one of length and d_Ca is given.
     """
 
     C_a: float
@@ -151,6 +153,8 @@ class EdgeBreak:
     tip; `GearPair.eps_alpha` stays that of the tip circle. Contact beyond the path of contact is on the rounding.
     Errors of the peak pressure there by strips, slices and finite elements, of its largest value over the mesh cycle: <
     3 % of spur gears, < 3.5 % of helical gears with 20 slices; < 5 % at any phase.
+
+    Raises ValueError for a radius out of range.
     """
 
     radius: float
@@ -190,6 +194,8 @@ class RootRelief:
     length      roll length from the root form circle to the end of the relief [m]; give it or d_Cf
     power       1: linear, 2: parabolic, as in `TipRelief`
     d_Cf        diameter where the relief ends [m]
+
+    Raises ValueError for values out of range, and unless exactly one of length and d_Cf is given.
     """
 
     C_f: float
@@ -266,7 +272,10 @@ class HelixSlope:
 @short(C_e="um", length="mm")
 @dataclass(frozen=True)
 class EndRelief:
-    """End relief C_e [m] at both end faces, over a length of the face width [m] each; power as in `TipRelief`."""
+    """End relief C_e [m] at both end faces, over a length of the face width [m] each; power as in `TipRelief`.
+
+    Raises ValueError for values out of range.
+    """
 
     C_e: float
     length: float

@@ -29,6 +29,8 @@ class RunUp:
     steps           time steps per pitch at full speed
     damping         force per mass and velocity of every point relative to steady rotation [1/s]
     alpha           parameter of HHT: 0 conserves energy, -1/3 damps most
+
+    Raises ValueError for values out of range.
     """
 
     speed: float = 10 * rpm

@@ -18,7 +18,10 @@ from fem.units import mm
 @short(torque="N m")
 @dataclass(frozen=True)
 class UpTo:
-    """Torques from 0 to the largest torque [N m], as many as the requested accuracy needs."""
+    """Torques from 0 to the largest torque [N m], as many as the requested accuracy needs.
+
+    Raises ValueError for a torque that is not positive.
+    """
 
     torque: float
 

@@ -217,7 +217,10 @@ def pair_of(data: xr.Dataset) -> GearPair:
 
 @checked
 def save(data: xr.Dataset, path: FilePath) -> Path:
-    """Write a map or a run as compressed netCDF; the file is complete or absent, even if the disk is full."""
+    """Write a map or a run as compressed netCDF; the file is complete or absent, even if the disk is full.
+
+    Raises OSError where the file cannot be written.
+    """
     path, content = Path(path), BytesIO()  # HDF5 itself does not survive a full disk: written in memory first
     packed = {name: PACKED for name, values in data.variables.items() if values.dtype == float}
     data.to_netcdf(content, engine="h5netcdf", encoding=packed)

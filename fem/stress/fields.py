@@ -124,6 +124,8 @@ def solid_fields(
     The contact is smaller than an element: pressure, bending and root stress are resolved, the stress under the contact
     is not. The line of contact of a helical gear is a step function: a slice is loaded as in its middle section.
     Elements are quadratic; the fields divide each into two hexahedra along the width.
+
+    Raises ValueError for bad input, RuntimeError where the contact does not converge.
     """
     require_kind("density", density, Density)
     contact, state = _solved_contact(pair, torque, phase, offsets, resolution)
