@@ -62,7 +62,7 @@ class Drag:
         require(0 <= self.constant < LARGEST_TORQUE, f"constant must be >= 0 N m, {brakes}, got {self.constant}")
         viscous = f"viscous must lie in [0, {LARGEST_VISCOUS:g}) N m s/rad, {brakes}, got {self.viscous}"
         require(0 <= self.viscous < LARGEST_VISCOUS, viscous)
-        _check_speed(self.speed)
+        check_speed(self.speed)
 
     @property
     def terms(self) -> DragTerms:
@@ -121,7 +121,7 @@ class BearingDrag:
         require(0 <= self.f_1 < LARGEST_F_1, f"f_1 must lie in [0, {LARGEST_F_1:g}), about 0.0003, got {self.f_1}")
         newton = f"load must lie in [0, 1e9) N, got {self.load}"
         require(self.load is None or 0 <= self.load < 1e9, newton)
-        _check_speed(self.speed)
+        check_speed(self.speed)
 
     @property
     def terms(self) -> DragTerms:
@@ -152,6 +152,7 @@ def _finite(name: str, values, unit: str) -> np.ndarray:
     return np.asarray(values, float)
 
 
-def _check_speed(speed: float) -> None:
-    slow = f"speed must be at least {LEAST_SPEED} rad/s and finite, got {speed}; take a hundredth of the shaft's"
+def check_speed(speed: float) -> None:
+    """ValueError unless a speed that regularizes dry friction at standstill [rad/s] is in range."""
+    slow = f"speed must be at least {LEAST_SPEED} rad/s and finite, got {speed}; take a hundredth of that of the shafts"
     require(LEAST_SPEED <= speed < np.inf, slow)

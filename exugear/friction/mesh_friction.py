@@ -15,6 +15,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.force_table.kernel_records import record_of, record_type
+from exugear.friction.drag import check_speed
 from exugear.friction.friction_coefficient import NiemannFriction, PowerLaw, SchlenkFriction, XuFriction
 from exugear.friction.load_distribution import (
     LoadDistribution,
@@ -29,8 +30,6 @@ from fem.support.arguments import Finite, checked
 from fem.support.representation import short
 from fem.support.validation import increasing, require
 
-#: Least value of `MeshFriction.speed` [rad/s].
-LEAST_SPEED = 0.01
 #: Coefficient of friction over cos(beta_b), for the transverse mesh force, as a power law (`PowerLaw`); speed over
 #: which friction fades [rad/s]; tangent of the working pressure angle; number of steps and of rows of the tables, ln of
 #: the force of their first row and difference to that of the next one.
@@ -174,8 +173,7 @@ def _tables(coefficient: Coefficient, pair: GearPair, distribution: LoadDistribu
 def _check_scalars(coefficient: Coefficient, speed: float) -> None:
     low = f"coefficient must lie in [0, 1), say 0.05, got {coefficient}"
     require(isinstance(coefficient, LAWS) or 0 <= coefficient < 1, low)
-    slow = f"speed must be at least {LEAST_SPEED} rad/s and finite, got {speed}; take a hundredth of the shafts'"
-    require(LEAST_SPEED <= speed < np.inf, slow)
+    check_speed(speed)
 
 
 def _check_tables(pull: np.ndarray, lever: np.ndarray) -> None:
