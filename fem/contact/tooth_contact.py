@@ -1,5 +1,7 @@
 """Contact of all tooth pairs at one mesh position: the candidates, and their state under a load."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,6 +19,7 @@ from fem.gap.contact_slices import ContactSlices
 from fem.gap.face_grading import flank_positions, share_at
 from fem.microgeometry.flank import lines_across
 from fem.pair.mesh_position import MeshPosition
+from fem.units import mm
 
 #: Rounds of the search for the section that touches first, and number of sections in a round: steps shrink by 4.
 ROUNDS, AROUND = 3, 9
@@ -77,9 +80,22 @@ class ToothContact:
         def solve(slices: ContactSlices, last: State) -> State:
             return self._strip_state(slices, force * self.face.share, misalignment, last)
 
-        loads = self._line_loads(self.rigid_line_contact, np.array([force]), np.array([misalignment]))
-        guess = State(float(loads.te[0]), self.slicing.whole, loads.force[0], loads.force[0], self.face)
-        return self.slicing.loaded(guess, misalignment, solve)
+        load, tilt = np.array([force]), np.array([misalignment])
+        with self._located(load, tilt):
+            loads = self._line_loads(self.rigid_line_contact, load, tilt)
+            guess = State(float(loads.te[0]), self.slicing.whole, loads.force[0], loads.force[0], self.face)
+            return self.slicing.loaded(guess, misalignment, solve)
+
+    @contextmanager
+    def _located(self, force: np.ndarray, misalignment: np.ndarray) -> Iterator[None]:
+        """Contacts under mesh forces (m,) [N] and misalignments (m,) [rad]; a RuntimeError says which they are."""
+        try:
+            yield
+        except RuntimeError as error:
+            position = self.position
+            torque, tilt = _range(force * position.pair.pinion.r_b), _range(misalignment)
+            at = f"phase {position.phase:.6g}, {torque} N m, a = {position.a / mm:.6g} mm, misalignment {tilt} rad"
+            raise RuntimeError(f"{error} (at {at})") from None
 
     def _strip_state(self, slices: ContactSlices, force: float, misalignment: float, last: State) -> State:
         """State of slices on strips, under a force on the modelled face [N], after the last state."""
@@ -126,7 +142,8 @@ class ToothContact:
         te, stiffness = slices.first_touch(misalignment).min(axis=1), np.zeros(force.size)
         loads = np.zeros((force.size, slices.low.size))
         if loaded.any():
-            solved = self._line_loads(self.line_contact, force[loaded], misalignment[loaded])
+            with self._located(force[loaded], misalignment[loaded]):
+                solved = self._line_loads(self.line_contact, force[loaded], misalignment[loaded])
             te[loaded], stiffness[loaded], loads[loaded] = solved
         return LineLoads(te, stiffness / self.face.share, loads)
 
@@ -159,3 +176,8 @@ class ToothContact:
                 first = np.take_along_axis(shares, np.argmin(touches, axis=1)[:, None], axis=1)
                 shares, step = np.clip(first + step * np.linspace(-1, 1, AROUND), 0, 1), step * 2 / (AROUND - 1)
         return te
+
+
+def _range(values: np.ndarray) -> str:
+    """Least and largest value in words."""
+    return " to ".join(f"{value:.4g}" for value in np.unique([values.min(), values.max()]))

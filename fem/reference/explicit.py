@@ -193,7 +193,7 @@ def integrate(loaded: LoadedRun, mating: MatingGears, rotors, scheme: CentralDif
         torque = loaded.load_torque(spin, motion.te[1])
         records[i] = motion.te[0], phase, torque, kinetic, strain, contact, *motion.work
         if not np.isfinite(records[i]).all():
-            raise RuntimeError(f"not stable at phase {phase:g}; take a smaller step or penalty")
+            raise RuntimeError(f"not stable at phase {phase:g}; reduce step {law.step:g} s or penalty {law.penalty:g}")
         loaded.check_backlash(motion.te[0], phase)
     return records
 

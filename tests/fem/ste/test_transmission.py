@@ -283,3 +283,12 @@ def test_only_the_driving_flanks_count():
     ]
     assert (maps[1] == maps[0]).all()
     assert (maps[2] != maps[0]).any()
+
+
+def test_a_contact_that_is_not_solved_says_where(monkeypatch):
+    monkeypatch.setattr("fem.contact.tooth_contact.WIDENINGS", 0)
+    pair = fem.GearPair(paper_gear(), paper_gear(), a=150 * mm)
+    offsets = fem.Offsets(misalignment=(0.0, 1e-4))
+    at = r"\(at phase 0.25, 150 N m, a = 150 mm, misalignment 0 rad\)"
+    with pytest.raises(RuntimeError, match=rf"wider than by Hertz; reduce the load .* {at}"):
+        fem.static_transmission_error(pair, [0, 150], [0.25], offsets=offsets, resolution=COARSE, progress=False)
