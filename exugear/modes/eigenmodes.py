@@ -1,4 +1,9 @@
-"""Eigenmodes of M x'' + (C + G) x' + K x = 0: gyroscopic terms G exactly, damping C to the first order."""
+"""Eigenmodes of M x'' + (C + G) x' + K x = 0: gyroscopic terms G exactly, damping C to the first order.
+
+Where the damping couples modes more than their frequencies differ, as those of equal shafts on unequal dampers, the
+first order is that of all these modes together (perturbation of nearly equal eigenvalues): their amplitudes a follow
+a' = (i diag(omega) - R) a with the decay rates R = U^H C U, U^H (omega^2 M + K) U = omega^2.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -8,17 +13,21 @@ import scipy
 
 #: Share of the highest squared frequency below which one counts as 0.
 RIGID = 1e-11
-#: Gyroscopic terms over the highest frequency that are rounding.
-NOT_SPINNING = 1e-12
+#: Gyroscopic terms over the highest frequency that are rounding; decay rates over it that are rounding.
+NOT_SPINNING, UNDAMPED = 1e-12, 1e-12
+#: Decay rate by which two modes are coupled, over the difference of their frequencies, from which they are coupled.
+COUPLED = 0.5
+#: Imaginary part of real shapes that is rounding.
+REAL = 1e-9
 
 
 class Eigenmodes(NamedTuple):
     """Modes in rising order of their frequencies.
 
     omega           (n_mode,) natural frequencies without damping [rad/s]; 0 of motions as a rigid body
-    damping_ratio   (n_mode,) power that the damping dissipates over 2 omega times the energy; 0 of rigid bodies
-    shapes          (n, n_mode) with x^H M x = 1, complex with gyroscopic terms; the component with the most kinetic
-                    energy is real and > 0
+    damping_ratio   (n_mode,) decay rate over omega; 0 of rigid bodies
+    shapes          (n, n_mode) with x^H M x = 1, complex with gyroscopic terms and where the damping couples modes; the
+                    component with the most kinetic energy is real and > 0
     """
 
     omega: np.ndarray
@@ -39,12 +48,28 @@ def eigenmodes(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> 
     coordinates, rigid_motions, stiffness = np.eye(omega.size), modes[:, omega == 0.0], np.diag(omega**2)
     if np.abs(gyroscopic).max() > NOT_SPINNING * omega[-1]:
         omega, coordinates = _gyroscopic(omega, gyroscopic)
-    kinetic, strain, power = (_forms(coordinates, x) for x in (np.eye(omega.size), stiffness, dissipative))
-    ratios = np.where(omega > 0, omega * power / np.maximum(omega**2 * kinetic + strain, np.finfo(float).tiny), 0.0)
-    shapes = modes @ coordinates
-    rigid = np.flatnonzero(omega == 0.0)
-    shapes[:, rigid] = rigid_motions[:, : rigid.size]
-    return Eigenmodes(omega, ratios, _normalized(shapes, mass))
+    kinetic, strain = (_forms(coordinates, x) for x in (np.eye(omega.size), stiffness))
+    r = int((omega == 0.0).sum())
+    unit = coordinates[:, r:] / np.sqrt(kinetic[r:] + strain[r:] / omega[r:] ** 2)
+    rates, amplitudes = _decay(omega[r:], unit.conj().T @ dissipative @ unit)
+    shapes = np.column_stack([rigid_motions[:, :r], modes @ unit @ amplitudes])
+    return Eigenmodes(omega, np.r_[np.zeros(r), rates / omega[r:]], _normalized(shapes, mass))
+
+
+def _decay(omega: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Decay rates (n,) of modes and their amplitudes (n, n) in those of frequencies omega (n,); rates (n, n): R."""
+    decay, amplitudes = np.diag(rates).real.copy(), np.eye(omega.size, dtype=rates.dtype)
+    coupling = np.abs(rates) * (1 - np.eye(omega.size))
+    coupled = coupling > np.maximum(COUPLED * np.abs(np.subtract.outer(omega, omega)), UNDAMPED * omega[-1])
+    number, groups = scipy.sparse.csgraph.connected_components(coupled, directed=False)
+    for group in (np.flatnonzero(groups == k) for k in range(number)):
+        if group.size > 1:
+            values, vectors = scipy.linalg.eig(1j * np.diag(omega[group]) - rates[np.ix_(group, group)])
+            rising = np.lexsort([-values.real, values.imag])
+            decay[group] = -values.real[rising]
+            amplitudes = amplitudes.astype(complex)
+            amplitudes[np.ix_(group, group)] = vectors[:, rising]
+    return decay, amplitudes
 
 
 def _gyroscopic(omega: np.ndarray, gyroscopic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -70,7 +95,8 @@ def _normalized(shapes: np.ndarray, mass: np.ndarray) -> np.ndarray:
     momenta = mass @ shapes
     leading = np.abs(shapes * momenta).argmax(axis=0)
     turned = shapes[leading, np.arange(shapes.shape[1])]
-    return shapes / np.sqrt(_forms(shapes, mass)) * (turned.conj() / np.abs(turned))
+    shapes = shapes / np.sqrt(_forms(shapes, mass)) * (turned.conj() / np.abs(turned))
+    return shapes.real if np.abs(shapes.imag).max() < REAL * np.abs(shapes).max() else shapes
 
 
 def tracked(mass: np.ndarray, modes: Sequence[Eigenmodes]) -> list[Eigenmodes]:

@@ -48,7 +48,8 @@ def modes(
     shape           real part of the shapes, by shaft and coordinate (x, y, z, tilt_x, tilt_y, spin), rotors behind
                     couplings among the shafts; in a hand-built system by coordinate. Its modal mass is 1 kg; the
                     component with the most kinetic energy is real and > 0
-    shape_imaginary imaginary part, of gyroscopic modes: component = Re((shape + i shape_imaginary) exp(i omega t))
+    shape_imaginary imaginary part, of gyroscopic modes and of those of nearly equal frequencies that damping couples:
+                    component = Re((shape + i shape_imaginary) exp(i omega t))
     energy_share    of the strain energy, in every mesh, bearing, coupling and spring; 0 for rigid-body motions. The
                     share of a mesh may be slightly negative, as its force destabilizes (geometric stiffness)
     participation   generalized excitation p of each mode by a unit transmission error of each mesh, k row . shape

@@ -16,6 +16,12 @@ def random_system(n: int = 6) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return a @ a.T + n * np.eye(n), 1e4 * (b @ b.T + np.eye(n)), 30.0 * (c - c.T)
 
 
+def complex_eigenvalues(mass, stiffness, damping) -> np.ndarray:
+    """Eigenvalues of the equations of first order."""
+    lower = [-np.linalg.solve(mass, x) for x in (stiffness, damping)]
+    return scipy.linalg.eigvals(np.block([[np.zeros_like(mass), np.eye(len(mass))], lower]))
+
+
 def test_modes_at_rest_are_orthogonal_and_normalized():
     mass, stiffness, _ = random_system()
     solved = eigenmodes(mass, stiffness, np.zeros_like(mass))
@@ -36,11 +42,26 @@ def test_gyroscopic_modes_solve_the_quadratic_eigenvalue_problem():
 def test_light_damping_is_that_of_the_complex_eigenvalues():
     mass, stiffness, gyroscopic = random_system()
     damping = gyroscopic + 1e-6 * stiffness
-    matrix = np.block([[np.zeros((6, 6)), np.eye(6)], [*(-np.linalg.solve(mass, x) for x in (stiffness, damping))]])
-    values = scipy.linalg.eigvals(matrix)
+    values = complex_eigenvalues(mass, stiffness, damping)
     values = values[values.imag > 0]
     expected = (-values.real / np.abs(values))[np.argsort(values.imag)]
     assert eigenmodes(mass, stiffness, damping).damping_ratio == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("coupling", [0.0, 1e-9, 0.5, 2.0, 8.0, 1e3])
+@pytest.mark.parametrize("gyroscopic", [0.0, 0.3])
+def test_damping_of_equal_oscillators_is_that_of_the_complex_eigenvalues(coupling, gyroscopic):
+    """Only the first oscillator is damped; a spring couples them less, as much as, and more than the damper."""
+    mass, spring = np.eye(4), coupling * np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2))
+    stiffness = 1e4 * np.eye(4) + spring
+    damping = np.diag([0.02, 0.02, 0.0, 0.0]) + gyroscopic * np.kron(np.eye(2), GYROSCOPIC)
+    values = complex_eigenvalues(mass, stiffness, damping)
+    exact = np.sort(-values.real[values.imag > 0] / np.abs(values[values.imag > 0]))
+    solved = eigenmodes(mass, stiffness, damping)
+    assert np.sort(solved.damping_ratio) == pytest.approx(exact, abs=1e-3 * 1e-4)
+    if coupling < 0.1:
+        undamped_oscillator = solved.shapes[2:, solved.damping_ratio > 0.9e-4]
+        assert undamped_oscillator == pytest.approx(np.zeros((2, 2)), abs=1e-6)
 
 
 def test_proportional_damping_is_exact_at_any_size():
