@@ -6,7 +6,7 @@ functions of Exudyn.
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -49,8 +49,9 @@ def CreateGearContact(
     """Create the contact of a gear pair between two bodies; also called as mbs.CreateGearContact(...).
 
     itemNumbers      [pinion, wheel]: rigid bodies, ObjectRigidBody2D or ObjectRotationalMass1D, in any mixture. The
-                     last two turn about global z; an ObjectRotationalMass1D lies at its referencePosition. Two
-                     ObjectRotationalMass1D may be followed by a third, the carrier of their axes (planet carrier)
+                     last two turn about global z; an ObjectRotationalMass1D lies at its referencePosition, which does
+                     not matter between two of them. Two may be followed by a third, the carrier of their axes (planet
+                     carrier)
     pair             `fem.GearPair`, or `RingPair` for a ring gear
     force            `MeshForce`, the force law of the mesh
     localPositions   centre of each gear on its body [m]; it must lie on the gear's axis
@@ -76,6 +77,8 @@ def CreateGearContact(
     """
     check_mesh(pair, force, phase, direction)
     require(len(itemNumbers) in (2, 3), f"itemNumbers must be [pinion, wheel] (and a carrier), got {itemNumbers}")
+    distinct = len({str(item) for item in itemNumbers}) == len(itemNumbers) or None in itemNumbers
+    require(distinct, f"itemNumbers must be different bodies, got {itemNumbers}")
     kinds = kinds_of(mbs, itemNumbers, force)
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
     kernel = kernel_of(kinds, rotated=is_rotated(frame))
@@ -116,9 +119,13 @@ def add_contact(mbs, name: str, items, kernel, records: Sequence[np.record], rec
 
     records   arguments of the kernel: table of the mesh force, contact frame, contact state, and friction if it rubs
     """
+    shared = [i for i in contacts_of(mbs) if stored_contact(mbs, i).recorder is recorder]
+    remedy = "pass each contact a recorder of its own"
+    require(not shared, f"recorder records the gear contact {shared} already; {remedy}")
     number = add_forces(mbs, name, items, kernel, records, recorder)
-    mbs.variables[contact_key(number)] = partial(kernel, *map(address_of, records))
-    mbs.variables[records_key(number)] = tuple(records)
+    function = mbs.GetObject(number)["forceUserFunction"]
+    evaluate = partial(kernel, *map(address_of, records))
+    mbs.variables[contact_key(number)] = StoredContact(evaluate, tuple(records), recorder, function)
     return number
 
 
@@ -136,19 +143,40 @@ def add_forces(mbs, name: str, items, kernel, records: Sequence[np.record], reco
     return mbs.AddObject(item)
 
 
+class StoredContact(NamedTuple):
+    """What a system keeps of a contact.
+
+    kernel     of the contact, for its sensors: function of the address of a recorder's header, t, *q, *q_t
+    records    that the kernel takes: force table, frame, state, and friction if the stage has it
+    recorder   of the contact
+    function   that Exudyn calls, as mbs.GetObject returns it
+    """
+
+    kernel: partial
+    records: tuple[np.record, ...]
+    recorder: Recorder
+    function: Any
+
+
 def contact_key(number: int) -> str:
-    """Key under which mbs.variables keeps the kernel of a contact, for its sensors."""
+    """Key under which mbs.variables keeps a contact."""
     return f"gear contact {int(number)}"
 
 
-def records_key(number: int) -> str:
-    """Key under which mbs.variables keeps the records of a contact."""
-    return f"gear contact {int(number)} records"
+def stored_contact(mbs, number: int) -> StoredContact:
+    """What the system keeps of a contact."""
+    return mbs.variables[contact_key(number)]
+
+
+def is_contact(mbs, number: int) -> bool:
+    """Whether an object is a gear contact; after mbs.Reset, which keeps mbs.variables, others take its number."""
+    known = contact_key(number) in dict(mbs.variables) and int(number) < mbs.systemData.NumberOfObjects()
+    return known and mbs.GetObject(int(number)).get("forceUserFunction") == stored_contact(mbs, number).function
 
 
 def records_of(mbs, number: int) -> tuple[np.record, ...]:
     """Records that the kernel of a contact takes: force table, frame, state, and friction if the stage has it."""
-    return mbs.variables[records_key(number)]
+    return stored_contact(mbs, number).records
 
 
 def state_of(mbs, number: int) -> np.record:
@@ -158,7 +186,7 @@ def state_of(mbs, number: int) -> np.record:
 
 def contacts_of(mbs) -> list[int]:
     """Object numbers of all gear contacts of a system."""
-    return [i for i in range(mbs.systemData.NumberOfObjects()) if contact_key(i) in dict(mbs.variables)]
+    return [i for i in range(mbs.systemData.NumberOfObjects()) if is_contact(mbs, i)]
 
 
 def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | None = None, first: int = 1):

@@ -7,7 +7,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.elements.gear_contact import contact_key
+from exugear.elements.gear_contact import is_contact, stored_contact
 from exugear.force_table.kernel_records import address_of
 from exugear.kernels.recorder import NAMES, Recorder
 from fem.support.arguments import checked
@@ -32,9 +32,8 @@ def CreateGearSensor(
     sample every step, a `Recorder` costs less. Returns the number of the sensor. Raises ValueError for an object that
     is no gear contact.
     """
-    known = contact_key(contact) in dict(mbs.variables)
-    require(known, f"contact must be what CreateGearContact returned, got object {contact}")
-    function = user_function(mbs.variables[contact_key(contact)], contact)
+    require(is_contact(mbs, contact), f"contact must be what CreateGearContact returned, got object {contact}")
+    function = user_function(stored_contact(mbs, contact).kernel, contact)
     item = eii.SensorUserFunction(
         name=name, fileName=fileName, storeInternal=storeInternal, sensorUserFunction=function
     )

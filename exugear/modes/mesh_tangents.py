@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from exugear.contact_geometry.contact_records import contact_state
-from exugear.elements.gear_contact import DIFFERENCE_STEPS, contact_key, records_of
+from exugear.elements.gear_contact import DIFFERENCE_STEPS, records_of, stored_contact
 from exugear.elements.gear_sensor import ANY_TIME
 from exugear.force_table.kernel_records import address_of, changed
 from exugear.kernels.difference_jacobian import jacobian
@@ -67,7 +67,7 @@ class Contact:
 
 def contact_of(mbs, number: int, **changes: float) -> Contact:
     """A contact of a system by its object number, with changes of its frame, without torques that a run adds."""
-    kernel, recorder, state = mbs.variables[contact_key(number)], Recorder(), contact_state()
+    kernel, recorder, state = stored_contact(mbs, number).kernel, Recorder(), contact_state()
     recorder.start(ANY_TIME, 1)
     table, frame, _, *friction = records_of(mbs, number)
     records = table, changed(frame, **changes), state, *friction, recorder.header

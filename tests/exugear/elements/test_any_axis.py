@@ -16,7 +16,7 @@ import exugear
 from exugear.contact_geometry.contact_frame import axes_about
 from exugear.contact_geometry.contact_records import is_rotated
 from exugear.elements.exudyn_objects import kind_of
-from exugear.elements.gear_contact import contact_key, frame_of
+from exugear.elements.gear_contact import frame_of, stored_contact
 from exugear.force_table.kernel_records import address_of
 from exugear.kernels.friction_kernels import friction_of
 from fem.units import mm, um
@@ -103,7 +103,7 @@ def meshing(scene, pair, law, motion, direction=1):
     given = {"localAxes": [axis, axis], "phase": 0.2, "direction": direction, "recorder": recorder}
     number = mbs.CreateGearContact(itemNumbers=bodies, pair=pair, force=law, **given)
     recorder.start(1.0, 1)
-    kernel = partial(mbs.variables[contact_key(number)], address_of(recorder.header), 0.0)
+    kernel = partial(stored_contact(mbs, number).kernel, address_of(recorder.header), 0.0)
     return pushed(mbs, bodies, node, axis, frame, motion, kernel), first_sample(recorder)
 
 
@@ -204,7 +204,7 @@ def deflection(node, axis, wheel_turned: float, law=None) -> float:
         q += [0, 0, 0, *coordinates(node, reference[3:], matrix)]
         if node == RXYZ:
             q[-3] = angle
-    mbs.variables[contact_key(number)](address_of(recorder.header), 0.0, *map(float, q), *[0.0] * len(q))
+    stored_contact(mbs, number).kernel(address_of(recorder.header), 0.0, *map(float, q), *[0.0] * len(q))
     return float(recorder.deflection[0])
 
 
@@ -229,7 +229,7 @@ def test_an_axis_may_have_either_sense():
     wheel = mbs.CreateRigidBody(inertia=InertiaCuboid(7850, [0.1, 0.1, 0.02]), nodeType=RXYZ, **upside_down)
     number = mbs.CreateGearContact(itemNumbers=[pinion, wheel], pair=pair, force=law_of(), phase=0.2, recorder=recorder)
     recorder.start(1.0, 1)
-    kernel = partial(mbs.variables[contact_key(number)], address_of(recorder.header), 0.0)
+    kernel = partial(stored_contact(mbs, number).kernel, address_of(recorder.header), 0.0)
     turned = [motion[0], (motion[1][0], motion[1][1] @ over, motion[1][2])]
     forces = pushed(mbs, (pinion, wheel), RXYZ, UP, frame, turned, kernel)
     assert np.abs(forces - expected).max() < 1e-9 * np.abs(expected).max()
@@ -246,7 +246,7 @@ def test_a_planar_body_meshes_with_a_body_of_any_rotation():
     )
     recorder.start(1.0, 1)
     lead = 30 * um / pair.pinion.r_b
-    kernel = partial(mbs.variables[contact_key(number)], address_of(recorder.header), 0.0)
+    kernel = partial(stored_contact(mbs, number).kernel, address_of(recorder.header), 0.0)
     forces = kernel(0.0, 0.0, lead, apart, *[0.0] * 16)
     depth = 30 * um - apart * np.sin(pair.alpha_wt)
     assert recorder.force[0] == pytest.approx(K * depth, rel=1e-3)
