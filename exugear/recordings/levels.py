@@ -23,14 +23,16 @@ def level(rms: Numbers, reference: float | None = None) -> xr.DataArray | np.nda
                  1 uN, 20 uPa
 
     Returns the levels: a DataArray with the reference in its long_name, or an array. Raises ValueError where units
-    have no reference value.
+    have no reference value, and for negative values.
     """
     units = rms.attrs.get("units", "1") if isinstance(rms, xr.DataArray) else "1"
     known = f"reference must be given for the units {units!r}; ISO 1683 has {REFERENCES}"
     require(reference is not None or units in REFERENCES, known)
     reference = REFERENCES[units] if reference is None else reference
-    require(reference > 0, f"reference must be > 0, got {reference}")
-    levels = 20 * np.log10(np.maximum(np.abs(np.asarray(rms, float)) / reference, FLOOR))
+    require(0 < reference < np.inf, f"reference must be > 0 and finite, got {reference}")
+    values = np.asarray(rms, float)
+    require(not (values < 0).any(), f"rms must be >= 0, got {values.min(initial=0.0):g}; pass root mean squares")
+    levels = 20 * np.log10(np.maximum(values / reference, FLOOR))
     if not isinstance(rms, xr.DataArray):
         return levels
     about = {"units": "dB", "long_name": f"level re {reference:g} {units}"}
@@ -41,12 +43,12 @@ def level(rms: Numbers, reference: float | None = None) -> xr.DataArray | np.nda
 def rms_sum(channels: xr.DataArray, over: str | Sequence[str]) -> xr.DataArray:
     """Root of the sum of squares of channels: the rms or the amplitude of several bearings or directions together.
 
-    channels    amplitudes or root mean squares
+    channels    amplitudes, complex ones too, or root mean squares
     over        dimensions to sum over, such as "bearing" or ["bearing", "direction"]
 
     Raises ValueError for dimensions that the channels do not have.
     """
     dims = [over] if isinstance(over, str) else list(over)
-    known = bool(dims) and set(dims) <= set(channels.dims)
-    require(known, f"over must be dimensions of the channels, {channels.dims}, got {over!r}")
-    return ((channels**2).sum(dims, skipna=False) ** 0.5).assign_attrs(channels.attrs)
+    known = bool(dims) and set(dims) <= set(channels.dims) and len(set(dims)) == len(dims)
+    require(known, f"over must be different dimensions of the channels, {channels.dims}, got {over!r}")
+    return ((abs(channels) ** 2).sum(dims, skipna=False) ** 0.5).assign_attrs(channels.attrs)

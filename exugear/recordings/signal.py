@@ -106,6 +106,9 @@ def sensor_signal(
     components = stored.shape[1] - 1
     require(0 <= component < components, f"component must be 0 to {components - 1}, got {component}")
     time, first = np.unique(stored[:, 0], return_index=True)
+    sample, end = np.diff(data["time"].values).max(initial=0.0), float(data["time"][-1])
+    longer = f"stored must be of the run, which ends at {end:g} s, got times up to {time[-1]:g} s"
+    require(time[-1] <= end + sample, f"{longer}; pass what the sensor recorded in this run")
     speed = np.interp(time, data["time"].values, data["speed"].values)
     values = recorded_signal(time, speed, stored[first, 1 + component], units=units, long_name=long_name)
     return values.assign_coords(mesh_order=((), mesh_order(data), MESH_ORDER))
@@ -135,6 +138,7 @@ def require_signal(signal: xr.DataArray) -> None:
     require(not lacking and signal.dims[-1:] == ("time",), f"signal must be over time, speed and angle; {remedy}")
     require(signal.sizes["time"] >= 3, f"signal must have 3 samples or more, got {signal.sizes['time']}")
     require_finite("signal", signal.values, "leave out or interpolate what is not")
+    require_finite("speed of the signal", signal["speed"].values, "leave out or interpolate what is not")
     require(bool((np.diff(signal["time"].values) > 0).all()), "the times of the signal must increase; sort it by time")
 
 

@@ -33,6 +33,36 @@ def test_an_order_above_the_limit_leaves_no_trace_at_the_orders_below():
     assert np.abs(sampled.values[60:-60]).max() < 1e-4
 
 
+EVEN = np.arange(0, 2, 4e-5)
+UNEVEN = {
+    "jitter": EVEN + np.r_[0, np.random.default_rng(0).uniform(-0.1, 0.1, EVEN.size - 1)] * 4e-5,
+    "two rates": np.r_[np.arange(0, 1, 2e-5), np.arange(1, 2, 4e-5)],
+    "a sample lost": np.delete(EVEN, 30_000),
+    "every hundredth lost": np.delete(EVEN, np.arange(50, EVEN.size - 50, 100)),
+}
+
+
+@pytest.mark.parametrize("name", UNEVEN)
+def test_samples_at_unequal_steps_of_time_are_interpolated(name):
+    time = UNEVEN[name]
+    angle = 10 * time + 45 * time**2
+    signal = exugear.recorded_signal(time, 10 + 90 * time, np.cos(20 * angle) + 0.1 * np.cos(60 * angle))
+    sampled = exugear.over_angle(signal, orders=80)
+    x = sampled["angle"].values
+    assert sampled.values[60:-60] == pytest.approx((np.cos(20 * x) + 0.1 * np.cos(60 * x))[60:-60], abs=3e-4)
+    low, high = exugear.order_cut(signal, [20, 60])["amplitude"].values
+    assert low == pytest.approx(1.0, abs=1e-4)
+    assert high == pytest.approx(0.1, abs=1e-4)
+
+
+def test_missing_samples_are_refused():
+    time = np.delete(EVEN, np.arange(30_000, 30_010))
+    signal = exugear.recorded_signal(time, 10 + 90 * time, np.cos(time))
+    with pytest.raises(ValueError, match=r"samples are missing from 1.19996 to 1.2004 s; cut it there"):
+        exugear.over_angle(signal, orders=80)
+    assert exugear.over_angle(signal, orders=20).size
+
+
 def test_a_start_from_rest_and_a_standstill_are_sampled():
     time = np.linspace(0, 10, 100_001)
     speed = np.clip(time - 2, 0, 3) * 30

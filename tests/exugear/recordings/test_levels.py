@@ -27,6 +27,8 @@ def test_levels_of_numbers_need_a_reference():
     for rms, reference, words in (
         (1.0, None, "reference must be given for the units '1'"),
         (1.0, 0.0, "reference must be > 0"),
+        (1.0, np.inf, "reference must be > 0 and finite"),
+        ([1.0, -2.0], 1.0, "rms must be >= 0, got -2"),
     ):
         with pytest.raises(ValueError, match=words):
             exugear.level(rms, reference)
@@ -37,10 +39,12 @@ def test_two_bearings_of_the_same_rms_are_3_db_more():
     total = exugear.rms_sum(channels, over="bearing")
     assert exugear.level(total).values - exugear.level(channels).values[0] == pytest.approx(3.0103)
     assert float(exugear.rms_sum(channels, over=["bearing", "direction"])) == pytest.approx(5 * np.sqrt(6))
-    with pytest.raises(ValueError, match="over must be dimensions of the channels"):
+    with pytest.raises(ValueError, match="over must be different dimensions of the channels"):
         exugear.rms_sum(channels, over="stage")
-    with pytest.raises(ValueError, match="over must be dimensions of the channels"):
-        exugear.rms_sum(channels, over=[])
+    for over in ([], ["bearing", "bearing"]):
+        with pytest.raises(ValueError, match="over must be different dimensions of the channels"):
+            exugear.rms_sum(channels, over=over)
+    assert exugear.rms_sum(channels * np.exp(0.7j), over="bearing").values == pytest.approx(total.values)
 
 
 def test_a_channel_that_is_missing_makes_the_sum_missing():

@@ -71,6 +71,8 @@ def test_a_sensor_of_exudyn_gives_a_signal_with_the_speed_of_the_run(recorded):
         exugear.sensor_signal(run, stored, 3)
     with pytest.raises(ValueError, match="stored must be"):
         exugear.sensor_signal(run, stored[:, 0])
+    with pytest.raises(ValueError, match=r"stored must be of the run, which ends at 0.05 s, got times up to 0.1"):
+        exugear.sensor_signal(run, stored * [2, 1, 1, 1])
 
 
 def test_orders_of_a_stage_and_its_side_bands(recorded):
