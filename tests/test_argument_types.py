@@ -69,7 +69,7 @@ TAKEN = {
     **dict.fromkeys((f"OrderSpectrum.{name}" for name in ("speed", "order", "amplitude")), "nan"),
     **dict.fromkeys((f"Resonances.{name}" for name in ("place", "height")), "nan"),
     **dict.fromkeys(("CreateGearContact.pair", "CreateGearFriction.pair"), "ring"),
-    **dict.fromkeys(("loss.pair", "table.pair", "power_law.pair"), "ring"),
+    **dict.fromkeys(("loss.pair", "table.pair", "power_law.pair", "check_pair.pair"), "ring"),
 }
 #: Patterns of the names of arguments in messages, if they differ; "a" is also an article.
 CALLED = {"ste": "ste|map", "mesh": "mesh|map", "runs": "runs?", "phase": "phases?", "a": "a must"}

@@ -141,9 +141,11 @@ class BearingDrag:
     def torque(self, omega: Numbers, load: Numbers = 0.0):
         """Torque against the rotation [N m] at speeds of the shaft [rad/s], number or array; signed like the speed.
 
-        load   radial force of the bearing [N], if the drag has no load of its own
+        load   radial force of the bearing >= 0 [N], if the drag has no load of its own
         """
-        return braking_torque(self.terms, _finite("omega", omega, "rad/s"), _finite("load", load, "N"))
+        force = _finite("load", load, "N")
+        require(bool((force >= 0).all()), f"load must be >= 0 N, got {force.min():g}; pass the magnitude of the force")
+        return braking_torque(self.terms, _finite("omega", omega, "rad/s"), force)
 
 
 def _finite(name: str, values, unit: str) -> np.ndarray:

@@ -154,6 +154,9 @@ class XuFriction:
         """
         s, w, (r_1, r_2) = np.asarray(distance, float), np.asarray(line_load, float), _pitch_radii(pair)
         require_finite("distance", s, "pass metres")
+        low, high = -r_1 * sin(pair.alpha_wt), r_2 * sin(pair.alpha_wt)
+        within = f"distance must lie between the base circles, in ({low:.4g}, {high:.4g}) m"
+        require(bool(((low < s) & (s < high)).all()), f"{within}, got {s.min():g} to {s.max():g} m; pass metres")
         require_finite("line_load", w, "pass N/m")
         require(bool((w >= 0).all()), f"line_load must be >= 0 N/m, got {w.min():g}")
         rho_1, rho_2 = r_1 * sin(pair.alpha_wt) + s, r_2 * sin(pair.alpha_wt) - s

@@ -64,6 +64,7 @@ class MeshFriction:
     forces       (m,) mesh forces [N] in geometric progression, of the rows of pull and lever (m, n) for a local
                  coefficient (`XuFriction`), by which these are multiplied already
     speed        [rad/s] over which friction fades at low speed, by the factor tanh((omega_1 - omega_2) / speed)
+    pair         `fem.GearPair` to which the tables belong; None: any, as of tables from elsewhere
 
     The tables are interpolated linearly between the phases and hold at the nominal centre distance. The direction of
     sliding follows from omega_1 - omega_2 alone: where teeth vibrate faster along their flanks than they slide, next to
@@ -75,6 +76,7 @@ class MeshFriction:
     lever: np.ndarray
     speed: float = field(default=1.0, kw_only=True)
     forces: np.ndarray | None = field(default=None, kw_only=True)
+    pair: GearPair | None = field(default=None, kw_only=True, repr=False)
 
     def __post_init__(self):
         for name in ("pull", "lever", *["forces"] * (self.forces is not None)):
@@ -97,7 +99,7 @@ class MeshFriction:
 
         Raises ValueError for a ring gear, whose path of contact is not known.
         """
-        return cls(coefficient, **_tables(coefficient, pair, even_distribution(pair)), speed=speed)
+        return cls(coefficient, **_tables(coefficient, pair, even_distribution(pair)), speed=speed, pair=pair)
 
     @classmethod
     @checked
@@ -111,7 +113,8 @@ class MeshFriction:
         axes, and for a torque outside the map.
         """
         distribution = mapped_distribution(ste, torque)
-        return cls(coefficient, **_tables(coefficient, pair_of(ste), distribution), speed=speed)
+        pair = pair_of(ste)
+        return cls(coefficient, **_tables(coefficient, pair, distribution), speed=speed, pair=pair)
 
     @checked
     def power_law(self, pair: GearPair | RingPair) -> PowerLaw:
@@ -130,8 +133,9 @@ class MeshFriction:
         force   mesh force [N], and
         speed   of the pinion [rad/s], at which a coefficient that follows a law is taken
 
-        Raises ValueError where such a law lacks them.
+        Raises ValueError where such a law lacks them, and for a pair to which the tables do not belong.
         """
+        self.check_pair(pair)
         needed = f"force and speed must be given, as the coefficient is {self.coefficient!r}"
         require(not isinstance(self.coefficient, LAWS) or None not in (force, speed), f"{needed}; pass N and rad/s")
         force, speed = force or 0.0, speed or 0.0
@@ -141,6 +145,16 @@ class MeshFriction:
         if self.forces is not None:
             lever = np.interp(np.log(max(abs(force), self.forces[0])), np.log(self.forces), lever)
         return float(coefficient / cos(pair.beta_b) * lever * turns)
+
+    @checked
+    def check_pair(self, pair: GearPair | RingPair) -> None:
+        """ValueError unless the tables belong to a pair with these teeth."""
+        if self.pair is None:
+            return
+        unlike = f"pair must be {self.pair}, to which the friction belongs, got {pair}; make it by MeshFriction.of_pair"
+        require(
+            isinstance(pair, GearPair) and np.allclose(_teeth(pair), _teeth(self.pair), rtol=1e-9, atol=0.0), unlike
+        )
 
     @checked
     def table(self, pair: GearPair | RingPair) -> np.record:
@@ -168,6 +182,11 @@ def _tables(coefficient: Coefficient, pair: GearPair, distribution: LoadDistribu
             pull += (rubbing * np.sign(distance)).sum(axis=0)
             lever += (rubbing * np.abs(distance)).sum(axis=0)
     return {"pull": tables[0], "lever": tables[1], "forces": LINE_LOADS * pair.b}
+
+
+def _teeth(pair: GearPair) -> list[tuple[float, ...]]:
+    """z, m_n and beta of both gears."""
+    return [(gear.z, gear.m_n, gear.beta) for gear in (pair.pinion, pair.wheel)]
 
 
 def _check_scalars(coefficient: Coefficient, speed: float) -> None:

@@ -79,6 +79,8 @@ class Stage:
         force = self._given_force(mesh) if isinstance(mesh, MeshForce) else self._force_of_map(mesh)
         object.__setattr__(self, "force", force)
         require(isinstance(self.pair, GearPair), f"pair must be a fem.GearPair, got {self.pair}; a MeshForce needs one")
+        if self.friction is not None:
+            self.friction.check_pair(self.pair)
         object.__setattr__(self, "axial_positions", self._find_gears())
         self._damp()
 

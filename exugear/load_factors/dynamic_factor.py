@@ -27,7 +27,7 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
 
     run             an `exugear.Run` or its data, or steady states: a dataset with largest_force [N] over point
     windows         number of windows of equal length, joined where the gears turn too slowly for a mesh cycle
-    static_force    of steady states [N]: the torque on the pinion over its base radius; a run records its load
+    static_force    of steady states [N]: the torque on the pinion over its base radius, > 0; a run records its load
 
     Returns a dataset over (stage, speed), the mean speed of each window [rad/s]:
 
@@ -67,11 +67,13 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
 
 
 def _of_steady_states(states: xr.Dataset, static_force: float | None) -> xr.Dataset:
-    """Steady states with their dynamic factor over point."""
+    """Steady states with their dynamic factor over point; under a load < 0 the mesh forces are < 0."""
     given = "static_force must be > 0 N for steady states, the torque on the pinion over its base radius"
     require(static_force is not None and 0 < static_force < inf, f"{given}, got {static_force}")
     unit, long_name = VARIABLES["K_v"]
-    factor = states["largest_force"].values / static_force
+    driven = float(states.attrs.get("load", 1.0)) > 0
+    largest = states["largest_force"].values if driven else -states["smallest_force"].values
+    factor = largest / static_force
     return states.assign(K_v=("point", factor, {"units": unit, "long_name": long_name}))
 
 

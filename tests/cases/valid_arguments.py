@@ -215,7 +215,7 @@ def of_signals(folder: Path) -> dict[str, Any]:
     cuts, spectra = exugear.order_cut(signal, [3, 5]), exugear.waterfall(signal, lines=5, resolution=20.0)
     return signals | {
         "signal.name": "dte", "recorded_signal.speed": TURNS, "values": LINE, "units": "N", "long_name": "force",
-        "stored": np.stack([LINE, LINE], axis=1), "component": 0, "order_cut.orders": [3.0, 5.0], "side_bands": 1,
+        "stored": np.outer(LINE, [0.04, 1.0]), "component": 0, "order_cut.orders": [3.0, 5.0], "side_bands": 1,
         "mesh_orders.harmonics": 2, "resonance_table.harmonics": 3, "spectrogram.resolution": 20.0,
         "waterfall.resolution": 20.0, "window": "hann", "lines": 5, "rms": [1.0, 2.0], "reference": 1e-6,
         "channels": cuts["amplitude"], "over": ["order"], "write_sound.path": folder / "sound.wav", "rate": 8000,

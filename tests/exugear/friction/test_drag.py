@@ -63,6 +63,7 @@ def test_a_shaft_lists_the_drags_of_its_bearings_and_its_own():
         (lambda: exugear.Bearing(drag=BALL), "leave it out and put its drag on the shaft"),
         (lambda: exugear.Bearing(1e8, drag="seal"), "drag must be"),
         (lambda: BALL.torque(np.nan), "omega must be finite"),
+        (lambda: BALL.torque(10.0, -1000.0), "load must be >= 0 N, got -1000; pass the magnitude"),
         (
             lambda: exugear.Shaft("a", {0.0: [paper_gear(), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4)]}),
             "load of the BearingDrag at .* is not known; pass load=",

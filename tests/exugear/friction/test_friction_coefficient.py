@@ -159,6 +159,12 @@ def test_other_units_are_refused(law, data, message):
         law(**data)
 
 
+@pytest.mark.parametrize("distance", [5.0, 0.3, [0.0, -0.3]])
+def test_no_coefficient_beyond_the_base_circles(distance):
+    with pytest.raises(ValueError, match="distance must lie between the base circles"):
+        exugear.XuFriction(0.02, 0.4 * um).local(unlike_pair(), distance, 1e5)
+
+
 def test_other_lubricant_factors_are_refused():
     with pytest.raises(ValueError, match="lubricant_factor must lie"):
         exugear.SchlenkFriction(0.02, 0.4 * um, 10.0)

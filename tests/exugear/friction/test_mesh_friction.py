@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from friction_cases import MU, SPUR, N, friction_for, unlike_pair
-from scenes import smooth_map
+from scenes import smooth_box, smooth_map
 from spatial_meshes import PAIRS
 
 import exugear
@@ -87,6 +87,11 @@ def test_equal_shares_of_a_map_are_those_of_the_pair():
         (lambda: exugear.MeshFriction.from_ste(smooth_map(), MU, torque=150), "the map must have load_share"),
         (lambda: exugear.MeshFriction.from_ste(shared(), MU, torque=1e4), r"torque must lie in \(0, 300\] N m"),
         (lambda: exugear.MeshFriction.from_ste(shared(), MU, torque=0), "torque must lie in"),
+        (lambda: exugear.MeshFriction.of_pair(unlike_pair(), MU).loss(SPUR), "to which the friction belongs, got"),
+        (
+            lambda: smooth_box(friction=exugear.MeshFriction.of_pair(unlike_pair(), MU)),
+            "to which the friction belongs, got",
+        ),
     ],
 )
 def test_bad_friction_is_refused(make, message):

@@ -93,6 +93,9 @@ def test_steady_states_have_the_factor_of_their_largest_force():
     factor = exugear.dynamic_factor(states, static_force=2000.0)
     assert factor["K_v"].values == pytest.approx([1, 1.5, 1.25])
     assert factor["speed"].identical(states["speed"])
+    on_back_flanks = xr.Dataset({"largest_force": ("point", 0 * forces), "smallest_force": ("point", -forces)})
+    back = exugear.dynamic_factor(on_back_flanks.assign_attrs(load=-150.0), static_force=2000.0)
+    assert back["K_v"].values == pytest.approx([1, 1.5, 1.25])
     with pytest.raises(ValueError, match="static_force must be > 0 N for steady states"):
         exugear.dynamic_factor(states)
     with pytest.raises(ValueError, match="static_force is for steady states"):
