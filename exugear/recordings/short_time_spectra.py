@@ -1,23 +1,35 @@
 """Amplitude spectra of overlapping windows of equally spaced samples."""
 
+from typing import Annotated, Any
+
 import numpy as np
 import scipy
 
 from exugear.recordings.columns import check_size
-from fem.support.validation import require
+from fem.support.validation import require, text_of
 
-#: Window: a name, or a name and a parameter, of scipy.signal.get_window.
-Window = str | tuple[str, float]
 #: Samples of a chunk of windows.
 CHUNK = 1_000_000
 
 
-def window_values(window: Window, length: int) -> np.ndarray:
-    """(length,) values of a window; ValueError for windows that scipy.signal does not know."""
+def check_window(name: str, value) -> None:
+    """ValueError for a window that scipy.signal.get_window does not know."""
+    kinds = f"{name} must be one of scipy.signal.get_window, a name or (name, parameters), got {text_of(value)}"
+    require(isinstance(value, str | tuple), kinds)
     try:
-        return scipy.signal.get_window(window, length)
+        values = scipy.signal.get_window(value, 8)
     except (ValueError, TypeError) as error:
-        raise ValueError(f"window must be one of scipy.signal.get_window, got {window!r}: {error}") from None
+        raise ValueError(f"{kinds}: {error}") from None
+    require(bool(np.isfinite(values).all()), kinds)
+
+
+#: Window: a name, or a name and its parameters, of scipy.signal.get_window.
+Window = Annotated[Any, check_window]
+
+
+def window_values(window: Window, length: int) -> np.ndarray:
+    """(length,) values of a window."""
+    return scipy.signal.get_window(window, length)
 
 
 def check_overlap(overlap: float) -> None:

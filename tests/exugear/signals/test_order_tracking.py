@@ -31,8 +31,10 @@ def test_lines_overlap_as_asked():
     signal = with_orders(linear_sweep(), MESH)
     half, quarter = (exugear.order_tracking(signal, orders=150, overlap=share) for share in (0.5, 0.75))
     assert quarter.sizes["time"] == pytest.approx(2 * half.sizes["time"], abs=1)
-    with pytest.raises(ValueError, match="window must be one of scipy"):
-        exugear.order_tracking(signal, orders=150, window="round")
+    for window in ("round", ("kaiser", "a"), ("kaiser", np.nan), 5.0):
+        with pytest.raises(ValueError, match="window must be one of scipy"):
+            exugear.order_tracking(signal, orders=150, window=window)
+    assert exugear.order_tracking(signal, orders=150, window=("general_gaussian", 1, 2.0)).sizes["time"]
 
 
 def test_results_are_written_as_netcdf_and_have_units(tmp_path):
