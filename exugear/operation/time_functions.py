@@ -106,8 +106,8 @@ def curve_through_points(points: np.ndarray, duration: float) -> Curve:
     return Curve(_from_zero(scipy.interpolate.PchipInterpolator(t, speed)))
 
 
-def _from_zero(cubic: scipy.interpolate.PPoly) -> scipy.interpolate.PPoly:
-    """The pieces of a cubic from t = 0 on."""
+def _from_zero(cubic: Any) -> Any:
+    """The pieces of a cubic (`scipy.interpolate.PPoly`) from t = 0 on."""
     following = np.searchsorted(cubic.x, 0.0, side="right")
     first = [cubic(0.0, n) / factorial(n) for n in (3, 2, 1, 0)]
     pieces = np.column_stack([first, cubic.c[:, following:]])
