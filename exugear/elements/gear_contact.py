@@ -6,7 +6,7 @@ functions of Exudyn.
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, SupportsIndex
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -77,8 +77,8 @@ def CreateGearContact(
     """
     check_mesh(pair, force, phase, direction)
     require(len(itemNumbers) in (2, 3), f"itemNumbers must be [pinion, wheel] (and a carrier), got {itemNumbers}")
-    distinct = len({str(item) for item in itemNumbers}) == len(itemNumbers) or None in itemNumbers
-    require(distinct, f"itemNumbers must be different bodies, got {itemNumbers}")
+    bodies = [int(item) for item in itemNumbers if isinstance(item, SupportsIndex)]
+    require(len(set(bodies)) == len(bodies), f"itemNumbers must be different bodies, got {itemNumbers}")
     kinds = kinds_of(mbs, itemNumbers, force)
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
     kernel = kernel_of(kinds, rotated=is_rotated(frame))
