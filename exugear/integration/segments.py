@@ -195,9 +195,10 @@ def check_parts(model: Model, conditions: Conditions) -> None:
     require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
     system = model.mbs.systemData
     items = system.NumberOfObjects(), system.NumberOfLoads(), system.NumberOfSensors()
-    remedy = "which other processes cannot build from the gearbox; leave executor out"
     built_items = model.drive + 1, model.load + 1, 0
-    require(items == built_items, f"executor: the system model.mbs has further items of your own, {remedy}")
+    added = "executor: model.mbs has objects, loads or sensors beside those of the gearbox"
+    remedy = "which other processes cannot build; leave executor out"
+    require(items == built_items, f"{added}, {remedy}")
     copy = build(model.gearbox, plan=model.plan.scene)
     matrices = zip(matrices_without_meshes(model), matrices_without_meshes(copy), strict=True)
     unchanged = all(np.allclose(matrix, built, rtol=1e-9, atol=0) for matrix, built in matrices)

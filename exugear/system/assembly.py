@@ -40,9 +40,9 @@ def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
     plan   by default `exugear.plan(gearbox)`; a changed plan such as `exugear.plan(gearbox).with_joints()` builds an
            unreduced model. The plan of a built model counts as its `Plan`
 
-    Returns a `Model`. Its system `model.mbs` is open to further items of your own; call `model.mbs.Assemble()` after
-    adding them. `print(model.plan)` shows which coordinates the shafts have and why, which integrator and step a run
-    takes, what it costs, and how Exudyn calls the contacts.
+    Returns a `Model`. You may add nodes, objects, loads and sensors to its system `model.mbs`; then call
+    `model.mbs.Assemble()`. `print(model.plan)` shows which coordinates the shafts have and why, which integrator and
+    step a run takes, what it costs, and how Exudyn calls the contacts.
 
     Raises ValueError where gearbox is no `Gearbox`, and for the plan of another gearbox.
     """

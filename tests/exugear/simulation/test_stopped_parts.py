@@ -39,7 +39,9 @@ def test_runs_whose_later_states_are_unknown_are_refused(conditions, message):
 
 
 def test_systems_with_items_of_the_user_are_refused():
-    with pytest.raises(ValueError, match="further items of your own, which other processes cannot build"):
+    with pytest.raises(
+        ValueError, match="objects, loads or sensors beside those of the gearbox, which other processes cannot build"
+    ):
         exugear.run_up(with_damper_of_the_user(exugear.build(smooth_box())), **RUN, executor=Inline())
 
 
