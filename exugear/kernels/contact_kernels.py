@@ -11,7 +11,7 @@ from exugear.kernels.first_guess import begin_call
 from exugear.kernels.imposed_motion import spin_in_space, spin_of, torque_on, with_torque_on
 from exugear.kernels.kinematics import NO_OFFSETS, rotational_mesh, spatial_mesh
 from exugear.kernels.recorder import recorded_components, sample_of, write, write_motion, write_power
-from fem.support.numba_cache import kept
+from fem.support.numba_cache import compiled, kept
 
 SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
 PARAMETERS, ROTATION_VECTOR = "Euler parameters", "rotation vector"
@@ -39,6 +39,24 @@ def kernel_of(kinds: tuple[str, ...], displaced: bool = False, rotated: bool = F
     return carrier_contact if kinds == (SPIN, SPIN, SPIN) else _spatial_contact(*codes_of(kinds, rotated))
 
 
+@compiled
+def write_spins(record, k, table, mesh, torques, angles, speeds):
+    """Store sample k of the mesh of bodies that spin."""
+    mesh_state = mesh.deflection, mesh.force, driving_phase(table, mesh.flank)
+    write(record, k, mesh_state, NO_OFFSETS, 0.0, torques)
+    write_power(record, k, mesh.energy, mesh.dissipation, angles, speeds)
+
+
+@compiled
+def write_mesh(record, k, components, table, mesh, torques, pinion, wheel):
+    """Store sample k of the mesh of bodies in space with these `Motion`."""
+    mesh_state = mesh.deflection, mesh.force, driving_phase(table, mesh.position.flank)
+    write(record, k, mesh_state, mesh.offsets, mesh.centroid, torques)
+    write_motion(record, k, components, (pinion.q, wheel.q, pinion.v, wheel.v))
+    spins, speeds = (pinion.q[5], wheel.q[5]), (pinion.v[5], wheel.v[5])
+    write_power(record, k, mesh.energy, mesh.dissipation, spins, speeds)
+
+
 @kept
 def spin_contact(table, frame, state, record, t, q_1, q_2, v_1, v_2):
     """Torques on two bodies that spin about fixed axes."""
@@ -49,9 +67,7 @@ def spin_contact(table, frame, state, record, t, q_1, q_2, v_1, v_2):
     mesh = rotational_mesh(table_at(table), frame_at(frame), contact, q_1, q_2, v_1, v_2)
     k = sample_of(record, t)
     if k >= 0:
-        mesh_state = mesh.deflection, mesh.force, driving_phase(table_at(table), mesh.flank)
-        write(record, k, mesh_state, NO_OFFSETS, 0.0, mesh.torques)
-        write_power(record, k, mesh.energy, mesh.dissipation, (q_1, q_2), (v_1, v_2))
+        write_spins(record, k, table_at(table), mesh, mesh.torques, (q_1, q_2), (v_1, v_2))
     return torque_on(contact, 0, pinion, mesh.torques[0]), torque_on(contact, 1, wheel, mesh.torques[1])
 
 
@@ -81,11 +97,7 @@ def _spatial_contact(kind_1: int, kind_2: int):
         k = sample_of(record, t)
         if k >= 0:
             torques = mesh.pinion[5], mesh.wheel[5]
-            mesh_state = mesh.deflection, mesh.force, driving_phase(table_at(table), mesh.position.flank)
-            write(record, k, mesh_state, mesh.offsets, mesh.centroid, torques)
-            write_motion(record, k, components, (pinion.q, wheel.q, pinion.v, wheel.v))
-            spins, speeds = (pinion.q[5], wheel.q[5]), (pinion.v[5], wheel.v[5])
-            write_power(record, k, mesh.energy, mesh.dissipation, spins, speeds)
+            write_mesh(record, k, components, table_at(table), mesh, torques, pinion, wheel)
         f = forces_on(geometry, kind_1, pinion.orientation, mesh.pinion)
         g = forces_on(geometry, kind_2, wheel.orientation, mesh.wheel)
         f, g = with_torque_on(contact, 0, pinion_spin, f), with_torque_on(contact, 1, wheel_spin, g)

@@ -127,31 +127,42 @@ def acceleration_by_bearings(steps, q_1, q_2, v_1, v_2):
 
 
 @compiled(forceinline=True)
+def imposed_rate(state, row_1, row_2, v_1, v_2):
+    """Rate of the advance [m/s] by the bodies whose motion is imposed."""
+    by_pinion = row_1[5] * v_1[5] if state.imposed[0] else 0.0
+    return by_pinion + (row_2[5] * v_2[5] if state.imposed[1] else 0.0)
+
+
+@compiled(forceinline=True)
+def force_at(table, state, position, guess):
+    """`StaticForce` at the guessed deflection; none before the teeth engage."""
+    if state.engaged == 0.0:
+        return NO_CONTACT
+    flank, (a, misalignment, axial) = position.flank, position.offsets
+    return static_force(table, flank.phase, flank.deflection + flank.side * guess.deflection, a, misalignment, axial)
+
+
+@compiled(forceinline=True)
 def spatial_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     """`MeshForces` of two Rxyz bodies."""
     position = position_of(table, frame, q_1, q_2)
     flank, (a, misalignment, axial) = position.flank, position.offsets
-    side_d, static = flank.side * frame.direction, NO_CONTACT
     row_1, row_2 = gradient(frame, position, deflection_slopes(frame, position, 1.0, 0.0, NO_OFFSETS))
     rate = row_dot(row_1, v_1) + row_dot(row_2, v_2)
-    imposed_rate = row_1[5] * v_1[5] if state.imposed[0] else 0.0
-    imposed_rate += row_2[5] * v_2[5] if state.imposed[1] else 0.0
-    free_rate = flank.side * (rate - imposed_rate)
+    free_rate = flank.side * (rate - imposed_rate(state, row_1, row_2, v_1, v_2))
     guess = guess_of(state.steps, free_rate, acceleration_by_bearings(state.steps, q_1, q_2, v_1, v_2))
-    if state.engaged != 0.0:
-        deflection = flank.deflection + flank.side * guess.deflection
-        static = static_force(table, flank.phase, deflection, a, misalignment, axial)
+    static = force_at(table, state, position, guess)
     lag = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2)
     rate += flank.side * (lag + guess.rate)
+    side_d = flank.side * frame.direction
     phase_rate = side_d * frame.pitches_per_radian * v_1[5]
     displacement_force = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
     damped, dissipation = damping_force(table, state, static, flank.side, rate, phase_rate, displacement_force)
     slopes, push = slopes_of_force(table, state, static, flank.side), flank.side * (static.force + damped)
     force = flank.side * force_with_guess(state.steps, guess, free_rate, push, slopes)
     by_offsets = static.by_a, static.by_misalignment, static.by_axial
-    further_1, further_2 = gradient(
-        frame, position, deflection_slopes(frame, position, 0.0, static.by_phase, by_offsets)
-    )
+    slopes_beside_force = deflection_slopes(frame, position, 0.0, static.by_phase, by_offsets)
+    further_1, further_2 = gradient(frame, position, slopes_beside_force)
     return MeshForces(
         position.advance - position.opening,
         flank.side * force,

@@ -4,15 +4,14 @@ from functools import cache
 
 from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of
 from exugear.contact_geometry.contact_records import frame_at, state_at
-from exugear.contact_geometry.relative_position import driving_phase
 from exugear.contact_geometry.vectors import row_total
 from exugear.force_table.patches import table_at
-from exugear.kernels.contact_kernels import SPIN, codes_of
+from exugear.kernels.contact_kernels import SPIN, codes_of, write_mesh, write_spins
 from exugear.kernels.first_guess import begin_call
 from exugear.kernels.friction_kernels import friction_at, friction_in_space, friction_of_spins
 from exugear.kernels.imposed_motion import spin_in_space, spin_of, torque_on, with_torque_on
-from exugear.kernels.kinematics import NO_OFFSETS, rotational_mesh, spatial_mesh
-from exugear.kernels.recorder import recorded_components, sample_of, write, write_friction, write_motion, write_power
+from exugear.kernels.kinematics import rotational_mesh, spatial_mesh
+from exugear.kernels.recorder import recorded_components, sample_of, write_friction
 from fem.support.numba_cache import kept
 
 
@@ -37,9 +36,7 @@ def spin_contact(table, frame, state, friction, record, t, q_1, q_2, v_1, v_2):
     torques = mesh.torques[0] + sliding.torques[0], mesh.torques[1] + sliding.torques[1]
     k = sample_of(record, t)
     if k >= 0:
-        mesh_state = mesh.deflection, mesh.force, driving_phase(table_at(table), mesh.flank)
-        write(record, k, mesh_state, NO_OFFSETS, 0.0, torques)
-        write_power(record, k, mesh.energy, mesh.dissipation, (q_1, q_2), (v_1, v_2))
+        write_spins(record, k, table_at(table), mesh, torques, (q_1, q_2), (v_1, v_2))
         write_friction(record, k, sliding.force, sliding.loss)
     return torque_on(contact, 0, pinion, torques[0]), torque_on(contact, 1, wheel, torques[1])
 
@@ -63,11 +60,8 @@ def _spatial_contact(kind_1: int, kind_2: int):
         forces_1, forces_2 = row_total(mesh.pinion, sliding.pinion), row_total(mesh.wheel, sliding.wheel)
         k = sample_of(record, t)
         if k >= 0:
-            mesh_state = mesh.deflection, mesh.force, driving_phase(table_at(table), mesh.position.flank)
-            write(record, k, mesh_state, mesh.offsets, mesh.centroid, (forces_1[5], forces_2[5]))
-            write_motion(record, k, components, (pinion.q, wheel.q, pinion.v, wheel.v))
-            spins, speeds = (pinion.q[5], wheel.q[5]), (pinion.v[5], wheel.v[5])
-            write_power(record, k, mesh.energy, mesh.dissipation, spins, speeds)
+            torques = forces_1[5], forces_2[5]
+            write_mesh(record, k, components, table_at(table), mesh, torques, pinion, wheel)
             write_friction(record, k, sliding.force, sliding.loss)
         f = forces_on(geometry, kind_1, pinion.orientation, forces_1)
         g = forces_on(geometry, kind_2, wheel.orientation, forces_2)
