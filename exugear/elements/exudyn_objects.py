@@ -11,8 +11,11 @@ from exugear.contact_geometry.contact_frame import GearBody
 from exugear.kernels.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN
 from fem.support.validation import require
 
+INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 #: Distance of a gear's centre from its axis that counts as rounding [m].
 OFF_AXIS = 1e-9
+#: Rounding of components of a unit vector.
+ROUNDING = 1e-9
 #: Kinds of rigid bodies in space, by Exudyn's names of their nodes.
 NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG": ROTATION_VECTOR}
 
@@ -39,6 +42,18 @@ def set_state_of_system(mbs, state: tuple[Any, Any], configuration) -> None:
     mbs.systemData.SetODE2Coordinates_tt(state[1], configuration)
 
 
+@contextmanager
+def current_state(mbs) -> Iterator[None]:
+    """Restore the current state of a system, which Exudyn's linearization replaces by the initial one."""
+    state, time = state_of_system(mbs, CURRENT), mbs.systemData.GetTime(CURRENT)
+    try:
+        with quiet():
+            yield
+    finally:
+        set_state_of_system(mbs, state, CURRENT)
+        mbs.systemData.SetTime(time, CURRENT)
+
+
 def object_of(mbs, name: str, item: SupportsIndex, **options) -> dict[str, Any]:
     """Exudyn's dictionary of an object; ValueError, with the argument's name, for a number without an object."""
     known = mbs.systemData.NumberOfObjects()
@@ -57,6 +72,16 @@ def gear_body(mbs, item, position, axis) -> GearBody:
     off = f"localPositions must lie on the gear's axis {axis} of the body, got {position}; move the body instead"
     require(bool(np.linalg.norm(centre - centre @ z * z) < OFF_AXIS), off)
     return GearBody(CODES[kind], np.array(reference_of(mbs, item)), z, centre)
+
+
+def check_spin_axes(mbs, items) -> None:
+    """ValueError unless bodies that only spin turn about the axis of the contact: global z beside bodies that move."""
+    spins = [item for item in items if kind_of(mbs, item) == SPIN]
+    axes = [np.array(mbs.GetObject(item)["referenceRotation"])[:, 2] for item in spins]
+    axis = axes[0] if len(spins) == len(items) else np.array([0.0, 0.0, 1.0])
+    aligned = all(np.allclose(other, axis, rtol=0, atol=ROUNDING) for other in axes)
+    remedy = "leave out their referenceRotation, or use CreateRigidBody for other axes"
+    require(aligned, f"itemNumbers: ObjectRotationalMass1D {spins} must turn about the same axis; {remedy}")
 
 
 def vector(name: str, value) -> np.ndarray:

@@ -6,7 +6,7 @@ functions of Exudyn.
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple, SupportsIndex
+from typing import Any, NamedTuple
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -15,9 +15,9 @@ from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.contact_geometry.contact_frame import frame_between
 from exugear.contact_geometry.contact_records import contact_state, is_rotated, rotational_frame
-from exugear.elements.exudyn_objects import gear_body, kind_of, node_of
+from exugear.elements.exudyn_objects import check_spin_axes, gear_body, kind_of, node_of
 from exugear.elements.native.native import direct_or_portable
-from exugear.elements.stop_messages import stop_message
+from exugear.elements.stop_messages import stopped
 from exugear.force_table.kernel_records import address_of
 from exugear.kernels.contact_kernels import SPIN, kernel_of
 from exugear.kernels.difference_jacobian import jacobian
@@ -31,6 +31,8 @@ from fem.support.validation import require, require_finite
 #: Steps of the difference Jacobian in coordinates [m, rad] and velocities [m/s, rad/s]. Exudyn's own differences would
 #: change an angle by 1e-7 of its value: after a thousand revolutions more than any mesh deflects.
 DIFFERENCE_STEPS = 1e-9, 1e-3
+#: Key of mbs.variables under which a system keeps its contacts; name of the user function of an ObjectGenericODE2.
+CONTACTS, FUNCTION = "gear contacts", "forceUserFunction"
 
 
 @checked
@@ -63,10 +65,11 @@ def CreateGearContact(
     recorder         `Recorder` that takes samples of the contact
 
     The axes must be parallel within 0.05 rad. The z axis of the contact is global z where the gears' axes lie along it,
-    else the pinion's axis in the reference configuration; the wheel's axis may point either way. Bodies on Rxyz nodes
-    that turn about global z cost least. For shafts along global x give the bodies no reference rotation and pass
-    localAxes=[[1, 0, 0], [1, 0, 0]], or use nodeType=RotationRotationVector: an Rxyz node is singular where its z axis
-    points along global x.
+    else the pinion's axis in the reference configuration; the wheel's axis may point either way. The reference
+    configuration is that of the bodies at this call: later changes of their reference coordinates do not count. Bodies
+    on Rxyz nodes that turn about global z cost least. For shafts along global x give the bodies no reference rotation
+    and pass localAxes=[[1, 0, 0], [1, 0, 0]], or use nodeType=RotationRotationVector: an Rxyz node is singular where
+    its z axis points along global x.
 
     Centre distance, misalignment and axial offset follow from the motion of the bodies; a force law with such an axis
     is interpolated there. Helical gears push along their axes. Each force acts at the force centroid of the map.
@@ -77,9 +80,9 @@ def CreateGearContact(
     """
     check_mesh(pair, force, phase, direction)
     require(len(itemNumbers) in (2, 3), f"itemNumbers must be [pinion, wheel] (and a carrier), got {itemNumbers}")
-    bodies = [int(item) for item in itemNumbers if isinstance(item, SupportsIndex)]
-    require(len(set(bodies)) == len(bodies), f"itemNumbers must be different bodies, got {itemNumbers}")
     kinds = kinds_of(mbs, itemNumbers, force)
+    nodes = {int(node_of(mbs, item)) for item in itemNumbers}
+    require(len(nodes) == len(itemNumbers), f"itemNumbers must be bodies with a node each, got {itemNumbers}")
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
     kernel = kernel_of(kinds, rotated=is_rotated(frame))
     return add_contact(mbs, name, itemNumbers, kernel, (force.table, frame, contact_state()), recorder or Recorder())
@@ -109,6 +112,7 @@ def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int)
     for name, value in {"localPositions": positions, "localAxes": axes}.items():
         require(len(value) == 2, f"{name} must have two entries, [pinion, wheel], got {value}")
     pinion, wheel = (gear_body(mbs, *mounting) for mounting in zip(items[:2], positions, axes, strict=True))
+    check_spin_axes(mbs, items)
     if all(kind_of(mbs, item) == SPIN for item in items):
         return rotational_frame(pair, phase, direction)
     return frame_between(pair, phase, direction, (pinion, wheel))
@@ -119,13 +123,14 @@ def add_contact(mbs, name: str, items, kernel, records: Sequence[np.record], rec
 
     records   arguments of the kernel: table of the mesh force, contact frame, contact state, and friction if it rubs
     """
-    shared = [i for i in contacts_of(mbs) if stored_contact(mbs, i).recorder is recorder]
+    contacts = contacts_of(mbs)
+    shared = [i for i, contact in contacts.items() if contact.recorder is recorder]
     remedy = "pass each contact a recorder of its own"
     require(not shared, f"recorder records the gear contact {shared} already; {remedy}")
     number = add_forces(mbs, name, items, kernel, records, recorder)
-    function = mbs.GetObject(number)["forceUserFunction"]
-    evaluate = partial(kernel, *map(address_of, records))
-    mbs.variables[contact_key(number)] = StoredContact(evaluate, tuple(records), recorder, function)
+    evaluate, function = partial(kernel, *map(address_of, records)), mbs.GetObject(number)[FUNCTION]
+    contact = StoredContact(evaluate, tuple(records), recorder, function)
+    mbs.variables[CONTACTS] = [*contacts.values(), contact]
     return number
 
 
@@ -158,20 +163,27 @@ class StoredContact(NamedTuple):
     function: Any
 
 
-def contact_key(number: int) -> str:
-    """Key under which mbs.variables keeps a contact."""
-    return f"gear contact {int(number)}"
+def contacts_of(mbs) -> dict[int, StoredContact]:
+    """All gear contacts of a system by their object numbers.
+
+    They are known by their functions: mbs.DeleteObject changes the numbers of objects, and mbs.Reset keeps
+    mbs.variables.
+    """
+    contacts = dict(mbs.variables).get(CONTACTS, [])
+    functions = [mbs.GetObject(i).get(FUNCTION) for i in range(mbs.systemData.NumberOfObjects() if contacts else 0)]
+    return {i: contact for i, function in enumerate(functions) for contact in contacts if contact.function == function}
 
 
 def stored_contact(mbs, number: int) -> StoredContact:
-    """What the system keeps of a contact."""
-    return mbs.variables[contact_key(number)]
-
-
-def is_contact(mbs, number: int) -> bool:
-    """Whether an object is a gear contact; after mbs.Reset, which keeps mbs.variables, others take its number."""
-    known = contact_key(number) in dict(mbs.variables) and int(number) < mbs.systemData.NumberOfObjects()
-    return known and mbs.GetObject(int(number)).get("forceUserFunction") == stored_contact(mbs, number).function
+    """What the system keeps of a contact; ValueError for another object."""
+    in_system = 0 <= int(number) < mbs.systemData.NumberOfObjects()
+    function = mbs.GetObject(int(number)).get(FUNCTION) if in_system else None
+    contacts = dict(mbs.variables).get(CONTACTS, [])
+    contact = next((contact for contact in contacts if contact.function == function), None)
+    if contact is None:
+        known = f"no contact that mbs.variables[{CONTACTS!r}] knows"
+        raise ValueError(f"contact must be what CreateGearContact returned, got object {number}: {known}")
+    return contact
 
 
 def records_of(mbs, number: int) -> tuple[np.record, ...]:
@@ -182,11 +194,6 @@ def records_of(mbs, number: int) -> tuple[np.record, ...]:
 def state_of(mbs, number: int) -> np.record:
     """State of a contact (`exugear.contact_geometry.contact_records.CONTACT_STATE`), which a run changes."""
     return records_of(mbs, number)[2]
-
-
-def contacts_of(mbs) -> list[int]:
-    """Object numbers of all gear contacts of a system."""
-    return [i for i in range(mbs.systemData.NumberOfObjects()) if is_contact(mbs, i)]
 
 
 def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | None = None, first: int = 1):
@@ -210,7 +217,7 @@ def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | No
         try:
             return kernel(*recording, t, *q, *q_t)
         except ValueError as error:
-            raise RuntimeError(stop_message(table.head, error.args, float(frame.pinion.r_b))) from None
+            raise stopped(table, frame, error) from None
 
     def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         copy.view(np.uint8)[:] = present
@@ -219,7 +226,7 @@ def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | No
         try:
             matrix = jacobian(partial(kernel, *silent, t), q, q_t, (factor, factor_t), DIFFERENCE_STEPS)
         except ValueError as error:
-            raise RuntimeError(stop_message(table.head, error.args, float(frame.pinion.r_b))) from None
+            raise stopped(table, frame, error) from None
         if recorder and state.steps.duration:
             note_matrix(state, frame, matrix, first)
         return matrix

@@ -1,17 +1,19 @@
 """A sensor of Exudyn for a gear contact."""
 
 from collections.abc import Callable
+from itertools import chain
+from typing import Any
 
 import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.elements.gear_contact import is_contact, stored_contact
+from exugear.elements.gear_contact import FUNCTION, StoredContact, stored_contact
+from exugear.elements.stop_messages import stopped
 from exugear.force_table.kernel_records import address_of
 from exugear.kernels.recorder import NAMES, Recorder
 from fem.support.arguments import checked
-from fem.support.validation import require
 
 #: Interval between two samples at which each time of a run is that of the first sample [s].
 ANY_TIME = 1e300
@@ -32,29 +34,44 @@ def CreateGearSensor(
     sample every step, a `Recorder` costs less. Returns the number of the sensor. Raises ValueError for an object that
     is no gear contact.
     """
-    require(is_contact(mbs, contact), f"contact must be what CreateGearContact returned, got object {contact}")
-    function = user_function(stored_contact(mbs, contact).kernel, contact)
+    function = user_function(stored_contact(mbs, contact), int(contact))
     item = eii.SensorUserFunction(
         name=name, fileName=fileName, storeInternal=storeInternal, sensorUserFunction=function
     )
     return mbs.AddSensor(item)
 
 
-def user_function(kernel: Callable, contact: int) -> Callable:
-    """The function that Exudyn calls: it evaluates the kernel of the contact with a recorder of the sensor."""
+def user_function(contact: StoredContact, number: int) -> Callable:
+    """The function that Exudyn calls: it evaluates the kernel of a contact with a recorder of the sensor.
+
+    number   of the contact's object
+    """
     recorder = Recorder()
     recorder.start(ANY_TIME, 1)
+    table, frame, *_ = contact.records
 
     def gear_sensor(mbs, t, sensors, factors, configuration):
-        nodes = mbs.GetObject(contact)["nodeNumbers"]
+        nodes = object_of(mbs, contact, number)["nodeNumbers"]
         kinds = exu.OutputVariableType.Coordinates, exu.OutputVariableType.Coordinates_t
         q, q_t = (
             np.concatenate([np.atleast_1d(mbs.GetNodeOutput(n, kind, configuration)) for n in nodes]) for kind in kinds
         )
-        kernel(address_of(recorder.header), t, *q.tolist(), *q_t.tolist())
+        try:
+            contact.kernel(address_of(recorder.header), t, *q.tolist(), *q_t.tolist())
+        except ValueError as error:
+            raise stopped(table, frame, error) from None
         return [float(recorder.samples[name][0]) for name in NAMES]
 
     return gear_sensor
+
+
+def object_of(mbs, contact: StoredContact, number: int) -> dict[str, Any]:
+    """Exudyn's object of a contact, whose number was this until objects were deleted."""
+    end = mbs.systemData.NumberOfObjects()
+    for item in map(mbs.GetObject, chain([number] if number < end else [], range(end))):
+        if item.get(FUNCTION) == contact.function:
+            return item
+    raise RuntimeError("the gear contact of a sensor was deleted; delete the sensor, too")
 
 
 extends(exu.MainSystem, "CreateGearSensor")(CreateGearSensor)

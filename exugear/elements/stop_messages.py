@@ -11,6 +11,11 @@ FAR, MULTIPLE = 0.01, 20
 DIVERGED = "the solve diverged: hold bodies that are free to turn, tilt or move, or use smaller steps or less load"
 
 
+def stopped(table, frame, error: ValueError) -> RuntimeError:
+    """The error of a user function whose kernel raised this one; table of the mesh force, contact frame."""
+    return RuntimeError(stop_message(table.head, error.args, float(frame.pinion.r_b)))
+
+
 def stop_message(table, reason: tuple[float, ...], r_b: float = nan) -> str:
     """Message for a solve that leaves a map or has diverged; arguments as those of `beyond_map`."""
     value, largest, high, axis = (*reason, nan, nan)[:4]

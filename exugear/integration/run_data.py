@@ -7,10 +7,10 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-import exudyn as exu
 import numpy as np
 import xarray as xr
 
+from exugear.elements.exudyn_objects import INITIAL
 from exugear.energy.power_variables import power_variables
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.integration.shaft_motion import (
@@ -36,7 +36,6 @@ from fem.ste.ste_map import pair_attributes, read
 from fem.support.validation import require
 from fem.units import mm
 
-INITIAL = exu.ConfigurationType.Initial
 #: Rows of the end state of a run.
 DERIVATIVES = ("coordinates", "velocities", "accelerations")
 #: Variables that every run holds.
@@ -128,8 +127,8 @@ def keep_valid(
     number = int(lost.argmax()) if lost.any() else lost.size
     apart, reason = _out_of_mesh(model, number)
     number, stop = (apart, RuntimeError(f"at t = {steps.time[apart]:.6g} s: {reason}")) if reason else (number, stop)
-    for samples in [mesh.recorder.samples for mesh in model.meshes]:
-        samples.update({name: array[..., :number] for name, array in samples.items()})
+    for mesh in model.meshes:
+        mesh.recorder.keep_first(number)
     return stop
 
 

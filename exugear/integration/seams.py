@@ -14,11 +14,10 @@ from tempfile import TemporaryDirectory
 from typing import Any
 from uuid import uuid4
 
-import exudyn as exu
 import numpy as np
 import xarray as xr
 
-from exugear.elements.exudyn_objects import set_state_of_system
+from exugear.elements.exudyn_objects import INITIAL, set_state_of_system
 from exugear.integration.division import Division, division_of
 from exugear.integration.part_samples import PartSamples, loaded, rows_of
 from exugear.integration.run_data import recorders_of
@@ -36,7 +35,6 @@ from exugear.integration.time_integration import Segment, Solver, progress_bar, 
 from exugear.plan.vibration_decay import SEAM_TOLERANCE
 from exugear.system.drive_and_load import ShaftTorques
 
-INITIAL = exu.ConfigurationType.Initial
 #: Share of the run that may be integrated again without a warning.
 LARGEST_REPEATED_SHARE = 0.5
 

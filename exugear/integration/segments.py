@@ -9,10 +9,9 @@ from threading import Lock
 from typing import Any
 from uuid import UUID
 
-import exudyn as exu
 import numpy as np
 
-from exugear.elements.exudyn_objects import quiet, set_state_of_system
+from exugear.elements.exudyn_objects import INITIAL, quiet, set_state_of_system
 from exugear.integration.part_samples import PartSamples, part_samples, stored
 from exugear.integration.run_data import recorders_of, recording
 from exugear.integration.shaft_motion import needs_speeds
@@ -29,7 +28,6 @@ from exugear.system.model import Model, linearized, matrices_without_meshes
 from fem.support.progress import shown
 from fem.support.validation import require
 
-INITIAL = exu.ConfigurationType.Initial
 #: Number of states on either side of a seam from which the rms is taken.
 NEAR = 16
 #: Difference of equal states by rounding, in spacings of floats at the largest angle.

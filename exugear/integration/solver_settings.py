@@ -6,6 +6,7 @@ from math import ceil, inf, pi, sqrt
 import exudyn as exu
 import numpy as np
 
+from exugear.elements.exudyn_objects import current_state
 from exugear.operation.conditions import Conditions
 from exugear.plan.integrator_and_step import BETA, GAMMA, STABLE, Rule, rule_for
 from exugear.plan.sampling import PERIOD_STEPS, Steps, steps_of
@@ -162,12 +163,15 @@ def integrator(
 
     Newmark beta = 1/12 is of fourth order but stable for omega h < 6^0.5 only, omega being the highest eigenfrequency.
     The trapezoidal rule is of second order and always stable; it allows the larger step where the model is far stiffer
-    than the frequencies of interest. Call this in a loaded state, with the teeth in contact. Raises ValueError for
-    input out of range.
+    than the frequencies of interest. The initial state counts: call this when the teeth are in contact there, after
+    mbs.SolveStatic(updateInitialValues=True). Raises ValueError for input out of range.
     """
     require(0 < duration < inf, f"duration must be > 0 s and finite, got {duration}")
-    highest = highest_frequency(mbs) if mbs.systemData.ODE2Size() else 0.0
-    require(highest > 0, "mbs has no stiffness in its present state; call integrator with the teeth in contact")
+    require(bool(mbs.systemIsConsistent), "mbs must be assembled; call mbs.Assemble()")
+    with current_state(mbs):
+        highest = highest_frequency(mbs) if mbs.systemData.ODE2Size() else 0.0
+    in_contact = "call integrator with the teeth in contact there: mbs.SolveStatic(updateInitialValues=True)"
+    require(highest > 0, f"mbs has no stiffness in its initial state; {in_contact}")
     require_within("frequency", frequency, 0, 1e6, remedy="Hz (of the mesh: z n / 60)")
     largest = MARGIN * STABLE / (2 * pi * highest)
     return settings_for(rule_for(2 * pi * frequency, largest, tolerance), duration, tolerance)

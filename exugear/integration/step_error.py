@@ -5,10 +5,9 @@ from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
 
-import exudyn as exu
 import numpy as np
 
-from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
+from exugear.elements.exudyn_objects import CURRENT, INITIAL, set_state_of_system, state_of_system
 from exugear.integration.solver_settings import Scheme
 from exugear.integration.time_integration import SEGMENTS, Segment, Solver
 from exugear.system.model import Model
@@ -19,7 +18,6 @@ RICHARDSON = 16 / 15
 FEWEST_SAMPLES = 50
 #: rms of the DTE below which it is rounding [m].
 NO_VIBRATION = 1e-12
-INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 #: Segments -> (n_stage,) rms of the DTE of each, integrated at half the step.
 Repeat = Callable[[Sequence[Segment]], Iterable[np.ndarray]]
 

@@ -11,7 +11,7 @@ import exudyn as exu
 import numpy as np
 from tqdm import tqdm
 
-from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
+from exugear.elements.exudyn_objects import CURRENT, INITIAL, set_state_of_system, state_of_system
 from exugear.integration.shaft_motion import recorded
 from exugear.integration.solver_settings import Scheme
 from exugear.operation.conditions import Conditions
@@ -30,7 +30,6 @@ SEGMENTS, LONGEST_SEGMENT = 100, 3000
 #: then lie at all phases of the mesh cycle.
 SHIFT = 0.25
 BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
-INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,8 @@
 """Samples of a contact, which its compiled kernel writes."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 
@@ -16,6 +18,8 @@ MOTION_NAMES, COMPONENTS = ("q_1", "q_2", "v_1", "v_2"), 5
 POWER_NAMES = "energy", "dissipation", "spin_1", "spin_2", "speed_1", "speed_2"
 #: Friction between the teeth: force along the flanks [N] and power that it dissipates [W].
 FRICTION_NAMES = "friction_force", "friction_loss"
+#: Quantities by the field of the header with the addresses of their arrays.
+KINDS = {"samples": NAMES, "motions": MOTION_NAMES, "powers": POWER_NAMES, "friction": FRICTION_NAMES}
 #: Time between samples [s], the share of it by which the time of a call may differ from that of a sample, the number of
 #: samples, the interval after t = 0 at whose end the first is taken, and the addresses of the arrays of all quantities
 #: (0: not recorded).
@@ -93,7 +97,8 @@ def write_friction(record, k, force, loss):
 class Recorder:
     """Samples of a contact, which its compiled kernel writes without further cost.
 
-    `start` it before a solve; afterwards these hold the samples at t = 0, interval, ..., each (number,):
+    `start` it before a solve; afterwards these hold the samples at t = 0, interval, ..., each (number,), and NaN where
+    no step ended (at t = 0 where the solver computes no initial accelerations):
 
     deflection     dynamic transmission error [m], > 0 where the pinion is ahead in the contact's direction
     force          mesh force [N], > 0 on the driving flank, < 0 on the back flank
@@ -113,7 +118,7 @@ class Recorder:
     """
 
     header: np.record = field(default_factory=lambda: np.zeros(1, HEADER)[0], init=False, repr=False)
-    samples: dict[str, np.ndarray] = field(default_factory=dict, init=False, repr=False)
+    samples: Mapping[str, np.ndarray] = field(default_factory=dict, init=False, repr=False)
 
     @checked
     def start(
@@ -130,7 +135,8 @@ class Recorder:
     ) -> None:
         """Allocate a number of samples.
 
-        interval   time between samples [s], a whole multiple of the step
+        interval   time between samples [s], a whole multiple of the step: explicit solvers with adaptive steps need a
+                   `CreateGearSensor` instead
         steps      largest number of steps in an interval
         first      number of intervals after t = 0 at which the first sample is taken
         motion     also record what `motion` returns
@@ -145,17 +151,34 @@ class Recorder:
         require(number >= 1, f"number of samples must be at least 1, got {number}")
         require(steps >= 1, f"steps in an interval must be at least 1, got {steps}")
         require(first >= 0, f"first must be at least 0 intervals after t = 0, got {first}")
-        kinds = {"samples": NAMES, "powers": POWER_NAMES * power, "friction": FRICTION_NAMES * friction}
-        self.samples.clear()
-        self.samples.update({name: np.zeros(number) for names in kinds.values() for name in names})
-        for values in self.samples.values() if not zeroed else ():
+        names = (*NAMES, *POWER_NAMES * power, *FRICTION_NAMES * friction)
+        samples = {name: np.zeros(number) for name in names}
+        for values in samples.values() if not zeroed else [samples["deflection"]]:
             values[:] = np.nan
-        self.samples.update({name: np.zeros((COMPONENTS, number), np.float32) for name in MOTION_NAMES * motion})
-        self.samples["deflection"][:] = np.nan
+        samples |= {name: np.zeros((COMPONENTS, number), np.float32) for name in MOTION_NAMES * motion}
+        self._hold(samples)
         self.header.interval, self.header.tolerance = interval, SAME / steps
         self.header.number, self.header.first = number, first
-        for kind, names in (kinds | {"motions": MOTION_NAMES * motion}).items():
-            self.header[kind] = [self.samples[name].ctypes.data for name in names] or 0
+
+    def keep_first(self, number: int) -> None:
+        """Keep the first samples, this many, and take no further ones."""
+        self.header.number = 0
+        self._hold({name: array[..., :number] for name, array in self.samples.items()})
+
+    def _hold(self, samples: dict[str, np.ndarray]) -> None:
+        """Take arrays for the samples, to which the header points."""
+        object.__setattr__(self, "samples", MappingProxyType(samples))
+        for kind, names in KINDS.items():
+            self.header[kind] = [samples[name].ctypes.data for name in names if name in samples] or 0
+
+    def __getstate__(self) -> tuple[np.record, dict[str, np.ndarray]]:
+        return self.header, dict(self.samples)
+
+    def __setstate__(self, state: tuple[np.record, dict[str, np.ndarray]]) -> None:
+        """Copies and unpickled recorders point to their own arrays."""
+        header, samples = state
+        object.__setattr__(self, "header", np.array([header], HEADER)[0])
+        self._hold(samples)
 
     def __getattr__(self, name: str) -> np.ndarray:
         if name not in (*NAMES, *FRICTION_NAMES):
@@ -173,6 +196,9 @@ class Recorder:
 
     @property
     def power(self) -> dict[str, np.ndarray]:
-        """(number,) potential [J], dissipated power [W], spins [rad] and speeds [rad/s] of both bodies, by name."""
+        """(number,) potential [J], dissipated power [W], spins [rad] and speeds [rad/s] of both bodies, by name.
+
+        Spins and speeds of gears on a carrier are those in it.
+        """
         require("energy" in self.samples, "the recorder has no power; start it with power=True")
         return {name: self.samples[name] for name in POWER_NAMES}

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from exugear.elements.bearing_elements import user_functions
+from exugear.elements.exudyn_objects import INITIAL
 from exugear.elements.shaft_bodies import coupling_name
 from exugear.gearbox.bearing_stiffness import linear_part
 from exugear.gearbox.shaft import Shaft
-from exugear.system.drive_and_load import INITIAL
 from exugear.system.model import Model
 from fem.units import mm
 

@@ -1,11 +1,12 @@
 """A loaded system as linear equations: matrices, meshes and elastic elements, and the motions its constraints allow."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from exugear.elements.drag_elements import drag_name
+from exugear.elements.exudyn_objects import INITIAL, current_state
 from exugear.elements.gear_contact import contacts_of
 from exugear.modes.elastic_elements import (
     UNNAMED,
@@ -16,8 +17,7 @@ from exugear.modes.elastic_elements import (
     springs,
 )
 from exugear.modes.mesh_tangents import mesh_tangent
-from exugear.modes.operating_point import current_state, disengaged, set_velocities
-from exugear.system.drive_and_load import INITIAL
+from exugear.modes.operating_point import disengaged, set_velocities
 from exugear.system.model import Model
 from fem.support.validation import require
 
@@ -67,7 +67,7 @@ def linear_gearbox(model: Model, speeds: Iterable[float], phase: float | None) -
     return _linear_system(model.mbs, dict(zip(contacts, model.gearbox.labels, strict=True)), damping, elements, phase)
 
 
-def _damping_of_gearbox(model: Model, contacts: Sequence[int], velocities: np.ndarray) -> np.ndarray:
+def _damping_of_gearbox(model: Model, contacts: Collection[int], velocities: np.ndarray) -> np.ndarray:
     """Damping and gyroscopic terms without meshes; at rest without drags, which then act as dry friction."""
     mbs = model.mbs
     damping = _damping_without_meshes(mbs, contacts, velocities)
@@ -94,7 +94,7 @@ def linear_assembly(mbs, phase: float | None) -> LinearSystem:
         return _linear_system(mbs, _stage_names(mbs, contacts), [damping], elements, phase)
 
 
-def _stage_names(mbs, contacts: Sequence[int]) -> dict[int, str]:
+def _stage_names(mbs, contacts: Collection[int]) -> dict[int, str]:
     """Name of each contact: that of its object, or those of its bodies."""
     of_nodes, names = names_of_nodes(mbs), dict[int, str]()
     for number in contacts:
@@ -105,7 +105,7 @@ def _stage_names(mbs, contacts: Sequence[int]) -> dict[int, str]:
     return names
 
 
-def _damping_without_meshes(mbs, contacts: Sequence[int], velocities: np.ndarray) -> np.ndarray:
+def _damping_without_meshes(mbs, contacts: Collection[int], velocities: np.ndarray) -> np.ndarray:
     """(n, n) damping and gyroscopic terms of a system that moves with these velocities (n,)."""
     with disengaged(mbs, contacts), set_velocities(mbs, velocities):
         return np.array(mbs.ComputeLinearizedSystem()[2])

@@ -9,12 +9,12 @@ import numpy as np
 import scipy
 
 from exugear.contact_geometry.contact_records import contact_state
+from exugear.elements.exudyn_objects import INITIAL
 from exugear.elements.gear_contact import DIFFERENCE_STEPS, records_of, stored_contact
 from exugear.elements.gear_sensor import ANY_TIME
 from exugear.force_table.kernel_records import address_of, changed
 from exugear.kernels.difference_jacobian import jacobian
 from exugear.kernels.recorder import Recorder
-from exugear.system.drive_and_load import INITIAL
 
 #: Number of phases over which stiffness is averaged.
 PHASES = 48

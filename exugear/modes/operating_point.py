@@ -1,15 +1,15 @@
 """The state about which a gearbox is linearized: static equilibrium under its load."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from math import isfinite
 
 import numpy as np
 
-from exugear.elements.exudyn_objects import quiet, set_state_of_system, state_of_system
+from exugear.elements.exudyn_objects import CURRENT, INITIAL, quiet, set_state_of_system, state_of_system
 from exugear.elements.gear_contact import state_of
 from exugear.operation.conditions import run_up_conditions
-from exugear.system.drive_and_load import CURRENT, INITIAL, applied, assemble_in_state
+from exugear.system.drive_and_load import applied, assemble_in_state
 from exugear.system.equilibrium import solve_initial_equilibrium
 from exugear.system.imposed_speed import CONSTRAINT
 from exugear.system.model import Model, linearized
@@ -66,18 +66,7 @@ def _restored(model: Model) -> Iterator[None]:
 
 
 @contextmanager
-def current_state(mbs) -> Iterator[None]:
-    """Restore the current state of a hand-built system, which Exudyn's linearization replaces by the initial one."""
-    state = state_of_system(mbs, CURRENT)
-    try:
-        with quiet():
-            yield
-    finally:
-        set_state_of_system(mbs, state, CURRENT)
-
-
-@contextmanager
-def disengaged(mbs, contacts: Sequence[int]) -> Iterator[None]:
+def disengaged(mbs, contacts: Collection[int]) -> Iterator[None]:
     """Take the gears of contacts, by their object numbers, out of mesh."""
     states = [state_of(mbs, contact) for contact in contacts]
     engaged = [float(state.engaged) for state in states]

@@ -2,16 +2,15 @@
 
 from dataclasses import replace
 
-import exudyn as exu
 import numpy as np
 import xarray as xr
 
+from exugear.elements.exudyn_objects import INITIAL
 from exugear.operation.conditions import Conditions
 from exugear.system.equilibrium import solve_initial_equilibrium
 from exugear.system.model import Model, end_coordinate
 from fem.support.validation import require
 
-INITIAL = exu.ConfigurationType.Initial
 #: Difference of an imposed speed from that at the end of the other run over the speed that counts as vibration.
 LARGEST_JUMP = 0.01
 

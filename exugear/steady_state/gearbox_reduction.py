@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from exugear.elements.exudyn_objects import INITIAL
 from exugear.force_table.layout import OFFSETS
 from exugear.mesh_force.force import MeshForce
 from exugear.modes.linear_system import LinearSystem, linear_gearbox
@@ -32,7 +33,6 @@ from exugear.steady_state.mesh_measures import (
 from exugear.steady_state.orbits.exciting_mesh import ExcitingMesh, MeshEquilibrium
 from exugear.steady_state.orbits.modal_blocks import modal_blocks
 from exugear.steady_state.orbits.steady_system import SteadySystem
-from exugear.system.drive_and_load import INITIAL
 from exugear.system.model import Mesh, Model
 from fem.gear.involute import involute
 from fem.support.validation import require

@@ -3,10 +3,9 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import exudyn as exu
 import numpy as np
 
-from exugear.elements.exudyn_objects import set_state_of_system, state_of_system
+from exugear.elements.exudyn_objects import CURRENT, INITIAL, set_state_of_system, state_of_system
 from exugear.elements.gear_contact import state_of
 from exugear.elements.shaft_torque import ShaftTorque, add_torque
 from exugear.operation.conditions import Conditions, ShaftEnd
@@ -17,7 +16,6 @@ from exugear.system import imposed_speed
 from exugear.system.model import Model
 
 NO_TORQUE = TorqueTable(TIME, constant(0.0))
-INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 #: Position of the Lagrange multipliers in Exudyn's system state.
 MULTIPLIERS = 3
 

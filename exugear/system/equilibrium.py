@@ -9,6 +9,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
+from exugear.elements.exudyn_objects import INITIAL
 from exugear.elements.stop_messages import DIVERGED
 from exugear.gearbox.bearing_stiffness import radial_secant, radial_table
 from exugear.gearbox.shaft import Coupling
@@ -46,7 +47,7 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
     gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad.
     """
     speed, acceleration = conditions.initial_speed, conditions.initial_acceleration
-    system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
+    system = model.mbs.systemData
     ratios = model.speed_ratios
     considered = acceleration if _inertia_matters(model, acceleration) else 0.0
     try:
@@ -58,9 +59,9 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
     if _needs_static_solve(model):
         torques = _torques_at_start(model, conditions, considered * ratios)
         q = _statically_solved(model, q, conditions, torques)
-    system.SetODE2Coordinates(q, initial)
-    system.SetODE2Coordinates_t(speed * ratios, initial)
-    system.SetODE2Coordinates_tt(acceleration * ratios, initial)
+    system.SetODE2Coordinates(q, INITIAL)
+    system.SetODE2Coordinates_t(speed * ratios, INITIAL)
+    system.SetODE2Coordinates_tt(acceleration * ratios, INITIAL)
 
 
 def _inertia_matters(model: Model, acceleration: float) -> bool:
@@ -111,7 +112,7 @@ def _needs_static_solve(model: Model) -> bool:
 
 def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]) -> np.ndarray:
     """Coordinates in equilibrium with further torques [N m] on spins, by their indices; the solve starts at q."""
-    system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
+    system = model.mbs.systemData
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     settings.staticSolver.newton.relativeTolerance = 1e-8
@@ -119,10 +120,10 @@ def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torq
     settings.staticSolver.loadStepStart = conditions.start_time
     settings.staticSolver.loadStepDuration = STATIC_SOLVE_TIME
     with _applied_torques(model, torques), explained(model, NO_EQUILIBRIUM, lambda t: conditions.initial_speed):
-        system.SetODE2Coordinates(q, initial)
-        system.SetODE2Coordinates_t(np.zeros(q.size), initial)
+        system.SetODE2Coordinates(q, INITIAL)
+        system.SetODE2Coordinates_t(np.zeros(q.size), INITIAL)
         model.mbs.SolveStatic(settings, updateInitialValues=True)
-        return system.GetODE2Coordinates(initial)
+        return system.GetODE2Coordinates(INITIAL)
 
 
 def _rounding_of_forces(model: Model, q: np.ndarray) -> float:

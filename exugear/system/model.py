@@ -10,7 +10,7 @@ import exudyn as exu
 import numpy as np
 import scipy
 
-from exugear.elements.exudyn_objects import quiet
+from exugear.elements.exudyn_objects import INITIAL, quiet
 from exugear.elements.gear_contact import state_of
 from exugear.gearbox.bearing_stiffness import radial_part
 from exugear.gearbox.gearbox import Gearbox
@@ -144,19 +144,19 @@ def linearized(model: Model, held: str | None, speed: float = 0.0) -> Model:
 
 def matrices_without_meshes(model: Model, speed: float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mass, stiffness and damping matrix of the built system without the meshes, at a speed of the driving shaft."""
-    system, initial = model.mbs.systemData, exu.ConfigurationType.Initial
-    before = system.GetODE2Coordinates(initial), system.GetODE2Coordinates_t(initial)
+    system = model.mbs.systemData
+    before = system.GetODE2Coordinates(INITIAL), system.GetODE2Coordinates_t(INITIAL)
     states = [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
     try:
-        system.SetODE2Coordinates(np.zeros(system.ODE2Size()), initial)
-        system.SetODE2Coordinates_t(speed * model.speed_ratios, initial)
+        system.SetODE2Coordinates(np.zeros(system.ODE2Size()), INITIAL)
+        system.SetODE2Coordinates_t(speed * model.speed_ratios, INITIAL)
         for state in states:
             state.engaged = 0.0
         with quiet():
             matrices = model.mbs.ComputeLinearizedSystem()
     finally:
-        system.SetODE2Coordinates(before[0], initial)
-        system.SetODE2Coordinates_t(before[1], initial)
+        system.SetODE2Coordinates(before[0], INITIAL)
+        system.SetODE2Coordinates_t(before[1], INITIAL)
         for state in states:
             state.engaged = 1.0
     mass, stiffness, damping = map(np.array, matrices[:3])

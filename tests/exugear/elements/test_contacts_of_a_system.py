@@ -2,7 +2,9 @@
 
 import exudyn as exu
 import exudyn.itemInterface as eii
+import numpy as np
 import pytest
+from exudyn.rigidBodyUtilities import RotationMatrixY, RotationMatrixZ
 from scenes import linear_law, paper_pair
 
 import exugear
@@ -53,6 +55,59 @@ def test_contacts_before_a_reset_do_not_count(mbs):
     mbs.CreateGearSensor(number)
 
 
+def forces_of(mbs, sensor: int) -> float:
+    """Mesh force [N] that a sensor shows in the initial state."""
+    return float(mbs.GetSensorValues(sensor, exu.ConfigurationType.Initial)[1])
+
+
+def test_contacts_keep_their_sensors_where_objects_are_deleted(mbs):
+    """Exudyn then counts the objects anew: the number of a contact may become that of the next."""
+    extra = mbs.CreateGround()
+    contacts = [pair_on_springs(mbs, rubs=False) for _ in range(2)]
+    sensors = [mbs.CreateGearSensor(contact) for contact in contacts]
+    mbs.Assemble()
+    mbs.systemData.SetODE2Coordinates([2e-4, 0.0, 3e-4, 0.0], exu.ConfigurationType.Initial)
+    forces, frequencies = [forces_of(mbs, sensor) for sensor in sensors], exugear.modes(mbs)["frequency"].values
+    assert forces[1] > 1.2 * forces[0] > 0
+    mbs.DeleteObject(extra)
+    mbs.Assemble()
+    mbs.systemData.SetODE2Coordinates([2e-4, 0.0, 3e-4, 0.0], exu.ConfigurationType.Initial)
+    assert [forces_of(mbs, sensor) for sensor in sensors] == forces
+    modes = exugear.modes(mbs)
+    assert modes.sizes["stage"] == 2
+    assert modes["frequency"].values == pytest.approx(frequencies, rel=1e-9)
+    mbs.DeleteObject(contacts[0] - 1, deleteDependentItems=False)
+    mbs.Assemble()
+    with pytest.raises(Exception, match="the gear contact of a sensor was deleted"):
+        forces_of(mbs, sensors[0])
+
+
+@pytest.mark.usefixtures("way")
+def test_a_sensor_beyond_the_map_says_what_to_change(mbs):
+    mbs.CreateGearSensor(pair_on_springs(mbs, rubs=False))
+    mbs.Assemble()
+    mbs.systemData.SetODE2Coordinates([2e-3, 0.0], exu.ConfigurationType.Initial)
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    with pytest.raises(Exception, match="extend the map to a larger torque"):
+        mbs.SolveDynamic(settings)
+
+
+def test_bodies_that_spin_turn_about_the_same_axis(mbs):
+    def contact(*axes) -> int:
+        nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in axes]
+        options = [{"nodeNumber": n, "referenceRotation": rotation} for n, rotation in zip(nodes, axes, strict=True)]
+        bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=8e-3, **each)) for each in options]
+        return mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=LAW)
+
+    along_x, turned_over = RotationMatrixY(np.pi / 2), np.diag([1.0, -1.0, -1.0])
+    for axes in ((np.eye(3), turned_over), (along_x, np.eye(3))):
+        with pytest.raises(ValueError, match="must turn about the same axis; leave out their referenceRotation"):
+            contact(*axes)
+    contact(along_x, along_x)
+    contact(np.eye(3), RotationMatrixZ(0.4))
+
+
 def test_contacts_do_not_share_a_recorder(mbs):
     recorder = exugear.Recorder()
     first = mbs.CreateGearContact(itemNumbers=spinning_bodies(mbs), pair=PAIR, force=LAW, recorder=recorder)
@@ -65,5 +120,5 @@ def test_contacts_do_not_share_a_recorder(mbs):
 def test_a_gear_does_not_mesh_with_itself(mbs):
     pinion, wheel = spinning_bodies(mbs)
     for items in ([pinion, pinion], [pinion, wheel, wheel]):
-        with pytest.raises(ValueError, match="itemNumbers must be different bodies"):
+        with pytest.raises(ValueError, match="itemNumbers must be bodies with a node each"):
             mbs.CreateGearContact(itemNumbers=items, pair=PAIR, force=LAW)

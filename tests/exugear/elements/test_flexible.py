@@ -174,3 +174,22 @@ def test_stiff_models_fall_back_to_the_trapezoidal_rule(stiff, beta):
 def test_integrator_refuses_arguments_out_of_range(arguments, word):
     with pytest.raises(ValueError, match=word):
         integrator(chain(100.0, 200.0), *arguments)
+
+
+def test_integrator_leaves_the_current_state():
+    """Exudyn's linearization replaces it by the initial one."""
+    mbs, current = chain(100.0, 200.0), exu.ConfigurationType.Current
+    mbs.SolveDynamic(integrator(mbs, 0.0123, 100.0))
+    states = [(*mbs.systemData.GetODE2Coordinates(), *mbs.systemData.GetODE2Coordinates_t())]
+    assert mbs.systemData.GetTime(current) == pytest.approx(0.0123)
+    integrator(mbs, 1.0, 100.0)
+    states.append((*mbs.systemData.GetODE2Coordinates(), *mbs.systemData.GetODE2Coordinates_t()))
+    assert states[0] == states[1]
+    assert mbs.systemData.GetTime(current) == pytest.approx(0.0123)
+
+
+def test_integrator_wants_an_assembled_system():
+    mbs = chain(100.0, 200.0)
+    mbs.AddNode(eii.Node1D(referenceCoordinates=[0.0]))
+    with pytest.raises(ValueError, match=r"mbs must be assembled; call mbs.Assemble"):
+        integrator(mbs, 1.0, 100.0)
