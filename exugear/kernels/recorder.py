@@ -160,8 +160,10 @@ class Recorder:
         self.header.interval, self.header.tolerance = interval, SAME / steps
         self.header.number, self.header.first = number, first
 
+    @checked
     def keep_first(self, number: int) -> None:
-        """Keep the first samples, this many, and take no further ones."""
+        """Keep the first samples, this many, and take no further ones; ValueError for a number < 0."""
+        require(number >= 0, f"number of samples must be at least 0, got {number}")
         self.header.number = 0
         self._hold({name: array[..., :number] for name, array in self.samples.items()})
 

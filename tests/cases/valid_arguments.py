@@ -77,6 +77,7 @@ def two_bodies() -> tuple[Any, Any, list]:
     """A hand-built system with the paper's pair in contact: container, mbs, its bodies and contact."""
     container = exu.SystemContainer()
     mbs = container.AddSystem()
+    mbs.variables["container"] = container
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0.0])) for _ in range(2)]
     positions = ([0, 0, 0], [150 * mm, 0, 0])
     items = [
@@ -197,7 +198,7 @@ def by_name() -> dict[str, Any]:
         "plot_te_harmonics.harmonics": 2, "te_harmonics.harmonics": 2, "animate_pair.path": folder / "pair.gif",
         "plot_contact_pattern.data": loads_over_flanks(), "plot_load_distribution.data": loads_over_flanks(),
         "plot_contact_pattern.name": "pressure", "plot_load_distribution.name": "pressure",
-        "modes.speed": 10.0, "campbell.harmonics": 2,
+        "integrator.mbs": two_bodies()[1], "modes.speed": 10.0, "campbell.harmonics": 2,
         "plot_modes.data": exugear.modes(made["Model"], load=100.0), "animate_mode.path": folder / "mode.gif",
         "animate_mode.data": exugear.modes(made["Model"], load=100.0),
         "plot_campbell.data": exugear.campbell(made["Model"], 100.0, (0.0, 60.0)),
