@@ -5,6 +5,7 @@ from math import floor, isfinite, log10, nan
 import numpy as np
 
 from exugear.force_table.layout import OFFSETS
+from fem.pair.offsets import ANGLES, LARGEST_ANGLE
 from fem.units import um
 
 #: Range to map, over the value at which a run left its map: the run may go beyond that value.
@@ -25,8 +26,7 @@ def beyond_map(table, reason: tuple[float, ...], r_b: float = nan) -> str:
     if isfinite(axis):
         name = OFFSETS[int(axis)]
         ends = f"the map's axis from {largest:.6g} to {high:.6g}"
-        wider = ", ".join(f"{x:.6g}" for x in wider_axis(deflection, largest, high))
-        return f"{name} {deflection:.6g} lies beyond {ends}; extend the axis: fem.Offsets({name}=({wider}))"
+        return f"{name} {deflection:.6g} lies beyond {ends}; {wider_offsets(name, deflection, largest, high)}"
     if not isfinite(deflection):
         return f"deflection must be finite, got {deflection}; use a smaller step"
     needed = table.last_force + table.last_stiffness * (deflection - largest)
@@ -41,6 +41,14 @@ def larger_torque(table, force: float, r_b: float) -> str:
         return f"extend the map to a larger torque, or the table's deflection, {up_to}"
     ends = f"the map ends at a pinion torque of {table.last_force * r_b:.4g} N m, {force * r_b:.4g} N m are needed"
     return f"{ends}; extend the map to a larger torque, {_rounded_up(MARGIN * force * r_b)} N m or more"
+
+
+def wider_offsets(name: str, value: float, low: float, high: float) -> str:
+    """Remedy for an offset beyond an axis from low to high: the axis to map, where `fem.Offsets` can hold it."""
+    values = wider_axis(value, low, high)
+    if name in ANGLES and max(map(abs, values)) >= LARGEST_ANGLE:
+        return f"maps end at {LARGEST_ANGLE} rad: let bearings and shafts be stiffer, or the load smaller"
+    return f"extend the axis: fem.Offsets({name}=({', '.join(f'{x:.6g}' for x in values)}))"
 
 
 def wider_axis(value: float, low: float, high: float) -> list[float]:

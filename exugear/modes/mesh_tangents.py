@@ -20,6 +20,8 @@ from exugear.kernels.recorder import Recorder
 PHASES = 48
 #: The mean is taken at a mesh force smaller by this share, so that differences do not leave a map that ends there.
 MARGIN = 1e-4
+#: Share of a map's largest force below which a mesh force is rounding: no teeth are pressed.
+ROUNDING = 1e-9
 #: Step of the rate in the difference of the damping force [m/s].
 RATE = 1e-3
 #: Factor between the ends of brackets of a deflection, and its tolerance [m].
@@ -85,7 +87,7 @@ def mesh_tangent(mbs, number: int, phase: float | None) -> tuple[float, MeshTang
     try:
         present = contact_of(mbs, number)
         force = present.force(q)
-        if force == 0.0:
+        if abs(force) <= ROUNDING * float(present.records[0].head.last_force):
             return 0.0, MeshTangent(np.zeros(q.size), np.zeros((q.size, q.size)), 0.0, 0.0)
         by_wheel = _motion_of_wheel(mbs, number, present.row(q))
         if phase is not None:

@@ -12,7 +12,7 @@ import xarray as xr
 from exugear.gearbox.gearbox import Gearbox
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque, name_of
 from exugear.operation.stop_conditions import SpeedReached, StopCondition, check_stop
-from exugear.operation.time_functions import TimeFunction, line, speed_function
+from exugear.operation.time_functions import TimeFunction, check_time_function, speed_function
 from exugear.operation.torque_tables import ANGLE, TorqueTable, torque_of_speed, torque_table
 from exugear.operation.train_motion import HIGHEST_SPEED, drag_torques, expected_speeds, reduced_inertia
 from fem.support.validation import require, require_finite, require_within, text_of
@@ -231,8 +231,8 @@ class Conditions:
 def run_up_conditions(gearbox: Gearbox, speed: TimeFunction, load: TimeFunction, duration: float) -> Conditions:
     """Imposed speed of the driving shaft and load on the driven one."""
     require_within("duration", duration, 0, LONGEST, remedy="s")
-    if not callable(load):
-        line("load", load, duration)
+    check_time_function("load", load)
+    if not callable(load) and np.size(load) <= 2:
         load = float(np.ravel(load)[0]) if np.size(load) == 1 else tuple(np.ravel(load).tolist())
     end = ShaftEnd(gearbox.driven.name, -1, Torque(load), role="load")
     return Conditions(gearbox, duration, gearbox.driving.name, speed, (end,), run_up=(speed, load))

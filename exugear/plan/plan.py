@@ -19,6 +19,7 @@ from fem.support.arguments import checked
 #: Relative coupling stiffness, or distance [m], that counts as rounding.
 ROUNDING = 1e-9
 UNDAMPED = "damping: none, vibrations do not decay; give Stage(damping_ratio=0.06)"
+NO_BACKLASH = "no backlash, coast flanks touch as soon as the teeth part; give GearPair(a=...) or Stage(backlash=...)"
 #: Attributes that only a `BuiltPlan` has.
 KNOWN_ONCE_BUILT = "omega", "omega_mesh", "contact", "largest_step", "rule", "step", "cost"
 JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
@@ -65,6 +66,7 @@ class Plan:
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
         lines += [f"{label}: {text}" for label, text in self.axes.items()]
         lines += [f"{name}: {text}" for name, text in self.losses.items()]
+        lines += [f"{label}: {NO_BACKLASH}" for label, law in self.laws.items() if law.backlash == 0]
         lines += [UNDAMPED] * self.undamped
         for label, law in self.laws.items():
             if law.jumps.size:

@@ -33,6 +33,8 @@ ENERGY = 0.999
 SHOWN = {"m": (1 / um, "µm"), "m/s^2": (1.0, "m/s²"), "1": (1.0, "")}
 #: Colours of an amplitude, from white.
 COLOURS = "magma_r"
+#: Widths of the curves of order cuts: more than 15 orders differ in width, too.
+WIDTHS = 1.6, 0.7
 
 
 @checked
@@ -44,7 +46,8 @@ def plot_order_map(orders: xr.Dataset, ax: Axes | None = None, *, decibels: Fini
     decibels    range of amplitudes shown, down from the highest one
     style       of matplotlib's pcolormesh
     """
-    return _draw_map(_channel("orders", orders, "order"), "order of the shaft", ax, decibels, style)
+    amplitude = _channel("orders", orders, "order")
+    return _draw_map(amplitude, _speed_name(amplitude).replace("speed", "order"), ax, decibels, style)
 
 
 @checked
@@ -114,8 +117,11 @@ def _abscissa(amplitude: xr.DataArray, *, by_time: bool = False) -> tuple[str, n
     steps = np.diff(amplitude["speed"].values)
     if "time" in amplitude.dims and (by_time or not ((steps > 0).all() or (steps < 0).all())):
         return "time [s]", amplitude["time"].values
-    name = amplitude["speed"].attrs.get("long_name", "speed of the shaft")
-    return f"{name} [rpm]", amplitude["speed"].values / rpm
+    return f"{_speed_name(amplitude)} [rpm]", amplitude["speed"].values / rpm
+
+
+def _speed_name(amplitude: xr.DataArray) -> str:
+    return amplitude["speed"].attrs.get("long_name", "speed of the shaft")
 
 
 @checked
@@ -130,9 +136,10 @@ def plot_order_cuts(cuts: xr.Dataset, ax: Axes | None = None, *, decibels: Finit
     amplitude, ax = _channel("cuts", cuts, "order"), axes_or_new(ax)
     label, abscissa = _abscissa(amplitude)
     factor, unit, words = _shown(amplitude)
-    styles = cycle(product(("-", "--", ":"), DISTINCT))
-    for order, row, (line, colour) in zip(amplitude["order"].values, amplitude.values.T, styles, strict=False):
-        ax.plot(abscissa, row * factor, **merged(style, linestyle=line, color=colour, label=f"order {order:.6g}"))
+    looks = cycle(product(WIDTHS, ("-", "--", ":"), DISTINCT))
+    for order, row, (width, line, colour) in zip(amplitude["order"].values, amplitude.values.T, looks, strict=False):
+        look = merged(style, linewidth=width, linestyle=line, color=colour, label=f"order {order:.6g}")
+        ax.plot(abscissa, row * factor, **look)
     ax.set(xlabel=label, ylabel=f"{words} [{unit or '-'}]")
     require(decibels is None or 0 < decibels < inf, f"decibels must be > 0 dB and finite, got {decibels}")
     if decibels is None:
@@ -167,7 +174,8 @@ def plot_cascade(
         ax.plot(amplitude["frequency"], line, **merged(style, color=DISTINCT[0], linewidth=0.6, zorder=4 - depth))
     factor, unit, words = _shown(amplitude)
     ax.set_title(f"{words},\nhighest amplitude {float(amplitude.max()) * factor:.3g} {unit}")
-    ax.set(xlabel="frequency [Hz]", ylabel="speed of the shaft [rpm]", xlim=(0, float(amplitude["frequency"][-1])))
+    label, last = f"{_speed_name(amplitude)} [rpm]", float(amplitude["frequency"][-1])
+    ax.set(xlabel="frequency [Hz]", ylabel=label, xlim=(0, last))
     return ax
 
 

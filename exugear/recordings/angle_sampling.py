@@ -7,7 +7,7 @@ import scipy
 import xarray as xr
 
 from exugear.recordings.columns import LARGEST, check_size
-from exugear.recordings.signal import ANGLE, STEP_TOLERANCE, at_angles, channel_coordinates, require_signal
+from exugear.recordings.signal import STEP_TOLERANCE, at_angles, channel_coordinates, require_signal
 from fem.support.arguments import checked
 from fem.support.numba_cache import compiled, fast
 from fem.support.validation import require
@@ -50,7 +50,11 @@ def over_angle(signal: xr.DataArray, *, orders: float) -> xr.DataArray:
     grid = angle[0] + step * np.arange(samples)
     angle, rows, spacing = _evenly_sampled(signal, step)
     values = np.array([_filtered(angle, np.ascontiguousarray(row), spacing, grid, step) for row in rows])
-    coordinates = {**channel_coordinates(signal), "angle": ("angle", grid, ANGLE), **at_angles(signal, grid, "angle")}
+    coordinates = {
+        **channel_coordinates(signal),
+        "angle": ("angle", grid, signal["angle"].attrs),
+        **at_angles(signal, grid, "angle"),
+    }
     dims = (*signal.dims[:-1], "angle")
     return xr.DataArray(values.reshape(*signal.shape[:-1], samples), coordinates, dims, signal.name, signal.attrs)
 

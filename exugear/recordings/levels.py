@@ -10,6 +10,8 @@ from fem.support.validation import require
 
 #: Reference values of levels by unit. Source: ISO 1683:2015; sound pressure in air.
 REFERENCES = {"m/s^2": 1e-6, "m/s": 1e-9, "m": 1e-12, "N": 1e-6, "Pa": 20e-6}
+#: Prefixes of units for values from here on.
+PREFIXES = {1.0: "", 1e-3: "m", 1e-6: "µ", 1e-9: "n", 1e-12: "p"}
 #: Least ratio to the reference, so that the level of 0 is -200 dB and not minus infinity.
 FLOOR = 1e-10
 
@@ -35,8 +37,14 @@ def level(rms: Numbers, reference: float | None = None) -> xr.DataArray | np.nda
     levels = 20 * np.log10(np.maximum(values / reference, FLOOR))
     if not isinstance(rms, xr.DataArray):
         return levels
-    about = {"units": "dB", "long_name": f"level re {reference:g} {units}"}
+    about = {"units": "dB", "long_name": f"level re {_with_prefix(reference)}{units}"}
     return xr.DataArray(levels, rms.coords, rms.dims, attrs=about)
+
+
+def _with_prefix(value: float) -> str:
+    """A value with the SI prefix of its unit: '1 µ' of 1e-6."""
+    factor, prefix = next(((f, p) for f, p in PREFIXES.items() if value >= f * (1 - 1e-9)), (1.0, ""))
+    return f"{value / factor:.10g} {prefix}"
 
 
 @checked

@@ -14,8 +14,8 @@ from fem.support.validation import require, require_finite
 
 #: Units and long names of the coordinates.
 TIME = {"units": "s", "long_name": "time"}
-SPEED = {"units": "rad/s", "long_name": "speed of the shaft"}
-ANGLE = {"units": "rad", "long_name": "angle of the shaft"}
+MOTION_UNITS = {"speed": "rad/s", "angle": "rad"}
+DRIVING = "driving shaft"
 MESH_ORDER = {"units": "1", "long_name": "mesh cycles per revolution of the shaft"}
 #: Largest share by which the steps of time may differ where a function needs equal steps.
 STEP_TOLERANCE = 1e-3
@@ -38,7 +38,7 @@ def signal(run, name: str, *, stage: int = 0, **labels: str | Sequence[str]) -> 
     over_time = [str(key) for key, values in data.data_vars.items() if "time" in values.dims]
     require(name in over_time, f"name must be a variable over time of the run, {over_time}, got {name!r}")
     values = _selected(data[name], labels).transpose(..., "time")
-    shaft = speed_and_angle(data["time"].values, data["speed"].values)
+    shaft = speed_and_angle(data["time"].values, data["speed"].values, DRIVING)
     of_others = [str(key) for key in values.coords if key not in data[name].dims]
     return values.drop_vars(of_others).assign_coords(shaft | {"mesh_order": ((), mesh_order(data), MESH_ORDER)})
 
@@ -111,13 +111,15 @@ def sensor_signal(
     require(time[-1] <= end + sample, f"{longer}; pass what the sensor recorded in this run")
     speed = np.interp(time, data["time"].values, data["speed"].values)
     values = recorded_signal(time, speed, stored[first, 1 + component], units=units, long_name=long_name)
-    return values.assign_coords(mesh_order=((), mesh_order(data), MESH_ORDER))
+    coordinates = speed_and_angle(time, speed, DRIVING)
+    return values.assign_coords(coordinates | {"mesh_order": ((), mesh_order(data), MESH_ORDER)})
 
 
-def speed_and_angle(time: np.ndarray, speed: np.ndarray) -> dict[str, tuple]:
-    """Coordinates of a signal: speed, and the angle that the shaft has turned by."""
+def speed_and_angle(time: np.ndarray, speed: np.ndarray, shaft: str = "shaft") -> dict[str, tuple]:
+    """Coordinates of a signal: speed of a shaft, and the angle that it has turned by."""
     angle = scipy.integrate.cumulative_trapezoid(np.abs(speed), time, initial=0)
-    return {"speed": ("time", speed, SPEED), "angle": ("time", angle, ANGLE)}
+    about = {name: {"units": units, "long_name": f"{name} of the {shaft}"} for name, units in MOTION_UNITS.items()}
+    return {"speed": ("time", speed, about["speed"]), "angle": ("time", angle, about["angle"])}
 
 
 def channel_coordinates(signal: xr.DataArray) -> dict[Any, Any]:

@@ -9,7 +9,7 @@ from exugear.energy.energy_balance import energy_balance
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.recordings.signal import signal
 from exugear.run_report.sections import Table
-from exugear.signals.resonance_table import mesh_order_cut
+from exugear.signals.resonance_table import separated_order_cut
 from exugear.signals.resonances import Resonances
 from exugear.signals.run_envelopes import dte_envelope
 from fem.units import rpm, um
@@ -87,7 +87,7 @@ def resonances_as_text(data: xr.Dataset, stage: str, table: xr.Dataset) -> Table
 def harmonics_as_text(data: xr.Dataset, number: int) -> Table:
     """Largest amplitude of each mesh harmonic in the DTE of a stage along a run, and the speed at which it occurs."""
     dte = signal(data, "dte", stage=number)
-    amplitude = mesh_order_cut(data, number, harmonics=HARMONICS)["amplitude"]
+    amplitude = separated_order_cut(data, number, harmonics=HARMONICS)["amplitude"]
     rows = []
     for harmonic, cut in enumerate(amplitude.transpose("order", ...), start=1):
         if bool(cut.notnull().any()):

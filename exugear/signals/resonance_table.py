@@ -11,7 +11,7 @@ from exugear.integration.run_data import stage_data
 from exugear.recordings.angle_sampling import REVOLUTION
 from exugear.recordings.mesh_orders import mesh_orders
 from exugear.recordings.signal import mesh_order, signal
-from exugear.signals.order_cut import SEPARATION, order_cut
+from exugear.signals.order_cut import SEPARATION, cut_of
 from exugear.signals.resonances import Resonances, resonances
 from exugear.signals.run_envelopes import dte_envelope
 from fem.support.arguments import checked
@@ -55,8 +55,25 @@ class OrderPeaks(NamedTuple):
 
     def height(self, mesh_frequency: float) -> float:
         """Largest amplitude of a peak near a mesh frequency; 0 where none is near."""
+        return self.peak(mesh_frequency)[1]
+
+    def peak(self, mesh_frequency: float) -> tuple[float, float]:
+        """Mesh frequency and amplitude of the largest peak near a mesh frequency; NaN and 0 where none is near."""
         near = np.abs(self.peaks.place / mesh_frequency - 1) < NEAR
-        return float(self.peaks.height[near].max(initial=0.0))
+        heights = np.where(near, self.peaks.height, 0.0)
+        largest = int(heights.argmax()) if near.any() else -1
+        return (float(self.peaks.place[largest]), float(heights[largest])) if near.any() else (np.nan, 0.0)
+
+
+class Resonance(NamedTuple):
+    """A row of the table: `VARIABLES`, and the number of the exciting stage."""
+
+    mesh_frequency: float
+    amplitude: float
+    harmonic: int
+    harmonic_amplitude: float
+    response_frequency: float
+    stage: int
 
 
 @checked
@@ -69,7 +86,8 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
 
     A peak of the envelope is a resonance where the order cut of a mesh harmonic peaks within 4 % of its mesh frequency;
     of several harmonics, of this stage and of the others, the one with the largest amplitude counts, which must be a
-    tenth of the envelope's or more. Other peaks are left out. Where the windows are too short to tell the orders of two
+    tenth of the envelope's or more. Other peaks are left out, and all but the highest of those at the same peak of a
+    harmonic. Where the windows are too short to tell the orders of two
     stages apart, the amplitudes of a joint cut in longer windows at the peak decide, unless the speed changes by more
     than 15 % in such a window. The harmonics 2, 3, ... of the main resonance are its superharmonics: their response
     frequencies nearly agree.
@@ -88,28 +106,28 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
     data = run if isinstance(run, xr.Dataset) else run.data
     stages = [stage, *(k for k in range(data["stage"].size) if k != stage % data["stage"].size)]
     cuts = [cut for exciting in stages for cut in _cuts(data, stage, exciting, harmonics)]
-    joint_cut = cache(partial(_joint_cut, signal(data, "dte", stage=stage)))
-    rows, labels = [], []
-    for frequency, height in zip(*peaks, strict=True):
+    of_orders = cache(partial(joint_cut, signal(data, "dte", stage=stage)))
+    rows: dict[tuple, Resonance] = {}
+    for frequency, height in sorted(zip(*peaks, strict=True), key=lambda peak: peak[1]):
         cut = max(cuts, key=lambda each: each.height(frequency))
         if cut.height(frequency) > SHARE * height:
-            cut, amplitude = _separated_cut(cuts, cut, frequency, joint_cut)
+            cut, amplitude = _separated_cut(cuts, cut, frequency, of_orders)
             ratio = mesh_order(stage_data(data, cut.stage)) / mesh_order(stage_data(data, stage))
-            response = cut.harmonic * frequency * ratio
-            rows.append((frequency, height, cut.harmonic, amplitude, response))
-            labels.append(str(data["stage"].values[cut.stage]))
-    return _labelled(rows, labels)
+            row = Resonance(frequency, height, cut.harmonic, amplitude, cut.harmonic * frequency * ratio, cut.stage)
+            rows[cut.stage, cut.harmonic, cut.peak(frequency)[0]] = row
+    return _labelled(sorted(rows.values()), data["stage"].values)
 
 
-def _labelled(rows: list[tuple], exciting_stages: list[str]) -> xr.Dataset:
-    columns = np.array(rows).reshape(-1, len(VARIABLES)).T
+def _labelled(rows: list[Resonance], stages: np.ndarray) -> xr.Dataset:
+    columns = np.array([row[:-1] for row in rows]).reshape(-1, len(VARIABLES)).T
+    exciting = np.array([stages[row.stage] for row in rows], str)
     table = xr.Dataset(
         {
             name: ("peak", values, {"units": units, "long_name": long_name})
             for (name, (units, long_name)), values in zip(VARIABLES.items(), columns, strict=True)
         }
     )
-    return table.assign(harmonic=table["harmonic"].astype(int), exciting_stage=("peak", np.array(exciting_stages, str)))
+    return table.assign(harmonic=table["harmonic"].astype(int), exciting_stage=("peak", exciting))
 
 
 def _cuts(data: xr.Dataset, stage: int, exciting: int, harmonics: int) -> list[OrderPeaks]:
@@ -142,12 +160,12 @@ def _separated_cut(
     return largest, largest.height(frequency)
 
 
-def _joint_cut(dte: xr.DataArray, orders: tuple[float, ...]) -> xr.Dataset | None:
+def joint_cut(dte: xr.DataArray, orders: tuple[float, ...]) -> xr.Dataset | None:
     """Order cut that tells close orders apart, NaN where the speed changes too much in a window; None in short runs."""
     window = SEPARATION / float(np.diff(orders).min())
     if 2 * window * REVOLUTION > float(dte["angle"][-1]):
         return None
-    cut = order_cut(dte, orders, revolutions=window)
+    cut = cut_of(dte, orders, revolutions=window)
     speed = np.abs(cut["speed"].values)
     change = np.abs(np.gradient(speed, cut["angle"].values)) * window * REVOLUTION
     return cut.where(xr.DataArray(change <= SLEW * speed, dims="time"))
@@ -165,7 +183,15 @@ def mesh_order_cut(data: xr.Dataset, stage: int, exciting: int | None = None, *,
     """
     dte = signal(data, "dte", stage=stage)
     orders = mesh_orders(data, stage if exciting is None else exciting, harmonics=harmonics)
-    return order_cut(dte, orders, revolutions=_window(dte, orders[0]))
+    return cut_of(dte, orders, revolutions=_window(dte, orders[0]))
+
+
+def separated_order_cut(data: xr.Dataset, stage: int, *, harmonics: int) -> xr.Dataset:
+    """`mesh_order_cut` of a stage by itself, where windows can tell its orders from those of the other stages."""
+    dte, orders = signal(data, "dte", stage=stage), mesh_orders(data, stage, harmonics=harmonics)
+    of_stages = [mesh_orders(data, number, harmonics=harmonics) for number in range(data["stage"].size)]
+    joint = joint_cut(dte, tuple(np.unique(of_stages))) if len(of_stages) > 1 else None
+    return mesh_order_cut(data, stage, harmonics=harmonics) if joint is None else joint.sel(order=orders)
 
 
 def _window(dte: xr.DataArray, order: float) -> float:

@@ -163,7 +163,8 @@ def run_up(
 ) -> Run:
     """Run a gearbox at a given speed and load over time, and record its meshes.
 
-    speed           of the driving shaft [rad/s]: a constant, (from, to), or a function of time [s]
+    speed           of the driving shaft [rad/s]: a constant, (from, to), a function of time [s], or arrays (t, speed),
+                    such as a measurement, through which a monotone cubic runs
     duration        of the run [s]
     load            torque on the driven shaft against its motion at positive speed [N m], given like the speed
     tolerance       relative error wanted of the rms of the DTE in windows of time; integrator and step follow

@@ -16,6 +16,8 @@ from fem.units import deg, mm
 
 #: Negative backlash that counts as rounded data of a drawing [modules].
 ROUNDING = 1e-4
+#: Backlash that is the rounding of a calculation [m].
+NO_BACKLASH = 1e-12
 
 
 @checked
@@ -127,8 +129,9 @@ class GearPair:
 
     @property
     def backlash(self) -> float:
-        """Backlash j_bt along the line of action [m]; rounded data may make it negative, which counts as 0."""
-        return max(0.0, self._backlash_at(self.a))
+        """Backlash j_bt along the line of action [m]; rounding of data, and negative ones by it, count as 0."""
+        j = self._backlash_at(self.a)
+        return j if j > NO_BACKLASH else 0.0
 
     @property
     def roll_pitch(self) -> float:

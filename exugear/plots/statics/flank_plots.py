@@ -139,5 +139,5 @@ def _frame(ax: Axes, data: xr.Dataset) -> None:
         ax.axhline(position, color=GUIDE, linewidth=0.9, linestyle=line)
     room = 0.12 * (end - start)
     ax.set(xlim=tuple(face), ylim=(start - room, end + room))
-    ax.set(xlabel="face width [mm]", ylabel="path of contact from the pitch point [mm]")
+    ax.set(xlabel="axial position [mm]", ylabel="path of contact from the pitch point [mm]")
     ax.grid(False)

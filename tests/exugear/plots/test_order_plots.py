@@ -80,7 +80,7 @@ def test_levels_name_channels_and_reference(signal):
     names = ["a, order 20", "a, order 40", "b, order 20", "b, order 40"]
     assert ax.get_legend_handles_labels()[1] == names
     assert ax.lines[0].get_ydata() == pytest.approx(20 * np.log10(np.sqrt(2)), abs=0.1)
-    assert ax.get_ylabel() == "level re 1e-06 m [dB]"
+    assert ax.get_ylabel() == "level re 1 µm [dB]"
 
 
 def test_several_channels_and_other_data_are_refused(signal):
