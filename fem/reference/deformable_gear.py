@@ -19,7 +19,7 @@ from fem.linalg.direct_solver import Solve, factorize
 from fem.microgeometry.flank import edges, removed
 from fem.pair.pair import GearPair
 from fem.reference.deformed_flank import Flank, WidthQuadrature, gauss_width, plane_strain_width
-from fem.reference.st_venant_kirchhoff import Solid, solid_on_basis, stiffness
+from fem.reference.st_venant_kirchhoff import Solid, lumped_mass, solid_on_basis, stiffness
 
 #: Loaded teeth touch up to this share of a pitch before and after the path of contact of rigid gears.
 EARLY_CONTACT = 1 / 4
@@ -27,6 +27,8 @@ EARLY_CONTACT = 1 / 4
 LEAST_EDGE_DISTANCE = 1 / 100
 #: Flanks count as equal where their modifications differ by less [m].
 EQUAL_WITHIN = 1e-9
+#: Points on the fillet and on the involute of a tooth's outline.
+OUTLINE_POINTS = 100
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,7 @@ class DeformableGear:
     columns     (n_dofs,) number of the dof of the transverse section on whose line along the helix each dof lies
     free        (n_free,) flat numbers of the displacements that are not clamped
     flanks      flanks of the teeth that may touch, by the number of the tooth
+    toothless   number of pitches that the mesh ends at the root circle
     """
 
     face: Face
@@ -45,6 +48,7 @@ class DeformableGear:
     columns: np.ndarray
     free: np.ndarray
     flanks: dict[int, Flank]
+    toothless: int
 
     def undeformed(self) -> np.ndarray:
         """(n_dofs, dim) displacements 0."""
@@ -64,6 +68,16 @@ class DeformableGear:
             return u.reshape(force.shape)
 
         return solve
+
+    @cached_property
+    def masses(self) -> np.ndarray:
+        """(n_dofs,) lumped masses of a plane gear [kg]; at its hub also the inertia of the teeth outside the mesh."""
+        masses, held = lumped_mass(self.solid), np.ones(self.solid.positions.size, bool)
+        held[self.free] = False
+        hub = held.reshape(self.solid.positions.shape).all(axis=1)
+        inertia = masses[hub] @ (self.solid.positions[hub] ** 2).sum(axis=1)
+        masses[hub] *= 1 + self.toothless * tooth_inertia(self.flanks[0].gear) / inertia
+        return masses
 
     @cached_property
     def flank_operator(self) -> sp.csr_matrix:
@@ -96,6 +110,16 @@ def clamped_pair(pair: GearPair, density: Density, element: Element) -> tuple[De
     if densities[0] == densities[1] and replace(pair.wheel, flank=()) == replace(pair.pinion, flank=()):
         return pinion, pinion.with_flanks_of(pair.wheel)
     return pinion, with_density(pair.wheel, densities[1])
+
+
+def tooth_inertia(gear: Gear) -> float:
+    """Moment of inertia of a tooth, from the root circle to the tip, about the gear's axis [kg m^2]."""
+    root = tooth_profile.fillet(gear, np.linspace(1, 0, OUTLINE_POINTS))
+    involute = tooth_profile.flank(gear, np.linspace(gear.roll_form, gear.roll_tip, OUTLINE_POINTS))
+    r, psi = np.append(root.r, involute.r), np.append(root.psi, involute.psi)
+    moment = (r**4 - gear.r_f**4) / 4
+    half = moment[-1] * psi[-1] - np.trapezoid(moment, psi)
+    return float(2 * gear.material.density * gear.b * half)
 
 
 def last_tooth_in_contact(pair: GearPair) -> int:
@@ -161,7 +185,8 @@ def discretized(
     stacks = np.lexsort((*solid.positions.T[2:], columns)).reshape(section.N, -1)
     flanks = {tooth: flank_of(gear, section, stacks, tooth, width, degree) for tooth in teeth}
     free = np.flatnonzero(~clamped(gear, solid.positions.T, element.dim, face).T)
-    return DeformableGear(face, solid, columns, free, flanks)
+    toothless = gear.z - len(section_mesh.toothed_pitches(gear, density))
+    return DeformableGear(face, solid, columns, free, flanks, toothless)
 
 
 def section_dofs(section: Basis, positions: np.ndarray, twist: float) -> np.ndarray:

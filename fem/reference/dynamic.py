@@ -25,7 +25,7 @@ from fem.reference.deformable_gear import clamped_pair
 from fem.reference.deformed_flank import quarter_turn
 from fem.reference.mortar import MatingGears, PairGaps, pair_gaps
 from fem.reference.nonlinear import ContactProblem, contact_problem, newton_step
-from fem.reference.st_venant_kirchhoff import internal_force, lumped_mass
+from fem.reference.st_venant_kirchhoff import internal_force
 from fem.reference.time_integration import LoadedRun, RunUp, checked_run
 from fem.support.arguments import checked
 from fem.support.progress import bar, shown
@@ -110,7 +110,7 @@ def transmission_error(
     torque      pinion torque F r_b1 at full speed [N m]; the viscous load follows the speed of the wheel's hub, which
                 varies with te: compare with statics under the present load
     run         speed, phases, steps and damping of the run-up
-    density     density of the FE mesh
+    density     density of the FE mesh; teeth that it leaves out count as inertia of the hub
     element     element of scikit-fem: ElementQuad1() by default (plane strain)
 
     Raises ValueError for bad input, RuntimeError where a step does not converge or the gears separate by the backlash.
@@ -135,7 +135,7 @@ def equations_of_motion(loaded: LoadedRun, density: Density, element: Element) -
     """Equations of both gears with their masses, factorized for a time step."""
     gears, times = clamped_pair(loaded.pair, density, element), loaded.times
     rule = Newmark(loaded.run.alpha, times[1] - times[0])
-    pinion, wheel = (lumped_mass(gear.solid) for gear in gears)
+    pinion, wheel = (gear.masses for gear in gears)
     dynamic = stiffness_per_mass(rule, loaded.run)
     mating = MatingGears(loaded.pair, gears, wheel_share=1.0)
     return EquationsOfMotion(

@@ -1,6 +1,6 @@
 """Contact states of a gear pair over all mesh forces, offsets and phases."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial, singledispatch
@@ -76,7 +76,8 @@ def sweep(
     bodies, slices = compliances_of(model.pair, model.offsets, model.resolution)
     axes = product(model.offsets["a"], model.offsets["axial"], phase)
     positions = [MeshPosition(model.pair, a, axial, at) for a, axial, at in axes]
-    pairs = sorted({number for position in positions for number in position.numbers()})
+    numbers = {number for position in positions for number in position.numbers()}
+    pairs = range(min(numbers), max(numbers) + 1)
     solve = partial(_states_at, bodies, slices, model, forces, pairs)
     chunk = ceil(sqrt(len(positions)) / 2)
     spread = map if executor is None else partial(executor.map, chunksize=chunk)
@@ -103,7 +104,7 @@ def _states_at(
     slices: int,
     model: ContactModel,
     forces: np.ndarray,
-    pairs: Sequence[int],
+    pairs: range,
     position: MeshPosition,
 ) -> dict[str, np.ndarray]:
     """`STATE_VARIABLES` (n_force, *angles) at one mesh position; on one thread, which suits matrices of this size."""

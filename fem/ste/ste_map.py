@@ -232,7 +232,10 @@ def save(data: xr.Dataset, path: FilePath) -> Path:
 @checked
 def load(path: FilePath) -> xr.Dataset:
     """Read and check an STE map that `save` or Dataset.to_netcdf wrote; ValueError for any other file."""
-    return check(read(path, "make the map again"))
+    data = read(path, "make the map again")
+    is_map = TE in data and "time" not in data[TE].dims
+    require(is_map, f"{path} holds {list(map(str, data))}, no STE map; read other data by xarray.open_dataset(path)")
+    return check(data)
 
 
 def read(path, remedy: str) -> xr.Dataset:

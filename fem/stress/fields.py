@@ -177,6 +177,8 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 def save_vtu(fields: Sequence[Field], path: FilePath) -> Path:
     """Write the fields of one or both gears as a VTU file; an interrupted write leaves no file, or the old one.
 
+    fields   of one phase, as `plane_fields` and `solid_fields` return them; `cycle_fields` returns those of each phase
+
     Point data: displacement [m], von_mises, principal, pressure [Pa].
     Raises ValueError for an empty sequence, and for a path that does not end in .vtu.
     """

@@ -20,6 +20,8 @@ __all__ = ["plot_contact_pattern", "plot_load_distribution"]
 COLOURS, EDGES = colormaps["Reds"].with_extremes(over="0.25"), 0.05
 #: Parts of a contact line overlap by a little, so that no gaps show between them.
 OVERLAP = 1.05
+#: Digits of positions on the path of contact [pitches].
+POSITION_DIGITS = 9
 #: Variables of a load distribution: unit of the plot in SI units, words of the colour bar.
 SHOWN = {"pressure": (MPa, "contact pressure [MPa]"), "line_load": (1e3, "line load [N/mm]")}
 
@@ -96,8 +98,12 @@ def plot_load_distribution(
 
 
 def _passed(values: xr.DataArray) -> np.ndarray:
-    """(n_position, n_axial) values along the path of a tooth pair that passes all phases of all pitches."""
-    return values.stack(position=("pair", PHASE)).transpose("position", "axial_position").values
+    """(n_position, n_axial) largest values of all tooth pairs that pass the same position of the path."""
+    rows = values.stack(position=("pair", PHASE)).transpose("position", "axial_position")
+    positions, numbers = np.unique(np.round(rows["pair"] + rows[PHASE], POSITION_DIGITS), return_inverse=True)
+    largest = np.full((positions.size, rows.shape[1]), -np.inf)
+    np.maximum.at(largest, numbers, rows.values)
+    return largest
 
 
 def _face(data: xr.Dataset) -> tuple[float, float]:

@@ -97,6 +97,8 @@ def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
 def plot_load_sharing(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     """Share of the load on one tooth pair while it passes the path of contact, a curve per torque above 0.
 
+    Of a map over several pitches each pair has a curve of its own.
+
     ste     map with load shares, as `fem.static_transmission_error` returns it
 
     Letters mark the path of contact of spur pairs: A begin, E end, B to D single contact, C pitch point.
@@ -105,12 +107,16 @@ def plot_load_sharing(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     ax, pair, further = axes_or_new(ax), pair_of(ste), set(ste[LOAD_SHARE].dims) - {TORQUE, PHASE, "pair"}
     require(not further, f"ste also has the axes {sorted(map(str, further))}; select one value of each: ste.sel(...)")
     share = ste[LOAD_SHARE].sel({TORQUE: ste[TORQUE] > 0}).transpose(TORQUE, "pair", PHASE)
-    position = (ste["pair"].values[:, None] + ste[PHASE].values).ravel() * pair.p_bt / mm
+    position = (ste["pair"].values[:, None] + ste[PHASE].values) * pair.p_bt / mm
+    ends = position[0, 0], position[-1, -1]
+    if ste.attrs.get("pitches", 1) > 1:
+        loaded = position[(share.values > 0).any(axis=0)]
+        ends = loaded.min(), loaded.max()
+        position, share = np.pad(position, ((0, 0), (0, 1)), constant_values=np.nan), share.pad({PHASE: (0, 1)})
     torque = share[TORQUE].values
     for row, load, colour in zip(share.values, torque, graded(torque), strict=True):
-        ax.plot(position, row.ravel(), **merged(style, color=colour, label=f"{load:.4g} N m"))
-    ax.set(xlabel="path of contact from the pitch point [mm]", ylabel="share of the load")
-    ax.set(xlim=(position[0], position[-1]), ylim=(0, 1.02))
+        ax.plot(position.ravel(), row.ravel(), **merged(style, color=colour, label=f"{load:.4g} N m"))
+    ax.set(xlabel="path of contact from the pitch point [mm]", ylabel="share of the load", xlim=ends, ylim=(0, 1.02))
     if pair.beta_b == 0:
         _mark_path(ax, pair)
     legend(ax)

@@ -145,7 +145,7 @@ def _check_map(data: xr.Dataset, *names: str) -> None:
 
 def _curves(ax: Axes, data: xr.DataArray, name: str | None, style: dict) -> None:
     data = data.sel({TORQUE: data[TORQUE] > 0}).transpose(TORQUE, PHASE)
-    phase = np.append(data[PHASE], 1 + data[PHASE][0])
+    phase = np.append(data[PHASE], np.floor(data[PHASE][-1]) + 1 + data[PHASE][0])
     for row, torque, colour in zip(data.values, data[TORQUE].values, graded(data[TORQUE].values), strict=True):
         label = None if name is None else f"{name}{torque:.4g} N m"
         ax.plot(phase, np.append(row, row[0]) / MPa, **merged(style, color=colour) | {"label": label})

@@ -285,6 +285,9 @@ def test_systems_without_pressed_teeth_are_refused():
     gears.mbs.systemData.SetODE2Coordinates(q, exu.ConfigurationType.Initial)
     with pytest.raises(ValueError, match="no teeth are pressed"):
         exugear.modes(gears.mbs)
+    gears.mbs.systemData.SetODE2Coordinates(np.full(q.size, 1e-20), exu.ConfigurationType.Initial)
+    with pytest.raises(ValueError, match="no teeth are pressed"):
+        exugear.modes(gears.mbs)
     container = exu.SystemContainer()
     empty = container.AddSystem()
     empty.Assemble()

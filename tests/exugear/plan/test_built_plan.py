@@ -29,6 +29,13 @@ def test_the_built_plan_prints_the_scene_and_then_integrator_step_cost_and_call(
     assert "; parts of a run with executor=: start 0.13 s early" in str(exugear.build(box).plan)
 
 
+def test_the_plan_names_a_stage_without_backlash():
+    with_backlash, without = smooth_box(), smooth_box(backlash=0.0)
+    missing = "no backlash, coast flanks touch as soon as the teeth part"
+    assert missing not in str(exugear.plan(with_backlash))
+    assert f"{without.labels[0]}: {missing}" in str(exugear.plan(without))
+
+
 def test_a_model_is_built_by_the_plan_of_another_model():
     box = smooth_box()
     unreduced = exugear.build(box, plan=exugear.plan(box).with_joints())

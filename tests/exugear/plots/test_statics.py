@@ -49,6 +49,39 @@ def test_load_sharing_needs_shares_of_a_single_offset(spur):
         plots.plot_load_sharing(spur.expand_dims(misalignment=[0.0, 1e-4]))
 
 
+@pytest.fixture(scope="module")
+def set_back() -> fem.GearPair:
+    """A pair of which tooth 1 of the pinion stands back by 8 um."""
+    return fem.GearPair(paper_gear(flank=fem.PitchDeviation([0.0, 8 * um, *[0.0] * 55])), paper_gear(), a=150 * mm)
+
+
+def test_all_pitches_of_a_map_are_drawn(set_back):
+    phases = np.arange(4 * PHASES) / PHASES
+    ste = fem.static_transmission_error(set_back, [TORQUE], phases, resolution=ROUGH, progress=False)
+    ax = plots.plot_peak_pressure(ste, plots.figure().axes[0])
+    assert ax.get_xlim() == (0, 4)
+    assert ax.lines[0].get_xdata()[-2:] == pytest.approx([phases[-1], 4.0])
+    ax = plots.plot_load_sharing(ste, plots.figure().axes[0])
+    low, high = ax.get_xlim()
+    path = set_back.path_of_contact
+    assert high - low < 1.5 * (path.end - path.start) / mm
+    steps = np.diff(ax.lines[0].get_xdata())
+    assert steps[np.isfinite(steps)] == pytest.approx(set_back.p_bt / PHASES / mm)
+
+
+def test_the_pattern_shows_the_largest_load_of_all_pitches(set_back):
+    phases = np.arange(4 * PHASES) / PHASES
+    data = fem.load_distribution(set_back, TORQUE, phases, resolution=ROUGH, progress=False)
+    shown = plots.plot_contact_pattern(data, plots.figure().axes[0], name="line_load").collections[0].get_array()
+    positions = np.round(data["pair"].values[:, None] + phases, 9)
+    load = data["line_load"].sel(torque=TORQUE).transpose("pair", "phase", "axial_position").values
+    at_pitch_point = load[positions == 0]
+    assert len(at_pitch_point) > 2
+    row = np.unique(positions).searchsorted(0.0)
+    largest = np.pad(at_pitch_point.max(axis=0), 1, "edge") / 1e3
+    assert np.asarray(shown)[row] == pytest.approx(largest)
+
+
 def pattern(pair: fem.GearPair, misalignment: float = 0.0) -> np.ndarray:
     """(n_position, n_axial) line loads that the contact pattern shows."""
     ax = plots.plot_contact_pattern(distribution(pair, misalignment), plots.figure().axes[0], name="line_load")

@@ -40,6 +40,14 @@ def test_close_orders_of_a_sweep_of_3_percent_a_revolution_ends_included():
     assert np.abs(cut["phase"].values - phases(CLOSE)).max() < 0.002
 
 
+def test_a_resonance_that_windows_flatten_is_announced():
+    """Beside an order 0.1 away windows take 40 revolutions, in which the speed rises by half."""
+    sweep = linear_sweep(5.0)
+    exugear.order_cut(with_orders(sweep, CLOSE), [57])
+    with pytest.warns(UserWarning, match=r"the speed changes by \d\d% in a window of 40 revolutions"):
+        exugear.order_cut(with_orders(sweep, CLOSE), [57, 57.1])
+
+
 @pytest.mark.parametrize("slope", [20.0, -20.0])
 def test_phase_counts_from_the_angle_at_the_start_of_the_run(slope):
     sweep = linear_sweep(4.0, start=100.0, slope=slope)

@@ -5,6 +5,8 @@ import pytest
 import xarray as xr
 
 import exugear
+from exugear.run_report.results import harmonics_as_text
+from fem.units import um
 
 TEETH, TOP, NATURAL, DURATION = 57, 3000.0, 2000.0, 8.0
 #: Amplitude of the mesh harmonics that excite the oscillator [m].
@@ -103,6 +105,26 @@ def test_resonances_by_close_orders_of_two_stages_are_told_apart(stage):
     assert table["response_frequency"].values == pytest.approx(MODE, rel=0.01)
     heights = 4e-6 * receptance(table["response_frequency"].values, MODE, DAMPING)
     assert table["harmonic_amplitude"].values == pytest.approx(heights, rel=0.07)
+
+
+@pytest.mark.parametrize("stage", [0, 1])
+def test_harmonics_in_a_report_are_those_of_the_stage_itself(stage):
+    """In windows of a single stage the other order, 0.75 beside, would add up to its whole amplitude."""
+    table = harmonics_as_text(swept_by_two_stages(8.0), stage)
+    harmonic, amplitude, _, frequency = table.rows[0]
+    assert harmonic == "1"
+    assert float(amplitude) * um == pytest.approx(4e-6 * receptance(MODE, MODE, DAMPING), rel=0.08)
+    assert float(frequency) == pytest.approx(MODE, rel=0.01)
+
+
+def test_peaks_of_the_envelope_at_one_peak_of_a_harmonic_are_one_resonance():
+    """Beats of 10 Hz split the peak of the envelope at the main resonance."""
+    run = swept(EXCITATION)
+    run["dte"] = run["dte"] * (1 + 0.2 * np.sin(2 * np.pi * 10 * run["time"]))
+    envelope = exugear.dte_envelope(run)
+    assert exugear.resonances(envelope.place, envelope.amplitude).place.size == 5
+    table = exugear.resonance_table(run)
+    assert sorted(table["harmonic"].values.tolist()) == [1, 2, 3]
 
 
 def test_close_orders_stay_together_in_a_run_that_changes_its_speed_too_fast():

@@ -141,6 +141,10 @@ def test_tables_over_time_are_the_function(pair):
     arrays = run(pair, 0.03, drives={"fast": (times, 100.0 + 0 * times)}, loads={"slow": (times, 100.0 + 0 * times)})
     plain = run(pair, 0.03, drives={"fast": 100.0}, loads={"slow": 100.0})
     assert arrays.data["dte"].values == pytest.approx(plain.data["dte"].values, abs=1e-12)
+    ramp = (times, 50.0 + 1000.0 * times), (times, 100.0 + 500.0 * times)
+    given = exugear.run_up(pair, speed=ramp[0], load=ramp[1], duration=0.03, progress=False).data
+    ends = exugear.run_up(pair, speed=(50.0, 80.0), load=(100.0, 115.0), duration=0.03, progress=False).data
+    assert given["dte"].values == pytest.approx(ends["dte"].values, abs=1e-12)
 
 
 def test_a_torque_over_the_angle_recurs_in_each_revolution(pair):

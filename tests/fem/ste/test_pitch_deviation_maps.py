@@ -41,6 +41,16 @@ def test_phases_may_end_on_a_whole_pitch():
     assert single_pitch.attrs["pitches"] == 1
 
 
+def test_phases_need_not_be_neighbours():
+    """Neither 0.1 nor 5.1 touches the deviating tooth."""
+    deviation = [0.0] * 57
+    deviation[3] = 8 * um
+    pair = fem.GearPair(paper_gear(flank=fem.PitchDeviation(deviation)), paper_gear(), a=150 * mm)
+    ste = fem.static_transmission_error(pair, [150], [0.1, 20.1], resolution=COARSE, progress=False)
+    assert ste["te"].values[0, 1] == pytest.approx(ste["te"].values[0, 0], rel=1e-9)
+    assert ste["load_share"].sum("pair").values == pytest.approx(1)
+
+
 def hunting(pinion=(), wheel=()) -> fem.GearPair:
     data = {"m_n": 3 * mm, "b": 20 * mm, "d_bore": 25 * mm}
     gears = fem.Gear(z=21, x=0.25, flank=pinion, **data), fem.Gear(z=37, x=-0.1, flank=wheel, **data)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import fem
 from fem.support import cache
@@ -69,6 +70,9 @@ def test_damaged_map_is_refused(tmp_path):
         fem.load(path)
     with pytest.raises(FileNotFoundError):
         fem.load(tmp_path / "none.nc")
+    over_time = xr.Dataset({"te": ("time", [0.0, 1e-6])}, {"time": [0.0, 1.0]})
+    with pytest.raises(ValueError, match=r"holds \['te'\], no STE map; read other data by xarray.open_dataset\(path\)"):
+        fem.load(fem.save(over_time, tmp_path / "run.nc"))
 
 
 @pytest.mark.parametrize("te", [np.full((2, 2), np.nan), np.full((2, 2), np.inf)])
