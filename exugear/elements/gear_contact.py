@@ -50,10 +50,10 @@ def CreateGearContact(
 ):
     """Create the contact of a gear pair between two bodies; also called as mbs.CreateGearContact(...).
 
-    itemNumbers      [pinion, wheel]: rigid bodies, ObjectRigidBody2D or ObjectRotationalMass1D, in any mixture. The
-                     last two turn about global z; an ObjectRotationalMass1D lies at its referencePosition, which does
-                     not matter between two of them. Two may be followed by a third, the carrier of their axes (planet
-                     carrier)
+    itemNumbers      [pinion, wheel]: rigid bodies, ObjectRigidBody2D or ObjectRotationalMass1D, in any mixture.
+                     ObjectRigidBody2D and ObjectRotationalMass1D turn about global z; the latter lies at its
+                     referencePosition, which does not matter between two of them. Two ObjectRotationalMass1D may be
+                     followed by a third, the carrier on which their axes turn; bodies that move need none
     pair             `fem.GearPair`, or `RingPair` for a ring gear
     force            `MeshForce`, the force law of the mesh
     localPositions   centre of each gear on its body [m]; it must lie on the gear's axis

@@ -1,4 +1,4 @@
-"""The names of `exugear.spectrum`."""
+"""Envelopes, peaks and order spectra of arrays; envelope of the DTE, superharmonics, rms of bearing forces."""
 
 from exugear.signals.envelope import Envelope, envelope
 from exugear.signals.order_spectrum import OrderSpectrum, order_spectrum

@@ -27,10 +27,10 @@ from fem.support.cache import known
 
 #: Wall time of a state on an idle two-core machine, within a factor of two [s]: of spur pairs whose gap is the same
 #: over the width; of other pairs with the default slices and a total contact ratio of 2, in proportion to these.
-PER_STATE: dict[type[Discretization], tuple[float, float]] = {Resolution: (3.5e-3, 6e-3), Slices: (0.8e-3, 1.3e-3)}
+PER_STATE: dict[type[Discretization], tuple[float, float]] = {Resolution: (0.6e-3, 2e-3), Slices: (0.2e-3, 0.3e-3)}
 #: Wall time at the default density, shared by two cores [s]: of the near field, and of a solid of half the width. The
 #: latter grows with this power of the number of elements across the width.
-NEAR_FIELD, SOLID, WIDTH_POWER = 0.1, 0.13, 2.3
+NEAR_FIELD, SOLID, WIDTH_POWER = 0.4, 0.2, 2.3
 
 
 @checked

@@ -56,7 +56,7 @@ def test_an_accuracy_costs_at_least_its_coarsest_level(cold, paper_pair):
 
 def test_a_cost_prints_states_compliances_time_and_memory(cold, paper_pair):
     cost = fem.map_cost(paper_pair, [0, 50, 150], 30)
-    assert str(cost).startswith("90 states of 3.5 ms, compliances ")
+    assert str(cost).startswith("90 states of 0.6 ms, compliances ")
     assert ": about " in str(cost) and str(cost).endswith(" MB of map")
 
 
