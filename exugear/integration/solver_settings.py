@@ -1,5 +1,6 @@
 """Integrator, steps and samples of a run, and Exudyn's settings for them; the settings for hand-built models."""
 
+import warnings
 from dataclasses import dataclass, replace
 from math import ceil, inf, pi, sqrt
 
@@ -7,6 +8,8 @@ import exudyn as exu
 import numpy as np
 
 from exugear.elements.exudyn_objects import current_state
+from exugear.elements.gear_contact import contacts_of
+from exugear.modes.mesh_tangents import teeth_touch
 from exugear.operation.conditions import Conditions
 from exugear.plan.integrator_and_step import BETA, GAMMA, STABLE, Rule, rule_for
 from exugear.plan.sampling import PERIOD_STEPS, Steps, steps_of
@@ -164,7 +167,8 @@ def integrator(
     Newmark beta = 1/12 is of fourth order but stable for omega h < 6^0.5 only, omega being the highest eigenfrequency.
     The trapezoidal rule is of second order and always stable; it allows the larger step where the model is far stiffer
     than the frequencies of interest. The initial state counts: call this when the teeth are in contact there, after
-    mbs.SolveStatic(updateInitialValues=True). Raises ValueError for input out of range.
+    mbs.SolveStatic(updateInitialValues=True); it warns where no teeth touch. Raises ValueError for input out of
+    range.
     """
     require(0 < duration < inf, f"duration must be > 0 s and finite, got {duration}")
     require(bool(mbs.systemIsConsistent), "mbs must be assembled; call mbs.Assemble()")
@@ -172,6 +176,9 @@ def integrator(
         highest = highest_frequency(mbs) if mbs.systemData.ODE2Size() else 0.0
     in_contact = "call integrator with the teeth in contact there: mbs.SolveStatic(updateInitialValues=True)"
     require(highest > 0, f"mbs has no stiffness in its initial state; {in_contact}")
+    contacts = contacts_of(mbs)
+    if contacts and not any(teeth_touch(mbs, number) for number in contacts):
+        warnings.warn(f"no teeth touch in the initial state, so that steps may be unstable; {in_contact}", stacklevel=3)
     require_within("frequency", frequency, 0, 1e6, remedy="Hz (of the mesh: z n / 60)")
     largest = MARGIN * STABLE / (2 * pi * highest)
     return settings_for(rule_for(2 * pi * frequency, largest, tolerance), duration, tolerance)

@@ -108,6 +108,16 @@ def test_bodies_that_spin_turn_about_the_same_axis(mbs):
     contact(np.eye(3), RotationMatrixZ(0.4))
 
 
+def test_steps_are_chosen_with_the_teeth_in_contact(mbs):
+    """Between the flanks only the springs count, and the step would be far too long for the mesh."""
+    pair_on_springs(mbs, rubs=False)
+    pressed = exugear.integrator(mbs, 0.01, 100.0).timeIntegration.numberOfSteps
+    mbs.systemData.SetODE2Coordinates([-5e-4, 0.0], exu.ConfigurationType.Initial)
+    with pytest.warns(UserWarning, match="no teeth touch in the initial state, so that steps may be unstable"):
+        apart = exugear.integrator(mbs, 0.01, 100.0).timeIntegration.numberOfSteps
+    assert apart < 0.5 * pressed
+
+
 def test_contacts_do_not_share_a_recorder(mbs):
     recorder = exugear.Recorder()
     first = mbs.CreateGearContact(itemNumbers=spinning_bodies(mbs), pair=PAIR, force=LAW, recorder=recorder)
