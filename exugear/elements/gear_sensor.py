@@ -9,6 +9,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
+from exugear.elements.exudyn_objects import INITIAL
 from exugear.elements.gear_contact import FUNCTION, StoredContact, stored_contact
 from exugear.elements.stop_messages import stopped
 from exugear.force_table.kernel_records import address_of
@@ -17,6 +18,8 @@ from fem.support.arguments import checked
 
 #: Interval between two samples at which each time of a run is that of the first sample [s].
 ANY_TIME = 1e300
+#: Gap between teeth that just touch [m].
+TOUCHING = 1e-9
 
 
 @checked
@@ -63,6 +66,12 @@ def user_function(contact: StoredContact, number: int) -> Callable:
         return [float(recorder.samples[name][0]) for name in NAMES]
 
     return gear_sensor
+
+
+def teeth_touch(mbs, contact: StoredContact, number: int) -> bool:
+    """Whether the teeth of a contact, by the number of its object, touch in the initial state of its system."""
+    deflection, force, *_ = user_function(contact, number)(mbs, 0.0, [], [], INITIAL)
+    return force != 0 or deflection > -TOUCHING
 
 
 def object_of(mbs, contact: StoredContact, number: int) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from exugear.elements.exudyn_objects import current_state
 from exugear.elements.gear_contact import contacts_of
-from exugear.modes.mesh_tangents import teeth_touch
+from exugear.elements.gear_sensor import teeth_touch
 from exugear.operation.conditions import Conditions
 from exugear.plan.integrator_and_step import BETA, GAMMA, STABLE, Rule, rule_for
 from exugear.plan.sampling import PERIOD_STEPS, Steps, steps_of
@@ -177,7 +177,7 @@ def integrator(
     in_contact = "call integrator with the teeth in contact there: mbs.SolveStatic(updateInitialValues=True)"
     require(highest > 0, f"mbs has no stiffness in its initial state; {in_contact}")
     contacts = contacts_of(mbs)
-    if contacts and not any(teeth_touch(mbs, number) for number in contacts):
+    if contacts and not any(teeth_touch(mbs, contact, number) for number, contact in contacts.items()):
         warnings.warn(f"no teeth touch in the initial state, so that steps may be unstable; {in_contact}", stacklevel=3)
     require_within("frequency", frequency, 0, 1e6, remedy="Hz (of the mesh: z n / 60)")
     largest = MARGIN * STABLE / (2 * pi * highest)

@@ -157,29 +157,26 @@ class Recorder:
             values[:] = np.nan
         samples |= {name: np.zeros((COMPONENTS, number), np.float32) for name in MOTION_NAMES * motion}
         self._hold(samples)
+        for kind, names in KINDS.items():
+            self.header[kind] = [samples[name].ctypes.data for name in names if name in samples] or 0
         self.header.interval, self.header.tolerance = interval, SAME / steps
         self.header.number, self.header.first = number, first
 
     @checked
     def keep_first(self, number: int) -> None:
-        """Keep the first samples, this many, and take no further ones; ValueError for a number < 0."""
+        """Keep the first samples, this many; ValueError for a number < 0."""
         require(number >= 0, f"number of samples must be at least 0, got {number}")
-        self.header.number = 0
         self._hold({name: array[..., :number] for name, array in self.samples.items()})
 
     def _hold(self, samples: dict[str, np.ndarray]) -> None:
-        """Take arrays for the samples, to which the header points."""
         object.__setattr__(self, "samples", MappingProxyType(samples))
-        for kind, names in KINDS.items():
-            self.header[kind] = [samples[name].ctypes.data for name in names if name in samples] or 0
 
-    def __getstate__(self) -> tuple[np.record, dict[str, np.ndarray]]:
-        return self.header, dict(self.samples)
+    def __getstate__(self) -> dict[str, np.ndarray]:
+        return dict(self.samples)
 
-    def __setstate__(self, state: tuple[np.record, dict[str, np.ndarray]]) -> None:
-        """Copies and unpickled recorders point to their own arrays."""
-        header, samples = state
-        object.__setattr__(self, "header", np.array([header], HEADER)[0])
+    def __setstate__(self, samples: dict[str, np.ndarray]) -> None:
+        """A copy has the samples, and takes no further ones before its start."""
+        object.__setattr__(self, "header", np.zeros(1, HEADER)[0])
         self._hold(samples)
 
     def __getattr__(self, name: str) -> np.ndarray:

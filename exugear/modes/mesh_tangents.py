@@ -22,8 +22,6 @@ PHASES = 48
 MARGIN = 1e-4
 #: Share of a map's largest force below which a mesh force is rounding: no teeth are pressed.
 ROUNDING = 1e-9
-#: Gap between teeth that just touch [m].
-TOUCHING = 1e-9
 #: Step of the rate in the difference of the damping force [m/s].
 RATE = 1e-3
 #: Factor between the ends of brackets of a deflection, and its tolerance [m].
@@ -76,13 +74,6 @@ def contact_of(mbs, number: int, **changes: float) -> Contact:
     table, frame, _, *friction = records_of(mbs, number)
     records = table, changed(frame, **changes), state, *friction, recorder.header
     return Contact(partial(kernel.func, *map(address_of, records), 0.0), recorder, records)
-
-
-def teeth_touch(mbs, number: int) -> bool:
-    """Whether the teeth of a contact touch in the initial state of its system."""
-    q = np.array(mbs.systemData.GetODE2Coordinates(INITIAL))[mbs.systemData.GetObjectLTGODE2(number)]
-    contact = contact_of(mbs, number)
-    return contact.force(q) != 0 or float(contact.recorder.deflection[0]) > -TOUCHING
 
 
 def mesh_tangent(mbs, number: int, phase: float | None) -> tuple[float, MeshTangent]:

@@ -52,6 +52,7 @@ def test_copies_of_a_recorder_record_by_themselves(mbs, law, copied):
     twin = copied(recorder)
     np.testing.assert_array_equal(twin.deflection, before)
     mbs.Reset()
+    twin.start(1e-5, 101)
     recorded_spins(mbs, law, twin, 3 * um)
     np.testing.assert_array_equal(recorder.deflection, before)
     assert twin.deflection[0] == pytest.approx(3 * um, rel=1e-6)
