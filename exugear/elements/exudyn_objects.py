@@ -79,7 +79,7 @@ def check_spin_axes(mbs, items) -> None:
     spins = [item for item in items if kind_of(mbs, item) == SPIN]
     axes = [np.array(mbs.GetObject(item)["referenceRotation"])[:, 2] for item in spins]
     axis = axes[0] if len(spins) == len(items) else np.array([0.0, 0.0, 1.0])
-    aligned = all(np.allclose(other, axis, rtol=0, atol=ROUNDING) for other in axes)
+    aligned = not spins or np.allclose(axes, axis, rtol=0, atol=ROUNDING)
     remedy = "leave out their referenceRotation, or use CreateRigidBody for other axes"
     require(aligned, f"itemNumbers: ObjectRotationalMass1D {spins} must turn about the same axis; {remedy}")
 
