@@ -169,17 +169,21 @@ def contacts_of(mbs) -> dict[int, StoredContact]:
     They are known by their functions: mbs.DeleteObject changes the numbers of objects, and mbs.Reset keeps
     mbs.variables.
     """
-    contacts = dict(mbs.variables).get(CONTACTS, [])
-    functions = [mbs.GetObject(i).get(FUNCTION) for i in range(mbs.systemData.NumberOfObjects() if contacts else 0)]
-    return {i: contact for i, function in enumerate(functions) for contact in contacts if contact.function == function}
+    contacts = {i: _contact_of_object(mbs, i) for i in range(mbs.systemData.NumberOfObjects())}
+    return {i: contact for i, contact in contacts.items() if contact is not None}
+
+
+def _contact_of_object(mbs, number: int) -> StoredContact | None:
+    """What the system keeps of an object if it is a contact."""
+    known = dict(mbs.variables).get(CONTACTS, [])
+    function = mbs.GetObject(number).get(FUNCTION) if known else None
+    return next((contact for contact in known if contact.function == function), None)
 
 
 def stored_contact(mbs, number: int) -> StoredContact:
     """What the system keeps of a contact; ValueError for another object."""
     in_system = 0 <= int(number) < mbs.systemData.NumberOfObjects()
-    function = mbs.GetObject(int(number)).get(FUNCTION) if in_system else None
-    contacts = dict(mbs.variables).get(CONTACTS, [])
-    contact = next((contact for contact in contacts if contact.function == function), None)
+    contact = _contact_of_object(mbs, int(number)) if in_system else None
     if contact is None:
         known = f"no contact that mbs.variables[{CONTACTS!r}] knows"
         raise ValueError(f"contact must be what CreateGearContact returned, got object {number}: {known}")

@@ -60,9 +60,8 @@ class OrderPeaks(NamedTuple):
     def peak(self, mesh_frequency: float) -> tuple[float, float]:
         """Mesh frequency and amplitude of the largest peak near a mesh frequency; NaN and 0 where none is near."""
         near = np.abs(self.peaks.place / mesh_frequency - 1) < NEAR
-        heights = np.where(near, self.peaks.height, 0.0)
-        largest = int(heights.argmax()) if near.any() else -1
-        return (float(self.peaks.place[largest]), float(heights[largest])) if near.any() else (np.nan, 0.0)
+        peaks = zip(self.peaks.place[near].tolist(), self.peaks.height[near].tolist(), strict=True)
+        return max(peaks, key=lambda peak: peak[1], default=(np.nan, 0.0))
 
 
 class Resonance(NamedTuple):
@@ -87,10 +86,9 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
     A peak of the envelope is a resonance where the order cut of a mesh harmonic peaks within 4 % of its mesh frequency;
     of several harmonics, of this stage and of the others, the one with the largest amplitude counts, which must be a
     tenth of the envelope's or more. Other peaks are left out, and all but the highest of those at the same peak of a
-    harmonic. Where the windows are too short to tell the orders of two
-    stages apart, the amplitudes of a joint cut in longer windows at the peak decide, unless the speed changes by more
-    than 15 % in such a window. The harmonics 2, 3, ... of the main resonance are its superharmonics: their response
-    frequencies nearly agree.
+    harmonic. Where the windows are too short to tell the orders of two stages apart, the amplitudes of a joint cut in
+    longer windows at the peak decide, unless the speed changes by more than 15 % in such a window. The harmonics 2, 3,
+    ... of the main resonance are its superharmonics: their response frequencies nearly agree.
 
     Returns a Dataset over peak with mesh_frequency [Hz], amplitude (half peak to peak) [m], exciting_stage, harmonic,
     harmonic_amplitude [m] and response_frequency [Hz].

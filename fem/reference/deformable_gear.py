@@ -70,13 +70,18 @@ class DeformableGear:
         return solve
 
     @cached_property
+    def held(self) -> np.ndarray:
+        """(n_dofs,) whether the hub clamps all displacements of a node."""
+        held = np.ones(self.solid.positions.shape, bool)
+        held.ravel()[self.free] = False
+        return np.all(held, axis=1)
+
+    @cached_property
     def masses(self) -> np.ndarray:
         """(n_dofs,) lumped masses of a plane gear [kg]; at its hub also the inertia of the teeth outside the mesh."""
-        masses, held = lumped_mass(self.solid), np.ones(self.solid.positions.size, bool)
-        held[self.free] = False
-        hub = held.reshape(self.solid.positions.shape).all(axis=1)
-        inertia = masses[hub] @ (self.solid.positions[hub] ** 2).sum(axis=1)
-        masses[hub] *= 1 + self.toothless * tooth_inertia(self.flanks[0].gear) / inertia
+        masses = lumped_mass(self.solid)
+        inertia = masses[self.held] @ (self.solid.positions[self.held] ** 2).sum(axis=1)
+        masses[self.held] *= 1 + self.toothless * tooth_inertia(self.flanks[0].gear) / inertia
         return masses
 
     @cached_property

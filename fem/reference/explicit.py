@@ -114,11 +114,10 @@ class Rotor(NamedTuple):
 
 def rotor(gear: DeformableGear, scheme: CentralDifferences) -> Rotor:
     """Arrays of a gear with the mass that the step needs."""
-    solid, held = gear.solid, np.ones(gear.solid.positions.shape, bool)
-    held.ravel()[gear.free] = False
+    solid = gear.solid
     mass = np.maximum(gear.masses, scheme.step**2 / 4 * stiffness_bound(gear, scheme.penalty))
     elements = solid.dofs, solid.gradients, solid.weights, solid.lame
-    return Rotor(*elements, solid.positions, mass, held[:, 0], flank_arrays(gear))
+    return Rotor(*elements, solid.positions, mass, gear.held, flank_arrays(gear))
 
 
 def stiffness_bound(gear: DeformableGear, penalty: float) -> np.ndarray:
