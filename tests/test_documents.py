@@ -19,7 +19,9 @@ from fem.units import rpm, um
 ROOT = Path(__file__).parents[1]
 README, FEM, EXUGEAR = ROOT / "README.md", ROOT / "fem" / "README.md", ROOT / "exugear" / "README.md"
 MEASURED = ROOT / "examples" / "MEASURED.md"
-DOCUMENTS = (README, FEM, EXUGEAR, ROOT / "examples" / "README.md", MEASURED)
+DOCS = sorted((ROOT / "exugear" / "docs").glob("*.md"))
+TUTORIAL = ROOT / "exugear" / "docs" / "tutorial.md"
+DOCUMENTS = (README, FEM, EXUGEAR, ROOT / "examples" / "README.md", MEASURED, *DOCS)
 LARGEST_PICTURE = 60_000
 
 
@@ -100,6 +102,18 @@ def test_code_of_the_readme_of_exugear(tmp_path):
         assert float(actual[-2]) == pytest.approx(float(stated[-2]), rel=1e-3)
     assert float(efficiencies["efficiency"].sel(speed=100.0, load=150.0)) == pytest.approx(0.9953, abs=1e-4)
     assert float(names["tilted"]["K_H_beta"][0]) == pytest.approx(1.57, abs=0.01)
+
+
+def test_tutorial_ends_at_the_resonances_of_its_modes(tmp_path):
+    """Peaks of the run-up lie at the modes that the mesh excites, and at a third of the first, as the text says."""
+    names, _ = executed(TUTORIAL, tmp_path)
+    modes = names["modes"]
+    meshing = modes["frequency"].values[modes["energy_share"].sel(element="motor-output").values > 0.01]
+    assert meshing == pytest.approx([1621, 3049, 6834], rel=1e-3)
+    expected = np.array([meshing[0] / 3, meshing[0], meshing[1]])
+    assert names["peaks"].place == pytest.approx(expected, rel=0.02)
+    assert names["strongest"] == pytest.approx(1608, rel=2e-3)
+    assert (tmp_path / "gearbox.html").stat().st_size > 100_000
 
 
 def test_coast_flank_has_the_dte_that_the_readme_states():
