@@ -18,6 +18,7 @@ from exugear.modes.elastic_elements import (
 )
 from exugear.modes.mesh_tangents import mesh_tangent
 from exugear.modes.operating_point import disengaged, set_velocities
+from exugear.modes.rigid_motions import measured_rows, rigid_motions
 from exugear.system.model import Model
 from fem.support.validation import require
 
@@ -37,6 +38,7 @@ class LinearSystem:
     mesh_force        (n_stage,) [N]
     mesh_stiffness    (n_stage,) [N/m]
     rows              (n_stage, n) slopes of the deflections of the meshes by the coordinates
+    rigid             (n_free, r) motions that the constraints allow and that no element resists
     """
 
     mass: np.ndarray
@@ -48,6 +50,12 @@ class LinearSystem:
     mesh_force: np.ndarray
     mesh_stiffness: np.ndarray
     rows: np.ndarray
+    rigid: np.ndarray
+
+    @property
+    def idle_stages(self) -> list[str]:
+        """Names of the meshes that carry nothing, whose teeth are open."""
+        return [name for name, force in zip(self.stages, self.mesh_force, strict=True) if force == 0]
 
     def reduced(self, matrix: np.ndarray) -> np.ndarray:
         """A matrix over the motions that the constraints allow (n_free, n_free)."""
@@ -127,9 +135,11 @@ def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float 
     elements = [*in_meshes, *elements, *_unaccounted(np.array(stiffness), elements)]
     elements = [element._replace(stiffness=(element.stiffness + element.stiffness.T) / 2) for element in elements]
     total = np.sum([element.stiffness for element in elements], axis=0)
+    further = [measured_rows(element.stiffness) for element in elements[len(labels) :]]
+    rigid = rigid_motions([rows, *further], motions)
     damping = np.array(damping) + rows.T @ np.diag([mesh.damping for mesh in meshes]) @ rows
     names, k = list(labels.values()), np.array([mesh.stiffness for mesh in meshes])
-    return LinearSystem(np.array(mass), total, damping, motions, elements, names, np.array(forces), k, rows)
+    return LinearSystem(np.array(mass), total, damping, motions, elements, names, np.array(forces), k, rows, rigid)
 
 
 def _unaccounted(stiffness: np.ndarray, elements: Sequence[ElasticElement]) -> Iterator[ElasticElement]:

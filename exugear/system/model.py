@@ -23,7 +23,7 @@ from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import Coordinates
 from exugear.plan.vibration_decay import slowest_decay
 from fem.support.arguments import checked
-from fem.support.validation import require_kind
+from fem.support.validation import require, require_kind
 
 #: Share of a mode's strain energy in the meshes above which the step must resolve the mode.
 STRAIN_SHARE = 0.02
@@ -114,6 +114,11 @@ class Model:
 
     def __repr__(self) -> str:
         return f"Model of {self.gearbox!r}\n{self.plan}"
+
+
+def require_model(model) -> None:
+    """ValueError for another object than a built gearbox."""
+    require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}; build(gearbox)")
 
 
 def end_coordinate(model: Model, name: str) -> int:
