@@ -118,7 +118,7 @@ def test_forces_of_gears_that_spin_are_those_of_the_whole_law(spinning_states):
 
 
 def test_the_error_of_the_forces_shows_a_drive_at_a_wrong_angle(spinning):
-    reduction = reduced(spinning, LOAD, [0], speed=100.0, drive="held")
+    reduction = reduced(spinning, {"slow": LOAD}, [0], speed=100.0, drive="held")
     at_rest = np.zeros(reduction.system.size), 100.0
     assert force_error(spinning, reduction, *at_rest) < 1e-12
     assert force_error(spinning, reduction._replace(angle=reduction.angle + 1e-3), *at_rest) > 1e-3
