@@ -24,6 +24,10 @@ from fem.support.validation import require
 
 #: Stiffness that no element accounts for, as share of the diagonal, above which it counts as a further element.
 UNACCOUNTED = 1e-6
+NOT_PRESSED = (
+    "load: no teeth are pressed in the initial state; take a larger load, of a hand-built system solve for its "
+    "equilibrium with mbs.SolveStatic(updateInitialValues=True), which makes the solution its initial state"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +130,7 @@ def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float 
         mass, stiffness, _, *constrained = mbs.ComputeLinearizedSystem(returnConstraintNullspace=True)
     motions = np.array(constrained[1]).T if constrained else np.eye(n)
     forces, meshes = zip(*(mesh_tangent(mbs, number, phase) for number in labels), strict=True)
-    require(any(forces), "load: no teeth are pressed; load the system and solve for its equilibrium (mbs.SolveStatic)")
+    require(any(forces), NOT_PRESSED)
     rows, in_meshes = np.zeros((len(meshes), n)), []
     for row, number, mesh in zip(rows, labels, meshes, strict=True):
         coordinates = mbs.systemData.GetObjectLTGODE2(number)

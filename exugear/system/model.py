@@ -144,6 +144,7 @@ def linearized(model: Model, held: str | None, speed: float = 0.0) -> Model:
     resonances = _mesh_resonances(model, mass, stiffness)
     decay = _decay(model, mass, stiffness, damping, held)
     plan = replace(model.plan, omega=omega, omega_mesh=omega_mesh, mesh_resonances=resonances, decay=decay)
+    plan = replace(plan, largest_torques=_largest_torques(model))
     return replace(model, plan=plan, meshes=meshes)
 
 
@@ -228,6 +229,12 @@ def _mesh_resonances(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> d
         strain_share = (rows[:, free] @ modes) ** 2 / np.maximum(squares, 1.0)
         frequencies.append(np.sqrt(np.maximum(squares, 0.0))[strain_share.argmax(axis=1)] / (2 * pi))
     return {label: (float(h), float(f)) for label, h, f in zip(model.gearbox.labels, *frequencies, strict=True)}
+
+
+def _largest_torques(model: Model) -> dict[str, float]:
+    """Largest torque on the pinion [N m] that each law reaches, by the label of the stage."""
+    torques = [float(mesh.law.table.head.last_force) * mesh.stage.pair.pinion.r_b for mesh in model.meshes]
+    return dict(zip(model.gearbox.labels, torques, strict=True))
 
 
 def _stiff_rows(model: Model) -> np.ndarray:
