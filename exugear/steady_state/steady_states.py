@@ -91,8 +91,9 @@ def steady_states(
     period, and isolated ones of two, are reached by sweeps over the speed up and down, the others by continuation.
     `exugear.plots.plot_branches` draws them.
 
-    Raises ValueError for input out of range, for friction and drag, for stages without a common period, and for loads
-    beyond the maps; RuntimeError where no periodic orbit is reached.
+    Raises ValueError for input out of range, for friction and drag, for stages without a common period or that are
+    idle, and for loads beyond the maps, also where all motions leave them; RuntimeError where no periodic orbit is
+    reached otherwise.
 
     Source: Seydel, Practical bifurcation and stability analysis, 3rd ed. (2010): shooting, continuation by arc length.
     """
