@@ -98,7 +98,7 @@ def main(folder: Path, quick: bool = False) -> tuple[pd.DataFrame, np.ndarray]:
     """Crossings of the Campbell diagram, and speeds [rpm] at which the bearing forces of the run-up peak."""
     folder.mkdir(parents=True, exist_ok=True)
     model = exugear.build(gearbox(12 if quick else 24))
-    diagram = exugear.campbell(model, LOAD, SPEED, harmonics=2)
+    diagram = exugear.campbell(model, load=LOAD, speed=SPEED, harmonics=2)
     run = exugear.run_up(model, speed=SPEED, duration=1.0 if quick else 3.0, load=LOAD)
     draw(folder / "ev_reducer.png", diagram, run)
     table, peaks = crossings(diagram), bearing_peaks(run)

@@ -54,7 +54,7 @@ def main(folder: Path, quick: bool = False) -> tuple[xr.Dataset, dict[str, exuge
     ste = fem.static_transmission_error(paper_pair(), TORQUES, 30 if quick else 60)
     model = exugear.build(gearbox(ste, DAMPING_RATIO))
     low, high = (2 * pi * frequency / 57 for frequency in RANGE)
-    states = exugear.steady_states(model, (low, high), LOAD)
+    states = exugear.steady_states(model, speed=(low, high), load=LOAD)
     conditions = {"duration": 6.0 if quick else DURATION, "load": LOAD, "tolerance": TOLERANCE}
     speeds = {"run-up": (low, high), "coast-down": (high, low)}
     sweeps = {name: exugear.run_up(model, speed=speed, **conditions) for name, speed in speeds.items()}

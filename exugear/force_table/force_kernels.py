@@ -7,9 +7,9 @@ take the head of a table (`FORCE_TABLE` in `exugear.force_table.layout`) and rea
 from math import inf
 from typing import NamedTuple
 
-from exugear.force_table.offset_interpolation import BEYOND, MOST_VALUES, stencil, tilt_stencil
+from exugear.force_table.offset_interpolation import MOST_VALUES, stencil, tilt_stencil
 from exugear.force_table.patches import phase_cell, range_of
-from exugear.force_table.potential import centroid_at, potential
+from exugear.force_table.potential import CONTINUED, centroid_at, potential
 from fem.support.numba_cache import compiled, kept
 
 #: Share of the way to the end of the shortest table up to which all tables surely reach.
@@ -86,7 +86,7 @@ def static_force(table, phase, deflection, a, misalignment, axial):
     if table.has_centroid == 0 and table.offset_counts[0] * table.offset_counts[1] * table.offset_counts[2] == 1:
         return spinning_force(table, phase, deflection)
     static, limit = blended(table, phase, deflection, a, misalignment, axial)
-    if static.force > limit * (1.0 + BEYOND):
+    if static.force > limit * (1.0 + CONTINUED):
         raise ValueError(deflection, deflection - (static.force - limit) / static.stiffness)
     return static if table.conserves != 0 else without_further_torques(static)
 

@@ -15,7 +15,7 @@ from exugear.force_table.kernel_records import doubles_at, start_of
 from exugear.force_table.layout import SLOPE_WEIGHTS
 from fem.support.numba_cache import compiled
 
-#: Share of an axis, or of the largest penetration, by which rounding may exceed its end.
+#: Share of an axis by which rounding may exceed its end.
 BEYOND = 1e-9
 #: Largest number of values in a `Stencil`.
 MOST_VALUES = 4

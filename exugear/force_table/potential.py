@@ -6,9 +6,12 @@ the lever [rad] moves the flanks at the force centroid. Force = dU/d deflection,
 
 from typing import NamedTuple
 
-from exugear.force_table.offset_interpolation import BEYOND
 from exugear.force_table.patches import Cell, Patch, Range, load_cell, patch, range_of
 from fem.support.numba_cache import compiled
+
+#: Share of the largest penetration, and of the largest force, by which a block continues smoothly beyond its end. The
+#: equilibrium under the largest torque of a map lies there by interpolation and rounding, as do differences about it.
+CONTINUED = 1e-3
 
 
 class Potential(NamedTuple):
@@ -54,7 +57,7 @@ def potential(table, block, phase: Cell, deflection, lever):
     if penetration <= 0.0:
         return Potential(0.0, penetration, 0.0, 0.0, 0.0, 0.0, 0.0, extent.largest_force)
     share = penetration / extent.largest
-    if not share <= 1.0 + BEYOND:
+    if not share <= 1.0 + CONTINUED:
         raise ValueError(deflection, extent.unloaded + extent.largest)
     load = load_cell(table, share)
     w = patch(table, table.potentials_start, block, phase, load)

@@ -85,9 +85,10 @@ def speed_ratios(stages: Sequence[Stage], traversal: Traversal) -> dict[str, Fra
         slow = stages[i].slow.name
         ratio, by_loop = ratios[slow], ratios[stages[i].fast.name] * _ratio(stages[i])
         loop = f"the loop {_names(stages, traversal, i)}"
-        senses = f"{loop} jams: an odd number of meshes turns shaft {slow!r} in both senses"
+        senses = f"{loop} cannot turn, it jams: an odd number of meshes turns shaft {slow!r} in both senses"
         require(ratio * by_loop > 0, f"{senses}; drop a stage or add an idler")
-        teeth = f"{loop} jams: shaft {slow!r} would turn at {ratio} and at {by_loop} of the driving shaft"
+        speeds = f"at {ratio} and at {by_loop} of the driving shaft"
+        teeth = f"{loop} cannot turn, it jams: shaft {slow!r} would turn {speeds}"
         require(ratio == by_loop, f"{teeth}; change numbers of teeth")
     return ratios
 

@@ -51,9 +51,9 @@ class Gearbox:
         self._check_names()
         self._check_mates()
         self._check_item_names()
+        self._place_shafts()
         ends = f"shaft {self.driving.name!r} drives and is driven; list the stage of the driven shaft last"
         require(self.driving.name != self.driven.name, ends)
-        self._place_shafts()
         self._check_flanks()
         object.__setattr__(self, "phases", phases(self.stages, self.directions))
 

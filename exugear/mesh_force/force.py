@@ -16,6 +16,7 @@ import xarray as xr
 
 from exugear.force_table.force_kernels import damping, range_at, spinning_force, static_force
 from exugear.force_table.layout import MANY_BLOCKS, OFFSETS, PHASES, PHASES_OF_MANY
+from exugear.force_table.potential import CONTINUED
 from exugear.force_table.tabulation import tabulate
 from exugear.mesh_force.energy_centroid import energy_centroid
 from exugear.mesh_force.fixed_offsets import at_fixed_offsets
@@ -234,11 +235,10 @@ class MeshForce:
             require({*self.offsets} <= {*offsets}, f"deflection_at needs all of {list(self.offsets)}, got {offsets}")
             return self.at(**offsets).deflection_at(phase, force)
         low, top = self.unloaded(phase)
-        largest = float(self(phase, top))
+        largest, end = float(self(phase, top)), top + 0.5 * CONTINUED * (top - low)
         remedy = f"must lie in [0, {largest:.4g}] N, the map's range at phase {phase:.4g}, got {force:.4g}"
-        require(0 <= force <= largest * (1 + 1e-9), f"force {remedy}; extend the map to a larger torque")
-        target = min(force, largest)
-        return scipy.optimize.brentq(lambda deflection: float(self(phase, deflection)) - target, low, top, xtol=FINEST)
+        require(0 <= force <= float(self(phase, end)), f"force {remedy}; extend the map to a larger torque")
+        return scipy.optimize.brentq(lambda deflection: float(self(phase, deflection)) - force, low, end, xtol=FINEST)
 
     @checked
     def unloaded(self, phase: Finite) -> tuple[float, float]:

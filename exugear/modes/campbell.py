@@ -1,20 +1,21 @@
 """Campbell diagram: natural frequencies over speed with mesh and shaft orders, and their crossings."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import pi
 from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
+from exugear.gearbox.constant_loads import given_loads
 from exugear.modes.eigenmodes import tracked
 from exugear.modes.linear_system import LinearSystem, linear_gearbox
-from exugear.modes.modes import HELD, check_arguments, energy_shares, modes_of
+from exugear.modes.modes import HELD, check_arguments, energy_shares, load_attributes, modes_of
 from exugear.modes.operating_point import in_loaded_equilibrium
 from exugear.modes.orders import Crossing, Order, crossings, orders_of
 from exugear.operation.train_motion import HIGHEST_SPEED
-from exugear.system.model import Model
-from fem.support.arguments import checked
+from exugear.system.model import Model, require_model
+from fem.support.arguments import checked, keywords_after_first
 from fem.support.validation import increasing, numbers, require
 
 #: Number of speeds between two given ends, largest number of speeds, and largest harmonic.
@@ -31,20 +32,22 @@ def check_speeds(name: str, value) -> None:
     require(bool(in_range), f"{name} must lie in [0, {HIGHEST_SPEED:g}) rad/s, got {value}; pass (0, 3500*rpm)")
 
 
+@keywords_after_first("load", "speed")
 @checked
 def campbell(
     model: Model,
-    load: float,
-    speed: Annotated[Sequence[float], check_speeds],
     *,
+    speed: Annotated[Sequence[float], check_speeds],
+    load: float | None = None,
+    loads: Mapping[str, float] | None = None,
     harmonics: int = 3,
     phase: float | None = None,
     drive: str = HELD,
 ) -> xr.Dataset:
     """Natural frequencies of a loaded gearbox over its speed, with mesh and shaft orders and their crossings.
 
-    load          torque on the driven shaft [N m]
     speed         of the driving shaft [rad/s]: lowest and highest, between which 61 are computed, or more of them
+    load, loads   as in `exugear.modes`; the attribute idle_stages names stages whose meshes carry nothing
     harmonics     of each mesh frequency
     phase, drive  as in `exugear.modes`
 
@@ -64,14 +67,16 @@ def campbell(
     """
     check_arguments(phase, drive)
     require(1 <= harmonics <= HARMONICS, f"harmonics must lie in [1, {HARMONICS}], got {harmonics}")
-    require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}")
+    require_model(model)
+    torques = given_loads(model.gearbox, load, loads)
     speeds = np.asarray(speed, float)
     speeds = np.linspace(speeds[0], speeds[1], SPEEDS) if speeds.size == 2 else speeds
-    with in_loaded_equilibrium(model, load, drive) as in_equilibrium:
+    with in_loaded_equilibrium(model, torques, drive) as in_equilibrium:
         system = linear_gearbox(in_equilibrium, speeds, phase)
     lines = tracked(system.mass, [modes_of(system, damping) for damping in system.damping])
     orders = orders_of(model, harmonics)
-    return _dataset(system, speeds, lines, orders).assign_attrs(load=float(np.float64(load)), drive=drive)
+    about = load_attributes(load, torques) | {"drive": drive, "idle_stages": system.idle_stages}
+    return _dataset(system, speeds, lines, orders).assign_attrs(about)
 
 
 def _dataset(system: LinearSystem, speeds: np.ndarray, lines: list[Any], orders: list[Order]) -> xr.Dataset:

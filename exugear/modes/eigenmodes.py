@@ -11,10 +11,15 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-#: Share of the highest squared frequency below which one counts as 0.
-RIGID = 1e-11
+from exugear.modes.rigid_motions import ROUNDING_OF_SUMS, measured_rows, rigid_motions
+
+#: Share of the highest squared frequency up to which a motion is rigid that no element resists: it may still turn
+#: forces (geometric stiffness). Share below which squared frequencies are solved for apart, as rounding is near.
+RIGID, LOW = 1e-11, 1e-6
 #: Gyroscopic terms over the highest frequency that are rounding; decay rates over it that are rounding.
 NOT_SPINNING, UNDAMPED = 1e-12, 1e-12
+#: Share of the largest gyroscopic term that is rounding.
+SPINNING = 1e-9
 #: Decay rate by which two modes are coupled, over the difference of their frequencies, from which they are coupled.
 COUPLED = 0.5
 #: Imaginary part of real shapes that is rounding.
@@ -35,25 +40,52 @@ class Eigenmodes(NamedTuple):
     shapes: np.ndarray
 
 
-def eigenmodes(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> Eigenmodes:
+def eigenmodes(
+    mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, rigid: np.ndarray | None = None
+) -> Eigenmodes:
     """All modes of a system with matrices (n, n).
 
     mass, stiffness   symmetric
     damping           its symmetric part damps, the skew-symmetric one is gyroscopic
+    rigid             (n, r) motions that no element resists, by default the null space of the stiffness
     """
-    squares, modes = scipy.linalg.eigh(stiffness, (mass + mass.T) / 2)
-    omega = np.sqrt(np.where(squares > RIGID * squares[-1], squares, 0.0))
+    squares, modes = undamped_modes(mass, stiffness, rigid)
+    omega = np.sqrt(squares)
     modal = modes.T @ damping @ modes
     gyroscopic, dissipative = (modal - modal.T) / 2, (modal + modal.T) / 2
-    coordinates, rigid_motions, stiffness = np.eye(omega.size), modes[:, omega == 0.0], np.diag(omega**2)
+    coordinates, at_rest, stiffness = np.eye(omega.size), modes[:, omega == 0.0], np.diag(squares)
     if np.abs(gyroscopic).max() > NOT_SPINNING * omega[-1]:
         omega, coordinates = _gyroscopic(omega, gyroscopic)
     kinetic, strain = (_forms(coordinates, x) for x in (np.eye(omega.size), stiffness))
     r = int((omega == 0.0).sum())
     unit = coordinates[:, r:] / np.sqrt(kinetic[r:] + strain[r:] / omega[r:] ** 2)
     rates, amplitudes = _decay(omega[r:], unit.conj().T @ dissipative @ unit)
-    shapes = np.column_stack([rigid_motions[:, :r], modes @ unit @ amplitudes])
+    shapes = np.column_stack([at_rest[:, :r], modes @ unit @ amplitudes])
     return Eigenmodes(omega, np.r_[np.zeros(r), rates / omega[r:]], _normalized(shapes, mass))
+
+
+def undamped_modes(
+    mass: np.ndarray, stiffness: np.ndarray, rigid: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) squared frequencies, rising, and modes (n, n) with x^T M x = 1; arguments as those of `eigenmodes`.
+
+    The squares are 0 of rigid motions, and of those whose stiffness is negative. Where a small inertia on a stiff
+    spring gives a very high frequency, the rounding of the whole problem hides low modes: these are solved for among
+    themselves, less the rigid motions.
+    """
+    mass, stiffness = (mass + mass.T) / 2, (stiffness + stiffness.T) / 2
+    if rigid is None:
+        rigid = rigid_motions([measured_rows(stiffness, ROUNDING_OF_SUMS)], np.eye(len(mass)))
+    squares, modes = scipy.linalg.eigh(stiffness, mass)
+    forces, turns = scipy.linalg.eigh(rigid.T @ stiffness @ rigid, rigid.T @ mass @ rigid)
+    rigid = rigid @ turns[:, np.abs(forces) <= RIGID * squares[-1]]
+    low, r = max(int((squares < LOW * squares[-1]).sum()), rigid.shape[1]), rigid.shape[1]
+    basis = modes[:, :low]
+    elastic = basis - rigid @ (rigid.T @ mass @ basis)
+    elastic = elastic @ np.linalg.eigh(basis.T @ mass @ elastic)[1][:, r:]
+    low_squares, shapes = scipy.linalg.eigh(elastic.T @ stiffness @ elastic, elastic.T @ mass @ elastic)
+    squares = np.concatenate([np.zeros(r), np.maximum(low_squares, 0.0), squares[low:]])
+    return squares, np.column_stack([rigid, elastic @ shapes, modes[:, low:]])
 
 
 def _decay(omega: np.ndarray, rates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -76,12 +108,14 @@ def _gyroscopic(omega: np.ndarray, gyroscopic: np.ndarray) -> tuple[np.ndarray, 
     """Frequencies (n,) and modal coordinates (n, n) of the modes; omega (n,), gyroscopic (n, n): of those at rest.
 
     With W = diag(omega), modal coordinates q and z = (W q, q') the equation is z' = [[0, W], [-W, -G]] z, whose matrix
-    is skew-symmetric: i times it is Hermitian.
+    is skew-symmetric: i times it is Hermitian. Of rigid motions, gyroscopic terms between them leave pairs at rest.
     """
     n, w = omega.size, np.diag(omega)
     values, vectors = scipy.linalg.eigh(-1j * np.block([[np.zeros_like(w), w], [-w, -gyroscopic]]))
-    values, rates = values[n:], vectors[n:, n:]
-    values = np.where(values**2 > RIGID * values[-1] ** 2, values, 0.0)
+    values, rates = np.maximum(values[n:], 0.0), vectors[n:, n:]
+    r = int((omega == 0).sum())
+    turned = np.linalg.matrix_rank(gyroscopic[:r, :r], SPINNING * np.abs(gyroscopic).max()) if r else 0
+    values[: r - int(turned) // 2] = 0.0
     return values, rates / np.where(values > 0, 1j * values, 1.0)
 
 

@@ -14,7 +14,7 @@ from exugear.gearbox.shaft import Shaft
 from exugear.system.model import Model
 from fem.units import mm
 
-#: Share of the whole stiffness below which the difference of matrices is rounding.
+#: Share of an entry of the whole stiffness below which the difference of matrices is rounding.
 ROUNDING = 1e-9
 #: Names that Exudyn gives.
 UNNAMED = re.compile(r"object\d+")
@@ -59,7 +59,7 @@ def _bearing_matrices(shaft: Shaft, q: np.ndarray) -> dict[float, np.ndarray]:
 def springs(mbs, numbers: Sequence[int]) -> Iterator[ElasticElement]:
     """The elastic ones among the objects of a system, in its initial state; gear contacts are left out."""
     whole, constraints = stiffness_of(mbs), ("Constraint", "Joint")
-    least = ROUNDING * np.abs(whole).max()
+    least = ROUNDING * np.abs(whole)
     for number in numbers:
         item = mbs.GetObject(number)
         if item["objectType"] == "GenericODE2":
@@ -68,7 +68,7 @@ def springs(mbs, numbers: Sequence[int]) -> Iterator[ElasticElement]:
             matrix = whole - _without(mbs, number)
         else:
             continue
-        if np.abs(matrix).max(initial=0.0) > least:
+        if (np.abs(matrix) > least).any():
             yield ElasticElement(name_of(mbs, number), item["objectType"].removeprefix("Connector"), matrix)
 
 

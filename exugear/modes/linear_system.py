@@ -18,11 +18,16 @@ from exugear.modes.elastic_elements import (
 )
 from exugear.modes.mesh_tangents import mesh_tangent
 from exugear.modes.operating_point import disengaged, set_velocities
+from exugear.modes.rigid_motions import measured_rows, rigid_motions
 from exugear.system.model import Model
 from fem.support.validation import require
 
 #: Stiffness that no element accounts for, as share of the diagonal, above which it counts as a further element.
 UNACCOUNTED = 1e-6
+NOT_PRESSED = (
+    "load: no teeth are pressed in the initial state; take a larger load, of a hand-built system solve for its "
+    "equilibrium with mbs.SolveStatic(updateInitialValues=True), which makes the solution its initial state"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +42,7 @@ class LinearSystem:
     mesh_force        (n_stage,) [N]
     mesh_stiffness    (n_stage,) [N/m]
     rows              (n_stage, n) slopes of the deflections of the meshes by the coordinates
+    rigid             (n_free, r) motions that the constraints allow and that no element resists
     """
 
     mass: np.ndarray
@@ -48,6 +54,12 @@ class LinearSystem:
     mesh_force: np.ndarray
     mesh_stiffness: np.ndarray
     rows: np.ndarray
+    rigid: np.ndarray
+
+    @property
+    def idle_stages(self) -> list[str]:
+        """Names of the meshes that carry nothing, whose teeth are open."""
+        return [name for name, force in zip(self.stages, self.mesh_force, strict=True) if force == 0]
 
     def reduced(self, matrix: np.ndarray) -> np.ndarray:
         """A matrix over the motions that the constraints allow (n_free, n_free)."""
@@ -118,7 +130,7 @@ def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float 
         mass, stiffness, _, *constrained = mbs.ComputeLinearizedSystem(returnConstraintNullspace=True)
     motions = np.array(constrained[1]).T if constrained else np.eye(n)
     forces, meshes = zip(*(mesh_tangent(mbs, number, phase) for number in labels), strict=True)
-    require(any(forces), "load: no teeth are pressed; load the system and solve for its equilibrium (mbs.SolveStatic)")
+    require(any(forces), NOT_PRESSED)
     rows, in_meshes = np.zeros((len(meshes), n)), []
     for row, number, mesh in zip(rows, labels, meshes, strict=True):
         coordinates = mbs.systemData.GetObjectLTGODE2(number)
@@ -127,9 +139,11 @@ def _linear_system(mbs, labels: dict[int, str], damping, elements, phase: float 
     elements = [*in_meshes, *elements, *_unaccounted(np.array(stiffness), elements)]
     elements = [element._replace(stiffness=(element.stiffness + element.stiffness.T) / 2) for element in elements]
     total = np.sum([element.stiffness for element in elements], axis=0)
+    further = [measured_rows(element.stiffness) for element in elements[len(labels) :]]
+    rigid = rigid_motions([rows, *further], motions)
     damping = np.array(damping) + rows.T @ np.diag([mesh.damping for mesh in meshes]) @ rows
     names, k = list(labels.values()), np.array([mesh.stiffness for mesh in meshes])
-    return LinearSystem(np.array(mass), total, damping, motions, elements, names, np.array(forces), k, rows)
+    return LinearSystem(np.array(mass), total, damping, motions, elements, names, np.array(forces), k, rows, rigid)
 
 
 def _unaccounted(stiffness: np.ndarray, elements: Sequence[ElasticElement]) -> Iterator[ElasticElement]:

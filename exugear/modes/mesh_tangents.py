@@ -22,6 +22,9 @@ PHASES = 48
 MARGIN = 1e-4
 #: Share of a map's largest force below which a mesh force is rounding: no teeth are pressed.
 ROUNDING = 1e-9
+#: Share of the penetration of the flanks up to which a difference stays on the side of contact, on which the law is
+#: smooth: across the kink at loss of contact a difference gives half the stiffness.
+WITHIN_CONTACT = 0.25
 #: Step of the rate in the difference of the damping force [m/s].
 RATE = 1e-3
 #: Factor between the ends of brackets of a deflection, and its tolerance [m].
@@ -62,6 +65,12 @@ class Contact:
         self.forces(*q.tolist(), *(np.zeros_like(q) if v is None else v).tolist())
         return float(self.recorder.force[0])
 
+    def step(self, q: np.ndarray) -> float:
+        """Change of the deflection [m] at coordinates (n,) within which differences do not leave the contact."""
+        force = abs(self.force(q))
+        penetration = 2 * float(self.recorder.power["energy"][0]) / force
+        return min(DIFFERENCE_STEPS[0], WITHIN_CONTACT * penetration)
+
     def row(self, q: np.ndarray) -> np.ndarray:
         """(n,) slopes of the deflection by the coordinates, of a contact that carries a force at rest."""
         return -np.array(self.forces(*q.tolist(), *[0.0] * q.size)) / float(self.recorder.force[0])
@@ -70,7 +79,7 @@ class Contact:
 def contact_of(mbs, number: int, **changes: float) -> Contact:
     """A contact of a system by its object number, with changes of its frame, without torques that a run adds."""
     kernel, recorder, state = stored_contact(mbs, number).kernel, Recorder(), contact_state()
-    recorder.start(ANY_TIME, 1)
+    recorder.start(ANY_TIME, 1, power=True)
     table, frame, _, *friction = records_of(mbs, number)
     records = table, changed(frame, **changes), state, *friction, recorder.header
     return Contact(partial(kernel.func, *map(address_of, records), 0.0), recorder, records)
@@ -118,11 +127,12 @@ def _motion_of_wheel(mbs, number: int, row: np.ndarray) -> np.ndarray:
 def _tangent(contact: Contact, q: np.ndarray, by_wheel: np.ndarray, force: float) -> MeshTangent:
     """The tangent where the mesh carries a force [N], from the coordinates q (n,) on by a motion of unit deflection."""
     q = _coordinates_at(contact, q, by_wheel, force)
-    matrix = jacobian(contact.forces, q.tolist(), [0.0] * q.size, (1.0, 0.0), DIFFERENCE_STEPS)
+    row, h = contact.row(q), contact.step(q)
+    steps = h / max(1.0, float(np.abs(row).max())), DIFFERENCE_STEPS[1]
+    matrix = jacobian(contact.forces, q.tolist(), [0.0] * q.size, (1.0, 0.0), steps)
     damping = (contact.force(q, RATE * by_wheel) - contact.force(q)) / RATE
-    h = DIFFERENCE_STEPS[0] * by_wheel
-    stiffness = (contact.force(q + h) - contact.force(q - h)) / (2 * DIFFERENCE_STEPS[0])
-    return MeshTangent(contact.row(q), matrix, stiffness, damping)
+    stiffness = (contact.force(q + h * by_wheel) - contact.force(q - h * by_wheel)) / (2 * h)
+    return MeshTangent(row, matrix, stiffness, damping)
 
 
 def _coordinates_at(contact: Contact, q: np.ndarray, by_wheel: np.ndarray, force: float) -> np.ndarray:

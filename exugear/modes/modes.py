@@ -1,30 +1,35 @@
 """Vibration modes under load: natural frequencies, damping, shapes, strain energy and excitation by the meshes."""
 
+import warnings
+from collections.abc import Mapping
 from math import pi
+from typing import Any
 
 import exudyn as exu
 import numpy as np
-import scipy
 import xarray as xr
 
+from exugear.gearbox.constant_loads import given_loads
 from exugear.modes.eigenmodes import Eigenmodes, eigenmodes
 from exugear.modes.linear_system import LinearSystem, linear_assembly, linear_gearbox
 from exugear.modes.mode_shapes import parts_of_shafts, shapes_by_coordinate, shapes_by_shaft
 from exugear.modes.operating_point import in_loaded_equilibrium
 from exugear.operation.train_motion import HIGHEST_SPEED
-from exugear.system.model import Model
-from fem.support.arguments import checked
+from exugear.system.model import Model, require_model
+from fem.support.arguments import checked, keywords_after_first
 from fem.support.validation import require
 
 HELD, FREE = "held", "free"
 
 
+@keywords_after_first()
 @checked
 def modes(
     model: Model | exu.MainSystem,
     *,
-    load: float | None = None,
     speed: float = 0.0,
+    load: float | None = None,
+    loads: Mapping[str, float] | None = None,
     phase: float | None = None,
     drive: str = HELD,
 ) -> xr.Dataset:
@@ -32,9 +37,11 @@ def modes(
 
     model   `exugear.Model`, or an assembled Exudyn system. The system must stand in equilibrium under its loads:
             mbs.SolveStatic(..., updateInitialValues=True). Its constraints, loads and initial velocities, by which
-            bodies have gyroscopic terms, are the user's; do not pass load, speed and drive with it
-    load    torque on the driven shaft [N m]
+            bodies have gyroscopic terms, are the user's; do not pass speed, load, loads and drive with it
     speed   of the driving shaft [rad/s], for the gyroscopic terms of shafts on bearings
+    load    torque on the driven shaft against its motion at positive speed [N m]
+    loads   instead, of a gearbox with several outputs: name of a shaft -> torque against its motion [N m]; other shafts
+            are free
     phase   share of a pitch by which every mesh is moved on from the phase in which it was built; None: the mean of the
             tangent stiffness over the mesh cycle, at the mesh force of the equilibrium
     drive   "held": the driving shaft, or the rotor behind its coupling, is fixed, as a run prescribes its speed;
@@ -55,7 +62,8 @@ def modes(
     participation   generalized excitation p of each mode by a unit transmission error of each mesh, k row . shape
                     [kg^0.5/s^2], with imaginary part. An error of amplitude e at the frequency of a mode gives it the
                     amplitude |p| e / (2 damping_ratio omega^2) times its shape
-    mesh_stiffness  k, and mesh_force under the load, by stage
+    mesh_stiffness  k, and mesh_force under the load, by stage: both are 0 where a mesh is idle, its teeth open. The
+                    attribute idle_stages names such stages
 
     Sources: G. Genta, Dynamics of rotating systems (2005), for gyroscopic modes; A. Kahraman, Planetary gear train
     dynamics, J. Mech. Des. 116 (1994), for the error as a displacement in series with the mesh spring. The state of the
@@ -66,18 +74,24 @@ def modes(
     check_arguments(phase, drive)
     require(0 <= speed < HIGHEST_SPEED, f"speed must lie in [0, {HIGHEST_SPEED:g}) rad/s, got {speed:g}")
     if isinstance(model, Model):
-        with in_loaded_equilibrium(model, load, drive) as in_equilibrium:
+        torques = given_loads(model.gearbox, load, loads)
+        with in_loaded_equilibrium(model, torques, drive) as in_equilibrium:
             system = linear_gearbox(in_equilibrium, [speed], phase)
         solved = modes_of(system, system.damping[0])
         shape, further = shapes_by_shaft(model, solved.shapes), parts_of_shafts(model)
-        attributes = {"load": float(np.float64(load)), "speed": speed, "drive": drive}
+        attributes = load_attributes(load, torques) | {"speed": speed, "drive": drive}
     else:
-        _check_hand_built(model, load, speed, drive)
+        _check_hand_built(model, load, loads, speed, drive)
         system = linear_assembly(model, phase)
         solved = modes_of(system, system.damping[0])
         shape, further, attributes = shapes_by_coordinate(model, solved.shapes), {}, {}
     data = _dataset(system, solved, shape).assign(further)
-    return data.assign_attrs(attributes, phase="mean" if phase is None else phase)
+    return data.assign_attrs(attributes, phase="mean" if phase is None else phase, idle_stages=system.idle_stages)
+
+
+def load_attributes(load: float | None, loads: Mapping[str, float]) -> dict[str, Any]:
+    """Attributes of data under a load on the driven shaft, or under loads of shafts by their names."""
+    return {"load": float(load)} if load is not None else {"loads": [*loads.values()], "loaded_shafts": [*loads]}
 
 
 def check_arguments(phase: float | None, drive: str) -> None:
@@ -86,8 +100,9 @@ def check_arguments(phase: float | None, drive: str) -> None:
     require(abs(phase or 0.0) <= 1, f"phase must lie in [-1, 1], a share of a pitch, got {phase}")
 
 
-def _check_hand_built(mbs, load: float | None, speed: float, drive: str) -> None:
-    require(load is None, f"load must be None for a hand-built system, got {load}; its own loads count")
+def _check_hand_built(mbs, load: float | None, loads, speed: float, drive: str) -> None:
+    for name, value in (("load", load), ("loads", loads)):
+        require(value is None, f"{name} must be None for a hand-built system, got {value}; its own loads count")
     turning = "set the initial velocities of the system, which count"
     require(speed == 0, f"speed must be 0 for a hand-built system, got {speed:g}; {turning}")
     constraints = "its own constraints hold it; deactivate that of the drive"
@@ -95,32 +110,38 @@ def _check_hand_built(mbs, load: float | None, speed: float, drive: str) -> None
     require(bool(mbs.systemIsConsistent), "model must be assembled; call mbs.Assemble()")
 
 
+@keywords_after_first()
 @checked
-def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
+def eigenfrequencies(
+    model: Model, *, load: float | None = None, loads: Mapping[str, float] | None = None
+) -> np.ndarray:
     """Eigenfrequencies [Hz] (n,) of the undamped gearbox at rest under a load, rising.
 
-    load   torque on the driven shaft [N m]
+    load    torque on the driven shaft against its motion at positive speed [N m]
+    loads   instead, of a gearbox with several outputs: name of a shaft -> torque against its motion [N m]
 
-    The driving shaft, or the rotor behind its coupling, is fixed, as a run prescribes its speed. Teeth, bearings and
-    further items of the system have their tangent stiffness in the equilibrium under the load. The meshes are at the
-    phases in which the gearbox was built; `modes` takes their mean over the mesh cycle. The state of the system is
-    restored afterwards.
+    They are those of `modes` with its drive held, at the phases in which the gearbox was built (`modes` takes the mean
+    stiffness over the mesh cycle unless it is given a phase). A warning names the stages whose meshes are idle: open
+    teeth are no spring. The state of the system is restored afterwards.
 
     Exudyn's mbs.ComputeODE2Eigenvalues() linearizes about the present state of the system. Straight after `build` the
     teeth just touch: they are stiff in compression only, and its frequencies are far too low.
 
     Raises ValueError for a load of 0, under which the teeth just touch, and for loads beyond the maps.
     """
-    with in_loaded_equilibrium(model, load) as in_equilibrium:
-        mass, stiffness, *_ = in_equilibrium.mbs.ComputeLinearizedSystem(projectIntoConstraintNullspace=True)
-    squares = scipy.linalg.eigvals(stiffness, mass).real
-    return np.sqrt(np.sort(np.maximum(squares, 0.0))) / (2 * pi)
+    require_model(model)
+    with in_loaded_equilibrium(model, given_loads(model.gearbox, load, loads)) as in_equilibrium:
+        system = linear_gearbox(in_equilibrium, [0.0], phase=0.0)
+    if system.idle_stages:
+        idle = f"meshes {system.idle_stages} carry no load, their open teeth are no spring"
+        warnings.warn(f"{idle}; load all outputs, loads={{shaft: torque}}, if they shall count", stacklevel=4)
+    return modes_of(system, system.damping[0]).omega / (2 * pi)
 
 
 def modes_of(system: LinearSystem, damping: np.ndarray) -> Eigenmodes:
     """Modes of a system with a damping matrix (n, n), their shapes over all coordinates."""
     free = (system.reduced(matrix) for matrix in (system.mass, system.stiffness, damping))
-    solved = eigenmodes(*free)
+    solved = eigenmodes(*free, system.rigid)
     return solved._replace(shapes=system.motions @ solved.shapes)
 
 

@@ -1,38 +1,30 @@
 """The state about which a gearbox is linearized: static equilibrium under its load."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
-from math import isfinite
 
 import numpy as np
 
 from exugear.elements.exudyn_objects import CURRENT, INITIAL, quiet, set_state_of_system, state_of_system
 from exugear.elements.gear_contact import state_of
-from exugear.operation.conditions import run_up_conditions
+from exugear.operation.conditions import conditions_at_rest
 from exugear.system.drive_and_load import applied, assemble_in_state
 from exugear.system.equilibrium import solve_initial_equilibrium
 from exugear.system.imposed_speed import CONSTRAINT
 from exugear.system.model import Model, linearized
-from fem.support.validation import require
 
 
 @contextmanager
-def in_loaded_equilibrium(model: Model, load: float | None, drive: str = "held") -> Iterator[Model]:
-    """Put a gearbox at rest into equilibrium under a load [N m]; its state is restored afterwards.
+def in_loaded_equilibrium(model: Model, loads: Mapping[str, float], drive: str = "held") -> Iterator[Model]:
+    """Put a gearbox at rest into equilibrium under loads; its state is restored afterwards.
 
+    loads   constant torques [N m] by the names of shafts, as `exugear.gearbox.constant_loads.given_loads`
     drive   "held": the driving shaft, or the rotor behind its coupling, is fixed; "free": once in equilibrium it may
             turn
 
-    Yields the model with the rows of its present system. Raises ValueError without a load, under which the teeth just
-    touch, and for loads beyond the maps.
+    Yields the model with the rows of its present system. Raises ValueError for loads beyond the maps.
     """
-    require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}; build(gearbox)")
-    require(load is not None, "load must be the torque on the driven shaft of the gearbox [N m], got None")
-    torque = float(np.float64(load))
-    require(
-        isfinite(torque) and torque != 0, f"load must be finite and not 0, got {load}; without it no mesh carries load"
-    )
-    conditions = run_up_conditions(model.gearbox, 0.0, torque, 1.0)
+    conditions = conditions_at_rest(model.gearbox, loads)
     with quiet(), _restored(model):
         model = linearized(model, model.gearbox.driving.name)
         with applied(model, conditions):

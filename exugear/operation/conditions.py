@@ -238,6 +238,12 @@ def run_up_conditions(gearbox: Gearbox, speed: TimeFunction, load: TimeFunction,
     return Conditions(gearbox, duration, gearbox.driving.name, speed, (end,), run_up=(speed, load))
 
 
+def conditions_at_rest(gearbox: Gearbox, loads: Mapping[str, float]) -> Conditions:
+    """Conditions of a gearbox whose driving shaft is held at rest, under constant loads by names of shafts [N m]."""
+    ends = tuple(ShaftEnd(name, -1, Torque(torque), f"loads[{name!r}]") for name, torque in loads.items())
+    return Conditions(gearbox, 1.0, gearbox.driving.name, 0.0, ends)
+
+
 def conditions_of(
     gearbox: Gearbox,
     drives: Mapping[str, Any],

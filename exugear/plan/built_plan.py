@@ -38,6 +38,7 @@ class BuiltPlan:
 
     mesh_resonances   for each stage [Hz]: main resonance of its mesh with the speed of the driving shaft imposed, and
                       with that shaft free; the meshes have their mean stiffness at the largest torque of their maps
+    largest_torques   of these maps, on the pinions [N m], by stage
     decay             rate [1/s] at which the slowest of the modes decays that the meshes excite; 0 without damping
     """
 
@@ -47,6 +48,7 @@ class BuiltPlan:
     contact: str
     mesh_resonances: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     decay: Finite = 0.0
+    largest_torques: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def shafts(self) -> Mapping[str, Coordinates]:
@@ -117,13 +119,19 @@ class BuiltPlan:
         about = f"about {steps * step_cost:.3g} s, {memory:.3g} MB of samples"
         return f"{duration:g} s in {steps:.3g} steps of {step:.3g} s: {about}"
 
+    def _resonance(self, label: str) -> str:
+        """The main resonance of a mesh in words, with the load at which it is."""
+        torque = self.largest_torques.get(label)
+        at = "" if torque is None else f", at {torque:.4g} N m on the pinion, the largest of the map"
+        return f"resonance of {label}: {IMPOSED.format(*self.mesh_resonances[label])}{at}"
+
     def __str__(self) -> str:
         resolved = f"those in which meshes deform below {self.omega_mesh / 2 / pi:.4g} Hz"
         lines = [
             *self.scene.lines(),
             f"integrator: {self.rule()}",
             f"eigenfrequencies: below {self.omega / 2 / pi:.4g} Hz, {resolved}",
-            *(f"resonance of {label}: {IMPOSED.format(*pair)}" for label, pair in self.mesh_resonances.items()),
+            *(self._resonance(label) for label in self.mesh_resonances),
             f"largest stable step: {self.largest_step:.3g} s",
             f"tolerance 1e-3: {self.cost(1.0, self.step())}; parts of a run with executor=: {self.overlap}",
             f"contact: {self.contact}",

@@ -1,18 +1,18 @@
 """Motion of the gears of a stage along the axes that its map lacks, and the offsets to map."""
 
 from collections.abc import Mapping
-from math import ceil, floor, hypot, isfinite, log10
+from math import ceil, floor, hypot, log10
 
 import numpy as np
 
 from exugear.contact_geometry.reference_configuration import offsets_at, spatial_frame, spatial_row
 from exugear.gearbox.bearing_stiffness import linear_part, radial_part, radial_secant
+from exugear.gearbox.constant_loads import mesh_forces, words_of
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.plan.coordinates import Coordinates, pose
 from exugear.plan.map_axes import AXIS_NAMES, MOVED_BY, is_slight, static_offsets
-from fem.support.validation import require
 
 #: Units of the axes of a map.
 UNITS = {"a": "m", "misalignment": "rad", "axial": "m"}
@@ -26,20 +26,21 @@ LEAD = 1e-3
 LARGEST = 0.005
 
 
-def missing_axes(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: float | None) -> list[str]:
+def missing_axes(gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float]) -> list[str]:
     """Advice for each stage: the offsets to map where its gears move along axes that its map lacks; else empty.
 
-    The offsets are estimated from the static displacement of the shafts under a load [N m], by default the largest load
-    that all maps carry.
+    The offsets are estimated from the static displacement of the shafts under loads by their names [N m].
     """
-    if load is None:
-        shares = np.abs(gearbox.static_forces(1.0))
-        tops = np.array([float(np.min(stage.force.force_table[..., -1])) for stage in gearbox.stages])
-        load = float((tops / np.maximum(shares, 1e-9)).min())
-    require(isfinite(load) and load != 0, f"load must be finite and not 0 N m, got {load}")
     missing = [(stage, _missing(stage, shafts)) for stage in gearbox.stages]
-    moved = _displacements(gearbox, shafts, load) if any(axes for _, axes in missing) else {}
-    return [_advice(gearbox, stage, axes, load, moved) if axes else "" for stage, axes in missing]
+    moved = _displacements(gearbox, shafts, loads) if any(axes for _, axes in missing) else {}
+    return [_advice(gearbox, stage, axes, words_of(gearbox, loads), moved) if axes else "" for stage, axes in missing]
+
+
+def largest_load(gearbox: Gearbox) -> dict[str, float]:
+    """The largest load on the driven shaft that all maps carry [N m], by its name."""
+    shares = np.abs(gearbox.static_forces(1.0))
+    tops = np.array([float(np.min(stage.force.force_table[..., -1])) for stage in gearbox.stages])
+    return {gearbox.driven.name: float((tops / np.maximum(shares, 1e-9)).min())}
 
 
 def _missing(stage: Stage, shafts: Mapping[str, Coordinates]) -> list[str]:
@@ -55,10 +56,12 @@ def _frame(gearbox: Gearbox, stage: Stage) -> np.record:
     return spatial_frame(stage.pair, 0.0, gearbox.directions[stage.fast.name], axial, poses)
 
 
-def _displacements(gearbox: Gearbox, shafts: Mapping[str, Coordinates], load: float) -> dict[str, np.ndarray]:
+def _displacements(
+    gearbox: Gearbox, shafts: Mapping[str, Coordinates], loads: Mapping[str, float]
+) -> dict[str, np.ndarray]:
     """(6,) static displacement of each shaft on its bearings [m, rad]."""
     push = {name: np.zeros(6) for name in shafts}
-    for stage, force in zip(gearbox.stages, gearbox.static_forces(load), strict=True):
+    for stage, force in zip(gearbox.stages, mesh_forces(gearbox, loads), strict=True):
         for shaft, row in zip((stage.fast, stage.slow), np.split(spatial_row(_frame(gearbox, stage)), 2), strict=True):
             push[shaft.name] -= force * row
     return {s.name: _displaced(s, push[s.name], shafts[s.name].components[:-1]) for s in gearbox.shafts}
@@ -81,19 +84,19 @@ def _displaced(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
     return q
 
 
-def _advice(gearbox: Gearbox, stage: Stage, missing: list[str], load: float, moved: Mapping[str, np.ndarray]) -> str:
+def _advice(gearbox: Gearbox, stage: Stage, missing: list[str], load: str, moved: Mapping[str, np.ndarray]) -> str:
     """Advice on the axes that the map of a stage lacks, with the `fem.Offsets` to paste."""
     if max(np.abs(moved[shaft.name]).max() for shaft in (stage.fast, stage.slow)) > LARGEST:
-        yielding = f"under {load:.4g} N m the bearings yield too far for the gears to mesh"
+        yielding = f"under {load} the bearings yield too far for the gears to mesh"
         return f"{yielding}: use stiffer bearings (in N/m) or less load"
     static, reached = static_offsets(gearbox, stage), _reached(gearbox, stage, moved)
     far = [name for name in missing if not is_slight(stage, name, reached[name] - static[name])]
     if not far:
-        return f"under {load:.4g} N m the gears move too little to matter"
+        return f"under {load} the gears move too little to matter"
     offsets = ", ".join(f"{name} = {reached[name]:.6g} {UNITS[name]}" for name in far)
     axes = dict(stage.force.offsets) | {name: _axis(name, static[name], reached[name]) for name in far}
     written = ", ".join(f"{name}=({', '.join(f'{x:.9g}' for x in axes[name])})" for name in AXIS_NAMES if name in axes)
-    return f"under {load:.4g} N m {offsets}: map with offsets=fem.Offsets({written})"
+    return f"under {load} {offsets}: map with offsets=fem.Offsets({written})"
 
 
 def _reached(gearbox: Gearbox, stage: Stage, moved: Mapping[str, np.ndarray]) -> dict[str, float]:

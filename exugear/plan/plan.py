@@ -7,14 +7,15 @@ from typing import Never
 import numpy as np
 
 from exugear.friction.mesh_friction import MeshFriction
+from exugear.gearbox.constant_loads import given_loads, idle_stages, words_of
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.plan.coordinates import Coordinates
 from exugear.plan.map_axes import stage_law
-from exugear.plan.missing_offsets import missing_axes
-from fem.support.arguments import checked
+from exugear.plan.missing_offsets import largest_load, missing_axes
+from fem.support.arguments import checked, keywords_after_first
 
 #: Relative coupling stiffness, or distance [m], that counts as rounding.
 ROUNDING = 1e-9
@@ -84,17 +85,19 @@ class Plan:
         raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
 
+@keywords_after_first()
 @checked
-def plan(gearbox: Gearbox, *, load: float | None = None) -> Plan:
+def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, float] | None = None) -> Plan:
     """Choose coordinates for the shafts of a gearbox and axes for its maps, no more than the scene needs.
 
     A shaft without bearings only spins. With bearings it is a planar body where nothing tilts it or pushes it along
     its axis, else a rigid body in space. A map keeps the axes (centre distance, misalignment, axial offset) along which
     its bodies move; the others are fixed at their static values. The plan gives a reason for each of these choices.
 
-    load   torque on the driven shaft [N m] under which the plan estimates how far the gears move along axes that their
-           maps lack; by default the largest that all maps carry. Where that motion matters the plan prints the
-           `fem.Offsets` to map
+    load    torque on the driven shaft [N m] under which the plan estimates how far the gears move along axes that their
+            maps lack; by default the largest that all maps carry. Where that motion matters the plan prints the
+            `fem.Offsets` to map
+    loads   instead, of a gearbox with several outputs: name of a shaft -> torque against its motion [N m]
 
     Returns a `Plan`: print it, pass it to `exugear.build`. Integrator, step and cost are known once the model is built.
     Raises ValueError for statically displaced shafts whose map lacks the axis, or whose map ends before their offsets.
@@ -104,8 +107,13 @@ def plan(gearbox: Gearbox, *, load: float | None = None) -> Plan:
     why = {name: reason for name, (_, reason) in choices.items()}
     reduced = [stage_law(gearbox, stage, shafts) for stage in gearbox.stages]
     laws = dict(zip(gearbox.labels, (law for law, _ in reduced), strict=True))
-    advice = missing_axes(gearbox, shafts, load)
-    reasons = ("; ".join(filter(None, (reason, text))) for (_, reason), text in zip(reduced, advice, strict=True))
+    chosen = load is not None or loads is not None
+    torques = given_loads(gearbox, load, loads) if chosen else largest_load(gearbox)
+    advice = missing_axes(gearbox, shafts, torques)
+    idle, under = idle_stages(gearbox, torques), f"idle under {words_of(gearbox, torques)}, its teeth are open"
+    open_teeth = [under if label in idle else "" for label in gearbox.labels]
+    texts = zip((reason for _, reason in reduced), advice, open_teeth, strict=True)
+    reasons = ("; ".join(filter(None, parts)) for parts in texts)
     axes = dict(zip(gearbox.labels, reasons, strict=True))
     return Plan(shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox))
 

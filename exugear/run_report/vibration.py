@@ -25,7 +25,7 @@ def vibration(model: Model, data: xr.Dataset) -> Section:
     top = float(np.abs(data["speed"]).max())
     if top == 0:
         return Section("Vibration modes", (state,), (_modes(at_rest),))
-    diagram = campbell(model, load, (0.0, top))
+    diagram = campbell(model, speed=(0.0, top), load=load)
     text = (
         state,
         "Amplification is the DTE of a stage in the mode over its STE of the order: share of the strain energy in the "

@@ -20,7 +20,7 @@ from exugear.integration.run_data import keep_valid, labelled, recording, stored
 from exugear.integration.seams import Parts, parts_of
 from exugear.integration.segments import check_parts
 from exugear.integration.shaft_motion import BearingForces, needs_speeds
-from exugear.integration.solver_settings import scheme_of
+from exugear.integration.solver_settings import Scheme, scheme_of
 from exugear.integration.step_error import errors_by_step, repeated_in_place
 from exugear.integration.time_integration import Solver
 from exugear.operation.conditions import Conditions, conditions_of, run_up_conditions
@@ -29,6 +29,7 @@ from exugear.operation.time_functions import TimeFunction
 from exugear.plan.integrator_and_step import Rule
 from exugear.simulation.start_state import continued, end_state_of, set_start_state
 from exugear.system.drive_and_load import ShaftTorques, applied, released
+from exugear.system.equilibrium import NoEquilibrium
 from exugear.system.model import Model, linearized
 from fem.ste.ste_map import save
 from fem.support.arguments import FilePath, Finite, checked
@@ -88,6 +89,10 @@ class RunStopped(RuntimeError):
     def __init__(self, message: str, run: Run):
         super().__init__(message)
         self.run = run
+
+
+class StoppedAtStart(RunStopped, ValueError):
+    """A run without a static equilibrium to start from: its load or acceleration is beyond the maps."""
 
 
 @checked
@@ -192,7 +197,8 @@ def run_up(
 
     Raises ValueError for input out of range and for a step beyond the stability limit. Raises `RunStopped`, a
     RuntimeError with the attribute run up to that time, where the run leaves the map, bearings yield until the teeth
-    part, Newton's iteration fails or a process is killed. Ctrl-C raises KeyboardInterrupt with the same attribute.
+    part, Newton's iteration fails or a process is killed; where that is so in the equilibrium at the start, the run has
+    no samples, and the exception is a ValueError, too. Ctrl-C raises KeyboardInterrupt with the same attribute.
     """
     conditions = run_up_conditions(model.gearbox, speed, load, duration)
     options = {"tolerance": tolerance, "step": step, "sample": sample, "sensor_period": sensor_period}
@@ -218,7 +224,12 @@ def _solved(
     state = None if initial is None else end_state_of(model, conditions, initial.data)
     conditions = conditions if state is None else continued(model, conditions, state)
     with shown(progress), quiet(), applied(model, conditions) as torques:
-        set_start_state(model, conditions, state)
+        try:
+            set_start_state(model, conditions, state)
+        except NoEquilibrium as error:
+            run = Run(_without_samples(model, conditions, scheme, torques), 0.0, scheme.steps.size)
+            run.data.attrs["stopped"] = str(error)
+            raise StoppedAtStart(str(error), run) from None
         released(model, conditions, torques)
         solver = Solver(model, conditions, scheme, restarted=state is not None)
         forces = BearingForces(model, scheme.steps.samples + 1)
@@ -231,6 +242,15 @@ def _solved(
     if stop:
         raise _stopped(stop, run) from None
     return run
+
+
+def _without_samples(model: Model, conditions: Conditions, scheme: Scheme, torques: ShaftTorques) -> xr.Dataset:
+    """The data of a run that could not start: the inputs, and no sample."""
+    forces = BearingForces(model, 0)
+    with recording(model, scheme.steps, torques, power=needs_speeds(model, conditions), samples=range(1)):
+        for mesh in model.meshes:
+            mesh.recorder.keep_first(0)
+        return labelled(model, replace(conditions, power=False), scheme, torques, forces)
 
 
 def _integrated(

@@ -23,6 +23,8 @@ SPEEDS, SETTLED, FEWEST_CYCLES, MOST_CYCLES = 48, 1e-3, 2, 400
 NEAR, SAME_ORBIT = 0.05, 0.3
 #: Amplitudes over the static deflection at which a subharmonic branch is started.
 SUBHARMONIC = (0.02, 0.1, 0.005)
+#: Rate of decay over the resonance [1] that is rounding.
+UNDAMPED = 1e-6
 #: Difference of the unknowns of the end of a subharmonic branch and the period doubling at which it ends.
 JOINED = 0.5
 
@@ -30,10 +32,11 @@ JOINED = 0.5
 def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
     """Branches of orbits of one and of two common periods in a range of the mesh frequency.
 
-    Orbits of one period are reached by sweeps, those of two also from period doublings. Raises RuntimeError where no
-    periodic orbit is reached.
+    Orbits of one period are reached by sweeps, those of two also from period doublings. Raises ValueError where all
+    motions leave the maps, RuntimeError where no periodic orbit is reached otherwise.
     """
     branches: list[Branch] = []
+    left_maps: list[str] = []
     searched = within
     if system.cycles == 1:
         resonances = system.resonances / system.resonance
@@ -41,12 +44,24 @@ def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
         searched = Range(min(within.low, low), max(within.high, high))
     frequencies = np.geomspace(searched.low, searched.high, SPEEDS)
     for direction, sweep in (("up", frequencies), ("down", frequencies[::-1])):
-        _sweep(system, branches, searched, bar(sweep, f"steady states, sweep {direction}"))
+        left_maps += _sweep(system, branches, searched, bar(sweep, f"steady states, sweep {direction}"))
     inside = [piece for branch in branches for piece in _pieces(system, branch, within)]
     if not inside:
-        cycles = f"at mesh frequencies of {within.low:.4g} to {within.high:.4g} Hz"
-        raise RuntimeError(f"no periodic orbit of one or two periods was reached {cycles}; widen speed, or add damping")
+        raise _not_reached(system, within, left_maps)
     return inside
+
+
+def _not_reached(system: SteadySystem, within: Range, left_maps: list[str]) -> Exception:
+    """The reason why no orbit was reached; left_maps: messages of motions that left the maps."""
+    low, high = (system.resonance * ratio for ratio in (within.low, within.high))
+    cycles = f"at mesh frequencies of {low:.4g} to {high:.4g} Hz"
+    if not system.decay > UNDAMPED * system.resonance:
+        undamped = "a mode that the meshes excite is not damped, its vibrations do not settle"
+        return RuntimeError(f"no periodic orbit was reached {cycles}: {undamped}; give Stage(damping_ratio=0.06)")
+    if left_maps:
+        return ValueError(f"load: all motions {cycles} leave the maps: {left_maps[0]}")
+    settled = "motions settled on none of one or two common periods"
+    return RuntimeError(f"no periodic orbit was reached {cycles}: {settled}; widen speed, or add damping")
 
 
 def _pieces(system: SteadySystem, branch: Branch, within: Range) -> list[Branch]:
@@ -62,9 +77,13 @@ def _pieces(system: SteadySystem, branch: Branch, within: Range) -> list[Branch]
     return [Branch(points, branch.period, branch.complete) for points in pieces if len(points) > 1]
 
 
-def _sweep(system: SteadySystem, branches: list[Branch], searched: Range, frequencies: Iterable[float]) -> None:
-    """Add the branches that a sweep over frequencies over the resonance settles on, after the stable end of each."""
+def _sweep(system: SteadySystem, branches: list[Branch], searched: Range, frequencies: Iterable[float]) -> list[str]:
+    """Add the branches that a sweep over frequencies over the resonance settles on, after the stable end of each.
+
+    Returns messages of motions that left the maps.
+    """
     states, branch, chord = np.zeros(system.size), None, 0
+    left_maps: list[str] = []
     for ratio in frequencies:
         if branch is not None:
             chord, reached = branch.along(chord, ratio)
@@ -76,10 +95,12 @@ def _sweep(system: SteadySystem, branches: list[Branch], searched: Range, freque
         try:
             states = system.settled(states, frequency, _settling_periods(system, frequency))
             point = _orbit_near(system, states, frequency)
-        except ValueError:
+        except ValueError as error:
+            left_maps.append(str(error))
             states, point = np.zeros(system.size), None
         if point is not None:
             branch, chord = _branch_of(system, branches, searched, point)
+    return left_maps
 
 
 def _branch_of(

@@ -8,7 +8,7 @@ order about it. The mean of what this leaves out belongs to the linear system: t
 the geometric stiffness by which the mean force changes its direction with the shafts.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from math import acos, lcm
 from typing import NamedTuple
@@ -43,20 +43,20 @@ PHASES = 8
 LONGEST_PERIOD, ROUNDING = 1000, 1e-9
 
 
-def reduced(model: Model, load: float, stages: Sequence[int], *, speed: float, drive: str) -> Reduction:
-    """The gearbox that the meshes of stages excite together, under a load on the driven shaft [N m].
+def reduced(model: Model, loads: Mapping[str, float], stages: Sequence[int], *, speed: float, drive: str) -> Reduction:
+    """The gearbox that the meshes of stages excite together, under loads of shafts by their names [N m].
 
     stages   numbers; the first is the reference
     speed    of the driving shaft [rad/s] in the middle of the range
     drive    "held": the driving shaft turns as imposed; "free": it turns under a constant torque
     """
     cycles = common_period(model, stages)
-    with in_loaded_equilibrium(model, load, drive) as in_equilibrium:
+    with in_loaded_equilibrium(model, loads, drive) as in_equilibrium:
         system = linear_gearbox(in_equilibrium, [speed, 2 * speed], None)
         q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
         meshes = in_equilibrium.meshes
         tangents = [mesh_tangent(model.mbs, meshes[stage].contact, None)[1] for stage in stages]
-        further = [mesh for number, mesh in enumerate(meshes) if number not in stages]
+        further = [mesh for i, mesh in enumerate(meshes) if i not in stages and system.mesh_force[i]]
         variation = max((_variation(model.mbs, mesh.contact) for mesh in further), default=0.0)
     of_stages = [_reduced_mesh(model, meshes[i], system, i, x, q) for i, x in zip(stages, tangents, strict=True)]
     first = of_stages[0].phase
@@ -70,7 +70,7 @@ def reduced(model: Model, load: float, stages: Sequence[int], *, speed: float, d
     measures = np.array([mesh.rows for mesh in of_stages]) @ system.motions
     measures = measures if np.abs(measures[:, 1:3]).max() > 0 else measures[:, [0, 3]]
     mass, stiffness, damping, gyroscopic = (system.reduced(x) for x in (system.mass, stiffness, damping, gyroscopic))
-    blocks = modal_blocks(mass, stiffness, damping, measures, gyroscopic)
+    blocks = modal_blocks(mass, stiffness, damping, measures, gyroscopic, system.rigid)
     mesh_cycles = float(model.mesh_cycles[stages[0]])
     steady = SteadySystem(tuple(exciting), blocks, speed, mesh_cycles, variation)
     return Reduction(steady, [*stages], q, system.motions, -first / mesh_cycles)
@@ -107,11 +107,18 @@ def _reduced_mesh(
     return ReducedMesh(law, equilibrium, measures.phase, rows, stiffness, damping)
 
 
-def exciting_stages(model: Model, stages: Sequence[int]) -> list[int]:
-    """Numbers of stages, followed by those that share a mesh frequency with them."""
-    frequencies = model.mesh_cycles
+def exciting_stages(model: Model, stages: Sequence[int], idle: Sequence[str]) -> list[int]:
+    """Numbers of stages, followed by those that share a mesh frequency with them; ValueError where one is idle.
+
+    idle   labels of the stages whose meshes carry nothing: they do not excite
+    """
+    labels, frequencies = model.gearbox.labels, model.mesh_cycles
+    unloaded = [labels[stage] for stage in stages if labels[stage] in idle]
+    remedy = "load the shafts behind it, loads={shaft: torque}, or choose another stage"
+    require(not unloaded, f"stage {', '.join(unloaded)} is idle under these loads, its teeth are open; {remedy}")
     shared = np.isclose(frequencies[:, None], frequencies[[*stages]], ROUNDING, 0.0).any(axis=1)
-    return [*stages, *(int(number) for number in np.flatnonzero(shared) if number not in stages)]
+    further = [int(number) for number in np.flatnonzero(shared) if labels[number] not in idle]
+    return [*stages, *(number for number in further if number not in stages)]
 
 
 def common_period(model: Model, stages: Sequence[int]) -> list[int]:

@@ -1,12 +1,14 @@
 """Steady states of a gearbox over the speed."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import nan
 from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
+from exugear.gearbox.constant_loads import given_loads, idle_stages
+from exugear.modes.modes import load_attributes
 from exugear.operation.train_motion import HIGHEST_SPEED
 from exugear.steady_state.branch import Branch
 from exugear.steady_state.branch_data import labelled
@@ -15,8 +17,8 @@ from exugear.steady_state.continuation import Range
 from exugear.steady_state.force_error import Reduction, force_error
 from exugear.steady_state.gearbox_reduction import check_reducible, exciting_stages, reduced
 from exugear.steady_state.orbits.periodic_orbit import PeriodicOrbits
-from exugear.system.model import Model
-from fem.support.arguments import checked
+from exugear.system.model import Model, require_model
+from fem.support.arguments import checked, keywords_after_first
 from fem.support.progress import shown
 from fem.support.validation import numbers, require, require_within, text_of
 
@@ -44,12 +46,14 @@ def check_stages(name: str, value) -> None:
     require(bool(whole and different), kinds)
 
 
+@keywords_after_first("speed", "load")
 @checked
 def steady_states(
     model: Model,
-    speed: Annotated[Sequence[float], check_range],
-    load: float,
     *,
+    speed: Annotated[Sequence[float], check_range],
+    load: float | None = None,
+    loads: Mapping[str, float] | None = None,
     stage: Annotated[int | Sequence[int], check_stages] = 0,
     drive: str = "held",
     harmonics: int = 10,
@@ -60,6 +64,7 @@ def steady_states(
     speed       lowest and highest speed of the driving shaft [rad/s]; the lowest is raised to the speed at which the
                 mesh frequency is 1/32 of the resonance of the mesh (attribute "lowest_speed")
     load        constant torque on the driven shaft against its motion at positive speed [N m]
+    loads       instead, of a gearbox with several outputs: name of a shaft -> constant torque against its motion [N m]
     stage       number of the stage whose mesh excites the gearbox, or numbers of stages whose meshes excite it
                 together; stages with the same mesh frequency, as beside an idler, excite it as well
     drive       "held": the driving shaft turns at constant speed; "free": under a constant torque
@@ -69,7 +74,8 @@ def steady_states(
     The equations are those of a run: the force laws of these stages with their damping, contact loss and back flanks.
     All else is linear about the equilibrium under the load (`exugear.steady_state.gearbox_reduction`): exact for shafts
     that spin if all stages excite. The further meshes have their mean stiffness; the attribute
-    "variation_of_other_meshes" is half the range of their stiffness over its mean. Stages of different mesh frequencies
+    "variation_of_other_meshes" is half the range of their stiffness over its mean. Meshes that carry nothing stay open
+    (attribute "idle_stages"). Stages of different mesh frequencies
     repeat only after a common period (attribute "common_period" in mesh cycles of the first), on which the time of
     computing depends: a revolution of the shaft between two stages, for most numbers of teeth. Branches that enter the
     range from the resonance are then searched only if the range holds it.
@@ -85,20 +91,24 @@ def steady_states(
     period, and isolated ones of two, are reached by sweeps over the speed up and down, the others by continuation.
     `exugear.plots.plot_branches` draws them.
 
-    Raises ValueError for input out of range, for friction and drag, for stages without a common period, and for loads
-    beyond the maps; RuntimeError where no periodic orbit is reached.
+    Raises ValueError for input out of range, for friction and drag, for stages without a common period or that are
+    idle, and for loads beyond the maps, also where all motions leave them; RuntimeError where no periodic orbit is
+    reached otherwise.
 
     Source: Seydel, Practical bifurcation and stability analysis, 3rd ed. (2010): shooting, continuation by arc length.
     """
+    require_model(model)
     low, high = speed
     number, given = len(model.meshes), np.atleast_1d(stage).astype(int).tolist()
     require(max(given) < number, f"stage must be a number from 0 to {number - 1}, got {stage}")
     require(drive in DRIVES, f"drive must be one of {DRIVES}, got {drive!r}")
     require_within("harmonics", harmonics, 1, MOST_HARMONICS, remedy="multiples of the mesh frequency")
     check_reducible(model)
-    stages = exciting_stages(model, given)
+    torques = given_loads(model.gearbox, load, loads)
+    idle = idle_stages(model.gearbox, torques)
+    stages = exciting_stages(model, given, idle)
     cycles = model.mesh_cycles[stages]
-    reduction = reduced(model, load, stages, speed=(low + high) / 2, drive=drive)
+    reduction = reduced(model, torques, stages, speed=(low + high) / 2, drive=drive)
     system = reduction.system
     lowest = max(low, system.resonance / SLOWEST / cycles[0])
     reached = f"speed must reach beyond {lowest:.4g} rad/s, where the mesh frequency is 1/{SLOWEST} of the resonance"
@@ -107,7 +117,8 @@ def steady_states(
     with shown(progress):
         branches = all_branches(system, within)
     data = labelled(system, branches, cycles[: len(given)], harmonics)
-    about = {"load": load, "drive": drive, "lowest_speed": lowest, **_about(model, reduction, branches)}
+    about = load_attributes(load, torques) | {"drive": drive, "idle_stages": idle, "lowest_speed": lowest}
+    about |= _about(model, reduction, branches)
     if np.ndim(stage):
         return data.assign_coords(stage=[model.gearbox.labels[i] for i in given]).assign_attrs(about)
     return data.isel(stage=0).assign_attrs({"stage": model.gearbox.labels[given[0]], **about})

@@ -40,11 +40,18 @@ USER_FUNCTION_ERROR = r"USER FUNCTION '([^']*)':\s*([^\n]+)"
 MESSAGE = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
 
 
+class NoEquilibrium(ValueError, RuntimeError):
+    """A load beyond the maps or the tables of bearings, under which bearings yield too far, or a failed static solve.
+
+    As ValueError the load is out of the range of the gearbox, as RuntimeError a solve has failed.
+    """
+
+
 def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
     """Put the system into static equilibrium under the torques at the start, all shafts turning at their ratios.
 
     The inertia torques of all shafts and rotors at the initial acceleration take part in the equilibrium. Their
-    gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad.
+    gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad. Raises NoEquilibrium.
     """
     speed, acceleration = conditions.initial_speed, conditions.initial_acceleration
     system = model.mbs.systemData
@@ -52,10 +59,10 @@ def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
     considered = acceleration if _inertia_matters(model, acceleration) else 0.0
     try:
         q = _loaded_coordinates(model, conditions, considered)
-    except ValueError as error:
+    except NoEquilibrium as error:
         inertia = f"it includes inertia torques at {acceleration:.4g} rad/s^2"
         remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered else ""
-        raise ValueError(f"{error}{remedy}") from None
+        raise NoEquilibrium(f"{error}{remedy}") from None
     if _needs_static_solve(model):
         torques = _torques_at_start(model, conditions, considered * ratios)
         q = _statically_solved(model, q, conditions, torques)
@@ -119,7 +126,8 @@ def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torq
     settings.staticSolver.newton.absoluteTolerance = max(ABSOLUTE_TOLERANCE, _rounding_of_forces(model, q))
     settings.staticSolver.loadStepStart = conditions.start_time
     settings.staticSolver.loadStepDuration = STATIC_SOLVE_TIME
-    with _applied_torques(model, torques), explained(model, NO_EQUILIBRIUM, lambda t: conditions.initial_speed):
+    at_start = explained(model, NO_EQUILIBRIUM, lambda t: conditions.initial_speed, NoEquilibrium)
+    with _applied_torques(model, torques), at_start:
         system.SetODE2Coordinates(q, INITIAL)
         system.SetODE2Coordinates_t(np.zeros(q.size), INITIAL)
         model.mbs.SolveStatic(settings, updateInitialValues=True)
@@ -188,7 +196,7 @@ def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
 
 
 def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
-    """RuntimeError where bearings yield so far under forces (n_stage,) [N] that their unit must be wrong."""
+    """NoEquilibrium where bearings yield so far under forces (n_stage,) [N] that their unit must be wrong."""
     for mesh, force in zip(model.meshes, forces, strict=True):
         shafts = [s.name for s in (mesh.stage.fast, mesh.stage.slow) if model.plan.shafts[s.name].on_bearings]
         displaced = [q[model.spins[s] - model.plan.shafts[s].spin_index : model.spins[s]] for s in shafts]
@@ -196,7 +204,7 @@ def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
         tilt = max((np.abs(x[3:]).max(initial=0.0) for x in displaced), default=0.0)
         if shift > LARGEST_SHIFT or tilt > LARGEST_TILT:
             far = f"bearings of {mesh.stage.name} yield by {shift / mm:.3g} mm, {tilt:.2g} rad under {abs(force):.4g} N"
-            raise RuntimeError(f"{far}; try less load or stiffer bearings {STIFFNESS_UNIT_HINT}")
+            raise NoEquilibrium(f"{far}; try less load or stiffer bearings {STIFFNESS_UNIT_HINT}")
 
 
 def _secants(model: Model, q: np.ndarray, before) -> dict[str, dict[float, float]]:
@@ -215,7 +223,8 @@ def _secants(model: Model, q: np.ndarray, before) -> dict[str, dict[float, float
             force = float(k * np.hypot(x + lever * b, y - lever * a))
             end = radial_table(bearing)[1][-1]
             beyond = f"bearing of shaft {shaft.name!r} at {axial:g} m carries {force:.4g} N, its table ends at"
-            require(bool(force <= end), f"{beyond} {end:.4g} N; extend it")
+            if not force <= end:
+                raise NoEquilibrium(f"{beyond} {end:.4g} N; extend it")
             secants[shaft.name][axial] = radial_secant(bearing, force) if force > 0 else k
     return secants
 
@@ -229,7 +238,7 @@ def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray, anchor: s
         q = with_deflections(model, deflections, before, anchor)
         if np.abs(q - before).max() < CONVERGED + rounding:
             return q
-    raise RuntimeError(NO_EQUILIBRIUM)
+    raise NoEquilibrium(NO_EQUILIBRIUM)
 
 
 def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchor: str) -> np.ndarray:
@@ -247,7 +256,7 @@ def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchor:
 
 
 def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
-    """Static deflection [m] of a mesh under a force [N] at coordinates q; ValueError for loads beyond the map."""
+    """Static deflection [m] of a mesh under a force [N] at coordinates q; NoEquilibrium for loads beyond the map."""
     law = mesh.law
     spin = q[model.spins[mesh.stage.fast.name]]
     phase = mesh.phase + mesh.frame.direction * mesh.frame.pitches_per_radian * spin
@@ -262,17 +271,17 @@ def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
 
 
 def _deflection_under(mesh: Mesh, law, phase: float, force: float) -> float:
-    """Static deflection [m] under a force >= 0 [N]; ValueError with the torque to map beyond the law."""
+    """Static deflection [m] under a force >= 0 [N]; NoEquilibrium with the torque to map beyond the law."""
     try:
         return law.deflection_at(phase, force)
     except ValueError:
         reason = larger_torque(law.table.head, force, mesh.stage.pair.pinion.r_b)
-        raise ValueError(f"load: in stage {mesh.stage.name} {reason}") from None
+        raise NoEquilibrium(f"load: in stage {mesh.stage.name} {reason}") from None
 
 
 @contextmanager
-def explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
-    """Turn Exudyn's exceptions into RuntimeError with time, speed and remedy; Ctrl-C stays KeyboardInterrupt."""
+def explained(model: Model, remedy: str, speed_of, kind: type[RuntimeError] = RuntimeError) -> Iterator[None]:
+    """Turn Exudyn's exceptions into a kind of RuntimeError with time, speed and remedy, but for KeyboardInterrupt."""
     try:
         yield
     except Exception as error:
@@ -280,7 +289,7 @@ def explained(model: Model, remedy: str, speed_of) -> Iterator[None]:
             raise KeyboardInterrupt from None
         t = model.mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
-        raise RuntimeError(f"{where}: {_reason(str(error), remedy)}{damping_remark(model, t)}") from None
+        raise kind(f"{where}: {_reason(str(error), remedy)}{damping_remark(model, t)}") from None
 
 
 def _reason(text: str, remedy: str) -> str:

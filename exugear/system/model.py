@@ -23,7 +23,7 @@ from exugear.plan.built_plan import BuiltPlan
 from exugear.plan.coordinates import Coordinates
 from exugear.plan.vibration_decay import slowest_decay
 from fem.support.arguments import checked
-from fem.support.validation import require_kind
+from fem.support.validation import require, require_kind
 
 #: Share of a mode's strain energy in the meshes above which the step must resolve the mode.
 STRAIN_SHARE = 0.02
@@ -116,6 +116,11 @@ class Model:
         return f"Model of {self.gearbox!r}\n{self.plan}"
 
 
+def require_model(model) -> None:
+    """ValueError for another object than a built gearbox."""
+    require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}; build(gearbox)")
+
+
 def end_coordinate(model: Model, name: str) -> int:
     """Index of the spin that drive or load of a shaft acts on: that of its rotor if it has a coupling."""
     return model.rotors.get(name, model.spins[name])
@@ -139,6 +144,7 @@ def linearized(model: Model, held: str | None, speed: float = 0.0) -> Model:
     resonances = _mesh_resonances(model, mass, stiffness)
     decay = _decay(model, mass, stiffness, damping, held)
     plan = replace(model.plan, omega=omega, omega_mesh=omega_mesh, mesh_resonances=resonances, decay=decay)
+    plan = replace(plan, largest_torques=_largest_torques(model))
     return replace(model, plan=plan, meshes=meshes)
 
 
@@ -223,6 +229,12 @@ def _mesh_resonances(model: Model, mass: np.ndarray, stiffness: np.ndarray) -> d
         strain_share = (rows[:, free] @ modes) ** 2 / np.maximum(squares, 1.0)
         frequencies.append(np.sqrt(np.maximum(squares, 0.0))[strain_share.argmax(axis=1)] / (2 * pi))
     return {label: (float(h), float(f)) for label, h, f in zip(model.gearbox.labels, *frequencies, strict=True)}
+
+
+def _largest_torques(model: Model) -> dict[str, float]:
+    """Largest torque on the pinion [N m] that each law reaches, by the label of the stage."""
+    torques = [float(mesh.law.table.head.last_force) * mesh.stage.pair.pinion.r_b for mesh in model.meshes]
+    return dict(zip(model.gearbox.labels, torques, strict=True))
 
 
 def _stiff_rows(model: Model) -> np.ndarray:

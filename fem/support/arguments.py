@@ -1,5 +1,6 @@
 """Checks of the arguments of public functions and classes against their type hints, at each call."""
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import InitVar
 from functools import cache, wraps
@@ -60,6 +61,34 @@ def checked(function: Checked) -> Checked:
         return function(*args, **kwargs)
 
     return cast(Checked, checking)
+
+
+def keywords_after_first(*names: str) -> Callable[[Checked], Checked]:
+    """Decorator of a function whose arguments after the first one are keywords.
+
+    names   of arguments that an earlier version took by position, in its order; they still may be, with a
+            DeprecationWarning that names them
+
+    Further positional arguments raise TypeError in words.
+    """
+
+    def decorated(function: Checked) -> Checked:
+        keywords = [name for name, x in signature(function).parameters.items() if x.kind is Parameter.KEYWORD_ONLY]
+
+        @wraps(function)
+        def calling(first, *args, **kwargs):
+            written = ", ".join(f"{name}=..." for name in names[: len(args)] or keywords[:2])
+            remedy = f"{function.__name__} takes all arguments after the first one by their names: write {written}"
+            twice = [name for name in names[: len(args)] if name in kwargs]
+            if len(args) > len(names) or twice:
+                raise TypeError(f"{remedy}; got {len(args)} by position{f', {twice} twice' if twice else ''}")
+            if args:
+                warnings.warn(remedy, DeprecationWarning, stacklevel=2)
+            return function(first, **dict(zip(names, args, strict=False)), **kwargs)
+
+        return cast(Checked, calling)
+
+    return decorated
 
 
 def _repeatable(value):

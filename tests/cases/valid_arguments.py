@@ -192,7 +192,7 @@ def by_name() -> dict[str, Any]:
         "plot_solid.ax": Figure().add_subplot(projection="3d"), "order_spectrum.speed": TURNS,
         "plot_bearing_forces.run": run_on_bearings(), "bearing_force_rms.run": run_on_bearings(),
         "steady_states.harmonics": 2, "plot_branches.quantity": "rms", "plot_branches.harmonic": None,
-        "plot_branches.data": exugear.steady_states(made["Model"], (50.0, 60.0), 100.0),
+        "plot_branches.data": exugear.steady_states(made["Model"], speed=(50.0, 60.0), load=100.0),
         "plot_orbit.run": run_on_bearings(), "plot_orbit.bearing": "fast at 0 mm", "plot_orbit.window": (0.0, 0.02),
         "plot_mesh_force.window": (0.0, 0.05),
         "plot_te_harmonics.harmonics": 2, "te_harmonics.harmonics": 2, "animate_pair.path": folder / "pair.gif",
@@ -201,7 +201,7 @@ def by_name() -> dict[str, Any]:
         "integrator.mbs": two_bodies()[1], "modes.speed": 10.0, "campbell.harmonics": 2,
         "plot_modes.data": exugear.modes(made["Model"], load=100.0), "animate_mode.path": folder / "mode.gif",
         "animate_mode.data": exugear.modes(made["Model"], load=100.0),
-        "plot_campbell.data": exugear.campbell(made["Model"], 100.0, (0.0, 60.0)),
+        "plot_campbell.data": exugear.campbell(made["Model"], speed=(0.0, 60.0), load=100.0),
         "DataSheet.rows": [quantity], "envelope.windows": 10, "BuiltPlan.cost.step": 1e-6, "shaft_graphics.d": 0.1,
     }  # fmt: skip
     return plain | special | of_signals(folder)

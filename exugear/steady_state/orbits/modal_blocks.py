@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from exugear.modes.eigenmodes import undamped_modes
+
 #: Share of an eigenvalue in the compliance and in the mobility of every mesh below which it is left out.
 LEAST_SHARE = 1e-6
 #: Imaginary part of an eigenvalue over its magnitude below which it is real.
 REAL = 1e-9
-#: Square of a frequency over the largest one below which the motion is rigid.
-RIGID = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,18 +97,24 @@ class Pairs(NamedTuple):
 
 
 def modal_blocks(
-    mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, rows: np.ndarray, gyroscopic: np.ndarray | None = None
+    mass: np.ndarray,
+    stiffness: np.ndarray,
+    damping: np.ndarray,
+    rows: np.ndarray,
+    gyroscopic: np.ndarray | None = None,
+    rigid: np.ndarray | None = None,
 ) -> ModalBlocks:
     """Blocks of the system with these matrices (n, n) and the rows (m, k + 1, n) of the measures.
 
     The deflection of a mesh is its first measure, the DTE the last; on the others forces act.
 
     gyroscopic   (n, n) change of the damping per rad/s by which the driving shaft turns faster
+    rigid        (n, r) motions that no element resists, by default the null space of the stiffness
 
     Rigid motions and modes that no mesh force excites are left out.
     """
-    squares, modes = scipy.linalg.eigh((stiffness + stiffness.T) / 2, (mass + mass.T) / 2)
-    modes = modes[:, squares > RIGID * squares[-1]]
+    squares, modes = undamped_modes(mass, stiffness, rigid)
+    modes = modes[:, squares > 0]
     n, rows = modes.shape[1], rows @ modes
     by_state = -np.hstack([modes.T @ stiffness @ modes, modes.T @ damping @ modes])
     values, vectors = np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), by_state]))

@@ -14,7 +14,7 @@ TOP = 8000 * rpm
 
 @pytest.fixture(scope="module")
 def diagram():
-    return exugear.campbell(three_shafts(), 150.0, (0.0, TOP))
+    return exugear.campbell(three_shafts(), speed=(0.0, TOP), load=150.0)
 
 
 def test_crossings_lie_on_their_orders_and_on_modes(diagram):
@@ -65,7 +65,7 @@ def test_lines_are_smooth(diagram):
 
 
 def test_given_speeds_are_taken_and_shafts_that_only_spin_keep_their_frequency():
-    data = exugear.campbell(pair_of_shafts(), 150.0, [0.0, 10.0, 500.0], harmonics=1)
+    data = exugear.campbell(pair_of_shafts(), speed=[0.0, 10.0, 500.0], load=150.0, harmonics=1)
     assert data["speed"].values.tolist() == [0.0, 10.0, 500.0]
     assert data["frequency"].values == pytest.approx(np.full((1, 3), data["frequency"].values[0, 0]), rel=1e-9)
     assert data["crossing_energy_share"].values == pytest.approx(np.ones(data.sizes["crossing"]))

@@ -22,7 +22,7 @@ R_B = paper_pair().pinion.r_b
 
 def test_three_shafts_agree_with_eigenvalues_by_exudyn():
     model = three_shafts()
-    with in_loaded_equilibrium(model, 150.0):
+    with in_loaded_equilibrium(model, {model.gearbox.driven.name: 150.0}):
         by_exudyn = model.mbs.ComputeODE2Eigenvalues(convert2Frequencies=True)[0]
     assert exugear.modes(model, load=150.0, phase=0.0)["frequency"].values == pytest.approx(by_exudyn, rel=1e-6)
     assert exugear.eigenfrequencies(model, load=150.0) == pytest.approx(by_exudyn, rel=1e-6)
@@ -30,7 +30,10 @@ def test_three_shafts_agree_with_eigenvalues_by_exudyn():
 
 def test_spinning_shafts_agree_with_complex_eigenvalues_by_exudyn():
     model, speed = three_shafts(damping=0.0, bearing_damping=0.0), 2000.0
-    with in_loaded_equilibrium(model, 150.0), set_velocities(model.mbs, speed * model.speed_ratios):
+    with (
+        in_loaded_equilibrium(model, {model.gearbox.driven.name: 150.0}),
+        set_velocities(model.mbs, speed * model.speed_ratios),
+    ):
         values, _ = model.mbs.ComputeODE2Eigenvalues(computeComplexEigenvalues=True, useAbsoluteValues=False)
     by_exudyn = np.sort(values.imag[values.imag > 0]) / (2 * pi)
     turning = exugear.modes(model, load=150.0, speed=speed, phase=0.0)

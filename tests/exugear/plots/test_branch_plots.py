@@ -16,7 +16,7 @@ def model() -> exugear.Model:
 
 @pytest.fixture(scope="module")
 def data(model):
-    return exugear.steady_states(model, (1000 * rpm, 3500 * rpm), 150.0)
+    return exugear.steady_states(model, speed=(1000 * rpm, 3500 * rpm), load=150.0)
 
 
 def drawn(data, **options):

@@ -16,7 +16,7 @@ def model() -> exugear.Model:
 
 
 def test_campbell_diagram_shows_all_modes_and_orders_and_marks_meshing_modes(model):
-    data = exugear.campbell(model, 150.0, (0.0, 6000 * rpm))
+    data = exugear.campbell(model, speed=(0.0, 6000 * rpm), load=150.0)
     ax = plots.plot_campbell(data, plots.figure().axes[0], marked=0.3)
     lines = [line for line in ax.lines if len(line.get_xdata()) == data.sizes["speed"]]
     assert len(lines) == data.sizes["mode"] + data.sizes["order"]
@@ -29,7 +29,7 @@ def test_campbell_diagram_shows_all_modes_and_orders_and_marks_meshing_modes(mod
 
 
 def test_diagram_without_a_crossing_is_drawn():
-    data = exugear.campbell(pair_of_shafts(), 150.0, (0.0, 1.0))
+    data = exugear.campbell(pair_of_shafts(), speed=(0.0, 1.0), load=150.0)
     assert data.sizes["crossing"] == 0
     assert plots.plot_campbell(data, plots.figure().axes[0]).get_xlim()[1] == pytest.approx(1.0 / rpm)
 

@@ -63,6 +63,6 @@ def test_numbers_of_harmonics_windows_and_speeds_are_bounded():
         with pytest.raises(ValueError, match=words):
             function(run, **arguments)
     with pytest.raises(ValueError, match="speed must hold 10000 values at most"):
-        exugear.campbell(model, 100.0, np.linspace(0.0, 60.0, 10001))
+        exugear.campbell(model, speed=np.linspace(0.0, 60.0, 10001), load=100.0)
     with pytest.raises(ValueError, match="rate must lie in"):
         exugear.write_sound("none.wav", exugear.signal(run, "dte"), rate=10**12)

@@ -34,7 +34,7 @@ def rectangular():
     """Steady states over W of the rectangular mesh stiffness with contact loss, damped all the time."""
     oscillator = Oscillator(rectangular_law(reach=3e-4), ZETA)
     speeds = np.array([0.25, 2.5]) * oscillator.omega / oscillator.teeth
-    data = exugear.steady_states(oscillator.model, tuple(speeds), F * oscillator.r)
+    data = exugear.steady_states(oscillator.model, speed=tuple(speeds), load=F * oscillator.r)
     return data.assign(W=data["speed"] * oscillator.teeth / oscillator.omega)
 
 
@@ -114,7 +114,7 @@ def clearance_oscillator(w: float):
     oscillator = Oscillator(law, ZETA)
     speeds = np.array([0.95, 1.05]) * w * oscillator.omega / oscillator.teeth
     load = F_M * DEAD_ZONE * K * oscillator.r
-    data = exugear.steady_states(oscillator.model, tuple(speeds), load)
+    data = exugear.steady_states(oscillator.model, speed=tuple(speeds), load=load)
     data = data.assign(W=data["speed"] * oscillator.teeth / oscillator.omega)
     motion = data["harmonics"] * np.exp(1j * data["harmonic_phase"])
     relative = motion.sel(harmonic=1.0) / DEAD_ZONE + 1j * amplitude

@@ -27,20 +27,20 @@ def two_stages(law=None, damping: float = 2700.0) -> exugear.Model:
 
 def test_a_second_stage_of_constant_stiffness_leaves_nothing_out():
     model = two_stages(replace(linear_law(k=(3e8, 3e8, 3e8)), damping=2700.0))
-    data = exugear.steady_states(model, (1000 * rpm, 2000 * rpm), LOAD)
+    data = exugear.steady_states(model, speed=(1000 * rpm, 2000 * rpm), load=LOAD)
     assert data.attrs["variation_of_other_meshes"] < 1e-9
     compare(model, data, LOAD, number=1, step=5e-6)
 
 
 def test_meshes_beside_an_idler_excite_together():
     model, speeds = two_stages(damping=8000.0), (2770 * rpm, 2800 * rpm)
-    data = exugear.steady_states(model, speeds, LOAD, stage=(0, 1))
+    data = exugear.steady_states(model, speed=speeds, load=LOAD, stage=(0, 1))
     assert data.attrs["exciting_stages"] == ["first-second", "second-third"]
     assert data.attrs["common_period"] == 1
     stable = data.isel(point=np.flatnonzero(data["stable"]))
     orbit = stable.isel(point=int(stable["rms"].values[:, 0].argmin()))
     agree(orbit, settled_dte(model, orbit, LOAD, 2e-6, 40))
-    of_stage = exugear.steady_states(model, speeds, LOAD, stage=1)
+    of_stage = exugear.steady_states(model, speed=speeds, load=LOAD, stage=1)
     assert of_stage.attrs["exciting_stages"] == ["second-third", "first-second"]
     ends = data["rms"].sel(stage="second-third").values[[0, -1]]
     assert sorted(of_stage["rms"].values[[0, -1]]) == pytest.approx(sorted(ends))
@@ -61,7 +61,7 @@ def two_stages_in_space() -> exugear.Model:
 
 def test_meshes_of_different_frequencies_excite_over_their_common_period():
     model, load = two_stages_in_space(), 250.0
-    data = exugear.steady_states(model, (1200 * rpm, 1210 * rpm), load, stage=(0, 1))
+    data = exugear.steady_states(model, speed=(1200 * rpm, 1210 * rpm), load=load, stage=(0, 1))
     assert data.attrs["common_period"] == 3
     orbit = data.isel(point=0)
     assert orbit["mesh_frequency"].values == pytest.approx(model.mesh_cycles * float(orbit["speed"]), rel=1e-12)
@@ -73,8 +73,8 @@ def test_two_stages_in_space_within_a_minute():
     """Alone, the mesh of the first stage has amplitudes of its orders that differ from a run by 4 %."""
     model, load = two_stages_in_space(), 250.0
     began = process_time()
-    of_meshes = exugear.steady_states(model, (500 * rpm, TOP), load, stage=(0, 1))
-    alone = exugear.steady_states(model, (500 * rpm, TOP), load)
+    of_meshes = exugear.steady_states(model, speed=(500 * rpm, TOP), load=load, stage=(0, 1))
+    alone = exugear.steady_states(model, speed=(500 * rpm, TOP), load=load)
     assert process_time() - began < 60.0
     assert of_meshes.attrs["variation_of_other_meshes"] == 0.0
     assert 0.05 < alone.attrs["variation_of_other_meshes"] < 0.1
@@ -87,6 +87,6 @@ def test_branches_do_not_depend_on_the_order_of_the_stages_nor_on_the_range():
     """Stable orbits of two periods at 100 to 140 rad/s begin beside the higher of two resonances."""
     model, speeds = exugear.build(two_equal_stages()), (110.0, 130.0)
     for stages in ((0, 1), (1, 0)):
-        data = exugear.steady_states(model, speeds, LOAD, stage=stages)
+        data = exugear.steady_states(model, speed=speeds, load=LOAD, stage=stages)
         of_two = data["speed"].values[(data["period"].values == 2) & data["stable"].values]
         assert (of_two.min(), of_two.max()) == pytest.approx(speeds)
