@@ -52,7 +52,8 @@ VARIABLES = {
     "error_mesh": ("m", "estimated root mean square error by the mesh"),
     "error_phase": ("m", "estimated root mean square error by interpolation over phase"),
     "error_torque": ("m", "estimated root mean square error by interpolation over torque"),
-    "error_p2p": ("m", "estimated error of the peak to peak over the mesh cycle"),
+    "error_p2p": ("m", "estimated error of the largest less the least te of the phases"),
+    "error_p2p_curve": ("m", "estimated error of the peak to peak by fem.peak_to_peak"),
 }
 #: How files hold numbers: without loss, bytes of equal weight side by side, which halves size and time of a run's file.
 PACKED = {"zlib": True, "complevel": 1, "shuffle": True}
