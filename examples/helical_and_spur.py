@@ -50,6 +50,11 @@ def run_up(ste, duration: float) -> exugear.Run:
     return exugear.run_up(model, speed=(200 * rpm, TOP_SPEED), duration=duration, load=load, progress=False)
 
 
+def swing_of(ste) -> float:
+    """Peak to peak of the STE under load [m]."""
+    return float(fem.peak_to_peak(ste)["peak_to_peak"].sel(torque=TORQUE))
+
+
 def draw(path: Path, maps: dict, runs: dict[str, exugear.Run]) -> None:
     """Alternating STE over a pitch, its peak to peak over the overlap ratio, DTE over mesh frequency."""
     figure = plots.figure(columns=3)
@@ -61,7 +66,7 @@ def draw(path: Path, maps: dict, runs: dict[str, exugear.Run]) -> None:
         curves.plot(phase, (np.append(te, te[0]) - te.mean()) / um, label=f"overlap ratio {x:g}")
     curves.set(xlabel="phase of the mesh cycle [pitches]", ylabel="STE less its mean [µm]")
     curves.legend(frameon=False, fontsize="small")
-    swings.plot(list(maps), [np.ptp(ste["te"].sel(torque=TORQUE).values) / um for ste in maps.values()], "o-")
+    swings.plot(list(maps), [swing_of(ste) / um for ste in maps.values()], "o-")
     swings.set(xlabel="overlap ratio", ylabel="peak to peak of the STE [µm]", ylim=(0, None))
     plots.plot_envelopes(runs, dynamic).legend(frameon=False, fontsize="small")
     for ax in (curves, swings):
@@ -78,7 +83,7 @@ def main(folder: Path, quick: bool = False) -> dict[float, tuple[float, float]]:
     draw(folder / "helical_and_spur.png", maps, {f"overlap ratio {x:g}": run for x, run in runs.items()})
     numbers = {}
     for x, run in runs.items():
-        swing, rms = float(np.ptp(maps[x]["te"].sel(torque=TORQUE).values)), float(exugear.dte_envelope(run).rms.max())
+        swing, rms = swing_of(maps[x]), float(exugear.dte_envelope(run).rms.max())
         beta, numbers[x] = fem.pair_of(maps[x]).pinion.beta / deg, (swing, rms)
         print(f"overlap {x:4g}, beta {beta:5.2f} deg: STE {swing / um:.3f} µm peak to peak, DTE {rms / um:.3f} µm rms")
     return numbers

@@ -11,7 +11,6 @@ only contact solves. The design torque and the damping are chosen here.
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from command_line import command_line
 from korta_pair import paper_pair
 from tqdm import tqdm
@@ -66,7 +65,7 @@ def draw(path: Path, maps: dict, runs: dict[float, dict[str, exugear.Run]]) -> N
     blue, orange, green = plots.DISTINCT[:3]
     styles = zip(("-", ":", "--", "-.", ":"), (blue, "k", orange, "k", green), strict=True)
     for (name, ste), (line, colour) in zip(maps.items(), styles, strict=True):
-        swing = np.ptp(ste["te"].values, axis=1) / um
+        swing = fem.peak_to_peak(ste)["peak_to_peak"] / um
         figure.axes[0].plot(ste["torque"], swing, line, color=colour, label=name)
     figure.axes[0].set(xlabel="torque [N m]", ylabel="peak to peak of the STE [µm]", xlim=(0, 500), ylim=(0, 12))
     figure.axes[0].axvline(DESIGN, color="0.7", linewidth=1, zorder=0)
@@ -87,7 +86,7 @@ def main(folder: Path, quick: bool = False) -> dict[str, dict[float, tuple[float
     numbers: dict[str, dict[float, tuple[float, float]]] = {name: {} for name in chosen}
     for load, by_flank in runs.items():
         for name, run in by_flank.items():
-            swing = float(np.ptp(maps[name]["te"].sel(torque=load).values))
+            swing = float(fem.peak_to_peak(maps[name])["peak_to_peak"].sel(torque=load))
             rms = float(exugear.dte_envelope(run).rms.max())
             numbers[name][load] = swing, rms
             print(f"{load:4g} N m, {name:13s} STE {swing / um:5.2f} µm peak to peak, DTE {rms / um:5.2f} µm rms")

@@ -21,6 +21,7 @@ from .pair.pair import GearPair
 from .reference import dynamic, explicit, nonlinear
 from .ste.cost import MapCost, map_cost
 from .ste.inputs import UpTo
+from .ste.peak_to_peak import peak_to_peak
 from .ste.ste_map import load, pair_of, save, ste_map
 from .ste.te_harmonics import te_harmonics
 from .ste.transmission import static_transmission_error
@@ -62,6 +63,7 @@ __all__ = [
     "map_cost",
     "nonlinear",
     "pair_of",
+    "peak_to_peak",
     "root_stress",
     "save",
     "static_transmission_error",

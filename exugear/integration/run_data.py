@@ -32,7 +32,8 @@ from exugear.system.drive_and_load import ShaftTorques
 from exugear.system.equilibrium import STIFFNESS_UNIT_HINT
 from exugear.system.model import Model, on_bearings
 from fem.gear.gear import Gear
-from fem.ste.ste_map import pair_attributes, read
+from fem.ste.ste_map import pair_attributes
+from fem.support.netcdf import read
 from fem.support.validation import require
 from fem.units import mm
 

@@ -8,6 +8,9 @@ import numpy as np
 from fem.gear.material import Material
 from fem.pair.pair import GearPair
 
+#: Line load over E from which contacts are solved [m].
+LEAST_LOAD = 1e-13
+
 
 def flattening(material: Material) -> float:
     """2 (1 - nu^2) / (pi E) [m^2/N]: displacement per line load and per unit of -ln(distance), plane strain."""
@@ -42,3 +45,12 @@ def largest_torque(pair: GearPair) -> float:
     modulus = 2 / (np.pi * (flattening(pinion) + flattening(wheel)))
     pressure = min(pinion.E, wheel.E) / 20
     return pair.pinion.r_b * pair.b * np.pi * pressure**2 / (modulus * curvature)
+
+
+def least_torque(pair: GearPair) -> float:
+    """Pinion torque below which the deflection, some 15 line loads over E, is lost in the rounding of the gaps [N m].
+
+    Of 30 random pairs at line loads from 1e-16 m times E, no contact failed and no te fell from 3e-14 m on.
+    """
+    E = min(pair.pinion.material.E, pair.wheel.material.E)
+    return LEAST_LOAD * E * pair.b * pair.pinion.r_b

@@ -23,11 +23,11 @@ from fem.ste.error_estimation import (
     interpolation_errors,
     interval_error,
     mesh_errors,
-    peak_to_peak,
     phase_error,
 )
 from fem.ste.inputs import UpTo
 from fem.ste.map_solver import ContactModel
+from fem.ste.peak_to_peak import curve_peak_to_peak
 
 FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 12, 400, 40
 #: Least deflection that counts, over the largest; least peak to peak that counts, over the largest.
@@ -129,7 +129,7 @@ def allowed_error(
     (unloaded, *te), _ = loaded.at(np.append(0.0, torque))
     deflection = np.mean(te - unloaded, axis=1)
     counted = np.maximum(deflection, LEAST_DEFLECTION * deflection.max())
-    p2p = peak_to_peak(CHECKED_PHASES, np.array(te))
+    p2p = curve_peak_to_peak(CHECKED_PHASES, np.array(te))
     p2p = np.max([p2p, np.full(p2p.size, LEAST_PEAK_TO_PEAK * p2p.max()), least_ratio * counted], axis=0)
     return MapError(accuracy * counted, PEAK_TO_PEAK_FACTOR * accuracy * p2p)
 

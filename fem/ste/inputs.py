@@ -7,12 +7,15 @@ import numpy as np
 
 from fem.contact.resolution import Discretization
 from fem.microgeometry.flank import pitch_deviations
-from fem.pair.hertz import largest_torque
+from fem.pair.hertz import largest_torque, least_torque
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.pair import GearPair
 from fem.support.representation import short
 from fem.support.validation import as_floats, increasing, number, numbers, require, text_of
 from fem.units import mm
+
+#: Least torque of `UpTo` over that of a map, as a choice of torques begins far below the largest.
+LEAST_UP_TO = 1000
 
 
 @short(torque="N m")
@@ -76,6 +79,9 @@ def _checked_largest(pair: GearPair, torques: UpTo) -> UpTo:
     limit = largest_torque(pair)
     below = f"torque must be below {limit:.4g} N m, where Hertz pressure passes E/20, got {torques.torque:g}"
     require(torques.torque < limit, below)
+    least = LEAST_UP_TO * least_torque(pair)
+    light = f"torque must be {least:.2g} N m or more, as torques far below it are solved too, got {torques.torque:g}"
+    require(torques.torque >= least, light)
     return torques
 
 
@@ -86,6 +92,9 @@ def checked_torque(pair: GearPair, torque) -> np.ndarray:
     largest = largest_torque(pair)
     limit = f"{largest:.4g} N m, where Hertz pressure passes E/20 (pass newton metres)"
     require(bool(values[-1] < largest), f"torque must be finite and below {limit}, got {values[-1]:g}")
+    least, lowest = least_torque(pair), np.abs(values[values != 0]).min(initial=np.inf)
+    rounding = f"torque must be 0 or {least:.2g} N m and more; the deflection below it is lost in rounding"
+    require(bool(lowest >= least), f"{rounding}, got {lowest:g}")
     return values
 
 

@@ -1,7 +1,6 @@
 """The STE map as data: its axes and variables with their units, checks, load and save."""
 
 from dataclasses import fields
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from fem.gear.material import Material
 from fem.microgeometry.flank import equal_on_all_teeth, from_text, to_text
 from fem.pair.pair import GearPair
 from fem.support.arguments import FilePath, Numbers, checked
-from fem.support.cache import complete_file
+from fem.support.netcdf import read, write
 from fem.support.validation import increasing, numbers, require, require_finite
 
 SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank")]
@@ -52,10 +51,9 @@ VARIABLES = {
     "error_mesh": ("m", "estimated root mean square error by the mesh"),
     "error_phase": ("m", "estimated root mean square error by interpolation over phase"),
     "error_torque": ("m", "estimated root mean square error by interpolation over torque"),
-    "error_p2p": ("m", "estimated error of the peak to peak over the mesh cycle"),
+    "error_p2p": ("m", "estimated error of the largest less the least te of the phases"),
+    "error_p2p_curve": ("m", "estimated error of the peak to peak by fem.peak_to_peak"),
 }
-#: How files hold numbers: without loss, bytes of equal weight side by side, which halves size and time of a run's file.
-PACKED = {"zlib": True, "complevel": 1, "shuffle": True}
 #: Offsets that a force law follows, in this order.
 LAW_OFFSETS = ("a", "misalignment", "axial")
 
@@ -219,13 +217,12 @@ def pair_of(data: xr.Dataset) -> GearPair:
 def save(data: xr.Dataset, path: FilePath) -> Path:
     """Write a map or a run as compressed netCDF; the file is complete or absent, even if the disk is full.
 
+    It ends with a digest of its content, by which `load` tells damage. Other programs read it as any netCDF file.
+
     Raises OSError where the file cannot be written.
     """
-    path, content = Path(path), BytesIO()  # HDF5 itself does not survive a full disk: written in memory first
-    packed = {name: PACKED for name, values in data.variables.items() if values.dtype == float}
-    data.to_netcdf(content, engine="h5netcdf", encoding=packed)
-    with complete_file(path) as file:
-        file.write(content.getbuffer())
+    path = Path(path)
+    write(data, path)
     return path
 
 
@@ -236,14 +233,3 @@ def load(path: FilePath) -> xr.Dataset:
     is_map = TE in data and "time" not in data[TE].dims
     require(is_map, f"{path} holds {list(map(str, data))}, no STE map; read other data by xarray.open_dataset(path)")
     return check(data)
-
-
-def read(path, remedy: str) -> xr.Dataset:
-    """The data of a netCDF file, in memory; ValueError with a remedy for any other file."""
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as data:
-            return data.load()
-    except (FileNotFoundError, PermissionError):
-        raise
-    except Exception as error:
-        raise ValueError(f"{path} is damaged or no netCDF file; {remedy} ({error})") from None

@@ -16,7 +16,8 @@ from fem.ste.accuracy import MapGrid, choose
 from fem.ste.error_estimation import MapError
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
 from fem.ste.map_solver import FORCE, PAIR, ContactModel, sweep
-from fem.ste.ste_map import LOAD_SHARE, OFFSETS, TE, TORQUE, description, pair_attributes, ste_map
+from fem.ste.peak_to_peak import LEAST_ERROR, curve_peak_to_peak
+from fem.ste.ste_map import LOAD_SHARE, OFFSETS, PHASE, TE, TORQUE, description, pair_attributes, ste_map
 from fem.support.arguments import Numbers, checked
 from fem.support.progress import shown
 from fem.support.representation import exact
@@ -47,7 +48,8 @@ def static_transmission_error(
                 from which no `exugear.MeshForce` can be made)
     offsets     offsets of the wheel; an offset with several values becomes an axis of the map
     accuracy    largest root mean square error by each cause (mesh, phases, torques) over the deflection, say 0.005;
-                five times that share is allowed of the peak to peak. It chooses the mesh; the map holds the estimates
+                five times that share is allowed of the peak to peak by `fem.peak_to_peak`. It chooses the mesh; the map
+                holds the estimates
     resolution  mesh and slices by hand instead of an accuracy, without estimated errors: `fem.Resolution` (default;
                 the mean of aligned spurs is within 0.3 % of the converged one) or `fem.Slices`, 4 times as fast or more
     executor    any `concurrent.futures.Executor`, which solves the contacts; finite elements are solved in this process
@@ -66,9 +68,12 @@ def static_transmission_error(
     load_share          share of the load on each tooth pair; over pair too
     pairs_in_contact    number of tooth pairs in contact
     contact_ratio       mean number over the mesh cycle, over (torque, *offsets); at 0 N m the nominal contact ratio
-    error_mesh, error_phase, error_torque, error_p2p
+    error_mesh, error_phase, error_torque
                         with an accuracy, over torque: root mean square errors [m] by the mesh and by interpolation over
-                        phase and torque, and the error of the peak to peak by all of them together [m]
+                        phase and torque
+    error_p2p, error_p2p_curve
+                        with an accuracy, over torque: error [m] by all of them together of the largest less the least
+                        te of the phases, and of the peak to peak by `fem.peak_to_peak`
 
     The compliance of each gear is kept in the cache (see `fem.support.cache.folder`).
     Raises ValueError for bad input, RuntimeError if a contact does not converge or the accuracy is not reached.
@@ -87,7 +92,8 @@ def static_transmission_error(
             grid = MapGrid(torques, phase, resolution or Resolution(), errors={})
         model = ContactModel(pair, values, grid.resolution)
         states = sweep(model, grid.torque / pair.pinion.r_b, grid.phase, executor=executor)
-    return _labelled(model, grid, states, offsets.axes()).assign(_estimates(grid.errors))
+    data = _labelled(model, grid, states, offsets.axes())
+    return data.assign(_estimates(data, grid.errors)) if grid.errors else data
 
 
 def _labelled(model: ContactModel, grid: MapGrid, states: xr.Dataset, offset_axes: tuple[str, ...]) -> xr.Dataset:
@@ -131,10 +137,16 @@ def _nominal_without_load(contact_ratio: xr.DataArray, model: ContactModel, torq
     return contact_ratio.where(loaded, nominal).transpose(*contact_ratio.dims)
 
 
-def _estimates(errors: dict[str, MapError]) -> dict[str, tuple]:
-    """Estimated errors of each torque: root mean squares by kind, and of the peak to peak by all kinds together."""
-    if not errors:
-        return {}
+def _estimates(data: xr.Dataset, errors: dict[str, MapError]) -> dict[str, tuple]:
+    """Estimated errors of each torque: root mean squares by kind, and of the peak to peak by all kinds together.
+
+    The largest less the least te of the phases is as far from the true peak to peak as that of the curve through them,
+    and by their difference further.
+    """
+    te, torque = data[TE].transpose(TORQUE, ..., PHASE).values, data[TORQUE].values
+    curve = np.sum([error.peak_to_peak for error in errors.values()], axis=0)
+    curve = np.where(torque > 0, np.maximum(curve, LEAST_ERROR), curve)
+    further = np.abs(curve_peak_to_peak(data[PHASE].values, te) - np.ptp(te, axis=-1))
     values = {name: error.rms for name, error in errors.items()}
-    values["error_p2p"] = np.sum([error.peak_to_peak for error in errors.values()], axis=0)
+    values |= {"error_p2p": curve + further.reshape(torque.size, -1).max(axis=1), "error_p2p_curve": curve}
     return {name: (TORQUE, error, description(name)) for name, error in values.items()}

@@ -6,7 +6,7 @@ from multiprocessing import get_context
 
 import numpy as np
 import pytest
-from coarse_maps import COARSE
+from coarse_maps import COARSE, ROUGH
 from helical_gears import helical
 from paper_gears import few_teeth, paper_gear
 
@@ -17,7 +17,7 @@ from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.mesh_density import Density
 from fem.gap.contact_slices import ContactSlices
-from fem.pair.hertz import flattening
+from fem.pair.hertz import flattening, least_torque
 from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
 
@@ -292,3 +292,17 @@ def test_a_contact_that_is_not_solved_says_where(monkeypatch):
     at = r"\(at phase 0.25, 150 N m, a = 150 mm, misalignment 0 rad\)"
     with pytest.raises(RuntimeError, match=rf"wider than by Hertz; reduce the load .* {at}"):
         fem.static_transmission_error(pair, [0, 150], [0.25], offsets=offsets, resolution=COARSE, progress=False)
+
+
+@pytest.mark.parametrize("mode", [fem.Slices.like(ROUGH), ROUGH])
+def test_the_deflection_grows_from_the_least_torque_on(mode):
+    """Where flanks first touch in a point; far below it, contacts do not converge."""
+    flank = (fem.TipRelief(20 * um, 2 * mm), fem.LeadCrowning(10 * um))
+    pinion, wheel = (fem.Gear(z=27, m_n=2 * mm, b=20 * mm, beta=s * 0.26, d_bore=20 * mm, flank=flank) for s in (1, -1))
+    pair = fem.GearPair(pinion, wheel)
+    torque = [0, *(least_torque(pair) * 4.0 ** np.arange(5))]
+    ste = fem.static_transmission_error(
+        pair, torque, 8, offsets=fem.Offsets(misalignment=2e-4), resolution=mode, progress=False
+    )
+    assert (np.diff(ste["te"].values, axis=0) > 0).all()
+    assert (ste["stiffness"].values[1:] > 0).all()
