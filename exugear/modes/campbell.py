@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
+from exugear.elements.turns import in_turn
 from exugear.modes.eigenmodes import tracked
 from exugear.modes.linear_system import LinearSystem, linear_gearbox
 from exugear.modes.modes import HELD, check_arguments, energy_shares, modes_of
@@ -32,6 +33,7 @@ def check_speeds(name: str, value) -> None:
 
 
 @checked
+@in_turn
 def campbell(
     model: Model,
     load: float,

@@ -7,6 +7,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
+from exugear.elements.turns import in_turn
 from exugear.modes.eigenmodes import Eigenmodes, eigenmodes
 from exugear.modes.linear_system import LinearSystem, linear_assembly, linear_gearbox
 from exugear.modes.mode_shapes import parts_of_shafts, shapes_by_coordinate, shapes_by_shaft
@@ -20,6 +21,7 @@ HELD, FREE = "held", "free"
 
 
 @checked
+@in_turn
 def modes(
     model: Model | exu.MainSystem,
     *,
@@ -96,6 +98,7 @@ def _check_hand_built(mbs, load: float | None, speed: float, drive: str) -> None
 
 
 @checked
+@in_turn
 def eigenfrequencies(model: Model, *, load: float) -> np.ndarray:
     """Eigenfrequencies [Hz] (n,) of the undamped gearbox at rest under a load, rising.
 

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
+from exugear.elements.turns import in_turn
 from exugear.operation.train_motion import HIGHEST_SPEED
 from exugear.steady_state.branch import Branch
 from exugear.steady_state.branch_data import labelled
@@ -45,6 +46,7 @@ def check_stages(name: str, value) -> None:
 
 
 @checked
+@in_turn
 def steady_states(
     model: Model,
     speed: Annotated[Sequence[float], check_range],
