@@ -48,7 +48,8 @@ STEPS = record_type(
     *((name, "f8", (2, 6)) for name in ("by_displacement", "by_velocity")),
     *((name, "f8") for name in ("last_time", "last_rate", "last_force", "last_by_bearings", "time", "guesses")),
 )
-#: Values that a run sets. engaged: 0 takes the gears out of mesh. The lag of the integrator's velocities, as in
+#: Values that a run sets. engaged: 0 takes the gears out of mesh; closed: 1 once teeth have touched.
+#: The lag of the integrator's velocities, as in
 #: `force_kernels.corrected_rate`: by the mesh force [m/N], and by the bearings of pinion and wheel, as factors of their
 #: velocities. mobility: acceleration per mesh force [1/kg]. holding_force: mesh force that balances the load while the
 #: bearings are not displaced [N]. Of pinion and wheel: constant torques about z that act beside the mesh [N m];
@@ -56,6 +57,7 @@ STEPS = record_type(
 #: accelerates as imposed [kg m^2]. steps: `STEPS`.
 CONTACT_STATE = record_type(
     ("engaged", "f8"),
+    ("closed", "f8"),
     ("lag", "f8"),
     ("pinion_lag", "f8", 6),
     ("wheel_lag", "f8", 6),

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from threading import Lock
 from typing import Any, SupportsIndex
 
 import exudyn as exu
@@ -20,15 +21,35 @@ ROUNDING = 1e-9
 NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG": ROTATION_VECTOR}
 
 
+class _Silence:
+    """Exudyn's console output, which all threads share: off while any of them wants it to be."""
+
+    lock, wanted, before = Lock(), 0, True
+
+    @classmethod
+    def begin(cls) -> None:
+        with cls.lock:
+            if not cls.wanted:
+                cls.before = exu.config.printToConsole
+            cls.wanted += 1
+            exu.config.printToConsole = False
+
+    @classmethod
+    def end(cls) -> None:
+        with cls.lock:
+            cls.wanted -= 1
+            if not cls.wanted:
+                exu.config.printToConsole = cls.before
+
+
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Switch Exudyn's console output off, and restore it afterwards."""
-    before = exu.config.printToConsole
-    exu.config.printToConsole = False
+    """Switch Exudyn's console output off, and restore it once no thread wants it off any more."""
+    _Silence.begin()
     try:
         yield
     finally:
-        exu.config.printToConsole = before
+        _Silence.end()
 
 
 def state_of_system(mbs, configuration) -> tuple[Any, Any]:

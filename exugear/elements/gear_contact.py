@@ -173,9 +173,14 @@ def contacts_of(mbs) -> dict[int, StoredContact]:
     return {i: contact for i, contact in contacts.items() if contact is not None}
 
 
+def known_contacts(mbs) -> list[StoredContact]:
+    """What a system keeps of its contacts, also of those that it had before a reset."""
+    return dict(mbs.variables).get(CONTACTS, [])
+
+
 def _contact_of_object(mbs, number: int) -> StoredContact | None:
     """What the system keeps of an object if it is a contact."""
-    known = dict(mbs.variables).get(CONTACTS, [])
+    known = known_contacts(mbs)
     function = mbs.GetObject(number).get(FUNCTION) if known else None
     return next((contact for contact in known if contact.function == function), None)
 

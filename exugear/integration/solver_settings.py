@@ -10,6 +10,8 @@ import numpy as np
 from exugear.elements.exudyn_objects import current_state
 from exugear.elements.gear_contact import contacts_of
 from exugear.elements.gear_sensor import teeth_touch
+from exugear.elements.guarded_solves import exudyn_settings
+from exugear.elements.turns import in_turn
 from exugear.operation.conditions import Conditions
 from exugear.plan.integrator_and_step import BETA, GAMMA, STABLE, Rule, rule_for
 from exugear.plan.sampling import PERIOD_STEPS, Steps, steps_of
@@ -39,8 +41,7 @@ def settings_for(rule: Rule, duration: float, tolerance: float, residual: float 
 
     residual   of the equations of motion below which Newton's iteration stops [N, N m]
     """
-    settings = exu.SimulationSettings()
-    settings.solution.file.write = False
+    settings = exudyn_settings()
     settings.linearSolver.solverType = exu.LinearSolverType.EXUdense
     integration = settings.timeIntegration
     integration.endTime, integration.numberOfSteps = duration, ceil(duration / rule.step * (1 - 1e-9))
@@ -155,6 +156,7 @@ def highest_frequency(mbs) -> float:
 
 
 @checked
+@in_turn
 def integrator(
     mbs: exu.MainSystem, duration: float, frequency: float, *, tolerance: float = 1e-3
 ) -> exu.SimulationSettings:

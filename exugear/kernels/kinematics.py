@@ -95,6 +95,13 @@ def slopes_of_force(table, state, static, side):
 
 
 @compiled
+def note_contact(state, static):
+    """Note that the teeth have touched, if they do."""
+    if static.force > 0.0:
+        state.closed = 1.0
+
+
+@compiled
 def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     """`SpinForces` of two rotational coordinates."""
     d, r_1, r_2, turns = frame.direction, frame.pinion.r_b, frame.wheel.r_b, frame.pitches_per_radian
@@ -108,6 +115,7 @@ def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     flank = flank_of(table, advance, 0.0, d * turns * q_1 + frame.phase)
     side = flank.side
     static = spinning_force(table, flank.phase, flank.deflection)
+    note_contact(state, static)
     rate, phase_rate = side * (d * (r_1 * v_1 + r_2 * v_2) + guess.rate), side * d * turns * v_1
     damped, dissipation = damping_force(table, state, static, side, rate, phase_rate, 0.0)
     slopes = slopes_of_force(table, state, static, side)
@@ -152,6 +160,7 @@ def spatial_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     free_rate = flank.side * (rate - imposed_rate(state, row_1, row_2, v_1, v_2))
     guess = guess_of(state.steps, free_rate, acceleration_by_bearings(state.steps, q_1, q_2, v_1, v_2))
     static = force_at(table, state, position, guess)
+    note_contact(state, static)
     lag = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2)
     rate += flank.side * (lag + guess.rate)
     side_d = flank.side * frame.direction

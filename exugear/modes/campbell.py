@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
+from exugear.elements.turns import in_turn
 from exugear.gearbox.constant_loads import given_loads
 from exugear.modes.eigenmodes import tracked
 from exugear.modes.linear_system import LinearSystem, linear_gearbox
@@ -34,6 +35,7 @@ def check_speeds(name: str, value) -> None:
 
 @keywords_after_first("load", "speed")
 @checked
+@in_turn
 def campbell(
     model: Model,
     *,

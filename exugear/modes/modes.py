@@ -9,6 +9,7 @@ import exudyn as exu
 import numpy as np
 import xarray as xr
 
+from exugear.elements.turns import in_turn
 from exugear.gearbox.constant_loads import given_loads
 from exugear.modes.eigenmodes import Eigenmodes, eigenmodes
 from exugear.modes.linear_system import LinearSystem, linear_assembly, linear_gearbox
@@ -24,6 +25,7 @@ HELD, FREE = "held", "free"
 
 @keywords_after_first()
 @checked
+@in_turn
 def modes(
     model: Model | exu.MainSystem,
     *,
@@ -112,6 +114,7 @@ def _check_hand_built(mbs, load: float | None, loads, speed: float, drive: str) 
 
 @keywords_after_first()
 @checked
+@in_turn
 def eigenfrequencies(
     model: Model, *, load: float | None = None, loads: Mapping[str, float] | None = None
 ) -> np.ndarray:

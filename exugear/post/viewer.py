@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from exugear.elements.turns import in_turn
 from exugear.gearbox.shaft import Shaft
 from exugear.plan.coordinates import Coordinates
 from exugear.post.graphics import add_gear_graphics, add_graphics, meshing_angles, shaft_graphics
@@ -16,6 +17,7 @@ DIAMETER_SHARE = 0.8
 
 
 @checked
+@in_turn
 def draw(model: Model) -> None:
     """Give all bodies of the model their graphics, which mbs.SolveDynamic or Exudyn's SolutionViewer shows.
 
@@ -50,6 +52,7 @@ def add_shafts(model: Model) -> None:
 
 
 @checked
+@in_turn
 def picture(
     model: Model, *, rotation: Sequence[float] = (0.4, 0.6, 0.0), size: Sequence[int] = (900, 600), zoom: float = 0.92
 ) -> np.ndarray:

@@ -15,6 +15,7 @@ from typing import Any
 import xarray as xr
 
 from exugear.elements.exudyn_objects import quiet
+from exugear.elements.turns import in_turn
 from exugear.energy.energy_balance import EnergyBalance, energy_balance
 from exugear.integration.run_data import keep_valid, labelled, recording, stored, with_end_state, with_step_error
 from exugear.integration.seams import Parts, parts_of
@@ -96,6 +97,7 @@ class StoppedAtStart(RunStopped, ValueError):
 
 
 @checked
+@in_turn
 def run(
     model: Model,
     *,
@@ -150,6 +152,7 @@ def run(
 
 
 @checked
+@in_turn
 def run_up(
     model: Model,
     *,

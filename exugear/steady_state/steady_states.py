@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
+from exugear.elements.turns import in_turn
 from exugear.gearbox.constant_loads import given_loads, idle_stages
 from exugear.modes.modes import load_attributes
 from exugear.operation.train_motion import HIGHEST_SPEED
@@ -48,6 +49,7 @@ def check_stages(name: str, value) -> None:
 
 @keywords_after_first("speed", "load")
 @checked
+@in_turn
 def steady_states(
     model: Model,
     *,

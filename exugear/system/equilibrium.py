@@ -5,11 +5,11 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from math import isfinite
 
-import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
 from exugear.elements.exudyn_objects import INITIAL
+from exugear.elements.guarded_solves import exudyn_settings
 from exugear.elements.stop_messages import DIVERGED
 from exugear.gearbox.bearing_stiffness import radial_secant, radial_table
 from exugear.gearbox.shaft import Coupling
@@ -120,8 +120,7 @@ def _needs_static_solve(model: Model) -> bool:
 def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]) -> np.ndarray:
     """Coordinates in equilibrium with further torques [N m] on spins, by their indices; the solve starts at q."""
     system = model.mbs.systemData
-    settings = exu.SimulationSettings()
-    settings.solution.file.write = False
+    settings = exudyn_settings()
     settings.staticSolver.newton.relativeTolerance = 1e-8
     settings.staticSolver.newton.absoluteTolerance = max(ABSOLUTE_TOLERANCE, _rounding_of_forces(model, q))
     settings.staticSolver.loadStepStart = conditions.start_time
