@@ -57,7 +57,8 @@ TAKEN = {
         (
             "Model.bodies",
             "Model.spins",
-            "Model.rotors",
+            "Model.rotor_spins",
+            "BuiltPlan.largest_torques",
             "Model.end_markers",
             "MeshForce.fixed_offsets",
             "EnergyBalance.losses",

@@ -18,11 +18,6 @@ from exugear.kernels.coupling_kernels import coupling_kernel, coupling_record
 from exugear.plan.coordinates import Coordinates, pose
 
 
-def coupling_name(shaft: str) -> str:
-    """Name of the spring of the coupling of a shaft."""
-    return f"{shaft} coupling"
-
-
 def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
     """Add a shaft as a body with its bearings or its joint, and with its drags; returns the number of the body."""
     body = _add_supported_body(mbs, ground, gearbox, shaft, coordinates)
@@ -63,25 +58,27 @@ def spin_marker(mbs, body: int, spin_index: int) -> int:
     return mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node_of(mbs, body), coordinate=spin_index))
 
 
-def add_rotor(mbs, gearbox: Gearbox, body: int, coordinates: Coordinates, name: str) -> int | None:
-    """Add the rotor behind the coupling of a shaft; returns its number, or None without a coupling."""
-    coupling = next(shaft for shaft in gearbox.shafts if shaft.name == name).coupling
-    if coupling is None:
-        return None
-    node = mbs.AddNode(eii.Node1D(name=f"{name} rotor", referenceCoordinates=[0.0]))
-    data = {"inertia": coupling.inertia, "nodeNumber": node}
-    rotor = mbs.AddObject(eii.ObjectRotationalMass1D(name=f"{name} rotor", **data))
-    markers = [spin_marker(mbs, body, coordinates.spin_index), spin_marker(mbs, rotor, 0)]
-    spring = eii.CoordinateSpringDamper(
-        name=coupling_name(name), markerNumbers=markers, stiffness=coupling.torsion, damping=coupling.damping
-    )
-    mbs.AddObject(spring)
-    return rotor
+def add_rotors(mbs, shaft: Shaft, body: int, coordinates: Coordinates) -> dict[str, int]:
+    """Add the rotors behind the couplings of a shaft with their springs; returns their numbers by name."""
+    rotors: dict[str, int] = {}
+    for rotor in shaft.rotors:
+        node = mbs.AddNode(eii.Node1D(name=rotor.name, referenceCoordinates=[0.0]))
+        data = {"inertia": rotor.coupling.inertia, "nodeNumber": node}
+        number = mbs.AddObject(eii.ObjectRotationalMass1D(name=rotor.name, **data))
+        inner = spin_marker(mbs, rotors[rotor.body], 0) if rotor.body in rotors else None
+        inner = spin_marker(mbs, body, coordinates.spin_index) if inner is None else inner
+        constants = {"stiffness": rotor.coupling.torsion, "damping": rotor.coupling.damping}
+        markers = [inner, spin_marker(mbs, number, 0)]
+        mbs.AddObject(eii.CoordinateSpringDamper(name=rotor.spring, markerNumbers=markers, **constants))
+        rotors[rotor.name] = number
+    return rotors
 
 
-def end_marker(mbs, body: int, rotor: int | None, coordinates: Coordinates) -> int:
-    """Marker on the spin of a shaft that drive or load acts on: of the rotor behind its coupling if there is one."""
-    return spin_marker(mbs, body, coordinates.spin_index) if rotor is None else spin_marker(mbs, rotor, 0)
+def end_marker(mbs, shaft: Shaft, body: int, rotors: Mapping[str, int], coordinates: Coordinates) -> int:
+    """Marker on the spin of the body that drive or load of a shaft act on (`Shaft.end`)."""
+    if shaft.end in rotors:
+        return spin_marker(mbs, rotors[shaft.end], 0)
+    return spin_marker(mbs, body, coordinates.spin_index)
 
 
 def add_drive_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -> tuple[int, int]:
@@ -96,7 +93,7 @@ def add_drive_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) ->
 
 
 def add_driven_coupling(mbs, name: str, nodes: tuple[Any, Any], coupling: Coupling, motion: np.record) -> None:
-    """Add a coupling between the nodes of a rotor with an imposed motion and of its shaft."""
+    """Add a coupling between the nodes of a rotor with an imposed motion and of the body that bears the coupling."""
     record, n = coupling_record(coupling, motion), len(mbs.GetNode(nodes[1])["referenceCoordinates"])
     kernel, address = coupling_kernel(n), address_of(record)
 

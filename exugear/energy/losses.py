@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from exugear.energy.shaft_motion import ShaftMotion
-from exugear.energy.stored_energy import coupling_twists, radial_motion
+from exugear.energy.stored_energy import coupling_twists, couplings_of, radial_motion
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_stiffness import linear_part, radial_stiffness
 from exugear.gearbox.shaft import Shaft
@@ -13,8 +13,8 @@ from exugear.system.model import Model
 
 
 def coupling_losses(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, np.ndarray]:
-    """(n,) power [W] that the coupling of each shaft dissipates."""
-    damping = {shaft.name: shaft.coupling.damping for shaft in model.gearbox.shafts if shaft.coupling}
+    """(n,) power [W] that each coupling dissipates, named as in `couplings_of`."""
+    damping = {name: rotor.coupling.damping for name, rotor in couplings_of(model).items()}
     return {name: damping[name] * rate**2 for name, (_, rate) in coupling_twists(model, motions).items()}
 
 

@@ -10,7 +10,7 @@ from exugear.energy.losses import bearing_losses, coupling_losses
 from exugear.energy.shaft_motion import ShaftMotion, motions
 from exugear.energy.stored_energy import bearing_energy, coupling_energy, kinetic_energy
 from exugear.operation.conditions import Conditions
-from exugear.system.drive_and_load import ShaftTorques, rotor_name
+from exugear.system.drive_and_load import ShaftTorques
 from exugear.system.model import Model
 from fem.units import mm
 
@@ -35,15 +35,17 @@ def _powers(model: Model, moved: Mapping[str, ShaftMotion], data: xr.Dataset) ->
     for kind, (name, words) in ENDS.items():
         if f"{kind}_torque" in data:
             ends = data[f"{kind}_end"].values.tolist()
-            speeds = [_end_motion(model, moved, end).speed * model.gearbox.directions[end] for end in ends]
+            speeds = [_end_speed(model, moved, end) for end in ends]
             about = {"units": "W", "long_name": f"power {words}"}
             variables[name] = (f"{kind}_end", "time"), data[f"{kind}_torque"].values * np.array(speeds), about
     return variables
 
 
-def _end_motion(model: Model, moved: Mapping[str, ShaftMotion], end: str) -> ShaftMotion:
-    """The motion of what a drive or load acts on: the rotor behind a coupling, else the shaft."""
-    return moved[rotor_name(end) if end in model.rotors else end]
+def _end_speed(model: Model, moved: Mapping[str, ShaftMotion], end: str) -> np.ndarray:
+    """(n,) speed [rad/s] in its sense of motion of what a drive or load acts on, by the name of a shaft or rotor."""
+    shaft = model.gearbox.ends[end]
+    body = shaft.end if end == shaft.name else end
+    return moved[body].speed * model.gearbox.directions[shaft.name]
 
 
 def _losses(model: Model, moved: Mapping[str, ShaftMotion]) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from exugear.operation.conditions import Conditions
-from exugear.system.drive_and_load import ShaftTorques, rotor_name
+from exugear.system.drive_and_load import ShaftTorques
 from exugear.system.model import Model, on_bearings
 
 #: Second derivative over the squared spacing: in the middle of five values, and of the first two of six values.
@@ -32,7 +32,7 @@ class ShaftMotion:
 def motions(
     model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray, lag: float
 ) -> dict[str, ShaftMotion]:
-    """Motion of each shaft by its name, and of each rotor by `rotor_name`; lag: of the velocities [s^2]."""
+    """Motion of each shaft by its name, and of each rotor by its own; lag: of the velocities [s^2]."""
     factor = lag / (time[1] - time[0]) ** 2 if time.size > 1 else 0.0
     by_name = {}
     for mesh in model.meshes:
@@ -43,10 +43,10 @@ def motions(
             moves = q is not None and model.plan.shafts[shaft.name].on_bearings
             rates = corrected(np.asarray(q_t, float), factor) if moves else None
             by_name[shaft.name] = ShaftMotion(spin, speed, np.asarray(q, float) if moves else None, rates)
-    for name in model.rotors:
-        recorder = torques[rotor_name(name)].recorder
+    for name in model.rotor_spins:
+        recorder = torques[name].recorder
         spin, speed = recorder["angle"][: time.size], recorder["speed"][: time.size]
-        by_name[rotor_name(name)] = ShaftMotion(spin, corrected(speed, factor))
+        by_name[name] = ShaftMotion(spin, corrected(speed, factor))
     return by_name | _imposed(model, conditions, time, by_name)
 
 
@@ -54,7 +54,7 @@ def _imposed(model: Model, conditions: Conditions, time: np.ndarray, recorded: M
     """The motion of the shaft or rotor whose speed is imposed, with that speed."""
     if conditions.held is None:
         return {}
-    name = rotor_name(conditions.held) if conditions.held in model.rotors else conditions.held
+    name = model.gearbox.ends[conditions.held].end
     speed = model.gearbox.directions[conditions.held] * conditions.speed_of(time)
     motion = recorded[name]
     return {name: ShaftMotion(motion.spin, speed * np.ones(time.size), motion.q, motion.q_t)}

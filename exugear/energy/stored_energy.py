@@ -7,8 +7,7 @@ import numpy as np
 from exugear.energy.shaft_motion import ShaftMotion
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_stiffness import linear_part, radial_table
-from exugear.gearbox.shaft import Shaft
-from exugear.system.drive_and_load import rotor_name
+from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.system.model import Model
 
 
@@ -28,20 +27,29 @@ def _of_shaft(shaft: Shaft, motions: Mapping[str, ShaftMotion]) -> np.ndarray:
         b = shaft.offset.tilt_y + motion.q[:, 4]
         about_axis = about_axis + a_t * np.sin(b)
         energy = shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
-    if shaft.coupling:
-        energy = energy + shaft.coupling.inertia * motions[rotor_name(shaft.name)].speed ** 2
+    for rotor in shaft.rotors:
+        energy = energy + rotor.coupling.inertia * motions[rotor.name].speed ** 2
     return 0.5 * (energy + shaft.inertia * about_axis**2)
 
 
+def couplings_of(model: Model) -> dict[str, Rotor]:
+    """The rotors behind all couplings, by the name of the shaft where it has a single one, else by their own."""
+    return {
+        shaft.name if len(shaft.rotors) == 1 else rotor.name: rotor
+        for shaft in model.gearbox.shafts
+        for rotor in shaft.rotors
+    }
+
+
 def coupling_twists(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Twists (n,) [rad] of couplings and their rates (n,) [rad/s], by the name of the shaft."""
-    ends = {name: (motions[rotor_name(name)], motions[name]) for name in model.rotors}
+    """Twists (n,) [rad] of couplings and their rates (n,) [rad/s], named as in `couplings_of`."""
+    ends = {name: (motions[rotor.name], motions[rotor.body]) for name, rotor in couplings_of(model).items()}
     return {name: (rotor.spin - body.spin, rotor.speed - body.speed) for name, (rotor, body) in ends.items()}
 
 
 def coupling_energy(model: Model, motions: Mapping[str, ShaftMotion]) -> np.ndarray:
     """(n,) energy of all couplings [J]."""
-    torsion = {shaft.name: shaft.coupling.torsion for shaft in model.gearbox.shafts if shaft.coupling}
+    torsion = {name: rotor.coupling.torsion for name, rotor in couplings_of(model).items()}
     twists = coupling_twists(model, motions)
     return np.sum([0.5 * torsion[name] * twist**2 for name, (twist, _) in twists.items()], axis=0)
 

@@ -14,7 +14,7 @@ NO_LOAD = "without it no mesh carries load"
 
 
 def given_loads(gearbox: Gearbox, load: float | None, loads: Mapping[str, float] | None) -> dict[str, float]:
-    """Torques [N m] against the motion of shafts at positive speed, by their names, from load= or loads=.
+    """Torques [N m] against the motion of shafts or rotors at positive speed, by their names, from load= or loads=.
 
     Raises ValueError unless exactly one of both is given, for shafts that the gearbox lacks, for the driving shaft, and
     for loads that are not finite or all 0.
@@ -27,11 +27,11 @@ def given_loads(gearbox: Gearbox, load: float | None, loads: Mapping[str, float]
         finite = isfinite(load) and load != 0
         require(finite, f"load must be finite and not 0, got {load:g}; {NO_LOAD}")
         return {gearbox.driven.name: float(load)}
-    names = [shaft.name for shaft in gearbox.shafts]
-    unknown = [name for name in loads if name not in names]
-    require(not unknown, f"loads: no shafts {unknown}; the shafts are {names}")
+    bodies = gearbox.ends
+    unknown = [name for name in loads if name not in bodies]
+    require(not unknown, f"loads: no shafts {unknown}; the shafts are {[*bodies]}")
     driving = f"loads: shaft {gearbox.driving.name!r} drives, its drive takes the torque that is left; leave it out"
-    require(gearbox.driving.name not in loads, driving)
+    require(not {gearbox.driving.name, gearbox.driving.end} & loads.keys(), driving)
     torques = {name: float(torque) for name, torque in loads.items()}
     finite = all(map(isfinite, torques.values())) and any(torques.values())
     require(finite, f"loads must be finite and not all 0, got {torques}; {NO_LOAD}")
@@ -40,8 +40,12 @@ def given_loads(gearbox: Gearbox, load: float | None, loads: Mapping[str, float]
 
 def mesh_forces(gearbox: Gearbox, loads: Mapping[str, float]) -> np.ndarray:
     """(n_stage,) static mesh forces [N] under loads against the motion of shafts [N m]."""
-    torques = [-gearbox.directions[shaft.name] * loads.get(shaft.name, 0.0) for shaft in gearbox.shafts]
-    return gearbox.forces_under(np.array(torques), 0.0, held=gearbox.driving.name)
+    shafts = [shaft.name for shaft in gearbox.shafts]
+    torques = np.zeros(len(shafts))
+    for name, torque in loads.items():
+        shaft = gearbox.ends[name].name
+        torques[shafts.index(shaft)] -= gearbox.directions[shaft] * torque
+    return gearbox.forces_under(torques, 0.0, held=gearbox.driving.name)
 
 
 def words_of(gearbox: Gearbox, loads: Mapping[str, float]) -> str:

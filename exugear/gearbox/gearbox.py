@@ -77,6 +77,12 @@ class Gearbox:
         return self.stages[-1].slow
 
     @property
+    def ends(self) -> dict[str, Shaft]:
+        """Shaft by the name of each body that a drive or a load may act on: the shafts, and the rotors behind them."""
+        shafts = {shaft.name: shaft for shaft in self.shafts}
+        return shafts | {rotor.name: shaft for shaft in self.shafts for rotor in shaft.rotors}
+
+    @property
     def labels(self) -> tuple[str, ...]:
         """Names of the stages, with the axial position where two couple the same shafts."""
         names = [stage.name for stage in self.stages]
@@ -138,7 +144,10 @@ class Gearbox:
     def _check_item_names(self) -> None:
         """Require that the items of Exudyn's system have different names."""
         names = ["drive", *(shaft.name for shaft in self.shafts), *self.labels]
-        names += [f"{shaft.name} {part}" for shaft in self.shafts for part in ("rotor", "coupling", "drag")]
+        parts = "rotor", "coupling", "drag"
+        for shaft in self.shafts:
+            of_rotors = {name for rotor in shaft.rotors for name in (rotor.name, rotor.spring)}
+            names += [*({f"{shaft.name} {part}" for part in parts} | of_rotors)]
         shared = sorted({name for name in names if names.count(name) > 1})
         clash = f"shafts, stages and their parts in Exudyn's system would share the names {shared}"
         require(not shared, f"{clash}; rename a shaft")

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import inf, isfinite, pi, sqrt
-from typing import Annotated
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -80,11 +81,15 @@ class Disc:
 class Coupling:
     """A torsional spring and damper between the shaft and an outside rotor, the motor or the brake.
 
-    The drive or the load then acts on the rotor instead of the shaft.
+    The drive or the load then acts on the rotor instead of the shaft. A shaft may carry several couplings, and rotors
+    may be coupled to further rotors: chains and trees of inertias and torsional springs. The drive or the load of the
+    shaft then acts on the outermost rotor of the first chain, others on a rotor by its name.
 
     torsion   stiffness [N m/rad]
     damping   [N m s/rad]
     inertia   of the outside rotor about z [kg m^2]
+    further   `Coupling` from that rotor to a further rotor, or several of them
+    name      of the rotor, in drives, loads and data; by default "<shaft> rotor", "<shaft> rotor 2", ...
 
     Raises ValueError for a coupling so stiff that a rigid one is meant, and for values that suggest another unit.
     """
@@ -92,8 +97,14 @@ class Coupling:
     torsion: float
     damping: float = 0.0
     inertia: float = field(kw_only=True)
+    further: Any = field(default=(), kw_only=True)
+    name: str = field(default="", kw_only=True)
 
     def __post_init__(self):
+        further = (self.further,) if isinstance(self.further, Coupling) else self.further
+        couplings = isinstance(further, list | tuple) and all(isinstance(x, Coupling) for x in further)
+        require(couplings, f"further must be a Coupling or a list of them, got {text_of(further)}")
+        object.__setattr__(self, "further", tuple(further))
         require_all("a coupling", self, {"torsion": "N m/rad", "inertia": "kg m^2"})
         rigid = f"torsion {self.torsion:g} N m/rad is meant as rigid (from {RIGID:g} on)"
         require(self.torsion < RIGID, f"{rigid}; leave the coupling out and add a Disc")
@@ -141,6 +152,33 @@ class Placement:
     def at(self, axial: Finite) -> np.ndarray:
         """(3,) displaced point of the axis at an axial position [m], from the nominal point at the axial position 0."""
         return np.array([self.x, self.y, self.z + self.pivot]) + (axial - self.pivot) * self.axis
+
+
+class Rotor(NamedTuple):
+    """A rotor outside a shaft: its name, the coupling to it, the name of that spring, and the body that bears it.
+
+    body   name of the shaft, or of the rotor, from which the coupling leads to this one
+    """
+
+    name: str
+    coupling: Coupling
+    spring: str
+    body: str
+
+
+def rotors_of(shaft: str, couplings: Sequence[Coupling]) -> tuple[Rotor, ...]:
+    """The rotors of a shaft, each before those behind it."""
+    rotors: list[Rotor] = []
+
+    def add(couplings: Sequence[Coupling], body: str) -> None:
+        for coupling in couplings:
+            number = f" {len(rotors) + 1}" if rotors else ""
+            name = coupling.name or f"{shaft} rotor{number}"
+            rotors.append(Rotor(name, coupling, f"{shaft} coupling{number}", body))
+            add(coupling.further, name)
+
+    add(couplings, shaft)
+    return tuple(rotors)
 
 
 Part = Gear | Bearing | Disc | Coupling | Drag | BearingDrag
@@ -208,8 +246,8 @@ class Shaft:
             positions = [axial for axial, _ in self._parts_of(kind)]
             twice = f"shaft {self.name!r} carries two of a kind at one position: {kind.__name__} at {positions} m"
             require(len(set(positions)) == len(positions), f"{twice}; move one of them")
-        couplings = len(self._parts_of(Coupling))
-        require(couplings <= 1, f"shaft {self.name!r} carries {couplings} couplings; leave one at most")
+        names = [self.name, *(rotor.name for rotor in self.rotors)]
+        require(len({*names}) == len(names), f"rotors of shaft {self.name!r} share a name, got {names}; rename one")
         unloaded = [axial for axial, drag in self._parts_of(BearingDrag) if drag.needs_load]
         unknown = f"load of the BearingDrag at {unloaded} m of shaft {self.name!r} is not known; pass load=... [N]"
         require(not unloaded, f"{unknown}, or let an elastic Bearing carry it")
@@ -280,13 +318,26 @@ class Shaft:
 
     @property
     def coupling(self) -> Coupling | None:
-        """The coupling to an outside rotor; None without one."""
+        """The first coupling to an outside rotor; None without one."""
         return next((part for _, part in self._parts_of(Coupling)), None)
+
+    @cached_property
+    def rotors(self) -> tuple[Rotor, ...]:
+        """The rotors behind all couplings, each before those that are coupled to it."""
+        return rotors_of(self.name, [part for _, part in self._parts_of(Coupling)])
+
+    @property
+    def end(self) -> str:
+        """Name of the body that drive or load act on: the outermost rotor of the first chain, else the shaft itself."""
+        body = self.name
+        while behind := [rotor.name for rotor in self.rotors if rotor.body == body]:
+            body = behind[0]
+        return body
 
     @property
     def turning_inertia(self) -> float:
-        """Inertia about z of the shaft and of the rotor behind its coupling [kg m^2]."""
-        return self.inertia + (self.coupling.inertia if self.coupling else 0.0)
+        """Inertia about z of the shaft and of the rotors behind its couplings [kg m^2]."""
+        return self.inertia + sum(rotor.coupling.inertia for rotor in self.rotors)
 
     @property
     def support(self) -> np.ndarray:

@@ -8,10 +8,11 @@ import numpy as np
 
 from exugear.elements.bearing_elements import displacements, reactions
 from exugear.elements.drag_elements import braking_torques
-from exugear.gearbox.shaft import Coupling, Shaft
+from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
-from exugear.system.drive_and_load import ShaftTorques, rotor_name
+from exugear.system.drive_and_load import ShaftTorques
+from exugear.system.imposed_speed import end_rotor
 from exugear.system.model import Model
 from fem.units import mm
 
@@ -44,11 +45,11 @@ def driving_speed(model: Model, conditions: Conditions, time: np.ndarray) -> np.
 
 def speed_variables(model: Model, torques: ShaftTorques, number: int) -> dict[str, Any]:
     """Recorded speeds of shafts, and of the rotors behind couplings; number: of valid samples."""
-    names = {rotor_name(name): name for name in model.rotors}
+    shafts = model.gearbox.ends
     rotors = {
-        key: model.gearbox.directions[names[key]] * torque.recorder["speed"][:number]
-        for key, torque in torques.items()
-        if key in names
+        name: model.gearbox.directions[shafts[name].name] * torque.recorder["speed"][:number]
+        for name, torque in torques.items()
+        if name in model.rotor_spins
     }
     return _speeds("shaft", recorded(model, "speed")) | _speeds("rotor", rotors)
 
@@ -149,9 +150,9 @@ def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques
     """Torques of drives, with the motion, and of loads, against it, over the ends of shafts and time."""
     by_sense: dict[int, dict[str, np.ndarray]] = {1: {}, -1: {}}
     if conditions.held:
-        by_sense[conditions.held_sense][conditions.held] = imposed_torque(model, conditions, time)
+        by_sense[conditions.held_sense][conditions.held] = imposed_torque(model, conditions, torques, time)
     for end in conditions.ends:
-        by_sense[end.sense][end.shaft] = _applied_torque(model, conditions, end, torques, time)
+        by_sense[end.sense][end.name] = _applied_torque(model, conditions, end, torques, time)
     data: dict[str, Any] = {}
     for sense, (name, words) in {1: ("drive", "of the drive, with"), -1: ("load", "of the load, against")}.items():
         if by_sense[sense]:
@@ -168,22 +169,23 @@ def rows(arrays: list[np.ndarray]) -> np.ndarray:
 
 def _applied_torque(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques, time) -> np.ndarray:
     """(n,) torque of an end [N m], > 0 as the user gives it."""
-    if conditions.tables[end.shaft].constant:
-        return np.full(time.size, float(conditions.tables[end.shaft](0.0, 0.0, 0.0)))
-    samples = torques[rotor_name(end.shaft) if end.shaft in model.rotors else end.shaft].recorder["torque"]
+    if conditions.tables[end.name].constant:
+        return np.full(time.size, float(conditions.tables[end.name](0.0, 0.0, 0.0)))
+    samples = torques[end.body].recorder["torque"]
     return end.sense * model.gearbox.directions[end.shaft] * samples[: time.size]
 
 
-def imposed_torque(model: Model, conditions: Conditions, time: np.ndarray) -> np.ndarray:
+def imposed_torque(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> np.ndarray:
     """(n,) torque [N m] by which a drive imposes its speed, with the motion (against it for a load).
 
     It accelerates the shaft against the torques of its meshes and its drag, or the rotor against that of the coupling.
     """
     shaft = next(shaft for shaft in model.gearbox.shafts if shaft.name == conditions.held)
     acceleration = conditions.speed_of.slope(time)
-    if shaft.coupling:
-        by_coupling = _coupling_torque(model, conditions, shaft.coupling, time)
-        torque = shaft.coupling.inertia * acceleration + by_coupling
+    if shaft.rotors:
+        rotor = end_rotor(shaft)
+        by_coupling = _coupling_torque(model, conditions, rotor, torques, time)
+        torque = rotor.coupling.inertia * acceleration + by_coupling
     else:
         torque = _mesh_torque(model, shaft)
         np.subtract(shaft.inertia * acceleration, torque, out=torque)
@@ -203,8 +205,16 @@ def _mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
     return model.gearbox.directions[shaft.name] * sum(sides[1:], start=sides[0])
 
 
-def _coupling_torque(model: Model, conditions: Conditions, coupling: Coupling, time: np.ndarray) -> np.ndarray:
-    """(n,) torque of the coupling on the shaft whose rotor is held, in the sense of motion [N m]."""
-    spin, speed = (recorded(model, quantity)[str(conditions.held)] for quantity in ("spin", "speed"))
+def _coupling_torque(
+    model: Model, conditions: Conditions, rotor: Rotor, torques: ShaftTorques, time: np.ndarray
+) -> np.ndarray:
+    """(n,) torque of the coupling of a held rotor on the body that bears it, in the sense of motion [N m]."""
+    held = str(conditions.held)
+    if rotor.body == held:
+        spin, speed = (recorded(model, quantity)[held] for quantity in ("spin", "speed"))
+    else:
+        recorder, direction = torques[rotor.body].recorder, model.gearbox.directions[held]
+        spin, speed = (direction * recorder[name][: time.size] for name in ("angle", "speed"))
     angle = conditions.start_angle + np.array([conditions.speed_of.integral(t) for t in time.tolist()])
+    coupling = rotor.coupling
     return coupling.torsion * (angle - spin) + coupling.damping * (conditions.speed_of(time) - speed)

@@ -118,7 +118,7 @@ def _negligible_residual(model: Model, conditions: Conditions, tolerance: float)
     names = [shaft.name for shaft in model.gearbox.shafts]
     torques = np.zeros(len(names))
     for name, table in conditions.tables.items():
-        torques[names.index(name)] += table.largest
+        torques[names.index(model.gearbox.ends[name].name)] += table.largest
     force = max(float(np.abs(mesh.force_per_torque) @ torques) for mesh in model.meshes)
     angle = conditions.highest_speed * conditions.duration + abs(conditions.start_angle)
     stiffness = max(mesh.law.stiffness_max * mesh.stage.pair.pinion.r_b for mesh in model.meshes)

@@ -8,7 +8,6 @@ import numpy as np
 
 from exugear.elements.bearing_elements import user_functions
 from exugear.elements.exudyn_objects import INITIAL
-from exugear.elements.shaft_bodies import coupling_name
 from exugear.gearbox.bearing_stiffness import linear_part
 from exugear.gearbox.shaft import Shaft
 from exugear.system.model import Model
@@ -38,10 +37,10 @@ def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
             for axial, matrix in _bearing_matrices(shaft, q[part]).items():
                 name = f"{shaft.name} bearing at {axial / mm:.4g} mm"
                 yield ElasticElement(name, "bearing", embedded(matrix[components], part, q.size))
-        if shaft.coupling:
-            spring = shaft.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
-            matrix = embedded(spring, [spin, model.rotors[shaft.name]], q.size)
-            yield ElasticElement(coupling_name(shaft.name), "coupling", matrix)
+        for rotor in shaft.rotors:
+            spring = rotor.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
+            ends = [model.turning[rotor.body], model.turning[rotor.name]]
+            yield ElasticElement(rotor.spring, "coupling", embedded(spring, ends, q.size))
 
 
 def _bearing_matrices(shaft: Shaft, q: np.ndarray) -> dict[float, np.ndarray]:

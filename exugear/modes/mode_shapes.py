@@ -23,23 +23,25 @@ OF_NODES = {
 
 
 def shapes_by_shaft(model: Model, shapes: np.ndarray) -> xr.DataArray:
-    """Shapes (n, n_mode) as (mode, shaft, coordinate), rotors behind couplings among the shafts; 0 if they are fixed.
+    """Shapes (n, n_mode) as (mode, shaft, coordinate), with rotors among the shafts (`rotor_of`: theirs); 0 if fixed.
 
     The axis is marked by the positions x, y [m] of the shafts and the axial positions of their centres of mass [m].
     """
     box = model.gearbox
-    names = [*model.spins, *(f"{name} rotor" for name in model.rotors)]
+    names = [*model.spins, *model.rotor_spins]
     values = np.zeros((shapes.shape[1], len(names), 6), shapes.dtype)
     for i, (name, spin) in enumerate(model.spins.items()):
         components = model.plan.shafts[name].components
         values[:, i, components] = shapes[spin + 1 - len(components) : spin + 1].T
-    for i, rotor in enumerate(model.rotors.values(), len(model.spins)):
+    for i, rotor in enumerate(model.rotor_spins.values(), len(model.spins)):
         values[:, i, 5] = shapes[rotor]
-    x, y = np.transpose([box.shaft_positions[name] for name in (*model.spins, *model.rotors)])
-    centres = {shaft.name: shaft.centre for shaft in box.shafts}
-    centre = [centres[name] for name in (*model.spins, *model.rotors)]
+    shafts = [box.ends[name] for name in names]
+    x, y = np.transpose([box.shaft_positions[shaft.name] for shaft in shafts])
+    centre, of_rotors = [shaft.centre for shaft in shafts], [""] * len(model.spins)
+    of_rotors += [shaft.name for shaft in shafts[len(model.spins) :]]
     coords: dict[str, Any] = {"shaft": names, "coordinate": list(COORDINATES)}
     coords |= {"shaft_x": ("shaft", x), "shaft_y": ("shaft", y), "shaft_centre": ("shaft", centre)}
+    coords["rotor_of"] = "shaft", of_rotors
     return xr.DataArray(values, dims=("mode", "shaft", "coordinate"), coords=coords)
 
 

@@ -55,8 +55,8 @@ def modes(
     damping_ratio   share of the critical damping, to the first order, by the damping of meshes, bearings, couplings and
                     springs; at speed also by the drag of shafts; friction of teeth does not count
     shape           real part of the shapes, by shaft and coordinate (x, y, z, tilt_x, tilt_y, spin), rotors behind
-                    couplings among the shafts; in a hand-built system by coordinate. Its modal mass is 1 kg; the
-                    component with the most kinetic energy is real and > 0
+                    couplings among the shafts (rotor_of names theirs); in a hand-built system by coordinate. Its modal
+                    mass is 1 kg; the component with the most kinetic energy is real and > 0
     shape_imaginary imaginary part, of gyroscopic modes and of those of nearly equal frequencies that damping couples:
                     component = Re((shape + i shape_imaginary) exp(i omega t))
     energy_share    of the strain energy, in every mesh, bearing, coupling and spring; 0 for rigid-body motions. The

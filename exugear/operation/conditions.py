@@ -28,18 +28,28 @@ SPEED_MARGIN, LEAST_RANGE = 2.0, 1.0
 
 @dataclass(frozen=True, eq=False)
 class ShaftEnd:
-    """A torque on the end of a shaft.
+    """A torque on the end of a shaft, or on a rotor behind it.
 
-    shaft     its name
+    name      of the shaft or rotor, as the user gave it
+    shaft     its name, or that of the shaft of the rotor
+    body      name of the body on which the torque acts: of a shaft, `Shaft.end`
     sense     +1: acts with the motion at positive speed (drive), -1: against it (load)
     torque    what the user gave, for messages and attributes, or its table
     role      name of the argument that holds the end, for messages
     """
 
+    name: str
     shaft: str
+    body: str
     sense: int
     torque: Torque | TorqueTable
     role: str = ""
+
+
+def end_of(gearbox: Gearbox, name: str, sense: int, torque: Torque, role: str = "") -> ShaftEnd:
+    """A torque on a shaft or rotor by its name."""
+    shaft = gearbox.ends[name]
+    return ShaftEnd(name, shaft.name, shaft.end if name == shaft.name else name, sense, torque, role)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,24 +118,24 @@ class Conditions:
 
     @cached_property
     def tables(self) -> dict[str, TorqueTable]:
-        """Table of the torque on each shaft that has a tabulated one."""
+        """Table of the torque of each end by its name."""
         top = SPEED_MARGIN * self.highest_speed
         of_speed = [end for end in self.ends if end.torque.of_speed is not None]
         ranges = {end: top * self._ratio(end.shaft) + LEAST_RANGE for end in of_speed}
         return self._tables_without_speed | {
-            end.shaft: torque_table(end.torque, end.role, self.duration, highest) for end, highest in ranges.items()
+            end.name: torque_table(end.torque, end.role, self.duration, highest) for end, highest in ranges.items()
         }
 
     def tabulated(self) -> "Conditions":
         """The conditions with tables in place of functions, which travel to other processes."""
-        ends = tuple(replace(end, torque=self.tables[end.shaft]) for end in self.ends)
+        ends = tuple(replace(end, torque=self.tables[end.name]) for end in self.ends)
         return replace(self, speed=self.speed_of, ends=ends, run_up=None)
 
     @cached_property
     def _tables_without_speed(self) -> dict[str, TorqueTable]:
         """Tables of the torques over time and angle, which do not need to know the range of speeds."""
         ends = [end for end in self.ends if end.torque.of_speed is None]
-        return {end.shaft: torque_table(end.torque, end.role, self.duration, 0.0) for end in ends}
+        return {end.name: torque_table(end.torque, end.role, self.duration, 0.0) for end in ends}
 
     @property
     def initial_speed(self) -> float:
@@ -156,10 +166,14 @@ class Conditions:
         names = [shaft.name for shaft in self.gearbox.shafts]
         torques = np.zeros(len(names))
         for end in self.ends:
-            ratio, motion = self._ratio(end.shaft), (self.initial_speed, self.initial_angle)
-            value = float(self.tables[end.shaft](self.start_time, *(ratio * x for x in motion)))
-            torques[names.index(end.shaft)] += end.sense * self.gearbox.directions[end.shaft] * value
+            torques[names.index(end.shaft)] += self.initial_torque(end)
         return torques
+
+    def initial_torque(self, end: ShaftEnd) -> float:
+        """Torque about z of an end at the start [N m]."""
+        ratio, motion = self._ratio(end.shaft), (self.initial_speed, self.initial_angle)
+        value = float(self.tables[end.name](self.start_time, *(ratio * x for x in motion)))
+        return end.sense * self.gearbox.directions[end.shaft] * value
 
     @property
     def _signed_ratios(self) -> list[float]:
@@ -184,7 +198,7 @@ class Conditions:
         """(n - 1,) torques over time and angle, reduced to the driving shaft, their means between times (n,)."""
         total = np.zeros(times.size - 1)
         for end in self.ends:
-            table = self._tables_without_speed.get(end.shaft)
+            table = self._tables_without_speed.get(end.name)
             if table:
                 x = np.array([0.0, 2 * pi]) if table.variable == ANGLE else times
                 mean = np.diff(table.cubic.integral(x)) / np.diff(x)
@@ -220,8 +234,8 @@ class Conditions:
         if self.run_up:
             given = zip(("speed", "load"), self.run_up, strict=True)
             return {"title": "run-up"} | {name: name_of(x) for name, x in given}
-        drives = {end.shaft: repr(end.torque) for end in self.ends if end.sense > 0}
-        loads = {end.shaft: repr(end.torque) for end in self.ends if end.sense < 0}
+        drives = {end.name: repr(end.torque) for end in self.ends if end.sense > 0}
+        loads = {end.name: repr(end.torque) for end in self.ends if end.sense < 0}
         imposed = {self.held: repr(Speed(self.speed))} if self.held else {}
         drives, loads = (drives | imposed, loads) if self.held_sense > 0 else (drives, loads | imposed)
         start = {} if self.held else {"start_speed": self.start_speed}
@@ -234,13 +248,13 @@ def run_up_conditions(gearbox: Gearbox, speed: TimeFunction, load: TimeFunction,
     check_time_function("load", load)
     if not callable(load) and np.size(load) <= 2:
         load = float(np.ravel(load)[0]) if np.size(load) == 1 else tuple(np.ravel(load).tolist())
-    end = ShaftEnd(gearbox.driven.name, -1, Torque(load), role="load")
+    end = end_of(gearbox, gearbox.driven.name, -1, Torque(load), "load")
     return Conditions(gearbox, duration, gearbox.driving.name, speed, (end,), run_up=(speed, load))
 
 
 def conditions_at_rest(gearbox: Gearbox, loads: Mapping[str, float]) -> Conditions:
     """Conditions of a gearbox whose driving shaft is held at rest, under constant loads by names of shafts [N m]."""
-    ends = tuple(ShaftEnd(name, -1, Torque(torque), f"loads[{name!r}]") for name, torque in loads.items())
+    ends = tuple(end_of(gearbox, name, -1, Torque(torque), f"loads[{name!r}]") for name, torque in loads.items())
     return Conditions(gearbox, 1.0, gearbox.driving.name, 0.0, ends)
 
 
@@ -258,11 +272,8 @@ def conditions_of(
 
     initial   data of the run that goes on, which give the speed at the start
     """
-    names = [shaft.name for shaft in gearbox.shafts]
-    for argument, given in {"drives": drives, "loads": loads}.items():
-        unknown = [name for name in given if name not in names]
-        require(not unknown, f"{argument}: no shafts {unknown}; the shafts are {names}")
-    check_stop(stop, names, gearbox.labels)
+    check_ends(gearbox, drives, loads)
+    check_stop(stop, [shaft.name for shaft in gearbox.shafts], gearbox.labels)
     twice = sorted(drives.keys() & loads.keys())
     require(not twice, f"drives and loads: shafts {twice} stand in both; keep each in one of them")
     roles = {name: f"drives[{name!r}]" for name in drives} | {name: f"loads[{name!r}]" for name in loads}
@@ -271,12 +282,25 @@ def conditions_of(
     speeds = {name: end for name, end in ends.items() if isinstance(end, Speed)}
     _check_speeds(gearbox, speeds, start_speed)
     torques = {name: end for name, end in ends.items() if isinstance(end, Torque)}
-    acting = tuple(ShaftEnd(name, 1 if name in drives else -1, end, roles[name]) for name, end in torques.items())
-    held, speed = next(((name, end.value) for name, end in speeds.items()), (None, None))
-    sense = 1 if held in drives else -1
+    senses = {name: 1 if name in drives else -1 for name in ends}
+    acting = tuple(end_of(gearbox, name, senses[name], end, roles[name]) for name, end in torques.items())
+    name, speed = next(((name, end.value) for name, end in speeds.items()), (None, None))
+    held, sense = (None, -1) if name is None else (gearbox.ends[name].name, senses[name])
     require(initial is None or start_speed is None, f"start_speed {start_speed} stands beside initial; leave one out")
     start_speed = start_speed if initial is None else float(initial["speed"][-1])
     return Conditions(gearbox, duration, held, speed, acting, start_speed or 0.0, stop=tuple(stop), held_sense=sense)
+
+
+def check_ends(gearbox: Gearbox, drives: Mapping[str, Any], loads: Mapping[str, Any]) -> None:
+    """ValueError for shafts and rotors that the gearbox lacks, and for two torques on a body."""
+    bodies = gearbox.ends
+    for argument, given in {"drives": drives, "loads": loads}.items():
+        unknown = [name for name in given if name not in bodies]
+        require(not unknown, f"{argument}: no shafts {unknown}; the shafts are {[*bodies]}")
+    names = [*drives, *(name for name in loads if name not in drives)]
+    acted_on = {name: bodies[name].end if name == bodies[name].name else name for name in names}
+    twice = [name for name, body in acted_on.items() if [*acted_on.values()].count(body) > 1]
+    require(not twice, f"drives and loads: {twice} are the same body, the end of its shaft; keep one of them")
 
 
 def _end(where: str, value, shorthand: type) -> Speed | Torque:
@@ -293,9 +317,13 @@ def _end(where: str, value, shorthand: type) -> Speed | Torque:
 
 
 def _check_speeds(gearbox: Gearbox, speeds: Mapping[str, Speed], start_speed: float | None) -> None:
-    """ValueError for more than one imposed speed, and for a start speed beside an imposed one."""
+    """ValueError for more than one imposed speed, on a rotor inside, and for a start speed beside an imposed one."""
+    for name in speeds:
+        shaft = gearbox.ends[name]
+        inside = f"a speed is imposed on {name!r}, the end of shaft {shaft.name!r} is {shaft.end!r}"
+        require(name in (shaft.name, shaft.end), f"drives and loads: {inside}; impose it there, or give a Torque")
     if len(speeds) > 1:
-        ratios = ", ".join(f"{name!r} {abs(gearbox.ratios[name]):.6g}" for name in speeds)
+        ratios = ", ".join(f"{name!r} {abs(gearbox.ratios[gearbox.ends[name].name]):.6g}" for name in speeds)
         imposed = f"speeds are imposed on {list(speeds)}, whose ratios to the driving shaft are {ratios}"
         remedy = "the torque between them is then unknown: impose one, give the others a Torque"
         raise ValueError(f"drives and loads: {imposed}; {remedy}")

@@ -120,7 +120,8 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
 
 def _undamped(gearbox: Gearbox) -> bool:
     """Whether no mesh, bearing or coupling is damped."""
-    parts = [part for shaft in gearbox.shafts for part in (shaft.coupling, *shaft.bearings.values()) if part]
+    couplings = [rotor.coupling for shaft in gearbox.shafts for rotor in shaft.rotors]
+    parts = [*couplings, *(bearing for shaft in gearbox.shafts for bearing in shaft.bearings.values())]
     return not any(part.damping for part in (*parts, *(stage.force for stage in gearbox.stages)))
 
 

@@ -146,7 +146,7 @@ class Shaft(NamedTuple):
     bearings   their axial positions [m]
     centre     axial position of its centre of mass [m]
     shape      (6,) displacements, tilts and spin
-    rotor      spin of the rotor behind its coupling, None without
+    rotors     spins of the rotors behind its couplings
     """
 
     name: str
@@ -154,7 +154,7 @@ class Shaft(NamedTuple):
     bearings: list[float]
     centre: float
     shape: np.ndarray
-    rotor: float | None
+    rotors: list[float]
 
     @property
     def radius(self) -> float:
@@ -170,7 +170,7 @@ class Shaft(NamedTuple):
     @property
     def largest(self) -> float:
         """Largest displacement of its axis and of the rims of its gears."""
-        spins = [self.shape[5]] if self.rotor is None else [self.shape[5], self.rotor]
+        spins = [self.shape[5], *self.rotors]
         return max(np.abs(self.displacement(self.ends)).max(), abs(self.shape[2]), *(self.radius * np.abs(spins)))
 
     def displacement(self, axial) -> np.ndarray:
@@ -186,10 +186,10 @@ def _shaft(data: xr.Dataset, name: str) -> Shaft:
     columns = (of_shaft[f"part_{column}"].values.tolist() for column in ("kind", "axial", "radius", "width"))
     parts = list(zip(*columns, strict=True))
     gears, bearings = ([part[1:] for part in parts if part[0] == kind] for kind in ("gear", "bearing"))
-    shape, rotor = data["shape"].sel(shaft=name), f"{name} rotor"
-    has_rotor = rotor in data["shaft"].values
-    spin = float(data["shape"].sel(shaft=rotor, coordinate="spin")) if has_rotor else None
-    return Shaft(name, gears, [axial for axial, *_ in bearings], float(shape["shaft_centre"]), shape.values, spin)
+    shape, shafts = data["shape"].sel(shaft=name), data["shaft"].values
+    rotors = shafts[data["rotor_of"].values == name] if "rotor_of" in data.coords else shafts[shafts == f"{name} rotor"]
+    spins = data["shape"].sel(shaft=rotors, coordinate="spin").values.tolist()
+    return Shaft(name, gears, [axial for axial, *_ in bearings], float(shape["shaft_centre"]), shape.values, spins)
 
 
 def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float, style: dict[str, Any]) -> None:
@@ -199,12 +199,12 @@ def _draw_shaft(ax: Axes, shaft: Shaft, position: float, scale: float, style: di
         _draw_box(ax, position, axial, width, radius)
         _draw_arrow(ax, ROTATION, (position, axial + width / 4), (scale * radius * shaft.shape[5], 0.0))
         _draw_arrow(ax, AXIAL, (position, axial), (0.0, scale * shaft.shape[2]))
-    if shaft.rotor is not None:
-        width, radius = shaft.gears[0][2] / 2, shaft.radius
-        axial = shaft.ends[0] - 2 * width
+    width, radius = shaft.gears[0][2] / 2, shaft.radius
+    for number, spin in enumerate(shaft.rotors, start=1):
+        axial = shaft.ends[0] - 2 * number * width
         ax.plot([position, position], [axial / mm, shaft.ends[0] / mm], ":", color=AT_REST, linewidth=2.0)
         _draw_box(ax, position, axial, width, radius / 2)
-        _draw_arrow(ax, ROTATION, (position, axial), (scale * radius * shaft.rotor, 0.0))
+        _draw_arrow(ax, ROTATION, (position, axial), (scale * radius * spin, 0.0))
     ax.plot([position] * len(shaft.bearings), np.array(shaft.bearings) / mm, "^", color=MODE, markersize=5)
     for label, row in zip(("along x", "along y"), shaft.displacement(shaft.ends), strict=True):
         ax.plot(position + scale * row / mm, shaft.ends / mm, **merged(style, **STYLES[label]))

@@ -18,7 +18,7 @@ from exugear.contact_geometry.reference_configuration import (
 from exugear.elements.exudyn_objects import kind_of, node_of, quiet
 from exugear.elements.gear_contact import add_contact
 from exugear.elements.native.native import call_path
-from exugear.elements.shaft_bodies import add_body, add_drive_and_load, add_rotor, end_marker
+from exugear.elements.shaft_bodies import add_body, add_drive_and_load, add_rotors, end_marker
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT
 from exugear.kernels.contact_kernels import SPIN, kernel_of
@@ -52,14 +52,19 @@ def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
     ground = mbs.CreateGround()
     bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene.shafts[shaft.name]) for shaft in gearbox.shafts}
     meshes = [_mesh(mbs, gearbox, i, scene, bodies) for i in range(len(gearbox.stages))]
-    rotors = {name: add_rotor(mbs, gearbox, body, scene.shafts[name], name) for name, body in bodies.items()}
-    end_markers = {name: end_marker(mbs, body, rotors[name], scene.shafts[name]) for name, body in bodies.items()}
+    rotors: dict[str, int] = {}
+    for shaft in gearbox.shafts:
+        rotors |= add_rotors(mbs, shaft, bodies[shaft.name], scene.shafts[shaft.name])
+    end_markers = {
+        shaft.name: end_marker(mbs, shaft, bodies[shaft.name], rotors, scene.shafts[shaft.name])
+        for shaft in gearbox.shafts
+    }
     drive, load = add_drive_and_load(mbs, gearbox, end_markers)
     with quiet():
         mbs.Assemble()
     first = {name: mbs.GetNodeODE2Index(node_of(mbs, body)) for name, body in bodies.items()}
     spins = {name: index + scene.shafts[name].spin_index for name, index in first.items()}
-    rotor_spins = {name: mbs.GetNodeODE2Index(node_of(mbs, r)) for name, r in rotors.items() if r is not None}
+    rotor_spins = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in rotors.items()}
     rows = tuple(_with_row(mbs, mesh, first, scene) for mesh in meshes)
     unlinearized = BuiltPlan(scene, omega=0.0, omega_mesh=0.0, contact=call_path())
     numbers = end_markers, drive, load

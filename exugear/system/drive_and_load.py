@@ -5,7 +5,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from exugear.elements.exudyn_objects import CURRENT, INITIAL, set_state_of_system, state_of_system
+from exugear.elements.exudyn_objects import CURRENT, INITIAL, node_of, set_state_of_system, state_of_system
 from exugear.elements.gear_contact import state_of
 from exugear.elements.shaft_torque import ShaftTorque, add_torque
 from exugear.operation.conditions import Conditions, ShaftEnd
@@ -19,13 +19,8 @@ NO_TORQUE = TorqueTable(TIME, constant(0.0))
 #: Position of the Lagrange multipliers in Exudyn's system state.
 MULTIPLIERS = 3
 
-#: Tabulated torques and recorded motions of a run, by the name of the shaft, or `rotor_name` of it.
+#: Tabulated torques and recorded motions of a run, by the name of the shaft or rotor.
 ShaftTorques = dict[str, ShaftTorque]
-
-
-def rotor_name(shaft: str) -> str:
-    """Name of the rotor behind the coupling of a shaft."""
-    return f"{shaft} rotor"
 
 
 @contextmanager
@@ -83,10 +78,9 @@ def set_holding_forces(model: Model, torques: np.ndarray) -> None:
 
 def _apply(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques) -> None:
     """Apply the torque of an end: a constant on a shaft by a contact of the shaft, others by their tables."""
-    table = conditions.tables[end.shaft]
-    if end.shaft in model.rotors or not table.constant:
-        key = rotor_name(end.shaft) if end.shaft in model.rotors else end.shaft
-        torques[key] = _add_torque(model, conditions, end, table)
+    table = conditions.tables[end.name]
+    if end.body in model.rotor_spins or not table.constant:
+        torques[end.body] = _add_torque(model, conditions, end, table)
         return
     about_z = end.sense * model.gearbox.directions[end.shaft] * float(table(0.0, 0.0, 0.0))
     mesh, side = next(
@@ -101,24 +95,33 @@ def _apply(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTo
 def _add_torque(model: Model, conditions: Conditions, end: ShaftEnd, table: TorqueTable) -> ShaftTorque:
     """Add a tabulated torque on the end of a shaft, with its value at the start."""
     names = [shaft.name for shaft in model.gearbox.shafts]
-    column, node = names.index(end.shaft), model.mbs.GetMarker(model.end_markers[end.shaft])["nodeNumber"]
+    column, node = names.index(end.shaft), _node_of(model, end.body)
     states = [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
     factors = [float(mesh.force_per_torque[column]) for mesh in model.meshes]
     directions = {"direction": model.gearbox.directions[end.shaft], "sense": end.sense}
-    name = f"torque on {end.shaft}"
+    name = f"torque on {end.body}"
     shaft_torque = add_torque(model.mbs, name, node, table, **directions, states=states, factors=factors)
     shaft_torque.record.held = 1
-    shaft_torque.record.torque = 0.0 if table is NO_TORQUE else conditions.initial_torques[column]
+    shaft_torque.record.torque = 0.0 if table is NO_TORQUE else conditions.initial_torque(end)
     return shaft_torque
 
 
 def _record_rotors(model: Model, conditions: Conditions, torques: ShaftTorques) -> None:
     """Record the motion of the rotors behind couplings where it is needed; the meshes record that of their bodies."""
-    if conditions.held is None or conditions.power:
-        for name in model.rotors:
-            if rotor_name(name) not in torques:
-                end = ShaftEnd(name, 1, Torque(0.0))
-                torques[rotor_name(name)] = _add_torque(model, conditions, end, NO_TORQUE)
+    everywhere = conditions.held is None or conditions.power
+    for shaft in model.gearbox.shafts:
+        held_ends = [rotor for rotor in shaft.rotors if shaft.name == conditions.held and rotor.name == shaft.end]
+        beside_held = [rotor.body for rotor in held_ends]
+        for rotor in shaft.rotors:
+            if rotor.name not in torques and (everywhere or rotor.name in beside_held):
+                end = ShaftEnd(rotor.name, shaft.name, rotor.name, 1, Torque(0.0))
+                torques[rotor.name] = _add_torque(model, conditions, end, NO_TORQUE)
+
+
+def _node_of(model: Model, body: str):
+    """Node of a shaft, or of a rotor, by its name."""
+    mbs, number = model.mbs, model.bodies.get(body)
+    return node_of(mbs, mbs.GetObjectNumber(body) if number is None else number)
 
 
 def _remove(model: Model, conditions: Conditions, torques: ShaftTorques) -> None:
@@ -131,7 +134,7 @@ def _remove(model: Model, conditions: Conditions, torques: ShaftTorques) -> None
         state_of(mbs, mesh.contact).torques[:] = 0.0
     imposed_speed.restore_constraint(model, conditions)
     for end in conditions.ends:
-        if end.shaft == driven and conditions.tables[driven].constant:
+        if end.name == driven and conditions.tables[driven].constant:
             about_z = end.sense * model.gearbox.directions[driven] * float(conditions.tables[driven](0.0, 0.0, 0.0))
             mbs.SetLoadParameter(model.load, "load", about_z)
     assemble_in_state(model)

@@ -12,7 +12,7 @@ from exugear.elements.exudyn_objects import INITIAL
 from exugear.elements.guarded_solves import exudyn_settings
 from exugear.elements.stop_messages import DIVERGED
 from exugear.gearbox.bearing_stiffness import radial_secant, radial_table
-from exugear.gearbox.shaft import Coupling
+from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.map_range import larger_torque
 from exugear.operation.conditions import Conditions
 from exugear.plan.map_axes import static_offsets
@@ -87,25 +87,48 @@ def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: floa
     rigid = conditions.initial_angle * model.speed_ratios
     q = _displaced_on_bearings(model, forces) + rigid
     held, spin = next(shaft for shaft in box.shafts if shaft.name == anchor), model.spins[anchor]
-    if held.coupling:
+    on_rotors = {end.body: conditions.initial_torque(end) for end in conditions.ends}
+    for shaft in box.shafts:
+        on_rotors |= {
+            rotor.name: on_rotors.get(rotor.name, 0.0) - rotor.coupling.inertia * accelerations[shaft.name]
+            for rotor in shaft.rotors
+        }
+    twisted = {}
+    if held.rotors:
         by_meshes = -forces @ np.array([mesh.row for mesh in model.meshes])
-        on_shaft = by_meshes[spin] + drags[box.shafts.index(held)]
-        q[spin] += _twist(anchor, held.coupling, on_shaft - held.inertia * accelerations[anchor])
+        on_shaft = by_meshes[spin] + drags[box.shafts.index(held)] - held.inertia * accelerations[anchor]
+        twisted = _twisted(held, held.end, on_rotors | {anchor: on_shaft})
+        q[spin] += twisted[anchor]
     q = _with_mesh_forces(model, forces, q, anchor)
-    for shaft, torque in zip(box.shafts, torques, strict=True):
-        if shaft.coupling:
-            twisting, rotor = torque - shaft.coupling.inertia * accelerations[shaft.name], model.rotors[shaft.name]
-            q[rotor] = rigid[rotor] if shaft.name == anchor else q[rotor] + _twist(shaft.name, shaft.coupling, twisting)
+    for shaft in box.shafts:
+        fixed = rigid[spin] if shaft.name == anchor else q[model.spins[shaft.name]]
+        angles = twisted if shaft.name == anchor else _twisted(shaft, shaft.name, on_rotors)
+        for rotor in shaft.rotors:
+            q[model.rotor_spins[rotor.name]] = fixed + angles[rotor.name]
     return q
 
 
-def _twist(name: str, coupling: Coupling, torque: float) -> float:
-    """Twist [rad] of the coupling of a shaft under a torque [N m]; ValueError beyond `LARGEST_TWIST`."""
-    torsion = coupling.torsion
-    far = f"the coupling of shaft {name!r} twists by {torque / torsion:.3g} rad under {torque:.4g} N m"
-    units = "pass its torsion in N m/rad (8 kN m/rad are 8e3), or less load"
-    require(abs(torque) < LARGEST_TWIST * torsion, f"{far}; {units}")
-    return torque / torsion
+def _twisted(shaft: Shaft, fixed: str, torques: Mapping[str, float]) -> dict[str, float]:
+    """Angles [rad] of a shaft and of its rotors beside a fixed one of them, under torques about z [N m], by name.
+
+    Raises NoEquilibrium for a coupling that twists beyond `LARGEST_TWIST`.
+    """
+    names = [shaft.name, *(rotor.name for rotor in shaft.rotors)]
+    stiffness = np.zeros((len(names), len(names)))
+    for rotor in shaft.rotors:
+        pair = [names.index(rotor.body), names.index(rotor.name)]
+        stiffness[np.ix_(pair, pair)] += rotor.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    free = [i for i, name in enumerate(names) if name != fixed]
+    angles = np.zeros(len(names))
+    if free:
+        angles[free] = np.linalg.solve(stiffness[np.ix_(free, free)], [torques.get(names[i], 0.0) for i in free])
+    by_name = dict(zip(names, angles.tolist(), strict=True))
+    for rotor in shaft.rotors:
+        twist, torsion = by_name[rotor.name] - by_name[rotor.body], rotor.coupling.torsion
+        far = f"the coupling of {rotor.body!r} twists by {twist:.3g} rad under {twist * torsion:.4g} N m"
+        if not abs(twist) < LARGEST_TWIST:
+            raise NoEquilibrium(f"{far}; pass its torsion in N m/rad (8 kN m/rad are 8e3), or less load")
+    return by_name
 
 
 def _needs_static_solve(model: Model) -> bool:
@@ -114,7 +137,7 @@ def _needs_static_solve(model: Model) -> bool:
     Between two meshes a shaft bears the torque by which the potential of a mesh changes with the phase.
     """
     elastic = any(kind.on_bearings for kind in model.plan.shafts.values())
-    return elastic or bool(model.rotors) or len(model.meshes) > 1
+    return elastic or bool(model.rotor_spins) or len(model.meshes) > 1
 
 
 def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]) -> np.ndarray:
@@ -148,9 +171,9 @@ def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.nd
     for shaft, drag in zip(model.gearbox.shafts, conditions.initial_drags, strict=True):
         spin = model.spins[shaft.name]
         torques[spin] = drag - shaft.inertia * accelerations[spin]
-        if shaft.coupling:
-            rotor = model.rotors[shaft.name]
-            torques[rotor] = -shaft.coupling.inertia * accelerations[rotor]
+        for rotor in shaft.rotors:
+            index = model.rotor_spins[rotor.name]
+            torques[index] = -rotor.coupling.inertia * accelerations[index]
     return {spin: float(torque) for spin, torque in torques.items() if torque}
 
 
@@ -249,8 +272,9 @@ def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchor:
     spins = [spin for name, spin in model.spins.items() if name != anchor]
     reference = np.array([mesh.reference_deflection for mesh in model.meshes])
     q[spins] += np.linalg.lstsq(rows[:, spins], deflections - reference - rows @ q)[0]
-    for name, rotor in model.rotors.items():
-        q[rotor] = q[model.spins[name]]
+    for shaft in model.gearbox.shafts:
+        for rotor in shaft.rotors:
+            q[model.rotor_spins[rotor.name]] = q[model.spins[shaft.name]]
     return q
 
 

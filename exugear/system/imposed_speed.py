@@ -9,9 +9,9 @@ from exudyn.utilities import CreateSymbolicUserFunction
 
 from exugear.elements.exudyn_objects import node_of
 from exugear.elements.gear_contact import state_of
-from exugear.elements.shaft_bodies import add_driven_coupling, coupling_name
+from exugear.elements.shaft_bodies import add_driven_coupling
 from exugear.force_table.kernel_records import address_of
-from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.kernels.imposed_motion import imposed_motion
 from exugear.operation.conditions import Conditions
 from exugear.operation.time_functions import Line
@@ -96,8 +96,9 @@ def drive_by_contacts(model: Model, conditions: Conditions) -> None:
     mbs.variables[MOTION] = motion, arrays
     if held.coupling:
         mbs.SetObjectParameter(_spring_of(model, held), "activeConnector", False)
-        rotor = mbs.GetMarker(model.end_markers[held.name])["nodeNumber"]
-        add_driven_coupling(mbs, COUPLING, (rotor, node_of(mbs, model.bodies[held.name])), held.coupling, motion)
+        rotor, end = mbs.GetMarker(model.end_markers[held.name])["nodeNumber"], end_rotor(held)
+        inner = model.bodies[held.name] if end.body == held.name else mbs.GetObjectNumber(end.body)
+        add_driven_coupling(mbs, COUPLING, (rotor, node_of(mbs, inner)), end.coupling, motion)
     else:
         _impose_in_contacts(model, held, address_of(motion))
 
@@ -147,8 +148,13 @@ def _held_shaft(model: Model, conditions: Conditions) -> Shaft | None:
 
 
 def _spring_of(model: Model, shaft: Shaft) -> int:
-    """Number of the spring of the coupling of a shaft."""
-    return model.mbs.GetObjectNumber(coupling_name(shaft.name))
+    """Number of the spring between the rotor at the end of a shaft and the body beside it."""
+    return model.mbs.GetObjectNumber(end_rotor(shaft).spring)
+
+
+def end_rotor(shaft: Shaft) -> Rotor:
+    """The rotor at the end of a shaft with couplings."""
+    return next(rotor for rotor in shaft.rotors if rotor.name == shaft.end)
 
 
 def _set_offsets(model: Model, functions) -> None:

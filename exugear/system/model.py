@@ -81,8 +81,8 @@ class Model:
     """A gearbox in an assembled Exudyn system `mbs`, open to further items (call mbs.Assemble() after adding).
 
     bodies, spins   of each shaft: object number, index of its spin among the system's coordinates
-    rotors          of each shaft with a coupling: index of the spin of the rotor behind it
-    end_markers     of each shaft: marker on the spin that drive or load acts on, of the rotor if there is a coupling
+    rotor_spins     of each rotor behind a coupling, by its name: index of its spin
+    end_markers     of each shaft: marker on the spin that drive or load acts on, of a rotor if there is a coupling
     drive, load     object number of the constraint that imposes the speed, number of the load torque
     """
 
@@ -92,18 +92,28 @@ class Model:
     container: Annotated[Any, partial(require_kind, kind=exu.SystemContainer)]
     bodies: Mapping[str, int]
     spins: Mapping[str, int]
-    rotors: Mapping[str, int]
+    rotor_spins: Mapping[str, int]
     meshes: tuple[Mesh, ...]
     end_markers: Mapping[str, int]
     drive: int
     load: int
 
     @property
+    def rotors(self) -> dict[str, int]:
+        """Of each shaft with a coupling: index of the spin of the rotor that its drive or load acts on."""
+        return {shaft.name: self.rotor_spins[shaft.end] for shaft in self.gearbox.shafts if shaft.rotors}
+
+    @property
+    def turning(self) -> dict[str, int]:
+        """Index of the spin of each shaft and of each rotor, by name."""
+        return {**self.spins, **self.rotor_spins}
+
+    @property
     def speed_ratios(self) -> np.ndarray:
         """(n_coordinates,) speed of each coordinate over that of the driving shaft; 0 for all but the spins."""
         ratios = np.zeros(self.mbs.systemData.ODE2Size())
-        for name, ratio in self.gearbox.ratios.items():
-            ratios[[self.spins[name], end_coordinate(self, name)]] = ratio
+        for name, shaft in self.gearbox.ends.items():
+            ratios[self.turning[name]] = self.gearbox.ratios[shaft.name]
         return ratios
 
     @property
@@ -122,7 +132,7 @@ def require_model(model) -> None:
 
 
 def end_coordinate(model: Model, name: str) -> int:
-    """Index of the spin that drive or load of a shaft acts on: that of its rotor if it has a coupling."""
+    """Index of the spin that drive or load of a shaft acts on: that of a rotor if it has a coupling."""
     return model.rotors.get(name, model.spins[name])
 
 

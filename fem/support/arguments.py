@@ -76,15 +76,17 @@ def keywords_after_first(*names: str) -> Callable[[Checked], Checked]:
         keywords = [name for name, x in signature(function).parameters.items() if x.kind is Parameter.KEYWORD_ONLY]
 
         @wraps(function)
-        def calling(first, *args, **kwargs):
-            written = ", ".join(f"{name}=..." for name in names[: len(args)] or keywords[:2])
+        def calling(*args, **kwargs):
+            further = args[1:]
+            if not further:
+                return function(*args, **kwargs)
+            written = ", ".join(f"{name}=..." for name in names[: len(further)] or keywords[:2])
             remedy = f"{function.__name__} takes all arguments after the first one by their names: write {written}"
-            twice = [name for name in names[: len(args)] if name in kwargs]
-            if len(args) > len(names) or twice:
-                raise TypeError(f"{remedy}; got {len(args)} by position{f', {twice} twice' if twice else ''}")
-            if args:
-                warnings.warn(remedy, DeprecationWarning, stacklevel=2)
-            return function(first, **dict(zip(names, args, strict=False)), **kwargs)
+            twice = [name for name in names[: len(further)] if name in kwargs]
+            if len(further) > len(names) or twice:
+                raise TypeError(f"{remedy}; got {len(further)} by position{f', {twice} twice' if twice else ''}")
+            warnings.warn(remedy, DeprecationWarning, stacklevel=2)
+            return function(args[0], **dict(zip(names, further, strict=False)), **kwargs)
 
         return cast(Checked, calling)
 

@@ -198,6 +198,8 @@ def by_name() -> dict[str, Any]:
         "plot_te_harmonics.harmonics": 2, "te_harmonics.harmonics": 2, "animate_pair.path": folder / "pair.gif",
         "plot_contact_pattern.data": loads_over_flanks(), "plot_load_distribution.data": loads_over_flanks(),
         "plot_contact_pattern.name": "pressure", "plot_load_distribution.name": "pressure",
+        **{f"{name}.loads": None for name in ("modes", "campbell", "eigenfrequencies", "steady_states", "plan")},
+        "Coupling.further": (), "Coupling.name": "",
         "integrator.mbs": two_bodies()[1], "modes.speed": 10.0, "campbell.harmonics": 2,
         "plot_modes.data": exugear.modes(made["Model"], load=100.0), "animate_mode.path": folder / "mode.gif",
         "animate_mode.data": exugear.modes(made["Model"], load=100.0),
