@@ -124,8 +124,10 @@ def _twisted(shaft: Shaft, fixed: str, torques: Mapping[str, float]) -> dict[str
         angles[free] = np.linalg.solve(stiffness[np.ix_(free, free)], [torques.get(names[i], 0.0) for i in free])
     by_name = dict(zip(names, angles.tolist(), strict=True))
     for rotor in shaft.rotors:
-        twist, torsion = by_name[rotor.name] - by_name[rotor.body], rotor.coupling.torsion
-        far = f"the coupling of {rotor.body!r} twists by {twist:.3g} rad under {twist * torsion:.4g} N m"
+        twist = (1 if fixed == shaft.name else -1) * (by_name[rotor.name] - by_name[rotor.body])
+        of_chain = f" to {rotor.name!r}" if len(shaft.rotors) > 1 else ""
+        under = f"{twist:.3g} rad under {twist * rotor.coupling.torsion:.4g} N m"
+        far = f"the coupling of shaft {shaft.name!r}{of_chain} twists by {under}"
         if not abs(twist) < LARGEST_TWIST:
             raise NoEquilibrium(f"{far}; pass its torsion in N m/rad (8 kN m/rad are 8e3), or less load")
     return by_name

@@ -134,6 +134,12 @@ def speed_increaser() -> Stage:
     return Stage(on("fast", large), on("slow", small), STIFF, pair=loose_pair(small, large))
 
 
+def triangle() -> Gearbox:
+    """Three equal gears, each in mesh with the two others, the last stage back to the driving shaft."""
+    a, b, c = wheels("a", "b", "c")
+    return Gearbox([coupled(a, b, 0.0), coupled(b, c, 120 * deg), coupled(c, a, 240 * deg)])
+
+
 @pytest.mark.parametrize(
     ("build", "message"),
     [
@@ -148,6 +154,7 @@ def speed_increaser() -> Stage:
             r"stages \['d-b'\] are driven from their slow shafts; name the shaft of the driving gear fast",
         ),
         (odd_loop, "odd number of meshes turns shaft 'c' in both senses"),
+        (triangle, r"a-b, b-c, c-a cannot turn, it jams: an odd number of meshes turns shaft 'a' in both senses"),
         (unequal_ratios, "would turn at 25/64 and at 5/8 of the driving shaft"),
         (lambda: Gearbox([coupled(*wheels("a", "b")), coupled(*wheels("c", "a"))]), "drives and is driven"),
         (other_hand, "does not carry the pair's wheel; .*beta 20 deg instead of -20 deg"),

@@ -291,6 +291,8 @@ def test_systems_without_pressed_teeth_are_refused():
     gears.mbs.systemData.SetODE2Coordinates(np.full(q.size, 1e-20), exu.ConfigurationType.Initial)
     with pytest.raises(ValueError, match="no teeth are pressed"):
         exugear.modes(gears.mbs)
+    with pytest.raises(ValueError, match=r"mbs.SolveStatic\(updateInitialValues=True\)"):
+        exugear.modes(gears.mbs)
     container = exu.SystemContainer()
     empty = container.AddSystem()
     empty.Assemble()

@@ -29,6 +29,11 @@ def test_the_built_plan_prints_the_scene_and_then_integrator_step_cost_and_call(
     assert "; parts of a run with executor=: start 0.13 s early" in str(exugear.build(box).plan)
 
 
+def test_the_plan_names_the_load_of_its_resonances():
+    plan = str(exugear.build(smooth_box()).plan)
+    assert "where it is free, at 4000 N m on the pinion, the largest of the map" in plan
+
+
 def test_the_plan_names_a_stage_without_backlash():
     with_backlash, without = smooth_box(), smooth_box(backlash=0.0)
     missing = "no backlash, coast flanks touch as soon as the teeth part"

@@ -55,8 +55,29 @@ def test_the_message_names_the_torque_to_map(stopped):
     further = exugear.run_up(wide, **RUN | {"duration": until, "speed": (0, 3000 * rpm * until)})
     assert np.isfinite(further.data["dte"]).all()
     words = r"stage fast-slow the map ends .* of 400 N m, 500 N m are needed; .* 750 N m"
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises(exugear.RunStopped, match=words) as caught:
         exugear.run_up(exugear.build(box_of(smooth_map(SMALL))), **RUN | {"load": 500.0, "speed": 100 * rpm})
+    assert caught.value.run.data.sizes["time"] == 0
+    assert isinstance(caught.value, ValueError)
+
+
+@pytest.mark.parametrize("top", [350.0, 123.456])
+@pytest.mark.parametrize("bearing", [None, exugear.Bearing(5e8, 3e8, 2e5, 1e-6)])
+def test_a_load_equal_to_the_largest_torque_of_the_map_works_at_every_door(top, bearing):
+    stage = exugear.Stage(*smooth_box(bearing).shafts, smooth_map((0, 1, 20, 100, top)), damping=2700.0)
+    model = exugear.build(exugear.Gearbox([stage]))
+    loads = [top, 1.1 * top]
+    doors = (
+        lambda load: exugear.modes(model, load=load)["frequency"].values,
+        lambda load: exugear.modes(model, load=load, phase=0.3)["frequency"].values,
+        lambda load: exugear.eigenfrequencies(model, load=load),
+        lambda load: exugear.campbell(model, speed=(0.0, 9.0), load=load)["frequency"].values,
+        lambda load: exugear.run_up(model, speed=1.0, load=load, duration=1e-3, progress=False).data["dte"].values,
+    )
+    for door in doors:
+        assert np.isfinite(door(loads[0])).all()
+        with pytest.raises(ValueError, match="extend the map to a larger torque"):
+            door(loads[1])
 
 
 def test_the_message_names_the_offsets_to_map():

@@ -46,6 +46,26 @@ def test_meshes_beside_an_idler_excite_together():
     assert sorted(of_stage["rms"].values[[0, -1]]) == pytest.approx(sorted(ends))
 
 
+def test_two_outputs_of_a_held_shaft_vibrate_like_a_single_one():
+    """The driving shaft turns at constant speed: the outputs know nothing of each other."""
+    driving, port, starboard = (
+        exugear.Shaft(name, {30 * mm: paper_gear()}) for name in ("driving", "port", "starboard")
+    )
+    sides = [(port, 0.0), (starboard, np.pi)]
+    stages = [exugear.Stage(driving, output, smooth_map(), damping=2700.0, angle=angle) for output, angle in sides]
+    model, speed = exugear.build(exugear.Gearbox(stages)), (1500 * rpm, 1550 * rpm)
+    loads = {"port": LOAD, "starboard": 2 * LOAD}
+    data = exugear.steady_states(model, speed=speed, loads=loads, stage=(0, 1))
+    for stage, load in zip(data["stage"].values, loads.values(), strict=True):
+        alone = exugear.steady_states(exugear.build(smooth_box()), speed=speed, load=load)
+        ends = sorted(data["rms"].sel(stage=stage).values[[0, -1]])
+        assert ends == pytest.approx(sorted(alone["rms"].values[[0, -1]]), rel=1e-3)
+    one = exugear.steady_states(model, speed=speed, loads={"port": LOAD})
+    assert one.attrs["idle_stages"] == ["driving-starboard"]
+    with pytest.raises(ValueError, match="stage driving-starboard is idle under these loads"):
+        exugear.steady_states(model, speed=speed, loads={"port": LOAD}, stage=1)
+
+
 def two_stages_in_space() -> exugear.Model:
     """The paper's pair, and behind it a pair of other numbers of teeth whose stiffness varies by 7 %."""
     gears = [fem.Gear(z=z, m_n=3 * mm, b=25 * mm, d_bore=25 * mm) for z in (38, 53)]

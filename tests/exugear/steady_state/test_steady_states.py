@@ -192,6 +192,16 @@ def test_refusals(spinning, changes, message):
         exugear.steady_states(spinning, **{"speed": (100.0, 200.0), "load": LOAD} | changes)
 
 
+def test_the_reason_why_no_orbit_is_reached_is_named():
+    speed = 2000 * rpm, 2010 * rpm
+    undamped = exugear.build(smooth_box(damping=0.0))
+    with pytest.raises(RuntimeError, match=r"at mesh frequencies of 1900 to 1910 Hz: .* not damped"):
+        exugear.steady_states(undamped, speed=speed, load=LOAD)
+    stage = exugear.Stage(*smooth_box().shafts, smooth_map((0, 1, 20, 100, LOAD)), damping=2700.0)
+    with pytest.raises(ValueError, match=r"load: all motions at .* 1900 to 1910 Hz leave the maps: deflection"):
+        exugear.steady_states(exugear.build(exugear.Gearbox([stage])), speed=speed, load=LOAD)
+
+
 def test_friction_and_drag_are_refused():
     braked = exugear.build(smooth_box(exugear.Drag(0.1)))
     with pytest.raises(ValueError, match="drag"):
