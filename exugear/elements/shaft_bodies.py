@@ -67,9 +67,9 @@ def add_rotors(mbs, shaft: Shaft, body: int, coordinates: Coordinates) -> dict[s
         number = mbs.AddObject(eii.ObjectRotationalMass1D(name=rotor.name, **data))
         inner = spin_marker(mbs, rotors[rotor.body], 0) if rotor.body in rotors else None
         inner = spin_marker(mbs, body, coordinates.spin_index) if inner is None else inner
-        constants = {"stiffness": rotor.coupling.torsion, "damping": rotor.coupling.damping}
-        markers = [inner, spin_marker(mbs, number, 0)]
-        mbs.AddObject(eii.CoordinateSpringDamper(name=rotor.spring, markerNumbers=markers, **constants))
+        k, c, markers = rotor.coupling.torsion, rotor.coupling.damping, [inner, spin_marker(mbs, number, 0)]
+        spring = eii.CoordinateSpringDamper(name=rotor.spring, markerNumbers=markers, stiffness=k, damping=c)
+        mbs.AddObject(spring)
         rotors[rotor.name] = number
     return rotors
 

@@ -143,8 +143,8 @@ def eigenfrequencies(
 
 def modes_of(system: LinearSystem, damping: np.ndarray) -> Eigenmodes:
     """Modes of a system with a damping matrix (n, n), their shapes over all coordinates."""
-    free = (system.reduced(matrix) for matrix in (system.mass, system.stiffness, damping))
-    solved = eigenmodes(*free, system.rigid)
+    mass, stiffness, damping = (system.reduced(matrix) for matrix in (system.mass, system.stiffness, damping))
+    solved = eigenmodes(mass, stiffness, damping, system.rigid)
     return solved._replace(shapes=system.motions @ solved.shapes)
 
 

@@ -120,9 +120,9 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
 
 def _undamped(gearbox: Gearbox) -> bool:
     """Whether no mesh, bearing or coupling is damped."""
-    couplings = [rotor.coupling for shaft in gearbox.shafts for rotor in shaft.rotors]
-    parts = [*couplings, *(bearing for shaft in gearbox.shafts for bearing in shaft.bearings.values())]
-    return not any(part.damping for part in (*parts, *(stage.force for stage in gearbox.stages)))
+    damping = [rotor.coupling.damping for shaft in gearbox.shafts for rotor in shaft.rotors]
+    damping += [bearing.damping for shaft in gearbox.shafts for bearing in shaft.bearings.values()]
+    return not any([*damping, *(stage.force.damping for stage in gearbox.stages)])
 
 
 def _losses(gearbox: Gearbox) -> dict[str, str]:
