@@ -11,11 +11,15 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 import matplotlib
 import pytest
+from hypothesis import settings
 
 import fem
 from fem.support import cache
 
 matplotlib.use("Agg")
+# The same cases every time, however slow the machine.
+settings.register_profile("everyday", derandomize=True, deadline=None)
+settings.load_profile("everyday")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -56,6 +56,7 @@ def results(*factors):
 def kept_in(tmp_path_factory, monkeypatch) -> Path:
     """Folder of the compiled code of a test."""
     folder = tmp_path_factory.mktemp("kept")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
     monkeypatch.setattr(numba.config, "CACHE_DIR", "")
     monkeypatch.setenv("EXUGEAR_CACHE", str(folder))
     return folder / "compiled"
