@@ -11,18 +11,24 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 import matplotlib
 import pytest
+from hypothesis import settings
 
 import fem
+from fem.support import cache
 
 matplotlib.use("Agg")
+# The same cases every time, however slow the machine.
+settings.register_profile("everyday", derandomize=True, deadline=None)
+settings.load_profile("everyday")
 
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_of_this_session(tmp_path_factory):
-    """Set the cache of this session, which its workers share."""
+    """Set the cache of this session, which its workers share; compiled code stays where it is."""
     folder = tmp_path_factory.getbasetemp()
     shared = folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
     with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("NUMBA_CACHE_DIR", os.environ.get("NUMBA_CACHE_DIR") or str(cache.folder() / "compiled"))
         patch.setenv("EXUGEAR_CACHE", str(shared / "cache"))
         yield
 

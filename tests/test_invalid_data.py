@@ -61,7 +61,7 @@ def spoilt(draw) -> tuple:
 
 
 @given(spoilt())
-@settings(max_examples=400, deadline=None, derandomize=True)
+@settings(max_examples=400)
 def test_numbers_far_off_are_taken_or_refused_in_words(case):
     make, data = case
     try:

@@ -7,6 +7,7 @@ import hashlib
 import os
 import re
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -28,30 +29,54 @@ IMPORT = re.compile(
 
 
 def folder() -> Path:
-    """Cache folder: $EXUGEAR_CACHE, or exugear in the user's cache folder."""
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(os.environ.get("EXUGEAR_CACHE") or Path(base) / "exugear")
+    """Cache folder: $EXUGEAR_CACHE, or exugear in the user's cache folder; OSError where the user has no home."""
+    chosen, base = os.environ.get("EXUGEAR_CACHE"), os.environ.get("XDG_CACHE_HOME")
+    if chosen:
+        return Path(chosen)
+    try:
+        return Path(base or Path.home() / ".cache") / "exugear"
+    except (RuntimeError, KeyError):
+        raise OSError("there is no home folder") from None
 
 
 def cached(inputs: str, compute: Callable[[], Arrays]) -> Arrays:
     """The arrays that compute() returns, from disk if they were computed from the same inputs before.
 
-    Raises ValueError for arrays of Python objects, and for a file that is damaged or belongs to other inputs.
+    Warns where they cannot be kept. Raises ValueError for arrays of Python objects, and for a file that is damaged or
+    belongs to other inputs.
     """
-    path = _path(inputs)
-    if path.exists():
-        return _read(path, inputs)
-    _make_folder(path.parent)
+    if known(inputs):
+        return _read(_path(inputs), inputs)
     arrays = compute()
     kinds = {name: array.dtype for name, array in arrays.items() if array.dtype.hasobject}
     require(not kinds, f"cached arrays must hold numbers or text, got {kinds}; convert them")
-    _write(path, arrays | {"inputs": np.array(inputs)})
+    try:
+        path = _path(inputs)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _write(path, arrays | {"inputs": np.array(inputs)})
+    except OSError as error:
+        warn_not_kept(error)
     return arrays
+
+
+def warn_not_kept(error: OSError) -> None:
+    """Warn, once in a process, that the cache folder cannot be written."""
+    cause = error.__cause__ or error
+    reason = getattr(cause, "strerror", None) or cause
+    try:
+        name = f"cache folder {folder()}"
+    except OSError:
+        name = "cache folder"
+    slow = "each process compiles and solves the compliances of gears anew, about a minute"
+    warnings.warn(f"{name} cannot be written ({reason}): {slow}; set EXUGEAR_CACHE to a folder that can", stacklevel=1)
 
 
 def known(inputs: str) -> bool:
     """Whether the cache has the arrays of these inputs."""
-    return _path(inputs).exists()
+    try:
+        return _path(inputs).exists()
+    except OSError:
+        return False
 
 
 def _path(inputs: str) -> Path:
@@ -72,16 +97,6 @@ def _read(path: Path, inputs: str) -> Arrays:
 def _write(path: Path, arrays: Arrays) -> None:
     with complete_file(path) as file:
         np.savez(file, allow_pickle=False, **arrays)
-
-
-def _make_folder(path: Path) -> None:
-    """Make the cache folder; OSError that names it where that fails."""
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        remedy = "set EXUGEAR_CACHE to a folder that can be written"
-        reason = f"cache folder {path} cannot be made: {error.strerror or error}; {remedy}"
-        raise OSError(error.errno, reason) from error
 
 
 @contextmanager

@@ -1,19 +1,28 @@
-"""Compilation by numba: `compiled` functions are called by kernels; `kept` functions, by Python, are cached on disk."""
+"""Compilation by numba: `compiled` functions are called by kernels; `kept` functions, by Python, are cached on disk.
+
+Compiled code lies in the cache folder, where $NUMBA_CACHE_DIR does not say otherwise: also of an installation that
+cannot be written.
+"""
 
 import gc
+import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from errno import EACCES
 from functools import partial
 from time import perf_counter
 from typing import Any
 
-from numba import njit
+from numba import config, njit
 from numba.core import event
 from numba.extending import register_jitable
 
-from fem.support.cache import source_stamp
+from fem.support.cache import folder, source_stamp, warn_not_kept
 from fem.support.call_tree import callee, types_inferred_once, whole_call_tree
 from fem.support.progress import announced
+
+if getattr(config, "DISABLE_JIT", False):
+    raise RuntimeError("NUMBA_DISABLE_JIT is set, but exugear runs compiled code only; unset it")
 
 compiled = callee
 #: Decorator of functions that both Python and compiled code call.
@@ -68,7 +77,7 @@ def kept(function, **options):
     """The compiled function, cached on disk until its source or that of a callee changes.
 
     Numba's cache checks the file of a function, but not the files of the functions that it calls. This function uses
-    private attributes of numba: where they differ, or no folder is writable, every process compiles anew.
+    private attributes of numba: where they differ, or the folder is not writable, every process compiles anew.
 
     Numba names machine code and files by the name of the function and by the number of functions that the process has
     compiled before. Those of two processes would be mixed up: functions that differ by whole numbers which they enclose
@@ -77,15 +86,36 @@ def kept(function, **options):
     KEPT.add(function)
     function.__qualname__ += _enclosed_numbers(function)
     try:
-        dispatcher = njit(function, cache=True, **options)
+        with _folder_of_compiled_code():
+            dispatcher = njit(function, cache=True, **options)
         on_disk = dispatcher._cache
         index = type(on_disk._cache_file)
         names = {"cache_path": on_disk.cache_path, "filename_base": on_disk._impl.filename_base}
         on_disk._cache_file = index(**names, source_stamp=source_stamp(function.__module__))
         _outlive_damage(on_disk)
-    except (AttributeError, TypeError, RuntimeError, OSError):
-        return njit(function, **options)
-    return dispatcher
+    except OSError as error:
+        warn_not_kept(error)
+    except (AttributeError, TypeError, RuntimeError):
+        pass
+    else:
+        return dispatcher
+    return njit(function, **options)
+
+
+@contextmanager
+def _folder_of_compiled_code() -> Iterator[None]:
+    """Context in which numba keeps code in the cache folder; OSError where that cannot be written."""
+    before = config.CACHE_DIR
+    try:
+        if not before:
+            path = folder() / "compiled"
+            path.mkdir(parents=True, exist_ok=True)
+            if not os.access(path, os.W_OK):
+                raise PermissionError(EACCES, os.strerror(EACCES))
+            config.CACHE_DIR = str(path)
+        yield
+    finally:
+        config.CACHE_DIR = before
 
 
 def _outlive_damage(on_disk: Any) -> None:

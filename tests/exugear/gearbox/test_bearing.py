@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from strategies import floats
 
 from exugear import Bearing
@@ -117,7 +117,6 @@ def test_a_matrix_has_no_single_radial_force():
         Bearing(matrix=COUPLED).radial_force(1e-6)
 
 
-@settings(deadline=None)
 @given(floats(-3e-5, 3e-5), floats(-3e-5, 3e-5), floats(-0.1, 0.1), floats(-0.1, 0.1))
 def test_a_linear_table_is_damped_in_all_directions_like_a_linear_bearing(x, y, u, v):
     """A shaft that circles is damped by the secant of the law, also in a clearance that vanishes."""

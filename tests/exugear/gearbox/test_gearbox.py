@@ -14,7 +14,7 @@ from exugear import Gearbox, Shaft, Stage, build, modes
 from fem.units import deg, mm
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.tuples(*[st.integers(18, 45)] * 3),
     st.tuples(*[floats(-0.2, 0.5)] * 3),

@@ -23,7 +23,7 @@ def test_square_of_equal_gears_assembles():
 
 
 @given(st.integers(34, 100))
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 def test_rhombus_assembles_at_whole_multiples_of_half_a_pitch(n):
     """Turning its sides by delta shifts the teeth by 4 z delta / 2 pi pitches against each other."""
     angle = n * np.pi / (2 * Z)

@@ -22,7 +22,7 @@ from exugear.kernels.kinematics import spatial_mesh
 from exugear.system.contact_steps import lag_corrected
 
 CASES = int(os.environ.get("EXUGEAR_CASES", "80"))
-QUICK = settings(max_examples=12, deadline=None, derandomize=True, phases=[Phase.generate])
+QUICK = settings(max_examples=12, phases=[Phase.generate])
 LONG = settings(QUICK, max_examples=CASES, derandomize=CASES == 80, suppress_health_check=list(HealthCheck))
 STEPS = 50
 #: Of the largest torque: static equilibrium, equation of motion.

@@ -13,6 +13,7 @@ import fem
 from fem.contact.contact_state import State
 from fem.contact.strip_contact import assemble
 from fem.contact.tooth_contact import ToothContact
+from fem.contact.unilateral import PENETRATION
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.mesh_density import Density
 from fem.pair.hertz import largest_torque
@@ -23,8 +24,8 @@ TINY = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1)
 SLICES, WIDEST, MOST_PAIRS, BAND = 6, 8, 2.5, 0.02
 #: Deflection in modules up to which gears are stiff enough to mesh.
 MESHABLE = 0.1
-FAST = settings(max_examples=6, deadline=None, derandomize=True, phases=[Phase.generate])
-MANY = settings(max_examples=40, deadline=None, derandomize=True, phases=[Phase.generate])
+FAST = settings(max_examples=6, phases=[Phase.generate])
+MANY = settings(max_examples=40, phases=[Phase.generate])
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,12 @@ def alike(first: Scene, second: Scene, *, te: float = 1.0, centroid: float = 1.0
         assert state.centroid() == pytest.approx(centroid * expected.centroid(), abs=10 * rel * first.pair.b)
 
 
+def rounding(strips, state: State) -> float:
+    """Of the sums of products that give the slack of n strips: n eps times the terms that cancel [m]."""
+    terms = (strips.displacement(state.strip_force), strips.gap, strips.approach * state.te)
+    return state.strip_force.size * np.finfo(float).eps * sum(np.abs(term).max() for term in terms)
+
+
 def contact_is_balanced(scene: Scene) -> None:
     """Forces press, add up to the mesh force and stay on the common face; no strip is inside the mate's flank."""
     contact, (resolved, sliced) = scene.contact, scene.solved()
@@ -100,7 +107,7 @@ def contact_is_balanced(scene: Scene) -> None:
         assert state.slices.high.max() <= high + 1e-12
     strips = assemble(resolved.slices, resolved.strips, contact.bodies, contact.face, scene.misalignment)
     slack = strips.displacement(resolved.strip_force) + strips.gap - strips.approach * resolved.te
-    assert slack.min() > -1e-9 * um - 1e-12 * abs(resolved.te)
+    assert slack.min() > -PENETRATION - rounding(strips, resolved)
 
 
 def swapped_gears_run_backwards(scene: Scene) -> None:

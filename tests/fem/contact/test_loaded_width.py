@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from paper_gears import paper_gear, paper_pair
 
@@ -25,7 +25,6 @@ def test_positions_and_shares_of_the_face_are_inverse(face):
     assert steps[-1] < steps[-2] < steps[-3]
 
 
-@settings(deadline=None)
 @given(st.floats(-0.9, 0.9), st.floats(0.1, 2))
 def test_positive_range_of_a_parabola_ends_at_its_roots(middle, half):
     """It reaches beyond the last positive value by at least a share of a step."""

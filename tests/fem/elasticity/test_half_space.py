@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from paper_gears import paper_gear
 from scipy.optimize import brentq
@@ -61,7 +61,6 @@ def test_end_faces_mirror_the_forces_that_reach_them():
 
 
 @given(st.lists(st.floats(1e-2, 10), min_size=1, max_size=12), st.sampled_from([WholeFace(), HalfFace()]))
-@settings(deadline=None)
 def test_compliance_of_strips_is_positive_definite(lengths, face):
     """Slices of a hundredth to ten times the width of a strip; half-planes clamped at a quarter of all strips."""
     edges = np.append(0, np.cumsum(lengths))

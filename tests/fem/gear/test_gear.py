@@ -85,7 +85,7 @@ def test_transverse_section_of_a_helical_gear():
 
 
 @given(rough_data())
-@settings(max_examples=400, deadline=None, derandomize=True)
+@settings(max_examples=400)
 def test_impossible_data_raise_nothing_but_value_errors(data):
     try:
         gear = fem.Gear(**data)

@@ -15,6 +15,6 @@ def test_involute_of_published_tables(angle, value):
 
 
 @given(st.floats(1e-9, 1e4))
-@settings(max_examples=200, deadline=None, derandomize=True)
+@settings(max_examples=200)
 def test_inverse_is_the_angle_of_that_involute(value):
     assert involute(inverse_involute(value)) == pytest.approx(value, rel=1e-6, abs=1e-15)

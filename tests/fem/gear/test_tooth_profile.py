@@ -17,7 +17,7 @@ from fem.units import deg, mm
 
 SHARES = np.linspace(0, 1, 41)
 COARSE = Density(flank=4, fillet=1, tooth=2, rim=1, body=1)
-many = settings(max_examples=100, deadline=None, derandomize=True)
+many = settings(max_examples=100)
 
 
 def gear_of(**changes) -> Gear:

@@ -20,7 +20,7 @@ def random_blocks(graph: sp.csr_matrix, size: np.ndarray, rng) -> BlockMatrix:
     return BlockMatrix(sp.csr_matrix(matrix + np.diag(np.abs(matrix).sum(axis=0) + 1)), block)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(1, 7), st.integers(1, 7), st.integers(0, 10**6))
 def test_any_blocks_are_solved(n, m, seed):
     rng = np.random.default_rng(seed)
@@ -68,7 +68,7 @@ def kronecker_sum(n: int, m: int, size: int, rng) -> KroneckerMatrix:
     return KroneckerMatrix(indices, entries, dense, np.sort(rng.permutation(n * m * size).reshape(n * m, size)))
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(1, 6), st.integers(1, 6), st.integers(1, 5), st.integers(0, 10**6))
 def test_kronecker_products_are_solved_as_their_assembled_matrix(n, m, size, seed):
     rng = np.random.default_rng(seed)
@@ -99,7 +99,7 @@ def test_free_unknowns_that_differ_between_blocks_are_refused():
         products.part(free)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.integers(1, 6), st.integers(2, 6), st.integers(0, 10**6))
 def test_schur_complement_of_kept_blocks_is_that_of_the_dense_matrix(n, m, seed):
     rng = np.random.default_rng(seed)

@@ -31,7 +31,7 @@ class Broken:
 
 
 @given(gears())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_compiled_material_is_that_of_the_modifications(gear):
     face, flank = gear.face, (*gear.drive_flank, Wave())
     compiled, roll = compiled_flank(flank, face), np.linspace(0.5 * face.roll_form, 1.1 * face.roll_tip, 50)

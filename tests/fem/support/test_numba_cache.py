@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import numba
+import pytest
 
 import fem.support.numba_cache
 import fem.support.progress
@@ -49,6 +50,16 @@ def results(*factors):
     values = [product(1.0) for product in products]
     return values, sum(sum(p.stats.cache_hits.values()) for p in products), len(set(map(address, products)))
 """
+
+
+@pytest.fixture(autouse=True)
+def kept_in(tmp_path_factory, monkeypatch) -> Path:
+    """Folder of the compiled code of a test."""
+    folder = tmp_path_factory.mktemp("kept")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    monkeypatch.setenv("EXUGEAR_CACHE", str(folder))
+    return folder / "compiled"
 
 
 def write(root: Path, factor: float) -> None:
@@ -94,12 +105,12 @@ def test_compiled_code_is_renewed_when_a_module_of_another_folder_changes(tmp_pa
     assert results == [(3.0, 0), (3.0, 1), (4.0, 0)]
 
 
-def test_damaged_files_and_a_full_disk_cost_a_compilation(tmp_path, monkeypatch):
+def test_damaged_files_and_a_full_disk_cost_a_compilation(tmp_path, monkeypatch, kept_in):
     monkeypatch.setattr("sys.dont_write_bytecode", True)
     write(tmp_path, 2.0)
     entry_in(tmp_path, monkeypatch)(1.0)
     for suffix in (".nbi", ".nbc"):
-        for file in tmp_path.rglob(f"*{suffix}"):
+        for file in kept_in.rglob(f"*{suffix}"):
             file.write_bytes(file.read_bytes()[:30])
         hits = []
         for _ in range(2):
@@ -116,7 +127,7 @@ def test_damaged_files_and_a_full_disk_cost_a_compilation(tmp_path, monkeypatch)
     assert entry_in(tmp_path, monkeypatch)(1.0) == 4.0
 
 
-def test_nothing_is_cached_where_numbas_private_names_differ(tmp_path, monkeypatch):
+def test_nothing_is_cached_where_numbas_private_names_differ(tmp_path, monkeypatch, kept_in):
     """Then every process compiles anew: slow, but never out of date."""
     monkeypatch.setattr("sys.dont_write_bytecode", True)
     monkeypatch.setattr(fem.support.numba_cache, "njit", lambda function, cache=False: numba.njit(function))
@@ -125,7 +136,7 @@ def test_nothing_is_cached_where_numbas_private_names_differ(tmp_path, monkeypat
         entry = entry_in(tmp_path, monkeypatch)
         assert entry(1.0) == factor + 1.0
         assert not entry.stats.cache_hits
-    assert {path.suffix for path in tmp_path.rglob("*.*")} == {".py"}
+    assert not list(kept_in.rglob("*.*"))
 
 
 def test_functions_that_enclose_different_numbers_are_kept_apart_by_processes(tmp_path):
@@ -137,3 +148,44 @@ def test_functions_that_enclose_different_numbers_are_kept_apart_by_processes(tm
         script = f"from variants import results; print(results({factors}))"
         process = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
         assert process.stdout.strip() == str(expected), process.stderr
+
+
+#: Results of `VARIANTS` in a process whose user has no entry among those of the system.
+NO_ENTRY = """
+import os, pwd
+
+def unknown(number):
+    raise KeyError(number)
+
+pwd.getpwuid = unknown
+from variants import results
+print(results(2))
+"""
+
+
+@pytest.mark.parametrize("cache", ["new", "file", None])
+def test_compiled_code_moves_with_the_cache_which_may_be_missing(tmp_path, cache):
+    """A new folder; a file where it should be; no home. Nothing is written beside the sources."""
+    (tmp_path / "sources").mkdir()
+    (tmp_path / "sources" / "variants.py").write_text(VARIANTS)
+    (tmp_path / "file").write_text("")
+    paths = os.pathsep.join([str(tmp_path / "sources"), str(Path(fem.__file__).parents[1])])
+    names = {"HOME", "XDG_CACHE_HOME", "EXUGEAR_CACHE", "NUMBA_CACHE_DIR"}
+    environment = {name: value for name, value in os.environ.items() if name not in names}
+    environment |= {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"}
+    environment |= {"EXUGEAR_CACHE": str(tmp_path / cache)} if cache else {}
+    command = [sys.executable, "-c", NO_ENTRY]
+    process = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=tmp_path)
+    assert process.stdout.strip() == "([2.0], 0, 1)", process.stderr
+    assert process.stderr.count("UserWarning: cache folder") == (cache != "new")
+    assert ("set EXUGEAR_CACHE to a folder that can" in process.stderr) == (cache != "new")
+    assert bool(list((tmp_path / "new").glob("compiled/*/*.nbi"))) == (cache == "new")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file", *["new"] * (cache == "new"), "sources"]
+    assert [path.name for path in (tmp_path / "sources").iterdir()] == ["variants.py"]
+
+
+def test_numba_without_compilation_is_named():
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(Path(fem.__file__).parents[1])}
+    for script in ("import fem; fem.static_transmission_error", "import exugear"):
+        process = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
+        assert "RuntimeError: NUMBA_DISABLE_JIT is set, but exugear runs compiled code only; unset it" in process.stderr
