@@ -52,7 +52,6 @@ def CreateGearFriction(
     Returns the number of the ObjectGenericODE2. Raises ValueError without a contact on the bodies, and for arguments
     unlike those of the contact.
     """
-    warnings.warn(f"CreateGearFriction is deprecated; {INSTEAD}", DeprecationWarning, stacklevel=3)
     check_mesh(pair, force, phase, direction)
     check_friction("friction", friction)
     two = f"itemNumbers must be [pinion, wheel], got {itemNumbers}; {INSTEAD}, also for gears on a carrier"
@@ -60,13 +59,14 @@ def CreateGearFriction(
     kinds = tuple(kind_of(mbs, item) for item in itemNumbers)
     number, contact = _contact_between(mbs, itemNumbers)
     table, frame, state, *_ = contact.records
-    require_same_pair(contact.pair, pair, f"that of gear contact {number}")
+    require_same_pair(contact.pair, pair, f"that of gear contact {number}", INSTEAD)
     given = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
     _check_alike(contact, given, force.table, number)
     rub = friction.table(contact.pair)
     added = add_forces(mbs, name, itemNumbers, friction_of(kinds, is_rotated(frame)), (table, frame, state, rub))
     known = dict(mbs.variables)[CONTACTS]
     mbs.variables[CONTACTS] = [c._replace(rubs=True) if c.function == contact.function else c for c in known]
+    warnings.warn(f"CreateGearFriction is deprecated; {INSTEAD}", DeprecationWarning, stacklevel=3)
     return added
 
 

@@ -150,8 +150,8 @@ class MeshFriction:
     def check_pair(self, pair: GearPair | RingPair) -> None:
         """ValueError unless the tables belong to a pair with these teeth, tip circles, widths and centre distance."""
         if self.pair is not None:
-            remedy = "to which the friction belongs; make it by MeshFriction.of_pair or from_ste"
-            require_same_pair(self.pair, pair, remedy)
+            remedy = "make it by MeshFriction.of_pair or from_ste"
+            require_same_pair(self.pair, pair, "to which the friction belongs", remedy)
 
     @checked
     def table(self, pair: GearPair | RingPair) -> np.record:
@@ -185,12 +185,12 @@ def _tables(coefficient: Coefficient, pair: GearPair, distribution: LoadDistribu
     return {"pull": tables[0], "lever": tables[1], "forces": LINE_LOADS * pair.b}
 
 
-def require_same_pair(expected: GearPair | RingPair, pair: GearPair | RingPair, reason: str) -> None:
-    """ValueError, with the reason, unless a pair has the teeth, tip circles, widths and centre distance expected."""
+def require_same_pair(expected: GearPair | RingPair, pair: GearPair | RingPair, reason: str, remedy: str) -> None:
+    """ValueError unless a pair has the teeth, tip circles, widths and centre distance expected, for a reason."""
     geometry, given = _geometry(expected), _geometry(pair)
     differing = [name for name in geometry if not isclose(geometry[name], given.get(name, nan), rel_tol=1e-9)]
     differences = f"got {pair}, which differs in {', '.join(differing)}"
-    require(not differing, f"pair must be {expected}, {reason}; {differences}")
+    require(not differing, f"pair must be {expected}, {reason}, {differences}; {remedy}")
 
 
 def _geometry(pair: GearPair | RingPair) -> dict[str, float]:
