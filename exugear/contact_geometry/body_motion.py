@@ -1,11 +1,16 @@
-"""Bodies of any kind as Rxyz bodies about z of the contact frame: their displacements, and forces back on coordinates.
+"""Bodies of any kind as Rxyz bodies about z of the frame of their mesh: displacements, and forces back on coordinates.
 
-z of a rotated contact frame runs along the pinion's axis in the reference configuration. The attitude of a body in it
-is Rx(a) Ry(b) Rz(c) with small tilts a, b and the spin c about the gear's axis, whatever coordinates its node has.
-Forces on the coordinates follow by virtual work; `exugear.kernels.kinematics` computes the mesh in the contact frame.
+The mesh of two gears depends on their relative position alone (`exugear.contact_geometry.relative_position`). Where
+both bodies move in space on nodes of any kind, the frame of the mesh is that of the pinion's gear at this instant: the
+wheel is tilted in it by little, wherever the pair has turned, so that no attitude in space is singular. Where a body
+turns about global z or moves in that plane, the frame of the mesh is the global one. Velocities are those against the
+ground, by their components in the frame; forces on the coordinates follow by virtual work.
+
+Attitudes do not tell whole turns, but a coordinate of Rxyz nodes counts them. Without it the advance follows up to
+whole base pitches, of which the contact remembers the last (`relative_position.remembered_advance`).
 """
 
-from math import atan2, cos, floor, hypot, pi, sin
+from math import atan2, cos, floor, hypot, pi, sin, sqrt
 from typing import NamedTuple
 
 from exugear.contact_geometry.relative_position import Row, Vector
@@ -23,6 +28,7 @@ from exugear.contact_geometry.rotation import (
     times,
     transposed,
 )
+from exugear.contact_geometry.vectors import scaled
 from fem.support.numba_cache import compiled, kept
 
 #: Number of coordinates of each kind of body.
@@ -30,17 +36,25 @@ SIZES = {SPIN_ALONE: 1, IN_PLANE: 3, UPRIGHT: 6, RXYZ: 6, EULER: 7, VECTOR: 6}
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-class Orientation(NamedTuple):
-    """Rotational coordinates (4) of a body and their rotation matrix, tilts in the contact frame."""
+class Posture(NamedTuple):
+    """Rotational coordinates (4) of a body in space, its rotation matrix, and the axes of its gear (columns)."""
 
     rotation: tuple[float, float, float, float]
     matrix: tuple[Vector, Vector, Vector]
+    gear: tuple[Vector, Vector, Vector]
+
+
+class Orientation(NamedTuple):
+    """`Posture` of a body, the axes of the frame of its mesh (columns), and the tilts of the gear in that frame."""
+
+    posture: Posture
+    frame: tuple[Vector, Vector, Vector]
     a: float
     b: float
 
 
 class Motion(NamedTuple):
-    """Displacements q and velocities v of a body in the contact frame, and its orientation, which transforms forces."""
+    """Displacements q and velocities v of a body in the frame of its mesh, and its orientation for forces."""
 
     q: Row
     v: Row
@@ -81,42 +95,91 @@ def coordinates_of(x, i, kind):
 
 
 @compiled
-def rotated_motion(frame, gear, kind, q, v):
-    """Motion of a body in space in a rotated contact frame."""
-    axes = transposed(rows_of(frame.axes))
+def posture_of(gear, kind, q):
+    """`Posture` of a body in space with coordinates q (7)."""
     d, reference = rotational(kind, q), gear.rotation
     p = reference[0] + d[0], reference[1] + d[1], reference[2] + d[2], reference[3] + d[3]
     matrix = attitude(kind, p)
-    a, b, c = angles_of(product(axes, product(matrix, rows_of(gear.axes))))
-    counted, spin = gear.spin_factors[0] * q[3] + gear.spin_factors[1] * q[5], c - gear.reference[5]
-    spin += 2.0 * pi * floor((counted - spin) / (2.0 * pi) + 0.5)
-    x, y, z = times(axes, (q[0], q[1], q[2]))
-    v_x, v_y, v_z = times(axes, (v[0], v[1], v[2]))
-    omega = times(axes, angular_velocity(kind, p, matrix, rotational(kind, v)))
-    c_t = (cos(a) * omega[2] - sin(a) * omega[1]) / cos(b)
-    a_t, b_t = omega[0] - sin(b) * c_t, cos(a) * omega[1] + sin(a) * omega[2]
-    displaced = x, y, z, a - gear.reference[3], b - gear.reference[4], spin
-    return Motion(displaced, (v_x, v_y, v_z, a_t, b_t, c_t), Orientation(p, matrix, a, b))
+    return Posture(p, matrix, product(matrix, rows_of(gear.axes)))
 
 
 @compiled
-def rotated_forces(frame, kind, orientation, forces):
-    """Generalized forces (7) on the coordinates of a body in space, from those (6) in a rotated contact frame."""
-    a, b = orientation.a, orientation.b
-    axes = rows_of(frame.axes)
+def of_unit_length(axes):
+    """Axes (columns) of unit length; those by Euler parameters are as long as the squared length of these."""
+    factor = 1.0 / sqrt(axes[0][0] * axes[0][0] + axes[1][0] * axes[1][0] + axes[2][0] * axes[2][0])
+    return scaled(factor, axes[0]), scaled(factor, axes[1]), scaled(factor, axes[2])
+
+
+@compiled
+def turns_of(gear, q):
+    """Angle [rad] that a coordinate of an Rxyz node counts about the gear's axis; 0 where none does."""
+    return gear.spin_factors[0] * q[3] + gear.spin_factors[1] * q[5]
+
+
+@compiled
+def counted_turns(angle, counted):
+    """The angle, known up to whole turns, that is nearest to a counted one [rad]."""
+    return angle + 2.0 * pi * floor((counted - angle) / (2.0 * pi) + 0.5)
+
+
+@compiled
+def motion_in(frame_axes, kind, posture, position, v, reference):
+    """`Motion` of a body in space in a frame with these axes (columns).
+
+    position, v   displacement (3) of the body [m] and rates (7) of its coordinates
+    reference     coordinates (6) in the frame from which its attitude counts
+    """
+    into = transposed(frame_axes)
+    a, b, c = angles_of(product(into, posture.gear))
+    x, y, z = times(into, position)
+    v_x, v_y, v_z = times(into, (v[0], v[1], v[2]))
+    omega = times(into, angular_velocity(kind, posture.rotation, posture.matrix, rotational(kind, v)))
+    c_t = (cos(a) * omega[2] - sin(a) * omega[1]) / cos(b)
+    a_t, b_t = omega[0] - sin(b) * c_t, cos(a) * omega[1] + sin(a) * omega[2]
+    displaced = x, y, z, a - reference[3], b - reference[4], c - reference[5]
+    return Motion(displaced, (v_x, v_y, v_z, a_t, b_t, c_t), Orientation(posture, frame_axes, a, b))
+
+
+@compiled
+def relative_motions(frame, kind_1, kind_2, q_1, q_2, v_1, v_2):
+    """Motions of two bodies in space in the frame of the pinion's gear, whose origin is the pinion's body."""
+    pinion, wheel = posture_of(frame.pinion, kind_1, q_1), posture_of(frame.wheel, kind_2, q_2)
+    axes = of_unit_length(pinion.gear)
+    into = transposed(axes)
+    omega = times(into, angular_velocity(kind_1, pinion.rotation, pinion.matrix, rotational(kind_1, v_1)))
+    v_x, v_y, v_z = times(into, (v_1[0], v_1[1], v_1[2]))
+    still = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    motion_1 = Motion(still, (v_x, v_y, v_z, omega[0], omega[1], omega[2]), Orientation(pinion, axes, 0.0, 0.0))
+    d, e = frame.between, frame.wheel.reference
+    between = d[0] + q_2[0] - q_1[0], d[1] + q_2[1] - q_1[1], d[2] + q_2[2] - q_1[2]
+    motion_2 = motion_in(axes, kind_2, wheel, between, v_2, frame.wheel.reference)
+    x, y, z, a, b, c = motion_2.q
+    if frame.base_pitch == 0.0:
+        c = counted_turns(c, turns_of(frame.wheel, q_2) - turns_of(frame.pinion, q_1))
+    return motion_1, Motion((x - e[0], y - e[1], z - e[2], a, b, c), motion_2.v, motion_2.orientation)
+
+
+@compiled
+def forces_in_space(kind, orientation, forces):
+    """Generalized forces (7) on the coordinates of a body in space, from those (6) in the frame of its mesh."""
+    a, b, posture = orientation.a, orientation.b, orientation.posture
     along = (forces[5] - sin(b) * forces[3]) / cos(b)
     moment = forces[3], cos(a) * forces[4] - sin(a) * along, sin(a) * forces[4] + cos(a) * along
-    x, y, z = times(axes, (forces[0], forces[1], forces[2]))
-    e, f, g, h = moments(kind, orientation.rotation, orientation.matrix, times(axes, moment))
+    x, y, z = times(orientation.frame, (forces[0], forces[1], forces[2]))
+    e, f, g, h = moments(kind, posture.rotation, posture.matrix, times(orientation.frame, moment))
     return x, y, z, e, f, g, h
 
 
 @compiled(forceinline=True)
 def motion_of(frame, gear, kind, q, v):
-    """Motion of a body with coordinates q and velocities v (7); those of upright bodies are in the contact frame."""
+    """Motion of a body with coordinates q and velocities v (7) in the contact frame."""
     if kind >= RXYZ:
-        return rotated_motion(frame, gear, kind, q, v)
-    return Motion(q[:6], v[:6], Orientation((0.0, 0.0, 0.0, 0.0), IDENTITY, 0.0, 0.0))
+        axes, posture = rows_of(frame.axes), posture_of(gear, kind, q)
+        moved = motion_in(axes, kind, posture, (q[0], q[1], q[2]), v, gear.reference)
+        x, y, z, a, b, spin = moved.q
+        return Motion((x, y, z, a, b, counted_turns(spin, turns_of(gear, q))), moved.v, moved.orientation)
+    upright = Posture((0.0, 0.0, 0.0, 0.0), IDENTITY, IDENTITY)
+    return Motion(q[:6], v[:6], Orientation(upright, IDENTITY, 0.0, 0.0))
 
 
 @compiled(forceinline=True)
@@ -124,12 +187,41 @@ def motions_of(frame, kind_1, kind_2, n_1, n_2, x):
     """Motions of pinion and wheel, with n_1 and n_2 coordinates; x: their coordinates, then the rates of these."""
     q_1, v_1 = coordinates_of(x, 0, kind_1), coordinates_of(x, n_1 + n_2, kind_1)
     q_2, v_2 = coordinates_of(x, n_1, kind_2), coordinates_of(x, n_1 + n_2 + n_1, kind_2)
+    if kind_1 >= RXYZ and kind_2 >= RXYZ:
+        return relative_motions(frame, kind_1, kind_2, q_1, q_2, v_1, v_2)
     return motion_of(frame, frame.pinion, kind_1, q_1, v_1), motion_of(frame, frame.wheel, kind_2, q_2, v_2)
 
 
+@compiled
+def recorded_motion(frame, gear, kind, coordinates, motion):
+    """The motion of a body in the contact frame, where `motion` is that in the frame of its mesh.
+
+    coordinates   q and their rates (7, 7)
+
+    A coordinate of an Rxyz node counts the turns of the gear; those of other nodes in space are not known.
+    """
+    if kind < RXYZ:
+        return motion
+    (q, v), reference = coordinates, (0.0, 0.0, 0.0, gear.angles[0], gear.angles[1], gear.angles[2])
+    turned = motion_in(rows_of(frame.axes), kind, motion.orientation.posture, (q[0], q[1], q[2]), v, reference)
+    x, y, z, a, b, spin = turned.q
+    return Motion((x, y, z, a, b, counted_turns(spin, turns_of(gear, q))), turned.v, turned.orientation)
+
+
 @compiled(forceinline=True)
-def forces_on(frame, kind, orientation, forces):
-    """Generalized forces (7) on the coordinates of a body of any kind, from those (6) in the contact frame."""
+def recorded_motions(frame, kind_1, kind_2, n_1, n_2, x, pinion, wheel):
+    """`recorded_motion` of pinion and wheel; arguments as those of `motions_of`, and the motions that it returns."""
+    q_1, v_1 = coordinates_of(x, 0, kind_1), coordinates_of(x, n_1 + n_2, kind_1)
+    q_2, v_2 = coordinates_of(x, n_1, kind_2), coordinates_of(x, n_1 + n_2 + n_1, kind_2)
+    return (
+        recorded_motion(frame, frame.pinion, kind_1, (q_1, v_1), pinion),
+        recorded_motion(frame, frame.wheel, kind_2, (q_2, v_2), wheel),
+    )
+
+
+@compiled(forceinline=True)
+def forces_on(kind, orientation, forces):
+    """Generalized forces (7) on the coordinates of a body of any kind, from those (6) in the frame of its mesh."""
     if kind >= RXYZ:
-        return rotated_forces(frame, kind, orientation, forces)
+        return forces_in_space(kind, orientation, forces)
     return forces[0], forces[1], forces[2], forces[3], forces[4], forces[5], 0.0

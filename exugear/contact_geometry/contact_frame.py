@@ -19,7 +19,7 @@ from fem.units import mm
 LARGEST_SKEW = 0.05
 #: Least angle between the z axis of an Rxyz body and global x [rad].
 LEAST_ANGLE_TO_SINGULARITY = 0.1
-E_Z = np.array([0.0, 0.0, 1.0])
+E_Z, ORIGIN = np.array([0.0, 0.0, 1.0]), np.zeros(3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +42,11 @@ class GearBody:
         return self.matrix @ self.axis
 
     @property
+    def gear_axes(self) -> np.ndarray:
+        """(3, 3) axes of the gear in the reference configuration, as columns."""
+        return self.matrix @ axes_about(self.axis)
+
+    @property
     def axial(self) -> float:
         """Position of the gear's centre along its axis [m]."""
         return float(self.position @ self.axis)
@@ -58,22 +63,28 @@ def frame_between(pair, phase: float, direction: int, bodies: tuple[GearBody, Ge
     bodies = bodies[0].along(z), bodies[1].along(z)
     _check_parallel(*bodies)
     global_z = bool(bodies[0].direction @ E_Z > np.cos(LARGEST_SKEW))
-    axes = np.eye(3) if global_z else bodies[0].matrix @ axes_about(bodies[0].axis)
+    axes = np.eye(3) if global_z else bodies[0].gear_axes
     reference, axial = [_in_frame(axes, body) for body in bodies], [body.axial for body in bodies]
     check_distance(pair, reference_line(axial, reference))
-    frame = spatial_frame(pair, phase, direction, axial, reference)
     if global_z and all(body.kind <= RXYZ and body.axis[2] == 1 for body in bodies):
-        return frame
-    pinion, wheel = (_on_body(gear, body) for gear, body in zip((frame.pinion, frame.wheel), bodies, strict=True))
+        return spatial_frame(pair, phase, direction, axial, reference)
+    between = bodies[1].reference[:3] - bodies[0].reference[:3]
+    in_mesh = reference if upright else [_in_frame(bodies[0].gear_axes, body, bodies[0].reference) for body in bodies]
+    frame = spatial_frame(pair, phase, direction, axial, in_mesh)
+    gears = zip((frame.pinion, frame.wheel), bodies, reference, strict=True)
+    pinion, wheel = (_on_body(gear, body, coordinates[3:]) for gear, body, coordinates in gears)
     counted = pinion.spin_factors.any() and wheel.spin_factors.any()
     base_pitch = 0.0 if counted else 2 * pi * pair.pinion.r_b / pair.pinion.z
-    return changed(frame, axes=axes, pinion=pinion, wheel=wheel, base_pitch=base_pitch)
+    return changed(frame, axes=axes, between=between, pinion=pinion, wheel=wheel, base_pitch=base_pitch)
 
 
-def _on_body(gear: np.record, body: GearBody) -> np.record:
-    """The record of a gear with the rotational coordinates of its body and the gear's axes on the body."""
-    rotation = np.append(body.reference[3:], 0.0)[:4]
-    return changed(gear, rotation=rotation, axes=axes_about(body.axis), spin_factors=_spin_factors(body))
+def _on_body(gear: np.record, body: GearBody, angles: np.ndarray) -> np.record:
+    """The record of a gear with the rotational coordinates of its body and the gear's axes on the body.
+
+    angles   (3,) of the gear in the contact frame
+    """
+    rotation, axes = np.append(body.reference[3:], 0.0)[:4], axes_about(body.axis)
+    return changed(gear, rotation=rotation, axes=axes, angles=angles, spin_factors=_spin_factors(body))
 
 
 def axes_about(z: np.ndarray) -> np.ndarray:
@@ -95,10 +106,10 @@ def check_distance(pair, line: np.ndarray) -> None:
     require(abs(shift) < pair.b, f"{apart}; move the bodies or localPositions")
 
 
-def _in_frame(axes: np.ndarray, body: GearBody) -> np.ndarray:
-    """Reference coordinates (6) of a body as Rxyz body of the contact frame."""
-    matrix = axes.T @ body.matrix @ axes_about(body.axis)
-    return np.r_[axes.T @ body.reference[:3], angles_of(tuple(map(tuple, matrix)))]
+def _in_frame(axes: np.ndarray, body: GearBody, origin: np.ndarray = ORIGIN) -> np.ndarray:
+    """Reference coordinates (6) of a body as Rxyz body of a frame with these axes (columns) and this origin [m]."""
+    angles = angles_of(tuple(map(tuple, axes.T @ body.gear_axes)))
+    return np.r_[axes.T @ (body.reference[:3] - origin[:3]), angles]
 
 
 def _check_parallel(pinion: GearBody, wheel: GearBody) -> None:

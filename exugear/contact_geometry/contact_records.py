@@ -8,20 +8,23 @@ from exugear.force_table.kernel_records import reader, record_of, record_type
 from fem.gear.involute import involute
 
 #: A gear on its body: base radius and axial position [m], reference coordinates of the body as an Rxyz body of the
-#: contact frame. In a rotated frame also the rotational reference coordinates of its node, the axes of the gear on the
-#: body, and the factors of the fourth and sixth coordinate that count the turns of the body about the gear's axis.
+#: frame of the mesh (`exugear.contact_geometry.body_motion`). In a rotated frame also the rotational reference
+#: coordinates of its node, the axes of the gear on the body, its angles in the contact frame in the reference
+#: configuration, and the factors of the fourth and sixth coordinate that count its turns for the recorder.
 GEAR = record_type(
     ("r_b", "f8"),
     ("axial", "f8"),
     ("reference", "f8", 6),
     ("rotation", "f8", 4),
     ("axes", "f8", (3, 3)),
+    ("angles", "f8", 3),
     ("spin_factors", "f8", 2),
 )
 #: Geometry of a contact. In the reference configuration: line of centres (e_x, e_y) on the pinion's body, height as
 #: `relative_position.height`, angle of the line on the wheel's body less that on the pinion's [rad];
 #: base_pitch: 0 where coordinates count the turns of both bodies, else the base pitch [m], up to whole multiples of
-#: which the advance is known; axes: of a rotated frame, 0 where it is the global frame.
+#: which attitudes tell the advance; axes: of a rotated contact frame (columns), 0 where it is the global frame;
+#: between: from the pinion's body to the wheel's [m], along the global axes.
 CONTACT_FRAME = record_type(
     ("pitches_per_radian", "f8"),
     ("phase", "f8"),
@@ -34,6 +37,7 @@ CONTACT_FRAME = record_type(
     ("wheel_angle", "f8"),
     ("base_pitch", "f8"),
     ("axes", "f8", (3, 3)),
+    ("between", "f8", 3),
     ("pinion", GEAR),
     ("wheel", GEAR),
 )
@@ -48,16 +52,20 @@ STEPS = record_type(
     *((name, "f8", (2, 6)) for name in ("by_displacement", "by_velocity")),
     *((name, "f8") for name in ("last_time", "last_rate", "last_force", "last_by_bearings", "time", "guesses")),
 )
-#: Values that a run sets. engaged: 0 takes the gears out of mesh; closed: 1 once teeth have touched.
-#: The lag of the integrator's velocities, as in
-#: `force_kernels.corrected_rate`: by the mesh force [m/N], and by the bearings of pinion and wheel, as factors of their
-#: velocities. mobility: acceleration per mesh force [1/kg]. holding_force: mesh force that balances the load while the
-#: bearings are not displaced [N]. Of pinion and wheel: constant torques about z that act beside the mesh [N m];
-#: addresses of their imposed motions (`exugear.kernels.imposed_motion`), 0 without; inertias that the contact itself
-#: accelerates as imposed [kg m^2]. steps: `STEPS`.
+#: Values that a run sets. engaged: 0 takes the gears out of mesh; closed: 1 once teeth have touched. Where coordinates
+#: do not count turns: advance in the last call [m], time of the first call of this solve [s], and whether this call is
+#: at that time. The lag of the integrator's velocities, as in `force_kernels.corrected_rate`: by the mesh force [m/N],
+#: and by the bearings of pinion and wheel, as factors of their velocities. mobility: acceleration per force [1/kg].
+#: holding_force: mesh force that balances the load while the bearings are not displaced [N]. Of pinion and wheel:
+#: constant torques about z that act beside the mesh [N m]; addresses of their imposed motions
+#: (`exugear.kernels.imposed_motion`), 0 without; inertias that the contact itself accelerates as imposed [kg m^2].
+#: steps: `STEPS`.
 CONTACT_STATE = record_type(
     ("engaged", "f8"),
     ("closed", "f8"),
+    ("advance", "f8"),
+    ("begin", "f8"),
+    ("begins", "f8"),
     ("lag", "f8"),
     ("pinion_lag", "f8", 6),
     ("wheel_lag", "f8", 6),
@@ -72,9 +80,9 @@ frame_at, state_at = reader(CONTACT_FRAME), reader(CONTACT_STATE)
 
 
 def contact_state() -> np.record:
-    """A new state: in mesh, velocities without lag."""
+    """A new state: in mesh, velocities without lag, no call yet."""
     state = np.zeros(1, CONTACT_STATE)
-    state["engaged"] = 1.0
+    state["engaged"], state["begin"] = 1.0, np.inf
     return state[0]
 
 

@@ -23,6 +23,8 @@ from fem.gear.involute import involute
 from fem.support.numba_cache import compiled
 
 compiled_involute = compiled(involute)
+#: Difference of the advance of two equal states, over the base pitch.
+SAME_STATE = 1e-3
 Vector = tuple[float, float, float]
 Row = tuple[float, float, float, float, float, float]
 
@@ -158,15 +160,31 @@ def driving_phase(table, flank):
 
 
 @compiled
-def nearest_advance(table, pitch, advance):
-    """Lead [m] of the teeth that are nearest to contact, where whole turns are unknown; pitch: base pitch [m]."""
-    middle = -0.5 * table.backlash if table.backlash < pitch else 0.0
-    return advance - pitch * floor((advance - middle) / pitch + 0.5)
+def remembered_advance(table, pitch, advance, before):
+    """Advance [m] where it is known up to whole base pitches [m].
+
+    Teeth with a back flank cannot pass each other: the advance is that of the teeth which are nearest to contact.
+    Others may have separated by any number of pitches: then it is the one nearest to that of the call before [m], and
+    the one nearest to contact in the first call.
+
+    before   advance in the call before [m], and whether this call begins a solve: another state than that at the end
+             of the solve before is then a new start
+    """
+    last, begins = before
+    near = advance - pitch * floor((advance - last) / pitch + 0.5)
+    if table.backlash < pitch:
+        return advance - pitch * floor((advance + 0.5 * table.backlash) / pitch + 0.5)
+    if begins > 0.0 and abs(near - last) > SAME_STATE * pitch:
+        return advance - pitch * floor(advance / pitch + 0.5)
+    return near
 
 
 @compiled(forceinline=True)
-def position_of(table, frame, q_1, q_2):
-    """`Position` of two Rxyz bodies; ValueError(distance, least distance) where no involutes can meet."""
+def position_of(table, frame, q_1, q_2, before=(0.0, 1.0)):
+    """`Position` of two Rxyz bodies; ValueError(distance, least distance) where no involutes can meet.
+
+    before   as for `remembered_advance`
+    """
     d, r_1, r_2 = frame.direction, frame.pinion.r_b, frame.wheel.r_b
     pinion, wheel = pose_of(frame.pinion, q_1), pose_of(frame.wheel, q_2)
     line, distance, shift = line_of_centres(frame, pinion, wheel)
@@ -182,7 +200,7 @@ def position_of(table, frame, q_1, q_2):
     raised = height(frame, pinion, wheel, line, shift)
     advance = d * (r_1 * spin_1 + r_2 * spin_2 - frame.tan_beta_b * (raised - frame.height))
     if frame.base_pitch != 0.0:
-        advance = nearest_advance(table, frame.base_pitch, advance)
+        advance = remembered_advance(table, frame.base_pitch, advance, before)
     opening = (r_1 + r_2) * (compiled_involute(atan2(sine, cosine)) - frame.inv_alpha_wt)
     flank = flank_of(table, advance, opening, d * frame.pitches_per_radian * spin_1 + frame.phase)
     lean = dot(pinion.z, wheel.z), dot(e_r, wheel.z), dot(e_t, wheel.z)

@@ -6,7 +6,7 @@ functions of Exudyn.
 
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -19,9 +19,11 @@ from exugear.elements.exudyn_objects import check_spin_axes, gear_body, kind_of,
 from exugear.elements.native.native import direct_or_portable
 from exugear.elements.stop_messages import stopped
 from exugear.force_table.kernel_records import address_of
+from exugear.friction.mesh_friction import MeshFriction
 from exugear.kernels.contact_kernels import SPIN, kernel_of
 from exugear.kernels.difference_jacobian import jacobian
 from exugear.kernels.recorder import Recorder
+from exugear.kernels.rubbing_contact import rubbing_contact_of
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
 from fem.pair.pair import GearPair
@@ -33,6 +35,14 @@ from fem.support.validation import require, require_finite
 DIFFERENCE_STEPS = 1e-9, 1e-3
 #: Key of mbs.variables under which a system keeps its contacts; name of the user function of an ObjectGenericODE2.
 CONTACTS, FUNCTION = "gear contacts", "forceUserFunction"
+#: Number of records that the kernel of a contact without friction takes.
+FRICTIONLESS = 3
+
+
+def check_friction(name: str, value) -> None:
+    """ValueError unless the value is a `MeshFriction`."""
+    kind = f"{name} must be an exugear.MeshFriction, got {type(value).__name__}"
+    require(isinstance(value, MeshFriction), f"{kind}; make it with MeshFriction.of_pair")
 
 
 @checked
@@ -47,6 +57,7 @@ def CreateGearContact(
     phase: float = 0.0,
     direction: int = 1,
     recorder: Recorder | None = None,
+    friction: Annotated[MeshFriction | None, check_friction] = None,
 ):
     """Create the contact of a gear pair between two bodies; also called as mbs.CreateGearContact(...).
 
@@ -63,6 +74,9 @@ def CreateGearContact(
     direction        +1: the pinion drives counter-clockwise, so that its advance is a positive deflection; -1:
                      clockwise
     recorder         `Recorder` that takes samples of the contact
+    friction         `MeshFriction` of the pair: Coulomb's friction between the teeth, of the static mesh force without
+                     its damping. Its torques jump where teeth pass the pitch point, so that a mesh cycle needs about a
+                     hundred steps
 
     The axes must be parallel within 0.05 rad. The z axis of the contact is global z where the gears' axes lie along it,
     else the pinion's axis in the reference configuration; the wheel's axis may point either way. The reference
@@ -84,8 +98,9 @@ def CreateGearContact(
     nodes = {int(node_of(mbs, item)) for item in itemNumbers}
     require(len(nodes) == len(itemNumbers), f"itemNumbers must be bodies with a node each, got {itemNumbers}")
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
-    kernel = kernel_of(kinds, rotated=is_rotated(frame))
-    return add_contact(mbs, name, itemNumbers, kernel, (force.table, frame, contact_state()), recorder or Recorder())
+    kernel = (rubbing_contact_of if friction else kernel_of)(kinds, rotated=is_rotated(frame))
+    records = force.table, frame, contact_state(), *([friction.table(pair)] if friction else [])
+    return add_contact(mbs, name, itemNumbers, kernel, records, recorder or Recorder(), pair)
 
 
 def check_mesh(pair, force, phase: float, direction: int) -> None:
@@ -118,7 +133,9 @@ def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int)
     return frame_between(pair, phase, direction, (pinion, wheel))
 
 
-def add_contact(mbs, name: str, items, kernel, records: Sequence[np.record], recorder: Recorder) -> int:
+def add_contact(
+    mbs, name: str, items, kernel, records: Sequence[np.record], recorder: Recorder, pair: GearPair | RingPair
+) -> int:
     """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its records (`records_of`).
 
     records   arguments of the kernel: table of the mesh force, contact frame, contact state, and friction if it rubs
@@ -129,7 +146,7 @@ def add_contact(mbs, name: str, items, kernel, records: Sequence[np.record], rec
     require(not shared, f"recorder records the gear contact {shared} already; {remedy}")
     number = add_forces(mbs, name, items, kernel, records, recorder)
     evaluate, function = partial(kernel, *map(address_of, records)), mbs.GetObject(number)[FUNCTION]
-    contact = StoredContact(evaluate, tuple(records), recorder, function)
+    contact = StoredContact(evaluate, tuple(records), recorder, function, pair, rubs=len(records) > FRICTIONLESS)
     mbs.variables[CONTACTS] = [*contacts.values(), contact]
     return number
 
@@ -155,12 +172,16 @@ class StoredContact(NamedTuple):
     records    that the kernel takes: force table, frame, state, and friction if the stage has it
     recorder   of the contact
     function   that Exudyn calls, as mbs.GetObject returns it
+    pair       of the contact
+    rubs       whether it has friction, of its own or by a further object
     """
 
     kernel: partial
     records: tuple[np.record, ...]
     recorder: Recorder
     function: Any
+    pair: GearPair | RingPair
+    rubs: bool
 
 
 def contacts_of(mbs) -> dict[int, StoredContact]:

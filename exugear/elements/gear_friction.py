@@ -1,14 +1,25 @@
-"""Friction between the teeth in Exudyn: an ObjectGenericODE2 on the same nodes as that of the contact."""
+"""Friction of a gear contact as a further object: the former way, which `CreateGearContact(friction=)` replaces."""
 
+import warnings
 from collections.abc import Sequence
 from typing import Annotated, Any
 
 import exudyn as exu
+import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.contact_geometry.contact_records import is_rotated
-from exugear.elements.gear_contact import add_forces, check_mesh, frame_of, kinds_of
-from exugear.friction.mesh_friction import MeshFriction
+from exugear.elements.exudyn_objects import kind_of, node_of
+from exugear.elements.gear_contact import (
+    CONTACTS,
+    StoredContact,
+    add_forces,
+    check_friction,
+    check_mesh,
+    contacts_of,
+    frame_of,
+)
+from exugear.friction.mesh_friction import MeshFriction, require_same_pair
 from exugear.kernels.friction_kernels import friction_of
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.ring_pair import RingPair
@@ -16,11 +27,7 @@ from fem.pair.pair import GearPair
 from fem.support.arguments import REQUIRED, checked
 from fem.support.validation import require
 
-
-def check_friction(name: str, value) -> None:
-    """ValueError unless the value is a `MeshFriction`."""
-    kind = f"{name} must be an exugear.MeshFriction, got {type(value).__name__}"
-    require(isinstance(value, MeshFriction), f"{kind}; make it with MeshFriction.of_pair")
+INSTEAD = "pass friction= to CreateGearContact, which takes the rest from the contact"
 
 
 @checked
@@ -36,25 +43,56 @@ def CreateGearFriction(
     phase: float = 0.0,
     direction: int = 1,
 ):
-    """Create the Coulomb friction of a gear contact; also called as mbs.CreateGearFriction(...).
+    """Deprecated: pass friction= to `CreateGearContact`. Adds friction to a contact; also mbs.CreateGearFriction(...).
 
     itemNumbers, pair, force, localPositions, localAxes, phase, direction
-                as for the `CreateGearContact` of the same gears, without a carrier
-    friction    `MeshFriction`
+                those of the `CreateGearContact` of the same gears, without a carrier
+    friction    `MeshFriction` of the pair
 
-    The normal force of the friction is the static mesh force, without its damping. The torques of the friction jump
-    where the teeth pass the pitch point, so that a mesh cycle needs about a hundred steps.
-
-    Returns the number of the ObjectGenericODE2. Raises ValueError as `CreateGearContact` does.
+    Returns the number of the ObjectGenericODE2. Raises ValueError without a contact on the bodies, and for arguments
+    unlike those of the contact.
     """
     check_mesh(pair, force, phase, direction)
     check_friction("friction", friction)
-    two = f"itemNumbers must be [pinion, wheel], got {itemNumbers}; leave a carrier out and let the bodies move"
+    two = f"itemNumbers must be [pinion, wheel], got {itemNumbers}; {INSTEAD}, also for gears on a carrier"
     require(len(itemNumbers) == 2, two)
-    kinds = kinds_of(mbs, itemNumbers, force)
-    frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
-    kernel = friction_of(kinds, is_rotated(frame))
-    return add_forces(mbs, name, itemNumbers, kernel, (force.table, frame, friction.table(pair)))
+    kinds = tuple(kind_of(mbs, item) for item in itemNumbers)
+    number, contact = _contact_between(mbs, itemNumbers)
+    table, frame, state, *_ = contact.records
+    require_same_pair(contact.pair, pair, f"that of gear contact {number}", INSTEAD)
+    given = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
+    _check_alike(contact, given, force.table, number)
+    rub = friction.table(contact.pair)
+    added = add_forces(mbs, name, itemNumbers, friction_of(kinds, is_rotated(frame)), (table, frame, state, rub))
+    known = dict(mbs.variables)[CONTACTS]
+    mbs.variables[CONTACTS] = [c._replace(rubs=True) if c.function == contact.function else c for c in known]
+    warnings.warn(f"CreateGearFriction is deprecated; {INSTEAD}", DeprecationWarning, stacklevel=3)
+    return added
+
+
+def _contact_between(mbs, items) -> tuple[int, StoredContact]:
+    """Number and contents of the contact on two bodies; ValueError where there is none, or where it has friction."""
+    nodes = [int(node_of(mbs, item)) for item in items]
+    matching = [
+        (number, contact)
+        for number, contact in contacts_of(mbs).items()
+        if [int(node) for node in mbs.GetObject(number)["nodeNumbers"]] == nodes
+    ]
+    require(bool(matching), f"itemNumbers must be those of a gear contact, there is none on {list(items)}; {INSTEAD}")
+    number, contact = matching[-1]
+    require(not contact.rubs, f"itemNumbers {list(items)}: gear contact {number} has friction already; leave this out")
+    return number, contact
+
+
+def _check_alike(contact: StoredContact, frame: np.record, table: np.record, number: int) -> None:
+    """ValueError unless a contact frame and a table of the mesh force are those of a contact, by its number."""
+    own_table, own_frame, *_ = contact.records
+    for name in ("phase", "direction"):
+        alike = f"{name} must be {own_frame[name]:g} as that of gear contact {number}, got {frame[name]:g}; {INSTEAD}"
+        require(bool(frame[name] == own_frame[name]), alike)
+    unlike = f"localPositions and localAxes must be those of gear contact {number}; {INSTEAD}"
+    require(frame.tobytes() == own_frame.tobytes(), unlike)
+    require(table.tobytes() == own_table.tobytes(), f"force must be that of gear contact {number}; {INSTEAD}")
 
 
 extends(exu.MainSystem, "CreateGearFriction")(CreateGearFriction)

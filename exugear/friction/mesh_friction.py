@@ -8,7 +8,7 @@ dissipates the power mu F B |omega_1 - omega_2|.
 """
 
 from dataclasses import dataclass, field
-from math import cos, tan
+from math import cos, isclose, nan, tan
 from typing import Annotated
 
 import numpy as np
@@ -148,17 +148,18 @@ class MeshFriction:
 
     @checked
     def check_pair(self, pair: GearPair | RingPair) -> None:
-        """ValueError unless the tables belong to a pair with these teeth."""
-        if self.pair is None:
-            return
-        unlike = f"pair must be {self.pair}, to which the friction belongs, got {pair}; make it by MeshFriction.of_pair"
-        require(
-            isinstance(pair, GearPair) and np.allclose(_teeth(pair), _teeth(self.pair), rtol=1e-9, atol=0.0), unlike
-        )
+        """ValueError unless the tables belong to a pair with these teeth, tip circles, widths and centre distance."""
+        if self.pair is not None:
+            remedy = "make it by MeshFriction.of_pair or from_ste"
+            require_same_pair(self.pair, pair, "to which the friction belongs", remedy)
 
     @checked
     def table(self, pair: GearPair | RingPair) -> np.record:
-        """The record that `exugear.kernels.friction_kernels` read for a pair: `FRICTION`, behind it the tables."""
+        """The record that `exugear.kernels.friction_kernels` read for a pair: `FRICTION`, behind it the tables.
+
+        Raises ValueError for a pair to which the tables do not belong.
+        """
+        self.check_pair(pair)
         law, (rows, steps) = self.power_law(pair), np.atleast_2d(self.pull).shape
         values = law._replace(factor=law.factor / cos(pair.beta_b))._asdict() | {"speed": self.speed}
         logarithms = np.log(self.forces) if self.forces is not None else np.zeros(2)
@@ -184,9 +185,20 @@ def _tables(coefficient: Coefficient, pair: GearPair, distribution: LoadDistribu
     return {"pull": tables[0], "lever": tables[1], "forces": LINE_LOADS * pair.b}
 
 
-def _teeth(pair: GearPair) -> list[tuple[float, ...]]:
-    """z, m_n and beta of both gears."""
-    return [(gear.z, gear.m_n, gear.beta) for gear in (pair.pinion, pair.wheel)]
+def require_same_pair(expected: GearPair | RingPair, pair: GearPair | RingPair, reason: str, remedy: str) -> None:
+    """ValueError unless a pair has the teeth, tip circles, widths and centre distance expected, for a reason."""
+    geometry, given = _geometry(expected), _geometry(pair)
+    differing = [name for name in geometry if not isclose(geometry[name], given.get(name, nan), rel_tol=1e-9)]
+    differences = f"got {pair}, which differs in {', '.join(differing)}"
+    require(not differing, f"pair must be {expected}, {reason}, {differences}; {remedy}")
+
+
+def _geometry(pair: GearPair | RingPair) -> dict[str, float]:
+    """What friction depends on, by its name: of the gears, and the centre distance."""
+    gears = {"pinion": pair.pinion} | ({"wheel": pair.wheel} if isinstance(pair, GearPair) else {})
+    names = "z", "m_n", "alpha_n", "beta", "b", "s_n", "d_a"
+    values = {f"{name} of the {side}": getattr(gear, name) for side, gear in gears.items() for name in names}
+    return values | {"a": pair.a} | ({} if isinstance(pair, GearPair) else {"z of the ring": pair.z})
 
 
 def _check_scalars(coefficient: Coefficient, speed: float) -> None:

@@ -2,12 +2,12 @@
 
 from functools import cache
 
-from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of
+from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of, recorded_motions
 from exugear.contact_geometry.contact_records import frame_at, state_at
 from exugear.contact_geometry.relative_position import driving_phase
 from exugear.contact_geometry.rotation import EULER, IN_PLANE, RXYZ, SPIN_ALONE, UPRIGHT, VECTOR
 from exugear.force_table.patches import table_at
-from exugear.kernels.first_guess import begin_call
+from exugear.kernels.first_guess import begin_call, begin_solve
 from exugear.kernels.imposed_motion import spin_in_space, spin_of, torque_on, with_torque_on
 from exugear.kernels.kinematics import NO_OFFSETS, rotational_mesh, spatial_mesh
 from exugear.kernels.recorder import recorded_components, sample_of, write, write_motion, write_power
@@ -90,6 +90,7 @@ def _spatial_contact(kind_1: int, kind_2: int):
     def spatial_contact(table, frame, state, record, t, *x):
         geometry, contact = frame_at(frame), state_at(state)
         begin_call(contact.steps, t)
+        begin_solve(contact, t)
         pinion, wheel = motions_of(geometry, kind_1, kind_2, n_1, n_2, x)
         pinion_spin, pinion = spin_in_space(contact.imposed[0], t, pinion)
         wheel_spin, wheel = spin_in_space(contact.imposed[1], t, wheel)
@@ -97,9 +98,10 @@ def _spatial_contact(kind_1: int, kind_2: int):
         k = sample_of(record, t)
         if k >= 0:
             torques = mesh.pinion[5], mesh.wheel[5]
-            write_mesh(record, k, components, table_at(table), mesh, torques, pinion, wheel)
-        f = forces_on(geometry, kind_1, pinion.orientation, mesh.pinion)
-        g = forces_on(geometry, kind_2, wheel.orientation, mesh.wheel)
+            motions = recorded_motions(geometry, kind_1, kind_2, n_1, n_2, x, pinion, wheel)
+            write_mesh(record, k, components, table_at(table), mesh, torques, *motions)
+        f = forces_on(kind_1, pinion.orientation, mesh.pinion)
+        g = forces_on(kind_2, wheel.orientation, mesh.wheel)
         f, g = with_torque_on(contact, 0, pinion_spin, f), with_torque_on(contact, 1, wheel_spin, g)
         on_pinion = (f[5],) if n_1 == 1 else (f[0], f[1], f[5]) if n_1 == 3 else f[:n_1]
         on_wheel = (g[5],) if n_2 == 1 else (g[0], g[1], g[5]) if n_2 == 3 else g[:n_2]

@@ -42,6 +42,13 @@ def begin_call(steps, t):
 
 
 @compiled
+def begin_solve(contact, t):
+    """Note whether a call begins a solve: at the time of the first call of the solve before, or earlier."""
+    contact.begins = 1.0 if t <= contact.begin else 0.0
+    contact.begin = min(contact.begin, t)
+
+
+@compiled
 def guess_of(steps, rate, by_bearings):
     """The `Guess` in the first call of a step, else zeros.
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from numba import carray
 
 from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of
-from exugear.contact_geometry.contact_records import frame_at
+from exugear.contact_geometry.contact_records import frame_at, state_at
 from exugear.contact_geometry.relative_position import Row, flank_of, normal_of, pitch_share, position_of, row_of
 from exugear.contact_geometry.vectors import cross, row_dot, row_scaled, row_total, scaled, total
 from exugear.force_table.force_kernels import centroid_of, spinning_force, static_force
@@ -127,9 +127,9 @@ def friction_in_space(friction, frame, position, force, centroid, v_1, v_2):
 
 
 @compiled
-def spatial_friction(table, frame, friction, q_1, q_2, v_1, v_2):
-    """Generalized forces (6), (6) on two Rxyz bodies."""
-    position = position_of(table, frame, q_1, q_2)
+def spatial_friction(table, frame, friction, q_1, q_2, v_1, v_2, before=(0.0, 1.0)):
+    """Generalized forces (6), (6) on two Rxyz bodies; before: as for `position_of`."""
+    position = position_of(table, frame, q_1, q_2, before)
     flank = position.flank
     static = static_force(table, flank.phase, flank.deflection, *position.offsets)
     centroid = flank.side * frame.direction * centroid_of(static)
@@ -139,10 +139,10 @@ def spatial_friction(table, frame, friction, q_1, q_2, v_1, v_2):
 
 @cache
 def friction_of(kinds: tuple[str, ...], rotated: bool = False):
-    """The function (table, frame, friction, t, *coordinates, *velocities) -> generalized forces of two bodies.
+    """The function (table, frame, state, friction, t, *coordinates, *velocities) -> generalized forces of two bodies.
 
-    The first three are addresses: of a table's head, a contact frame and a friction record. rotated: whether the
-    contact frame is rotated against the global one.
+    The first four are addresses: of the records of their contact (a table's head, a contact frame and a state) and of a
+    friction record. rotated: whether the contact frame is rotated against the global one.
     """
     if kinds == (SPIN, SPIN) and not rotated:
         return spin_friction
@@ -150,7 +150,7 @@ def friction_of(kinds: tuple[str, ...], rotated: bool = False):
 
 
 @kept
-def spin_friction(table, frame, friction, t, q_1, q_2, v_1, v_2):
+def spin_friction(table, frame, state, friction, t, q_1, q_2, v_1, v_2):
     """Torques of friction on two bodies that spin about fixed axes."""
     return rotational_friction(table_at(table), frame_at(frame), friction_at(friction), q_1, q_2, v_1, v_2)
 
@@ -160,14 +160,21 @@ def _spatial_friction(kind_1: int, kind_2: int):
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
 
     @kept
-    def friction_between(table, frame, friction, t, *x):
-        geometry = frame_at(frame)
+    def friction_between(table, frame, state, friction, t, *x):
+        geometry, contact = frame_at(frame), state_at(state)
         pinion, wheel = motions_of(geometry, kind_1, kind_2, n_1, n_2, x)
         forces_1, forces_2 = spatial_friction(
-            table_at(table), geometry, friction_at(friction), pinion.q, wheel.q, pinion.v, wheel.v
+            table_at(table),
+            geometry,
+            friction_at(friction),
+            pinion.q,
+            wheel.q,
+            pinion.v,
+            wheel.v,
+            (contact.advance, contact.begins),
         )
-        f = forces_on(geometry, kind_1, pinion.orientation, forces_1)
-        g = forces_on(geometry, kind_2, wheel.orientation, forces_2)
+        f = forces_on(kind_1, pinion.orientation, forces_1)
+        g = forces_on(kind_2, wheel.orientation, forces_2)
         on_pinion = (f[5],) if n_1 == 1 else (f[0], f[1], f[5]) if n_1 == 3 else f[:n_1]
         on_wheel = (g[5],) if n_2 == 1 else (g[0], g[1], g[5]) if n_2 == 3 else g[:n_2]
         return on_pinion + on_wheel

@@ -153,7 +153,8 @@ def force_at(table, state, position, guess):
 @compiled(forceinline=True)
 def spatial_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     """`MeshForces` of two Rxyz bodies."""
-    position = position_of(table, frame, q_1, q_2)
+    position = position_of(table, frame, q_1, q_2, (state.advance, state.begins))
+    state.advance = position.advance
     flank, (a, misalignment, axial) = position.flank, position.offsets
     row_1, row_2 = gradient(frame, position, deflection_slopes(frame, position, 1.0, 0.0, NO_OFFSETS))
     rate = row_dot(row_1, v_1) + row_dot(row_2, v_2)

@@ -141,7 +141,7 @@ class Recorder:
         first      number of intervals after t = 0 at which the first sample is taken
         motion     also record what `motion` returns
         power      also record what `power` returns
-        friction   also record friction_force and friction_loss of a stage of a `Gearbox` that has friction
+        friction   also record friction_force and friction_loss of a contact that has friction
         zeroed     all samples but the deflection are 0, not NaN, until they are written, and take no memory until then;
                    the motion always
 

@@ -2,12 +2,12 @@
 
 from functools import cache
 
-from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of
+from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of, recorded_motions
 from exugear.contact_geometry.contact_records import frame_at, state_at
 from exugear.contact_geometry.vectors import row_total
 from exugear.force_table.patches import table_at
 from exugear.kernels.contact_kernels import SPIN, codes_of, write_mesh, write_spins
-from exugear.kernels.first_guess import begin_call
+from exugear.kernels.first_guess import begin_call, begin_solve
 from exugear.kernels.friction_kernels import friction_at, friction_in_space, friction_of_spins
 from exugear.kernels.imposed_motion import spin_in_space, spin_of, torque_on, with_torque_on
 from exugear.kernels.kinematics import rotational_mesh, spatial_mesh
@@ -16,12 +16,14 @@ from fem.support.numba_cache import kept
 
 
 @cache
-def rubbing_contact_of(kinds: tuple[str, ...], displaced: bool = False):
+def rubbing_contact_of(kinds: tuple[str, ...], displaced: bool = False, rotated: bool = False):
     """`contact_kernels.kernel_of` with friction: (table, frame, state, friction, record, t, *coordinates, *velocities).
 
     The torques that it records are those of mesh and friction together.
     """
-    return spin_contact if kinds == (SPIN, SPIN) and not displaced else _spatial_contact(*codes_of(kinds, False))
+    if kinds == (SPIN, SPIN) and not displaced and not rotated:
+        return spin_contact
+    return carrier_contact if kinds == (SPIN, SPIN, SPIN) else _spatial_contact(*codes_of(kinds, rotated))
 
 
 @kept
@@ -41,6 +43,13 @@ def spin_contact(table, frame, state, friction, record, t, q_1, q_2, v_1, v_2):
     return torque_on(contact, 0, pinion, torques[0]), torque_on(contact, 1, wheel, torques[1])
 
 
+@kept
+def carrier_contact(table, frame, state, friction, record, t, q_1, q_2, q_3, v_1, v_2, v_3):
+    """Torques on two bodies that spin and on the carrier of their axes."""
+    torques = spin_contact(table, frame, state, friction, record, t, q_1 - q_3, q_2 - q_3, v_1 - v_3, v_2 - v_3)
+    return torques[0], torques[1], -torques[0] - torques[1]
+
+
 def _spatial_contact(kind_1: int, kind_2: int):
     """The compiled contact with friction of two kinds of bodies, as `contact_kernels._spatial_contact`."""
     n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
@@ -50,6 +59,7 @@ def _spatial_contact(kind_1: int, kind_2: int):
     def rubbing_contact(table, frame, state, friction, record, t, *x):
         geometry, contact = frame_at(frame), state_at(state)
         begin_call(contact.steps, t)
+        begin_solve(contact, t)
         pinion, wheel = motions_of(geometry, kind_1, kind_2, n_1, n_2, x)
         pinion_spin, pinion = spin_in_space(contact.imposed[0], t, pinion)
         wheel_spin, wheel = spin_in_space(contact.imposed[1], t, wheel)
@@ -61,10 +71,11 @@ def _spatial_contact(kind_1: int, kind_2: int):
         k = sample_of(record, t)
         if k >= 0:
             torques = forces_1[5], forces_2[5]
-            write_mesh(record, k, components, table_at(table), mesh, torques, pinion, wheel)
+            motions = recorded_motions(geometry, kind_1, kind_2, n_1, n_2, x, pinion, wheel)
+            write_mesh(record, k, components, table_at(table), mesh, torques, *motions)
             write_friction(record, k, sliding.force, sliding.loss)
-        f = forces_on(geometry, kind_1, pinion.orientation, forces_1)
-        g = forces_on(geometry, kind_2, wheel.orientation, forces_2)
+        f = forces_on(kind_1, pinion.orientation, forces_1)
+        g = forces_on(kind_2, wheel.orientation, forces_2)
         f, g = with_torque_on(contact, 0, pinion_spin, f), with_torque_on(contact, 1, wheel_spin, g)
         on_pinion = (f[5],) if n_1 == 1 else (f[0], f[1], f[5]) if n_1 == 3 else f[:n_1]
         on_wheel = (g[5],) if n_2 == 1 else (g[0], g[1], g[5]) if n_2 == 3 else g[:n_2]

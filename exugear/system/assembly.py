@@ -110,7 +110,7 @@ def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, 
     friction = [stage.friction.table(stage.pair)] if stage.friction else []
     kernel = (rubbing_contact_of if friction else kernel_of)(kinds, displaced)
     records = law.table, frame, contact_state(), *friction
-    contact = add_contact(mbs, gearbox.labels[number], items, kernel, records, recorder)
+    contact = add_contact(mbs, gearbox.labels[number], items, kernel, records, recorder, stage.pair)
     reference = reference_state(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
     return Mesh(stage, law, contact, recorder, frame, np.zeros(0), *reference)
 

@@ -84,7 +84,7 @@ def two_bodies() -> tuple[Any, Any, list]:
         mbs.AddObject(eii.ObjectRotationalMass1D(inertia=1e-3, nodeNumber=node, referencePosition=position))
         for node, position in zip(nodes, positions, strict=True)
     ]
-    contact = exugear.CreateGearContact(mbs, itemNumbers=items, pair=paper_pair(), force=linear_law())
+    contact = exugear.CreateGearContact(mbs, itemNumbers=items, pair=paper_pair(), force=linear_law(), phase=0.1)
     mbs.Assemble()
     return container, mbs, [*items, contact]
 

@@ -14,11 +14,8 @@ from spatial_meshes import PAIRS, bodies_of_kinds, law_of
 
 import exugear
 from exugear.contact_geometry.contact_frame import axes_about
-from exugear.contact_geometry.contact_records import is_rotated
-from exugear.elements.exudyn_objects import kind_of
-from exugear.elements.gear_contact import frame_of, stored_contact
+from exugear.elements.gear_contact import stored_contact
 from exugear.force_table.kernel_records import address_of
-from exugear.kernels.friction_kernels import friction_of
 from fem.units import mm, um
 
 RXYZ = exu.NodeType.RotationRxyz
@@ -117,11 +114,12 @@ def rubbing(scene, pair, law, motion):
     frame, node, axis = scene
     mbs, friction = exu.SystemContainer().AddSystem(), friction_for(pair)
     bodies = bodies_along(mbs, pair, frame, node, axis)
-    mbs.CreateGearFriction(itemNumbers=bodies, pair=pair, force=law, friction=friction, localAxes=[axis, axis])
-    plain = frame_of(mbs, bodies, pair, [(0, 0, 0)] * 2, [axis] * 2, phase=0.2, direction=1)
-    records, kinds = (law.table, plain, friction.table(pair)), (kind_of(mbs, bodies[0]),) * 2
-    kernel = partial(friction_of(kinds, is_rotated(plain)), *map(address_of, records), 0.0)
-    return pushed(mbs, bodies, node, axis, frame, motion, kernel)
+    given = {"itemNumbers": bodies, "pair": pair, "force": law, "localAxes": [axis, axis], "phase": 0.2}
+    plain, rough = (mbs.CreateGearContact(**given, friction=x) for x in (None, friction))
+    recorder = exugear.Recorder()
+    kernels = [partial(stored_contact(mbs, n).kernel, address_of(recorder.header), 0.0) for n in (rough, plain)]
+    total, smooth = (pushed(mbs, bodies, node, axis, frame, motion, kernel) for kernel in kernels)
+    return total - smooth
 
 
 @pytest.mark.parametrize(("name", "node", "axis"), SCENES)

@@ -27,11 +27,11 @@ def spinning_bodies(mbs) -> list[int]:
 
 
 def pair_on_springs(mbs, *, rubs: bool) -> int:
-    """Number of the contact of two such bodies, behind an object of friction if it rubs."""
+    """Number of the contact of two such bodies, with friction if it rubs, behind another object."""
     bodies = spinning_bodies(mbs)
     if rubs:
-        mbs.CreateGearFriction(itemNumbers=bodies, pair=PAIR, force=LAW, friction=FRICTION)
-    number = mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=LAW)
+        mbs.CreateGround()
+    number = mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=LAW, friction=FRICTION if rubs else None)
     mbs.Assemble()
     settings = exu.SimulationSettings()
     settings.solution.file.write = False

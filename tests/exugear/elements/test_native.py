@@ -58,9 +58,7 @@ def spinning(law, friction=None):
     mbs = exu.SystemContainer().AddSystem()
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
     bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]
-    contact = mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=law)
-    if friction:
-        mbs.CreateGearFriction(itemNumbers=bodies, pair=PAIR, force=law, friction=friction)
+    contact = mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=law, friction=friction)
     mbs.Assemble()
     mbs.systemData.SetODE2Coordinates([10 * um / PAIR.pinion.r_b, 0], exu.ConfigurationType.Initial)
     return mbs, contact

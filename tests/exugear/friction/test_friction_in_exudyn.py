@@ -15,8 +15,7 @@ def run_with_friction(mbs, pair, law, friction, torque: float, speed: float, cyc
     nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
     bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]
     recorder, mesh = exugear.Recorder(), {"itemNumbers": bodies, "pair": pair, "force": law}
-    mbs.CreateGearContact(**mesh, recorder=recorder)
-    mbs.CreateGearFriction(**mesh, friction=friction)
+    mbs.CreateGearContact(**mesh, recorder=recorder, friction=friction)
     for node, load in zip(nodes, (torque * (1 + friction.loss(pair)), torque), strict=True):
         marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
         mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=load))

@@ -5,17 +5,19 @@ import numpy as np
 import pytest
 from exudyn.rigidBodyUtilities import InertiaCuboid, RotXYZ2RotationMatrix
 from friction_cases import MU, SPUR, N, friction_for, unlike_pair
+from paper_gears import paper_gear
 from scenes import K, linear_law, wrench
 from spatial_meshes import PAIRS, attitudes, bodies_of_kinds, law_of, mesh_in_space
 
 import exugear
-from exugear.contact_geometry.contact_records import rotational_frame
+import fem
+from exugear.contact_geometry.contact_records import contact_state, rotational_frame
 from exugear.contact_geometry.reference_configuration import spatial_frame
 from exugear.contact_geometry.relative_position import line_of_centres, pose_of
 from exugear.elements.gear_contact import user_functions
 from exugear.kernels.contact_kernels import SPIN
 from exugear.kernels.friction_kernels import friction_of, rotational_friction, spatial_friction
-from fem.units import deg, um
+from fem.units import deg, mm, um
 
 NONE = (0.0,) * 6
 LAW = linear_law(reach=9e-3)
@@ -181,7 +183,8 @@ def test_friction_between_bodies_of_any_kind(kinds):
     mbs = exu.SystemContainer().AddSystem()
     bodies = bodies_of_kinds(mbs, kinds)
     friction, law, lead = friction_for(SPUR), LAW, 8 * um / SPUR.pinion.r_b
-    number = mbs.CreateGearFriction(name="rub", itemNumbers=bodies, pair=SPUR, force=law, friction=friction, phase=0.2)
+    given = {"itemNumbers": bodies, "pair": SPUR, "force": law, "phase": 0.2}
+    number = mbs.CreateGearContact(name="rub", **given, friction=friction)
     mbs.Assemble()
     turning = {"spin": 0, "planar": 2, "spatial": 5}
     sizes = {"spin": 1, "planar": 3, "spatial": 6}
@@ -197,11 +200,14 @@ def test_friction_between_bodies_of_any_kind(kinds):
     torques = np.array(solver.GetSystemResidual())[list(spins)]
     solver.FinalizeSolver(mbs, settings)
     assert mbs.GetObject(number)["name"] == "rub"
-    assert torques == pytest.approx(spun(SPUR, friction, (lead, 0), (20, -20), phase=0.2), rel=1e-9)
+    mesh_torque = law(0.2, 8 * um) * SPUR.pinion.r_b
+    rubbing = spun(SPUR, friction, (lead, 0), (20, -20), phase=0.2)
+    assert torques == pytest.approx(rubbing - mesh_torque, rel=1e-9)
+    assert np.abs(rubbing).min() > 1
 
 
 def test_jacobian_is_the_slope_of_the_torques():
-    records = LAW.table, rotational_frame(SPUR, 0.2, 1), friction_for(SPUR).table(SPUR)
+    records = LAW.table, rotational_frame(SPUR, 0.2, 1), contact_state(), friction_for(SPUR).table(SPUR)
     forces, jacobian = user_functions(friction_of((SPIN, SPIN)), records)
     q, v = np.array([8 * um / SPUR.pinion.r_b, 0]), np.array([0.2, -0.1])
     for factors, nudge in (((1.0, 0.0), [0, 1e-8]), ((0.0, 1.0), None)):
@@ -222,29 +228,93 @@ def test_friction_uses_the_mesh_force_at_the_offsets_of_the_bodies():
     assert forces == pytest.approx(expected, rel=1e-6, abs=1e-9)
 
 
+def two_bodies(mbs) -> list[int]:
+    data = {"inertia": InertiaCuboid(7850, [0.1, 0.1, 0.02]), "nodeType": exu.NodeType.RotationRxyz}
+    return [mbs.CreateRigidBody(referencePosition=[x, 0, 0], **data) for x in (0, SPUR.a)]
+
+
+def test_friction_is_an_exugear_mesh_friction():
+    mbs = exu.SystemContainer().AddSystem()
+    with pytest.raises(ValueError, match=r"friction must be an exugear.MeshFriction, got float; make it with"):
+        mbs.CreateGearContact(itemNumbers=two_bodies(mbs), pair=SPUR, force=linear_law(), friction=0.05)
+
+
+@pytest.mark.parametrize(
+    ("changes", "difference"),
+    [
+        ({"gear": {"b": 40 * mm}}, "b of the pinion"),
+        ({"gear": {"s_n": 3.9 * mm}}, "s_n of the pinion"),
+        ({"gear": {"d_a": 154 * mm}}, "d_a of the pinion"),
+        ({"a": 150.2 * mm}, "a"),
+    ],
+)
+def test_friction_of_another_pair_is_refused_by_all_doors(changes, difference):
+    """Also of one with equal teeth of another width, thickness, tip circle or centre distance."""
+    gears = [paper_gear(**changes.get("gear", {})), paper_gear()]
+    other = fem.GearPair(*gears, a=changes.get("a", 150 * mm))
+    message = rf"pair must be .*, to which the friction belongs.*which differs in {difference}\b"
+    friction, mbs = friction_for(other), exu.SystemContainer().AddSystem()
+    shafts = [exugear.Shaft(name, {0.0: paper_gear()}) for name in ("fast", "slow")]
+    given = {"itemNumbers": two_bodies(mbs), "pair": SPUR, "force": linear_law()}
+    with pytest.raises(ValueError, match=message):
+        mbs.CreateGearContact(**given, friction=friction)
+    with pytest.raises(ValueError, match=message):
+        exugear.Stage(*shafts, linear_law(), pair=SPUR, friction=friction)
+    mbs.CreateGearContact(**given)
+    with pytest.raises(ValueError, match=message):
+        mbs.CreateGearFriction(**given, friction=friction)
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"pair": None}, "pair must be a fem.GearPair"),
-        ({"force": None}, "force must be an exugear.MeshForce"),
-        ({"friction": 0.05}, "friction must be an exugear.MeshFriction, got float; make it with MeshFriction.of_pair"),
-        ({"direction": 0}, "direction must be"),
-        ({"phase": np.nan}, "phase must be finite"),
-        ({"itemNumbers": [0, 1, 2]}, "leave a carrier out"),
-        ({"localPositions": [[0.01, 0, 0], [0, 0, 0]]}, "localPositions must lie"),
+        ({"pair": unlike_pair()}, r"pair must be .*, that of gear contact 2, got .*, which differs in z of the pinion"),
+        ({"phase": 0.3}, r"phase must be 0.2 as that of gear contact 2, got 0.3; pass friction= to CreateGearContact"),
+        ({"direction": -1}, "direction must be 1 as that of gear contact 2, got -1"),
+        ({"force": linear_law((2 * K,) * 3)}, "force must be that of gear contact 2"),
+        ({"localPositions": [[0, 0, 1e-3], [0, 0, 0]]}, "localPositions and localAxes must be those of"),
+        ({"itemNumbers": [1, 0]}, r"there is none on \[1, 0\]; pass friction= to CreateGearContact"),
+        ({"itemNumbers": [0, 1, 2]}, "also for gears on a carrier"),
     ],
 )
-def test_bad_arguments_are_refused(changes, message):
+def test_the_former_way_refuses_what_the_contact_has_not(changes, message):
     mbs = exu.SystemContainer().AddSystem()
-    data = {"inertia": InertiaCuboid(7850, [0.1, 0.1, 0.02]), "nodeType": exu.NodeType.RotationRxyz}
-    bodies = [mbs.CreateRigidBody(referencePosition=[x, 0, 0], **data) for x in (0, SPUR.a)]
-    given = {"itemNumbers": bodies, "pair": SPUR, "force": linear_law(), "friction": friction_for(SPUR)}
+    given = {"itemNumbers": two_bodies(mbs), "pair": SPUR, "force": linear_law(), "phase": 0.2}
+    assert int(mbs.CreateGearContact(**given)) == 2
+    given["friction"] = friction_for(SPUR)
     with pytest.raises(ValueError, match=message):
         mbs.CreateGearFriction(**given | changes)
+    with pytest.warns(DeprecationWarning, match="CreateGearFriction is deprecated; pass friction= to"):
+        mbs.CreateGearFriction(**given)
+    with pytest.raises(ValueError, match="gear contact 2 has friction already"):
+        mbs.CreateGearFriction(**given)
 
 
-def test_spins_refuse_a_force_with_offsets():
-    mbs = exu.SystemContainer().AddSystem()
-    given = {"itemNumbers": bodies_of_kinds(mbs, ("spin", "spin")), "pair": SPUR, "friction": friction_for(SPUR)}
-    with pytest.raises(ValueError, match=r"take force.at"):
-        mbs.CreateGearFriction(**given, force=law_of())
+def test_both_ways_rub_alike_and_a_carrier_takes_part():
+    """On a carrier at rest the torques on the gears are those without it, and it bears what they leave."""
+    torques = []
+    for carrier, former in ((False, False), (False, True), (True, False)):
+        mbs = exu.SystemContainer().AddSystem()
+        bodies = bodies_of_kinds(mbs, ("spin",) * 2) + (bodies_of_kinds(mbs, ("spin",) * 2)[:1] if carrier else [])
+        given = {"itemNumbers": bodies, "pair": SPUR, "force": LAW, "phase": 0.2}
+        mbs.CreateGearContact(**given, friction=None if former else friction_for(SPUR))
+        if former:
+            with pytest.warns(DeprecationWarning):
+                mbs.CreateGearFriction(**given, friction=friction_for(SPUR))
+        mbs.Assemble()
+        size = mbs.systemData.ODE2Size()
+        system = mbs.systemData
+        system.SetODE2Coordinates([8 * um / SPUR.pinion.r_b] + [0] * (size - 1), exu.ConfigurationType.Initial)
+        system.SetODE2Coordinates_t([20, -20] + [0] * (size - 2), exu.ConfigurationType.Initial)
+        solver, settings = exu.MainSolverImplicitSecondOrder(), exu.SimulationSettings()
+        settings.solution.file.write = False
+        solver.InitializeSolver(mbs, settings)
+        solver.ComputeODE2RHS(mbs)
+        torques.append(np.array(solver.GetSystemResidual())[:3])
+        solver.FinalizeSolver(mbs, settings)
+    new, former, carried = torques
+    assert former == pytest.approx(new, rel=1e-12)
+    assert carried[:2] == pytest.approx(new[:2], rel=1e-12)
+    assert carried[2] == pytest.approx(-new[:2].sum(), rel=1e-12)
+    assert abs(new[0] - new[1]) > 0.5
