@@ -11,7 +11,6 @@ it as the tilt follows from them. Newton's method solves for p and te such that 
 and leaves as its overlap does, so that no active set is needed, and the last linearization is the tangent stiffness.
 """
 
-from dataclasses import replace
 from math import log
 from typing import NamedTuple
 
@@ -25,9 +24,9 @@ from fem.linalg import small_systems
 from fem.linalg.small_systems import product
 from fem.support.numba_cache import kept_unchecked, unchecked
 
-#: Share of the mesh force by which loads may still change in a Newton step, and after how many steps to give up. From
-#: DAMPED steps on they are halved.
-CONVERGED, STEPS, DAMPED = 1e-7, 80, 20
+#: Shares of the mesh force by which loads may change in the last Newton step, after which they are exact to the square
+#: of this share, and by which their sum may differ; number of steps before they are halved, and at most.
+CONVERGED, BALANCED, DAMPED, STEPS = 1e-5, 1e-7, 20, 80
 #: Half-planes under whole slices are clamped at this depth, in modules.
 DEPTH = 1 / 5
 #: Overlap of the flanks, in modules, for the difference quotient of their compliance.
@@ -93,7 +92,7 @@ def line_contact(
     compliance, softening = compliance_at(slices, bodies, face), np.zeros((0, 0))
     m_n = slices.position.pair.pinion.m_n
     if softens:
-        touching = replace(slices, te=OVERLAP * m_n)
+        touching = slices.in_middle(OVERLAP * m_n)
         softening = (compliance_at(touching, bodies, face) - compliance) / (OVERLAP * m_n)
     constant = 0.5 + np.log(2 * DEPTH * m_n / slices.half_width(1 / slices.width))
     beside, tilt = _tilts(slices, face)
@@ -160,19 +159,17 @@ def _left(lower, columns, vector):
 
 @unchecked
 def _system(lower, columns, compliance):
-    """1 + L^T C L at columns of L."""
-    n, matrix, column = len(lower), np.empty((columns.size, columns.size)), np.empty((1, len(lower)))
+    """Lower triangle of 1 + L^T C L at columns of L."""
+    n, matrix, column = len(lower), np.empty((columns.size, columns.size)), np.zeros(len(lower) + 2)
     for b, j in enumerate(columns):
-        for r in range(n):
-            column[0, r] = 0.0
-        for k in range(min(3, n - j)):
-            for r in range(n):
-                column[0, r] += lower[j, k] * compliance[j + k, r]
+        below, next_below = min(j + 1, n - 1), min(j + 2, n - 1)
+        for r in range(j, n):
+            column[r] = lower[j, 0] * compliance[j, r] + lower[j, 1] * compliance[below, r]
+            column[r] += lower[j, 2] * compliance[next_below, r]
         for a in range(b, columns.size):
-            i, value = columns[a], 0.0
-            for k in range(min(3, n - i)):
-                value += lower[i, k] * column[0, i + k]
-            matrix[a, b] = value + 1.0 if a == b else value
+            i = columns[a]
+            matrix[a, b] = lower[i, 0] * column[i] + lower[i, 1] * column[i + 1] + lower[i, 2] * column[i + 2]
+        matrix[b, b] += 1.0
     return matrix
 
 
@@ -218,7 +215,7 @@ def _equilibrium(contact, mesh_force, middle, slope, least, te):
             _add(band, after, after, tilt**2 * by_slope / 2)
             _add(band, before, before, tilt**2 * by_slope / 2)
             _add(band, after, before, -(tilt**2) * by_slope)
-        if change < CONVERGED * mesh_force and abs(total - mesh_force) < CONVERGED * mesh_force:
+        if change < CONVERGED * mesh_force and abs(total - mesh_force) < BALANCED * mesh_force:
             return te, stiffness, force * (mesh_force / total), moment * (mesh_force / total), largest, step
         lower = _band_factors(band)
         columns = small_systems.true_in(lower[:, 0] > 0)

@@ -14,9 +14,11 @@ from fem.support.numba_cache import unchecked
 #: Least flattening per force, over the factor of its logarithm: Hertz's formula becomes negative for slices whose
 #: contact is too wide for half-planes.
 LEAST = 0.1
-#: Gauss points and weights over the loaded part of a slice.
-EVEN_POINTS, EVEN_WEIGHTS = np.polynomial.legendre.leggauss(5)
-POINTS, WEIGHTS = EVEN_POINTS * (3 - EVEN_POINTS**2) / 2, EVEN_WEIGHTS * 1.5 * (1 - EVEN_POINTS**2)
+#: Gauss points and weights over slices whose least overlap exceeds this share of the largest; over the loaded parts of
+#: others, where the rate of the line load is infinite at the ends of the load, they lie closer together towards the ends.
+EVEN, EVEN_POINTS, EVEN_WEIGHTS = 0.5, *np.polynomial.legendre.leggauss(2)
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+POINTS, WEIGHTS = _POINTS * (3 - _POINTS**2) / 2, _WEIGHTS * 1.5 * (1 - _POINTS**2)
 #: Newton steps to the logarithm in Hertz's formula, and their last, relative to it.
 STEPS, SHORTEST = 30, 1e-13
 
@@ -29,7 +31,7 @@ def line_load(factor, constant, overlap):
     if overlap >= factor * widest * least:
         return widest + (overlap - factor * widest * least) / (factor * LEAST), 1 / (factor * LEAST)
     sought = constant - log(overlap / factor) / 2
-    logarithm = sought + log(1 + abs(sought)) / 2
+    logarithm = max(sought + log(1 + abs(sought)) / 2, least)
     for _ in range(STEPS):
         change = (logarithm - log(logarithm) / 2 - sought) / (1 - 0.5 / logarithm)
         logarithm = max(logarithm - change, least)
@@ -62,12 +64,14 @@ def slice_load(factor, constant, middle, slope, bend):
     middle, of force by slope or moment by middle, and of moment by slope [N/m].
     """
     force, moment, largest, by_middle, mixed, by_slope = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    ends = loaded_parts(middle, slope, bend)
+    even = middle - abs(slope) - abs(bend) > EVEN * (middle + abs(slope) + abs(bend))
+    points, weights = (EVEN_POINTS, EVEN_WEIGHTS) if even else (POINTS, WEIGHTS)
+    ends = (-1.0, 1.0, 1.0, 1.0) if even else loaded_parts(middle, slope, bend)
     for part in range(2):
         low, high = (ends[0], ends[1]) if part == 0 else (ends[2], ends[3])
         if high > low:
-            for k in range(POINTS.size):
-                x, weight = (low + high + (high - low) * POINTS[k]) / 2, (high - low) / 4 * WEIGHTS[k]
+            for k in range(points.size):
+                x, weight = (low + high + (high - low) * points[k]) / 2, (high - low) / 4 * weights[k]
                 overlap = middle + slope * x - bend * x * x
                 if overlap > 0:
                     load, rate = line_load(factor, constant, overlap)

@@ -58,8 +58,8 @@ class ToothContact:
         return FaceSlicing(self.position, self.face, self.slices)
 
     @cached_property
-    def gap_across(self) -> GapAcross:
-        """How the gap varies across the slices of the whole modelled face."""
+    def gap_across(self) -> tuple[ContactSlices, GapAcross]:
+        """Slices of the whole modelled face, and how the gap varies across them."""
         return gap_across(self.slicing.whole)
 
     def state(self, force: float, misalignment: float = 0.0) -> State:
@@ -148,7 +148,7 @@ class ToothContact:
         self, force: np.ndarray, misalignment: np.ndarray, *, softens: bool
     ) -> tuple[ContactSlices, LineLoads]:
         """Slices that may touch, and line loads on them, under mesh forces (m,) [N] and misalignments (m,) [rad]."""
-        whole, across = self.slicing.whole, self.gap_across
+        whole, across = self.gap_across
         middle, slope = across.misaligned(whole, misalignment)
         touches = least_gaps(middle, slope, across.bend) / across.approach
         first, loaded = touches.min(axis=1), force > 0

@@ -35,8 +35,18 @@ class ContactSlices:
     def part(self, rows: np.ndarray) -> "ContactSlices":
         """Some of the slices, whose closest points are known."""
         slices = replace(self, number=self.number[rows], low=self.low[rows], high=self.high[rows])
-        object.__setattr__(slices, "closest", Closest(*(values[rows] for values in self.closest)))
+        return slices.closest_at(Closest(*(values[rows] for values in self.closest)))
+
+    def closest_at(self, closest: Closest) -> "ContactSlices":
+        """The same slices, whose flanks are known to be closest at some points."""
+        slices = replace(self)
+        object.__setattr__(slices, "closest", closest)
         return slices
+
+    def in_middle(self, te: float) -> "ContactSlices":
+        """The same slices about another transmission error [m], where the flanks are closest in their middle sections."""
+        closest = closest_in(self.mesh, self.number, self.middle, self.middle, te)
+        return replace(self, te=te).closest_at(Closest(*closest))
 
     @property
     def middle(self) -> np.ndarray:

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fem.gap.closest_point import Closest
 from fem.gap.contact_slices import ContactSlices, closest_in
 from fem.gap.flank_gap import OUT_OF_REACH
 from fem.support.numba_cache import kept_unchecked
@@ -25,19 +26,20 @@ class GapAcross(NamedTuple):
         return self.middle + slices.gap_by(misalignment), self.slope + slices.slope_by(misalignment)
 
 
-def gap_across(slices: ContactSlices) -> GapAcross:
-    """Gap across slices that adjoin within each tooth pair, aligned."""
+def gap_across(slices: ContactSlices) -> tuple[ContactSlices, GapAcross]:
+    """Slices that adjoin within each tooth pair, closest in their middle sections, and the aligned gap across them."""
     first = np.append(True, np.diff(slices.number) != 0)
     last = np.append(first[1:], True)
-    number, axial = np.append(slices.number, slices.number[last]), np.append(slices.low, slices.high[last])
-    order = np.lexsort((axial, number))
-    gap = np.empty(axial.size)
-    gap[order] = closest_in(slices.mesh, number[order], axial[order], axial[order], 0.0)[2]
-    low, after = gap[: first.size], np.append(gap[1 : first.size], 0.0)
-    after[last] = gap[first.size :]
+    number = np.concatenate([slices.number, slices.number[last], slices.number])
+    axial = np.concatenate([slices.low, slices.high[last], slices.middle])
+    closest = closest_in(slices.mesh, number, axial, axial, slices.te)
+    n, ends = first.size, closest[2, : -first.size]
+    high = np.append(ends[1:n], 0.0)
+    high[last] = ends[n:]
+    slices = slices.closest_at(Closest(*closest[:, -n:]))
     roll, path = slices.position.nominal(slices.number, slices.middle), slices.position.path
     beyond = (roll < path.start) | (roll > path.end)
-    return GapAcross(*parabolas(low, slices.closest.gap, after, beyond), slices.closest.approach)
+    return slices, GapAcross(*parabolas(ends[:n], slices.closest.gap, high, beyond), slices.closest.approach)
 
 
 @kept_unchecked
