@@ -85,27 +85,40 @@ def hertz_pressure(slices: ContactSlices, force: np.ndarray) -> np.ndarray:
     return 2 * force / (pi * half_width * slices.length)
 
 
-def load_rows(slices: ContactSlices, force: np.ndarray, pressure: np.ndarray, face: Face) -> np.ndarray:
-    """(m, 5 + n_pair) `LoadQuantities`, then load shares of all tooth pairs, under forces and pressures (m, n)."""
+def load_rows(
+    slices: ContactSlices,
+    force: np.ndarray,
+    pressure: np.ndarray,
+    face: Face,
+    moment: np.ndarray | None = None,
+    largest: np.ndarray | None = None,
+) -> np.ndarray:
+    """(m, 5 + n_pair) `LoadQuantities`, then load shares of all tooth pairs, under forces and pressures (m, n).
+
+    moment      (m, n) moments of the forces about the middles of the slices, over half of their widths [N]; None: 0
+    largest     (m, n) largest line loads across the slices times their lengths [N]; None: the forces
+    """
     numbers, mirrored = slices.position.numbers(), face.share < 1
     at = (slices.number, slices.low, slices.high), slices.closest, numbers.start, len(numbers)
-    return quantities_of(slices.mesh.geometry, *at, mirrored, force, pressure)
+    moment = np.zeros(force.shape) if moment is None else moment
+    loads = force, moment, force if largest is None else largest
+    return quantities_of(slices.mesh.geometry, *at, mirrored, loads, pressure)
 
 
 @kept_unchecked
-def quantities_of(mesh, slices, closest, first, pairs, mirrored, force, pressure):
+def quantities_of(mesh, slices, closest, first, pairs, mirrored, loads, pressure):
     """`load_rows` of slices of tooth pairs from the first one on; mirrored: whether half of the face is modelled."""
-    number, low, high = slices
+    (number, low, high), (force, moment, largest) = slices, loads
     rows, sections = np.zeros((len(force), 5 + pairs)), sections_of(mesh, number, low, high, np.zeros(number.size))
     for k in range(len(force)):
         row, total = rows[k], TINY
         for i in range(number.size):
             total += force[k, i]
         for i in range(number.size):
-            at, load = sections[i], force[k, i]
-            length, share = at.width / mesh.position.inclined, load / total
+            at, share, load = sections[i], force[k, i] / total, largest[k, i]
+            length = at.width / mesh.position.inclined
             half_width = sqrt(2 * max(load, TINY) / at.width * closest.radius[i] * mesh.position.flattening)
-            row[0] += 0.0 if mirrored else share * at.axial
+            row[0] += 0.0 if mirrored else share * at.axial + moment[k, i] / total * at.width / 2
             row[1], row[2] = max(row[1], load / length), max(row[2], 2 * load / (pi * half_width * length))
             row[3] = max(row[3], pressure[k, i])
             row[4] += share if _at_tip(mesh, at, closest.foot[i], half_width) else 0.0

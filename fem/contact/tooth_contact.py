@@ -9,7 +9,7 @@ import numpy as np
 
 from fem.contact.contact_state import State, hertz_pressure, load_rows
 from fem.contact.coupling import compiled_compliance
-from fem.contact.line_contact import LineContact, LineLoads, line_contact, solve_lines
+from fem.contact.line_contact import LineLoads, line_contact, solve_lines
 from fem.contact.loaded_width import FaceSlicing, line_loads
 from fem.contact.strip_bounds import Strips, strips_of
 from fem.contact.strip_contact import Compliances, Solution, assemble
@@ -17,6 +17,7 @@ from fem.elasticity.face_symmetry import Face
 from fem.elasticity.flank_compliance import Compliance
 from fem.gap.contact_slices import ContactSlices
 from fem.gap.face_grading import flank_positions, share_at
+from fem.gap.gap_across import GapAcross, gap_across, least_gaps
 from fem.microgeometry.flank import lines_across
 from fem.pair.mesh_position import MeshPosition
 from fem.units import mm
@@ -25,6 +26,11 @@ from fem.units import mm
 ROUNDS, AROUND = 3, 9
 #: Factor by which strips are widened that are narrower than the contact, and how often: to a hundred times in total.
 WIDENING, WIDENINGS = 1.6, 12
+
+#: Slices may touch that are within the deflection of a pair of this least stiffness per face width, times the
+#: flattening of both flanks per line load: 10 N/(mm um) of steel.
+SOFTEST = 0.028
+STEPS = []
 
 
 @dataclass(frozen=True)
@@ -52,20 +58,9 @@ class ToothContact:
         return FaceSlicing(self.position, self.face, self.slices)
 
     @cached_property
-    def rigid_line_contact(self) -> LineContact:
-        """Contact of the whole face with one line load in each slice, whose compliance does not change."""
-        return line_contact(self.slicing.whole, self.bodies, self.face, softens=False)
-
-    @cached_property
-    def line_contact(self) -> LineContact:
-        """The same with a compliance that changes with the deflection."""
-        return line_contact(self.slicing.whole, self.bodies, self.face, softens=True)
-
-    def _line_loads(self, contact: LineContact, force: np.ndarray, misalignment: np.ndarray) -> LineLoads:
-        """Line loads under mesh forces (m,) > 0 [N] and misalignments (m,) [rad]."""
-        slices = self.slicing.whole
-        gap = slices.closest.gap + slices.gap_by(misalignment)
-        return LineLoads(*solve_lines(contact, force * self.face.share, gap))
+    def gap_across(self) -> tuple[ContactSlices, GapAcross]:
+        """Slices of the whole modelled face, and how the gap varies across them."""
+        return gap_across(self.slicing.whole)
 
     def state(self, force: float, misalignment: float = 0.0) -> State:
         """Contact under the mesh force force >= 0 [N], resolved by strips; misalignment as in `fem.Offsets`.
@@ -82,8 +77,8 @@ class ToothContact:
 
         load, tilt = np.array([force]), np.array([misalignment])
         with self._located(load, tilt):
-            loads = self._line_loads(self.rigid_line_contact, load, tilt)
-            guess = State(float(loads.te[0]), self.slicing.whole, loads.force[0], loads.force[0], self.face)
+            slices, loads = self._line_loads(load, tilt, softens=False)
+            guess = State(float(loads.te[0]), slices, loads.force[0], loads.force[0], self.face)
             return self.slicing.loaded(guess, misalignment, solve)
 
     @contextmanager
@@ -132,26 +127,46 @@ class ToothContact:
 
         Raises RuntimeError where a contact does not converge.
         """
-        slices, (te, stiffness, loads) = self.slicing.whole, self.slice_loads(force, misalignment)
-        columns = te.tolist(), loads, hertz_pressure(slices, loads), stiffness.tolist()
+        slices, loads = self.slice_loads(force, misalignment)
+        columns = loads.te.tolist(), loads.force, hertz_pressure(slices, loads.largest), loads.stiffness.tolist()
         return [State(t, slices, f, p, self.face, k) for t, f, p, k in zip(*columns, strict=True)]
 
-    def slice_loads(self, force: np.ndarray, misalignment: np.ndarray) -> LineLoads:
-        """Line loads of `slice_states`."""
-        slices, loaded = self.slicing.whole, force > 0
-        te, stiffness = slices.first_touch(misalignment).min(axis=1), np.zeros(force.size)
-        loads = np.zeros((force.size, slices.low.size))
-        if loaded.any():
-            with self._located(force[loaded], misalignment[loaded]):
-                solved = self._line_loads(self.line_contact, force[loaded], misalignment[loaded])
-            te[loaded], stiffness[loaded], loads[loaded] = solved
-        return LineLoads(te, stiffness / self.face.share, loads)
+    def slice_loads(self, force: np.ndarray, misalignment: np.ndarray) -> tuple[ContactSlices, LineLoads]:
+        """Slices that may carry load, and the line loads of `slice_states` on them."""
+        with self._located(force, misalignment):
+            slices, loads = self._line_loads(force, misalignment, softens=True)
+        return slices, loads._replace(stiffness=loads.stiffness / self.face.share)
 
     def slice_rows(self, force: np.ndarray, misalignment: np.ndarray) -> np.ndarray:
         """(m, 7 + n_pair) transmission errors, stiffnesses, and `load_rows` of `slice_states`."""
-        slices, (te, stiffness, loads) = self.slicing.whole, self.slice_loads(force, misalignment)
-        rows = load_rows(slices, loads, hertz_pressure(slices, loads), self.face)
-        return np.column_stack([te, stiffness, rows])
+        slices, loads = self.slice_loads(force, misalignment)
+        pressure = hertz_pressure(slices, loads.largest)
+        rows = load_rows(slices, loads.force, pressure, self.face, loads.moment, loads.largest)
+        return np.column_stack([loads.te, loads.stiffness, rows])
+
+    def _line_loads(
+        self, force: np.ndarray, misalignment: np.ndarray, *, softens: bool
+    ) -> tuple[ContactSlices, LineLoads]:
+        """Slices that may touch, and line loads on them, under mesh forces (m,) [N] and misalignments (m,) [rad]."""
+        whole, across = self.gap_across
+        middle, slope = across.misaligned(whole, misalignment)
+        touches = least_gaps(middle, slope, across.bend) / across.approach
+        first, loaded = touches.min(axis=1), force > 0
+        reach = force.max() / (whole.mesh.geometry.position["flattening"] ** -1 * SOFTEST * self.position.pair.b)
+        while True:
+            near = within_reach(whole.number, touches, first + reach)
+            slices = whole.part(near)
+            loads = LineLoads(first.copy(), *np.zeros((1, force.size)), *np.zeros((3, force.size, near.size)))
+            if loaded.any():
+                contact = line_contact(slices, across.bend[near], self.bodies, self.face, softens=softens)
+                gaps = (np.ascontiguousarray(values[loaded][:, near]) for values in (middle, slope, touches))
+                solved = solve_lines(contact, force[loaded] * self.face.share, *gaps)
+                for all_states, of_loaded in zip(loads, solved, strict=False):
+                    all_states[loaded] = of_loaded
+                STEPS.append(solved[-1])
+            if (loads.te <= first + reach).all() or near.size == whole.number.size:
+                return slices, loads
+            reach *= 2
 
     def strip_rows(self, force: np.ndarray, misalignment: np.ndarray) -> np.ndarray:
         """The same of `state` under each force and misalignment."""
@@ -181,3 +196,21 @@ class ToothContact:
 def _range(values: np.ndarray) -> str:
     """Least and largest value in words."""
     return " to ".join(f"{value:.4g}" for value in np.unique([values.min(), values.max()]))
+
+
+def within_reach(number: np.ndarray, touches: np.ndarray, te: np.ndarray) -> np.ndarray:
+    """Slices (k,) of tooth pairs from the first to the last that touches in any state, and those beside them.
+
+    number      (n,) tooth pairs of the slices
+    touches     (m, n) transmission errors at which they touch [m]
+    te          (m,) transmission errors [m]
+    """
+    touching = (touches <= te[:, None]).any(axis=0)
+    near = [np.arange(max(rows[0] - 1, start), min(rows[-1] + 1, end) + 1) for start, end, rows in _runs(number, touching)]
+    return np.concatenate(near)
+
+
+def _runs(number: np.ndarray, touching: np.ndarray) -> list[tuple[int, int, np.ndarray]]:
+    """First and last slice of each tooth pair that touches, and its slices that do."""
+    runs = (np.flatnonzero(number == pair) for pair in np.unique(number[touching]))
+    return [(run[0], run[-1], run[touching[run]]) for run in runs]

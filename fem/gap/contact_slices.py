@@ -1,6 +1,6 @@
 """Slices of tooth pairs at one mesh position, and where their flanks are closest."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import cos
 
@@ -31,6 +31,22 @@ class ContactSlices:
     def __post_init__(self):
         if self.mesh is None:
             object.__setattr__(self, "mesh", pair_geometry(self.position))
+
+    def part(self, rows: np.ndarray) -> "ContactSlices":
+        """Some of the slices, whose closest points are known."""
+        slices = replace(self, number=self.number[rows], low=self.low[rows], high=self.high[rows])
+        return slices.closest_at(Closest(*(values[rows] for values in self.closest)))
+
+    def closest_at(self, closest: Closest) -> "ContactSlices":
+        """The same slices, whose flanks are known to be closest at some points."""
+        slices = replace(self)
+        object.__setattr__(slices, "closest", closest)
+        return slices
+
+    def in_middle(self, te: float) -> "ContactSlices":
+        """The same slices about another transmission error [m], where the flanks are closest in their middle sections."""
+        closest = closest_in(self.mesh, self.number, self.middle, self.middle, te)
+        return replace(self, te=te).closest_at(Closest(*closest))
 
     @property
     def middle(self) -> np.ndarray:
@@ -78,6 +94,10 @@ class ContactSlices:
     def gap_by(self, misalignment) -> np.ndarray:
         """(..., n) normal gap that misalignments (...) [rad], as in `fem.Offsets`, add [m]."""
         return cos(self.position.pair.beta_b) * np.multiply.outer(misalignment, self.middle)
+
+    def slope_by(self, misalignment) -> np.ndarray:
+        """(..., n) difference of the gap between middle and high end that misalignments (...) [rad] add [m]."""
+        return cos(self.position.pair.beta_b) * np.multiply.outer(misalignment, self.width / 2)
 
     def first_touch(self, misalignment) -> np.ndarray:
         """(..., n) transmission errors at which the slices touch without load under misalignments (...) [rad]."""

@@ -40,11 +40,15 @@ def flank_positions(position: MeshPosition, positions_of) -> np.ndarray:
 
 
 def kinks(position: MeshPosition) -> np.ndarray:
-    """(n_pair, n) axial positions where the slope of a modification jumps along the line of contact [m]."""
+    """(n_pair, n) axial positions where the slope of the gap jumps along the line of contact [m].
+
+    There a modification begins, or the path of contact ends.
+    """
     pair = position.pair
     pinion, wheel = ((gear.drive_flank, gear.face) for gear in (pair.pinion, pair.wheel))
     across = flank_positions(position, edges_across)
-    rolls = np.array([*edges(*pinion), *(position.path.on_wheel(roll) for roll in edges(*wheel))])
+    path = position.path
+    rolls = np.array([*edges(*pinion), *(path.on_wheel(roll) for roll in edges(*wheel)), path.start, path.end])
     start = position.nominal(np.array(position.numbers())[:, None], 0.0)
     along = (rolls - start) / tan(pair.beta_b) if pair.beta_b else np.zeros((start.size, 0))
     return np.concatenate([np.tile(across, (start.size, 1)), along], axis=1)
