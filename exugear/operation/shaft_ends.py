@@ -144,4 +144,6 @@ def numbers_of_text(text: str) -> float | str | np.ndarray:
         values = np.array([float(part) for part in text.strip("()[]").replace(",", " ").split()])
     except ValueError:
         return text
-    return {1: float(values[0]), 2: values}.get(values.size, text) if values.size else text
+    if values.size == 1:
+        return float(values[0])
+    return values if values.size == 2 else text
