@@ -2,7 +2,7 @@
 
     python examples/korta_run_up.py results            (--fit-inertia: one inertia fitted to the paper's 1804 Hz)
 
-With 8 % of critical damping the teeth part at the main resonance: the envelope jumps there, and its top leans towards
+With a damping ratio of 0.1 the teeth part at the main resonance: the envelope jumps there, and its top leans towards
 lower frequencies. The peaks below it lie at 1/2, 1/3 and 1/4 of the main resonance. Two processes solve the run-ups
 side by side, or the single run-up for the fit in parts.
 """
@@ -98,7 +98,7 @@ def report(curves, box, runs, fit: bool, seconds: dict[str, float]) -> str:
     secant = " and ".join(f"{mean_stiffness(curves, load) * um:.1f}" for load in TORQUES)
     stiffness = f"mean of F / STE {secant} N/um; ISO 6336, without rim and hub: {standard * um:.0f} N/um"
     lines = ["", *lines, "", stiffness, "", resonance_table({"exugear": runs})]
-    origin = "fitted to 1804 Hz" if fit else "of solid discs, nothing is fitted"
+    origin = "fitted to 1804 Hz" if fit else "of solid discs; bore, inertia and damping are chosen, nothing is fitted"
     lines += ["", f"inertia of each gear {box.driven.inertia:.4e} kg m^2, {origin}", "", "wall time [s]          paper"]
     lines += [f"{name:20s}{x:7.1f}{PAPER.get(name, ''):>8}" for name, x in seconds.items()]
     return "\n".join(lines)

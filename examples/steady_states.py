@@ -20,7 +20,7 @@ import exugear
 import fem
 from exugear import plots
 
-LOAD, DAMPING_RATIO = 150.0, 0.05
+LOAD, DAMPING_RATIO = 150.0, 0.06
 TORQUES = (0, 1, 5, 20, 50, 100, 150, 250, 350, 500, 750, 1000, 1500)
 #: Mesh frequencies [Hz] between which the branches lie, duration of a sweep [s] and tolerance of its DTE.
 RANGE, DURATION, TOLERANCE = (150.0, 3300.0), 20.0, 1e-4

@@ -10,8 +10,8 @@ from fem.support.representation import short
 from fem.support.validation import require, require_finite
 from fem.units import mm, rpm
 
-#: Least value of the speed over which a drag fades [rad/s], largest torque [N m] and largest viscous factor.
-LEAST_SPEED, LARGEST_TORQUE, LARGEST_VISCOUS = 0.01, 1e6, 1e5
+#: Ends of the speed over which a drag fades [rad/s], largest torque [N m] and largest viscous factor.
+LEAST_SPEED, LARGEST_SPEED, LARGEST_TORQUE, LARGEST_VISCOUS = 0.01, 1e5, 1e6, 1e5
 #: Ranges in which a kinematic viscosity [m^2/s], a mean diameter [m] and the factors are taken as given in their units.
 VISCOSITIES, DIAMETERS, LARGEST_F_0, LARGEST_F_1 = (1e-7, 1e-2), (1e-3, 3.0), 50.0, 0.05
 #: Product of kinematic viscosity [mm^2/s] and speed [1/min] below which the hydrodynamic part is constant.
@@ -59,7 +59,8 @@ class Drag:
 
     def __post_init__(self):
         brakes = "a drag brakes"
-        require(0 <= self.constant < LARGEST_TORQUE, f"constant must be >= 0 N m, {brakes}, got {self.constant}")
+        constant = f"constant must lie in [0, {LARGEST_TORQUE:g}) N m, {brakes}, got {self.constant}"
+        require(0 <= self.constant < LARGEST_TORQUE, constant)
         viscous = f"viscous must lie in [0, {LARGEST_VISCOUS:g}) N m s/rad, {brakes}, got {self.viscous}"
         require(0 <= self.viscous < LARGEST_VISCOUS, viscous)
         check_speed(self.speed)
@@ -156,5 +157,5 @@ def _finite(name: str, values, unit: str) -> np.ndarray:
 
 def check_speed(speed: float) -> None:
     """ValueError unless a speed that regularizes dry friction at standstill [rad/s] is in range."""
-    slow = f"speed must be at least {LEAST_SPEED} rad/s and finite, got {speed}; take a hundredth of that of the shafts"
-    require(LEAST_SPEED <= speed < np.inf, slow)
+    within = f"speed must be at least {LEAST_SPEED} rad/s and below {LARGEST_SPEED:g}, got {speed}"
+    require(LEAST_SPEED <= speed < LARGEST_SPEED, f"{within}; take a hundredth of that of the shafts")

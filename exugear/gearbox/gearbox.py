@@ -55,7 +55,7 @@ class Gearbox:
         ends = f"shaft {self.driving.name!r} drives and is driven; list the stage of the driven shaft last"
         require(self.driving.name != self.driven.name, ends)
         self._check_flanks()
-        object.__setattr__(self, "phases", phases(self.stages, self.directions))
+        object.__setattr__(self, "phases", phases(self.stages, self.directions, self.shaft_positions))
 
     def __repr__(self) -> str:
         pairs = [(label, stage.pair) for label, stage in zip(self.labels, self.stages, strict=True)]

@@ -1,4 +1,4 @@
-"""Damping of a mesh as a share of the critical damping of its two shafts."""
+"""Damping of a mesh as a share of the critical damping of its two shafts: what a damping ratio means in exugear."""
 
 from math import sqrt
 
@@ -26,16 +26,19 @@ def mean_stiffness(force: MeshForce, pair: GearPair) -> float:
     return float(law.table.head.last_stiffness)
 
 
-def damping_of(ratio: float, stiffness: float, mass: float) -> float:
-    """c = 2 ratio sqrt(k m) [N s/m]."""
-    return 2 * ratio * sqrt(stiffness * mass)
+def critical_damping(force: MeshForce, pair: GearPair, fast: Shaft, slow: Shaft) -> float:
+    """2 sqrt(k m) [N s/m] of the mesh of two shafts that are free to spin: the damping of a damping ratio of 1.
+
+    k is the `mean_stiffness` of the mesh, m the `reduced_mass` of the shafts.
+    """
+    return 2 * sqrt(mean_stiffness(force, pair) * reduced_mass(pair, fast, slow))
 
 
-def check_damping(force: MeshForce, mass: float) -> None:
-    """Require a damping that is no ratio and with which the mass [kg] still moves on the mesh."""
-    c, critical = force.damping, damping_of(1.0, force.stiffness_max, mass)
-    (low, high), got = MEANT_AS_RATIO, f"got {c:g} of a critical {critical:.3g} N s/m"
-    meant = low <= c < min(high, LEAST_RATIO * critical)
-    require(not meant, f"damping is meant as ratio, {got}; pass damping_ratio={c:g}")
+def check_damping(damping: float, critical: float) -> None:
+    """Require a damping [N s/m] that is no ratio, and with which the gears still move on their mesh."""
+    (low, high), got = MEANT_AS_RATIO, f"got {damping:g} of a critical {critical:.3g} N s/m"
+    meant = low <= damping < min(high, LEAST_RATIO * critical)
+    require(not meant, f"damping is meant as ratio, {got}; pass damping_ratio={damping:g}")
     remedy = "pass N s/m, or damping_ratio=0.06"
-    require(c <= LARGEST_RATIO * critical, f"damping holds the gears as if they were stuck together, {got}; {remedy}")
+    stuck = f"damping holds the gears as if they were stuck together, {got}; {remedy}"
+    require(damping <= LARGEST_RATIO * critical, stuck)

@@ -5,16 +5,19 @@ of a pitch; as the gears turn, tooth positions and phases grow alike. At phase 0
 point in mid-plane: there the middle of the pinion's tooth lies half a tooth thickness behind the line of centres, and
 the middle of the wheel's tooth half a tooth thickness ahead of it, both on the working pitch circles. The phase of a
 mesh is the tooth position of either gear minus the tooth position of that gear at phase 0; a gear with two mates thus
-couples the phases of its meshes. Gears with a single mate are mounted so that the driving flanks touch.
+couples the phases of its meshes. Gears with a single mate are mounted so that the driving flanks touch. Tooth positions
+are those in the mid-plane of each gear: where the mid-planes of a helical pair differ, the helix turns the wheel.
 """
 
 from collections.abc import Mapping, Sequence
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
 from exugear.gearbox.gear_train import Path, Traversal, fitting_angles, fitting_remedy, traverse
 from exugear.gearbox.stage import Stage
+from exugear.gearbox.static_offsets import stage_offsets
 from fem.pair.placement import meshing_angles
 from fem.support.validation import require
 
@@ -22,25 +25,53 @@ from fem.support.validation import require
 FITS = 1e-6
 
 
-def phases(stages: Sequence[Stage], directions: Mapping[str, int]) -> tuple[float, ...]:
-    """Phase of every stage; ValueError where the teeth of a loop of gears do not fit, or given phases disagree."""
+class AtPhaseZero(NamedTuple):
+    """Tooth positions of pinion and wheel, each in its mid-plane, at phase 0 of their mesh."""
+
+    pinion: float
+    wheel: float
+
+    @property
+    def wheel_advance(self) -> float:
+        """Tooth position of the wheel minus that of the pinion, at any phase."""
+        return self.wheel - self.pinion
+
+
+def phases(
+    stages: Sequence[Stage], directions: Mapping[str, int], positions: Mapping[str, tuple[float, float]]
+) -> tuple[float, ...]:
+    """Phase of every stage; ValueError where the teeth of a loop of gears do not fit, or given phases disagree.
+
+    directions, positions   sense of rotation, and x, y [m], of each shaft
+    """
+    at_zero = [_at_phase_zero(stage, directions[stage.fast.name], positions) for stage in stages]
     edges = [stage.ends for stage in stages]
     known: dict[int, float] = {}
     while rest := [i for i in range(len(stages)) if i not in known]:
-        known |= _phases_of_train(stages, directions, traverse(edges, edges[rest[0]][0]))
+        known |= _phases_of_train(stages, directions, at_zero, traverse(edges, edges[rest[0]][0]))
     # The second remainder turns 1.0, to which small negative phases round, into 0.0.
     return tuple(known[i] % 1.0 % 1.0 for i in range(len(stages)))
 
 
-def _phases_of_train(stages: Sequence[Stage], directions: Mapping[str, int], train: Traversal) -> dict[int, float]:
+def _at_phase_zero(stage: Stage, direction: int, positions: Mapping[str, tuple[float, float]]) -> AtPhaseZero:
+    axial = stage_offsets(stage, positions, direction)["axial"]
+    pinion, wheel = meshing_angles(stage.pair, stage.angle, direction, axial=axial)
+    return AtPhaseZero(
+        direction * stage.pair.pinion.z * pinion / (2 * pi), -direction * stage.pair.wheel.z * wheel / (2 * pi)
+    )
+
+
+def _phases_of_train(
+    stages: Sequence[Stage], directions: Mapping[str, int], at_zero: Sequence[AtPhaseZero], train: Traversal
+) -> dict[int, float]:
     """Phases of the stages whose gears mesh with one another."""
     positions = dict.fromkeys(train.paths, 0.0)
     for i, sense in train.tree:
         reached, new = stages[i].ends[::sense]
-        positions[new] = positions[reached] + sense * wheel_advance(stages[i], directions)
-    _check_loops(stages, directions, train)
+        positions[new] = positions[reached] + sense * at_zero[i].wheel_advance
+    _check_loops(stages, directions, at_zero, train)
     numbers = sorted([*(i for i, _ in train.tree), *train.closing])
-    relative = {i: positions[stages[i].ends[0]] - positions_at_zero(stages[i], directions)[0] for i in numbers}
+    relative = {i: positions[stages[i].ends[0]] - at_zero[i].pinion for i in numbers}
     shift = _shift(stages, relative)
     return {i: phase + shift for i, phase in relative.items()}
 
@@ -57,29 +88,18 @@ def _shift(stages: Sequence[Stage], relative: Mapping[int, float]) -> float:
     return shift
 
 
-def positions_at_zero(stage: Stage, directions: Mapping[str, int]) -> tuple[float, float]:
-    """Tooth positions of pinion and wheel at phase 0."""
-    direction = directions[stage.fast.name]
-    pinion, wheel = meshing_angles(stage.pair, stage.angle, direction)
-    return direction * stage.pair.pinion.z * pinion / (2 * pi), -direction * stage.pair.wheel.z * wheel / (2 * pi)
-
-
-def wheel_advance(stage: Stage, directions: Mapping[str, int]) -> float:
-    """Tooth position of the wheel minus that of the pinion, at any phase."""
-    pinion, wheel = positions_at_zero(stage, directions)
-    return wheel - pinion
-
-
 def wrapped(share: float) -> float:
     """A share of a pitch, reduced by whole pitches to [-0.5, 0.5]."""
     return share - round(share)
 
 
-def _check_loops(stages: Sequence[Stage], directions: Mapping[str, int], train: Traversal) -> None:
+def _check_loops(
+    stages: Sequence[Stage], directions: Mapping[str, int], at_zero: Sequence[AtPhaseZero], train: Traversal
+) -> None:
     """Require the assembly condition: along a loop of gears the teeth must fit."""
     for i in train.closing:
         loop = train.loop(i, stages[i].ends)
-        miss = wrapped(sum(sense * wheel_advance(stages[j], directions) for j, sense in loop))
+        miss = wrapped(sum(sense * at_zero[j].wheel_advance for j, sense in loop))
         if abs(miss) >= FITS:
             names = ", ".join(stages[j].name for j, _ in loop)
             apart = f"teeth of the loop {names} miss each other by {miss:.4g} of a pitch (assembly)"

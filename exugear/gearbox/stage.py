@@ -1,13 +1,14 @@
 """A stage as data: two gears on two shafts, the force law of their mesh, and the direction from shaft to shaft."""
 
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from math import pi
 
 import numpy as np
 import xarray as xr
 
 from exugear.friction.mesh_friction import MeshFriction
-from exugear.gearbox.mesh_damping import check_damping, damping_of, mean_stiffness, reduced_mass
+from exugear.gearbox.mesh_damping import check_damping, critical_damping
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.force import MeshForce
 from fem.gear.gear import Gear
@@ -18,8 +19,10 @@ from fem.support.representation import field_text, short
 from fem.support.validation import require, require_finite, require_within
 from fem.units import mm
 
-#: Largest axial distance of the mid-planes of two gears that mesh [m].
-FACING = 1e-6
+#: Distance [m] within which an axial position is that of a gear.
+NEAR = 1e-6
+#: Least share of the narrower face that must lie opposite the mate, as for `fem.Offsets`.
+LEAST_FACE = 0.1
 
 
 @checked
@@ -28,15 +31,15 @@ FACING = 1e-6
 class Stage:
     """One mesh: the pinion on shaft fast drives the wheel on shaft slow.
 
-    fast, slow      `exugear.Shaft` of the pinion and of the wheel, whose mid-planes have the same axial position
+    fast, slow      `exugear.Shaft` of the pinion and of the wheel; where the axial positions of their mid-planes
+                    differ, the map must be made for that axial offset, or have it within its axis
     mesh            STE map (`fem.static_transmission_error`), or an `exugear.MeshForce` together with its pair
     pair            `fem.GearPair`, by default the map's
     damping         along the line of action [N s/m], by default none
-    damping_ratio   instead of damping, in (0, 1), usually 0.03 to 0.17: share of the critical damping 2 sqrt(k m), with
-                    the mean tangent stiffness k at the map's largest torque and the mass
-                    m = 1 / (r_b1^2 / J_1 + r_b2^2 / J_2) of both shafts without the rotors behind their couplings. The
-                    mode of two shafts that are free to spin has this ratio; where the drive prescribes the speed of the
-                    fast shaft, the mode of the slow shaft alone has the ratio r_b2 sqrt(m / J_2) damping_ratio
+    damping_ratio   instead of damping, in (0, 1), usually 0.03 to 0.17: its share of `critical_damping`. The mode of
+                    two shafts that are free to spin has this ratio; where the drive prescribes the speed of the fast
+                    shaft, the mode of the slow shaft alone has the ratio r_b2 sqrt(m / J_2) damping_ratio, of two
+                    equal shafts 1/sqrt(2) of it
     backlash        along the line of action [m], by default the pair's
     friction        `exugear.MeshFriction` of the pair, of both flanks; by default none
     angle           direction from the fast to the slow shaft, about z from x [rad]
@@ -47,9 +50,12 @@ class Stage:
 
     force             `exugear.MeshForce` with the damping
     axial_positions   of pinion and wheel on their shafts [m]
+    critical_damping  2 sqrt(k m) [N s/m] with the mass m = 1 / (r_b1^2 / J_1 + r_b2^2 / J_2) of both shafts, free to
+                      spin, without the rotors behind their couplings, and the mean k over a pitch of the tangent
+                      stiffness at the largest torque of the map, the gears aligned
 
-    Raises ValueError where the shafts do not carry the pair's gears at one axial position, or at several of which none
-    is chosen, and for a damping that suggests another unit.
+    Raises ValueError where the shafts do not carry the pair's gears opposite each other, or at several axial positions
+    of which none is chosen, and for a damping that suggests another unit.
     """
 
     fast: Shaft
@@ -91,14 +97,13 @@ class Stage:
 
     def _damp(self) -> None:
         """Give the force the damping of the ratio, and require a plausible damping."""
-        mass, ratio = reduced_mass(self.pair, self.fast, self.slow), self.damping_ratio
+        ratio = self.damping_ratio
         if ratio is not None:
             require_within("damping_ratio", ratio, 0, 1, remedy="(6 % of the critical damping: 0.06)")
             twice = f"damping_ratio replaces damping, got both: {ratio:g} and {self.force.damping:g} N s/m"
             require(self.damping is None and self.force.damping == 0, f"{twice}; leave one out")
-            damping = damping_of(ratio, mean_stiffness(self.force, self.pair), mass)
-            object.__setattr__(self, "force", replace(self.force, damping=damping))
-        check_damping(self.force, mass)
+            object.__setattr__(self, "force", replace(self.force, damping=ratio * self.critical_damping))
+        check_damping(self.force.damping, self.critical_damping)
 
     def _force_of_map(self, ste: xr.Dataset) -> MeshForce:
         mapped = pair_of(ste)
@@ -110,23 +115,26 @@ class Stage:
         return MeshForce.from_ste(ste, damping=self.damping or 0.0, backlash=self.backlash)
 
     def _find_gears(self) -> tuple[float, float]:
+        """Axial positions of pinion and wheel: each pinion meshes with the nearest wheel opposite it."""
         self._check_order()
         pinions = gear_positions(self.fast, self.pair.pinion, "pinion")
         wheels = gear_positions(self.slow, self.pair.wheel, "wheel")
-        facing = [(s, t) for s in pinions for t in wheels if abs(s - t) < FACING]
-        listed = f"{[s / mm for s in pinions]} mm, wheel at {[t / mm for t in wheels]} mm"
-        facing_each_other = f"pinion and wheel must face each other at one axial position, got pinion at {listed}"
-        require(bool(facing), f"{facing_each_other}; move a gear in the parts of its shaft")
-        return self._chosen(facing)
+        reach = (self.pair.pinion.b + self.pair.wheel.b) / 2 - LEAST_FACE * self.pair.b
+        nearest = [(s, min(wheels, key=lambda t: abs(t - s))) for s in pinions]
+        meshing = [(s, t) for s, t in nearest if abs(t - s) <= reach]
+        listed = f"got pinion at {[s / mm for s in pinions]} mm, wheel at {[t / mm for t in wheels]} mm"
+        opposite = "pinion and wheel must face each other along a tenth of their face width or more"
+        require(bool(meshing), f"{opposite}, {listed}; move a gear in the parts of its shaft")
+        return self._chosen(meshing)
 
-    def _chosen(self, facing: list[tuple[float, float]]) -> tuple[float, float]:
+    def _chosen(self, meshing: list[tuple[float, float]]) -> tuple[float, float]:
         """The axial positions of the stage, of those where pinions and wheels face each other."""
-        position, choice = self.axial_position, f"one of {[s / mm for s, _ in facing]} mm"
+        position, choice = self.axial_position, f"one of {[s / mm for s, _ in meshing]} mm"
         if position is None:
             several = f"shafts {self.fast.name!r} and {self.slow.name!r} carry the pair more than once"
-            require(len(facing) == 1, f"{several}; pass axial_position, {choice}")
-            return facing[0]
-        chosen = [ends for ends in facing if abs(ends[0] - position) < FACING]
+            require(len(meshing) == 1, f"{several}; pass axial_position, {choice}")
+            return meshing[0]
+        chosen = [ends for ends in meshing if abs(ends[0] - position) < NEAR]
         require(bool(chosen), f"axial_position must be {choice}, where the pair's gears are, got {position / mm:g} mm")
         return chosen[0]
 
@@ -137,6 +145,11 @@ class Stage:
         meant = f"fast shaft {self.fast.name!r} carries the pair's wheel, slow shaft {self.slow.name!r} its pinion"
         remedy = "map the pair the other way round, fem.GearPair(wheel, pinion, a=...), or swap fast and slow"
         require(not swapped, f"{meant}; the pinion drives, also where it is the larger gear: {remedy}")
+
+    @cached_property
+    def critical_damping(self) -> float:
+        """2 sqrt(k m) [N s/m], the damping of a damping ratio of 1."""
+        return critical_damping(self.force, self.pair, self.fast, self.slow)
 
     @property
     def name(self) -> str:

@@ -25,6 +25,7 @@ from exugear.integration.solver_settings import Scheme
 from exugear.integration.time_integration import Segment
 from exugear.kernels.recorder import Recorder
 from exugear.operation.conditions import Conditions
+from exugear.operation.shaft_ends import numbers_of_text
 from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.operation.stop_conditions import End
 from exugear.plan.sampling import Steps
@@ -84,6 +85,8 @@ def stored(path) -> xr.Dataset:
         several = f"{path} is of an older version, with the mesh frequency of the first stage alone; run it again"
         require(data["stage"].size == 1, several)
         data["mesh_frequency"] = data["mesh_frequency"].expand_dims(stage=data["stage"])
+    for name in {"speed", "load"} & data.attrs.keys():
+        data.attrs[name] = numbers_of_text(data.attrs[name]) if isinstance(data.attrs[name], str) else data.attrs[name]
     texts = {name: labels.astype(str) for name, labels in data.coords.items() if labels.dtype == object}
     return data.assign_coords(texts)
 
@@ -183,7 +186,7 @@ def labelled(
     jumps = {"jumps": scheme.jumps} if scheme.jumps else {}
     if conditions.run_up:
         data = data.squeeze([name for name in ("drive_end", "load_end") if name in data.dims])
-    return data.assign_attrs({**conditions.as_text(), **inputs, **steps, **used, **jumps, **scene_attributes(model)})
+    return data.assign_attrs({**conditions.attributes(), **inputs, **steps, **used, **jumps, **scene_attributes(model)})
 
 
 def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
@@ -262,6 +265,7 @@ def scene_attributes(model: Model) -> dict[str, float | str]:
         inputs |= {f"{shaft.name}_parts": text for text in [_parts(shaft)] if text}
     for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
         numbers = pair_attributes(stage.pair) | {"damping": stage.force.damping, "backlash": stage.force.backlash}
+        numbers |= {"critical_damping": stage.critical_damping}
         numbers |= {"angle": stage.angle} | ({"friction": repr(stage.friction.coefficient)} if stage.friction else {})
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
     return inputs

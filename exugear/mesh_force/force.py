@@ -78,7 +78,7 @@ class MeshForce:
     conserves      whether all torques and forces derive from one potential; if not, for comparison, the force acts at
                    its centroid without the torque by the change of the potential over phase and the forces by its
                    change over centre distance and axial offset
-    fixed_offsets  values of the offsets at which `at` was evaluated, by name
+    fixed_offsets  values of the offsets at which `at` was evaluated, by name; the axial offset for which a map was made
     mapped_force   largest mesh force of the map [N], above which the table is extrapolated
 
     Derived from them:
@@ -156,6 +156,7 @@ class MeshForce:
         mapped = float(ste[TORQUE][-1]) / pair.pinion.r_b if extend > 1 else inf
         options: dict[str, Any] = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase}
         options |= {"mapped_force": mapped, "offsets": offsets, "conserves": conserves}
+        options["fixed_offsets"] = fixed_axial_offset(ste)
         centroid = loaded_centroid(ste, pair.pinion.r_b, phase, force)
         return cls(phase, deflection, np.broadcast_to(force, deflection.shape), **options, centroid=centroid)
 
@@ -178,7 +179,7 @@ class MeshForce:
         backlash = pair.backlash if backlash is None else backlash
         table = np.outer(k, reach)
         given: dict[str, Any] = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase}
-        return cls(phase, reach, table, **given, conserves=False)
+        return cls(phase, reach, table, **given, conserves=False, fixed_offsets=fixed_axial_offset(ste))
 
     def _centroid_by_energy(self) -> np.ndarray:
         """Force centroid (like force_table) [m], by the change of the potential over the misalignment."""
@@ -244,6 +245,12 @@ class MeshForce:
     def unloaded(self, phase: Finite) -> tuple[float, float]:
         """Deflections at loss of contact and at the end of the map [m], of a law without offsets."""
         return range_at(self.table.head, float(phase))
+
+
+def fixed_axial_offset(ste: xr.Dataset) -> dict[str, float]:
+    """The axial offset [m] for which a map without that axis was made, by name; empty where it is 0."""
+    given = ste.coords.get("axial", ste.attrs.get("axial", 0.0))
+    return {"axial": float(given)} if np.size(given) == 1 and float(given) else {}
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.gearbox.gearbox import Gearbox
-from exugear.operation.shaft_ends import MotorCurve, Speed, Torque, name_of
+from exugear.operation.shaft_ends import MotorCurve, Speed, Torque, recorded
 from exugear.operation.stop_conditions import SpeedReached, StopCondition, check_stop
 from exugear.operation.time_functions import TimeFunction, check_time_function, speed_function
 from exugear.operation.torque_tables import ANGLE, TorqueTable, torque_of_speed, torque_table
@@ -229,17 +229,25 @@ class Conditions:
         """Whether the magnitude of an imposed speed does not change, but for rounding."""
         return self.held is not None and bool(np.ptp(self._speeds) <= 1e-9 * self._speeds.max())
 
-    def as_text(self) -> Mapping[str, str | float]:
-        """Title, drives and loads for the attributes of a run: numbers, or the names of functions."""
+    def attributes(self) -> dict[str, str | float | np.ndarray]:
+        """Title, speeds and torques for the attributes of a run: numbers, arrays, or the names of functions.
+
+        Of a run-up speed and load; of any run by the name of the shaft, as in motor_speed and brake_torque, beside
+        drives and loads in words.
+        """
         if self.run_up:
-            given = zip(("speed", "load"), self.run_up, strict=True)
-            return {"title": "run-up"} | {name: name_of(x) for name, x in given}
+            speed, load = self.run_up
+            return {"title": "run-up"} | recorded("speed", speed) | recorded("load", load)
         drives = {end.name: repr(end.torque) for end in self.ends if end.sense > 0}
         loads = {end.name: repr(end.torque) for end in self.ends if end.sense < 0}
         imposed = {self.held: repr(Speed(self.speed))} if self.held else {}
         drives, loads = (drives | imposed, loads) if self.held_sense > 0 else (drives, loads | imposed)
-        start = {} if self.held else {"start_speed": self.start_speed}
-        return {"title": "run", "drives": str(drives), "loads": str(loads)} | start
+        given: dict[str, str | float | np.ndarray] = {"title": "run", "drives": str(drives), "loads": str(loads)}
+        for end in self.ends:
+            given |= end.torque.recorded(f"{end.name}_torque") if isinstance(end.torque, Torque) else {}
+        return given | (
+            recorded(f"{self.held}_speed", self.speed) if self.held else {"start_speed": float(self.start_speed)}
+        )
 
 
 def run_up_conditions(gearbox: Gearbox, speed: TimeFunction, load: TimeFunction, duration: float) -> Conditions:

@@ -9,6 +9,9 @@ from exugear.operation.time_functions import check_time_function
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import increasing, numbers, require, require_finite
 
+#: Number of values that an attribute of a netCDF file holds with certainty: HDF5 ends at 64 kB.
+LONGEST_ATTRIBUTE = 4096
+
 
 def check_function_or_arrays(name: str, value) -> None:
     """ValueError unless the value is a function or two arrays, of which the first increases."""
@@ -72,6 +75,13 @@ class Torque:
         given = {"": self.value, "of_speed=": self.of_speed, "of_angle=": self.of_angle}
         return f"Torque({', '.join(name + name_of(x) for name, x in given.items() if x is not None)})"
 
+    def recorded(self, name: str) -> dict[str, float | str | np.ndarray]:
+        """The torque as attributes of a run: a function of speed or angle has these in its name."""
+        if self.value is not None:
+            return recorded(name, self.value)
+        over, given = ("speed", self.of_speed) if self.of_speed is not None else ("angle", self.of_angle)
+        return recorded(f"{name}_of_{over}" if callable(given) else name, given, over)
+
 
 @checked
 @dataclass(frozen=True, eq=False)
@@ -110,3 +120,30 @@ def name_of(value) -> str:
     if callable(value):
         return getattr(value, "__name__", type(value).__name__)
     return f"{np.shape(value)[1]} points" if np.ndim(value) == 2 else str(value)
+
+
+def recorded(name: str, value, over: str = "time") -> dict[str, float | str | np.ndarray]:
+    """What acts on an end as attributes of a run: a number, (from, to) as an array (2,), or the name of a function.
+
+    Arrays (x, values) become two attributes: the values, and x under the name and over, such as load_time. Longer ones
+    than an attribute holds are named by their number of points; the run records speeds and torques over time.
+    """
+    if callable(value):
+        return {name: name_of(value)}
+    values = np.asarray(value, float)
+    if values.ndim == 2 and values.shape[1] > LONGEST_ATTRIBUTE:
+        return {name: name_of(value)}
+    if values.ndim == 2:
+        return {name: values[1], f"{name}_{over}": values[0]}
+    return {name: values if values.size == 2 else float(values.item())}
+
+
+def numbers_of_text(text: str) -> float | str | np.ndarray:
+    """A number, or an array (2,) for (from, to), that version 0.1.0 wrote as text; other texts as they are."""
+    try:
+        values = np.array([float(part) for part in text.strip("()[]").replace(",", " ").split()])
+    except ValueError:
+        return text
+    if values.size == 1:
+        return float(values[0])
+    return values if values.size == 2 else text

@@ -81,6 +81,11 @@ class BuiltPlan:
         return self.scene.losses
 
     @property
+    def damping(self) -> Mapping[str, str]:
+        """Damping of the mesh of each stage that is damped, by its label."""
+        return self.scene.damping
+
+    @property
     def on_bearings(self) -> bool:
         """Whether bearings carry at least one shaft."""
         return any(kind.on_bearings for kind in self.shafts.values())

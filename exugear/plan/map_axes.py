@@ -10,7 +10,7 @@ from exugear.mesh_force.force import MeshForce
 from exugear.plan.coordinates import Coordinates
 from fem.gear.involute import involute
 from fem.support.validation import require
-from fem.units import um
+from fem.units import mm, um
 
 #: Offset -> coordinates of shafts whose motion changes it.
 MOVED_BY = {
@@ -63,11 +63,16 @@ def is_slight(stage: Stage, name: str, difference: float) -> bool:
 def _check_axes_exist(stage: Stage, static: Mapping[str, float]) -> None:
     """Require map axes for the offsets by which the shafts are displaced statically."""
     nominal = {"misalignment": 0.0, "a": stage.pair.a, "axial": 0.0, **stage.force.fixed_offsets}
+    remedies = {name: f"map it with fem.Offsets({name}=(...))" for name in nominal}
+    offset, (pinion, wheel) = static["axial"], (axial / mm for axial in stage.axial_positions)
+    remedies["axial"] = (
+        f"pinion at {pinion:g} mm, wheel at {wheel:g} mm: map it with fem.Offsets(axial={offset:.6g}), or with "
+        f"fem.Offsets(axial=(...)) from {-abs(offset):.6g} to {abs(offset):.6g}, where the coast flank carries too"
+    )
     for name, value in nominal.items():
         missing = f"the shafts of stage {stage.name!r} give {name} = {static[name]:.6g}, but its map is for {value:.6g}"
-        remedy = f"map it with fem.Offsets({name}=(...))"
         ignored = is_slight(stage, name, static[name] - value)
-        require(name in stage.force.offsets or ignored, f"{missing}; {remedy}")
+        require(name in stage.force.offsets or ignored, f"{missing}; {remedies[name]}")
 
 
 def _check_axis_ranges(stage: Stage, static: Mapping[str, float]) -> None:

@@ -37,6 +37,7 @@ class Plan:
     axes        reason for the axes, by stage
     undamped    whether no mesh, bearing or coupling is damped
     losses      friction of stages and drag of shafts, by their labels and names; empty without them
+    damping     of the mesh of each stage that is damped, in N s/m and as share of its critical damping, by its label
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
     """
@@ -47,6 +48,7 @@ class Plan:
     axes: Mapping[str, str]
     undamped: bool = False
     losses: Mapping[str, str] = field(default_factory=dict)
+    damping: Mapping[str, str] = field(default_factory=dict)
 
     def with_joints(self) -> "Plan":
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
@@ -65,7 +67,8 @@ class Plan:
     def lines(self) -> list[str]:
         """The printed plan, line by line, as far as it is known before the model is built."""
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
-        lines += [f"{label}: {text}" for label, text in self.axes.items()]
+        damped = {label: f"; damping {text}" for label, text in self.damping.items()}
+        lines += [f"{label}: {text}{damped.get(label, '')}" for label, text in self.axes.items()]
         lines += [f"{name}: {text}" for name, text in self.losses.items()]
         lines += [f"{label}: {NO_BACKLASH}" for label, law in self.laws.items() if law.backlash == 0]
         lines += [UNDAMPED] * self.undamped
@@ -115,7 +118,7 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     texts = zip((reason for _, reason in reduced), advice, open_teeth, strict=True)
     reasons = ("; ".join(filter(None, parts)) for parts in texts)
     axes = dict(zip(gearbox.labels, reasons, strict=True))
-    return Plan(shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox))
+    return Plan(shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox), _damping(gearbox))
 
 
 def _undamped(gearbox: Gearbox) -> bool:
@@ -123,6 +126,16 @@ def _undamped(gearbox: Gearbox) -> bool:
     damping = [rotor.coupling.damping for shaft in gearbox.shafts for rotor in shaft.rotors]
     damping += [bearing.damping for shaft in gearbox.shafts for bearing in shaft.bearings.values()]
     return not any([*damping, *(stage.force.damping for stage in gearbox.stages)])
+
+
+def _damping(gearbox: Gearbox) -> dict[str, str]:
+    """Damping of each damped mesh in words."""
+    return {
+        label: f"{stage.force.damping:.4g} N s/m, {stage.force.damping / stage.critical_damping:.3g} of the critical "
+        f"{stage.critical_damping:.4g} N s/m of both shafts free to spin"
+        for label, stage in zip(gearbox.labels, gearbox.stages, strict=True)
+        if stage.force.damping
+    }
 
 
 def _losses(gearbox: Gearbox) -> dict[str, str]:
@@ -161,6 +174,7 @@ def _cause_of_tilt(shaft: Shaft, stages: list[Stage]) -> str:
     causes = {
         "it carries several gears": bool(further_gears),
         "helical gears push it along its axis": any(stage.pair.beta_b for stage in stages),
+        "mid-planes of its mesh differ": any(abs(np.diff(stage.axial_positions)) > ROUNDING for stage in stages),
         "the force centroid of its mesh moves along the face": any(np.any(law.centroid) for law in laws),
         "its map has a misalignment axis": any("misalignment" in law.offsets for law in laws),
         "its mass lies beside the gear": abs(shaft.centre - gear_position) > ROUNDING,

@@ -114,5 +114,5 @@ def title_of(data: xr.Dataset) -> str:
     stage = str(data["stage"].item())
     try:
         return f"{stage}, {float(data.attrs['load']):.4g} N m"
-    except (KeyError, ValueError):
+    except (KeyError, ValueError, TypeError):
         return stage

@@ -32,7 +32,8 @@ def add_gears(model: Model) -> None:
     """Draw each gear once, its teeth in mesh, with a cylinder of the shaft in its bore."""
     drawn = set()
     for stage, phase in zip(model.gearbox.stages, model.gearbox.phases, strict=True):
-        angles = meshing_angles(stage.pair, stage.angle, model.gearbox.directions[stage.fast.name], phase=phase)
+        direction, axial = model.gearbox.directions[stage.fast.name], model.gearbox.offsets(stage)["axial"]
+        angles = meshing_angles(stage.pair, stage.angle, direction, phase=phase, axial=axial)
         gears = (stage.pair.pinion, stage.pair.wheel)
         for (name, axial), gear, angle in zip(stage.ends, gears, angles, strict=True):
             if (name, axial) not in drawn:

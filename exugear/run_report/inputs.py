@@ -63,11 +63,13 @@ def _conditions(data: xr.Dataset) -> Table:
 
 
 def _load(value) -> str:
-    """A constant load with its unit, any other one as the run names it, several by their shafts."""
-    try:
-        return quantity(float(value), "N m")
-    except ValueError:
-        return FUNCTION.sub("a function", str(value).strip("{}").replace("'", "")) or "none"
+    """A load with its unit, from start to end where it changes, or as the run names it; several by their shafts."""
+    if isinstance(value, str):
+        return FUNCTION.sub("a function", value.strip("{}").replace("'", "")) or "none"
+    values = np.ravel(value)
+    if values.size > 2:
+        return f"{values.size} points, {quantity(values.min())} to {quantity(values.max(), 'N m')}"
+    return " to ".join([*(quantity(x) for x in values[:-1]), quantity(values[-1], "N m")])
 
 
 def _shafts(attributes: Mapping) -> Table:
@@ -97,8 +99,11 @@ def _meshes(data: xr.Dataset) -> Table:
         damping, backlash = (float(data.attrs[f"{stage}_{name}"]) for name in ("damping", "backlash"))
         given = f"{backlash * 1e6:.4g}" if np.isfinite(backlash) else "no coast flank"
         friction = str(data.attrs.get(f"{stage}_friction", "none"))
-        rows.append((stage, f"{damping:.4g}", given, friction))
-    columns = ("stage", "damping along the line of action [N s/m]", "backlash [µm]", "friction")
+        share = damping / float(data.attrs.get(f"{stage}_critical_damping", np.nan))
+        ratio = f"{share:.3g}" if np.isfinite(share) else "not recorded"
+        rows.append((stage, f"{damping:.4g}", ratio, given, friction))
+    damped = "damping along the line of action [N s/m]", "damping ratio, shafts free to spin"
+    columns = ("stage", *damped, "backlash [µm]", "friction")
     return Table("Meshes", columns, tuple(rows))
 
 

@@ -38,11 +38,10 @@ def vibration(model: Model, data: xr.Dataset) -> Section:
 def _load(data: xr.Dataset) -> float:
     """Constant load on the driven shaft [N m]; ValueError for a run without it."""
     given = data.attrs.get("load", "no load on the driven shaft alone")
-    try:
-        return float(given)
-    except ValueError:
-        remedy = "leave out model, and use exugear.modes at a load of your choice"
-        raise ValueError(f"run must have a constant load for its vibration modes, got {given}; {remedy}") from None
+    remedy = "leave out model, and use exugear.modes at a load of your choice"
+    constant = not isinstance(given, str) and np.size(given) == 1
+    require(constant, f"run must have a constant load for its vibration modes, got {given}; {remedy}")
+    return float(given)
 
 
 def _modes(at_rest: xr.Dataset) -> Table:

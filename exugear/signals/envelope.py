@@ -44,7 +44,9 @@ def envelope(place: Numbers, signal: Numbers, windows: int = 280, *, cycles: Num
     """
     place, signal = np.asarray(place, float), np.asarray(signal, float)
     check_columns(place=place, signal=signal)
-    require(windows >= 1 and signal.size >= 2 * windows, f"windows must be 1 to {signal.size // 2}, got {windows}")
+    require(windows >= 1, f"windows must be at least 1, got {windows}")
+    few = f"signal has {signal.size} samples, too few for {windows} windows of 2 or more"
+    require(signal.size >= 2 * windows, f"{few}; pass windows={signal.size // 2} or fewer, or a longer signal")
     edges = np.arange(windows + 1) * (signal.size // windows)
     if cycles is not None:
         check_columns(place=place, cycles=(cycles := np.asarray(cycles, float)))

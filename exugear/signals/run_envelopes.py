@@ -23,7 +23,7 @@ def dte_envelope(run, stage: int = 0, windows: int = 280) -> Envelope:
     time, frequency = data["time"].values, data["mesh_frequency"].values
     every_mesh = (run if isinstance(run, xr.Dataset) else run.data)["mesh_frequency"]
     cycles = scipy.integrate.cumulative_trapezoid(every_mesh.min("stage").values, time, initial=0)
-    return envelope(frequency, data["dte"].values, min(windows, time.size // 2), cycles=cycles)
+    return envelope(frequency, data["dte"].values, _at_most(windows, time.size), cycles=cycles)
 
 
 @checked
@@ -39,8 +39,15 @@ def bearing_force_rms(run, windows: int = 150) -> xr.DataArray:
     bearings = "run must have bearings, whose forces it records; the shafts of this run only spin"
     require("bearing_force" in data, bearings)
     speed, force = data["speed"].values, data["bearing_force"].transpose("bearing", "direction", "time")
-    windows = min(windows, speed.size // 2)
+    windows = _at_most(windows, speed.size)
     axes = force.sel(direction=["x", "y"]).values
     values = [np.hypot(*(envelope(speed, part, windows).rms for part in radial)) for radial in axes]
     grid = {"bearing": data["bearing"].values, "speed": envelope(speed, speed, windows).place}
     return xr.DataArray(np.array(values), grid, ("bearing", "speed"), attrs={"units": "N"})
+
+
+def _at_most(windows: int, samples: int) -> int:
+    """The number of windows, or as many as hold two of the samples each."""
+    require(windows >= 1, f"windows must be at least 1, got {windows}")
+    require(samples >= 2, f"run must hold at least 2 samples, got {samples}; let it last longer")
+    return min(windows, samples // 2)

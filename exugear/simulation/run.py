@@ -36,6 +36,7 @@ from fem.ste.ste_map import save
 from fem.support.arguments import FilePath, Finite, checked
 from fem.support.progress import shown
 from fem.support.representation import short
+from fem.support.validation import require
 
 
 @checked
@@ -220,6 +221,7 @@ def _solved(
     **options: Any,
 ) -> Run:
     """The run under its conditions; options as those of `scheme_of`."""
+    require(checks >= 0, f"checks must be at least 0 segments (0: none is integrated again), got {checks}")
     if executor:
         check_parts(model, conditions)
     model = linearized(model, conditions.held, conditions.highest_speed)

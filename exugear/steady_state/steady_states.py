@@ -119,7 +119,7 @@ def steady_states(
     with shown(progress):
         branches = all_branches(system, within)
     data = labelled(system, branches, cycles[: len(given)], harmonics)
-    about = load_attributes(load, torques) | {"drive": drive, "idle_stages": idle, "lowest_speed": lowest}
+    about = load_attributes(load, torques) | {"drive": drive, "idle_stages": idle, "lowest_speed": float(lowest)}
     about |= _about(model, reduction, branches)
     if np.ndim(stage):
         return data.assign_coords(stage=[model.gearbox.labels[i] for i in given]).assign_attrs(about)

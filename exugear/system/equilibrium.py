@@ -23,7 +23,10 @@ from fem.units import mm, rpm
 
 #: Duration of the static solve, in which the spins do not advance [s].
 STATIC_SOLVE_TIME = 1e-12
-NO_EQUILIBRIUM = "no static equilibrium; try a load under which teeth and bearings touch, less load or stiffer bearings"
+NO_EQUILIBRIUM = (
+    "no static equilibrium; try another load: a larger one where teeth or bearings hardly touch, "
+    "a smaller one or stiffer bearings where these yield far"
+)
 #: Residual of a static solve that counts as 0 [N, N m], and the rounding of its coordinates in units in the last place.
 ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
 #: Iterations for the secant stiffness of nonlinear bearings and for the phases of meshes; tolerance of the latter

@@ -73,7 +73,7 @@ def unilateral_contact(solve: Callable, compiled: Callable = lambda function: fu
                 active = _touching(state)
             else:
                 joining = _deepest(state.gap, pulling)
-        raise RuntimeError("contact did not converge; try a neighbouring phase, less load or a finer resolution")
+        raise RuntimeError("contact did not converge; try a neighbouring phase, another load or a finer resolution")
 
     return equilibrium
 

@@ -8,7 +8,7 @@ import numpy as np
 from fem.pair.pair import GearPair
 from fem.support.arguments import checked
 from fem.support.representation import short
-from fem.support.validation import increasing, numbers, require, text_of
+from fem.support.validation import increasing, numbers, require, require_finite, text_of
 
 #: Angles must be smaller [rad]: larger ones are probably degrees.
 LARGEST_ANGLE = 0.01
@@ -46,8 +46,7 @@ class Offsets:
 
     def _set_checked(self, name: str, values: np.ndarray) -> None:
         """Check an offset, and keep it as a number or as a tuple."""
-        given = getattr(self, name)
-        require(bool(np.isfinite(values).all()), f"{name} must be a number or increasing numbers, got {given}")
+        require_finite(name, values)
         if values.ndim:
             increasing(name, values)
         object.__setattr__(self, name, tuple(values.tolist()) if values.ndim else float(values))

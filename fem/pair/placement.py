@@ -55,13 +55,16 @@ def placements(position: MeshPosition, te: float = 0.0, *, lag: float = 0.5) -> 
 
 @checked
 def meshing_angles(
-    pair: GearPair, theta: Finite = 0.0, direction: int = 1, *, phase: Finite = 0.0
+    pair: GearPair, theta: Finite = 0.0, direction: int = 1, *, phase: Finite = 0.0, axial: Finite = 0.0
 ) -> tuple[float, float]:
     """Angles of a tooth of pinion and wheel [rad] whose driving flanks touch, by default at the pitch point (phase 0).
+
+    Each angle is that of the middle of the tooth in the mid-plane of its gear.
 
     theta       direction from the pinion's to the wheel's centre [rad]
     direction   +1: the pinion drives counter-clockwise, -1: clockwise
     phase       position in the mesh cycle
+    axial       position of the wheel's mid-plane from the pinion's along z [m]
     """
-    pinion, wheel = placements(MeshPosition(pair, pair.a, 0.0, phase))
+    pinion, wheel = placements(MeshPosition(pair, pair.a, direction * axial, phase))
     return theta + direction * pinion.angle, theta + pi + direction * (wheel.angle - pi)

@@ -10,6 +10,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from errno import EISDIR
 from functools import cache
 from pathlib import Path
 from threading import get_ident
@@ -102,6 +103,8 @@ def _write(path: Path, arrays: Arrays) -> None:
 @contextmanager
 def complete_file(path: Path) -> Iterator[BinaryIO]:
     """A file to write, moved to path when it is complete; OSError that names the path where that fails."""
+    if path.is_dir():
+        raise IsADirectoryError(EISDIR, f"{path} is a folder; give the name of a file in it")
     part = path.with_name(f".{path.name}.{os.getpid()}.{get_ident()}.part")
     try:
         with part.open("wb") as file:

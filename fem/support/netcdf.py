@@ -9,6 +9,7 @@ import hashlib
 import os
 import subprocess
 import sys
+from errno import ENOENT
 from io import BytesIO
 from pathlib import Path
 
@@ -56,6 +57,9 @@ def write(data: xr.Dataset, path: Path) -> None:
 
 def read(path, remedy: str) -> xr.Dataset:
     """The data of a netCDF file, in memory; ValueError with a remedy for a damaged or other file."""
+    require(not Path(path).is_dir(), f"{path} is a folder; give the name of a file in it")
+    if not Path(path).exists():
+        raise FileNotFoundError(ENOENT, f"{path} does not exist; {remedy}, or correct the path")
     try:
         _check_whole(Path(path))
         with xr.open_dataset(path, engine="h5netcdf") as data:

@@ -106,6 +106,8 @@ def increasing(name: str, values, *, least: int = 1) -> np.ndarray:
     """The values as an array of floats (n,); ValueError unless there are at least `least` and they increase."""
     axis = numbers(name, values)
     require(axis.ndim == 1, f"{name} must increase along one axis (n,), got the shape {axis.shape}")
+    if np.isnan(axis).any():
+        require_finite(name, axis)
     if axis.size < least:
         raise ValueError(f"{name} must increase over at least {least} values, got {text_of(values)}")
     if not increases(axis):

@@ -52,7 +52,7 @@ def test_a_shaft_lists_the_drags_of_its_bearings_and_its_own():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: exugear.Drag(-1.0), "constant must be >= 0 N m, a drag brakes"),
+        (lambda: exugear.Drag(-1.0), r"constant must lie in \[0, 1e\+06\) N m, a drag brakes, got -1"),
         (lambda: exugear.Drag(viscous=-1.0), "viscous must lie in"),
         (lambda: exugear.Drag(1.0, speed=0.0), "speed must be at least 0.01 rad/s"),
         (lambda: exugear.BearingDrag(60, 2.0, 20e-6), r"got 60; pass metres: 60\*mm"),

@@ -16,8 +16,8 @@ def test_increasing_values_come_back_as_an_array_of_floats():
     [
         ([0, 150, 50], r"torque must increase; sort it, got \[0, 150, 50\]"),
         ([0, 50, 50], "torque must increase; sort it"),
-        ([0, np.nan], "torque must increase; sort it"),
-        ([np.nan], "torque must increase; sort it"),
+        ([0, np.nan], r"torque must be finite, got nan at \[1\]"),
+        ([np.nan], r"torque must be finite, got nan at \[0\]"),
         ([], "torque must increase over at least 1 values"),
         ([[0, 50]], r"torque must increase along one axis \(n,\), got the shape \(1, 2\)"),
         (50, r"torque must increase along one axis \(n,\), got the shape \(\)"),
