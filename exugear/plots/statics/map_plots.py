@@ -8,7 +8,15 @@ from matplotlib.axes import Axes
 
 from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, graded, legend, merged, styled
 from fem.pair.pair import GearPair
-from fem.ste.ste_map import LOAD_SHARE, PHASE, TORQUE, over_torque_and_phase, over_torque_and_pitches, pair_of
+from fem.ste.ste_map import (
+    LOAD_SHARE,
+    PHASE,
+    TORQUE,
+    check_whole_cycle,
+    over_torque_and_phase,
+    over_torque_and_pitches,
+    pair_of,
+)
 from fem.ste.te_harmonics import te_harmonics
 from fem.support.arguments import checked
 from fem.support.validation import require
@@ -106,6 +114,7 @@ def plot_load_sharing(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     require(LOAD_SHARE in ste, "ste must have load shares; make the map with fem.static_transmission_error")
     ax, pair, further = axes_or_new(ax), pair_of(ste), set(ste[LOAD_SHARE].dims) - {TORQUE, PHASE, "pair"}
     require(not further, f"ste also has the axes {sorted(map(str, further))}; select one value of each: ste.sel(...)")
+    check_whole_cycle(ste)
     share = ste[LOAD_SHARE].sel({TORQUE: ste[TORQUE] > 0}).transpose(TORQUE, "pair", PHASE)
     position = (ste["pair"].values[:, None] + ste[PHASE].values) * pair.p_bt / mm
     ends = position[0, 0], position[-1, -1]

@@ -15,7 +15,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.tri import Triangulation
 
 from exugear.plots.figures import DISTINCT, axes_or_new, colour_bar, graded, legend, merged, styled
-from fem.ste.ste_map import PHASE, TORQUE
+from fem.ste.ste_map import PHASE, TORQUE, check_whole_cycle
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.validation import require
 from fem.units import MPa, mm
@@ -141,6 +141,7 @@ def plot_peak_pressure(data: xr.Dataset, ax: Axes | None = None, **style) -> Axe
 def _check_map(data: xr.Dataset, *names: str) -> None:
     missing = [name for name in (*names, TORQUE, PHASE) if name not in data.variables]
     require(not missing, f"data must have {missing}; make them with fem.root_stress or fem.static_transmission_error")
+    check_whole_cycle(data)
 
 
 def _curves(ax: Axes, data: xr.DataArray, name: str | None, style: dict) -> None:
