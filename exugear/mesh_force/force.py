@@ -26,7 +26,7 @@ from exugear.mesh_force.map_range import beyond_map
 from exugear.mesh_force.ste_interpolation import loaded_centroid, loaded_deflection, te_under
 from fem.pair.pair import GearPair
 from fem.ste.map_sides import has_right_flanks, left_torques, right_torques, why_unlike
-from fem.ste.ste_map import TE, TORQUE, check, offset_axes, pair_of
+from fem.ste.ste_map import TE, TORQUE, UNLOADED_RIGHT, check, offset_axes, pair_of
 from fem.support.arguments import Finite, checked
 from fem.support.numba_cache import kept
 from fem.support.representation import short
@@ -162,10 +162,11 @@ class MeshForce:
         pair = pair_of(check(ste))
         backlash = pair.backlash if backlash is None else backlash
         given: dict[str, Any] = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase}
-        sides = left_torques(ste), right_torques(ste) if has_right_flanks(ste) else None
-        driving, coast = (None if side is None else _arrays_of(side, pair, extend) for side in sides)
-        given |= {"coast": coast and cls(**coast, conserves=conserves), "coast_unlike": _unlike(ste)}
-        return cls(**driving, **given, conserves=conserves)
+        given |= {"conserves": conserves, "coast_unlike": _unlike(ste)}
+        driving = _arrays_of(left_torques(ste), pair, extend)
+        if has_right_flanks(ste):
+            given["coast"] = cls(**_coast_arrays(ste, pair, extend), conserves=conserves)
+        return cls(**driving, **given)
 
     @classmethod
     @checked
@@ -235,6 +236,7 @@ class MeshForce:
     @checked
     def flank_at(self, side: float, **offsets: float) -> "MeshForce":
         """The law of the driving (side 1) or coast flank (-1) alone, at fixed values of offsets, by name."""
+        require(side in (1, -1), f"side must be 1, the driving flank, or -1, the coast flank, got {side}")
         of_flank = self.coast if side < 0 and self.coast is not None else self
         return of_flank._at(offsets, None)
 
@@ -284,6 +286,16 @@ def _arrays_of(ste: xr.Dataset, pair: GearPair, extend: float) -> dict[str, Any]
     centroid = loaded_centroid(ste, r_b, phase, force)
     arrays = {"phase": phase, "deflection": deflection, "force_table": table, "centroid": centroid}
     return arrays | {"offsets": offsets, "mapped_force": mapped}
+
+
+def _coast_arrays(ste: xr.Dataset, pair: GearPair, extend: float) -> dict[str, Any]:
+    """The same of the right flanks, from the torques < 0 of a map."""
+    lacking = f"the map has torques < 0, but no {UNLOADED_RIGHT}, the te at which the right flanks touch without load"
+    require(UNLOADED_RIGHT in ste, f"{lacking}; map torque 0 too, or assign it over (*offsets, phase)")
+    try:
+        return _arrays_of(right_torques(ste), pair, extend)
+    except ValueError as error:
+        raise ValueError(f"right flanks, with torque and te reversed: {error}") from None
 
 
 def _unlike(ste: xr.Dataset) -> str:

@@ -87,10 +87,10 @@ def plot_te_harmonics(ste: xr.Dataset, ax: Axes | None = None, harmonics: int = 
 @checked
 @styled
 def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
-    """Secant mesh stiffness F / STE over the phase, a curve per torque above 0."""
+    """Secant mesh stiffness F / STE over the phase, a curve per torque beside 0."""
     ax = axes_or_new(ax)
     r_b = pair_of(ste).pinion.r_b
-    loaded = ste.sel({TORQUE: ste[TORQUE] > 0})
+    loaded = ste.sel({TORQUE: ste[TORQUE] != 0})
     torque = loaded[TORQUE].values
     for row, load, colour in zip(over_torque_and_phase(loaded).values, torque, graded(torque), strict=True):
         at, te = np.append(loaded[PHASE], 1 + loaded[PHASE][0]), np.append(row, row[0])
@@ -103,7 +103,7 @@ def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
 @checked
 @styled
 def plot_load_sharing(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
-    """Share of the load on one tooth pair while it passes the path of contact, a curve per torque above 0.
+    """Share of the load on one tooth pair while it passes the path of contact, a curve per torque beside 0.
 
     Of a map over several pitches each pair has a curve of its own.
 
@@ -115,7 +115,7 @@ def plot_load_sharing(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     ax, pair, further = axes_or_new(ax), pair_of(ste), set(ste[LOAD_SHARE].dims) - {TORQUE, PHASE, "pair"}
     require(not further, f"ste also has the axes {sorted(map(str, further))}; select one value of each: ste.sel(...)")
     check_whole_cycle(ste)
-    share = ste[LOAD_SHARE].sel({TORQUE: ste[TORQUE] > 0}).transpose(TORQUE, "pair", PHASE)
+    share = ste[LOAD_SHARE].sel({TORQUE: ste[TORQUE] != 0}).transpose(TORQUE, "pair", PHASE)
     position = (ste["pair"].values[:, None] + ste[PHASE].values) * pair.p_bt / mm
     ends = position[0, 0], position[-1, -1]
     if ste.attrs.get("pitches", 1) > 1:
@@ -124,7 +124,9 @@ def plot_load_sharing(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
         position, share = np.pad(position, ((0, 0), (0, 1)), constant_values=np.nan), share.pad({PHASE: (0, 1)})
     torque = share[TORQUE].values
     for row, load, colour in zip(share.values, torque, graded(torque), strict=True):
-        ax.plot(position.ravel(), row.ravel(), **merged(style, color=colour, label=f"{load:.4g} N m"))
+        # Right flanks touch at the tip of the pinion first: their tooth pairs pass the path from its end.
+        at = position if load > 0 else pair.back_phase * pair.p_bt / mm - position
+        ax.plot(at.ravel(), row.ravel(), **merged(style, color=colour, label=f"{load:.4g} N m"))
     ax.set(xlabel="path of contact from the pitch point [mm]", ylabel="share of the load", xlim=ends, ylim=(0, 1.02))
     if pair.beta_b == 0:
         _mark_path(ax, pair)
