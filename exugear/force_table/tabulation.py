@@ -85,9 +85,8 @@ def tabulate(force) -> np.record:
         **{f"{name}_start": start_of_field(kind, name) for name in ("edges", "potentials", "centroids")},
     )
     slopes = {f"{name}_slopes": slope_weights(axis) for name, axis in axes.items()}
-    if coast is not None:
-        arrays["coast"] = changed(coast, head=changed(coast.head, **scalars, side=-1.0))
-    return record_of(kind, head=head, **axes, **slopes, **arrays)
+    behind = {} if coast is None else {"coast": changed(coast, head=changed(coast.head, **scalars, side=-1.0))}
+    return record_of(kind, head=head, **axes, **slopes, **arrays, **behind)
 
 
 def _arrays(force, phase_steps: int, kind: np.dtype) -> tuple[dict[str, np.ndarray], np.ndarray]:

@@ -15,8 +15,8 @@ from fem.pair.pair import GearPair
 from fem.ste.accuracy import MapGrid, choose
 from fem.ste.error_estimation import MapError
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
-from fem.ste.peak_to_peak import LEAST_ERROR, curve_peak_to_peak
 from fem.ste.map_solver import FORCE, ContactModel
+from fem.ste.peak_to_peak import LEAST_ERROR, curve_peak_to_peak
 from fem.ste.right_flanks import Symmetry, sweep_both_sides, symmetry_of
 from fem.ste.ste_map import (
     LOAD_SHARE,
@@ -170,8 +170,8 @@ def _estimates(data: xr.Dataset, errors: dict[str, MapError]) -> dict[str, tuple
     and by their difference further.
     """
     te, torque = data[TE].transpose(TORQUE, ..., PHASE).values, data[TORQUE].values
-    curve = np.sum([error.peak_to_peak for error in errors.values()], axis=0)
-    curve = np.where(torque > 0, np.maximum(curve, LEAST_ERROR), curve)
+    curve = np.nansum([error.peak_to_peak for error in errors.values()], axis=0)
+    curve = np.where(torque != 0, np.maximum(curve, LEAST_ERROR), curve)
     further = np.abs(curve_peak_to_peak(data[PHASE].values, te) - np.ptp(te, axis=-1))
     values = {name: error.rms for name, error in errors.items()}
     values |= {"error_p2p": curve + further.reshape(torque.size, -1).max(axis=1), "error_p2p_curve": curve}
