@@ -57,7 +57,7 @@ def dynamic_stress(run, stresses: xr.Dataset, stage: int = 0) -> xr.Dataset:
     unlike = why_unlike(stresses) if "pinion_z" in stresses.attrs else ""
     if unlike == SIDES_DIFFER or (pair.beta_b and unlike):
         mirrored = "stresses of the coast flank are those of the left flanks"
-        warn_of_mirrored({label: unlike}, (label,), force, mirrored, MAP_OF_RIGHT, stacklevel=4)
+        warn_of_mirrored({label: unlike}, (label,), force, mirrored, MAP_OF_RIGHT)
     phase = np.where(force < 0, pair.back_phase - data["phase"].values, data["phase"].values)
     kept = {name: data[name].variable for name in (SPEED, "mesh_frequency", "mesh_force")}
     coordinates = {GEAR: BOTH, TIME: data[TIME].variable, "stage": label}

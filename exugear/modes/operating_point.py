@@ -32,7 +32,7 @@ def in_loaded_equilibrium(model: Model, loads: Mapping[str, float], drive: str =
         with applied(model, conditions):
             solve_initial_equilibrium(model, conditions)
             forces = mesh_forces(model.gearbox, loads)
-            warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, forces, stacklevel=6)
+            warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, forces)
             if drive == "free":
                 model.mbs.SetObjectParameter(model.drive, "activeConnector", False)
                 assemble_in_state(model)

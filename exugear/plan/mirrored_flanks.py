@@ -1,9 +1,10 @@
 """The warning for results in which a coast flank carries load as a mirror image that it is not."""
 
-import warnings
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+
+from fem.support.user_warning import warn_user
 
 #: Share of the mesh force on the coast flank from which on its law matters.
 SHARE = 0.01
@@ -19,8 +20,6 @@ def warn_of_mirrored(
     forces: np.ndarray,
     what: str = LAWS,
     remedy: str = MAP_BOTH,
-    *,
-    stacklevel: int,
 ) -> None:
     """Warn once of the stages whose coast flank carries more than 1 % of the force, though it is no mirror image.
 
@@ -36,4 +35,4 @@ def warn_of_mirrored(
         if label in mirrored and part > SHARE * whole
     ]
     if parts:
-        warnings.warn(f"{what} in {'; '.join(parts)}; {remedy}", stacklevel=stacklevel)
+        warn_user(f"{what} in {'; '.join(parts)}; {remedy}")

@@ -243,7 +243,7 @@ def _solved(
     if solver.iterations:
         data.attrs["newton_iterations"] = sum(solver.iterations) / scheme.steps.number
     run = Run(data, wall_time, scheme.steps.size)
-    warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, data["mesh_force"].values, stacklevel=5)
+    warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, data["mesh_force"].values)
     if stop:
         raise _stopped(stop, run) from None
     return run

@@ -69,10 +69,11 @@ def test_plan_and_run_say_where_the_mirror_image_does_not_hold(pair, reason):
     assert reason in str(model.plan)
     options = {"speed": 1200 * rpm, "duration": 2e-3, "checks": 0, "progress": False}
     exugear.run_up(model, load=100.0, **options)
-    with pytest.warns(UserWarning, match=reason):
+    with pytest.warns(UserWarning, match=reason) as of_run:
         exugear.run_up(model, load=-100.0, **options)
-    with pytest.warns(UserWarning, match=reason):
+    with pytest.warns(UserWarning, match=reason) as of_modes:
         exugear.modes(model, load=-100.0)
+    assert [warning.filename for warning in (*of_run, *of_modes)] == [__file__, __file__]
 
 
 def test_spur_gears_with_equal_sides_spin_on_their_mirror_image():
