@@ -16,6 +16,7 @@ from .microgeometry.modification import (
     TipRelief,
 )
 from .pair import iso6336
+from .pair.mirror_image import mirror_image
 from .pair.offsets import Offsets
 from .pair.pair import GearPair
 from .reference import dynamic, explicit, nonlinear
@@ -61,6 +62,7 @@ __all__ = [
     "load_distribution",
     "load_factors",
     "map_cost",
+    "mirror_image",
     "nonlinear",
     "pair_of",
     "peak_to_peak",

@@ -52,8 +52,14 @@ APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), (
 #: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.gear_outline` draws.
 DOORS_TO_FEM = {
     *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.involute", "fem.gear.tooth_profile"),
-    *("fem.pair.pair", "fem.pair.offsets", "fem.pair.placement", "fem.ste.ste_map", "fem.ste.load_interpolation"),
-    *("fem.ste.te_harmonics", "fem.stress.fields", "fem.stress.cycle_fields"),
+    *(
+        "fem.pair.pair",
+        "fem.pair.offsets",
+        "fem.pair.placement",
+        "fem.ste.ste_map",
+        "fem.ste.load_interpolation",
+    ),
+    *("fem.ste.map_sides", "fem.ste.te_harmonics", "fem.stress.fields", "fem.stress.cycle_fields"),
 }
 FENCES = {
     "skfem": {"fem/elasticity", "fem/stress", "fem/reference"},

@@ -4,11 +4,11 @@ U is the weighted sum of the potentials of up to 32 blocks, the values of the of
 take the head of a table (`FORCE_TABLE` in `exugear.force_table.layout`) and read the arrays that lie behind it.
 """
 
-from math import inf
+from math import inf, nan
 from typing import NamedTuple
 
 from exugear.force_table.offset_interpolation import MOST_VALUES, stencil, tilt_stencil
-from exugear.force_table.patches import phase_cell, range_of
+from exugear.force_table.patches import phase_cell, range_of, table_of
 from exugear.force_table.potential import CONTINUED, centroid_at, potential
 from fem.support.numba_cache import compiled, kept
 
@@ -69,7 +69,7 @@ def corrected_rate(rate, lag, mobility, rise, excess, coefficient):
 
 @compiled
 def spinning_force(table, phase, deflection):
-    """`StaticForce` of one flank, of a law without offsets; ValueError(deflection, largest) beyond the table."""
+    """`StaticForce` of a flank by its table, of a law without offsets; ValueError as of `potential` beyond it."""
     u = potential(table, 0, phase_cell(table, phase), deflection, 0.0)
     by_phase = u.by_phase if table.conserves != 0 else 0.0
     return StaticForce(
@@ -79,7 +79,7 @@ def spinning_force(table, phase, deflection):
 
 @compiled
 def static_force(table, phase, deflection, a, misalignment, axial):
-    """`StaticForce` of one flank at offsets; ValueError beyond the table.
+    """`StaticForce` of a flank by its table, at offsets; ValueError beyond the table.
 
     A law that does not conserve energy keeps the derivatives by deflection and misalignment alone.
     """
@@ -87,7 +87,7 @@ def static_force(table, phase, deflection, a, misalignment, axial):
         return spinning_force(table, phase, deflection)
     static, limit = blended(table, phase, deflection, a, misalignment, axial)
     if static.force > limit * (1.0 + CONTINUED):
-        raise ValueError(deflection, deflection - (static.force - limit) / static.stiffness)
+        raise ValueError(deflection, deflection - (static.force - limit) / static.stiffness, nan, nan, table.side)
     return static if table.conserves != 0 else without_further_torques(static)
 
 
@@ -158,6 +158,13 @@ def without_further_torques(static):
 def centroid_of(static):
     """Axial force centroid [m], with the signs of the map; 0 without contact."""
     return -static.by_misalignment / static.force if static.force != 0.0 else 0.0
+
+
+@kept
+def ends_of(table, side):
+    """Means over phase of force [N] and tangent stiffness [N/m] at the end of the table of a flank (side 1 or -1)."""
+    of_flank = table_of(table, side)
+    return of_flank.last_force, of_flank.last_stiffness
 
 
 @kept

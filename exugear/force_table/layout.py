@@ -19,7 +19,8 @@ U = np.linspace(0, 1, PENETRATIONS + 1)
 OFFSETS = ("a", "misalignment", "axial")
 #: Head of a table: numbers of steps and of offset values; whether all derivatives of the potential act, and whether the
 #: force has a centroid beside mid-plane; scalars of the law; means over phase of force [N] and tangent stiffness [N/m]
-#: at the end of the table; largest tangent stiffness; starts of the arrays [bytes from the head].
+#: at the end of the table; largest tangent stiffness of either flank; side: 1, of a coast flank's table -1; start of
+#: that table, 0 where the coast flank is the mirror image; starts of the arrays [bytes from the head].
 FORCE_TABLE = record_type(
     ("phase_steps", "i8"),
     ("penetration_steps", "i8"),
@@ -33,6 +34,8 @@ FORCE_TABLE = record_type(
     ("last_force", "f8"),
     ("last_stiffness", "f8"),
     ("largest_stiffness", "f8"),
+    ("side", "f8"),
+    ("coast", "i8"),
     ("axes_start", "i8", 3),
     ("slopes_start", "i8", 3),
     ("edges_start", "i8"),
@@ -49,8 +52,13 @@ NODE = record_type(*((name, "f8") for name in ("value", "by_u", "by_uu", "by_pha
 SLOPE_WEIGHTS = 3
 
 
-def table_type(counts: tuple[int, ...], phase_steps: int, has_centroid: bool) -> np.dtype:
-    """Type of a whole table with counts (3) of the offset values and a number of phase steps."""
+def table_type(
+    counts: tuple[int, ...], phase_steps: int, has_centroid: bool, coast: np.dtype | None = None
+) -> np.dtype:
+    """Type of a whole table with counts (3) of the offset values and a number of phase steps.
+
+    coast   type of the table of the coast flank; None where that is the mirror image
+    """
     over_nodes = (*counts, phase_steps, U.size)
     return record_type(
         ("head", FORCE_TABLE),
@@ -59,6 +67,7 @@ def table_type(counts: tuple[int, ...], phase_steps: int, has_centroid: bool) ->
         ("edges", EDGE, (*counts, phase_steps)),
         ("potentials", NODE, over_nodes),
         ("centroids", NODE, over_nodes if has_centroid else (0,)),
+        *([("coast", coast)] if coast is not None else []),
     )
 
 

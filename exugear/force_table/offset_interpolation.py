@@ -52,12 +52,12 @@ def axis_of(table, offset):
 
 @compiled
 def interval(table, offset, x):
-    """(lower value's index, lower value, length) of an axis; ValueError(x, low, high, offset) beyond the axis."""
+    """(lower value's index, lower value, length) of an axis; ValueError(x, low, high, offset, side) beyond the axis."""
     axis = axis_of(table, offset)
     low, high = axis[0], axis[axis.size - 1]
     margin = BEYOND * (high - low)
     if not low - margin <= x <= high + margin:
-        raise ValueError(x, low, high, offset)
+        raise ValueError(x, low, high, offset, table.side)
     j = 0
     while j < axis.size - 2 and axis[j + 1] <= x:
         j += 1

@@ -56,6 +56,12 @@ class Jet(NamedTuple):
 
 
 @compiled
+def table_of(table, side):
+    """The table of the driving (side 1) or coast flank (-1): the same where the latter is the mirror image."""
+    return table if side > 0.0 else table_at(start_of(table) + table.coast)
+
+
+@compiled
 def phase_cell(table, phase):
     """Cell of the phase; ValueError for a phase that is not finite."""
     if not abs(phase) < LARGEST_PHASE:

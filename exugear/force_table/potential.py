@@ -4,6 +4,7 @@ The penetration is the deflection minus the unloaded deflection and minus lever 
 the lever [rad] moves the flanks at the force centroid. Force = dU/d deflection, moment = dU/d lever.
 """
 
+from math import nan
 from typing import NamedTuple
 
 from exugear.force_table.patches import Cell, Patch, Range, load_cell, patch, range_of
@@ -47,7 +48,7 @@ MID_PLANE = Centroid(0.0, 0.0, 0.0)
 
 @compiled
 def potential(table, block, phase: Cell, deflection, lever):
-    """`Potential` of a block; ValueError(deflection, largest deflection) beyond it."""
+    """`Potential` of a block; ValueError(deflection, largest deflection, nan, nan, side) beyond it."""
     extent = range_of(table, block, phase)
     raw = deflection - extent.unloaded
     centroid = MID_PLANE
@@ -58,7 +59,7 @@ def potential(table, block, phase: Cell, deflection, lever):
         return Potential(0.0, penetration, 0.0, 0.0, 0.0, 0.0, 0.0, extent.largest_force)
     share = penetration / extent.largest
     if not share <= 1.0 + CONTINUED:
-        raise ValueError(deflection, extent.unloaded + extent.largest)
+        raise ValueError(deflection, extent.unloaded + extent.largest, nan, nan, table.side)
     load = load_cell(table, share)
     w = patch(table, table.potentials_start, block, phase, load)
     u = (load.low + load.share) / table.penetration_steps

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.force_table.kernel_records import record_of
+from exugear.force_table.kernel_records import changed, record_of
 from exugear.force_table.layout import (
     EDGE,
     FORCE_TABLE,
@@ -52,33 +52,41 @@ class PhaseCurves(NamedTuple):
 
 
 def tabulate(force) -> np.record:
-    """The table of a `MeshForce`; ValueError where its backlash jams the teeth."""
+    """The table of a `MeshForce`, behind it that of its coast flank; ValueError where its backlash jams the teeth."""
     phase = force.phase
     uniform = np.allclose(phase, np.arange(phase.size) / phase.size, atol=1e-9)
     phase_steps = phase.size if uniform else RESAMPLED
     axes = {name: np.atleast_1d(force.offsets.get(name, force.fixed_offsets.get(name, 0.0))) for name in OFFSETS}
-    kind = table_type(tuple(axis.size for axis in axes.values()), phase_steps, bool(np.any(force.centroid)))
+    coast = None if force.coast is None else force.coast.table
+    counts, of_coast = tuple(axis.size for axis in axes.values()), None if coast is None else coast.dtype
+    kind = table_type(counts, phase_steps, bool(np.any(force.centroid)), of_coast)
     arrays, tangents = _arrays(force, phase_steps, kind)
-    jam = -2 * arrays["edges"]["unloaded"].min()
+    unloaded = [edges["unloaded"].min() for edges in (arrays["edges"], *([] if coast is None else [coast["edges"]]))]
+    jam = -2 * min(unloaded)
     least = f"backlash must be >= {jam:.4g} m, or the unloaded transmission error jams the teeth, got {force.backlash}"
     require(force.backlash >= jam - 1e-9, least)
+    scalars = {name: getattr(force, name) for name in ("conserves", "backlash", "back_phase", "damping")}
+    stiffest = tangents.max() if coast is None else max(tangents.max(), coast.head.largest_stiffness)
     head = record_of(
         FORCE_TABLE,
-        **{name: getattr(force, name) for name in ("conserves", "backlash", "back_phase", "damping")},
+        **scalars,
         damping_ramp=DAMPING_RAMP,
+        side=1.0,
+        coast=0 if coast is None else start_of_field(kind, "coast"),
         phase_steps=phase_steps,
         penetration_steps=PENETRATIONS,
         offset_counts=[axis.size for axis in axes.values()],
         has_centroid=kind["centroids"].shape != (0,),
         last_force=force.force_table[..., -1].mean(),
         last_stiffness=tangents[..., -1].mean(),
-        largest_stiffness=tangents.max(),
+        largest_stiffness=stiffest,
         axes_start=[start_of_field(kind, name) for name in OFFSETS],
         slopes_start=[start_of_field(kind, f"{name}_slopes") for name in OFFSETS],
         **{f"{name}_start": start_of_field(kind, name) for name in ("edges", "potentials", "centroids")},
     )
     slopes = {f"{name}_slopes": slope_weights(axis) for name, axis in axes.items()}
-    return record_of(kind, head=head, **axes, **slopes, **arrays)
+    behind = {} if coast is None else {"coast": changed(coast, head=changed(coast.head, **scalars, side=-1.0))}
+    return record_of(kind, head=head, **axes, **slopes, **arrays, **behind)
 
 
 def _arrays(force, phase_steps: int, kind: np.dtype) -> tuple[dict[str, np.ndarray], np.ndarray]:

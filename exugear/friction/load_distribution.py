@@ -7,7 +7,8 @@ import numpy as np
 import xarray as xr
 
 from fem.pair.pair import GearPair
-from fem.ste.ste_map import PHASE, TORQUE, over_torque_and_phase, pair_of
+from fem.ste.map_sides import left_torques
+from fem.ste.ste_map import PHASE, TORQUE, check, over_torque_and_phase, pair_of
 from fem.support.validation import require
 
 #: Steps over a pitch.
@@ -48,6 +49,7 @@ def mapped_distribution(ste: xr.Dataset, torque: float) -> LoadDistribution:
     in contact at that end of the path. ValueError for a map without load_share or with further axes, and for a torque
     outside the map.
     """
+    ste = left_torques(check(ste))
     over_torque_and_phase(ste)
     pair = pair_of(ste)
     position = _tooth_positions(pair)

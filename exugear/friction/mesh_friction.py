@@ -108,6 +108,7 @@ class MeshFriction:
     ) -> "MeshFriction":
         """Friction by the load shares of an STE map at a pinion torque [N m], even over the width of each tooth pair.
 
+        The shares are those of the left flanks; the coast flank has them too, as mirror image.
         A tooth pair that carries load before the path of contact begins or after it ends, because teeth deflect,
         counts as in contact at that end of the path. Raises ValueError for a map without load_share or with further
         axes, and for a torque outside the map.

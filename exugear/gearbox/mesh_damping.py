@@ -22,7 +22,8 @@ def reduced_mass(pair: GearPair, fast: Shaft, slow: Shaft) -> float:
 def mean_stiffness(force: MeshForce, pair: GearPair) -> float:
     """Mean tangent stiffness over a pitch [N/m] at the law's largest deflection, the gears aligned within its axes."""
     aligned = {"a": pair.a, "misalignment": 0.0, "axial": 0.0}
-    law = force.at(**{name: float(np.clip(aligned[name], axis[0], axis[-1])) for name, axis in force.offsets.items()})
+    within = {name: float(np.clip(aligned[name], axis[0], axis[-1])) for name, axis in force.offsets.items()}
+    law = force.flank_at(1, **within)
     return float(law.table.head.last_stiffness)
 
 

@@ -226,10 +226,12 @@ def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:
 
 def _beyond_maps(model: Model, interval: float) -> dict[str, Any]:
     """For how long and how far meshes were beyond their maps; empty where no law is extrapolated."""
-    ends = np.array([mesh.law.mapped_force for mesh in model.meshes])
+    laws = [(mesh.law, mesh.law if mesh.law.coast is None else mesh.law.coast) for mesh in model.meshes]
+    ends = np.array([[law.mapped_force for law in flanks] for flanks in laws])
     if np.isinf(ends).all():
         return {}
-    shares = np.abs([mesh.recorder.force for mesh in model.meshes]) / ends[:, None]
+    forces = np.array([mesh.recorder.force for mesh in model.meshes])
+    shares = np.abs(forces) / np.where(forces >= 0, ends[:, :1], ends[:, 1:])
     time, force = "time of the samples beyond the map", "largest mesh force of the samples over the map's largest"
     return {
         "beyond_map_time": ("stage", (shares > 1).sum(axis=1) * interval, {"units": "s", "long_name": time}),

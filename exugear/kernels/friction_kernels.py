@@ -12,7 +12,7 @@ from exugear.contact_geometry.relative_position import Row, flank_of, normal_of,
 from exugear.contact_geometry.vectors import cross, row_dot, row_scaled, row_total, scaled, total
 from exugear.force_table.force_kernels import centroid_of, spinning_force, static_force
 from exugear.force_table.kernel_records import doubles_at, reader, start_of
-from exugear.force_table.patches import table_at
+from exugear.force_table.patches import table_at, table_of
 from exugear.friction.mesh_friction import FRICTION
 from exugear.kernels.contact_kernels import SPIN, codes_of
 from fem.support.numba_cache import compiled, kept
@@ -101,7 +101,7 @@ def rotational_friction(table, frame, friction, q_1, q_2, v_1, v_2):
     d = frame.direction
     advance = d * (frame.pinion.r_b * q_1 + frame.wheel.r_b * q_2)
     flank = flank_of(table, advance, 0.0, d * frame.pitches_per_radian * q_1 + frame.phase)
-    static = spinning_force(table, flank.phase, flank.deflection)
+    static = spinning_force(table_of(table, flank.side), flank.phase, flank.deflection)
     return friction_of_spins(friction, frame, flank.phase, static.force, v_1, v_2).torques
 
 
@@ -131,7 +131,7 @@ def spatial_friction(table, frame, friction, q_1, q_2, v_1, v_2, before=(0.0, 1.
     """Generalized forces (6), (6) on two Rxyz bodies; before: as for `position_of`."""
     position = position_of(table, frame, q_1, q_2, before)
     flank = position.flank
-    static = static_force(table, flank.phase, flank.deflection, *position.offsets)
+    static = static_force(table_of(table, flank.side), flank.phase, flank.deflection, *position.offsets)
     centroid = flank.side * frame.direction * centroid_of(static)
     forces = friction_in_space(friction, frame, position, static.force, centroid, v_1, v_2)
     return forces.pinion, forces.wheel

@@ -26,6 +26,7 @@ from exugear.force_table.force_kernels import (
     spinning_force,
     static_force,
 )
+from exugear.force_table.patches import table_of
 from exugear.kernels.first_guess import force_with_guess, guess_of
 from fem.support.numba_cache import compiled
 
@@ -114,7 +115,7 @@ def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     advance += guess.deflection
     flank = flank_of(table, advance, 0.0, d * turns * q_1 + frame.phase)
     side = flank.side
-    static = spinning_force(table, flank.phase, flank.deflection)
+    static = spinning_force(table_of(table, side), flank.phase, flank.deflection)
     note_contact(state, static)
     rate, phase_rate = side * (d * (r_1 * v_1 + r_2 * v_2) + guess.rate), side * d * turns * v_1
     damped, dissipation = damping_force(table, state, static, side, rate, phase_rate, 0.0)
@@ -147,7 +148,8 @@ def force_at(table, state, position, guess):
     if state.engaged == 0.0:
         return NO_CONTACT
     flank, (a, misalignment, axial) = position.flank, position.offsets
-    return static_force(table, flank.phase, flank.deflection + flank.side * guess.deflection, a, misalignment, axial)
+    deflection = flank.deflection + flank.side * guess.deflection
+    return static_force(table_of(table, flank.side), flank.phase, deflection, a, misalignment, axial)
 
 
 @compiled(forceinline=True)

@@ -6,12 +6,15 @@ import xarray as xr
 from exugear.integration.run_data import stage_data
 from exugear.load_factors.mesh_windows import mesh_cycles, window_bounds
 from exugear.load_factors.stress_interpolation import BOTH, GEAR, POWERS, StressMap, stress_map
+from exugear.plan.mirrored_flanks import warn_of_mirrored
 from fem.pair.pair import GearPair
+from fem.ste.map_sides import SIDES_DIFFER, why_unlike
 from fem.ste.ste_map import pair_of
 from fem.support.arguments import checked
 from fem.support.validation import require
 
 TIME, SPEED = "time", "speed"
+MAP_OF_RIGHT = "those of the right flanks are fem.root_stress(fem.mirror_image(pair), ...)"
 LONG_NAMES = {
     "root_stress": "largest tensile stress in the tooth root",
     "tangent_stress": "tensile stress in the tooth root, 30 degree tangent",
@@ -37,7 +40,8 @@ def dynamic_stress(run, stresses: xr.Dataset, stage: int = 0) -> xr.Dataset:
     Each sample has the stress of the static contact at its phase and mesh force: quasi-static in the tooth, whose own
     eigenfrequencies lie far above those of the mesh. Between the torques of the map root stresses are interpolated as
     multiples of the force, pressures as multiples of its root; over the phase they are linear. Where the back flank
-    carries the load, the stresses are those of that flank, the mirror image. Offsets of the gears are those of the map.
+    carries the load, the stresses are those of that flank, the mirror image: a warning says where left and right flanks
+    differ. Offsets of the gears are those of the map.
 
     Raises ValueError for other data, for the map of another pair, and where the run leaves the map.
     """
@@ -50,6 +54,10 @@ def dynamic_stress(run, stresses: xr.Dataset, stage: int = 0) -> xr.Dataset:
     table = stress_map(stresses, pair.pinion.r_b)
     _check_reach(table, data["mesh_force"].values, pair.pinion.r_b)
     force = data["mesh_force"].values
+    unlike = why_unlike(stresses) if "pinion_z" in stresses.attrs else ""
+    if unlike == SIDES_DIFFER or (pair.beta_b and unlike):
+        mirrored = "stresses of the coast flank are those of the left flanks"
+        warn_of_mirrored({label: unlike}, (label,), force, mirrored, MAP_OF_RIGHT)
     phase = np.where(force < 0, pair.back_phase - data["phase"].values, data["phase"].values)
     kept = {name: data[name].variable for name in (SPEED, "mesh_frequency", "mesh_force")}
     coordinates = {GEAR: BOTH, TIME: data[TIME].variable, "stage": label}

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
+from fem.ste.ste_map import check_whole_cycle
 from fem.support.validation import increasing, require, require_finite
 
 GEAR, TORQUE, PHASE = "gear", "torque", "phase"
@@ -80,6 +81,7 @@ def stress_map(stresses: xr.Dataset, r_b: float) -> StressMap:
     require(bool(torque[-1] > 0), f"stresses must have a torque > 0 N m, got {torque}")
     pitch = f"stresses must be of one pitch, at phases in [0, 1), got phases up to {phase[-1]:g}"
     require(bool(phase[0] >= 0 and phase[-1] < 1), pitch)
+    check_whole_cycle(stresses)
     loaded = stresses.isel({TORQUE: torque > 0}).transpose(GEAR, TORQUE, PHASE)
     values = {name: loaded[name].values for name in POWERS if name in loaded}
     for name, x in values.items():

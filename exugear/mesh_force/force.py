@@ -16,6 +16,7 @@ import xarray as xr
 
 from exugear.force_table.force_kernels import damping, range_at, spinning_force, static_force
 from exugear.force_table.layout import MANY_BLOCKS, OFFSETS, PHASES, PHASES_OF_MANY
+from exugear.force_table.patches import table_of
 from exugear.force_table.potential import CONTINUED
 from exugear.force_table.tabulation import tabulate
 from exugear.mesh_force.energy_centroid import energy_centroid
@@ -23,7 +24,9 @@ from exugear.mesh_force.fixed_offsets import at_fixed_offsets
 from exugear.mesh_force.jumps import jumps
 from exugear.mesh_force.map_range import beyond_map
 from exugear.mesh_force.ste_interpolation import loaded_centroid, loaded_deflection, te_under
-from fem.ste.ste_map import TORQUE, check, offset_axes, pair_of
+from fem.pair.pair import GearPair
+from fem.ste.map_sides import has_right_flanks, left_torques, right_torques, why_unlike
+from fem.ste.ste_map import TE, TORQUE, UNLOADED_RIGHT, check, offset_axes, pair_of
 from fem.support.arguments import Finite, checked
 from fem.support.numba_cache import kept
 from fem.support.representation import short
@@ -47,10 +50,11 @@ def mesh_forces(has_offsets: bool):
             drives = deflection[i] >= -0.5 * table.backlash
             at = phase[i] if drives else table.back_phase - phase[i]
             y = deflection[i] if drives else -(deflection[i] + table.backlash)
+            of_flank = table_of(table, 1.0 if drives else -1.0)
             if has_offsets:
-                static = static_force(table, at, y, a[i], misalignment[i], axial[i])
+                static = static_force(of_flank, at, y, a[i], misalignment[i], axial[i])
             else:
-                static = spinning_force(table, at, y)
+                static = spinning_force(of_flank, at, y)
             force[i] = (static.force if drives else -static.force) + damping(table, static.penetration) * rate[i]
         return force
 
@@ -63,7 +67,8 @@ def mesh_forces(has_offsets: bool):
 class MeshForce:
     """Force law of a gear mesh: force over phase and deflection, by default from an STE map (`from_ste`).
 
-    The table holds the driving flank; the back flank is its mirror image.
+    The table holds the driving, left flanks. The coast, right flanks have a law of their own, `coast`, or are their
+    mirror image: the driving flanks after half a turn about the line of centres, by which z points the other way.
 
     phase          (n_phase,) share of a pitch, increasing in [0, 1); the law is periodic in it
     deflection     along the line of action [m], increasing along the last axis, broadcastable to force_table
@@ -80,6 +85,10 @@ class MeshForce:
                    change over centre distance and axial offset
     fixed_offsets  values of the offsets at which `at` was evaluated, by name; the axial offset for which a map was made
     mapped_force   largest mesh force of the map [N], above which the table is extrapolated
+    coast          `MeshForce` of the coast flanks as driving flanks of the pair after that half turn, over the same
+                   offsets, with z the other way; its deflection counts from where they touch without backlash. Damping,
+                   backlash and back_phase are those of this law. None: the mirror image
+    coast_unlike   why the coast flanks of the pair are not the mirror image that the law takes; "" where they are
 
     Derived from them:
 
@@ -100,6 +109,8 @@ class MeshForce:
     conserves: bool = field(default=True, kw_only=True)
     fixed_offsets: Mapping[str, float] = field(default_factory=dict, kw_only=True)
     mapped_force: float = field(default=inf, kw_only=True)
+    coast: "MeshForce | None" = field(default=None, kw_only=True)
+    coast_unlike: str = field(default="", kw_only=True)
     table: np.record = field(init=False, repr=False)
     stiffness_max: float = field(init=False)
 
@@ -113,6 +124,7 @@ class MeshForce:
         _check_offsets_known(self.fixed_offsets)
         _check_table(self.phase, self.deflection, self.force_table, [x.size for x in self.offsets.values()])
         _check_centroid(np.asarray(self.centroid), self.force_table)
+        _check_coast(self)
         if "misalignment" in self.offsets and not np.any(self.centroid):
             object.__setattr__(self, "centroid", _frozen(self._centroid_by_energy()))
         object.__setattr__(self, "table", tabulate(self))
@@ -140,25 +152,21 @@ class MeshForce:
                     impacts; the data of a run then contain for how long and how far it was beyond the map
                     (beyond_map_time, beyond_map_force)
 
-        The map holds the driving, left flanks; the law always takes the right flanks as their mirror image. If they
-        are not, `fem.Sides` describes how to map them. Below the lowest torque the compliance grows with -ln F, like
-        that of a Hertzian line contact.
+        Torques >= 0 of the map hold the driving, left flanks, torques < 0 the coast, right ones. Without torques < 0
+        the law takes the coast flanks as mirror image; coast_unlike says where that is not exact. Below the lowest
+        torque the compliance grows with -ln F, like that of a Hertzian line contact.
 
-        Raises ValueError for a map that does not start at torque 0, whose te does not grow with the torque, or in which
-        the pitches differ (`fem.PitchDeviation`).
+        Raises ValueError for a map without torque 0, whose te does not grow with the torque, in which the pitches
+        differ (`fem.PitchDeviation`) or which lacks a part of the mesh cycle.
         """
         pair = pair_of(check(ste))
-        offsets = offset_axes(ste)
-        n = PHASES if prod(axis.size for axis in offsets.values()) < MANY_BLOCKS else PHASES_OF_MANY
-        phase = np.arange(n) / n
-        force, deflection = loaded_deflection(ste, pair.pinion.r_b, phase, extend=extend)
         backlash = pair.backlash if backlash is None else backlash
-        mapped = float(ste[TORQUE][-1]) / pair.pinion.r_b if extend > 1 else inf
-        options: dict[str, Any] = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase}
-        options |= {"mapped_force": mapped, "offsets": offsets, "conserves": conserves}
-        options["fixed_offsets"] = fixed_axial_offset(ste)
-        centroid = loaded_centroid(ste, pair.pinion.r_b, phase, force)
-        return cls(phase, deflection, np.broadcast_to(force, deflection.shape), **options, centroid=centroid)
+        given: dict[str, Any] = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase}
+        given |= {"conserves": conserves, "coast_unlike": _unlike(ste), "fixed_offsets": fixed_axial_offset(ste)}
+        driving = _arrays_of(left_torques(ste), pair, extend)
+        if has_right_flanks(ste):
+            given["coast"] = cls(**_coast_arrays(ste, pair, extend), conserves=conserves)
+        return cls(**driving, **given)
 
     @classmethod
     @checked
@@ -168,18 +176,24 @@ class MeshForce:
         """The law F = k(phase) deflection with the secant stiffness k = F / te at a torque [N m] of the map.
 
         F and k are along the line of action. The law ends at the largest te of the map. As in the paper it has no
-        torque beside that of the force. Raises ValueError for a torque outside the map.
+        torque beside that of the force. In a map with torques < 0 the coast flanks have the secant stiffness at minus
+        the torque. Raises ValueError for a torque outside the map.
 
         Source: Palermo et al. 2013, Shweiki et al. (ISMA 2016).
         """
         pair = pair_of(check(ste))
-        phase = np.arange(PHASES) / PHASES
-        k = torque / pair.pinion.r_b / te_under(ste, torque, phase)
-        reach = np.array([0.0, float(ste["te"].max())])
         backlash = pair.backlash if backlash is None else backlash
-        table = np.outer(k, reach)
         given: dict[str, Any] = {"damping": damping, "backlash": backlash, "back_phase": pair.back_phase}
-        return cls(phase, reach, table, **given, conserves=False, fixed_offsets=fixed_axial_offset(ste))
+        phase, r_b = np.arange(PHASES) / PHASES, pair.pinion.r_b
+
+        def table_of_side(side: xr.Dataset) -> tuple[np.ndarray, ...]:
+            reach = np.array([0.0, float(side[TE].max())])
+            return phase, reach, np.outer(torque / r_b / te_under(side, torque, phase), reach)
+
+        if has_right_flanks(ste):
+            given["coast"] = cls(*table_of_side(right_torques(ste)), conserves=False)
+        given |= {"coast_unlike": _unlike(ste), "fixed_offsets": fixed_axial_offset(ste)}
+        return cls(*table_of_side(left_torques(ste)), **given, conserves=False)
 
     def _centroid_by_energy(self) -> np.ndarray:
         """Force centroid (like force_table) [m], by the change of the potential over the misalignment."""
@@ -190,7 +204,7 @@ class MeshForce:
 
     @cached_property
     def jumps(self) -> np.ndarray:
-        """(n,) phases at which the force jumps, by at least 45 % of its range within 1/256 of a pitch."""
+        """(n,) phases at which the force of the driving flank jumps, by 45 % of its range within 1/256 of a pitch."""
         return jumps(self)
 
     def __call__(self, phase, deflection, rate=0.0, **offsets) -> np.ndarray:
@@ -213,7 +227,21 @@ class MeshForce:
 
     @checked
     def at(self, **offsets: float) -> "MeshForce":
-        """The law at fixed values of offsets, by name, without their axes; ValueError beyond the axes."""
+        """The law at fixed values of offsets, by name, without their axes; ValueError beyond the axes.
+
+        Each flank is taken at these values, with its own z.
+        """
+        return self._at(offsets, None if self.coast is None else self.coast.at(**offsets))
+
+    @checked
+    def flank_at(self, side: float, **offsets: float) -> "MeshForce":
+        """The law of the driving (side 1) or coast flank (-1) alone, at fixed values of offsets, by name."""
+        require(side in (1, -1), f"side must be 1, the driving flank, or -1, the coast flank, got {side}")
+        of_flank = self.coast if side < 0 and self.coast is not None else self
+        return of_flank._at(offsets, None)
+
+    def _at(self, offsets: Mapping[str, float], coast: "MeshForce | None") -> "MeshForce":
+        """The driving flank at fixed values of offsets, with a coast flank."""
         unknown = set(offsets) - set(self.offsets)
         require(not unknown, f"offsets may be {list(self.offsets)}, got {list(offsets)}")
         if not offsets:
@@ -227,14 +255,14 @@ class MeshForce:
         left = {name: values for name, values in self.offsets.items() if name not in offsets}
         if not arrays["centroid"].any():
             arrays["centroid"] = np.array(0.0)
-        return replace(self, **arrays, offsets=left, fixed_offsets={**self.fixed_offsets, **offsets})
+        return replace(self, **arrays, offsets=left, fixed_offsets={**self.fixed_offsets, **offsets}, coast=coast)
 
     @checked
     def deflection_at(self, phase: Finite, force: float, **offsets: float) -> float:
         """Static deflection [m] on the driving flank under a force >= 0 [N]; ValueError beyond the table."""
         if self.offsets or offsets:
             require({*self.offsets} <= {*offsets}, f"deflection_at needs all of {list(self.offsets)}, got {offsets}")
-            return self.at(**offsets).deflection_at(phase, force)
+            return self.flank_at(1, **offsets).deflection_at(phase, force)
         low, top = self.unloaded(phase)
         largest, end = float(self(phase, top)), top + 0.5 * CONTINUED * (top - low)
         remedy = f"must lie in [0, {largest:.4g}] N, the map's range at phase {phase:.4g}, got {force:.4g}"
@@ -251,6 +279,34 @@ def fixed_axial_offset(ste: xr.Dataset) -> dict[str, float]:
     """The axial offset [m] for which a map without that axis was made, by name; empty where it is 0."""
     given = ste.coords.get("axial", ste.attrs.get("axial", 0.0))
     return {"axial": float(given)} if np.size(given) == 1 and float(given) else {}
+
+
+def _arrays_of(ste: xr.Dataset, pair: GearPair, extend: float) -> dict[str, Any]:
+    """Arguments of the law of one flank, from the part of a map under torques >= 0."""
+    offsets, r_b = offset_axes(ste), pair.pinion.r_b
+    n = PHASES if prod(axis.size for axis in offsets.values()) < MANY_BLOCKS else PHASES_OF_MANY
+    phase = np.arange(n) / n
+    force, deflection = loaded_deflection(ste, r_b, phase, extend=extend)
+    table = np.broadcast_to(force, deflection.shape)
+    mapped = float(ste[TORQUE][-1]) / r_b if extend > 1 else inf
+    centroid = loaded_centroid(ste, r_b, phase, force)
+    arrays = {"phase": phase, "deflection": deflection, "force_table": table, "centroid": centroid}
+    return arrays | {"offsets": offsets, "mapped_force": mapped}
+
+
+def _coast_arrays(ste: xr.Dataset, pair: GearPair, extend: float) -> dict[str, Any]:
+    """The same of the right flanks, from the torques < 0 of a map."""
+    lacking = f"the map has torques < 0, but no {UNLOADED_RIGHT}, the te at which the right flanks touch without load"
+    require(UNLOADED_RIGHT in ste, f"{lacking}; map torque 0 too, or assign it over (*offsets, phase)")
+    try:
+        return _arrays_of(right_torques(ste), pair, extend)
+    except ValueError as error:
+        raise ValueError(f"right flanks, with torque and te reversed: {error}") from None
+
+
+def _unlike(ste: xr.Dataset) -> str:
+    """Why the coast flanks are not the mirror image; "" where they are, or have a law of their own."""
+    return "" if float(ste[TORQUE][0]) < 0 else why_unlike(ste)
 
 
 def _frozen(array: np.ndarray) -> np.ndarray:
@@ -278,6 +334,17 @@ def _check_offsets(offsets: Mapping[str, np.ndarray]) -> None:
 def _check_offsets_known(fixed: Mapping[str, float]) -> None:
     known = set(fixed) <= set(OFFSETS) and all(isfinite(x) for x in fixed.values())
     require(known, f"fixed_offsets must be finite values of {list(OFFSETS)}, got {dict(fixed)}")
+
+
+def _check_coast(force: MeshForce) -> None:
+    coast = force.coast
+    if coast is None:
+        return
+    require(isinstance(coast, MeshForce), f"coast must be an exugear.MeshForce or None, got {type(coast).__name__}")
+    own = coast.damping == 0 and coast.backlash == inf and coast.coast is None
+    require(own, "coast must have no damping, backlash or coast: those of the law count for both flanks")
+    alike = f"coast must have the offsets {list(force.offsets)}, got {list(coast.offsets)}"
+    require(list(coast.offsets) == list(force.offsets), alike)
 
 
 def _check_centroid(centroid: np.ndarray, force: np.ndarray) -> None:

@@ -13,7 +13,8 @@ MARGIN = 0.1
 def jumps(force) -> np.ndarray:
     """(n,) phases at which a `MeshForce` jumps near its largest deflection; offsets at the middle of their axes."""
     if force.offsets:
-        return jumps(force.at(**{name: float(values[values.size // 2]) for name, values in force.offsets.items()}))
+        middle = {name: float(values[values.size // 2]) for name, values in force.offsets.items()}
+        return jumps(force.flank_at(1, **middle))
     phase, window = np.arange(FINE) / FINE, round(WIDTH * FINE)
     deflection = np.broadcast_to(force.deflection, force.force_table.shape)
     span = float((deflection[:, -1] - deflection[:, 0]).min())

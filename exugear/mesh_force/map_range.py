@@ -4,6 +4,7 @@ from math import floor, isfinite, log10, nan
 
 import numpy as np
 
+from exugear.force_table.force_kernels import ends_of
 from exugear.force_table.layout import OFFSETS
 from fem.pair.offsets import ANGLES, LARGEST_ANGLE
 from fem.units import um
@@ -19,28 +20,36 @@ def beyond_map(table, reason: tuple[float, ...], r_b: float = nan) -> str:
 
     table    head of the law's table
     reason   arguments of the kernels' ValueError: (deflection, largest deflection) [m], or (offset, low, high, number
-             of the axis)
+             of the axis), after them the side of the flank, -1 of a coast flank with a table of its own
     r_b      base radius of the pinion [m], where it is known
     """
-    deflection, largest, high, axis = (*reason, nan, nan)[:4]
+    deflection, largest, high, axis, side = *(*reason, nan, nan)[:4], -1 if reason[4:] == (-1.0,) else 1
     if isfinite(axis):
         name = OFFSETS[int(axis)]
+        if side < 0 and name != "a":
+            deflection, largest, high = -deflection, -high, -largest
         ends = f"the map's axis from {largest:.6g} to {high:.6g}"
         return f"{name} {deflection:.6g} lies beyond {ends}; {wider_offsets(name, deflection, largest, high)}"
     if not isfinite(deflection):
         return f"deflection must be finite, got {deflection}; use a smaller step"
-    needed = table.last_force + table.last_stiffness * (deflection - largest)
-    ends = f"the map, which ends at {largest / um:.4g} um at this phase"
-    return f"deflection {deflection / um:.4g} um lies beyond {ends}; {larger_torque(table, needed, r_b)}"
+    last_force, last_stiffness = ends_of(table, side)
+    needed = last_force + last_stiffness * (deflection - largest)
+    ends = f"the map, which ends at {side * largest / um:.4g} um at this phase"
+    return f"deflection {side * deflection / um:.4g} um lies beyond {ends}; {larger_torque(table, needed, r_b, side)}"
 
 
-def larger_torque(table, force: float, r_b: float) -> str:
-    """Remedy for a force [N] that a law does not reach: the torque to map."""
+def larger_torque(table, force: float, r_b: float, side: int = 1) -> str:
+    """Remedy for a force [N] that a law does not reach: the torque to map.
+
+    side   -1: on a coast flank with a table of its own
+    """
+    last, sign = ends_of(table, side)[0], "-" if side < 0 else ""
     if not isfinite(r_b):
-        up_to = f"to {_rounded_up(MARGIN * force / 1e3)} kN (it ends at {table.last_force / 1e3:.4g} kN)"
+        up_to = f"to {sign}{_rounded_up(MARGIN * force / 1e3)} kN (it ends at {sign}{last / 1e3:.4g} kN)"
         return f"extend the map to a larger torque, or the table's deflection, {up_to}"
-    ends = f"the map ends at a pinion torque of {table.last_force * r_b:.4g} N m, {force * r_b:.4g} N m are needed"
-    return f"{ends}; extend the map to a larger torque, {_rounded_up(MARGIN * force * r_b)} N m or more"
+    ends = f"the map ends at a pinion torque of {sign}{last * r_b:.4g} N m, {sign}{force * r_b:.4g} N m are needed"
+    further = f"a larger torque, {sign}{_rounded_up(MARGIN * force * r_b)} N m or {'below' if side < 0 else 'more'}"
+    return f"{ends}; extend the map to {further}"
 
 
 def wider_offsets(name: str, value: float, low: float, high: float) -> str:

@@ -7,7 +7,9 @@ import numpy as np
 
 from exugear.elements.exudyn_objects import CURRENT, INITIAL, quiet, set_state_of_system, state_of_system
 from exugear.elements.gear_contact import state_of
+from exugear.gearbox.constant_loads import mesh_forces
 from exugear.operation.conditions import conditions_at_rest
+from exugear.plan.mirrored_flanks import warn_of_mirrored
 from exugear.system.drive_and_load import applied, assemble_in_state
 from exugear.system.equilibrium import solve_initial_equilibrium
 from exugear.system.imposed_speed import CONSTRAINT
@@ -29,6 +31,8 @@ def in_loaded_equilibrium(model: Model, loads: Mapping[str, float], drive: str =
         model = linearized(model, model.gearbox.driving.name)
         with applied(model, conditions):
             solve_initial_equilibrium(model, conditions)
+            forces = mesh_forces(model.gearbox, loads)
+            warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, forces)
             if drive == "free":
                 model.mbs.SetObjectParameter(model.drive, "activeConnector", False)
                 assemble_in_state(model)

@@ -86,6 +86,11 @@ class BuiltPlan:
         return self.scene.damping
 
     @property
+    def mirrored(self) -> Mapping[str, str]:
+        """By stage: why its coast flank is not the mirror image of the driving flank that the law takes."""
+        return self.scene.mirrored
+
+    @property
     def on_bearings(self) -> bool:
         """Whether bearings carry at least one shaft."""
         return any(kind.on_bearings for kind in self.shafts.values())

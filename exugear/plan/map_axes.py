@@ -9,6 +9,7 @@ from exugear.gearbox.static_offsets import stage_offsets
 from exugear.mesh_force.force import MeshForce
 from exugear.plan.coordinates import Coordinates
 from fem.gear.involute import involute
+from fem.ste.map_sides import SIDES_DIFFER
 from fem.support.validation import require
 from fem.units import mm, um
 
@@ -52,6 +53,16 @@ def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates])
     lines += [f"{AXIS_NAMES[name]} kept: it differs between the flanks" for name in law.offsets if name not in alike]
     lines += [f"{AXIS_NAMES[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
     return law.at(**fixed), "; ".join(lines)
+
+
+def why_coast_differs(stage: Stage, law: MeshForce, shafts: Mapping[str, Coordinates]) -> str:
+    """Why the coast flank of a stage is not the mirror image that its law takes; "" where it is, or never touches.
+
+    Spur gears with the same flanks on both sides differ in their force centroid alone, which turns no ideal shaft.
+    """
+    tilts = Coordinates.BEARINGS in (shafts[stage.fast.name], shafts[stage.slow.name])
+    exact = not isfinite(law.backlash) or not (tilts or stage.pair.beta_b or law.coast_unlike == SIDES_DIFFER)
+    return "" if exact else law.coast_unlike
 
 
 def is_slight(stage: Stage, name: str, difference: float) -> bool:

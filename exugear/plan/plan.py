@@ -13,7 +13,7 @@ from exugear.gearbox.shaft import Shaft
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.plan.coordinates import Coordinates
-from exugear.plan.map_axes import stage_law
+from exugear.plan.map_axes import stage_law, why_coast_differs
 from exugear.plan.missing_offsets import largest_load, missing_axes
 from fem.support.arguments import checked, keywords_after_first
 
@@ -21,6 +21,11 @@ from fem.support.arguments import checked, keywords_after_first
 ROUNDING = 1e-9
 UNDAMPED = "damping: none, vibrations do not decay; give Stage(damping_ratio=0.06)"
 NO_BACKLASH = "no backlash, coast flanks touch as soon as the teeth part; give GearPair(a=...) or Stage(backlash=...)"
+COAST_MAPPED = "coast flank by the torques < 0 of the map"
+COAST_MIRRORED = (
+    "coast flank taken as mirror image of the driving flank, which it is not, as {}; map torques < 0 too, say "
+    "fem.static_transmission_error(pair, [-350, -150, 0, 150, 350])"
+)
 #: Attributes that only a `BuiltPlan` has.
 KNOWN_ONCE_BUILT = "omega", "omega_mesh", "contact", "largest_step", "rule", "step", "cost"
 JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
@@ -38,6 +43,7 @@ class Plan:
     undamped    whether no mesh, bearing or coupling is damped
     losses      friction of stages and drag of shafts, by their labels and names; empty without them
     damping     of the mesh of each stage that is damped, in N s/m and as share of its critical damping, by its label
+    mirrored    by stage: why its coast flank is not the mirror image of the driving flank that the law takes
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
     """
@@ -49,6 +55,7 @@ class Plan:
     undamped: bool = False
     losses: Mapping[str, str] = field(default_factory=dict)
     damping: Mapping[str, str] = field(default_factory=dict)
+    mirrored: Mapping[str, str] = field(default_factory=dict)
 
     def with_joints(self) -> "Plan":
         """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
@@ -71,6 +78,8 @@ class Plan:
         lines += [f"{label}: {text}{damped.get(label, '')}" for label, text in self.axes.items()]
         lines += [f"{name}: {text}" for name, text in self.losses.items()]
         lines += [f"{label}: {NO_BACKLASH}" for label, law in self.laws.items() if law.backlash == 0]
+        lines += [f"{label}: {COAST_MAPPED}" for label, law in self.laws.items() if law.coast is not None]
+        lines += [f"{label}: {COAST_MIRRORED.format(reason)}" for label, reason in self.mirrored.items()]
         lines += [UNDAMPED] * self.undamped
         for label, law in self.laws.items():
             if law.jumps.size:
@@ -118,7 +127,10 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
     texts = zip((reason for _, reason in reduced), advice, open_teeth, strict=True)
     reasons = ("; ".join(filter(None, parts)) for parts in texts)
     axes = dict(zip(gearbox.labels, reasons, strict=True))
-    return Plan(shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox), _damping(gearbox))
+    stages = dict(zip(gearbox.labels, gearbox.stages, strict=True))
+    mirrored = {label: why_coast_differs(stage, laws[label], shafts) for label, stage in stages.items()}
+    mirrored = {label: reason for label, reason in mirrored.items() if reason}
+    return Plan(shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored)
 
 
 def _undamped(gearbox: Gearbox) -> bool:

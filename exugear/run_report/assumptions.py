@@ -13,7 +13,7 @@ from fem.support.version import __version__
 ALWAYS = (
     "Gears and shafts are rigid; the compliance of gear bodies, teeth and contact lies in the force law of each mesh.",
     "The mesh force follows the static law at each instant: inertia of the teeth and waves in them are left out.",
-    "Coast flanks are the mirror images of driving flanks.",
+    "Coast flanks are the mirror images of driving flanks where the map of a stage has no torques < 0.",
 )
 NO_FRICTION = "Teeth touch without friction: the force acts along the line of action."
 NO_DRAG = "No shaft is braked by drag of bearings, seals or oil."

@@ -28,6 +28,7 @@ from exugear.operation.conditions import Conditions, conditions_of, run_up_condi
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.operation.time_functions import TimeFunction
 from exugear.plan.integrator_and_step import Rule
+from exugear.plan.mirrored_flanks import warn_of_mirrored
 from exugear.simulation.start_state import continued, end_state_of, set_start_state
 from exugear.system.drive_and_load import ShaftTorques, applied, released
 from exugear.system.equilibrium import NoEquilibrium
@@ -244,6 +245,7 @@ def _solved(
     if solver.iterations:
         data.attrs["newton_iterations"] = sum(solver.iterations) / scheme.steps.number
     run = Run(data, wall_time, scheme.steps.size)
+    warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, data["mesh_force"].values)
     if stop:
         raise _stopped(stop, run) from None
     return run

@@ -9,6 +9,7 @@ the geometric stiffness by which the mean force changes its direction with the s
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from math import acos, lcm
 from typing import NamedTuple
@@ -147,20 +148,30 @@ def _equilibrium(law: MeshForce, mesh: Mesh, measures: Measures, force: float, t
     phase, deflection = measures.phase, measures.dte
     if side < 0:
         phase, deflection = law.back_phase - phase, -(deflection + law.backlash) - 2 * opening
-    of_law = law.fixed_offsets.get("misalignment", 0.0)
+    of_flank = law.flank_at(side)
+    of_law = of_flank.fixed_offsets.get("misalignment", 0.0)
     lever = measures.offsets.get("misalignment", of_law) - of_law
-    static = static_at(law.table.head, phase, deflection, lever)
+    static = static_at(of_flank.table.head, phase, deflection, lever)
     slopes = {"by_phase": side * static.by_phase, "by_misalignment": static.by_lever}
     return MeshEquilibrium(force, measures.dte, tangent.stiffness, **slopes, lever=lever, opening=opening, side=side)
 
 
 def _law_at(law: MeshForce, offsets: dict[str, float]) -> MeshForce:
-    """A law at offsets, clamped to its axes."""
-    return law.at(**{name: float(np.clip(offsets[name], axis[0], axis[-1])) for name, axis in law.offsets.items()})
+    """A law at offsets, those of each flank clamped to its axes."""
+    if law.coast is None:
+        return law.flank_at(1, **_within(law, offsets))
+    return replace(law.flank_at(1, **_within(law, offsets)), coast=_law_at(law.coast, offsets))
+
+
+def _within(law: MeshForce, offsets: dict[str, float]) -> dict[str, float]:
+    """Offsets clamped to the axes of a law."""
+    return {name: float(np.clip(offsets[name], axis[0], axis[-1])) for name, axis in law.offsets.items()}
 
 
 def _tilting_stiffness(law: MeshForce, at_offsets: MeshForce, force: float) -> float:
     """Mean over the mesh cycle of `tilting_stiffness_at` under a force [N]; 0 of a law of first order."""
+    side = 1 if force > 0 else -1
+    law, at_offsets = law.flank_at(side), at_offsets.flank_at(side)
     if "misalignment" not in law.offsets:
         return 0.0
     axis, offsets = law.offsets["misalignment"], {"a": 0.0, "axial": 0.0} | dict(at_offsets.fixed_offsets)

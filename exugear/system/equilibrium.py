@@ -13,6 +13,7 @@ from exugear.elements.guarded_solves import exudyn_settings
 from exugear.elements.stop_messages import DIVERGED
 from exugear.gearbox.bearing_stiffness import radial_secant, radial_table
 from exugear.gearbox.shaft import Shaft
+from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
 from exugear.operation.conditions import Conditions
 from exugear.plan.map_axes import static_offsets
@@ -288,22 +289,24 @@ def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
     law = mesh.law
     spin = q[model.spins[mesh.stage.fast.name]]
     phase = mesh.phase + mesh.frame.direction * mesh.frame.pitches_per_radian * spin
-    static = static_offsets(model.gearbox, mesh.stage, 1 if force >= 0 else -1)
-    law = law.at(**{n: x for n, x in static.items() if n in law.offsets})
+    side = 1 if force >= 0 else -1
+    static = static_offsets(model.gearbox, mesh.stage, side)
+    of_flank = law.flank_at(side, **{n: x for n, x in static.items() if n in law.offsets})
     if force >= 0:
-        return _deflection_under(mesh, law, phase, force)
+        return _deflection_under(mesh, of_flank, phase, force, side)
     no_contact = f"backlash must be finite for a load on the back flank, got {law.backlash}"
     require(isfinite(law.backlash), no_contact)
     backlash = law.backlash + 2 * mesh.opening
-    return -backlash - _deflection_under(mesh, law, law.back_phase - phase, -force)
+    return -backlash - _deflection_under(mesh, of_flank, law.back_phase - phase, -force, side)
 
 
-def _deflection_under(mesh: Mesh, law, phase: float, force: float) -> float:
-    """Static deflection [m] under a force >= 0 [N]; NoEquilibrium with the torque to map beyond the law."""
+def _deflection_under(mesh: Mesh, of_flank: MeshForce, phase: float, force: float, side: int) -> float:
+    """Static deflection [m] of a flank under a force >= 0 [N]; NoEquilibrium with the torque to map beyond its law."""
     try:
-        return law.deflection_at(phase, force)
+        return of_flank.deflection_at(phase, force)
     except ValueError:
-        reason = larger_torque(law.table.head, force, mesh.stage.pair.pinion.r_b)
+        law = mesh.law
+        reason = larger_torque(law.table.head, force, mesh.stage.pair.pinion.r_b, side if law.coast else 1)
         raise NoEquilibrium(f"load: in stage {mesh.stage.name} {reason}") from None
 
 

@@ -9,11 +9,12 @@ and phases.
 """
 
 from dataclasses import dataclass, replace
+from functools import reduce
 
 import numpy as np
 
 from fem.contact.resolution import Discretization, Resolution, Slices
-from fem.pair.pair import GearPair
+from fem.elasticity.mesh_density import PARTS
 from fem.ste.error_estimation import (
     CHECKED_PHASES,
     LoadedCurves,
@@ -28,6 +29,7 @@ from fem.ste.error_estimation import (
 from fem.ste.inputs import UpTo
 from fem.ste.map_solver import ContactModel
 from fem.ste.peak_to_peak import curve_peak_to_peak
+from fem.ste.right_flanks import Symmetry, mirrored_model, symmetry_of
 
 FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 12, 400, 40
 #: Least deflection that counts, over the largest; least peak to peak that counts, over the largest.
@@ -63,22 +65,43 @@ class MapGrid:
     errors: dict[str, MapError]
 
 
-def choose(
-    pair: GearPair,
-    offsets: dict[str, np.ndarray],
-    torque: np.ndarray | UpTo,
-    phase: np.ndarray | None,
-    accuracy: float,
-) -> MapGrid:
+def choose(model: ContactModel, torque: np.ndarray | UpTo, phase: np.ndarray | None, accuracy: float) -> MapGrid:
     """The coarsest resolution within the accuracy, with torques for `UpTo` and phases for None.
+
+    Torques < 0 load the right flanks. Where these differ from the left ones each side is chosen by itself, and the map
+    takes the finer resolution and the larger number of phases.
+    """
+    if isinstance(torque, UpTo) or torque[0] >= 0:
+        return choose_side(model, torque, phase, accuracy)
+    left, right = torque[torque >= 0], np.abs(torque[torque <= 0])[::-1]
+    if symmetry_of(model) is not Symmetry.NONE:
+        grid = choose_side(model, np.union1d(left, right), phase, accuracy)
+        return replace(grid, torque=torque, errors=_on_both_sides(torque, grid, grid))
+    sides = [(model, left), (mirrored_model(model), right)]
+    chosen = [choose_side(side, loads, phase, accuracy) for side, loads in sides if loads.any()]
+    resolution = reduce(finer_of, (grid.resolution for grid in chosen))
+    phases = max((grid.phase for grid in chosen), key=len)
+    grids = [_estimated(replace(side, resolution=resolution), loads, phases) for side, loads in sides]
+    return replace(grids[0], torque=torque, errors=_on_both_sides(torque, *grids))
+
+
+def finer_of(resolution: Discretization, other: Discretization) -> Discretization:
+    """The finer of two resolutions in each respect: strips before slices, more elements, more slices."""
+    kind = Resolution if Resolution in (type(resolution), type(other)) else Slices
+    numbers = [[getattr(x.density, part) for x in (resolution, other)] for part in (*PARTS, "width")]
+    density = replace(resolution.density, **dict(zip((*PARTS, "width"), map(max, numbers), strict=True)))
+    return kind(density, max(resolution.slices, other.slices), resolution.neighbours)
+
+
+def choose_side(model: ContactModel, torque: np.ndarray | UpTo, phase: np.ndarray | None, accuracy: float) -> MapGrid:
+    """The grid of the left flanks, under torques >= 0.
 
     The cause that contributes most to an error beyond the allowed one is refined, until the mesh has its largest size.
     Raises RuntimeError if that is not fine enough, or too many torques or phases would be needed.
     """
-    model, least = ContactModel(pair, offsets, Slices()), np.inf
+    model, least = replace(model, resolution=Slices()), np.inf
     while True:
-        slices = max(model.resolution.slices, FEWEST_SLICES)
-        loaded = LoadedCurves(replace(model, resolution=replace(model.resolution, slices=slices)))
+        loaded = _loaded_curves(model)
         torques = chosen_torques(loaded, torque.torque, accuracy) if isinstance(torque, UpTo) else torque
         allowed = allowed_error(loaded, torques, accuracy, LEAST_RATIO_MESH)
         errors = mesh_errors(model, torques)
@@ -94,6 +117,34 @@ def choose(
     phases = chosen_phases(loaded, torques, accuracy) if phase is None else phase
     between = interpolation_errors(loaded.model, torques, phases)
     return MapGrid(torques, phases, model.resolution, {"error_mesh": errors.total} | between)
+
+
+def _loaded_curves(model: ContactModel) -> LoadedCurves:
+    """Curves of a model with the slices that suffice for the choice of torques and phases."""
+    slices = max(model.resolution.slices, FEWEST_SLICES)
+    return LoadedCurves(replace(model, resolution=replace(model.resolution, slices=slices)))
+
+
+def _estimated(model: ContactModel, torque: np.ndarray, phase: np.ndarray) -> MapGrid:
+    """The grid of the left flanks at a given resolution with its errors, which are 0 without load."""
+    if not torque.any():
+        none = MapError(np.zeros(torque.size), np.zeros(torque.size))
+        return MapGrid(torque, phase, model.resolution, {"error_mesh": none})
+    between = interpolation_errors(_loaded_curves(model).model, torque, phase)
+    return MapGrid(torque, phase, model.resolution, {"error_mesh": mesh_errors(model, torque).total} | between)
+
+
+def _on_both_sides(torque: np.ndarray, left: MapGrid, right: MapGrid) -> dict[str, MapError]:
+    """Errors over signed torques, of the grids of both sides over torques >= 0; NaN where a side has no estimate."""
+    names = dict.fromkeys([*left.errors, *right.errors])
+
+    def at(grid: MapGrid, name: str, load: float) -> tuple[float, float]:
+        row = np.flatnonzero(grid.torque == abs(load))
+        error = grid.errors.get(name, MapError(np.full(grid.torque.size, np.nan), np.full(grid.torque.size, np.nan)))
+        return error.rms[row[0]], error.peak_to_peak[row[0]]
+
+    columns = {name: [at(right if load < 0 else left, name, load) for load in torque.tolist()] for name in names}
+    return {name: MapError(*np.array(column).T) for name, column in columns.items()}
 
 
 def _refined(model: ContactModel, errors: MeshErrors, allowed: MapError) -> Discretization | None:

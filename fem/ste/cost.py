@@ -4,6 +4,8 @@ from dataclasses import dataclass, replace
 from math import ceil
 from typing import Annotated, NamedTuple
 
+import numpy as np
+
 from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.elasticity.flank_compliance import NEAR, WHOLE, lines_across, solutions
 from fem.elasticity.mesh_density import Density
@@ -21,6 +23,7 @@ from fem.ste.error_estimation import (
 )
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
 from fem.ste.map_solver import ContactModel, elastic_gears, width_variation
+from fem.ste.right_flanks import Symmetry, mirrored_model, shared_phases, symmetry_of
 from fem.ste.ste_map import LOAD_SHARE, STATE_VARIABLES
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.cache import known
@@ -91,15 +94,29 @@ def map_cost(
     values = (Offsets() if offsets is None else offsets).values(pair)
     check_offsets_mesh(pair, values["a"], values["axial"])
     torques, phase = checked_request(pair, torque, phases, accuracy, resolution)
-    n_torque = FIRST_TORQUES.size if isinstance(torques, UpTo) else torques.size
     n_phase = FEWEST_PHASES if phase is None else phase.size
     model = ContactModel(pair, values, resolution or (Resolution() if accuracy is None else Slices()))
-    map_sweep = Sweep(n_torque * n_phase * model.states_per_phase, model)
-    checks = [] if accuracy is None else _error_estimates(model, n_torque, n_phase)
+    sides = _sides(model, torques, phase)
+    sweeps = [Sweep(n_torque * n_phase * model.states_per_phase, side) for side, n_torque in sides]
+    checked_sides = sides if symmetry_of(model) is Symmetry.NONE else sides[:1]
+    checks = [x for side in checked_sides for x in _error_estimates(*side, n_phase) if accuracy is not None]
     n_check = sum(sweep.states for sweep in checks)
-    contact = sum(sweep.states * per_state(sweep.model) for sweep in [map_sweep, *checks])
-    compliances = _uncached([sweep.model for sweep in [map_sweep, *checks]])
-    return MapCost(map_sweep.states, n_check, contact, compliances, _bytes(pair, map_sweep.states), bool(checks))
+    contact = sum(sweep.states * per_state(sweep.model) for sweep in [*sweeps, *checks])
+    compliances = _uncached([sweep.model for sweep in [*sweeps, *checks]])
+    states = sum(sweep.states for sweep in sweeps)
+    return MapCost(states, n_check, contact, compliances, _bytes(pair, states), bool(checks))
+
+
+def _sides(model: ContactModel, torque: np.ndarray | UpTo, phase: np.ndarray | None) -> list[tuple[ContactModel, int]]:
+    """The models that are solved, of left flanks and of right ones by the mirror image, with their numbers of loads."""
+    if isinstance(torque, UpTo):
+        return [(model, FIRST_TORQUES.size)]
+    left, right = torque[torque >= 0], np.abs(torque[torque <= 0])
+    if torque[0] >= 0:
+        return [(model, left.size)]
+    if phase is not None and shared_phases(model, phase) is not None:
+        return [(model, np.union1d(left, right).size)]
+    return [(model, left.size)] * bool(left.size) + [(mirrored_model(model), right.size)]
 
 
 def _error_estimates(model: ContactModel, n_torque: int, n_phase: int) -> list[Sweep]:

@@ -58,9 +58,10 @@ def checked_request(
     unlike = bool(pitch_deviations((*pair.pinion.drive_flank, *pair.wheel.drive_flank)))
     several = "phases must be given with PitchDeviation, over all pitches of interest; an accuracy chooses those of one"
     require(phases is not None or not unlike, several)
-    torque = _checked_largest(pair, torque) if isinstance(torque, UpTo) else checked_torque(pair, torque)
-    loaded = accuracy is None or isinstance(torque, UpTo) or torque[-1] > 0
-    require(bool(loaded), f"accuracy needs a torque > 0 to be a share of its deflection, got {torque}")
+    upto = isinstance(torque, UpTo)
+    torque = _checked_largest(pair, torque) if upto else checked_torque(pair, torque, signed=True)
+    loaded = accuracy is None or isinstance(torque, UpTo) or np.any(torque)
+    require(bool(loaded), f"accuracy needs a torque > 0 or < 0 to be a share of its deflection, got {torque}")
     return torque, None if phases is None else checked_phases(phases, pair)
 
 
@@ -85,13 +86,15 @@ def _checked_largest(pair: GearPair, torques: UpTo) -> UpTo:
     return torques
 
 
-def checked_torque(pair: GearPair, torque) -> np.ndarray:
-    """(n_torque,) increasing pinion torques [N m]."""
+def checked_torque(pair: GearPair, torque, *, signed: bool = False) -> np.ndarray:
+    """(n_torque,) increasing pinion torques [N m]; signed: torques < 0 load the right flanks."""
     values = increasing("torque", np.atleast_1d(numbers("torque", torque)))
-    require(bool(values[0] >= 0), f"torque must increase from 0 or above [N m], got {torque}")
-    largest = largest_torque(pair)
+    left = f"torque must increase from 0 or above [N m], which loads the left flanks, got {torque}"
+    mirrored = "for the right flanks pass fem.mirror_image(pair) and torques > 0"
+    require(bool(signed or not values[0] < 0), f"{left}; {mirrored}")
+    largest, furthest = largest_torque(pair), float(np.abs(values).max())
     limit = f"{largest:.4g} N m, where Hertz pressure passes E/20 (pass newton metres)"
-    require(bool(values[-1] < largest), f"torque must be finite and below {limit}, got {values[-1]:g}")
+    require(bool(furthest < largest), f"torque must be finite and below {limit}, got {furthest:g}")
     least, lowest = least_torque(pair), np.abs(values[values != 0]).min(initial=np.inf)
     rounding = f"torque must be 0 or {least:.2g} N m and more; the deflection below it is lost in rounding"
     require(bool(lowest >= least), f"{rounding}, got {lowest:g}")

@@ -20,11 +20,11 @@ from fem.microgeometry.flank import removed
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import ANGLES, in_plane_of_action
 from fem.pair.pair import GearPair
-from fem.ste.ste_map import LOAD_SHARE, OFFSETS, PHASE, STIFFNESS, TE
+from fem.ste.ste_map import LOAD_SHARE, OFFSETS, PAIR, PHASE, STIFFNESS, TE
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar
 
-FORCE, PAIR = "force", "pair"
+FORCE = "force"
 #: `STATE_VARIABLES` without the load shares, in the order of the rows of `ToothContact`.
 QUANTITIES = TE, STIFFNESS, *LoadQuantities._fields
 #: Toothed pitches modelled behind the loaded tooth; further ones change te by less than 0.1 %.

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from fem.ste.ste_map import PHASE, TE, TORQUE, check
+from fem.ste.ste_map import PHASE, TE, TORQUE, check, check_whole_cycle
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -32,9 +32,10 @@ def peak_to_peak(ste: xr.Dataset) -> xr.Dataset:
     bound by mesh, phases and torques at the offsets furthest from nominal; NaN for maps without `accuracy=`. The bound
     of the difference of the map's largest and least te is `error_p2p` of the map.
 
-    Raises ValueError for maps of fewer phases. Source: makima, a modification of Akima, J. ACM 17 (1970), 589.
+    Raises ValueError for maps of fewer phases, or of a part of the mesh cycle.
+    Source: makima, a modification of Akima, J. ACM 17 (1970), 589.
     """
-    te, pitches = check(ste)[TE], int(ste.attrs.get("pitches", 1))
+    te, pitches = check_whole_cycle(check(ste))[TE], int(ste.attrs.get("pitches", 1))
     least = LEAST_PHASES * pitches
     few = f"ste must have {least} phases or more, {LEAST_PHASES} in a pitch, for a peak to peak, got {te[PHASE].size}"
     require(te[PHASE].size >= least, few)

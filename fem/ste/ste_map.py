@@ -1,6 +1,7 @@
 """The STE map as data: its axes and variables with their units, checks, load and save."""
 
 from dataclasses import fields
+from math import floor
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,11 @@ SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "fl
 #: Shapes of the root fillet, of which a gear has one.
 ROOTS = ("rho_f", "fillet")
 TORQUE, PHASE, TE, CENTROID, STIFFNESS, LOAD_SHARE = "torque", "phase", "te", "centroid", "stiffness", "load_share"
+PAIR, UNLOADED_RIGHT = "pair", "te_unloaded_right"
+#: Attribute of maps with torques < 0: how the states of the right flanks were obtained, and its values.
+RIGHT_FLANKS, SOLVED, MIRRORED = "right_flanks", "solved", "mirror image of the left flanks"
+#: Attribute of maps that were made with a larger gap between their phases than others may have [pitches].
+PHASE_GAP, LARGEST_GAP = "phase_gap", 1 / 3
 #: Offsets of the wheel in the order of the axes of a map, with units and descriptions.
 OFFSETS = {
     "a": ("m", "working centre distance"),
@@ -31,7 +37,7 @@ AXES = {
     TORQUE: ("N m", "pinion torque"),
     **OFFSETS,
     PHASE: ("1", "phase of the mesh cycle"),
-    "pair": ("1", "number of the tooth pair: pitches ahead of tooth pair 0"),
+    PAIR: ("1", "number of the tooth pair: pitches ahead of tooth pair 0"),
 }
 #: Variables of a map that have a value for each contact state.
 STATE_VARIABLES = {
@@ -48,12 +54,15 @@ VARIABLES = {
     **STATE_VARIABLES,
     "pairs_in_contact": ("1", "tooth pairs in contact"),
     "contact_ratio": ("1", "contact ratio under load"),
+    UNLOADED_RIGHT: ("m", "transmission error at which the right flanks touch without load, backlash left out"),
     "error_mesh": ("m", "estimated root mean square error by the mesh"),
     "error_phase": ("m", "estimated root mean square error by interpolation over phase"),
     "error_torque": ("m", "estimated root mean square error by interpolation over torque"),
     "error_p2p": ("m", "estimated error of the largest less the least te of the phases"),
     "error_p2p_curve": ("m", "estimated error of the peak to peak by fem.peak_to_peak"),
 }
+#: Distance of phases that counts as rounding.
+ROUNDING = 1e-9
 #: Offsets that a force law follows, in this order.
 LAW_OFFSETS = ("a", "misalignment", "axial")
 
@@ -64,7 +73,9 @@ def ste_map(
 ) -> xr.Dataset:
     """Map with te [m] over torque [N m], offsets and phase [1]; its attributes hold the pair and the `attributes`.
 
-    torque      (n_torque,) pinion torque F r_b1 of the mesh force F, increasing from 0 (unloaded transmission error)
+    torque      (n_torque,) pinion torque F r_b1 of the mesh force F, increasing; 0 gives the unloaded transmission
+                error; torques < 0 load the right flanks, whose te counts from where they touch without backlash; assign
+                their unloaded one as te_unloaded_right over (*offsets, phase)
     phase       (n_phase,) position in the mesh cycle as share of a pitch, in [0, 1); 0: pair 0 at the pitch point
     te          (n_torque, *n_offset, n_phase) transmission error on the line of action, > 0: the pinion leads
     offsets     axes between torque and phase: increasing values by name (a, axial, misalignment, ...)
@@ -80,6 +91,7 @@ def ste_map(
     for name, axis in values.items():
         require_finite(in_words[name], axis)
     inputs = pair_attributes(pair)
+    attributes = attributes | gap_attribute(values[PHASE], attributes.get("pitches", 1))
     replaced = sorted(inputs.keys() & attributes.keys())
     require(not replaced, f"attributes {replaced} are inputs of the pair; change the pair instead")
     te, shape = numbers(TE, te), tuple(axis.size for axis in values.values())
@@ -106,10 +118,35 @@ def check(data: xr.Dataset) -> xr.Dataset:
     require(not unknown, f"te may have the axes torque, phase and {list(OFFSETS)}; select one value of {unknown}")
     torque, phase = (increasing(name, data[name].values) for name in (TORQUE, PHASE))
     require_finite("te", te, "solve the missing states or drop their torque")
-    require(bool(torque[0] >= 0), f"torque must increase from 0 or above, got {torque}")
+    require_finite(TORQUE, torque)
     end = data.attrs.get("pitches", 1)
     within = f"phase must increase within [0, {end}) as share of a pitch, got {phase}"
     require(bool(phase[0] >= 0 and phase[-1] < end), within)
+    return data
+
+
+def largest_gap(phase: np.ndarray, pitches: float = 1) -> float:
+    """Largest distance between neighbouring phases (n,) [pitches]; the cycle begins anew after the last."""
+    return float(np.diff(phase, append=phase[0] + pitches).max())
+
+
+def gap_attribute(phase: np.ndarray, pitches: float = 1) -> dict[str, float]:
+    """Attribute of data that are made at phases (n,) with a larger gap than `check_whole_cycle` allows to others."""
+    gap = largest_gap(phase, pitches)
+    return {PHASE_GAP: gap} if gap > LARGEST_GAP + ROUNDING else {}
+
+
+def check_whole_cycle(data: xr.Dataset) -> xr.Dataset:
+    """The dataset itself; ValueError where its phases leave a gap of more than a third of a pitch in the mesh cycle.
+
+    Data that were made with a larger gap keep it.
+    """
+    phase = data[PHASE].values
+    gap = largest_gap(phase, data.attrs.get("pitches", floor(phase[-1]) + 1))
+    allowed = max(LARGEST_GAP, data.attrs.get(PHASE_GAP, 0.0))
+    cycle = f"phase must cover the mesh cycle, but a gap of {gap:.3g} pitches is left between its {phase.size} values"
+    remedy = "keep all phases of the map, or make it again with the phases you need"
+    require(gap <= allowed + ROUNDING, f"{cycle}, which must be at most {allowed:.3g}; {remedy}")
     return data
 
 
@@ -134,7 +171,10 @@ def _check_pitches_alike(data: xr.Dataset) -> None:
     pair = pair_of(data) if "pinion_flank" in data.attrs else None
     unlike = "the map is of one pitch, but no two are alike under the PitchDeviation of its flanks"
     remedy = "map the pair without it, or map all pitches and average them as fem.ste_map of that pair"
-    equal = pair is None or all(equal_on_all_teeth(gear.drive_flank) for gear in (pair.pinion, pair.wheel))
+    gears = () if pair is None else (pair.pinion, pair.wheel)
+    flanks = [gear.drive_flank for gear in gears]
+    flanks += [gear.coast_flank for gear in gears if data[TORQUE].values.min() < 0]
+    equal = all(map(equal_on_all_teeth, flanks))
     require(equal, f"{unlike}; {remedy}")
 
 
@@ -149,7 +189,7 @@ def over_torque_and_phase(data: xr.Dataset) -> xr.DataArray:
 
 def over_torque_and_pitches(data: xr.Dataset) -> xr.DataArray:
     """Transmission error (torque, phase) of a map of one or several pitches; ValueError if it has further axes."""
-    te = check(data)[TE]
+    te = check_whole_cycle(check(data))[TE]
     further = [name for name in te.dims if name not in (TORQUE, PHASE)]
     chosen = ", ".join(f"{name}={data[name].values[0]:g}" for name in further)
     require(not further, f"the map also has the axes {further}; select one value of each: ste.sel({chosen})")
@@ -168,7 +208,7 @@ def offset_axes(data: xr.Dataset) -> dict[str, np.ndarray]:
 
 def over_offsets(data: xr.Dataset, name: str) -> xr.DataArray:
     """A variable of a map over (torque, a, misalignment, axial, phase), axes of one value dropped."""
-    _check_pitches_alike(data)
+    _check_pitches_alike(check_whole_cycle(data))
     return (
         data[name]
         .squeeze([d for d in data[name].dims if d in LAW_OFFSETS and data[d].size == 1])

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from fem.ste.ste_map import PHASE, TE, check
+from fem.ste.ste_map import PHASE, TE, check, check_whole_cycle
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -17,9 +17,9 @@ def te_harmonics(ste: xr.Dataset, harmonics: int = 5) -> xr.Dataset:
 
     "amplitude" [m] and "angle" [rad]: te = mean + sum(amplitude cos(2 pi harmonic phase + angle)). The integrals over
     the mesh cycle are those of straight lines between the phases; at equidistant phases they are the discrete Fourier
-    transform. Raises ValueError where the map has too few phases.
+    transform. Raises ValueError where the map has too few phases, or only a part of the mesh cycle.
     """
-    te = check(ste)[TE]
+    te = check_whole_cycle(check(ste))[TE]
     phase, pitches = te[PHASE].values, int(ste.attrs.get("pitches", 1))
     most = (phase.size // pitches - 1) // 2
     few = f"ste must have 3 phases or more in a pitch for its first harmonic, got {phase.size} in {pitches} pitches"

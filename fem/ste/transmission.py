@@ -15,9 +15,23 @@ from fem.pair.pair import GearPair
 from fem.ste.accuracy import MapGrid, choose
 from fem.ste.error_estimation import MapError
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
-from fem.ste.map_solver import FORCE, PAIR, ContactModel, sweep
+from fem.ste.map_solver import FORCE, ContactModel
 from fem.ste.peak_to_peak import LEAST_ERROR, curve_peak_to_peak
-from fem.ste.ste_map import LOAD_SHARE, OFFSETS, PHASE, TE, TORQUE, description, pair_attributes, ste_map
+from fem.ste.right_flanks import Symmetry, sweep_both_sides, symmetry_of
+from fem.ste.ste_map import (
+    LOAD_SHARE,
+    MIRRORED,
+    OFFSETS,
+    PAIR,
+    PHASE,
+    RIGHT_FLANKS,
+    SOLVED,
+    TE,
+    TORQUE,
+    description,
+    pair_attributes,
+    ste_map,
+)
 from fem.support.arguments import Numbers, checked
 from fem.support.progress import shown
 from fem.support.representation import exact
@@ -40,8 +54,9 @@ def static_transmission_error(
     Finite elements give the compliance of both gears; the contact of all tooth pairs is then solved at each phase,
     offset and torque.
 
-    torque      pinion torque F r_b1 of the mesh force F [N m]: one or several increasing values >= 0, where 0 gives the
-                transmission error without load; or `fem.UpTo(350)`: 0 to 350 N m, as many as the accuracy needs
+    torque      pinion torque F r_b1 of the mesh force F [N m]: one or several increasing values, where 0 gives the
+                transmission error without load and values < 0 load the right flanks; or `fem.UpTo(350)`: 0 to 350 N m,
+                as many as the accuracy needs
     phases      number of equidistant phases, or increasing values in [0, 1) as share of a pitch; at 0, tooth pair 0
                 touches at the pitch point. None: as many as the accuracy needs. With a `fem.PitchDeviation` no two
                 teeth are alike: pass values up to any number of pitches (a number of phases maps the first pitch only,
@@ -75,6 +90,14 @@ def static_transmission_error(
                         with an accuracy, over torque: error [m] by all of them together of the largest less the least
                         te of the phases, and of the peak to peak by `fem.peak_to_peak`
 
+    Under torques < 0 the right flanks are in contact: te is < 0 and counts from where they touch without load and
+    without modifications, backlash left out, so that a run's DTE there is te minus backlash. The phase is that of the
+    left flanks, of which the right ones are at `GearPair.back_phase` minus the phase; misalignment > 0 opens the gap
+    of the loaded flanks towards +z on both sides, and f_sigma_beta is the same inclination for both. Tooth pair k is
+    that of tooth k of the pinion. With torque 0 the map holds both unloaded curves, that of the right flanks as
+
+    te_unloaded_right   over (*offsets, phase) [m]
+
     The compliance of each gear is kept in the cache (see `fem.support.cache.folder`).
     Raises ValueError for bad input, RuntimeError if a contact does not converge or the accuracy is not reached.
     Source: Korta et al., section IV; te = theta_P r_b1 + theta_G r_b2.
@@ -86,12 +109,13 @@ def static_transmission_error(
     torques, phase = checked_request(pair, torque, phases, accuracy, resolution)
     pair_attributes(pair)  # raises before anything is solved
     with shown(progress):
+        model = ContactModel(pair, values, resolution or Resolution())
         if accuracy is not None:
-            grid = choose(pair, values, torques, phase, accuracy)
+            grid = choose(model, torques, phase, accuracy)
+            model = replace(model, resolution=grid.resolution)
         else:
-            grid = MapGrid(torques, phase, resolution or Resolution(), errors={})
-        model = ContactModel(pair, values, grid.resolution)
-        states = sweep(model, grid.torque / pair.pinion.r_b, grid.phase, executor=executor)
+            grid = MapGrid(torques, phase, model.resolution, errors={})
+        states = sweep_both_sides(model, grid.torque / pair.pinion.r_b, grid.phase, executor=executor)
     data = _labelled(model, grid, states, offsets.axes())
     return data.assign(_estimates(data, grid.errors)) if grid.errors else data
 
@@ -104,6 +128,8 @@ def _labelled(model: ContactModel, grid: MapGrid, states: xr.Dataset, offset_axe
     pitches = floor(grid.phase[-1]) + 1
     attributes = {"resolution": exact(grid.resolution), "pitches": pitches}
     attributes |= {name: float(model.offsets[name][0]) for name in fixed if name != "a"}
+    if grid.torque[0] < 0:
+        attributes[RIGHT_FLANKS] = MIRRORED if symmetry_of(model) is Symmetry.TURNED else SOLVED
     data = ste_map(model.pair, grid.torque, grid.phase, states[TE].values, axes, **attributes)
     variables = {str(name): values for name, values in states.data_vars.items() if name != TE}
     variables |= _load_sharing(states[LOAD_SHARE], phase_weights(grid.phase, pitches))
@@ -133,7 +159,7 @@ def _nominal_without_load(contact_ratio: xr.DataArray, model: ContactModel, torq
     ratios = [[MeshPosition(model.pair, distance, shift, 0.0).eps_gamma for shift in axial] for distance in a]
     nominal = xr.DataArray(ratios, dims=("a", "axial"))
     nominal = nominal.squeeze([name for name in nominal.dims if name not in contact_ratio.dims])
-    loaded = xr.DataArray(torque > 0, dims=TORQUE)
+    loaded = xr.DataArray(torque != 0, dims=TORQUE)
     return contact_ratio.where(loaded, nominal).transpose(*contact_ratio.dims)
 
 
@@ -144,8 +170,8 @@ def _estimates(data: xr.Dataset, errors: dict[str, MapError]) -> dict[str, tuple
     and by their difference further.
     """
     te, torque = data[TE].transpose(TORQUE, ..., PHASE).values, data[TORQUE].values
-    curve = np.sum([error.peak_to_peak for error in errors.values()], axis=0)
-    curve = np.where(torque > 0, np.maximum(curve, LEAST_ERROR), curve)
+    curve = np.nansum([error.peak_to_peak for error in errors.values()], axis=0)
+    curve = np.where(torque != 0, np.maximum(curve, LEAST_ERROR), curve)
     further = np.abs(curve_peak_to_peak(data[PHASE].values, te) - np.ptp(te, axis=-1))
     values = {name: error.rms for name, error in errors.items()}
     values |= {"error_p2p": curve + further.reshape(torque.size, -1).max(axis=1), "error_p2p_curve": curve}

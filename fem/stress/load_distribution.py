@@ -1,5 +1,7 @@
 """Load distribution over the flanks: line load and pressure of every tooth pair across the face."""
 
+from math import floor
+
 import numpy as np
 import xarray as xr
 
@@ -9,7 +11,7 @@ from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
-from fem.ste.ste_map import PHASE, TORQUE, description
+from fem.ste.ste_map import PHASE, TORQUE, description, gap_attribute
 from fem.stress.flank_loads import contact_inputs, tooth_contacts
 from fem.stress.load_factors import AXIAL, station_ends
 from fem.support.arguments import Numbers, checked
@@ -70,6 +72,7 @@ def load_distribution(
     length = np.diff(edges) / np.cos(pair.beta_b)
     about = {"units": "m", "long_name": "length of the contact line in a part of the face"}
     inputs = contact_inputs(pair, offsets, resolution) | {"misalignment": misalignment}
+    inputs |= gap_attribute(phase, floor(phase[-1]) + 1)
     return data.assign(length=(AXIAL, length, about)).assign_attrs(inputs)
 
 

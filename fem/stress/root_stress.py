@@ -1,5 +1,7 @@
 """Stress in the tooth roots over the mesh cycle, on solids of quadratic elements, with the contact pressure."""
 
+from math import floor
+
 import numpy as np
 import xarray as xr
 
@@ -11,7 +13,7 @@ from fem.gear.gear import Gear
 from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
-from fem.ste.ste_map import PHASE, TORQUE, description
+from fem.ste.ste_map import PHASE, TORQUE, description, gap_attribute
 from fem.stress import gear_elasticity
 from fem.stress.flank_loads import FlankLoad, contact_inputs, flank_loads, tooth_contacts, with_loaded_teeth
 from fem.stress.gear_elasticity import ElasticGear
@@ -63,9 +65,8 @@ def root_stress(
         quantities, loads = _solved_contacts(contacts, torque / pair.pinion.r_b, misalignment)
         by_gear = [[[sides[gear] for sides in column] for column in loads] for gear in (0, 1)]
         stresses = [_root_stresses(gear, density, columns) for gear, columns in zip(gears, by_gear, strict=True)]
-    return _dataset(torque, phase, np.stack(stresses), quantities).assign_attrs(
-        contact_inputs(pair, offsets, resolution)
-    )
+    data = _dataset(torque, phase, np.stack(stresses), quantities)
+    return data.assign_attrs(contact_inputs(pair, offsets, resolution) | gap_attribute(phase, floor(phase[-1]) + 1))
 
 
 def _solved_contacts(contacts: list[ToothContact], forces, misalignment: float) -> tuple[np.ndarray, list[list[tuple]]]:

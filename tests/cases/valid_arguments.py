@@ -143,7 +143,7 @@ def by_name() -> dict[str, Any]:
         "overlap": 0.5, "prominence": 0.1, "r": 75 * mm, "k": 7, "D_M": 5 * mm, "lever": 0.1, "axial": 0.0,
         "frequency": 1000.0, "mesh_frequency": 100.0, "interval": 1e-4, "number": 10, "steps": 5, "motion": True,
         "power": True, "displacement": True, "omega": 50.0, "start": 0.0, "end": 0.01, "first": 0,
-        "side": 0, "coefficient": 0.05, "damping": 100.0, "backlash": 1e-4, "conserves": False, "extend": 1.5,
+        "side": 1, "coefficient": 0.05, "damping": 100.0, "backlash": 1e-4, "conserves": False, "extend": 1.5,
         "length": 0.1, "d": 0.1, "d_bore": 0.02, "factor": 1.5, "line_load": 1e5, "C_R": 1.0, "C_M": 0.8, "ax": ax,
         "bodies": [TRIANGLE], "touching": [TRIANGLE[0]], "label": "a", "colours": "viridis", "colour": "k",
         "width": 1.0, "top": 1.0, "rows": 1, "columns": 1, "spatial": (), "runs": {"a": made["Run"]}, "found": None,

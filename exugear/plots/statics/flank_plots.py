@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
 from exugear.plots.figures import GUIDE, axes_or_new, colour_bar, merged, styled
-from fem.ste.ste_map import PHASE, TORQUE, pair_of
+from fem.ste.ste_map import PHASE, TORQUE, check_whole_cycle, pair_of
 from fem.support.arguments import Finite, checked
 from fem.support.validation import require
 from fem.units import MPa, mm
@@ -41,6 +41,7 @@ def plot_contact_pattern(
     Dashed lines bound the path of contact: below, the pinion's flank begins to mesh, above it ends at its tip.
     """
     ax, values = axes_or_new(ax), _at_torque(data, name, torque)
+    check_whole_cycle(data)
     unit, words = SHOWN[name]
     passed, path = _passed(values) / unit, _passed(data["path"]) / mm
     axial, padding = (

@@ -8,7 +8,15 @@ from matplotlib.axes import Axes
 
 from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, graded, legend, merged, styled
 from fem.pair.pair import GearPair
-from fem.ste.ste_map import LOAD_SHARE, PHASE, TORQUE, over_torque_and_phase, over_torque_and_pitches, pair_of
+from fem.ste.ste_map import (
+    LOAD_SHARE,
+    PHASE,
+    TORQUE,
+    check_whole_cycle,
+    over_torque_and_phase,
+    over_torque_and_pitches,
+    pair_of,
+)
 from fem.ste.te_harmonics import te_harmonics
 from fem.support.arguments import checked
 from fem.support.validation import require
@@ -79,10 +87,10 @@ def plot_te_harmonics(ste: xr.Dataset, ax: Axes | None = None, harmonics: int = 
 @checked
 @styled
 def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
-    """Secant mesh stiffness F / STE over the phase, a curve per torque above 0."""
+    """Secant mesh stiffness F / STE over the phase, a curve per torque beside 0."""
     ax = axes_or_new(ax)
     r_b = pair_of(ste).pinion.r_b
-    loaded = ste.sel({TORQUE: ste[TORQUE] > 0})
+    loaded = ste.sel({TORQUE: ste[TORQUE] != 0})
     torque = loaded[TORQUE].values
     for row, load, colour in zip(over_torque_and_phase(loaded).values, torque, graded(torque), strict=True):
         at, te = np.append(loaded[PHASE], 1 + loaded[PHASE][0]), np.append(row, row[0])
@@ -95,7 +103,7 @@ def plot_stiffness(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
 @checked
 @styled
 def plot_load_sharing(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
-    """Share of the load on one tooth pair while it passes the path of contact, a curve per torque above 0.
+    """Share of the load on one tooth pair while it passes the path of contact, a curve per torque beside 0.
 
     Of a map over several pitches each pair has a curve of its own.
 
@@ -106,7 +114,8 @@ def plot_load_sharing(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
     require(LOAD_SHARE in ste, "ste must have load shares; make the map with fem.static_transmission_error")
     ax, pair, further = axes_or_new(ax), pair_of(ste), set(ste[LOAD_SHARE].dims) - {TORQUE, PHASE, "pair"}
     require(not further, f"ste also has the axes {sorted(map(str, further))}; select one value of each: ste.sel(...)")
-    share = ste[LOAD_SHARE].sel({TORQUE: ste[TORQUE] > 0}).transpose(TORQUE, "pair", PHASE)
+    check_whole_cycle(ste)
+    share = ste[LOAD_SHARE].sel({TORQUE: ste[TORQUE] != 0}).transpose(TORQUE, "pair", PHASE)
     position = (ste["pair"].values[:, None] + ste[PHASE].values) * pair.p_bt / mm
     ends = position[0, 0], position[-1, -1]
     if ste.attrs.get("pitches", 1) > 1:
@@ -115,7 +124,9 @@ def plot_load_sharing(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
         position, share = np.pad(position, ((0, 0), (0, 1)), constant_values=np.nan), share.pad({PHASE: (0, 1)})
     torque = share[TORQUE].values
     for row, load, colour in zip(share.values, torque, graded(torque), strict=True):
-        ax.plot(position.ravel(), row.ravel(), **merged(style, color=colour, label=f"{load:.4g} N m"))
+        # Right flanks touch at the tip of the pinion first: their tooth pairs pass the path from its end.
+        at = position if load > 0 else pair.back_phase * pair.p_bt / mm - position
+        ax.plot(at.ravel(), row.ravel(), **merged(style, color=colour, label=f"{load:.4g} N m"))
     ax.set(xlabel="path of contact from the pitch point [mm]", ylabel="share of the load", xlim=ends, ylim=(0, 1.02))
     if pair.beta_b == 0:
         _mark_path(ax, pair)

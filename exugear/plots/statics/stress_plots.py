@@ -15,7 +15,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.tri import Triangulation
 
 from exugear.plots.figures import DISTINCT, axes_or_new, colour_bar, graded, legend, merged, styled
-from fem.ste.ste_map import PHASE, TORQUE
+from fem.ste.ste_map import PHASE, TORQUE, check_whole_cycle
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.validation import require
 from fem.units import MPa, mm
@@ -101,7 +101,7 @@ def plot_outlines(
 @checked
 @styled
 def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root_stress", **style) -> Axes:
-    """Root stress of pinion (solid line) and wheel (dashed) over the mesh cycle, a colour per torque above 0."""
+    """Root stress of pinion (solid line) and wheel (dashed) over the mesh cycle, a colour per torque beside 0."""
     _check_map(data, name)
     ax = axes_or_new(ax)
     for gear, line in (("pinion", "-"), ("wheel", "--")):
@@ -113,7 +113,7 @@ def plot_root_stress(data: xr.Dataset, ax: Axes | None = None, name: str = "root
 @checked
 @styled
 def plot_pressure(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
-    """Hertz's pressure on the flanks over the mesh cycle, a colour per torque above 0; drawn thin where a tip edge
+    """Hertz's pressure on the flanks over the mesh cycle, a colour per torque beside 0; drawn thin where a tip edge
     touches.
 
     `plot_peak_pressure` shows the pressure at the edge itself.
@@ -130,7 +130,7 @@ def plot_pressure(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
 @checked
 @styled
 def plot_peak_pressure(data: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
-    """Largest contact pressure over the mesh cycle, on tip edges too, a colour per torque above 0."""
+    """Largest contact pressure over the mesh cycle, on tip edges too, a colour per torque beside 0."""
     _check_map(data, "peak_pressure")
     ax = axes_or_new(ax)
     _curves(ax, data["peak_pressure"], "", style)
@@ -141,10 +141,11 @@ def plot_peak_pressure(data: xr.Dataset, ax: Axes | None = None, **style) -> Axe
 def _check_map(data: xr.Dataset, *names: str) -> None:
     missing = [name for name in (*names, TORQUE, PHASE) if name not in data.variables]
     require(not missing, f"data must have {missing}; make them with fem.root_stress or fem.static_transmission_error")
+    check_whole_cycle(data)
 
 
 def _curves(ax: Axes, data: xr.DataArray, name: str | None, style: dict) -> None:
-    data = data.sel({TORQUE: data[TORQUE] > 0}).transpose(TORQUE, PHASE)
+    data = data.sel({TORQUE: data[TORQUE] != 0}).transpose(TORQUE, PHASE)
     phase = np.append(data[PHASE], np.floor(data[PHASE][-1]) + 1 + data[PHASE][0])
     for row, torque, colour in zip(data.values, data[TORQUE].values, graded(data[TORQUE].values), strict=True):
         label = None if name is None else f"{name}{torque:.4g} N m"

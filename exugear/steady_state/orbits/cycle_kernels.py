@@ -13,7 +13,7 @@ import numpy as np
 
 from exugear.contact_geometry.relative_position import flank_of
 from exugear.force_table.kernel_records import reader, record_type
-from exugear.force_table.patches import phase_cell, table_at
+from exugear.force_table.patches import phase_cell, table_at, table_of
 from exugear.steady_state.orbits.flank_means import flank_means
 from fem.support.numba_cache import compiled, kept
 
@@ -59,7 +59,8 @@ def impulse_of(table, mesh, phase, deflection, misalignment, rate, step):
     flank = flank_of(table, deflection + mesh.opening, mesh.opening, phase)
     side, travel = flank.side, flank.side * rate * step
     lever = mesh.lever + misalignment if side == mesh.side else 0.0
-    static, c, slopes = flank_means(table, phase_cell(table, flank.phase), flank.deflection, lever, travel)
+    of_flank = table_of(table, side)
+    static, c, slopes = flank_means(of_flank, phase_cell(of_flank, flank.phase), flank.deflection, lever, travel)
     yielding = 1.0 + 0.5 * mesh.mobility * c.value * step
     excess = side * static.value - mesh.force - mesh.stiffness * (deflection - mesh.deflection)
     impulse = step * (excess + c.value * rate) / yielding

@@ -59,7 +59,8 @@ class ExcitingMesh:
         """Times over the common period at which the force of either flank jumps."""
         phases = self.law.jumps
         if isfinite(self.law.backlash):
-            phases = np.concatenate([phases, self.law.back_phase - phases])
+            coast = phases if self.law.coast is None else self.law.coast.jumps
+            phases = np.concatenate([phases, self.law.back_phase - coast])
         first = (phases - self.phase) % 1.0
         return ((first + np.arange(self.cycles)[:, None]) / self.cycles).ravel()
 

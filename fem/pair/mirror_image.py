@@ -1,0 +1,37 @@
+"""The mirror image of a pair in the plane of its axes, whose left flanks are the right flanks of the pair."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fem.gear.gear import Gear
+from fem.microgeometry.deviation import PitchDeviation
+from fem.microgeometry.flank import Sides
+from fem.pair.pair import GearPair
+from fem.support.arguments import checked
+
+
+@checked
+def mirror_image(pair: GearPair) -> GearPair:
+    """The pair mirrored in the plane of its axes, whose left flanks are the right flanks of the pair.
+
+    Left and right flanks change places, and the hand of the helix and the sense of rotation change their signs; axial
+    positions stay. Its phase is `GearPair.back_phase` minus that of the pair, its `Offsets.f_sigma_beta` has the other
+    sign. Tooth k of the mirrored pinion is tooth -k of the pinion, tooth k of the mirrored wheel tooth 1 - k of the
+    wheel. A map under torques < 0 is solved with it.
+    """
+    return GearPair(_mirrored(pair.pinion, 0), _mirrored(pair.wheel, 1), a=pair.a)
+
+
+def _mirrored(gear: Gear, first: int) -> Gear:
+    """The mirror image of a gear, whose tooth k is tooth first - k of the gear."""
+    left, right = (tuple(_renumbered(part, first) for part in side) for side in (gear.coast_flank, gear.drive_flank))
+    return replace(gear, beta=-gear.beta, flank=left if left == right else Sides(left, right))
+
+
+def _renumbered(part, first: int):
+    """A modification; a pitch deviation with tooth k for tooth first - k."""
+    if not isinstance(part, PitchDeviation):
+        return part
+    teeth = first - np.arange(len(part.values))
+    return PitchDeviation(tuple(np.take(part.values, teeth, mode="wrap").tolist()))
