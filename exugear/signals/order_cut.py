@@ -1,94 +1,149 @@
-"""Amplitude and phase of orders along a run: a least-squares filter bank that tells close orders apart."""
+"""Amplitude and phase of orders along a run, from windows as long as the change of the speed allows."""
 
 import warnings
 
 import numpy as np
-import scipy
 import xarray as xr
-from numpy.polynomial import legendre
 
-from exugear.recordings.angle_sampling import HALF_LENGTH, REVOLUTION, SAMPLES_PER_PERIOD, over_angle
+from exugear.recordings.angle_sampling import REVOLUTION, SAMPLES_PER_PERIOD
 from exugear.recordings.columns import check_size
 from exugear.recordings.short_time_spectra import check_overlap
 from exugear.recordings.signal import at_angles, channel_coordinates, require_signal
+from exugear.signals.order_fit import Phasors, Samples, check_fit_size, phasors, samples_of
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import require
 
-#: Degree of the polynomials of the amplitudes within a window: order cuts of a resonance stay unbiased to second order.
-DEGREE = 2
 #: Least product of window [revolutions] and distance of orders: the condition number of the fit is then about 8.
 SEPARATION = 4.0
-#: Change of the speed in a window, as share of the speed, from which on `order_cut` warns.
-SMEARED = 0.3
-#: Windows that are fitted in one matrix product.
-CHUNK = 256
-#: Matrices of the size of the fit that are in memory at once.
-MATRICES = 4
+#: Longest window [revolutions], unless close orders take longer ones.
+LONGEST = 5.0
+#: Change of the speed in a window, as share of the speed, up to which residuals count as noise.
+CHANGE = 0.1
+#: Points are as dense as windows over this change of the speed would overlap: peaks of 1 % damping show.
+DENSE = 0.025
+#: Ratio of neighbouring window lengths at most; lengths by which a window that disagrees is shortened.
+RATIO, SHORTER = 2**0.25, 2
+#: Length of the window that checks another one over its length.
+LONGER = 2**0.5
+#: Angles at which the density of the points is found, and knots of the time over the angle for the change of the speed.
+GRID, KNOTS = 1000, 20_000
+#: Difference of the phasors in both windows up to which they agree, as share of the amplitude: where the speed changes
+#: less, and where it changes more. The error of polynomials of second degree is a third of the difference.
+DIFFERENCE, STEADY = 0.05, 0.02
+#: The same in standard errors, and as share of the largest amplitude at that point.
+ERRORS, NEGLIGIBLE = 3.0, 0.005
+#: Reasons for NaN, by their number.
+REASONS = (
+    "told",
+    "samples_too_coarse",
+    "amplitude_changes_within_the_shortest_window",
+    "shaft_reverses_within_the_window",
+    "tone_coincides_with_the_order",
+)
+TOLD, COARSE, CHANGING, REVERSING, COINCIDING = range(len(REASONS))
 PHASE = {"units": "rad", "long_name": "phase of the cosine over order times angle"}
+RESOLUTION = {"units": "1", "long_name": "distance from which on orders that are not listed do not disturb"}
+REASON = {"units": "1", "long_name": "reason of NaN, by number", "flag_meanings": " ".join(REASONS)}
 
 
 @checked
 def order_cut(
-    signal: xr.DataArray, orders: Numbers, *, revolutions: float | None = None, overlap: float = 0.75
+    signal: xr.DataArray,
+    orders: Numbers,
+    *,
+    revolutions: float | None = None,
+    overlap: float = 0.75,
+    frequencies: Numbers = (),
 ) -> xr.Dataset:
     """Amplitude and phase of the orders of a signal over time and speed.
 
     signal         (..., time) as `exugear.signal` returns it
     orders         (n_order,) orders of the shaft, such as `exugear.mesh_orders` returns
-    revolutions    length of a window; by default 4 over the smallest distance of two orders, at least 4
+    revolutions    length of all windows; by default each point has a window of its own
     overlap        of neighbouring windows, as share of their length
+    frequencies    (n_tone,) of tones [Hz] in the signal that do not follow the speed: they are fitted together with the
+                   orders, whose amplitudes would beat where they cross
 
-    The signal is sampled over the shaft angle. In each window the amplitudes of all orders, and that of order 0, are
-    polynomials of second degree over the angle, which are fitted together by least squares with the weights of a Hann
-    window. Thus close orders of steady amplitudes do not disturb each other at any slew rate, and the first and the
-    last value stand at the ends of the signal. At equal steps of the angle the fit is the same matrix in all windows.
+    In each window of the angle the amplitudes of all orders, and that of order 0, are polynomials of second degree,
+    which are fitted together by least squares with the weights of a Hann window. Thus close orders of steady amplitudes
+    do not disturb each other at any slew rate, and the first and the last value stand at the ends of the signal.
+
+    By default a window takes 5 revolutions, or 4 over the smallest distance of two orders where that is more. Each
+    value is checked by a window longer by a factor of sqrt(2): where they differ by more than 2 %, shorter windows are
+    tried, down to 4 over that distance. Where the speed changes by less than 10 % in a window, 5 % and 3 standard
+    errors count as agreement, and 0.5 % of the largest order everywhere. What agrees is right within 3 % or 3 standard
+    errors; the rest is NaN, and a warning says where.
 
     Coupled orders with smooth amplitudes are those of the Vold-Kalman filter of second generation (Feldbauer and
     Hoeldrich, Proc. DAFX 2000; Tuma, Proc. ICSV12 2005), whose global system polynomials in windows replace.
 
-    The peak of a resonance is flattened where the speed changes within a window: at a damping ratio of 3 and 6 % by 5
-    and 1 % if the speed changes by 10 %, by 18 and 5 % if by 15 %, by 39 and 16 % if by 30 %, from where on this warns.
+    Returns a Dataset over order and time, the coordinates speed [rad/s] and angle [rad] along time:
 
-    Returns a Dataset over order and time with amplitude, phase [rad] and the coordinates speed [rad/s] and angle [rad]:
-    the signal is the sum of amplitude cos(order angle + phase). Values are NaN where a period of the order has fewer
-    than 2.25 samples. Raises ValueError for windows too short to tell the orders apart or longer than the signal, where
-    no order has enough samples, and for more than 5e8 values.
+    amplitude, phase   [rad]: the signal is the sum of amplitude cos(order angle + phase)
+    standard_error     of the amplitude: by the residual of the fit as white noise, or a third of the difference above
+    resolution         4 over the window: orders that are not listed disturb those that lie nearer to them
+    reason             why an amplitude is NaN: 0 it is not, 1 a period of the order has fewer than 2.25 samples, 2 the
+                       amplitude changes within the shortest window, 3 the shaft reverses within it, 4 a tone coincides
+
+    Raises ValueError for windows too short to tell the orders apart or, longer by sqrt(2), longer than the signal,
+    where no order has enough samples, and for more than 5e8 values.
     """
-    cut = cut_of(signal, orders, revolutions=revolutions, overlap=overlap)
-    length = _window_length(_distinct(orders), revolutions)
-    change = _change_of_speed(signal, cut["angle"].values, length)
-    if change > SMEARED:
-        smeared = f"the speed changes by {change:.0%} in a window of {length:.3g} revolutions, which smears resonances"
-        remedy = "shorten revolutions, pass fewer close orders, or let the speed change more slowly"
-        warnings.warn(f"{smeared}; {remedy}", stacklevel=3)
-    return cut
+    cut = cut_of(signal, orders, revolutions=revolutions, overlap=overlap, frequencies=frequencies)
+    _warn_of_changes(cut, _lengths(cut["order"].values, revolutions, np.inf)[0], revolutions is None)
+    return told(cut)
+
+
+def told(cut: xr.Dataset) -> xr.Dataset:
+    """A cut of `cut_of` with NaN for what cannot be told."""
+    known = cut["reason"] == TOLD
+    return cut.assign({name: cut[name].where(known) for name in ("amplitude", "phase", "standard_error")})
+
+
+def _warn_of_changes(cut: xr.Dataset, shortest: float, by_default: bool) -> None:
+    """Warn where amplitudes change too fast for the windows [revolutions]."""
+    changing = (cut["reason"] == CHANGING).transpose("order", "time", ...).values
+    if not changing.any():
+        return
+    changing = changing.reshape(*changing.shape[:2], -1).any(axis=2)
+    lost, speed = changing.any(axis=1), cut["speed"].values[changing.any(axis=0)] * 30 / np.pi
+    names = ", ".join(f"{order:.6g}" for order in cut["order"].values[lost])
+    where = f"orders {names} are NaN in {changing[lost].mean():.1%} of the points, between {speed.min():.4g} and"
+    cause = f"{speed.max():.4g} rpm: their amplitudes change within windows of {shortest:.3g} revolutions"
+    remedy = "pass fewer close orders, or" if by_default else "shorten revolutions, or"
+    text = f"{where} {cause}; {remedy} let the speed change more slowly"
+    warnings.warn(text, stacklevel=4)
 
 
 def cut_of(
-    signal: xr.DataArray, orders: Numbers, *, revolutions: float | None = None, overlap: float = 0.75
+    signal: xr.DataArray,
+    orders: Numbers,
+    *,
+    revolutions: float | None = None,
+    overlap: float = 0.75,
+    frequencies: Numbers = (),
 ) -> xr.Dataset:
-    """`order_cut` at any change of the speed."""
+    """`order_cut` without a warning, with the estimates of the shortest windows in place of NaN beside their reason."""
     require_signal(signal)
-    orders = _distinct(orders)
-    length = _window_length(orders, revolutions)
+    orders, frequencies = _distinct(orders), _distinct_tones(frequencies)
     check_overlap(overlap)
-    angle, highest = signal["angle"].values, float(orders[-1]) + SEPARATION / length
+    angle = signal["angle"].values
     turned = (angle[-1] - angle[0]) / REVOLUTION
-    needed = length + 2 * HALF_LENGTH / (SAMPLES_PER_PERIOD * highest)
-    window = f"a window of {length:.3g} revolutions and the ends of its filter take {needed:.3g}"
+    lengths = _lengths(orders, revolutions, turned / LONGER)
+    needed = lengths[0] * LONGER
+    window = f"a window of {lengths[0]:.3g} revolutions and the longer one that checks it take {needed:.3g}"
     long = f"{window} of the signal's {turned:.3g}; record longer, or pass fewer close orders or shorter revolutions"
-    require(length < turned, long)
-    points = _points(signal, orders, (1 - overlap) * length, overlap)
+    require(needed <= turned * (1 + 1e-9), long)
+    highest = float(orders[-1]) + SEPARATION / lengths[0]
+    points = _points(signal, orders, lengths, overlap)
     coarse = _coarse(signal, points, orders)
     fine = f"no period of an order of {orders} has {SAMPLES_PER_PERIOD} samples or more; sample finer"
     require(not coarse.all(), fine)
-    number = _window_samples(orders, length * SAMPLES_PER_PERIOD * highest)
-    sampled = over_angle(signal, orders=highest).isel(angle=slice(HALF_LENGTH, -HALF_LENGTH))
-    require(sampled["angle"].size > number, long)
-    rows = sampled.values.reshape(-1, sampled["angle"].size)
-    phasors = np.array([_phasors(row, sampled["angle"].values, points, orders, number) for row in rows])
-    phasors[:, coarse] = np.nan
-    return _labelled(signal, points, orders, phasors)
+    check_fit_size(orders, SAMPLES_PER_PERIOD * highest * lengths[-1] * LONGER)
+    quiet = _rungs(signal, points, lengths, CHANGE)
+    samples = samples_of(signal, highest)
+    value, error, length, reason = _checked_phasors(signal, samples, points, lengths, quiet, orders, frequencies)
+    value[:, coarse], error[:, coarse], reason[:, coarse] = np.nan, np.nan, COARSE
+    return _labelled(signal, points, orders, value, error, SEPARATION / length, reason)
 
 
 def _distinct(orders) -> np.ndarray:
@@ -99,71 +154,124 @@ def _distinct(orders) -> np.ndarray:
     return orders
 
 
-def _window_length(orders: np.ndarray, revolutions: float | None) -> float:
-    """Length of a window [revolutions]."""
+def _distinct_tones(frequencies) -> np.ndarray:
+    """The frequencies [Hz] in rising order."""
+    frequencies = np.unique(np.asarray(frequencies, float))
+    positive = bool((frequencies > 0).all() and np.isfinite(frequencies).all())
+    require(positive, f"frequencies must be > 0 Hz and finite, got {frequencies}")
+    return frequencies
+
+
+def _lengths(orders: np.ndarray, revolutions: float | None, longest: float) -> np.ndarray:
+    """(n_length,) rising lengths of windows [revolutions], the first the least that tells the orders apart."""
     closest = float(np.diff(orders, prepend=0).min())
-    length = SEPARATION / min(closest, 1.0) if revolutions is None else revolutions
-    least = f"revolutions must be >= {SEPARATION / closest:.4g} to tell orders {closest:.4g} apart, got {length:.4g}"
-    require(length * closest >= SEPARATION * (1 - 1e-9), least)
-    return length
+    if revolutions is not None:
+        least = f"revolutions must be >= {SEPARATION / closest:.4g} to tell orders {closest:.4g} apart"
+        require(revolutions * closest >= SEPARATION * (1 - 1e-9), f"{least}, got {revolutions:.4g}")
+        return np.array([revolutions])
+    shortest = SEPARATION / closest
+    longest = max(min(LONGEST, longest), shortest)
+    return np.geomspace(shortest, longest, int(np.ceil(np.log(longest / shortest) / np.log(RATIO))) + 1)
 
 
-def _change_of_speed(signal: xr.DataArray, angles: np.ndarray, length: float) -> float:
-    """Change of the speed in a window [revolutions], as share of the speed: the median over these angles."""
-    known, speed = signal["angle"].values, np.abs(signal["speed"].values)
-    half = length * REVOLUTION / 2
-    ends = [np.interp(angles + shift, known, speed) for shift in (-half, 0.0, half)]
-    moving = ends[1] > 0
-    return float(np.median(np.abs(ends[2] - ends[0])[moving] / ends[1][moving]))
+def _rungs(signal: xr.DataArray, points: np.ndarray, lengths: np.ndarray, change: float) -> np.ndarray:
+    """(n_point,) number of the longest window in which the speed changes by at most this share, 0 without one.
+
+    The speed is that of the quarters of the window, so that ripple and noise of the speed hardly count.
+    """
+    every = max(1, signal.sizes["time"] // KNOTS)
+    angle, time = (np.append(signal[name].values[:-1:every], signal[name].values[-1]) for name in ("angle", "time"))
+    rungs = np.zeros(points.size, int)
+    for rung, length in enumerate(lengths[1:], start=1):
+        half = length * REVOLUTION / 2
+        centre = np.clip(points, angle[0] + half, angle[-1] - half)
+        spent = np.diff([np.interp(centre + k * half / 2, angle, time) for k in range(-2, 3)], axis=0)
+        speed = 1 / np.maximum(spent, np.finfo(float).tiny)
+        rungs[np.ptp(speed, axis=0) * 4 / 3 <= change * speed.mean(axis=0)] = rung
+    return rungs
 
 
-def _points(signal: xr.DataArray, orders: np.ndarray, step: float, overlap: float) -> np.ndarray:
-    """(n_point,) angles from the first to the last, at most a step [revolutions] apart, which the overlap gives."""
-    first, last = signal["angle"].values[[0, -1]]
-    steps = (last - first) / (REVOLUTION * step)
-    values = 2 * signal.size / signal.sizes["time"] * orders.size * steps
+def _points(signal: xr.DataArray, orders: np.ndarray, lengths: np.ndarray, overlap: float) -> np.ndarray:
+    """(n_point,) angles from the first to the last, as dense as windows over small changes of the speed overlap."""
+    angle = signal["angle"].values
+    share = np.linspace(0, 1, GRID)
+    evenly = angle[0] + share * (angle[-1] - angle[0])
+    every = np.unique([evenly, np.interp(share, np.linspace(0, 1, angle.size), angle)])
+    spacing = (1 - overlap) * REVOLUTION * lengths[_rungs(signal, every, lengths, DENSE)]
+    steps = np.append(0, np.cumsum(np.diff(every) * (1 / spacing[1:] + 1 / spacing[:-1]) / 2))
+    values = 2 * signal.size / signal.sizes["time"] * orders.size * steps[-1]
     check_size(f"overlap = {overlap}", values, "let the windows overlap less, or pass fewer channels")
-    return np.linspace(first, last, int(np.ceil(steps)) + 1)
+    number = int(np.ceil(steps[-1] * (1 - 1e-12))) + 1
+    return np.interp(np.linspace(0, steps[-1], number), steps, every)
 
 
-def _window_samples(orders: np.ndarray, number: float) -> int:
-    """Number of samples in a window; ValueError where the matrices of its fit take too many values."""
-    columns, fit = (2 * orders.size + 1) * (DEGREE + 1), f"a window of {orders.size} orders up to {orders[-1]:g}"
-    check_size(fit, MATRICES * number * columns, "pass fewer or lower orders, or shorter windows by revolutions")
-    return round(number)
+def _checked_phasors(
+    signal: xr.DataArray, samples: Samples, points, lengths, quiet, orders, frequencies
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Phasors, their standard errors, lengths of the windows and reasons, each (n_row, n_order, n_point).
 
-
-def _phasors(values: np.ndarray, angle: np.ndarray, points: np.ndarray, orders: np.ndarray, number: int) -> np.ndarray:
-    """(n_order, n_point) complex amplitudes at angles, of values at equal steps of the angle.
-
-    number   of samples in a window; the windows of the first and last points are those at the ends of the values
+    quiet   (n_point,) number of the longest window in which the speed hardly changes
     """
-    step = (angle[-1] - angle[0]) / (angle.size - 1)
-    half = step * number / 2
-    first = np.clip(np.rint((points - angle[0] - half) / step).astype(int), 0, angle.size - number)
-    centre = angle[first] + half - step / 2
-    offsets = step * (np.arange(number) - (number - 1) / 2)
-    fit = _fit(offsets, half, orders)
-    windows = np.lib.stride_tricks.sliding_window_view(values, number)
-    chunks = [windows[first[k : k + CHUNK]] @ fit.T for k in range(0, points.size, CHUNK)]
-    coefficients = np.concatenate(chunks).reshape(points.size, 2, -1, DEGREE + 1)
-    cosine, sine = np.einsum("pcoj,pj->cop", coefficients, legendre.legvander((points - centre) / half, DEGREE))
-    return (cosine - 1j * sine) * np.exp(-1j * np.outer(orders, centre))
+    shape = samples.rows.shape[0], orders.size, points.size
+    value, error, length = np.zeros(shape, complex), np.zeros(shape), np.zeros(shape)
+    reason, reversals = np.full(shape, CHANGING, np.int8), _reversals(signal)
+    left, rungs = np.ones(points.size, bool), np.full(points.size, lengths.size - 1)
+    while left.any():
+        pending, latest = (reason != TOLD) & left, np.zeros(shape, np.int8)
+        for rung in np.unique(rungs[left]):
+            at = np.flatnonzero(left & (rungs == rung))
+            short = phasors(samples, points[at], lengths[rung], orders, frequencies)
+            long = phasors(samples, points[at], lengths[rung] * LONGER, orders, frequencies)
+            tried = pending[..., at]
+            deviation = np.maximum(short.standard_error, np.abs(long.value - short.value) / ERRORS)
+            for kept, tries in ((value, short.value), (error, deviation), (length, lengths[rung])):
+                kept[..., at] = np.where(tried, tries, kept[..., at])
+            differs = _differs(short, long, rung <= quiet[at])
+            differs[..., _reverses(samples.angle, points[at], lengths[rung], reversals)] = REVERSING
+            latest[..., at] = np.where(tried, differs, TOLD)
+        near = _widened(latest, points, REVOLUTION / 2 * lengths[rungs])
+        reason[pending] = np.where(near & (latest == TOLD), CHANGING, latest)[pending]
+        left = left & (rungs > 0) & (reason != TOLD).any(axis=(0, 1))
+        rungs = np.where(left, np.maximum(rungs - SHORTER, 0), rungs)
+    return value, error, length, reason
 
 
-def _fit(offsets: np.ndarray, half: float, orders: np.ndarray) -> np.ndarray:
-    """(2 n_order (DEGREE + 1), n) matrix from samples to the coefficients of all cosines, then of all sines.
+def _differs(short: Phasors, long: Phasors, quiet: np.ndarray) -> np.ndarray:
+    """(n_row, n_order, n_point) reason by which the phasors of a window cannot be told, by those of a longer window.
 
-    offsets   (n,) angles of the samples from the centre of the window
-    half      half the window [rad]
+    quiet   (n_point,) whether the speed hardly changes in the window, so that residuals are noise that explains a
+            difference, rather than amplitudes that change
     """
-    arguments = np.outer(offsets, orders)
-    waves = np.concatenate([np.cos(arguments), np.sin(arguments), np.ones((offsets.size, 1))], axis=1)
-    polynomials = legendre.legvander(offsets / half, DEGREE)
-    base = (waves[:, :, None] * polynomials[:, None, :]).reshape(offsets.size, -1)
-    weights = np.sqrt(scipy.signal.get_window("hann", offsets.size, fftbins=False))
-    q, r = scipy.linalg.qr(weights[:, None] * base, mode="economic")
-    return scipy.linalg.solve_triangular(r, q.T * weights)[: -(DEGREE + 1)]
+    amplitude, difference = np.abs(short.value), np.abs(long.value - short.value)
+    noise = np.where(quiet, ERRORS * short.standard_error, 0.0)
+    allowed = np.maximum(np.where(quiet, DIFFERENCE, STEADY) * amplitude, noise)
+    agrees = difference <= np.maximum(allowed, NEGLIGIBLE * amplitude.max(axis=1, keepdims=True))
+    return np.where(np.isnan(difference), COINCIDING, np.where(agrees, TOLD, CHANGING))
+
+
+def _reversals(signal: xr.DataArray) -> np.ndarray:
+    """Angles at which the shaft reverses."""
+    moving = np.flatnonzero(signal["speed"].values)
+    turns = np.flatnonzero(np.diff(np.sign(signal["speed"].values[moving])))
+    return signal["angle"].values[moving[turns]]
+
+
+def _reverses(angle: np.ndarray, points: np.ndarray, revolutions: float, reversals: np.ndarray) -> np.ndarray:
+    """(n_point,) whether windows about points hold a reversal."""
+    half = revolutions * REVOLUTION / 2
+    centre = np.clip(points, angle[0] + half, angle[-1] - half)
+    return np.searchsorted(reversals, centre - half) < np.searchsorted(reversals, centre + half)
+
+
+def _widened(reason: np.ndarray, points: np.ndarray, width: np.ndarray) -> np.ndarray:
+    """(..., n_point) whether a point lies within the width (n_point,) of one with a reason."""
+    first, end = np.searchsorted(points, points - width), np.searchsorted(points, points + width, side="right")
+    counts = np.zeros((*reason.shape[:-1], points.size + 1), int)
+    for row in np.ndindex(reason.shape[:-1]):
+        marked = reason[row] != TOLD
+        counts[row] += np.bincount(first[marked], minlength=points.size + 1)
+        counts[row] -= np.bincount(end[marked], minlength=points.size + 1)
+    return counts.cumsum(axis=-1)[..., :-1] > 0
 
 
 def _coarse(signal: xr.DataArray, points: np.ndarray, orders: np.ndarray) -> np.ndarray:
@@ -173,11 +281,18 @@ def _coarse(signal: xr.DataArray, points: np.ndarray, orders: np.ndarray) -> np.
     return np.outer(orders, at_points) * SAMPLES_PER_PERIOD > 1
 
 
-def _labelled(signal: xr.DataArray, points: np.ndarray, orders: np.ndarray, phasors: np.ndarray) -> xr.Dataset:
-    """The Dataset of the cut: phasors (n_row, n_order, n_point)."""
+def _labelled(signal: xr.DataArray, points, orders, value, error, resolution, reason) -> xr.Dataset:
+    """The Dataset of a cut, of arrays (n_row, n_order, n_point)."""
     about = {"units": "1", "long_name": "order of the shaft"}
     coordinates = channel_coordinates(signal) | at_angles(signal, points, "time")
     coordinates |= {"angle": ("time", points, signal["angle"].attrs), "order": ("order", orders, about)}
+    of_error = signal.attrs | {"long_name": "standard error of the amplitude"}
+    variables = {
+        "amplitude": (np.abs(value), signal.attrs),
+        "phase": (np.angle(value), PHASE),
+        "standard_error": (error, of_error),
+        "resolution": (resolution, RESOLUTION),
+        "reason": (reason, REASON),
+    }
     dims, shape = (*signal.dims[:-1], "order", "time"), (*signal.shape[:-1], orders.size, points.size)
-    amplitude = dims, np.abs(phasors).reshape(shape), signal.attrs
-    return xr.Dataset({"amplitude": amplitude, "phase": (dims, np.angle(phasors).reshape(shape), PHASE)}, coordinates)
+    return xr.Dataset({name: (dims, x.reshape(shape), attrs) for name, (x, attrs) in variables.items()}, coordinates)

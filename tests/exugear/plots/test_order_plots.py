@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy
 from sweeps import linear_sweep, with_orders
 
 import exugear
@@ -46,7 +47,8 @@ def test_maps_are_darkest_at_the_orders(signal):
 def test_a_run_up_and_coast_down_is_drawn_over_time(signal):
     time = np.linspace(0, 8, 80_001)
     speed = 100 - 20 * np.abs(time - 4)
-    both_ways = exugear.recorded_signal(time, speed, np.sin(speed * time))
+    angle = scipy.integrate.cumulative_trapezoid(speed, time, initial=0)
+    both_ways = exugear.recorded_signal(time, speed, np.sin(angle))
     ax = plots.plot_order_cuts(exugear.order_cut(both_ways, [1]), plots.figure().axes[0])
     assert ax.get_xlabel() == "time [s]"
 
