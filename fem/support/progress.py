@@ -1,6 +1,6 @@
 """Progress bars with the time left, and lines with the elapsed time of other long work, shown on request."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from threading import Event, Thread
@@ -35,6 +35,14 @@ def bar(steps, what: str, costs=None) -> Iterator:
         for step, cost in zip(steps, costs, strict=True):
             yield step
             moving.update(cost)
+
+
+@contextmanager
+def share_done(what: str) -> Iterator[Callable[[float], None]]:
+    """Context with a bar over work whose steps are not known beforehand: yields a function of the share done."""
+    style = {"bar_format": STYLE, "delay": DELAY, "leave": False, "disable": not _WANTED.get()}
+    with tqdm(total=1.0, desc=what, **style) as moving:
+        yield lambda share: moving.update(max(0.0, min(share, 1.0) - moving.n)) and None
 
 
 @contextmanager
