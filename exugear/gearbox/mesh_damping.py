@@ -7,6 +7,7 @@ import numpy as np
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.force import MeshForce
 from fem.pair.pair import GearPair
+from fem.support.plausibility import check_damping_ratio
 from fem.support.validation import require
 
 #: Range of values [N s/m] that a user means as ratios where they lie below the least share of the critical damping;
@@ -43,3 +44,4 @@ def check_damping(damping: float, critical: float) -> None:
     remedy = "pass N s/m, or damping_ratio=0.06"
     stuck = f"damping holds the gears as if they were stuck together, {got}; {remedy}"
     require(damping <= LARGEST_RATIO * critical, stuck)
+    check_damping_ratio(damping, critical)

@@ -12,6 +12,7 @@ from exugear.friction.drag import BearingDrag, Drag
 from exugear.gearbox.bearing import Bearing
 from fem.gear.gear import Gear
 from fem.support.arguments import DERIVED, Finite, checked
+from fem.support.plausibility import check_density, check_rotor_mass, check_torsion
 from fem.support.representation import short
 from fem.support.validation import number, require, text_of
 from fem.units import mm
@@ -71,6 +72,8 @@ class Disc:
         require(0 < length < 10 and 0 <= d_bore < d < 10, f"a cylinder needs length > 0 and d > d_bore >= 0, {sizes}")
         require(1 < density < 50e3, f"density must lie in (1, 50000) kg/m^3, got {density:g}")
         mass = density * length * pi / 4 * (d**2 - d_bore**2)
+        check_density(density)
+        check_rotor_mass(mass)
         inertia = mass * (d**2 + d_bore**2) / 8
         return cls(mass, inertia, inertia / 2 + mass * length**2 / 12)
 
@@ -236,6 +239,7 @@ class Shaft:
         require_all(f"shaft {self.name!r}", self, {"inertia": "kg m^2", "mass": "kg", "transverse": "kg m^2"})
         _require_possible(f"shaft {self.name!r}", self)
         self._check_support()
+        self._check_beside_gears()
 
     def _check_parts(self) -> None:
         require(bool(self.name), "name of a shaft must not be empty; drives and loads name the shaft on which they act")
@@ -289,6 +293,14 @@ class Shaft:
         holds = np.linalg.eigvalsh(support / np.outer(scale, scale))[0] > LEAST_HOLD
         remedy = "give its bearing tilt stiffness or add a second bearing"
         require(bool(holds), f"shaft {self.name!r} is free to tilt; {remedy}")
+
+    def _check_beside_gears(self) -> None:
+        """Warn of parts that no machine has beside such gears: probably in another unit."""
+        largest = max(self.gears.values(), key=lambda gear: gear.r**2 * gear.b)
+        for _, disc in self.discs:
+            check_rotor_mass(disc.mass, sum(blank(gear).mass for gear in self.gears.values()))
+        if self.coupling:
+            check_torsion(self.coupling.torsion, 2 * largest.r, largest.b)
 
     def _parts_of(self, kind) -> list:
         """All parts of a kind as (axial position [m], part), also where a list of parts shares a position."""

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.gearbox.gearbox import Gearbox
-from exugear.operation.shaft_ends import MotorCurve, Speed, Torque, recorded
+from exugear.operation.shaft_ends import MotorCurve, Speed, Torque, recorded, recorded_torque
 from exugear.operation.stop_conditions import SpeedReached, StopCondition, check_stop
 from exugear.operation.time_functions import TimeFunction, check_time_function, speed_function
 from exugear.operation.torque_tables import ANGLE, TorqueTable, torque_of_speed, torque_table
@@ -244,7 +244,7 @@ class Conditions:
         drives, loads = (drives | imposed, loads) if self.held_sense > 0 else (drives, loads | imposed)
         given: dict[str, str | float | np.ndarray] = {"title": "run", "drives": str(drives), "loads": str(loads)}
         for end in self.ends:
-            given |= end.torque.recorded(f"{end.name}_torque") if isinstance(end.torque, Torque) else {}
+            given |= recorded_torque(f"{end.name}_torque", end.torque) if isinstance(end.torque, Torque) else {}
         return given | (
             recorded(f"{self.held}_speed", self.speed) if self.held else {"start_speed": float(self.start_speed)}
         )

@@ -75,13 +75,6 @@ class Torque:
         given = {"": self.value, "of_speed=": self.of_speed, "of_angle=": self.of_angle}
         return f"Torque({', '.join(name + name_of(x) for name, x in given.items() if x is not None)})"
 
-    def recorded(self, name: str) -> dict[str, float | str | np.ndarray]:
-        """The torque as attributes of a run: a function of speed or angle has these in its name."""
-        if self.value is not None:
-            return recorded(name, self.value)
-        over, given = ("speed", self.of_speed) if self.of_speed is not None else ("angle", self.of_angle)
-        return recorded(f"{name}_of_{over}" if callable(given) else name, given, over)
-
 
 @checked
 @dataclass(frozen=True, eq=False)
@@ -136,6 +129,14 @@ def recorded(name: str, value, over: str = "time") -> dict[str, float | str | np
     if values.ndim == 2:
         return {name: values[1], f"{name}_{over}": values[0]}
     return {name: values if values.size == 2 else float(values.item())}
+
+
+def recorded_torque(name: str, torque: Torque) -> dict[str, float | str | np.ndarray]:
+    """A torque as attributes of a run, as `recorded`; that of a function of speed or angle has these in its name."""
+    if torque.value is not None:
+        return recorded(name, torque.value)
+    over, given = ("speed", torque.of_speed) if torque.of_speed is not None else ("angle", torque.of_angle)
+    return recorded(f"{name}_of_{over}" if callable(given) else name, given, over)
 
 
 def numbers_of_text(text: str) -> float | str | np.ndarray:

@@ -48,7 +48,7 @@ PAIR = {
     "j_bt": ("m", "backlash along the line of action"),
     "j_wt": ("m", "circumferential backlash on the working pitch circles"),
     "j_bn": ("m", "normal backlash"),
-    "j_r": ("m", "radial backlash"),
+    "j_r": ("m", "radial backlash, a - a_0"),
     "c_1": ("m", "clearance of the pinion's tip"),
     "c_2": ("m", "clearance of the wheel's tip"),
     "d_Ff1": ("m", "root form diameter of the pinion"),

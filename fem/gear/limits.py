@@ -7,6 +7,7 @@ from math import cos, pi, sin, tan
 
 import numpy as np
 
+from fem.support.plausibility import check_module
 from fem.support.validation import require, require_within
 from fem.units import deg, mm
 
@@ -14,6 +15,7 @@ from fem.units import deg, mm
 def check_rack(gear) -> None:
     """Require a module and angles of a rack."""
     require_within("m_n", gear.m_n, 0, 100 * mm, unit=mm, remedy="mm (pass metres: 2.6*mm)")
+    check_module(gear.m_n)
     require_within("alpha_n", gear.alpha_n, 10 * deg, 35 * deg, unit=deg, remedy="deg (pass radians: 20*deg)")
     require_within("beta", gear.beta, -45 * deg, 45 * deg, unit=deg, remedy="deg (pass radians: 15*deg)")
 

@@ -186,7 +186,7 @@ class GearPair:
             "j_bt": self.backlash,
             "j_wt": j_wt,
             "j_bn": self.backlash * cos(self.beta_b),
-            "j_r": j_wt / (2 * tan(self.alpha_wt)),
+            "j_r": self.a - self.a_without_backlash,
             "c_1": self.a - pinion.r_a - wheel.r_f,
             "c_2": self.a - wheel.r_a - pinion.r_f,
             "d_Ff1": 2 * pinion.r_form,

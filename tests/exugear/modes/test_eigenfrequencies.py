@@ -30,6 +30,7 @@ def test_slow_shaft_vibrates_on_the_mesh_while_the_drive_is_fixed(load):
     assert frequencies == pytest.approx([np.sqrt(K * R_B**2 / (3 * INERTIA)) / (2 * pi)], rel=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore:torsion 10 N m/rad")
 def test_two_shafts_free_to_spin_vibrate_against_each_other():
     """The drive acts through a very soft coupling."""
     model = linear(ratio=3.0, fast=(exugear.Coupling(10.0, inertia=1.0),))
@@ -38,6 +39,7 @@ def test_two_shafts_free_to_spin_vibrate_against_each_other():
     assert exugear.eigenfrequencies(model, load=5.0) == pytest.approx([low, high], rel=1e-5)
 
 
+@pytest.mark.filterwarnings("ignore:torsion 1 N m/rad")
 @pytest.mark.parametrize("k", MODES)
 def test_modes_on_bearings_are_the_known_ones(k):
     """Across the line of action both shafts move alone."""

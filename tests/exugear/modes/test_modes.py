@@ -105,6 +105,7 @@ def test_single_mode_has_the_closed_form_of_damping_energy_and_excitation():
     assert spin == pytest.approx(inertia**-0.5, rel=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore:torsion 10 N m/rad")
 def test_damping_ratio_of_a_coupling_between_two_rotors():
     """Free drive: two rotors on a coupling, the other mode on the mesh far above."""
     coupling = exugear.Coupling(10.0, 0.02, inertia=1.0)

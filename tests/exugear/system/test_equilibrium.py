@@ -104,6 +104,7 @@ def test_curves_know_their_slope():
     )
 
 
+@pytest.mark.filterwarnings("ignore:torsion 8 N m/rad")
 @pytest.mark.parametrize(
     ("part", "message"),
     [

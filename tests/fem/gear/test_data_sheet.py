@@ -82,8 +82,11 @@ def test_data_sheet_of_the_papers_pair():
 
 def test_radial_backlash_is_the_decrease_of_the_centre_distance_to_zero_backlash():
     tight = fem.GearPair(few_teeth(), few_teeth(z=41))
-    loose = fem.GearPair(tight.pinion, tight.wheel, a=tight.a + 1e-6)
-    assert loose.data_sheet()["j_r"].value == pytest.approx(1e-6, rel=1e-4)
+    for wider in (1e-6, 0.3 * mm):
+        sheet = fem.GearPair(tight.pinion, tight.wheel, a=tight.a + wider).data_sheet()
+        assert sheet["j_r"].value == pytest.approx(wider, rel=1e-8)
+        slope = sheet["j_wt"].value / (2 * np.tan(sheet["alpha_wt"].value))
+        assert abs(slope / wider - 1) > (0.01 if wider > 1e-5 else 0)
 
 
 def test_specific_sliding_is_that_of_the_velocities_of_rotating_gears():
