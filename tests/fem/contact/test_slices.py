@@ -31,7 +31,7 @@ def map_of(pair, torque, phases=16, resolution=None, misalignment=0.0):
 @pytest.mark.parametrize(("pair", "torque"), [(HELICAL[0], 400), (HELICAL[1], 300)], ids=("19/43", "26/31"))
 def test_peak_to_peak_of_helical_pairs_needs_few_slices(pair, torque):
     """Today within 20 nm; slices that are in or out by their middle are 0.1 to 0.3 um off."""
-    few, many = (np.ptp(map_of(pair, torque, 32, fem.Slices(ROUGH, n))["te"].values) for n in (20, 80))
+    few, many = (np.ptp(map_of(pair, torque, 32, fem.Slices(ROUGH, n))["te"].values) for n in (20, 48))
     assert few == pytest.approx(many, abs=0.04 * um)
 
 
@@ -39,7 +39,7 @@ def test_light_loads_on_crowned_misaligned_flanks_deflect_as_resolved_by_strips(
     torque, tilt = PER_LINE_LOAD * np.array([0, 0.1, 1, 10]), 2e-4
     te = [
         map_of(CROWNED, torque, 4, resolution, tilt)["te"].values
-        for resolution in (fem.Slices(ROUGH), fem.Resolution(ROUGH, 40))
+        for resolution in (fem.Slices(ROUGH), fem.Resolution(ROUGH))
     ]
     assert te[0][0] == pytest.approx(te[1][0], abs=1e-3 * um)
     deflection = [(loaded[1:] - loaded[0]).mean(axis=1) for loaded in te]
@@ -57,10 +57,12 @@ def test_stiffness_is_the_slope_of_the_force(pair, torque, tilt):
     assert ste["stiffness"].values[1] == pytest.approx(slope, rel=1e-3)
 
 
-@pytest.mark.parametrize("line_load", [0.3, 30])
-def test_a_misalignment_does_work_where_the_force_acts(line_load):
-    """At a given force the transmission error changes with the misalignment by the position of the force."""
-    tilt = 2e-4 + np.array([-1e-6, 0, 1e-6])
-    ste = map_of(CROWNED, line_load * PER_LINE_LOAD, 4, misalignment=tuple(tilt)).squeeze("torque")
-    moved = ste["te"].values[2] - ste["te"].values[0]
-    assert moved / 2e-6 == pytest.approx(ste["centroid"].values[1], rel=5e-3)
+def test_misalignment_and_force_are_conservative():
+    """Of the complementary energy V, te = dV/dF and F centroid = dV/dmisalignment: the mixed derivatives are equal."""
+    step, tilt, loads = 1e-3, 2e-4 + np.array([-1e-6, 0, 1e-6]), PER_LINE_LOAD * np.array([0.3, 30])
+    torque = np.outer(loads, [1 - step, 1, 1 + step]).ravel()
+    ste = map_of(CROWNED, torque, 4, misalignment=tuple(tilt)).transpose("misalignment", ...)
+    te, centroid = ste["te"].values[:, 1::3], ste["centroid"].values[1]
+    by_misalignment = (te[2] - te[0]) / (tilt[2] - tilt[0])
+    by_force = ((1 + step) * centroid[2::3] - (1 - step) * centroid[0::3]) / (2 * step)
+    assert by_misalignment == pytest.approx(by_force, rel=5e-3)
