@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem.contact.coupling import CompiledCompliance, smooth_compliance
-from fem.contact.slice_pressure import line_load, slice_load
+from fem.contact.slice_pressure import LEAST, slice_load
 from fem.elasticity.face_symmetry import Face
 from fem.gap.contact_slices import ContactSlices
 from fem.linalg import small_systems
@@ -114,17 +114,6 @@ def _tilts(slices: ContactSlices, face: Face) -> tuple[np.ndarray, np.ndarray]:
 
 
 @unchecked
-def _start(contact, force, touches):
-    """Transmission error at which equally loaded slices carry the mesh force alone [m]."""
-    n, te = contact.approach.size, 0.0
-    least, factor, constant = touches[0], 0.0, 0.0
-    for i in range(n):
-        least = min(least, touches[i])
-        factor, constant = factor + contact.factor[i] / n, constant + contact.constant[i] / n
-    return least, least + START * factor * force / n * max(constant - log(force / n) / 2, 0.1) / contact.approach[0]
-
-
-@unchecked
 def _add(band, i, j, value):
     """Add a value to the places (i, j) and (j, i) of a symmetric band matrix, by diagonal."""
     band[max(i, j), abs(i - j)] += 2 * value if i == j else value
@@ -132,7 +121,10 @@ def _add(band, i, j, value):
 
 @unchecked
 def _band_factors(band):
-    """(n, 3) lower triangular L with L L^T = G by column from the diagonal on; G (n, 3) by row to the left of it."""
+    """(n, 3) lower triangular L with L L^T = G by column from the diagonal on; G (n, 3) by row to the left of it.
+
+    Columns of L are 0 where G is singular.
+    """
     n, lower = len(band), np.zeros((len(band), 3))
     for i in range(n):
         pivot = band[i, 0]
@@ -183,75 +175,109 @@ def _times(matrix, vector):
 
 
 @unchecked
-def _equilibrium(contact, mesh_force, middle, slope, least, te):
-    """Transmission error, stiffness, forces, moments and largest line loads under a force; te to begin with."""
-    n, approach, softens = contact.approach.size, contact.approach, contact.softening.size > 0
-    p, force, moment, largest = np.zeros((1, n)), np.empty(n), np.empty(n), np.empty(n)
-    compliance, softer, stiffness, change = contact.compliance.copy(), np.zeros((1, n)), 0.0, mesh_force
+def _begin(contact, force, touches):
+    """Least transmission error at which slices touch, and one at which equally loaded slices flatten enough [m]."""
+    n, first = touches.size, 0
+    for i in range(n):
+        first = i if touches[i] < touches[first] else first
+    factor, constant = contact.factor[first], contact.constant[first]
+    flattened = factor * force / n * max(constant - log(force / n) / 2, LEAST)
+    return touches[first], touches[first] + START * flattened / contact.approach[first]
+
+
+@unchecked
+def _write_loads(contact, te, w, gap, loads, rest, rise, band):
+    """Write the loads under displacements w (1, n), and how the loads p that balance them depend on overlaps.
+
+    gap     gaps in the middle and slopes (2, n) [m]
+    loads   (3, n) forces, moments, largest line loads
+    rest    (1, n) f + S^T m
+    rise    (1, n) its derivative by te with w held
+    band    (n, 3) rows, to the left of the diagonal, of minus its derivative by w
+
+    Returns the mesh force, and its derivative by te with w held.
+    """
+    mesh_force, stiffness = 0.0, 0.0
+    for i in range(w.shape[1]):
+        before, after, tilt = contact.beside[0, i], contact.beside[1, i], contact.tilt[i]
+        approach = contact.approach[i]
+        overlap, slope = approach * te - gap[0, i] - w[0, i], -gap[1, i] - tilt * (w[0, after] - w[0, before])
+        load = slice_load(contact.factor[i], contact.constant[i], overlap, slope, contact.bend[i])
+        loads[0, i], loads[1, i], loads[2, i], by_middle, mixed, by_slope = load
+        mesh_force, stiffness = mesh_force + approach * loads[0, i], stiffness + approach**2 * by_middle
+        rest[0, i] += loads[0, i]
+        rest[0, after] += tilt * loads[1, i]
+        rest[0, before] -= tilt * loads[1, i]
+        rise[0, i] += approach * by_middle
+        rise[0, after] += approach * tilt * mixed
+        rise[0, before] -= approach * tilt * mixed
+        _add(band, i, i, by_middle / 2)
+        _add(band, i, after, tilt * mixed)
+        _add(band, i, before, -tilt * mixed)
+        _add(band, after, after, tilt**2 * by_slope / 2)
+        _add(band, before, before, tilt**2 * by_slope / 2)
+        _add(band, after, before, -(tilt**2) * by_slope)
+    return mesh_force, stiffness
+
+
+@unchecked
+def _equilibrium(contact, mesh_force, gap, touches):
+    """Transmission error and stiffness under a mesh force, and loads (3, n) as in `_write_loads`; gap (2, n).
+
+    With G = L L^T, minus the derivative of f + S^T m by w, and its derivative h by te, a Newton step of p is
+
+        dp = r + h' dte - L y,   (1 + L^T C L) y = L^T C (r + h' dte),   r = f + S^T m - p,   h' = h - G C1 p
+    """
+    n, softens, (least, te) = touches.size, contact.softening.size > 0, _begin(contact, mesh_force, touches)
+    p, loads, softer = np.zeros((1, n)), np.empty((3, n)), np.zeros((1, n))
+    compliance, stiffness, change = contact.compliance.copy(), 0.0, mesh_force
     for step in range(STEPS):
         if softens:
             softer = _times(contact.softening, p)
             for i in range(n):
                 for j in range(n):
                     compliance[i, j] = contact.compliance[i, j] + te * contact.softening[i, j]
-        w = _times(compliance, p)
-        band, rest, rise, total, own = np.zeros((n, 3)), np.zeros((1, n)), np.zeros((1, n)), 0.0, 0.0
-        for i in range(n):
-            before, after, tilt = contact.beside[0, i], contact.beside[1, i], contact.tilt[i]
-            overlap = approach[i] * te - middle[i] - w[0, i]
-            inclined = -slope[i] - tilt * (w[0, after] - w[0, before])
-            load = slice_load(contact.factor[i], contact.constant[i], overlap, inclined, contact.bend[i])
-            force[i], moment[i], largest[i], by_middle, mixed, by_slope = load
-            total, own = total + approach[i] * force[i], own + approach[i] ** 2 * by_middle
-            rest[0, i] += force[i] - p[0, i]
-            rest[0, after] += tilt * moment[i]
-            rest[0, before] -= tilt * moment[i]
-            rise[0, i] += approach[i] * by_middle
-            rise[0, after] += approach[i] * tilt * mixed
-            rise[0, before] -= approach[i] * tilt * mixed
-            _add(band, i, i, by_middle / 2)
-            _add(band, i, after, tilt * mixed)
-            _add(band, i, before, -tilt * mixed)
-            _add(band, after, after, tilt**2 * by_slope / 2)
-            _add(band, before, before, tilt**2 * by_slope / 2)
-            _add(band, after, before, -(tilt**2) * by_slope)
+        rest, rise, band = np.zeros((1, n)), np.zeros((1, n)), np.zeros((n, 3))
+        total, stiffness_held = _write_loads(contact, te, _times(compliance, p), gap, loads, rest, rise, band)
         if change < CONVERGED * mesh_force and abs(total - mesh_force) < BALANCED * mesh_force:
-            return te, stiffness, force * (mesh_force / total), moment * (mesh_force / total), largest, step
-        lower = _band_factors(band)
-        columns = small_systems.true_in(lower[:, 0] > 0)
-        matrix = _system(lower, columns, compliance)
-        right = np.empty((2, columns.size))
-        displaced, faster = _times(compliance, rise), rise.copy()
-        if softens:
             for i in range(n):
-                for k in range(min(3, i + 1)):
-                    faster[0, i] -= band[i, k] * softer[0, i - k]
-                    if k:
-                        faster[0, i - k] -= band[i, k] * softer[0, i]
-        right[0] = _left(lower, columns, _times(compliance, rest))[0]
-        right[1] = _left(lower, columns, _times(compliance, faster))[0]
-        small_systems.factorize(matrix)
-        small_systems.solve(matrix, right)
-        for a, j in enumerate(columns):
-            for k in range(min(3, n - j)):
-                rest[0, j + k] -= lower[j, k] * right[0, a]
-                faster[0, j + k] -= lower[j, k] * right[1, a]
-        stiffness = own - product(displaced, 0, faster, 0, n)
-        if softens:
-            stiffness -= product(rise, 0, softer, 0, n)
-        rise_of_te = (mesh_force - total + product(displaced, 0, rest, 0, n)) / stiffness
-        if not own > 0:
-            te, change = least + 2 * (te - least), mesh_force
-            for i in range(n):
-                p[0, i] = 0.0
+                loads[0, i], loads[1, i] = loads[0, i] * (mesh_force / total), loads[1, i] * (mesh_force / total)
+            return te, stiffness, loads
+        if not stiffness_held > 0:
+            te, p = least + 2 * (te - least), np.zeros((1, n))
             continue
+        displaced, rising = _times(compliance, rise), rise.copy()
+        for i in range(n):
+            rest[0, i] -= p[0, i]
+            for k in range(min(3, i + 1)):
+                rising[0, i] -= band[i, k] * softer[0, i - k]
+                if k:
+                    rising[0, i - k] -= band[i, k] * softer[0, i]
+        _yield_to(compliance, _band_factors(band), rest, rising)
+        stiffness = stiffness_held - product(displaced, 0, rising, 0, n) - product(rise, 0, softer, 0, n)
+        te_step = (mesh_force - total + product(displaced, 0, rest, 0, n)) / stiffness
         share, change = 1.0 if step < DAMPED else 0.5, 0.0
         for i in range(n):
-            moved = rest[0, i] + faster[0, i] * rise_of_te
-            p[0, i] += share * moved
-            change = max(change, abs(moved))
-        te += share * rise_of_te
+            moved = rest[0, i] + rising[0, i] * te_step
+            p[0, i], change = p[0, i] + share * moved, max(change, abs(moved))
+        te += share * te_step
     raise RuntimeError("contact did not converge; try a neighbouring phase, less load or a finer resolution")
+
+
+@unchecked
+def _yield_to(compliance, lower, rest, rising):
+    """Replace loads x by x - L y with (1 + L^T C L) y = L^T C x: what is left of them as the slices yield."""
+    n, columns = len(lower), small_systems.true_in(lower[:, 0] > 0)
+    right = np.empty((2, columns.size))
+    right[0] = _left(lower, columns, _times(compliance, rest))[0]
+    right[1] = _left(lower, columns, _times(compliance, rising))[0]
+    matrix = _system(lower, columns, compliance)
+    small_systems.factorize(matrix)
+    small_systems.solve(matrix, right)
+    for a, j in enumerate(columns):
+        for k in range(min(3, n - j)):
+            rest[0, j + k] -= lower[j, k] * right[0, a]
+            rising[0, j + k] -= lower[j, k] * right[1, a]
 
 
 @kept_unchecked
@@ -262,11 +288,12 @@ def solve_lines(contact, force, middle, slope, touches):
                                 the slices touch [m]
     """
     te, stiffness, loads = np.empty(force.size), np.empty(force.size), np.empty((3, *middle.shape))
-    steps = np.empty(force.size, np.int64)
+    gap = np.empty((2, middle.shape[1]))
     for k in range(force.size):
-        least, start = _start(contact, force[k], touches[k])
-        state = _equilibrium(contact, force[k], middle[k], slope[k], least, start)
-        te[k], stiffness[k], steps[k] = state[0], state[1], state[5]
         for i in range(middle.shape[1]):
-            loads[0, k, i], loads[1, k, i], loads[2, k, i] = state[2][i], state[3][i], state[4][i]
-    return te, stiffness, loads[0], loads[1], loads[2], steps
+            gap[0, i], gap[1, i] = middle[k, i], slope[k, i]
+        te[k], stiffness[k], of_slices = _equilibrium(contact, force[k], gap, touches[k])
+        for a in range(3):
+            for i in range(middle.shape[1]):
+                loads[a, k, i] = of_slices[a, i]
+    return te, stiffness, loads[0], loads[1], loads[2]

@@ -15,7 +15,7 @@ from fem.support.numba_cache import unchecked
 #: contact is too wide for half-planes.
 LEAST = 0.1
 #: Gauss points and weights over slices whose least overlap exceeds this share of the largest; over the loaded parts of
-#: others, where the rate of the line load is infinite at the ends of the load, they lie closer together towards the ends.
+#: others they lie closer together towards the ends, where the rate of the line load falls to 0 as 1/ln does.
 EVEN, EVEN_POINTS, EVEN_WEIGHTS = 0.5, *np.polynomial.legendre.leggauss(2)
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(5)
 POINTS, WEIGHTS = _POINTS * (3 - _POINTS**2) / 2, _WEIGHTS * 1.5 * (1 - _POINTS**2)

@@ -27,10 +27,9 @@ ROUNDS, AROUND = 3, 9
 #: Factor by which strips are widened that are narrower than the contact, and how often: to a hundred times in total.
 WIDENING, WIDENINGS = 1.6, 12
 
-#: Slices may touch that are within the deflection of a pair of this least stiffness per face width, times the
-#: flattening of both flanks per line load: 10 N/(mm um) of steel.
-SOFTEST = 0.028
-STEPS = []
+#: Slices are coupled that touch within the deflection of a pair of this stiffness per face width, over 1/flattening of
+#: both flanks: 6 N/(mm um) of steel.
+SOFTEST = 0.035
 
 
 @dataclass(frozen=True)
@@ -147,24 +146,26 @@ class ToothContact:
     def _line_loads(
         self, force: np.ndarray, misalignment: np.ndarray, *, softens: bool
     ) -> tuple[ContactSlices, LineLoads]:
-        """Slices that may touch, and line loads on them, under mesh forces (m,) [N] and misalignments (m,) [rad]."""
-        whole, across = self.gap_across
+        """Slices that may touch, and line loads on them, under mesh forces (m,) [N] and misalignments (m,) [rad].
+
+        Only slices within reach of the deflection are coupled; where it exceeds the expected one, the reach is doubled.
+        """
+        (whole, across), loaded = self.gap_across, force > 0
         middle, slope = across.misaligned(whole, misalignment)
         touches = least_gaps(middle, slope, across.bend) / across.approach
-        first, loaded = touches.min(axis=1), force > 0
-        reach = force.max() / (whole.mesh.geometry.position["flattening"] ** -1 * SOFTEST * self.position.pair.b)
+        unloaded = touches.min(axis=1)
+        reach = force.max() * whole.mesh.geometry.position["flattening"] / (SOFTEST * self.position.pair.b)
         while True:
-            near = within_reach(whole.number, touches, first + reach)
-            slices = whole.part(near)
-            loads = LineLoads(first.copy(), *np.zeros((1, force.size)), *np.zeros((3, force.size, near.size)))
+            near = within_reach(whole.number, touches <= unloaded[:, None] + reach)
+            slices, te = whole.part(near), unloaded.copy()
+            loads = LineLoads(te, np.zeros(te.size), *np.zeros((3, te.size, near.size)))
             if loaded.any():
                 contact = line_contact(slices, across.bend[near], self.bodies, self.face, softens=softens)
                 gaps = (np.ascontiguousarray(values[loaded][:, near]) for values in (middle, slope, touches))
                 solved = solve_lines(contact, force[loaded] * self.face.share, *gaps)
-                for all_states, of_loaded in zip(loads, solved, strict=False):
-                    all_states[loaded] = of_loaded
-                STEPS.append(solved[-1])
-            if (loads.te <= first + reach).all() or near.size == whole.number.size:
+                for of_all, of_loaded in zip(loads, solved, strict=True):
+                    of_all[loaded] = of_loaded
+            if (te <= unloaded + reach).all():
                 return slices, loads
             reach *= 2
 
@@ -198,19 +199,14 @@ def _range(values: np.ndarray) -> str:
     return " to ".join(f"{value:.4g}" for value in np.unique([values.min(), values.max()]))
 
 
-def within_reach(number: np.ndarray, touches: np.ndarray, te: np.ndarray) -> np.ndarray:
-    """Slices (k,) of tooth pairs from the first to the last that touches in any state, and those beside them.
+def within_reach(number: np.ndarray, touching: np.ndarray) -> np.ndarray:
+    """Slices (k,) from the first to the last of each tooth pair that touches in any state, and those beside them.
 
     number      (n,) tooth pairs of the slices
-    touches     (m, n) transmission errors at which they touch [m]
-    te          (m,) transmission errors [m]
+    touching    (m, n) whether they touch in each state
     """
-    touching = (touches <= te[:, None]).any(axis=0)
-    near = [np.arange(max(rows[0] - 1, start), min(rows[-1] + 1, end) + 1) for start, end, rows in _runs(number, touching)]
-    return np.concatenate(near)
-
-
-def _runs(number: np.ndarray, touching: np.ndarray) -> list[tuple[int, int, np.ndarray]]:
-    """First and last slice of each tooth pair that touches, and its slices that do."""
-    runs = (np.flatnonzero(number == pair) for pair in np.unique(number[touching]))
-    return [(run[0], run[-1], run[touching[run]]) for run in runs]
+    near, rows = np.zeros(number.size, bool), np.flatnonzero(touching.any(axis=0))
+    for pair in np.unique(number[rows]):
+        of_pair = rows[number[rows] == pair]
+        near[max(of_pair[0] - 1, 0) : of_pair[-1] + 2] |= number[max(of_pair[0] - 1, 0) : of_pair[-1] + 2] == pair
+    return np.flatnonzero(near)

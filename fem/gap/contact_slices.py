@@ -44,7 +44,7 @@ class ContactSlices:
         return slices
 
     def in_middle(self, te: float) -> "ContactSlices":
-        """The same slices about another transmission error [m], where the flanks are closest in their middle sections."""
+        """The slices about another transmission error [m], where flanks are closest in their middle sections."""
         closest = closest_in(self.mesh, self.number, self.middle, self.middle, te)
         return replace(self, te=te).closest_at(Closest(*closest))
 

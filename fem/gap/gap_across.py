@@ -39,7 +39,8 @@ def gap_across(slices: ContactSlices) -> tuple[ContactSlices, GapAcross]:
     slices = slices.closest_at(Closest(*closest[:, -n:]))
     roll, path = slices.position.nominal(slices.number, slices.middle), slices.position.path
     beyond = (roll < path.start) | (roll > path.end)
-    return slices, GapAcross(*parabolas(ends[:n], slices.closest.gap, high, beyond), slices.closest.approach)
+    middle, slope, bend = parabolas(ends[:n], slices.closest.gap, high, beyond)
+    return slices, GapAcross(middle, slope, bend, slices.closest.approach)
 
 
 @kept_unchecked
