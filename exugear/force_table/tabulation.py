@@ -20,10 +20,9 @@ from exugear.force_table.offset_interpolation import slope_weights
 from exugear.force_table.pchip import monotone_cubic, periodic_cubics
 from exugear.force_table.potential_of_stiffness import differences, potential_of, with_curvature
 from fem.support.validation import require
-from fem.units import um
 
-#: Penetration over which the damping ramps in [m].
-DAMPING_RAMP = 1 * um
+#: Fields of a `MeshForce` that the heads of its tables hold.
+SCALARS = "conserves", "backlash", "back_phase", "damping", "damping_ramp"
 #: Columns by which tables with offsets are extended; share of the largest penetration beyond the largest deflection.
 EXTENSION, MARGIN = 4, 0.1
 #: u below which a load counts as light.
@@ -65,12 +64,11 @@ def tabulate(force) -> np.record:
     jam = -2 * min(unloaded)
     least = f"backlash must be >= {jam:.4g} m, or the unloaded transmission error jams the teeth, got {force.backlash}"
     require(force.backlash >= jam - 1e-9, least)
-    scalars = {name: getattr(force, name) for name in ("conserves", "backlash", "back_phase", "damping")}
+    scalars = {name: getattr(force, name) for name in SCALARS}
     stiffest = tangents.max() if coast is None else max(tangents.max(), coast.head.largest_stiffness)
     head = record_of(
         FORCE_TABLE,
         **scalars,
-        damping_ramp=DAMPING_RAMP,
         side=1.0,
         coast=0 if coast is None else start_of_field(kind, "coast"),
         phase_steps=phase_steps,

@@ -10,7 +10,7 @@ import xarray as xr
 from exugear.friction.mesh_friction import MeshFriction
 from exugear.gearbox.mesh_damping import check_damping, critical_damping
 from exugear.gearbox.shaft import Shaft
-from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.force import DAMPING_RAMP, MeshForce
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_of
@@ -26,7 +26,7 @@ LEAST_FACE = 0.1
 
 
 @checked
-@short(damping="N s/m", backlash="um", angle="deg", axial_position="mm")
+@short(damping="N s/m", damping_ramp="um", backlash="um", angle="deg", axial_position="mm")
 @dataclass(frozen=True, eq=False)
 class Stage:
     """One mesh: the pinion on shaft fast drives the wheel on shaft slow.
@@ -40,6 +40,7 @@ class Stage:
                     two shafts that are free to spin has this ratio; where the drive prescribes the speed of the fast
                     shaft, the mode of the slow shaft alone has the ratio r_b2 sqrt(m / J_2) damping_ratio, of two
                     equal shafts 1/sqrt(2) of it
+    damping_ramp    penetration over which the damping ramps in [m], by default 1 um (`exugear.MeshForce`)
     backlash        along the line of action [m], by default the pair's
     friction        `exugear.MeshFriction` of the pair, of both flanks; by default none
     angle           direction from the fast to the slow shaft, about z from x [rad]
@@ -64,6 +65,7 @@ class Stage:
     pair: GearPair = field(default=DERIVED, kw_only=True)
     damping: float | None = field(default=None, kw_only=True)
     damping_ratio: float | None = field(default=None, kw_only=True)
+    damping_ramp: float | None = field(default=None, kw_only=True)
     backlash: float | None = field(default=None, kw_only=True)
     friction: MeshFriction | None = field(default=None, kw_only=True)
     angle: float = field(default=0.0, kw_only=True)
@@ -91,8 +93,9 @@ class Stage:
         self._damp()
 
     def _given_force(self, force: MeshForce) -> MeshForce:
-        unset = self.damping is None and self.backlash is None
-        require(unset, "damping and backlash belong to the MeshForce already; leave them out of the stage")
+        unset = self.damping is None and self.damping_ramp is None and self.backlash is None
+        belong = "damping, damping_ramp and backlash belong to the MeshForce already; leave them out of the stage"
+        require(unset, belong)
         return force
 
     def _damp(self) -> None:
@@ -112,7 +115,8 @@ class Stage:
         given, of_map = ([(gear.z, gear.m_n, gear.beta) for gear in (p.pinion, p.wheel)] for p in (self.pair, mapped))
         alike = np.allclose(given, of_map, rtol=1e-9, atol=0.0)
         require(alike, f"pair must be that of the map, {mapped}, got {self.pair}; leave pair out beside a map")
-        return MeshForce.from_ste(ste, damping=self.damping or 0.0, backlash=self.backlash)
+        ramp = DAMPING_RAMP if self.damping_ramp is None else self.damping_ramp
+        return MeshForce.from_ste(ste, damping=self.damping or 0.0, damping_ramp=ramp, backlash=self.backlash)
 
     def _find_gears(self) -> tuple[float, float]:
         """Axial positions of pinion and wheel: each pinion meshes with the nearest wheel opposite it."""

@@ -22,7 +22,8 @@ from exugear.integration.shaft_motion import (
     torque_variables,
 )
 from exugear.integration.solver_settings import Scheme
-from exugear.integration.time_integration import Segment
+from exugear.integration.step_error import Check
+from exugear.integration.vibration_jumps import with_jumps
 from exugear.kernels.recorder import Recorder
 from exugear.operation.conditions import Conditions
 from exugear.operation.shaft_ends import numbers_of_text
@@ -239,21 +240,21 @@ def _beyond_maps(model: Model, interval: float) -> dict[str, Any]:
     }
 
 
-def with_step_error(
-    data: xr.Dataset, errors: Iterable[tuple[Segment, np.ndarray]], h: float
-) -> tuple[xr.Dataset, KeyboardInterrupt | None]:
+def with_step_error(data: xr.Dataset, checks: Iterable[Check], h: float) -> tuple[xr.Dataset, KeyboardInterrupt | None]:
     """The data with the errors by the step h [s] of the segments that are integrated again at half of it, if any.
 
-    Also the interruption where the user does not wait for the errors; the data are then without them.
+    Warns of jumps that half the step moves. Also the interruption where the user does not wait for the errors; the data
+    are then without them.
     """
     try:
-        checked = list(errors)
+        checked = sorted(checks, key=lambda check: check.segment.first)
     except KeyboardInterrupt as interrupt:
         return data, interrupt
     if not checked:
         return data, None
-    middles = [(segment.first + segment.last) / 2 * h for segment, _ in checked]
-    relative = np.array([error for _, error in checked]).T
+    middles = [(check.segment.first + check.segment.last) / 2 * h for check in checked]
+    relative = np.array([check.error for check in checked]).T
+    data = with_jumps(data, [(check.jump, check.coarse, check.fine) for check in checked if check.jump], h)
     about = {"units": "1", "long_name": "relative error of the rms of the DTE by the step, estimated"}
     middle = {"units": "s", "long_name": "middle of the segment that was integrated again at half the step"}
     return data.assign(step_error=(("stage", "checked"), relative, about), checked=("checked", middles, middle)), None
@@ -266,7 +267,9 @@ def scene_attributes(model: Model) -> dict[str, float | str]:
         inputs |= {f"{shaft.name}_{name}": getattr(shaft, name) for name in ("inertia", "mass", "transverse")}
         inputs |= {f"{shaft.name}_parts": text for text in [_parts(shaft)] if text}
     for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
-        numbers = pair_attributes(stage.pair) | {"damping": stage.force.damping, "backlash": stage.force.backlash}
+        law = stage.force
+        numbers = pair_attributes(stage.pair) | {"damping": law.damping, "backlash": law.backlash}
+        numbers |= {"damping_ramp": law.damping_ramp}
         numbers |= {"critical_damping": stage.critical_damping}
         numbers |= {"angle": stage.angle} | ({"friction": repr(stage.friction.coefficient)} if stage.friction else {})
         inputs |= {f"{label}_{name}": value for name, value in numbers.items()}

@@ -1,5 +1,6 @@
 """Integrator, steps and samples of a run, and Exudyn's settings for them; the settings for hand-built models."""
 
+import os
 import warnings
 from dataclasses import dataclass, replace
 from math import ceil, inf, pi, sqrt
@@ -30,6 +31,8 @@ NEWTON_SHARE = 0.1
 RESIDUAL_SHARE = 1e-3
 #: Residual by rounding over that of a single rounding of the angles at the end of a run.
 ROUNDINGS = 4
+#: Estimated wall time from which on a run warns at its start [s].
+LONG_RUN = 1800.0
 #: Step of a run over that of a run whose energy balance closes.
 BALANCE_REFINEMENT = 3
 #: Newton's tolerance of such a run over that of other runs, and the least tolerance, below which only rounding is left.
@@ -111,6 +114,26 @@ def scheme_of(
     residual = _negligible_residual(model, conditions, newton_tolerance)
     rule, sensor_steps = replace(rule, step=steps.size), steps.within(period)
     return Scheme(rule, steps, sensor_steps, tolerance, newton_tolerance, residual, jumps)
+
+
+def check_cost(model: Model, scheme: Scheme) -> None:
+    """Warn of a run that takes long; ValueError where its samples do not fit into the memory of this machine."""
+    steps, plan = scheme.steps, model.plan
+    cost = plan.cost(steps.number * steps.size, steps.size, steps.interval)
+    enough = plan.memory(steps.samples) < memory_of_machine()
+    every = f"the samples of the run, {steps.samples:.3g} at intervals of {steps.interval:.3g} s, exceed the memory"
+    require(enough, f"{every} ({cost}); take a larger sample=, or run shorter parts with initial=")
+    if plan.wall_time(steps.number) > LONG_RUN:
+        remedy = "Take a larger step or tolerance, a shorter duration, or executor="
+        warnings.warn(f"the run takes long: {cost}. {remedy}", stacklevel=6)
+
+
+def memory_of_machine() -> float:
+    """Memory of this machine [bytes]; inf where the system does not tell."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):
+        return inf
 
 
 def _negligible_residual(model: Model, conditions: Conditions, tolerance: float) -> float:

@@ -4,12 +4,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
 from exugear.elements.exudyn_objects import CURRENT, INITIAL, set_state_of_system, state_of_system
 from exugear.integration.solver_settings import Scheme
 from exugear.integration.time_integration import SEGMENTS, Segment, Solver
+from exugear.integration.vibration_jumps import VibrationJump, vibration_jumps
 from exugear.system.model import Model
 
 #: Error of a fourth-order result over its change when the step is halved.
@@ -22,21 +24,48 @@ NO_VIBRATION = 1e-12
 Repeat = Callable[[Sequence[Segment]], Iterable[np.ndarray]]
 
 
-def errors_by_step(
+class Check(NamedTuple):
+    """A segment that is integrated again: (n_stage,) rms of its DTE [m] at the step and at half of it.
+
+    jump   in the segment, if it was chosen for that
+    """
+
+    segment: Segment
+    coarse: np.ndarray
+    fine: np.ndarray
+    jump: VibrationJump | None
+
+    @property
+    def error(self) -> np.ndarray:
+        """(n_stage,) relative errors of the rms."""
+        return RICHARDSON * np.abs(self.coarse - self.fine) / np.maximum(self.fine, NO_VIBRATION)
+
+
+def checks_by_step(
     model: Model, scheme: Scheme, segments: Sequence[Segment], number: int, repeated: Repeat
-) -> Iterator[tuple[Segment, np.ndarray]]:
-    """Hundredths of a run, at most number, with the (n_stage,) relative errors of their rms of the DTE.
+) -> Iterator[Check]:
+    """Hundredths of a run, at most number, and the parts of the run about its jumps, integrated again; none for 0.
 
     repeated   integrates segments at half the step; other processes begin with that at once
     """
-    checked = representative(model, scheme, hundredths(segments), number)
+    spread = representative(model, scheme, hundredths(segments), number)
+    jumps = jumps_of(model, scheme, segments) if spread else []
+    checked = spread + [jump.part for jump in jumps]
     coarse, fine = [vibration(model, scheme, segment) for segment in checked], repeated(checked)
-    return map(_error, checked, coarse, fine)
+    reasons: list[VibrationJump | None] = [None] * len(spread)
+    return map(Check, checked, coarse, fine, [*reasons, *jumps])
 
 
-def _error(segment: Segment, coarse: np.ndarray, fine: np.ndarray) -> tuple[Segment, np.ndarray]:
-    """A segment with its relative errors, by the rms at the step and at half of it."""
-    return segment, RICHARDSON * np.abs(coarse - fine) / np.maximum(fine, NO_VIBRATION)
+def jumps_of(model: Model, scheme: Scheme, segments: Sequence[Segment]) -> list[VibrationJump]:
+    """The largest jumps of the vibration in a run of segments long enough for a rms."""
+    if min(segment.last - segment.first for segment in segments) < FEWEST_SAMPLES * scheme.steps.every:
+        return []
+    rms = np.array([vibration(model, scheme, segment) for segment in segments])
+    parted = [
+        [bool((mesh.recorder.force[samples_in(scheme, segment)] == 0.0).any()) for mesh in model.meshes]
+        for segment in segments
+    ]
+    return vibration_jumps(segments, rms, np.array(parted))
 
 
 def hundredths(segments: Sequence[Segment]) -> list[Segment]:

@@ -6,6 +6,7 @@ from exugear.contact_geometry.body_motion import SIZES, forces_on, motions_of, r
 from exugear.contact_geometry.contact_records import frame_at, state_at
 from exugear.contact_geometry.relative_position import driving_phase
 from exugear.contact_geometry.rotation import EULER, IN_PLANE, RXYZ, SPIN_ALONE, UPRIGHT, VECTOR
+from exugear.contact_geometry.vectors import row_total
 from exugear.force_table.patches import table_at
 from exugear.kernels.first_guess import begin_call, begin_solve
 from exugear.kernels.imposed_motion import spin_in_space, spin_of, torque_on, with_torque_on
@@ -65,10 +66,11 @@ def spin_contact(table, frame, state, record, t, q_1, q_2, v_1, v_2):
     pinion, wheel = spin_of(contact.imposed[0], t, q_1, v_1), spin_of(contact.imposed[1], t, q_2, v_2)
     (q_1, v_1, _), (q_2, v_2, _) = pinion, wheel
     mesh = rotational_mesh(table_at(table), frame_at(frame), contact, q_1, q_2, v_1, v_2)
+    torques = mesh.torques[0] + mesh.pulse[0], mesh.torques[1] + mesh.pulse[1]
     k = sample_of(record, t)
     if k >= 0:
-        write_spins(record, k, table_at(table), mesh, mesh.torques, (q_1, q_2), (v_1, v_2))
-    return torque_on(contact, 0, pinion, mesh.torques[0]), torque_on(contact, 1, wheel, mesh.torques[1])
+        write_spins(record, k, table_at(table), mesh, torques, (q_1, q_2), (v_1, v_2))
+    return torque_on(contact, 0, pinion, torques[0]), torque_on(contact, 1, wheel, torques[1])
 
 
 @kept
@@ -95,13 +97,14 @@ def _spatial_contact(kind_1: int, kind_2: int):
         pinion_spin, pinion = spin_in_space(contact.imposed[0], t, pinion)
         wheel_spin, wheel = spin_in_space(contact.imposed[1], t, wheel)
         mesh = spatial_mesh(table_at(table), geometry, contact, pinion.q, wheel.q, pinion.v, wheel.v)
+        forces_1, forces_2 = row_total(mesh.pinion, mesh.pulse[0]), row_total(mesh.wheel, mesh.pulse[1])
         k = sample_of(record, t)
         if k >= 0:
-            torques = mesh.pinion[5], mesh.wheel[5]
+            torques = forces_1[5], forces_2[5]
             motions = recorded_motions(geometry, kind_1, kind_2, n_1, n_2, x, pinion, wheel)
             write_mesh(record, k, components, table_at(table), mesh, torques, *motions)
-        f = forces_on(kind_1, pinion.orientation, mesh.pinion)
-        g = forces_on(kind_2, wheel.orientation, mesh.wheel)
+        f = forces_on(kind_1, pinion.orientation, forces_1)
+        g = forces_on(kind_2, wheel.orientation, forces_2)
         f, g = with_torque_on(contact, 0, pinion_spin, f), with_torque_on(contact, 1, wheel_spin, g)
         on_pinion = (f[5],) if n_1 == 1 else (f[0], f[1], f[5]) if n_1 == 3 else f[:n_1]
         on_wheel = (g[5],) if n_2 == 1 else (g[0], g[1], g[5]) if n_2 == 3 else g[:n_2]

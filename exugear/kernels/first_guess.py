@@ -10,6 +10,7 @@ the iteration ends, is the true one: a poor guess costs an iteration and no accu
 
 from typing import NamedTuple
 
+from exugear.kernels.contact_events import corrected_step, zone_of
 from fem.support.numba_cache import compiled
 
 #: Difference of two times from a step, over the step, up to which they are one step apart.
@@ -20,17 +21,15 @@ class Guess(NamedTuple):
     """What is expected of a step along the line of action.
 
     free           acceleration without the mesh force [m/s^2]
-    acceleration   as in the step before [m/s^2]
+    acceleration   at the end of the step [m/s^2]
     deflection     by this acceleration [m]
     rate           by this acceleration [m/s]
-    by_bearings    acceleration that the bearings give [m/s^2]
     """
 
     free: float
     acceleration: float
     deflection: float
     rate: float
-    by_bearings: float
 
 
 @compiled
@@ -38,6 +37,8 @@ def begin_call(steps, t):
     """Note the time of a call, and whether it is the first of a step; a call that fails can be repeated."""
     apart = abs(t - steps.last_time - steps.duration)
     steps.guesses = 1.0 if steps.duration > 0.0 and apart < SAME_STEP * steps.duration else 0.0
+    if steps.guesses == 0.0 and t != steps.last_time:
+        steps.pulse = steps.next_pulse = steps.shift = steps.shift_rate = 0.0
     steps.time = t
 
 
@@ -49,35 +50,46 @@ def begin_solve(contact, t):
 
 
 @compiled
-def guess_of(steps, rate, by_bearings):
+def guess_of(table, steps, line, offsets):
     """The `Guess` in the first call of a step, else zeros.
 
-    rate          of the advance by the coordinates that are not imposed [m/s]: half a step of the last acceleration
-                  ahead
-    by_bearings   acceleration along the line of action by the bearings [m/s^2]
+    line      `Line` as predicted: half a step of the last acceleration ahead
+    offsets   as in `contact_events.push_at`
     """
     if steps.guesses == 0.0:
-        return Guess(0.0, 0.0, 0.0, 0.0, 0.0)
-    acceleration = 2.0 * (rate - steps.last_rate) / steps.duration
-    free = acceleration + steps.compliance * steps.last_force + by_bearings - steps.last_by_bearings
-    return Guess(free, acceleration, steps.deflection * acceleration, steps.rate * acceleration, by_bearings)
+        return Guess(0.0, 0.0, 0.0, 0.0)
+    acceleration = 2.0 * (line.rate - line.imposed_rate - steps.last_rate) / steps.duration
+    change = line.by_bearings - steps.last_by_bearings
+    free = acceleration + steps.compliance * (steps.last_force + pulse_force(steps)) + change
+    if steps.mobility > 0.0:
+        acceleration = corrected_step(table, steps, line, offsets, acceleration)
+    return Guess(free, acceleration, steps.deflection * acceleration, steps.rate * acceleration)
 
 
 @compiled
-def force_with_guess(steps, guess, rate, force, slopes):
-    """The force [N] that the contact returns.
+def pulse_force(steps):
+    """Force [N] of the pulse at the end of a step, which acts beside the mesh force."""
+    return -steps.pulse / steps.mobility if steps.mobility > 0.0 else 0.0
 
-    rate     as in `guess_of`
-    force    along the line of action at the guess, > 0 on the driving flank [N]
-    slopes   of it there, over deflection and rate [N/m, N s/m]
+
+@compiled
+def force_with_guess(table, steps, guess, line, force, slopes, contact):
+    """The force [N] that the contact returns, without that of a pulse.
+
+    line      as in `guess_of`
+    force     along the line of action at the guess, > 0 on the driving flank [N]
+    slopes    of it there, over deflection and rate [N/m, N s/m]
+    contact   side and penetration [m] of the flank in contact
     """
     steps.last_time = steps.time
     if steps.guesses == 0.0:
-        steps.last_rate, steps.last_force = rate, force
+        steps.last_rate, steps.last_imposed_rate = line.rate - line.imposed_rate, line.imposed_rate
+        steps.last_force = force
+        steps.penetration, steps.zone = contact[1], zone_of(table, contact[0], contact[1])
         return force
-    steps.last_by_bearings = guess.by_bearings
+    steps.last_by_bearings = line.by_bearings
     slope = steps.deflection * slopes[0] + steps.rate * slopes[1]
-    unforced = guess.free - steps.compliance * (force - slope * guess.acceleration)
+    unforced = guess.free - steps.compliance * (force + pulse_force(steps) - slope * guess.acceleration)
     acceleration = unforced / (1.0 + steps.compliance * slope)
     solved = force + slope * (acceleration - guess.acceleration)
     return solved - steps.matrix * acceleration

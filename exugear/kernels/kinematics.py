@@ -13,6 +13,7 @@ from exugear.contact_geometry.relative_position import (
     Row,
     Vector,
     deflection_slopes,
+    driving_phase,
     flank_of,
     gradient,
     position_of,
@@ -27,7 +28,8 @@ from exugear.force_table.force_kernels import (
     static_force,
 )
 from exugear.force_table.patches import table_of
-from exugear.kernels.first_guess import force_with_guess, guess_of
+from exugear.kernels.contact_events import Line
+from exugear.kernels.first_guess import force_with_guess, guess_of, pulse_force
 from fem.support.numba_cache import compiled
 
 NO_OFFSETS = (0.0, 0.0, 0.0)
@@ -38,6 +40,7 @@ class SpinForces(NamedTuple):
 
     flank          nearest to contact
     static_force   of that flank, without damping [N]
+    pulse          torques of a force pulse (`exugear.kernels.contact_events`) [N m]: in the power, not in the torques
     """
 
     deflection: float
@@ -47,6 +50,7 @@ class SpinForces(NamedTuple):
     dissipation: float
     flank: Flank
     static_force: float
+    pulse: tuple[float, float]
 
 
 class MeshForces(NamedTuple):
@@ -56,6 +60,7 @@ class MeshForces(NamedTuple):
 
     position       of the gears
     static_force   of the flank in contact, without damping [N]
+    pulse          generalized forces of a force pulse (`exugear.kernels.contact_events`): in the power, not in those
     """
 
     deflection: float
@@ -68,6 +73,7 @@ class MeshForces(NamedTuple):
     dissipation: float
     position: Position
     static_force: float
+    pulse: tuple[Row, Row]
 
 
 @compiled
@@ -108,21 +114,26 @@ def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     d, r_1, r_2, turns = frame.direction, frame.pinion.r_b, frame.wheel.r_b, frame.pitches_per_radian
     advance = d * (r_1 * q_1 + r_2 * q_2)
     if state.engaged == 0.0:
-        return SpinForces(advance, 0.0, (0.0, 0.0), 0.0, 0.0, Flank(1.0, advance, 0.0), 0.0)
-    free_1, free_2 = 0.0 if state.imposed[0] else v_1, 0.0 if state.imposed[1] else v_2
-    free_rate = d * (r_1 * free_1 + r_2 * free_2)
-    guess = guess_of(state.steps, free_rate, 0.0)
-    advance += guess.deflection
-    flank = flank_of(table, advance, 0.0, d * turns * q_1 + frame.phase)
+        return SpinForces(advance, 0.0, (0.0, 0.0), 0.0, 0.0, Flank(1.0, advance, 0.0), 0.0, (0.0, 0.0))
+    steps, phase, phase_rate = state.steps, d * turns * q_1 + frame.phase, d * turns * v_1
+    imposed_rate = d * ((r_1 * v_1 if state.imposed[0] else 0.0) + (r_2 * v_2 if state.imposed[1] else 0.0))
+    line = Line(advance, d * (r_1 * v_1 + r_2 * v_2), imposed_rate, 0.0, phase, phase_rate, 0.0)
+    guess = guess_of(table, steps, line, None)
+    advance += guess.deflection + steps.shift
+    flank = flank_of(table, advance, 0.0, phase)
     side = flank.side
     static = spinning_force(table_of(table, side), flank.phase, flank.deflection)
     note_contact(state, static)
-    rate, phase_rate = side * (d * (r_1 * v_1 + r_2 * v_2) + guess.rate), side * d * turns * v_1
-    damped, dissipation = damping_force(table, state, static, side, rate, phase_rate, 0.0)
-    slopes = slopes_of_force(table, state, static, side)
-    force = force_with_guess(state.steps, guess, free_rate, side * (static.force + damped), slopes)
+    rate = side * (line.rate + guess.rate + steps.shift_rate)
+    damped, dissipation = damping_force(table, state, static, side, rate, side * phase_rate, 0.0)
+    slopes, push = slopes_of_force(table, state, static, side), side * (static.force + damped)
+    force = force_with_guess(table, steps, guess, line, push, slopes, (side, static.penetration))
     torques = -r_1 * d * force - side * d * turns * static.by_phase, -r_2 * d * force
-    return SpinForces(advance, force, torques, static.energy, dissipation, flank, static.force)
+    dissipation += pulse_force(steps) * side * rate
+    pulse = -d * pulse_force(steps)
+    return SpinForces(
+        advance, force, torques, static.energy, dissipation, flank, static.force, (r_1 * pulse, r_2 * pulse)
+    )
 
 
 @compiled
@@ -143,12 +154,12 @@ def imposed_rate(state, row_1, row_2, v_1, v_2):
 
 
 @compiled(forceinline=True)
-def force_at(table, state, position, guess):
-    """`StaticForce` at the guessed deflection; none before the teeth engage."""
+def force_at(table, state, position, ahead):
+    """`StaticForce` at an advance [m] beyond that of the position; none before the teeth engage."""
     if state.engaged == 0.0:
         return NO_CONTACT
     flank, (a, misalignment, axial) = position.flank, position.offsets
-    deflection = flank.deflection + flank.side * guess.deflection
+    deflection = flank.deflection + flank.side * ahead
     return static_force(table_of(table, flank.side), flank.phase, deflection, a, misalignment, axial)
 
 
@@ -160,23 +171,34 @@ def spatial_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     flank, (a, misalignment, axial) = position.flank, position.offsets
     row_1, row_2 = gradient(frame, position, deflection_slopes(frame, position, 1.0, 0.0, NO_OFFSETS))
     rate = row_dot(row_1, v_1) + row_dot(row_2, v_2)
-    free_rate = flank.side * (rate - imposed_rate(state, row_1, row_2, v_1, v_2))
-    guess = guess_of(state.steps, free_rate, acceleration_by_bearings(state.steps, q_1, q_2, v_1, v_2))
-    static = force_at(table, state, position, guess)
+    side_d, steps = flank.side * frame.direction, state.steps
+    phase_rate = side_d * frame.pitches_per_radian * v_1[5]
+    line = Line(
+        position.advance,
+        flank.side * rate,
+        flank.side * imposed_rate(state, row_1, row_2, v_1, v_2),
+        position.opening,
+        driving_phase(table, flank),
+        flank.side * phase_rate,
+        acceleration_by_bearings(steps, q_1, q_2, v_1, v_2),
+    )
+    guess = guess_of(table, steps, line, position.offsets)
+    static = force_at(table, state, position, guess.deflection + steps.shift)
     note_contact(state, static)
     lag = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2)
-    rate += flank.side * (lag + guess.rate)
-    side_d = flank.side * frame.direction
-    phase_rate = side_d * frame.pitches_per_radian * v_1[5]
+    rate += flank.side * (lag + guess.rate + steps.shift_rate)
     displacement_force = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
     damped, dissipation = damping_force(table, state, static, flank.side, rate, phase_rate, displacement_force)
     slopes, push = slopes_of_force(table, state, static, flank.side), flank.side * (static.force + damped)
-    force = flank.side * force_with_guess(state.steps, guess, free_rate, push, slopes)
+    contact = flank.side, static.penetration
+    force = flank.side * force_with_guess(table, steps, guess, line, push, slopes, contact)
+    dissipation += flank.side * pulse_force(steps) * rate
+    pulse = -flank.side * pulse_force(steps)
     by_offsets = static.by_a, static.by_misalignment, static.by_axial
     slopes_beside_force = deflection_slopes(frame, position, 0.0, static.by_phase, by_offsets)
     further_1, further_2 = gradient(frame, position, slopes_beside_force)
     return MeshForces(
-        position.advance - position.opening,
+        position.advance - position.opening + steps.shift,
         flank.side * force,
         row_scaled(-1.0, row_total(row_scaled(force, row_1), further_1)),
         row_scaled(-1.0, row_total(row_scaled(force, row_2), further_2)),
@@ -186,4 +208,5 @@ def spatial_mesh(table, frame, state, q_1, q_2, v_1, v_2):
         dissipation,
         position,
         static.force,
+        (row_scaled(pulse, row_1), row_scaled(pulse, row_2)),
     )

@@ -35,7 +35,10 @@ def spin_contact(table, frame, state, friction, record, t, q_1, q_2, v_1, v_2):
     (q_1, v_1, _), (q_2, v_2, _) = pinion, wheel
     mesh = rotational_mesh(table_at(table), geometry, contact, q_1, q_2, v_1, v_2)
     sliding = friction_of_spins(friction_at(friction), geometry, mesh.flank.phase, mesh.static_force, v_1, v_2)
-    torques = mesh.torques[0] + sliding.torques[0], mesh.torques[1] + sliding.torques[1]
+    torques = (
+        mesh.torques[0] + mesh.pulse[0] + sliding.torques[0],
+        mesh.torques[1] + mesh.pulse[1] + sliding.torques[1],
+    )
     k = sample_of(record, t)
     if k >= 0:
         write_spins(record, k, table_at(table), mesh, torques, (q_1, q_2), (v_1, v_2))
@@ -67,7 +70,8 @@ def _spatial_contact(kind_1: int, kind_2: int):
         sliding = friction_in_space(
             friction_at(friction), geometry, mesh.position, mesh.static_force, mesh.centroid, pinion.v, wheel.v
         )
-        forces_1, forces_2 = row_total(mesh.pinion, sliding.pinion), row_total(mesh.wheel, sliding.wheel)
+        forces_1 = row_total(row_total(mesh.pinion, mesh.pulse[0]), sliding.pinion)
+        forces_2 = row_total(row_total(mesh.wheel, mesh.pulse[1]), sliding.wheel)
         k = sample_of(record, t)
         if k >= 0:
             torques = forces_1[5], forces_2[5]

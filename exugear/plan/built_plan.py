@@ -122,11 +122,8 @@ class BuiltPlan:
     @checked
     def cost(self, duration: Finite, step: Finite, sample: Finite = 4e-5) -> str:
         """Number of steps, estimated wall time and memory of a run with a duration, step and sample interval [s]."""
-        meshes, steps = len(self.laws), duration / step
-        step_cost = meshes * max(STEP_COST[kind] for kind in self.shafts.values())
-        size = SAMPLE_SIZE_ON_BEARINGS if self.on_bearings else SAMPLE_SIZE
-        memory = meshes * size * duration / max(sample, step) / 1e6
-        about = f"about {steps * step_cost:.3g} s, {memory:.3g} MB of samples"
+        steps, memory = duration / step, self.memory(duration / max(sample, step)) / 1e6
+        about = f"about {self.wall_time(steps):.3g} s, {memory:.3g} MB of samples"
         return f"{duration:g} s in {steps:.3g} steps of {step:.3g} s: {about}"
 
     def _resonance(self, label: str) -> str:
@@ -134,6 +131,16 @@ class BuiltPlan:
         torque = self.largest_torques.get(label)
         at = "" if torque is None else f", at {torque:.4g} N m on the pinion, the largest of the map"
         return f"resonance of {label}: {IMPOSED.format(*self.mesh_resonances[label])}{at}"
+
+    @checked
+    def wall_time(self, steps: Finite) -> float:
+        """Estimated wall time [s] of a number of steps; steps in which teeth touch or part take longer."""
+        return steps * len(self.laws) * max(STEP_COST[kind] for kind in self.shafts.values())
+
+    @checked
+    def memory(self, samples: Finite) -> float:
+        """Memory [bytes] of a number of samples."""
+        return samples * len(self.laws) * (SAMPLE_SIZE_ON_BEARINGS if self.on_bearings else SAMPLE_SIZE)
 
     def __str__(self) -> str:
         resolved = f"those in which meshes deform below {self.omega_mesh / 2 / pi:.4g} Hz"

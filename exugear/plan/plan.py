@@ -16,6 +16,7 @@ from exugear.plan.coordinates import Coordinates
 from exugear.plan.map_axes import stage_law, why_coast_differs
 from exugear.plan.missing_offsets import largest_load, missing_axes
 from fem.support.arguments import checked, keywords_after_first
+from fem.units import um
 
 #: Relative coupling stiffness, or distance [m], that counts as rounding.
 ROUNDING = 1e-9
@@ -26,6 +27,7 @@ COAST_MIRRORED = (
     "coast flank taken as mirror image of the driving flank, which it is not, as {}; map torques < 0 too, say "
     "fem.static_transmission_error(pair, [-350, -150, 0, 150, 350])"
 )
+RAMP = "assumed to ramp in over {:.3g} um of penetration (damping_ramp=), which moves jumps where teeth part"
 #: Attributes that only a `BuiltPlan` has.
 KNOWN_ONCE_BUILT = "omega", "omega_mesh", "contact", "largest_step", "rule", "step", "cost"
 JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
@@ -42,7 +44,7 @@ class Plan:
     axes        reason for the axes, by stage
     undamped    whether no mesh, bearing or coupling is damped
     losses      friction of stages and drag of shafts, by their labels and names; empty without them
-    damping     of the mesh of each stage that is damped, in N s/m and as share of its critical damping, by its label
+    damping     of the mesh of each stage that is damped, in N s/m, its critical share and its ramp, by its label
     mirrored    by stage: why its coast flank is not the mirror image of the driving flank that the law takes
 
     Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
@@ -144,7 +146,7 @@ def _damping(gearbox: Gearbox) -> dict[str, str]:
     """Damping of each damped mesh in words."""
     return {
         label: f"{stage.force.damping:.4g} N s/m, {stage.force.damping / stage.critical_damping:.3g} of the critical "
-        f"{stage.critical_damping:.4g} N s/m of both shafts free to spin"
+        f"{stage.critical_damping:.4g} N s/m of both shafts free to spin, {RAMP.format(stage.force.damping_ramp / um)}"
         for label, stage in zip(gearbox.labels, gearbox.stages, strict=True)
         if stage.force.damping
     }

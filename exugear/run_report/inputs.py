@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from exugear.mesh_force.force import DAMPING_RAMP
 from exugear.run_report.sections import Section, Table
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_of
@@ -101,8 +102,13 @@ def _meshes(data: xr.Dataset) -> Table:
         friction = str(data.attrs.get(f"{stage}_friction", "none"))
         share = damping / float(data.attrs.get(f"{stage}_critical_damping", np.nan))
         ratio = f"{share:.3g}" if np.isfinite(share) else "not recorded"
-        rows.append((stage, f"{damping:.4g}", ratio, given, friction))
-    damped = "damping along the line of action [N s/m]", "damping ratio, shafts free to spin"
+        ramp = f"{float(data.attrs.get(f'{stage}_damping_ramp', DAMPING_RAMP)) * 1e6:.3g}"
+        rows.append((stage, f"{damping:.4g}", ratio, ramp, given, friction))
+    damped = (
+        "damping along the line of action [N s/m]",
+        "damping ratio, shafts free to spin",
+        "ramps in over [µm], assumed",
+    )
     columns = ("stage", *damped, "backlash [µm]", "friction")
     return Table("Meshes", columns, tuple(rows))
 

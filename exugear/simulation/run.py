@@ -21,8 +21,8 @@ from exugear.integration.run_data import keep_valid, labelled, recording, stored
 from exugear.integration.seams import Parts, parts_of
 from exugear.integration.segments import check_parts
 from exugear.integration.shaft_motion import BearingForces, needs_speeds
-from exugear.integration.solver_settings import Scheme, scheme_of
-from exugear.integration.step_error import errors_by_step, repeated_in_place
+from exugear.integration.solver_settings import Scheme, check_cost, scheme_of
+from exugear.integration.step_error import checks_by_step, repeated_in_place
 from exugear.integration.time_integration import Solver
 from exugear.operation.conditions import Conditions, conditions_of, run_up_conditions
 from exugear.operation.stop_conditions import Apart, SpeedReached
@@ -227,6 +227,7 @@ def _solved(
         check_parts(model, conditions)
     model = linearized(model, conditions.held, conditions.highest_speed)
     scheme = scheme_of(model, conditions, **options)
+    check_cost(model, scheme)
     state = None if initial is None else end_state_of(model, conditions, initial.data)
     conditions = conditions if state is None else continued(model, conditions, state)
     with shown(progress), quiet(), applied(model, conditions) as torques:
@@ -272,7 +273,7 @@ def _integrated(
         wall_time = clock.perf_counter() - began
         stop = keep_valid(model, scheme.steps, end, stop, (parts or solver).stopped_at)
         repeated = parts.repeated if parts else partial(repeated_in_place, solver)
-        errors = errors_by_step(model, scheme, segments, 0 if stop else checks, repeated)
+        errors = checks_by_step(model, scheme, segments, 0 if stop else checks, repeated)
         data = labelled(model, conditions, scheme, torques, forces)
         data = data if stop else with_end_state(model, data, end)
         data, interrupt = with_step_error(data, errors, scheme.steps.size)

@@ -21,6 +21,7 @@ def guess_by(model: Model, mesh: Mesh, rule: Rule, steps: np.record) -> None:
     matrix = system.mass + steps.deflection * system.stiffness + steps.rate * system.damping
     accelerations = np.linalg.solve(matrix, row)
     steps.compliance = row @ accelerations
+    steps.mobility, steps.lag = (mesh.mobility, rule.lag) if rule.lag else (0.0, 0.0)
     by_bearings = np.zeros((2, mesh.row.size))
     by_bearings[:, system.free] = -system.stiffness @ accelerations, -system.damping @ accelerations
     for i, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
