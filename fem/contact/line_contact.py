@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from fem.contact.coupling import CompiledCompliance, smooth_compliance
-from fem.contact.slice_pressure import line_load, slice_load
+from fem.contact.slice_pressure import slice_load
 from fem.elasticity.face_symmetry import Face
 from fem.gap.contact_slices import ContactSlices
 from fem.linalg import small_systems

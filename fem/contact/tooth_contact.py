@@ -206,7 +206,9 @@ def within_reach(number: np.ndarray, touches: np.ndarray, te: np.ndarray) -> np.
     te          (m,) transmission errors [m]
     """
     touching = (touches <= te[:, None]).any(axis=0)
-    near = [np.arange(max(rows[0] - 1, start), min(rows[-1] + 1, end) + 1) for start, end, rows in _runs(number, touching)]
+    near = [
+        np.arange(max(rows[0] - 1, start), min(rows[-1] + 1, end) + 1) for start, end, rows in _runs(number, touching)
+    ]
     return np.concatenate(near)
 
 
