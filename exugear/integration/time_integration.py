@@ -9,7 +9,6 @@ from typing import Any
 
 import exudyn as exu
 import numpy as np
-from tqdm import tqdm
 
 from exugear.elements.exudyn_objects import CURRENT, INITIAL, set_state_of_system, state_of_system
 from exugear.integration.shaft_motion import recorded
@@ -22,6 +21,7 @@ from exugear.system.contact_steps import lag_corrected, last_steps, set_last_ste
 from exugear.system.equilibrium import explained
 from exugear.system.imposed_speed import driven_by_contacts
 from exugear.system.model import Model, end_coordinate
+from fem.support.progress import moving
 
 #: Least number of segments of a run, and steps in a segment of a long run: rounding turns the driving shaft by at most
 #: 1e-16 of its angle in a step, and `Solver._realign` takes that back after each segment. A segment costs 50 us.
@@ -274,7 +274,6 @@ def state_of_run(model: Model, configuration=INITIAL) -> tuple[Any, Any, list[np
     return *state_of_system(model.mbs, configuration), last_steps(model)
 
 
-def progress_bar(scheme: Scheme, progress: bool) -> tqdm:
-    """A bar over the steps of a run, in seconds of its time."""
-    style = {"bar_format": BAR, "unit_scale": scheme.steps.size, "leave": False, "disable": not progress}
-    return tqdm(total=scheme.steps.number, desc="run", **style)
+def progress_bar(scheme: Scheme, progress: bool) -> Any:
+    """A bar over the steps of a run, in seconds of its time, or lines in a log."""
+    return moving(scheme.steps.number, "run", visible=progress, bar_format=BAR, unit_scale=scheme.steps.size)

@@ -26,6 +26,8 @@ DASHES = "-", "--", ":"
 CLOSE, ROW = 0.03, 42
 #: Mesh cycles up to which a force is a curve over time, beyond which it is a band; number of windows of the band.
 SHOWN_CYCLES, WINDOWS = 60, 280
+#: Largest deviation of the mesh force, over its mean, that is shown without 0; least range of the axis over the mean.
+NEAR_PARTING, LEAST_RANGE = 0.5, 0.01
 #: Quantity of an orbit, and the unit in which it is shown with its symbol, by its unit in the data.
 ORBITS = {"m": ("displacement", um, "µm"), "N": ("force", 1.0, "N")}
 
@@ -77,7 +79,9 @@ def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int =
 def plot_mesh_force(
     run, ax: Axes | None = None, stage: int = 0, window: tuple[float, float] | None = None, **style
 ) -> Axes:
-    """Mesh force of one stage over time, beside its mean static force, and 0, at which the teeth part.
+    """Mesh force of one stage over time, beside its mean static force.
+
+    A force that falls below half of its mean is shown with 0, at which the teeth part; a ripple fills the axes.
 
     stage   its number
     window  start and end [s]; by default the whole run. Over more than 60 mesh cycles a band shows the limits of the
@@ -92,7 +96,11 @@ def plot_mesh_force(
         limits = envelope(time, force, min(WINDOWS, time.size // 2), cycles=cycles)
         _band(ax, limits.place, limits.low, limits.high, style)
     ax.axhline(force.mean(), color=GUIDE, linewidth=0.9, linestyle="--", label="mean")
-    ax.axhline(0.0, color=GUIDE, linewidth=0.9)
+    deviation, mean = np.abs(force - force.mean()).max(), abs(force.mean())
+    if deviation > NEAR_PARTING * mean:
+        ax.axhline(0.0, color=GUIDE, linewidth=0.9)
+    elif deviation < LEAST_RANGE / 2 * mean:
+        ax.set_ylim(force.mean() - LEAST_RANGE / 2 * mean, force.mean() + LEAST_RANGE / 2 * mean)
     ax.set(xlabel="time [s]", ylabel="mesh force [N]", title=title_of(data), xlim=(time[0], time[-1]))
     legend(ax)
     return ax

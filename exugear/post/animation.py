@@ -19,6 +19,7 @@ from fem.pair.pair import GearPair
 from fem.stress.cycle_fields import cycle_fields
 from fem.stress.fields import Field
 from fem.support.arguments import FilePath, Finite, checked
+from fem.support.progress import bar, shown
 from fem.support.validation import require
 from fem.units import MPa, mm
 
@@ -43,6 +44,7 @@ def animate_pair(
     scale: Finite | None = None,
     fps: Finite = 12.0,
     offsets: Offsets | None = None,
+    progress: bool = True,
 ) -> Path:
     """Film of the deformed teeth of a pair over the mesh cycle, coloured by von Mises stress, in mid-plane.
 
@@ -53,6 +55,7 @@ def animate_pair(
                 contact; others may overlap, as their gap is not magnified
     fps         frames per second
     offsets     offsets of the wheel, one value each
+    progress    whether to show a bar with the time left
 
     Returns the path. The elements resolve bending, but not the stress under the line of contact (`fem.stress` does).
     A frame takes 0.2 s; of a helical pair, which is solved as a solid, 1.2 s, and 10 s in advance.
@@ -60,7 +63,8 @@ def animate_pair(
     """
     path, writer = Path(path), _writer(path, fps)
     require(4 <= frames <= 1000, f"frames must lie in [4, 1000], got {frames}")
-    fields = cycle_fields(pair, torque, frames, offsets=offsets)
+    with shown(progress):
+        fields = cycle_fields(pair, torque, frames, offsets=offsets)
     require(scale is None or 0 < scale < inf, f"scale must be > 0 and finite, got {scale}")
     scale = _magnification(fields, SHOWN_DEFLECTION * pair.pinion.m_n) if scale is None else scale
     bodies: list[Bodies] = [[(f.deformed(scale), f.cells, f.von_mises / MPa) for f in gears] for gears in fields]
@@ -78,11 +82,14 @@ def animate_pair(
         draw_field(bodies[frame], ax, {"cmap": COLOURS, "vmin": 0, "vmax": top})
         plot_outlines(bodies[frame], ax)
 
-    return _film(figure, draw, frames, path, writer)
+    with shown(progress):
+        return _film(figure, draw, frames, path, writer)
 
 
 @checked
-def animate_mode(data: xr.Dataset, mode: int, path: FilePath, *, frames: int = 24, fps: Finite = 12.0) -> Path:
+def animate_mode(
+    data: xr.Dataset, mode: int, path: FilePath, *, frames: int = 24, fps: Finite = 12.0, progress: bool = True
+) -> Path:
     """Film of a mode of vibration as `exugear.plots.plot_modes` draws it, over a period of the vibration.
 
     data    of `exugear.modes`
@@ -90,6 +97,8 @@ def animate_mode(data: xr.Dataset, mode: int, path: FilePath, *, frames: int = 2
     path    ends in .gif, or in .mp4 where ffmpeg is installed; an interrupted write leaves no file, or the old one
     frames  number of frames of a period, at least 4; the film repeats without a jump
     fps     frames per second
+    progress
+            whether to show a bar with the time left
 
     Returns the path. Raises ValueError for bad input and MP4 without ffmpeg.
     """
@@ -105,7 +114,8 @@ def animate_mode(data: xr.Dataset, mode: int, path: FilePath, *, frames: int = 2
         _clear(ax)
         plot_modes(data, ax, mode, 2 * np.pi * frame / frames)
 
-    return _film(figure, draw, frames, path, writer)
+    with shown(progress):
+        return _film(figure, draw, frames, path, writer)
 
 
 def _magnification(fields: list[tuple[Field, Field]], shown: float) -> float:
@@ -141,7 +151,7 @@ def _film(figure: Figure, draw: Callable[[int], None], frames: int, path: Path, 
     part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         with writer.saving(figure, str(part), DPI):
-            for frame in range(frames):
+            for frame in bar(range(frames), f"film {path.name}"):
                 draw(frame)
                 writer.grab_frame()
         part.replace(path)

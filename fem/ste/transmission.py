@@ -82,7 +82,7 @@ def static_transmission_error(
     tip_contact         share of the load where the contact reaches a tip edge
     load_share          share of the load on each tooth pair; over pair too
     pairs_in_contact    number of tooth pairs in contact
-    contact_ratio       mean number over the mesh cycle, over (torque, *offsets); at 0 N m the nominal contact ratio
+    contact_ratio       pitches over which a tooth pair carries load, over (torque, *offsets); at 0 N m the nominal one
     error_mesh, error_phase, error_torque
                         with an accuracy, over torque: root mean square errors [m] by the mesh and by interpolation over
                         phase and torque
@@ -132,19 +132,46 @@ def _labelled(model: ContactModel, grid: MapGrid, states: xr.Dataset, offset_axe
         attributes[RIGHT_FLANKS] = MIRRORED if symmetry_of(model) is Symmetry.TURNED else SOLVED
     data = ste_map(model.pair, grid.torque, grid.phase, states[TE].values, axes, **attributes)
     variables = {str(name): values for name, values in states.data_vars.items() if name != TE}
-    variables |= _load_sharing(states[LOAD_SHARE], phase_weights(grid.phase, pitches))
+    variables |= _load_sharing(states[LOAD_SHARE], grid.phase, pitches)
     variables["contact_ratio"] = _nominal_without_load(variables["contact_ratio"], model, grid.torque)
     described = {name: (values.dims, values.values, description(name)) for name, values in variables.items()}
     return data.assign(described).assign_coords(pair=(PAIR, variables[LOAD_SHARE][PAIR].values, description(PAIR)))
 
 
-def _load_sharing(share: xr.DataArray, weights: np.ndarray) -> dict[str, xr.DataArray]:
-    """Load shares of the tooth pairs that carry load at any phase, number that carry load, and its mean over phases."""
+def _load_sharing(share: xr.DataArray, phase: np.ndarray, pitches: int) -> dict[str, xr.DataArray]:
+    """Load shares of the tooth pairs that carry load at any phase, number that carry load, and contact ratio."""
     loaded = (share > 0).any([name for name in share.dims if name != PAIR])
     share = share.isel(pair=np.flatnonzero(loaded))
     count = (share > 0).sum(PAIR)
-    contact_ratio = count.isel(phase=0, drop=True).copy(data=count.values @ weights)
+    ratio = loaded_pitches(share.transpose(..., PAIR, PHASE).values, phase, pitches)
+    contact_ratio = count.isel(phase=0, drop=True).copy(data=ratio)
     return {LOAD_SHARE: share, "pairs_in_contact": count, "contact_ratio": contact_ratio}
+
+
+def loaded_pitches(share: np.ndarray, phase: np.ndarray, pitches: int) -> np.ndarray:
+    """(...) pitches over which a tooth pair carries load, from load shares (..., n_pair, n_phase) of pairs in a row.
+
+    As a pair leaves contact, or comes into it, its share is continued linearly to 0, at most up to the phase where it
+    carries none.
+    """
+    *over, number, _ = share.shape
+    share = np.concatenate([share, np.zeros((*over, -number % pitches, phase.size))], axis=-2)
+    rows = share.reshape(*over, -1, pitches, phase.size)  # after all pitches of the map, a pair is the one ahead
+    passing = np.moveaxis(rows, -3, -2).reshape(*over, pitches, -1)
+    path = (pitches * np.arange(rows.shape[-3])[:, None] + phase).ravel()
+    loaded = passing > 0
+    inside = (loaded[..., 1:] & loaded[..., :-1]) @ np.diff(path)
+    ends = _beyond_last(passing, path) + _beyond_last(passing[..., ::-1], -path[::-1])
+    return (inside + ends).sum(axis=-1) / pitches
+
+
+def _beyond_last(share: np.ndarray, path: np.ndarray) -> np.ndarray:
+    """(...) lengths beyond the last positions of path (n,) with a share (..., n) before one without."""
+    step = np.diff(path)
+    last, behind = share[..., :-1], np.concatenate([np.zeros_like(share[..., :1]), share[..., :-2]], axis=-1)
+    leaving, falling = (last > 0) & (share[..., 1:] == 0), behind > last
+    slope = np.where(falling, behind - last, 1.0) / np.append(1.0, step[:-1])
+    return np.where(leaving, np.where(falling, np.minimum(last / slope, step), step / 2), 0.0).sum(axis=-1)
 
 
 def phase_weights(phase: np.ndarray, pitches: int) -> np.ndarray:

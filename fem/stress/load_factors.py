@@ -25,7 +25,8 @@ __all__ = ["load_factors"]
 AXIAL = "axial_position"
 #: Variables over torque: axes, unit, long name.
 VARIABLES = {
-    "K_H_beta": ((TORQUE,), "1", "face load factor: largest over mean line load across the face"),
+    "K_H_beta": ((TORQUE,), "1", "face load factor of the line load averaged over the mesh cycle"),
+    "K_H_beta_max": ((TORQUE,), "1", "face load factor of the line load at a phase, the largest of all phases"),
     "K_H_alpha": ((TORQUE,), "1", "transverse load factor: largest load of a tooth pair over that of accurate gears"),
     "line_load": ((TORQUE, AXIAL), "N/m", "load of all tooth pairs per face width, mean over the mesh cycle"),
     "largest_share": ((TORQUE,), "1", "largest share of the load on a tooth pair"),
@@ -51,6 +52,8 @@ def load_factors(
     K_H_beta        largest over mean line load across the face width. The line load in a section is summed over the
                     tooth pairs and averaged over the mesh cycle, so that the variation of the load along inclined lines
                     of contact does not count
+    K_H_beta_max    the same at each phase, without the average, the largest of all phases: with that variation, which
+                    makes it larger than 1 on perfect helical gears
     K_H_alpha       largest load of a tooth pair in the mesh cycle over that of accurate gears, which are involutes
                     without modification on parallel axes. It is 1 where a single pair carries all the load at times
     line_load       [N/m] over (torque, axial_position), averaged over as many equal parts of the face width as the
@@ -78,7 +81,8 @@ def load_factors(
             _, accurate_shares = _distributions(contacts, forces, misalignment, resolution.slices)
     line_load = np.einsum("p,tps->ts", phase_weights(phase, floor(phase[-1]) + 1), line_loads)
     largest = shares.max(axis=1)
-    columns = face_load_factor(line_load), largest / accurate_shares.max(axis=1), line_load, largest
+    momentary = face_load_factor(line_loads).max(axis=1)
+    columns = face_load_factor(line_load), momentary, largest / accurate_shares.max(axis=1), line_load, largest
     ends = station_ends(contacts[0], resolution.slices)
     inputs = contact_inputs(pair, offsets, resolution)
     return _dataset(inputs, torque, (ends[1:] + ends[:-1]) / 2, columns)

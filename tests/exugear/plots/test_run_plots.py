@@ -38,8 +38,16 @@ def test_mesh_force_is_a_curve_over_few_cycles_and_a_band_over_many():
     assert high == pytest.approx(MEAN + AMPLITUDE, rel=1e-3)
     assert low == pytest.approx(MEAN - AMPLITUDE, rel=1e-3)
     for ax in (curve, band):
-        assert ax.lines[-2].get_ydata()[0] == pytest.approx(MEAN, rel=1e-3)
-        assert ax.lines[-1].get_ydata()[0] == 0
+        assert ax.lines[-1].get_ydata()[0] == pytest.approx(MEAN, rel=1e-3)
+
+
+@pytest.mark.parametrize(("share", "height"), [(0.01, 0.022), (1e-9, 0.01), (0.9, 2.09)])
+def test_the_axis_of_a_mesh_force_shows_its_ripple_and_0_where_teeth_nearly_part(share, height):
+    data = steady(0.1)
+    data["mesh_force"] = MEAN * (1 + share * (data["mesh_force"] - MEAN) / AMPLITUDE)
+    ax = plots.plot_mesh_force(data, plots.figure().axes[0])
+    assert np.ptp(ax.get_ylim()) == pytest.approx(height * MEAN, rel=0.02)
+    assert (ax.get_ylim()[0] <= 0) == (share == 0.9)
 
 
 def test_the_orbit_shows_the_last_turn_about_its_mean():

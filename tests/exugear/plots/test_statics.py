@@ -95,6 +95,19 @@ def test_the_pattern_of_a_crowned_pair_is_light_at_the_ends_of_the_face():
     assert ends[0] == pytest.approx(ends[1])
 
 
+def test_the_pattern_of_few_phases_has_no_streaks_along_tip_edges():
+    """Across the face, between lines of contact, the pressure at the edge is interpolated along the edge."""
+    pair = fem.GearPair(helical_gear(1), helical_gear(-1))
+    data = fem.load_distribution(pair, TORQUE, 6, resolution=ROUGH, progress=False)
+    shown = plots.plot_contact_pattern(data, plots.figure().axes[0]).collections[0]
+    triangles, end = shown._triangulation, (pair.path_of_contact.end - pair.path_of_contact.pitch) / mm
+    corners = np.stack([triangles.x, triangles.y], axis=1)[triangles.triangles]
+    at_end = corners[(corners[..., 1].min(axis=1) < end) & (corners[..., 1].max(axis=1) > end)]
+    across, along = np.ptp(at_end, axis=1).T
+    assert np.median(along) < 0.5 * pair.p_bt / 6 / mm
+    assert np.median(across) > np.ptp(triangles.x) / 10
+
+
 def test_misalignment_moves_the_pattern_towards_minus_z():
     load = pattern(paper_pair(), 4e-4).sum(axis=0)
     assert load[:10].sum() > 1.5 * load[-10:].sum()

@@ -160,6 +160,17 @@ def test_contact_ratio_under_load(paper_pair):
     assert unevenly_spaced == pytest.approx(even, abs=0.01)
 
 
+def test_contact_ratio_between_the_phases_grows_with_the_load(paper_pair):
+    """A count of 30 phases knows steps of 1/30 only, and is 0.017 off."""
+    torque, options = np.linspace(20, 400, 20), {"resolution": fem.Slices(), "progress": False}
+    few, many = (
+        fem.static_transmission_error(paper_pair, torque, n, **options)["contact_ratio"].values for n in (30, 360)
+    )
+    assert np.abs(few - many).mean() < 0.01
+    assert np.abs(few - many).max() < 1 / 30
+    assert (np.diff(few) >= 0).all() and np.unique(few.round(6)).size > 12
+
+
 def test_contact_ratio_without_load_is_the_nominal_one_at_each_centre_distance(paper_pair):
     apart = (paper_pair.a, paper_pair.a + 0.3 * mm)
     options = {"resolution": fem.Slices(), "progress": False}

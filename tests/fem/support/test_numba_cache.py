@@ -83,6 +83,7 @@ def entry_in(root: Path, monkeypatch):
 
 def test_compiling_is_announced_as_long_as_all_of_it_takes(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("sys.dont_write_bytecode", True)
+    monkeypatch.setattr(fem.support.progress, "on_terminal", lambda: True)
     monkeypatch.setattr(fem.support.progress, "DELAY", 1e-9)
     monkeypatch.setattr(fem.support.progress, "TICK", 1e-3)
     write(tmp_path, 2.0)

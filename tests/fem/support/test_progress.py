@@ -1,5 +1,6 @@
-"""Progress bars are shown on request and move by the costs of the steps."""
+"""Progress is shown on request: bars that move by the costs of the steps, in a log lines."""
 
+import re
 from functools import partial
 from time import sleep
 
@@ -14,6 +15,7 @@ from fem.support.progress import announced, bar, shown
 
 @pytest.fixture(autouse=True)
 def at_once(monkeypatch):
+    monkeypatch.setattr(progress, "on_terminal", lambda: True)
     monkeypatch.setattr(progress, "DELAY", 1e-9)
     monkeypatch.setattr(progress, "TICK", 1e-3)
     monkeypatch.setattr(progress, "tqdm", partial(tqdm, mininterval=0))
@@ -68,4 +70,36 @@ def test_a_map_without_progress_is_silent(monkeypatch, tmp_path, capsys):
     monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
     quick = fem.Slices()
     fem.static_transmission_error(paper_pair(), [50], 4, resolution=quick, progress=False)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_log_has_lines_instead_of_bars(monkeypatch, capsys):
+    """At the begin, now and then, and at the end; after an error too."""
+    monkeypatch.setattr(progress, "on_terminal", lambda: False)
+    monkeypatch.setattr(progress, "LINES", (0.1, 0.3))
+    with shown(True):
+        for _ in bar("abcd", "work"):
+            sleep(0.1)
+        with pytest.raises(RuntimeError), announced("factorizing", before=61.0):
+            sleep(0.05)
+            raise RuntimeError
+    output = capsys.readouterr().err
+    assert "\r" not in output
+    lines = output.splitlines()
+    assert [lines[0], *lines[-3:]] == [
+        "work: begun",
+        "work: done after 00:00",
+        "factorizing: begun",
+        "factorizing: ended early after 01:01",
+    ]
+    assert any(re.fullmatch(r"work: (25|50|75)%, 00:00 left, after 00:00", line) for line in lines[1:-3])
+
+
+def test_a_log_is_silent_without_request_and_for_short_work(monkeypatch, capsys):
+    monkeypatch.setattr(progress, "on_terminal", lambda: False)
+    with shown(False):
+        list(bar("abcd", "work"))
+    monkeypatch.setattr(progress, "DELAY", 1.0)
+    with shown(True):
+        list(bar("abcd", "work"))
     assert capsys.readouterr().err == ""
