@@ -21,6 +21,8 @@ SWEEP, CYCLES = 0.05, 10
 NUMBERS = "mesh_frequency", "amplitude", "harmonic", "harmonic_amplitude", "response_frequency"
 #: Number of mesh harmonics listed.
 HARMONICS = 5
+#: Words for an amplitude that an order cut cannot tell.
+UNTOLD = "cannot be told: the speed changes too fast"
 
 
 def is_sweep(data: xr.Dataset) -> bool:
@@ -46,8 +48,8 @@ def _largest_vibration(data: xr.Dataset, number: int, stage: str) -> str:
 
 
 def _digits(value: float) -> str:
-    """Three significant digits, zeros at the end among them."""
-    return f"{value:#.3g}".rstrip(".")
+    """Three significant digits, zeros at the end among them; words for NaN."""
+    return f"{value:#.3g}".rstrip(".") if np.isfinite(value) else UNTOLD
 
 
 def _contact(data: xr.Dataset, number: int, stage: str) -> str:
@@ -94,7 +96,11 @@ def harmonics_as_text(data: xr.Dataset, number: int) -> Table:
             peak = cut.isel(time=cut.argmax(...)["time"])
             frequency = abs(float(peak["speed"])) * float(dte["mesh_order"]) / (2 * pi)
             places = f"{float(peak['speed']) / rpm:.0f}", f"{frequency:.1f}"
-            rows.append((str(harmonic), _digits(float(peak) / um), *places))
+            share = float(cut.notnull().mean())
+            known = "" if share == 1 else f" (can be told in {share:.0%} of the points)"
+            rows.append((str(harmonic), _digits(float(peak) / um) + known, *places))
+        else:
+            rows.append((str(harmonic), UNTOLD, "", ""))
     columns = ("mesh harmonic", "largest amplitude [µm]", "driving shaft [rpm]", "mesh frequency [Hz]")
     return Table(f"Mesh harmonics of {data['stage'].values[number]} in the DTE", columns, tuple(rows))
 

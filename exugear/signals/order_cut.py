@@ -101,10 +101,10 @@ def told(cut: xr.Dataset) -> xr.Dataset:
 
 def _warn_of_changes(cut: xr.Dataset, shortest: float, by_default: bool) -> None:
     """Warn where amplitudes change too fast for the windows [revolutions]."""
-    changing = (cut["reason"] == CHANGING).transpose("order", "time", ...).values
+    changing: np.ndarray = (cut["reason"] == CHANGING).transpose("order", "time", ...).values
     if not changing.any():
         return
-    changing = changing.reshape(*changing.shape[:2], -1).any(axis=2)
+    changing = np.any(changing.reshape(*changing.shape[:2], -1), axis=2)
     lost, speed = changing.any(axis=1), cut["speed"].values[changing.any(axis=0)] * 30 / np.pi
     names = ", ".join(f"{order:.6g}" for order in cut["order"].values[lost])
     where = f"orders {names} are NaN in {changing[lost].mean():.1%} of the points, between {speed.min():.4g} and"

@@ -11,7 +11,7 @@ from exugear.integration.run_data import stage_data
 from exugear.recordings.angle_sampling import REVOLUTION
 from exugear.recordings.mesh_orders import mesh_orders
 from exugear.recordings.signal import mesh_order, signal
-from exugear.signals.order_cut import SEPARATION, cut_of
+from exugear.signals.order_cut import LONGER, SEPARATION, TOLD, cut_of, told
 from exugear.signals.resonances import Resonances, resonances
 from exugear.signals.run_envelopes import dte_envelope
 from fem.support.arguments import checked
@@ -25,10 +25,6 @@ PROMINENCE = 0.05
 #: Least amplitude of the harmonic as share of that of the envelope: on the paper's pair the least is a quarter, while
 #: noise and tones beside the mesh orders leave a hundredth in an order cut.
 SHARE = 0.1
-#: Largest change of the speed in a window that tells close orders apart, as share of the speed.
-SLEW = 0.15
-#: Windows of an order cut in a run, at least; a window takes at most 4 revolutions.
-WINDOWS = 200
 #: Largest number of harmonics that are examined.
 HARMONICS = 100
 VARIABLES = {
@@ -44,13 +40,17 @@ class OrderPeaks(NamedTuple):
     """Peaks of the order cut of a mesh harmonic over the mesh frequency [Hz] of the examined stage.
 
     order        of the driving shaft
-    separation   distance from which on the windows of the cut tell orders apart
+    frequency    (n_point,) mesh frequencies of the cut
+    resolution   (n_point,) distance from which on its windows tell orders apart
+    told         (n_point,) whether its amplitude can be told
     """
 
     stage: int
     harmonic: int
     order: float
-    separation: float
+    frequency: np.ndarray
+    resolution: np.ndarray
+    told: np.ndarray
     peaks: Resonances
 
     def height(self, mesh_frequency: float) -> float:
@@ -62,6 +62,15 @@ class OrderPeaks(NamedTuple):
         near = np.abs(self.peaks.place / mesh_frequency - 1) < NEAR
         peaks = zip(self.peaks.place[near].tolist(), self.peaks.height[near].tolist(), strict=True)
         return max(peaks, key=lambda peak: peak[1], default=(np.nan, 0.0))
+
+    def resolution_at(self, mesh_frequency: float) -> float:
+        """Distance of orders that the window at a mesh frequency tells apart."""
+        return float(self.resolution[np.abs(self.frequency - mesh_frequency).argmin()])
+
+    def told_height(self, mesh_frequency: float) -> float:
+        """`height`, NaN where it cannot be told."""
+        place, height = self.peak(mesh_frequency)
+        return height if height > 0 and self.told[np.abs(self.frequency - place).argmin()] else np.nan
 
 
 class Resonance(NamedTuple):
@@ -87,11 +96,12 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
     of several harmonics, of this stage and of the others, the one with the largest amplitude counts, which must be a
     tenth of the envelope's or more. Other peaks are left out, and all but the highest of those at the same peak of a
     harmonic. Where the windows are too short to tell the orders of two stages apart, the amplitudes of a joint cut in
-    longer windows at the peak decide, unless the speed changes by more than 15 % in such a window. The harmonics 2, 3,
-    ... of the main resonance are its superharmonics: their response frequencies nearly agree.
+    longer windows at the peak decide. The harmonics 2, 3, ... of the main resonance are its superharmonics: their
+    response frequencies nearly agree.
 
     Returns a Dataset over peak with mesh_frequency [Hz], amplitude (half peak to peak) [m], exciting_stage, harmonic,
-    harmonic_amplitude [m] and response_frequency [Hz].
+    harmonic_amplitude [m] and response_frequency [Hz]. The harmonic_amplitude is NaN where `exugear.order_cut` cannot
+    tell it: the speed changes too fast for it, or for telling it from close orders of another stage.
 
     Raises ValueError for a run of less than 3 mesh cycles, and for numbers out of range.
     """
@@ -109,10 +119,10 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
     for frequency, height in sorted(zip(*peaks, strict=True), key=lambda peak: peak[1]):
         cut = max(cuts, key=lambda each: each.height(frequency))
         if cut.height(frequency) > SHARE * height:
-            cut, amplitude = _separated_cut(cuts, cut, frequency, of_orders)
+            cut, amplitude, place = _separated_cut(cuts, cut, frequency, of_orders)
             ratio = mesh_order(stage_data(data, cut.stage)) / mesh_order(stage_data(data, stage))
             row = Resonance(frequency, height, cut.harmonic, amplitude, cut.harmonic * frequency * ratio, cut.stage)
-            rows[cut.stage, cut.harmonic, cut.peak(frequency)[0]] = row
+            rows[cut.stage, cut.harmonic, place] = row
     return _labelled(sorted(rows.values()), data["stage"].values)
 
 
@@ -131,42 +141,46 @@ def _labelled(rows: list[Resonance], stages: np.ndarray) -> xr.Dataset:
 def _cuts(data: xr.Dataset, stage: int, exciting: int, harmonics: int) -> list[OrderPeaks]:
     """Peaks of the DTE of a stage at each mesh harmonic of an exciting stage."""
     cut = mesh_order_cut(data, stage, exciting, harmonics=harmonics)
-    frequency, orders = _mesh_frequency(cut), cut["order"].values
-    separation = SEPARATION / _window(signal(data, "dte", stage=stage), orders[0])
-    return [
-        OrderPeaks(exciting, harmonic, float(order), separation, _peaks(frequency, amplitude))
-        for harmonic, (order, amplitude) in enumerate(zip(orders, cut["amplitude"].values, strict=True), start=1)
-    ]
+    frequency, peaks = _mesh_frequency(cut), []
+    for harmonic, order in enumerate(cut["order"].values, start=1):
+        of_order = cut.sel(order=order)
+        amplitude, resolution, reason = (of_order[name].values for name in ("amplitude", "resolution", "reason"))
+        known = frequency, resolution, reason == TOLD
+        peaks.append(OrderPeaks(exciting, harmonic, float(order), *known, _peaks(frequency, amplitude)))
+    return peaks
 
 
 def _separated_cut(
     cuts: list[OrderPeaks], largest: OrderPeaks, frequency: float, joint_cut: Callable[..., xr.Dataset | None]
-) -> tuple[OrderPeaks, float]:
-    """The cut whose order excites a peak at a mesh frequency [Hz], and the amplitude of the order [m].
+) -> tuple[OrderPeaks, float, float]:
+    """The cut whose order excites a peak at a mesh frequency [Hz], the amplitude of the order [m], where it peaks [Hz].
 
     largest     the cut with the largest amplitude near the peak, to which close orders may contribute
     joint_cut   function (orders) -> their joint cut, or None
     """
     of_other_stages = [cut for cut in cuts if cut.stage != largest.stage and cut.height(frequency) > 0]
-    near = [cut for cut in of_other_stages if abs(cut.order - largest.order) < max(cut.separation, largest.separation)]
-    close = {cut.order: cut for cut in (*near, largest)}
-    joint = joint_cut(tuple(sorted(close))) if len(close) > 1 else None
+    resolution = largest.resolution_at(frequency)
+    beside = [cut for cut in of_other_stages if abs(cut.order - largest.order) < resolution]
+    close = {cut.order: cut for cut in (*beside, largest)}
+    if len(close) == 1:
+        return largest, largest.told_height(frequency), largest.peak(frequency)[0]
+    joint = joint_cut(tuple(sorted(close)))
     if joint is not None:
-        amplitude = joint["amplitude"].values[:, np.abs(_mesh_frequency(joint) / frequency - 1).argmin()]
+        amplitudes, distance = joint["amplitude"].values, np.abs(_mesh_frequency(joint) / frequency - 1)
+        amplitude = amplitudes[:, distance.argmin()]
         if np.isfinite(amplitude).all():
-            return close[float(joint["order"][amplitude.argmax()])], float(amplitude.max())
-    return largest, largest.height(frequency)
+            near = np.where(distance < NEAR, amplitudes[amplitude.argmax()], -1.0)
+            place = float(_mesh_frequency(joint)[np.nanargmax(near)])
+            return close[float(joint["order"][amplitude.argmax()])], float(amplitude.max()), place
+    return largest, np.nan, largest.peak(frequency)[0]
 
 
 def joint_cut(dte: xr.DataArray, orders: tuple[float, ...]) -> xr.Dataset | None:
-    """Order cut that tells close orders apart, NaN where the speed changes too much in a window; None in short runs."""
-    window = SEPARATION / float(np.diff(orders).min())
-    if 2 * window * REVOLUTION > float(dte["angle"][-1]):
+    """Order cut that tells close orders apart, NaN where it cannot; None in runs shorter than its windows."""
+    window = LONGER * SEPARATION / float(np.diff(orders).min())
+    if window * REVOLUTION > float(np.ptp(dte["angle"].values)):
         return None
-    cut = cut_of(dte, orders, revolutions=window)
-    speed = np.abs(cut["speed"].values)
-    change = np.abs(np.gradient(speed, cut["angle"].values)) * window * REVOLUTION
-    return cut.where(xr.DataArray(change <= SLEW * speed, dims="time"))
+    return told(cut_of(dte, orders))
 
 
 def _mesh_frequency(cut: xr.Dataset) -> np.ndarray:
@@ -177,25 +191,23 @@ def _mesh_frequency(cut: xr.Dataset) -> np.ndarray:
 def mesh_order_cut(data: xr.Dataset, stage: int, exciting: int | None = None, *, harmonics: int) -> xr.Dataset:
     """Order cut of the DTE of a stage at the mesh harmonics of an exciting stage, by default its own.
 
-    At least `WINDOWS` windows divide the run, so that they are short beside the passage of a resonance.
+    Amplitudes that cannot be told are estimates of the shortest windows: their peaks tell which harmonic is near.
     """
-    dte = signal(data, "dte", stage=stage)
     orders = mesh_orders(data, stage if exciting is None else exciting, harmonics=harmonics)
-    return cut_of(dte, orders, revolutions=_window(dte, orders[0]))
+    return cut_of(signal(data, "dte", stage=stage), orders)
 
 
 def separated_order_cut(data: xr.Dataset, stage: int, *, harmonics: int) -> xr.Dataset:
-    """`mesh_order_cut` of a stage by itself, where windows can tell its orders from those of the other stages."""
+    """Order cut of a stage at its mesh harmonics, NaN where they cannot be told, or not from those of other stages."""
     dte, orders = signal(data, "dte", stage=stage), mesh_orders(data, stage, harmonics=harmonics)
-    of_stages = [mesh_orders(data, number, harmonics=harmonics) for number in range(data["stage"].size)]
-    joint = joint_cut(dte, tuple(np.unique(of_stages))) if len(of_stages) > 1 else None
-    return mesh_order_cut(data, stage, harmonics=harmonics) if joint is None else joint.sel(order=orders)
-
-
-def _window(dte: xr.DataArray, order: float) -> float:
-    """Length of the windows [revolutions] of a cut whose lowest order is this."""
-    turned = float(dte["angle"][-1]) / REVOLUTION
-    return float(np.clip(turned / WINDOWS, SEPARATION / order, max(SEPARATION, SEPARATION / order)))
+    every = [mesh_orders(data, number, harmonics=harmonics) for number in range(data["stage"].size)]
+    others = np.setdiff1d(np.concatenate(every), orders)
+    joint = joint_cut(dte, tuple(np.union1d(orders, others))) if others.size else None
+    if joint is not None:
+        return joint.sel(order=orders)
+    cut = told(cut_of(dte, orders))
+    distance = np.abs(np.subtract.outer(orders, others)).min(axis=1, initial=np.inf)
+    return cut.where(xr.DataArray(distance, dims="order") >= cut["resolution"])
 
 
 def _peaks(frequency: np.ndarray, amplitude: np.ndarray) -> Resonances:
