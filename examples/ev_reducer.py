@@ -88,8 +88,7 @@ def draw(path: Path, diagram: xr.Dataset, run: exugear.Run) -> None:
     figure = plots.figure(columns=2)
     plots.plot_campbell(diagram, figure.axes[0], marked=SHARE)
     orders = plots.plot_order_cuts(order_cuts(run), figure.axes[1])
-    orders.set_title("bearing of the output shaft at 110 mm, along y", fontsize="medium")
-    orders.legend(frameon=False, loc="upper left")
+    orders.legend(frameon=False, loc="upper left", fontsize="small")
     orders.set_xticks((0, 5000, 10000, 15000))
     figure.savefig(path, dpi=100)
 

@@ -1,7 +1,7 @@
 """The data of a run: samples, variables with labels and units, reading from a file, selection of a stage."""
 
 from bisect import bisect_left
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -62,8 +62,8 @@ FRICTION = {
 }
 
 
-def stage_data(run, stage: int = 0) -> xr.Dataset:
-    """The data of a stage, by its number; run: an `exugear.Run` or its data.
+def stage_data(run, stage: int | str = 0) -> xr.Dataset:
+    """The data of a stage, by its number or its label; run: an `exugear.Run` or its data.
 
     Raises ValueError for other objects and for stages that the run does not have.
     """
@@ -71,10 +71,14 @@ def stage_data(run, stage: int = 0) -> xr.Dataset:
     is_run = isinstance(data, xr.Dataset) and set(VARIABLES) <= set(data.variables)
     kind = f"run must be an exugear.Run or its data, got {type(run).__name__}"
     require(is_run, f"{kind}; pass what exugear.run_up returns")
-    names = data["stage"].values.tolist()
-    remedy = f"the stages are {names}"
-    require(stage in range(-len(names), len(names)), f"stage must be 0 to {len(names) - 1}, got {stage}; {remedy}")
-    return data.isel(stage=stage)
+    return data.isel(stage=stage_number(data["stage"].values.tolist(), stage))
+
+
+def stage_number(labels: Sequence[str], stage: int | str) -> int:
+    """Number of a stage, by its number or its label; ValueError for stages that are not among the labels."""
+    given = f"stage must be 0 to {len(labels) - 1}, or a label, got {stage!r}; the stages are {list(labels)}"
+    require(stage in labels or stage in range(-len(labels), len(labels)), given)
+    return labels.index(stage) if isinstance(stage, str) else int(stage) % len(labels)
 
 
 def stored(path) -> xr.Dataset:

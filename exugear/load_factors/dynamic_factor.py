@@ -12,7 +12,9 @@ from fem.support.arguments import checked
 from fem.support.validation import require
 
 #: Share of the largest static force below which a mesh counts as unloaded; largest force of a run without load [N].
-UNLOADED, NO_LOAD = 1e-3, 1e-3
+UNLOADED, NO_LOAD = 0.05, 1e-3
+#: Why K_v is NaN.
+MISSING = f"static mesh force below {UNLOADED:.0%} of its largest in the run, as where the load crosses zero"
 #: Variables over (stage, speed): unit, long name.
 VARIABLES = {
     "K_v": ("1", "dynamic factor: largest over static mesh force"),
@@ -31,7 +33,9 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
 
     Returns a dataset over (stage, speed), the mean speed of each window [rad/s]:
 
-    K_v             largest mesh force over the static one, NaN where the mesh is unloaded
+    K_v             largest mesh force over the static one; NaN in windows in which the static force falls below 5 % of
+                    its largest in the run, as where the load crosses zero, and of stages without load: the ratio to a
+                    force that vanishes says nothing (attribute "missing")
     static_force    local mean of the mesh force over whole mesh cycles [N]: the torque that the mesh transmits, over
                     the base radius; < 0 where the back flank transmits it
     mesh_frequency  [Hz]
@@ -41,8 +45,8 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
     time linearly between windows; a load that varies faster than these counts as dynamic. Steady states are returned
     as they are, with K_v over point added.
 
-    Raises ValueError for other data, for a run without load, for windows out of range, and for steady states without
-    a static force.
+    Raises ValueError for other data, for a run without load in any stage, for windows out of range, and for steady
+    states without a static force.
     """
     if isinstance(run, xr.Dataset) and "largest_force" in run:
         dims = run["largest_force"].dims
@@ -55,15 +59,19 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
     require(windows >= 1, f"windows must be at least 1, got {windows}")
     windows = min(windows, slowest.size // 2)
     columns = np.array([_over_speed(stage, windows, slowest) for stage in stages])
+    labels, loaded = [stage["stage"].item() for stage in stages], np.abs(columns[:, 1]).max() > NO_LOAD
+    require(bool(loaded), f"run must load the mesh of a stage of {labels}; give it a load that is not 0 N m")
     about = {"units": "rad/s", "long_name": "speed of the driving shaft"}
     speed = envelope(stages[0]["speed"].values, slowest, windows, cycles=slowest).place
-    return xr.Dataset(
+    factors = xr.Dataset(
         {
             name: (("stage", "speed"), columns[:, i], {"units": unit, "long_name": long_name})
             for i, (name, (unit, long_name)) in enumerate(VARIABLES.items())
         },
-        {"stage": [str(stage["stage"].item()) for stage in stages], "speed": ("speed", speed, about)},
+        {"stage": [str(label) for label in labels], "speed": ("speed", speed, about)},
     )
+    factors["K_v"].attrs["missing"] = MISSING
+    return factors
 
 
 def _of_steady_states(states: xr.Dataset, static_force: float | None) -> xr.Dataset:
@@ -84,16 +92,21 @@ def _stages(run) -> list[xr.Dataset]:
     return [first, *(stage_data(data, i) for i in range(1, data["stage"].size))]
 
 
+def is_loaded(run, windows: int = 280) -> bool:
+    """Whether a mesh of a run transmits a mean force in a window, to which dynamic factors refer."""
+    means = (
+        local_mean(stage["time"].values, mesh_cycles(stage), stage["mesh_force"].values, windows)
+        for stage in _stages(run)
+    )
+    return any(bool(np.abs(mean).max() > NO_LOAD) for mean in means)
+
+
 def _over_speed(stage: xr.Dataset, windows: int, slowest: np.ndarray) -> tuple[np.ndarray, ...]:
     """`VARIABLES` of a stage, each (n_window,); slowest: mesh cycles of the slowest stage, by which windows join."""
     time, force = stage["time"].values, stage["mesh_force"].values
     static = local_mean(time, mesh_cycles(stage), force, windows)
-    largest = np.abs(static).max()
-    require(
-        bool(largest > NO_LOAD), f"run must load the mesh of stage {stage['stage'].item()!r}; give it a load > 0 N m"
-    )
-    loaded = np.abs(static) > UNLOADED * largest
+    loaded = np.abs(static) > max(UNLOADED * np.abs(static).max(), NO_LOAD)
     dynamic = envelope(static, force / np.where(loaded, static, inf), windows, cycles=slowest)
-    static_force, factor = dynamic.place, dynamic.high
+    told = envelope(static, loaded.astype(float), windows, cycles=slowest).low > 0.5
     frequency = envelope(stage["mesh_frequency"].values, force, windows, cycles=slowest).place
-    return np.where(np.abs(static_force) > UNLOADED * largest, factor, np.nan), static_force, frequency
+    return np.where(told, dynamic.high, np.nan), dynamic.place, frequency

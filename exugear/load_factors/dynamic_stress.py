@@ -24,13 +24,13 @@ LONG_NAMES = {
 
 
 @checked
-def dynamic_stress(run, stresses: xr.Dataset, stage: int = 0) -> xr.Dataset:
+def dynamic_stress(run, stresses: xr.Dataset, stage: int | str = 0) -> xr.Dataset:
     """Root stress and contact pressure of a stage along a run.
 
     run         an `exugear.Run` or its data
     stresses    map of `fem.root_stress` of the pair of the stage, over torques up to the largest mesh force of the run
                 times the base radius of the pinion
-    stage       number of the stage
+    stage       number or label of the stage
 
     Returns a dataset over time [s] with speed [rad/s], mesh_frequency [Hz] and mesh_force [N] of the run:
 

@@ -31,7 +31,7 @@ def plot_branches(
     *,
     harmonic: float | None = None,
     run=None,
-    stage: int = 0,
+    stage: int | str = 0,
     **style,
 ) -> Axes:
     """Branches of periodic steady states over the mesh frequency: stable ones solid, unstable ones dashed.
@@ -40,7 +40,7 @@ def plot_branches(
     quantity   "rms" or "peak_to_peak" of the DTE
     harmonic   multiple of the mesh frequency whose amplitude is drawn instead of the quantity
     run        `exugear.Run`, or its data, of a slow sweep under the same load whose envelope lies behind the branches
-    stage      number of the stage of the run
+    stage      number or label of the stage of the run
     style      of matplotlib's plot, for all branches
     """
     require("bifurcation" in data, "data lacks bifurcation; pass what exugear.steady_states(...) returned")

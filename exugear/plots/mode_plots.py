@@ -19,6 +19,8 @@ __all__ = ["plot_campbell", "plot_modes"]
 MODE, SHAFT_ORDER, AT_REST, GEAR = "#333333", "#999999", "#aaaaaa", "#eeeeee"
 #: Share of the strain energy in the mesh from which on a crossing is marked as a resonance.
 MARKED = 0.1
+#: That of the circle in the legend.
+LEGEND_SHARE = 0.5
 #: Highest frequency in a Campbell diagram over the highest of an order, and width of the label of an order [points].
 ROOM, LABEL_WIDTH = 1.1, 16
 #: Largest displacement in a picture of a mode over the largest radius.
@@ -41,7 +43,7 @@ def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARK
 
     data     of `exugear.campbell`
     marked   least share of the strain energy in the mesh of the order from which a crossing is marked by a circle; its
-             area grows with the share
+             area grows with the share, as the legend says
     style    of the lines of the modes: matplotlib's color, linewidth, …
     """
     require("crossing_speed" in data, "data lacks crossing_speed; pass what exugear.campbell(...) returned")
@@ -53,9 +55,9 @@ def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARK
     _draw_orders(ax, data, top)
     met = data.where(data["crossing_energy_share"] >= marked, drop=True) if data.sizes["crossing"] else data
     sizes = 160 * met["crossing_energy_share"]
-    ax.scatter(
-        met["crossing_speed"] / rpm, met["crossing_frequency"], sizes, facecolor="none", edgecolor=DISTINCT[3], zorder=3
-    )
+    ring: dict[str, Any] = {"facecolor": "none", "edgecolor": DISTINCT[3]}
+    ax.scatter(met["crossing_speed"] / rpm, met["crossing_frequency"], sizes, zorder=3, **ring)
+    ax.scatter([], [], 160 * LEGEND_SHARE, label=f"{LEGEND_SHARE:.0%} of the mode's energy in the mesh", **ring)
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="natural frequency [Hz]")
     ax.set(xlim=(speed[0] / rpm, speed[-1] / rpm), ylim=(0, top))
     legend(ax, loc="lower left", bbox_to_anchor=(0.0, 1.05), ncols=2)

@@ -31,6 +31,8 @@ CYCLES, SHARE = 400, 1 / 20
 ENERGY = 0.999
 #: Units in which plots show values: factor and name.
 SHOWN = {"m": (1 / um, "µm"), "m/s^2": (1.0, "m/s²"), "1": (1.0, "")}
+#: Change of the speed in a line of an order map, as share of it, from which on it flattens resonances.
+SMEARED = 0.1
 #: Colours of an amplitude, from white.
 COLOURS = "magma_r"
 #: Widths of the curves of order cuts: more than 15 orders differ in width, too.
@@ -90,8 +92,17 @@ def _draw_map(amplitude: xr.DataArray, label: str, ax: Axes | None, decibels: fl
     options = {"vmin": top - decibels, "vmax": top, "cmap": COLOURS, "rasterized": True}
     picture = ax.pcolormesh(abscissa, ordinate, level.T, **options | style)
     colour_bar(ax, picture, f"{words} [dB re {f'1 {unit}'.strip()}]")
-    ax.set(xlabel=name, ylabel=label)
+    ax.set(xlabel=name + _smeared(amplitude, abscissa), ylabel=label)
     return ax
+
+
+def _smeared(amplitude: xr.DataArray, abscissa: np.ndarray) -> str:
+    """Words for the label of the abscissa of an order map: where its lines smear resonances."""
+    if "speed_change" not in amplitude.coords:
+        return ""
+    smeared = abscissa[amplitude["speed_change"].values > SMEARED]
+    between = f"resonances are smeared from {smeared.min():.4g} to {smeared.max():.4g}" if smeared.size else ""
+    return f"\n{between}: the speed changes by more than {SMEARED:.0%} in a line" if between else ""
 
 
 def _channel(name: str, data: xr.Dataset, axis: str) -> xr.DataArray:
@@ -127,7 +138,7 @@ def _speed_name(amplitude: xr.DataArray) -> str:
 @checked
 @styled
 def plot_order_cuts(cuts: xr.Dataset, ax: Axes | None = None, *, decibels: Finite | None = None, **style) -> Axes:
-    """Amplitudes of orders over speed, a curve per order.
+    """Amplitudes of orders over speed, a curve per order with its harmonic and stage; NaN leave gaps.
 
     cuts        of one channel, as `exugear.order_cut` returns it
     decibels    range of a logarithmic axis, down from the highest amplitude; by default the axis is linear
@@ -137,15 +148,16 @@ def plot_order_cuts(cuts: xr.Dataset, ax: Axes | None = None, *, decibels: Finit
     label, abscissa = _abscissa(amplitude)
     factor, unit, words = _shown(amplitude)
     looks = cycle(product(WIDTHS, ("-", "--", ":"), DISTINCT))
-    for order, row, (width, line, colour) in zip(amplitude["order"].values, amplitude.values.T, looks, strict=False):
-        look = merged(style, linewidth=width, linestyle=line, color=colour, label=f"order {order:.6g}")
+    for name, row, (width, line, colour) in zip(_labels(amplitude, "order"), amplitude.values.T, looks, strict=False):
+        look = merged(style, linewidth=width, linestyle=line, color=colour, label=name)
         ax.plot(abscissa, row * factor, **look)
-    ax.set(xlabel=label, ylabel=f"{words} [{unit or '-'}]")
+    ax.set(xlabel=label, ylabel=f"{words} [{unit or '-'}]", title=_channel_name(amplitude))
     require(decibels is None or 0 < decibels < inf, f"decibels must be > 0 dB and finite, got {decibels}")
     if decibels is None:
         ax.set_ylim(bottom=0, auto=True)
     else:
         top = float(amplitude.max()) * factor
+        require(top > 0, "cuts must hold an amplitude > 0 that can be told for decibels; all are 0 or NaN")
         ax.set(yscale="log", ylim=(top * 10 ** (-decibels / 20), 1.5 * top))
     legend(ax)
     return ax
@@ -199,25 +211,37 @@ def plot_levels(levels: xr.DataArray, ax: Axes | None = None, **style) -> Axes:
     styles = cycle(product(("-", "--", ":"), DISTINCT))
     for name, row, (line, colour) in zip(names, rows, styles, strict=False):
         ax.plot(abscissa, row, **merged(style, linestyle=line, color=colour, label=", ".join(name)))
-    ax.set(xlabel=label, ylabel=f"{levels.attrs.get('long_name', 'level')} [dB]")
+    ax.set(xlabel=label, ylabel=f"{levels.attrs.get('long_name', 'level')} [dB]", title=_channel_name(levels))
     legend(ax)
     return ax
 
 
+def _channel_name(values: xr.DataArray) -> str:
+    """Bearing and direction of values of a single one, for a title."""
+    chosen = {dim: str(values[dim].item()) for dim in ("bearing", "direction") if _is_chosen(values, dim)}
+    words = [f"bearing {chosen['bearing']}"] if "bearing" in chosen else []
+    return ", ".join(words + ([f"along {chosen['direction']}"] if "direction" in chosen else []))
+
+
+def _is_chosen(values: xr.DataArray, dim: str) -> bool:
+    return dim in values.coords and values[dim].ndim == 0
+
+
 def _labels(levels: xr.DataArray, dim: str) -> list[str]:
     """Words for the channels along a dimension: names as they are, numbers behind the name of the dimension."""
-    labels = levels[dim].values.tolist()
+    name = f"{dim}_name" if f"{dim}_name" in levels.coords else dim
+    labels = levels[name].values.tolist()
     return [label if isinstance(label, str) else f"{dim} {label:.6g}" for label in labels]
 
 
 @checked
 @styled
 def plot_waterfall(
-    run, ax: Axes | None = None, stage: int = 0, harmonics: Finite = 3.2, decibels: Finite = 60.0, **style
+    run, ax: Axes | None = None, stage: int | str = 0, harmonics: Finite = 3.2, decibels: Finite = 60.0, **style
 ) -> Axes:
     """Order map of the DTE of one stage: amplitude over speed and mesh order.
 
-    stage       its number
+    stage       its number or label
     harmonics   highest mesh order shown
     decibels    range of amplitudes shown, down from the highest one
     style       of matplotlib's pcolormesh

@@ -36,11 +36,11 @@ Samples = TypeVar("Samples", xr.Dataset, xr.DataArray)
 
 @checked
 @styled
-def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances | None = None, **style) -> Axes:
+def plot_run_up(run, ax: Axes | None = None, stage: int | str = 0, found: Resonances | None = None, **style) -> Axes:
     """Dynamic transmission error of one stage over its mesh frequency, with its envelope.
 
     run     an `exugear.Run` or its data, as in all plots of runs
-    stage   its number
+    stage   its number or label
     found   `Resonances` of the envelope to be marked, as `exugear.resonances` returns them
     style   of the lines of the envelope, as in all plots: matplotlib's color, linewidth, linestyle, label, …
     """
@@ -58,8 +58,8 @@ def plot_run_up(run, ax: Axes | None = None, stage: int = 0, found: Resonances |
 
 @checked
 @styled
-def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int = 0, **style) -> Axes:
-    """Half peak to peak of the DTE of a stage, by its number, in several runs over the mesh frequency.
+def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int | str = 0, **style) -> Axes:
+    """Half peak to peak of the DTE of a stage, by its number or label, in several runs over the mesh frequency.
 
     runs    name -> `exugear.Run` or its data
     """
@@ -77,13 +77,13 @@ def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int =
 @checked
 @styled
 def plot_mesh_force(
-    run, ax: Axes | None = None, stage: int = 0, window: tuple[float, float] | None = None, **style
+    run, ax: Axes | None = None, stage: int | str = 0, window: tuple[float, float] | None = None, **style
 ) -> Axes:
     """Mesh force of one stage over time, beside its mean static force.
 
     A force that falls below half of its mean is shown with 0, at which the teeth part; a ripple fills the axes.
 
-    stage   its number
+    stage   its number or label
     window  start and end [s]; by default the whole run. Over more than 60 mesh cycles a band shows the limits of the
             force in each of 280 parts of the window
     """

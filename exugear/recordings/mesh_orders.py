@@ -12,7 +12,7 @@ MOST = 1000
 
 
 @checked
-def mesh_orders(run, stage: int = 0, *, harmonics: int = 3, side_bands: int = 0) -> np.ndarray:
+def mesh_orders(run, stage: int | str = 0, *, harmonics: int = 3, side_bands: int = 0) -> np.ndarray:
     """Orders of the driving shaft at which a stage excites vibrations: mesh harmonics and their side bands.
 
     run           an `exugear.Run` or its data

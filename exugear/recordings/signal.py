@@ -1,5 +1,6 @@
 """A signal: values over time with the speed and the angle of a shaft, from a run, a sensor or a measurement."""
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,17 +18,19 @@ TIME = {"units": "s", "long_name": "time"}
 MOTION_UNITS = {"speed": "rad/s", "angle": "rad"}
 DRIVING = "driving shaft"
 MESH_ORDER = {"units": "1", "long_name": "mesh cycles per revolution of the shaft"}
+#: Deviation of a harmonic from a whole number as share of it: orders are rounded to 9 digits.
+WHOLE = 1e-7
 #: Largest share by which the steps of time may differ where a function needs equal steps.
 STEP_TOLERANCE = 1e-3
 
 
 @checked
-def signal(run, name: str, *, stage: int = 0, **labels: str | Sequence[str]) -> xr.DataArray:
+def signal(run, name: str, *, stage: int | str = 0, **labels: str | Sequence[str]) -> xr.DataArray:
     """A variable of a run as a signal, with the speed and the angle of the driving shaft.
 
     run      an `exugear.Run` or its data
     name     variable over time: "dte", "mesh_force", "bearing_force", ...
-    stage    number of the stage: of the variable where it has a value per stage, and of the mesh order
+    stage    number or label of the stage: of the variable where it has a value per stage, and of the mesh order
     labels   coordinates to select, such as bearing="slow at 0 mm", direction="y"; without them all values remain
 
     Returns a DataArray (..., time) with the coordinates time [s], speed [rad/s] and angle [rad] of the driving shaft
@@ -40,7 +43,7 @@ def signal(run, name: str, *, stage: int = 0, **labels: str | Sequence[str]) -> 
     values = _selected(data[name], labels).transpose(..., "time")
     shaft = speed_and_angle(data["time"].values, data["speed"].values, DRIVING)
     of_others = [str(key) for key in values.coords if key not in data[name].dims]
-    return values.drop_vars(of_others).assign_coords(shaft | {"mesh_order": ((), mesh_order(data), MESH_ORDER)})
+    return values.drop_vars(of_others).assign_coords(shaft | _mesh_order_coordinate(run, data))
 
 
 def _selected(values: xr.DataArray, labels: dict) -> xr.DataArray:
@@ -54,6 +57,28 @@ def _selected(values: xr.DataArray, labels: dict) -> xr.DataArray:
             f"{dim}={label!r} is no label of {values.name}, which has {coordinates}",
         )
     return values.sel(labels)
+
+
+def _mesh_order_coordinate(run, data: xr.Dataset) -> dict[str, tuple]:
+    """The mesh order of the data of a stage, with those of all stages of the run by their labels in its attributes."""
+    whole = run if isinstance(run, xr.Dataset) else run.data
+    labels = [str(label) for label in whole["stage"].values]
+    of_stages = {label: mesh_order(whole.isel(stage=number)) for number, label in enumerate(labels)}
+    return {"mesh_order": ((), mesh_order(data), MESH_ORDER | {"of_stages": json.dumps(of_stages)})}
+
+
+def order_names(signal: xr.DataArray, orders: np.ndarray) -> list[str]:
+    """Names of orders: harmonic and stage of mesh orders, as in a Campbell diagram, else the number."""
+    about = signal["mesh_order"].attrs if "mesh_order" in signal.coords else {}
+    of_stages = json.loads(about.get("of_stages", "{}"))
+    return [_order_name(order, of_stages) for order in orders.tolist()]
+
+
+def _order_name(order: float, of_stages: dict[str, float]) -> str:
+    harmonics = {label: order / mesh for label, mesh in of_stages.items() if mesh > 0}
+    whole = {label: round(ratio) for label, ratio in harmonics.items() if abs(ratio - round(ratio)) < WHOLE * ratio}
+    names = ", ".join(f"{harmonic} x mesh {label}" for label, harmonic in whole.items() if harmonic)
+    return names or f"order {order:.6g}"
 
 
 def mesh_order(data: xr.Dataset) -> float:
@@ -87,7 +112,7 @@ def recorded_signal(
 
 @checked
 def sensor_signal(
-    run, stored: Numbers, component: int = 0, *, units: str = "1", long_name: str = "sensor", stage: int = 0
+    run, stored: Numbers, component: int = 0, *, units: str = "1", long_name: str = "sensor", stage: int | str = 0
 ) -> xr.DataArray:
     """A signal from a sensor of Exudyn that has recorded during a run, such as the acceleration of a point of a body.
 
@@ -96,7 +121,7 @@ def sensor_signal(
     component    number of the component of the sensor
     units        of the values
     long_name    of the values, for the axes of plots
-    stage        number of the stage whose mesh order the signal has
+    stage        number or label of the stage whose mesh order the signal has
 
     Returns a DataArray (time,) with the coordinates of `signal`. Raises ValueError for components that are not stored.
     """
@@ -112,7 +137,7 @@ def sensor_signal(
     speed = np.interp(time, data["time"].values, data["speed"].values)
     values = recorded_signal(time, speed, stored[first, 1 + component], units=units, long_name=long_name)
     coordinates = speed_and_angle(time, speed, DRIVING)
-    return values.assign_coords(coordinates | {"mesh_order": ((), mesh_order(data), MESH_ORDER)})
+    return values.assign_coords(coordinates | _mesh_order_coordinate(run, data))
 
 
 def speed_and_angle(time: np.ndarray, speed: np.ndarray, shaft: str = "shaft") -> dict[str, tuple]:

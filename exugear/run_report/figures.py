@@ -8,7 +8,7 @@ import xarray as xr
 from matplotlib import rc_context
 from matplotlib.figure import Figure as Drawing
 
-from exugear.load_factors.dynamic_factor import dynamic_factor
+from exugear.load_factors.dynamic_factor import dynamic_factor, is_loaded
 from exugear.plots.figures import figure
 from exugear.plots.load_plots import plot_dynamic_factor
 from exugear.plots.mode_plots import plot_campbell
@@ -30,7 +30,8 @@ def run_figures(data: xr.Dataset, resonances: Mapping[str, xr.Dataset]) -> list[
         for number, stage in enumerate(data["stage"].values.tolist()):
             peaks = marked(resonances[stage])
             figures += [_run_up(data, number, stage, peaks), _orders(data, number, stage)]
-        figures.append(_factors(data))
+        if is_loaded(data):
+            figures.append(_factors(data))
         if "bearing_force" in data:
             figures.append(_bearings(data))
     if "mesh_loss" in data:

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.energy.energy_balance import energy_balance
-from exugear.load_factors.dynamic_factor import dynamic_factor
+from exugear.load_factors.dynamic_factor import MISSING, UNLOADED, dynamic_factor, is_loaded
 from exugear.recordings.signal import signal
 from exugear.run_report.sections import Table
 from exugear.signals.resonance_table import separated_order_cut
@@ -55,8 +55,11 @@ def _digits(value: float) -> str:
 def _contact(data: xr.Dataset, number: int, stage: str) -> str:
     """Whether teeth part or touch with their coast flanks, by the samples."""
     force = data["mesh_force"].isel(stage=number).values
-    extreme = force[np.abs(force).argmax()]
-    largest = f"the mesh force reaches {rounded(extreme)} N, {extreme / force.mean():.3g} times its mean"
+    extreme, mean = force[np.abs(force).argmax()], force.mean()
+    ratio = f"{extreme / mean:.3g} times its mean"
+    if abs(mean) <= UNLOADED * abs(extreme) or mean * extreme < 0:
+        ratio = f"while its mean over the run is {rounded(mean)} N"
+    largest = f"the mesh force reaches {rounded(extreme)} N, {ratio}"
     apart, coast = float((force == 0).mean()), float((force < 0).mean())
     if not apart and not coast:
         return f"{stage}: {largest}; the teeth never part."
@@ -108,13 +111,20 @@ def harmonics_as_text(data: xr.Dataset, number: int) -> Table:
 def factor_table(data: xr.Dataset) -> Table:
     """Largest dynamic factor of each stage, and where it occurs."""
     rows = []
+    columns = ("stage", "largest K_v", "driving shaft [rpm]", "mesh frequency [Hz]", "static mesh force [N]")
+    if not is_loaded(data):
+        return Table("Dynamic factors", columns, ())
     for stage, column in dynamic_factor(data).groupby("stage"):
         factor = column.squeeze("stage")
-        if factor["K_v"].notnull().any():
+        known = factor["K_v"].notnull()
+        if known.any():
             peak = factor.isel(speed=factor["K_v"].argmax(...)["speed"])
             places = f"{float(peak['speed']) / rpm:.0f}", f"{float(peak['mesh_frequency']):.0f}"
             rows.append((str(stage), f"{float(peak['K_v']):.3f}", *places, rounded(peak["static_force"])))
-    columns = ("stage", "largest K_v", "driving shaft [rpm]", "mesh frequency [Hz]", "static mesh force [N]")
+        if not known.all():
+            rows.append(
+                (str(stage), f"cannot be told in {float((~known).mean()):.0%} of the run: {MISSING}", "", "", "")
+            )
     return Table("Dynamic factors", columns, tuple(rows))
 
 

@@ -8,7 +8,7 @@ import xarray as xr
 from exugear.recordings.angle_sampling import REVOLUTION, SAMPLES_PER_PERIOD
 from exugear.recordings.columns import check_size
 from exugear.recordings.short_time_spectra import check_overlap
-from exugear.recordings.signal import at_angles, channel_coordinates, require_signal
+from exugear.recordings.signal import at_angles, channel_coordinates, order_names, require_signal
 from exugear.signals.order_fit import Phasors, Samples, check_fit_size, phasors, samples_of
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import require
@@ -77,7 +77,8 @@ def order_cut(
     Coupled orders with smooth amplitudes are those of the Vold-Kalman filter of second generation (Feldbauer and
     Hoeldrich, Proc. DAFX 2000; Tuma, Proc. ICSV12 2005), whose global system polynomials in windows replace.
 
-    Returns a Dataset over order and time, the coordinates speed [rad/s] and angle [rad] along time:
+    Returns a Dataset over order and time, with the coordinates speed [rad/s] and angle [rad] along time, and
+    order_name, the harmonic and stage of mesh orders of a run:
 
     amplitude, phase   [rad]: the signal is the sum of amplitude cos(order angle + phase)
     standard_error     of the amplitude: by the residual of the fit as white noise, or a third of the difference above
@@ -286,6 +287,8 @@ def _labelled(signal: xr.DataArray, points, orders, value, error, resolution, re
     about = {"units": "1", "long_name": "order of the shaft"}
     coordinates = channel_coordinates(signal) | at_angles(signal, points, "time")
     coordinates |= {"angle": ("time", points, signal["angle"].attrs), "order": ("order", orders, about)}
+    names = {"units": "1", "long_name": "name of the order"}
+    coordinates["order_name"] = ("order", order_names(signal, orders), names)
     of_error = signal.attrs | {"long_name": "standard error of the amplitude"}
     variables = {
         "amplitude": (np.abs(value), signal.attrs),

@@ -12,6 +12,7 @@ from fem.support.validation import require
 
 #: Attributes of the axis of orders.
 ORDER = {"units": "1", "long_name": "order of the shaft"}
+SPEED_CHANGE = {"units": "1", "long_name": "change of the speed within a line, as share of it"}
 
 
 @checked
@@ -30,8 +31,10 @@ def order_tracking(
     alias by 100 dB. Blocks in which a period of the highest order has fewer than 2.25 samples are left out.
 
     Returns a Dataset with amplitude (..., time, order) and the coordinates time [s] and speed [rad/s] of the middle of
-    each block. Raises ValueError for signals shorter than a block, where no block remains, and for more than 5e8
-    values.
+    each block, and speed_change, the change of the speed within the block as share of it. Orders of steady amplitude
+    are right at any change; a resonance is smeared over the speeds of the block, and flattened from 0.1 on:
+    `exugear.order_cut` gives amplitudes there. Raises ValueError for signals shorter than a block, where no block
+    remains, and for more than 5e8 values.
     """
     require_signal(signal)
     require(0 < orders < np.inf, f"orders must be > 0 and finite, got {orders:g}")
@@ -57,7 +60,8 @@ def order_tracking(
     require(bool(fine.any()), coarse)
     order = np.arange(int(orders * revolutions * (1 + 1e-9)) + 1) / revolutions
     lines = lines[:, fine, : order.size].reshape(*signal.shape[:-1], -1, order.size)
-    return _labelled(sampled.isel(angle=middles[fine]), order, lines)
+    change = _speed_change(sampled["speed"].values, middles[fine], length)
+    return _labelled(sampled.isel(angle=middles[fine]), order, lines, change)
 
 
 def _fine(passed: np.ndarray, orders: float) -> np.ndarray:
@@ -71,8 +75,16 @@ def _fine_lines(fine: np.ndarray, middles: np.ndarray, length: int) -> np.ndarra
     return coarse[np.minimum(first + length, fine.size)] == coarse[first]
 
 
-def _labelled(middles: xr.DataArray, order: np.ndarray, lines: np.ndarray) -> xr.Dataset:
+def _speed_change(speed: np.ndarray, middles: np.ndarray, length: int) -> np.ndarray:
+    """(n_line,) change of the speed (n,) in a line about its middle, over the speed there."""
+    first = middles - length // 2
+    ends = np.abs(speed[first]), np.abs(speed[np.minimum(first + length, speed.size) - 1])
+    return np.abs(ends[1] - ends[0]) / np.maximum(np.abs(speed[middles]), np.finfo(float).tiny)
+
+
+def _labelled(middles: xr.DataArray, order: np.ndarray, lines: np.ndarray, change: np.ndarray) -> xr.Dataset:
     """The Dataset of lines (..., n_line, n_order)."""
     along = {name: ("time", middles[name].values, middles[name].attrs) for name in ("time", "speed")}
+    along["speed_change"] = ("time", change, SPEED_CHANGE)
     coordinates = channel_coordinates(middles) | along | {"order": ("order", order, ORDER)}
     return xr.Dataset({"amplitude": ((*middles.dims[:-1], "time", "order"), lines, middles.attrs)}, coordinates)

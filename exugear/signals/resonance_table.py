@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from exugear.integration.run_data import stage_data
+from exugear.integration.run_data import stage_data, stage_number
 from exugear.recordings.angle_sampling import REVOLUTION
 from exugear.recordings.mesh_orders import mesh_orders
 from exugear.recordings.signal import mesh_order, signal
@@ -85,7 +85,7 @@ class Resonance(NamedTuple):
 
 
 @checked
-def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: float = 0.004) -> xr.Dataset:
+def resonance_table(run, stage: int | str = 0, *, harmonics: int = 8, prominence: float = 0.004) -> xr.Dataset:
     """Resonances of the DTE of a stage along a run, with the mesh harmonic that excites each of them.
 
     run           an `exugear.Run` or its data, over a range of speeds
@@ -112,8 +112,9 @@ def resonance_table(run, stage: int = 0, *, harmonics: int = 8, prominence: floa
     require(outline.place.size >= 3, short)
     peaks = resonances(outline.place, outline.amplitude, prominence)
     data = run if isinstance(run, xr.Dataset) else run.data
-    stages = [stage, *(k for k in range(data["stage"].size) if k != stage % data["stage"].size)]
-    cuts = [cut for exciting in stages for cut in _cuts(data, stage, exciting, harmonics)]
+    number = stage_number(data["stage"].values.tolist(), stage)
+    stages = [number, *(k for k in range(data["stage"].size) if k != number)]
+    cuts = [cut for exciting in stages for cut in _cuts(data, number, exciting, harmonics)]
     of_orders = cache(partial(joint_cut, signal(data, "dte", stage=stage)))
     rows: dict[tuple, Resonance] = {}
     for frequency, height in sorted(zip(*peaks, strict=True), key=lambda peak: peak[1]):

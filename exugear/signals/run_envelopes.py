@@ -11,7 +11,7 @@ from fem.support.validation import require
 
 
 @checked
-def dte_envelope(run, stage: int = 0, windows: int = 280) -> Envelope:
+def dte_envelope(run, stage: int | str = 0, windows: int = 280) -> Envelope:
     """Envelope of the DTE of a stage [m] over its mesh frequency [Hz]; each window holds a whole cycle of every mesh.
 
     run         an `exugear.Run` or its data

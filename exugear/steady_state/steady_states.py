@@ -9,6 +9,7 @@ import xarray as xr
 
 from exugear.elements.turns import in_turn
 from exugear.gearbox.constant_loads import given_loads, idle_stages
+from exugear.integration.run_data import stage_number
 from exugear.modes.modes import load_attributes
 from exugear.operation.train_motion import HIGHEST_SPEED
 from exugear.steady_state.branch import Branch
@@ -39,11 +40,16 @@ def check_range(name: str, value) -> None:
 
 
 def check_stages(name: str, value) -> None:
-    """ValueError unless the value is a number of a stage, or holds different ones."""
+    """ValueError unless the value is a number or a label of a stage, or holds different ones."""
+    labels = [value] if isinstance(value, str) else value
+    if isinstance(labels, list | tuple) and labels and all(isinstance(label, str) for label in labels):
+        require(len(set(labels)) == len(labels), f"{name} must hold distinct labels of stages, got {text_of(value)}")
+        return
     stages = numbers(name, value)
     whole = stages.ndim <= 1 and stages.size > 0 and (stages == np.floor(stages)).all() and (stages >= 0).all()
     different = np.unique(stages).size == stages.size
-    kinds = f"{name} must be a stage number >= 0, or several distinct ones such as (0, 1), got {text_of(value)}"
+    kinds = f"{name} must be a stage number >= 0 or label, or several distinct ones such as (0, 1)"
+    kinds = f"{kinds}, got {text_of(value)}"
     require(bool(whole and different), kinds)
 
 
@@ -56,7 +62,7 @@ def steady_states(
     speed: Annotated[Sequence[float], check_range],
     load: float | None = None,
     loads: Mapping[str, float] | None = None,
-    stage: Annotated[int | Sequence[int], check_stages] = 0,
+    stage: Annotated[int | str | Sequence[int] | Sequence[str], check_stages] = 0,
     drive: str = "held",
     harmonics: int = 10,
     progress: bool = True,
@@ -67,7 +73,7 @@ def steady_states(
                 mesh frequency is 1/32 of the resonance of the mesh (attribute "lowest_speed")
     load        constant torque on the driven shaft against its motion at positive speed [N m]
     loads       instead, of a gearbox with several outputs: name of a shaft -> constant torque against its motion [N m]
-    stage       number of the stage whose mesh excites the gearbox, or numbers of stages whose meshes excite it
+    stage       number or label of the stage whose mesh excites the gearbox, or several whose meshes excite it
                 together; stages with the same mesh frequency, as beside an idler, excite it as well
     drive       "held": the driving shaft turns at constant speed; "free": under a constant torque
     harmonics   multiples of the mesh frequency up to which harmonics of the DTE are given
@@ -101,8 +107,7 @@ def steady_states(
     """
     require_model(model)
     low, high = speed
-    number, given = len(model.meshes), np.atleast_1d(stage).astype(int).tolist()
-    require(max(given) < number, f"stage must be a number from 0 to {number - 1}, got {stage}")
+    given = [stage_number(model.gearbox.labels, each) for each in np.atleast_1d(stage).tolist()]
     require(drive in DRIVES, f"drive must be one of {DRIVES}, got {drive!r}")
     require_within("harmonics", harmonics, 1, MOST_HARMONICS, remedy="multiples of the mesh frequency")
     check_reducible(model)

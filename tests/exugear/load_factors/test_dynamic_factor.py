@@ -87,6 +87,28 @@ def test_runs_without_load_and_windows_out_of_range_are_refused():
             exugear.dynamic_factor(unloaded, windows=5)
 
 
+def test_a_load_that_crosses_zero_has_no_factor_there():
+    """A ripple of 300 N beside a mean force from -2000 to 2000 N: the ratio to a force that vanishes is NaN."""
+    run = ran(smooth_box(), duration=0.2, speed=300 * rpm)
+    time = run.data["time"].values
+    mean, ripple = 4000 * (time / time[-1] - 0.5), 300 * np.sin(2 * np.pi * 5000 * time)
+    crossing = run.data.assign(mesh_force=(("stage", "time"), [mean + ripple]))
+    factor = exugear.dynamic_factor(crossing, windows=50)
+    unloaded = np.abs(factor["static_force"].values) < 100
+    assert np.isnan(factor["K_v"].values[unloaded]).all()
+    assert 0 < np.isnan(factor["K_v"].values).mean() < 0.2
+    assert np.nanmax(factor["K_v"].values) < 1 + 300 / 100
+    assert "load crosses zero" in factor["K_v"].attrs["missing"]
+
+
+def test_a_stage_without_load_beside_a_loaded_one_has_no_factor():
+    run = ran(two_stages(), duration=0.1, speed=300 * rpm).data
+    idle = run.assign(mesh_force=run["mesh_force"] * xr.DataArray([1.0, 0.0], dims="stage"))
+    factor = exugear.dynamic_factor(idle, windows=5)["K_v"].values
+    assert np.isfinite(factor[0]).all()
+    assert np.isnan(factor[1]).all()
+
+
 def test_steady_states_have_the_factor_of_their_largest_force():
     forces, speeds = np.array([2000.0, 3000.0, 2500.0]), np.array([10.0, 20.0, 15.0])
     states = xr.Dataset({"largest_force": ("point", forces), "speed": ("point", speeds)})

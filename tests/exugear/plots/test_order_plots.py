@@ -44,6 +44,18 @@ def test_maps_are_darkest_at_the_orders(signal):
     assert over_speed.get_xlabel() == "speed of the shaft [rpm]"
 
 
+def test_a_map_says_where_its_lines_smear_resonances(signal):
+    """The speed rises by 20 rad/s in a second, in 8 revolutions by more than a tenth below 100 rad/s."""
+    tracked = exugear.order_tracking(signal, orders=50)
+    expected = 20 * 8 * 2 * np.pi / tracked["speed"].values ** 2
+    assert tracked["speed_change"].values[5:] == pytest.approx(expected[5:], rel=0.1)
+    label = plots.plot_order_map(tracked, plots.figure().axes[0]).get_xlabel()
+    assert "resonances are smeared" in label
+    assert float(label.split(" to ")[1].split(":")[0]) == pytest.approx(100 / rpm, rel=0.05)
+    slow = tracked.isel(time=tracked["speed_change"].values < 0.1)
+    assert "smeared" not in plots.plot_order_map(slow, plots.figure().axes[0]).get_xlabel()
+
+
 def test_a_run_up_and_coast_down_is_drawn_over_time(signal):
     time = np.linspace(0, 8, 80_001)
     speed = 100 - 20 * np.abs(time - 4)
@@ -83,6 +95,29 @@ def test_levels_name_channels_and_reference(signal):
     assert ax.get_legend_handles_labels()[1] == names
     assert ax.lines[0].get_ydata() == pytest.approx(20 * np.log10(np.sqrt(2)), abs=0.1)
     assert ax.get_ylabel() == "level re 1 µm [dB]"
+
+
+def test_curves_name_harmonic_and_stage_and_titles_the_channel(signal):
+    """Mesh orders 20 and 8 of two stages; order 21 is a side band."""
+    stages = {"of_stages": '{"fast-middle": 20.0, "middle-slow": 8.0}'}
+    of_run = signal.assign_coords(mesh_order=((), 20.0, stages), bearing="slow at 0 mm", direction="y")
+    cut = exugear.order_cut(of_run, [8, 20, 21, 40])
+    names = ["1 x mesh middle-slow", "1 x mesh fast-middle", "order 21", "2 x mesh fast-middle, 5 x mesh middle-slow"]
+    levels = exugear.level(cut["amplitude"], 1e-6)
+    for ax in (plots.plot_order_cuts(cut, plots.figure().axes[0]), plots.plot_levels(levels, plots.figure().axes[0])):
+        assert ax.get_legend_handles_labels()[1] == names
+        assert ax.get_title() == "bearing slow at 0 mm, along y"
+
+
+def test_amplitudes_that_cannot_be_told_leave_gaps(signal):
+    cut = exugear.order_cut(signal, list(ORDERS))
+    cut["amplitude"][:, :5] = np.nan
+    flat, _ = plots.plot_order_cuts(cut, plots.figure().axes[0], decibels=40.0).lines
+    assert np.isnan(flat.get_ydata()[:5]).all()
+    assert np.isnan(exugear.level(cut["amplitude"], 1e-6).values[:, :5]).all()
+    cut["amplitude"][:] = np.nan
+    with pytest.raises(ValueError, match="cuts must hold an amplitude > 0 that can be told"):
+        plots.plot_order_cuts(cut, plots.figure().axes[0], decibels=40.0)
 
 
 def test_several_channels_and_other_data_are_refused(signal):

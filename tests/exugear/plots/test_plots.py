@@ -86,7 +86,7 @@ def test_plots_take_runs_and_their_data(two_stages):
     for draw in (plots.plot_run_up, plots.plot_waterfall):
         with pytest.raises(ValueError, match=r"run must be an exugear\.Run or its data, got int"):
             draw(3)
-        with pytest.raises(ValueError, match="stage must be 0 to 1, got 2"):
+        with pytest.raises(ValueError, match="stage must be 0 to 1, or a label, got 2"):
             draw(two_stages, stage=2)
 
 

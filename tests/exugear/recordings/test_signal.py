@@ -95,6 +95,11 @@ def test_orders_of_a_second_stage_count_revolutions_of_the_driving_shaft():
         {"a-b_pinion_z": 20, "a-b_wheel_z": 40, "b-c_pinion_z": 25, "b-c_wheel_z": 50},
     )
     assert float(exugear.signal(run, "dte", stage=1)["mesh_order"]) == 12.5
+    assert exugear.signal(run, "dte", stage="b-c").identical(exugear.signal(run, "dte", stage=1))
+    assert exugear.mesh_orders(run, "b-c", harmonics=2).tolist() == [12.5, 25]
+    assert exugear.dte_envelope(run, "b-c", windows=1).place == exugear.dte_envelope(run, 1, windows=1).place
+    with pytest.raises(ValueError, match="stage must be 0 to 1, or a label, got 'c-d'; the stages are"):
+        exugear.signal(run, "dte", stage="c-d")
     assert exugear.mesh_orders(run, 1, harmonics=2, side_bands=0).tolist() == [12.5, 25]
     assert exugear.mesh_orders(run, 1, harmonics=1, side_bands=1).tolist() == [12, 12.25, 12.5, 12.75, 13]
 

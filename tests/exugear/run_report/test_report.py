@@ -1,6 +1,7 @@
 """The report of a run: whole files, what it says, and the page as a browser shows it."""
 
 import subprocess
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -10,7 +11,7 @@ from scenes import smooth_box, two_equal_stages
 
 import exugear
 from exugear.run_report import document
-from exugear.run_report.results import harmonics_as_text, rounded, summary
+from exugear.run_report.results import factor_table, harmonics_as_text, rounded, summary
 from fem.units import rpm
 
 TITLES = ("Results", "Inputs", "Assumptions and plan", "Error estimates", "Versions")
@@ -83,6 +84,20 @@ def test_the_largest_force_of_a_driving_load_is_stated_with_its_sign():
     run = exugear.run_up(model, speed=100.0, duration=0.05, load=-150.0, progress=False, checks=0)
     force = run.data["mesh_force"].values
     assert f"reaches {rounded(force.min())} N, {force.min() / force.mean():.3g} times its mean" in summary(run.data)[1]
+
+
+def test_a_load_that_crosses_zero_is_reported_in_words(swept, tmp_path):
+    time = swept.data["time"].values
+    force = 1000 * (time / time[-1] - 0.5) + 50 * np.sin(2 * np.pi * 900 * time)
+    crossing = swept.data.assign(mesh_force=(("stage", "time"), [force]))
+    assert "times its mean" not in summary(crossing)[1]
+    assert "while its mean over the run is" in summary(crossing)[1]
+    (row, told) = factor_table(crossing).rows[::-1]
+    assert "cannot be told" in row[1]
+    assert "load crosses zero" in row[1]
+    assert float(told[1]) < 5
+    idle = replace(swept, data=swept.data.assign(mesh_force=0 * swept.data["mesh_force"]))
+    assert exugear.report(idle, tmp_path / "idle.html")
 
 
 def test_a_model_of_another_gearbox_is_refused(swept, tmp_path):
