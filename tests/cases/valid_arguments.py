@@ -212,14 +212,15 @@ def by_name() -> dict[str, Any]:
 def of_signals(folder: Path) -> dict[str, Any]:
     """Arguments of functions of signals, and of their plots."""
     time = np.linspace(0, 1, 2001)
-    signal = exugear.recorded_signal(time, 2 * np.pi * (10 + 10 * time), np.sin(2 * np.pi * 100 * time), units="N")
+    order_3 = np.cos(3 * 2 * np.pi * (10 * time + 5 * time**2))
+    signal = exugear.recorded_signal(time, 2 * np.pi * (10 + 10 * time), order_3, units="N")
     functions = ("over_angle", "order_tracking", "order_cut", "spectrogram", "waterfall", "write_sound")
     signals = {f"{name}.signal": signal for name in functions}
     cuts, spectra = exugear.order_cut(signal, [3, 5]), exugear.waterfall(signal, lines=5, resolution=20.0)
     return signals | {
         "signal.name": "dte", "recorded_signal.speed": TURNS, "values": LINE, "units": "N", "long_name": "force",
         "stored": np.outer(LINE, [0.04, 1.0]), "component": 0, "order_cut.orders": [3.0, 5.0], "side_bands": 1,
-        "mesh_orders.harmonics": 2, "resonance_table.harmonics": 3, "spectrogram.resolution": 20.0,
+        "mesh_orders.harmonics": 2, "resonance_table.harmonics": 3, "spectrogram.resolution": 20.0, "frequencies": [400.0],
         "waterfall.resolution": 20.0, "window": "hann", "lines": 5, "rms": [1.0, 2.0], "reference": 1e-6,
         "channels": cuts["amplitude"], "over": ["order"], "write_sound.path": folder / "sound.wav", "rate": 8000,
         "full_scale": 2.0, "plot_order_map.orders": exugear.order_tracking(signal, orders=5.0), "cuts": cuts,
