@@ -112,9 +112,9 @@ class Recorder:
 
     Offsets and centroid are 0 for shafts that only spin about their nominal axes. z is the axis of the contact: the
     global z, or the pinion's axis where that lies along another direction; it does not depend on the flank in contact
-    nor on the direction of the pinion. An STE map, `fem.Offsets` and `exugear.MeshForce` count z in the opposite sense
-    where the mesh force turns the pinion counter-clockwise (back flank, second stage): change the signs of
-    misalignment, axial and centroid to compare them.
+    nor on the direction of the pinion. An STE map and `fem.Offsets` count z in the opposite sense where the pinion's
+    direction is -1 (second stage); `exugear.MeshForce` does so where the mesh force turns the pinion counter-clockwise
+    (back flank, second stage): change the signs of misalignment, axial and centroid to compare them.
     """
 
     header: np.record = field(default_factory=lambda: np.zeros(1, HEADER)[0], init=False, repr=False)

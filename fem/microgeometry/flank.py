@@ -47,10 +47,8 @@ class Sides:
     Seen from positive z with the tooth pointing up, the left flank faces counter-clockwise. The left flanks of pinion
     and wheel carry the load while the pinion drives counter-clockwise.
 
-    A map is made of the left flanks; the right flanks are checked and stored, but do not change it. To map the right
-    flanks, map the mirror image of the pair: exchange left and right of both gears, reverse the signs of beta and of
-    `Offsets.f_sigma_beta`, and of pitch deviations take values[-k] for tooth k of the pinion and values[1 - k] for that
-    of the wheel. The phases of that map are `GearPair.back_phase` minus those of the left flanks.
+    Torques > 0 of a map load the left flanks, torques < 0 the right ones. Other functions take the left flanks: pass
+    them the mirror image of the pair, `fem.mirror_image`.
 
     Raises ValueError for parts that are no modifications.
     """

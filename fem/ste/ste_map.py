@@ -122,7 +122,15 @@ def check(data: xr.Dataset) -> xr.Dataset:
     end = data.attrs.get("pitches", 1)
     within = f"phase must increase within [0, {end}) as share of a pitch, got {phase}"
     require(bool(phase[0] >= 0 and phase[-1] < end), within)
+    if UNLOADED_RIGHT in data:
+        _check_unloaded_right(data)
     return data
+
+
+def _check_unloaded_right(data: xr.Dataset) -> None:
+    dims, needed = set(data[UNLOADED_RIGHT].dims), set(data[TE].dims) - {TORQUE}
+    require(dims == needed, f"{UNLOADED_RIGHT} must have the axes {sorted(needed)} of te, got {sorted(dims)}")
+    require_finite(UNLOADED_RIGHT, data[UNLOADED_RIGHT].values, "solve torque 0 of the right flanks")
 
 
 def largest_gap(phase: np.ndarray, pitches: float = 1) -> float:

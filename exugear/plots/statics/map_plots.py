@@ -123,6 +123,8 @@ def plot_load_sharing(ste: xr.Dataset, ax: Axes | None = None, **style) -> Axes:
         ends = loaded.min(), loaded.max()
         position, share = np.pad(position, ((0, 0), (0, 1)), constant_values=np.nan), share.pad({PHASE: (0, 1)})
     torque = share[TORQUE].values
+    if torque.min(initial=0.0) < 0:
+        ends = -pair.eps_alpha * pair.p_bt / mm, pair.eps_alpha * pair.p_bt / mm
     for row, load, colour in zip(share.values, torque, graded(torque), strict=True):
         # Right flanks touch at the tip of the pinion first: their tooth pairs pass the path from its end.
         at = position if load > 0 else pair.back_phase * pair.p_bt / mm - position

@@ -100,6 +100,11 @@ def test_secant_law_of_both_sides():
     ("change", "words"),
     [
         (lambda ste: ste.drop_vars("te_unloaded_right"), "assign it over"),
+        (lambda ste: ste.assign(te_unloaded_right=0.0), "te_unloaded_right must have the axes"),
+        (
+            lambda ste: ste.assign(te_unloaded_right=ste["te_unloaded_right"] * np.nan),
+            "te_unloaded_right must be finite",
+        ),
         (lambda ste: ste.sel(torque=[-700, 0, 100, 350]), "right flanks, with torque and te reversed: torque needs 0"),
         (lambda ste: ste.assign(te=abs(ste["te"])), "right flanks, with torque and te reversed: te must grow"),
     ],
