@@ -1,7 +1,7 @@
 """Bodies of any kind as Rxyz bodies about z of the frame of their mesh: displacements, and forces back on coordinates.
 
 The mesh of two gears depends on their relative position alone (`exugear.contact_geometry.relative_position`). Where
-both bodies move in space on nodes of any kind, the frame of the mesh is that of the pinion's gear at this instant: the
+both bodies move in space on nodes of any kind, z of the frame of the mesh is the pinion's axis at this instant: the
 wheel is tilted in it by little, wherever the pair has turned, so that no attitude in space is singular. Where a body
 turns about global z or moves in that plane, the frame of the mesh is the global one. Velocities are those against the
 ground, by their components in the frame; forces on the coordinates follow by virtual work.
@@ -28,11 +28,13 @@ from exugear.contact_geometry.rotation import (
     times,
     transposed,
 )
-from exugear.contact_geometry.vectors import scaled
+from exugear.contact_geometry.vectors import cross, dot, scaled, total
 from fem.support.numba_cache import compiled, kept
 
 #: Number of coordinates of each kind of body.
 SIZES = {SPIN_ALONE: 1, IN_PLANE: 3, UPRIGHT: 6, RXYZ: 6, EULER: 7, VECTOR: 6}
+#: Component of a gear's axis along global x above which global y gives the other axes.
+LEANING = 0.8
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -103,11 +105,19 @@ def posture_of(gear, kind, q):
     return Posture(p, matrix, product(matrix, rows_of(gear.axes)))
 
 
-@compiled
-def of_unit_length(axes):
-    """Axes (columns) of unit length; those by Euler parameters are as long as the squared length of these."""
-    factor = 1.0 / sqrt(axes[0][0] * axes[0][0] + axes[1][0] * axes[1][0] + axes[2][0] * axes[2][0])
-    return scaled(factor, axes[0]), scaled(factor, axes[1]), scaled(factor, axes[2])
+@kept
+def axes_without_spin(gear):
+    """Axes (columns) of a frame whose z is that of a gear with these axes (columns).
+
+    Its other axes do not depend on the spin, so that rounding of positions does not, either. Axes by Euler parameters
+    are as long as the squared length of these.
+    """
+    z = gear[0][2], gear[1][2], gear[2][2]
+    z = scaled(1.0 / sqrt(dot(z, z)), z)
+    along = (1.0, 0.0, 0.0) if abs(z[0]) < LEANING else (0.0, 1.0, 0.0)
+    x = total(along, scaled(-dot(along, z), z))
+    x = scaled(1.0 / sqrt(dot(x, x)), x)
+    return transposed((x, cross(z, x), z))
 
 
 @compiled
@@ -142,21 +152,26 @@ def motion_in(frame_axes, kind, posture, position, v, reference):
 
 @compiled
 def relative_motions(frame, kind_1, kind_2, q_1, q_2, v_1, v_2):
-    """Motions of two bodies in space in the frame of the pinion's gear, whose origin is the pinion's body."""
+    """Motions of two bodies in space in a frame along the pinion's axis, whose origin is the pinion's body."""
     pinion, wheel = posture_of(frame.pinion, kind_1, q_1), posture_of(frame.wheel, kind_2, q_2)
-    axes = of_unit_length(pinion.gear)
-    into = transposed(axes)
+    axes = axes_without_spin(pinion.gear)
+    into, gear = transposed(axes), transposed(pinion.gear)
     omega = times(into, angular_velocity(kind_1, pinion.rotation, pinion.matrix, rotational(kind_1, v_1)))
     v_x, v_y, v_z = times(into, (v_1[0], v_1[1], v_1[2]))
-    still = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    motion_1 = Motion(still, (v_x, v_y, v_z, omega[0], omega[1], omega[2]), Orientation(pinion, axes, 0.0, 0.0))
+    spin_1 = atan2(-dot(into[0], gear[1]), dot(into[0], gear[0])) - frame.pinion.reference[5]
+    at_origin, velocity = (0.0, 0.0, 0.0, 0.0, 0.0, spin_1), (v_x, v_y, v_z, omega[0], omega[1], omega[2])
     d, e = frame.between, frame.wheel.reference
     between = d[0] + q_2[0] - q_1[0], d[1] + q_2[1] - q_1[1], d[2] + q_2[2] - q_1[2]
-    motion_2 = motion_in(axes, kind_2, wheel, between, v_2, frame.wheel.reference)
-    x, y, z, a, b, c = motion_2.q
+    motion_2 = motion_in(axes, kind_2, wheel, between, v_2, e)
+    x, y, z, a, b, spin_2 = motion_2.q
     if frame.base_pitch == 0.0:
-        c = counted_turns(c, turns_of(frame.wheel, q_2) - turns_of(frame.pinion, q_1))
-    return motion_1, Motion((x - e[0], y - e[1], z - e[2], a, b, c), motion_2.v, motion_2.orientation)
+        counted = turns_of(frame.wheel, q_2) - turns_of(frame.pinion, q_1)
+        spin_2 = counted_turns(spin_2, spin_1 + counted)
+    displaced = x - e[0], y - e[1], z - e[2], a, b, spin_2
+    return (
+        Motion(at_origin, velocity, Orientation(pinion, axes, 0.0, 0.0)),
+        Motion(displaced, motion_2.v, motion_2.orientation),
+    )
 
 
 @compiled

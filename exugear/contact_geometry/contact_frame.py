@@ -8,7 +8,7 @@ from math import hypot, pi
 
 import numpy as np
 
-from exugear.contact_geometry.body_motion import angles_of
+from exugear.contact_geometry.body_motion import angles_of, axes_without_spin
 from exugear.contact_geometry.reference_configuration import reference_line, spatial_frame
 from exugear.contact_geometry.rotation import EULER, RXYZ, VECTOR, attitude
 from exugear.force_table.kernel_records import changed
@@ -19,6 +19,8 @@ from fem.units import mm
 LARGEST_SKEW = 0.05
 #: Least angle between the z axis of an Rxyz body and global x [rad].
 LEAST_ANGLE_TO_SINGULARITY = 0.1
+#: Rounding of components of a unit vector.
+ROUNDING = 1e-9
 E_Z, ORIGIN = np.array([0.0, 0.0, 1.0]), np.zeros(3)
 
 
@@ -47,6 +49,11 @@ class GearBody:
         return self.matrix @ axes_about(self.axis)
 
     @property
+    def counts_turns(self) -> bool:
+        """Whether a coordinate is the spin about the gear's axis in any attitude: that of Rxyz about z of the body."""
+        return self.kind <= RXYZ and bool(abs(self.axis[2]) > 1 - ROUNDING)
+
+    @property
     def axial(self) -> float:
         """Position of the gear's centre along its axis [m]."""
         return float(self.position @ self.axis)
@@ -69,11 +76,12 @@ def frame_between(pair, phase: float, direction: int, bodies: tuple[GearBody, Ge
     if global_z and all(body.kind <= RXYZ and body.axis[2] == 1 for body in bodies):
         return spatial_frame(pair, phase, direction, axial, reference)
     between = bodies[1].reference[:3] - bodies[0].reference[:3]
-    in_mesh = reference if upright else [_in_frame(bodies[0].gear_axes, body, bodies[0].reference) for body in bodies]
+    mesh_axes = np.array(axes_without_spin(tuple(map(tuple, bodies[0].gear_axes))))
+    in_mesh = reference if upright else [_in_frame(mesh_axes, body, bodies[0].reference) for body in bodies]
     frame = spatial_frame(pair, phase, direction, axial, in_mesh)
     gears = zip((frame.pinion, frame.wheel), bodies, reference, strict=True)
     pinion, wheel = (_on_body(gear, body, coordinates[3:]) for gear, body, coordinates in gears)
-    counted = pinion.spin_factors.any() and wheel.spin_factors.any()
+    counted = all(body.counts_turns for body in bodies)
     base_pitch = 0.0 if counted else 2 * pi * pair.pinion.r_b / pair.pinion.z
     return changed(frame, axes=axes, between=between, pinion=pinion, wheel=wheel, base_pitch=base_pitch)
 

@@ -1,6 +1,8 @@
 """Gears whose axes point anywhere, on any rigid body of Exudyn: the same forces as along global z."""
 
+from contextlib import nullcontext
 from functools import partial
+from itertools import product
 
 import exudyn as exu
 import numpy as np
@@ -186,9 +188,9 @@ def test_runs_along_any_axis_are_the_same():
         assert difference < error * expected.max(), (name, node)
 
 
-def deflection(node, axis, wheel_turned: float, law=None) -> float:
-    """At the wheel's angle [rad], along x."""
-    pair, frame, recorder = paper_pair(), FRAMES["x"], exugear.Recorder()
+def deflection(node, axis, wheel_turned: float, law=None, name: str = "x") -> float:
+    """At the wheel's angle [rad], along x or another axis."""
+    pair, frame, recorder = paper_pair(), FRAMES[name], exugear.Recorder()
     mbs = exu.SystemContainer().AddSystem()
     bodies = bodies_along(mbs, pair, frame, node, axis)
     law = law or linear_law(backlash=100 * um, reach=9e-3)
@@ -201,7 +203,7 @@ def deflection(node, axis, wheel_turned: float, law=None) -> float:
         matrix = frame @ Rotation.from_rotvec([0, 0, angle]).as_matrix() @ axes_about(np.array(axis)).T
         q += [0, 0, 0, *coordinates(node, reference[3:], matrix)]
         if node == RXYZ:
-            q[-3] = angle
+            q[-1 if axis == UP else -3] = angle
     stored_contact(mbs, number).kernel(address_of(recorder.header), 0.0, *map(float, q), *[0.0] * len(q))
     return float(recorder.deflection[0])
 
@@ -214,7 +216,65 @@ def test_whole_turns_are_counted_where_a_coordinate_counts_them():
     teeth = [deflection(EULER, UP, angle) for angle in apart]
     assert teeth == pytest.approx([-40 * um] * 3, rel=1e-9)
     wide = linear_law(backlash=9.9 * mm, reach=9e-3)
-    assert deflection(RXYZ, AHEAD, apart[1], wide) == pytest.approx(pair.wheel.r_b * apart[1], rel=1e-9)
+    assert deflection(RXYZ, UP, apart[1], wide, "y") == pytest.approx(pair.wheel.r_b * apart[1], rel=1e-9)
+
+
+CARRIED = [("z", RXYZ, UP), ("z", EULER, UP), ("z", VECTOR, AHEAD), ("x", RXYZ, AHEAD), ("askew", EULER, SLANTED)]
+
+
+@pytest.mark.parametrize(("name", "node", "axis"), CARRIED)
+def test_a_pair_that_is_carried_through_space_has_the_same_force(name, node, axis):
+    """About any axis and by any angle, with and without a back flank; an Rxyz node is singular at 90 deg about y."""
+    pair, frame, mbs = PAIRS["helical"], FRAMES[name], exu.SystemContainer().AddSystem()
+    angles = 0, 30, 89.9 if node == RXYZ else 90, 135, 175, 269
+    for backlash in (50 * um, np.inf):
+        bodies, recorder = bodies_along(mbs, pair, frame, node, axis), exugear.Recorder()
+        given = {"localAxes": [axis, axis], "phase": 0.2, "recorder": recorder}
+        law = law_of(backlash=backlash)
+        kernel = stored_contact(mbs, mbs.CreateGearContact(itemNumbers=bodies, pair=pair, force=law, **given)).kernel
+        recorder.start(1.0, 1)
+        for about, angle in product(([1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 2, 3]), angles):
+            carried, q = Rotation.from_rotvec(np.radians(angle) * np.array(about) / np.linalg.norm(about)), []
+            for body, spin in zip(bodies, (8 * um / pair.pinion.r_b, 0.0), strict=True):
+                _, reference = node_of(mbs, body)
+                spun = Rotation.from_rotvec([0, 0, spin]).as_matrix() @ axes_about(np.array(axis)).T
+                displaced = carried.apply(reference[:3]) - reference[:3]
+                q += [*displaced, *coordinates(node, reference[3:], carried.as_matrix() @ frame @ spun)]
+            kernel(address_of(recorder.header), 0.0, *map(float, q), *[0.0] * len(q))
+            assert recorder.force[0] == pytest.approx(K * 8 * um, rel=1e-6), (about, angle)
+
+
+@pytest.mark.parametrize(("node", "name"), [(EULER, "z"), (VECTOR, "x")])
+def test_teeth_without_back_flank_separate_by_any_number_of_pitches(node, name):
+    """The wheel turns back by 3.4 pitches, under a torque that returns it to the same teeth at the end."""
+    pair, frame, mbs, recorder = paper_pair(), FRAMES[name], exu.SystemContainer().AddSystem(), exugear.Recorder()
+    inertia = RigidBodyInertia(mass=3, inertiaTensor=np.diag([5e-3, 5e-3, 1e-2]))
+    bodies, half, steps = bodies_along(mbs, pair, frame, node, UP, inertia=inertia), 5e-3, 100
+    speed = 6.8 * 2 * np.pi / pair.wheel.z / half
+    for body in bodies:
+        number, reference = node_of(mbs, body)
+        mbs.CreateRevoluteJoint(itemNumbers=[mbs.CreateGround(), body], position=reference[:3], axis=frame[:, 2])
+    rates = np.linalg.pinv(turns(node, reference[3:], frame)) @ frame[:, 2] * -speed
+    mbs.SetNodeParameter(number, "initialVelocities", [0, 0, 0, *rates])
+    mbs.CreateTorque(itemNumber=bodies[1], loadVector=frame[:, 2] * 1e-2 * speed / half)
+    mbs.CreateGearContact(itemNumbers=bodies, pair=pair, force=linear_law(reach=9e-3), recorder=recorder)
+    mbs.Assemble()
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = half, steps
+    times = np.arange(1, steps) * half / steps
+    for repeated in range(2):  # the second solve begins as the first, whose end is forgotten
+        recorder.start(half / steps, steps + 1, steps=1)
+        with nullcontext() if repeated else pytest.warns(UserWarning, match="never touched"):
+            mbs.SolveDynamic(settings, updateInitialValues=bool(repeated))
+        expected = pair.wheel.r_b * (-speed * times + speed / half * times**2 / 2)
+        assert recorder.deflection[1:-1] == pytest.approx(expected, abs=5e-3 * pair.p_bt)
+        assert not recorder.force[1:].any()
+    recorder.start(half / steps, steps + 1, steps=1)
+    mbs.SolveDynamic(settings)  # from the end of the second solve, which is remembered
+    returning = -3.4 * pair.p_bt + pair.wheel.r_b * speed / half * times**2 / 2
+    assert recorder.deflection[1:-1] == pytest.approx(returning, abs=1e-2 * pair.p_bt)
+    assert not recorder.force[1:-5].any()
 
 
 def test_an_axis_may_have_either_sense():
