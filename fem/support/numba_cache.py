@@ -27,6 +27,8 @@ if getattr(config, "DISABLE_JIT", False):
 compiled = callee
 #: Decorator of functions that both Python and compiled code call.
 compiled_or_not: Any = register_jitable
+#: Numba's settings.
+NUMBA: Any = config
 #: Functions that `kept` has compiled, or will compile.
 KEPT: set[Callable] = set()
 
@@ -105,17 +107,17 @@ def kept(function, **options):
 @contextmanager
 def _folder_of_compiled_code() -> Iterator[None]:
     """Context in which numba keeps code in the cache folder; OSError where that cannot be written."""
-    before = config.CACHE_DIR
+    before = NUMBA.CACHE_DIR
     try:
         if not before:
             path = folder() / "compiled"
             path.mkdir(parents=True, exist_ok=True)
             if not os.access(path, os.W_OK):
                 raise PermissionError(EACCES, os.strerror(EACCES))
-            config.CACHE_DIR = str(path)
+            NUMBA.CACHE_DIR = str(path)
         yield
     finally:
-        config.CACHE_DIR = before
+        NUMBA.CACHE_DIR = before
 
 
 def _outlive_damage(on_disk: Any) -> None:

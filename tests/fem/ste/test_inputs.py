@@ -62,7 +62,7 @@ def test_bad_requests_are_refused(paper_pair, torque, phases, options, message):
     [
         (lambda: fem.Offsets(a=(0.151, 0.150)), "a must increase; sort it"),
         (lambda: fem.Offsets(misalignment=0.5), "pass radians"),
-        (lambda: fem.Offsets(axial=float("nan")), "axial must be a number"),
+        (lambda: fem.Offsets(axial=float("nan")), "axial must be finite, got nan"),
         (lambda: fem.Offsets(axial=None), "axial must be a number or increasing numbers .*0: none.*got None"),
         (lambda: fem.Offsets(misalignment=None), "misalignment must be a number .*got None"),
         (lambda: fem.Offsets(axial="1e-3"), "axial must hold real numbers"),
