@@ -60,7 +60,8 @@ def draw_states(ax, times: dict[str, dict[str, list[float]]]) -> None:
         ax.plot(new, rows + 0.2 * (i - 1), f"C{i}o", ms=5, label=mode)
         ax.plot(old, rows + 0.2 * (i - 1), f"C{i}o", ms=5, mfc="w")
     ax.set_yticks(rows, list(times))
-    ax.set(xscale="log", xlabel="time of a state [ms]; hollow: in Python, before it was compiled", ylim=(len(times) + 0.7, -0.5))
+    label = "time of a state [ms]; hollow: before\ncontacts were compiled"
+    ax.set(xscale="log", xlabel=label, ylim=(len(times) + 0.7, -0.5))
     ax.legend(loc="lower right", fontsize=8, labelspacing=0.15)
 
 
