@@ -21,10 +21,12 @@ from exugear import plots
 
 #: Implicit static and explicit dynamic STE, run-up of the paper [s].
 PAPER = {"implicit FE": 150 * 60.0, "explicit FE": 3330 * 60.0, "run-up": 36 * 60.0}
+#: Ten colours, so that no two lines of a panel share one: those of plots, then black and shades of grey and brown.
+COLOURS = (*plots.DISTINCT, "#000000", "#56B4E9", "#8C564B", "#7F7F7F", "#B8860B")
 #: matplotlib's settings for letters that are 9 pt high where the figure is printed 18 cm wide.
 STYLE = {
     "font.size": 9,
-    "axes.prop_cycle": cycler(color=plots.DISTINCT),
+    "axes.prop_cycle": cycler(color=COLOURS),
     "axes.grid": True,
     "grid.color": "0.88",
     "axes.axisbelow": True,
@@ -58,7 +60,8 @@ def draw_states(ax, times: dict[str, dict[str, list[float]]]) -> None:
         ax.plot(new, rows + 0.2 * (i - 1), f"C{i}o", ms=5, label=mode)
         ax.plot(old, rows + 0.2 * (i - 1), f"C{i}o", ms=5, mfc="w")
     ax.set_yticks(rows, list(times))
-    ax.set(xscale="log", xlabel="time of a state [ms]; hollow: before", ylim=(len(times) + 0.7, -0.5))
+    label = "time of a state [ms]; hollow: before\ncontacts were compiled"
+    ax.set(xscale="log", xlabel=label, ylim=(len(times) + 0.7, -0.5))
     ax.legend(loc="lower right", fontsize=8, labelspacing=0.15)
 
 
@@ -105,9 +108,11 @@ def draw(path: Path, numbers: dict) -> None:
         mark_times(beside, {name: x for name, x in (floor | {"paper": PAPER["run-up"]}).items() if name != "exugear"})
         beside.set(xlabel="processor time of a 70 s run-up [s]", ylabel="error of the rms of the DTE [%], median")
         draw_growth(lower, numbers["growth"])
-        draw_legends(legends, {"STE": upper, "run-up": beside, "growth, exponent": lower})
+        draw_legends(legends, {"A  STE": upper, "B  run-up": beside, "C  growth, exponent": lower})
         draw_states(states, numbers["states"])
         draw_parts(parts, numbers["parts"])
+        for letter, ax in zip("ABCDE", (upper, beside, lower, states, parts), strict=True):
+            ax.set_title(letter, loc="left", fontweight="bold")
         figure.savefig(path, dpi=200)
 
 

@@ -89,8 +89,10 @@ def draw(path: Path, curves: dict[str, np.ndarray], n: int = 64) -> None:
         amplitude = 2 * abs(np.fft.rfft(dte))[cycles : 9 * cycles : cycles] / dte.size
         right.bar(np.arange(1, 9) + 0.4 * i - 0.2, amplitude / um, width=0.4, label=name)
     left.set(xlabel="mesh cycles", ylabel="dynamic transmission error [µm]", title=f"{SPEED / rpm:.0f} rpm")
-    right.set(xlabel="mesh order", ylabel="amplitude [µm]")
-    left.legend(frameon=False)
+    right.set(xlabel="mesh order", ylabel="amplitude of the DTE [µm]", title=f"{SPEED / rpm:.0f} rpm")
+    left.set_ylim(2, None)
+    left.legend(frameon=False, ncols=2, loc="lower left")
+    right.legend(frameon=False)
     figure.savefig(path, dpi=100)
 
 

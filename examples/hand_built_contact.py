@@ -73,9 +73,9 @@ def main(folder: Path, quick: bool = False) -> dict[str, tuple[float, float]]:
     ax.plot(contact[:, 0] * 1e3, contact[:, 2], linewidth=1, label="mesh force")
     for i, radial in enumerate(np.hypot(*bearings.transpose(2, 0, 1)[:2])):
         ax.plot(contact[:, 0] * 1e3, radial, linewidth=1, label=f"bearing {i + 1} of the wheel")
-    ax.axhline(force, color="k", linestyle="--", linewidth=1)
+    ax.axhline(force, color="k", linestyle="--", linewidth=1, label="torque / base radius")
     ax.set(xlabel="time [ms]", ylabel="force [N]", xlim=(-1, 25))
-    ax.legend(frameon=False)
+    ax.legend(frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     ax.figure.savefig(folder / "hand_built_contact.png", dpi=100)
     for name, (value, expected) in values.items():
         print(f"{name:16s}{value:9.3f}, expected {expected:9.3f}")

@@ -52,7 +52,7 @@ def draw_fields(fields_by_title, path: Path) -> None:
         above, middle, below = panels[column:6:2]
         touching = contacts(fields[0])
         meshes = [(field.points, field.cells) for field in fields]
-        plots.plot_gears(meshes, touching, above)
+        plots.plot_gears(meshes, touching, above, linewidth=0)  # elements are finer than the pixels of this view
         bent = [(f.deformed(EXAGGERATION), f.cells, np.hypot(*f.displacement) / um) for f in fields]
         plots.plot_field(bent, "displacement [µm]", middle, top=deflection / um)
         plots.plot_outlines([(f.deformed(0), f.cells) for f in fields], middle, colour="0.6", width=0.6)

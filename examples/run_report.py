@@ -13,6 +13,7 @@ import two_stage_helical
 from command_line import command_line
 
 import exugear
+from exugear import plots
 
 TITLE = "Two-stage helical gearbox"
 
@@ -25,11 +26,27 @@ def solve(phases: int, duration: float) -> tuple[exugear.Model, exugear.Run]:
     return model, exugear.run_up(model, **conditions, power=True)
 
 
+def draw(path: Path, model: exugear.Model, run: exugear.Run) -> None:
+    """Four of the figures of the report, at a size at which they can be read."""
+    figure = plots.figure(rows=2, columns=2)
+    swept, bearings, diagram, losses = figure.axes
+    plots.plot_run_up(run, swept)
+    plots.plot_bearing_forces(run, bearings)
+    highest = float(run.data["speed"].max())
+    plots.plot_campbell(exugear.campbell(model, load=two_stage_helical.LOAD, speed=(0.0, highest)), diagram)
+    plots.plot_power(run, losses)
+    for letter, ax in zip("ABCD", figure.axes[:4], strict=True):
+        ax.set_title(f"{letter}  {ax.get_title()}", loc="left")
+        ax.set_title("", loc="center")
+    figure.savefig(path, dpi=100)
+
+
 def main(folder: Path, quick: bool = False) -> tuple[exugear.Run, list[Path]]:
     """The run, and the files written."""
     folder.mkdir(parents=True, exist_ok=True)
     model, run = solve(12, 0.1) if quick else solve(24, 4.0)
     files = exugear.report(run, folder / "two_stage_helical.html", model=model, title=TITLE)
+    draw(folder / "run_report.png", model, run)
     print(run.energy_balance())
     for path in files:
         print(f"{path}, {path.stat().st_size / 1e3:.0f} kB")

@@ -61,18 +61,19 @@ def run_up(ste, load: float, duration: float) -> exugear.Run:
 def draw(path: Path, maps: dict, runs: dict[float, dict[str, exugear.Run]]) -> None:
     """Peak to peak of the STE over the torque; DTE over mesh frequency at both loads."""
     figure = plots.figure(columns=3)
-    figure.set_size_inches(12, 3.6)
+    figure.set_size_inches(12, 4.2)
     blue, orange, green = plots.DISTINCT[:3]
     styles = zip(("-", ":", "--", "-.", ":"), (blue, "k", orange, "k", green), strict=True)
     for (name, ste), (line, colour) in zip(maps.items(), styles, strict=True):
         swing = fem.peak_to_peak(ste)["peak_to_peak"] / um
         figure.axes[0].plot(ste["torque"], swing, line, color=colour, label=name)
     figure.axes[0].set(xlabel="torque [N m]", ylabel="peak to peak of the STE [µm]", xlim=(0, 500), ylim=(0, 12))
-    figure.axes[0].axvline(DESIGN, color="0.7", linewidth=1, zorder=0)
-    figure.axes[0].legend(frameon=False, fontsize="small")
+    figure.axes[0].axvline(DESIGN, color="0.7", linewidth=1, zorder=0, label=f"design torque, {DESIGN:g} N m")
+    above = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.08), "frameon": False, "fontsize": 10}
+    figure.axes[0].legend(ncols=2, **above)
     for ax, (load, by_flank) in zip(figure.axes[1:], runs.items(), strict=True):
         plots.plot_envelopes(by_flank, ax).set_title(f"{load:g} N m")
-        ax.get_legend().remove()
+        ax.legend(ncols=2, **above)
     figure.savefig(path, dpi=100)
 
 

@@ -31,17 +31,21 @@ def draw_mesh(ax, pair: fem.GearPair) -> None:
 
 
 def draw_contact(ax, ste) -> None:
-    """Shares of the load on the pairs of teeth."""
+    """Shares of the load on the tooth pairs that carry any."""
     phase = np.append(ste["phase"], 1.0)
-    for pair in ste["pair"].values:
-        share = ste["load_share"].sel(torque=350, pair=pair).values
-        ax.plot(phase, np.append(share, np.nan), label=f"pair {pair}")
+    shares = ste["load_share"].sel(torque=350)
+    carrying = shares["pair"].values[shares.max("phase") > 0]
+    for pair, colour in zip(carrying, plots.DISTINCT, strict=False):
+        share = shares.sel(pair=pair).values
+        ax.plot(phase, np.append(share, np.nan), color=colour)
+        x, side = (0.2, "left") if share[0] > 0.5 else (0.8, "right")
+        ax.text(x, 0.94, f"tooth\npair {pair}", color=colour, ha=side, va="center")
     ax.set(xlabel="phase", ylabel="load share", xticks=[0, 0.5, 1], ylim=(0, 1.05))
 
 
 def draw_map(ax, ste) -> None:
     for torque in (50, 150, 350):
-        ax.plot(ste["phase"], ste["te"].sel(torque=torque) / um)
+        ax.plot(ste["phase"], ste["te"].sel(torque=torque) / um, color=plots.DISTINCT[0])
         ax.text(0.5, float(ste["te"].sel(torque=torque)[0]) / um, f"{torque} N m", ha="center", va="center", fontsize=8)
     ax.set(xlabel="phase", ylabel="te [µm]", xticks=[0, 0.5, 1], ylim=(0, None))
 
@@ -49,7 +53,7 @@ def draw_map(ax, ste) -> None:
 def draw_law(ax, force: exugear.MeshForce) -> None:
     deflection = np.linspace(-5, 20, 200) * um
     for phase, side in ((0.0, "top"), (0.5, "bottom")):
-        ax.plot(deflection / um, force(phase, deflection) / 1e3)
+        ax.plot(deflection / um, force(phase, deflection) / 1e3, color=plots.DISTINCT[side == "bottom"])
         ax.text(20, force(phase, 20 * um) / 1e3 - 2.6 * (side == "top"), f"phase {phase:g}", ha="right", va=side)
     ax.set(xlabel="deflection [µm]", ylabel="force [kN]", ylim=(-0.5, 8))
 

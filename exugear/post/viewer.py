@@ -14,6 +14,8 @@ from fem.support.validation import require
 
 #: Diameter of a drawn shaft over the smallest bore of its gears.
 DIAMETER_SHARE = 0.8
+#: Direction to the light from the viewer's left, homogeneous.
+SIDE_LIGHT = [-10.0, 1.0, 4.0, 0.0]
 
 
 @checked
@@ -70,6 +72,8 @@ def picture(
     settings.view0.window.renderWindowSize = list(size)
     settings.raytracer.imageSizeFactor, settings.raytracer.multiSampling = 1, 4
     settings.loads.show = settings.view0.scene.drawCoordinateSystem = settings.raytracer.advanced.showText = False
+    beside = settings.openGL.light1  # without it the teeth, which face away from the first light, are black
+    beside.useCameraFrame, beside.position, beside.diffuse, beside.specular = True, SIDE_LIGHT, 0.55, 0.1
     renderer.ZoomAll()
     whole = renderer.GetState()
     renderer.SetModelView(zoom * whole["zoom"], list(rotation), list(whole["centerPoint"]))
