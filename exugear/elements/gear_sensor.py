@@ -1,6 +1,7 @@
 """A sensor of Exudyn for a gear contact."""
 
 from collections.abc import Callable
+from functools import partial
 from itertools import chain
 from typing import Any
 
@@ -47,11 +48,15 @@ def CreateGearSensor(
 def user_function(contact: StoredContact, number: int) -> Callable:
     """The function that Exudyn calls: it evaluates the kernel of a contact with a recorder of the sensor.
 
+    It takes a copy of the contact's state, which a look at another configuration must not change.
+
     number   of the contact's object
     """
     recorder = Recorder()
     recorder.start(ANY_TIME, 1)
-    table, frame, *_ = contact.records
+    table, frame, state, *friction = contact.records
+    copy, present = np.zeros(1, state.dtype), np.frombuffer(state, np.uint8)
+    kernel = partial(contact.kernel.func, *map(address_of, (table, frame, copy[0], *friction, recorder.header)))
 
     def gear_sensor(mbs, t, sensors, factors, configuration):
         nodes = object_of(mbs, contact, number)["nodeNumbers"]
@@ -59,8 +64,10 @@ def user_function(contact: StoredContact, number: int) -> Callable:
         q, q_t = (
             np.concatenate([np.atleast_1d(mbs.GetNodeOutput(n, kind, configuration)) for n in nodes]) for kind in kinds
         )
+        copy.view(np.uint8)[:] = present
+        copy["steps"]["duration"] = 0.0
         try:
-            contact.kernel(address_of(recorder.header), t, *q.tolist(), *q_t.tolist())
+            kernel(t, *q.tolist(), *q_t.tolist())
         except ValueError as error:
             raise stopped(table, frame, error) from None
         return [float(recorder.samples[name][0]) for name in NAMES]
