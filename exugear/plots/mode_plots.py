@@ -57,7 +57,8 @@ def plot_campbell(data: xr.Dataset, ax: Axes | None = None, marked: float = MARK
     sizes = 160 * met["crossing_energy_share"]
     ring: dict[str, Any] = {"facecolor": "none", "edgecolor": DISTINCT[3]}
     ax.scatter(met["crossing_speed"] / rpm, met["crossing_frequency"], sizes, zorder=3, **ring)
-    ax.scatter([], [], 160 * LEGEND_SHARE, label=f"{LEGEND_SHARE:.0%} of the mode's energy in the mesh", **ring)
+    meaning = f"{100 * LEGEND_SHARE:.0f} % of the mode's energy in the mesh"
+    ax.scatter([], [], 160 * LEGEND_SHARE, label=meaning, **ring)
     ax.set(xlabel="speed of the driving shaft [rpm]", ylabel="natural frequency [Hz]")
     ax.set(xlim=(speed[0] / rpm, speed[-1] / rpm), ylim=(0, top))
     legend(ax, loc="lower left", bbox_to_anchor=(0.0, 1.05), ncols=2)

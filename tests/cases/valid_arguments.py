@@ -220,13 +220,13 @@ def of_signals(folder: Path) -> dict[str, Any]:
     return signals | {
         "signal.name": "dte", "recorded_signal.speed": TURNS, "values": LINE, "units": "N", "long_name": "force",
         "stored": np.outer(LINE, [0.04, 1.0]), "component": 0, "order_cut.orders": [3.0, 5.0], "side_bands": 1,
-        "mesh_orders.harmonics": 2, "resonance_table.harmonics": 3, "spectrogram.resolution": 20.0, "frequencies": [400.0],
+        "mesh_orders.harmonics": 2, "resonance_table.harmonics": 3, "spectrogram.resolution": 20.0,
         "waterfall.resolution": 20.0, "window": "hann", "lines": 5, "rms": [1.0, 2.0], "reference": 1e-6,
         "channels": cuts["amplitude"], "over": ["order"], "write_sound.path": folder / "sound.wav", "rate": 8000,
         "full_scale": 2.0, "plot_order_map.orders": exugear.order_tracking(signal, orders=5.0), "cuts": cuts,
         "spectra": spectra, "levels": exugear.level(cuts["amplitude"]), "plot_cascade.height": 5.0,
         "plot_cascade.top": 500.0, "plot_spectrogram.top": 500.0,
-        "plot_order_cuts.ax": Figure().add_subplot(),
+        "plot_order_cuts.ax": Figure().add_subplot(), "frequencies": [400.0],
     }  # fmt: skip
 
 
