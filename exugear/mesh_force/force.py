@@ -324,8 +324,9 @@ def _coast_arrays(ste: xr.Dataset, pair: GearPair, extend: float) -> dict[str, A
     """The same of the right flanks, from the torques < 0 of a map."""
     lacking = f"the map has torques < 0, but no {UNLOADED_RIGHT}, the te at which the right flanks touch without load"
     require(UNLOADED_RIGHT in ste, f"{lacking}; map torque 0 too, or assign it over (*offsets, phase)")
+    fixed = {name: -value for name, value in fixed_axial_offset(ste).items()}
     try:
-        return _arrays_of(right_torques(ste), pair, extend)
+        return _arrays_of(right_torques(ste), pair, extend) | {"fixed_offsets": fixed}
     except ValueError as error:
         raise ValueError(f"right flanks, with torque and te reversed: {error}") from None
 
