@@ -12,6 +12,9 @@ from exugear.steady_state.orbits.steady_system import SteadySystem
 
 #: Effort of Newton's iteration at most; residual over the static deflection, and last correction, that count as 0.
 ITERATIONS, CONVERGED, CORRECTED = 8, 1e-9, 1e-6
+#: Last correction by a new jacobian that counts as 0 where a common period of several mesh cycles is costly: after it
+#: the error is its square.
+QUADRATIC = 1e-4
 #: Number of states up to which each iteration has a new jacobian; effort of an iteration without, and share to which
 #: the residual must then fall.
 FEW_STATES, CHORD_EFFORT, FALL = 4, 0.4, 0.3
@@ -108,7 +111,8 @@ class PeriodicOrbits:
             u = u + change
             if not u[-1] > 0:
                 return None
-            if size < CONVERGED and np.abs(change).max() < CORRECTED:
+            quadratic = current and self.system.cycles > 1 and np.abs(change).max() < QUADRATIC
+            if quadratic or (size < CONVERGED and np.abs(change).max() < CORRECTED):
                 jacobian = jacobian if current else self.linearized(u)[1]
                 return OrbitPoint(u, jacobian, self.period, _tangent(jacobian, direction), effort=effort)
             jacobian = jacobian if many else None

@@ -18,8 +18,8 @@ from exugear.steady_state.orbits.modal_blocks import ModalBlocks
 STEPS_PER_CYCLE, STEPS_PER_PERIOD = 512, 320
 #: Share of a mode in the mobility of the mesh above which a sweep waits for its decay.
 RESOLVED_SHARE = 0.02
-#: Relative change of the frequency for the slope of a period by it.
-FREQUENCY_STEP = 1e-6
+#: Relative change of the frequency for the slope of a period by it, and how much longer the steps for it may be.
+FREQUENCY_STEP, LONGER_STEPS = 1e-6, 8
 
 
 class PeriodEnd(NamedTuple):
@@ -181,8 +181,17 @@ class SteadySystem:
         return self._advanced(states, np.eye(self.size), self.pieces(frequency), frequency, periods)
 
     def slope_by_frequency(self, states: np.ndarray, end: np.ndarray, frequency: float, periods: int) -> np.ndarray:
-        """(2 n,) slope [m/Hz] of the states after a number of periods, which are end, by the frequency."""
+        """(2 n,) slope [m/Hz] of the states after a number of periods, which are end, by the frequency.
+
+        Over a common period of several mesh cycles it is that of longer steps: tangents and Newton's iteration need it
+        to some per cent, folds lie where the slopes by the states are singular.
+        """
         change, pieces, no_matrix = FREQUENCY_STEP * frequency, self.pieces(frequency), np.zeros((self.size, 0))
+        if self.cycles > 1:
+            numbers = np.ceil(pieces[:, 2] / LONGER_STEPS)
+            pieces[:, 3] *= pieces[:, 2] / numbers
+            pieces[:, 2] = numbers
+            end = self._advanced(states, no_matrix, pieces, frequency, periods).states
         pieces[:, 3] /= 1 + FREQUENCY_STEP
         return (self._advanced(states, no_matrix, pieces, frequency + change, periods).states - end) / change
 
