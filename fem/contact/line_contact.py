@@ -24,9 +24,9 @@ from fem.linalg import small_systems
 from fem.linalg.small_systems import product
 from fem.support.numba_cache import kept_unchecked, unchecked
 
-#: Shares of the mesh force by which loads may change in the last Newton step, after which they are exact to the square
-#: of this share, and by which their sum may differ; number of steps before they are halved, and at most.
-CONVERGED, BALANCED, DAMPED, STEPS = 1e-5, 1e-7, 20, 80
+#: Share of the mesh force by which loads may change in the last Newton step, and their sum differ: the tangent stiffness
+#: is that before this step. Number of steps before they are halved, and at most.
+CONVERGED, DAMPED, STEPS = 1e-8, 20, 80
 #: Half-planes under whole slices are clamped at this depth, in modules.
 DEPTH = 1 / 5
 #: Overlap of the flanks, in modules, for the difference quotient of their compliance.
@@ -239,7 +239,7 @@ def _equilibrium(contact, mesh_force, gap, touches):
                     compliance[i, j] = contact.compliance[i, j] + te * contact.softening[i, j]
         rest, rise, band = np.zeros((1, n)), np.zeros((1, n)), np.zeros((n, 3))
         total, stiffness_held = _write_loads(contact, te, _times(compliance, p), gap, loads, rest, rise, band)
-        if change < CONVERGED * mesh_force and abs(total - mesh_force) < BALANCED * mesh_force:
+        if change < CONVERGED * mesh_force and abs(total - mesh_force) < CONVERGED * mesh_force:
             for i in range(n):
                 loads[0, i], loads[1, i] = loads[0, i] * (mesh_force / total), loads[1, i] * (mesh_force / total)
             return te, stiffness, loads
