@@ -48,15 +48,15 @@ CONTACT_FRAME = record_type(
 #: pinion and wheel [1/s^2, 1/s] in a step; time [s], rate [m/s], force [N] and acceleration by bearings
 #: [m/s^2] of the last call; time of this call [s]; guesses: 1 in the first call of a step.
 #: For events (`exugear.kernels.contact_events`), mobility: acceleration per mesh force without a step [1/kg], 0 where
-#: events are not corrected; lag of the velocities [s^2]; rate by imposed motion [m/s], penetration [m] and zone of the
-#: last call; accelerations by pulses at the end of this step and of the next [m/s^2]; shift: corrected advance minus
-#: the integrated one [m], and its rate [m/s].
+#: events are not corrected; lag of the velocities [s^2]; rate by imposed motion [m/s] and penetration [m] in the last
+#: call, < 0 on the back flank; accelerations by pulses at the end of this step and of the next [m/s^2], mesh force of
+#: the pulse at the end of this step [N]; shift: corrected advance minus the integrated one [m], and its rate [m/s].
 STEPS = record_type(
     *((name, "f8") for name in ("duration", "deflection", "rate", "compliance", "matrix")),
     *((name, "f8", (2, 6)) for name in ("by_displacement", "by_velocity")),
     *((name, "f8") for name in ("last_time", "last_rate", "last_force", "last_by_bearings", "time", "guesses")),
-    *((name, "f8") for name in ("mobility", "lag", "last_imposed_rate", "penetration", "zone")),
-    *((name, "f8") for name in ("pulse", "next_pulse", "shift", "shift_rate")),
+    *((name, "f8") for name in ("mobility", "lag", "last_imposed_rate", "last_penetration")),
+    *((name, "f8") for name in ("pulse", "next_pulse", "pulse_force", "shift", "shift_rate")),
 )
 #: Values that a run sets. engaged: 0 takes the gears out of mesh; closed: 1 once teeth have touched. Where coordinates
 #: do not count turns: advance in the last call [m], time of the first call of this solve [s], and whether this call is

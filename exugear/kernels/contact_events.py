@@ -64,7 +64,7 @@ class Push(NamedTuple):
     slope          of it over the advance, without damping [N/m]
     coefficient    of the damping [N s/m]
     rise           its time derivative, without that of the damping [N/s]
-    zone           `zone_of` the flank in contact
+    zone           `zone_of` the penetration
     """
 
     force: float
@@ -75,11 +75,15 @@ class Push(NamedTuple):
 
 
 @compiled
-def zone_of(table, side, penetration):
-    """0 without contact, +-1 in the ramp of the damping, +-2 beyond it; > 0 on the driving flank."""
-    if penetration <= 0.0:
+def zone_of(table, penetration):
+    """0 without contact, +-1 in the ramp of the damping, +-2 beyond it.
+
+    penetration   of the flanks [m], < 0 on the back flank; zones likewise
+    """
+    if penetration == 0.0:
         return 0.0
-    return side if table.damping > 0.0 and penetration < table.damping_ramp else 2.0 * side
+    depth = 1.0 if table.damping > 0.0 and abs(penetration) < table.damping_ramp else 2.0
+    return depth if penetration > 0.0 else -depth
 
 
 @compiled
@@ -102,7 +106,7 @@ def push_at(table, line, offsets, motion, before, lag, mobility, free):
     force = flank.side * static.force
     if c > 0.0:
         rate = corrected_rate(rate, lag * mobility, mobility, rise, force - free / mobility, c)
-    zone = zone_of(table, flank.side, static.penetration)
+    zone = zone_of(table, flank.side * static.penetration)
     return Push(force + c * rate, static.stiffness, c, rise, zone)
 
 
@@ -158,11 +162,11 @@ def true_end(table, steps, line, offsets, start, free):
 @compiled
 def may_meet_event(table, steps, change, acceleration):
     """Whether a step that changes the advance so [m] may touch the ramp of the damping or a loss of contact."""
-    if abs(steps.zone) < 2.0:
+    if abs(zone_of(table, steps.last_penetration)) < 2.0:
         return True
-    side = 1.0 if steps.zone > 0.0 else -1.0
+    side = 1.0 if steps.last_penetration > 0.0 else -1.0
     margin = TRAVEL_SHARE * abs(change) + ACCELERATION_SHARE * steps.deflection * abs(acceleration)
-    return steps.penetration + min(side * change, 0.0) - margin < table.damping_ramp
+    return abs(steps.last_penetration) + min(side * change, 0.0) - margin < table.damping_ramp
 
 
 @compiled
@@ -183,7 +187,7 @@ def corrected_step(table, steps, line, offsets, acceleration):
         free_end = free + line.by_bearings - steps.last_by_bearings
         predicted = Motion(line.advance + x, line.rate + v)
         expected, zone = end_by_rule(table, steps, line, offsets, predicted, free_end, expected)
-        if zone != steps.zone:
+        if zone != zone_of(table, steps.last_penetration):
             before = line.rate - gamma_h * acceleration - h * imposed
             start = Motion(line.advance - change + steps.shift, before + steps.shift_rate)
             end = true_end(table, steps, line, offsets, start, (free + imposed, free_end + imposed))
@@ -191,6 +195,6 @@ def corrected_step(table, steps, line, offsets, acceleration):
             dv = end.rate - predicted.rate - gamma_h * expected
             pulse, next_pulse = pulse + dv / h + dx / h2, -dx / h2
             x, v = x + dx, v + dv
-    steps.pulse, steps.next_pulse = pulse, next_pulse
+    steps.pulse, steps.next_pulse, steps.pulse_force = pulse, next_pulse, -pulse / steps.mobility
     steps.shift, steps.shift_rate = x - beta_h2 * pulse, v - gamma_h * pulse
     return expected + pulse

@@ -10,7 +10,7 @@ the iteration ends, is the true one: a poor guess costs an iteration and no accu
 
 from typing import NamedTuple
 
-from exugear.kernels.contact_events import corrected_step, zone_of
+from exugear.kernels.contact_events import corrected_step
 from fem.support.numba_cache import compiled
 
 #: Difference of two times from a step, over the step, up to which they are one step apart.
@@ -38,7 +38,7 @@ def begin_call(steps, t):
     apart = abs(t - steps.last_time - steps.duration)
     steps.guesses = 1.0 if steps.duration > 0.0 and apart < SAME_STEP * steps.duration else 0.0
     if steps.guesses == 0.0 and t != steps.last_time:
-        steps.pulse = steps.next_pulse = steps.shift = steps.shift_rate = 0.0
+        steps.pulse = steps.next_pulse = steps.pulse_force = steps.shift = steps.shift_rate = 0.0
     steps.time = t
 
 
@@ -60,36 +60,29 @@ def guess_of(table, steps, line, offsets):
         return Guess(0.0, 0.0, 0.0, 0.0)
     acceleration = 2.0 * (line.rate - line.imposed_rate - steps.last_rate) / steps.duration
     change = line.by_bearings - steps.last_by_bearings
-    free = acceleration + steps.compliance * (steps.last_force + pulse_force(steps)) + change
+    free = acceleration + steps.compliance * (steps.last_force + steps.pulse_force) + change
     if steps.mobility > 0.0:
         acceleration = corrected_step(table, steps, line, offsets, acceleration)
     return Guess(free, acceleration, steps.deflection * acceleration, steps.rate * acceleration)
 
 
 @compiled
-def pulse_force(steps):
-    """Force [N] of the pulse at the end of a step, which acts beside the mesh force."""
-    return -steps.pulse / steps.mobility if steps.mobility > 0.0 else 0.0
-
-
-@compiled
-def force_with_guess(table, steps, guess, line, force, slopes, contact):
+def force_with_guess(steps, guess, line, force, slopes, penetration):
     """The force [N] that the contact returns, without that of a pulse.
 
-    line      as in `guess_of`
-    force     along the line of action at the guess, > 0 on the driving flank [N]
-    slopes    of it there, over deflection and rate [N/m, N s/m]
-    contact   side and penetration [m] of the flank in contact
+    line          as in `guess_of`
+    force         along the line of action at the guess, > 0 on the driving flank [N]
+    slopes        of it there, over deflection and rate [N/m, N s/m]
+    penetration   there [m], < 0 on the back flank
     """
     steps.last_time = steps.time
     if steps.guesses == 0.0:
         steps.last_rate, steps.last_imposed_rate = line.rate - line.imposed_rate, line.imposed_rate
-        steps.last_force = force
-        steps.penetration, steps.zone = contact[1], zone_of(table, contact[0], contact[1])
+        steps.last_force, steps.last_penetration = force, penetration
         return force
     steps.last_by_bearings = line.by_bearings
     slope = steps.deflection * slopes[0] + steps.rate * slopes[1]
-    unforced = guess.free - steps.compliance * (force + pulse_force(steps) - slope * guess.acceleration)
+    unforced = guess.free - steps.compliance * (force + steps.pulse_force - slope * guess.acceleration)
     acceleration = unforced / (1.0 + steps.compliance * slope)
     solved = force + slope * (acceleration - guess.acceleration)
     return solved - steps.matrix * acceleration

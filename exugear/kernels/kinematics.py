@@ -29,7 +29,7 @@ from exugear.force_table.force_kernels import (
 )
 from exugear.force_table.patches import table_of
 from exugear.kernels.contact_events import Line
-from exugear.kernels.first_guess import force_with_guess, guess_of, pulse_force
+from exugear.kernels.first_guess import force_with_guess, guess_of
 from fem.support.numba_cache import compiled
 
 NO_OFFSETS = (0.0, 0.0, 0.0)
@@ -127,10 +127,10 @@ def rotational_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     rate = side * (line.rate + guess.rate + steps.shift_rate)
     damped, dissipation = damping_force(table, state, static, side, rate, side * phase_rate, 0.0)
     slopes, push = slopes_of_force(table, state, static, side), side * (static.force + damped)
-    force = force_with_guess(table, steps, guess, line, push, slopes, (side, static.penetration))
+    force = force_with_guess(steps, guess, line, push, slopes, side * static.penetration)
     torques = -r_1 * d * force - side * d * turns * static.by_phase, -r_2 * d * force
-    dissipation += pulse_force(steps) * side * rate
-    pulse = -d * pulse_force(steps)
+    dissipation += steps.pulse_force * side * rate
+    pulse = -d * steps.pulse_force
     return SpinForces(
         advance, force, torques, static.energy, dissipation, flank, static.force, (r_1 * pulse, r_2 * pulse)
     )
@@ -190,10 +190,10 @@ def spatial_mesh(table, frame, state, q_1, q_2, v_1, v_2):
     displacement_force = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
     damped, dissipation = damping_force(table, state, static, flank.side, rate, phase_rate, displacement_force)
     slopes, push = slopes_of_force(table, state, static, flank.side), flank.side * (static.force + damped)
-    contact = flank.side, static.penetration
-    force = flank.side * force_with_guess(table, steps, guess, line, push, slopes, contact)
-    dissipation += flank.side * pulse_force(steps) * rate
-    pulse = -flank.side * pulse_force(steps)
+    penetration = flank.side * static.penetration
+    force = flank.side * force_with_guess(steps, guess, line, push, slopes, penetration)
+    dissipation += flank.side * steps.pulse_force * rate
+    pulse = -flank.side * steps.pulse_force
     by_offsets = static.by_a, static.by_misalignment, static.by_axial
     slopes_beside_force = deflection_slopes(frame, position, 0.0, static.by_phase, by_offsets)
     further_1, further_2 = gradient(frame, position, slopes_beside_force)

@@ -43,6 +43,7 @@ def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
         state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
         state.pinion_lag, state.wheel_lag = np.split(rule.lag * mesh.acceleration_by_bearings, 2)
         state["steps"] = np.zeros((), STEPS)
+        state.steps.last_time = np.nan
         if rule.spectral_radius is None:
             guess_by(model, mesh, rule, state.steps)
     try:

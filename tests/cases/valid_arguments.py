@@ -144,6 +144,7 @@ def by_name() -> dict[str, Any]:
         "frequency": 1000.0, "mesh_frequency": 100.0, "interval": 1e-4, "number": 10, "steps": 5, "motion": True,
         "power": True, "displacement": True, "omega": 50.0, "start": 0.0, "end": 0.01, "first": 0,
         "side": 1, "coefficient": 0.05, "damping": 100.0, "backlash": 1e-4, "conserves": False, "extend": 1.5,
+        "damping_ramp": 1e-6, "samples": 100,
         "length": 0.1, "d": 0.1, "d_bore": 0.02, "factor": 1.5, "line_load": 1e5, "C_R": 1.0, "C_M": 0.8, "ax": ax,
         "bodies": [TRIANGLE], "touching": [TRIANGLE[0]], "label": "a", "colours": "viridis", "colour": "k",
         "width": 1.0, "top": 1.0, "rows": 1, "columns": 1, "spatial": (), "runs": {"a": made["Run"]}, "found": None,

@@ -17,7 +17,7 @@ STIFF = exugear.Bearing(radial=5e9, axial=1e8, damping=2e-5)
 
 def fold_of(model: exugear.Model, load: float, end: float) -> float:
     """Lowest fold [Hz] of the branch on which teeth rattle, down to a mesh frequency [Hz]."""
-    states = exugear.steady_states(model, (end * HZ, 2500 * HZ), load)
+    states = exugear.steady_states(model, speed=(end * HZ, 2500 * HZ), load=load)
     return float(states["mesh_frequency"][states["bifurcation"].values == "fold"].min())
 
 
