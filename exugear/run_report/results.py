@@ -56,9 +56,8 @@ def _contact(data: xr.Dataset, number: int, stage: str) -> str:
     """Whether teeth part or touch with their coast flanks, by the samples."""
     force = data["mesh_force"].isel(stage=number).values
     extreme, mean = force[np.abs(force).argmax()], force.mean()
-    ratio = f"{extreme / mean:.3g} times its mean"
-    if abs(mean) <= UNLOADED * abs(extreme) or mean * extreme < 0:
-        ratio = f"while its mean over the run is {rounded(mean)} N"
+    vanishes = abs(mean) <= UNLOADED * abs(extreme) or mean * extreme < 0
+    ratio = f"while its mean over the run is {rounded(mean)} N" if vanishes else f"{extreme / mean:.3g} times its mean"
     largest = f"the mesh force reaches {rounded(extreme)} N, {ratio}"
     apart, coast = float((force == 0).mean()), float((force < 0).mean())
     if not apart and not coast:
