@@ -1,5 +1,7 @@
 """Section of a report on the vibration modes of the loaded gearbox."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
@@ -17,15 +19,17 @@ LEAST_AMPLIFICATION, MOST_ROWS = 0.2, 24
 
 def vibration(model: Model, data: xr.Dataset) -> Section:
     """Modes of the gearbox at the load of a run, and the speeds at which orders excite them."""
-    load, stages = _load(data), data["stage"].values.tolist()
+    loads, stages = _loads(model, data), data["stage"].values.tolist()
     labels = list(model.gearbox.labels)
     require(labels == stages, f"model has the stages {labels}, the run {stages}; pass the model of the run")
-    at_rest = modes(model, load=load)
+    at_rest = modes(model, **loads)
     state = "Meshes have their mean tangent stiffness at the load, bearings theirs; the driving shaft is held."
+    if at_rest.attrs["idle_stages"]:
+        state += f" Stages {', '.join(at_rest.attrs['idle_stages'])} carry no load: their teeth are open."
     top = float(np.abs(data["speed"]).max())
     if top == 0:
         return Section("Vibration modes", (state,), (_modes(at_rest),))
-    diagram = campbell(model, speed=(0.0, top), load=load)
+    diagram = campbell(model, speed=(0.0, top), **loads)
     text = (
         state,
         "Amplification is the DTE of a stage in the mode over its STE of the order: share of the strain energy in the "
@@ -35,13 +39,18 @@ def vibration(model: Model, data: xr.Dataset) -> Section:
     return Section("Vibration modes", text, tuple(tables), (campbell_figure(diagram),))
 
 
-def _load(data: xr.Dataset) -> float:
-    """Constant load on the driven shaft [N m]; ValueError for a run without it."""
+def _loads(model: Model, data: xr.Dataset) -> dict[str, Any]:
+    """Constant load on the driven shaft, or loads of several shafts [N m], as arguments; ValueError without them."""
     given = data.attrs.get("load", "no load on the driven shaft alone")
-    remedy = "leave out model, and use exugear.modes at a load of your choice"
-    constant = not isinstance(given, str) and np.size(given) == 1
-    require(constant, f"run must have a constant load for its vibration modes, got {given}; {remedy}")
-    return float(given)
+    if not isinstance(given, str) and np.size(given) == 1:
+        return {"load": float(given)}
+    driven_alone = "drive_end" in data.dims and data["drive_end"].values.tolist() == [model.gearbox.driving.name]
+    if driven_alone and "load_end" in data.dims:
+        torque = data["load_torque"].transpose("load_end", "time").values
+        if bool((np.ptp(torque, axis=1) == 0).all()) and torque.any():
+            return {"loads": dict(zip(data["load_end"].values.tolist(), torque[:, 0].tolist(), strict=True))}
+    remedy = "leave out model, and use exugear.modes at loads of your choice"
+    raise ValueError(f"run must have a constant load for its vibration modes, got {given}; {remedy}")
 
 
 def _modes(at_rest: xr.Dataset) -> Table:

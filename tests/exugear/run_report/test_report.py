@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 from scenes import smooth_box, two_equal_stages
+from torsional_trains import geared_train
 
 import exugear
 from exugear.run_report import document
@@ -206,3 +207,14 @@ def test_a_reversing_run_lists_mesh_frequencies_above_zero():
         exugear.build(smooth_box()), speed=(40.0, -60.0), duration=0.3, load=150.0, progress=False, checks=0
     )
     assert all(float(row[-1]) > 0 for row in harmonics_as_text(run.data, 0).rows)
+
+
+def test_a_run_with_several_loads_has_its_vibration_modes(tmp_path):
+    model = exugear.build(geared_train())
+    options = {"drives": {"turbine": 5.0}, "duration": 0.01, "progress": False}
+    run = exugear.run(model, loads={"port": 100.0}, **options)
+    text = exugear.report(run, tmp_path / "run.html", model=model)[0].read_text(encoding="utf-8")
+    assert "Stages turbine-idler, idler-starboard carry no load" in text
+    torque = exugear.run(model, loads={"port": (100.0, 50.0)}, **options)
+    with pytest.raises(ValueError, match="run must have a constant load for its vibration modes"):
+        exugear.report(torque, tmp_path / "run.html", model=model)
