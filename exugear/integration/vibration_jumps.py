@@ -73,7 +73,7 @@ def with_jumps(data: xr.Dataset, jumps: Iterable[tuple[VibrationJump, np.ndarray
     """
     notes = [note for jump, coarse, fine in jumps if (note := _note(data, jump, coarse, fine, h))]
     for note in notes:
-        warnings.warn(note, stacklevel=7)
+        warnings.warn(note, stacklevel=8)
     return data.assign_attrs(uncertain_jumps="; ".join(notes)) if notes else data
 
 

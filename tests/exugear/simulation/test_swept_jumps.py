@@ -46,10 +46,10 @@ def test_a_run_down_rattles_to_the_fold_at_the_default_step(rattling):
 
 
 def test_a_run_says_by_how_much_its_step_moves_a_jump(rattling):
-    with pytest.warns(
-        UserWarning, match="jump of the vibration of fast-slow at .* Hz of the mesh is uncertain: at half"
-    ):
+    moved = "jump of the vibration of fast-slow at .* Hz of the mesh is uncertain: at half"
+    with pytest.warns(UserWarning, match=moved) as caught:
         run = swept_down(rattling, step=Rule(1 / 4, 2.9e-5))
+    assert caught[0].filename == __file__
     assert jump_of(run) > 940.0
     assert float(run.data["step_error"].max()) > 0.1
     assert "at least" in run.data.attrs["uncertain_jumps"]
