@@ -35,7 +35,11 @@ def draw(path: Path, model: exugear.Model, run: exugear.Run) -> None:
     highest = float(run.data["speed"].max())
     plots.plot_campbell(exugear.campbell(model, load=two_stage_helical.LOAD, speed=(0.0, highest)), diagram)
     plots.plot_power(run, losses)
-    for letter, ax in zip("ABCD", figure.axes[:4], strict=True):
+    for ax in (bearings, diagram, losses):
+        beside = ax.get_legend()
+        words = [text.get_text() for text in beside.get_texts()]
+        ax.legend(beside.legend_handles, words, loc="upper left", fontsize=9, framealpha=0.9)
+    for letter, ax in zip("ABCD", (swept, bearings, diagram, losses), strict=True):
         ax.set_title(f"{letter}  {ax.get_title()}", loc="left")
         ax.set_title("", loc="center")
     figure.savefig(path, dpi=100)
