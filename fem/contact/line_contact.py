@@ -11,7 +11,7 @@ it as the tilt follows from them. Newton's method solves for p and te such that 
 and leaves as its overlap does, so that no active set is needed, and the last linearization is the tangent stiffness.
 """
 
-from math import log
+from math import inf, log
 from typing import NamedTuple
 
 import numpy as np
@@ -24,13 +24,18 @@ from fem.linalg import small_systems
 from fem.linalg.small_systems import product
 from fem.support.numba_cache import kept_unchecked, unchecked
 
-#: Share of the mesh force by which loads may change in the last Newton step, and their sum differ: the tangent stiffness
-#: is that before this step. Number of steps before they are halved, and at most.
-CONVERGED, DAMPED, STEPS = 1e-8, 20, 80
-#: Half-planes under whole slices are clamped at this depth, in modules.
-DEPTH = 1 / 5
-#: Overlap of the flanks, in modules, for the difference quotient of their compliance.
-OVERLAP = 1 / 250
+#: Share of the mesh force by which loads may change in the last Newton step, and their sum differ: the tangent
+#: stiffness is that before this step.
+CONVERGED = 1e-8
+#: Largest number of steps. After so many full ones, they are halved until what is not balanced falls, at most to this
+#: share.
+STEPS, FULL, LEAST_SHARE = 200, 15, 1 / 256
+#: Half-planes under whole slices are clamped at this depth, in modules, or deeper: at this share of the half-width of
+#: the contact under the largest force.
+DEPTH, DEEPER = 1 / 5, 1.5
+#: Overlap of the flanks, in modules, for the difference quotient of their compliance, and up to which this changes: far
+#: beyond it the compliance would not be positive.
+OVERLAP, LARGEST_OVERLAP = 1 / 250, 1 / 20
 #: Overlap by which the search begins, over the flattening of equally loaded slices.
 START = 2.0
 
@@ -40,6 +45,7 @@ class LineContact(NamedTuple):
 
     compliance          (n, n) between the slices before they deflect [m/N]
     softening           (n, n) its change per transmission error [1/N], or (0, 0): none
+    softest_te          transmission error up to which it changes [m]
     factor, constant    (n,) Hertz's flattening [m] under forces f: factor f (constant - ln(f) / 2)
     approach, bend      (n,) normal approach per transmission error, and bend of the gap across the slices [m]
     beside              (2, n) slices before and after each, or itself at the ends of the face
@@ -48,6 +54,7 @@ class LineContact(NamedTuple):
 
     compliance: np.ndarray
     softening: np.ndarray
+    softest_te: float
     factor: np.ndarray
     constant: np.ndarray
     approach: np.ndarray
@@ -68,10 +75,10 @@ class LineLoads(NamedTuple):
 
 
 def compliance_at(
-    slices: ContactSlices, bodies: tuple[CompiledCompliance, CompiledCompliance], face: Face
+    slices: ContactSlices, depth: float, bodies: tuple[CompiledCompliance, CompiledCompliance], face: Face
 ) -> np.ndarray:
-    """(n, n) compliance between slices where they are closest, beside their half-planes [m/N]."""
-    depth, numbers = DEPTH * slices.position.pair.pinion.m_n, (slices.number, slices.low, slices.high)
+    """(n, n) compliance between slices where they are closest, beside half-planes clamped at a depth [m/N]."""
+    numbers = slices.number, slices.low, slices.high
     arcs = slices.closest_arcs[..., None]
     return slices.mesh.call(smooth_compliance, bodies, face.share < 1, numbers, depth, arcs, np.zeros(arcs.shape))
 
@@ -82,22 +89,27 @@ def line_contact(
     bodies: tuple[CompiledCompliance, CompiledCompliance],
     face: Face,
     *,
+    force: float,
     softens: bool,
 ) -> LineContact:
     """Contact of slices that adjoin within each tooth pair.
 
     bend        (n,) of the gap across the slices [m]
+    force       the largest mesh force [N]
     softens     whether the compliance changes with the deflection
     """
-    compliance, softening = compliance_at(slices, bodies, face), np.zeros((0, 0))
-    m_n = slices.position.pair.pinion.m_n
+    pair = slices.position.pair
+    m_n, softening = pair.pinion.m_n, np.zeros((0, 0))
+    depth = max(DEPTH * m_n, DEEPER * float(slices.half_width(np.array(force / pair.b)).max()))
+    compliance = compliance_at(slices, depth, bodies, face)
     if softens:
         touching = slices.in_middle(OVERLAP * m_n)
-        softening = (compliance_at(touching, bodies, face) - compliance) / (OVERLAP * m_n)
-    constant = 0.5 + np.log(2 * DEPTH * m_n / slices.half_width(1 / slices.width))
+        softening = (compliance_at(touching, depth, bodies, face) - compliance) / (OVERLAP * m_n)
+    constant = 0.5 + np.log(2 * depth / slices.half_width(1 / slices.width))
     beside, tilt = _tilts(slices, face)
     approach = slices.closest.approach
-    return LineContact(compliance, softening, slices.flattening, constant, approach, bend, beside, tilt)
+    softened = compliance, softening, LARGEST_OVERLAP * m_n
+    return LineContact(*softened, slices.flattening, constant, approach, bend, beside, tilt)
 
 
 def _tilts(slices: ContactSlices, face: Face) -> tuple[np.ndarray, np.ndarray]:
@@ -230,13 +242,15 @@ def _equilibrium(contact, mesh_force, gap, touches):
     """
     n, softens, (least, te) = touches.size, contact.softening.size > 0, _begin(contact, mesh_force, touches)
     p, loads, softer = np.zeros((1, n)), np.empty((3, n)), np.zeros((1, n))
-    compliance, stiffness, change = contact.compliance.copy(), 0.0, mesh_force
+    compliance, stiffness, change = contact.compliance.copy(), 0.0, inf
+    last_p, last_te, moved, te_step, share, last_unbalanced = p, te, p, 0.0, 1.0, inf
     for step in range(STEPS):
         if softens:
-            softer = _times(contact.softening, p)
+            softer = _times(contact.softening, p) if te < contact.softest_te else np.zeros((1, n))
             for i in range(n):
                 for j in range(n):
-                    compliance[i, j] = contact.compliance[i, j] + te * contact.softening[i, j]
+                    change_to = min(te, contact.softest_te) * contact.softening[i, j]
+                    compliance[i, j] = contact.compliance[i, j] + change_to
         rest, rise, band = np.zeros((1, n)), np.zeros((1, n)), np.zeros((n, 3))
         total, stiffness_held = _write_loads(contact, te, _times(compliance, p), gap, loads, rest, rise, band)
         if change < CONVERGED * mesh_force and abs(total - mesh_force) < CONVERGED * mesh_force:
@@ -246,9 +260,16 @@ def _equilibrium(contact, mesh_force, gap, touches):
         if not stiffness_held > 0:
             te, p = least + 2 * (te - least), np.zeros((1, n))
             continue
-        displaced, rising = _times(compliance, rise), rise.copy()
+        unbalanced = (total - mesh_force) ** 2
         for i in range(n):
             rest[0, i] -= p[0, i]
+            unbalanced += rest[0, i] ** 2
+        if step > FULL and unbalanced > last_unbalanced and share > LEAST_SHARE:
+            share /= 2
+            p, te = last_p + share * moved, last_te + share * te_step
+            continue
+        displaced, rising = _times(compliance, rise), rise.copy()
+        for i in range(n):
             for k in range(min(3, i + 1)):
                 rising[0, i] -= band[i, k] * softer[0, i - k]
                 if k:
@@ -256,11 +277,11 @@ def _equilibrium(contact, mesh_force, gap, touches):
         _yield_to(compliance, _band_factors(band), rest, rising)
         stiffness = stiffness_held - product(displaced, 0, rising, 0, n) - product(rise, 0, softer, 0, n)
         te_step = (mesh_force - total + product(displaced, 0, rest, 0, n)) / stiffness
-        share, change = 1.0 if step < DAMPED else 0.5, 0.0
+        moved, change = rest + rising * te_step, 0.0
         for i in range(n):
-            moved = rest[0, i] + rising[0, i] * te_step
-            p[0, i], change = p[0, i] + share * moved, max(change, abs(moved))
-        te += share * te_step
+            change = max(change, abs(moved[0, i]))
+        last_p, last_te, last_unbalanced, share = p, te, unbalanced, 1.0
+        p, te = p + moved, te + te_step
     raise RuntimeError("contact did not converge; try a neighbouring phase, less load or a finer resolution")
 
 

@@ -101,7 +101,9 @@ class Resolution(Discretization):
 class Slices(Discretization):
     """One line load per slice of the face width, flattened by Hertz's formula: 4 times as fast as `Resolution` or more.
 
-    The peak to peak of wide, crowned helical pairs takes 40 slices and more; `accuracy=` of a map estimates its error.
+    A slice at the edge of the contact carries load on a part of its width: 20 slices give the peak to peak of helical
+    pairs within 0.1 um (0.12 um above 1000 N m) of converged `Resolution`, that of `Resolution()` itself is up to 12 %
+    off. `accuracy=` of a map estimates the error.
 
     density, slices, neighbours     as in `Resolution`
 
