@@ -10,7 +10,6 @@ The checks stand in the methods of Exudyn's solvers with which all solves begin:
 first evaluation may already hang, and explicit solves call none in Python. They cost a solve 1 us, a step nothing.
 """
 
-import warnings
 from collections.abc import Callable
 from functools import wraps
 from math import isinf
@@ -19,6 +18,7 @@ import exudyn as exu
 
 from exugear.elements.gear_contact import StoredContact, contacts_of, known_contacts
 from exugear.elements.turns import turn_with
+from fem.support.user_warning import warn_user
 
 #: Number of objects below which Exudyn evaluates forces in one thread: more than any system has.
 ALL_OBJECTS = 10**9
@@ -64,7 +64,7 @@ def report_open_contacts(mbs) -> None:
             cause = f"its direction is {frame.direction:+.0f}, so that it closes where the pinion pushes {sense}"
             remedy = f"pass direction={-frame.direction:+.0f}, or a finite backlash if it may be loaded either way"
             never = f"the teeth of gear contact {number} ({name!r}) never touched"
-            warnings.warn(f"{never}; {cause}; {remedy}", stacklevel=5)
+            warn_user(f"{never}; {cause}; {remedy}")
 
 
 def _guarded(method: Callable, *, solves: bool) -> Callable:

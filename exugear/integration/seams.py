@@ -4,7 +4,6 @@ Where it does not, the part is integrated again from the state that arrives unti
 the states of one unbroken chain enter the run, which is therefore the serial one.
 """
 
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, field
@@ -34,6 +33,7 @@ from exugear.integration.shaft_motion import BearingForces
 from exugear.integration.time_integration import Segment, Solver, progress_bar, state_of_run
 from exugear.plan.vibration_decay import SEAM_TOLERANCE
 from exugear.system.drive_and_load import ShaftTorques
+from fem.support.user_warning import warn_user
 
 #: Share of the run that may be integrated again without a warning.
 LARGEST_REPEATED_SHARE = 0.5
@@ -247,7 +247,7 @@ class Parts:
 
     def _unknown(self, error: RuntimeError) -> np.ndarray:
         """(n_stage,) NaN, with a warning of the reason."""
-        warnings.warn(f"step_error is NaN; {error}", stacklevel=8)
+        warn_user(f"step_error is NaN; {error}")
         return np.full(len(self.solver.model.meshes), np.nan)
 
     def with_seams(self, data: xr.Dataset) -> xr.Dataset:
@@ -259,7 +259,7 @@ class Parts:
             cause = (
                 f"executor: {repeated:.0%} of the run were integrated again, as parts did not meet the states before"
             )
-            warnings.warn(f"{cause}; the run took as long as without executor", stacklevel=5)
+            warn_user(f"{cause}; the run took as long as without executor")
         about = {"units": "1", "long_name": "difference of the states that were joined, over the rms of the vibration"}
         seam = {"units": "s", "long_name": "time at which parts of the run were joined"}
         times, errors = np.array(list(chain.seams)) * h, np.array(list(chain.seams.values()), float)
@@ -272,7 +272,7 @@ def parts_of(solver: Solver, torques: ShaftTorques, forces: BearingForces, execu
     Warns where vibrations do not decay.
     """
     if not solver.model.plan.decay:
-        warnings.warn("executor: the run is serial, as vibrations do not decay; damp all modes", stacklevel=5)
+        warn_user("executor: the run is serial, as vibrations do not decay; damp all modes")
     division = division_of(solver, executor)
     if division.number < 2:
         return None

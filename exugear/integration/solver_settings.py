@@ -1,7 +1,6 @@
 """Integrator, steps and samples of a run, and Exudyn's settings for them; the settings for hand-built models."""
 
 import os
-import warnings
 from dataclasses import dataclass, replace
 from math import ceil, inf, pi, sqrt
 
@@ -18,6 +17,7 @@ from exugear.plan.integrator_and_step import BETA, GAMMA, STABLE, Rule, rule_for
 from exugear.plan.sampling import PERIOD_STEPS, Steps, steps_of
 from exugear.system.model import Model
 from fem.support.arguments import checked
+from fem.support.user_warning import warn_user
 from fem.support.validation import require, require_within
 
 #: Share of the stability limit that is used where the stiffness of a single state is known: teeth may become twice as
@@ -125,7 +125,7 @@ def check_cost(model: Model, scheme: Scheme) -> None:
     require(enough, f"{every} ({cost}); take a larger sample=, or run shorter parts with initial=")
     if plan.wall_time(steps.number) > LONG_RUN:
         remedy = "Take a larger step or tolerance, a shorter duration, or executor="
-        warnings.warn(f"the run takes long: {cost}. {remedy}", stacklevel=6)
+        warn_user(f"the run takes long: {cost}. {remedy}")
 
 
 def memory_of_machine() -> float:
@@ -203,7 +203,7 @@ def integrator(
     require(highest > 0, f"mbs has no stiffness in its initial state; {in_contact}")
     contacts = contacts_of(mbs)
     if contacts and not any(teeth_touch(mbs, contact, number) for number, contact in contacts.items()):
-        warnings.warn(f"no teeth touch in the initial state, so that steps may be unstable; {in_contact}", stacklevel=3)
+        warn_user(f"no teeth touch in the initial state, so that steps may be unstable; {in_contact}")
     require_within("frequency", frequency, 0, 1e6, remedy="Hz (of the mesh: z n / 60)")
     largest = MARGIN * STABLE / (2 * pi * highest)
     return settings_for(rule_for(2 * pi * frequency, largest, tolerance), duration, tolerance)

@@ -6,7 +6,6 @@ So the part of a run about a jump is integrated again at half the step, from a s
 then jumps elsewhere, the run says so.
 """
 
-import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -14,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from exugear.integration.time_integration import Segment
+from fem.support.user_warning import warn_user
 
 #: Ratio of the rms before and after, from which on a change within a segment counts as a jump.
 LEAST_RATIO = 1.5
@@ -73,7 +73,7 @@ def with_jumps(data: xr.Dataset, jumps: Iterable[tuple[VibrationJump, np.ndarray
     """
     notes = [note for jump, coarse, fine in jumps if (note := _note(data, jump, coarse, fine, h))]
     for note in notes:
-        warnings.warn(note, stacklevel=8)
+        warn_user(note)
     return data.assign_attrs(uncertain_jumps="; ".join(notes)) if notes else data
 
 

@@ -1,6 +1,5 @@
 """Vibration modes under load: natural frequencies, damping, shapes, strain energy and excitation by the meshes."""
 
-import warnings
 from collections.abc import Mapping
 from math import pi
 from typing import Any
@@ -18,6 +17,7 @@ from exugear.modes.operating_point import in_loaded_equilibrium
 from exugear.operation.train_motion import HIGHEST_SPEED
 from exugear.system.model import Model, require_model
 from fem.support.arguments import checked, keywords_after_first
+from fem.support.user_warning import warn_user
 from fem.support.validation import require
 
 HELD, FREE = "held", "free"
@@ -137,7 +137,7 @@ def eigenfrequencies(
         system = linear_gearbox(in_equilibrium, [0.0], phase=0.0)
     if system.idle_stages:
         idle = f"meshes {system.idle_stages} carry no load, their open teeth are no spring"
-        warnings.warn(f"{idle}; load all outputs, loads={{shaft: torque}}, if they shall count", stacklevel=4)
+        warn_user(f"{idle}; load all outputs, loads={{shaft: torque}}, if they shall count")
     return modes_of(system, system.damping[0]).omega / (2 * pi)
 
 

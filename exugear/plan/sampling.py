@@ -7,12 +7,13 @@ that the gears do not have: 6 % of the rms and 21 % of the peak to peak of a lig
 period. Steps that divide the mesh period, and the time between its jumps, avoid this.
 """
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil, ulp
 
 import numpy as np
+
+from fem.support.user_warning import warn_user
 
 #: Steps in a mesh period of a law that jumps, at a tolerance of 1e-3, measured; the error falls with the square of
 #: their number.
@@ -108,7 +109,7 @@ def steps_of(
     remedy = f"smooth the table over {width:.2g} of a pitch, or take step={fine:.2g}"
     note += f" and excite subharmonics of the mesh frequency that the gears do not have; {remedy} or less"
     if period / steps.size < HARMLESS_STEPS:
-        warnings.warn(note, stacklevel=6)
+        warn_user(note)
     return steps, note
 
 

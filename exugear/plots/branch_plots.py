@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from exugear.plots.figures import DISTINCT, axes_or_new, legend, merged, styled
+from exugear.plots.figures import DISTINCT, axes_or_new, legend, load_of, merged, styled
 from exugear.signals.spectrum import dte_envelope
 from fem.support.arguments import checked
 from fem.support.validation import require
@@ -58,7 +58,7 @@ def plot_branches(
         _draw_branch(ax, data.isel(point=points), values.values[points] / um, style)
     _mark_bifurcations(ax, data, values.values / um)
     label = QUANTITIES[quantity] if harmonic is None else f"amplitude of the DTE at {harmonic:g} x mesh frequency [µm]"
-    ax.set(xlabel="mesh frequency [Hz]", ylabel=label, title=f"{_stage_of(data)}, {data.attrs['load']:.4g} N m")
+    ax.set(xlabel="mesh frequency [Hz]", ylabel=label, title=f"{_stage_of(data)}, {load_of(data)}")
     ax.set_ylim(bottom=0, auto=True)
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
@@ -80,7 +80,7 @@ def _mark_bifurcations(ax: Axes, data: xr.Dataset, values: np.ndarray) -> None:
             ax.plot(frequency, values[met], mark, color="k", markerfacecolor="w", markersize=5, label=kind)
 
 
-def _draw_sweep(ax: Axes, run, stage: int, quantity: str) -> None:
+def _draw_sweep(ax: Axes, run, stage: int | str, quantity: str) -> None:
     """Draw the envelope of a run."""
     outline = dte_envelope(run, stage)
     height = outline.rms if quantity == "rms" else outline.high - outline.low

@@ -110,9 +110,14 @@ def graded(values: np.ndarray) -> np.ndarray:
 
 
 def title_of(data: xr.Dataset) -> str:
-    """Name of the stage, and the load where it is constant."""
-    stage = str(data["stage"].item())
-    try:
-        return f"{stage}, {float(data.attrs['load']):.4g} N m"
-    except (KeyError, ValueError, TypeError):
-        return stage
+    """Name of the stage, and the load, or the loads of several shafts, where they are constant."""
+    return ", ".join(filter(None, (str(data["stage"].item()), load_of(data))))
+
+
+def load_of(data: xr.Dataset) -> str:
+    """Constant load, or loads of several shafts, in words; empty where they change."""
+    if "loaded_shafts" in data.attrs:
+        loads = zip(*(np.atleast_1d(data.attrs[name]) for name in ("loads", "loaded_shafts")), strict=True)
+        return ", ".join(f"{torque:.4g} N m on {shaft}" for torque, shaft in loads)
+    load = data.attrs.get("load", "")
+    return "" if isinstance(load, str) or np.size(load) != 1 else f"{float(load):.4g} N m"

@@ -2,7 +2,6 @@
 
 import shutil
 import subprocess
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,6 +10,7 @@ import jinja2
 
 from exugear.run_report.sections import Section
 from fem.support.cache import complete_file
+from fem.support.user_warning import warn_user
 
 #: Browsers that print a page to PDF, their options, and the time [s] after which printing has failed.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge")
@@ -45,7 +45,7 @@ def printed(html: Path, pdf: Path) -> bool:
             content = draft.read_bytes()
         except (OSError, subprocess.SubprocessError) as error:
             remedy = f"{html} is complete; print it from a browser by hand"
-            warnings.warn(f"{converter} could not print the report to PDF ({error}); {remedy}", stacklevel=3)
+            warn_user(f"{converter} could not print the report to PDF ({error}); {remedy}")
             return False
     with complete_file(pdf) as file:
         file.write(content)

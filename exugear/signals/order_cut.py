@@ -1,7 +1,5 @@
 """Amplitude and phase of orders along a run, from windows as long as the change of the speed allows."""
 
-import warnings
-
 import numpy as np
 import xarray as xr
 
@@ -11,6 +9,7 @@ from exugear.recordings.short_time_spectra import check_overlap
 from exugear.recordings.signal import at_angles, channel_coordinates, order_names, require_signal
 from exugear.signals.order_fit import Phasors, Samples, check_fit_size, phasors, samples_of
 from fem.support.arguments import Numbers, checked
+from fem.support.user_warning import warn_user
 from fem.support.validation import require
 
 #: Least product of window [revolutions] and distance of orders: the condition number of the fit is then about 8.
@@ -112,7 +111,7 @@ def _warn_of_changes(cut: xr.Dataset, shortest: float, by_default: bool) -> None
     cause = f"{speed.max():.4g} rpm: their amplitudes change within windows of {shortest:.3g} revolutions"
     remedy = "pass fewer close orders, or" if by_default else "shorten revolutions, or"
     text = f"{where} {cause}; {remedy} let the speed change more slowly"
-    warnings.warn(text, stacklevel=4)
+    warn_user(text)
 
 
 def cut_of(

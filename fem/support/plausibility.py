@@ -6,9 +6,7 @@ range of its own is compared with the gears beside it, so that it holds for watc
 clearances, viscosities, roughness and drag have bounds beyond which they are refused (in N/m: 1e4 to 1e13).
 """
 
-import sys
-import warnings
-
+from fem.support.user_warning import warn_user
 from fem.support.validation import require_finite
 
 #: Density [kg/m^3] from balsa wood, 150, to tungsten, 19,300.
@@ -24,15 +22,6 @@ LARGEST_MASS_RATIO = 1e4
 LIGHT_LOAD, LARGEST_TWIST = 0.1e6, 0.5
 #: Share of the critical damping of a mesh: measured 0.03 to 0.17; that of the material alone is 1e-3.
 LEAST_DAMPING_RATIO = 1e-3
-PACKAGES = ("fem", "exugear")
-
-
-def warn_implausible(text: str, remedy: str) -> None:
-    """A UserWarning at the line of the user's code that gave the value."""
-    level, frame = 1, sys._getframe()
-    while frame.f_back and frame.f_globals.get("__name__", "").split(".")[0] in PACKAGES:
-        level, frame = level + 1, frame.f_back
-    warnings.warn(f"{text}; {remedy}", stacklevel=level)
 
 
 def check_density(density: float) -> None:
@@ -41,22 +30,22 @@ def check_density(density: float) -> None:
     low, high = DENSITIES
     if not low <= density <= high:
         text = f"density {density:g} kg/m^3 is that of no gear material, which lie within {low:g} and {high:g}"
-        warn_implausible(text, "pass kg/m^3: steel has 7850")
+        warn_user(f"{text}; pass kg/m^3: steel has 7850")
 
 
 def check_module(m_n: float) -> None:
     """Warn of a normal module [m] below those of watches."""
     if m_n < LEAST_MODULE:
-        warn_implausible(f"m_n {m_n:g} m is below the modules of watches", "pass metres: 2.6*mm")
+        warn_user(f"m_n {m_n:g} m is below the modules of watches; pass metres: 2.6*mm")
 
 
 def check_rotor_mass(mass: float, gears: float | None = None) -> None:
     """Warn of the mass of a disc [kg] that no rotor has, or none beside the gears of a mass [kg] on its shaft."""
     remedy = "pass sizes in metres, 30*mm, and kg"
     if mass > LARGEST_MASS:
-        warn_implausible(f"a disc of {mass:.3g} kg is heavier than the rotor of any machine", remedy)
+        warn_user(f"a disc of {mass:.3g} kg is heavier than the rotor of any machine; {remedy}")
     elif gears is not None and mass > LARGEST_MASS_RATIO * gears:
-        warn_implausible(f"a disc of {mass:.3g} kg is {mass / gears:.2g} times as heavy as the gears beside it", remedy)
+        warn_user(f"a disc of {mass:.3g} kg is {mass / gears:.2g} times as heavy as the gears beside it; {remedy}")
 
 
 def check_torsion(torsion: float, d: float, b: float) -> None:
@@ -65,7 +54,7 @@ def check_torsion(torsion: float, d: float, b: float) -> None:
     if torsion * LARGEST_TWIST < torque:
         twisted = f"torsion {torsion:g} N m/rad lets a coupling twist by {torque / torsion:.2g} rad"
         text = f"{twisted} under {torque:.2g} N m, a light load of the gear on its shaft"
-        warn_implausible(text, "pass N m/rad: 20 kN m/rad are 20e3")
+        warn_user(f"{text}; pass N m/rad: 20 kN m/rad are 20e3")
 
 
 def check_damping_ratio(damping: float, critical: float) -> None:
@@ -73,4 +62,4 @@ def check_damping_ratio(damping: float, critical: float) -> None:
     if 0 < damping < LEAST_DAMPING_RATIO * critical:
         share = f"damping {damping:g} N s/m is {damping / critical:.1e} of the critical {critical:.3g} N s/m"
         remedy = "pass N s/m: 3.6 N s/mm are 3600, or damping_ratio=0.06"
-        warn_implausible(f"{share}, gears have 0.03 to 0.17", remedy)
+        warn_user(f"{share}, gears have 0.03 to 0.17; {remedy}")

@@ -1,18 +1,15 @@
 """Warnings that name the line of the user's script, whatever calls lie between."""
 
-import contextlib
-import os
 import sys
 import warnings
-from pathlib import Path
 
-#: Files of the two packages, and of the context managers between them, in which the cause does not lie.
-INSIDE = *(f"{Path(__file__).parents[2] / name}{os.sep}" for name in ("fem", "exugear")), contextlib.__file__
+#: Packages whose lines call ours in the user's name: the two packages, Exudyn's solvers, context managers.
+BETWEEN = {"fem", "exugear", "exudyn", "contextlib"}
 
 
 def warn_user(message: str) -> None:
-    """Warn at the innermost line that lies outside of fem and exugear."""
-    frame, level = sys._getframe(1), 2
-    while frame.f_back is not None and frame.f_code.co_filename.startswith(INSIDE):
+    """UserWarning at the innermost line of the user's own code."""
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] in BETWEEN:
         frame, level = frame.f_back, level + 1
     warnings.warn(message, stacklevel=level)
