@@ -121,6 +121,8 @@ def resonance_table(run, stage: int | str = 0, *, harmonics: int = 8, prominence
         cut = max(cuts, key=lambda each: each.height(frequency))
         if cut.height(frequency) > SHARE * height:
             cut, amplitude, place = _separated_cut(cuts, cut, frequency, of_orders)
+            if amplitude == 0:
+                continue
             ratio = mesh_order(stage_data(data, cut.stage)) / mesh_order(stage_data(data, stage))
             row = Resonance(frequency, height, cut.harmonic, amplitude, cut.harmonic * frequency * ratio, cut.stage)
             rows[cut.stage, cut.harmonic, place] = row
@@ -156,6 +158,8 @@ def _separated_cut(
 ) -> tuple[OrderPeaks, float, float]:
     """The cut whose order excites a peak at a mesh frequency [Hz], the amplitude of the order [m], where it peaks [Hz].
 
+    The amplitude is 0 where the order, told apart from close ones, does not peak: these beat in the cut.
+
     largest     the cut with the largest amplitude near the peak, to which close orders may contribute
     joint_cut   function (orders) -> their joint cut, or None
     """
@@ -170,9 +174,10 @@ def _separated_cut(
         amplitudes, distance = joint["amplitude"].values, np.abs(_mesh_frequency(joint) / frequency - 1)
         amplitude = amplitudes[:, distance.argmin()]
         if np.isfinite(amplitude).all():
-            near = np.where(distance < NEAR, amplitudes[amplitude.argmax()], -1.0)
-            place = float(_mesh_frequency(joint)[np.nanargmax(near)])
-            return close[float(joint["order"][amplitude.argmax()])], float(amplitude.max()), place
+            exciting = close[float(joint["order"][amplitude.argmax()])]
+            peaks = _peaks(_mesh_frequency(joint), amplitudes[amplitude.argmax()])
+            place, height = exciting._replace(peaks=peaks).peak(frequency)
+            return exciting, float(amplitude.max()) if height > 0 else 0.0, place
     return largest, np.nan, largest.peak(frequency)[0]
 
 
