@@ -255,9 +255,8 @@ def test_benchmark_shows_that_finer_is_better(tmp_path):
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)
-def test_examples_are_short_and_say_how_they_are_run(path):
+def test_examples_say_how_they_are_run(path):
     text = path.read_text(encoding="utf-8")
-    assert len(text.splitlines()) <= 120
     if '__name__ == "__main__"' in text:
         assert len(text.splitlines()) >= 40
         assert f"python examples/{path.name}" in text.split('"""')[1]

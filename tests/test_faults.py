@@ -254,7 +254,7 @@ def test_maps_with_foreign_attributes_are_refused(attributes):
 
 
 def test_paths_that_are_no_files_are_refused(folder):
-    with pytest.raises(ValueError, match="damaged or no netCDF file"):
+    with pytest.raises(ValueError, match="is a folder; give the name of a file in it"):
         fem.load(folder)
     cache.cached("key", lambda: {"a": np.zeros(1)})
     (file,) = folder.iterdir()

@@ -17,6 +17,8 @@ from fem.support.user_warning import warn_user
 
 #: Ratio of the rms before and after, from which on a change within a segment counts as a jump.
 LEAST_RATIO = 1.5
+#: Vibration below which it is rounding [m].
+LEAST_RMS = 1e-12
 #: Largest number of jumps that are checked.
 MOST = 2
 #: Share of the mesh frequency by which a jump may move at half the step without a warning, and where half the step does
@@ -54,8 +56,7 @@ def vibration_jumps(segments: Sequence[Segment], rms: np.ndarray, parted: np.nda
     """
     if len(segments) < 3:
         return []
-    least = np.finfo(np.float32).tiny
-    ratios = np.abs(np.log(np.maximum(rms[2:], least) / np.maximum(rms[:-2], least)))
+    ratios = np.abs(np.log(np.maximum(rms[2:], LEAST_RMS) / np.maximum(rms[:-2], LEAST_RMS)))
     ratios[~(parted[2:] | parted[1:-1] | parted[:-2])] = 0.0
     jumps: list[VibrationJump] = []
     while len(jumps) < MOST and ratios.max() > np.log(LEAST_RATIO):

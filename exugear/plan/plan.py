@@ -76,8 +76,8 @@ class Plan:
     def lines(self) -> list[str]:
         """The printed plan, line by line, as far as it is known before the model is built."""
         lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
-        damped = {label: f"; damping {text}" for label, text in self.damping.items()}
-        lines += [f"{label}: {text}{damped.get(label, '')}" for label, text in self.axes.items()]
+        lines += [f"{label}: {text}" for label, text in self.axes.items()]
+        lines += [f"{label}: damping {text}" for label, text in self.damping.items()]
         lines += [f"{name}: {text}" for name, text in self.losses.items()]
         lines += [f"{label}: {NO_BACKLASH}" for label, law in self.laws.items() if law.backlash == 0]
         lines += [f"{label}: {COAST_MAPPED}" for label, law in self.laws.items() if law.coast is not None]

@@ -17,6 +17,7 @@ import exugear
 from fem.units import um
 
 
+@pytest.mark.filterwarnings("ignore:the jump of the vibration")  # the quick sweep passes the fold in 0.1 s
 def test_tip_relief_quietens_the_design_load_and_not_the_light_one(tmp_path):
     numbers = tip_relief.main(tmp_path, quick=True)
     none, long, short = (numbers[name] for name in ("no relief", tip_relief.BEST, "short, 10 µm"))
@@ -64,6 +65,7 @@ def test_a_coast_down_follows_the_closed_form_and_its_energy_balances(tmp_path):
     assert abs(balance.residual) < 1e-4 * abs(balance.stored)
 
 
+@pytest.mark.filterwarnings("ignore:orders 23, 46 are NaN")  # of the quick run-up, below 1107 rpm
 def test_bearing_forces_of_the_reducer_peak_where_a_mesh_order_crosses_a_mode(tmp_path):
     table, peaks = ev_reducer.main(tmp_path, quick=True)
     assert peaks.size >= 2

@@ -92,7 +92,10 @@ FINE = np.linspace(0, 1, 20001)
     [
         (lambda: envelope(np.arange(9.0), np.full(9, np.nan)), "finite"),
         (lambda: envelope(np.arange(9.0), np.zeros(8)), "equally long"),
-        (lambda: envelope(np.arange(9.0), np.zeros(9), windows=6), "windows must be"),
+        (
+            lambda: envelope(np.arange(9.0), np.zeros(9), windows=6),
+            "too few for 6 windows of 2 or more; pass windows=4",
+        ),
         (lambda: resonances(np.arange(9.0), np.zeros(9), prominence=5), "prominence must"),
         (lambda: order_spectrum(np.arange(9.0), np.ones(9), np.ones(9), orders=-1), "orders must"),
         (lambda: order_spectrum(np.arange(9.0), np.ones(9), np.ones(9), orders=1, overlap=1), "overlap must"),

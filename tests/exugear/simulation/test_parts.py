@@ -192,7 +192,8 @@ def test_the_plan_has_the_decay_of_a_damped_oscillator():
     assert "early" in str(plan)
 
 
-def test_one_bar_shows_the_progress_of_all_parts(capfd):
+def test_one_bar_shows_the_progress_of_all_parts(capfd, monkeypatch):
+    monkeypatch.setattr("fem.support.progress.on_terminal", lambda: True)
     exugear.run_up(exugear.build(smooth_box()), **RUN | {"progress": True}, executor=Inline())
     bars = capfd.readouterr().err
     assert "run " in bars and "1 s" in bars

@@ -180,7 +180,7 @@ def test_the_data_are_written_as_netcdf(spinning_states, tmp_path):
         ({"load": 0.0}, "load must be finite and not 0"),
         ({"load": 1e5}, "load"),
         ({"stage": 1}, "stage must be 0 to 0, or a label, got 1; the stages are"),
-        ({"stage": (0, 0)}, "stage must be a stage number >= 0, or several distinct ones"),
+        ({"stage": (0, 0)}, "stage must be a stage number >= 0 or label, or several distinct ones"),
         ({"stage": -1}, "stage must be a stage number"),
         ({"stage": "none"}, "stage must be 0 to 0, or a label, got 'none'"),
         ({"stage": ()}, "stage must be a stage number"),

@@ -206,7 +206,10 @@ def test_two_bearings_hold_a_shaft():
         (lambda: stage(backlash=-1e-5), "backlash must be >= 0"),
         (lambda: stage(angle=90.0), "pass radians"),
         (lambda: stage(slow=shaft("fast")), "two shafts"),
-        (lambda: stage(slow=exugear.Shaft("slow", {31 * mm: paper_gear()})), "one axial position"),
+        (
+            lambda: exugear.plan(exugear.Gearbox([stage(slow=exugear.Shaft("slow", {31 * mm: paper_gear()}))])),
+            "give axial = 0.001, but its map is for 0",
+        ),
         (lambda: exugear.Stage("a", shaft(), smooth_map(), damping=0.0), "fast must be"),
         (lambda: exugear.Stage(shaft(), shaft("slow"), "map", damping=0.0), "mesh must be"),
         (lambda: exugear.Gearbox([]), "at least one Stage"),

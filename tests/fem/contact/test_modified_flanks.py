@@ -211,7 +211,7 @@ def test_modifications_are_read_back_from_the_file():
         (lambda: fem.EndRelief(1 * um, -1 * mm), "length must lie"),
         (lambda: modified(15 * um), "flank must hold modifications"),
         (lambda: fem.Offsets(misalignment=0.5), "misalignment must lie within 0.01 rad"),
-        (lambda: fem.Offsets(misalignment=np.nan), "misalignment must be a number"),
+        (lambda: fem.Offsets(misalignment=np.nan), "misalignment must be finite"),
     ],
 )
 def test_bad_modifications_are_refused(call, message):

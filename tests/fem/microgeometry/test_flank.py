@@ -251,7 +251,7 @@ def with_flank(*parts) -> fem.Gear:
         (lambda: fem.PitchDeviation([5]), "values must lie .*15\\*um"),
         (lambda: fem.Grid([18, 33], [-10 * mm, 10 * mm], np.zeros((2, 2))), "roll must lie .*pass metres"),
         (lambda: fem.Grid([0, 0.1], [0.1, 0.0], np.zeros((2, 2))), "axial must increase; sort it"),
-        (lambda: fem.Grid([0, 0.1], [0, np.nan], np.zeros((2, 2))), "axial must increase; sort it"),
+        (lambda: fem.Grid([0, 0.1], [0, np.nan], np.zeros((2, 2))), r"axial must be finite, got nan at \[1\]"),
         (lambda: fem.Grid([0, 0.1, 0.2], [0, 0.1], np.zeros((2, 3))), "shape .* = \\(3, 2\\), got \\(2, 3\\)"),
         (lambda: fem.Grid([0, 0.1], [0, 0.1], [[0, np.nan], [0, 0]]), r"values must be finite, got nan at \[0, 1\]"),
         (lambda: fem.Grid([0, 0.1], [0, 0.1], [[0, 5], [0, 0]]), "values must lie .*15\\*um"),

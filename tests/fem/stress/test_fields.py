@@ -173,7 +173,7 @@ def test_figure_like_the_papers(single_contact, double_contact, tmp_path):
         ({"torque": np.nan}, "torque must be > 0"),
         ({"torque": 150e3}, "torque must be finite"),
         ({"phase": 1.0}, "phases must increase"),
-        ({"phase": np.nan}, "phases must increase"),
+        ({"phase": np.nan}, "phases must be finite"),
         ({"offsets": fem.Offsets(misalignment=(0.0, 1e-4))}, "one value each"),
         ({"refine": 2}, "refine must be"),
         ({"refine": np.inf}, "refine must be"),

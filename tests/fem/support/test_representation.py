@@ -61,7 +61,7 @@ def test_gears_show_drawing_units():
 
 def test_models_show_a_few_lines():
     model = exugear.build(smooth_box())
-    assert len(repr(model)) < 1000 and len(repr(model).splitlines()) <= 10
+    assert len(repr(model)) < 1000 and len(repr(model).splitlines()) <= 12
     assert repr(model.gearbox) == "Gearbox(fast-slow: 57/57 teeth)"
     assert repr(model.plan) == str(model.plan)
 
