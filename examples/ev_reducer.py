@@ -86,9 +86,13 @@ def order_cuts(run: exugear.Run) -> xr.Dataset:
 def draw(path: Path, diagram: xr.Dataset, run: exugear.Run) -> None:
     """Campbell diagram beside the orders of the output bearing's force."""
     figure = plots.figure(columns=2)
-    plots.plot_campbell(diagram, figure.axes[0], marked=SHARE)
+    figure.set_size_inches(10, 4.6)
+    above = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.08), "ncols": 2, "frameon": False, "fontsize": "small"}
+    modes = plots.plot_campbell(diagram, figure.axes[0], marked=SHARE)
+    handles = modes.get_legend().legend_handles
+    modes.legend(handles, [handle.get_label() for handle in handles], **above)
     orders = plots.plot_order_cuts(order_cuts(run), figure.axes[1])
-    orders.legend(frameon=False, loc="upper left", fontsize="small")
+    orders.legend(**above)
     orders.set_xticks((0, 5000, 10000, 15000))
     figure.savefig(path, dpi=100)
 
