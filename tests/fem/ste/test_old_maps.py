@@ -26,14 +26,16 @@ def test_an_old_map_holds_its_pair(pair):
     assert fem.pair_of(fem.load(OLD)) == pair
 
 
-@pytest.mark.slow
-def test_an_old_map_is_that_of_today(pair):
-    old = fem.load(OLD)
-    coarse = fem.Slices(slices=6)
-    new = fem.static_transmission_error(pair, old["torque"].values, 4, resolution=coarse, progress=False)
-    assert exugear.MeshForce.from_ste(old).deflection == pytest.approx(exugear.MeshForce.from_ste(new).deflection)
-    for name in old.data_vars:
-        assert new[name].values == pytest.approx(old[name].values, rel=1e-6, abs=1e-6 * abs(old[name]).max().item())
+def test_an_old_map_is_that_of_the_flanks_within_the_error_of_its_slices(pair):
+    """Of six slices, which missed the first touch by 0.09 um; those of today find it."""
+    old, solved = fem.load(OLD), fem.static_transmission_error
+    strips = solved(pair, old["torque"].values, 4, progress=False)
+    today = solved(pair, old["torque"].values, 4, resolution=fem.Slices(slices=6), progress=False)
+    assert old["te"].values == pytest.approx(strips["te"].values, abs=0.3 * um)
+    assert today["te"].values == pytest.approx(strips["te"].values, abs=0.15 * um)
+    assert today["te"].values[0] == pytest.approx(strips["te"].values[0], abs=1e-6 * um)
+    of_old, of_strips = (exugear.MeshForce.from_ste(ste).deflection for ste in (old, strips))
+    assert of_old == pytest.approx(of_strips, abs=0.3 * um)
 
 
 @pytest.mark.parametrize("resolved", [True, False])
