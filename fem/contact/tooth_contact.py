@@ -66,18 +66,32 @@ class ToothContact:
 
         Raises RuntimeError where the contact does not converge.
         """
-        if force == 0:
-            none = np.zeros(0)
-            slices = ContactSlices(self.position, none.astype(int), none, none, mesh=self.slicing.mesh)
-            return State(self.first_touch(misalignment), slices, none, none, self.face)
+        return self.strip_states(np.array([force]), np.array([misalignment]))[0]
+
+    def strip_states(self, force: np.ndarray, misalignment: np.ndarray) -> list[State]:
+        """The same under mesh forces (m,) and misalignments (m,), whose first guesses share their compliance."""
+        with self._located(force, misalignment):
+            slices, loads = self._line_loads(force, misalignment, softens=False)
+        columns = force.tolist(), misalignment.tolist(), loads.te.tolist(), loads.force
+        return [
+            self._strip_state(load, tilt, State(te, slices, guess, guess, self.face))
+            if load > 0
+            else self._unloaded(tilt)
+            for load, tilt, te, guess in zip(*columns, strict=True)
+        ]
+
+    def _unloaded(self, misalignment: float) -> State:
+        none = np.zeros(0)
+        slices = ContactSlices(self.position, none.astype(int), none, none, mesh=self.slicing.mesh)
+        return State(self.first_touch(misalignment), slices, none, none, self.face)
+
+    def _strip_state(self, force: float, misalignment: float, guess: State) -> State:
+        """State under a mesh force > 0 [N], on slices that follow the loaded width from a first guess on."""
 
         def solve(slices: ContactSlices, last: State) -> State:
-            return self._strip_state(slices, force * self.face.share, misalignment, last)
+            return self._on_strips(slices, force * self.face.share, misalignment, last)
 
-        load, tilt = np.array([force]), np.array([misalignment])
-        with self._located(load, tilt):
-            slices, loads = self._line_loads(load, tilt, softens=False)
-            guess = State(float(loads.te[0]), slices, loads.force[0], loads.force[0], self.face)
+        with self._located(np.array([force]), np.array([misalignment])):
             return self.slicing.loaded(guess, misalignment, solve)
 
     @contextmanager
@@ -91,7 +105,7 @@ class ToothContact:
             at = f"phase {position.phase:.6g}, {torque} N m, a = {position.a / mm:.6g} mm, misalignment {tilt} rad"
             raise RuntimeError(f"{error} (at {at})") from None
 
-    def _strip_state(self, slices: ContactSlices, force: float, misalignment: float, last: State) -> State:
+    def _on_strips(self, slices: ContactSlices, force: float, misalignment: float, last: State) -> State:
         """State of slices on strips, under a force on the modelled face [N], after the last state."""
         strips, (te, stiffness, load) = self._wide_strips(slices, force, misalignment, last)
         pressure = (load / (strips.width * slices.length[:, None])).max(axis=1)
@@ -173,7 +187,7 @@ class ToothContact:
 
     def strip_rows(self, force: np.ndarray, misalignment: np.ndarray) -> np.ndarray:
         """The same of `state` under each force and misalignment."""
-        states = [self.state(*load) for load in zip(force.tolist(), misalignment.tolist(), strict=True)]
+        states = self.strip_states(force, misalignment)
         rows = [load_rows(state.slices, state.force[None], state.pressure[None], self.face) for state in states]
         return np.column_stack([[(state.te, state.stiffness) for state in states], np.concatenate(rows)])
 
