@@ -79,7 +79,7 @@ def _of_steady_states(states: xr.Dataset, static_force: float | None) -> xr.Data
     given = "static_force must be > 0 N for steady states, the torque on the pinion over its base radius"
     require(static_force is not None and 0 < static_force < inf, f"{given}, got {static_force}")
     unit, long_name = VARIABLES["K_v"]
-    driven = float((states["largest_force"] + states["smallest_force"]).mean()) > 0
+    driven = float((states["largest_force"] + states.get("smallest_force", 0.0)).mean()) > 0
     largest = states["largest_force"].values if driven else -states["smallest_force"].values
     factor = largest / static_force
     return states.assign(K_v=("point", factor, {"units": unit, "long_name": long_name}))

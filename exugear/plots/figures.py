@@ -119,5 +119,7 @@ def load_of(data: xr.Dataset) -> str:
     if "loaded_shafts" in data.attrs:
         loads = zip(*(np.atleast_1d(data.attrs[name]) for name in ("loads", "loaded_shafts")), strict=True)
         return ", ".join(f"{torque:.4g} N m on {shaft}" for torque, shaft in loads)
-    load = data.attrs.get("load", "")
-    return "" if isinstance(load, str) or np.size(load) != 1 else f"{float(load):.4g} N m"
+    try:
+        return f"{float(data.attrs['load']):.4g} N m"
+    except (KeyError, ValueError, TypeError):
+        return ""
