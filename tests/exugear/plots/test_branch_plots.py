@@ -62,3 +62,9 @@ def test_refusals(data):
         drawn(data, quantity="mean")
     with pytest.raises(ValueError, match="harmonic must be one of"):
         drawn(data, harmonic=99.0)
+
+
+def test_the_title_names_the_load_or_the_loads_by_their_shafts(data):
+    several = data.assign_attrs(loads=[100.0, 50.0], loaded_shafts=["left", "right"])
+    assert drawn(data).get_title() == "fast-slow, 150 N m"
+    assert drawn(several).get_title() == "fast-slow, 100 N m on left, 50 N m on right"
