@@ -368,8 +368,8 @@ def _check_coast(force: MeshForce) -> None:
     if coast is None:
         return
     require(isinstance(coast, MeshForce), f"coast must be an exugear.MeshForce or None, got {type(coast).__name__}")
-    own = coast.damping == 0 and coast.backlash == inf and coast.coast is None
-    require(own, "coast must have no damping, backlash or coast: those of the law count for both flanks")
+    is_bare = coast.damping == 0 and coast.backlash == inf and coast.coast is None
+    require(is_bare, "coast must have no damping, backlash or coast: those of the law count for both flanks")
     alike = f"coast must have the offsets {list(force.offsets)}, got {list(coast.offsets)}"
     require(list(coast.offsets) == list(force.offsets), alike)
 
