@@ -38,8 +38,11 @@ def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
     """Branches of orbits of one and of two common periods in a range of the mesh frequency.
 
     Orbits of one period are reached by sweeps, those of two also from period doublings. Raises ValueError where all
-    motions leave the maps, RuntimeError where no periodic orbit is reached otherwise.
+    motions leave the maps, RuntimeError where a mode is not damped or no periodic orbit is reached otherwise.
     """
+    if not system.decay > UNDAMPED * system.resonance:
+        undamped = "steady states need damping: a mode that the meshes excite is not damped, its vibrations do not settle"
+        raise RuntimeError(f"{undamped}; give Stage(damping_ratio=0.06)")
     branches: list[Branch] = []
     left_maps: list[str] = []
     searched = within
@@ -106,9 +109,6 @@ def _not_reached(system: SteadySystem, within: Range, left_maps: list[str]) -> E
     """The reason why no orbit was reached; left_maps: messages of motions that left the maps."""
     low, high = (system.resonance * ratio for ratio in (within.low, within.high))
     cycles = f"at mesh frequencies of {low:.4g} to {high:.4g} Hz"
-    if not system.decay > UNDAMPED * system.resonance:
-        undamped = "a mode that the meshes excite is not damped, its vibrations do not settle"
-        return RuntimeError(f"no periodic orbit was reached {cycles}: {undamped}; give Stage(damping_ratio=0.06)")
     if left_maps:
         return ValueError(f"load: all motions {cycles} leave the maps: {left_maps[0]}")
     settled = "motions settled on none of one or two common periods"

@@ -100,8 +100,8 @@ def steady_states(
     `exugear.plots.plot_branches` draws them.
 
     Raises ValueError for input out of range, for friction and drag, for stages without a common period or that are
-    idle, and for loads beyond the maps, also where all motions leave them; RuntimeError where no periodic orbit is
-    reached otherwise.
+    idle, and for loads beyond the maps, also where all motions leave them; RuntimeError where a mode that the
+    meshes excite is not damped, or no periodic orbit is reached otherwise.
 
     Source: Seydel, Practical bifurcation and stability analysis, 3rd ed. (2010): shooting, continuation by arc length.
     """
