@@ -18,9 +18,9 @@ from numba import njit
 
 import exugear
 import fem
-from exugear.force_table.force_kernels import damping, spinning_force
-from exugear.integration.solver_settings import settings_for
-from exugear.plan.integrator_and_step import BETA, Rule
+from exugear.mesh_force.force_kernels import damping, spinning_force
+from exugear.multibody.solver_settings import settings_for
+from exugear.planning.integrator_and_step import BETA, Rule
 from fem.units import mm
 
 

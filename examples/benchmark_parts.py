@@ -22,10 +22,10 @@ from benchmark_run_up import LONG, TORQUE, on_bearings, paper_gearbox
 from korta_pair import TOP_SPEED
 
 import exugear
-from exugear.integration.division import division_of
-from exugear.integration.solver_settings import scheme_of
-from exugear.integration.time_integration import Solver
+from exugear.multibody.solver_settings import scheme_of
+from exugear.multibody.time_integration import Solver
 from exugear.operation.conditions import run_up_conditions
+from exugear.running.division import division_of
 
 PROCESSES, PAIRS = (1, 2, 4, 8, 16, 32, 64), 2
 #: Number of segments that are integrated again at half the step, side by side.

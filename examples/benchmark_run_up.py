@@ -13,7 +13,7 @@ from korta_pair import MAP_PHASES, MAP_TORQUES, TOP_SPEED, gearbox, paper_pair
 
 import exugear
 import fem
-from exugear.plan.integrator_and_step import BETA, TRAPEZOIDAL_BETA, Rule
+from exugear.planning.integrator_and_step import BETA, TRAPEZOIDAL_BETA, Rule
 from exugear.signals.spectrum import Resonances
 from fem.units import mm
 

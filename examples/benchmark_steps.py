@@ -16,8 +16,8 @@ from benchmark_run_up import TORQUE, on_bearings, paper_gearbox
 from korta_pair import TOP_SPEED
 
 import exugear
-from exugear.integration.solver_settings import settings_for
-from exugear.plan.integrator_and_step import BETA, Rule
+from exugear.multibody.solver_settings import settings_for
+from exugear.planning.integrator_and_step import BETA, Rule
 
 STEP, STEPS, PAIRS = 2.4e-5, 300_000, 5
 QUICK = 30_000, 1

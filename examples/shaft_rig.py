@@ -15,7 +15,7 @@ from shaft_modes import DIAMETER, LENGTH, SECTIONS, corners, sections
 
 import exugear
 import fem
-from exugear.post.graphics import add_gear_graphics, meshing_angles
+from exugear.reporting.graphics import add_gear_graphics, meshing_angles
 
 TORQUE = 150.0
 BEARING, BEARING_TIME, SHAFT_TIME = 2e8, 1e-5, 5e-6

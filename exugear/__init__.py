@@ -2,53 +2,57 @@
 
 import lazy_loader
 
-from exugear.elements.gear_contact import CreateGearContact
-from exugear.elements.gear_friction import CreateGearFriction
-from exugear.elements.gear_sensor import CreateGearSensor
-from exugear.energy.energy_balance import EnergyBalance
-from exugear.friction.drag import BearingDrag, Drag
-from exugear.friction.friction_coefficient import NiemannFriction, SchlenkFriction, XuFriction
-from exugear.friction.mesh_friction import MeshFriction
+from exugear.contact.recorder import Recorder
 from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.drag import BearingDrag, Drag
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Coupling, Disc, Placement, Shaft
 from exugear.gearbox.stage import Stage
-from exugear.integration.solver_settings import integrator
-from exugear.kernels.recorder import Recorder
 from exugear.load_factors.dynamic_factor import dynamic_factor
 from exugear.load_factors.dynamic_stress import dynamic_stress, stress_envelope
 from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.friction_coefficient import NiemannFriction, SchlenkFriction, XuFriction
+from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
-from exugear.modes.campbell import campbell
-from exugear.modes.modes import eigenfrequencies, modes
+from exugear.modal.campbell import campbell
+from exugear.modal.modes import eigenfrequencies, modes
+from exugear.multibody.assembly import build
+from exugear.multibody.gear_contact import CreateGearContact
+from exugear.multibody.gear_friction import CreateGearFriction
+from exugear.multibody.gear_sensor import CreateGearSensor
+from exugear.multibody.model import Model
+from exugear.multibody.solver_settings import integrator
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import Apart, SpeedReached
-from exugear.plan.built_plan import BuiltPlan
-from exugear.plan.plan import Plan, plan
-from exugear.post.viewer import draw, picture
-from exugear.recordings.angle_sampling import over_angle
-from exugear.recordings.levels import level, rms_sum
-from exugear.recordings.mesh_orders import mesh_orders
-from exugear.recordings.signal import recorded_signal, sensor_signal, signal
-from exugear.recordings.sound import write_sound
+from exugear.planning.built_plan import BuiltPlan
+from exugear.planning.plan import Plan, plan
+from exugear.reporting.viewer import draw, picture
+from exugear.running.efficiency import efficiency
+from exugear.running.energy_balance import EnergyBalance
+from exugear.running.run import Run, RunStopped, run, run_up
 from exugear.signals import spectrum
+from exugear.signals.angle_sampling import over_angle
+from exugear.signals.levels import level, rms_sum
+from exugear.signals.mesh_orders import mesh_orders
 from exugear.signals.order_cut import order_cut
 from exugear.signals.order_tracking import order_tracking
 from exugear.signals.resonance_table import resonance_table
+from exugear.signals.signal import recorded_signal, sensor_signal, signal
+from exugear.signals.sound import write_sound
 from exugear.signals.spectrogram import spectrogram, waterfall
 from exugear.signals.spectrum import dte_envelope, envelope, order_spectrum, resonances
-from exugear.simulation.efficiency import efficiency
-from exugear.simulation.run import Run, RunStopped, run, run_up
 from exugear.steady_state.steady_states import steady_states
-from exugear.system.assembly import build
-from exugear.system.model import Model
 from fem.support.version import __version__
 
 #: Modules and functions for pictures, imported on first use.
 __getattr__, _, _ = lazy_loader.attach(
     __name__,
     ["plots"],
-    {"post": ["graphics"], "post.animation": ["animate_mode", "animate_pair"], "run_report.report": ["report"]},
+    {
+        "reporting": ["graphics"],
+        "reporting.animation": ["animate_mode", "animate_pair"],
+        "reporting.report": ["report"],
+    },
 )
 
 __all__ = [

@@ -86,8 +86,8 @@ WORK = (
     ),
     *(
         "fem.reference.deformable_gear.clamped_pair",
-        "exugear.system.equilibrium.solve_initial_equilibrium",
-        "exugear.elements.gear_contact.add_forces",
+        "exugear.multibody.equilibrium.solve_initial_equilibrium",
+        "exugear.multibody.gear_contact.add_forces",
     ),
 )
 

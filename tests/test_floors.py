@@ -16,40 +16,28 @@ FOLDERS = (
     "fem/gear",
     "fem/pair",
     "fem/elasticity",
-    "fem/gap",
     "fem/contact",
     "fem/ste",
     "fem/stress",
     "fem/reference",
-    "exugear/force_table",
     "exugear/mesh_force",
-    "exugear/friction",
-    "exugear/contact_geometry",
     "exugear/gearbox",
-    "exugear/kernels",
-    "exugear/plan",
+    "exugear/contact",
     "exugear/operation",
-    "exugear/elements/native",
-    "exugear/elements",
-    "exugear/system",
-    "exugear/energy",
-    "exugear/integration",
-    "exugear/simulation",
-    "exugear/modes",
-    "exugear/steady_state/orbits",
+    "exugear/planning",
+    "exugear/multibody",
+    "exugear/running",
+    "exugear/modal",
     "exugear/steady_state",
-    "exugear/recordings",
     "exugear/signals",
     "exugear/load_factors",
     "exugear/plots",
-    "exugear/plots/statics",
-    "exugear/post",
-    "exugear/run_report",
+    "exugear/reporting",
 )
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
 FIRST, LAST = {"fem.units"}, {"fem", "exugear", "exugear.plots"}
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
-#: What exugear may import from fem; `fem.gear.tooth_profile` is the outline that `exugear.post.gear_outline` draws.
+#: What exugear may import from fem; `exugear.reporting.gear_outline` draws the outline of `fem.gear.tooth_profile`.
 DOORS_TO_FEM = {
     *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.involute", "fem.gear.tooth_profile"),
     *(
@@ -63,19 +51,14 @@ DOORS_TO_FEM = {
 }
 FENCES = {
     "skfem": {"fem/elasticity", "fem/stress", "fem/reference"},
-    "exudyn": {
-        "exugear/elements",
-        "exugear/elements/native",
-        "exugear/system",
-        "exugear/integration",
-        "exugear/simulation",
-        "exugear/modes",
-        "exugear/steady_state",
-        "exugear/post",
-    },
-    "matplotlib": {"exugear/plots", "exugear/plots/statics", "exugear/post", "exugear/run_report"},
+    "exudyn": {"exugear/multibody", "exugear/modal", "exugear/reporting"},
+    "matplotlib": {"exugear/plots", "exugear/reporting"},
 }
-MODULES_OF_POST = {"exudyn": {"graphics", "viewer"}, "matplotlib": {"animation"}}
+#: Modules of the reports and pictures that use these libraries.
+MODULES_OF_REPORTING = {
+    "exudyn": {"graphics", "viewer"},
+    "matplotlib": {"animation", "document", "figures", "sections"},
+}
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}
 
 
@@ -149,8 +132,8 @@ def test_big_libraries_stay_behind_their_fences(module):
     for library, folders in FENCES.items():
         if any(name.split(".")[0] == library for name in imported(MODULES[module])):
             assert folder_of(module) in folders
-            if folder_of(module) == "exugear/post":
-                assert module.split(".")[-1] in MODULES_OF_POST[library]
+            if folder_of(module) == "exugear/reporting":
+                assert module.split(".")[-1] in MODULES_OF_REPORTING[library]
 
 
 def test_top_level_holds_nothing_else():

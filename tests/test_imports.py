@@ -69,4 +69,4 @@ def test_one_version():
 
 
 def test_importing_twice_is_harmless():
-    importlib.reload(importlib.import_module("exugear.elements.gear_contact"))
+    importlib.reload(importlib.import_module("exugear.multibody.gear_contact"))

@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 #: What the packages read or show, beside their modules.
-READ = ("fem/py.typed", "exugear/py.typed", "fem/__init__.pyi", "exugear/run_report/page.html.jinja", "exugear/docs")
+READ = ("fem/py.typed", "exugear/py.typed", "fem/__init__.pyi", "exugear/reporting/page.html.jinja", "exugear/docs")
 #: Imports every module below two packages and says how many; their public names are looked up too.
 SCRIPT = """
 import importlib, pkgutil, exugear, fem

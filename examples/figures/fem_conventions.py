@@ -13,7 +13,7 @@ from matplotlib.patches import FancyArrowPatch
 from palette import save_small
 
 import fem
-from exugear.post.graphics import meshing_angles, pitch_section
+from exugear.reporting.graphics import meshing_angles, pitch_section
 from fem.units import mm
 
 PINION, WHEEL, LINE, GREY = "#c6dbef", "#fdd0a2", "#cb181d", "0.35"

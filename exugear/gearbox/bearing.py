@@ -6,7 +6,7 @@ from math import inf
 
 import numpy as np
 
-from exugear.friction.drag import BearingDrag, Drag
+from exugear.gearbox.drag import BearingDrag, Drag
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.representation import short
 from fem.support.validation import increasing, require, require_finite

@@ -8,8 +8,8 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from exugear.friction.drag import BearingDrag, Drag
 from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.drag import BearingDrag, Drag
 from fem.gear.gear import Gear
 from fem.support.arguments import DERIVED, Finite, checked
 from fem.support.plausibility import check_density, check_rotor_mass, check_torsion

@@ -7,10 +7,10 @@ from math import pi
 import numpy as np
 import xarray as xr
 
-from exugear.friction.mesh_friction import MeshFriction
 from exugear.gearbox.mesh_damping import check_damping, critical_damping
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.force import DAMPING_RAMP, MeshForce
+from exugear.mesh_force.mesh_friction import MeshFriction
 from fem.gear.gear import Gear
 from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_of

@@ -5,8 +5,8 @@ from math import inf
 import numpy as np
 import xarray as xr
 
-from exugear.integration.run_data import stage_data
 from exugear.load_factors.mesh_windows import local_mean, mesh_cycles
+from exugear.running.run_data import stage_data
 from exugear.signals.envelope import envelope
 from fem.support.arguments import checked
 from fem.support.validation import require

@@ -3,10 +3,10 @@
 import numpy as np
 import xarray as xr
 
-from exugear.integration.run_data import stage_data
 from exugear.load_factors.mesh_windows import mesh_cycles, window_bounds
 from exugear.load_factors.stress_interpolation import BOTH, GEAR, POWERS, StressMap, stress_map
-from exugear.plan.mirrored_flanks import warn_of_mirrored
+from exugear.planning.mirrored_flanks import warn_of_mirrored
+from exugear.running.run_data import stage_data
 from fem.pair.pair import GearPair
 from fem.ste.map_sides import SIDES_DIFFER, why_unlike
 from fem.ste.ste_map import pair_of

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from exugear.force_table.offset_interpolation import slope_weights
+from exugear.mesh_force.offset_interpolation import slope_weights
 from fem.support.numba_cache import compiled, kept
 
 

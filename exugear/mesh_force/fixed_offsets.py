@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from exugear.force_table.force_kernels import blended, centroid_of, contact_at
-from exugear.force_table.layout import OFFSETS, U
+from exugear.mesh_force.force_kernels import blended, centroid_of, contact_at
+from exugear.mesh_force.layout import OFFSETS, U
 from fem.support.numba_cache import kept
 
 #: Steps of Newton's iteration for the deflection at the largest force.

@@ -1,7 +1,7 @@
 """The mesh force F(phase, deflection, rate, offsets) from an STE map or a user's table.
 
-Its table (`exugear.force_table`) of 256 x 128 patches inverts a map with a relative error of the force below 1e-4, for
-forces above 3e-6 of the largest one (tests/exugear/mesh_force/test_force.py).
+Its table (`exugear.mesh_force.layout`) of 256 x 128 patches inverts a map with a relative error of the force below
+1e-4, for forces above 3e-6 of the largest one (tests/exugear/mesh_force/test_force.py).
 """
 
 from collections.abc import Mapping
@@ -14,16 +14,16 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from exugear.force_table.force_kernels import damping, range_at, spinning_force, static_force
-from exugear.force_table.layout import MANY_BLOCKS, OFFSETS, PHASES, PHASES_OF_MANY
-from exugear.force_table.patches import table_of
-from exugear.force_table.potential import CONTINUED
-from exugear.force_table.tabulation import tabulate
 from exugear.mesh_force.energy_centroid import energy_centroid
 from exugear.mesh_force.fixed_offsets import at_fixed_offsets
+from exugear.mesh_force.force_kernels import damping, range_at, spinning_force, static_force
 from exugear.mesh_force.jumps import jumps
+from exugear.mesh_force.layout import MANY_BLOCKS, OFFSETS, PHASES, PHASES_OF_MANY
 from exugear.mesh_force.map_range import beyond_map
+from exugear.mesh_force.patches import table_of
+from exugear.mesh_force.potential import CONTINUED
 from exugear.mesh_force.ste_interpolation import loaded_centroid, loaded_deflection, te_under
+from exugear.mesh_force.tabulation import tabulate
 from fem.pair.pair import GearPair
 from fem.ste.map_sides import has_right_flanks, left_torques, right_torques, why_unlike
 from fem.ste.ste_map import TE, TORQUE, UNLOADED_RIGHT, check, offset_axes, pair_of
@@ -102,7 +102,7 @@ class MeshForce:
 
     Derived from them:
 
-    table           packed table that the compiled kernels read (`exugear.force_table.layout`)
+    table           packed table that the compiled kernels read (`exugear.mesh_force.layout`)
     stiffness_max   largest tangent stiffness [N/m]
 
     Uniform phases i / n are kept, others are resampled. Raises ValueError for arrays that do not form such a law.

@@ -1,4 +1,4 @@
-"""Jumps of a mesh force over phase; `exugear.plan.sampling` chooses time steps that meet them."""
+"""Jumps of a mesh force over phase; `exugear.planning.sampling` chooses time steps that meet them."""
 
 import numpy as np
 

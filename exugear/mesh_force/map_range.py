@@ -4,8 +4,8 @@ from math import floor, isfinite, log10, nan
 
 import numpy as np
 
-from exugear.force_table.force_kernels import ends_of
-from exugear.force_table.layout import OFFSETS
+from exugear.mesh_force.force_kernels import ends_of
+from exugear.mesh_force.layout import OFFSETS
 from fem.pair.offsets import ANGLES, LARGEST_ANGLE
 from fem.units import um
 

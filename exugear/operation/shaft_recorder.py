@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from exugear.kernels.recorder import HEADER, SAME
+from exugear.contact.recorder import HEADER, SAME
 
 #: About z: angle [rad], speed [rad/s], torque [N m].
 SHAFT_NAMES = "angle", "speed", "torque"

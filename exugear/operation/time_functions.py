@@ -36,7 +36,7 @@ class Line:
 
     @property
     def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.kernels.imposed_motion` reads them."""
+        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.contact.imposed_motion` reads them."""
         return np.array([0.0, 1.0]), np.array([[0.0, self.a, 0.5 * self.b, 0.0, 0.0]])
 
 
@@ -63,7 +63,7 @@ class Curve:
 
     @property
     def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.kernels.imposed_motion` reads them."""
+        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.contact.imposed_motion` reads them."""
         return np.array(self._knots), np.array(self._integral_coefficients)[:, ::-1]
 
     def _value(self, coefficients: list[list[float]], t: float) -> float:

@@ -5,7 +5,7 @@ from math import expm1
 
 import numpy as np
 
-from exugear.friction.drag import braking_torque
+from exugear.gearbox.drag import braking_torque
 from exugear.gearbox.gearbox import Gearbox
 from fem.support.validation import require
 from fem.units import rpm

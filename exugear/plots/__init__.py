@@ -2,7 +2,10 @@
 
 from exugear.plots.branch_plots import plot_branches
 from exugear.plots.figures import DISTINCT, figure
+from exugear.plots.flank_plots import plot_contact_pattern, plot_load_distribution
 from exugear.plots.load_plots import plot_dynamic_factor, plot_dynamic_stress, plot_load_factors
+from exugear.plots.map_plots import plot_load_sharing, plot_ste, plot_stiffness, plot_te_harmonics
+from exugear.plots.mesh_plots import plot_section, plot_solid
 from exugear.plots.mode_plots import plot_campbell, plot_modes
 from exugear.plots.order_plots import (
     plot_cascade,
@@ -14,10 +17,7 @@ from exugear.plots.order_plots import (
 )
 from exugear.plots.power_plots import plot_efficiency, plot_power
 from exugear.plots.run_plots import plot_bearing_forces, plot_envelopes, plot_mesh_force, plot_orbit, plot_run_up
-from exugear.plots.statics.flank_plots import plot_contact_pattern, plot_load_distribution
-from exugear.plots.statics.map_plots import plot_load_sharing, plot_ste, plot_stiffness, plot_te_harmonics
-from exugear.plots.statics.mesh_plots import plot_section, plot_solid
-from exugear.plots.statics.stress_plots import (
+from exugear.plots.stress_plots import (
     plot_field,
     plot_gears,
     plot_outlines,

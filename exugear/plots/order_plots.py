@@ -8,10 +8,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from exugear.integration.run_data import stage_data
 from exugear.plots.figures import DISTINCT, axes_or_new, colour_bar, legend, merged, styled, title_of
-from exugear.recordings.signal import recorded_signal
+from exugear.running.run_data import stage_data
 from exugear.signals.order_tracking import order_tracking
+from exugear.signals.signal import recorded_signal
 from fem.support.arguments import Finite, checked
 from fem.support.validation import require
 from fem.units import rpm, um

@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.ticker import MaxNLocator
 
-from exugear.energy.energy_balance import LOSSES
-from exugear.integration.run_data import stage_data
 from exugear.plots.figures import DISTINCT, axes_or_new, colour_bar, legend, styled
+from exugear.running.energy_balance import LOSSES
+from exugear.running.run_data import stage_data
 from fem.support.arguments import checked
 from fem.support.validation import require
 from fem.units import rpm

@@ -9,9 +9,9 @@ import scipy
 import xarray as xr
 from matplotlib.axes import Axes
 
-from exugear.integration.run_data import stage_data
 from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, legend, merged, styled, title_of
-from exugear.recordings.signal import require_signal, signal
+from exugear.running.run_data import stage_data
+from exugear.signals.signal import require_signal, signal
 from exugear.signals.spectrum import Envelope, Resonances, bearing_force_rms, dte_envelope, envelope
 from fem.support.arguments import checked
 from fem.support.validation import require

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.recordings.columns import check_columns
+from exugear.signals.columns import check_columns
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import require
 

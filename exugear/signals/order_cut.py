@@ -3,11 +3,11 @@
 import numpy as np
 import xarray as xr
 
-from exugear.recordings.angle_sampling import REVOLUTION, SAMPLES_PER_PERIOD
-from exugear.recordings.columns import check_size
-from exugear.recordings.short_time_spectra import check_overlap
-from exugear.recordings.signal import at_angles, channel_coordinates, order_names, require_signal
+from exugear.signals.angle_sampling import REVOLUTION, SAMPLES_PER_PERIOD
+from exugear.signals.columns import check_size
 from exugear.signals.order_fit import Phasors, Samples, check_fit_size, phasors, samples_of
+from exugear.signals.short_time_spectra import check_overlap
+from exugear.signals.signal import at_angles, channel_coordinates, order_names, require_signal
 from fem.support.arguments import Numbers, checked
 from fem.support.user_warning import warn_user
 from fem.support.validation import require

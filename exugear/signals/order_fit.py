@@ -8,8 +8,8 @@ import scipy
 import xarray as xr
 from numpy.polynomial import legendre
 
-from exugear.recordings.angle_sampling import HALF_LENGTH, REVOLUTION, SAMPLES_PER_PERIOD, over_angle
-from exugear.recordings.columns import check_size
+from exugear.signals.angle_sampling import HALF_LENGTH, REVOLUTION, SAMPLES_PER_PERIOD, over_angle
+from exugear.signals.columns import check_size
 
 #: Degree of the polynomials of the amplitudes within a window: order cuts of a resonance stay unbiased to second order.
 DEGREE = 2

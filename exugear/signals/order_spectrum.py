@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.recordings.columns import check_columns
-from exugear.recordings.signal import recorded_signal
+from exugear.signals.columns import check_columns
 from exugear.signals.order_tracking import order_tracking
+from exugear.signals.signal import recorded_signal
 from fem.support.arguments import Numbers, checked
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from exugear.recordings.angle_sampling import REVOLUTION, SAMPLES_PER_PERIOD, check_angular_samples, over_angle
-from exugear.recordings.short_time_spectra import Window, amplitude_spectra, check_overlap, hop_of
-from exugear.recordings.signal import channel_coordinates, require_signal
+from exugear.signals.angle_sampling import REVOLUTION, SAMPLES_PER_PERIOD, check_angular_samples, over_angle
+from exugear.signals.short_time_spectra import Window, amplitude_spectra, check_overlap, hop_of
+from exugear.signals.signal import channel_coordinates, require_signal
 from fem.support.arguments import checked
 from fem.support.validation import require
 

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from exugear.integration.run_data import stage_data, stage_number
-from exugear.recordings.angle_sampling import REVOLUTION
-from exugear.recordings.mesh_orders import mesh_orders
-from exugear.recordings.signal import mesh_order, signal
+from exugear.running.run_data import stage_data, stage_number
+from exugear.signals.angle_sampling import REVOLUTION
+from exugear.signals.mesh_orders import mesh_orders
 from exugear.signals.order_cut import LONGER, SEPARATION, TOLD, cut_of, told
 from exugear.signals.resonances import Resonances, resonances
 from exugear.signals.run_envelopes import dte_envelope
+from exugear.signals.signal import mesh_order, signal
 from fem.support.arguments import checked
 from fem.support.validation import require
 

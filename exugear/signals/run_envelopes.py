@@ -4,7 +4,7 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from exugear.integration.run_data import stage_data
+from exugear.running.run_data import stage_data
 from exugear.signals.envelope import Envelope, envelope
 from fem.support.arguments import checked
 from fem.support.validation import require

@@ -5,8 +5,8 @@ from math import inf
 import numpy as np
 import xarray as xr
 
-from exugear.recordings.short_time_spectra import Window, amplitude_spectra, hop_of
-from exugear.recordings.signal import require_signal, sample_rate
+from exugear.signals.short_time_spectra import Window, amplitude_spectra, hop_of
+from exugear.signals.signal import require_signal, sample_rate
 from fem.support.arguments import checked
 from fem.support.validation import require
 

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbits
-from exugear.steady_state.orbits.steady_system import SteadySystem
+from exugear.steady_state.periodic_orbit import OrbitPoint, PeriodicOrbits
+from exugear.steady_state.steady_system import SteadySystem
 
 #: Distance from a chord of a branch over its length, and in unknowns, within which an orbit may lie on the branch.
 OFF_CHORD, OFF_BRANCH = 0.2, 1e-2

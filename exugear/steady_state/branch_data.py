@@ -7,9 +7,9 @@ import numpy as np
 import xarray as xr
 
 from exugear.steady_state.branch import Branch
-from exugear.steady_state.orbits.cycle_kernels import fourier_sums
-from exugear.steady_state.orbits.periodic_orbit import PeriodicOrbits
-from exugear.steady_state.orbits.steady_system import Orbit, SteadySystem
+from exugear.steady_state.cycle_kernels import fourier_sums
+from exugear.steady_state.periodic_orbit import PeriodicOrbits
+from exugear.steady_state.steady_system import Orbit, SteadySystem
 
 #: Unit and meaning of the variables over the points, and of those of every stage.
 OF_POINTS: dict[str, tuple[str, str]] = {

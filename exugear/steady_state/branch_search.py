@@ -11,8 +11,8 @@ import numpy as np
 
 from exugear.steady_state.branch import SAME, Branch, chord_of, shifted
 from exugear.steady_state.continuation import FREQUENCY_CHANGE, Range, points_at_borders, traced
-from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbits, reversed_point
-from exugear.steady_state.orbits.steady_system import SteadySystem
+from exugear.steady_state.periodic_orbit import OrbitPoint, PeriodicOrbits, reversed_point
+from exugear.steady_state.steady_system import SteadySystem
 from fem.support.progress import share_done
 
 #: Range of the mesh frequency over the resonances of the meshes that is searched at least, unless a common period of
@@ -41,7 +41,9 @@ def all_branches(system: SteadySystem, within: Range) -> list[Branch]:
     motions leave the maps, RuntimeError where a mode is not damped or no periodic orbit is reached otherwise.
     """
     if not system.decay > UNDAMPED * system.resonance:
-        undamped = "steady states need damping: a mode that the meshes excite is not damped, its vibrations do not settle"
+        undamped = (
+            "steady states need damping: a mode that the meshes excite is not damped, its vibrations do not settle"
+        )
         raise RuntimeError(f"{undamped}; give Stage(damping_ratio=0.06)")
     branches: list[Branch] = []
     left_maps: list[str] = []

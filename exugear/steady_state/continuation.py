@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from exugear.steady_state.orbits.periodic_orbit import OrbitPoint, PeriodicOrbits
+from exugear.steady_state.periodic_orbit import OrbitPoint, PeriodicOrbits
 
 #: Largest relative change of the frequency in a step of the continuation, largest and least length of a step in
 #: unknowns, and length of the first step.

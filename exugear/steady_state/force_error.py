@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.modes.mesh_tangents import contact_of
-from exugear.steady_state.orbits.steady_system import SteadySystem
-from exugear.system.model import Model
+from exugear.modal.mesh_tangents import contact_of
+from exugear.multibody.model import Model
+from exugear.steady_state.steady_system import SteadySystem
 
 #: Samples in a cycle of the fastest mesh.
 SAMPLES = 32

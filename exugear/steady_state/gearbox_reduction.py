@@ -16,12 +16,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.elements.exudyn_objects import INITIAL
-from exugear.force_table.layout import OFFSETS
 from exugear.mesh_force.force import MeshForce
-from exugear.modes.linear_system import LinearSystem, linear_gearbox
-from exugear.modes.mesh_tangents import MeshTangent, mesh_tangent
-from exugear.modes.operating_point import in_loaded_equilibrium
+from exugear.mesh_force.layout import OFFSETS
+from exugear.modal.linear_system import LinearSystem, linear_gearbox
+from exugear.modal.mesh_tangents import MeshTangent, mesh_tangent
+from exugear.modal.operating_point import in_loaded_equilibrium
+from exugear.multibody.exudyn_objects import INITIAL
+from exugear.multibody.model import Mesh, Model
+from exugear.steady_state.exciting_mesh import ExcitingMesh, MeshEquilibrium
 from exugear.steady_state.force_error import Reduction
 from exugear.steady_state.mesh_measures import (
     STEP,
@@ -31,10 +33,8 @@ from exugear.steady_state.mesh_measures import (
     static_at,
     tilting_stiffness_at,
 )
-from exugear.steady_state.orbits.exciting_mesh import ExcitingMesh, MeshEquilibrium
-from exugear.steady_state.orbits.modal_blocks import modal_blocks
-from exugear.steady_state.orbits.steady_system import SteadySystem
-from exugear.system.model import Mesh, Model
+from exugear.steady_state.modal_blocks import modal_blocks
+from exugear.steady_state.steady_system import SteadySystem
 from fem.gear.involute import involute
 from fem.support.validation import require
 

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.contact_geometry.contact_records import is_spatial
-from exugear.contact_geometry.reference_configuration import phase_of
-from exugear.contact_geometry.relative_position import position_of
-from exugear.force_table.force_kernels import static_force
-from exugear.force_table.patches import phase_cell
-from exugear.force_table.potential import potential
-from exugear.system.model import Mesh, Model
+from exugear.contact.contact_records import is_spatial
+from exugear.contact.reference_configuration import phase_of
+from exugear.contact.relative_position import position_of
+from exugear.mesh_force.force_kernels import static_force
+from exugear.mesh_force.patches import phase_cell
+from exugear.mesh_force.potential import potential
+from exugear.multibody.model import Mesh, Model
 from fem.support.numba_cache import kept
 
 #: Steps of first and of second differences in the coordinates [m, rad].
@@ -42,7 +42,7 @@ def spatial_measures(table, frame, side, q_1, q_2):
 
 @kept
 def static_at(table, phase, deflection, lever):
-    """`exugear.force_table.potential.Potential` of a flank; lever: misalignment beside that of the table [rad]."""
+    """`exugear.mesh_force.potential.Potential` of a flank; lever: misalignment beside that of the table [rad]."""
     return potential(table, 0, phase_cell(table, phase), deflection, lever)
 
 

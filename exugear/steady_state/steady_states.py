@@ -7,19 +7,19 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
-from exugear.elements.turns import in_turn
 from exugear.gearbox.constant_loads import given_loads, idle_stages
-from exugear.integration.run_data import stage_number
-from exugear.modes.modes import load_attributes
+from exugear.modal.modes import load_attributes
+from exugear.multibody.model import Model, require_model
+from exugear.multibody.turns import in_turn
 from exugear.operation.train_motion import HIGHEST_SPEED
+from exugear.running.run_data import stage_number
 from exugear.steady_state.branch import Branch
 from exugear.steady_state.branch_data import labelled
 from exugear.steady_state.branch_search import all_branches
 from exugear.steady_state.continuation import Range
 from exugear.steady_state.force_error import Reduction, force_error
 from exugear.steady_state.gearbox_reduction import check_reducible, exciting_stages, reduced
-from exugear.steady_state.orbits.periodic_orbit import PeriodicOrbits
-from exugear.system.model import Model, require_model
+from exugear.steady_state.periodic_orbit import PeriodicOrbits
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.progress import shown
 from fem.support.validation import numbers, require, require_within, text_of

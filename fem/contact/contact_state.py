@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fem.contact.contact_slices import ContactSlices
+from fem.contact.flank_gap import arc_of_mate, sections_of
 from fem.contact.strip_bounds import Strips
 from fem.elasticity.face_symmetry import Face
-from fem.gap.contact_slices import ContactSlices
-from fem.gap.flank_gap import arc_of_mate, sections_of
 from fem.support.numba_cache import kept_unchecked, unchecked
 
 TINY = np.finfo(float).tiny

@@ -16,10 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fem.contact.contact_slices import ContactSlices
 from fem.contact.coupling import CompiledCompliance, smooth_compliance
 from fem.contact.slice_pressure import LEAST, slice_load
 from fem.elasticity.face_symmetry import Face
-from fem.gap.contact_slices import ContactSlices
 from fem.linalg import small_systems
 from fem.linalg.small_systems import product
 from fem.support.numba_cache import kept_unchecked, unchecked

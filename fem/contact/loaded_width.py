@@ -10,11 +10,11 @@ from math import inf, nan, sqrt
 
 import numpy as np
 
+from fem.contact.contact_slices import ContactSlices
 from fem.contact.contact_state import State
+from fem.contact.face_grading import FaceGrading, axial_at, compiled_share, kink_shares, slices_over
+from fem.contact.mesh_geometry import PairGeometry, pair_geometry
 from fem.elasticity.face_symmetry import Face
-from fem.gap.contact_slices import ContactSlices
-from fem.gap.face_grading import FaceGrading, axial_at, compiled_share, kink_shares, slices_over
-from fem.gap.mesh_geometry import PairGeometry, pair_geometry
 from fem.pair.mesh_position import MeshPosition
 from fem.support.numba_cache import kept_unchecked, unchecked
 

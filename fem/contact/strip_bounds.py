@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem.gap.closest_point import Closest
-from fem.gap.contact_slices import ContactSlices
-from fem.gap.flank_gap import (
+from fem.contact.closest_point import Closest
+from fem.contact.contact_slices import ContactSlices
+from fem.contact.flank_gap import (
     approach_at,
     arc_of_mate,
     between_normals,

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from fem.contact.contact_slices import ContactSlices
 from fem.contact.coupling import CompiledCompliance, smooth_compliance
 from fem.contact.strip_bounds import NODES, Strips, write_half_planes, write_shapes
 from fem.contact.unilateral import EXCHANGES, Equilibrium, unilateral_contact
 from fem.elasticity.face_symmetry import Face
-from fem.gap.contact_slices import ContactSlices
 from fem.linalg.small_systems import (
     column_times,
     congruent,

@@ -7,17 +7,17 @@ from functools import cached_property
 
 import numpy as np
 
+from fem.contact.contact_slices import ContactSlices
 from fem.contact.contact_state import State, hertz_pressure, load_rows
 from fem.contact.coupling import compiled_compliance
+from fem.contact.face_grading import flank_positions, share_at
+from fem.contact.gap_across import GapAcross, gap_across, least_gaps
 from fem.contact.line_contact import LineLoads, line_contact, solve_lines
 from fem.contact.loaded_width import FaceSlicing, line_loads
 from fem.contact.strip_bounds import Strips, strips_of
 from fem.contact.strip_contact import Compliances, Solution, assemble
 from fem.elasticity.face_symmetry import Face
 from fem.elasticity.flank_compliance import Compliance
-from fem.gap.contact_slices import ContactSlices
-from fem.gap.face_grading import flank_positions, share_at
-from fem.gap.gap_across import GapAcross, gap_across, least_gaps
 from fem.microgeometry.flank import lines_across
 from fem.pair.mesh_position import MeshPosition
 from fem.units import mm

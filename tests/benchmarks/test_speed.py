@@ -16,9 +16,9 @@ from scenes import INERTIA, smooth_box
 
 import exugear
 import fem
-from exugear.elements.exudyn_objects import quiet
-from exugear.integration.solver_settings import settings_for
-from exugear.plan.integrator_and_step import BETA, Rule
+from exugear.multibody.exudyn_objects import quiet
+from exugear.multibody.solver_settings import settings_for
+from exugear.planning.integrator_and_step import BETA, Rule
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.elasticity.mesh_density import Density
 from fem.units import mm, rpm, um

@@ -9,8 +9,8 @@ from scenes import K, paper_pair
 
 import exugear
 import fem
-from exugear.contact_geometry.contact_records import contact_state, rotational_frame
-from exugear.kernels.kinematics import MeshForces, SpinForces, rotational_mesh, spatial_mesh
+from exugear.contact.contact_records import contact_state, rotational_frame
+from exugear.contact.kinematics import MeshForces, SpinForces, rotational_mesh, spatial_mesh
 from fem.units import deg, mm, um
 
 BETA = 15 * deg

@@ -6,7 +6,7 @@ from hypothesis import given
 from strategies import floats
 
 from exugear import Bearing
-from exugear.elements.bearing_elements import user_functions
+from exugear.multibody.bearing_elements import user_functions
 from fem.units import um
 
 LOOSE_SPIN = np.diag([3e8, 2e8, 1e8, 4e5, 5e5, 0.0])

@@ -7,7 +7,7 @@ from scipy.interpolate import PchipInterpolator
 
 import exugear
 from exugear import Apart, MotorCurve, Speed, SpeedReached, Torque
-from exugear.force_table.kernel_records import address_of
+from exugear.mesh_force.kernel_records import address_of
 from exugear.operation.piecewise_cubics import tabulated
 from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.operation.stop_conditions import first_end

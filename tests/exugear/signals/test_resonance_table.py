@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import exugear
-from exugear.run_report.results import harmonics_as_text
+from exugear.reporting.results import harmonics_as_text
 from fem.units import um
 
 TEETH, TOP, NATURAL, DURATION = 57, 3000.0, 2000.0, 8.0

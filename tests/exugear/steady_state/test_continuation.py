@@ -7,7 +7,7 @@ import numpy as np
 from exugear.steady_state import branch as branches
 from exugear.steady_state.branch import Branch, chord_of
 from exugear.steady_state.continuation import located
-from exugear.steady_state.orbits.periodic_orbit import OrbitPoint
+from exugear.steady_state.periodic_orbit import OrbitPoint
 
 
 def point(frequency: float, rise: float) -> OrbitPoint:

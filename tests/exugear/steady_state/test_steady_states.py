@@ -196,7 +196,7 @@ def test_refusals(spinning, changes, message):
 def test_the_reason_why_no_orbit_is_reached_is_named():
     speed = 2000 * rpm, 2010 * rpm
     undamped = exugear.build(smooth_box(damping=0.0))
-    with pytest.raises(RuntimeError, match="need damping: .* not damped, .*; give Stage"):
+    with pytest.raises(RuntimeError, match=r"need damping: .* not damped, .*; give Stage"):
         exugear.steady_states(undamped, speed=speed, load=LOAD)
     stage = exugear.Stage(*smooth_box().shafts, smooth_map((0, 1, 20, 100, LOAD)), damping=2700.0)
     with pytest.raises(ValueError, match=r"load: all motions at .* 1900 to 1910 Hz leave the maps: deflection"):

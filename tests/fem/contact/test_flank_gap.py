@@ -5,11 +5,11 @@ import pytest
 from paper_gears import paper_gear, paper_pair
 
 import fem
+from fem.contact.contact_slices import ContactSlices
+from fem.contact.flank_gap import between_normals, first_roll, free_turn, sections_of, write_gaps
+from fem.contact.mesh_geometry import pair_geometry
 from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
 from fem.contact.strip_contact import StripContact, local_compliance
-from fem.gap.contact_slices import ContactSlices
-from fem.gap.flank_gap import between_normals, first_roll, free_turn, sections_of, write_gaps
-from fem.gap.mesh_geometry import pair_geometry
 from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
 

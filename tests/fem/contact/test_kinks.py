@@ -7,7 +7,7 @@ import pytest
 from paper_gears import paper_gear
 
 import fem
-from fem.gap.face_grading import kinks, write_with_kinks
+from fem.contact.face_grading import kinks, write_with_kinks
 from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
 

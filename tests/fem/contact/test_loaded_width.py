@@ -8,9 +8,9 @@ from paper_gears import paper_gear, paper_pair
 
 import fem
 from fem.contact.contact_state import State
+from fem.contact.face_grading import FaceGrading, axial_at, share_at
 from fem.contact.loaded_width import LEAST_REACH, SHORT, FaceSlicing, positive_range, union
 from fem.elasticity.face_symmetry import HalfFace, WholeFace
-from fem.gap.face_grading import FaceGrading, axial_at, share_at
 from fem.pair.mesh_position import MeshPosition
 from fem.units import mm, um
 

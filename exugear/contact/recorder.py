@@ -1,0 +1,203 @@
+"""Samples of a contact, which its compiled kernel writes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+
+from exugear.mesh_force.kernel_records import doubles_at, floats_at, reader, record_type
+from fem.support.arguments import checked
+from fem.support.numba_cache import compiled
+from fem.support.validation import require
+
+NAMES = "deflection", "force", "a", "misalignment", "axial", "centroid", "pinion_torque", "wheel_torque", "phase"
+#: Displacements [m] and tilts [rad] of pinion and wheel, and their rates: `COMPONENTS` of each.
+MOTION_NAMES, COMPONENTS = ("q_1", "q_2", "v_1", "v_2"), 5
+#: Potential of the mesh [J], power that its damping dissipates [W], spins [rad] and speeds [rad/s] of the bodies.
+POWER_NAMES = "energy", "dissipation", "spin_1", "spin_2", "speed_1", "speed_2"
+#: Friction between the teeth: force along the flanks [N] and power that it dissipates [W].
+FRICTION_NAMES = "friction_force", "friction_loss"
+#: Quantities by the field of the header with the addresses of their arrays.
+KINDS = {"samples": NAMES, "motions": MOTION_NAMES, "powers": POWER_NAMES, "friction": FRICTION_NAMES}
+#: Time between samples [s], the share of it by which the time of a call may differ from that of a sample, the number of
+#: samples, the interval after t = 0 at whose end the first is taken, and the addresses of the arrays of all quantities
+#: (0: not recorded).
+HEADER = record_type(
+    *(("interval", "f8"), ("tolerance", "f8"), ("number", "i8"), ("first", "i8")),
+    *(("samples", "i8", len(NAMES)), ("motions", "i8", len(MOTION_NAMES))),
+    *(("powers", "i8", len(POWER_NAMES)), ("friction", "i8", len(FRICTION_NAMES))),
+)
+header_at = reader(HEADER)
+#: Share of a step by which a time may differ from that of the step: Exudyn adds the steps up, with an error of 0.002
+#: steps after 1e7 of them.
+SAME = 0.25
+
+
+@compiled
+def sample_of(record, t):
+    """Number of the sample at t, from the first one on, -1 where there is none.
+
+    Newton's iteration calls several times in a step; its last, converged call overwrites the others.
+    """
+    header = header_at(record)
+    if header.number == 0:
+        return -1
+    x = t / header.interval + header.tolerance - header.first
+    k = int(x) if x >= 0.0 else -1
+    return k if x - k < 2.0 * header.tolerance and k < header.number else -1
+
+
+def recorded_components(*coordinates: int) -> int:
+    """Number of displacements and tilts that are recorded of bodies with so many coordinates each."""
+    return min(max(coordinates) - 1, COMPONENTS)
+
+
+@compiled
+def store(addresses, k, values):
+    """Store sample k of some quantities in the arrays at these addresses, if they are recorded."""
+    if addresses[0] != 0:
+        for i in range(len(values)):
+            doubles_at(addresses[i])[k] = values[i]
+
+
+@compiled
+def write(record, k, mesh_state, offsets, centroid, torques):
+    """Store sample k; mesh_state: deflection [m], mesh force [N], phase of the driving flank."""
+    deflection, force, phase = mesh_state
+    store(header_at(record).samples, k, (deflection, force, *offsets, centroid, *torques, phase))
+
+
+@compiled
+def write_motion(record, k, components, motions):
+    """Store the first components of displacements and velocities (q_1, q_2, v_1, v_2) of sample k if they are recorded.
+
+    Components that the bodies lack stay 0.
+    """
+    header = header_at(record)
+    if header.motions[0] != 0:
+        for j in range(len(motions)):
+            for i in range(components):
+                floats_at(header.motions[j])[i * header.number + k] = motions[j][i]
+
+
+@compiled
+def write_power(record, k, energy, dissipation, spins, speeds):
+    """Store potential, dissipated power, spins and speeds of sample k if they are recorded."""
+    store(header_at(record).powers, k, (energy, dissipation, *spins, *speeds))
+
+
+@compiled
+def write_friction(record, k, force, loss):
+    """Store force [N] and loss [W] of friction of sample k if they are recorded."""
+    store(header_at(record).friction, k, (force, loss))
+
+
+@dataclass(frozen=True, eq=False)
+class Recorder:
+    """Samples of a contact, which its compiled kernel writes without further cost.
+
+    `start` it before a solve; afterwards these hold the samples at t = 0, interval, ..., each (number,), and NaN where
+    no step ended (at t = 0 where the solver computes no initial accelerations):
+
+    deflection     dynamic transmission error [m], > 0 where the pinion is ahead in the contact's direction
+    force          mesh force [N], > 0 on the driving flank, < 0 on the back flank
+    a              centre distance in the pinion's mid-plane [m]
+    misalignment   angle in the plane of action of the flank in contact by which the gap opens towards +z [rad]
+    axial          position of the wheel's centre along the pinion's axis, from the pinion's centre [m]
+    centroid       z of the force centroid minus z of the pinion's mid-plane [m]; 0 without contact
+    pinion_torque  torque of the mesh on the spin of the pinion's body [N m]
+    wheel_torque   torque of the mesh on the spin of the wheel's body [N m]
+    phase          of the driving flank [pitches], which grows by 1 in a mesh cycle; whole pitches do not matter
+
+    Offsets and centroid are 0 for shafts that only spin about their nominal axes. z is the axis of the contact: the
+    global z, or the pinion's axis where that lies along another direction; it does not depend on the flank in contact
+    nor on the direction of the pinion. An STE map and `fem.Offsets` count z in the opposite sense where the pinion's
+    direction is -1 (second stage); `exugear.MeshForce` does so where the mesh force turns the pinion counter-clockwise
+    (back flank, second stage): change the signs of misalignment, axial and centroid to compare them.
+    """
+
+    header: np.record = field(default_factory=lambda: np.zeros(1, HEADER)[0], init=False, repr=False)
+    samples: Mapping[str, np.ndarray] = field(default_factory=dict, init=False, repr=False)
+
+    @checked
+    def start(
+        self,
+        interval: float,
+        number: int,
+        *,
+        steps: int = 250,
+        first: int = 0,
+        motion: bool = False,
+        power: bool = False,
+        friction: bool = False,
+        zeroed: bool = False,
+    ) -> None:
+        """Allocate a number of samples.
+
+        interval   time between samples [s], a whole multiple of the step: explicit solvers with adaptive steps need a
+                   `CreateGearSensor` instead
+        steps      largest number of steps in an interval
+        first      number of intervals after t = 0 at which the first sample is taken
+        motion     also record what `motion` returns
+        power      also record what `power` returns
+        friction   also record friction_force and friction_loss of a contact that has friction
+        zeroed     all samples but the deflection are 0, not NaN, until they are written, and take no memory until then;
+                   the motion always
+
+        Raises ValueError for intervals and numbers out of range.
+        """
+        require(interval > 0, f"interval must be > 0 s, got {interval}")
+        require(number >= 1, f"number of samples must be at least 1, got {number}")
+        require(steps >= 1, f"steps in an interval must be at least 1, got {steps}")
+        require(first >= 0, f"first must be at least 0 intervals after t = 0, got {first}")
+        names = (*NAMES, *POWER_NAMES * power, *FRICTION_NAMES * friction)
+        samples = {name: np.zeros(number) for name in names}
+        for values in samples.values() if not zeroed else [samples["deflection"]]:
+            values[:] = np.nan
+        samples |= {name: np.zeros((COMPONENTS, number), np.float32) for name in MOTION_NAMES * motion}
+        self._hold(samples)
+        for kind, names in KINDS.items():
+            self.header[kind] = [samples[name].ctypes.data for name in names if name in samples] or 0
+        self.header.interval, self.header.tolerance = interval, SAME / steps
+        self.header.number, self.header.first = number, first
+
+    @checked
+    def keep_first(self, number: int) -> None:
+        """Keep the first samples, this many; ValueError for a number < 0."""
+        require(number >= 0, f"number of samples must be at least 0, got {number}")
+        self._hold({name: array[..., :number] for name, array in self.samples.items()})
+
+    def _hold(self, samples: dict[str, np.ndarray]) -> None:
+        object.__setattr__(self, "samples", MappingProxyType(samples))
+
+    def __getstate__(self) -> dict[str, np.ndarray]:
+        return dict(self.samples)
+
+    def __setstate__(self, samples: dict[str, np.ndarray]) -> None:
+        """A copy has the samples, and takes no further ones before its start."""
+        object.__setattr__(self, "header", np.zeros(1, HEADER)[0])
+        self._hold(samples)
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        if name not in (*NAMES, *FRICTION_NAMES):
+            raise AttributeError(name)
+        require(bool(self.samples), "the recorder has no samples; start it before the solve")
+        require(name in self.samples, "the recorder has no friction; start it with friction=True")
+        return self.samples[name]
+
+    @checked
+    def motion(self, side: int) -> tuple[np.ndarray, np.ndarray]:
+        """Displacements and tilts (number, 5) [m, rad] of pinion (0) or wheel (1), and their rates."""
+        require("q_1" in self.samples, "the recorder has no motion; start it with motion=True")
+        q, v = (("q_1", "v_1"), ("q_2", "v_2"))[side]
+        return self.samples[q].T, self.samples[v].T
+
+    @property
+    def power(self) -> dict[str, np.ndarray]:
+        """(number,) potential [J], dissipated power [W], spins [rad] and speeds [rad/s] of both bodies, by name.
+
+        Spins and speeds of gears on a carrier are those in it.
+        """
+        require("energy" in self.samples, "the recorder has no power; start it with power=True")
+        return {name: self.samples[name] for name in POWER_NAMES}

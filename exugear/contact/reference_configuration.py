@@ -1,0 +1,102 @@
+"""A contact in its reference configuration: frame of bodies in space, deflection, phase and rows."""
+
+from math import atan2, floor, inf
+from typing import NamedTuple
+
+import numpy as np
+
+from exugear.contact.contact_records import GEAR, rotational_frame
+from exugear.contact.relative_position import (
+    deflection_slopes,
+    gradient,
+    height,
+    line_of_centres,
+    pose_of,
+    position_of,
+)
+from exugear.contact.rotation import by_angles
+from exugear.contact.vectors import dot
+from exugear.mesh_force.kernel_records import changed, record_of
+from fem.support.numba_cache import kept
+
+#: Displacements of a body in its reference configuration.
+AT_REFERENCE = (0.0,) * 6
+
+
+class DrivingFlank(NamedTuple):
+    """What the relative position needs of a force table, for the driving flank alone."""
+
+    backlash: float = inf
+    back_phase: float = 0.0
+
+
+def spatial_frame(pair, phase: float, direction: int, axial, reference, **values) -> np.record:
+    """Frame of a pair on two Rxyz bodies.
+
+    axial       (2,) axial positions of the gears on their bodies [m]
+    reference   (2, 6) reference coordinates of the bodies
+    values      further fields of the frame, as of `nominal_line`
+    """
+    radii = pair.pinion.r_b, pair.wheel.r_b
+    pinion, wheel = (
+        record_of(GEAR, r_b=r_b, axial=s, reference=x) for r_b, s, x in zip(radii, axial, reference, strict=True)
+    )
+    frame = changed(rotational_frame(pair, phase, direction), pinion=pinion, wheel=wheel)
+    e_x, e_y, raised, wheel_angle = reference_line_and_height(frame)
+    return changed(frame, **{"e_x": e_x, "e_y": e_y, "height": raised, "wheel_angle": wheel_angle} | values)
+
+
+def reference_line(axial, reference) -> np.ndarray:
+    """Vector (3,) from the pinion's to the wheel's centre in the reference configuration [m]."""
+    axes = [np.array(by_angles((x[3], x[4], 0.0, 0.0)))[:, 2] for x in reference]
+    pinion, wheel = (np.array(x[:3]) + s * z for s, x, z in zip(axial, reference, axes, strict=True))
+    return wheel - pinion
+
+
+@kept
+def reference_line_and_height(frame):
+    """Line of centres (2) on the pinion's body, `height` [m], angle of the line on the wheel's body less that [rad]."""
+    pinion, wheel = pose_of(frame.pinion, AT_REFERENCE), pose_of(frame.wheel, AT_REFERENCE)
+    line, distance, shift = line_of_centres(frame, pinion, wheel)
+    x_1, y_1 = dot(line, pinion.x) / distance, dot(line, pinion.y) / distance
+    x_2, y_2 = dot(line, wheel.x) / distance, dot(line, wheel.y) / distance
+    angle = atan2(x_1 * y_2 - y_1 * x_2, x_1 * x_2 + y_1 * y_2)
+    return x_1, y_1, height(frame, pinion, wheel, line, shift), angle
+
+
+@kept
+def reference_state(table, frame):
+    """Deflection [m], opening of either flank [m] and phase of the driving one in the reference configuration."""
+    position = position_of(table, frame, AT_REFERENCE, AT_REFERENCE)
+    side, phase = position.flank.side, position.flank.phase
+    opening = position.opening
+    return position.advance - opening, opening, phase if side > 0.0 else table.back_phase - phase
+
+
+@kept
+def offsets_at(table, frame, q_1, q_2):
+    """Offsets (3) of two Rxyz bodies with displacements q_1, q_2 (6), with the signs of the map."""
+    return position_of(table, frame, q_1, q_2).offsets
+
+
+@kept
+def spatial_rows(frame):
+    """Rows (6), (6) of pinion and wheel: slopes of the deflection of the driving flank by their coordinates."""
+    position = position_of(DrivingFlank(inf, 0.0), frame, AT_REFERENCE, AT_REFERENCE)
+    return gradient(frame, position, deflection_slopes(frame, position, 1.0, 0.0, (0.0, 0.0, 0.0)))
+
+
+def spatial_row(frame: np.record) -> np.ndarray:
+    """Row (12): deflection = row . displacements of pinion and wheel, to first order."""
+    return np.concatenate(spatial_rows(frame))
+
+
+def rotational_row(frame: np.record) -> np.ndarray:
+    """Row (2): deflection = row . spins."""
+    return frame.direction * np.array([frame.pinion.r_b, frame.wheel.r_b])
+
+
+def phase_of(frame: np.record, spin: float) -> float:
+    """Phase in [0, 1) at a spin of the pinion [rad], the centres in their reference positions."""
+    phase = frame.direction * frame.pitches_per_radian * spin + frame.phase
+    return phase - floor(phase)

@@ -1,1 +1,0 @@
-"""Gear contacts, friction, sensors, shafts and bearings as objects of an Exudyn system."""

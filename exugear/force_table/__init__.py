@@ -1,1 +1,0 @@
-"""The packed table of a mesh force, and the compiled kernels that read it."""

@@ -1,1 +1,0 @@
-"""Friction between the teeth and drag of shafts and bearings, as data."""

@@ -1,1 +1,0 @@
-"""Time integration of a run: solver settings, segments side by side, error by the step, samples as labelled data."""

@@ -1,0 +1,76 @@
+"""Layout of the packed table of a mesh force: a head with sizes and scalars, and the arrays behind it.
+
+Behind the head lie the values of the offsets' axes with their slope weights and, for each combination of the values (a
+block) and each phase step, an edge and the nodes of potential and force centroid over
+u = (penetration / largest penetration)^(1/4).
+"""
+
+import numpy as np
+
+from exugear.mesh_force.kernel_records import record_type
+
+#: Phase steps of a table; of a table with many blocks, and from how many blocks on: 3 MB a block with force centroids.
+PHASES, PHASES_OF_MANY, MANY_BLOCKS = 256, 128, 65
+#: Phase steps of a table from phases that are not uniform.
+RESAMPLED = 1024
+#: Steps of u, and their nodes.
+PENETRATIONS = 128
+U = np.linspace(0, 1, PENETRATIONS + 1)
+OFFSETS = ("a", "misalignment", "axial")
+#: Head of a table: numbers of steps and of offset values; whether all derivatives of the potential act, and whether the
+#: force has a centroid beside mid-plane; scalars of the law; means over phase of force [N] and tangent stiffness [N/m]
+#: at the end of the table; largest tangent stiffness of either flank; side: 1, of a coast flank's table -1; start of
+#: that table, 0 where the coast flank is the mirror image; starts of the arrays [bytes from the head].
+FORCE_TABLE = record_type(
+    ("phase_steps", "i8"),
+    ("penetration_steps", "i8"),
+    ("offset_counts", "i8", 3),
+    ("conserves", "i8"),
+    ("has_centroid", "i8"),
+    ("backlash", "f8"),
+    ("back_phase", "f8"),
+    ("damping", "f8"),
+    ("damping_ramp", "f8"),
+    ("last_force", "f8"),
+    ("last_stiffness", "f8"),
+    ("largest_stiffness", "f8"),
+    ("side", "f8"),
+    ("coast", "i8"),
+    ("axes_start", "i8", 3),
+    ("slopes_start", "i8", 3),
+    ("edges_start", "i8"),
+    ("potentials_start", "i8"),
+    ("centroids_start", "i8"),
+)
+#: Unloaded deflection, largest penetration [m], and their slopes per phase step; largest force of the law [N].
+EDGE = record_type(
+    *((name, "f8") for name in ("unloaded", "unloaded_slope", "largest", "largest_slope", "largest_force"))
+)
+#: A value, its first and second derivative per step of u, and the slopes of these three per phase step.
+NODE = record_type(*((name, "f8") for name in ("value", "by_u", "by_uu", "by_phase", "by_phase_u", "by_phase_uu")))
+#: Number of values whose weighted sum is the slope at a value of an axis.
+SLOPE_WEIGHTS = 3
+
+
+def table_type(
+    counts: tuple[int, ...], phase_steps: int, has_centroid: bool, coast: np.dtype | None = None
+) -> np.dtype:
+    """Type of a whole table with counts (3) of the offset values and a number of phase steps.
+
+    coast   type of the table of the coast flank; None where that is the mirror image
+    """
+    over_nodes = (*counts, phase_steps, U.size)
+    return record_type(
+        ("head", FORCE_TABLE),
+        *((name, "f8", count) for name, count in zip(OFFSETS, counts, strict=True)),
+        *((f"{name}_slopes", "f8", (count, SLOPE_WEIGHTS)) for name, count in zip(OFFSETS, counts, strict=True)),
+        ("edges", EDGE, (*counts, phase_steps)),
+        ("potentials", NODE, over_nodes),
+        ("centroids", NODE, over_nodes if has_centroid else (0,)),
+        *([("coast", coast)] if coast is not None else []),
+    )
+
+
+def start_of_field(kind: np.dtype, name: str) -> int:
+    """Bytes from the start of a record to a field."""
+    return kind.fields[name][1]  # type: ignore[index]

@@ -1,0 +1,181 @@
+"""The table of a mesh force, computed from forces over phase and deflection."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from exugear.mesh_force.kernel_records import changed, record_of
+from exugear.mesh_force.layout import (
+    EDGE,
+    FORCE_TABLE,
+    NODE,
+    OFFSETS,
+    PENETRATIONS,
+    RESAMPLED,
+    U,
+    start_of_field,
+    table_type,
+)
+from exugear.mesh_force.offset_interpolation import slope_weights
+from exugear.mesh_force.pchip import monotone_cubic, periodic_cubics
+from exugear.mesh_force.potential_of_stiffness import differences, potential_of, with_curvature
+from fem.support.validation import require
+
+#: Fields of a `MeshForce` that the heads of its tables hold.
+SCALARS = "conserves", "backlash", "back_phase", "damping", "damping_ramp"
+#: Columns by which tables with offsets are extended; share of the largest penetration beyond the largest deflection.
+EXTENSION, MARGIN = 4, 0.1
+#: u below which a load counts as light.
+LIGHT = 0.1
+
+
+class PhaseCurves(NamedTuple):
+    """A law at one phase, or at all phases along the first axis.
+
+    unloaded        deflection at which the flanks touch [m]
+    largest         penetration at the end of the table [m]
+    largest_force   of the law [N]
+    secant          secant stiffness over `U` [N/m], and its slope over u, at all phases per step of u
+    centroid        axial force centroid over `U` [m], and its slope likewise
+    tangent         tangent stiffness over `U` [N/m]
+    """
+
+    unloaded: np.ndarray
+    largest: np.ndarray
+    largest_force: np.ndarray
+    secant: np.ndarray
+    secant_slope: np.ndarray
+    centroid: np.ndarray
+    centroid_slope: np.ndarray
+    tangent: np.ndarray
+
+
+def tabulate(force) -> np.record:
+    """The table of a `MeshForce`, behind it that of its coast flank; ValueError where its backlash jams the teeth."""
+    phase = force.phase
+    uniform = np.allclose(phase, np.arange(phase.size) / phase.size, atol=1e-9)
+    phase_steps = phase.size if uniform else RESAMPLED
+    axes = {name: np.atleast_1d(force.offsets.get(name, force.fixed_offsets.get(name, 0.0))) for name in OFFSETS}
+    coast = None if force.coast is None else force.coast.table
+    counts, of_coast = tuple(axis.size for axis in axes.values()), None if coast is None else coast.dtype
+    kind = table_type(counts, phase_steps, bool(np.any(force.centroid)), of_coast)
+    arrays, tangents = _arrays(force, phase_steps, kind)
+    unloaded = [edges["unloaded"].min() for edges in (arrays["edges"], *([] if coast is None else [coast["edges"]]))]
+    jam = -2 * min(unloaded)
+    least = f"backlash must be >= {jam:.4g} m, or the unloaded transmission error jams the teeth, got {force.backlash}"
+    require(force.backlash >= jam - 1e-9, least)
+    scalars = {name: getattr(force, name) for name in SCALARS}
+    stiffest = tangents.max() if coast is None else max(tangents.max(), coast.head.largest_stiffness)
+    head = record_of(
+        FORCE_TABLE,
+        **scalars,
+        side=1.0,
+        coast=0 if coast is None else start_of_field(kind, "coast"),
+        phase_steps=phase_steps,
+        penetration_steps=PENETRATIONS,
+        offset_counts=[axis.size for axis in axes.values()],
+        has_centroid=kind["centroids"].shape != (0,),
+        last_force=force.force_table[..., -1].mean(),
+        last_stiffness=tangents[..., -1].mean(),
+        largest_stiffness=stiffest,
+        axes_start=[start_of_field(kind, name) for name in OFFSETS],
+        slopes_start=[start_of_field(kind, f"{name}_slopes") for name in OFFSETS],
+        **{f"{name}_start": start_of_field(kind, name) for name in ("edges", "potentials", "centroids")},
+    )
+    slopes = {f"{name}_slopes": slope_weights(axis) for name, axis in axes.items()}
+    behind = {} if coast is None else {"coast": changed(coast, head=changed(coast.head, **scalars, side=-1.0))}
+    return record_of(kind, head=head, **axes, **slopes, **arrays, **behind)
+
+
+def _arrays(force, phase_steps: int, kind: np.dtype) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Edges, potentials and centroids of all blocks, with the shapes of the table; their tangent stiffnesses [N/m]."""
+    shape, largest_force = force.force_table.shape, force.force_table[..., -1]
+    tables = [np.broadcast_to(x, shape) for x in (force.deflection, force.force_table, force.centroid)]
+    rows = [x.reshape(-1, *x.shape[-2:]) for x in (_extended(*tables) if force.offsets else tables)]
+    limits = largest_force.reshape(-1, shape[-2])
+    uniform = np.arange(phase_steps) / phase_steps
+    blocks = [_block(force.phase, uniform, *columns) for columns in zip(*rows, limits, strict=True)]
+    edges, potentials, centroids, tangents = (np.array(column) for column in zip(*blocks, strict=True))
+    arrays = {"edges": edges, "potentials": potentials}
+    shaped = {name: values.reshape(1, *kind[name].shape) for name, values in arrays.items()}
+    empty = kind["centroids"].shape == (0,)
+    shaped["centroids"] = np.zeros((1, 0), NODE) if empty else centroids.reshape(1, *kind["centroids"].shape)
+    return shaped, tangents
+
+
+def _extended(deflection: np.ndarray, force: np.ndarray, centroid: np.ndarray) -> list[np.ndarray]:
+    """The tables continued along their tangents, so that all offsets reach the largest deflection of any.
+
+    Between two offsets the law bears its largest force at a deflection beyond the table of one of them.
+    """
+    first, last = np.diff(deflection[..., -3:]), np.diff(force[..., -3:])
+    secants = last / first
+    tangent = secants[..., -1] + np.diff(secants)[..., -1:].sum(axis=-1) * first[..., -1] / first.sum(axis=-1)
+    tangent = np.maximum(tangent, 0.5 * secants[..., -1])
+    end = deflection[..., -1].max(axis=tuple(range(deflection.ndim - 2)))
+    end = end + MARGIN * np.abs(end - deflection[..., 0])
+    share = np.arange(1, EXTENSION + 1) / EXTENSION
+    beyond = (end - deflection[..., -1])[..., None] * share
+    constant = np.broadcast_to(centroid[..., -1:], beyond.shape)
+    further = deflection[..., -1:] + beyond, force[..., -1:] + tangent[..., None] * beyond, constant
+    return [np.concatenate(x, axis=-1) for x in zip((deflection, force, centroid), further, strict=True)]
+
+
+def _block(phase, uniform: np.ndarray, deflection, force, centroid, largest_force) -> tuple[np.ndarray, ...]:
+    """Edges (phase_steps,), potentials, centroids and tangent stiffnesses (phase_steps, U.size) of a block.
+
+    deflection, force, centroid   (n_phase, n_deflection) over the given phases
+    uniform                       (phase_steps,) phases of the table
+    """
+    rows = [_curves_at_phase(*columns) for columns in zip(deflection, force, centroid, largest_force, strict=True)]
+    curves = PhaseCurves(*(np.array(column) for column in zip(*rows, strict=True)))
+    slopes = _smoothed(curves.secant, curves.secant_slope), _smoothed(curves.centroid, curves.centroid_slope)
+    curves = curves._replace(secant_slope=slopes[0], centroid_slope=slopes[1])
+    resampled = PhaseCurves(*periodic_cubics(phase, curves, uniform))
+    edges = np.empty(uniform.size, EDGE)
+    edges["unloaded"], edges["unloaded_slope"] = resampled.unloaded
+    edges["largest"], edges["largest_slope"] = resampled.largest
+    edges["largest_force"] = resampled.largest_force[0]
+    potentials = _nodes(resampled.secant, resampled.secant_slope, potential_of)
+    centroids = _nodes(resampled.centroid, resampled.centroid_slope, with_curvature)
+    return edges, potentials, centroids, resampled.tangent[0]
+
+
+def _nodes(values, slopes, curve_of) -> np.ndarray:
+    """Nodes (phase_steps, U.size) from values over `U`, their slopes per step of u, and the slopes of both by phase.
+
+    curve_of   the function that makes the `Curve` of the nodes, linear in value and slope
+    """
+    curve, curve_by_phase = (curve_of(*both) for both in zip(values, slopes, strict=True))
+    nodes = np.empty(curve.value.shape, NODE)
+    nodes["value"], nodes["by_u"], nodes["by_uu"] = curve
+    nodes["by_phase"], nodes["by_phase_u"], nodes["by_phase_uu"] = curve_by_phase
+    return nodes
+
+
+def _curves_at_phase(deflection, force, centroid, largest_force) -> PhaseCurves:
+    """The curves at one phase, over (n_deflection,) deflections."""
+    contact = int(np.flatnonzero(force == 0)[-1])
+    unloaded, largest = deflection[contact], deflection[-1] - deflection[contact]
+    penetration, force = deflection[contact + 1 :] - unloaded, force[contact + 1 :]
+    k = force / penetration
+    u, k = _after(0.0, (penetration / largest) ** 0.25), _after(k[0], k)
+    secant, slope = monotone_cubic(u, k, U)
+    at_nodes, centroid_slope = monotone_cubic(u, _after(centroid[contact + 1], centroid[contact + 1 :]), U)
+    tangent = secant + 0.25 * U * slope
+    return PhaseCurves(unloaded, largest, largest_force, secant, slope, at_nodes, centroid_slope, tangent)
+
+
+def _after(first: float, values: np.ndarray) -> np.ndarray:
+    """The values after a first one."""
+    joined = np.empty(values.size + 1)
+    joined[0], joined[1:] = first, values
+    return joined
+
+
+def _smoothed(value: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """Slopes per step of u, from slopes over u: as given at light loads, where they change fast, else differences.
+
+    Differences change smoothly over phase, as the given values move along u.
+    """
+    return np.where(U < LIGHT, slope / PENETRATIONS, differences(value))

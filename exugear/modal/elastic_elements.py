@@ -1,0 +1,120 @@
+"""Elastic elements of a system as stiffness matrices: bearings and couplings of a gearbox, springs of Exudyn."""
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from exugear.gearbox.bearing_stiffness import linear_part
+from exugear.gearbox.shaft import Shaft
+from exugear.multibody.bearing_elements import user_functions
+from exugear.multibody.exudyn_objects import INITIAL
+from exugear.multibody.model import Model
+from fem.units import mm
+
+#: Share of an entry of the whole stiffness below which the difference of matrices is rounding.
+ROUNDING = 1e-9
+#: Names that Exudyn gives.
+UNNAMED = re.compile(r"object\d+")
+
+
+class ElasticElement(NamedTuple):
+    """An element by its name and kind, with its tangent stiffness over all coordinates of the system (n, n)."""
+
+    name: str
+    kind: str
+    stiffness: np.ndarray
+
+
+def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
+    """The elements between the shafts of a gearbox and its housing, and its rotors, in its initial state."""
+    q = np.array(model.mbs.systemData.GetODE2Coordinates(INITIAL))
+    for shaft in model.gearbox.shafts:
+        kind, spin = model.plan.shafts[shaft.name], model.spins[shaft.name]
+        if kind.on_bearings:
+            part, components = np.arange(spin - kind.spin_index, spin + 1), np.ix_(kind.components, kind.components)
+            for axial, matrix in _bearing_matrices(shaft, q[part]).items():
+                name = f"{shaft.name} bearing at {axial / mm:.4g} mm"
+                yield ElasticElement(name, "bearing", embedded(matrix[components], part, q.size))
+        for rotor in shaft.rotors:
+            spring = rotor.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
+            ends = [model.turning[rotor.body], model.turning[rotor.name]]
+            yield ElasticElement(rotor.spring, "coupling", embedded(spring, ends, q.size))
+
+
+def _bearing_matrices(shaft: Shaft, q: np.ndarray) -> dict[float, np.ndarray]:
+    """Tangent stiffness (6, 6) of each bearing over the coordinates of its shaft's centre of mass, by its position."""
+    matrices = {}
+    for axial, bearing in shaft.bearings.items():
+        lever = axial - shaft.centre
+        matrices[axial] = linear_part(bearing, lever)
+        if not bearing.linear:
+            _, tangent = user_functions(bearing, lever)
+            matrices[axial] = matrices[axial] + tangent(None, 0.0, 0, q.tolist(), [0.0] * 6, 1.0, 0.0)
+    return matrices
+
+
+def springs(mbs, numbers: Sequence[int]) -> Iterator[ElasticElement]:
+    """The elastic ones among the objects of a system, in its initial state; gear contacts are left out."""
+    whole, constraints = stiffness_of(mbs), ("Constraint", "Joint")
+    least = ROUNDING * np.abs(whole)
+    for number in numbers:
+        item = mbs.GetObject(number)
+        if item["objectType"] == "GenericODE2":
+            matrix = _generic_matrix(mbs, number, item)
+        elif item.get("activeConnector") and not any(name in item["objectType"] for name in constraints):
+            matrix = whole - _without(mbs, number)
+        else:
+            continue
+        if (np.abs(matrix) > least).any():
+            yield ElasticElement(name_of(mbs, number), item["objectType"].removeprefix("Connector"), matrix)
+
+
+def name_of(mbs, number: int) -> str:
+    """Name of an object, with its kind where Exudyn has named it."""
+    item = mbs.GetObject(number)
+    kind = item["objectType"].removeprefix("Connector")
+    return f"{kind} {number}" if UNNAMED.fullmatch(item["name"]) else item["name"]
+
+
+def names_of_nodes(mbs) -> dict[int, str]:
+    """Name of the body on each node where the user has named it, else that of the node."""
+    names = {node: str(mbs.GetNode(node)["name"]) for node in range(mbs.systemData.NumberOfNodes())}
+    for number in range(mbs.systemData.NumberOfObjects()):
+        item = mbs.GetObject(number)
+        if "nodeNumber" in item and "nodeNumbers" not in item and not UNNAMED.fullmatch(item["name"]):
+            names[int(item["nodeNumber"])] = item["name"]
+    return names
+
+
+def stiffness_of(mbs) -> np.ndarray:
+    """(n, n) tangent stiffness of a system in its initial state."""
+    return np.array(mbs.ComputeLinearizedSystem()[1])
+
+
+def _generic_matrix(mbs, number: int, item: dict) -> np.ndarray:
+    """Tangent stiffness of an ObjectGenericODE2 over all coordinates of its system."""
+    coordinates, n = mbs.systemData.GetObjectLTGODE2(number), mbs.systemData.ODE2Size()
+    q = np.array(mbs.systemData.GetODE2Coordinates(INITIAL))[coordinates].tolist()
+    constant, jacobian = np.array(item["stiffnessMatrix"].Convert2DenseMatrix()), item["jacobianUserFunction"]
+    matrix = constant if constant.size else np.zeros((len(coordinates),) * 2)
+    if isinstance(jacobian, dict):
+        matrix = matrix + jacobian["function"](mbs, 0.0, number, q, [0.0] * len(q), 1.0, 0.0)
+    return embedded(matrix, coordinates, n)
+
+
+def _without(mbs, number: int) -> np.ndarray:
+    """Tangent stiffness of a system without one of its connectors."""
+    try:
+        mbs.SetObjectParameter(number, "activeConnector", False)
+        return stiffness_of(mbs)
+    finally:
+        mbs.SetObjectParameter(number, "activeConnector", True)
+
+
+def embedded(matrix: np.ndarray, coordinates, n: int) -> np.ndarray:
+    """(n, n) matrix that holds a matrix (k, k) in the rows and columns of k coordinates."""
+    whole = np.zeros((n, n))
+    whole[np.ix_(coordinates, coordinates)] = matrix
+    return whole

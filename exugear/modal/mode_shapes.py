@@ -1,0 +1,100 @@
+"""Labels of mode shapes: shafts and their coordinates in a gearbox, bodies and coordinates in a hand-built system."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from exugear.modal.elastic_elements import names_of_nodes
+from exugear.multibody.gear_contact import contacts_of, records_of
+from exugear.multibody.model import Model
+
+COORDINATES = "x", "y", "z", "tilt_x", "tilt_y", "spin"
+#: Names of the coordinates of Exudyn's nodes by their types; others are numbered.
+OF_NODES = {
+    "1D": ("spin",),
+    "Point": ("x", "y", "z"),
+    "Point2D": ("x", "y"),
+    "RigidBody2D": ("x", "y", "spin"),
+    "RigidBodyRxyz": COORDINATES,
+    "RigidBodyEP": ("x", "y", "z", "e_0", "e_1", "e_2", "e_3"),
+    "RigidBodyRotVecLG": ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z"),
+}
+
+
+def shapes_by_shaft(model: Model, shapes: np.ndarray) -> xr.DataArray:
+    """Shapes (n, n_mode) as (mode, shaft, coordinate), with rotors among the shafts (`rotor_of`: theirs); 0 if fixed.
+
+    The axis is marked by the positions x, y [m] of the shafts and the axial positions of their centres of mass [m].
+    """
+    box = model.gearbox
+    names = [*model.spins, *model.rotor_spins]
+    values = np.zeros((shapes.shape[1], len(names), 6), shapes.dtype)
+    for i, (name, spin) in enumerate(model.spins.items()):
+        components = model.plan.shafts[name].components
+        values[:, i, components] = shapes[spin + 1 - len(components) : spin + 1].T
+    for i, rotor in enumerate(model.rotor_spins.values(), len(model.spins)):
+        values[:, i, 5] = shapes[rotor]
+    shafts = [box.ends[name] for name in names]
+    x, y = np.transpose([box.shaft_positions[shaft.name] for shaft in shafts])
+    centre, of_rotors = [shaft.centre for shaft in shafts], [""] * len(model.spins)
+    of_rotors += [shaft.name for shaft in shafts[len(model.spins) :]]
+    coords: dict[str, Any] = {"shaft": names, "coordinate": list(COORDINATES)}
+    coords |= {"shaft_x": ("shaft", x), "shaft_y": ("shaft", y), "shaft_centre": ("shaft", centre)}
+    coords["rotor_of"] = "shaft", of_rotors
+    return xr.DataArray(values, dims=("mode", "shaft", "coordinate"), coords=coords)
+
+
+def parts_of_shafts(model: Model) -> dict[str, tuple]:
+    """Gears and bearings along the shafts, for pictures of the modes: variables over the dimension `part`."""
+    gears = [(x.name, "gear", axial, gear.r, gear.b) for x in model.gearbox.shafts for axial, gear in x.gears.items()]
+    bearings = [(x.name, "bearing", axial, 0.0, 0.0) for x in model.gearbox.shafts for axial in x.bearings]
+    shafts, kinds, axial, radius, width = zip(*gears, *bearings, strict=True)
+    return {
+        "part_shaft": ("part", list(shafts), {"units": "", "long_name": "shaft of the part"}),
+        "part_kind": ("part", list(kinds), {"units": "", "long_name": "gear, bearing or other part"}),
+        "part_axial": ("part", np.array(axial), {"units": "m", "long_name": "axial position"}),
+        "part_radius": ("part", np.array(radius), {"units": "m", "long_name": "reference radius"}),
+        "part_width": ("part", np.array(width), {"units": "m", "long_name": "face width"}),
+    }
+
+
+def shapes_by_coordinate(mbs, shapes: np.ndarray) -> xr.DataArray:
+    """Shapes (n, n_mode) as (mode, coordinate), marked by `body`, by name or node, and `component`.
+
+    Also by the position of the body in the reference configuration and the base radius of its largest gear [m].
+    """
+    bodies, components = [""] * len(shapes), [""] * len(shapes)
+    names, outlines, marks = names_of_nodes(mbs), _outlines(mbs), np.zeros((len(shapes), 3))
+    for node in range(mbs.systemData.NumberOfNodes()):
+        item, part = mbs.GetNode(node), mbs.systemData.GetNodeLTGODE2(node)
+        kinds = OF_NODES.get(str(item["nodeType"]), ())
+        for i, coordinate in enumerate(part):
+            bodies[coordinate], marks[coordinate] = names[node], outlines[node]
+            components[coordinate] = kinds[i] if len(kinds) == len(part) else str(i)
+    labels = [f"{body} {component}" for body, component in zip(bodies, components, strict=True)]
+    coords: dict[str, Any] = {
+        "coordinate": labels,
+        "body": ("coordinate", bodies),
+        "component": ("coordinate", components),
+    }
+    marked = zip(("body_x", "body_y", "body_radius"), marks.T, strict=True)
+    coords |= {name: ("coordinate", column, {"units": "m"}) for name, column in marked}
+    return xr.DataArray(shapes.T, dims=("mode", "coordinate"), coords=coords)
+
+
+def _outlines(mbs) -> dict[int, tuple[float, float, float]]:
+    """Position x, y in the reference configuration and base radius of the largest gear [m] of each node."""
+    outlines = {}
+    for number in range(mbs.systemData.NumberOfNodes()):
+        x, y = (*mbs.GetNode(number).get("referenceCoordinates", ()), 0.0, 0.0)[:2]
+        outlines[number] = x, y, 0.0
+    for item in map(mbs.GetObject, range(mbs.systemData.NumberOfObjects())):
+        if "Rotational" in str(item["objectType"]):
+            outlines[int(item["nodeNumber"])] = *item["referencePosition"][:2], 0.0
+    for contact in contacts_of(mbs):
+        frame = records_of(mbs, contact)[1]
+        for node, gear in zip(mbs.GetObject(contact)["nodeNumbers"], (frame.pinion, frame.wheel), strict=False):
+            x, y, radius = outlines[int(node)]
+            outlines[int(node)] = x, y, max(radius, abs(float(gear.r_b)))
+    return outlines

@@ -1,0 +1,86 @@
+"""The state about which a gearbox is linearized: static equilibrium under its load."""
+
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
+
+import numpy as np
+
+from exugear.gearbox.constant_loads import mesh_forces
+from exugear.multibody.drive_and_load import applied, assemble_in_state
+from exugear.multibody.equilibrium import solve_initial_equilibrium
+from exugear.multibody.exudyn_objects import CURRENT, INITIAL, quiet, set_state_of_system, state_of_system
+from exugear.multibody.gear_contact import state_of
+from exugear.multibody.imposed_speed import CONSTRAINT
+from exugear.multibody.model import Model, linearized
+from exugear.operation.conditions import conditions_at_rest
+from exugear.planning.mirrored_flanks import warn_of_mirrored
+
+
+@contextmanager
+def in_loaded_equilibrium(model: Model, loads: Mapping[str, float], drive: str = "held") -> Iterator[Model]:
+    """Put a gearbox at rest into equilibrium under loads; its state is restored afterwards.
+
+    loads   constant torques [N m] by the names of shafts, as `exugear.gearbox.constant_loads.given_loads`
+    drive   "held": the driving shaft, or the rotor behind its coupling, is fixed; "free": once in equilibrium it may
+            turn
+
+    Yields the model with the rows of its present system. Raises ValueError for loads beyond the maps.
+    """
+    conditions = conditions_at_rest(model.gearbox, loads)
+    with quiet(), _restored(model):
+        model = linearized(model, model.gearbox.driving.name)
+        with applied(model, conditions):
+            solve_initial_equilibrium(model, conditions)
+            forces = mesh_forces(model.gearbox, loads)
+            warn_of_mirrored(model.plan.mirrored, model.gearbox.labels, forces)
+            if drive == "free":
+                model.mbs.SetObjectParameter(model.drive, "activeConnector", False)
+                assemble_in_state(model)
+            yield model
+
+
+@contextmanager
+def _restored(model: Model) -> Iterator[None]:
+    """Restore coordinates, drive, load and the states of the contacts afterwards."""
+    mbs = model.mbs
+    contacts, load = [state_of(mbs, mesh.contact) for mesh in model.meshes], mbs.GetLoad(model.load)
+    holding_forces = [float(contact.holding_force) for contact in contacts]
+    constraint = {name: mbs.GetObjectParameter(model.drive, name) for name in CONSTRAINT}
+    states = {configuration: state_of_system(mbs, configuration) for configuration in (INITIAL, CURRENT)}
+    try:
+        yield
+    finally:
+        for name, value in constraint.items():
+            mbs.SetObjectParameter(model.drive, name, value)
+        for name in ("load", "loadUserFunction"):
+            mbs.SetLoadParameter(model.load, name, load[name])
+        for contact, force in zip(contacts, holding_forces, strict=True):
+            contact.holding_force = force
+        mbs.Assemble()
+        for configuration, state in states.items():
+            set_state_of_system(mbs, state, configuration)
+
+
+@contextmanager
+def disengaged(mbs, contacts: Collection[int]) -> Iterator[None]:
+    """Take the gears of contacts, by their object numbers, out of mesh."""
+    states = [state_of(mbs, contact) for contact in contacts]
+    engaged = [float(state.engaged) for state in states]
+    try:
+        for state in states:
+            state.engaged = 0.0
+        yield
+    finally:
+        for state, value in zip(states, engaged, strict=True):
+            state.engaged = value
+
+
+@contextmanager
+def set_velocities(mbs, velocities: np.ndarray) -> Iterator[None]:
+    """Give the initial state of a system these velocities (n_coordinates,); those before are restored afterwards."""
+    before = mbs.systemData.GetODE2Coordinates_t(INITIAL)
+    try:
+        mbs.systemData.SetODE2Coordinates_t(velocities, INITIAL)
+        yield
+    finally:
+        mbs.systemData.SetODE2Coordinates_t(before, INITIAL)

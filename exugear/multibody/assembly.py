@@ -1,0 +1,140 @@
+"""Assembly of the Exudyn system of a gearbox: bodies on their bearings, gear contacts, drive and load."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import cos, sin
+
+import exudyn as exu
+import numpy as np
+
+from exugear.contact.contact_kernels import SPIN, kernel_of
+from exugear.contact.contact_records import contact_state, is_spatial, rotational_frame
+from exugear.contact.recorder import Recorder
+from exugear.contact.reference_configuration import (
+    phase_of,
+    reference_state,
+    rotational_row,
+    spatial_frame,
+    spatial_row,
+)
+from exugear.contact.rubbing_contact import rubbing_contact_of
+from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.shaft import NO_DISPLACEMENT
+from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
+from exugear.multibody.gear_contact import add_contact
+from exugear.multibody.model import Mesh, Model, linearized
+from exugear.multibody.native import call_path
+from exugear.multibody.shaft_bodies import add_body, add_drive_and_load, add_rotors, end_marker
+from exugear.planning.built_plan import BuiltPlan
+from exugear.planning.coordinates import Coordinates, pose
+from exugear.planning.plan import Plan
+from exugear.planning.plan import plan as plan_of
+from fem.support.arguments import checked
+from fem.support.validation import require
+
+
+@checked
+def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
+    """Assemble the Exudyn system of a gearbox: bodies on their bearings, gear contacts, drive and load.
+
+    plan   by default `exugear.plan(gearbox)`; a changed plan such as `exugear.plan(gearbox).with_joints()` builds an
+           unreduced model. The plan of a built model counts as its `Plan`
+
+    Returns a `Model`. You may add nodes, objects, loads and sensors to its system `model.mbs`; then call
+    `model.mbs.Assemble()`. `print(model.plan)` shows which coordinates the shafts have and why, which integrator and
+    step a run takes, what it costs, and how Exudyn calls the contacts.
+
+    Raises ValueError where gearbox is no `Gearbox`, and for the plan of another gearbox.
+    """
+    scene = _scene(gearbox, plan)
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    ground = mbs.CreateGround()
+    bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene.shafts[shaft.name]) for shaft in gearbox.shafts}
+    meshes = [_mesh(mbs, gearbox, i, scene, bodies) for i in range(len(gearbox.stages))]
+    rotors: dict[str, int] = {}
+    for shaft in gearbox.shafts:
+        rotors |= add_rotors(mbs, shaft, bodies[shaft.name], scene.shafts[shaft.name])
+    end_markers = {
+        shaft.name: end_marker(mbs, shaft, bodies[shaft.name], rotors, scene.shafts[shaft.name])
+        for shaft in gearbox.shafts
+    }
+    drive, load = add_drive_and_load(mbs, gearbox, end_markers)
+    with quiet():
+        mbs.Assemble()
+    first = {name: mbs.GetNodeODE2Index(node_of(mbs, body)) for name, body in bodies.items()}
+    spins = {name: index + scene.shafts[name].spin_index for name, index in first.items()}
+    rotor_spins = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in rotors.items()}
+    rows = tuple(_with_row(mbs, mesh, first, scene) for mesh in meshes)
+    unlinearized = BuiltPlan(scene, omega=0.0, omega_mesh=0.0, contact=call_path())
+    numbers = end_markers, drive, load
+    model = Model(gearbox, unlinearized, mbs, container, bodies, spins, rotor_spins, rows, *numbers)
+    return linearized(model, gearbox.driving.name)
+
+
+def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
+    """The plan by which to build; ValueError for the plan of another gearbox."""
+    if plan is None:
+        return plan_of(gearbox)
+    scene, suitable = plan.scene if isinstance(plan, BuiltPlan) else plan, plan_of(gearbox)
+    names = [shaft.name for shaft in gearbox.shafts]
+    unlike = f"plan is for the shafts {list(scene.shafts)}, the gearbox has {names}"
+    require(list(scene.shafts) == names, f"{unlike}; pass exugear.plan(gearbox)")
+    _check_suits(scene, suitable)
+    return scene
+
+
+def _check_suits(scene: Plan, suitable: Plan) -> None:
+    """ValueError unless a plan has the stages, damping, backlash and bearings of the plan of this gearbox."""
+    same_stages = list(scene.laws) == list(suitable.laws)
+    unlike = f"plan is for the stages {list(scene.laws)}, the gearbox has {list(suitable.laws)}"
+    require(same_stages, f"{unlike}; pass exugear.plan(gearbox)")
+    remedy = "plan is for another gearbox with shafts of these names; call exugear.plan with this one"
+    for name, kind in scene.shafts.items():
+        choice = suitable.shafts[name]
+        unreduced = kind is Coordinates.JOINT or (kind.on_bearings and choice is Coordinates.PLANAR)
+        require(kind is choice or unreduced, f"{remedy}: shaft {name!r} has {kind.value} instead of {choice.value}")
+    for label, law in scene.laws.items():
+        given, needed = ((x.damping, x.backlash, x.stiffness_max) for x in (law, suitable.laws[label]))
+        alike = np.allclose(given, needed, rtol=1e-9, atol=0.0, equal_nan=True)
+        require(alike, f"{remedy}: damping, backlash and stiffness of {label} are {given} instead of {needed}")
+
+
+def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> Mesh:
+    """Add the contact of a stage; `_with_row` sets the row once the coordinates are numbered."""
+    stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
+    items = [bodies[stage.fast.name], bodies[stage.slow.name]]
+    kinds = tuple(kind_of(mbs, item) for item in items)
+    displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
+    frame = _frame(gearbox, number, spatial=displaced or set(kinds) != {SPIN})
+    friction = [stage.friction.table(stage.pair)] if stage.friction else []
+    kernel = (rubbing_contact_of if friction else kernel_of)(kinds, displaced)
+    records = law.table, frame, contact_state(), *friction
+    contact = add_contact(mbs, gearbox.labels[number], items, kernel, records, recorder, stage.pair)
+    reference = reference_state(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
+    return Mesh(stage, law, contact, recorder, frame, np.zeros(0), *reference)
+
+
+def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
+    """Contact frame of a stage; spatial: whether its bodies move in the plane or in space, or are displaced."""
+    stage, phase = gearbox.stages[number], gearbox.phases[number]
+    direction = gearbox.directions[stage.fast.name]
+    if not spatial:
+        return rotational_frame(stage.pair, phase, direction)
+    axial = [s - shaft.centre for s, shaft in zip(stage.axial_positions, (stage.fast, stage.slow), strict=True)]
+    poses = [pose(gearbox, shaft) for shaft in (stage.fast, stage.slow)]
+    nominal = {"e_x": cos(stage.angle), "e_y": sin(stage.angle), "height": 0.0}
+    return spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
+
+
+def _with_row(mbs, mesh: Mesh, first: Mapping[str, int], scene: Plan) -> Mesh:
+    """The mesh with its row over the coordinates of the system; first: index of each shaft's first coordinate."""
+    row, entries = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
+    if is_spatial(mesh.frame):
+        entries[:] = spatial_row(mesh.frame).reshape(2, 6)
+    else:
+        entries[:, 5] = rotational_row(mesh.frame)
+    for shaft, entry in zip((mesh.stage.fast, mesh.stage.slow), entries, strict=True):
+        components = scene.shafts[shaft.name].components
+        row[first[shaft.name] : first[shaft.name] + len(components)] = entry[components]
+    return replace(mesh, row=row)

@@ -1,0 +1,179 @@
+"""A compiled kernel as a function that Exudyn calls without Python in between; EXUGEAR_PORTABLE=1 switches it off.
+
+pybind11 unwraps a callable that is itself a stateless C++ function of the wanted type: it reads the address of that
+function out of the record behind the callable. `native_user_function` copies the record of one of Exudyn's own
+functions and writes another address and type into it. At that address lies the machine code of `ASSEMBLY`: it reads
+Exudyn's vectors and calls the kernel by numba's convention, i32 (result, exception, arguments). Where the kernel
+raises, the code asks Python for the reason and throws a C++ exception with that message.
+
+This is a deliberate hack that nothing outside of this folder depends on. It works on Linux x86-64 for the releases of
+Exudyn, pybind11 and numba that have these records and conventions; `exugear.multibody.native` checks it in a
+separate process before it is used.
+"""
+
+import ctypes
+from _thread import interrupt_main
+from ctypes import CFUNCTYPE, POINTER, PYFUNCTYPE, addressof, c_char_p, c_double, c_int, c_uint64, c_void_p, py_object
+from types import SimpleNamespace
+from typing import Any
+
+import exudyn as exu
+import llvmlite.binding as llvm
+from numba import types
+
+#: Function record of pybind11 2.13 in words of 8 bytes: its size; positions of name, function, its type, next overload.
+WORDS, NAME, FUNCTION, TYPE, NEXT = 17, 0, 7, 8, 16
+Record = c_uint64 * WORDS
+#: Type of vector<double> (*)(const MainSystem&, double, int, vector<double>, vector<double>), as C++ mangles it.
+SIGNATURE = b"PFSt6vectorIdSaIdEERK10MainSystemdiS1_S1_E"
+#: Longest message of an exception [bytes].
+LONGEST_MESSAGE = 1000
+
+#: What Exudyn calls (contact) and what Python calls (call). A vector<double> is three pointers: begin, end, capacity.
+ASSEMBLY = """
+define ptr @contact(ptr %forces, ptr %system, double %t, i32 %item, ptr %q, ptr %q_t) {{
+  %exception = alloca ptr
+  %begin = call ptr {new}(i64 {size})
+  %coordinates = load ptr, ptr %q
+  %velocities = load ptr, ptr %q_t
+  {loads}
+  %status = call i32 {kernel}(ptr %begin, ptr %exception, {addresses}, double %t, {state})
+  %succeeded = icmp eq i32 %status, 0
+  br i1 %succeeded, label %success, label %failure
+success:
+  %end = getelementptr i8, ptr %begin, i64 {size}
+  %forces.1 = getelementptr i8, ptr %forces, i64 8
+  %forces.2 = getelementptr i8, ptr %forces, i64 16
+  store ptr %begin, ptr %forces
+  store ptr %end, ptr %forces.1
+  store ptr %end, ptr %forces.2
+  ret ptr %forces
+failure:
+  call void {delete}(ptr %begin)
+  %message = call ptr {explain}(double %t, ptr %coordinates, ptr %velocities)
+  %never = musttail call ptr {throw}(ptr %message, ptr %system, double %t, i32 %item, ptr %q, ptr %q_t)
+  ret ptr %never
+}}
+define ptr @call(ptr %self, ptr %arguments) {{
+  %result = tail call ptr {python}(ptr {portable}, ptr %arguments)
+  ret ptr %result
+}}
+"""
+
+
+class Method(ctypes.Structure):
+    """CPython's PyMethodDef."""
+
+    _fields_ = (("name", c_char_p), ("call", c_void_p), ("flags", c_int), ("doc", c_char_p))
+
+
+def python_api_function(name: str, result, *arguments):
+    """A function of CPython."""
+    return PYFUNCTYPE(result, *arguments)((name, ctypes.pythonapi))
+
+
+def native_user_function(portable, kernel, addresses: tuple[int, ...], n: int):
+    """The user function portable(mbs, t, item, q, q_t) of n coordinates, as a function that Exudyn calls directly.
+
+    kernel, addresses   the compiled kernel(*addresses, t, *q, *q_t) that portable calls, and its integers
+
+    Called from Python it runs portable, which it keeps alive. Raises ValueError where Exudyn's functions have records
+    of another layout.
+    """
+    name, record = record_of_exudyn()
+    keep = SimpleNamespace(portable=portable, kernel=kernel, message=ctypes.create_string_buffer(LONGEST_MESSAGE))
+    explain = explaining(portable, n, keep.message)
+    keep.explain = CFUNCTYPE(c_void_p, c_double, POINTER(c_double), POINTER(c_double))(explain)
+    keep.code = machine_code(assembly(entry_of(kernel, len(addresses), n), addresses, n, keep))
+    keep.name = ctypes.create_string_buffer(SIGNATURE)
+    keep.type = (c_uint64 * 2)(0, addressof(keep.name))
+    record[FUNCTION], record[TYPE] = keep.code.get_function_address("contact"), addressof(keep.type)
+    keep.record = record
+    keep.method = Method(portable.__name__.encode(), keep.code.get_function_address("call"), 1, None)
+    capsule = python_api_function("PyCapsule_New", py_object, c_void_p, c_void_p, c_void_p)(
+        addressof(record), name, None
+    )
+    function = python_api_function("PyCFunction_NewEx", py_object, c_void_p, py_object, py_object)
+    return function(addressof(keep.method), capsule, keep)
+
+
+def record_of_exudyn():
+    """Name of the capsules that hold records, and a copy of the record of exudyn.Help; ValueError for other layouts."""
+    function: Any = exu.Help
+    capsule = function.__self__
+    name = python_api_function("PyCapsule_GetName", c_void_p, py_object)(capsule)
+    record = Record.from_address(
+        python_api_function("PyCapsule_GetPointer", c_void_p, py_object, c_void_p)(capsule, name)
+    )
+    texts = ctypes.string_at(record[NAME]), ctypes.string_at((c_uint64 * 2).from_address(record[TYPE])[1])
+    if texts != (b"Help", b"PFvvE") or record[NEXT] != 0:
+        raise ValueError("Exudyn's functions have records of another layout")
+    return name, Record(*record)
+
+
+def entry_of(kernel, number: int, n: int) -> int:
+    """Address of the compiled code of a kernel that takes a number of addresses, for n coordinates."""
+    _, _, arguments, _ = kernel.get_call_template((types.int64,) * number + (types.float64,) * (1 + 2 * n), {})
+    overload = kernel.overloads[arguments]
+    if overload.signature.return_type != types.UniTuple(types.float64, n):
+        raise ValueError(f"a kernel must return {n} floats")
+    return overload.library.get_pointer_to_function(overload.fndesc.llvm_func_name)
+
+
+def assembly(entry: int, addresses: tuple[int, ...], n: int, keep) -> str:
+    """`ASSEMBLY` for a kernel of n coordinates."""
+    cpp = ctypes.CDLL("libstdc++.so.6")
+    targets = {
+        "kernel": entry,
+        "new": address_of(cpp._Znwm),
+        "delete": address_of(cpp._ZdlPv),
+        "throw": address_of(cpp._ZSt21__throw_runtime_errorPKc),
+        "explain": address_of(keep.explain),
+        "portable": id(keep.portable),
+        "python": address_of(ctypes.pythonapi.PyObject_CallObject),
+    }
+    loads = [
+        f"%{vector}.{i} = getelementptr double, ptr %{vector}, i64 {i}\n  %{x}.{i} = load double, ptr %{vector}.{i}"
+        for vector, x in (("coordinates", "q"), ("velocities", "v"))
+        for i in range(n)
+    ]
+    return ASSEMBLY.format(
+        size=8 * n,
+        loads="\n  ".join(loads),
+        addresses=", ".join(f"i64 {address}" for address in addresses),
+        state=", ".join(f"double %{x}.{i}" for x in "qv" for i in range(n)),
+        **{name: f"inttoptr (i64 {address} to ptr)" for name, address in targets.items()},
+    )
+
+
+def address_of(function) -> int:
+    """Address of the machine code of a ctypes function."""
+    return ctypes.cast(function, c_void_p).value or 0
+
+
+def machine_code(text: str):
+    """Engine that holds the machine code of LLVM assembly."""
+    machine = llvm.Target.from_default_triple().create_target_machine(opt=2)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(text), machine)
+    engine.finalize_object()
+    return engine
+
+
+def explaining(portable, n: int, message):
+    """The function (t, q, q_t) that writes into message the error that portable raises, and returns its address.
+
+    It is called from C++ and must not raise.
+    """
+
+    def explain(t, q, q_t):
+        try:
+            portable(None, t, 0, q[:n], q_t[:n])
+            message.value = b"the compiled contact failed\n"
+        except KeyboardInterrupt:
+            message.value = b"interrupted\n"
+            interrupt_main()  # raises KeyboardInterrupt again once C++ has returned
+        except BaseException as error:
+            message.value = f"{type(error).__name__}: {error}\n".encode()[: LONGEST_MESSAGE - 1]
+        return addressof(message)
+
+    return explain

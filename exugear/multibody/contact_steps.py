@@ -1,0 +1,66 @@
+"""What contacts know of the steps of an integrator: the lag of its velocities, and what their first guesses need."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+from exugear.contact.contact_records import STEPS
+from exugear.multibody.gear_contact import state_of
+from exugear.multibody.model import Mesh, Model
+from exugear.planning.integrator_and_step import GAMMA, Rule
+
+
+def guess_by(model: Model, mesh: Mesh, rule: Rule, steps: np.record) -> None:
+    """Set what a contact needs for its first guess in the steps of a rule (`exugear.contact.contact_records.STEPS`)."""
+    system, h = mesh.free_system, rule.step
+    if system is None:
+        return
+    steps.duration, steps.deflection, steps.rate, steps.matrix = h, rule.beta * h**2, GAMMA * h, 0.0
+    row = mesh.row[system.free]
+    matrix = system.mass + steps.deflection * system.stiffness + steps.rate * system.damping
+    accelerations = np.linalg.solve(matrix, row)
+    steps.compliance = row @ accelerations
+    steps.mobility, steps.lag = (mesh.mobility, rule.lag) if rule.lag else (0.0, 0.0)
+    by_bearings = np.zeros((2, mesh.row.size))
+    by_bearings[:, system.free] = -system.stiffness @ accelerations, -system.damping @ accelerations
+    for i, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+        components = model.plan.shafts[shaft.name].components[:-1]
+        displacements = slice(model.spins[shaft.name] - len(components), model.spins[shaft.name])
+        steps.by_displacement[i, components], steps.by_velocity[i, components] = by_bearings[:, displacements]
+
+
+@contextmanager
+def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
+    """Let contacts correct their damping for the lag of the velocities of an integration rule, and forget other steps.
+
+    In loops the correction leaves out the acceleration by the mesh force: there the load does not determine the mesh
+    forces.
+    """
+    loops = len(model.meshes) >= len(model.bodies)
+    for mesh in model.meshes:
+        state = state_of(model.mbs, mesh.contact)
+        state.lag, state.mobility = rule.lag * mesh.mobility, 0.0 if loops else mesh.mobility
+        state.pinion_lag, state.wheel_lag = np.split(rule.lag * mesh.acceleration_by_bearings, 2)
+        state["steps"] = np.zeros((), STEPS)
+        state.steps.last_time = np.nan
+        if rule.spectral_radius is None:
+            guess_by(model, mesh, rule, state.steps)
+    try:
+        yield
+    finally:
+        for mesh in model.meshes:
+            state = state_of(model.mbs, mesh.contact)
+            state.lag, state.pinion_lag, state.wheel_lag = 0.0, np.zeros(6), np.zeros(6)
+            state.steps.duration = 0.0
+
+
+def last_steps(model: Model) -> list[np.record]:
+    """What the contacts remember of the step before, by which they guess in the next one."""
+    return [state_of(model.mbs, mesh.contact).steps.copy() for mesh in model.meshes]
+
+
+def set_last_steps(model: Model, steps: list[np.record]) -> None:
+    """Let the contacts remember a step that `last_steps` has returned."""
+    for mesh, step in zip(model.meshes, steps, strict=True):
+        state_of(model.mbs, mesh.contact)["steps"] = step

@@ -1,0 +1,338 @@
+"""Static equilibrium of a built gearbox under its load, from which a run starts."""
+
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from math import isfinite
+
+import exudyn.itemInterface as eii
+import numpy as np
+
+from exugear.gearbox.bearing_stiffness import radial_secant, radial_table
+from exugear.gearbox.shaft import Shaft
+from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.map_range import larger_torque
+from exugear.multibody.exudyn_objects import INITIAL
+from exugear.multibody.guarded_solves import exudyn_settings
+from exugear.multibody.model import Mesh, Model, matrices_without_meshes, nonlinear_bearing_stiffness
+from exugear.multibody.stop_messages import DIVERGED
+from exugear.operation.conditions import Conditions
+from exugear.planning.map_axes import static_offsets
+from exugear.planning.plan import UNDAMPED
+from fem.support.validation import require
+from fem.units import mm, rpm
+
+#: Duration of the static solve, in which the spins do not advance [s].
+STATIC_SOLVE_TIME = 1e-12
+NO_EQUILIBRIUM = (
+    "no static equilibrium; try another load: a larger one where teeth or bearings hardly touch, "
+    "a smaller one or stiffer bearings where these yield far"
+)
+#: Residual of a static solve that counts as 0 [N, N m], and the rounding of its coordinates in units in the last place.
+ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
+#: Iterations for the secant stiffness of nonlinear bearings and for the phases of meshes; tolerance of the latter
+#: [m, rad].
+ITERATIONS, CONVERGED = 30, 1e-14
+#: Static displacement of a shaft [m, rad] and twist of a coupling [rad] that suggest data in another unit.
+LARGEST_SHIFT, LARGEST_TILT, LARGEST_TWIST = 0.01, 0.05, 2.0
+STIFFNESS_UNIT_HINT = "(in N/m: 200 N/um are 200e6)"
+#: Share of a map's largest force below which the mesh force by inertia torques is neglected.
+LEAST_INERTIA_SHARE = 1e-6
+#: How Exudyn reports an exception of a user function: its name and the message.
+USER_FUNCTION_ERROR = r"USER FUNCTION '([^']*)':\s*([^\n]+)"
+#: Messages of the user functions of this package (`exugear.multibody.stop_messages`, `Conditions.load_at`).
+MESSAGE = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
+
+
+class NoEquilibrium(ValueError, RuntimeError):
+    """A load beyond the maps or the tables of bearings, under which bearings yield too far, or a failed static solve.
+
+    As ValueError the load is out of the range of the gearbox, as RuntimeError a solve has failed.
+    """
+
+
+def solve_initial_equilibrium(model: Model, conditions: Conditions) -> None:
+    """Put the system into static equilibrium under the torques at the start, all shafts turning at their ratios.
+
+    The inertia torques of all shafts and rotors at the initial acceleration take part in the equilibrium. Their
+    gyroscopic moments do not, as the axes stand still, tilted by some 1e-4 rad. Raises NoEquilibrium.
+    """
+    speed, acceleration = conditions.initial_speed, conditions.initial_acceleration
+    system = model.mbs.systemData
+    ratios = model.speed_ratios
+    considered = acceleration if _inertia_matters(model, acceleration) else 0.0
+    try:
+        q = _loaded_coordinates(model, conditions, considered)
+    except NoEquilibrium as error:
+        inertia = f"it includes inertia torques at {acceleration:.4g} rad/s^2"
+        remedy = f"; {inertia}: let the speed rise more slowly at the start" if considered else ""
+        raise NoEquilibrium(f"{error}{remedy}") from None
+    if _needs_static_solve(model):
+        torques = _torques_at_start(model, conditions, considered * ratios)
+        q = _statically_solved(model, q, conditions, torques)
+    system.SetODE2Coordinates(q, INITIAL)
+    system.SetODE2Coordinates_t(speed * ratios, INITIAL)
+    system.SetODE2Coordinates_tt(acceleration * ratios, INITIAL)
+
+
+def _inertia_matters(model: Model, acceleration: float) -> bool:
+    """Whether inertia loads a mesh by more than a static solve can resolve."""
+    forces = np.abs(model.gearbox.static_forces(0.0, acceleration))
+    return any(
+        f > LEAST_INERTIA_SHARE * mesh.law.force_table.max() for f, mesh in zip(forces, model.meshes, strict=True)
+    )
+
+
+def _loaded_coordinates(model: Model, conditions: Conditions, acceleration: float) -> np.ndarray:
+    """Coordinates in which meshes, bearings and couplings carry the torques and the inertia torques, to first order."""
+    box, anchor, torques, drags = model.gearbox, conditions.anchor, conditions.initial_torques, conditions.initial_drags
+    accelerations = {name: ratio * acceleration for name, ratio in box.ratios.items()}
+    forces = box.forces_under(torques + drags, acceleration, held=anchor)
+    rigid = conditions.initial_angle * model.speed_ratios
+    q = _displaced_on_bearings(model, forces) + rigid
+    held, spin = next(shaft for shaft in box.shafts if shaft.name == anchor), model.spins[anchor]
+    on_rotors = {end.body: conditions.initial_torque(end) for end in conditions.ends}
+    for shaft in box.shafts:
+        on_rotors |= {
+            rotor.name: on_rotors.get(rotor.name, 0.0) - rotor.coupling.inertia * accelerations[shaft.name]
+            for rotor in shaft.rotors
+        }
+    twisted = {}
+    if held.rotors:
+        by_meshes = -forces @ np.array([mesh.row for mesh in model.meshes])
+        on_shaft = by_meshes[spin] + drags[box.shafts.index(held)] - held.inertia * accelerations[anchor]
+        twisted = _twisted(held, held.end, on_rotors | {anchor: on_shaft})
+        q[spin] += twisted[anchor]
+    q = _with_mesh_forces(model, forces, q, anchor)
+    for shaft in box.shafts:
+        fixed = rigid[spin] if shaft.name == anchor else q[model.spins[shaft.name]]
+        angles = twisted if shaft.name == anchor else _twisted(shaft, shaft.name, on_rotors)
+        for rotor in shaft.rotors:
+            q[model.rotor_spins[rotor.name]] = fixed + angles[rotor.name]
+    return q
+
+
+def _twisted(shaft: Shaft, fixed: str, torques: Mapping[str, float]) -> dict[str, float]:
+    """Angles [rad] of a shaft and of its rotors beside a fixed one of them, under torques about z [N m], by name.
+
+    Raises NoEquilibrium for a coupling that twists beyond `LARGEST_TWIST`.
+    """
+    names = [shaft.name, *(rotor.name for rotor in shaft.rotors)]
+    stiffness = np.zeros((len(names), len(names)))
+    for rotor in shaft.rotors:
+        pair = [names.index(rotor.body), names.index(rotor.name)]
+        stiffness[np.ix_(pair, pair)] += rotor.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    free = [i for i, name in enumerate(names) if name != fixed]
+    angles = np.zeros(len(names))
+    if free:
+        angles[free] = np.linalg.solve(stiffness[np.ix_(free, free)], [torques.get(names[i], 0.0) for i in free])
+    by_name = dict(zip(names, angles.tolist(), strict=True))
+    for rotor in shaft.rotors:
+        twist = (1 if fixed == shaft.name else -1) * (by_name[rotor.name] - by_name[rotor.body])
+        of_chain = f" to {rotor.name!r}" if len(shaft.rotors) > 1 else ""
+        under = f"{twist:.3g} rad under {twist * rotor.coupling.torsion:.4g} N m"
+        far = f"the coupling of shaft {shaft.name!r}{of_chain} twists by {under}"
+        if not abs(twist) < LARGEST_TWIST:
+            raise NoEquilibrium(f"{far}; pass its torsion in N m/rad (8 kN m/rad are 8e3), or less load")
+    return by_name
+
+
+def _needs_static_solve(model: Model) -> bool:
+    """Whether bearings, couplings, loops or several meshes need a static solve for the equilibrium.
+
+    Between two meshes a shaft bears the torque by which the potential of a mesh changes with the phase.
+    """
+    elastic = any(kind.on_bearings for kind in model.plan.shafts.values())
+    return elastic or bool(model.rotor_spins) or len(model.meshes) > 1
+
+
+def _statically_solved(model: Model, q: np.ndarray, conditions: Conditions, torques: Mapping[int, float]) -> np.ndarray:
+    """Coordinates in equilibrium with further torques [N m] on spins, by their indices; the solve starts at q."""
+    system = model.mbs.systemData
+    settings = exudyn_settings()
+    settings.staticSolver.newton.relativeTolerance = 1e-8
+    settings.staticSolver.newton.absoluteTolerance = max(ABSOLUTE_TOLERANCE, _rounding_of_forces(model, q))
+    settings.staticSolver.loadStepStart = conditions.start_time
+    settings.staticSolver.loadStepDuration = STATIC_SOLVE_TIME
+    at_start = explained(model, NO_EQUILIBRIUM, lambda t: conditions.initial_speed, NoEquilibrium)
+    with _applied_torques(model, torques), at_start:
+        system.SetODE2Coordinates(q, INITIAL)
+        system.SetODE2Coordinates_t(np.zeros(q.size), INITIAL)
+        model.mbs.SolveStatic(settings, updateInitialValues=True)
+        return system.GetODE2Coordinates(INITIAL)
+
+
+def _rounding_of_forces(model: Model, q: np.ndarray) -> float:
+    """Mesh force by a few units in the last place of the coordinates q, which is large after many turns [N]."""
+    largest = max(mesh.law.stiffness_max * np.abs(mesh.row).max() for mesh in model.meshes)
+    return ROUNDED_UNITS * float(largest * np.spacing(np.abs(q).max()))
+
+
+def _torques_at_start(model: Model, conditions: Conditions, accelerations: np.ndarray) -> dict[int, float]:
+    """Inertia torques at accelerations (n_coordinates,) and drags [N m], by the index of the spin, unless they are 0.
+
+    A static solve, without velocities, leaves them out.
+    """
+    torques: dict[int, float] = {}
+    for shaft, drag in zip(model.gearbox.shafts, conditions.initial_drags, strict=True):
+        spin = model.spins[shaft.name]
+        torques[spin] = drag - shaft.inertia * accelerations[spin]
+        for rotor in shaft.rotors:
+            index = model.rotor_spins[rotor.name]
+            torques[index] = -rotor.coupling.inertia * accelerations[index]
+    return {spin: float(torque) for spin, torque in torques.items() if torque}
+
+
+@contextmanager
+def _applied_torques(model: Model, torques: Mapping[int, float]) -> Iterator[None]:
+    """Apply torques [N m] as loads on the spins with these indices among all coordinates."""
+    mbs, loads = model.mbs, []
+    first = {mbs.GetNodeODE2Index(n): n for n in range(mbs.systemData.NumberOfNodes())}
+    for spin, torque in torques.items():
+        start = max(index for index in first if index <= spin)
+        marker = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=first[start], coordinate=spin - start))
+        loads.append(mbs.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=torque)))
+    try:
+        if loads:
+            mbs.Assemble()
+        yield
+    finally:
+        for load in reversed(loads):
+            mbs.DeleteLoad(load, suppressWarnings=True)
+        if loads:
+            mbs.Assemble()
+
+
+def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
+    """Coordinates of the shafts on their bearings under mesh forces (n_stage,) [N], spins 0."""
+    q = np.zeros(model.mbs.systemData.ODE2Size())
+    borne = {name: kind for name, kind in model.plan.shafts.items() if kind.on_bearings}
+    if not borne:
+        return q
+    free = np.concatenate([model.spins[name] - np.arange(1, kind.spin_index + 1) for name, kind in borne.items()])
+    push = -forces @ np.array([mesh.row for mesh in model.meshes])
+    _, stiffness, _ = matrices_without_meshes(model)
+    secants = None
+    for _ in range(ITERATIONS):
+        total = stiffness + nonlinear_bearing_stiffness(model, secants)
+        q[free] = np.linalg.solve(total[np.ix_(free, free)], push[free])
+        secants = _secants(model, q, secants)
+        if not any(secants.values()):
+            break
+    _check_yield(model, forces, q)
+    return q
+
+
+def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
+    """NoEquilibrium where bearings yield so far under forces (n_stage,) [N] that their unit must be wrong."""
+    for mesh, force in zip(model.meshes, forces, strict=True):
+        shafts = [s.name for s in (mesh.stage.fast, mesh.stage.slow) if model.plan.shafts[s.name].on_bearings]
+        displaced = [q[model.spins[s] - model.plan.shafts[s].spin_index : model.spins[s]] for s in shafts]
+        shift = max((np.abs(x[:3]).max() for x in displaced), default=0.0)
+        tilt = max((np.abs(x[3:]).max(initial=0.0) for x in displaced), default=0.0)
+        if shift > LARGEST_SHIFT or tilt > LARGEST_TILT:
+            far = f"bearings of {mesh.stage.name} yield by {shift / mm:.3g} mm, {tilt:.2g} rad under {abs(force):.4g} N"
+            raise NoEquilibrium(f"{far}; try less load or stiffer bearings {STIFFNESS_UNIT_HINT}")
+
+
+def _secants(model: Model, q: np.ndarray, before) -> dict[str, dict[float, float]]:
+    """Secant stiffness [N/m] of each nonlinear bearing, by shaft and axial position.
+
+    It is that under the force which the secants before carry at the coordinates q.
+    """
+    secants: dict[str, dict[float, float]] = {}
+    for shaft in model.gearbox.shafts:
+        nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
+        secants[shaft.name] = {}
+        for axial, bearing in nonlinear.items():
+            x, y, _, a, b = q[model.spins[shaft.name] - 5 : model.spins[shaft.name]]
+            lever = axial - shaft.centre
+            k = float(bearing.stiffness[0, 0]) if before is None else before[shaft.name][axial]
+            force = float(k * np.hypot(x + lever * b, y - lever * a))
+            end = radial_table(bearing)[1][-1]
+            beyond = f"bearing of shaft {shaft.name!r} at {axial:g} m carries {force:.4g} N, its table ends at"
+            if not force <= end:
+                raise NoEquilibrium(f"{beyond} {end:.4g} N; extend it")
+            secants[shaft.name][axial] = radial_secant(bearing, force) if force > 0 else k
+    return secants
+
+
+def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray, anchor: str) -> np.ndarray:
+    """The coordinates with spins at which the meshes carry forces (n_stage,) [N]; phases follow the spins."""
+    rounding = 2 * np.spacing(np.abs(q).max())
+    for _ in range(ITERATIONS):
+        before = q
+        deflections = [_deflection(model, mesh, f, before) for mesh, f in zip(model.meshes, forces, strict=True)]
+        q = with_deflections(model, deflections, before, anchor)
+        if np.abs(q - before).max() < CONVERGED + rounding:
+            return q
+    raise NoEquilibrium(NO_EQUILIBRIUM)
+
+
+def with_deflections(model: Model, deflections, coordinates: np.ndarray, anchor: str) -> np.ndarray:
+    """The coordinates with spins at which the meshes have deflections (n_stage,) [m], to first order.
+
+    The shaft named anchor keeps its spin; in loops the spins are the least-squares solution.
+    """
+    q, rows = coordinates.copy(), np.array([mesh.row for mesh in model.meshes])
+    spins = [spin for name, spin in model.spins.items() if name != anchor]
+    reference = np.array([mesh.reference_deflection for mesh in model.meshes])
+    q[spins] += np.linalg.lstsq(rows[:, spins], deflections - reference - rows @ q)[0]
+    for shaft in model.gearbox.shafts:
+        for rotor in shaft.rotors:
+            q[model.rotor_spins[rotor.name]] = q[model.spins[shaft.name]]
+    return q
+
+
+def _deflection(model: Model, mesh: Mesh, force: float, q: np.ndarray) -> float:
+    """Static deflection [m] of a mesh under a force [N] at coordinates q; NoEquilibrium for loads beyond the map."""
+    law = mesh.law
+    spin = q[model.spins[mesh.stage.fast.name]]
+    phase = mesh.phase + mesh.frame.direction * mesh.frame.pitches_per_radian * spin
+    side = 1 if force >= 0 else -1
+    static = static_offsets(model.gearbox, mesh.stage, side)
+    of_flank = law.flank_at(side, **{n: x for n, x in static.items() if n in law.offsets})
+    if force >= 0:
+        return _deflection_under(mesh, of_flank, phase, force, side)
+    no_contact = f"backlash must be finite for a load on the back flank, got {law.backlash}"
+    require(isfinite(law.backlash), no_contact)
+    backlash = law.backlash + 2 * mesh.opening
+    return -backlash - _deflection_under(mesh, of_flank, law.back_phase - phase, -force, side)
+
+
+def _deflection_under(mesh: Mesh, of_flank: MeshForce, phase: float, force: float, side: int) -> float:
+    """Static deflection [m] of a flank under a force >= 0 [N]; NoEquilibrium with the torque to map beyond its law."""
+    try:
+        return of_flank.deflection_at(phase, force)
+    except ValueError:
+        law = mesh.law
+        reason = larger_torque(law.table.head, force, mesh.stage.pair.pinion.r_b, side if law.coast else 1)
+        raise NoEquilibrium(f"load: in stage {mesh.stage.name} {reason}") from None
+
+
+@contextmanager
+def explained(model: Model, remedy: str, speed_of, kind: type[RuntimeError] = RuntimeError) -> Iterator[None]:
+    """Turn Exudyn's exceptions into a kind of RuntimeError with time, speed and remedy, but for KeyboardInterrupt."""
+    try:
+        yield
+    except Exception as error:
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            raise KeyboardInterrupt from None
+        t = model.mbs.systemData.GetTime()
+        where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
+        raise kind(f"{where}: {_reason(str(error), remedy)}{damping_remark(model, t)}") from None
+
+
+def _reason(text: str, remedy: str) -> str:
+    """Reason of a failed solve, from the text of Exudyn's exception."""
+    message, foreign = re.search(MESSAGE, text), re.search(USER_FUNCTION_ERROR, text)
+    if message:
+        return message.group(0).replace(DIVERGED, remedy)
+    if foreign:
+        return f"user function {foreign.group(1)} failed, {foreign.group(2)}"
+    return f"Newton's iteration failed; {remedy}"
+
+
+def damping_remark(model: Model, t: float) -> str:
+    """Remark on a run that fails at t [s] where no mesh, bearing or coupling is damped; else empty."""
+    return f" ({UNDAMPED})" if model.plan.scene.undamped and t > STATIC_SOLVE_TIME else ""

@@ -1,0 +1,142 @@
+"""Objects of an Exudyn system, by their numbers: the bodies that carry gears, and their nodes."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Lock
+from typing import Any, SupportsIndex
+
+import exudyn as exu
+import numpy as np
+
+from exugear.contact.contact_frame import GearBody
+from exugear.contact.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN
+from fem.support.validation import require
+
+INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
+#: Distance of a gear's centre from its axis that counts as rounding [m].
+OFF_AXIS = 1e-9
+#: Rounding of components of a unit vector.
+ROUNDING = 1e-9
+#: Kinds of rigid bodies in space, by Exudyn's names of their nodes.
+NODES = {"RigidBodyRxyz": SPATIAL, "RigidBodyEP": PARAMETERS, "RigidBodyRotVecLG": ROTATION_VECTOR}
+
+
+class _Silence:
+    """Exudyn's console output, which all threads share: off while any of them wants it to be."""
+
+    lock, wanted, before = Lock(), 0, True
+
+    @classmethod
+    def begin(cls) -> None:
+        with cls.lock:
+            if not cls.wanted:
+                cls.before = exu.config.printToConsole
+            cls.wanted += 1
+            exu.config.printToConsole = False
+
+    @classmethod
+    def end(cls) -> None:
+        with cls.lock:
+            cls.wanted -= 1
+            if not cls.wanted:
+                exu.config.printToConsole = cls.before
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Switch Exudyn's console output off, and restore it once no thread wants it off any more."""
+    _Silence.begin()
+    try:
+        yield
+    finally:
+        _Silence.end()
+
+
+def state_of_system(mbs, configuration) -> tuple[Any, Any]:
+    """State of a system in a configuration, and its accelerations, which Exudyn's system state leaves out."""
+    return mbs.systemData.GetSystemState(configuration), mbs.systemData.GetODE2Coordinates_tt(configuration)
+
+
+def set_state_of_system(mbs, state: tuple[Any, Any], configuration) -> None:
+    """Put a system into a state that `state_of_system` has returned."""
+    mbs.systemData.SetSystemState(state[0], configuration)
+    mbs.systemData.SetODE2Coordinates_tt(state[1], configuration)
+
+
+@contextmanager
+def current_state(mbs) -> Iterator[None]:
+    """Restore the current state of a system, which Exudyn's linearization replaces by the initial one."""
+    state, time = state_of_system(mbs, CURRENT), mbs.systemData.GetTime(CURRENT)
+    try:
+        with quiet():
+            yield
+    finally:
+        set_state_of_system(mbs, state, CURRENT)
+        mbs.systemData.SetTime(time, CURRENT)
+
+
+def object_of(mbs, name: str, item: SupportsIndex, **options) -> dict[str, Any]:
+    """Exudyn's dictionary of an object; ValueError, with the argument's name, for a number without an object."""
+    known = mbs.systemData.NumberOfObjects()
+    is_number = isinstance(item, SupportsIndex) and 0 <= int(item) < known
+    require(is_number, f"{name} must be numbers of objects below {known}, as Exudyn gave them, got {str(item)[:80]}")
+    return mbs.GetObject(item, **options)
+
+
+def gear_body(mbs, item, position, axis) -> GearBody:
+    """A body with the centre and the axis of its gear; ValueError where the body cannot carry a gear there."""
+    kind, centre, z = kind_of(mbs, item), vector("localPositions", position), vector("localAxes", axis)
+    require(bool(z.any()), f"localAxes must not be the zero vector, got {axis}; pass [0, 0, 1]")
+    z = z / np.linalg.norm(z)
+    flat = f"localAxes of a {kind} body must be [0, 0, 1], got {axis}; use CreateRigidBody for other axes"
+    require(kind not in (SPIN, PLANAR) or z[2] == 1, flat)
+    off = f"localPositions must lie on the gear's axis {axis} of the body, got {position}; move the body instead"
+    require(bool(np.linalg.norm(centre - centre @ z * z) < OFF_AXIS), off)
+    return GearBody(CODES[kind], np.array(reference_of(mbs, item)), z, centre)
+
+
+def check_spin_axes(mbs, items) -> None:
+    """ValueError unless bodies that only spin turn about the axis of the contact: global z beside bodies that move."""
+    spins = [item for item in items if kind_of(mbs, item) == SPIN]
+    axes = [np.array(mbs.GetObject(item)["referenceRotation"])[:, 2] for item in spins]
+    axis = axes[0] if len(spins) == len(items) else np.array([0.0, 0.0, 1.0])
+    aligned = not spins or np.allclose(axes, axis, rtol=0, atol=ROUNDING)
+    remedy = "leave out their referenceRotation, or use CreateRigidBody for other axes"
+    require(aligned, f"itemNumbers: ObjectRotationalMass1D {spins} must turn about the same axis; {remedy}")
+
+
+def vector(name: str, value) -> np.ndarray:
+    """(3,) array; ValueError unless the value is a finite vector."""
+    three = np.size(value) == 3 and np.ndim(value) == 1
+    require(three and bool(np.isfinite(value).all()), f"{name} must be x, y, z for each gear, got {value}")
+    return np.array(value, float)
+
+
+def reference_of(mbs, item) -> list[float]:
+    """Reference coordinates (6, or 7 with Euler parameters) of a body."""
+    kind, body = kind_of(mbs, item), mbs.GetObject(item)
+    if kind == SPIN:
+        return [*body["referencePosition"], 0.0, 0.0, 0.0]
+    coordinates = list(mbs.GetNode(body["nodeNumber"])["referenceCoordinates"])
+    return [*coordinates[:2], 0.0, 0.0, 0.0, coordinates[2]] if kind == PLANAR else coordinates
+
+
+def kind_of(mbs, item) -> str:
+    """Kind of a body, by its motion; ValueError for a body that cannot carry a gear."""
+    require(item is not None, "itemNumbers must name two bodies, got None; pass [pinion, wheel]")
+    body = object_of(mbs, "itemNumbers", item)
+    bodies = f"itemNumbers must be bodies with one node, got {body['objectType']}; use CreateRigidBody"
+    require("nodeNumber" in body, bodies)
+    kind = str(mbs.GetNode(body["nodeNumber"])["nodeType"])
+    if kind == "1D" and "Rotational" in str(body["objectType"]):
+        return SPIN
+    if kind in NODES:
+        return NODES[kind]
+    remedy = "use CreateRigidBody, or ObjectRotationalMass1D on Node1D"
+    require("2D" in kind and "Rigid" in kind, f"gears cannot be carried by a {kind} ({body['objectType']}); {remedy}")
+    return PLANAR
+
+
+def node_of(mbs, item):
+    """Number of the node with the body's coordinates."""
+    return mbs.GetObject(item)["nodeNumber"]

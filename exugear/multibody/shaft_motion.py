@@ -1,0 +1,220 @@
+"""Speeds of the shafts, torques on their ends, forces and displacements at their bearings, from recorded samples."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from exugear.gearbox.shaft import Rotor, Shaft
+from exugear.multibody.bearing_elements import displacements, reactions
+from exugear.multibody.drag_elements import braking_torques
+from exugear.multibody.drive_and_load import ShaftTorques
+from exugear.multibody.imposed_speed import end_rotor
+from exugear.multibody.model import Model
+from exugear.operation.conditions import Conditions, ShaftEnd
+from exugear.operation.stop_conditions import SpeedReached
+from fem.units import mm
+
+
+def needs_speeds(model: Model, conditions: Conditions) -> bool:
+    """Whether the meshes must record spins and speeds of their bodies: for drags, or as no imposed speed gives them."""
+    stops = any(isinstance(stop, SpeedReached) for stop in conditions.stop)
+    braked = any(shaft.drags for shaft in model.gearbox.shafts)
+    return conditions.power or conditions.held is None or conditions.held in model.rotors or stops or braked
+
+
+def recorded(model: Model, quantity: str) -> dict[str, np.ndarray]:
+    """(n,) spins [rad] or speeds [rad/s] of all shafts in their senses of motion; empty where they are not recorded.
+
+    quantity   "spin" or "speed"
+    """
+    by_shaft: dict[str, np.ndarray] = {}
+    for mesh in model.meshes:
+        if "energy" in mesh.recorder.samples:
+            for number, shaft in enumerate((mesh.stage.fast, mesh.stage.slow), start=1):
+                samples = mesh.recorder.power[f"{quantity}_{number}"]
+                by_shaft[shaft.name] = model.gearbox.directions[shaft.name] * samples
+    return by_shaft
+
+
+def driving_speed(model: Model, conditions: Conditions, time: np.ndarray) -> np.ndarray:
+    """(n,) speed of the driving shaft about z [rad/s], imposed or recorded."""
+    return conditions.driving_speed(time) if conditions.held else recorded(model, "speed")[model.gearbox.driving.name]
+
+
+def speed_variables(model: Model, torques: ShaftTorques, number: int) -> dict[str, Any]:
+    """Recorded speeds of shafts, and of the rotors behind couplings; number: of valid samples."""
+    shafts = model.gearbox.ends
+    rotors = {
+        name: model.gearbox.directions[shafts[name].name] * torque.recorder["speed"][:number]
+        for name, torque in torques.items()
+        if name in model.rotor_spins
+    }
+    return _speeds("shaft", recorded(model, "speed")) | _speeds("rotor", rotors)
+
+
+def _speeds(kind: str, speeds: dict[str, np.ndarray]) -> dict[str, Any]:
+    """Variables of speeds by name; empty where there are none."""
+    if not speeds:
+        return {}
+    about = {"units": "rad/s", "long_name": f"speed of the {kind} in its sense of motion"}
+    return {f"{kind}_speed": ((kind, "time"), np.array(list(speeds.values())), about), kind: (kind, list(speeds))}
+
+
+def motions_on_bearings(model: Model) -> dict[str, tuple[Shaft, np.ndarray, np.ndarray]]:
+    """Shafts on bearings by name, with recorded motions (n, 2 or 5) of their centres of mass [m, rad], and rates."""
+    kinds, motions, by_name = model.plan.shafts, {}, {}
+    for mesh in model.meshes:
+        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+            if kinds[shaft.name].on_bearings:
+                motions[shaft.name] = mesh.recorder.motion(side)
+    for shaft in [shaft for shaft in model.gearbox.shafts if shaft.name in motions]:
+        moving, (q, q_t) = slice(kinds[shaft.name].spin_index), motions[shaft.name]
+        by_name[shaft.name] = shaft, q[:, moving], q_t[:, moving]
+    return by_name
+
+
+@dataclass
+class BearingForces:
+    """Forces of all bearings on their shafts over the samples of a run, computed while the samples come.
+
+    samples    number of samples of the whole run
+    computed   number of those of which the forces are computed
+    """
+
+    model: Model
+    samples: int
+    computed: int = 0
+
+    @cached_property
+    def values(self) -> np.ndarray:
+        """(n_bearing, 3, samples) [N], 0 until computed."""
+        kinds = self.model.plan.shafts
+        counts = [len(shaft.bearings) for shaft in self.model.gearbox.shafts if kinds[shaft.name].on_bearings]
+        return np.zeros((sum(counts), 3, self.samples))
+
+    def extend(self, number: int) -> None:
+        """Compute the forces up to a number of samples."""
+        new, last = slice(self.computed, number), 0
+        for shaft, q, q_t in motions_on_bearings(self.model).values():
+            first, last = last, last + len(shaft.bearings)
+            reactions(shaft, q[new], q_t[new], self.values[first:last, :, new])
+        self.computed = number
+
+    def variables(self, number: int, displacement: bool) -> dict[str, Any]:
+        """The forces over a number of samples; empty where no shaft is on bearings.
+
+        displacement   whether the displacements of the shafts at their bearings are computed too
+        """
+        motions = motions_on_bearings(self.model)
+        if not motions:
+            return {}
+        self.extend(number)
+        labels = [f"{name} at {axial / mm:g} mm" for name, (shaft, *_) in motions.items() for axial in shaft.bearings]
+        over, about = ("bearing", "direction", "time"), {"units": "N", "long_name": "force of the bearing on its shaft"}
+        data: dict[str, Any] = {"bearing_force": (over, self.values[..., :number], about)}
+        if displacement:
+            about = {"units": "m", "long_name": "displacement of the shaft at the bearing"}
+            moved, last = np.empty((len(labels), 3, number)), 0
+            for shaft, q, _ in motions.values():
+                first, last = last, last + len(shaft.bearings)
+                displacements(shaft, q, moved[first:last])
+            data["bearing_displacement"] = over, moved, about
+        return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
+
+
+def drag_variables(model: Model) -> dict[str, Any]:
+    """Torques of the drags of all shafts and the power that they dissipate; empty where no shaft has a drag."""
+    shafts = model.gearbox.shafts
+    if not any(shaft.drags for shaft in shafts):
+        return {}
+    speeds = recorded(model, "speed")
+    torque = np.array([_drag_torque(model, shaft) for shaft in shafts])
+    loss = torque * np.array([speeds[shaft.name] for shaft in shafts])
+    braking = "torque of the drag of the shaft, against its motion at positive speed"
+    return {
+        "drag_torque": (("shaft", "time"), torque, {"units": "N m", "long_name": braking}),
+        "drag_loss": (("shaft", "time"), loss, {"units": "W", "long_name": "power that drag dissipates"}),
+        "shaft": ("shaft", [shaft.name for shaft in shafts]),
+    }
+
+
+def _drag_torque(model: Model, shaft: Shaft) -> np.ndarray:
+    """(n,) torque of the drags of a shaft against its sense of motion [N m]."""
+    _, motion, _ = motions_on_bearings(model).get(shaft.name, (shaft, None, None))
+    return braking_torques(shaft, recorded(model, "speed")[shaft.name], motion)
+
+
+def torque_variables(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> dict[str, Any]:
+    """Torques of drives, with the motion, and of loads, against it, over the ends of shafts and time."""
+    by_sense: dict[int, dict[str, np.ndarray]] = {1: {}, -1: {}}
+    if conditions.held:
+        by_sense[conditions.held_sense][conditions.held] = imposed_torque(model, conditions, torques, time)
+    for end in conditions.ends:
+        by_sense[end.sense][end.name] = _applied_torque(model, conditions, end, torques, time)
+    data: dict[str, Any] = {}
+    for sense, (name, words) in {1: ("drive", "of the drive, with"), -1: ("load", "of the load, against")}.items():
+        if by_sense[sense]:
+            about = {"units": "N m", "long_name": f"torque {words} the motion of the shaft at positive speed"}
+            data[f"{name}_torque"] = (f"{name}_end", "time"), rows(list(by_sense[sense].values())), about
+            data[f"{name}_end"] = f"{name}_end", list(by_sense[sense])
+    return data
+
+
+def rows(arrays: list[np.ndarray]) -> np.ndarray:
+    """A contiguous matrix with the arrays as its rows; a single contiguous array is not copied."""
+    return np.ascontiguousarray(arrays[0])[None] if len(arrays) == 1 else np.array(arrays)
+
+
+def _applied_torque(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques, time) -> np.ndarray:
+    """(n,) torque of an end [N m], > 0 as the user gives it."""
+    if conditions.tables[end.name].constant:
+        return np.full(time.size, float(conditions.tables[end.name](0.0, 0.0, 0.0)))
+    samples = torques[end.body].recorder["torque"]
+    return end.sense * model.gearbox.directions[end.shaft] * samples[: time.size]
+
+
+def imposed_torque(model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray) -> np.ndarray:
+    """(n,) torque [N m] by which a drive imposes its speed, with the motion (against it for a load).
+
+    It accelerates the shaft against the torques of its meshes and its drag, or the rotor against that of the coupling.
+    """
+    shaft = next(shaft for shaft in model.gearbox.shafts if shaft.name == conditions.held)
+    acceleration = conditions.speed_of.slope(time)
+    if shaft.rotors:
+        rotor = end_rotor(shaft)
+        by_coupling = _coupling_torque(model, conditions, rotor, torques, time)
+        torque = rotor.coupling.inertia * acceleration + by_coupling
+    else:
+        torque = _mesh_torque(model, shaft)
+        np.subtract(shaft.inertia * acceleration, torque, out=torque)
+        if shaft.drags:
+            torque += _drag_torque(model, shaft)
+    torque *= conditions.held_sense
+    return torque
+
+
+def _mesh_torque(model: Model, shaft: Shaft) -> np.ndarray:
+    """(n,) torque of all meshes on a shaft in its sense of motion [N m]."""
+    sides = [
+        (mesh.recorder.pinion_torque if mesh.stage.fast.name == shaft.name else mesh.recorder.wheel_torque)
+        for mesh in model.meshes
+        if shaft.name in (mesh.stage.fast.name, mesh.stage.slow.name)
+    ]
+    return model.gearbox.directions[shaft.name] * sum(sides[1:], start=sides[0])
+
+
+def _coupling_torque(
+    model: Model, conditions: Conditions, rotor: Rotor, torques: ShaftTorques, time: np.ndarray
+) -> np.ndarray:
+    """(n,) torque of the coupling of a held rotor on the body that bears it, in the sense of motion [N m]."""
+    held = str(conditions.held)
+    if rotor.body == held:
+        spin, speed = (recorded(model, quantity)[held] for quantity in ("spin", "speed"))
+    else:
+        recorder, direction = torques[rotor.body].recorder, model.gearbox.directions[held]
+        spin, speed = (direction * recorder[name][: time.size] for name in ("angle", "speed"))
+    angle = conditions.start_angle + np.array([conditions.speed_of.integral(t) for t in time.tolist()])
+    coupling = rotor.coupling
+    return coupling.torsion * (angle - spin) + coupling.damping * (conditions.speed_of(time) - speed)

@@ -1,0 +1,279 @@
+"""Integration of a run in segments, each a solve of its own from the state in which the segment before has ended."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from itertools import pairwise
+from typing import Any
+
+import exudyn as exu
+import numpy as np
+
+from exugear.multibody.contact_steps import lag_corrected, last_steps, set_last_steps
+from exugear.multibody.equilibrium import explained
+from exugear.multibody.exudyn_objects import CURRENT, INITIAL, set_state_of_system, state_of_system
+from exugear.multibody.imposed_speed import driven_by_contacts
+from exugear.multibody.model import Model, end_coordinate
+from exugear.multibody.shaft_motion import recorded
+from exugear.multibody.solver_settings import Scheme
+from exugear.operation.conditions import Conditions
+from exugear.operation.piecewise_cubics import GOLDEN
+from exugear.operation.stop_conditions import End, first_end
+from exugear.planning.integrator_and_step import Rule
+from fem.support.progress import moving
+
+#: Least number of segments of a run, and steps in a segment of a long run: rounding turns the driving shaft by at most
+#: 1e-16 of its angle in a step, and `Solver._realign` takes that back after each segment. A segment costs 50 us.
+SEGMENTS, LONGEST_SEGMENT = 100, 3000
+#: Shift of the ends of segments at constant speed, as share of a segment and by multiples of the golden ratio: they
+#: then lie at all phases of the mesh cycle.
+SHIFT = 0.25
+BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Part of a run: its first and last step, and the state of the system at the first step (`state_of_run`)."""
+
+    first: int
+    last: int
+    state: Any
+
+
+@dataclass(frozen=True)
+class Solver:
+    """Integrates a run of a model in segments.
+
+    restarted    whether the run continues another run instead of starting from equilibrium
+    iterations   of Newton's method in each solve; empty where a single solve halts for sensors
+    """
+
+    model: Model
+    conditions: Conditions
+    scheme: Scheme
+    restarted: bool = False
+    iterations: list[int] = field(default_factory=list)
+
+    def run(self, progress: bool) -> tuple[list[Segment], End | None, BaseException | None]:
+        """The segments, after each of which the bar moves; the condition that ended the run, if any; the error, if any.
+
+        Errors are RuntimeError and KeyboardInterrupt.
+        """
+        segments: list[Segment] = []
+        end = None
+        try:
+            end = self._integrate(segments, progress)
+            self.require_samples(end)
+        except (RuntimeError, KeyboardInterrupt) as error:
+            return segments, end, error
+        return segments, end, None
+
+    @property
+    def stopped_at(self) -> float:
+        """Time of the system [s]."""
+        return self.model.mbs.systemData.GetTime()
+
+    def segments_between(self, bounds: Sequence[int], state: Any = None) -> Iterator[Segment]:
+        """Integrate from the present state, at the first of these steps, to the others; each segment once it is solved.
+
+        state   at the first step, of a run that goes on
+
+        Raises RuntimeError, with the reason, where a solve fails.
+        """
+        with self.explained(self.scheme.rule), self._advancing(bounds[0]) as advance:
+            if state and bounds[0]:
+                set_last_steps(self.model, state[-1])
+            for first, last in pairwise(bounds):
+                segment = Segment(first, last, state_of_run(self.model, self._present(first)))
+                advance(segment)
+                yield segment
+
+    def _integrate(self, segments: list[Segment], progress: bool) -> End | None:
+        """Integrate the run, appending each segment, until a condition ends it."""
+        bounds, end = self.bounds, None
+        check_every = max(1, len(bounds) // SEGMENTS)
+        with progress_bar(self.scheme, progress) as bar:
+            for segment in self.segments_between(bounds):
+                segments.append(segment)
+                bar.update(segment.last - segment.first)
+                if len(segments) % check_every == 0 or segment.last == bounds[-1]:
+                    end = self._end_in(segment.last)
+                if end:
+                    self._cut(segments, end.sample * self.scheme.steps.every)
+                    break
+        if self.model.mbs.systemData.NumberOfSensors() and not end:
+            set_state_of_system(self.model.mbs, state_of_system(self.model.mbs, CURRENT), INITIAL)
+        return end
+
+    def _present(self, step: int) -> exu.ConfigurationType:
+        """The configuration that holds the state at a step between two segments."""
+        halted = step and self.model.mbs.systemData.NumberOfSensors()
+        return CURRENT if halted else INITIAL
+
+    def _end_in(self, last: int) -> End | None:
+        """The first of the conditions that holds at a sample up to a step."""
+        if not self.conditions.stop:
+            return None
+        number, labels = last // self.scheme.steps.every + 1, self.model.gearbox.labels
+        speeds = {name: speed[:number] for name, speed in recorded(self.model, "speed").items()}
+        forces = {labels[i]: mesh.recorder.force[:number] for i, mesh in enumerate(self.model.meshes)}
+        return first_end(self.conditions.stop, speeds, forces, self.scheme.steps.interval)
+
+    def _cut(self, segments: list[Segment], last: int) -> None:
+        """Let the segments end at a step; the last one is integrated again up to there, without sensors."""
+        while len(segments) > 1 and segments[-1].first >= last:
+            segments.pop()
+        segments[-1] = replace(segments[-1], last=last)
+        settings = self.settings()
+        settings.solution.sensors.active = False
+        set_state_of_system(self.model.mbs, segments[-1].state, INITIAL)
+        self.solve(settings, segments[-1])
+
+    @contextmanager
+    def _advancing(self, begin: int) -> Iterator[Callable[[Segment], None]]:
+        """The function that integrates the next segment, from a step on.
+
+        Without sensors each segment is a separate solve. Sensors must not restart with each segment: with sensors a
+        single solve halts after each segment. This needs a solver driven from Python, whose overrides Exudyn looks up
+        in every step, at 0.7 us each.
+        """
+        if begin == 0 and not self._steady:
+            self._compute_initial_forces()
+        if self.model.mbs.systemData.NumberOfSensors():
+            with self._halting_solver() as (solver, settings):
+                yield partial(self._continue, solver, settings)
+        else:
+            yield partial(self._solve_dynamic, self.settings())
+
+    @property
+    def _steady(self) -> bool:
+        """Whether the run starts from equilibrium at a constant imposed speed."""
+        speed_of = self.conditions.speed_of
+        return speed_of is not None and speed_of.constant and not self.restarted
+
+    def settings(self) -> exu.SimulationSettings:
+        """Settings of Exudyn for the run."""
+        settings = self.scheme.settings()
+        if not self._steady:
+            # Exudyn's initial accelerations leave out the slope of the given speed; those of the state contain it.
+            settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
+        return settings
+
+    def _solve_dynamic(self, settings: exu.SimulationSettings, segment: Segment) -> None:
+        """Integrate a segment from the final state of the segment before."""
+        self.solve(settings, segment)
+        self._realign(segment.last)
+
+    def _realign(self, last: int) -> None:
+        """Take back the angle by which the coordinate of the held shaft has drifted from its imposed angle.
+
+        Behind a constraint the whole train has drifted with it, by rounding. Contacts know the imposed angle: beside
+        them only the coordinate of the shaft itself drifts, as it follows its acceleration step by step.
+        """
+        model, held = self.model, self.conditions.held
+        if not held:
+            return
+        system, spin, t = model.mbs.systemData, end_coordinate(model, held), last * self.scheme.steps.size
+        direction, speed_of = model.gearbox.directions[held], self.conditions.speed_of
+        q, imposed = (
+            system.GetODE2Coordinates(INITIAL),
+            direction * (self.conditions.start_angle + speed_of.integral(t)),
+        )
+        if driven_by_contacts(model):
+            rates = system.GetODE2Coordinates_t(INITIAL)
+            q[spin], rates[spin] = imposed, direction * speed_of(t)
+            system.SetODE2Coordinates_t(rates, INITIAL)
+        else:
+            ratios = model.speed_ratios
+            q += (imposed - q[spin]) * ratios / ratios[spin]
+        system.SetODE2Coordinates(q, INITIAL)
+
+    def solve(self, settings: exu.SimulationSettings, segment: Segment, halvings: int = 0) -> None:
+        """Integrate a segment from the initial state, its steps halved so many times."""
+        h, integration = self.scheme.steps.size, settings.timeIntegration
+        integration.startTime, integration.endTime = segment.first * h, segment.last * h
+        integration.numberOfSteps = (segment.last - segment.first) << halvings
+        self.model.mbs.SolveDynamic(settings, updateInitialValues=halvings == 0)
+        if halvings == 0:
+            self.iterations.append(self.model.mbs.sys["dynamicSolver"].it.newtonStepsCount)
+
+    def _continue(self, solver, settings: exu.SimulationSettings, segment: Segment) -> None:
+        """Let a halted solver continue to the end of a segment; the sensors at its start have been written already."""
+        h = self.scheme.steps.size
+        solver.it.endTime = segment.last * h
+        if segment.first:
+            solver.output.lastSensorsWritten = (segment.first + self.scheme.sensor_steps - 0.5) * h
+        if not solver.SolveSteps(self.model.mbs, settings):
+            raise RuntimeError("no convergence")
+
+    @contextmanager
+    def _halting_solver(self) -> Iterator[tuple[Any, exu.SimulationSettings]]:
+        """Exudyn's solver over the whole run, driven from Python, and its settings."""
+        h, mbs, number = self.scheme.steps.size, self.model.mbs, self.scheme.steps.number
+        settings = self.settings()
+        solver: Any = exu.MainSolverImplicitSecondOrder()
+        settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = number * h, number
+        settings.solution.sensors.writePeriod = self.scheme.sensor_steps * h
+        if not solver.InitializeSolver(mbs, settings):
+            raise RuntimeError("no start")
+        try:
+            yield solver, settings
+        finally:
+            solver.FinalizeSolver(mbs, settings)
+
+    def _compute_initial_forces(self) -> None:
+        """Evaluate all forces in the initial state, so that the recorders take their first samples."""
+        settings, mbs = self.scheme.settings(), self.model.mbs
+        settings.solution.sensors.active = False
+        solver: Any = exu.MainSolverStatic()
+        solver.InitializeSolver(mbs, settings)
+        solver.ComputeODE2RHS(mbs)
+        solver.FinalizeSolver(mbs, settings)
+
+    @contextmanager
+    def explained(self, rule: Rule) -> Iterator[None]:
+        """Contacts correct the lag of the velocities of a rule; errors become RuntimeError with the reason."""
+        with lag_corrected(self.model, rule), explained(self.model, self._remedy, self._speed_at):
+            yield
+
+    def _speed_at(self, t: float) -> float:
+        """Speed of the driving shaft [rad/s] at a time [s]: the imposed one, or the present one."""
+        if self.conditions.held:
+            return float(self.conditions.driving_speed(t))
+        spin = self.model.spins[self.model.gearbox.driving.name]
+        return float(self.model.mbs.systemData.GetODE2Coordinates_t()[spin])
+
+    @property
+    def _remedy(self) -> str:
+        return f"try step={self.scheme.steps.size / 2:.2g} or more damping"
+
+    @cached_property
+    def bounds(self) -> list[int]:
+        """Steps at which segments end; sensors are sampled at each of them, since Exudyn writes them where it halts."""
+        steps = self.scheme.steps
+        unit = max(steps.every, self.scheme.sensor_steps)
+        number = max(1, min(max(SEGMENTS, steps.number // LONGEST_SEGMENT), steps.number // unit))
+        i = np.arange(number)
+        shifts = SHIFT * (GOLDEN * i % 1) if self.conditions.constant_speed else 0.0
+        inner = np.unique(((i + shifts) * (steps.number // unit) / number).astype(int)) * unit
+        return [*inner.tolist(), steps.number]
+
+    def require_samples(self, end: End | None) -> None:
+        """Require all samples: where Newton's iteration fails Exudyn cuts the step and may miss times of samples."""
+        for mesh in self.model.meshes:
+            lost = np.flatnonzero(np.isnan(mesh.recorder.deflection[: end.sample + 1 if end else None]))
+            if lost.size:
+                where = f"at t = {lost[0] * self.scheme.steps.interval:.6g} s"
+                cause = f"Newton's iteration failed, {lost.size} samples are lost"
+                raise RuntimeError(f"{where}: {cause}; {self._remedy}")
+
+
+def state_of_run(model: Model, configuration=INITIAL) -> tuple[Any, Any, list[np.record]]:
+    """State of the system in a configuration, its accelerations, and what its contacts remember of the last step."""
+    return *state_of_system(model.mbs, configuration), last_steps(model)
+
+
+def progress_bar(scheme: Scheme, progress: bool) -> Any:
+    """A bar over the steps of a run, in seconds of its time, or lines in a log."""
+    return moving(scheme.steps.number, "run", visible=progress, bar_format=BAR, unit_scale=scheme.steps.size)

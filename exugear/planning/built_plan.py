@@ -1,0 +1,158 @@
+"""The plan of a built model: integrator, step and cost, which follow from its eigenfrequencies."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import pi
+
+from exugear.mesh_force.force import MeshForce
+from exugear.planning.coordinates import Coordinates
+from exugear.planning.integrator_and_step import (
+    ANGLE_AT_1E3,
+    ANGLE_ON_BEARINGS_AT_1E3,
+    BOUND_MARGIN,
+    STABLE,
+    Rule,
+    rule_for,
+)
+from exugear.planning.plan import Plan
+from exugear.planning.vibration_decay import SEAM_TOLERANCE, settling_time
+from fem.support.arguments import Finite, checked
+
+#: What an imposed speed means for the main resonance of a mesh.
+IMPOSED = "{:.0f} Hz where the driving speed is imposed (infinite inertia), {:.0f} Hz where it is free"
+#: Wall time of a step per mesh, measured on a two-core machine [s].
+STEP_COST = {Coordinates.SPIN: 4e-6, Coordinates.PLANAR: 8e-6, Coordinates.BEARINGS: 13e-6, Coordinates.JOINT: 13e-6}
+#: Memory of a recorder per sample and mesh [bytes].
+SAMPLE_SIZE, SAMPLE_SIZE_ON_BEARINGS = 72, 152
+
+
+@checked
+@dataclass(frozen=True)
+class BuiltPlan:
+    """The plan of a built model, with integrator, step and cost, which need the built system; print it.
+
+    scene       the `Plan` by which the model was built
+    omega       upper bound of all eigenfrequencies, meshes at their stiffest [rad/s]
+    omega_mesh  upper bound for the modes in which meshes deform, which the step resolves [rad/s]
+    contact     whether Exudyn calls the contacts without Python, or why by way of Python
+
+    mesh_resonances   for each stage [Hz]: main resonance of its mesh with the speed of the driving shaft imposed, and
+                      with that shaft free; the meshes have their mean stiffness at the largest torque of their maps
+    largest_torques   of these maps, on the pinions [N m], by stage
+    decay             rate [1/s] at which the slowest of the modes decays that the meshes excite; 0 without damping
+    """
+
+    scene: Plan
+    omega: Finite
+    omega_mesh: Finite
+    contact: str
+    mesh_resonances: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    decay: Finite = 0.0
+    largest_torques: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def shafts(self) -> Mapping[str, Coordinates]:
+        """Coordinates of each shaft."""
+        return self.scene.shafts
+
+    @property
+    def laws(self) -> Mapping[str, MeshForce]:
+        """Force law of each stage by its label, with the axes that the scene needs."""
+        return self.scene.laws
+
+    @property
+    def why(self) -> Mapping[str, str]:
+        """Reason for the coordinates of each shaft."""
+        return self.scene.why
+
+    @property
+    def axes(self) -> Mapping[str, str]:
+        """Reason for the axes of each stage's map."""
+        return self.scene.axes
+
+    @property
+    def undamped(self) -> bool:
+        """Whether no mesh, bearing or coupling is damped."""
+        return self.scene.undamped
+
+    @property
+    def losses(self) -> Mapping[str, str]:
+        """Friction of stages and drag of shafts, by their labels and names."""
+        return self.scene.losses
+
+    @property
+    def damping(self) -> Mapping[str, str]:
+        """Damping of the mesh of each stage that is damped, by its label."""
+        return self.scene.damping
+
+    @property
+    def mirrored(self) -> Mapping[str, str]:
+        """By stage: why its coast flank is not the mirror image of the driving flank that the law takes."""
+        return self.scene.mirrored
+
+    @property
+    def on_bearings(self) -> bool:
+        """Whether bearings carry at least one shaft."""
+        return any(kind.on_bearings for kind in self.shafts.values())
+
+    @property
+    def largest_step(self) -> float:
+        """Step at which the fourth-order integrator becomes unstable [s]."""
+        return STABLE / self.omega
+
+    @property
+    def overlap(self) -> str:
+        """How early the parts of a run with executor= start, in words."""
+        if not self.decay:
+            return "none, the run is serial: a mode that the meshes excite is not damped"
+        settling = settling_time(self.decay, SEAM_TOLERANCE)
+        return f"start {settling:.2g} s early and at least a segment, vibrations decay at {self.decay:.3g} 1/s"
+
+    @checked
+    def rule(self, tolerance: float = 1e-3, mesh_frequency: Finite = 0.0) -> Rule:
+        """Integrator and step for a relative error of the windowed rms of the DTE, up to a mesh frequency [Hz]."""
+        angle = ANGLE_ON_BEARINGS_AT_1E3 if self.on_bearings else ANGLE_AT_1E3
+        return rule_for(self.omega_mesh, BOUND_MARGIN * self.largest_step, tolerance, mesh_frequency, angle)
+
+    @checked
+    def step(self, tolerance: float = 1e-3, mesh_frequency: Finite = 0.0) -> float:
+        """Step [s] of the integrator that `rule` chooses."""
+        return self.rule(tolerance, mesh_frequency).step
+
+    @checked
+    def cost(self, duration: Finite, step: Finite, sample: Finite = 4e-5) -> str:
+        """Number of steps, estimated wall time and memory of a run with a duration, step and sample interval [s]."""
+        steps, memory = duration / step, self.memory(duration / max(sample, step)) / 1e6
+        about = f"about {self.wall_time(steps):.3g} s, {memory:.3g} MB of samples"
+        return f"{duration:g} s in {steps:.3g} steps of {step:.3g} s: {about}"
+
+    def _resonance(self, label: str) -> str:
+        """The main resonance of a mesh in words, with the load at which it is."""
+        torque = self.largest_torques.get(label)
+        at = "" if torque is None else f", at {torque:.4g} N m on the pinion, the largest of the map"
+        return f"resonance of {label}: {IMPOSED.format(*self.mesh_resonances[label])}{at}"
+
+    @checked
+    def wall_time(self, steps: Finite) -> float:
+        """Estimated wall time [s] of a number of steps; steps in which teeth touch or part take longer."""
+        return steps * len(self.laws) * max(STEP_COST[kind] for kind in self.shafts.values())
+
+    @checked
+    def memory(self, samples: Finite) -> float:
+        """Memory [bytes] of a number of samples."""
+        return samples * len(self.laws) * (SAMPLE_SIZE_ON_BEARINGS if self.on_bearings else SAMPLE_SIZE)
+
+    def __str__(self) -> str:
+        resolved = f"those in which meshes deform below {self.omega_mesh / 2 / pi:.4g} Hz"
+        lines = [
+            *self.scene.lines(),
+            f"integrator: {self.rule()}",
+            f"eigenfrequencies: below {self.omega / 2 / pi:.4g} Hz, {resolved}",
+            *(self._resonance(label) for label in self.mesh_resonances),
+            f"largest stable step: {self.largest_step:.3g} s",
+            f"tolerance 1e-3: {self.cost(1.0, self.step())}; parts of a run with executor=: {self.overlap}",
+            f"contact: {self.contact}",
+        ]
+        return "\n".join(lines)
+
+    __repr__ = __str__

@@ -1,0 +1,104 @@
+"""Axes of a map that a scene needs: those along which its gears move; the others are fixed at their static values."""
+
+from collections.abc import Mapping
+from math import acos, isfinite
+
+from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.stage import Stage
+from exugear.gearbox.static_offsets import stage_offsets
+from exugear.mesh_force.force import MeshForce
+from exugear.planning.coordinates import Coordinates
+from fem.gear.involute import involute
+from fem.ste.map_sides import SIDES_DIFFER
+from fem.support.validation import require
+from fem.units import mm, um
+
+#: Offset -> coordinates of shafts whose motion changes it.
+MOVED_BY = {
+    "a": (Coordinates.PLANAR, Coordinates.BEARINGS),
+    "misalignment": (Coordinates.BEARINGS,),
+    "axial": (Coordinates.BEARINGS,),
+}
+#: Largest changes of offsets that a map without the axis may ignore: gap by misalignment at the ends of the face width
+#: [m], centre distance [m], axial offset as share of the face width.
+IGNORED = {"misalignment": 0.01 * um, "a": 1 * um, "axial": 2e-3}
+AXIS_NAMES = {"a": "centre distance", "misalignment": "misalignment", "axial": "axial offset"}
+
+
+def static_offsets(gearbox: Gearbox, stage: Stage, side: int = 1) -> dict[str, float]:
+    """Static offsets of a stage with the signs of its map, on the driving flank (side 1) or on the back flank (-1).
+
+    The z axis of the map points along z where the mesh force turns the pinion clockwise, else against it.
+    """
+    z = side * gearbox.directions[stage.fast.name]
+    offsets = stage_offsets(stage, gearbox.shaft_positions, z)
+    return {"a": offsets["a"], "misalignment": z * offsets["misalignment"], "axial": z * offsets["axial"]}
+
+
+def stage_law(gearbox: Gearbox, stage: Stage, shafts: Mapping[str, Coordinates]) -> tuple[MeshForce, str]:
+    """Force law with the axes that the scene needs, and the reasons; ValueError where the map lacks such an axis."""
+    kinds = {shafts[stage.fast.name], shafts[stage.slow.name]}
+    static, law = static_offsets(gearbox, stage), stage.force
+    moving = [name for name, movers in MOVED_BY.items() if kinds & set(movers)]
+    _check_axes_exist(stage, static)
+    _check_axis_ranges(stage, static)
+    _check_backlash(stage, static["a"])
+    on_back_flank = static_offsets(gearbox, stage, -1) if isfinite(law.backlash) else static
+    alike = [name for name in law.offsets if is_slight(stage, name, static[name] - on_back_flank[name])]
+    fixed = {name: static[name] for name in alike if name not in moving}
+    lines = [
+        "map over " + ", ".join(["phase", "force", *(AXIS_NAMES[name] for name in law.offsets if name not in fixed)])
+    ]
+    lines += [f"{AXIS_NAMES[name]} dropped: stays at {value:.6g}" for name, value in fixed.items()]
+    lines += [f"{AXIS_NAMES[name]} kept: it differs between the flanks" for name in law.offsets if name not in alike]
+    lines += [f"{AXIS_NAMES[name]} moves, but the map has no such axis" for name in moving if name not in law.offsets]
+    return law.at(**fixed), "; ".join(lines)
+
+
+def why_coast_differs(stage: Stage, law: MeshForce, shafts: Mapping[str, Coordinates]) -> str:
+    """Why the coast flank of a stage is not the mirror image that its law takes; "" where it is, or never touches.
+
+    Spur gears with the same flanks on both sides differ in their force centroid alone, which turns no ideal shaft.
+    """
+    tilts = Coordinates.BEARINGS in (shafts[stage.fast.name], shafts[stage.slow.name])
+    exact = not isfinite(law.backlash) or not (tilts or stage.pair.beta_b or law.coast_unlike == SIDES_DIFFER)
+    return "" if exact else law.coast_unlike
+
+
+def is_slight(stage: Stage, name: str, difference: float) -> bool:
+    """Whether a map without the axis may ignore a change of the offset."""
+    scale = {"misalignment": stage.pair.b / 2, "a": 1.0, "axial": 1 / stage.pair.b}
+    return abs(difference) * scale[name] <= IGNORED[name]
+
+
+def _check_axes_exist(stage: Stage, static: Mapping[str, float]) -> None:
+    """Require map axes for the offsets by which the shafts are displaced statically."""
+    nominal = {"misalignment": 0.0, "a": stage.pair.a, "axial": 0.0, **stage.force.fixed_offsets}
+    remedies = {name: f"map it with fem.Offsets({name}=(...))" for name in nominal}
+    offset, (pinion, wheel) = static["axial"], (axial / mm for axial in stage.axial_positions)
+    remedies["axial"] = (
+        f"pinion at {pinion:g} mm, wheel at {wheel:g} mm: map it with fem.Offsets(axial={offset:.6g}), or with "
+        f"fem.Offsets(axial=(...)) from {-abs(offset):.6g} to {abs(offset):.6g}, where the coast flank carries too"
+    )
+    for name, value in nominal.items():
+        missing = f"the shafts of stage {stage.name!r} give {name} = {static[name]:.6g}, but its map is for {value:.6g}"
+        ignored = is_slight(stage, name, static[name] - value)
+        require(name in stage.force.offsets or ignored, f"{missing}; {remedies[name]}")
+
+
+def _check_axis_ranges(stage: Stage, static: Mapping[str, float]) -> None:
+    """Require map axes that contain the static offsets."""
+    for name, axis in stage.force.offsets.items():
+        beyond = f"the shafts of stage {stage.name!r} give {name} = {static[name]:.6g}, beyond the map's axis"
+        ends = f"from {axis[0]:.6g} to {axis[-1]:.6g}"
+        require(axis[0] <= static[name] <= axis[-1], f"{beyond} {ends}; extend the axis fem.Offsets({name}=...)")
+
+
+def _check_backlash(stage: Stage, a: float) -> None:
+    """Require backlash at the static centre distance, since the law has a single flank in contact at a time."""
+    pair = stage.pair
+    r_b = pair.pinion.r_b + pair.wheel.r_b
+    backlash = stage.force.backlash + 2 * r_b * (involute(acos(r_b / a)) - involute(pair.alpha_wt))
+    jam = f"shafts of stage {stage.name!r} stand {(pair.a - a) / um:.4g} um too close for its backlash"
+    ends = f"of {stage.force.backlash / um:.4g} um: {-backlash / um:.4g} um are missing"
+    require(backlash >= -IGNORED["a"], f"{jam} {ends}; give more backlash or make the offsets smaller")

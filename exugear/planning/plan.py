@@ -1,0 +1,211 @@
+"""The plan of a gearbox: coordinates of its shafts and axes of its maps, with the reason for each."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Never
+
+import numpy as np
+
+from exugear.gearbox.constant_loads import given_loads, idle_stages, words_of
+from exugear.gearbox.gearbox import Gearbox
+from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.stage import Stage
+from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.mesh_friction import MeshFriction
+from exugear.planning.coordinates import Coordinates
+from exugear.planning.map_axes import stage_law, why_coast_differs
+from exugear.planning.missing_offsets import largest_load, missing_axes
+from fem.support.arguments import checked, keywords_after_first
+from fem.units import um
+
+#: Relative coupling stiffness, or distance [m], that counts as rounding.
+ROUNDING = 1e-9
+UNDAMPED = "damping: none, vibrations do not decay; give Stage(damping_ratio=0.06)"
+NO_BACKLASH = "no backlash, coast flanks touch as soon as the teeth part; give GearPair(a=...) or Stage(backlash=...)"
+COAST_MAPPED = "coast flank by the torques < 0 of the map"
+COAST_MIRRORED = (
+    "coast flank taken as mirror image of the driving flank, which it is not, as {}; map torques < 0 too, say "
+    "fem.static_transmission_error(pair, [-350, -150, 0, 150, 350])"
+)
+RAMP = "assumed to ramp in over {:.3g} um of penetration (damping_ramp=), which moves jumps where teeth part"
+#: Attributes that only a `BuiltPlan` has.
+KNOWN_ONCE_BUILT = "omega", "omega_mesh", "contact", "largest_step", "rule", "step", "cost"
+JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
+
+
+@checked
+@dataclass(frozen=True)
+class Plan:
+    """How a gearbox becomes a model, decided from the scene alone; print it.
+
+    shafts      coordinates of each shaft
+    why         reason for the coordinates, by shaft
+    laws        force law of each stage by its label, with the axes that the scene needs
+    axes        reason for the axes, by stage
+    undamped    whether no mesh, bearing or coupling is damped
+    losses      friction of stages and drag of shafts, by their labels and names; empty without them
+    damping     of the mesh of each stage that is damped, in N s/m, its critical share and its ramp, by its label
+    mirrored    by stage: why its coast flank is not the mirror image of the driving flank that the law takes
+
+    Integrator, step and cost depend on the eigenfrequencies of the built system: `BuiltPlan`, the plan of a model.
+    """
+
+    shafts: Mapping[str, Coordinates]
+    why: Mapping[str, str]
+    laws: Mapping[str, MeshForce]
+    axes: Mapping[str, str]
+    undamped: bool = False
+    losses: Mapping[str, str] = field(default_factory=dict)
+    damping: Mapping[str, str] = field(default_factory=dict)
+    mirrored: Mapping[str, str] = field(default_factory=dict)
+
+    def with_joints(self) -> "Plan":
+        """The unreduced plan: every shaft a rigid body in space on an ideal revolute joint."""
+        return self._with(dict.fromkeys(self.shafts, Coordinates.JOINT))
+
+    def with_bodies(self) -> "Plan":
+        """The plan in which planar bodies move in space, to check the reduction."""
+        planar = [name for name, kind in self.shafts.items() if kind is Coordinates.PLANAR]
+        return self._with(dict.fromkeys(planar, Coordinates.BEARINGS))
+
+    def _with(self, shafts: Mapping[str, Coordinates]) -> "Plan":
+        """The plan with other coordinates of these shafts."""
+        why = dict.fromkeys(shafts, "chosen by the user: unreduced, to check the reduction")
+        return replace(self, shafts={**self.shafts, **shafts}, why={**self.why, **why})
+
+    def lines(self) -> list[str]:
+        """The printed plan, line by line, as far as it is known before the model is built."""
+        lines = [f"{name}: {kind.value} ({self.why[name]})" for name, kind in self.shafts.items()]
+        lines += [f"{label}: {text}" for label, text in self.axes.items()]
+        lines += [f"{label}: damping {text}" for label, text in self.damping.items()]
+        lines += [f"{name}: {text}" for name, text in self.losses.items()]
+        lines += [f"{label}: {NO_BACKLASH}" for label, law in self.laws.items() if law.backlash == 0]
+        lines += [f"{label}: {COAST_MAPPED}" for label, law in self.laws.items() if law.coast is not None]
+        lines += [f"{label}: {COAST_MIRRORED.format(reason)}" for label, reason in self.mirrored.items()]
+        lines += [UNDAMPED] * self.undamped
+        for label, law in self.laws.items():
+            if law.jumps.size:
+                lines.append(f"{label}: {JUMPS.format(', '.join(f'{x:.3f}' for x in law.jumps))}")
+        return lines
+
+    def __str__(self) -> str:
+        return "\n".join([*self.lines(), "integrator and step: known once the model is built (build(box).plan)"])
+
+    __repr__ = __str__
+
+    def __getattr__(self, name: str) -> Never:
+        if name in KNOWN_ONCE_BUILT:
+            raise AttributeError(f"a Plan has no {name}; build the model first: exugear.build(box).plan.{name}")
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+
+
+@keywords_after_first()
+@checked
+def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, float] | None = None) -> Plan:
+    """Choose coordinates for the shafts of a gearbox and axes for its maps, no more than the scene needs.
+
+    A shaft without bearings only spins. With bearings it is a planar body where nothing tilts it or pushes it along
+    its axis, else a rigid body in space. A map keeps the axes (centre distance, misalignment, axial offset) along which
+    its bodies move; the others are fixed at their static values. The plan gives a reason for each of these choices.
+
+    load    torque on the driven shaft [N m] under which the plan estimates how far the gears move along axes that their
+            maps lack; by default the largest that all maps carry. Where that motion matters the plan prints the
+            `fem.Offsets` to map
+    loads   instead, of a gearbox with several outputs: name of a shaft -> torque against its motion [N m]
+
+    Returns a `Plan`: print it, pass it to `exugear.build`. Integrator, step and cost are known once the model is built.
+    Raises ValueError for statically displaced shafts whose map lacks the axis, or whose map ends before their offsets.
+    """
+    choices = {shaft.name: _coordinates(gearbox, shaft) for shaft in gearbox.shafts}
+    shafts = {name: kind for name, (kind, _) in choices.items()}
+    why = {name: reason for name, (_, reason) in choices.items()}
+    reduced = [stage_law(gearbox, stage, shafts) for stage in gearbox.stages]
+    laws = dict(zip(gearbox.labels, (law for law, _ in reduced), strict=True))
+    chosen = load is not None or loads is not None
+    torques = given_loads(gearbox, load, loads) if chosen else largest_load(gearbox)
+    advice = missing_axes(gearbox, shafts, torques)
+    idle, under = idle_stages(gearbox, torques), f"idle under {words_of(gearbox, torques)}, its teeth are open"
+    open_teeth = [under if label in idle else "" for label in gearbox.labels]
+    texts = zip((reason for _, reason in reduced), advice, open_teeth, strict=True)
+    reasons = ("; ".join(filter(None, parts)) for parts in texts)
+    axes = dict(zip(gearbox.labels, reasons, strict=True))
+    stages = dict(zip(gearbox.labels, gearbox.stages, strict=True))
+    mirrored = {label: why_coast_differs(stage, laws[label], shafts) for label, stage in stages.items()}
+    mirrored = {label: reason for label, reason in mirrored.items() if reason}
+    return Plan(shafts, why, laws, axes, _undamped(gearbox), _losses(gearbox), _damping(gearbox), mirrored)
+
+
+def _undamped(gearbox: Gearbox) -> bool:
+    """Whether no mesh, bearing or coupling is damped."""
+    damping = [rotor.coupling.damping for shaft in gearbox.shafts for rotor in shaft.rotors]
+    damping += [bearing.damping for shaft in gearbox.shafts for bearing in shaft.bearings.values()]
+    return not any([*damping, *(stage.force.damping for stage in gearbox.stages)])
+
+
+def _damping(gearbox: Gearbox) -> dict[str, str]:
+    """Damping of each damped mesh in words."""
+    return {
+        label: f"{stage.force.damping:.4g} N s/m, {stage.force.damping / stage.critical_damping:.3g} of the critical "
+        f"{stage.critical_damping:.4g} N s/m of both shafts free to spin, {RAMP.format(stage.force.damping_ramp / um)}"
+        for label, stage in zip(gearbox.labels, gearbox.stages, strict=True)
+        if stage.force.damping
+    }
+
+
+def _losses(gearbox: Gearbox) -> dict[str, str]:
+    """Friction of stages and drag of shafts in words."""
+    friction = {
+        label: f"friction between the teeth, coefficient {_coefficient(stage.friction, stage)}"
+        for label, stage in zip(gearbox.labels, gearbox.stages, strict=True)
+        if stage.friction
+    }
+    drags = {shaft.name: [repr(drag) for _, drag in shaft.drags] for shaft in gearbox.shafts}
+    return friction | {name: f"braked by {', '.join(texts)}" for name, texts in drags.items() if texts}
+
+
+def _coefficient(friction: MeshFriction, stage: Stage) -> str:
+    """Coefficient of friction of a stage; with the loss where it is a number."""
+    coefficient = friction.coefficient
+    if isinstance(coefficient, float | int):
+        return f"{coefficient:g}, loss {friction.loss(stage.pair):.2%} of the power"
+    return f"by {coefficient!r}"
+
+
+def _coordinates(gearbox: Gearbox, shaft: Shaft) -> tuple[Coordinates, str]:
+    """Coordinates that a shaft needs, and the reason."""
+    if not shaft.bearings:
+        return Coordinates.SPIN, "no bearings given: ideal ones"
+    cause = _cause_of_tilt(shaft, [stage for stage in gearbox.stages if shaft in (stage.fast, stage.slow)])
+    if cause:
+        return Coordinates.BEARINGS, f"it has elastic bearings, and {cause}"
+    return Coordinates.PLANAR, "it has elastic bearings, and nothing tilts it or pushes it along its axis"
+
+
+def _cause_of_tilt(shaft: Shaft, stages: list[Stage]) -> str:
+    """The first cause that moves a shaft out of its plane; empty where there is none."""
+    gear_position, *further_gears = shaft.gears
+    laws = [stage.force for stage in stages]
+    causes = {
+        "it carries several gears": bool(further_gears),
+        "helical gears push it along its axis": any(stage.pair.beta_b for stage in stages),
+        "mid-planes of its mesh differ": any(abs(np.diff(stage.axial_positions)) > ROUNDING for stage in stages),
+        "the force centroid of its mesh moves along the face": any(np.any(law.centroid) for law in laws),
+        "its map has a misalignment axis": any("misalignment" in law.offsets for law in laws),
+        "its mass lies beside the gear": abs(shaft.centre - gear_position) > ROUNDING,
+        "its bearings do not lie symmetrically about the gear": _bearings_couple_tilt(shaft, gear_position),
+        "a bearing is not linear": not all(bearing.linear for bearing in shaft.bearings.values()),
+        "its stage has tilted shafts": any(has_tilted_shafts(stage) for stage in stages),
+    }
+    return next((cause for cause, holds in causes.items() if holds), "")
+
+
+def _bearings_couple_tilt(shaft: Shaft, gear_position: float) -> bool:
+    """Whether a radial force at the gear also tilts the shaft or pushes it along its axis."""
+    stiffness = sum((b.at(axial - gear_position) for axial, b in shaft.bearings.items()), np.zeros((6, 6)))
+    scale = np.sqrt(np.maximum(np.diag(stiffness), np.finfo(float).tiny))
+    return bool(np.abs(stiffness / np.outer(scale, scale))[:2, 2:5].max() > ROUNDING)
+
+
+def has_tilted_shafts(stage: Stage) -> bool:
+    """Whether the shafts of a stage are tilted."""
+    return any(shaft.offset.tilt_x or shaft.offset.tilt_y for shaft in (stage.fast, stage.slow))

@@ -1,1 +1,0 @@
-"""Plots of what is computed at rest: STE maps, contact, stress and meshes."""

@@ -1,0 +1,297 @@
+"""The data of a run: samples, variables with labels and units, reading from a file, selection of a stage."""
+
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from exugear.contact.recorder import Recorder
+from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
+from exugear.multibody.drive_and_load import ShaftTorques
+from exugear.multibody.equilibrium import STIFFNESS_UNIT_HINT
+from exugear.multibody.exudyn_objects import INITIAL
+from exugear.multibody.model import Model, on_bearings
+from exugear.multibody.shaft_motion import (
+    BearingForces,
+    drag_variables,
+    driving_speed,
+    rows,
+    speed_variables,
+    torque_variables,
+)
+from exugear.multibody.solver_settings import Scheme
+from exugear.operation.conditions import Conditions
+from exugear.operation.shaft_ends import numbers_of_text
+from exugear.operation.shaft_recorder import ShaftRecorder
+from exugear.operation.stop_conditions import End
+from exugear.planning.sampling import Steps
+from exugear.running.power_variables import power_variables
+from exugear.running.step_error import Check
+from exugear.running.vibration_jumps import with_jumps
+from fem.gear.gear import Gear
+from fem.ste.ste_map import pair_attributes
+from fem.support.netcdf import read
+from fem.support.validation import require
+from fem.units import mm
+
+#: Rows of the end state of a run.
+DERIVATIVES = ("coordinates", "velocities", "accelerations")
+#: Variables that every run holds.
+VARIABLES = ("time", "stage", "speed", "mesh_frequency", "dte", "mesh_force")
+#: Variables over stage and time: the recorder's name (signs: `Recorder`), unit, long name.
+RECORDED = {
+    "dte": ("deflection", "m", "dynamic transmission error"),
+    "mesh_force": ("force", "N", "mesh force"),
+    "phase": ("phase", "1", "phase of the driving flank in pitches, which grows by 1 in a mesh cycle"),
+}
+RECORDED_ON_BEARINGS = {
+    "centre_distance": ("a", "m", "centre distance"),
+    "misalignment": ("misalignment", "rad", "angle by which the gap of the flank in contact opens towards +z"),
+    "axial_offset": ("axial", "m", "position of the wheel along the pinion's axis, from the pinion"),
+    "centroid": ("centroid", "m", "z of the mesh force from the pinion's mid-plane"),
+}
+#: Friction between the teeth: unit, long name. Signs: `Recorder`.
+FRICTION = {
+    "friction_force": ("N", "friction between the teeth, along the flanks"),
+    "friction_loss": ("W", "power that friction between the teeth dissipates"),
+}
+
+
+def stage_data(run, stage: int | str = 0) -> xr.Dataset:
+    """The data of a stage, by its number or its label; run: an `exugear.Run` or its data.
+
+    Raises ValueError for other objects and for stages that the run does not have.
+    """
+    data = run if isinstance(run, xr.Dataset) else getattr(run, "data", xr.Dataset())
+    is_run = isinstance(data, xr.Dataset) and set(VARIABLES) <= set(data.variables)
+    kind = f"run must be an exugear.Run or its data, got {type(run).__name__}"
+    require(is_run, f"{kind}; pass what exugear.run_up returns")
+    return data.isel(stage=stage_number(data["stage"].values.tolist(), stage))
+
+
+def stage_number(labels: Sequence[str], stage: int | str) -> int:
+    """Number of a stage, by its number or its label; ValueError for stages that are not among the labels."""
+    given = f"stage must be 0 to {len(labels) - 1}, or a label, got {stage!r}; the stages are {list(labels)}"
+    require(stage in labels or stage in range(-len(labels), len(labels)), given)
+    return labels.index(stage) if isinstance(stage, str) else int(stage) % len(labels)
+
+
+def stored(path) -> xr.Dataset:
+    """The data of a run from a file of `exugear.Run.save`; ValueError for other files."""
+    data = read(path, "run it again")
+    missing = [name for name in VARIABLES if name not in data.variables] + ["step"] * ("step" not in data.attrs)
+    require(not missing, f"{path} holds no run, it lacks {missing}; pass what exugear.Run.save wrote")
+    if "stage" not in data["mesh_frequency"].dims:
+        several = f"{path} is of an older version, with the mesh frequency of the first stage alone; run it again"
+        require(data["stage"].size == 1, several)
+        data["mesh_frequency"] = data["mesh_frequency"].expand_dims(stage=data["stage"])
+    for name in {"speed", "load"} & data.attrs.keys():
+        data.attrs[name] = numbers_of_text(data.attrs[name]) if isinstance(data.attrs[name], str) else data.attrs[name]
+    texts = {name: labels.astype(str) for name, labels in data.coords.items() if labels.dtype == object}
+    return data.assign_coords(texts)
+
+
+@contextmanager
+def recording(model: Model, steps: Steps, torques: ShaftTorques, *, power: bool, samples: range) -> Iterator[None]:
+    """Record all meshes and torques; later solves leave the samples as they are.
+
+    power     whether meshes record spins and speeds
+    samples   numbers of the samples to record
+    """
+    part: dict[str, Any] = {"steps": steps.every, "first": samples.start}
+    for mesh in model.meshes:
+        kinds = {"motion": on_bearings(model, mesh), "power": power, "friction": mesh.stage.friction is not None}
+        mesh.recorder.start(steps.interval, len(samples), **part, **kinds, zeroed=True)
+    for torque in torques.values():
+        torque.recorder.start(steps.interval, len(samples), **part)
+    try:
+        yield
+    finally:
+        for recorder in recorders_of(model, torques):
+            recorder.header.number = 0
+
+
+def recorders_of(model: Model, torques: ShaftTorques) -> list[Recorder | ShaftRecorder]:
+    """The recorders of all meshes and torques."""
+    return [*(mesh.recorder for mesh in model.meshes), *(torque.recorder for torque in torques.values())]
+
+
+def keep_valid(
+    model: Model, steps: Steps, end: End | None, stop: BaseException | None, stopped_at: float
+) -> BaseException | None:
+    """Drop the samples after an end, or after a stop at a time [s].
+
+    Returns the stop, also where bearings yield until the teeth part.
+    """
+    lost = np.logical_or.reduce([np.isnan(mesh.recorder.deflection) for mesh in model.meshes])
+    if end:
+        lost |= np.arange(lost.size) > end.sample
+    if stop:
+        lost |= steps.time[: lost.size] >= stopped_at
+    number = int(lost.argmax()) if lost.any() else lost.size
+    apart, reason = _out_of_mesh(model, number)
+    number, stop = (apart, RuntimeError(f"at t = {steps.time[apart]:.6g} s: {reason}")) if reason else (number, stop)
+    for mesh in model.meshes:
+        mesh.recorder.keep_first(number)
+    return stop
+
+
+def _out_of_mesh(model: Model, number: int) -> tuple[int, str]:
+    """First sample at which bearings have yielded until the teeth part, and the reason; else (number, "").
+
+    number   of samples to examine
+    """
+    for mesh in model.meshes:
+        pair, a = mesh.stage.pair, mesh.recorder.a[:number]
+        if on_bearings(model, mesh) and _is_apart(pair, a.max(initial=pair.a)):
+            peaks = np.maximum.accumulate(a)
+            apart = bisect_left(peaks, True, key=partial(_is_apart, pair))
+            far = f"bearings of {mesh.stage.name} yield to a centre distance of {peaks[apart] / mm:.6g} mm"
+            return apart, f"{far}, where the pair cannot run; try less load or stiffer bearings {STIFFNESS_UNIT_HINT}"
+    return number, ""
+
+
+def _is_apart(pair, a: float) -> bool:
+    """Whether a pair is out of mesh at a centre distance [m]; smaller distances than its nominal one count as that."""
+    try:
+        replace(pair, a=max(float(a), pair.a))
+    except ValueError:
+        return True
+    return False
+
+
+def labelled(
+    model: Model,
+    conditions: Conditions,
+    scheme: Scheme,
+    torques: ShaftTorques,
+    forces: BearingForces,
+) -> xr.Dataset:
+    """All variables of a run, its inputs in the attributes.
+
+    torques   tabulated torques and recorded motions of shafts
+    forces    of the bearings
+    """
+    time = scheme.steps.time[: model.meshes[0].recorder.deflection.size]
+    data = _over_time(model, time, driving_speed(model, conditions, time))
+    data = data.assign(forces.variables(time.size, conditions.displacement))
+    data = data.assign(_beyond_maps(model, scheme.steps.interval))
+    data = data.assign(speed_variables(model, torques, time.size) | torque_variables(model, conditions, torques, time))
+    data = data.assign(drag_variables(model))
+    if conditions.power:
+        data = data.assign(power_variables(model, conditions, torques, data, scheme.rule.lag))
+    inputs = {"duration": conditions.duration, "tolerance": scheme.tolerance}
+    steps = {"sample": scheme.steps.interval, "step": scheme.steps.size}
+    used = {"integrator": str(scheme.rule), "plan": str(model.plan)}
+    jumps = {"jumps": scheme.jumps} if scheme.jumps else {}
+    if conditions.run_up:
+        data = data.squeeze([name for name in ("drive_end", "load_end") if name in data.dims])
+    return data.assign_attrs({**conditions.attributes(), **inputs, **steps, **used, **jumps, **scene_attributes(model)})
+
+
+def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
+    """The variables over time."""
+    over, frequency = ("stage", "time"), np.outer(model.mesh_cycles, np.abs(speed))
+    data = xr.Dataset(
+        {
+            "speed": ("time", speed, {"units": "rad/s", "long_name": "speed of the driving shaft"}),
+            "mesh_frequency": (over, frequency, {"units": "Hz", "long_name": "mesh frequency"}),
+        },
+        coords={
+            "time": ("time", time, {"units": "s", "long_name": "time"}),
+            "stage": ("stage", list(model.gearbox.labels)),
+        },
+    )
+    elastic = any(on_bearings(model, mesh) for mesh in model.meshes)
+    for name, (recorded, unit, long_name) in (RECORDED | (RECORDED_ON_BEARINGS if elastic else {})).items():
+        values = rows([getattr(mesh.recorder, recorded) for mesh in model.meshes])
+        data[name] = over, values, {"units": unit, "long_name": long_name}
+    return data.assign(_friction(model, time))
+
+
+def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:
+    """Friction between the teeth over time, 0 in stages without it; empty where no stage has friction."""
+    if all(mesh.stage.friction is None for mesh in model.meshes):
+        return {}
+    none = np.zeros(time.size)
+    return {
+        name: (
+            ("stage", "time"),
+            np.array([none if m.stage.friction is None else getattr(m.recorder, name) for m in model.meshes]),
+            {"units": unit, "long_name": long_name},
+        )
+        for name, (unit, long_name) in FRICTION.items()
+    }
+
+
+def _beyond_maps(model: Model, interval: float) -> dict[str, Any]:
+    """For how long and how far meshes were beyond their maps; empty where no law is extrapolated."""
+    laws = [(mesh.law, mesh.law if mesh.law.coast is None else mesh.law.coast) for mesh in model.meshes]
+    ends = np.array([[law.mapped_force for law in flanks] for flanks in laws])
+    if np.isinf(ends).all():
+        return {}
+    forces = np.array([mesh.recorder.force for mesh in model.meshes])
+    shares = np.abs(forces) / np.where(forces >= 0, ends[:, :1], ends[:, 1:])
+    time, force = "time of the samples beyond the map", "largest mesh force of the samples over the map's largest"
+    return {
+        "beyond_map_time": ("stage", (shares > 1).sum(axis=1) * interval, {"units": "s", "long_name": time}),
+        "beyond_map_force": ("stage", shares.max(axis=1, initial=0.0), {"units": "1", "long_name": force}),
+    }
+
+
+def with_step_error(data: xr.Dataset, checks: Iterable[Check], h: float) -> tuple[xr.Dataset, KeyboardInterrupt | None]:
+    """The data with the errors by the step h [s] of the segments that are integrated again at half of it, if any.
+
+    Warns of jumps that half the step moves. Also the interruption where the user does not wait for the errors; the data
+    are then without them.
+    """
+    try:
+        checked = sorted(checks, key=lambda check: check.segment.first)
+    except KeyboardInterrupt as interrupt:
+        return data, interrupt
+    if not checked:
+        return data, None
+    middles = [(check.segment.first + check.segment.last) / 2 * h for check in checked]
+    relative = np.array([check.error for check in checked]).T
+    data = with_jumps(data, [(check.jump, check.coarse, check.fine) for check in checked if check.jump], h)
+    about = {"units": "1", "long_name": "relative error of the rms of the DTE by the step, estimated"}
+    middle = {"units": "s", "long_name": "middle of the segment that was integrated again at half the step"}
+    return data.assign(step_error=(("stage", "checked"), relative, about), checked=("checked", middles, middle)), None
+
+
+def scene_attributes(model: Model) -> dict[str, float | str]:
+    """Data of shafts with their parts, of pairs, force laws and frictions, by attribute name."""
+    inputs: dict[str, float | str] = {}
+    for shaft in model.gearbox.shafts:
+        inputs |= {f"{shaft.name}_{name}": getattr(shaft, name) for name in ("inertia", "mass", "transverse")}
+        inputs |= {f"{shaft.name}_parts": text for text in [_parts(shaft)] if text}
+    for label, stage in zip(model.gearbox.labels, model.gearbox.stages, strict=True):
+        law = stage.force
+        numbers = pair_attributes(stage.pair) | {"damping": law.damping, "backlash": law.backlash}
+        numbers |= {"damping_ramp": law.damping_ramp}
+        numbers |= {"critical_damping": stage.critical_damping}
+        numbers |= {"angle": stage.angle} | ({"friction": repr(stage.friction.coefficient)} if stage.friction else {})
+        inputs |= {f"{label}_{name}": value for name, value in numbers.items()}
+    return inputs
+
+
+def _parts(shaft: Shaft) -> str:
+    """Bearings, discs, couplings and drags of a shaft with their axial positions, and its displacement; a line each."""
+    groups = ((axial, part if isinstance(part, tuple) else (part,)) for axial, part in shaft.parts.items())
+    lines = [f"{axial / mm:g} mm: {part!r}" for axial, group in groups for part in group if not isinstance(part, Gear)]
+    return "\n".join(lines + [f"whole shaft: {shaft.offset!r}"] * (shaft.offset != NO_DISPLACEMENT))
+
+
+def with_end_state(model: Model, data: xr.Dataset, end: End | None) -> xr.Dataset:
+    """The data with the state of the system at the end, and with the condition that has ended the run, if any."""
+    system = model.mbs.systemData
+    state = [system.GetODE2Coordinates(INITIAL), system.GetODE2Coordinates_t(INITIAL)]
+    values = np.array([*state, system.GetODE2Coordinates_tt(INITIAL)])
+    about = {"units": "SI", "long_name": "coordinates of the system at the end, with their time derivatives"}
+    data = data.assign(end_state=(("derivative", "coordinate"), values, about), derivative=list(DERIVATIVES))
+    return data.assign_attrs(stopped_by=str(end.condition)) if end else data

@@ -1,0 +1,181 @@
+"""A signal: values over time with the speed and the angle of a shaft, from a run, a sensor or a measurement."""
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import scipy
+import xarray as xr
+
+from exugear.running.run_data import stage_data
+from exugear.signals.columns import check_columns
+from fem.support.arguments import Numbers, checked
+from fem.support.validation import require, require_finite
+
+#: Units and long names of the coordinates.
+TIME = {"units": "s", "long_name": "time"}
+MOTION_UNITS = {"speed": "rad/s", "angle": "rad"}
+DRIVING = "driving shaft"
+MESH_ORDER = {"units": "1", "long_name": "mesh cycles per revolution of the shaft"}
+#: Deviation of a harmonic from a whole number as share of it: orders are rounded to 9 digits.
+WHOLE = 1e-7
+#: Largest share by which the steps of time may differ where a function needs equal steps.
+STEP_TOLERANCE = 1e-3
+
+
+@checked
+def signal(run, name: str, *, stage: int | str = 0, **labels: str | Sequence[str]) -> xr.DataArray:
+    """A variable of a run as a signal, with the speed and the angle of the driving shaft.
+
+    run      an `exugear.Run` or its data
+    name     variable over time: "dte", "mesh_force", "bearing_force", ...
+    stage    number or label of the stage: of the variable where it has a value per stage, and of the mesh order
+    labels   coordinates to select, such as bearing="slow at 0 mm", direction="y"; without them all values remain
+
+    Returns a DataArray (..., time) with the coordinates time [s], speed [rad/s] and angle [rad] of the driving shaft
+    over time, and mesh_order, the mesh cycles of the stage per revolution of the driving shaft. Orders count the
+    revolutions of the driving shaft. Raises ValueError for variables and labels that the run does not have.
+    """
+    data = stage_data(run, stage)
+    over_time = [str(key) for key, values in data.data_vars.items() if "time" in values.dims]
+    require(name in over_time, f"name must be a variable over time of the run, {over_time}, got {name!r}")
+    values = _selected(data[name], labels).transpose(..., "time")
+    shaft = speed_and_angle(data["time"].values, data["speed"].values, DRIVING)
+    of_others = [str(key) for key in values.coords if key not in data[name].dims]
+    return values.drop_vars(of_others).assign_coords(shaft | _mesh_order_coordinate(run, data))
+
+
+def _selected(values: xr.DataArray, labels: dict) -> xr.DataArray:
+    """The values at some labels; ValueError with the labels that there are."""
+    for dim, label in labels.items():
+        known = values[dim].values.tolist() if dim in values.dims and dim != "time" else []
+        wanted = [label] if isinstance(label, str) else list(label)
+        coordinates = {str(key): values[key].values.tolist() for key in values.dims if key != "time"}
+        require(
+            bool(wanted) and set(wanted) <= set(known),
+            f"{dim}={label!r} is no label of {values.name}, which has {coordinates}",
+        )
+    return values.sel(labels)
+
+
+def _mesh_order_coordinate(run, data: xr.Dataset) -> dict[str, tuple]:
+    """The mesh order of the data of a stage, with those of all stages of the run by their labels in its attributes."""
+    whole = run if isinstance(run, xr.Dataset) else run.data
+    labels = [str(label) for label in whole["stage"].values]
+    of_stages = {label: mesh_order(whole.isel(stage=number)) for number, label in enumerate(labels)}
+    return {"mesh_order": ((), mesh_order(data), MESH_ORDER | {"of_stages": json.dumps(of_stages)})}
+
+
+def order_names(signal: xr.DataArray, orders: np.ndarray) -> list[str]:
+    """Names of orders: harmonic and stage of mesh orders, as in a Campbell diagram, else the number."""
+    about = signal["mesh_order"].attrs if "mesh_order" in signal.coords else {}
+    of_stages = json.loads(about.get("of_stages", "{}"))
+    return [_order_name(order, of_stages) for order in orders.tolist()]
+
+
+def _order_name(order: float, of_stages: dict[str, float]) -> str:
+    harmonics = {label: order / mesh for label, mesh in of_stages.items() if mesh > 0}
+    whole = {label: round(ratio) for label, ratio in harmonics.items() if abs(ratio - round(ratio)) < WHOLE * ratio}
+    names = ", ".join(f"{harmonic} x mesh {label}" for label, harmonic in whole.items() if harmonic)
+    return names or f"order {order:.6g}"
+
+
+def mesh_order(data: xr.Dataset) -> float:
+    """Mesh cycles of a stage per revolution of the driving shaft; NaN for a shaft at rest."""
+    speed = float(np.abs(data["speed"]).max())
+    cycles = 2 * np.pi * float(data["mesh_frequency"].max()) / speed if speed > 0 else np.nan
+    return round(cycles, 9)
+
+
+@checked
+def recorded_signal(
+    time: Numbers, speed: Numbers, values: Numbers, *, units: str = "1", long_name: str = "signal"
+) -> xr.DataArray:
+    """A signal from arrays, such as a measurement.
+
+    time         (n,) [s], increasing
+    speed        (n,) of the shaft whose revolutions the orders count [rad/s]
+    values       (n,)
+    units        of the values
+    long_name    of the values, for the axes of plots
+
+    Returns a DataArray (time,) with the coordinates time, speed and angle. Raises ValueError for NaN and for times that
+    do not increase.
+    """
+    time, speed, values = (np.asarray(x, float) for x in (time, speed, values))
+    check_columns(time=time, speed=speed, values=values)
+    require(bool((np.diff(time) > 0).all()), "time must increase; sort the samples and drop repeated times")
+    coordinates = {"time": ("time", time, TIME)} | speed_and_angle(time, speed)
+    return xr.DataArray(values, coordinates, ("time",), attrs={"units": units, "long_name": long_name})
+
+
+@checked
+def sensor_signal(
+    run, stored: Numbers, component: int = 0, *, units: str = "1", long_name: str = "sensor", stage: int | str = 0
+) -> xr.DataArray:
+    """A signal from a sensor of Exudyn that has recorded during a run, such as the acceleration of a point of a body.
+
+    run          the `exugear.Run`, or its data
+    stored       (n, 1 + components) times and values: mbs.GetSensorStoredData(sensor)
+    component    number of the component of the sensor
+    units        of the values
+    long_name    of the values, for the axes of plots
+    stage        number or label of the stage whose mesh order the signal has
+
+    Returns a DataArray (time,) with the coordinates of `signal`. Raises ValueError for components that are not stored.
+    """
+    data, stored = stage_data(run, stage), np.asarray(stored, float)
+    table = f"stored must be (n, 1 + components), as mbs.GetSensorStoredData returns, got {stored.shape}"
+    require(stored.ndim == 2 and stored.shape[1] > 1, table)
+    components = stored.shape[1] - 1
+    require(0 <= component < components, f"component must be 0 to {components - 1}, got {component}")
+    time, first = np.unique(stored[:, 0], return_index=True)
+    sample, end = np.diff(data["time"].values).max(initial=0.0), float(data["time"][-1])
+    longer = f"stored must be of the run, which ends at {end:g} s, got times up to {time[-1]:g} s"
+    require(time[-1] <= end + sample, f"{longer}; pass what the sensor recorded in this run")
+    speed = np.interp(time, data["time"].values, data["speed"].values)
+    values = recorded_signal(time, speed, stored[first, 1 + component], units=units, long_name=long_name)
+    coordinates = speed_and_angle(time, speed, DRIVING)
+    return values.assign_coords(coordinates | _mesh_order_coordinate(run, data))
+
+
+def speed_and_angle(time: np.ndarray, speed: np.ndarray, shaft: str = "shaft") -> dict[str, tuple]:
+    """Coordinates of a signal: speed of a shaft, and the angle that it has turned by."""
+    angle = scipy.integrate.cumulative_trapezoid(np.abs(speed), time, initial=0)
+    about = {name: {"units": units, "long_name": f"{name} of the {shaft}"} for name, units in MOTION_UNITS.items()}
+    return {"speed": ("time", speed, about["speed"]), "angle": ("time", angle, about["angle"])}
+
+
+def channel_coordinates(signal: xr.DataArray) -> dict[Any, Any]:
+    """The coordinates of a signal that do not vary along its last dimension: labels of channels, mesh order."""
+    return {name: values for name, values in signal.coords.items() if signal.dims[-1] not in values.dims}
+
+
+def at_angles(signal: xr.DataArray, angle: np.ndarray, dim: str) -> dict[Any, Any]:
+    """Time and speed of a signal at angles of the shaft, as coordinates along a dimension."""
+    known = signal["angle"].values
+    return {name: (dim, np.interp(angle, known, signal[name].values), signal[name].attrs) for name in ("time", "speed")}
+
+
+def require_signal(signal: xr.DataArray) -> None:
+    """ValueError unless this is a finite signal (..., time) with its coordinates."""
+    lacking = {"time", "speed", "angle"} - set(signal.coords)
+    remedy = "pass what exugear.signal, sensor_signal or recorded_signal returned"
+    require(not lacking and signal.dims[-1:] == ("time",), f"signal must be over time, speed and angle; {remedy}")
+    require(signal.sizes["time"] >= 3, f"signal must have 3 samples or more, got {signal.sizes['time']}")
+    require_finite("signal", signal.values, "leave out or interpolate what is not")
+    require_finite("speed of the signal", signal["speed"].values, "leave out or interpolate what is not")
+    require(bool((np.diff(signal["time"].values) > 0).all()), "the times of the signal must increase; sort it by time")
+
+
+def sample_rate(signal: xr.DataArray) -> float:
+    """Samples per second [Hz]; ValueError unless the steps of time are equal."""
+    time = signal["time"].values
+    steps = np.diff(time)
+    mean = (time[-1] - time[0]) / steps.size
+    equal = bool((np.abs(steps - mean) <= STEP_TOLERANCE * mean).all())
+    require(
+        equal, f"signal must have equal steps of time, got {steps.min():.4g} to {steps.max():.4g} s; interpolate it"
+    )
+    return 1 / mean

@@ -1,1 +1,0 @@
-"""From the built model to a run; steady powers and efficiency from short runs."""

@@ -1,0 +1,223 @@
+"""Compiled motion over a common period of the meshes: the linear system moves exactly, mesh forces act at mid-step.
+
+Splitting after Strang: half a step of the linear part with the mean mesh stiffnesses, an impulse of the remaining force
+of every mesh, half a step of the linear part. Meshes act in turn, in the reverse order in every second step, so that
+the splitting stays of second order. It is stable for all modes that the meshes hardly move. Steps meet the phases at
+which a force jumps.
+"""
+
+from math import cos, exp, pi, sin
+from typing import NamedTuple
+
+import numpy as np
+
+from exugear.contact.relative_position import flank_of
+from exugear.mesh_force.kernel_records import reader, record_type
+from exugear.mesh_force.patches import phase_cell, table_at, table_of
+from exugear.steady_state.flank_means import flank_means
+from fem.support.numba_cache import compiled, kept
+
+#: A mesh about its equilibrium: force [N], deflection [m] and mean stiffness [N/m], which the linear system contains;
+#: slopes of the potential by phase [N m per pitch] and misalignment [N m]; misalignment beside that of the table [rad];
+#: opening of the flanks by the displaced bearings [m]; side of the loaded flank, +1 or -1; phase at the beginning of
+#: the common period, and number of mesh cycles in it; mobility [1/kg] along the line of action.
+STEADY_MESH = record_type(
+    *((name, "f8") for name in ("force", "deflection", "stiffness", "by_phase", "by_misalignment")),
+    *((name, "f8") for name in ("lever", "opening", "side", "phase", "cycles", "mobility")),
+)
+steady_mesh_at = reader(STEADY_MESH)
+#: Number of measures of a mesh: deflection [m], phase, misalignment [rad], less those of the equilibrium.
+MEASURES = 3
+
+
+class Impulse(NamedTuple):
+    """Impulses of the mesh in a step on deflection [N s], phase and misalignment, beside those of the linear system.
+
+    by_deflection, by_rate, by_phase, by_misalignment   slopes of the first of them
+    moment_slope                                        of the third by the misalignment
+    force, static_force                                 meanwhile [N]
+    """
+
+    value: float
+    on_phase: float
+    on_misalignment: float
+    by_deflection: float
+    by_rate: float
+    by_phase: float
+    by_misalignment: float
+    moment_slope: float
+    force: float
+    static_force: float
+
+
+@compiled
+def impulse_of(table, mesh, phase, deflection, misalignment, rate, step):
+    """`Impulse` at a phase, a deflection [m], a misalignment [rad] and a rate [m/s] before it; step [s].
+
+    The misalignment, less that of the equilibrium, acts on the loaded flank alone.
+    """
+    flank = flank_of(table, deflection + mesh.opening, mesh.opening, phase)
+    side, travel = flank.side, flank.side * rate * step
+    lever = mesh.lever + misalignment if side == mesh.side else 0.0
+    of_flank = table_of(table, side)
+    static, c, slopes = flank_means(of_flank, phase_cell(of_flank, flank.phase), flank.deflection, lever, travel)
+    yielding = 1.0 + 0.5 * mesh.mobility * c.value * step
+    excess = side * static.value - mesh.force - mesh.stiffness * (deflection - mesh.deflection)
+    impulse = step * (excess + c.value * rate) / yielding
+    mean_rate = rate - 0.5 * mesh.mobility * impulse
+    by_deflection = static.by_penetration - mesh.stiffness + side * c.by_penetration * mean_rate
+    by_rate = c.value + step * (static.by_travel + side * c.by_travel * mean_rate)
+    loaded = 1.0 if side == mesh.side else 0.0
+    return Impulse(
+        impulse,
+        step * (side * slopes.by_phase - mesh.by_phase),
+        step * (loaded * slopes.by_lever - mesh.by_misalignment),
+        step * by_deflection / yielding,
+        step * by_rate / yielding,
+        step * slopes.force_by_phase,
+        step * loaded * side * slopes.force_by_lever,
+        step * loaded * slopes.moment_by_lever,
+        side * static.value + c.value * mean_rate,
+        side * static.value,
+    )
+
+
+@compiled
+def dot(rows, k, row, states):
+    """Product of a row of mesh k with the states."""
+    total = 0.0
+    for j in range(states.size):
+        total += rows[k, row, j] * states[j]
+    return total
+
+
+@compiled
+def apply_impulse(states, rows, k, measured, impulse):
+    """Change states by the impulses of mesh k."""
+    for j in range(states.size):
+        states[j] += impulse.value * rows[k, 1 + measured, j]
+    if measured > 1:
+        for j in range(states.size):
+            tilt = impulse.on_misalignment * rows[k, 3 + measured, j]
+            states[j] += impulse.on_phase * rows[k, 2 + measured, j] + tilt
+
+
+@compiled
+def propagate(propagators, states, matrix):
+    """Move states (2 n,) and the columns of a matrix (2 n, m) by the propagators (n, 2, 2) of their blocks."""
+    for j in range(len(propagators)):
+        p, upper, lower = propagators[j], matrix[2 * j], matrix[2 * j + 1]
+        a, b = states[2 * j], states[2 * j + 1]
+        states[2 * j], states[2 * j + 1] = p[0, 0] * a + p[0, 1] * b, p[1, 0] * a + p[1, 1] * b
+        for i in range(matrix.shape[1]):
+            a, b = upper[i], lower[i]
+            upper[i] = p[0, 0] * a + p[0, 1] * b
+            lower[i] = p[1, 0] * a + p[1, 1] * b
+
+
+@compiled
+def apply_impulse_slopes(rows, k, measured, impulse, matrix, changes):
+    """Change the columns of a matrix (2 n, c) by the slopes of the impulses of mesh k; changes (3, c): theirs."""
+    changes[:] = 0.0
+    for j in range(matrix.shape[0]):
+        row, deflection = matrix[j], rows[k, 1, j]
+        slope = impulse.by_deflection * deflection + impulse.by_rate * rows[k, 0, j]
+        if measured > 1:
+            phase, misalignment = rows[k, 2, j], rows[k, 3, j]
+            slope += impulse.by_phase * phase + impulse.by_misalignment * misalignment
+            on_phase = impulse.by_phase * deflection
+            on_misalignment = impulse.by_misalignment * deflection + impulse.moment_slope * misalignment
+            for i in range(matrix.shape[1]):
+                changes[1, i] += on_phase * row[i]
+                changes[2, i] += on_misalignment * row[i]
+        for i in range(matrix.shape[1]):
+            changes[0, i] += slope * row[i]
+    for j in range(matrix.shape[0]):
+        row = matrix[j]
+        for m in range(measured):
+            yielding = rows[k, 1 + measured + m, j]
+            for i in range(matrix.shape[1]):
+                row[i] += yielding * changes[m, i]
+
+
+@kept
+def propagators(first, second, oscillating, pieces):
+    """Matrices (p, 2, n, 2, 2) by which states move over half a step and a step of each piece, without impulses.
+
+    first, second   (n,) eigenvalues of the blocks [1/s]; of oscillating ones real and imaginary part
+    """
+    matrices = np.zeros((len(pieces), 2, first.size, 2, 2))
+    for p in range(len(pieces)):
+        for part in range(2):
+            duration = pieces[p, 3] * (0.5 if part == 0 else 1.0)
+            for j in range(first.size):
+                block, growth = matrices[p, part, j], exp(first[j] * duration)
+                if oscillating[j]:
+                    block[0, 0] = block[1, 1] = growth * cos(second[j] * duration)
+                    block[1, 0] = growth * sin(second[j] * duration)
+                    block[0, 1] = -block[1, 0]
+                else:
+                    block[0, 0], block[1, 1] = growth, exp(second[j] * duration)
+    return matrices
+
+
+@compiled(forceinline=True)
+def mesh_impulse_step(addresses, rows, time, step, states, matrix, changes, samples, number, k):
+    """Apply the impulse of mesh k in the middle of a step [s], at a time over the common period."""
+    table, mesh = table_at(addresses[k, 0]), steady_mesh_at(addresses[k, 1])
+    measured, dte_row = (rows.shape[1] - 2) // 2, rows.shape[1] - 1
+    deflection, rate = mesh.deflection + dot(rows, k, 1, states), dot(rows, k, 0, states)
+    phase, misalignment = mesh.phase + mesh.cycles * time, 0.0
+    if measured > 1:
+        phase += dot(rows, k, 2, states)
+        misalignment = dot(rows, k, 3, states)
+    impulse = impulse_of(table, mesh, phase, deflection, misalignment, rate, step)
+    if len(samples) > 0:
+        sample = samples[number, k]
+        sample[0], sample[1] = mesh.deflection + dot(rows, k, dte_row, states), impulse.force
+        sample[2] = impulse.static_force
+    apply_impulse(states, rows, k, measured, impulse)
+    if matrix.shape[1] > 0:
+        apply_impulse_slopes(rows, k, measured, impulse, matrix, changes)
+
+
+@kept
+def advance(addresses, rows, pieces, propagators, states, matrix, samples):
+    """Move states (2 n,) over the pieces of a common period, and the columns of a matrix (2 n, c; c = 0: none) as well.
+
+    addresses     (m, 2) of the head of a table and of a `STEADY_MESH`, of every mesh
+    rows          (m, 2 k + 2, 2 n) of every mesh: rate of the deflection by the states; k measures by the states, k = 1
+                  or 3; states by unit impulses on the measures; DTE by the states
+    pieces        (p, 4) beginning and length over the common period, number of steps, step [s]
+    propagators   (p, 2, n, 2, 2) over half a step and over a step
+    samples       (s, m, 3) DTE [m], force and static force [N] in the middle of each step; s = 0: none
+    """
+    number, changes = 0, np.zeros((MEASURES, matrix.shape[1]))
+    for p in range(len(pieces)):
+        first, length, steps, step = pieces[p, 0], pieces[p, 1], int(pieces[p, 2]), pieces[p, 3]
+        half, whole = propagators[p, 0], propagators[p, 1]
+        propagate(half, states, matrix)
+        for i in range(steps):
+            time = first + length * (i + 0.5) / steps
+            for k in range(len(addresses)):
+                in_turn = k if number % 2 == 0 else len(addresses) - 1 - k
+                mesh_impulse_step(addresses, rows, time, step, states, matrix, changes, samples, number, in_turn)
+            number += 1
+            propagate(half if i == steps - 1 else whole, states, matrix)
+
+
+NO_SAMPLES = np.zeros((0, 0, 3))
+
+
+@kept
+def fourier_sums(weight, phase, values, number):
+    """(number, 2) real and imaginary part of sum(weight values exp(-i pi k phase)), k = 1, 2, ... number."""
+    sums = np.zeros((number, 2))
+    for i in range(phase.size):
+        turn, amplitude = complex(cos(pi * phase[i]), -sin(pi * phase[i])), weight[i] * values[i]
+        rotated = complex(amplitude, 0.0)
+        for k in range(number):
+            rotated *= turn
+            sums[k, 0] += rotated.real
+            sums[k, 1] += rotated.imag
+    return sums

@@ -1,0 +1,72 @@
+"""A mesh that excites the gearbox: its force law about its equilibrium, and its phase over the common period."""
+
+from dataclasses import dataclass
+from math import isfinite
+from typing import NamedTuple
+
+import numpy as np
+
+from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.kernel_records import record_of
+from exugear.steady_state.cycle_kernels import STEADY_MESH
+
+#: Times over the common period closer than this are the same.
+SAME_TIME = 1e-9
+
+
+class MeshEquilibrium(NamedTuple):
+    """A mesh in equilibrium: force [N], deflection [m], mean stiffness over the mesh cycle [N/m].
+
+    by_phase, by_misalignment   slopes of its potential [N m per pitch, N m]
+    lever                       misalignment beside that of the law [rad]
+    opening                     of the flanks by the displaced bearings [m]
+    side                        of the loaded flank: +1 driving, -1 back flank
+    """
+
+    force: float
+    deflection: float
+    stiffness: float
+    by_phase: float = 0.0
+    by_misalignment: float = 0.0
+    lever: float = 0.0
+    opening: float = 0.0
+    side: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class ExcitingMesh:
+    """A mesh whose force varies over its cycle.
+
+    law           force law without offsets
+    equilibrium   in which the states are 0
+    phase         of the driving flank at the beginning of the common period of all meshes that excite
+    cycles        number of mesh cycles in the common period
+    """
+
+    law: MeshForce
+    equilibrium: MeshEquilibrium
+    phase: float = 0.0
+    cycles: int = 1
+
+    def record(self, mobility: float) -> np.record:
+        """`STEADY_MESH` with a mobility along the line of action [1/kg]."""
+        return record_of(
+            STEADY_MESH, **self.equilibrium._asdict(), phase=self.phase, cycles=self.cycles, mobility=mobility
+        )
+
+    @property
+    def jumps(self) -> np.ndarray:
+        """Times over the common period at which the force of either flank jumps."""
+        phases = self.law.jumps
+        if isfinite(self.law.backlash):
+            coast = phases if self.law.coast is None else self.law.coast.jumps
+            phases = np.concatenate([phases, self.law.back_phase - coast])
+        first = (phases - self.phase) % 1.0
+        return ((first + np.arange(self.cycles)[:, None]) / self.cycles).ravel()
+
+
+def times_between_jumps(meshes: tuple[ExcitingMesh, ...]) -> np.ndarray:
+    """Rising times from 0 to 1 over the common period, between which no force jumps."""
+    times = np.sort(np.concatenate([mesh.jumps for mesh in meshes]))
+    inside = times[(times > SAME_TIME) & (times < 1 - SAME_TIME)]
+    return np.concatenate([[0.0], inside[np.diff(inside, prepend=0.0) > SAME_TIME], [1.0]])

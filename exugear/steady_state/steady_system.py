@@ -1,0 +1,231 @@
+"""The equations of a steady state: a linear system in modal blocks, excited by the nonlinear forces of meshes."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from exugear.mesh_force.kernel_records import address_of
+from exugear.mesh_force.map_range import beyond_map
+from exugear.steady_state.cycle_kernels import NO_SAMPLES, advance, propagators
+from exugear.steady_state.exciting_mesh import ExcitingMesh, times_between_jumps
+from exugear.steady_state.modal_blocks import ModalBlocks
+
+#: Least number of steps in a mesh cycle, and in a period of a mode that takes part in the whole mobility of the mesh; a
+#: share in the mobility needs its root of them. Measured: doubling them changes folds and rms by 3e-4 at most.
+STEPS_PER_CYCLE, STEPS_PER_PERIOD = 512, 320
+#: Share of a mode in the mobility of the mesh above which a sweep waits for its decay.
+RESOLVED_SHARE = 0.02
+#: Relative change of the frequency for the slope of a period by it, and how much longer the steps for it may be.
+FREQUENCY_STEP, LONGER_STEPS = 1e-6, 8
+
+
+class PeriodEnd(NamedTuple):
+    """States (2 n,) at the end of common periods [m], and their slopes (2 n, 2 n) by those at the beginning."""
+
+    states: np.ndarray
+    slopes: np.ndarray
+
+
+class Orbit(NamedTuple):
+    """Samples of a mesh over a period: weight, phase in mesh cycles, DTE [m], mesh force and static force [N]."""
+
+    weight: np.ndarray
+    phase: np.ndarray
+    dte: np.ndarray
+    force: np.ndarray
+    static_force: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class LinearMotion:
+    """The linear system at a speed.
+
+    blocks    of the system at this speed
+    rows      (m, 2 k + 2, 2 n) as `cycle_kernels.advance`
+    matrix    (2 n, 2 n) states of the system = matrix . states of the blocks
+    inverse   of the matrix
+    """
+
+    blocks: ModalBlocks
+    rows: np.ndarray
+    matrix: np.ndarray
+    inverse: np.ndarray
+
+    def propagators(self, pieces: np.ndarray) -> np.ndarray:
+        """Matrices of the blocks over the steps of the pieces."""
+        return propagators(self.blocks.first, self.blocks.second, self.blocks.oscillating, pieces)
+
+
+def linear_motion(blocks: ModalBlocks, change: float) -> LinearMotion:
+    """The linear system whose driving shaft turns faster than that of its blocks by a change [rad/s]."""
+    matrix = np.eye(2 * blocks.first.size)
+    if blocks.gyroscopic:
+        blocks, matrix = blocks.turning_faster(change)
+    measures, dte = blocks.measures[:, :-1], blocks.measures[:, -1:]
+    tables = [blocks.rate_rows[:, None], measures, blocks.by_impulses, dte]
+    rows = np.concatenate([x.reshape(*x.shape[:2], -1) for x in tables], axis=1)
+    return LinearMotion(blocks, rows, matrix, np.linalg.inv(matrix))
+
+
+@dataclass(frozen=True, eq=False)
+class SteadySystem:
+    """Meshes in their linear surroundings, at constant speed: their phases are known functions of time.
+
+    The first mesh is the reference: frequencies are its mesh frequencies, amplitudes are over its static deflection.
+
+    meshes        that excite, with a common period
+    blocks        linear system at a speed, these meshes with their mean stiffness
+    speed         of the driving shaft [rad/s]
+    mesh_cycles   of the reference mesh per radian of the driving shaft
+    variation     of the stiffness of any further mesh over its cycle, over its mean, which the linear system contains
+    """
+
+    meshes: tuple[ExcitingMesh, ...]
+    blocks: ModalBlocks
+    speed: float
+    mesh_cycles: float
+    variation: float = 0.0
+    records: tuple[np.record, ...] = field(init=False, repr=False)
+    addresses: np.ndarray = field(init=False, repr=False)
+    breaks: np.ndarray = field(init=False, repr=False)
+    _at: dict[float, LinearMotion] = field(init=False, repr=False, default_factory=dict)
+
+    def __post_init__(self):
+        records = tuple(mesh.record(x) for mesh, x in zip(self.meshes, self.blocks.mobilities, strict=True))
+        addresses = [(address_of(x.law.table), address_of(y)) for x, y in zip(self.meshes, records, strict=True)]
+        object.__setattr__(self, "records", records)
+        object.__setattr__(self, "addresses", np.array(addresses))
+        object.__setattr__(self, "breaks", times_between_jumps(self.meshes))
+
+    @property
+    def size(self) -> int:
+        """Number of states."""
+        return 2 * self.blocks.first.size
+
+    @property
+    def cycles(self) -> int:
+        """Cycles of the reference mesh in the common period."""
+        return self.meshes[0].cycles
+
+    @property
+    def resonance(self) -> float:
+        """Frequency [Hz] of the mode that strains the reference mesh most: with the largest share in its compliance."""
+        return float(self.resonances[0])
+
+    @cached_property
+    def resonances(self) -> np.ndarray:
+        """(m,) frequencies of the reference mesh [Hz] at which each mesh excites the mode that strains it most."""
+        frequencies = self.blocks.frequencies
+        oscillating = frequencies > 0
+        compliances = self.blocks.shares[:, oscillating] / frequencies[oscillating] ** 2
+        cycles = np.array([mesh.cycles for mesh in self.meshes])
+        return frequencies[oscillating][compliances.argmax(axis=1)] / (2 * pi) * self.cycles / cycles
+
+    @cached_property
+    def resolved(self) -> float:
+        """Highest frequency [Hz] of the modes times the roots of their shares in the mobility of any mesh."""
+        return float((self.blocks.frequencies * np.sqrt(self.blocks.shares.max(axis=0))).max() / (2 * pi))
+
+    @cached_property
+    def static_deflection(self) -> float:
+        """Mean static deflection of the reference mesh [m] by its mean stiffness, the unit of amplitudes."""
+        return abs(self.meshes[0].equilibrium.force) / self.meshes[0].equilibrium.stiffness
+
+    @cached_property
+    def decay(self) -> float:
+        """Rate of decay [1/s] of the slowest mode that a mesh moves, with the mean damping of the meshes."""
+        resolved = self.blocks.shares.max(axis=0) > RESOLVED_SHARE
+        damping = np.array([mesh.law.damping for mesh in self.meshes])
+        by_meshes = (damping * self.blocks.mobilities) @ self.blocks.shares / 2
+        return float((by_meshes - self.blocks.first)[resolved].min())
+
+    def sampled(self, states: np.ndarray, frequency: float, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """States (n_time, 2 n) and static forces (n_time, m) [N] at times over the common period, which rise from 0."""
+        pieces, motion = self.pieces(frequency, np.union1d(self.breaks, times)), self.at(frequency)
+        moved, moves = motion.inverse @ states, motion.propagators(pieces)
+        no_matrix, samples = np.zeros((self.size, 0)), np.zeros((times.size, 1, len(self.meshes), 3))
+        bounds = np.append(np.searchsorted(pieces[:, 0], times), len(pieces))
+        at_times = np.zeros((times.size, self.size))
+        for i, time in enumerate(times):
+            at_rest = np.array([[time, 0.0, 1.0, 0.0]])
+            self._call(motion.rows, at_rest, motion.propagators(at_rest), moved, no_matrix, samples[i])
+            at_times[i] = motion.matrix @ moved
+            section = slice(bounds[i], bounds[i + 1])
+            self._call(motion.rows, pieces[section], moves[section], moved, no_matrix, NO_SAMPLES)
+        return at_times, samples[:, 0, :, 2]
+
+    def pieces(self, frequency: float, bounds: np.ndarray | None = None) -> np.ndarray:
+        """(p, 4) pieces of the common period between bounds, by default jumps of a force, as `cycle_kernels.advance`.
+
+        frequency   mesh frequency [Hz]
+        """
+        period, bounds = self.cycles / frequency, self.breaks if bounds is None else bounds
+        of_meshes = STEPS_PER_CYCLE * max(mesh.cycles for mesh in self.meshes)
+        lengths = np.diff(bounds)
+        numbers = np.ceil(max(of_meshes, STEPS_PER_PERIOD * self.resolved * period) * lengths)
+        return np.column_stack([bounds[:-1], lengths, numbers, lengths / numbers * period])
+
+    def at(self, frequency: float) -> LinearMotion:
+        """The linear motion at a mesh frequency [Hz]: gyroscopic terms grow with the speed."""
+        change = frequency / self.mesh_cycles - self.speed if self.blocks.gyroscopic else 0.0
+        if change not in self._at:
+            self._at.clear()
+            self._at[change] = linear_motion(self.blocks, change)
+        return self._at[change]
+
+    def periods_end(self, states: np.ndarray, frequency: float, periods: int) -> PeriodEnd:
+        """The states after a number of common periods, with their slopes."""
+        return self._advanced(states, np.eye(self.size), self.pieces(frequency), frequency, periods)
+
+    def slope_by_frequency(self, states: np.ndarray, end: np.ndarray, frequency: float, periods: int) -> np.ndarray:
+        """(2 n,) slope [m/Hz] of the states after a number of periods, which are end, by the frequency.
+
+        Over a common period of several mesh cycles it is that of longer steps: tangents and Newton's iteration need it
+        to some per cent, folds lie where the slopes by the states are singular.
+        """
+        change, pieces, no_matrix = FREQUENCY_STEP * frequency, self.pieces(frequency), np.zeros((self.size, 0))
+        if self.cycles > 1:
+            numbers = np.ceil(pieces[:, 2] / LONGER_STEPS)
+            pieces[:, 3] *= pieces[:, 2] / numbers
+            pieces[:, 2] = numbers
+            end = self._advanced(states, no_matrix, pieces, frequency, periods).states
+        pieces[:, 3] /= 1 + FREQUENCY_STEP
+        return (self._advanced(states, no_matrix, pieces, frequency + change, periods).states - end) / change
+
+    def settled(self, states: np.ndarray, frequency: float, periods: int) -> np.ndarray:
+        """The states after a number of common periods, without slopes."""
+        no_matrix = np.zeros((self.size, 0))
+        return self._advanced(states, no_matrix, self.pieces(frequency), frequency, periods).states
+
+    def orbits(self, states: np.ndarray, frequency: float, periods: int) -> list[Orbit]:
+        """Samples of every mesh over a number of common periods."""
+        pieces, motion = self.pieces(frequency), self.at(frequency)
+        numbers = pieces[:, 2].astype(int)
+        moved, moves, tables = motion.inverse @ states, motion.propagators(pieces), []
+        for _ in range(periods):
+            samples = np.zeros((numbers.sum(), len(self.meshes), 3))
+            self._call(motion.rows, pieces, moves, moved, np.zeros((self.size, 0)), samples)
+            tables.append(samples)
+        middles = [a + x * (np.arange(n) + 0.5) / n for (a, x), n in zip(pieces[:, :2], numbers, strict=True)]
+        weight = np.tile(np.repeat(pieces[:, 1] / numbers, numbers), periods) / periods
+        times = (np.arange(periods)[:, None] + np.concatenate(middles)).ravel()
+        columns = np.moveaxis(np.concatenate(tables), 0, -1)
+        return [Orbit(weight, x.phase + x.cycles * times, *y) for x, y in zip(self.meshes, columns, strict=True)]
+
+    def _advanced(
+        self, states: np.ndarray, matrix: np.ndarray, pieces: np.ndarray, frequency: float, periods: int
+    ) -> PeriodEnd:
+        motion = self.at(frequency)
+        moved, matrix, moves = motion.inverse @ states, motion.inverse @ matrix, motion.propagators(pieces)
+        for _ in range(periods):
+            self._call(motion.rows, pieces, moves, moved, matrix, NO_SAMPLES)
+        return PeriodEnd(motion.matrix @ moved, motion.matrix @ matrix)
+
+    def _call(self, rows, pieces, moves, states, matrix, samples) -> None:
+        try:
+            advance(self.addresses, rows, pieces, moves, states, matrix, samples)
+        except ValueError as error:
+            raise ValueError(beyond_map(self.meshes[0].law.table.head, error.args)) from None

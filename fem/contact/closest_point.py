@@ -1,0 +1,87 @@
+"""Where the flanks of each tooth pair are closest: a search along the profile, and across the face without load."""
+
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from fem.contact.flank_gap import approach_at, first_roll, free_turn, sections_of, write_gaps
+from fem.gear.tooth_profile import LEAST_ROLL
+from fem.support.numba_cache import kept_unchecked, unchecked
+
+#: Number of positions on a modified profile, with steps shorter than reliefs; number of rounds of the search around the
+#: closest position, and positions in a round: steps shrink by 8 in each round, to 1e-5 of a flank.
+SAMPLES, ROUNDS, AROUND = 41, 3, 17
+
+
+class Closest(NamedTuple):
+    """Where the flanks of n slices are closest.
+
+    roll, foot  (n,) roll lengths of host and mate [m]
+    gap         (n,) smallest normal gap, aligned [m]
+    approach    (n,) normal approach per transmission error
+    radius      (n,) relative transverse radius of curvature of the involutes [m]
+    """
+
+    roll: np.ndarray
+    foot: np.ndarray
+    gap: np.ndarray
+    approach: np.ndarray
+    radius: np.ndarray
+
+
+@kept_unchecked
+def closest_points(mesh, number, low, high, te):
+    """(5, n) `Closest` of slices (n,) of tooth pairs, linearized about transmission errors (n,) [m]."""
+    sections = sections_of(mesh, number, low, high, te)
+    closest = _smallest_gaps(mesh, sections)
+    for i in range(number.size):
+        at, roll, foot = sections[i], closest[0, i], closest[1, i]
+        approach = mesh.position.inclined if at.out_of_reach else approach_at(mesh, at, roll, foot, 0.0)
+        closest[2, i] += approach * at.te
+        closest[3, i], closest[4, i] = approach, _radius(mesh, at, roll)
+    return closest
+
+
+@unchecked
+def _smallest_gaps(mesh, sections):
+    """(5, n) `Closest` of sections (n,) whose gap is that under te, without approach and radius."""
+    n, modified = sections.size, mesh.position.modified
+    closest, first, step = np.empty((5, n)), np.empty(n), np.empty(n)
+    for i in range(n):
+        first[i] = first_roll(mesh, sections[i])
+        step[i] = (sections[i].tip - first[i]) / (SAMPLES - 1)
+        closest[0, i], closest[1, i], closest[2, i] = first[i], 0.0, inf
+    for search in range(1 + ROUNDS if modified else 1):
+        m = AROUND if search else SAMPLES + 1 if modified else 1
+        rolls = np.empty((n, m))
+        for i in range(n):
+            low, high = first[i], sections[i].tip
+            for k in range(m):
+                roll = closest[0, i] + step[i] * (2 * k / (AROUND - 1) - 1) if search else low + step[i] * k
+                rolls[i, k] = min(max(roll, low), high)
+            if search == 0:
+                rolls[i, m - 1] = min(max(sections[i].nominal, low), high)
+            else:
+                step[i] *= 2 / (AROUND - 1)
+        _take_smallest(mesh, sections, rolls, closest)
+    return closest
+
+
+@unchecked
+def _take_smallest(mesh, sections, rolls, closest):
+    """Write the smallest gap of each section among those at roll lengths (n, m) where it is smaller than `closest`."""
+    gaps, feet = np.empty(rolls.shape), np.empty(rolls.shape)
+    write_gaps(mesh, sections, rolls, gaps, feet)
+    for i in range(sections.size):
+        for k in range(rolls.shape[1]):
+            if gaps[i, k] < closest[2, i]:
+                closest[0, i], closest[1, i], closest[2, i] = rolls[i, k], feet[i, k], gaps[i, k]
+
+
+@unchecked
+def _radius(mesh, at, roll):
+    """Relative transverse radius of curvature of the involutes [m] at a roll length of the host."""
+    host = max(roll, LEAST_ROLL * at.tip)
+    mate = max(free_turn(mesh, at, roll)[1], LEAST_ROLL * at.mate_tip)
+    return host * mate / (host + mate)

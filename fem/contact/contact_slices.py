@@ -1,0 +1,109 @@
+"""Slices of tooth pairs at one mesh position, and where their flanks are closest."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import cos
+
+import numpy as np
+
+from fem.contact.closest_point import Closest, closest_points
+from fem.contact.mesh_geometry import PairGeometry, pair_geometry
+from fem.pair import hertz
+from fem.pair.mesh_position import MeshPosition
+
+
+@dataclass(frozen=True)
+class ContactSlices:
+    """Slices of tooth pairs: number of the tooth pair, axial ends low and high [m], each (n,).
+
+    te is the transmission error [m], a number or (n,), about which gap and approach are linearized; mesh holds the two
+    gears for compiled code, made from the position by default. In a slice gap and load are those of its middle section,
+    along the line of contact.
+    """
+
+    position: MeshPosition
+    number: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    te: float | np.ndarray = 0.0
+    mesh: PairGeometry = field(default=None, repr=False, compare=False)  # type: ignore[assignment]
+
+    def __post_init__(self):
+        if self.mesh is None:
+            object.__setattr__(self, "mesh", pair_geometry(self.position))
+
+    def part(self, rows: np.ndarray) -> "ContactSlices":
+        """Some of the slices, whose closest points are known."""
+        slices = replace(self, number=self.number[rows], low=self.low[rows], high=self.high[rows])
+        return slices.closest_at(Closest(*(values[rows] for values in self.closest)))
+
+    def closest_at(self, closest: Closest) -> "ContactSlices":
+        """The same slices, whose flanks are known to be closest at some points."""
+        slices = replace(self)
+        object.__setattr__(slices, "closest", closest)
+        return slices
+
+    def in_middle(self, te: float) -> "ContactSlices":
+        """The slices about another transmission error [m], where flanks are closest in their middle sections."""
+        closest = closest_in(self.mesh, self.number, self.middle, self.middle, te)
+        return replace(self, te=te).closest_at(Closest(*closest))
+
+    @property
+    def middle(self) -> np.ndarray:
+        """(n,) axial positions of the middle sections [m]."""
+        return (self.low + self.high) / 2
+
+    @property
+    def width(self) -> np.ndarray:
+        """(n,) axial widths [m]."""
+        return self.high - self.low
+
+    @property
+    def length(self) -> np.ndarray:
+        """(n,) lengths of the line of contact in the slices [m]."""
+        return self.width / cos(self.position.pair.beta_b)
+
+    @property
+    def pinion_is_host(self) -> np.ndarray:
+        """(n,) whether the pinion carries the strips."""
+        return self.position.nominal(self.number, self.middle) < self.position.path.pitch
+
+    @cached_property
+    def closest(self) -> Closest:
+        """Where the flanks are closest."""
+        return Closest(*closest_in(self.mesh, self.number, self.low, self.high, self.te))
+
+    @property
+    def closest_arcs(self) -> np.ndarray:
+        """(2, n) arc lengths on pinion and wheel where the flanks are closest, up to the mate's tip [m]."""
+        gears, host = self.mesh.geometry.gears, np.where(self.pinion_is_host, 0, 1)
+        mate_roll = np.minimum(self.closest.foot, gears["roll_tip"][1 - host])
+        of_host, of_mate = self.closest.roll**2 / 2 / gears["r_b"][host], mate_roll**2 / 2 / gears["r_b"][1 - host]
+        return np.where(self.pinion_is_host, (of_host, of_mate), (of_mate, of_host))
+
+    @property
+    def flattening(self) -> np.ndarray:
+        """(n,) flattening of both flanks per force in a slice [m/N]."""
+        return self.mesh.geometry.position["flattening"] / self.length
+
+    def half_width(self, line_load: np.ndarray) -> np.ndarray:
+        """Hertzian half-widths (n,) [m] under forces per axial length (..., n) [N/m]."""
+        pair = self.position.pair
+        return hertz.half_width(line_load, self.closest.radius, pair.pinion.material, pair.wheel.material)
+
+    def gap_by(self, misalignment) -> np.ndarray:
+        """(..., n) normal gap that misalignments (...) [rad], as in `fem.Offsets`, add [m]."""
+        return cos(self.position.pair.beta_b) * np.multiply.outer(misalignment, self.middle)
+
+    def slope_by(self, misalignment) -> np.ndarray:
+        """(..., n) difference of the gap between middle and high end that misalignments (...) [rad] add [m]."""
+        return cos(self.position.pair.beta_b) * np.multiply.outer(misalignment, self.width / 2)
+
+    def first_touch(self, misalignment) -> np.ndarray:
+        """(..., n) transmission errors at which the slices touch without load under misalignments (...) [rad]."""
+        return (self.closest.gap + self.gap_by(misalignment)) / self.closest.approach
+
+
+def closest_in(mesh: PairGeometry, number, low, high, te) -> np.ndarray:
+    """(5, n) `Closest` of slices (n,) of tooth pairs, linearized about transmission errors () or (n,) [m]."""
+    return mesh.call(closest_points, number, low, high, np.full(low.size, te, float))

@@ -1,1 +1,0 @@
-"""The gap between the flanks of all tooth pairs at one mesh position, before they deflect."""

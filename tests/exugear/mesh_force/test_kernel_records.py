@@ -1,0 +1,50 @@
+"""Records: the same numbers by the same names in Python and in compiled kernels, which get their address."""
+
+import numpy as np
+import pytest
+
+from exugear.mesh_force.force import MeshForce
+from exugear.mesh_force.kernel_records import address_of, changed, reader, record_of, record_type, start_of
+from exugear.mesh_force.patches import table_at
+from fem.support.numba_cache import compiled
+
+GEAR = record_type(("r_b", "f8"), ("axes", "f8", (3, 3)))
+PAIR = record_type(("teeth", "i8"), ("pinion", GEAR), ("wheel", GEAR))
+pair_at = reader(PAIR)
+
+
+@compiled
+def seen(address):
+    """What a kernel reads at an address, and the address of what it reads."""
+    pair = pair_at(address)
+    return pair.teeth, pair.pinion.r_b, pair.wheel.axes[1, 2], start_of(pair)
+
+
+def test_a_kernel_reads_what_python_wrote():
+    wheel = record_of(GEAR, r_b=0.2, axes=np.arange(9).reshape(3, 3))
+    pair = record_of(PAIR, teeth=23, pinion=record_of(GEAR, r_b=0.1), wheel=wheel)
+    assert seen(address_of(pair)) == (23, 0.1, 5.0, address_of(pair))
+    assert (pair.teeth, pair.pinion.r_b, pair.wheel.axes[1, 2]) == (23, 0.1, 5.0)
+
+
+def test_records_are_constant_and_copies_change():
+    pair = record_of(PAIR, teeth=23)
+    with pytest.raises(ValueError, match="read-only"):
+        pair.teeth = 24
+    with pytest.raises(ValueError, match="read-only"):
+        pair.pinion.axes[0, 0] = 1.0
+    assert (changed(pair, teeth=24).teeth, pair.teeth) == (24, 23)
+
+
+@compiled
+def backlash_at(address):
+    return table_at(address).backlash
+
+
+def test_the_table_of_a_law_has_names():
+    """Potential over penetration^2 at the nodes, force at the end of the table."""
+    law = MeshForce([0.0, 0.5], [0.0, 1e-5, 2e-5], [[0.0, 1e3, 2e3]] * 2, backlash=1e-4)
+    assert law.table.potentials["value"] == pytest.approx(0.5e8)
+    assert law.table.edges["largest"] == pytest.approx(2e-5)
+    assert law.table.head.last_force == pytest.approx(2e3)
+    assert backlash_at(address_of(law.table)) == law.backlash

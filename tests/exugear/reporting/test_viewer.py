@@ -1,0 +1,94 @@
+"""A built gearbox in Exudyn's renderer: by its raytracer without a screen, and in its window on a (virtual) screen."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread, imsave
+from paper_gears import paper_pair
+from scenes import smooth_box
+
+import exugear
+from exugear.reporting.graphics import meshing_angles
+
+TURNED = 0.3
+SCRIPT = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from test_viewer import show
+show(sys.argv[2])
+"""
+
+
+@pytest.fixture
+def display():
+    """Name of a screen: the one in use, or a virtual one for the test."""
+    if os.environ.get("DISPLAY"):
+        yield os.environ["DISPLAY"]
+    elif shutil.which("Xvfb"):
+        with subprocess.Popen(
+            ["Xvfb", "-displayfd", "1"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        ) as server:
+            yield f":{server.stdout.readline().strip()}"
+            server.terminate()
+    else:
+        pytest.skip("needs a screen: set DISPLAY, or install Xvfb")
+
+
+def show(path: str, window: bool = True) -> None:
+    """Turn the gears, in Exudyn's window or before its raytracer, and save the picture at the end."""
+    built = exugear.build(smooth_box())
+    exugear.draw(built)
+    settings, renderer = built.container.visualizationSettings, built.container.renderer
+    settings.view0.window.renderWindowSize = [1200, 700]
+    settings.view0.scene.drawCoordinateSystem = settings.loads.show = settings.raytracer.advanced.showText = False
+    settings.view0.window.showComputationInfo = settings.general.showSolverInformation = False
+    if window and not renderer.Start():
+        raise RuntimeError("no window")
+    exugear.run_up(built, speed=TURNED / 0.1, duration=0.1, load=10.0, sample=1e-3)
+    renderer.ZoomAll()
+    if window:
+        renderer.DoIdleTasks(0.5)
+    imsave(path, renderer.RedrawAndGetImage(useRaytracer=not window))
+    if window:
+        renderer.Stop()
+
+
+def tooth_angle(dark: np.ndarray, centre: complex, r: float, z: int) -> float:
+    """Angle of a tooth [rad] from the z-th harmonic of what is dark on a circle; pixels, y upwards."""
+    around = np.linspace(0, 2 * np.pi, 7200, endpoint=False)
+    points = centre + r * np.exp(1j * around)
+    on = dark[np.round(points.imag).astype(int), np.round(points.real).astype(int)]
+    return float(np.angle((on * np.exp(1j * z * around)).sum())) / z
+
+
+def check_teeth(path: Path) -> None:
+    """Outline and angles of both gears of the paper in a picture: in mesh, and turned."""
+    dark = imread(path)[::-1, :, :3].mean(axis=2) < 0.9
+    rows, columns = np.flatnonzero(dark.any(axis=1)), np.flatnonzero(dark.any(axis=0))
+    pair = paper_pair()
+    pinion, wheel = pair.pinion, pair.wheel
+    pixels = np.ptp(columns) / (pair.a + pinion.r_a + wheel.r_a)
+    assert np.ptp(rows) == pytest.approx(2 * pinion.r_a * pixels, rel=0.01)
+    left = columns[0] + pinion.r_a * pixels + 1j * (rows[0] + rows[-1]) / 2
+    centres, turns = (left, left + pair.a * pixels), (TURNED, -TURNED)
+    for gear, centre, angle, turn in zip((pinion, wheel), centres, meshing_angles(pair), turns, strict=True):
+        measured = tooth_angle(dark, centre, (gear.r_a + 3 * gear.r_f) / 4 * pixels, gear.z)
+        off = (measured - angle - turn) * gear.z / (2 * np.pi)
+        assert off - round(off) == pytest.approx(0, abs=0.05)
+
+
+def test_teeth_mesh_before_the_raytracer(tmp_path):
+    show(str(tmp_path / "picture.png"), window=False)
+    check_teeth(tmp_path / "picture.png")
+
+
+def test_teeth_mesh_in_the_window(display, tmp_path):
+    path, folder = tmp_path / "picture.png", Path(__file__).parent
+    call = [sys.executable, "-c", SCRIPT, str(folder), str(path)]
+    subprocess.run(call, env=os.environ | {"DISPLAY": display}, check=True, cwd=folder.parent, timeout=120)
+    check_teeth(path)

@@ -1,0 +1,130 @@
+"""A run whose contacts know the imposed speed equals that whose constraint imposes it, which items of the user keep."""
+
+import exudyn as exu
+import numpy as np
+import pytest
+from exudyn.itemInterface import (
+    CoordinateConstraint,
+    CoordinateSpringDamper,
+    MarkerNodeCoordinate,
+    Node1D,
+    ObjectRotationalMass1D,
+    SensorObject,
+)
+from scenes import paper_gear, ran, smooth_map
+
+import exugear
+from exugear.multibody import contact_steps
+from fem.units import mm, rpm
+
+BEARINGS = {0 * mm: exugear.Bearing(2e8, 1e8, damping=2e-5), 60 * mm: exugear.Bearing(2e8, damping=2e-5)}
+COUPLING = {90 * mm: exugear.Coupling(5e3, inertia=0.02, damping=0.5)}
+SCENES = {
+    "spin": ({}, {}),
+    "planar": (BEARINGS, BEARINGS),
+    "driving rotor": (COUPLING, {}),
+    "driving rotor, planar": (BEARINGS | COUPLING, BEARINGS),
+    "both rotors": (COUPLING, COUPLING),
+}
+SPEEDS = {"ramp": (600 * rpm, 900 * rpm), "function": lambda t: 80 + 10 * np.sin(40 * t)}
+
+
+def box_of(fast: dict, slow: dict) -> exugear.Gearbox:
+    shafts = [exugear.Shaft(n, {30 * mm: paper_gear()} | p) for n, p in (("fast", fast), ("slow", slow))]
+    return exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping_ratio=0.06)])
+
+
+def with_further_item(model: exugear.Model) -> exugear.Model:
+    """The model with an item of the user, beside which the constraint stays."""
+    node = model.mbs.AddNode(Node1D(referenceCoordinates=[0.0]))
+    model.mbs.AddObject(ObjectRotationalMass1D(inertia=1.0, nodeNumber=node))
+    marker = model.mbs.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
+    fixed = model.mbs.GetObjectParameter(model.drive, "markerNumbers")[0]
+    model.mbs.AddObject(CoordinateSpringDamper(markerNumbers=[fixed, marker], stiffness=1.0))
+    model.mbs.Assemble()
+    return model
+
+
+@pytest.mark.parametrize("speed", SPEEDS)
+@pytest.mark.parametrize("scene", SCENES)
+def test_contacts_and_constraint_impose_the_same_motion(scene, speed):
+    """Within Newton's tolerance; drive torque and end state as well."""
+    boxes = [box_of(*SCENES[scene]) for _ in range(2)]
+    models = exugear.build(boxes[0]), with_further_item(exugear.build(boxes[1]))
+    options = {"speed": SPEEDS[speed], "load": 150.0, "duration": 0.1, "tolerance": 1e-5, "step": 1e-5, "checks": 0}
+    by_contacts, by_constraint = (ran(model, **options) for model in models)
+    for name in ("dte", "mesh_force", "drive_torque", "speed"):
+        size = float(np.abs(by_constraint[name]).max())
+        assert by_contacts[name].values == pytest.approx(by_constraint[name].values, abs=2e-6 * size), name
+    ends = by_contacts["end_state"].values, by_constraint["end_state"].values[:, :-1]
+    for row in range(2):
+        assert ends[0][row] == pytest.approx(ends[1][row], abs=1e-6 * np.abs(ends[1][row]).max())
+
+
+def test_shafts_in_space_differ_by_the_square_of_their_tilts():
+    gear, bearings = paper_gear(), {0 * mm: BEARINGS[0 * mm], 80 * mm: BEARINGS[60 * mm]}
+    shafts = [exugear.Shaft(name, {30 * mm: gear} | bearings) for name in ("fast", "slow")]
+    box = exugear.Gearbox([exugear.Stage(*shafts, smooth_map(), damping_ratio=0.06)])
+    models = exugear.build(box), with_further_item(exugear.build(box))
+    options = {"load": 150.0, "duration": 0.05, "tolerance": 1e-5, "step": 1e-5, "checks": 0}
+    by_contacts, by_constraint = (ran(model, **options)["dte"].values for model in models)
+    assert by_contacts == pytest.approx(by_constraint, abs=1e-5 * np.ptp(by_constraint))
+
+
+@pytest.mark.parametrize(("scene", "most"), [("spin", 1.05), ("planar", 1.3)])
+def test_newton_needs_one_iteration_a_step(scene, most):
+    data = ran(exugear.build(box_of(*SCENES[scene])), speed=(0, 3500 * rpm), duration=0.5, checks=0)
+    assert 1 <= data.attrs["newton_iterations"] < most
+
+
+def test_the_system_of_the_user_is_restored():
+    """Constraint and load keep their numbers and parameters; a sensor on the constraint keeps it in the run."""
+    model = exugear.build(box_of({}, {}))
+    model.mbs.SetObjectParameter(model.drive, "Vshow", False)
+    ran(model, duration=0.01)
+    drive, load = model.mbs.GetObject(model.drive), model.mbs.GetLoad(model.load)
+    assert (drive["name"], drive["Vshow"], drive["activeConnector"]) == ("drive", False, True)
+    assert (load["name"], abs(load["load"])) == ("load", 150.0)
+    sensor = model.mbs.AddSensor(
+        SensorObject(objectNumber=model.drive, outputVariableType=exu.OutputVariableType.Force, storeInternal=True)
+    )
+    model.mbs.Assemble()
+    data = ran(model, duration=0.01)
+    torque = np.abs(model.mbs.GetSensorStoredData(sensor)[-1, 1])
+    assert torque == pytest.approx(abs(float(data["drive_torque"][-1])), rel=1e-3)
+
+
+def test_a_function_of_time_is_not_called_while_the_system_is_solved():
+    """Its calls do not grow with the number of steps."""
+    calls = []
+
+    def speed(t):
+        calls.append(t)
+        return 80 + 10 * t
+
+    numbers = []
+    for step in (2e-5, 1e-5):
+        calls.clear()
+        ran(exugear.build(box_of({}, {})), speed=speed, step=step, duration=0.1)
+        numbers.append(len(calls))
+    assert numbers[0] == numbers[1] < 4000
+
+
+def test_a_torque_on_the_free_end_and_further_constraints_still_hold():
+    """A constraint of the user on the slow shaft stops it: the contact must carry whatever that takes."""
+    model = exugear.build(box_of({}, {}))
+    fixed = model.mbs.GetObjectParameter(model.drive, "markerNumbers")[0]
+    model.mbs.AddObject(CoordinateConstraint(markerNumbers=[fixed, model.end_markers["slow"]]))
+    model.mbs.Assemble()
+    data = ran(model, speed=0.0, duration=0.01)
+    assert np.isfinite(data["mesh_force"].values).all()
+
+
+@pytest.mark.parametrize("scene", ["spin", "planar", "both rotors"])
+def test_first_guesses_change_the_iterations_and_not_the_run(scene, monkeypatch):
+    """Through contact loss: lightly damped gears at their resonance."""
+    options = {"speed": (480 * rpm, 520 * rpm), "duration": 0.2, "tolerance": 1e-6, "step": 2e-5, "checks": 0}
+    guided = ran(exugear.build(box_of(*SCENES[scene])), **options)
+    monkeypatch.setattr(contact_steps, "guess_by", lambda *_: None)
+    unguided = ran(exugear.build(box_of(*SCENES[scene])), **options)
+    assert guided["dte"].values == pytest.approx(unguided["dte"].values, abs=1e-5 * np.ptp(unguided["dte"].values))

@@ -1,0 +1,236 @@
+"""Runs in parts side by side: equal to serial runs, also where parts meet late."""
+
+import tempfile
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+import xarray as xr
+from executors import RUN, Inline, OnAnotherMachine
+from friction_cases import MU
+from paper_gears import paper_pair
+from scenes import rms, smooth_box, two_equal_stages
+
+import exugear
+from exugear.multibody.time_integration import Solver
+from exugear.planning.vibration_decay import slowest_decay
+from exugear.running import division, seams, segments
+from exugear.running.part_samples import PartSamples
+from fem.units import mm, rpm
+
+
+def serial_and_parts(box: exugear.Gearbox, **changes) -> tuple[xr.Dataset, xr.Dataset]:
+    """Data of a serial run and of the same run in parts."""
+    model, options = exugear.build(box), RUN | changes
+    return exugear.run_up(model, **options).data, exugear.run_up(model, **options, executor=Inline()).data
+
+
+def assert_equal(serial: xr.Dataset, parts: xr.Dataset, tolerance: float = 1e-5) -> None:
+    """All variables are there and equal, over the range of each."""
+    assert set(parts.variables) - set(serial.variables) == {"seam_error", "seam"}
+    assert set(serial.variables) <= set(parts.variables)
+    assert parts["seam_error"].size >= 1
+    assert (parts["seam_error"] <= 1e-6).all()
+    for name, values in serial.data_vars.items():
+        assert values.dims == parts[name].dims, name
+        scale = 1.0 if name == "step_error" else max(float(np.abs(values).max()), 1e-30)
+        assert float(np.abs(values - parts[name]).max()) <= tolerance * scale, name
+    assert rms(parts) == pytest.approx(rms(serial), rel=1e-5)
+
+
+BEARING = exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5, damping=1e-4)
+
+
+def planar() -> exugear.Gearbox:
+    """Equal bearings on either side of the gears, which therefore move in their planes."""
+    ball = exugear.Bearing(radial=2e8, axial=1e8, damping=1e-4)
+    return smooth_box(parts={0 * mm: ball, 60 * mm: ball})
+
+
+def driven_through_couplings() -> exugear.Gearbox:
+    """Rotors behind couplings on both shafts."""
+    coupling = exugear.Coupling(torsion=2e5, damping=40.0, inertia=0.02)
+    return smooth_box(parts={-20 * mm: coupling})
+
+
+def lossy() -> exugear.Gearbox:
+    """Friction between the teeth and drag of the shafts."""
+    friction = exugear.MeshFriction.of_pair(paper_pair(), MU)
+    return smooth_box(parts={0.0: exugear.Drag(0.1, 1e-3)}, friction=friction)
+
+
+BOXES = smooth_box, planar, lambda: smooth_box(BEARING), driven_through_couplings, two_equal_stages, lossy
+
+
+@pytest.mark.parametrize("box", BOXES)
+def test_parts_are_the_serial_run(box):
+    assert_equal(*serial_and_parts(box(), displacement=True))
+
+
+@pytest.mark.parametrize("executor", [Inline, OnAnotherMachine])
+def test_samples_through_files_and_without_them_leave_nothing_behind(executor, monkeypatch, tmp_path):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    model = exugear.build(smooth_box(BEARING))
+    parts = exugear.run_up(model, **RUN, executor=executor()).data
+    assert not list(tmp_path.iterdir())
+    assert_equal(exugear.run_up(model, **RUN).data, parts)
+
+
+def test_components_that_planar_shafts_lack_do_not_travel(monkeypatch):
+    """Of offsets along the shafts and of tilts, which are 0, a single value reaches the whole run."""
+    travelled, copy_to = [], PartSamples.copy_to
+
+    def counted(samples, rows, begin):
+        travelled.append(sum(len(row) > 1 for row in samples.rows))
+        copy_to(samples, rows, begin)
+
+    monkeypatch.setattr(PartSamples, "copy_to", counted)
+    exugear.run_up(exugear.build(planar()), **RUN, executor=Inline())
+    mesh, motion = 6, 8  # DTE, force, centre distance, phase, two torques; x and y of two shafts and their rates
+    assert set(travelled) == {mesh + motion}
+
+
+def test_powers_and_energies_are_those_of_the_serial_run():
+    serial, parts = serial_and_parts(lossy(), duration=0.3, power=True)
+    assert_equal(serial, parts)
+    assert {"power_in", "mesh_loss", "kinetic_energy"} <= set(parts)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"speed": 1000 * rpm},
+        {"speed": lambda t: 100 + 20 * np.sin(5 * t)},
+        {"load": (100.0, 200.0)},
+        {"load": lambda t: 150 + 50 * np.sin(9 * t)},
+        {"step": 2e-5, "sample": 1e-4},
+    ],
+)
+def test_speeds_and_loads_of_all_kinds(changes):
+    """Functions of time travel to other processes as tables."""
+    assert_equal(*serial_and_parts(smooth_box(), **changes))
+
+
+def test_torque_over_the_angle_and_the_end_of_another_run():
+    model = exugear.build(smooth_box())
+    ripple = exugear.Torque(of_angle=lambda angle: 150 + 20 * np.sin(angle))
+    conditions = {"drives": {"fast": (100.0, 120.0)}, "loads": {"slow": ripple}, "progress": False}
+    before = exugear.run(model, **conditions, duration=0.1)
+    again = {**conditions, "drives": {"fast": (120.0, 130.0)}, "duration": 0.5, "initial": before}
+    assert_equal(exugear.run(model, **again).data, exugear.run(model, **again, executor=Inline()).data)
+
+
+def test_a_run_goes_on_from_the_end_of_parts():
+    model = exugear.build(smooth_box())
+    options = {"drives": {"fast": 100.0}, "loads": {"slow": 150.0}, "progress": False}
+    ends = [exugear.run(model, **options, duration=0.3, executor=e) for e in (None, Inline())]
+    serial, parts = (exugear.run(model, **options, duration=0.05, initial=end).data for end in ends)
+    assert parts["dte"].values == pytest.approx(serial["dte"].values, rel=1e-6)
+
+
+def test_a_part_on_another_branch_is_integrated_again(monkeypatch):
+    """Light damping, and an early start that is too short for it and begins with other speeds."""
+    original, started = segments.solve_initial_equilibrium, []
+
+    def disturbed(model, conditions):
+        original(model, conditions)
+        if conditions.start_time > 0:
+            started.append(conditions.start_time)
+            rates = model.mbs.systemData.GetODE2Coordinates_t(segments.INITIAL)
+            model.mbs.systemData.SetODE2Coordinates_t(rates * 1.001, segments.INITIAL)
+
+    monkeypatch.setattr(segments, "solve_initial_equilibrium", disturbed)
+    monkeypatch.setattr(division, "settling_time", lambda decay, share: 1e-3)
+    serial, parts = serial_and_parts(smooth_box(damping=200.0))
+    assert_equal(serial, parts)
+    assert not parts.attrs["parts"].endswith(" 0 of the run integrated again")
+    assert (parts["seam"] > started[0] + 0.1).all()
+
+
+def test_parts_that_never_meet_are_serial_and_say_so(monkeypatch):
+    for module in (segments, seams):
+        monkeypatch.setattr(module, "seam_error", lambda *_: 1.0)
+    model = exugear.build(smooth_box())
+    with pytest.warns(UserWarning, match=r"of the run were integrated again") as warned:
+        parts = exugear.run_up(model, **RUN | {"duration": 0.3}, executor=Inline()).data
+    assert warned[0].filename == __file__  # the line of the user
+    serial = exugear.run_up(model, **RUN | {"duration": 0.3}).data
+    assert parts["dte"].values == pytest.approx(serial["dte"].values, rel=1e-9)
+
+
+def test_without_damping_a_run_is_serial_and_says_so():
+    model = exugear.build(smooth_box(damping=0.0))
+    assert "a mode that the meshes excite is not damped" in str(model.plan)
+    options = RUN | {"duration": 0.05}
+    with pytest.warns(UserWarning, match="the run is serial, as vibrations do not decay") as warned:
+        parts = exugear.run_up(model, **options, executor=Inline()).data
+    assert warned[0].filename == __file__  # the line of the user
+    assert parts.identical(exugear.run_up(model, **options).data)
+
+
+def test_a_single_process_and_a_short_run_are_serial():
+    model, serial = exugear.build(smooth_box()), ThreadPoolExecutor(1)
+    assert "seam_error" not in exugear.run_up(model, **RUN | {"duration": 0.05}, executor=serial).data
+    assert "seam_error" not in exugear.run_up(model, **RUN | {"duration": 0.01}, executor=Inline()).data
+
+
+def test_threads_of_a_process_take_turns():
+    model, options = exugear.build(smooth_box()), RUN | {"duration": 2.0, "checks": 20}
+    serial = exugear.run_up(model, **options).data
+    with ThreadPoolExecutor(2) as executor:
+        assert_equal(serial, exugear.run_up(model, **options, executor=executor).data)
+
+
+def test_the_plan_has_the_decay_of_a_damped_oscillator():
+    m, k, c = np.diag([2.0, 1.0]), np.diag([800.0, 0.0]), np.diag([4.0, 0.0])
+    assert slowest_decay(m, k, c, np.array([[20.0, 0.0]])) == pytest.approx(1.0)
+    assert slowest_decay(m, k, 0 * c, np.array([[20.0, 0.0]])) == 0.0
+    plan = exugear.build(smooth_box()).plan
+    damped = 2700 * exugear.build(smooth_box()).meshes[0].mobility / 2
+    assert plan.decay == pytest.approx(damped, rel=1e-6)
+    assert "early" in str(plan)
+
+
+def test_one_bar_shows_the_progress_of_all_parts(capfd, monkeypatch):
+    monkeypatch.setattr("fem.support.progress.on_terminal", lambda: True)
+    exugear.run_up(exugear.build(smooth_box()), **RUN | {"progress": True}, executor=Inline())
+    bars = capfd.readouterr().err
+    assert "run " in bars and "1 s" in bars
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("part", "zeta"), [(None, 0.02), (None, 0.08), (BEARING, 0.08)])
+def test_seventy_seconds_through_the_jump_in_two_new_processes(part, zeta):
+    box = smooth_box(part, damping=None, damping_ratio=zeta)
+    model, options = exugear.build(box), RUN | {"speed": (0, 3500 * rpm), "duration": 70.0}
+    serial = exugear.run_up(model, **options).data
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+        parts = exugear.run_up(model, **options, executor=executor).data
+    assert rms(parts, 280) == pytest.approx(rms(serial, 280), rel=1e-5)
+
+
+@pytest.mark.slow
+def test_parts_on_a_local_cluster_of_dask():
+    from distributed import Client, LocalCluster  # an import of seconds
+
+    model, options = exugear.build(smooth_box()), RUN | {"duration": 10.0}
+    serial = exugear.run_up(model, **options).data
+    with (
+        LocalCluster(n_workers=2, threads_per_worker=2, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        parts = exugear.run_up(model, **options, executor=client.get_executor()).data
+    assert_equal(serial, parts)
+
+
+def test_the_solver_ends_segments_on_samples():
+    bounds = []
+    original = Solver.run
+    try:
+        Solver.run = lambda self, progress: bounds.extend(self.bounds) or original(self, progress)
+        exugear.run_up(exugear.build(smooth_box()), **RUN | {"sample": 1e-4, "step": 2e-5, "duration": 0.02})
+    finally:
+        Solver.run = original
+    assert np.all(np.array(bounds[:-1]) % 5 == 0)
+    assert np.all(np.diff(bounds) > 0)
