@@ -19,9 +19,9 @@ from fem.units import rpm, um
 ROOT = Path(__file__).parents[1]
 README, FEM, EXUGEAR = ROOT / "README.md", ROOT / "fem" / "README.md", ROOT / "exugear" / "README.md"
 MEASURED = ROOT / "examples" / "MEASURED.md"
-DOCS = sorted((ROOT / "exugear" / "docs").glob("*.md"))
-TUTORIAL = ROOT / "exugear" / "docs" / "tutorial.md"
-DOCUMENTS = (README, FEM, EXUGEAR, ROOT / "examples" / "README.md", MEASURED, *DOCS)
+DOCS_OF_EXUGEAR = ROOT / "exugear" / "docs"
+START, HOW_TO, REFERENCE = (DOCS_OF_EXUGEAR / f"{name}.md" for name in ("start", "how_to", "reference"))
+DOCUMENTS = (README, FEM, EXUGEAR, ROOT / "examples" / "README.md", MEASURED, *sorted(DOCS_OF_EXUGEAR.glob("*.md")))
 LARGEST_PICTURE = 60_000
 
 
@@ -78,8 +78,13 @@ def test_the_table_of_the_map_names_all_its_variables(of_fem):
 
 
 def test_code_of_the_readme_of_exugear(tmp_path):
+    names, _ = executed(EXUGEAR, tmp_path)
+    assert names["run"].data["bearing_force"].dims == ("bearing", "direction", "time")
+
+
+def test_recipes_run(tmp_path):
     """At the start the bearings of the slow shaft balance the mesh force of the idler; the idler lies 60 deg from x."""
-    names, _ = executed(EXUGEAR, tmp_path, {"duration=0.5": "duration=0.1", "windows=20": "windows=5"})
+    names, _ = executed(HOW_TO, tmp_path, {"duration=0.5": "duration=0.1", "windows=20": "windows=5"})
     pair, data = names["pair"], names["run"].data
     torque = 150.0 + names["slow"].inertia * 600 * rpm / 0.1
     force, alpha, towards = torque / pair.wheel.r_b, pair.alpha_wt, np.pi / 3
@@ -89,10 +94,10 @@ def test_code_of_the_readme_of_exugear(tmp_path):
     assert np.isfinite(data["dte"].values).all()
     losses, booked, efficiencies = names["losses"], names["booked"], names["efficiencies"]
     variables = {*data.data_vars, *losses.data_vars, *booked.data.data_vars}
-    assert variables <= set(re.findall(r"`(\w+)`", text(EXUGEAR)))
+    assert variables <= set(re.findall(r"`(\w+)`", text(REFERENCE)))
     assert float(losses["friction_loss"].mean()) == pytest.approx(39, rel=0.1)
     assert losses["drag_loss"].mean("time").values == pytest.approx([15, 15], rel=0.05)
-    (printed,) = blocks(EXUGEAR, "text")
+    (printed,) = blocks(HOW_TO, "text")
     lines = [
         (x.split(), y.split())
         for x, y in zip(str(booked.energy_balance(0.01)).splitlines(), printed.splitlines(), strict=True)
@@ -106,7 +111,7 @@ def test_code_of_the_readme_of_exugear(tmp_path):
 
 def test_tutorial_ends_at_the_resonances_of_its_modes(tmp_path):
     """Peaks of the run-up lie at the modes that the mesh excites, and at a third of the first, as the text says."""
-    names, _ = executed(TUTORIAL, tmp_path)
+    names, _ = executed(START, tmp_path)
     modes = names["modes"]
     meshing = modes["frequency"].values[modes["energy_share"].sel(element="motor-output").values > 0.01]
     assert meshing == pytest.approx([1621, 3049, 6834], rel=1e-3)

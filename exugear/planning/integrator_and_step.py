@@ -8,7 +8,7 @@ from fem.support.validation import require_within
 #: Newmark beta = 1/12, gamma = 1/2 (Fox & Goodwin 1949): fourth order, stable for omega h below this.
 STABLE = sqrt(6)
 BETA, TRAPEZOIDAL_BETA, GAMMA = 1 / 12, 1 / 4, 1 / 2
-#: omega_mesh h at a tolerance of 1e-3; the measured error is half of that (tests/exugear/simulation/test_run.py).
+#: omega_mesh h at a tolerance of 1e-3; the measured error is half of that (tests/exugear/running/test_run.py).
 ANGLE_AT_1E3 = 0.63
 #: The same for bodies on bearings, where the bound omega_mesh lies farther above the modes that the meshes excite.
 ANGLE_ON_BEARINGS_AT_1E3 = 0.8
