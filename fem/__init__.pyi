@@ -23,7 +23,7 @@ from .reference import dynamic, explicit, nonlinear
 from .ste.cost import MapCost, map_cost
 from .ste.inputs import UpTo
 from .ste.peak_to_peak import peak_to_peak
-from .ste.ste_map import load, pair_of, save, ste_map
+from .ste.ste_map import load, pair_of, save, ste_from_table, ste_map
 from .ste.te_harmonics import te_harmonics
 from .ste.transmission import static_transmission_error
 from .stress.load_distribution import load_distribution
@@ -69,6 +69,7 @@ __all__ = [
     "root_stress",
     "save",
     "static_transmission_error",
+    "ste_from_table",
     "ste_map",
     "stress",
     "te_harmonics",

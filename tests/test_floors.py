@@ -39,7 +39,7 @@ FIRST, LAST = {"fem.units"}, {"fem", "exugear", "exugear.plots"}
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
 #: What exugear may import from fem; `exugear.reporting.gear_outline` draws the outline of `fem.gear.tooth_profile`.
 DOORS_TO_FEM = {
-    *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.involute", "fem.gear.tooth_profile"),
+    *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.involute", "fem.gear.material", "fem.gear.tooth_profile"),
     *(
         "fem.pair.pair",
         "fem.pair.offsets",

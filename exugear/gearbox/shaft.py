@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import inf, isfinite, pi, sqrt
+from math import inf, isfinite, sqrt
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.drag import BearingDrag, Drag
 from fem.gear.gear import Gear
+from fem.gear.material import cylinder
 from fem.support.arguments import DERIVED, Finite, checked
 from fem.support.plausibility import check_density, check_rotor_mass, check_torsion
 from fem.support.representation import short
@@ -71,11 +72,10 @@ class Disc:
         sizes = f"got length {length:g}, d {d:g}, d_bore {d_bore:g} m; pass metres: 30*mm"
         require(0 < length < 10 and 0 <= d_bore < d < 10, f"a cylinder needs length > 0 and d > d_bore >= 0, {sizes}")
         require(1 < density < 50e3, f"density must lie in (1, 50000) kg/m^3, got {density:g}")
-        mass = density * length * pi / 4 * (d**2 - d_bore**2)
+        body = cylinder(density, length, d, d_bore)
         check_density(density)
-        check_rotor_mass(mass)
-        inertia = mass * (d**2 + d_bore**2) / 8
-        return cls(mass, inertia, inertia / 2 + mass * length**2 / 12)
+        check_rotor_mass(body.mass)
+        return cls(*body)
 
 
 @checked
@@ -358,5 +358,6 @@ class Shaft:
 
 
 def blank(gear: Gear) -> Disc:
-    """Solid disc of the gear's material up to the mean of tip and root circle."""
-    return Disc.cylinder(gear.b, gear.r_a + gear.r_f, density=gear.material.density)
+    """The body of a gear, by which `fem.Gear.mass` is told, as a disc."""
+    check_rotor_mass(gear.mass)
+    return Disc(gear.mass, gear.inertia, gear.transverse)

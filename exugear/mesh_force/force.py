@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from math import inf, isfinite, prod
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ import xarray as xr
 
 from exugear.mesh_force.energy_centroid import energy_centroid
 from exugear.mesh_force.fixed_offsets import at_fixed_offsets
+from exugear.mesh_force.force_file import load_arguments, save_force
 from exugear.mesh_force.force_kernels import damping, range_at, spinning_force, static_force
 from exugear.mesh_force.jumps import jumps
 from exugear.mesh_force.layout import MANY_BLOCKS, OFFSETS, PHASES, PHASES_OF_MANY
@@ -27,7 +29,7 @@ from exugear.mesh_force.tabulation import tabulate
 from fem.pair.pair import GearPair
 from fem.ste.map_sides import has_right_flanks, left_torques, right_torques, why_unlike
 from fem.ste.ste_map import TE, TORQUE, UNLOADED_RIGHT, check, offset_axes, pair_of
-from fem.support.arguments import Finite, checked
+from fem.support.arguments import FilePath, Finite, checked
 from fem.support.numba_cache import kept
 from fem.support.representation import short
 from fem.support.validation import increases, increasing, numbers, require, require_finite
@@ -157,7 +159,8 @@ class MeshForce:
     ) -> "MeshForce":
         """The law whose static deflection is an STE map.
 
-        ste         Dataset of `fem.ste_map`: te [m] over torque from 0 [N m], offsets and phase, smooth and periodic in
+        ste         map of `fem.static_transmission_error`, `fem.ste_map` or, from a table of another program,
+                    `fem.ste_from_table`: te [m] over torque from 0 [N m], offsets and phase, smooth and periodic in
                     phase; the force acts at its force centroid where the map has one, else in mid-plane
         damping, damping_ramp
                     as in `MeshForce`
@@ -220,6 +223,23 @@ class MeshForce:
             given["coast"] = cls(*table_of_side(right_torques(ste)), conserves=False)
         given |= {"back_phase": pair.back_phase, "coast_unlike": _unlike(ste), "fixed_offsets": fixed_axial_offset(ste)}
         return cls(*table_of_side(left_torques(ste)), **given, conserves=False)
+
+    @checked
+    def save(self, path: FilePath) -> Path:
+        """Write the law as netCDF; the file is complete or absent, and ends with a digest by which `load` tells damage.
+
+        Raises OSError where the file cannot be written.
+        """
+        return save_force(self, Path(path))
+
+    @classmethod
+    @checked
+    def load(cls, path: FilePath) -> "MeshForce":
+        """The law that `save` wrote, equal to the last bit; ValueError for a damaged or another file."""
+        arguments = load_arguments(path)
+        if arguments["coast"] is not None:
+            arguments["coast"] = cls(**arguments["coast"])
+        return cls(**arguments)
 
     def _centroid_by_energy(self) -> np.ndarray:
         """Force centroid (like force_table) [m], by the change of the potential over the misalignment."""

@@ -11,7 +11,7 @@ from exugear.gearbox.bearing import Bearing
 from exugear.gearbox.bearing_stiffness import linear_part, radial_stiffness, radial_table
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
-from exugear.multibody.stop_messages import DIVERGED, FAR
+from exugear.multibody.user_function_errors import DIVERGED, FAR
 from exugear.planning.coordinates import Coordinates
 from fem.support.numba_cache import compiled, kept
 

@@ -15,7 +15,7 @@ from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.guarded_solves import exudyn_settings
 from exugear.multibody.model import Mesh, Model, matrices_without_meshes, nonlinear_bearing_stiffness
-from exugear.multibody.stop_messages import DIVERGED
+from exugear.multibody.user_function_errors import DIVERGED
 from exugear.operation.conditions import Conditions
 from exugear.planning.map_axes import static_offsets
 from exugear.planning.plan import UNDAMPED
@@ -40,7 +40,7 @@ STIFFNESS_UNIT_HINT = "(in N/m: 200 N/um are 200e6)"
 LEAST_INERTIA_SHARE = 1e-6
 #: How Exudyn reports an exception of a user function: its name and the message.
 USER_FUNCTION_ERROR = r"USER FUNCTION '([^']*)':\s*([^\n]+)"
-#: Messages of the user functions of this package (`exugear.multibody.stop_messages`, `Conditions.load_at`).
+#: Messages of the user functions of this package (`exugear.multibody.user_function_errors`, `Conditions.load_at`).
 MESSAGE = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
 
 

@@ -25,7 +25,7 @@ from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
 from exugear.multibody.exudyn_objects import check_spin_axes, gear_body, kind_of, node_of
 from exugear.multibody.native import direct_or_portable
-from exugear.multibody.stop_messages import stopped
+from exugear.multibody.user_function_errors import errors_kept, stopped
 from fem.pair.pair import GearPair
 from fem.support.arguments import REQUIRED, checked
 from fem.support.validation import require, require_finite
@@ -157,7 +157,7 @@ def add_forces(mbs, name: str, items, kernel, records: Sequence[np.record], reco
     sizes = [len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes]
     function, jacobian = user_functions(kernel, records, recorder, sizes[0])
     addresses = tuple(address_of(record) for record in (*records, *([recorder.header] if recorder else [])))
-    function = direct_or_portable(function, kernel, addresses, sum(sizes))
+    function = direct_or_portable(errors_kept(mbs, function), kernel, addresses, sum(sizes))
     item = eii.ObjectGenericODE2(
         name=name, nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=jacobian
     )

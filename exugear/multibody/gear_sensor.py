@@ -14,7 +14,7 @@ from exugear.contact.recorder import NAMES, Recorder
 from exugear.mesh_force.kernel_records import address_of
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.gear_contact import FUNCTION, StoredContact, stored_contact
-from exugear.multibody.stop_messages import stopped
+from exugear.multibody.user_function_errors import errors_kept, stopped
 from fem.support.arguments import checked
 
 #: Interval between two samples at which each time of a run is that of the first sample [s].
@@ -38,7 +38,7 @@ def CreateGearSensor(
     sample every step, a `Recorder` costs less. Returns the number of the sensor. Raises ValueError for an object that
     is no gear contact.
     """
-    function = user_function(stored_contact(mbs, contact), int(contact))
+    function = errors_kept(mbs, user_function(stored_contact(mbs, contact), int(contact)))
     item = eii.SensorUserFunction(
         name=name, fileName=fileName, storeInternal=storeInternal, sensorUserFunction=function
     )

@@ -1,4 +1,6 @@
-"""Checks where Exudyn solves a system with gear contacts: of its threads before, of contacts that never closed after.
+"""Where Exudyn solves a system with gear contacts: threads are checked before, contacts that never closed after.
+
+Where a user function fails, its exception is raised in place of Exudyn's.
 
 With `parallel.numberOfThreads` >= 2 and at least `parallel.multithreadedLowerLimitResiduals` objects (20 by default)
 Exudyn 1.13.6 evaluates the forces of all user functions twice and adds both, in implicit, static and explicit solves
@@ -18,6 +20,7 @@ import exudyn as exu
 
 from exugear.multibody.gear_contact import StoredContact, contacts_of, known_contacts
 from exugear.multibody.turns import turn_with
+from exugear.multibody.user_function_errors import user_errors_raised
 from fem.support.user_warning import warn_user
 
 #: Number of objects below which Exudyn evaluates forces in one thread: more than any system has.
@@ -73,7 +76,7 @@ def _guarded(method: Callable, *, solves: bool) -> Callable:
     @wraps(method)
     def guarded(solver, mainSystem, simulationSettings):
         check_threads(mainSystem, simulationSettings)
-        with turn_with(mainSystem):
+        with turn_with(mainSystem), user_errors_raised(mainSystem):
             result = method(solver, mainSystem, simulationSettings)
         if solves and result:
             report_open_contacts(mainSystem)

@@ -77,7 +77,7 @@ def _obstacle() -> str:
 def _circumstances() -> str:
     """All that the result of the check may depend on: the key under which it is cached."""
     packages = [f"{name} {version(name)}" for name in PACKAGES]
-    sources = sorted(Path(callback.__file__).parent.glob("*.py"))
+    sources = sorted(Path(callback.__file__).parent.glob("callback*.py"))
     source = str(crc32(b"".join(path.read_bytes() for path in sources)))
     system = sys.version, *platform.libc_ver(), os.environ.get("LD_PRELOAD", "")
     return "\n".join(["check of the direct call", SCRIPT, source, exu.Help.__module__, *packages, *system])
@@ -86,7 +86,7 @@ def _circumstances() -> str:
 def _failure_of_check() -> str:
     """How the check failed, with the end of its error output; empty where it passed."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONWARNINGS": "ignore"}
-    fast, folder = exu.Help.__module__.endswith("fast"), str(Path(callback.__file__).parents[2])
+    fast, folder = exu.Help.__module__.endswith("fast"), str(Path(callback.__file__).parents[1])
     command = [sys.executable, "-P", "-c", SCRIPT.format(fast=fast, folder=folder)]
     with announced("checking whether Exudyn can call the compiled contact without Python", once=True):
         ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=TIME_LIMIT)

@@ -32,6 +32,8 @@ GEAR = {
     "s_t": ("m", "transverse tooth thickness on the reference circle"),
     "s_an": ("m", "normal tooth thickness on the tip circle"),
     "s_bn": ("m", "normal tooth thickness on the base circle"),
+    "mass": ("kg", "mass, the bore filled"),
+    "inertia": ("kg m^2", "inertia about the axis, the bore filled"),
 }
 PAIR = {
     "u": ("1", "gear ratio"),

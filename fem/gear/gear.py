@@ -8,7 +8,7 @@ from fem.gear import limits
 from fem.gear.data_sheet import GEAR, DataSheet, listed
 from fem.gear.inspection import Teeth, measures
 from fem.gear.involute import involute
-from fem.gear.material import STEEL, Material
+from fem.gear.material import STEEL, Inertia, Material, cylinder
 from fem.gear.tooth_root import Arc, Trochoid
 from fem.microgeometry import flank as flanks
 from fem.microgeometry.flank import Flank, Sides
@@ -211,6 +211,26 @@ class Gear:
     def face(self) -> FlankExtent:
         """Extent of a flank, on which modifications are defined."""
         return FlankExtent(self.roll_form, self.roll_tip, self.b, self.r_b, self.z, land=self.thickness(self.r_a))
+
+    @cached_property
+    def _body(self) -> Inertia:
+        """Solid disc of the gear's material up to the mean of tip and root circle."""
+        return cylinder(self.material.density, self.b, self.r_a + self.r_f)
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg] of a solid disc of the material up to the mean of tip and root circle: the shaft fills the bore."""
+        return self._body.mass
+
+    @property
+    def inertia(self) -> float:
+        """Inertia about the axis of the disc of `mass` [kg m^2]."""
+        return self._body.inertia
+
+    @property
+    def transverse(self) -> float:
+        """Inertia about transverse axes through the centre of the disc of `mass` [kg m^2]."""
+        return self._body.transverse
 
     def thickness(self, r: float) -> float:
         """Transverse tooth thickness on the circle of radius r [m]; ValueError for r below the base radius."""

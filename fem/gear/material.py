@@ -1,6 +1,8 @@
-"""Material of a gear."""
+"""Material of a gear, and the mass and inertia of a cylinder of it."""
 
 from dataclasses import dataclass
+from math import pi
+from typing import NamedTuple
 
 from fem.support.plausibility import check_density
 from fem.support.representation import short
@@ -29,3 +31,18 @@ class Material:
 
 
 STEEL = Material()
+
+
+class Inertia(NamedTuple):
+    """Mass [kg], inertia about the axis of revolution and about transverse ones through the centre [kg m^2]."""
+
+    mass: float
+    inertia: float
+    transverse: float
+
+
+def cylinder(density: float, length: float, d: float, d_bore: float = 0.0) -> Inertia:
+    """Mass and inertia of a hollow cylinder of a density [kg/m^3], a length and diameters [m]."""
+    mass = density * length * pi / 4 * (d**2 - d_bore**2)
+    inertia = mass * (d**2 + d_bore**2) / 8
+    return Inertia(mass, inertia, inertia / 2 + mass * length**2 / 12)

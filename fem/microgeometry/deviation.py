@@ -6,7 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from fem.microgeometry.modification import FlankExtent, check_amount, check_within
+from fem.support.arguments import FilePath, checked
 from fem.support.representation import short
+from fem.support.tables import read_grid
 from fem.support.validation import increasing, numbers, require_finite
 
 #: Grid lines closer together than this share of the mean distance belong to a local refinement.
@@ -73,6 +75,20 @@ class Grid:
         require_finite("values", values, "fill the missing points of the measurement")
         check_amount("values", float(values.flat[np.abs(values).argmax()]))
         object.__setattr__(self, "values", tuple(map(tuple, values.tolist())))
+
+    @classmethod
+    @checked
+    def from_table(cls, path: FilePath) -> "Grid":
+        """The deviations of a table with units in its header, say from a measuring machine.
+
+        path    text file (CSV, or separated by blanks) with a line for each point of the grid, in any order, under the
+                header roll [mm], axial [mm], removed [um]; further units of length are converted
+
+        Raises FileNotFoundError, and ValueError for a unit that is missing or unknown, NaN, points that are missing or
+        given twice, with the line of the file, and as the class.
+        """
+        axes, values = read_grid(path, {"roll": "m", "axial": "m"}, {"removed": "m"})
+        return cls(axes["roll"], axes["axial"], values["removed"])
 
     def check(self, face: FlankExtent) -> None:
         """ValueError where the grid misses the flank."""

@@ -14,6 +14,7 @@ from fem.microgeometry.flank import equal_on_all_teeth, from_text, to_text
 from fem.pair.pair import GearPair
 from fem.support.arguments import FilePath, Numbers, checked
 from fem.support.netcdf import read, write
+from fem.support.tables import read_grid
 from fem.support.validation import increasing, numbers, require, require_finite
 
 SIZES = [part.name for part in fields(Gear) if part.name not in ("material", "flank")]
@@ -104,6 +105,30 @@ def ste_map(
     )
     check(data)
     return data
+
+
+@checked
+def ste_from_table(path: FilePath, pair: GearPair) -> xr.Dataset:
+    """The map of a table of te from elsewhere, another program or a rig, with units in its header.
+
+    path    text file (CSV, or separated by blanks) with a line for each point, in any order, under the header
+
+                torque [N m], phase [1], te [um]
+
+            and a column for each offset of the wheel that varies: a [mm], axial [mm], misalignment [mrad],
+            f_sigma_delta [mrad], f_sigma_beta [mrad]; other units of the same quantity are converted
+    pair    `fem.GearPair` of the table
+
+    Torque, te and phase count as in `fem.ste_map`: torque of the pinion, te on the line of action (an angle of the
+    pinion times r_b1), phase 0 where a tooth pair touches at the pitch point in mid-plane.
+
+    Raises FileNotFoundError, and ValueError for a unit that is missing or unknown, NaN, points that are missing or
+    given twice, with the line of the file, and for values that are no map.
+    """
+    units = {name: unit for name, (unit, _) in AXES.items() if name != PAIR}
+    axes, values = read_grid(path, units, {TE: STATE_VARIABLES[TE][0]}, optional=OFFSETS)
+    offsets = {name: axis for name, axis in axes.items() if name in OFFSETS}
+    return ste_map(pair, axes[TORQUE], axes[PHASE], values[TE], offsets)
 
 
 def check(data: xr.Dataset) -> xr.Dataset:

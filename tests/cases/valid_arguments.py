@@ -126,6 +126,9 @@ def by_name() -> dict[str, Any]:
     folder = Path(mkdtemp())
     fem.save(smooth_map(), folder / "map.nc")
     made["Run"].save(folder / "run.nc")
+    linear_law().save(folder / "law.nc")
+    (folder / "te.csv").write_text("torque [N m], phase [1], te [um]\n0, 0, 0\n0, 0.5, 0\n9, 0, 1\n9, 0.5, 1\n")
+    (folder / "flank.csv").write_text("roll [mm], axial [mm], removed [um]\n9, -9, 0\n9, 9, 0\n30, -9, 0\n30, 9, 0\n")
     ax = Figure().add_subplot()
     quantity = ("z", 57.0, "1", "number of teeth")
     plain = {
@@ -181,6 +184,8 @@ def by_name() -> dict[str, Any]:
         "ste_map.torque": [0.0, 100.0], "ste_map.phase": np.arange(8) / 8, "ste_map.offsets": {},
         "transmission_error.run": RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20), "save.data": smooth_map(),
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
+        "MeshForce.load.path": folder / "law.nc", "ste_from_table.path": folder / "te.csv",
+        "Grid.from_table.path": folder / "flank.csv",
         "Run.save.path": folder / "saved.nc", "save.path": folder / "saved.nc", "MeshFriction.from_ste.speed": 1.0,
         "report.path": folder / "run.html",
         "MeshFriction.of_pair.speed": 1.0, "loss.force": 100.0, "loss.speed": 50.0,

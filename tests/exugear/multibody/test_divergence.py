@@ -8,7 +8,7 @@ from exudyn.rigidBodyUtilities import InertiaCuboid
 from scenes import paper_pair, smooth_map
 
 import exugear
-from exugear.multibody.stop_messages import stop_message
+from exugear.multibody.user_function_errors import stop_error
 from fem.ste.ste_map import ste_map
 from fem.units import mm
 
@@ -44,7 +44,7 @@ def test_gears_on_very_low_tilt_stiffness(tilt, message):
     mbs.Assemble()
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
-    with pytest.raises(Exception, match=f"misalignment .* {message}"):
+    with pytest.raises(RuntimeError, match=f"misalignment .* {message}"):
         mbs.SolveStatic(settings)
 
 
@@ -60,5 +60,5 @@ def test_gears_on_very_low_tilt_stiffness(tilt, message):
     ],
 )
 def test_offsets_far_beyond_the_map_mean_divergence(left, message):
-    with pytest.raises(ValueError, match=message):
-        raise ValueError(stop_message(law_over_misalignment().table.head, left))
+    with pytest.raises(RuntimeError, match=message):
+        raise stop_error(law_over_misalignment().table.head, left)
