@@ -3,6 +3,7 @@
 import os
 import sys
 
+from measured_rows import measured, pytest_addoption, pytest_terminal_summary
 from paper_gears import paper_pair
 
 # Workers share the cores: one thread of BLAS for each.
@@ -15,6 +16,8 @@ from hypothesis import settings
 
 import fem
 from fem.support import cache
+
+__all__ = ["measured", "pytest_addoption", "pytest_terminal_summary"]
 
 matplotlib.use("Agg")
 # The same cases every time, however slow the machine.

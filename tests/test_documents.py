@@ -177,6 +177,17 @@ def test_each_measured_number_has_a_command():
         assert not with_commands or line.split("|")[-2].strip(), line
 
 
+def test_measured_numbers_are_stated_by_the_tests_that_assert_them():
+    """Each row that tests state stands in the table."""
+    literal = r'measured(?:\.cells|\.number)?\(\s*f?"([^"]+)"|row = f?"([^"]+)"'
+    sources = [text(path) for path in (ROOT / "tests").rglob("test_*.py") if "measured)" in text(path)]
+    stated = {first or second for source in sources for first, second in re.findall(literal, source)}
+    rows = re.findall(r"^\| (.+?) \|", text(MEASURED), re.MULTILINE)
+    patterns = [re.sub(r"\\\{.*?\\\}", ".+", re.escape(row)) for row in stated]
+    assert not [pattern for pattern in patterns if not any(re.match(pattern, row) for row in rows)]
+    assert len(stated) > 40
+
+
 def test_pictures_are_small_and_shown():
     pictures = set((ROOT / "examples" / "figures").glob("*.png"))
     assert max(path.stat().st_size for path in pictures) < LARGEST_PICTURE

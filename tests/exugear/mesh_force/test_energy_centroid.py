@@ -17,7 +17,7 @@ def pair(*flank) -> fem.GearPair:
 
 @pytest.mark.parametrize("middle", [0.0, 2e-4])
 @pytest.mark.parametrize("flank", [(), (fem.LeadCrowning(4 * um), fem.HelixSlope(5 * um))], ids=["plain", "modified"])
-def test_centroid_of_a_map_is_the_slope_of_its_potential_over_the_misalignment(flank, middle):
+def test_centroid_of_a_map_is_the_slope_of_its_potential_over_the_misalignment(flank, middle, measured):
     """Within 2 % of its largest distance from mid-plane, over load and phase, with and without misalignment.
 
     The torques lie close: between eight torques from 5 to 200 N m, interpolated, the same difference is 6 %.
@@ -30,7 +30,10 @@ def test_centroid_of_a_map_is_the_slope_of_its_potential_over_the_misalignment(f
     by_energy = exugear.MeshForce.from_ste(ste.drop_vars("centroid"), backlash=0.2 * mm)
     loaded = law.force_table[0, 0] > 1000
     difference = (by_energy.centroid - law.centroid)[1][:, loaded]
-    assert np.abs(difference).max() < 0.02 * max(np.abs(law.centroid[..., loaded]).max(), 0.1 * mm)
+    largest = max(np.abs(law.centroid[..., loaded]).max(), 0.1 * mm)
+    measured(
+        "force centroid of a map over 25 torques, over its largest distance", np.abs(difference).max() / largest, 0.02
+    )
 
 
 HELICAL = {"m_n": 2.5 * mm, "b": 20 * mm, "d_bore": 20 * mm}

@@ -49,8 +49,10 @@ def fall(box, speed: float) -> float:
 
 @pytest.mark.parametrize("damping", [0.0, 2700.0])
 @pytest.mark.parametrize("part", [None, exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5)])
-def test_error_falls_with_the_fourth_power_of_the_step(part, damping):
-    assert fall(smooth_box(part, damping=damping), 600 * rpm) == pytest.approx(4, abs=0.3)
+def test_error_falls_with_the_fourth_power_of_the_step(part, damping, measured):
+    power = fall(smooth_box(part, damping=damping), 600 * rpm)
+    measured.number("DTE at 600 rpm against the step, 24 and 12 µs", power, "falls with its power {}")
+    assert power == pytest.approx(4, abs=0.3)
 
 
 def test_contact_loss_makes_the_error_fall_more_slowly():
@@ -105,18 +107,19 @@ def run_up(spinning) -> exugear.Run:
 
 
 @pytest.mark.slow
-def test_seventy_seconds_to_3500_rpm_are_converged(spinning, run_up):
+def test_seventy_seconds_to_3500_rpm_are_converged(spinning, run_up, measured):
     fine = run(spinning, **RUN_UP, step=run_up.step / 4)
     error = np.abs(windows(run_up) / windows(fine) - 1)
-    assert np.median(error) < 1e-3
-    assert np.percentile(error, 95) < 5e-3
+    measured("rms of the DTE in 0.25 s windows, median", np.median(error), 1e-3)
+    measured("rms of the DTE in 0.25 s windows, 95th percentile", np.percentile(error, 95), 5e-3)
 
 
 @pytest.mark.slow
-def test_seventy_seconds_in_space_on_revolute_joints(spinning, run_up):
+def test_seventy_seconds_in_space_on_revolute_joints(spinning, run_up, measured):
     box = spinning.gearbox
     unreduced = exugear.build(box, plan=exugear.plan(box).with_joints())
-    assert np.median(np.abs(windows(run(unreduced, **RUN_UP)) / windows(run_up) - 1)) < 1e-3
+    error = np.median(np.abs(windows(run(unreduced, **RUN_UP)) / windows(run_up) - 1))
+    measured("the paper's run-up with 3D bodies on revolute joints, median of the windows", error, 1e-3)
 
 
 @pytest.mark.parametrize("tau", [0.0, 1e-6])

@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from measured_rows import deviation
 from scenes import K, Oscillator, rectangular_law
 from scipy.interpolate import CubicSpline
 
@@ -122,18 +123,19 @@ def clearance_oscillator(w: float):
 
 
 @pytest.mark.parametrize(("w", "amplitude"), [(1.0, 0.1880), (0.8, 0.2845), (0.75, 0.3155)])
-def test_clearance_oscillator_on_its_upper_branch(w, amplitude):
+def test_clearance_oscillator_on_its_upper_branch(w, amplitude, measured):
     data = clearance_oscillator(w)
     main = data.where((data["period"] == 1) & data["stable"], drop=True)
     on_branch = []
     for number in np.unique(main["branch"]):
         points = main.where(main["branch"] == number, drop=True).sortby("W")
         on_branch.append(float(np.interp(w, points["W"], points["amplitude"])))
-    assert max(on_branch) == pytest.approx(amplitude, rel=1e-3)
+    measured("clearance oscillator: amplitudes on the upper branch", deviation(max(on_branch), amplitude), 1e-3)
 
 
 @pytest.mark.parametrize("w", [0.8286, 0.7080])
-def test_clearance_oscillator_jumps_at_its_folds(w):
+def test_clearance_oscillator_jumps_at_its_folds(w, measured):
     data = clearance_oscillator(w)
     folds = data["W"].values[(data["bifurcation"] == "fold").values]
-    assert min(folds, key=lambda fold: abs(fold - w)) == pytest.approx(w, rel=1e-3)
+    nearest = min(folds, key=lambda fold: abs(fold - w))
+    measured("clearance oscillator: jump-up and fold", deviation(nearest, w), 1e-3)

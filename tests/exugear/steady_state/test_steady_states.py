@@ -39,14 +39,17 @@ def test_stable_orbits_are_those_of_settled_runs_at_twenty_speeds(spinning, load
 
 @pytest.mark.slow
 @pytest.mark.parametrize("load", [150.0, 350.0])
-def test_all_branches_of_the_pair_take_less_time_than_a_run_up_of_70_s(spinning, load):
+def test_all_branches_of_the_pair_take_less_time_than_a_run_up_of_70_s(spinning, load, measured):
     """Half as long was measured, about 3 s on a slow machine."""
     exugear.steady_states(spinning, speed=(0.0, TOP), load=load)
     began = process_time()
     exugear.steady_states(spinning, speed=(0.0, TOP), load=load)
     branches_found = process_time()
     exugear.run_up(spinning, speed=(0.0, TOP), duration=70.0, load=load)
-    assert branches_found - began < process_time() - branches_found
+    of_branches, of_run = branches_found - began, process_time() - branches_found
+    row = "all steady states of the paper's pair, 0 to 3500 rpm, 150 and 350 N m, over a run-up of 70 s"
+    measured.number(row, of_branches / of_run, "{} of its time")
+    assert of_branches < of_run
 
 
 def test_a_run_up_follows_the_stable_branch_and_jumps_at_its_fold(spinning, spinning_states):

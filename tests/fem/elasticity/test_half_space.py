@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from measured_rows import deviation
 from paper_gears import paper_gear
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
@@ -89,7 +90,7 @@ def elliptical_contact(force: float, radius_along: float, radius_across: float) 
     return pressure / modulus * ratio * a * first, pressure
 
 
-def test_crowned_flanks_approach_as_hertz_says_of_point_contacts():
+def test_crowned_flanks_approach_as_hertz_says_of_point_contacts(measured):
     """Pitch point, patches of 0.4 to 1.8 mm of 23; the rest of the teeth deflects in proportion to the force."""
     density = Density(flank=10, fillet=2, tooth=3, rim=3, body=4)
     bodies, _ = compliances_of(CROWNED, fem.Offsets().values(CROWNED), Resolution(density))
@@ -99,7 +100,8 @@ def test_crowned_flanks_approach_as_hertz_says_of_point_contacts():
     approach, pressure = np.transpose([elliptical_contact(f, *radii) for f in force])
     deflection = np.array([state.te for state in states]) - contact.first_touch(0.0)
     beside = (deflection - approach) / force
-    assert [state.peak_pressure() for state in states] == pytest.approx(pressure, rel=0.01)
+    error = deviation([state.peak_pressure() for state in states], pressure)
+    measured("crowned flanks at the pitch point, 0.03 to 1 N: largest pressure", error, 0.01)
     assert (np.abs(beside - beside[-1]) * force < 0.005 * approach).all()
 
 

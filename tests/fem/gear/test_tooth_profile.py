@@ -130,15 +130,16 @@ def test_elements_of_every_gear_have_positive_areas(gear):
         *({"z": 25, "x": 0.4, "beta": 30 * deg}, {"z": 60, "beta": -40 * deg}, {"alpha_n": 25 * deg, "beta": 44 * deg}),
     ],
 )
-def test_rack_touches_every_point_of_the_outline_and_cuts_none(changes):
+def test_rack_touches_every_point_of_the_outline_and_cuts_none(changes, measured):
     """The rack is rolled past the tooth as a rounded solid, without any formula of the trochoid or its end."""
     gear = gear_of(**changes)
     flank, root = (
         tooth_profile.flank(gear, np.linspace(gear.roll_form, gear.roll_tip, 6)),
         tooth_profile.fillet(gear, SHARES[::8]),
     )
-    for r, psi in [*zip(*flank, strict=True), *zip(*root, strict=True)]:
-        assert rack_clearance(gear, r, psi) == pytest.approx(0, abs=1e-6 * gear.m_n)
+    points = [*zip(*flank, strict=True), *zip(*root, strict=True)]
+    clearance = max(abs(rack_clearance(gear, r, psi)) for r, psi in points)
+    measured("roots of helical gears to 44°, over the module", clearance / gear.m_n, 1e-6)
 
 
 @pytest.mark.parametrize(("beta", "z"), [(0.0, 17), (15 * deg, 15), (30 * deg, 11), (40 * deg, 8)])

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from measured_rows import deviation
 from paper_gears import paper_gear
 from raw_twin import COARSE, RawTwin, mean_and_peak_to_peak
 from skfem import ElementHex1, ElementHex2, ElementQuad2
@@ -59,7 +60,7 @@ def test_reference_of_independent_finite_elements(paper_pair):
 
 
 @pytest.mark.slow
-def test_compliance_and_contact_are_the_nonlinear_method_with_relief():
+def test_compliance_and_contact_are_the_nonlinear_method_with_relief(measured):
     """On the same mesh, 30 phases by symmetry; elements are smaller where a relief of either gear begins."""
     gear = paper_gear(flank=(RELIEF,))
     pair = fem.GearPair(gear, gear, a=150 * mm)
@@ -71,9 +72,10 @@ def test_compliance_and_contact_are_the_nonlinear_method_with_relief():
     )
     for load, half in zip(torque, te.values, strict=True):
         expected = [twin_te(pair, twin, i / 30, load / gear.r_b) for i in range(16)]
-        assert mean_and_peak_to_peak(whole_cycle(expected)) == pytest.approx(
-            mean_and_peak_to_peak(whole_cycle(half)), rel=1e-3
-        )
+        linear, nonlinear = (mean_and_peak_to_peak(whole_cycle(values)) for values in (half, expected))
+        row = f"plane strain, tip relief 15 µm, {load} N m"
+        measured.cells(row, *("{:.3f} / {:.3f}".format(*np.array(pair) / um) for pair in (linear, nonlinear)))
+        assert nonlinear == pytest.approx(linear, rel=1e-3)
 
 
 def test_plane_strain_is_near_its_linear_twin(problem):
@@ -84,7 +86,7 @@ def test_plane_strain_is_near_its_linear_twin(problem):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("flank", "peak_to_peak"), [((), 1e-3), ((RELIEF,), 6e-3)])
-def test_plane_strain_is_its_linear_twin(problem, flank, peak_to_peak):
+def test_plane_strain_is_its_linear_twin(problem, flank, peak_to_peak, measured):
     """30 phases by symmetry. Large displacements cause the difference of at most 0.1 % of te."""
     gear = paper_gear(flank=flank)
     pinion, wheel = (deformable.with_flanks_of(gear) for deformable in problem.gears)
@@ -94,7 +96,9 @@ def test_plane_strain_is_its_linear_twin(problem, flank, peak_to_peak):
         force = torque / gear.r_b
         te = whole_cycle([equilibrium(problem, i / 30, force).te for i in range(16)])
         raw = whole_cycle([twin.te(i / 30, force) for i in range(16)])
-        assert te.mean() == pytest.approx(raw.mean(), rel=5e-4)
+        measured(
+            "plane strain, linear against nonlinear on the same mesh: mean", deviation(te.mean(), raw.mean()), 5e-4
+        )
         assert np.ptp(te) == pytest.approx(np.ptp(raw), rel=peak_to_peak)
 
 
@@ -125,7 +129,7 @@ def hexahedra(paper_pair):
 
 
 @pytest.mark.slow
-def test_quadratic_hexahedra_confirm_the_compliance(paper_pair, hexahedra):
+def test_quadratic_hexahedra_confirm_the_compliance(paper_pair, hexahedra, measured):
     """Large displacements in space; what so coarse a section lacks is taken from plane strain (measured: 0.1 %)."""
     phases = np.arange(16) / 30
     ste = fem.static_transmission_error(paper_pair, [150, 350], phases, progress=False)["te"]
@@ -134,11 +138,13 @@ def test_quadratic_hexahedra_confirm_the_compliance(paper_pair, hexahedra):
         te = missed_by_section(paper_pair, HEXAHEDRA, phases, force)
         te = whole_cycle(te + [equilibrium(hexahedra, phase, force).te for phase in phases])
         best = whole_cycle(ste.sel(torque=torque).values)
+        numbers = "{:.3f} / {:.3f}".format(*np.array(mean_and_peak_to_peak(te)) / um)
+        measured.cells(f"the same by nonlinear FE in space, {torque} N m", numbers)
         assert mean_and_peak_to_peak(te) == pytest.approx(mean_and_peak_to_peak(best), rel=2e-3)
 
 
 @pytest.mark.slow
-def test_quadratic_hexahedra_confirm_crowning(paper_pair, hexahedra):
+def test_quadratic_hexahedra_confirm_crowning(paper_pair, hexahedra, measured):
     """Also where line loads are uneven across the width (measured: 0.45 % at a single phase, mean 0.14 %)."""
     crowned = fem.GearPair(paper_gear(flank=(fem.LeadCrowning(10 * um),)), paper_gear(), a=paper_pair.a)
     force, phases = 350 / crowned.pinion.r_b, np.arange(6) / 10
@@ -151,7 +157,7 @@ def test_quadratic_hexahedra_confirm_crowning(paper_pair, hexahedra):
     te += [equilibrium(space, phase, force).te for phase in phases]
     ste = fem.static_transmission_error(crowned, 350, phases, progress=False)["te"].values[0]
     plain = fem.static_transmission_error(paper_pair, 350, phases, progress=False)["te"].values[0]
-    assert te == pytest.approx(ste, rel=5e-3)
+    measured("lead crowning 10 µm, 350 N m, six phases by nonlinear FE in space", deviation(te, ste), 5e-3)
     assert te.mean() == pytest.approx(ste.mean(), rel=3e-3)
     assert (ste - plain).min() > 0.1 * ste.min()
 

@@ -38,14 +38,15 @@ def test_slow_gears_pass_through_static_equilibria(paper_pair, short):
 
 
 @pytest.mark.slow
-def test_gears_at_speed_vibrate_as_by_explicit_integration(paper_pair):
+def test_gears_at_speed_vibrate_as_by_explicit_integration(paper_pair, measured):
     """Both methods treat the wheel's hub differently: eliminated from the Newton step, and by its torques."""
     run, scheme = RunUp(300 * rpm, 0.0, 0.3, 0.1, steps=1200), CentralDifferences(4e-8)
     implicit = transmission_error(paper_pair, 150, run, density=TINY, progress=False)
     expected = explicit.transmission_error(paper_pair, 150, run, scheme, density=TINY, progress=False)
     te = implicit["te"].values
     assert expected.attrs["added_mass"] < 0.02
-    assert np.abs(te - expected["te"].values).max() < 0.01 * te.max()
+    row = "implicit against explicit time integration, rest to 300 rpm within a fifth of a pitch, te up to 51 µm"
+    measured(row, np.abs(te - expected["te"].values).max() / te.max(), 0.01)
     assert te.max() > 1.2 * np.abs(static(paper_pair, implicit, [len(te) - 1], TINY)).max()
 
 

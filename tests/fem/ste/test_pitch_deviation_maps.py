@@ -77,7 +77,7 @@ def touching_at_the_corner(pair: fem.GearPair, roll: float, removed: tuple[float
 
 @pytest.mark.parametrize("amount", [10 * um, 20 * um, 40 * um])
 @pytest.mark.parametrize("thicker", ["pinion", "wheel"])
-def test_rigid_tip_of_a_thicker_tooth_touches_before_the_path_of_contact(thicker, amount):
+def test_rigid_tip_of_a_thicker_tooth_touches_before_the_path_of_contact(thicker, amount, measured):
     z = {"pinion": 21, "wheel": 37}[thicker]
     pair = hunting(**{thicker: fem.PitchDeviation([-amount] + [0.0] * (z - 1))})
     phase = z - np.array([0.78, 0.75, 0.72, 0.69])
@@ -85,7 +85,8 @@ def test_rigid_tip_of_a_thicker_tooth_touches_before_the_path_of_contact(thicker
     rolls, removed = pair.roll_pitch + (phase - z) * pair.p_bt, (-amount * (z == 21), -amount * (z == 37))
     exact = [touching_at_the_corner(pair, roll, removed) for roll in rolls]
     assert min(exact) < -amount / 2
-    assert te == pytest.approx(np.minimum(exact, 0.0), abs=1e-4 * amount)
+    error = np.abs(te - np.minimum(exact, 0.0)).max()
+    measured("te without load, teeth 10 to 40 µm too thick whose tip corners touch", error / amount, 1e-4)
 
 
 @pytest.mark.parametrize(("pinion", "wheel"), [(40 * um, 0.0), (0.0, 40 * um), (10 * um, -30 * um)])

@@ -32,11 +32,13 @@ def mean_and_peak_to_peak(ste, torque):
     ("d_bore", "at_150", "at_350"),
     [(60 * mm, (7.617, 2.733), (16.98, 6.02)), (100 * mm, (6.395, 2.722), (14.132, 6.004))],
 )
-def test_reference_of_independent_finite_elements(d_bore, at_150, at_350):
+def test_reference_of_independent_finite_elements(d_bore, at_150, at_350, measured):
     gear = paper_gear(d_bore=d_bore)
     ste = fem.static_transmission_error(fem.GearPair(gear, gear, a=150 * mm), [150, 350], 30, progress=False)
     for torque, (mean, peak_to_peak) in ((150, at_150), (350, at_350)):
         got = mean_and_peak_to_peak(ste, torque)
+        numbers = f"{got[0] / um:.3f} / {got[1] / um:.3f}"
+        measured.cells(f"paper's pair, bore {d_bore / mm:.0f} mm, {torque} N m", numbers)
         assert got[0] == pytest.approx(mean * um, rel=0.005)
         assert got[1] == pytest.approx(peak_to_peak * um, rel=0.01)
 
@@ -139,10 +141,11 @@ def test_unloaded_error_beyond_the_path_of_contact_is_a_gap(paper_pair, bodies):
 
 
 @pytest.mark.parametrize(("torque", "alone"), [(150, 0.313), (350, 0.200)])
-def test_share_of_the_cycle_with_one_pair_alone(paper_pair, torque, alone):
+def test_share_of_the_cycle_with_one_pair_alone(paper_pair, torque, alone, measured):
     """Independent finite elements: nominally 0.544; loaded tip contact takes the rest."""
     ste = fem.static_transmission_error(paper_pair, torque, 240, progress=False)
-    assert float((ste["pairs_in_contact"] == 1).mean()) == pytest.approx(alone, abs=0.01)
+    share = float((ste["pairs_in_contact"] == 1).mean())
+    measured("share of the cycle with a single pair, 150 and 350 N m", abs(share - alone), 0.01)
     assert ste["load_share"].sum("pair").values == pytest.approx(1)
     assert ste["load_share"].values.min() >= 0
     assert (ste["centroid"] == 0).all()
@@ -221,18 +224,23 @@ def helical_pair():
     return fem.GearPair(helical(1), helical(-1), a=150 * mm)
 
 
-def test_helical_reference_by_its_own_model(helical_pair):
+def test_helical_reference_by_its_own_model(helical_pair, measured):
     """Independent finite elements, which couple adjacent teeth only."""
     next_teeth_only = fem.Resolution(Density(flank=24, width=4), neighbours=1)
     ste = fem.static_transmission_error(helical_pair, [150, 350], 30, resolution=next_teeth_only, progress=False)
+    stated = [mean_and_peak_to_peak(ste, torque) for torque in (150, 350)]
+    row = "adjacent teeth only, finer: `Resolution(Density(flank=24, width=4), neighbours=1)`"
+    measured.cells(row, *(f"{mean / um:.3f} / {swing / um:.3f}" for mean, swing in stated))
     for torque, mean, off, peak_to_peak in ((150, 8.59 * um, 0.006, 0.671 * um), (350, 19.34 * um, 0.003, 1.17 * um)):
         expected = pytest.approx(mean, rel=off), pytest.approx(peak_to_peak, rel=0.01)
         assert mean_and_peak_to_peak(ste, torque) == expected
 
 
-def test_helical_mean_with_all_teeth_coupled(helical_pair):
+def test_helical_mean_with_all_teeth_coupled(helical_pair, measured):
     """The mean is that of the reference; the peak to peak is larger, 0.72 and 1.35 um, as in `test_helical_twin`."""
     ste = fem.static_transmission_error(helical_pair, [150, 350], 30, progress=False)
+    stated = [mean_and_peak_to_peak(ste, torque) for torque in (150, 350)]
+    measured.cells("all teeth coupled", *(f"{mean / um:.3f} / {swing / um:.3f}" for mean, swing in stated))
     assert mean_and_peak_to_peak(ste, 150)[0] == pytest.approx(8.59 * um, rel=0.003)
     assert mean_and_peak_to_peak(ste, 350)[0] == pytest.approx(19.34 * um, rel=0.006)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from loaded_gears import GEAR, ROUGH, helical_gear
+from measured_rows import deviation
 from paper_gears import paper_pair
 
 import fem
@@ -58,13 +59,14 @@ def test_force_on_a_tips_corner_is_on_the_flank(phase):
 
 
 @pytest.mark.parametrize("phase", [0.2, 0.8])
-def test_pressure_of_a_corner_is_equal_on_both_gears(phase):
+def test_pressure_of_a_corner_is_equal_on_both_gears(phase, measured):
     """The largest pressure of the map, of a corner on a single strip, is on both gears, in plane and in space."""
     options = {"density": COARSE, "resolution": ROUGH}
     peak = fem.static_transmission_error(paper_pair(), 350, [phase], resolution=ROUGH, progress=False)["peak_pressure"]
     for fields in (stress.plane_fields, stress.solid_fields):
         for field in fields(paper_pair(), 350.0, phase, **options):
-            assert field.pressure.max() == pytest.approx(peak.item(), rel=0.005)
+            row = "pressure in the fields where a tip's corner touches, pinion and wheel"
+            measured(row, deviation(field.pressure.max(), peak.item()), 0.005)
     assert peak > 2500 * MPa
 
 

@@ -31,14 +31,15 @@ def crowned(pair: fem.GearPair, *flank) -> fem.GearPair:
 
 
 @pytest.mark.parametrize(("gap", "published"), [(5 * um, 1.534), (10 * um, 2.067)])
-def test_misaligned_line_of_springs_has_the_factor_of_the_closed_form(gap, published):
+def test_misaligned_line_of_springs_has_the_factor_of_the_closed_form(gap, published, measured):
     """20 N/(mm um) over 23 mm at 150 N m; at 10 um the face carries on a part of its width only."""
     pair, c = paper_pair(), 20e9
     axial = (np.arange(20000) + 0.5) / 20000 - 0.5
     line_load = lambda deflection: c * np.maximum(deflection - gap * axial, 0.0)  # noqa: E731
     load = TORQUE / pair.pinion.r_b / pair.b
     deflection = brentq(lambda x: line_load(x).mean() - load, 0.0, 1e-3, xtol=1e-15)
-    assert face_load_factor(line_load(deflection)) == pytest.approx(published, abs=5e-4)
+    factor = face_load_factor(line_load(deflection))
+    measured("K_Hβ of a misaligned line of springs, 5 and 10 µm", abs(factor - published), 5e-4)
 
 
 def test_line_load_balances_the_mesh_force():
