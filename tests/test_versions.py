@@ -22,14 +22,14 @@ def test_constraints_are_the_lower_bounds_of_the_project():
     constraints = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
     bounds = dict(line.split("==") for line in constraints)
     wanted = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"]["test"]]
-    assert {f"{name}>={version}" for name, version in bounds.items()} == set(wanted)
+    assert {f"{name}>={version}" for name, version in bounds.items()} == {text.split(",")[0] for text in wanted}
     assert {"numpy", "exudyn", "pytest"} <= set(bounds)
 
 
-@pytest.mark.parametrize("requirement", ["numpy", "numpy>=2,<3", "numpy==2.2", "numpy[all]>=2"])
-def test_requirements_without_a_lower_bound_alone_are_refused(requirement):
+@pytest.mark.parametrize("requirement", ["numpy", "numpy>=2,!=2.1", "numpy<3", "numpy==2.2", "numpy[all]>=2"])
+def test_requirements_without_a_lower_bound_are_refused(requirement):
     lower_bounds = runpy.run_path(str(CI / "lower_bounds.py"))["lower_bounds"]
-    with pytest.raises(ValueError, match="requirements must have a lower bound alone"):
+    with pytest.raises(ValueError, match="requirements must have a lower bound"):
         lower_bounds({"dependencies": [requirement], "optional-dependencies": {}})
 
 

@@ -88,7 +88,8 @@ class Grid:
         given twice, with the line of the file, and as the class.
         """
         axes, values = read_grid(path, {"roll": "m", "axial": "m"}, {"removed": "m"})
-        return cls(axes["roll"], axes["axial"], values["removed"])
+        roll, axial = (tuple(lines.tolist()) for lines in axes.values())
+        return cls(roll, axial, tuple(map(tuple, values["removed"].tolist())))
 
     def check(self, face: FlankExtent) -> None:
         """ValueError where the grid misses the flank."""

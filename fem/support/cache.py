@@ -3,6 +3,7 @@
 Inputs and compiled code include a checksum of the source, so that nothing outlives the code that made it.
 """
 
+import ast
 import hashlib
 import os
 import re
@@ -23,10 +24,8 @@ from fem.support.validation import require
 from fem.support.version import __version__
 
 Arrays = dict[str, np.ndarray]
-#: Import statements, of several lines where names stand in parentheses.
-IMPORT = re.compile(
-    r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+([^\n]*))", re.MULTILINE
-)
+#: The first definition of a module, before which its imports stand.
+DEFINITION = re.compile(rb"^(?:def |class |@)", re.MULTILINE)
 
 
 def folder() -> Path:
@@ -121,11 +120,20 @@ def complete_file(path: Path) -> Iterator[BinaryIO]:
 
 @cache
 def imported(source: bytes) -> tuple[str, ...]:
-    """Names of all modules that a source may import, and of what it imports from them."""
+    """Names of all modules that a source imports, and of what it imports from them.
+
+    Only what stands before the first definition is parsed: to parse all would take a third of the time of imports.
+    """
+    try:
+        tree = ast.parse(DEFINITION.split(source, maxsplit=1)[0])
+    except SyntaxError:  # what seems to be a definition stands in a text
+        tree = ast.parse(source)
     names: list[str] = []
-    for module, members, modules in IMPORT.findall(source.decode()):
-        names += re.findall(r"[\w.]+", modules)
-        names += [module, *(f"{module}.{member}" for member in re.findall(r"\w+", members))] if module else []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
     return tuple(names)
 
 

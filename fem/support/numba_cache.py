@@ -1,30 +1,38 @@
 """Compilation by numba: `compiled` functions are called by kernels; `kept` functions, by Python, are cached on disk.
 
 Compiled code lies in the cache folder, where $NUMBA_CACHE_DIR does not say otherwise: also of an installation that
-cannot be written.
+cannot be written. What shortens the compilation relies on private parts of numba (`fem.support.numba_private`); with a
+version that is not `TESTED` both decorators are those of numba.
 """
 
 import gc
 import os
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from errno import EACCES
 from functools import partial
 from time import perf_counter
+from types import ModuleType
 from typing import Any
 
-from numba import config, njit
+from numba import config, njit, version_info
 from numba.core import event
 from numba.extending import register_jitable
 
 from fem.support.cache import folder, source_stamp, warn_not_kept
-from fem.support.call_tree import callee, types_inferred_once, whole_call_tree
 from fem.support.progress import announced
 
 if getattr(config, "DISABLE_JIT", False):
     raise RuntimeError("NUMBA_DISABLE_JIT is set, but exugear runs compiled code only; unset it")
 
-compiled = callee
+#: First version of numba with which its private parts were tested, and first one with which they were not.
+TESTED = (0, 67), (0, 69)
+private: ModuleType | None = None
+if TESTED[0] <= version_info.short < TESTED[1]:
+    from fem.support import numba_private as private
+
+#: Decorator of functions that compiled code calls.
+compiled: Any = private.callee if private else njit
 #: Decorator of functions that both Python and compiled code call.
 compiled_or_not: Any = register_jitable
 #: Numba's settings.
@@ -34,7 +42,7 @@ KEPT: set[Callable] = set()
 
 
 class Compilation(event.Listener):
-    """What surrounds the compilation of `kept` functions: it is announced, as it takes long in total.
+    """Announces and speeds up the compilation of `kept` functions.
 
     Meanwhile Python collects no garbage, which would take a fifth of the time.
     """
@@ -49,8 +57,9 @@ class Compilation(event.Listener):
                 self.began = perf_counter()
                 self.scope.enter_context(announced("compiling the contact", before=self.spent, once=True))
                 self.scope.enter_context(_without_collection())
-                self.scope.enter_context(whole_call_tree())
-                self.scope.enter_context(types_inferred_once())
+                if private:
+                    self.scope.enter_context(private.whole_call_tree())
+                    self.scope.enter_context(private.types_inferred_once())
 
     def on_end(self, event) -> None:
         if event.data["dispatcher"].py_func in KEPT:
@@ -78,8 +87,8 @@ event.register("numba:compile", Compilation())
 def kept(function, **options):
     """The compiled function, cached on disk until its source or that of a callee changes.
 
-    Numba's cache checks the file of a function, but not the files of the functions that it calls. This function uses
-    private attributes of numba: where they differ, or the folder is not writable, every process compiles anew.
+    Numba's cache checks the file of a function, but not the files of the functions that it calls. Without the private
+    parts of numba each state of all these files has a folder of its own.
 
     Numba names machine code and files by the name of the function and by the number of functions that the process has
     compiled before. Those of two processes would be mixed up: functions that differ by whole numbers which they enclose
@@ -88,16 +97,14 @@ def kept(function, **options):
     KEPT.add(function)
     function.__qualname__ += _enclosed_numbers(function)
     try:
-        with _folder_of_compiled_code():
+        stamp = source_stamp(function.__module__)
+        with _folder_of_compiled_code("" if private else f"{stamp:08x}"):
             dispatcher = njit(function, cache=True, **options)
-        on_disk = dispatcher._cache
-        index = type(on_disk._cache_file)
-        names = {"cache_path": on_disk.cache_path, "filename_base": on_disk._impl.filename_base}
-        on_disk._cache_file = index(**names, source_stamp=source_stamp(function.__module__))
-        _outlive_damage(on_disk)
+        if private:
+            private.stamped_cache(dispatcher, stamp)
     except OSError as error:
         warn_not_kept(error)
-    except (AttributeError, TypeError, RuntimeError):
+    except RuntimeError:  # numba finds no folder for its cache
         pass
     else:
         return dispatcher
@@ -105,38 +112,19 @@ def kept(function, **options):
 
 
 @contextmanager
-def _folder_of_compiled_code() -> Iterator[None]:
-    """Context in which numba keeps code in the cache folder; OSError where that cannot be written."""
+def _folder_of_compiled_code(name: str) -> Iterator[None]:
+    """Context in which numba keeps code in a folder of that name in the cache; OSError where it cannot be written."""
     before = NUMBA.CACHE_DIR
     try:
+        path = folder() / "compiled" / name
         if not before:
-            path = folder() / "compiled"
             path.mkdir(parents=True, exist_ok=True)
             if not os.access(path, os.W_OK):
                 raise PermissionError(EACCES, os.strerror(EACCES))
-            NUMBA.CACHE_DIR = str(path)
+        NUMBA.CACHE_DIR = os.path.join(before, name) if before else str(path)
         yield
     finally:
         NUMBA.CACHE_DIR = before
-
-
-def _outlive_damage(on_disk: Any) -> None:
-    """Let numba's cache of a function compile anew where its files are damaged, and not save where no room is left."""
-    load, save = on_disk.load_overload, on_disk.save_overload
-
-    def load_overload(*arguments):
-        try:
-            return load(*arguments)
-        except Exception:
-            with suppress(Exception):
-                on_disk.flush()
-            return None
-
-    def save_overload(*arguments):
-        with suppress(OSError):
-            save(*arguments)
-
-    on_disk.load_overload, on_disk.save_overload = load_overload, save_overload
 
 
 def _enclosed_numbers(function: Callable) -> str:
@@ -148,5 +136,5 @@ def _enclosed_numbers(function: Callable) -> str:
 #: `kept` with sums in any order.
 fast = partial(kept, fastmath=True)
 #: `compiled` and `kept` where a division by 0 gives infinity, as in numpy: the checks would double the code.
-unchecked: Any = partial(callee, error_model="numpy")
+unchecked: Any = partial(compiled, error_model="numpy")
 kept_unchecked: Any = partial(kept, error_model="numpy")

@@ -128,16 +128,51 @@ def test_damaged_files_and_a_full_disk_cost_a_compilation(tmp_path, monkeypatch,
     assert entry_in(tmp_path, monkeypatch)(1.0) == 4.0
 
 
-def test_nothing_is_cached_where_numbas_private_names_differ(tmp_path, monkeypatch, kept_in):
-    """Then every process compiles anew: slow, but never out of date."""
-    monkeypatch.setattr("sys.dont_write_bytecode", True)
-    monkeypatch.setattr(fem.support.numba_cache, "njit", lambda function, cache=False: numba.njit(function))
-    for factor in (2.0, 3.0):
+#: A process with a version of numba with which its private parts were not tested.
+UNTESTED = """
+import sys
+import numba
+numba.version_info = numba.version_info._replace(short=(0, 99))
+import fem.support.numba_cache as numba_cache
+assert numba_cache.private is None and "fem.support.numba_private" not in sys.modules
+assert type(numba_cache.compiled(lambda x: x)) is type(numba.njit(lambda x: x))
+from {package}.kernels.module import entry
+print(entry(1.0), sum(entry.stats.cache_hits.values()))
+"""
+
+
+def test_without_private_parts_of_numba_code_is_kept_and_never_out_of_date(tmp_path, kept_in):
+    paths = os.pathsep.join([str(tmp_path), str(Path(fem.__file__).parents[1])])
+    command = [sys.executable, "-B", "-c", UNTESTED.format(package=f"package_of_{tmp_path.name}")]
+    for factor, hits in ((2.0, 0), (2.0, 1), (3.0, 0), (2.0, 1)):
         write(tmp_path, factor)
-        entry = entry_in(tmp_path, monkeypatch)
-        assert entry(1.0) == factor + 1.0
-        assert not entry.stats.cache_hits
-    assert not list(kept_in.rglob("*.*"))
+        environment = os.environ | {"PYTHONPATH": paths}
+        process = subprocess.run(command, env=environment, capture_output=True, text=True)
+        assert process.stdout.split() == [str(factor + 1), str(hits)], process.stderr
+    assert list(kept_in.rglob("*.nbc"))
+
+
+@pytest.mark.slow
+def test_without_private_parts_of_numba_maps_are_the_same(tmp_path):
+    """All of the contact, compiled by numba alone."""
+    script = """
+import sys
+import numba
+if len(sys.argv) > 1:
+    numba.version_info = numba.version_info._replace(short=(0, 99))
+import fem
+gear = fem.Gear(z=25, m_n=2e-3, b=20e-3, d_bore=20e-3, flank=[fem.TipRelief(15e-6, 1.5e-3)])
+options = {"resolution": fem.Slices(density=fem.Density(flank=2)), "progress": False}
+te = fem.static_transmission_error(fem.GearPair(gear, gear), [0, 50.0], 2, **options)["te"].values
+print(*(f"{x:.12e}" for x in te.ravel()))
+"""
+    environment = os.environ | {"PYTHONPATH": str(Path(fem.__file__).parents[1])}
+    printed = [
+        subprocess.run([sys.executable, "-c", script, *plain], env=environment, capture_output=True, text=True).stdout
+        for plain in ([], ["plain"])
+    ]
+    expected, plain = ([float(x) for x in text.split()] for text in printed)
+    assert len(expected) == 4 and plain == pytest.approx(expected, rel=1e-9, abs=1e-15)
 
 
 def test_functions_that_enclose_different_numbers_are_kept_apart_by_processes(tmp_path):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fem.support.cache import source_stamp
+from fem.support.cache import imported, source_stamp
 
 TEXTS = {
     "solver/entry.py": "from a_package.law import force\nfrom a_package.law.force import gain\n",
@@ -48,3 +48,24 @@ def test_the_checksum_does_not_change_with_sources_that_are_not_imported(package
     before = stamp()
     (package / "beside.py").write_text("UNUSED = 2.0\n")
     assert stamp() == before
+
+
+def test_imports_of_all_forms_are_seen():
+    source = b'''"""A text with a definition:
+
+def nothing(): import numpy
+"""
+import a.b as c, d
+from e import (
+    f,  # from g import h
+    i as j,
+)
+if True:
+    from k.m import *
+
+
+def function():
+    return 1
+'''
+    assert set(imported(source)) >= {"a.b", "d", "e", "e.f", "e.i", "k.m"}
+    assert not {"g", "c", "j"} & set(imported(source))

@@ -11,9 +11,16 @@ from numba.core.errors import TypingError
 from numba.core.registry import cpu_target
 from numba.core.types import BaseFunction
 
-from fem.support.call_tree import KNOWN, SIGNATURES, TreeLibrary, callee, types_inferred_once, whole_call_tree
+from fem.support.numba_private import (
+    SIGNATURES,
+    WHOLE_TREES,
+    TreeLibrary,
+    callee,
+    types_inferred_once,
+    whole_call_tree,
+)
 
-whole_trees = pytest.mark.skipif(not KNOWN, reason="this version of numba compiles every function alone")
+whole_trees = pytest.mark.skipif(not WHOLE_TREES, reason="this version of numba compiles every function alone")
 
 
 @callee
