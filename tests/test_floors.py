@@ -51,7 +51,7 @@ DOORS_TO_FEM = {
 }
 FENCES = {
     "skfem": {"fem/elasticity", "fem/stress", "fem/reference"},
-    "exudyn": {"exugear/multibody", "exugear/modal", "exugear/reporting"},
+    "exudyn": {"exugear/multibody", "exugear/reporting"},
     "matplotlib": {"exugear/plots", "exugear/reporting"},
 }
 #: Modules of the reports and pictures that use these libraries.

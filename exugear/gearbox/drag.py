@@ -7,6 +7,7 @@ import numpy as np
 
 from exugear.mesh_force.friction_coefficient import check_fading_speed
 from fem.support.arguments import Numbers, checked
+from fem.support.numba_cache import compiled_or_not
 from fem.support.representation import short
 from fem.support.validation import require, require_finite
 from fem.units import mm, rpm
@@ -34,10 +35,21 @@ class DragTerms(NamedTuple):
     viscous: float = 0.0
 
 
+@compiled_or_not
 def braking_torque(terms, omega, load):
     """Torque against the rotation [N m], signed like omega [rad/s], by `DragTerms` and a load [N]."""
     hydrodynamic = terms.hydrodynamic * np.maximum(np.abs(omega), terms.least_speed) ** EXPONENT
     return np.tanh(omega / terms.speed) * (terms.constant + terms.arm * load + hydrodynamic) + terms.viscous * omega
+
+
+@compiled_or_not
+def braking_slope(terms, omega, load):
+    """Derivative of `braking_torque` by the speed [N m s/rad]."""
+    faded, speed = np.tanh(omega / terms.speed), np.maximum(np.abs(omega), terms.least_speed)
+    hydrodynamic = terms.hydrodynamic * speed**EXPONENT
+    sliding = terms.constant + terms.arm * load + hydrodynamic
+    steeper = np.where(np.abs(omega) > terms.least_speed, EXPONENT * hydrodynamic / speed, 0.0)
+    return (1.0 - faded**2) / terms.speed * sliding + np.abs(faded) * steeper + terms.viscous
 
 
 @checked

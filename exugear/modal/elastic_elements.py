@@ -6,9 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.gearbox.bearing_stiffness import linear_part
-from exugear.gearbox.shaft import Shaft
-from exugear.multibody.bearing_elements import user_functions
+from exugear.gearbox.bearing_law import tangent_stiffness
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.model import Model
 from fem.units import mm
@@ -34,25 +32,16 @@ def bearings_and_couplings(model: Model) -> Iterator[ElasticElement]:
         kind, spin = model.plan.shafts[shaft.name], model.spins[shaft.name]
         if kind.on_bearings:
             part, components = np.arange(spin - kind.spin_index, spin + 1), np.ix_(kind.components, kind.components)
-            for axial, matrix in _bearing_matrices(shaft, q[part]).items():
+            displacement = np.zeros(6)
+            displacement[kind.components] = q[part]
+            for axial, bearing in shaft.bearings.items():
+                matrix = tangent_stiffness(bearing, axial - shaft.centre, displacement)
                 name = f"{shaft.name} bearing at {axial / mm:.4g} mm"
                 yield ElasticElement(name, "bearing", embedded(matrix[components], part, q.size))
         for rotor in shaft.rotors:
             spring = rotor.coupling.torsion * np.array([[1.0, -1.0], [-1.0, 1.0]])
             ends = [model.turning[rotor.body], model.turning[rotor.name]]
             yield ElasticElement(rotor.spring, "coupling", embedded(spring, ends, q.size))
-
-
-def _bearing_matrices(shaft: Shaft, q: np.ndarray) -> dict[float, np.ndarray]:
-    """Tangent stiffness (6, 6) of each bearing over the coordinates of its shaft's centre of mass, by its position."""
-    matrices = {}
-    for axial, bearing in shaft.bearings.items():
-        lever = axial - shaft.centre
-        matrices[axial] = linear_part(bearing, lever)
-        if not bearing.linear:
-            _, tangent = user_functions(bearing, lever)
-            matrices[axial] = matrices[axial] + tangent(None, 0.0, 0, q.tolist(), [0.0] * 6, 1.0, 0.0)
-    return matrices
 
 
 def springs(mbs, numbers: Sequence[int]) -> Iterator[ElasticElement]:

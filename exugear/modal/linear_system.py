@@ -16,7 +16,7 @@ from exugear.modal.elastic_elements import (
 from exugear.modal.mesh_tangents import mesh_tangent
 from exugear.modal.operating_point import disengaged, set_velocities
 from exugear.modal.rigid_motions import measured_rows, rigid_motions
-from exugear.multibody.drag_elements import drag_name
+from exugear.multibody.bearings_and_drags import drag_name
 from exugear.multibody.exudyn_objects import INITIAL, current_state
 from exugear.multibody.gear_contact import contacts_of
 from exugear.multibody.model import Model

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from math import pi
 from typing import Any
 
-import exudyn as exu
 import numpy as np
 import xarray as xr
 
@@ -13,6 +12,7 @@ from exugear.modal.eigenmodes import Eigenmodes, eigenmodes
 from exugear.modal.linear_system import LinearSystem, linear_assembly, linear_gearbox
 from exugear.modal.mode_shapes import parts_of_shafts, shapes_by_coordinate, shapes_by_shaft
 from exugear.modal.operating_point import in_loaded_equilibrium
+from exugear.multibody.exudyn_objects import MainSystem
 from exugear.multibody.model import Model, require_model
 from exugear.multibody.turns import in_turn
 from exugear.operation.train_motion import HIGHEST_SPEED
@@ -27,7 +27,7 @@ HELD, FREE = "held", "free"
 @checked
 @in_turn
 def modes(
-    model: Model | exu.MainSystem,
+    model: Model | MainSystem,
     *,
     speed: float = 0.0,
     load: float | None = None,

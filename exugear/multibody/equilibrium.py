@@ -8,7 +8,7 @@ from math import isfinite
 import exudyn.itemInterface as eii
 import numpy as np
 
-from exugear.gearbox.bearing_stiffness import radial_secant, radial_table
+from exugear.gearbox.bearing_law import radial_points, radial_secant
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
@@ -249,7 +249,7 @@ def _secants(model: Model, q: np.ndarray, before) -> dict[str, dict[float, float
             lever = axial - shaft.centre
             k = float(bearing.stiffness[0, 0]) if before is None else before[shaft.name][axial]
             force = float(k * np.hypot(x + lever * b, y - lever * a))
-            end = radial_table(bearing)[1][-1]
+            end = radial_points(bearing)[1, -1]
             beyond = f"bearing of shaft {shaft.name!r} at {axial:g} m carries {force:.4g} N, its table ends at"
             if not force <= end:
                 raise NoEquilibrium(f"{beyond} {end:.4g} N; extend it")

@@ -12,6 +12,8 @@ from exugear.contact.contact_frame import GearBody
 from exugear.contact.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN
 from fem.support.validation import require
 
+#: Exudyn's class of a system.
+MainSystem = exu.MainSystem
 INITIAL, CURRENT = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
 #: Distance of a gear's centre from its axis that counts as rounding [m].
 OFF_AXIS = 1e-9

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from exugear.contact.recorder import Recorder
-from exugear.gearbox.bearing_stiffness import radial_part
+from exugear.gearbox.bearing_law import radial_part
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
 from exugear.gearbox.stage import Stage

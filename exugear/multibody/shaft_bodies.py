@@ -11,7 +11,7 @@ from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Coupling, Shaft
 from exugear.mesh_force.kernel_records import address_of
-from exugear.multibody import bearing_elements, drag_elements
+from exugear.multibody.bearings_and_drags import add_bearings, add_drags
 from exugear.multibody.coupling_kernels import coupling_kernel, coupling_record
 from exugear.multibody.exudyn_objects import node_of
 from exugear.multibody.native import direct_or_portable
@@ -21,7 +21,7 @@ from exugear.planning.coordinates import Coordinates, pose
 def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
     """Add a shaft as a body with its bearings or its joint, and with its drags; returns the number of the body."""
     body = _add_supported_body(mbs, ground, gearbox, shaft, coordinates)
-    drag_elements.add_drags(mbs, node_of(mbs, body), shaft, coordinates)
+    add_drags(mbs, node_of(mbs, body), shaft, coordinates)
     return body
 
 
@@ -36,7 +36,7 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
         node = mbs.AddNode(eii.NodeRigidBody2D(name=shaft.name, referenceCoordinates=[x, y, 0.0]))
         data = {"mass": shaft.mass, "inertia": shaft.inertia, "nodeNumber": node}
         body = mbs.AddObject(eii.ObjectRigidBody2D(name=shaft.name, **data))
-        bearing_elements.add_bearings(mbs, node, shaft, coordinates)
+        add_bearings(mbs, node, shaft, coordinates)
         return body
     body = mbs.CreateRigidBody(
         name=shaft.name,
@@ -49,7 +49,7 @@ def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordi
         axis = list(shaft.offset.axis)
         mbs.CreateRevoluteJoint(itemNumbers=[ground, body], position=[x, y, z], axis=axis, useGlobalFrame=True)
     else:
-        bearing_elements.add_bearings(mbs, node_of(mbs, body), shaft, coordinates)
+        add_bearings(mbs, node_of(mbs, body), shaft, coordinates)
     return body
 
 

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from exugear.gearbox.shaft import Rotor, Shaft
-from exugear.multibody.bearing_elements import displacements, reactions
-from exugear.multibody.drag_elements import braking_torques
+from exugear.gearbox.shaft_dynamics import bearing_displacements, bearing_forces, braking_torques
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.imposed_speed import end_rotor
 from exugear.multibody.model import Model
@@ -99,7 +98,7 @@ class BearingForces:
         new, last = slice(self.computed, number), 0
         for shaft, q, q_t in motions_on_bearings(self.model).values():
             first, last = last, last + len(shaft.bearings)
-            reactions(shaft, q[new], q_t[new], self.values[first:last, :, new])
+            bearing_forces(shaft, q[new], q_t[new], self.values[first:last, :, new])
         self.computed = number
 
     def variables(self, number: int, displacement: bool) -> dict[str, Any]:
@@ -119,7 +118,7 @@ class BearingForces:
             moved, last = np.empty((len(labels), 3, number)), 0
             for shaft, q, _ in motions.values():
                 first, last = last, last + len(shaft.bearings)
-                displacements(shaft, q, moved[first:last])
+                bearing_displacements(shaft, q, moved[first:last])
             data["bearing_displacement"] = over, moved, about
         return data | {"bearing": ("bearing", labels), "direction": ("direction", ["x", "y", "z"])}
 

@@ -6,7 +6,7 @@ from math import ceil, floor, hypot, log10
 import numpy as np
 
 from exugear.contact.reference_configuration import offsets_at, spatial_frame, spatial_row
-from exugear.gearbox.bearing_stiffness import linear_part, radial_part, radial_secant
+from exugear.gearbox.bearing_law import linear_part, radial_part, radial_secant
 from exugear.gearbox.constant_loads import mesh_forces, words_of
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import Shaft

@@ -1,4 +1,7 @@
-"""The variables of a run about power: in and out of its ends, losses, and stored energy."""
+"""The variables of a run about power: in and out of its ends, losses, and stored energy.
+
+The rates of the recorded motion are corrected for the lag of the integrator.
+"""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,16 +9,24 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from exugear.gearbox.shaft_dynamics import (
+    ShaftMotion,
+    bearing_energy,
+    bearing_losses,
+    coupling_energy,
+    coupling_losses,
+    kinetic_energy,
+)
 from exugear.multibody.drive_and_load import ShaftTorques
-from exugear.multibody.model import Model
+from exugear.multibody.model import Model, on_bearings
 from exugear.operation.conditions import Conditions
-from exugear.running.losses import bearing_losses, coupling_losses
-from exugear.running.recorded_motion import ShaftMotion, motions
-from exugear.running.stored_energy import bearing_energy, coupling_energy, kinetic_energy
 from fem.units import mm
 
 #: Ends of shafts by name of their torques in the data: the name of their powers, and words for it.
 ENDS = {"drive": ("power_in", "into the gearbox by the drive"), "load": ("power_out", "out of the gearbox by the load")}
+#: Second derivative over the squared spacing: in the middle of five values, and of the first two of six values.
+MIDDLE = np.array([-1, 16, -30, 16, -1]) / 12
+FIRST_TWO = np.array([[45, -154, 214, -156, 61, -10], [10, -15, -4, 14, -6, 1]]) / 12
 
 
 def power_variables(
@@ -25,38 +36,38 @@ def power_variables(
 
     lag   of the velocities of the integrator [s^2]
     """
-    moved = motions(model, conditions, torques, data["time"].values, lag)
-    return _powers(model, moved, data) | _losses(model, moved) | _energies(model, moved)
+    motions = shaft_motions(model, conditions, torques, data["time"].values, lag)
+    return _powers(model, motions, data) | _losses(model, motions) | _energies(model, motions)
 
 
-def _powers(model: Model, moved: Mapping[str, ShaftMotion], data: xr.Dataset) -> dict[str, Any]:
+def _powers(model: Model, motions: Mapping[str, ShaftMotion], data: xr.Dataset) -> dict[str, Any]:
     """Power of the torque on each end."""
     variables: dict[str, Any] = {}
     for kind, (name, words) in ENDS.items():
         if f"{kind}_torque" in data:
             ends = data[f"{kind}_end"].values.tolist()
-            speeds = [_end_speed(model, moved, end) for end in ends]
+            speeds = [_end_speed(model, motions, end) for end in ends]
             about = {"units": "W", "long_name": f"power {words}"}
             variables[name] = (f"{kind}_end", "time"), data[f"{kind}_torque"].values * np.array(speeds), about
     return variables
 
 
-def _end_speed(model: Model, moved: Mapping[str, ShaftMotion], end: str) -> np.ndarray:
+def _end_speed(model: Model, motions: Mapping[str, ShaftMotion], end: str) -> np.ndarray:
     """(n,) speed [rad/s] in its sense of motion of what a drive or load acts on, by the name of a shaft or rotor."""
     shaft = model.gearbox.ends[end]
     body = shaft.end if end == shaft.name else end
-    return moved[body].speed * model.gearbox.directions[shaft.name]
+    return motions[body].speed * model.gearbox.directions[shaft.name]
 
 
-def _losses(model: Model, moved: Mapping[str, ShaftMotion]) -> dict[str, Any]:
+def _losses(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any]:
     """Power that damping dissipates in meshes, bearings and couplings."""
     meshes = np.array([mesh.recorder.power["dissipation"] for mesh in model.meshes])
     bearings = {
         f"{shaft.name} at {axial / mm:g} mm": loss
         for shaft in model.gearbox.shafts
-        for axial, loss in bearing_losses(shaft, moved[shaft.name]).items()
+        for axial, loss in bearing_losses(shaft, motions[shaft.name]).items()
     }
-    couplings = coupling_losses(model, moved)
+    couplings = {name: loss for shaft in model.gearbox.shafts for name, loss in coupling_losses(shaft, motions).items()}
     about = {"units": "W", "long_name": "power that damping dissipates"}
     variables: dict[str, Any] = {"mesh_loss": (("stage", "time"), meshes, about)}
     for kind, losses in {"bearing": bearings, "coupling": couplings}.items():
@@ -66,12 +77,58 @@ def _losses(model: Model, moved: Mapping[str, ShaftMotion]) -> dict[str, Any]:
     return variables
 
 
-def _energies(model: Model, moved: Mapping[str, ShaftMotion]) -> dict[str, Any]:
+def _energies(model: Model, motions: Mapping[str, ShaftMotion]) -> dict[str, Any]:
     """Kinetic energy, and strain energy of meshes, bearings and couplings together."""
     meshes = np.sum([mesh.recorder.power["energy"] for mesh in model.meshes], axis=0)
-    bearings = np.sum([bearing_energy(shaft, moved[shaft.name]) for shaft in model.gearbox.shafts], axis=0)
+    shafts = model.gearbox.shafts
+    kinetic = np.sum([kinetic_energy(shaft, motions) for shaft in shafts], axis=0)
+    elastic = np.sum(
+        [bearing_energy(shaft, motions[shaft.name]) + coupling_energy(shaft, motions) for shaft in shafts], 0
+    )
     energies = {
-        "kinetic_energy": (kinetic_energy(model, moved), "kinetic energy of shafts and rotors"),
-        "strain_energy": (meshes + bearings + coupling_energy(model, moved), "energy of meshes, bearings, couplings"),
+        "kinetic_energy": (kinetic, "kinetic energy of shafts and rotors"),
+        "strain_energy": (meshes + elastic, "energy of meshes, bearings, couplings"),
     }
     return {name: ("time", x, {"units": "J", "long_name": words}) for name, (x, words) in energies.items()}
+
+
+def shaft_motions(
+    model: Model, conditions: Conditions, torques: ShaftTorques, time: np.ndarray, lag: float
+) -> dict[str, ShaftMotion]:
+    """Motion of each shaft by its name, and of each rotor by its own; lag: of the velocities [s^2]."""
+    factor = lag / (time[1] - time[0]) ** 2 if time.size > 1 else 0.0
+    by_name = {}
+    for mesh in model.meshes:
+        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+            samples = mesh.recorder.power
+            spin, speed = samples[f"spin_{side + 1}"], corrected(samples[f"speed_{side + 1}"], factor)
+            q, q_t = mesh.recorder.motion(side) if on_bearings(model, mesh) else (None, None)
+            moves = q is not None and model.plan.shafts[shaft.name].on_bearings
+            rates = corrected(np.asarray(q_t, float), factor) if moves else None
+            by_name[shaft.name] = ShaftMotion(spin, speed, np.asarray(q, float) if moves else None, rates)
+    for name in model.rotor_spins:
+        recorder = torques[name].recorder
+        spin, speed = recorder["angle"][: time.size], recorder["speed"][: time.size]
+        by_name[name] = ShaftMotion(spin, corrected(speed, factor))
+    return by_name | _imposed_motion(model, conditions, time, by_name)
+
+
+def _imposed_motion(model: Model, conditions: Conditions, time: np.ndarray, recorded: Mapping[str, ShaftMotion]):
+    """The motion of the shaft or rotor whose speed is imposed, with that speed."""
+    if conditions.held is None:
+        return {}
+    name = model.gearbox.ends[conditions.held].end
+    speed = model.gearbox.directions[conditions.held] * conditions.speed_of(time)
+    motion = recorded[name]
+    return {name: ShaftMotion(motion.spin, speed * np.ones(time.size), motion.q, motion.q_t)}
+
+
+def corrected(rate: np.ndarray, factor: float) -> np.ndarray:
+    """Rates (n, ...) of fourth order: rate - lag d2(rate)/dt2; factor: lag over the squared spacing of the samples."""
+    if factor == 0.0 or len(rate) < FIRST_TWO.shape[1]:
+        return rate
+    curvature = np.empty_like(rate)
+    curvature[2:-2] = sum(c * rate[i : len(rate) - 4 + i] for i, c in enumerate(MIDDLE))
+    curvature[:2] = np.tensordot(FIRST_TWO, rate[:6], 1)
+    curvature[-2:] = np.tensordot(FIRST_TWO[::-1, ::-1], rate[-6:], 1)
+    return rate - factor * curvature

@@ -6,7 +6,8 @@ from hypothesis import given
 from strategies import floats
 
 from exugear import Bearing
-from exugear.multibody.bearing_elements import user_functions
+from exugear.gearbox.bearing_law import strain_energy, tangent_stiffness
+from exugear.multibody.bearings_and_drags import bearing_functions
 from fem.units import um
 
 LOOSE_SPIN = np.diag([3e8, 2e8, 1e8, 4e5, 5e5, 0.0])
@@ -45,11 +46,30 @@ def test_radial_force_begins_beyond_the_clearance():
 
 
 def test_bearings_are_as_stiff_just_beyond_their_clearance():
-    """The difference quotients do not reach back into it; within it they are 0."""
-    _, jacobian = user_functions(Bearing(1e8, clearance=10 * um), 0.0)
-    for x, stiffness in ((10 * um + 1e-11, 1e8), (10 * um - 2e-9, 0.0)):
-        matrix = jacobian(None, 0.0, 0, [x, 0, 0, 0, 0, 0], [0] * 6, 1.0, 0.0)
-        assert matrix[0, 0] == pytest.approx(stiffness, rel=1e-6)
+    for x, stiffness in ((10 * um + 1e-11, 1e8), (10 * um - 1e-11, 0.0)):
+        matrix = tangent_stiffness(Bearing(1e8, clearance=10 * um), 0.0, np.array([x, 0, 0, 0, 0, 0]))
+        assert matrix[0, 0] == pytest.approx(stiffness, rel=1e-12)
+
+
+@given(floats(-3e-5, 3e-5), floats(-3e-5, 3e-5), floats(-0.1, 0.1))
+def test_force_and_tangent_of_a_bearing_follow_from_its_energy(x, y, lever):
+    bearing, h = Bearing(axial=1e8, tilt=1e3, table=([0, 1e-5, 1e-3], [0, 500, 1e5])), 1e-9
+    q = np.array([x, y, 2e-6, 3e-5, -4e-5, 0.0])
+    steps = h * np.eye(6)[:5]
+    energy = lambda q: strain_energy(bearing, lever, q[:, :5])  # noqa: E731
+    gradient = (energy(q + steps) - energy(q - steps)) / (2 * h)
+    force, *_ = bearing_functions(bearing, lever)
+    linear = np.diag([0, 0, 1e8, 1e3, 1e3])
+    expected = -np.array(force(None, 0.0, 0, q, [0.0] * 6))[:5] + linear @ q[:5]
+    assert gradient == pytest.approx(expected, rel=1e-5, abs=0.02)
+    r = np.hypot(x + lever * q[4], y - lever * q[3])
+    if abs(r - 1e-5) > 1e-7 and r > 1e-7:
+        slopes = (
+            [np.array(force(None, 0.0, 0, q + s, [0.0] * 6))[:5] for s in steps],
+            [np.array(force(None, 0.0, 0, q - s, [0.0] * 6))[:5] for s in steps],
+        )
+        tangent = tangent_stiffness(bearing, lever, q)[:5, :5] - linear
+        assert -np.subtract(*slopes) / (2 * h) == pytest.approx(tangent, rel=1e-2, abs=1e4)
 
 
 def test_forces_beyond_a_table_are_refused():
@@ -121,7 +141,7 @@ def test_a_matrix_has_no_single_radial_force():
 def test_a_linear_table_is_damped_in_all_directions_like_a_linear_bearing(x, y, u, v):
     """A shaft that circles is damped by the secant of the law, also in a clearance that vanishes."""
     for bearing in (Bearing(axial=1e8, table=([0, 1e-3], [0, 2e5]), damping=4e-5), Bearing(2e8, clearance=1e-15)):
-        forces, _ = user_functions(bearing, 0.0)
+        forces, *_ = bearing_functions(bearing, 0.0)
         q, q_t = [x, y, 0, 0, 0, 0], [u, v, 0, 0, 0, 0]
         expected = [-2e8 * (x + bearing.damping * u), -2e8 * (y + bearing.damping * v)]
         assert forces(None, 0.0, 0, q, q_t)[:2] == pytest.approx(expected, rel=1e-6, abs=1e-3)

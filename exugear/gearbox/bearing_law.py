@@ -1,0 +1,117 @@
+"""The law of a bearing: a potential U of its displacement, from which force, damping, energy and losses follow.
+
+U = q^T K q / 2, and for a bearing with clearance or table a function of the radial displacement, piecewise quadratic
+between the points of its table. The force on the shaft is -(dU/dq + damping d2U/dq2 dq/dt), the dissipated power
+damping dq/dt^T d2U/dq2 dq/dt: along a radial displacement the damping follows the tangent stiffness of the law, across
+it the secant. numpy and the compiled kernels call the same functions.
+"""
+
+import numpy as np
+
+from exugear.gearbox.bearing import Bearing, about_pole
+from fem.support.numba_cache import compiled_or_not
+
+#: Displacement beyond the clearance at which the table ends [m].
+REACH = 1.0
+SMALLEST = float(np.finfo(float).tiny)
+
+
+def radial_points(bearing: Bearing) -> np.ndarray:
+    """(3, n) radial displacements [m], forces [N] and energies [J] of a nonlinear bearing; forces linear in between."""
+    if bearing.table is not None:
+        displacement, force = np.array(bearing.table)
+    else:
+        displacement = np.array([0.0, bearing.clearance, bearing.clearance + REACH])
+        force = np.array([0.0, 0.0, bearing.radial * REACH])
+    work = np.diff(displacement) * (force[1:] + force[:-1]) / 2
+    return np.array([displacement, force, np.r_[0.0, np.cumsum(work)]])
+
+
+@compiled_or_not
+def radial_law(points, r):
+    """Energy [J], force [N] and slope [N/m] at radial displacements r >= 0 [m]; points (3, n): `radial_points`."""
+    displacement, force, energy = points[0], points[1], points[2]
+    i = np.minimum(np.maximum(np.searchsorted(displacement, r) - 1, 0), displacement.size - 2)
+    slope = (force[i + 1] - force[i]) / (displacement[i + 1] - displacement[i])
+    beyond = r - displacement[i]
+    return energy[i] + beyond * (force[i] + 0.5 * slope * beyond), force[i] + slope * beyond, slope
+
+
+@compiled_or_not
+def radial_potential(points, x, y):
+    """Energy [J], gradient (x, y) [N] and Hessian (xx, xy, yy) [N/m] at displacements x, y [m] of a bearing."""
+    r = np.sqrt(x * x + y * y)
+    energy, force, slope = radial_law(points, r)
+    length = np.maximum(r, SMALLEST)
+    e_x, e_y = x / length, y / length
+    secant = np.where(r > 0.0, force / length, slope)
+    excess = slope - secant
+    hessian = secant + excess * e_x * e_x, excess * e_x * e_y, secant + excess * e_y * e_y
+    return energy, (force * e_x, force * e_y), hessian
+
+
+@compiled_or_not
+def radial_motion(lever, x, y, tilt_x, tilt_y):
+    """Motion x, y at a bearing by that of the centre of mass, a distance lever [m] below, or the same of rates."""
+    return x + lever * tilt_y, y - lever * tilt_x
+
+
+def radial_secant(bearing: Bearing, force: float) -> float:
+    """Secant stiffness [N/m] of a nonlinear bearing under a radial force > 0 [N] that its table reaches."""
+    displacement, forces, _ = radial_points(bearing)
+    contact = np.flatnonzero(forces == 0)[-1]
+    return force / float(np.interp(force, forces[contact:], displacement[contact:]))
+
+
+def linear_part(bearing: Bearing, lever: float) -> np.ndarray:
+    """(6, 6) stiffness about a pole at a distance lever [m], without the radial part of a nonlinear bearing."""
+    if bearing.linear:
+        return bearing.at(lever)
+    return about_pole(np.diag([0.0, 0.0, bearing.axial, bearing.tilt, bearing.tilt, 0.0]), lever)
+
+
+def radial_part(k: float | np.ndarray, lever: float) -> np.ndarray:
+    """(6, 6) stiffness about a pole at a distance lever [m], of a radial stiffness, k [N/m] or (2, 2) over x, y."""
+    stiffness = np.zeros((6, 6))
+    stiffness[:2, :2] = k * np.eye(2) if np.ndim(k) == 0 else k
+    return about_pole(stiffness, lever)
+
+
+def tangent_stiffness(bearing: Bearing, lever: float, q: np.ndarray) -> np.ndarray:
+    """(6, 6) Hessian of the potential about a pole, a distance lever [m] below, at its displacement q (6,)."""
+    stiffness = linear_part(bearing, lever)
+    if not bearing.linear:
+        _, _, (xx, xy, yy) = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
+        stiffness = stiffness + radial_part(np.array([[xx, xy], [xy, yy]]), lever)
+    return stiffness
+
+
+def strain_energy(bearing: Bearing, lever: float, q: np.ndarray) -> np.ndarray:
+    """(n,) energy [J] of a bearing at displacements q (n, 5) [m, rad] of a pole, a distance lever [m] below."""
+    energy = 0.5 * np.einsum("ni,ij,nj->n", q, linear_part(bearing, lever)[:5, :5], q)
+    if bearing.linear:
+        return energy
+    return energy + radial_potential(radial_points(bearing), *_radial_motion(lever, q))[0]
+
+
+def dissipated_power(bearing: Bearing, lever: float, q: np.ndarray, q_t: np.ndarray) -> np.ndarray:
+    """(n,) power [W] that the damping of a bearing dissipates, at displacements q (n, 5) and rates q_t of a pole."""
+    power = np.einsum("ni,ij,nj->n", q_t, linear_part(bearing, lever)[:5, :5], q_t)
+    if not bearing.linear:
+        _, _, (xx, xy, yy) = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
+        u, v = _radial_motion(lever, q_t)
+        power = power + xx * u * u + 2 * xy * u * v + yy * v * v
+    return bearing.damping * power
+
+
+@compiled_or_not
+def radial_reaction(points, damping, x, y, u, v):
+    """Force (x, y) [N] of a nonlinear bearing on its shaft, at displacements x, y [m] and rates u, v [m/s]."""
+    _, gradient, (xx, xy, yy) = radial_potential(points, x, y)
+    return -(gradient[0] + damping * (xx * u + xy * v)), -(gradient[1] + damping * (xy * u + yy * v))
+
+
+def _radial_motion(lever: float, q: np.ndarray):
+    """Motion x, y at a bearing, from the motion q (..., 5 or 6) of a pole."""
+    x, y, _, tilt_x, tilt_y = np.moveaxis(q, -1, 0)[:5]
+    return radial_motion(lever, x, y, tilt_x, tilt_y)

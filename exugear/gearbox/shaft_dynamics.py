@@ -1,0 +1,140 @@
+"""Forces at a shaft, its energies and losses: functions of its motion, for arrays of samples."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from exugear.gearbox.bearing_law import (
+    dissipated_power,
+    linear_part,
+    radial_points,
+    radial_reaction,
+    strain_energy,
+)
+from exugear.gearbox.drag import braking_torque
+from exugear.gearbox.shaft import Shaft
+
+#: Number of samples whose reactions are computed at once: they stay in the processor's cache, which is 5 times as fast.
+BLOCK = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class ShaftMotion:
+    """Motion of a shaft or of a rotor, over (n,) samples.
+
+    spin, speed   about z [rad, rad/s]
+    q, q_t        (n, 5) displacements [m] and tilts [rad] of the centre of mass, and their rates; None for a shaft that
+                  only spins
+    """
+
+    spin: np.ndarray
+    speed: np.ndarray
+    q: np.ndarray | None = None
+    q_t: np.ndarray | None = None
+
+
+def bearing_forces(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) -> None:
+    """Add the forces (n_bearing, 3, n) [N] of all bearings of a shaft on it, in their order.
+
+    q, q_t   displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad], and
+             their rates
+    """
+    for (axial, bearing), force in zip(shaft.bearings.items(), forces, strict=True):
+        motion = _motion_at(shaft, axial, q.shape[1])
+        stiffness, radial = linear_part(bearing, 0.0)[:3] @ motion, motion[:2]
+        directions = np.flatnonzero(stiffness.any(axis=1))
+        points = None if bearing.linear else radial_points(bearing)
+        for first in range(0, len(q), BLOCK):
+            block = slice(first, first + BLOCK)
+            displacements, rates = q[block].T, q_t[block].T
+            strained = displacements + bearing.damping * rates
+            for i in directions:
+                force[i, block] -= stiffness[i] @ strained
+            if points is not None:
+                moved = *(radial @ displacements), *(radial @ rates)
+                force[:2, block] += radial_reaction(points, bearing.damping, *moved)
+
+
+def bearing_displacements(shaft: Shaft, q: np.ndarray, at_bearings: np.ndarray) -> None:
+    """Compute the displacements (n_bearing, 3, n) [m] of a shaft at all its bearings, in their order.
+
+    q   displacements [m] of the shaft's centre of mass, (n, 2) in its plane or (n, 5) with its tilts [rad]
+    """
+    for axial, displacement in zip(shaft.bearings, at_bearings, strict=True):
+        displacement[:] = _motion_at(shaft, axial, q.shape[1])[:3] @ q.T
+
+
+def _motion_at(shaft: Shaft, axial: float, components: int) -> np.ndarray:
+    """(6, components) displacement and rotation of a shaft at an axial position by those of its centre of mass."""
+    motion = np.eye(6)[:, :5]
+    motion[0, 4], motion[1, 3] = axial - shaft.centre, shaft.centre - axial
+    return motion[:, :components]
+
+
+def bearing_energy(shaft: Shaft, motion: ShaftMotion) -> np.ndarray:
+    """(n,) energy of all bearings of a shaft [J]; 0 for a shaft that only spins."""
+    energy = np.zeros(motion.spin.size)
+    if motion.q is not None:
+        for axial, bearing in shaft.bearings.items():
+            energy += strain_energy(bearing, axial - shaft.centre, motion.q)
+    return energy
+
+
+def bearing_losses(shaft: Shaft, motion: ShaftMotion) -> dict[float, np.ndarray]:
+    """(n,) power [W] that each bearing of a shaft dissipates, by its axial position [m]."""
+    if motion.q is None or motion.q_t is None:
+        return {}
+    return {
+        axial: dissipated_power(bearing, axial - shaft.centre, motion.q, motion.q_t)
+        for axial, bearing in shaft.bearings.items()
+    }
+
+
+def braking_torques(shaft: Shaft, omega: np.ndarray, q: np.ndarray | None) -> np.ndarray:
+    """(n,) torque of all drags of a shaft against its rotation [N m].
+
+    omega   (n,) speed of the shaft [rad/s]
+    q       (n, 2 or 5) displacements [m] and tilts [rad] of its centre of mass; None where it only spins
+    """
+    loads: dict[float, np.ndarray] = {}
+    if q is not None:
+        forces = np.zeros((len(shaft.bearings), 3, omega.size))
+        bearing_forces(shaft, q, np.zeros_like(q), forces)
+        loads = {axial: np.hypot(x, y) for axial, (x, y, _) in zip(shaft.bearings, forces, strict=True)}
+    torques = [braking_torque(drag.terms, omega, loads.get(axial, 0.0)) for axial, drag in shaft.drags]
+    return np.sum(torques, axis=0) if torques else np.zeros_like(omega)
+
+
+def kinetic_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion]) -> np.ndarray:
+    """(n,) kinetic energy of a shaft and of its rotors [J], from their motions by name.
+
+    An Rxyz body turns about its axis by the rate of its spin plus that of the first tilt times the sine of the second.
+    """
+    motion = motions[shaft.name]
+    energy, about_axis = np.zeros(motion.speed.size), motion.speed
+    if motion.q is not None and motion.q_t is not None:
+        x, y, z, a_t, b_t = motion.q_t.T
+        b = shaft.offset.tilt_y + motion.q[:, 4]
+        about_axis = about_axis + a_t * np.sin(b)
+        energy = shaft.mass * (x**2 + y**2 + z**2) + shaft.transverse * ((a_t * np.cos(b)) ** 2 + b_t**2)
+    for rotor in shaft.rotors:
+        energy = energy + rotor.coupling.inertia * motions[rotor.name].speed ** 2
+    return 0.5 * (energy + shaft.inertia * about_axis**2)
+
+
+def coupling_energy(shaft: Shaft, motions: Mapping[str, ShaftMotion]) -> np.ndarray:
+    """(n,) energy of all couplings of a shaft [J]."""
+    energy = np.zeros(motions[shaft.name].spin.size)
+    for rotor in shaft.rotors:
+        energy += 0.5 * rotor.coupling.torsion * (motions[rotor.name].spin - motions[rotor.body].spin) ** 2
+    return energy
+
+
+def coupling_losses(shaft: Shaft, motions: Mapping[str, ShaftMotion]) -> dict[str, np.ndarray]:
+    """(n,) power [W] that each coupling of a shaft dissipates, by the shaft's name, of several by the rotors' names."""
+    rotors = {shaft.name if len(shaft.rotors) == 1 else rotor.name: rotor for rotor in shaft.rotors}
+    return {
+        name: rotor.coupling.damping * (motions[rotor.name].speed - motions[rotor.body].speed) ** 2
+        for name, rotor in rotors.items()
+    }

@@ -1,0 +1,234 @@
+"""Bearings and drags of a shaft in Exudyn.
+
+Linear bearings are stiffness and damping matrices; nonlinear bearings and drags are user functions whose compiled
+kernels read records.
+"""
+
+from functools import cache
+
+import exudyn.itemInterface as eii
+import numpy as np
+from numba import carray
+
+from exugear.gearbox.bearing import Bearing
+from exugear.gearbox.bearing_law import (
+    linear_part,
+    radial_motion,
+    radial_points,
+    radial_potential,
+    radial_reaction,
+    tangent_stiffness,
+)
+from exugear.gearbox.drag import DragTerms, braking_slope, braking_torque
+from exugear.gearbox.shaft import Shaft
+from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
+from exugear.multibody.native import direct_or_portable
+from exugear.multibody.user_function_errors import FAR, Diverged, errors_kept
+from exugear.planning.coordinates import Coordinates
+from fem.support.numba_cache import compiled, kept
+from fem.support.validation import require
+
+#: Head of a radial law: number of points, axial distance from the centre of mass [m], damping over stiffness [s];
+#: behind it lie the points (3, n), as `radial_points`.
+RADIAL_LAW = record_type(("points", "i8"), ("lever", "f8"), ("damping", "f8"))
+RADIAL_LAW_SIZE = RADIAL_LAW.itemsize
+radial_law_at = reader(RADIAL_LAW)
+#: A drag: its terms; radial stiffness (2, 5) of its bearing over the motion of the centre of mass [N/m, N/rad], without
+#: that of a nonlinear bearing; address of the radial law of such a bearing, else 0.
+DRAG = record_type(*((name, "f8") for name in DragTerms._fields), ("stiffness", "f8", (2, 5)), ("law", "i8"))
+#: Head of the drags of a shaft: their number; behind it they lie one after the other.
+DRAGS = record_type(("number", "i8"))
+DRAG_SIZE, DRAGS_SIZE = DRAG.itemsize, DRAGS.itemsize
+drag_at, drags_at = reader(DRAG), reader(DRAGS)
+
+
+def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None:
+    """Add the bearings of a shaft to the node of its body."""
+    stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
+    for axial, bearing in shaft.bearings.items():
+        k = linear_part(bearing, axial - shaft.centre)
+        stiffness, damping = stiffness + k, damping + bearing.damping * k
+    part = np.ix_(coordinates.components, coordinates.components)
+    items = [eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=stiffness[part], dampingMatrix=damping[part])]
+    for axial, bearing in shaft.bearings.items():
+        if not bearing.linear:
+            force, jacobian, addresses = bearing_functions(bearing, axial - shaft.centre)
+            force = direct_or_portable(errors_kept(mbs, force), bearing_kernel, addresses, 6)
+            item = eii.ObjectGenericODE2(nodeNumbers=[node], forceUserFunction=force, jacobianUserFunction=jacobian)
+            items.append(item)
+    for item in items:
+        item.visualization["show"] = False
+        mbs.AddObject(item)
+
+
+def bearing_functions(bearing: Bearing, lever: float):
+    """Force and Jacobian of a nonlinear bearing for Exudyn, and the addresses that its kernel takes.
+
+    lever   axial distance of the bearing from the shaft's centre of mass [m]
+
+    The Jacobian leaves out the change of the damping with the displacement.
+    """
+    law = radial_record(bearing, lever)
+    address = address_of(law)
+
+    def bearing_force(mbs, t, item, q, q_t):
+        try:
+            return bearing_kernel(address, t, *q, *q_t)
+        except ValueError as error:
+            r, end = error.args
+            beyond = f"displacement {r:.4g} m of a bearing lies beyond its table, which ends at {end:.4g} m"
+            raise (RuntimeError(f"{beyond}; extend it") if r < FAR else Diverged(beyond)) from None
+
+    def bearing_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        in_radial_plane = tangent_stiffness(bearing, lever, np.array(q)) - linear_part(bearing, lever)
+        return (factor + factor_t * bearing.damping) * in_radial_plane
+
+    vars(bearing_force)["owned"] = law
+    return bearing_force, bearing_jacobian, (address,)
+
+
+def radial_record(bearing: Bearing, lever: float) -> np.record:
+    """The record of a nonlinear bearing that kernels read: `RADIAL_LAW`, behind it the points."""
+    points = radial_points(bearing)
+    head = record_of(RADIAL_LAW, points=points.shape[1], lever=lever, damping=bearing.damping)
+    return record_of(record_type(("head", RADIAL_LAW), ("points", "f8", points.shape)), head=head, points=points)
+
+
+@compiled
+def points_of(law):
+    """The points (3, n) behind the head of a radial law."""
+    return carray(doubles_at(start_of(law) + RADIAL_LAW_SIZE), (3, law.points))
+
+
+@kept
+def bearing_kernel(record, t, *x):
+    """Generalized forces (6) of a nonlinear bearing on a shaft, first order in the tilts.
+
+    record   address of a `RADIAL_LAW`
+    x        coordinates of the shaft's centre of mass (x, y, z, tilts, spin) and their rates
+
+    Raises ValueError(r, end) where the radial displacement r lies beyond the end of the law.
+    """
+    law = radial_law_at(record)
+    points, lever = points_of(law), law.lever
+    at_x, at_y = radial_motion(lever, x[0], x[1], x[3], x[4])
+    r, end = np.hypot(at_x, at_y), points[0, law.points - 1]
+    if not r <= end:
+        raise ValueError(r, end)
+    p, q = radial_reaction(points, law.damping, at_x, at_y, *radial_motion(lever, x[6], x[7], x[9], x[10]))
+    return p, q, 0.0, -lever * q, lever * p, 0.0
+
+
+def drag_name(shaft: Shaft) -> str:
+    """Name of the object with the drags of a shaft."""
+    return f"{shaft.name} drag"
+
+
+def add_drags(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None:
+    """Add the drags of a shaft, if it has any, to the node of its body."""
+    if not shaft.drags:
+        return
+    unknown = [axial for axial, drag in shaft.drags if drag.needs_load and not coordinates.on_bearings]
+    joint = f"load of the BearingDrag at {unknown} m of shaft {shaft.name!r} is not known on ideal joints"
+    require(not unknown, f"{joint}; pass load=... [N]")
+    function, jacobian = drag_functions(shaft, len(coordinates.components))
+    item = eii.ObjectGenericODE2(
+        name=drag_name(shaft), nodeNumbers=[node], forceUserFunction=function, jacobianUserFunction=jacobian
+    )
+    item.visualization["show"] = False
+    mbs.AddObject(item)
+
+
+def drag_functions(shaft: Shaft, n: int):
+    """Force and Jacobian of the drags of a shaft with n coordinates for Exudyn.
+
+    The Jacobian is the slope over the speed: the change of a load with the displacement, by friction, is negligible.
+    """
+    nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
+    laws = {axial: radial_record(bearing, axial - shaft.centre) for axial, bearing in nonlinear.items()}
+    record, kernel = drag_record(shaft, laws), drag_kernel(n)
+    address = address_of(record)
+
+    def drag_forces(mbs, t, item, q, q_t):
+        return kernel(address, t, *q, *q_t)
+
+    def drag_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        jacobian = np.zeros((n, n))
+        jacobian[-1, -1] = factor_t * drag_slope(address, *q, *q_t)
+        return jacobian
+
+    vars(drag_forces)["owned"] = record, laws
+    return direct_or_portable(drag_forces, kernel, (address,), n), drag_jacobian
+
+
+def drag_record(shaft: Shaft, laws: dict[float, np.record]) -> np.record:
+    """The record of the drags of a shaft that the kernels read; laws: of the nonlinear bearings, by axial position."""
+    entries = np.zeros(len(shaft.drags), DRAG)
+    for entry, (axial, drag) in zip(entries, shaft.drags, strict=True):
+        for name, value in drag.terms._asdict().items():
+            entry[name] = value
+        if drag.needs_load:
+            entry["stiffness"] = linear_part(shaft.bearings[axial], axial - shaft.centre)[:2, :5]
+            entry["law"] = address_of(laws[axial]) if axial in laws else 0
+    kind = record_type(("head", DRAGS), ("drags", DRAG, len(entries)))
+    return record_of(kind, head=record_of(DRAGS, number=len(entries)), drags=entries)
+
+
+@compiled
+def bearing_load(drag, displacement):
+    """Radial force [N] of the bearing of a drag at displacements and tilts (5) of the centre of mass [m, rad]."""
+    if drag.arm == 0.0:
+        return 0.0
+    p, q, k = 0.0, 0.0, drag.stiffness
+    for i in range(5):
+        p, q = p + k[0, i] * displacement[i], q + k[1, i] * displacement[i]
+    if drag.law != 0:
+        law, (x, y, _, a, b) = radial_law_at(drag.law), displacement
+        _, gradient, _ = radial_potential(points_of(law), *radial_motion(law.lever, x, y, a, b))
+        p, q = p + gradient[0], q + gradient[1]
+    return np.hypot(p, q)
+
+
+@compiled
+def displacement_of(x):
+    """Displacements and tilts (5) of a shaft, of its coordinates and velocities x (2 n)."""
+    if len(x) == 2:
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+    return (x[0], x[1], 0.0, 0.0, 0.0) if len(x) == 6 else (x[0], x[1], x[2], x[3], x[4])
+
+
+@compiled
+def torque_of_drags(record, x):
+    """Torque [N m] of all drags of a shaft against its rotation, from its coordinates and velocities x (2 n)."""
+    drags, displacement, torque = drags_at(record), displacement_of(x), 0.0
+    for i in range(drags.number):
+        drag = drag_at(record + DRAGS_SIZE + DRAG_SIZE * i)
+        torque += braking_torque(drag, x[-1], bearing_load(drag, displacement))
+    return torque
+
+
+@kept
+def drag_slope(record, *x):
+    """Derivative of the torque of all drags of a shaft by its speed [N m s/rad]; arguments of the drag kernel."""
+    drags, displacement, slope = drags_at(record), displacement_of(x), 0.0
+    for i in range(drags.number):
+        drag = drag_at(record + DRAGS_SIZE + DRAG_SIZE * i)
+        slope += braking_slope(drag, x[-1], bearing_load(drag, displacement))
+    return slope
+
+
+@cache
+def drag_kernel(n: int):
+    """The function (record, t, *coordinates, *velocities) -> forces (n) of the drags on a shaft with n coordinates.
+
+    record is the address of `DRAGS`. The last coordinate is the spin.
+    """
+
+    @kept
+    def shaft_drag(record, t, *x):
+        torque = -torque_of_drags(record, x)
+        if n == 1:
+            return (torque,)
+        return (0.0, 0.0, torque) if n == 3 else (0.0, 0.0, 0.0, 0.0, 0.0, torque)
+
+    return shaft_drag
