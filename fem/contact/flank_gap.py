@@ -8,8 +8,7 @@ from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
 
-from fem.microgeometry.compiled_flank import ROUNDING, SHAPE
-from fem.microgeometry.removed_material import FlankSections, add_removed, turned
+from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, FlankSections, add_removed, turned
 from fem.support.numba_cache import unchecked
 
 #: Gauss points and weights across a slice, and in its middle section.

@@ -7,22 +7,11 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from fem.microgeometry.deviation import Grid, PitchDeviation
-from fem.microgeometry.modification import (
-    EdgeBreak,
-    EndRelief,
-    FlankExtent,
-    HelixSlope,
-    LeadCrowning,
-    Modification,
-    ProfileCrowning,
-    RootRelief,
-    TipRelief,
-)
+from fem.microgeometry.modification import DESIGNED, FlankExtent, Modification
 from fem.support.representation import short
 from fem.support.validation import require, text_of
 from fem.units import mm
 
-DESIGNED = (TipRelief, RootRelief, ProfileCrowning, LeadCrowning, HelixSlope, EndRelief, EdgeBreak)
 KINDS = {kind.__name__: kind for kind in (*DESIGNED, PitchDeviation, Grid)}
 Flank = tuple[Modification, ...]
 #: Largest slope over the profile length of material that a modification adds.

@@ -10,9 +10,8 @@ import fem
 from fem.contact.mesh_geometry import pair_geometry
 from fem.contact.resolution import Resolution
 from fem.contact.tooth_contact import ToothContact
-from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, compiled_flank
+from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, FlankSections, add_removed, compiled_flank, turned
 from fem.microgeometry.flank import removed
-from fem.microgeometry.removed_material import FlankSections, add_removed, turned
 from fem.pair.mesh_position import MeshPosition
 from fem.ste.map_solver import compliances_of
 from fem.units import mm, um
