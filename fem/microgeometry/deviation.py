@@ -9,7 +9,7 @@ from fem.microgeometry.modification import FlankExtent, check_amount, check_with
 from fem.support.arguments import FilePath, checked
 from fem.support.representation import short
 from fem.support.tables import read_grid
-from fem.support.validation import increasing, numbers, require_finite
+from fem.support.validation import increasing, numbers, require_finite, set_fields
 
 #: Grid lines closer together than this share of the mean distance belong to a local refinement.
 REFINED = 0.5
@@ -34,7 +34,7 @@ class PitchDeviation:
         values = numbers("values", self.values)
         if values.ndim != 1:
             raise ValueError(f"values must be one pitch deviation [m] for each tooth, got {self.values!r}")
-        object.__setattr__(self, "values", tuple(values.tolist()))
+        set_fields(self, values=tuple(values.tolist()))
         for value in self.values:
             check_amount("values", value)
 
@@ -68,13 +68,13 @@ class Grid:
             lines = increasing(name, getattr(self, name), least=2)
             check_within(name, lines[0], low, high, "m (pass metres)")
             check_within(name, lines[-1], low, high, "m (pass metres)")
-            object.__setattr__(self, name, tuple(lines.tolist()))
+            set_fields(self, **{name: tuple(lines.tolist())})
         values, shape = numbers("values", self.values), (len(self.roll), len(self.axial))
         if values.shape != shape:
             raise ValueError(f"values must have the shape (roll, axial) = {shape}, got {values.shape}; transpose them?")
         require_finite("values", values, "fill the missing points of the measurement")
         check_amount("values", float(values.flat[np.abs(values).argmax()]))
-        object.__setattr__(self, "values", tuple(map(tuple, values.tolist())))
+        set_fields(self, values=tuple(map(tuple, values.tolist())))
 
     @classmethod
     @checked

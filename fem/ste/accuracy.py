@@ -28,8 +28,8 @@ from fem.ste.error_estimation import (
 )
 from fem.ste.inputs import UpTo
 from fem.ste.map_solver import ContactModel
-from fem.ste.peak_to_peak import curve_peak_to_peak
 from fem.ste.right_flanks import Symmetry, mirrored_model, symmetry_of
+from fem.ste.te_measures import curve_peak_to_peak
 
 FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 12, 400, 40
 #: Least deflection that counts, over the largest; least peak to peak that counts, over the largest.
