@@ -144,7 +144,7 @@ def write_gaps(mesh, sections, roll, gap, foot):
 
 @unchecked
 def _add_material(mesh, sections, on_gears, gap):
-    """Add the gap by material removed beside pitch deviations at roll lengths (2, n, m) of pinion and wheel.
+    """Add the gap by removed material other than pitch deviations, at roll lengths (2, n, m) of pinion and wheel.
 
     It is the mean along the line of contact; rounded edges, which lines of contact cross on less than a slice, count
     as in the middle section.
@@ -173,7 +173,7 @@ def _flanks_at(mesh, gear, sections, point):
 
 @unchecked
 def material_along(mesh, sections, roll):
-    """(2, n, m) material removed from pinion and wheel beside pitch deviations, in middle sections at roll lengths."""
+    """(2, n, m) material removed from both gears, pitch deviations apart, in middle sections at roll lengths."""
     n, m = roll.shape
     material = np.zeros((2, n, m))
     if mesh.position.modified:
