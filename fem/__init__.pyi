@@ -22,9 +22,8 @@ from .pair.pair import GearPair
 from .reference import dynamic, explicit, nonlinear
 from .ste.cost import MapCost, map_cost
 from .ste.inputs import UpTo
-from .ste.peak_to_peak import peak_to_peak
 from .ste.ste_map import load, pair_of, save, ste_from_table, ste_map
-from .ste.te_harmonics import te_harmonics
+from .ste.te_measures import peak_to_peak, te_harmonics
 from .ste.transmission import static_transmission_error
 from .stress.load_distribution import load_distribution
 from .stress.load_factors import load_factors

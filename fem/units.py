@@ -1,10 +1,10 @@
 """Units as plain numbers: write ``3*mm`` or ``20*deg`` at the edge, SI and radians inside."""
 
-from math import pi
+from math import pi as _pi
 
 mm = 1e-3
 um = 1e-6
-deg = pi / 180
-rpm = 2 * pi / 60
+deg = _pi / 180
+rpm = 2 * _pi / 60
 MPa = 1e6
 GPa = 1e9

@@ -47,7 +47,7 @@ DOORS_TO_FEM = {
         "fem.ste.ste_map",
         "fem.ste.load_interpolation",
     ),
-    *("fem.ste.map_sides", "fem.ste.te_harmonics", "fem.stress.fields", "fem.stress.cycle_fields"),
+    *("fem.ste.map_sides", "fem.ste.te_measures", "fem.stress.fields", "fem.stress.cycle_fields"),
 }
 FENCES = {
     "skfem": {"fem/elasticity", "fem/stress", "fem/reference"},

@@ -70,3 +70,12 @@ def test_one_version():
 
 def test_importing_twice_is_harmless():
     importlib.reload(importlib.import_module("exugear.multibody.gear_contact"))
+
+
+@pytest.mark.parametrize("name", ["iso6336", "nonlinear", "dynamic", "explicit", "stress", "units"])
+def test_public_modules_show_public_names_only(name):
+    import fem
+
+    module = getattr(fem, name)
+    units = {"mm", "um", "deg", "rpm", "MPa", "GPa"}
+    assert {public for public in dir(module) if not public.startswith("_")} == set(getattr(module, "__all__", units))

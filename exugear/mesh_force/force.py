@@ -19,7 +19,6 @@ from exugear.mesh_force.energy_centroid import energy_centroid
 from exugear.mesh_force.fixed_offsets import at_fixed_offsets
 from exugear.mesh_force.force_file import load_arguments, save_force
 from exugear.mesh_force.force_kernels import damping, range_at, spinning_force, static_force
-from exugear.mesh_force.jumps import jumps
 from exugear.mesh_force.layout import MANY_BLOCKS, OFFSETS, PHASES, PHASES_OF_MANY
 from exugear.mesh_force.map_range import beyond_map
 from exugear.mesh_force.patches import table_of
@@ -32,7 +31,7 @@ from fem.ste.ste_map import TE, TORQUE, UNLOADED_RIGHT, check, offset_axes, pair
 from fem.support.arguments import FilePath, Finite, checked
 from fem.support.numba_cache import kept
 from fem.support.representation import short
-from fem.support.validation import increases, increasing, numbers, require, require_finite
+from fem.support.validation import increases, increasing, numbers, require, require_finite, set_fields
 from fem.units import um
 
 #: Penetration over which the damping ramps in, unless another is given [m].
@@ -41,6 +40,12 @@ DAMPING_RAMP = 1 * um
 LONGEST_RAMP = 1e-4
 #: Tolerance of the deflection under a force [m], below rounding.
 FINEST = 1e-20
+#: A jump is a change by this share of the force's range over phase, at a fixed deflection, within this part of a pitch.
+JUMP_SHARE, JUMP_WIDTH = 0.45, 1 / 256
+#: Number of phases at which the force is compared; share of the largest force below which a change is no jump.
+FINE, FLAT = 4096, 1e-3
+#: Share of the deflection range between the deflection at which jumps are detected and the end of the table.
+JUMP_MARGIN = 0.1
 
 
 @cache
@@ -129,8 +134,8 @@ class MeshForce:
 
     def __post_init__(self):
         for name in ("phase", "deflection", "force_table", "centroid"):
-            object.__setattr__(self, name, _frozen(np.array(getattr(self, name), float)))
-        object.__setattr__(self, "offsets", {name: _frozen(np.array(x, float)) for name, x in self.offsets.items()})
+            set_fields(self, **{name: _frozen(np.array(getattr(self, name), float))})
+        set_fields(self, offsets={name: _frozen(np.array(x, float)) for name, x in self.offsets.items()})
         require(self.mapped_force > 0, f"mapped_force must be > 0 N (inf: all is mapped), got {self.mapped_force}")
         _check_scalars(self.damping, self.backlash, self.back_phase)
         micrometre = f"damping_ramp must lie in (0, {LONGEST_RAMP:g}] m, got {self.damping_ramp}; pass metres: 1*um"
@@ -141,9 +146,9 @@ class MeshForce:
         _check_centroid(np.asarray(self.centroid), self.force_table)
         _check_coast(self)
         if "misalignment" in self.offsets and not np.any(self.centroid):
-            object.__setattr__(self, "centroid", _frozen(self._centroid_by_energy()))
-        object.__setattr__(self, "table", tabulate(self))
-        object.__setattr__(self, "stiffness_max", float(self.table.head.largest_stiffness))
+            set_fields(self, centroid=_frozen(self._centroid_by_energy()))
+        table = tabulate(self)
+        set_fields(self, table=table, stiffness_max=float(table.head.largest_stiffness))
 
     @classmethod
     @checked
@@ -250,8 +255,26 @@ class MeshForce:
 
     @cached_property
     def jumps(self) -> np.ndarray:
-        """(n,) phases at which the force of the driving flank jumps, by 45 % of its range within 1/256 of a pitch."""
-        return jumps(self)
+        """(n,) phases at which the force of the driving flank jumps, by 45 % of its range within 1/256 of a pitch.
+
+        The force is compared near the largest deflection, with offsets at the middle of their axes. Time steps are
+        chosen to meet the jumps (`exugear.planning.sampling`).
+        """
+        if self.offsets:
+            middle = {name: float(values[values.size // 2]) for name, values in self.offsets.items()}
+            return self.flank_at(1, **middle).jumps
+        phase, window = np.arange(FINE) / FINE, round(JUMP_WIDTH * FINE)
+        deflection = np.broadcast_to(self.deflection, self.force_table.shape)
+        span = float((deflection[:, -1] - deflection[:, 0]).min())
+        values = self(phase, float(deflection[:, -1].min()) - JUMP_MARGIN * span)
+        least = max(JUMP_SHARE * np.ptp(values), FLAT * np.abs(values).max())
+        steep = np.abs(np.roll(values, -window) - values) > least
+        if not steep.any() or steep.all():
+            return np.zeros(0)
+        begins, ends = (np.flatnonzero(steep & ~np.roll(steep, k)) for k in (1, -1))
+        ends = np.where(ends[0] < begins[0], np.roll(ends, -1), ends)
+        middles = begins + (ends - begins) % FINE / 2 + window / 2
+        return np.sort(middles / FINE % 1.0)
 
     def __call__(self, phase, deflection, rate=0.0, **offsets) -> np.ndarray:
         """Mesh force [N] at phase [1], deflection [m], rate of the deflection [m/s] and each of the law's offsets.

@@ -33,7 +33,7 @@ from fem.pair.pair import GearPair
 from fem.ste.ste_map import pair_of
 from fem.support.arguments import Finite, checked
 from fem.support.representation import short
-from fem.support.validation import increasing, require
+from fem.support.validation import increasing, require, set_fields
 
 #: Coefficient of friction over cos(beta_b), for the transverse mesh force, as a power law (`PowerLaw`); speed over
 #: which friction fades [rad/s]; tangent of the working pressure angle; number of steps and of rows of the tables, ln of
@@ -87,7 +87,7 @@ class MeshFriction:
         for name in ("pull", "lever", *["forces"] * (self.forces is not None)):
             table = np.array(getattr(self, name), float)
             table.setflags(write=False)
-            object.__setattr__(self, name, table)
+            set_fields(self, **{name: table})
         _check_scalars(self.coefficient, self.speed)
         _check_tables(self.pull, self.lever)
         _check_forces(self)

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 import numpy as np
 import scipy
 
+from fem.ste.ste_map import periodic_spline
 from fem.support.numba_cache import compiled, kept
 
 #: Share of the range of a quantity by which a spline may overshoot the values beside it; beyond, they jump.
@@ -85,8 +86,7 @@ def periodic_cubics(phase: np.ndarray, curves: Iterable[np.ndarray], uniform: np
 
 def _resampled(phase: np.ndarray, values: np.ndarray, ends: np.ndarray, uniform: np.ndarray) -> np.ndarray:
     """Values and slopes per step (2, n_uniform, n) of curves (n_phase, n); ends: of the columns of a quantity."""
-    closed = np.concatenate([values, values[:1]])
-    curve = scipy.interpolate.CubicSpline(np.append(phase, phase[0] + 1), closed, bc_type="periodic")
+    curve = periodic_spline(phase, values)
     middle = curve((phase + np.append(phase[1:], phase[0] + 1)) / 2)
     if any(
         _overshoots(*quantity) for quantity in zip(*(np.split(x, ends, axis=1) for x in (values, middle)), strict=True)

@@ -106,7 +106,7 @@ def _arrays(force, phase_steps: int, kind: np.dtype) -> tuple[dict[str, np.ndarr
 def _extended(deflection: np.ndarray, force: np.ndarray, centroid: np.ndarray) -> list[np.ndarray]:
     """The tables continued along their tangents, so that all offsets reach the largest deflection of any.
 
-    Between two offsets the law bears its largest force at a deflection beyond the table of one of them.
+    Between two offsets the force peaks at a deflection beyond one of their tables.
     """
     first, last = np.diff(deflection[..., -3:]), np.diff(force[..., -3:])
     secants = last / first

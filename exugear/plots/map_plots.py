@@ -17,7 +17,7 @@ from fem.ste.ste_map import (
     over_torque_and_pitches,
     pair_of,
 )
-from fem.ste.te_harmonics import te_harmonics
+from fem.ste.te_measures import te_harmonics
 from fem.support.arguments import checked
 from fem.support.validation import require
 from fem.units import mm, um

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from fem.contact.flank_gap import approach_at, first_roll, free_turn, sections_of, write_gaps
+from fem.contact.flank_gap import approach_at, first_roll, sections_of, turn_to_contact, write_gaps
 from fem.gear.tooth_profile import LEAST_ROLL
 from fem.support.numba_cache import kept_unchecked, unchecked
 
@@ -83,5 +83,5 @@ def _take_smallest(mesh, sections, rolls, closest):
 def _radius(mesh, at, roll):
     """Relative transverse radius of curvature of the involutes [m] at a roll length of the host."""
     host = max(roll, LEAST_ROLL * at.tip)
-    mate = max(free_turn(mesh, at, roll)[1], LEAST_ROLL * at.mate_tip)
+    mate = max(turn_to_contact(mesh, at, roll)[1], LEAST_ROLL * at.mate_tip)
     return host * mate / (host + mate)

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -11,19 +10,30 @@ from fem.contact.contact_slices import ContactSlices
 from fem.contact.flank_gap import arc_of_mate, sections_of
 from fem.contact.strip_bounds import Strips
 from fem.elasticity.face_symmetry import Face
+from fem.pair import hertz
 from fem.support.numba_cache import kept_unchecked, unchecked
 
 TINY = np.finfo(float).tiny
+half_width_of, pressure_of = unchecked(hertz.half_width), unchecked(hertz.pressure)
 
 
 class LoadQuantities(NamedTuple):
-    """Quantities of a state that follow from the loads on its slices, in the order of a row of `quantities_of`."""
+    """What follows from the loads on the slices of m states; each (m,).
 
-    centroid: float
-    line_load: float
-    hertz_pressure: float
-    peak_pressure: float
-    tip_contact: float
+    centroid         axial position of the resultant force [m]; 0 without load
+    line_load        largest force per length of contact line [N/m]
+    hertz_pressure   largest pressure of the line loads by Hertz, on the curvature of the involutes [Pa]
+    peak_pressure    largest contact pressure [Pa]
+    tip_contact      share of the load on slices whose contact reaches a tip edge; 0 without load
+    load_share       (m, n_pair) share of the load on each tooth pair of the position; 0 without load
+    """
+
+    centroid: np.ndarray
+    line_load: np.ndarray
+    hertz_pressure: np.ndarray
+    peak_pressure: np.ndarray
+    tip_contact: np.ndarray
+    load_share: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -51,49 +61,25 @@ class State:
 
     @cached_property
     def quantities(self) -> LoadQuantities:
-        """Force centroid, line load, pressures and tip contact."""
-        return LoadQuantities(*load_rows(self.slices, self.force[None], self.pressure[None], self.face)[0, :5].tolist())
-
-    def share(self, number: int) -> float:
-        """Share of the load that a tooth pair carries; 0 without load."""
-        return float(self.force[self.slices.number == number].sum() / max(self.force.sum(), TINY))
-
-    def tip_contact(self) -> float:
-        """Share of the load on slices whose contact reaches a tip edge; 0 without load."""
-        return self.quantities.tip_contact
-
-    def line_load(self) -> float:
-        """Largest force per length of contact line [N/m]."""
-        return self.quantities.line_load
-
-    def peak_pressure(self) -> float:
-        """Largest contact pressure [Pa]."""
-        return self.quantities.peak_pressure
-
-    def hertz_pressure(self) -> float:
-        """Largest pressure of the line loads by Hertz, on the curvature of the involutes [Pa]."""
-        return self.quantities.hertz_pressure
-
-    def centroid(self) -> float:
-        """Axial position of the resultant force [m]; 0 without load."""
-        return self.quantities.centroid
+        """Force centroid, line load, pressures, tip contact and load shares of this state, m = 1."""
+        return load_quantities(self.slices, self.force[None], self.pressure[None], self.face)
 
 
 def hertz_pressure(slices: ContactSlices, force: np.ndarray) -> np.ndarray:
     """(..., n) largest pressures [Pa] under forces (..., n) [N] by Hertz, on the curvature of the involutes."""
     half_width = slices.half_width(np.maximum(force, TINY) / slices.width)
-    return 2 * force / (pi * half_width * slices.length)
+    return hertz.pressure(force / slices.length, half_width)
 
 
-def load_rows(
+def load_quantities(
     slices: ContactSlices,
     force: np.ndarray,
     pressure: np.ndarray,
     face: Face,
     moment: np.ndarray | None = None,
     largest: np.ndarray | None = None,
-) -> np.ndarray:
-    """(m, 5 + n_pair) `LoadQuantities`, then load shares of all tooth pairs, under forces and pressures (m, n).
+) -> LoadQuantities:
+    """Quantities of m states under forces and pressures (m, n) on slices.
 
     moment      (m, n) moments of the forces about the middles of the slices, over half of their widths [N]; None: 0
     largest     (m, n) largest line loads across the slices times their lengths [N]; None: the forces
@@ -107,23 +93,26 @@ def load_rows(
 
 @kept_unchecked
 def quantities_of(mesh, slices, closest, first, pairs, mirrored, loads, pressure):
-    """`load_rows` of slices of tooth pairs from the first one on; mirrored: whether half of the face is modelled."""
+    """`load_quantities` of slices of tooth pairs from the first one on; mirrored: whether half the face is modelled."""
     (number, low, high), (force, moment, largest) = slices, loads
-    rows, sections = np.zeros((len(force), 5 + pairs)), sections_of(mesh, number, low, high, np.zeros(number.size))
-    for k in range(len(force)):
-        row, total = rows[k], TINY
+    sections, m = sections_of(mesh, number, low, high, np.zeros(number.size)), len(force)
+    centroid, line_load, by_hertz, peak, at_tip = np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m), np.zeros(m)
+    load_share = np.zeros((m, pairs))
+    for k in range(m):
+        total = TINY
         for i in range(number.size):
             total += force[k, i]
         for i in range(number.size):
             at, share, load = sections[i], force[k, i] / total, largest[k, i]
             length = at.width / mesh.position.inclined
-            half_width = sqrt(2 * max(load, TINY) / at.width * closest.radius[i] * mesh.position.flattening)
-            row[0] += 0.0 if mirrored else share * at.axial + moment[k, i] / total * at.width / 2
-            row[1], row[2] = max(row[1], load / length), max(row[2], 2 * load / (pi * half_width * length))
-            row[3] = max(row[3], pressure[k, i])
-            row[4] += share if _at_tip(mesh, at, closest.foot[i], half_width) else 0.0
-            row[5 + number[i] - first] += share
-    return rows
+            half_width = half_width_of(max(load, TINY) / at.width, closest.radius[i], mesh.position.flattening)
+            centroid[k] += 0.0 if mirrored else share * at.axial + moment[k, i] / total * at.width / 2
+            line_load[k] = max(line_load[k], load / length)
+            by_hertz[k] = max(by_hertz[k], pressure_of(load / length, half_width))
+            peak[k] = max(peak[k], pressure[k, i])
+            at_tip[k] += share if _at_tip(mesh, at, closest.foot[i], half_width) else 0.0
+            load_share[k, number[i] - first] += share
+    return LoadQuantities(centroid, line_load, by_hertz, peak, at_tip, load_share)
 
 
 @unchecked

@@ -8,8 +8,7 @@ from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
 
-from fem.microgeometry.compiled_flank import ROUNDING, SHAPE
-from fem.microgeometry.removed_material import FlankSections, add_removed, turned
+from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, FlankSections, add_removed, turned
 from fem.support.numba_cache import unchecked
 
 #: Gauss points and weights across a slice, and in its middle section.
@@ -53,7 +52,7 @@ def sections_of(mesh, number, low, high, te):
         at.nominal = (position.length - roll if at.host else roll) + te[i] / 2
         at.mate_nominal, at.mate_tip = position.length - at.nominal + te[i], mate.roll_tip
         at.set_back, at.mate_set_back = _set_back(mesh, at.host, at.number), _set_back(mesh, 1 - at.host, at.number)
-        nearest = min(seen_from_mate(mesh, at, at.form)[2], seen_from_mate(mesh, at, at.tip)[2])
+        nearest = min(to_mate_frame(mesh, at, at.form)[2], to_mate_frame(mesh, at, at.tip)[2])
         host_angle = max(at.form - at.nominal, at.nominal - at.tip) / at.r_host
         mate_angle = max(-at.mate_nominal, at.mate_nominal - at.mate_tip) / at.r_mate
         at.out_of_reach = nearest > at.mate_tip or max(host_angle, mate_angle) > TURNED_AWAY
@@ -74,7 +73,7 @@ def _add_removed(mesh, gear, role, factor, sections, roll, removed):
 
 
 @unchecked
-def seen_from_mate(mesh, at, roll):
+def to_mate_frame(mesh, at, roll):
     """The host's point at a roll length from the mate's centre (x, y) [m], the mate's roll length [m], the lever.
 
     Pitch deviations shorten roll lengths: `roll` is given before, the mate's is that after it.
@@ -88,23 +87,23 @@ def seen_from_mate(mesh, at, roll):
 
 
 @unchecked
-def free_turn(mesh, at, roll):
+def turn_to_contact(mesh, at, roll):
     """Turn of the mate until it touches the host at a roll length, on the mate's base circle [m].
 
-    Also the mate's roll length there [m], and the lever of `seen_from_mate`.
+    Also the mate's roll length there [m], and the lever of `to_mate_frame`.
     """
-    x, y, mate_roll, lever = seen_from_mate(mesh, at, roll)
+    x, y, mate_roll, lever = to_mate_frame(mesh, at, roll)
     turn = atan2(y * at.r_mate - x * mate_roll, x * at.r_mate + y * mate_roll) + mesh.position.alpha
     mate_roll += at.mate_set_back
     return at.r_mate * turn + mate_roll - at.mate_nominal, mate_roll, lever
 
 
 @unchecked
-def facing(mesh, at, mate_roll):
+def opposing_roll(mesh, at, mate_roll):
     """Roll length of the host whose normal meets the mate at a roll length [m], within its flank."""
     roll = min(max(at.nominal, at.form), at.tip)
     for _ in range(NEWTON_STEPS):
-        _, _, met, lever = seen_from_mate(mesh, at, roll)
+        _, _, met, lever = to_mate_frame(mesh, at, roll)
         square = roll * roll + (met * met - mate_roll * mate_roll) * at.r_host / (lever * at.r_mate)
         last, roll = roll, sqrt(min(max(square, at.form * at.form), at.tip * at.tip))
         if abs(roll - last) < SHORTEST * at.tip:
@@ -115,7 +114,7 @@ def facing(mesh, at, mate_roll):
 @unchecked
 def first_roll(mesh, at):
     """Roll length of the host at the mate's tip corner [m]; that of its root form circle out of reach."""
-    return at.form if at.out_of_reach else facing(mesh, at, at.mate_tip)
+    return at.form if at.out_of_reach else opposing_roll(mesh, at, at.mate_tip)
 
 
 @unchecked
@@ -130,7 +129,7 @@ def write_gaps(mesh, sections, roll, gap, foot):
     for i in range(n):
         at = sections[i]
         for k in range(m):
-            turn, met, lever = free_turn(mesh, at, roll[i, k])
+            turn, met, lever = turn_to_contact(mesh, at, roll[i, k])
             foot[i, k] = met - turn
             smooth = foot[i, k] < at.mate_tip + at.mate_set_back
             on_gears[at.host, i, k], on_gears[1 - at.host, i, k] = roll[i, k], foot[i, k] if smooth else met
@@ -145,7 +144,7 @@ def write_gaps(mesh, sections, roll, gap, foot):
 
 @unchecked
 def _add_material(mesh, sections, on_gears, gap):
-    """Add the gap by material removed beside pitch deviations at roll lengths (2, n, m) of pinion and wheel.
+    """Add the gap by removed material other than pitch deviations, at roll lengths (2, n, m) of pinion and wheel.
 
     It is the mean along the line of contact; rounded edges, which lines of contact cross on less than a slice, count
     as in the middle section.
@@ -174,7 +173,7 @@ def _flanks_at(mesh, gear, sections, point):
 
 @unchecked
 def material_along(mesh, sections, roll):
-    """(2, n, m) material removed from pinion and wheel beside pitch deviations, in middle sections at roll lengths."""
+    """(2, n, m) material removed from both gears, pitch deviations apart, in middle sections at roll lengths."""
     n, m = roll.shape
     material = np.zeros((2, n, m))
     if mesh.position.modified:

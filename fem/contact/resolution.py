@@ -10,7 +10,7 @@ import numpy as np
 from fem.elasticity.mesh_density import Density
 from fem.support.arguments import Finite, checked
 from fem.support.representation import short
-from fem.support.validation import number, require, require_kind, text_of
+from fem.support.validation import number, require, require_kind, set_fields, text_of
 
 #: On this mesh the mean transmission error of aligned spurs is within 0.3 % of the converged one.
 MAP_DENSITY = Density(width=4)
@@ -30,13 +30,13 @@ class Discretization:
         self.density.paired()
         even = f"slices must be an even number, at least 2, got {text_of(self.slices)}"
         require(number("slices", self.slices) % 2 == 0 and self.slices >= 2, even)
-        object.__setattr__(self, "slices", int(self.slices))
+        set_fields(self, slices=int(self.slices))
         if self.neighbours is not None:
             pitches = "neighbours must be a whole number of pitches >= 0, or None for all teeth"
             require(not isinstance(self.neighbours, bool | np.bool_), f"{pitches}, got {self.neighbours}; {SPELLING}")
             whole = number("neighbours", self.neighbours) % 1 == 0 and self.neighbours >= 0
             require(whole, f"{pitches}, got {self.neighbours}")
-            object.__setattr__(self, "neighbours", int(self.neighbours))
+            set_fields(self, neighbours=int(self.neighbours))
 
     @classmethod
     @checked

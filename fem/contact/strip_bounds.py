@@ -11,12 +11,13 @@ from fem.contact.flank_gap import (
     approach_at,
     arc_of_mate,
     between_normals,
-    facing,
     first_roll,
     material_along,
+    opposing_roll,
     sections_of,
     write_gaps,
 )
+from fem.pair import hertz
 from fem.support.numba_cache import kept_unchecked, unchecked
 
 #: Strips of a slice: the largest pressure is within 1 % of Hertz's.
@@ -53,6 +54,9 @@ class Strips(NamedTuple):
     open: np.ndarray
     expected: np.ndarray
     equal: bool
+
+
+_log_mean = unchecked(hertz.log_mean)
 
 
 def strips_of(slices: ContactSlices, half_widths: np.ndarray) -> Strips:
@@ -140,7 +144,7 @@ def _grading(mesh, at, window, closest, half_width):
     Beside a rounding of the mate's edge they are narrowest where it begins, or where it is closest.
     """
     (start, end), mate = window, mesh.gears[1 - at.host]
-    focus = min(facing(mesh, at, mate.edge), closest[0]) ** 2 / (2 * at.r_host)
+    focus = min(opposing_roll(mesh, at, mate.edge), closest[0]) ** 2 / (2 * at.r_host)
     if mate.rounding <= 0:
         return focus, EVEN * (end - start)
     outside = max(0.0, start - focus, focus - end)
@@ -232,17 +236,3 @@ def write_half_planes(width, equal, depth, factor, between):
             else:
                 between[i, j] = factor * (_log_mean(middle[i] - middle[j], width[i], width[j]) + log(depth))
             between[j, i] = between[i, j]
-
-
-@unchecked
-def _log_mean(distance, width, mate_width):
-    """`fem.pair.hertz.log_mean` of two strips."""
-    inner, outer = (width - mate_width) / 2, (width + mate_width) / 2
-    far, near = _log_integral(distance + outer), _log_integral(distance - outer)
-    return -(far - _log_integral(distance + inner) - _log_integral(distance - inner) + near) / (width * mate_width)
-
-
-@unchecked
-def _log_integral(x):
-    """Second antiderivative of ln|x|."""
-    return x * x * (log(abs(x)) / 2 - 0.75) if x else 0.0

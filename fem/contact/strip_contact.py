@@ -17,16 +17,16 @@ from fem.contact.strip_bounds import NODES, Strips, write_half_planes, write_sha
 from fem.contact.unilateral import EXCHANGES, Equilibrium, unilateral_contact
 from fem.elasticity.face_symmetry import Face
 from fem.linalg.small_systems import (
+    active_rows,
     column_times,
     congruent,
     factorize,
+    indices_of_true,
     product,
-    rows_with,
     solve,
     square_root,
     submatrix,
     times,
-    true_in,
 )
 from fem.support.numba_cache import kept_unchecked, unchecked
 
@@ -191,7 +191,7 @@ def _linear_equilibrium(load, active):
 @unchecked
 def _condense(local, sides, active, forces, condensed):
     """Write the forces (SIDES, m) on the active strips of a slice that cause its sides, and their work on these."""
-    strips = true_in(active)
+    strips = indices_of_true(active)
     matrix, right = np.empty((strips.size, strips.size)), np.empty((SIDES, strips.size))
     for k, strip in enumerate(strips):
         for j in range(k + 1):
@@ -218,7 +218,7 @@ def _coupled(load):
     where (1 + L^T S L) w = L^T S free and y = free - L w.
     """
     n, m = load.active.shape
-    loaded = rows_with(load.active)
+    loaded = active_rows(load.active)
     free, nodes = np.empty((2, loaded.size * NODES)), np.empty(loaded.size * NODES, np.int64)
     for k, i in enumerate(loaded):
         for a in range(NODES):

@@ -7,11 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from fem.contact.contact_slices import ContactSlices
-from fem.contact.contact_state import State, hertz_pressure, load_rows
+from fem.contact.contact_slices import ContactSlices, GapAcross, gap_across, least_gaps
+from fem.contact.contact_state import LoadQuantities, State, hertz_pressure, load_quantities
 from fem.contact.coupling import compiled_compliance
 from fem.contact.face_grading import flank_positions, share_at
-from fem.contact.gap_across import GapAcross, gap_across, least_gaps
 from fem.contact.line_contact import LineLoads, line_contact, solve_lines
 from fem.contact.loaded_width import FaceSlicing, line_loads
 from fem.contact.strip_bounds import Strips, strips_of
@@ -150,12 +149,12 @@ class ToothContact:
             slices, loads = self._line_loads(force, misalignment, softens=True)
         return slices, loads._replace(stiffness=loads.stiffness / self.face.share)
 
-    def slice_rows(self, force: np.ndarray, misalignment: np.ndarray) -> np.ndarray:
-        """(m, 7 + n_pair) transmission errors, stiffnesses, and `load_rows` of `slice_states`."""
+    def slice_quantities(self, force: np.ndarray, misalignment: np.ndarray) -> dict[str, np.ndarray]:
+        """te (m,) [m], stiffness (m,) [N/m] and `LoadQuantities` of `slice_states`, by name."""
         slices, loads = self.slice_loads(force, misalignment)
         pressure = hertz_pressure(slices, loads.largest)
-        rows = load_rows(slices, loads.force, pressure, self.face, loads.moment, loads.largest)
-        return np.column_stack([loads.te, loads.stiffness, rows])
+        quantities = load_quantities(slices, loads.force, pressure, self.face, loads.moment, loads.largest)
+        return {"te": loads.te, "stiffness": loads.stiffness} | quantities._asdict()
 
     def _line_loads(
         self, force: np.ndarray, misalignment: np.ndarray, *, softens: bool
@@ -185,11 +184,13 @@ class ToothContact:
                 return slices, loads
             reach *= 2
 
-    def strip_rows(self, force: np.ndarray, misalignment: np.ndarray) -> np.ndarray:
-        """The same of `state` under each force and misalignment."""
+    def strip_quantities(self, force: np.ndarray, misalignment: np.ndarray) -> dict[str, np.ndarray]:
+        """The same of `strip_states`."""
         states = self.strip_states(force, misalignment)
-        rows = [load_rows(state.slices, state.force[None], state.pressure[None], self.face) for state in states]
-        return np.column_stack([[(state.te, state.stiffness) for state in states], np.concatenate(rows)])
+        columns = zip(*(state.quantities for state in states), strict=True)
+        quantities = dict(zip(LoadQuantities._fields, map(np.concatenate, columns), strict=True))
+        te, stiffness = (np.array([getattr(state, name) for state in states]) for name in ("te", "stiffness"))
+        return {"te": te, "stiffness": stiffness} | quantities
 
     def first_touch(self, misalignment: float) -> float:
         """Transmission error at which the first tooth pair touches without load [m], by a search across the face.

@@ -44,7 +44,7 @@ REMEMBERED = 4
 
 @dataclass(frozen=True)
 class Compliance:
-    """Flank compliance of one gear beside the half-space; displacements and forces are normal to the flank.
+    """Flank compliance of one gear without the half-space; displacements and forces are normal to the flank.
 
     arcs        (n_hat,) arc lengths of the tops of the hat functions along the flank [m]
     axial       (n_axial,) axial positions of their tops across the width [m]

@@ -6,7 +6,7 @@ import numpy as np
 
 from fem.support.arguments import Finite, checked
 from fem.support.representation import short
-from fem.support.validation import as_floats, increasing, number, require
+from fem.support.validation import as_floats, increasing, number, require, set_fields
 
 #: Parts of the section of which a density says the numbers of elements.
 PARTS = ("flank", "fillet", "land", "tooth", "rim", "body")
@@ -43,12 +43,12 @@ class Density:
     def __post_init__(self):
         as_floats(self)
         if self.edges is not None:
-            object.__setattr__(self, "edges", tuple(increasing("edges", self.edges, least=0).tolist()))
+            set_fields(self, edges=tuple(increasing("edges", self.edges, least=0).tolist()))
         for name in (*PARTS, "width", "teeth", "behind", "divide"):
             elements, least = number(name, getattr(self, name)), 0 if name in ("teeth", "behind") else 1
             whole = f"{name} must be a whole number of elements >= {least}, got {elements:g}"
             require(elements % 1 == 0 and elements >= least, whole)
-            object.__setattr__(self, name, int(elements))
+            set_fields(self, **{name: int(elements)})
         require(1 <= self.rim_power <= 3, f"rim_power must lie in [1, 3], got {self.rim_power}")
 
     @checked

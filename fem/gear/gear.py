@@ -15,7 +15,7 @@ from fem.microgeometry.flank import Flank, Sides
 from fem.microgeometry.modification import FlankExtent
 from fem.support.arguments import DERIVED
 from fem.support.representation import short
-from fem.support.validation import as_floats, number, require, require_within
+from fem.support.validation import as_floats, number, require, require_within, set_fields
 from fem.units import deg, mm
 
 
@@ -74,7 +74,7 @@ class Gear:
     def _check_teeth_and_material(self) -> None:
         z, steel = number("z", self.z), "material must be a fem.Material, say fem.Material(E=210*GPa)"
         require(5 <= z < 1e4 and z == int(z), f"z must be a whole number of teeth, at least 5, got {self.z}")
-        object.__setattr__(self, "z", int(z))
+        set_fields(self, z=int(z))
         require(isinstance(self.material, Material), f"{steel}, got {self.material!r}")
 
     def _fill_defaults(self, h_fP: float | None) -> None:
@@ -94,12 +94,12 @@ class Gear:
             largest = limits.largest_rack_radius(self)
             self._fill("rho_f", min(0.38 * self.m_n, largest) if largest > 0 else 0.38 * self.m_n)
         if not isinstance(self.flank, Sides):
-            object.__setattr__(self, "flank", flanks.parts_of(self.flank))
+            set_fields(self, flank=flanks.parts_of(self.flank))
 
     def _fill(self, name: str, value) -> None:
         """Set a field that was left out."""
         if getattr(self, name) is None:
-            object.__setattr__(self, name, value)
+            set_fields(self, **{name: value})
 
     def _shift(self) -> float:
         """Default of x: the profile shift coefficient that gives s_n, or 0."""

@@ -89,17 +89,17 @@ def column_times(root, a, rows, r, first):
 
 
 @unchecked
-def rows_with(active):
+def active_rows(active):
     """Numbers of the rows of a matrix (n, m) of truth values that have a true one."""
     any_active = np.zeros(len(active), np.bool_)
     for i in range(len(active)):
         for k in range(active.shape[1]):
             any_active[i] |= active[i, k]
-    return true_in(any_active)
+    return indices_of_true(any_active)
 
 
 @unchecked
-def true_in(values):
+def indices_of_true(values):
     """Positions of the true ones of truth values (n,)."""
     positions, number = np.empty(values.size, np.int64), 0
     for i in range(values.size):

@@ -9,7 +9,7 @@ from fem.microgeometry.modification import FlankExtent, check_amount, check_with
 from fem.support.arguments import FilePath, checked
 from fem.support.representation import short
 from fem.support.tables import read_grid
-from fem.support.validation import increasing, numbers, require_finite
+from fem.support.validation import increasing, numbers, require_finite, set_fields
 
 #: Grid lines closer together than this share of the mean distance belong to a local refinement.
 REFINED = 0.5
@@ -34,7 +34,7 @@ class PitchDeviation:
         values = numbers("values", self.values)
         if values.ndim != 1:
             raise ValueError(f"values must be one pitch deviation [m] for each tooth, got {self.values!r}")
-        object.__setattr__(self, "values", tuple(values.tolist()))
+        set_fields(self, values=tuple(values.tolist()))
         for value in self.values:
             check_amount("values", value)
 
@@ -44,7 +44,7 @@ class PitchDeviation:
             raise ValueError(f"values must hold one pitch deviation a tooth, z = {face.z}, got {len(self.values)}")
 
     def removed(self, face: FlankExtent, roll, axial):
-        return np.take(self.values, face.tooth, mode="wrap") + 0 * roll + 0 * axial
+        return of_tooth(np.array(self.values), face.tooth) + 0 * roll + 0 * axial
 
 
 @short(roll="mm", axial="mm", values="um")
@@ -68,13 +68,13 @@ class Grid:
             lines = increasing(name, getattr(self, name), least=2)
             check_within(name, lines[0], low, high, "m (pass metres)")
             check_within(name, lines[-1], low, high, "m (pass metres)")
-            object.__setattr__(self, name, tuple(lines.tolist()))
+            set_fields(self, **{name: tuple(lines.tolist())})
         values, shape = numbers("values", self.values), (len(self.roll), len(self.axial))
         if values.shape != shape:
             raise ValueError(f"values must have the shape (roll, axial) = {shape}, got {values.shape}; transpose them?")
         require_finite("values", values, "fill the missing points of the measurement")
         check_amount("values", float(values.flat[np.abs(values).argmax()]))
-        object.__setattr__(self, "values", tuple(map(tuple, values.tolist())))
+        set_fields(self, values=tuple(map(tuple, values.tolist())))
 
     @classmethod
     @checked
@@ -109,17 +109,28 @@ class Grid:
         return tuple(np.array(self.axial)[nearest < REFINED * apart.mean()].tolist())
 
     @cached_property
-    def _arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        return np.array(self.roll), np.array(self.axial), np.array(self.values)
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Grid lines (n,) and (m,), and the values of one roll length after another (n m,) [m]."""
+        return np.array(self.roll), np.array(self.axial), np.ravel(self.values)
 
     def removed(self, face: FlankExtent, roll, axial):
-        roll_lines, axial_lines, values = self._arrays
-        (i, u), (j, v) = _between(roll_lines, roll), _between(axial_lines, axial)
-        low = values[i, j] * (1 - v) + values[i, j + 1] * v
-        return low * (1 - u) + (values[i + 1, j] * (1 - v) + values[i + 1, j + 1] * v) * u
+        return bilinear(*self.arrays, np.asarray(roll), np.asarray(axial))
 
 
-def _between(lines: np.ndarray, at) -> tuple[np.ndarray, np.ndarray]:
-    """Number of the grid line below at, and the share of the distance to the next line."""
-    i = np.clip(np.searchsorted(lines, at, side="right") - 1, 0, lines.size - 2)
-    return i, np.clip((at - lines[i]) / (lines[i + 1] - lines[i]), 0, 1)
+def of_tooth(values, tooth):
+    """Material removed [m] from a tooth of values (z,) [m]."""
+    return values[tooth % values.size]
+
+
+def bilinear(roll_lines, axial_lines, values, roll, axial):
+    """Material removed [m] by values (n m,) on grid lines (n,) and (m,), at roll lengths and axial positions [m]."""
+
+    def line_below(lines, at):
+        """Number of the grid line below a value, and the share of the distance to the next line."""
+        i = np.minimum(np.maximum(np.searchsorted(lines, at, side="right") - 1, 0), lines.size - 2)
+        return i, np.minimum(np.maximum((at - lines[i]) / (lines[i + 1] - lines[i]), 0.0), 1.0)
+
+    (i, u), (j, v) = line_below(roll_lines, roll), line_below(axial_lines, axial)
+    at, above = axial_lines.size * i + j, axial_lines.size * (i + 1) + j
+    low, high = values[at] * (1 - v) + values[at + 1] * v, values[above] * (1 - v) + values[above + 1] * v
+    return low * (1 - u) + high * u

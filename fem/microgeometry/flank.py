@@ -7,22 +7,11 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from fem.microgeometry.deviation import Grid, PitchDeviation
-from fem.microgeometry.modification import (
-    EdgeBreak,
-    EndRelief,
-    FlankExtent,
-    HelixSlope,
-    LeadCrowning,
-    Modification,
-    ProfileCrowning,
-    RootRelief,
-    TipRelief,
-)
+from fem.microgeometry.modification import DESIGNED, FlankExtent, Modification
 from fem.support.representation import short
-from fem.support.validation import require, text_of
+from fem.support.validation import require, set_fields, text_of
 from fem.units import mm
 
-DESIGNED = (TipRelief, RootRelief, ProfileCrowning, LeadCrowning, HelixSlope, EndRelief, EdgeBreak)
 KINDS = {kind.__name__: kind for kind in (*DESIGNED, PitchDeviation, Grid)}
 Flank = tuple[Modification, ...]
 #: Largest slope over the profile length of material that a modification adds.
@@ -57,8 +46,7 @@ class Sides:
     right: Flank = ()
 
     def __post_init__(self):
-        object.__setattr__(self, "left", parts_of(self.left, "left flank"))
-        object.__setattr__(self, "right", parts_of(self.right, "right flank"))
+        set_fields(self, left=parts_of(self.left, "left flank"), right=parts_of(self.right, "right flank"))
 
 
 def removed(flank: Flank, face: FlankExtent, roll, axial, *, tooth: int | np.ndarray = 0) -> np.ndarray:

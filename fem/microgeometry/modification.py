@@ -3,8 +3,12 @@
 Amounts are measured along the flank's normal in the transverse section; positive values remove material. Each
 modification is a small frozen object; `fem.microgeometry.flank` adds them up.
 
+Each formula is a function of numbers or arrays that numpy and compiled code share (`fem.microgeometry.compiled_flank`);
+`numbers` of a modification are its first arguments.
+
 To add a modification, write a frozen dataclass with the method `removed` and, where they apply, the further methods of
-`Modification`, and list it in `fem.microgeometry.flank.DESIGNED`.
+`Modification`, and list it in `DESIGNED`. Contacts call `removed` back from compiled code, which costs a few
+microseconds a call; with a formula in `fem.microgeometry.compiled_flank.FORMULAS` they do not.
 """
 
 from dataclasses import dataclass
@@ -95,9 +99,36 @@ def _check_on_flank(length: float, face: FlankExtent, name_d: str, d: float | No
     check_within("length", length, 1e-6, (face.roll_tip - face.roll_form) * (1 + 1e-9), "m, the roll of the flank")
 
 
-def _relieved(distance, length: float, power: float) -> np.ndarray:
-    """Share of the amount of a relief at a distance [m] from where it begins: 0 before, 1 at its length."""
-    return np.maximum(distance / length, 0.0) ** power
+def relief(amount, begin, length, power, at):
+    """Material removed [m] at a roll length or axial position by a relief that begins at another one.
+
+    Where its length is negative it grows in the other direction. Lines and parabolas need no logarithm.
+    """
+    share = np.maximum((at - begin) / length, 0.0)
+    if power == 1.0:
+        return amount * share
+    return amount * (share * share if power == 2.0 else share**power)
+
+
+def rounded_edge(begin, radius, r_b, roll):
+    """Material removed [m] by the rounding of a tip edge."""
+    arc = np.minimum(np.maximum((roll * roll - begin * begin) / (2 * r_b), 0.0), radius)
+    return arc * arc / (radius + np.sqrt(radius * radius - arc * arc))
+
+
+def profile_crowning(amount, middle, half, roll):
+    """Material removed [m] by a parabola over the roll length."""
+    return amount * ((roll - middle) / half) ** 2
+
+
+def lead_crowning(amount, width, axial):
+    """Material removed [m] by a parabola over the face width."""
+    return amount * (2 * axial / width) ** 2
+
+
+def helix_slope(amount, width, axial):
+    """Material removed [m] by a straight line over the face width."""
+    return amount * axial / width
 
 
 def _edge(begin: float, power: float) -> tuple[float, ...]:
@@ -139,9 +170,12 @@ class TipRelief:
     def edges(self, face: FlankExtent) -> tuple[float, ...]:
         return _edge(face.roll_tip - self.reach(face), self.power)
 
-    def removed(self, face: FlankExtent, roll, axial):
+    def numbers(self, face: FlankExtent) -> tuple[float, float, float, float]:
         length = self.reach(face)
-        return self.C_a * _relieved(roll - (face.roll_tip - length), length, self.power) + 0 * axial
+        return self.C_a, face.roll_tip - length, length, self.power
+
+    def removed(self, face: FlankExtent, roll, axial):
+        return relief(*self.numbers(face), roll) + 0 * axial
 
 
 @short(radius="mm")
@@ -179,10 +213,11 @@ class EdgeBreak:
     def rounding(self, face: FlankExtent) -> tuple[float, float]:
         return sqrt(face.roll_tip**2 - 2 * face.r_b * self.length(face)), self.radius
 
+    def numbers(self, face: FlankExtent) -> tuple[float, float, float]:
+        return *self.rounding(face), face.r_b
+
     def removed(self, face: FlankExtent, roll, axial):
-        begin, radius = self.rounding(face)
-        arc = np.clip((roll**2 - begin**2) / (2 * face.r_b), 0.0, radius)
-        return arc**2 / (radius + np.sqrt(radius**2 - arc**2)) + 0 * axial
+        return rounded_edge(*self.numbers(face), roll) + 0 * axial
 
 
 @short(C_f="um", length="mm", d_Cf="mm")
@@ -218,9 +253,12 @@ class RootRelief:
     def edges(self, face: FlankExtent) -> tuple[float, ...]:
         return _edge(face.roll_form + self.reach(face), self.power)
 
-    def removed(self, face: FlankExtent, roll, axial):
+    def numbers(self, face: FlankExtent) -> tuple[float, float, float, float]:
         length = self.reach(face)
-        return self.C_f * _relieved(face.roll_form + length - roll, length, self.power) + 0 * axial
+        return self.C_f, face.roll_form + length, -length, self.power
+
+    def removed(self, face: FlankExtent, roll, axial):
+        return relief(*self.numbers(face), roll) + 0 * axial
 
 
 @short(C_alpha="um")
@@ -234,9 +272,11 @@ class ProfileCrowning:
         as_floats(self)
         check_amount("C_alpha", self.C_alpha)
 
+    def numbers(self, face: FlankExtent) -> tuple[float, float, float]:
+        return self.C_alpha, (face.roll_tip + face.roll_form) / 2, (face.roll_tip - face.roll_form) / 2
+
     def removed(self, face: FlankExtent, roll, axial):
-        middle, half = (face.roll_tip + face.roll_form) / 2, (face.roll_tip - face.roll_form) / 2
-        return self.C_alpha * ((roll - middle) / half) ** 2 + 0 * axial
+        return profile_crowning(*self.numbers(face), roll) + 0 * axial
 
 
 @short(C_beta="um")
@@ -250,8 +290,11 @@ class LeadCrowning:
         as_floats(self)
         check_amount("C_beta", self.C_beta)
 
+    def numbers(self, face: FlankExtent) -> tuple[float, float]:
+        return self.C_beta, face.width
+
     def removed(self, face: FlankExtent, roll, axial):
-        return self.C_beta * (2 * axial / face.width) ** 2 + 0 * roll
+        return lead_crowning(*self.numbers(face), axial) + 0 * roll
 
 
 @short(C_Hbeta="um")
@@ -265,8 +308,11 @@ class HelixSlope:
         as_floats(self)
         check_amount("C_Hbeta", self.C_Hbeta)
 
+    def numbers(self, face: FlankExtent) -> tuple[float, float]:
+        return self.C_Hbeta, face.width
+
     def removed(self, face: FlankExtent, roll, axial):
-        return self.C_Hbeta * axial / face.width + 0 * roll
+        return helix_slope(*self.numbers(face), axial) + 0 * roll
 
 
 @short(C_e="um", length="mm")
@@ -293,6 +339,11 @@ class EndRelief:
         begin = _edge(face.width / 2 - self.length, self.power)
         return (*begin, *(-edge for edge in begin))
 
+    def numbers(self, face: FlankExtent) -> tuple[float, float, float, float]:
+        return self.C_e, face.width / 2 - self.length, self.length, self.power
+
     def removed(self, face: FlankExtent, roll, axial):
-        distance = np.abs(axial) - (face.width / 2 - self.length)
-        return self.C_e * _relieved(distance, self.length, self.power) + 0 * roll
+        return relief(*self.numbers(face), np.abs(axial)) + 0 * roll
+
+
+DESIGNED = (TipRelief, RootRelief, ProfileCrowning, LeadCrowning, HelixSlope, EndRelief, EdgeBreak)

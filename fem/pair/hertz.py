@@ -1,6 +1,6 @@
 """Local flattening of a line contact: half-planes under strips of pressure (Johnson, Contact Mechanics, ch. 2, 4).
 
-`fem.contact.line_contact.Flattening` takes it as the law of one line load, `fem.contact.strip_bounds` between strips.
+Formulas of numbers or arrays, which compiled code shares.
 """
 
 import numpy as np
@@ -10,6 +10,7 @@ from fem.pair.pair import GearPair
 
 #: Line load over E from which contacts are solved [m].
 LEAST_LOAD = 1e-13
+TINY = np.finfo(float).tiny
 
 
 def flattening(material: Material) -> float:
@@ -17,24 +18,30 @@ def flattening(material: Material) -> float:
     return 2 * (1 - material.nu**2) / (np.pi * material.E)
 
 
-def half_width(line_load, radius, pinion: Material, wheel: Material):
-    """Half-width of the contact of two cylinders [m] under line_load [N/m], radius = R1 R2 / (R1 + R2) [m]."""
-    return np.sqrt(2 * line_load * radius * (flattening(pinion) + flattening(wheel)))
+def half_width(line_load, radius, flattening):
+    """Half-width of the contact of two cylinders [m] under a line load [N/m].
+
+    radius       R1 R2 / (R1 + R2) [m]
+    flattening   sum of `flattening` of both materials [m^2/N]
+    """
+    return np.sqrt(2 * line_load * radius * flattening)
+
+
+def pressure(line_load, half_width):
+    """Largest pressure of the contact of two cylinders [Pa] under a line load [N/m]."""
+    return 2 * line_load / (np.pi * half_width)
 
 
 def log_mean(distance, width, mate_width):
     """Mean of -ln|s - t| over two strips of given widths whose middles lie a distance apart; broadcasts."""
+
+    def log_integral(x):
+        """Second antiderivative of ln|x|, 0 at 0."""
+        return x * x * (np.log(np.maximum(np.abs(x), TINY)) / 2 - 0.75)
+
     inner, outer = (width - mate_width) / 2, (width + mate_width) / 2
-    ends = [_log_integral(distance + end) for end in (outer, inner, -inner, -outer)]
-    return -(ends[0] - ends[1] - ends[2] + ends[3]) / (width * mate_width)
-
-
-def _log_integral(x):
-    """Second antiderivative of ln|x|."""
-    x = np.asarray(x, float)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        log = np.where(x == 0, 0.0, np.log(np.abs(x)))
-    return x * x * (log / 2 - 0.75)
+    far, near = log_integral(distance + outer), log_integral(distance - outer)
+    return -(far - log_integral(distance + inner) - log_integral(distance - inner) + near) / (width * mate_width)
 
 
 def largest_torque(pair: GearPair) -> float:

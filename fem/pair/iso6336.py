@@ -28,6 +28,12 @@ __all__ = [
     "virtual_teeth",
 ]
 
+
+def __dir__() -> list[str]:
+    """Public names, for help and completion."""
+    return __all__
+
+
 #: Line load from which on the stiffness is constant [N/m].
 LINE_LOAD_OF_STANDARD = 100e3
 #: Young's modulus E_St of steel that the coefficients hold for; the stiffness of other materials is scaled with E.

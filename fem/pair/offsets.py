@@ -8,7 +8,7 @@ import numpy as np
 from fem.pair.pair import GearPair
 from fem.support.arguments import checked
 from fem.support.representation import short
-from fem.support.validation import increasing, numbers, require, require_finite, text_of
+from fem.support.validation import increasing, numbers, require, require_finite, set_fields, text_of
 
 #: Angles must be smaller [rad]: larger ones are probably degrees.
 LARGEST_ANGLE = 0.01
@@ -49,7 +49,7 @@ class Offsets:
         require_finite(name, values)
         if values.ndim:
             increasing(name, values)
-        object.__setattr__(self, name, tuple(values.tolist()) if values.ndim else float(values))
+        set_fields(self, **{name: tuple(values.tolist()) if values.ndim else float(values)})
         if name in ANGLES:
             largest = np.abs(values).max()
             within = f"{name} must lie within {LARGEST_ANGLE} rad, got {largest}; pass radians: 0.5e-3"

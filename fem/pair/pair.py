@@ -11,7 +11,7 @@ from fem.pair.interference import remedies, root_clearance
 from fem.pair.path_of_contact import PathOfContact
 from fem.support.arguments import DERIVED, checked
 from fem.support.representation import short
-from fem.support.validation import as_floats, require, require_within
+from fem.support.validation import as_floats, require, require_within, set_fields
 from fem.units import deg, mm
 
 #: Negative backlash that counts as rounded data of a drawing [modules].
@@ -48,7 +48,7 @@ class GearPair:
             opposite, f"beta of pinion and wheel must be equal and opposite, got {hands}; change the hand of one gear"
         )
         if self.a is None:
-            object.__setattr__(self, "a", self.a_without_backlash)
+            set_fields(self, a=self.a_without_backlash)
         self._check_contact()
         self._check_clearances()
 

@@ -34,6 +34,12 @@ from fem.support.validation import require
 
 __all__ = ["RunUp", "transmission_error"]
 
+
+def __dir__() -> list[str]:
+    """Public names, for help and completion."""
+    return __all__
+
+
 #: Newton steps in a time step; where one moves te by more than LARGEST_STEP [modules] the iteration diverges.
 NEWTON_STEPS, LARGEST_STEP = 40, 1.0
 #: A time step has converged where Newton moves nodes by less than this share of the pinion's largest displacement.

@@ -38,6 +38,12 @@ from fem.support.validation import as_floats, require, require_kind
 
 __all__ = ["CentralDifferences", "transmission_error"]
 
+
+def __dir__() -> list[str]:
+    """Public names, for help and completion."""
+    return __all__
+
+
 #: Entries of `Motion.work`: by the drive, against load, damping and slip.
 DRIVE, LOAD, DAMPING, SLIP = range(4)
 

@@ -47,6 +47,12 @@ from fem.support.validation import number, require, require_kind
 
 __all__ = ["static_transmission_error"]
 
+
+def __dir__() -> list[str]:
+    """Public names, for help and completion."""
+    return __all__
+
+
 ELEMENTS = ElementQuad1, ElementQuad2, ElementHex1, ElementHex2
 #: Newton steps of one equilibrium.
 NEWTON_STEPS = 30

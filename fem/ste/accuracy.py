@@ -28,8 +28,8 @@ from fem.ste.error_estimation import (
 )
 from fem.ste.inputs import UpTo
 from fem.ste.map_solver import ContactModel
-from fem.ste.peak_to_peak import curve_peak_to_peak
 from fem.ste.right_flanks import Symmetry, mirrored_model, symmetry_of
+from fem.ste.te_measures import curve_peak_to_peak
 
 FEWEST_PHASES, MOST_PHASES, MOST_TORQUES = 12, 400, 40
 #: Least deflection that counts, over the largest; least peak to peak that counts, over the largest.
@@ -85,18 +85,18 @@ def choose(model: ContactModel, torque: np.ndarray | UpTo, phase: np.ndarray | N
     return replace(grids[0], torque=torque, errors=_on_both_sides(torque, *grids))
 
 
-def finer_of(resolution: Discretization, other: Discretization) -> Discretization:
+def finer_of(resolution: Discretization, alternative: Discretization) -> Discretization:
     """The finer of two resolutions in each respect: strips before slices, more elements, more slices."""
-    kind = Resolution if Resolution in (type(resolution), type(other)) else Slices
-    numbers = [[getattr(x.density, part) for x in (resolution, other)] for part in (*PARTS, "width")]
+    kind = Resolution if Resolution in (type(resolution), type(alternative)) else Slices
+    numbers = [[getattr(x.density, part) for x in (resolution, alternative)] for part in (*PARTS, "width")]
     density = replace(resolution.density, **dict(zip((*PARTS, "width"), map(max, numbers), strict=True)))
-    return kind(density, max(resolution.slices, other.slices), resolution.neighbours)
+    return kind(density, max(resolution.slices, alternative.slices), resolution.neighbours)
 
 
 def choose_side(model: ContactModel, torque: np.ndarray | UpTo, phase: np.ndarray | None, accuracy: float) -> MapGrid:
     """The grid of the left flanks, under torques >= 0.
 
-    The cause that contributes most to an error beyond the allowed one is refined, until the mesh has its largest size.
+    Refines the largest error contribution until all are within the accuracy, or the mesh has its largest size.
     Raises RuntimeError if that is not fine enough, or too many torques or phases would be needed.
     """
     model, least = replace(model, resolution=Slices()), np.inf

@@ -15,8 +15,8 @@ from fem.contact.resolution import Discretization, Resolution, Slices
 from fem.elasticity.mesh_density import Density
 from fem.ste.load_interpolation import deflection_under
 from fem.ste.map_solver import ContactModel, sweep
-from fem.ste.peak_to_peak import LEAST_PHASES, curve_peak_to_peak, periodic_curve
 from fem.ste.ste_map import STIFFNESS, TE, at_phases
+from fem.ste.te_measures import LEAST_PHASES, curve_peak_to_peak, periodic_curve
 
 #: Errors fall at least with these powers of the number of elements along the section, and of elements and slices across
 #: the width; such slow convergence occurs only where loads are light and flanks crowned.

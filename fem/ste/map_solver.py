@@ -3,15 +3,14 @@
 from collections.abc import Iterable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import partial, singledispatch
+from functools import partial
 from itertools import product
 from math import ceil, floor, inf, sqrt
 
 import numpy as np
 import xarray as xr
 
-from fem.contact.contact_state import LoadQuantities
-from fem.contact.resolution import Discretization, Resolution, Slices
+from fem.contact.resolution import Discretization, Slices
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import Compliance, flank_compliances
 from fem.elasticity.mesh_density import Density
@@ -20,13 +19,11 @@ from fem.microgeometry.flank import removed
 from fem.pair.mesh_position import MeshPosition
 from fem.pair.offsets import ANGLES, in_plane_of_action
 from fem.pair.pair import GearPair
-from fem.ste.ste_map import LOAD_SHARE, OFFSETS, PAIR, PHASE, STIFFNESS, TE
+from fem.ste.ste_map import LOAD_SHARE, OFFSETS, PAIR, PHASE
 from fem.support.blas_threads import one_thread
 from fem.support.progress import bar
 
 FORCE = "force"
-#: `STATE_VARIABLES` without the load shares, in the order of the rows of `ToothContact`.
-QUANTITIES = TE, STIFFNESS, *LoadQuantities._fields
 #: Toothed pitches modelled behind the loaded tooth; further ones change te by less than 0.1 %.
 TOOTHED_PITCHES_BEHIND = 1
 #: Slices over the whole face width where neither gap nor lines of contact vary across it.
@@ -112,32 +109,13 @@ def _states_at(
     force, angle = np.broadcast_arrays(forces[:, None, None, None], misalignment)
     with one_thread():
         contact = ToothContact(position, *bodies, slices)
-        rows = contact_rows(model.resolution, contact, force.ravel(), angle.ravel())
-    column = {name: rows[:, i].reshape(force.shape) for i, name in enumerate(QUANTITIES)}
-    shares = np.zeros((len(rows), len(pairs)))
+        solve = contact.slice_quantities if isinstance(model.resolution, Slices) else contact.strip_quantities
+        states = solve(force.ravel(), angle.ravel())
+    shares = np.zeros((force.size, len(pairs)))
     first = position.numbers().start - pairs[0]
-    shares[:, first : first + len(position.numbers())] = rows[:, len(QUANTITIES) :]
-    return column | {LOAD_SHARE: shares.reshape(*force.shape, len(pairs))}
-
-
-@singledispatch
-def contact_rows(resolution: Discretization, contact: ToothContact, forces, misalignments) -> np.ndarray:
-    """(n, 7 + n_pair) QUANTITIES, then load shares of the position's tooth pairs, by the solver of each resolution.
-
-    forces          (n,) mesh forces >= 0 [N]
-    misalignments   (n,) [rad]
-    """
-    raise NotImplementedError(f"no contact solver is registered for {resolution}")
-
-
-@contact_rows.register
-def _strip_rows(resolution: Resolution, contact: ToothContact, forces, misalignments) -> np.ndarray:
-    return contact.strip_rows(forces, misalignments)
-
-
-@contact_rows.register
-def _slice_rows(resolution: Slices, contact: ToothContact, forces, misalignments) -> np.ndarray:
-    return contact.slice_rows(forces, misalignments)
+    shares[:, first : first + len(position.numbers())] = states[LOAD_SHARE]
+    states[LOAD_SHARE] = shares
+    return {name: values.reshape(force.shape + values.shape[1:]) for name, values in states.items()}
 
 
 def compliances_of(

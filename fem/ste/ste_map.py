@@ -3,6 +3,7 @@
 from dataclasses import fields
 from math import floor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy
@@ -170,6 +171,12 @@ def gap_attribute(phase: np.ndarray, pitches: float = 1) -> dict[str, float]:
     return {PHASE_GAP: gap} if gap > LARGEST_GAP + ROUNDING else {}
 
 
+def phase_weights(phase: np.ndarray, pitches: int) -> np.ndarray:
+    """(n_phase,) share of the mesh cycles around each phase, half-way to its neighbours."""
+    ahead = np.diff(phase, append=phase[0] + pitches)
+    return (ahead + np.roll(ahead, 1)) / (2 * pitches)
+
+
 def check_whole_cycle(data: xr.Dataset) -> xr.Dataset:
     """The dataset itself; ValueError where its phases leave a gap of more than a third of a pitch in the mesh cycle.
 
@@ -252,8 +259,13 @@ def over_offsets(data: xr.Dataset, name: str) -> xr.DataArray:
 
 def at_phases(phase: np.ndarray, values: np.ndarray, queries: np.ndarray) -> np.ndarray:
     """(..., n_query) values at phases between those of values (..., n_phase), by a periodic cubic spline."""
-    closed = np.concatenate([values, values[..., :1]], axis=-1)
-    return scipy.interpolate.CubicSpline(np.append(phase, phase[0] + 1), closed, axis=-1, bc_type="periodic")(queries)
+    return np.moveaxis(periodic_spline(phase, np.moveaxis(values, -1, 0))(queries), 0, -1)
+
+
+def periodic_spline(phase: np.ndarray, values: np.ndarray) -> Any:
+    """scipy's periodic CubicSpline through values (n_phase, ...) at phases (n_phase,) of a pitch."""
+    closed = np.concatenate([values, values[:1]])
+    return scipy.interpolate.CubicSpline(np.append(phase, phase[0] + 1), closed, bc_type="periodic")
 
 
 def pair_attributes(pair: GearPair) -> dict[str, float | str]:

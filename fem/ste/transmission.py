@@ -16,7 +16,6 @@ from fem.ste.accuracy import MapGrid, choose
 from fem.ste.error_estimation import MapError, compared_slices
 from fem.ste.inputs import UpTo, check_offsets_mesh, checked_accuracy, checked_request
 from fem.ste.map_solver import FORCE, ContactModel
-from fem.ste.peak_to_peak import LEAST_ERROR, curve_peak_to_peak
 from fem.ste.right_flanks import Symmetry, sweep_both_sides, symmetry_of
 from fem.ste.ste_map import (
     LOAD_SHARE,
@@ -32,6 +31,7 @@ from fem.ste.ste_map import (
     pair_attributes,
     ste_map,
 )
+from fem.ste.te_measures import LEAST_ERROR, curve_peak_to_peak
 from fem.support.arguments import Numbers, checked
 from fem.support.progress import shown
 from fem.support.representation import exact
@@ -192,12 +192,6 @@ def _beyond_last(share: np.ndarray, path: np.ndarray) -> np.ndarray:
     leaving, falling = (last > 0) & (share[..., 1:] == 0), behind > last
     slope = np.where(falling, behind - last, 1.0) / np.append(1.0, step[:-1])
     return np.where(leaving, np.where(falling, np.minimum(last / slope, step), step / 2), 0.0).sum(axis=-1)
-
-
-def phase_weights(phase: np.ndarray, pitches: int) -> np.ndarray:
-    """(n_phase,) share of the mesh cycles around each phase, half-way to its neighbours."""
-    ahead = np.diff(phase, append=phase[0] + pitches)
-    return (ahead + np.roll(ahead, 1)) / (2 * pitches)
 
 
 def _nominal_without_load(contact_ratio: xr.DataArray, model: ContactModel, torque: np.ndarray) -> xr.DataArray:

@@ -3,6 +3,8 @@
 Spur gears are solved in plane strain, helical ones as solids. The contact is smaller than an element.
 """
 
+from concurrent.futures import Executor
+
 import numpy as np
 
 from fem.contact.resolution import Resolution
@@ -15,7 +17,7 @@ from fem.pair.placement import Placement, placements
 from fem.ste.inputs import checked_phases, checked_torque
 from fem.stress import gear_elasticity
 from fem.stress.fields import Field, field_of
-from fem.stress.flank_loads import FlankLoad, flank_loads, tooth_contacts, with_loaded_teeth
+from fem.stress.flank_loads import FlankLoad, flank_loads, states_of, tooth_contacts, with_loaded_teeth
 from fem.stress.gear_elasticity import SOLID, ElasticGear
 from fem.support.arguments import Finite, Numbers, checked
 from fem.support.validation import number, require, require_kind
@@ -35,6 +37,7 @@ def cycle_fields(
     offsets: Offsets | None = None,
     density: Density | None = None,
     resolution: Resolution | None = None,
+    executor: Executor | None = None,
 ) -> list[tuple[Field, Field]]:
     """Fields in a transverse section of pinion and wheel at every phase, on triangles.
 
@@ -44,6 +47,7 @@ def cycle_fields(
     offsets     offsets of the wheel, one value each
     density     density of the elements, which do not resolve the contact; its teeth follow from the load
     resolution  resolution of the contact, as for a map
+    executor    any `concurrent.futures.Executor`, which solves the contacts, a phase in each call
 
     Returns a pair of `Field` (pinion, wheel) of each phase.
     A spur pair takes 0.3 s and 30 ms a phase, a helical pair 10 s and 1 s a phase.
@@ -54,7 +58,8 @@ def cycle_fields(
         require_kind("density", density, Density)
     checked_torque(pair, torque)
     contacts, misalignment = tooth_contacts(pair, checked_phases(phases, pair), offsets, resolution)
-    states = [contact.state(torque / pair.pinion.r_b, misalignment) for contact in contacts]
+    force = np.array([torque / pair.pinion.r_b])
+    states = [state for (state,) in states_of(contacts, force, misalignment, executor, "contact")]
     loads = [flank_loads(contact, state) for contact, state in zip(contacts, states, strict=True)]
     placed = [placements(contact.position, state.te) for contact, state in zip(contacts, states, strict=True)]
     te = [state.te for state in states]

@@ -1,9 +1,13 @@
 """Loads that a contact applies to the flanks of both gears: pressure on strips of the profile in slices of the width.
 
-A slice of a helical gear is loaded as in its middle section, see `fem.contact.flank_gap`.
+The strips of a slice are those of its middle section: on helical gears they do not follow the line of contact.
 """
 
+from collections.abc import Iterable
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
+from math import ceil, sqrt
 
 import numpy as np
 
@@ -19,6 +23,8 @@ from fem.ste.inputs import check_offsets_mesh
 from fem.ste.map_solver import compliances_of
 from fem.ste.ste_map import pair_attributes
 from fem.stress.tooth_boundary import flank_ends
+from fem.support.blas_threads import one_thread
+from fem.support.progress import bar
 from fem.support.representation import exact
 from fem.support.validation import require, require_kind
 
@@ -82,6 +88,22 @@ def tooth_contacts(
     positions = [MeshPosition(pair, a, axial, float(phase)) for phase in phases]
     in_plane = in_plane_of_action(GearPair(pair.pinion, pair.wheel, a=a).alpha_wt, *errors)
     return [ToothContact(position, pinion, wheel, slices) for position in positions], misalignment + in_plane
+
+
+def states_of(
+    contacts: list[ToothContact], forces: np.ndarray, misalignment: float, executor: Executor | None, what: str
+) -> list[list[State]]:
+    """States of the contacts, each under all mesh forces (n_force,) [N]; what is the text of the progress bar."""
+    chunk = ceil(sqrt(len(contacts)))
+    spread = map if executor is None else partial(executor.map, chunksize=chunk)
+    columns: Iterable[list[State]] = spread(partial(_states_under, forces, misalignment), contacts)
+    return list(bar(columns, what, np.ones(len(contacts))))
+
+
+def _states_under(forces: np.ndarray, misalignment: float, contact: ToothContact) -> list[State]:
+    """States of a contact; on one thread, which suits matrices of this size."""
+    with one_thread():
+        return [contact.state(force, misalignment) for force in forces.tolist()]
 
 
 def contact_inputs(pair: GearPair, offsets: Offsets | None, resolution: Resolution | None) -> dict[str, float | str]:

@@ -1,5 +1,6 @@
 """Load distribution over the flanks: line load and pressure of every tooth pair across the face."""
 
+from concurrent.futures import Executor
 from math import floor
 
 import numpy as np
@@ -12,11 +13,10 @@ from fem.pair.offsets import Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
 from fem.ste.ste_map import PHASE, TORQUE, description, gap_attribute
-from fem.stress.flank_loads import contact_inputs, tooth_contacts
+from fem.stress.flank_loads import contact_inputs, states_of, tooth_contacts
 from fem.stress.load_factors import AXIAL, station_ends
 from fem.support.arguments import Numbers, checked
-from fem.support.blas_threads import one_thread
-from fem.support.progress import bar, shown
+from fem.support.progress import shown
 from fem.support.validation import require
 
 PAIR = "pair"
@@ -32,6 +32,7 @@ def load_distribution(
     offsets: Offsets | None = None,
     resolution: Resolution | None = None,
     stations: int = 20,
+    executor: Executor | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
     """Load and pressure of tooth pairs over (torque, phase, pair, axial_position), on equal parts of the face width.
@@ -41,6 +42,7 @@ def load_distribution(
     offsets         offsets of the wheel, one value each
     resolution      resolution of the contact, as for a map
     stations        number of equal parts of the common face width
+    executor        any `concurrent.futures.Executor`, which solves the contacts, a phase in each call
 
     "line_load" [N/m]: normal force per length of contact line. Its integral over the lengths in "length" [m] is the
     normal force of a tooth pair; times cos beta_b, summed over the pairs, it equals the mesh force T / r_b1 within
@@ -56,11 +58,7 @@ def load_distribution(
     require(2 <= stations <= 10_000, f"stations must lie in [2, 10000], got {stations}")
     with shown(progress):
         contacts, misalignment = tooth_contacts(pair, phase, offsets, resolution)
-        with one_thread():
-            columns = [
-                [contact.state(float(force), misalignment) for force in torque / pair.pinion.r_b]
-                for contact in bar(contacts, "load distribution")
-            ]
+        columns = states_of(contacts, torque / pair.pinion.r_b, misalignment, executor, "load distribution")
     edges = station_ends(contacts[0], stations)
     positions = [contact.position for contact in contacts]
     pairs = _loaded_pairs(columns)

@@ -1,5 +1,6 @@
 """Load factors K_Hbeta and K_Halpha of a pair, from the loads that the contact solution puts on the flanks."""
 
+from concurrent.futures import Executor
 from dataclasses import replace
 from math import floor
 from typing import Any
@@ -13,11 +14,10 @@ from fem.contact.tooth_contact import ToothContact
 from fem.pair.offsets import ANGLES, Offsets
 from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
-from fem.ste.ste_map import TORQUE, description
-from fem.ste.transmission import phase_weights
-from fem.stress.flank_loads import contact_inputs, tooth_contacts
+from fem.ste.ste_map import TORQUE, description, phase_weights
+from fem.stress.flank_loads import contact_inputs, states_of, tooth_contacts
 from fem.support.arguments import Numbers, checked
-from fem.support.progress import bar, shown
+from fem.support.progress import shown
 from fem.support.validation import require
 
 __all__ = ["load_factors"]
@@ -41,11 +41,12 @@ def load_factors(
     *,
     offsets: Offsets | None = None,
     resolution: Resolution | None = None,
+    executor: Executor | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
     """Face load factor and transverse load factor of a pair over the torque, by its contact solution.
 
-    torque, phases, offsets, resolution   as for `fem.root_stress`; torques > 0
+    torque, phases, offsets, resolution, executor   as for `fem.root_stress`; torques > 0
 
     Returns a dataset over torque [N m] and axial_position [m], from the pinion's mid-plane:
 
@@ -73,12 +74,12 @@ def load_factors(
     forces = torque / pair.pinion.r_b
     with shown(progress):
         contacts, misalignment = tooth_contacts(pair, phase, offsets, resolution)
-        line_loads, shares = _distributions(contacts, forces, misalignment, resolution.slices)
+        line_loads, shares = _distributions(contacts, forces, misalignment, resolution.slices, executor)
         accurate, parallel = _accurate(pair), replace(offsets, **dict.fromkeys(ANGLES, 0.0))
         accurate_shares = shares
         if (accurate, parallel) != (pair, offsets):
             contacts, misalignment = tooth_contacts(accurate, np.unique(phase % 1), parallel, resolution)
-            _, accurate_shares = _distributions(contacts, forces, misalignment, resolution.slices)
+            _, accurate_shares = _distributions(contacts, forces, misalignment, resolution.slices, executor)
     line_load = np.einsum("p,tps->ts", phase_weights(phase, floor(phase[-1]) + 1), line_loads)
     largest = shares.max(axis=1)
     momentary = face_load_factor(line_loads).max(axis=1)
@@ -106,17 +107,21 @@ def share_per_width(state: State, ends: np.ndarray) -> np.ndarray:
 
 
 def _distributions(
-    contacts: list[ToothContact], forces: np.ndarray, misalignment: float, stations: int
+    contacts: list[ToothContact],
+    forces: np.ndarray,
+    misalignment: float,
+    stations: int,
+    executor: Executor | None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Line loads (n_torque, n_phase, n_stretch) [N/m] and largest shares of a tooth pair (n_torque, n_phase)."""
     line_loads = np.zeros((forces.size, len(contacts), stations))
     shares = np.zeros(line_loads.shape[:2])
-    for column, contact in enumerate(bar(contacts, "contact")):
+    columns = states_of(contacts, forces, misalignment, executor, "contact")
+    for column, (contact, states) in enumerate(zip(contacts, columns, strict=True)):
         ends = station_ends(contact, stations)
-        for row, force in enumerate(forces.tolist()):
-            state = contact.state(force, misalignment)
+        for row, (force, state) in enumerate(zip(forces, states, strict=True)):
             line_loads[row, column] = force * share_per_width(state, ends)
-            shares[row, column] = max(state.share(number) for number in contact.position.numbers())
+            shares[row, column] = state.quantities.load_share.max()
     return line_loads, shares
 
 

@@ -1,12 +1,12 @@
 """Stress in the tooth roots over the mesh cycle, on solids of quadratic elements, with the contact pressure."""
 
+from concurrent.futures import Executor
 from math import floor
 
 import numpy as np
 import xarray as xr
 
 from fem.contact.resolution import Resolution
-from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import rotated
 from fem.gear.gear import Gear
@@ -15,7 +15,7 @@ from fem.pair.pair import GearPair
 from fem.ste.inputs import checked_phases, checked_torque
 from fem.ste.ste_map import PHASE, TORQUE, description, gap_attribute
 from fem.stress import gear_elasticity
-from fem.stress.flank_loads import FlankLoad, contact_inputs, flank_loads, tooth_contacts, with_loaded_teeth
+from fem.stress.flank_loads import FlankLoad, contact_inputs, flank_loads, states_of, tooth_contacts, with_loaded_teeth
 from fem.stress.gear_elasticity import ElasticGear
 from fem.stress.tooth_boundary import LEAST_INCLINATION, inclination, outline
 from fem.support.arguments import Numbers, checked
@@ -40,6 +40,7 @@ def root_stress(
     offsets: Offsets | None = None,
     density: Density = ROOT,
     resolution: Resolution | None = None,
+    executor: Executor | None = None,
     progress: bool = True,
 ) -> xr.Dataset:
     """Root stress of both gears and contact pressure over (torque, phase).
@@ -54,6 +55,8 @@ def root_stress(
     offsets         offsets of the wheel, one value each
     density         density of the solid; stresses on the default one are within 1 to 4 % of those on finer solids
     resolution      resolution of the contact, as for a map
+    executor        any `concurrent.futures.Executor`, which solves the contacts, a phase in each call; the finite
+                    elements of the roots are solved in this process
 
     The factorized solids are not cached: about 7 s for a spur gear, 13 s for a helical gear, 0.2 s per state.
     Raises ValueError for bad input, RuntimeError where the contact does not converge.
@@ -62,21 +65,15 @@ def root_stress(
     gears = pair.pinion, pair.wheel
     with shown(progress):
         contacts, misalignment = tooth_contacts(pair, phase, offsets, resolution)
-        quantities, loads = _solved_contacts(contacts, torque / pair.pinion.r_b, misalignment)
+        columns = states_of(contacts, torque / pair.pinion.r_b, misalignment, executor, "contact")
+        loads = [
+            [flank_loads(contact, state) for state in column] for contact, column in zip(contacts, columns, strict=True)
+        ]
         by_gear = [[[sides[gear] for sides in column] for column in loads] for gear in (0, 1)]
         stresses = [_root_stresses(gear, density, columns) for gear, columns in zip(gears, by_gear, strict=True)]
-    data = _dataset(torque, phase, np.stack(stresses), quantities)
+    quantities = [[[getattr(state.quantities, x)[0] for state in column] for column in columns] for x in CONTACT]
+    data = _dataset(torque, phase, np.stack(stresses), np.array(quantities).transpose(0, 2, 1))
     return data.assign_attrs(contact_inputs(pair, offsets, resolution) | gap_attribute(phase, floor(phase[-1]) + 1))
-
-
-def _solved_contacts(contacts: list[ToothContact], forces, misalignment: float) -> tuple[np.ndarray, list[list[tuple]]]:
-    """(n_quantity, n_torque, n_phase) CONTACT quantities, and the loads on both gears by phase and torque."""
-    quantities, loads = np.zeros((len(CONTACT), forces.size, len(contacts))), []
-    for column, contact in enumerate(bar(contacts, "contact")):
-        states = [contact.state(float(force), misalignment) for force in forces]
-        quantities[:, :, column] = [[getattr(state, name)() for state in states] for name in CONTACT]
-        loads.append([flank_loads(contact, state) for state in states])
-    return quantities, loads
 
 
 def _root_stresses(gear: Gear, density: Density, columns: list[list[list[FlankLoad]]]) -> np.ndarray:

@@ -120,10 +120,16 @@ def increases(values: np.ndarray) -> bool:
     return not np.isnan(values).any() and bool((np.diff(values) > 0).all())
 
 
+def set_fields(instance, **values) -> None:
+    """Set fields of a frozen dataclass while it is made."""
+    for name, value in values.items():
+        object.__setattr__(instance, name, value)
+
+
 def as_floats(instance) -> None:
     """Convert the number fields of a frozen dataclass to Python floats; None stays where it is the default."""
     for part in fields(instance):
         value = getattr(instance, part.name)
         absent = value is None and part.default is None
         if part.type in (float, float | None) and not absent:
-            object.__setattr__(instance, part.name, number(part.name, value))
+            set_fields(instance, **{part.name: number(part.name, value)})

@@ -1,6 +1,7 @@
-"""Executors that integrate the parts of a run in this process, and a run to divide."""
+"""Executors that work in this process, and a run to divide."""
 
-from concurrent.futures import Future, ThreadPoolExecutor
+import pickle
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from shutil import rmtree
 
 from fem.units import rpm
@@ -21,6 +22,16 @@ class Inline(ThreadPoolExecutor):
         except BaseException as error:
             future.set_exception(error)
         return future
+
+
+class Pickled(Executor):
+    """Maps in this process, with functions, arguments and results as another process would receive them."""
+
+    def map(self, function, *iterables, timeout=None, chunksize=1):
+        received = pickle.loads(pickle.dumps(function))
+        return [
+            pickle.loads(pickle.dumps(received(*pickle.loads(pickle.dumps(x))))) for x in zip(*iterables, strict=True)
+        ]
 
 
 class OnAnotherMachine(Inline):

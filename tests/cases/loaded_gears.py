@@ -22,7 +22,7 @@ def helical_gear(hand: int = 1) -> fem.Gear:
 
 def hertz_load(line_load: float, tooth: int = 0) -> tuple[FlankLoad, float, float]:
     """Elliptical pressure at the pitch point on twelve strips, its half-width [m] and its largest value [Pa]."""
-    half = hertz.half_width(line_load, PITCH_POINT / 2, STEEL, STEEL)
+    half = hertz.half_width(line_load, PITCH_POINT / 2, 2 * hertz.flattening(STEEL))
     x = np.linspace(-1, 1, 13)
     share = np.diff(x * np.sqrt(1 - x**2) + np.arcsin(x)) / np.pi
     edges = tooth_profile.arc_length(GEAR, PITCH_POINT) + half * x

@@ -6,7 +6,7 @@ from paper_gears import paper_gear, paper_pair
 
 import fem
 from fem.contact.contact_slices import ContactSlices
-from fem.contact.flank_gap import between_normals, first_roll, free_turn, sections_of, write_gaps
+from fem.contact.flank_gap import between_normals, first_roll, sections_of, turn_to_contact, write_gaps
 from fem.contact.mesh_geometry import pair_geometry
 from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
 from fem.contact.strip_contact import StripContact, local_compliance
@@ -157,7 +157,7 @@ def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
         mesh = pair_geometry(position).geometry
         sections = sections_of(mesh, number, low, low + 1 * mm, np.full(low.size, 20 * um))
         start = np.array([first_roll(mesh, at) for at in sections])
-        beyond = np.array([free_turn(mesh, *point)[1] for point in zip(sections, start, strict=True)])
+        beyond = np.array([turn_to_contact(mesh, *point)[1] for point in zip(sections, start, strict=True)])
         beyond, meet = beyond - sections["mate_tip"], ~sections["out_of_reach"]
         cut = meet & (start > sections["form"] * (1 + 1e-12))
         assert cut.any()

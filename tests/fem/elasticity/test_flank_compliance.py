@@ -209,4 +209,4 @@ def test_strips_reproduce_hertz():
 def test_hertz_half_width():
     """q = 100 N/mm, relative radius 13.93 mm, E 206 GPa: a = 0.12518 mm."""
     steel = type(STEEL)(E=206e9)
-    assert hertz.half_width(100e3, 13.93 * mm, steel, steel) == pytest.approx(0.12518 * mm, abs=5e-9)
+    assert hertz.half_width(100e3, 13.93 * mm, 2 * hertz.flattening(steel)) == pytest.approx(0.12518 * mm, abs=5e-9)

@@ -100,7 +100,7 @@ def test_crowned_flanks_approach_as_hertz_says_of_point_contacts(measured):
     approach, pressure = np.transpose([elliptical_contact(f, *radii) for f in force])
     deflection = np.array([state.te for state in states]) - contact.first_touch(0.0)
     beside = (deflection - approach) / force
-    error = deviation([state.peak_pressure() for state in states], pressure)
+    error = deviation([state.quantities.peak_pressure[0] for state in states], pressure)
     measured("crowned flanks at the pitch point, 0.03 to 1 N: largest pressure", error, 0.01)
     assert (np.abs(beside - beside[-1]) * force < 0.005 * approach).all()
 

@@ -12,7 +12,7 @@ from exugear.mesh_force.ste_interpolation import loaded_deflection
 from fem.ste.accuracy import allowed_error, chosen_torques
 from fem.ste.error_estimation import CHECKED_PHASES, LoadedCurves
 from fem.ste.load_interpolation import deflection_under, rational_cubic
-from fem.ste.peak_to_peak import curve_peak_to_peak
+from fem.ste.te_measures import curve_peak_to_peak
 from fem.units import mm, um
 
 

@@ -116,7 +116,7 @@ def test_peak_pressure_is_that_of_hertz(paper_pair, bodies):
     line_load = state.force / state.slices.length
     hertz = 2 * line_load / (np.pi * state.slices.half_width(line_load))
     assert state.pressure == pytest.approx(hertz, rel=0.01)
-    assert state.hertz_pressure() == pytest.approx(hertz.max(), rel=1e-12)
+    assert state.quantities.hertz_pressure[0] == pytest.approx(hertz.max(), rel=1e-12)
 
 
 def test_line_loads_flattened_by_hertz_agree_with_strips_away_from_the_tips(paper_pair, bodies):
@@ -197,7 +197,9 @@ def test_misaligned_force_moves_to_the_closed_side(paper_pair):
 
 
 def test_pressure_grows_with_the_root_of_the_load(paper_pair, bodies):
-    light, heavy = (tooth_contact(paper_pair, bodies, 0.0).state(f).peak_pressure() for f in (500.0, 2000.0))
+    light, heavy = (
+        tooth_contact(paper_pair, bodies, 0.0).state(f).quantities.peak_pressure[0] for f in (500.0, 2000.0)
+    )
     assert heavy == pytest.approx(2 * light, rel=0.01)
 
 

@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
+from executors import Pickled
 from loaded_gears import ROUGH, helical_gear
 from paper_gears import paper_gear, paper_pair
 
@@ -84,3 +86,11 @@ def test_results_hold_the_offsets_at_which_they_were_made():
             assert data.attrs[name] == ste.attrs[name]
     assert factors.attrs["misalignment"] == stress.attrs["misalignment"] == 1e-4
     assert loads.attrs["misalignment"] != 1e-4, "the sum in the plane of action"
+
+
+@pytest.mark.parametrize("pair", [CROWNED, HELICAL], ids=["crowned", "helical"])
+def test_contacts_that_other_processes_solve_are_the_same(pair):
+    xr.testing.assert_identical(distribution(pair, 1e-4, executor=Pickled()), distribution(pair, 1e-4))
+    options = {"resolution": ROUGH, "progress": False}
+    factors = [fem.load_factors(pair, TORQUE, PHASES, **options, executor=executor) for executor in (Pickled(), None)]
+    xr.testing.assert_identical(*factors)

@@ -162,8 +162,8 @@ if len(sys.argv) > 1:
     numba.version_info = numba.version_info._replace(short=(0, 99))
 import fem
 gear = fem.Gear(z=25, m_n=2e-3, b=20e-3, d_bore=20e-3, flank=[fem.TipRelief(15e-6, 1.5e-3)])
-options = {"resolution": fem.Slices(density=fem.Density(flank=2)), "progress": False}
-te = fem.static_transmission_error(fem.GearPair(gear, gear), [0, 50.0], 2, **options)["te"].values
+options = {"resolution": fem.Slices(density=fem.Density(flank=8)), "progress": False}
+te = fem.static_transmission_error(fem.GearPair(gear, gear), [0, 50.0], [0.0, 0.5], **options)["te"].values
 print(*(f"{x:.12e}" for x in te.ravel()))
 """
     environment = os.environ | {"PYTHONPATH": str(Path(fem.__file__).parents[1])}
