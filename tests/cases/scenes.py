@@ -6,7 +6,7 @@ from exudyn.rigidBodyUtilities import RotXYZ2RotationMatrix
 from paper_gears import paper_gear, paper_pair
 
 import exugear
-from fem.ste.ste_map import ste_map
+from fem import ste_map
 from fem.units import mm, rpm
 
 K, INERTIA = 4.2e8, 8.550e-3

@@ -11,7 +11,7 @@ from scenes import smooth_box
 
 import exugear
 import fem
-from exugear.load_factors.stress_interpolation import stress_map
+from exugear.load_factors.dynamic_stress import stress_map
 from fem.ste.ste_map import pair_attributes
 from fem.units import MPa, mm, rpm
 

@@ -67,7 +67,7 @@ def test_the_page_is_well_formed_and_complete(written):
 
 
 def test_the_resonance_table_holds_peaks_with_their_harmonics(swept, written):
-    table = exugear.resonance_table(swept)
+    table = exugear.resonances(swept)
     cells = Page(written[0].read_text(encoding="utf-8")).texts["td"]
     assert all(f"{frequency:.1f}" in cells for frequency in table["mesh_frequency"].values)
     assert 1 in table["harmonic"].values

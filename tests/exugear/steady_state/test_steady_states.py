@@ -59,7 +59,7 @@ def test_a_run_up_follows_the_stable_branch_and_jumps_at_its_fold(spinning, spin
     unstable = np.flatnonzero(~spinning_states["stable"].values)
     lower = spinning_states.isel(point=slice(0, unstable[0]))
     upper = spinning_states.isel(point=slice(unstable[-1] + 1, None))
-    for frequency, rms in zip(outline.place, outline.rms, strict=True):
+    for frequency, rms in zip(outline.abscissa, outline.rms, strict=True):
         if abs(frequency - fold) > 0.03 * fold:
             branch = lower if frequency < fold else upper
             on_branch = np.interp(frequency, *(branch.sortby("mesh_frequency")[x] for x in ("mesh_frequency", "rms")))

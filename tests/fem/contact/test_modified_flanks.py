@@ -8,10 +8,10 @@ from paper_gears import paper_gear
 from twins import plane_twin, twin_te
 
 import fem
+from fem import Density
 from fem.contact.tooth_contact import ToothContact
 from fem.contact.unilateral import PENETRATION
 from fem.elasticity.flank_compliance import flank_compliance
-from fem.elasticity.mesh_density import Density
 from fem.microgeometry import flank, modification
 from fem.pair.mesh_position import MeshPosition
 from fem.support import cache
