@@ -31,12 +31,12 @@ def smooth_box(part=None, parts=None, **stage) -> exugear.Gearbox:
     return exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), **{"damping": 2700.0} | stage)])
 
 
-def two_equal_stages() -> exugear.Gearbox:
-    """The paper's pair twice, one behind the other; a middle shaft with two gears."""
+def two_stages(angle: float = 0.0) -> exugear.Gearbox:
+    """The paper's pair twice, the second at an angle behind the first; a middle shaft with two gears."""
     middle = exugear.Shaft("middle", {30 * mm: paper_gear(), 80 * mm: paper_gear()})
     fast, slow = (exugear.Shaft(name, {s * mm: paper_gear()}) for name, s in (("fast", 30), ("slow", 80)))
-    stages = [exugear.Stage(*pair, smooth_map(), damping=2700.0) for pair in ((fast, middle), (middle, slow))]
-    return exugear.Gearbox(stages)
+    first = exugear.Stage(fast, middle, smooth_map(), damping=2700.0)
+    return exugear.Gearbox([first, exugear.Stage(middle, slow, smooth_map(), damping=2700.0, angle=angle)])
 
 
 class Oscillator:

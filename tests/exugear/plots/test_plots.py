@@ -16,7 +16,7 @@ BEHIND = 25 / 40
 
 
 @pytest.fixture(scope="module")
-def two_stages() -> exugear.Run:
+def unequal_stages() -> exugear.Run:
     """Run-up of 20/40 and 25/50 teeth, each mesh stiffer while two pairs touch."""
     teeth = {"first": (20, 40), "second": (25, 50)}
     gears = {name: [few_teeth(z=z, x=0.0) for z in pair] for name, pair in teeth.items()}
@@ -47,23 +47,23 @@ def swept(top: float = 3000.0, duration: float = 3.0) -> xr.Dataset:
     )
 
 
-def test_each_stage_has_its_own_mesh_frequency(two_stages):
-    first, second = two_stages.data["mesh_frequency"].values
-    assert first == pytest.approx(20 * two_stages.data["speed"].values / (2 * np.pi))
+def test_each_stage_has_its_own_mesh_frequency(unequal_stages):
+    first, second = unequal_stages.data["mesh_frequency"].values
+    assert first == pytest.approx(20 * unequal_stages.data["speed"].values / (2 * np.pi))
     assert second == pytest.approx(BEHIND * first)
     for stage, frequency in enumerate((first, second)):
-        ax = plots.plot_run_up(two_stages, plots.figure().axes[0], stage)
+        ax = plots.plot_run_up(unequal_stages, plots.figure().axes[0], stage)
         assert ax.get_xlim()[1] == pytest.approx(frequency[-1], rel=0.01)
 
 
 @pytest.mark.parametrize("stage", [0, 1])
-def test_each_stage_has_its_largest_amplitude_at_mesh_order_one(two_stages, stage):
-    data = two_stages.data
+def test_each_stage_has_its_largest_amplitude_at_mesh_order_one(unequal_stages, stage):
+    data = unequal_stages.data
     speed, dte = 2 * np.pi * data["mesh_frequency"].values[stage], data["dte"].values[stage]
     signal = exugear.recorded_signal(data["time"].values, speed, dte)
     amplitude = exugear.order_tracking(signal, highest_order=3.2, revolutions=20)["amplitude"].mean("time")
     assert float(amplitude.idxmax()) == pytest.approx(1)
-    (picture,) = plots.plot_mesh_order_map(two_stages, plots.figure().axes[0], stage).collections
+    (picture,) = plots.plot_mesh_order_map(unequal_stages, plots.figure().axes[0], stage).collections
     level = picture.get_array().mean(axis=1)
     edges = picture.get_coordinates()[:, 0, 1]
     (low, high), top = edges[level.argmax() :][:2], level.max()
@@ -74,18 +74,18 @@ def test_each_stage_has_its_largest_amplitude_at_mesh_order_one(two_stages, stag
     assert level[np.abs(middle[:, None] - [1, 2, 3, *between]).min(axis=1) > 0.2].max() < top - 30
 
 
-def test_plots_take_runs_and_their_data(two_stages):
+def test_plots_take_runs_and_their_data(unequal_stages):
     for draw in (plots.plot_run_up, plots.plot_mesh_order_map):
-        of_run, of_data = (draw(x, plots.figure().axes[0], stage=1) for x in (two_stages, two_stages.data))
+        of_run, of_data = (draw(x, plots.figure().axes[0], stage=1) for x in (unequal_stages, unequal_stages.data))
         assert of_run.dataLim.bounds == of_data.dataLim.bounds
-    runs = {"run": two_stages, "data": two_stages.data}
+    runs = {"run": unequal_stages, "data": unequal_stages.data}
     of_run, of_data = plots.plot_envelopes(runs, plots.figure().axes[0], stage=1).lines
     assert np.array_equal(of_run.get_xydata(), of_data.get_xydata())
     for draw in (plots.plot_run_up, plots.plot_mesh_order_map):
         with pytest.raises(ValueError, match=r"run must be an exugear\.Run or its data, got int"):
             draw(3)
         with pytest.raises(ValueError, match="stage must be 0 to 1, or a label, got 2"):
-            draw(two_stages, stage=2)
+            draw(unequal_stages, stage=2)
 
 
 def test_envelope_of_a_run_up_from_rest_does_not_pinch():

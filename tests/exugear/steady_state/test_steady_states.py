@@ -18,11 +18,6 @@ BALL = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
 
 
 @pytest.fixture(scope="module")
-def spinning() -> exugear.Model:
-    return exugear.build(smooth_box())
-
-
-@pytest.fixture(scope="module")
 def spinning_states(spinning):
     return exugear.steady_states(spinning, speed=(0.0, TOP), load=LOAD)
 
