@@ -68,7 +68,7 @@ def figures(ste, run: exugear.Run) -> dict[str, float]:
         "centroid [mm]": float(data["centroid"].mean()) / mm,
         **{f"{name} [N]": force for name, force in forces.items()},
         "DTE rms [µm]": outline.rms.max() / um,
-        "resonance [Hz]": outline.place[np.argmax(outline.rms)],
+        "resonance [Hz]": outline.abscissa[np.argmax(outline.rms)],
         "line load [N/mm]": float(line_load.max("phase").mean()) / 1e3,
     }
 

@@ -73,7 +73,7 @@ def crossings(diagram: xr.Dataset) -> pd.DataFrame:
 def bearing_peaks(run: exugear.Run) -> np.ndarray:
     """Speeds [rpm] at which the sum of the varying bearing forces peaks."""
     forces = exugear.spectrum.bearing_force_rms(run, windows=100).sum("bearing")
-    return exugear.resonances(forces["speed"].values / rpm, forces.values, prominence=0.15).place
+    return exugear.peaks(forces["speed"].values / rpm, forces.values, prominence=0.15).abscissa
 
 
 def order_cuts(run: exugear.Run) -> xr.Dataset:

@@ -18,7 +18,6 @@ from skfem.element import Element
 import fem
 from exugear import plots
 from fem import nonlinear
-from fem.elasticity.section_mesh import flank_arcs
 from fem.units import mm, um
 
 TORQUE = 350.0
@@ -40,8 +39,9 @@ FULL_MESHES = (
 
 
 def element_size(gear: fem.Gear, density: fem.Density) -> float:
-    """Mean length of the elements along the flank [m]."""
-    return float(np.diff(flank_arcs(gear, density.flank, density.divide)).mean())
+    """Mean length of the elements along the involute [m], whose arc is the square of the roll length over 2 r_b."""
+    arc = (gear.roll_tip**2 - gear.roll_form**2) / (2 * gear.r_b)
+    return arc / (density.flank * density.divide)
 
 
 def compute(pair: fem.GearPair, density: fem.Density, element: Element, phases) -> tuple[np.ndarray, float]:

@@ -16,8 +16,6 @@ from korta_pair import paper_pair
 import fem
 from exugear import plots
 from fem import stress
-from fem.elasticity.extrusion import hexahedra
-from fem.elasticity.section_mesh import section
 from fem.units import MPa, mm, um
 
 TORQUE = 150.0
@@ -87,7 +85,7 @@ def draw_mesh(gear: fem.Gear, path: Path) -> None:
     """Mesh of a gear for its compliance: in space and in transverse section."""
     density = fem.Resolution().density.paired()
     figure = plots.figure(columns=2, spatial=(0,))
-    solid, plane = hexahedra(gear, density), section(gear, density)
+    solid, plane = fem.hexahedra(gear, density), fem.section(gear, density)
     plots.plot_solid(solid.p, solid.facets[:, solid.boundary_facets()], figure.axes[0])
     plots.plot_section(plane.p, plane.t, figure.axes[1], height=12 * mm)
     figure.savefig(path, dpi=100)

@@ -71,22 +71,17 @@ def run_ups(box: exugear.Gearbox, duration: float = DURATION) -> dict[float, exu
         return dict(zip(TORQUES, pool.map(partial(run, box, duration=duration), TORQUES), strict=True))
 
 
-def resonances(result: exugear.Run) -> spectrum.Resonances:
-    """Peaks of the envelope of the DTE over mesh frequency."""
-    outline = exugear.dte_envelope(result)
-    return exugear.resonances(outline.place, outline.amplitude, prominence=0.004)
-
-
-def shares_of_main(result: exugear.Run) -> np.ndarray:
-    """Peaks at 1/4, 1/3, 1/2 and all of the main resonance [Hz]; NaN where there is none."""
-    return spectrum.superharmonics(resonances(result), (4, 3, 2, 1))
+def envelope_peaks(result: exugear.Run) -> spectrum.Peaks:
+    """Peaks of the envelope of the DTE over mesh frequency, those of superharmonics too."""
+    return exugear.dte_envelope(result).peaks(prominence=0.004)
 
 
 def resonance_table(runs: dict[str, dict[float, exugear.Run]]) -> str:
     """Resonances of runs by name and load beside Table II, and by how much the main one rises with the load."""
     lines = ["DTE resonances [Hz]             1/4      1/3      1/2     main   rise of the main one"]
     tables = {
-        name: {load: shares_of_main(result) for load, result in by_load.items()} for name, by_load in runs.items()
+        name: {load: spectrum.superharmonics(envelope_peaks(result)) for load, result in by_load.items()}
+        for name, by_load in runs.items()
     }
     tables["paper, Table II"] = {load: np.array(peaks[1:]) for load, peaks in TABLE_II.items()}
     for name, by_load in tables.items():

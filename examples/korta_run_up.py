@@ -19,21 +19,19 @@ from korta_pair import (
     MAP_TORQUES,
     TABLE_II,
     TORQUES,
+    envelope_peaks,
     gearbox,
     mean_stiffness,
     paper_pair,
     plan_of,
     resonance_table,
-    resonances,
     run,
     run_ups,
-    shares_of_main,
 )
 
 import exugear
 import fem
-from exugear import plots
-from exugear.signals.spectrum import Resonances
+from exugear import plots, spectrum
 from fem import iso6336
 from fem.units import um
 
@@ -41,9 +39,9 @@ from fem.units import um
 PAPER = {"STE curves": 150 * 60, "run-ups": 2 * 36 * 60}
 
 
-def fitted_inertia(box: exugear.Gearbox, at_150: Resonances) -> float:
+def fitted_inertia(box: exugear.Gearbox, at_150: spectrum.Peaks) -> float:
     """Inertia of each gear that moves the main resonance at 150 N m to the paper's 1804 Hz [kg m^2]."""
-    main = at_150.place[np.argmax(at_150.height)]
+    main = at_150.abscissa[np.argmax(at_150.height)]
     return box.driven.inertia * float(main / TABLE_II[150.0][-1]) ** 2
 
 
@@ -66,7 +64,7 @@ def compute(folder: Path, fit: bool, seconds: dict[str, float]):
     box = gearbox(ste)
     if fit:
         with timed(seconds, "run-up for the fit"), ProcessPoolExecutor(2) as pool:
-            at_150 = resonances(run(box, 150.0, executor=pool))
+            at_150 = envelope_peaks(run(box, 150.0, executor=pool))
         box = gearbox(ste, inertia=fitted_inertia(box, at_150))
     print(plan_of(box))
     with timed(seconds, "run-ups"):
@@ -82,9 +80,9 @@ def draw(folder: Path, curves, ste, runs) -> None:
     plots.plot_ste(curves, panels[0].axes[0])
     plots.plot_stiffness(ste.sel(torque=[20, 50, 150, 350, 750, 1500]), panels[0].axes[1])
     for i, result in enumerate(runs.values()):
-        peaks = np.array([share for share in shares_of_main(result) if np.isfinite(share)])
-        plots.plot_run_up(result, panels[1].axes[i], found=Resonances(peaks, 0 * peaks))
-        plots.plot_waterfall(result, panels[2].axes[i])
+        superharmonics = spectrum.superharmonics(envelope_peaks(result))
+        plots.plot_run_up(result, panels[1].axes[i], resonances=superharmonics)
+        plots.plot_mesh_order_map(result, panels[2].axes[i])
     for name, panel in zip(("ste", "run_up", "orders"), panels, strict=True):
         panel.savefig(folder / f"{name}.png", dpi=100)
 

@@ -83,7 +83,8 @@ def main(folder: Path, quick: bool = False, source: Path | None = None) -> tuple
     run = exugear.run_up(model, speed=SPEED, duration=1.0 if quick else 5.0, load=LOAD, progress=False)
     draw(folder / "measured_table.png", table, box.stages[0].force, run, expected)
     outline = exugear.dte_envelope(run)
-    print(f"resonance {outline.place[np.argmax(outline.amplitude)]:.0f} Hz, sqrt(k / m) / (2 pi) = {expected:.0f} Hz")
+    resonance = outline.abscissa[np.argmax(outline.amplitude)]
+    print(f"resonance {resonance:.0f} Hz, sqrt(k / m) / (2 pi) = {expected:.0f} Hz")
     return expected, run
 
 

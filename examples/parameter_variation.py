@@ -41,7 +41,7 @@ def peak(parameters: dict) -> dict[str, float]:
     model = exugear.build(gearbox(ste, parameters["stiffness"], parameters["damping_ratio"]))
     run = exugear.run_up(model, speed=SPEED, duration=duration, load=LOAD, progress=False, checks=0)
     outline = exugear.dte_envelope(run)
-    return {"frequency": float(outline.place[np.argmax(outline.rms)]), "rms": float(outline.rms.max())}
+    return {"frequency": float(outline.abscissa[np.argmax(outline.rms)]), "rms": float(outline.rms.max())}
 
 
 def vary(ste, parameters: dict[str, list[float]], duration: float, processes: bool) -> dict[str, np.ndarray]:

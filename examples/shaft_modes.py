@@ -6,12 +6,11 @@ leave out the gear's cross-section, because the floating frame sits there.
 
 import numpy as np
 from exudyn.FEM import FEMinterface, HCBstaticModeSelection
-from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, MeshLine, MeshQuad
+from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, MeshHex
 from skfem.helpers import dot
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from fem import STEEL
-from fem.elasticity.extrusion import extruded
 from fem.units import mm
 
 LENGTH, DIAMETER = 300 * mm, 40 * mm
@@ -21,12 +20,13 @@ SECTIONS = (0.0, -LENGTH / 2, LENGTH / 2)
 
 def solid_shaft(slices: int = 24, rings: int = 2) -> FEMinterface:
     """Quadratic tetrahedra of a cylinder about z, its cross-section a polygon of the circle's area; no modes yet."""
-    square = MeshQuad.init_tensor(*2 * [np.linspace(-1, 1, 2 * rings + 1)])
-    x, y = square.p
+    across, along = np.linspace(-1, 1, 2 * rings + 1), np.linspace(-LENGTH / 2, LENGTH / 2, slices + 1)
+    block = MeshHex.init_tensor(across, across, along)
+    x, y, z = block.p
     corners = 8 * rings
     radius = DIAMETER / 2 * np.sqrt(2 * np.pi / (corners * np.sin(2 * np.pi / corners)))
-    disc = MeshQuad(radius * np.array([x * np.sqrt(1 - y**2 / 2), y * np.sqrt(1 - x**2 / 2)]), square.t)
-    mesh = extruded(disc, MeshLine(np.linspace(-LENGTH / 2, LENGTH / 2, slices + 1))).to_meshtet()
+    rounded = radius * x * np.sqrt(1 - y**2 / 2), radius * y * np.sqrt(1 - x**2 / 2), z
+    mesh = MeshHex(np.array(rounded), block.t).to_meshtet()
     solid = FEMinterface()
     element = ElementVector(ElementTetP2())
     elastic = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu))

@@ -15,7 +15,7 @@ from shaft_modes import DIAMETER, LENGTH, SECTIONS, corners, sections
 
 import exugear
 import fem
-from exugear.reporting.graphics import add_gear_graphics, meshing_angles
+from exugear import graphics
 
 TORQUE = 150.0
 BEARING, BEARING_TIME, SHAFT_TIME = 2e8, 1e-5, 5e-6
@@ -78,12 +78,12 @@ def build(pair: fem.GearPair, force: exugear.MeshForce, solid: FEMinterface | No
     positions = [(0.0, 0.0), (pair.a, 0.0)]
     driving = flexible_shaft(mbs, positions[0], solid) if solid else rigid_shaft(mbs, positions[0])
     shafts, bodies = [driving, rigid_shaft(mbs, positions[1])], []
-    gears = zip(positions, shafts, (pair.pinion, pair.wheel), meshing_angles(pair), strict=True)
+    gears = zip(positions, shafts, (pair.pinion, pair.wheel), graphics.meshing_angles(pair), strict=True)
     for position, (node, markers), gear, angle in gears:
         add_bearings(mbs, position, markers)
         blank = exugear.Disc.cylinder(gear.b, gear.r_a + gear.r_f, DIAMETER, density=gear.material.density)
         bodies.append(rigid_body(mbs, node, blank))
-        add_gear_graphics(mbs, bodies[-1], gear, phase_angle=angle)
+        graphics.add_gear_graphics(mbs, bodies[-1], gear, phase_angle=angle)
     recorder = exugear.Recorder()
     mbs.CreateGearContact(itemNumbers=bodies, pair=pair, force=force, recorder=recorder)
     mbs.AddLoad(eii.LoadTorqueVector(markerNumber=driving[1][1], loadVector=[0, 0, TORQUE]))

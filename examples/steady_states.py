@@ -36,7 +36,7 @@ def folds(states: xr.Dataset) -> pd.DataFrame:
 def jump(run: exugear.Run) -> float:
     """Mesh frequency [Hz] at which the rms of the DTE changes most from a window to the next."""
     outline = exugear.dte_envelope(run)
-    return float(outline.place[np.abs(np.diff(outline.rms)).argmax()])
+    return float(outline.abscissa[np.abs(np.diff(outline.rms)).argmax()])
 
 
 def draw(path: Path, states: xr.Dataset, sweeps: dict[str, exugear.Run]) -> None:

@@ -25,6 +25,7 @@ from exugear.multibody.solver_settings import integrator
 from exugear.operation.shaft_ends import MotorCurve, Speed, Torque
 from exugear.operation.stop_conditions import Apart, SpeedReached
 from exugear.planning.built_plan import BuiltPlan
+from exugear.planning.integrator_and_step import Rule
 from exugear.planning.plan import Plan, plan
 from exugear.reporting.viewer import draw, picture
 from exugear.running.efficiency import efficiency
@@ -32,19 +33,17 @@ from exugear.running.energy_balance import EnergyBalance
 from exugear.running.run import Run, RunStopped, run, run_up
 from exugear.signals import spectrum
 from exugear.signals.angle_sampling import over_angle
+from exugear.signals.envelope import dte_envelope, envelope, peaks
 from exugear.signals.levels import level, rms_sum
-from exugear.signals.mesh_orders import mesh_orders
 from exugear.signals.order_cut import order_cut
-from exugear.signals.order_tracking import order_tracking
-from exugear.signals.resonance_table import resonance_table
-from exugear.signals.signal import recorded_signal, sensor_signal, signal
+from exugear.signals.resonances import resonances
+from exugear.signals.short_time_spectra import order_tracking, spectrogram, waterfall
+from exugear.signals.signal import mesh_orders, recorded_signal, sensor_signal, signal
 from exugear.signals.sound import write_sound
-from exugear.signals.spectrogram import spectrogram, waterfall
-from exugear.signals.spectrum import dte_envelope, envelope, order_spectrum, resonances
 from exugear.steady_state.steady_states import steady_states
 from fem.support.version import __version__
 
-#: Modules and functions for pictures, imported on first use.
+#: Modules and functions for pictures, imported on first use; functions of earlier versions, which are deprecated.
 __getattr__, _, _ = lazy_loader.attach(
     __name__,
     ["plots"],
@@ -52,6 +51,8 @@ __getattr__, _, _ = lazy_loader.attach(
         "reporting": ["graphics"],
         "reporting.animation": ["animate_mode", "animate_pair"],
         "reporting.report": ["report"],
+        "signals.resonances": ["resonance_table"],
+        "signals.short_time_spectra": ["order_spectrum"],
     },
 )
 
@@ -77,6 +78,7 @@ __all__ = [
     "Plan",
     "Recorder",
     "RingPair",
+    "Rule",
     "Run",
     "RunStopped",
     "SchlenkFriction",
@@ -104,15 +106,14 @@ __all__ = [
     "mesh_orders",
     "modes",
     "order_cut",
-    "order_spectrum",
     "order_tracking",
     "over_angle",
+    "peaks",
     "picture",
     "plan",
     "plots",
     "recorded_signal",
     "report",
-    "resonance_table",
     "resonances",
     "rms_sum",
     "run",

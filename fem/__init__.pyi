@@ -1,6 +1,8 @@
 from . import stress, units
 from .contact.resolution import Resolution, Slices
+from .elasticity.extrusion import hexahedra
 from .elasticity.mesh_density import Density
+from .elasticity.section_mesh import section
 from .gear.data_sheet import DataSheet, Quantity
 from .gear.gear import Gear
 from .gear.material import STEEL, Material
@@ -56,6 +58,7 @@ __all__ = [
     "__version__",
     "dynamic",
     "explicit",
+    "hexahedra",
     "iso6336",
     "load",
     "load_distribution",
@@ -67,6 +70,7 @@ __all__ = [
     "peak_to_peak",
     "root_stress",
     "save",
+    "section",
     "static_transmission_error",
     "ste_from_table",
     "ste_map",

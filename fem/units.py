@@ -8,3 +8,9 @@ deg = _pi / 180
 rpm = 2 * _pi / 60
 MPa = 1e6
 GPa = 1e9
+
+__all__ = ["GPa", "MPa", "deg", "mm", "rpm", "um"]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -36,6 +36,13 @@ def cache_of_this_session(tmp_path_factory):
         yield
 
 
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty cache folder of a test of its own."""
+    monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
+    return tmp_path
+
+
 @pytest.fixture(autouse=True)
 def closed_figures():
     """Close the figures of a test, of which pyplot keeps those that plots make without given axes."""

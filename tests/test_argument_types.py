@@ -67,10 +67,9 @@ TAKEN = {
         ),
         "dict",
     ),
-    **dict.fromkeys(("Run.wall_time", "Quantity.value", "level.rms"), "nan"),
-    **dict.fromkeys((f"Envelope.{name}" for name in ("place", "low", "high", "rms")), "nan"),
-    **dict.fromkeys((f"OrderSpectrum.{name}" for name in ("speed", "order", "amplitude")), "nan"),
-    **dict.fromkeys((f"Resonances.{name}" for name in ("place", "height")), "nan"),
+    **dict.fromkeys(("Run.wall_time", "Quantity.value", "level.rms", "plot_run_up.resonances"), "nan"),
+    **dict.fromkeys((f"Envelope.{name}" for name in ("abscissa", "low", "high", "rms")), "nan"),
+    **dict.fromkeys((f"Peaks.{name}" for name in ("abscissa", "height")), "nan"),
     **dict.fromkeys(("CreateGearContact.pair", "CreateGearFriction.pair"), "ring"),
     **dict.fromkeys(("loss.pair", "table.pair", "power_law.pair", "check_pair.pair"), "ring"),
 }

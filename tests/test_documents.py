@@ -116,7 +116,7 @@ def test_tutorial_ends_at_the_resonances_of_its_modes(tmp_path):
     meshing = modes["frequency"].values[modes["energy_share"].sel(element="motor-output").values > 0.01]
     assert meshing == pytest.approx([1621, 3049, 6834], rel=1e-3)
     expected = np.array([meshing[0] / 3, meshing[0], meshing[1]])
-    assert names["peaks"].place == pytest.approx(expected, rel=0.02)
+    assert names["peaks"].abscissa == pytest.approx(expected, rel=0.02)
     assert names["strongest"] == pytest.approx(1608, rel=2e-3)
     assert (tmp_path / "gearbox.html").stat().st_size > 100_000
 

@@ -14,7 +14,6 @@ from fem.units import mm, rpm, um
 EXAMPLES = Path(__file__).parents[1] / "examples"
 sys.path.insert(0, str(EXAMPLES))
 import bearings_misalignment  # noqa: E402
-import benchmark as speed  # noqa: E402
 import korta_pair  # noqa: E402
 import korta_run_up  # noqa: E402
 import korta_two_laws  # noqa: E402
@@ -22,6 +21,11 @@ import planetary  # noqa: E402
 import planetary_load_sharing  # noqa: E402
 import planetary_set  # noqa: E402
 import two_stage_helical  # noqa: E402
+
+
+def superharmonics(run: exugear.Run) -> np.ndarray:
+    """Peaks at 1/4, 1/3, 1/2 and all of the main resonance [Hz]."""
+    return exugear.spectrum.superharmonics(korta_pair.envelope_peaks(run))
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +45,7 @@ def test_resonances_lie_where_stiffness_and_inertia_put_them(short):
     ste, box, runs = short
     for load, result in runs.items():
         natural = np.sqrt(korta_pair.mean_stiffness(ste, load) / box.driven.inertia) * 69.63e-3 / 2 / np.pi
-        *_, half, main = korta_pair.shares_of_main(result)
+        *_, half, main = superharmonics(result)
         assert half == pytest.approx(natural / 2, rel=0.03)
         assert 0.85 * natural < main < 1.02 * natural
 
@@ -51,17 +55,17 @@ def test_superharmonics_are_excited_by_the_second_third_and_fourth_mesh_harmonic
     ste, box, runs = short
     for load, result in runs.items():
         natural = np.sqrt(korta_pair.mean_stiffness(ste, load) / box.driven.inertia) * 69.63e-3 / 2 / np.pi
-        table = exugear.resonance_table(result).sel(peak=slice(-4, None)).set_index(peak="harmonic").sortby("peak")
+        table = exugear.resonances(result).sel(peak=slice(-4, None)).set_index(peak="harmonic").sortby("peak")
         assert table["peak"].values.tolist() == [1, 2, 3, 4]
-        shares = korta_pair.shares_of_main(result)
+        shares = superharmonics(result)
         assert table["mesh_frequency"].values == pytest.approx(shares[::-1])
         assert table["response_frequency"].values[1:] == pytest.approx(natural, rel=0.05)
 
 
 def test_fitted_inertia_moves_the_main_resonance_to_the_papers(short):
     _, box, runs = short
-    inertia = korta_run_up.fitted_inertia(box, korta_pair.resonances(runs[150.0]))
-    main = korta_pair.shares_of_main(runs[150.0])[-1]
+    inertia = korta_run_up.fitted_inertia(box, korta_pair.envelope_peaks(runs[150.0]))
+    main = superharmonics(runs[150.0])[-1]
     assert main * np.sqrt(box.driven.inertia / inertia) == pytest.approx(1804)
 
 
@@ -240,18 +244,6 @@ def test_table_of_resonances_rises_with_the_load(short):
     ours, published = (line for line in korta_pair.resonance_table({"exugear": runs}).splitlines() if line[-1] == "%")
     assert published.split()[-2] == "8.54"
     assert 3 < float(ours.split()[-2]) < 8
-
-
-@pytest.mark.slow
-def test_benchmark_shows_that_finer_is_better(tmp_path):
-    numbers = speed.main(tmp_path, quick=True)
-    resolved = [error for _, error, *_ in numbers["STE"]["resolved"]]
-    assert resolved == sorted(resolved, reverse=True)
-    assert resolved[-1] < 0.2
-    planar, spatial = (numbers["run-up"][name][0][1] for name in ("planar on bearings", "in space on bearings"))
-    assert planar == pytest.approx(spatial, rel=1e-2)
-    assert numbers["run-up"]["trapezoidal rule"][0][1] > 10 * numbers["run-up"]["spinning"][0][1]
-    assert (tmp_path / "benchmark.png").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda path: path.stem)

@@ -46,12 +46,6 @@ SAVE = (
 )
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
-    return tmp_path
-
-
 def child(script: str, **options) -> subprocess.Popen:
     """A Python process that runs the script with this checkout."""
     paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]

@@ -37,7 +37,7 @@ FOLDERS = (
 #: Modules on the packages themselves, and the packages' own lists of names: before and after all folders.
 FIRST, LAST = {"fem.units"}, {"fem", "exugear", "exugear.plots"}
 APART = {("fem/reference", "fem/stress"), ("fem/microgeometry", "fem/linalg"), ("fem/gear", "fem/linalg")}
-#: What exugear may import from fem; `exugear.reporting.gear_outline` draws the outline of `fem.gear.tooth_profile`.
+#: What exugear may import from fem; `exugear.reporting.graphics` draws the outline of `fem.gear.tooth_profile`.
 DOORS_TO_FEM = {
     *("fem.units", "fem.support", "fem.gear.gear", "fem.gear.involute", "fem.gear.material", "fem.gear.tooth_profile"),
     *(
@@ -57,7 +57,7 @@ FENCES = {
 #: Modules of the reports and pictures that use these libraries.
 MODULES_OF_REPORTING = {
     "exudyn": {"graphics", "viewer"},
-    "matplotlib": {"animation", "document", "figures", "sections"},
+    "matplotlib": {"animation", "document"},
 }
 TOP_LEVEL = {"pyproject.toml", "exugear", "fem", "tests", "examples", "README.md", "LICENSE"}
 

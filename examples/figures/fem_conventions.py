@@ -13,7 +13,7 @@ from matplotlib.patches import FancyArrowPatch
 from palette import save_small
 
 import fem
-from exugear.reporting.graphics import meshing_angles, pitch_section
+from exugear import graphics
 from fem.units import mm
 
 PINION, WHEEL, LINE, GREY = "#c6dbef", "#fdd0a2", "#cb181d", "0.35"
@@ -27,10 +27,8 @@ def pair() -> fem.GearPair:
 
 def outline(gear: fem.Gear, angle: float) -> np.ndarray:
     """Closed outline of a gear [mm] as complex numbers, tooth 0 at an angle [rad]."""
-    pitch, _ = pitch_section(gear, 40)
-    turns = np.exp(1j * (angle + 2 * np.pi / gear.z * np.arange(gear.z)))
-    points = np.concatenate([pitch * turn for turn in turns]) / mm
-    return np.append(points, points[0])
+    x, y = graphics.gear_outline(gear, phase_angle=angle, points_per_tooth=40) / mm
+    return x + 1j * y
 
 
 def arrow(ax, start, end, color="k", **options) -> None:
@@ -40,7 +38,7 @@ def arrow(ax, start, end, color="k", **options) -> None:
 
 def draw_gears(ax, gears: fem.GearPair, pinion_lead: float = 0.0) -> None:
     """Both gears at phase 0, the pinion ahead by an angle [rad]."""
-    angles = meshing_angles(gears)
+    angles = graphics.meshing_angles(gears)
     for gear, centre, angle, color in (
         (gears.pinion, 0, angles[0] + pinion_lead, PINION),
         (gears.wheel, gears.a / mm, angles[1], WHEEL),

@@ -14,7 +14,6 @@ from palette import save_small
 import exugear
 import fem
 from exugear import plots
-from fem.elasticity.section_mesh import section
 from fem.units import mm, rpm, um
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -24,7 +23,7 @@ TORQUES = (0, 5, 20, 50, 150, 350, 700, 1500)
 
 
 def draw_mesh(ax, pair: fem.GearPair) -> None:
-    mesh = section(pair.pinion, fem.Resolution().density.paired())
+    mesh = fem.section(pair.pinion, fem.Resolution().density.paired())
     plots.plot_section(mesh.p, mesh.t, ax, height=11 * mm)
     top = pair.pinion.r_a / mm
     ax.set(xlabel="", ylabel="", xticks=[], yticks=[], xlim=(-5, 5), ylim=(top - 11, top + 0.5))

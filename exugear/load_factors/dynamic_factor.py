@@ -3,11 +3,11 @@
 from math import inf
 
 import numpy as np
+import scipy
 import xarray as xr
 
-from exugear.load_factors.mesh_windows import local_mean, mesh_cycles
 from exugear.running.run_data import stage_data
-from exugear.signals.envelope import envelope
+from exugear.signals.envelope import envelope, mesh_cycles
 from fem.support.arguments import checked
 from fem.support.validation import require
 
@@ -62,7 +62,7 @@ def dynamic_factor(run, windows: int = 280, *, static_force: float | None = None
     labels, loaded = [stage["stage"].item() for stage in stages], np.abs(columns[:, 1]).max() > NO_LOAD
     require(bool(loaded), f"run must load the mesh of a stage of {labels}; give it a load that is not 0 N m")
     about = {"units": "rad/s", "long_name": "speed of the driving shaft"}
-    speed = envelope(stages[0]["speed"].values, slowest, windows, cycles=slowest).place
+    speed = envelope(stages[0]["speed"].values, slowest, windows, cycles=slowest).abscissa
     factors = xr.Dataset(
         {
             name: (("stage", "speed"), columns[:, i], {"units": unit, "long_name": long_name})
@@ -108,5 +108,28 @@ def _over_speed(stage: xr.Dataset, windows: int, slowest: np.ndarray) -> tuple[n
     loaded = np.abs(static) > max(UNLOADED * np.abs(static).max(), NO_LOAD)
     dynamic = envelope(static, force / np.where(loaded, static, inf), windows, cycles=slowest)
     told = envelope(static, loaded.astype(float), windows, cycles=slowest).low > 0.5
-    frequency = envelope(stage["mesh_frequency"].values, force, windows, cycles=slowest).place
-    return np.where(told, dynamic.high, np.nan), dynamic.place, frequency
+    frequency = envelope(stage["mesh_frequency"].values, force, windows, cycles=slowest).abscissa
+    return np.where(told, dynamic.high, np.nan), dynamic.abscissa, frequency
+
+
+def local_mean(time: np.ndarray, cycles: np.ndarray, signal: np.ndarray, windows: int) -> np.ndarray:
+    """(n,) mean of a signal over whole mesh cycles, linear over time between the middles of windows.
+
+    time, cycles   (n,) times [s] and mesh cycles of the samples, increasing
+    windows        largest number of windows of whole mesh cycles, about equally long; without a whole mesh cycle there
+                   is one window, from the first sample to the last
+
+    In the remainder of a mesh cycle after the last window it is constant: a run-down may end in a long one.
+    """
+    bounds = np.unique(np.floor(np.interp(np.linspace(time[0], time[-1], windows + 1), time, cycles)))
+    bounds = bounds if bounds.size > 1 else cycles[[0, -1]]
+    integral = scipy.integrate.cumulative_trapezoid(signal, time, initial=0)
+    if bounds[-1] == bounds[0]:
+        return np.full(time.size, integral[-1] / (time[-1] - time[0]))
+    ends = np.interp(bounds, cycles, time)
+    means = np.diff(np.interp(ends, time, integral)) / np.diff(ends)
+    if means.size == 1:
+        return np.full(time.size, means[0])
+    middles = (ends[1:] + ends[:-1]) / 2
+    line = scipy.interpolate.make_interp_spline(middles, means, k=1)
+    return line(np.clip(time, ends[0], ends[-1]))

@@ -1,19 +1,25 @@
 """Root stress and contact pressure along a run: the map of `fem.root_stress` at the force and phase of every sample."""
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 import xarray as xr
 
-from exugear.load_factors.mesh_windows import mesh_cycles, window_bounds
-from exugear.load_factors.stress_interpolation import BOTH, GEAR, POWERS, StressMap, stress_map
 from exugear.planning.mirrored_flanks import warn_of_mirrored
 from exugear.running.run_data import stage_data
+from exugear.signals.envelope import mesh_cycles, window_edges
 from fem.pair.pair import GearPair
 from fem.ste.map_sides import SIDES_DIFFER, why_unlike
-from fem.ste.ste_map import pair_of
+from fem.ste.ste_map import check_whole_cycle, pair_of
 from fem.support.arguments import checked
-from fem.support.validation import require
+from fem.support.validation import increasing, require, require_finite
 
-TIME, SPEED = "time", "speed"
+GEAR, TORQUE, PHASE, TIME, SPEED = "gear", "torque", "phase", "time", "speed"
+BOTH = ["pinion", "wheel"]
+#: Stresses of a map [Pa] and the power of the force with which each grows between the torques of the map: root stress
+#: is linear, the pressure of a line contact grows with the root of the force (Hertz).
+POWERS = {"root_stress": 1.0, "tangent_stress": 1.0, "hertz_pressure": 0.5, "peak_pressure": 0.5}
 MAP_OF_RIGHT = "those of the right flanks are fem.root_stress(fem.mirror_image(pair), ...)"
 LONG_NAMES = {
     "root_stress": "largest tensile stress in the tooth root",
@@ -21,6 +27,39 @@ LONG_NAMES = {
     "hertz_pressure": "largest contact pressure by Hertz of the line load",
     "peak_pressure": "largest contact pressure, including tip edges",
 }
+
+
+@dataclass(frozen=True, eq=False)
+class StressMap:
+    """Stresses over mesh force and phase.
+
+    force    (n_force,) increasing mesh forces > 0 [N]
+    phase    (n_phase,) increasing phases in [0, 1)
+    values   (..., n_force, n_phase) stresses by name [Pa]
+
+    Between the forces stress / force^power is linear; below the lowest it is constant, so that the stress vanishes
+    without force.
+    """
+
+    force: np.ndarray
+    phase: np.ndarray
+    values: dict[str, np.ndarray]
+
+    def at(self, force: np.ndarray, phase: np.ndarray) -> dict[str, np.ndarray]:
+        """(..., n) stresses [Pa] under forces (n,) >= 0 up to the largest of the map [N], at phases (n,)."""
+        row, over_row = _interval(self.force, force)
+        closed = np.append(self.phase, self.phase[0] + 1)
+        column, over_column = _interval(closed, self.phase[0] + (phase - self.phase[0]) % 1.0)
+        corners = (row, column), (over_row, over_column)
+        return {
+            name: force ** POWERS[name] * _bilinear(values, *corners) for name, values in self._coefficients.items()
+        }
+
+    @cached_property
+    def _coefficients(self) -> dict[str, np.ndarray]:
+        """(..., n_force, n_phase + 1) stress / force^power, periodic in the phase."""
+        closed = {name: np.concatenate([x, x[..., :1]], axis=-1) for name, x in self.values.items()}
+        return {name: x / self.force[:, None] ** POWERS[name] for name, x in closed.items()}
 
 
 @checked
@@ -66,10 +105,10 @@ def dynamic_stress(run, stresses: xr.Dataset, stage: int | str = 0) -> xr.Datase
 
 @checked
 def stress_envelope(stress: xr.Dataset, windows: int = 280) -> xr.Dataset:
-    """Largest stresses in windows of whole mesh cycles, over the speed of the driving shaft.
+    """Largest stresses in windows that each hold a whole mesh cycle, over the speed of the driving shaft.
 
     stress      as `dynamic_stress` returns it
-    windows     largest number of windows, of about equal length
+    windows     largest number of windows of equal length, joined as in `exugear.dte_envelope`
 
     Returns a dataset over speed [rad/s], the mean of each window, with the mesh frequency [Hz] and the largest
     root_stress and tangent_stress (gear, speed), hertz_pressure and peak_pressure (speed,) [Pa].
@@ -79,10 +118,9 @@ def stress_envelope(stress: xr.Dataset, windows: int = 280) -> xr.Dataset:
     is_stress = {"root_stress", "mesh_frequency", SPEED} <= set(stress) and TIME in stress.dims
     require(is_stress, "stress must be stresses over time; pass what exugear.dynamic_stress returns")
     require(windows >= 1, f"windows must be at least 1, got {windows}")
-    cycles = mesh_cycles(stress)
-    bounds = window_bounds(stress[TIME].values, cycles, min(windows, cycles.size))
-    first = np.unique(np.searchsorted(cycles, bounds[:-1]))
-    end = int(np.searchsorted(cycles, bounds[-1], side="right"))
+    samples = stress.sizes[TIME]
+    edges = window_edges(samples, min(windows, samples), mesh_cycles(stress))
+    first, end = edges[:-1], edges[-1]
     largest = {
         name: np.maximum.reduceat(stress[name].transpose(..., TIME).values[..., :end], first, axis=-1)
         for name in POWERS
@@ -127,3 +165,43 @@ def _check_reach(table: StressMap, force: np.ndarray, r_b: float) -> None:
     largest, end = float(np.abs(force).max()), float(table.force[-1])
     reach = f"stresses end at {end * r_b:.4g} N m, the run reaches {largest * r_b:.4g} N m"
     require(largest <= end * (1 + 1e-9), f"{reach} = its largest mesh force times r_b; map up to that torque")
+
+
+def _interval(grid: np.ndarray, queries: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lower grid point of the interval of each query, and the share of the interval below it, clipped to [0, 1]."""
+    if grid.size == 1:
+        return np.zeros(queries.shape, int), np.zeros(queries.shape)
+    lower = np.clip(np.searchsorted(grid, queries, side="right") - 1, 0, grid.size - 2)
+    return lower, np.clip((queries - grid[lower]) / (grid[lower + 1] - grid[lower]), 0.0, 1.0)
+
+
+def _bilinear(values: np.ndarray, lower: tuple[np.ndarray, ...], share: tuple[np.ndarray, ...]) -> np.ndarray:
+    """(..., n) values between the grid points of values (..., n_row, n_column)."""
+    (i, j), (s, t) = lower, share
+    following = np.minimum(i + 1, values.shape[-2] - 1)
+    at_row, at_following = (values[..., k, j] + t * (values[..., k, j + 1] - values[..., k, j]) for k in (i, following))
+    return at_row + s * (at_following - at_row)
+
+
+def stress_map(stresses: xr.Dataset, r_b: float) -> StressMap:
+    """The map of `fem.root_stress` over the mesh force; r_b: base radius of the pinion [m].
+
+    Raises ValueError for other data, for a map without a torque > 0 and for one of several pitches.
+    """
+    axes = {"root_stress": (GEAR, TORQUE, PHASE), "hertz_pressure": (TORQUE, PHASE), "peak_pressure": (TORQUE, PHASE)}
+    is_map = all(name in stresses and set(stresses[name].dims) == set(dims) for name, dims in axes.items())
+    require(is_map, "stresses must be a map over gear, torque and phase; pass what fem.root_stress returns")
+    gears = stresses.get(GEAR, xr.DataArray(BOTH)).values.tolist()
+    whole = f"stresses must have the gears {BOTH}, got {gears}; pass all that fem.root_stress returns"
+    require(sorted(gears) == BOTH, whole)
+    stresses = stresses.isel({GEAR: np.argsort(gears)})
+    torque, phase = (increasing(name, stresses[name].values) for name in (TORQUE, PHASE))
+    require(bool(torque[-1] > 0), f"stresses must have a torque > 0 N m, got {torque}")
+    pitch = f"stresses must be of one pitch, at phases in [0, 1), got phases up to {phase[-1]:g}"
+    require(bool(phase[0] >= 0 and phase[-1] < 1), pitch)
+    check_whole_cycle(stresses)
+    loaded = stresses.isel({TORQUE: torque > 0}).transpose(GEAR, TORQUE, PHASE)
+    values = {name: loaded[name].values for name in POWERS if name in loaded}
+    for name, x in values.items():
+        require_finite(f"{name} of the stresses", x, "solve the missing states or drop their torque")
+    return StressMap(torque[torque > 0] / r_b, phase, values)

@@ -1,9 +1,10 @@
 """Choice of the integrator and the time step: fourth order while it is stable, else the trapezoidal rule."""
 
 from dataclasses import dataclass
-from math import sqrt
+from math import inf, sqrt
 
-from fem.support.validation import require_within
+from fem.support.arguments import checked
+from fem.support.validation import require, require_within
 
 #: Newmark beta = 1/12, gamma = 1/2 (Fox & Goodwin 1949): fourth order, stable for omega h below this.
 STABLE = sqrt(6)
@@ -20,9 +21,10 @@ TRAPEZOIDAL_ANGLE_AT_1E3 = 0.18 * sqrt(1e-3 / 0.018)
 BOUND_MARGIN = 0.95
 
 
+@checked
 @dataclass(frozen=True)
 class Rule:
-    """Newmark's rule with gamma = 1/2, a beta and a step [s].
+    """Newmark's rule with gamma = 1/2, a beta and a step [s], for `exugear.run` and `exugear.run_up`.
 
     With a spectral radius it is the generalized-alpha method (Chung & Hulbert 1993) instead, for comparisons.
     """
@@ -30,6 +32,24 @@ class Rule:
     beta: float
     step: float
     spectral_radius: float | None = None
+
+    def __post_init__(self):
+        require(
+            0 < self.beta <= 1, f"beta must lie in (0, 1], got {self.beta}; 1/12 is of fourth order, 1/4 trapezoidal"
+        )
+        require(0 < self.step < inf, f"step must be > 0 s and finite, got {self.step}")
+        within = self.spectral_radius is None or 0 <= self.spectral_radius <= 1
+        require(within, f"spectral_radius must lie in [0, 1], got {self.spectral_radius}")
+
+    @classmethod
+    def fourth_order(cls, step: float) -> "Rule":
+        """Newmark's rule of fourth order, stable up to a step of sqrt(6) over the highest eigenfrequency."""
+        return cls(BETA, step)
+
+    @classmethod
+    def trapezoidal(cls, step: float) -> "Rule":
+        """The trapezoidal rule: second order, always stable."""
+        return cls(TRAPEZOIDAL_BETA, step)
 
     @property
     def always_stable(self) -> bool:

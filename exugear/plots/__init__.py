@@ -8,8 +8,8 @@ from exugear.plots.map_plots import plot_load_sharing, plot_ste, plot_stiffness,
 from exugear.plots.mesh_plots import plot_section, plot_solid
 from exugear.plots.mode_plots import plot_campbell, plot_modes
 from exugear.plots.order_plots import (
-    plot_cascade,
     plot_levels,
+    plot_mesh_order_map,
     plot_order_cuts,
     plot_order_map,
     plot_spectrogram,
@@ -32,7 +32,6 @@ __all__ = [
     "plot_bearing_forces",
     "plot_branches",
     "plot_campbell",
-    "plot_cascade",
     "plot_contact_pattern",
     "plot_dynamic_factor",
     "plot_dynamic_stress",
@@ -45,6 +44,7 @@ __all__ = [
     "plot_load_factors",
     "plot_load_sharing",
     "plot_mesh_force",
+    "plot_mesh_order_map",
     "plot_modes",
     "plot_orbit",
     "plot_order_cuts",
@@ -63,3 +63,16 @@ __all__ = [
     "plot_te_harmonics",
     "plot_waterfall",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
+
+def __getattr__(name: str):
+    """A name of earlier versions."""
+    if name == "plot_cascade":
+        from exugear.plots.order_plots import plot_cascade
+
+        return plot_cascade
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

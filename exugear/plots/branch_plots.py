@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from exugear.plots.figures import DISTINCT, axes_or_new, legend, load_of, merged, styled
-from exugear.signals.spectrum import dte_envelope
+from exugear.signals.envelope import dte_envelope
 from fem.support.arguments import checked
 from fem.support.validation import require
 from fem.units import um
@@ -84,7 +84,7 @@ def _draw_sweep(ax: Axes, run, stage: int | str, quantity: str) -> None:
     """Draw the envelope of a run."""
     outline = dte_envelope(run, stage)
     height = outline.rms if quantity == "rms" else outline.high - outline.low
-    ax.plot(outline.place, height / um, color=SWEPT, linewidth=4, label="swept")
+    ax.plot(outline.abscissa, height / um, color=SWEPT, linewidth=4, label="swept")
 
 
 def _draw_branch(ax: Axes, points: xr.Dataset, values: np.ndarray, style: dict[str, Any]) -> None:

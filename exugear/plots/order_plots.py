@@ -1,5 +1,7 @@
-"""Plots of signals over speed: order maps, order cuts, spectrograms, cascades, levels."""
+"""Plots of signals over speed: order maps, order cuts, spectrograms, waterfalls, levels."""
 
+from collections.abc import Callable
+from functools import wraps
 from itertools import cycle, product
 from math import inf
 from typing import Any
@@ -10,15 +12,16 @@ from matplotlib.axes import Axes
 
 from exugear.plots.figures import DISTINCT, axes_or_new, colour_bar, legend, merged, styled, title_of
 from exugear.running.run_data import stage_data
-from exugear.signals.order_tracking import order_tracking
+from exugear.signals.short_time_spectra import order_tracking
 from exugear.signals.signal import recorded_signal
-from fem.support.arguments import Finite, checked
+from fem.support.arguments import Finite, checked, renamed
+from fem.support.user_warning import warn_renamed
 from fem.support.validation import require
 from fem.units import rpm, um
 
 __all__ = [
-    "plot_cascade",
     "plot_levels",
+    "plot_mesh_order_map",
     "plot_order_cuts",
     "plot_order_map",
     "plot_spectrogram",
@@ -39,16 +42,17 @@ COLOURS = "magma_r"
 WIDTHS = 1.6, 0.7
 
 
+@renamed(orders="order_map")
 @checked
 @styled
-def plot_order_map(orders: xr.Dataset, ax: Axes | None = None, *, decibels: Finite = 60.0, **style) -> Axes:
+def plot_order_map(order_map: xr.Dataset, ax: Axes | None = None, *, decibels: Finite = 60.0, **style) -> Axes:
     """Order map: amplitude over speed, or time where the speed is not monotonic, and order.
 
-    orders      of one channel, as `exugear.order_tracking` returns it
+    order_map   of one channel, as `exugear.order_tracking` returns it
     decibels    range of amplitudes shown, down from the highest one
     style       of matplotlib's pcolormesh
     """
-    amplitude = _channel("orders", orders, "order")
+    amplitude = _channel("order_map", order_map, "order")
     return _draw_map(amplitude, _speed_name(amplitude).replace("speed", "order"), ax, decibels, style)
 
 
@@ -163,12 +167,31 @@ def plot_order_cuts(cuts: xr.Dataset, ax: Axes | None = None, *, decibels: Finit
     return ax
 
 
+def _also_of_runs(plot: Callable) -> Callable:
+    """Decorator: an earlier version of the plot took a run, for its order map."""
+
+    @wraps(plot)
+    def drawn(*args, **options):
+        data = args[0] if args else options.get("run")
+        if (isinstance(data, xr.Dataset) and "dte" in data) or isinstance(getattr(data, "data", None), xr.Dataset):
+            old = dict(zip(("run", "ax", "stage", "harmonics", "decibels"), args, strict=False)) | options
+            if "harmonics" in old:
+                old["top"] = old.pop("harmonics")
+            ax = plot_mesh_order_map(**old)
+            warn_renamed("plot_waterfall of a run", "plot_mesh_order_map(run)")
+            return ax
+        return plot(*args, **options)
+
+    return drawn
+
+
+@_also_of_runs
 @checked
 @styled
-def plot_cascade(
+def plot_waterfall(
     spectra: xr.Dataset, ax: Axes | None = None, *, height: Finite = 8.0, top: float | None = None, **style
 ) -> Axes:
-    """Waterfall as a cascade: spectra over frequency, one above the other at their speeds.
+    """Waterfall, or cascade: spectra over frequency, one above the other at their speeds.
 
     spectra    of one channel, as `exugear.waterfall` returns it
     height     of the largest amplitude, as multiple of the distance of two spectra
@@ -188,6 +211,13 @@ def plot_cascade(
     ax.set_title(f"{words},\nhighest amplitude {float(amplitude.max()) * factor:.3g} {unit}")
     label, last = f"{_speed_name(amplitude)} [rpm]", float(amplitude["frequency"][-1])
     ax.set(xlabel="frequency [Hz]", ylabel=label, xlim=(0, last))
+    return ax
+
+
+def plot_cascade(spectra: xr.Dataset, ax: Axes | None = None, **options) -> Axes:
+    """Deprecated name of `plot_waterfall`."""
+    ax = plot_waterfall(spectra, ax, **options)
+    warn_renamed("plot_cascade", "plot_waterfall")
     return ax
 
 
@@ -236,13 +266,14 @@ def _labels(levels: xr.DataArray, dim: str) -> list[str]:
 
 @checked
 @styled
-def plot_waterfall(
-    run, ax: Axes | None = None, stage: int | str = 0, harmonics: Finite = 3.2, decibels: Finite = 60.0, **style
+def plot_mesh_order_map(
+    run, ax: Axes | None = None, stage: int | str = 0, *, top: Finite = 3.2, decibels: Finite = 60.0, **style
 ) -> Axes:
     """Order map of the DTE of one stage: amplitude over speed and mesh order.
 
+    run         an `exugear.Run` or its data
     stage       its number or label
-    harmonics   highest mesh order shown
+    top         highest mesh order shown
     decibels    range of amplitudes shown, down from the highest one
     style       of matplotlib's pcolormesh
 
@@ -250,19 +281,19 @@ def plot_waterfall(
     `exugear.run_up` removes them.
     """
     data = stage_data(run, stage)
-    ax = _draw_map(_mesh_order_map(data, harmonics), "mesh order", ax, decibels, style)
+    ax = _draw_map(_mesh_order_map(data, top), "mesh order", ax, decibels, style)
     ax.set_title(f"order map, {title_of(data)}")
     return ax
 
 
-def _mesh_order_map(data: xr.Dataset, harmonics: float) -> xr.DataArray:
+def _mesh_order_map(data: xr.Dataset, highest_order: float) -> xr.DataArray:
     """Amplitude of the DTE of one stage over time, with the speed of the driving shaft, and mesh order."""
     time, frequency = data["time"].values, data["mesh_frequency"].values
     turned = np.trapezoid(np.abs(frequency), time)
     require(turned > 1, f"run must hold more than one mesh cycle for its order map, got {turned:.3g}; run it longer")
     dte = recorded_signal(time, 2 * np.pi * frequency, data["dte"].values, units="m", long_name="DTE amplitude")
     cycles = max(1, min(CYCLES, int(SHARE * turned)))
-    amplitude = order_tracking(dte, orders=harmonics, revolutions=cycles)["amplitude"]
+    amplitude = order_tracking(dte, highest_order=highest_order, revolutions=cycles)["amplitude"]
     speed = np.interp(amplitude["time"], time, data["speed"])
     return amplitude.assign_coords(speed=("time", speed, {"long_name": "speed of the driving shaft"}))
 

@@ -5,15 +5,14 @@ from itertools import cycle, pairwise
 from typing import Any, TypeVar
 
 import numpy as np
-import scipy
 import xarray as xr
 from matplotlib.axes import Axes
 
 from exugear.plots.figures import DISTINCT, GUIDE, axes_or_new, legend, merged, styled, title_of
 from exugear.running.run_data import stage_data
+from exugear.signals.envelope import Envelope, Peaks, bearing_force_rms, dte_envelope, envelope, mesh_cycles
 from exugear.signals.signal import require_signal, signal
-from exugear.signals.spectrum import Envelope, Resonances, bearing_force_rms, dte_envelope, envelope
-from fem.support.arguments import checked
+from fem.support.arguments import Numbers, checked, renamed
 from fem.support.validation import require
 from fem.units import rpm, um
 
@@ -34,22 +33,25 @@ ORBITS = {"m": ("displacement", um, "µm"), "N": ("force", 1.0, "N")}
 Samples = TypeVar("Samples", xr.Dataset, xr.DataArray)
 
 
+@renamed(found="resonances")
 @checked
 @styled
-def plot_run_up(run, ax: Axes | None = None, stage: int | str = 0, found: Resonances | None = None, **style) -> Axes:
+def plot_run_up(
+    run, ax: Axes | None = None, stage: int | str = 0, resonances: xr.Dataset | Peaks | Numbers | None = None, **style
+) -> Axes:
     """Dynamic transmission error of one stage over its mesh frequency, with its envelope.
 
-    run     an `exugear.Run` or its data, as in all plots of runs
-    stage   its number or label
-    found   `Resonances` of the envelope to be marked, as `exugear.resonances` returns them
-    style   of the lines of the envelope, as in all plots: matplotlib's color, linewidth, linestyle, label, …
+    run         an `exugear.Run` or its data, as in all plots of runs
+    stage       its number or label
+    resonances  marked: as `exugear.resonances` returns them, peaks of `exugear.dte_envelope`, or frequencies [Hz]
+    style       of the lines of the envelope, as in all plots: matplotlib's color, linewidth, linestyle, label, …
     """
     ax, data = axes_or_new(ax), stage_data(run, stage)
     outline = dte_envelope(run, stage)
-    _band(ax, outline.place, outline.low / um, outline.high / um, style)
-    if found is not None:
-        _mark(ax, outline, found)
-    ends = outline.place.min(), outline.place.max()
+    _band(ax, outline.abscissa, outline.low / um, outline.high / um, style)
+    if resonances is not None:
+        _mark(ax, outline, _frequencies(resonances))
+    ends = outline.abscissa.min(), outline.abscissa.max()
     ax.set(xlabel="mesh frequency [Hz]", ylabel="dynamic transmission error [µm]", title=title_of(data))
     ax.set_xlim(*ends if ends[0] < ends[1] else (None, None))
     legend(ax)
@@ -67,7 +69,7 @@ def plot_envelopes(runs: Mapping[str, Any], ax: Axes | None = None, stage: int |
     for (name, run), colour, dash in zip(runs.items(), cycle(DISTINCT), cycle(DASHES), strict=False):
         outline = dte_envelope(run, stage)
         options = merged(style, color=colour, linestyle=dash, label=name)
-        ax.plot(outline.place, outline.amplitude / um, **options)
+        ax.plot(outline.abscissa, outline.amplitude / um, **options)
     ax.set(xlabel="mesh frequency [Hz]", ylabel="half peak to peak of the DTE [µm]")
     ax.set_ylim(bottom=0, auto=True)
     legend(ax)
@@ -89,12 +91,12 @@ def plot_mesh_force(
     """
     ax, data = axes_or_new(ax), in_window(stage_data(run, stage), window)
     time, force = data["time"].values, data["mesh_force"].values
-    cycles = scipy.integrate.cumulative_trapezoid(data["mesh_frequency"].values, time, initial=0)
+    cycles = mesh_cycles(data)
     if cycles[-1] <= SHOWN_CYCLES:
         ax.plot(time, force, **merged(style, color=EDGE))
     else:
         limits = envelope(time, force, min(WINDOWS, time.size // 2), cycles=cycles)
-        _band(ax, limits.place, limits.low, limits.high, style)
+        _band(ax, limits.abscissa, limits.low, limits.high, style)
     ax.axhline(force.mean(), color=GUIDE, linewidth=0.9, linestyle="--", label="mean")
     deviation, mean = np.abs(force - force.mean()).max(), abs(force.mean())
     if deviation > NEAR_PARTING * mean:
@@ -192,9 +194,18 @@ def _band(ax: Axes, abscissa: np.ndarray, low: np.ndarray, high: np.ndarray, sty
     ax.plot(abscissa, low, **line | {"label": None})
 
 
-def _mark(ax: Axes, outline: Envelope, resonances: Resonances) -> None:
+def _frequencies(resonances: xr.Dataset | Peaks | np.ndarray) -> np.ndarray:
+    """(n,) rising mesh frequencies of resonances [Hz]."""
+    if isinstance(resonances, xr.Dataset):
+        require("mesh_frequency" in resonances, "resonances must have mesh_frequency; pass exugear.resonances(run)")
+        resonances = resonances["mesh_frequency"].values
+    frequencies = np.asarray(resonances.abscissa if isinstance(resonances, Peaks) else resonances, float).ravel()
+    return np.sort(frequencies[np.isfinite(frequencies)])
+
+
+def _mark(ax: Axes, outline: Envelope, frequencies: np.ndarray) -> None:
     """Mark resonances on the envelope, their frequencies inside the frame, those of close ones in two rows."""
-    (abscissa, low, high, _), (frequencies, _) = outline, resonances
+    abscissa, low, high, _ = outline
     rising = np.argsort(abscissa)
     heights = np.interp(frequencies, abscissa[rising], high[rising]) / um
     ax.plot(frequencies, heights, "v", color=MARK, markersize=5)

@@ -1,20 +1,71 @@
-"""The report as files: an HTML page with all figures inside, and a PDF where a converter is installed."""
+"""A report as a document: sections of sentences, tables and figures, written as an HTML page and as PDF."""
 
 import shutil
 import subprocess
+from base64 import b64encode
 from collections.abc import Sequence
+from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import jinja2
+from matplotlib import rc_context
+from matplotlib.figure import Figure as Drawing
 
-from exugear.reporting.sections import Section
 from fem.support.cache import complete_file
 from fem.support.user_warning import warn_user
 
 #: Browsers that print a page to PDF, their options, and the time [s] after which printing has failed.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome", "msedge")
 HEADLESS, PRINTING_TIME = ("--headless", "--no-sandbox", "--disable-gpu"), 120
+#: Resolution of the parts of a figure that are images [1/inch]: order maps.
+RESOLUTION = 160
+
+
+class Table(NamedTuple):
+    """A table of texts: caption, names of the columns, rows of as many cells."""
+
+    caption: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+class Figure(NamedTuple):
+    """A figure: caption, and its SVG as base64 text."""
+
+    caption: str
+    svg: str
+
+
+@dataclass(frozen=True)
+class Section:
+    """A section of a report.
+
+    title     heading
+    items     sentences, shown as a list
+    tables    shown below the list
+    figures   shown below the tables
+    """
+
+    title: str
+    items: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+    figures: tuple[Figure, ...] = ()
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is nothing to show."""
+        return not (self.items or self.tables or self.figures)
+
+
+def embedded(drawing: Drawing, caption: str) -> Figure:
+    """A drawing as the figure of a report; text stays text."""
+    content = BytesIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "exugear"}):
+        drawing.savefig(content, format="svg", dpi=RESOLUTION, metadata={"Date": None})
+    return Figure(caption, b64encode(content.getvalue()).decode("ascii"))
 
 
 def page(title: str, subtitle: str, sections: Sequence[Section]) -> str:

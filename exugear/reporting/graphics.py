@@ -15,18 +15,20 @@ import numpy as np
 from exudyn import graphics
 
 from exugear.multibody.exudyn_objects import object_of
-from exugear.reporting.gear_outline import pitch_section
+from fem.gear import tooth_profile
 from fem.gear.gear import Gear
 from fem.pair.placement import meshing_angles
 from fem.support.arguments import Finite, checked
 from fem.support.validation import require
 from fem.units import mm
 
-__all__ = ["add_gear_graphics", "gear_graphics", "meshing_angles", "shaft_graphics"]
+__all__ = ["add_gear_graphics", "gear_graphics", "gear_outline", "meshing_angles", "shaft_graphics"]
 
 STEEL_GREY, EDGE = (0.55, 0.58, 0.62, 1.0), (0.2, 0.2, 0.2, 1.0)
 #: Largest twist of one layer of a helical gear [rad].
 TWIST = 0.02
+#: Corners of a bore.
+BORE_CORNERS = 120
 
 
 @checked
@@ -42,9 +44,7 @@ def gear_graphics(
 
     points_per_tooth   on the outline of one pitch, even, at least 8; the outline's corners lie on the true one
     """
-    enough = f"points_per_tooth must be an even number of at least 8, got {points_per_tooth}"
-    require(points_per_tooth % 2 == 0 and points_per_tooth >= 8, enough)
-    outline, bore = pitch_section(gear, points_per_tooth)
+    outline, bore = pitch_section(gear, _even(points_per_tooth))
     pitch, sizes = np.r_[outline, bore], (gear.z, outline.size, bore.size)
     layers = max(1, ceil(gear.b * abs(gear.twist) / TWIST))
     heights = np.linspace(-gear.b / 2, gear.b / 2, layers + 1)[:, None]
@@ -90,6 +90,45 @@ def add_graphics(mbs: exu.MainSystem, body: int, data: dict[str, Any]) -> None:
     mbs.SetObjectParameter(body, "VgraphicsData", [*known["VgraphicsData"], data])
 
 
+@checked
+def gear_outline(gear: Gear, *, phase_angle: Finite = 0.0, points_per_tooth: int = 24) -> np.ndarray:
+    """Closed outline (2, n) of a gear in its mid-plane [m], tooth 0 at phase_angle [rad]; other options as of
+    `gear_graphics`."""
+    pitch, _ = pitch_section(gear, _even(points_per_tooth))
+    turns = np.exp(1j * (phase_angle + 2 * pi / gear.z * np.arange(gear.z)))
+    points = np.outer(turns, pitch).ravel()
+    return np.array([points.real, points.imag])[:, np.r_[: points.size, 0]]
+
+
+def _even(points_per_tooth: int) -> int:
+    """The points on the outline of a pitch; ValueError for an odd number or less than 8."""
+    enough = f"points_per_tooth must be an even number of at least 8, got {points_per_tooth}"
+    require(points_per_tooth % 2 == 0 and points_per_tooth >= 8, enough)
+    return points_per_tooth
+
+
+def half_outline(gear: Gear, n: int) -> tooth_profile.Polar:
+    """n points of half a tooth from where its root begins up to the tip, each on the true outline."""
+    below = max(2, n // 3)
+    root = tooth_profile.fillet(gear, np.linspace(1, 0, below, endpoint=False))
+    low, high = tooth_profile.arc_length(gear, np.array([gear.roll_form, gear.roll_tip]))
+    involute = tooth_profile.flank(gear, tooth_profile.roll_at(gear, np.linspace(low, high, n - below)))
+    return tooth_profile.Polar(np.append(root.r, involute.r), np.append(root.psi, involute.psi))
+
+
+def pitch_section(gear: Gear, points_per_tooth: int) -> tuple[np.ndarray, np.ndarray]:
+    """Outline and bore of one pitch about the x axis as points x + iy, counter-clockwise.
+
+    Each begins at the middle of the tooth space; the outline runs up the right flank and down the left flank.
+    """
+    half = half_outline(gear, points_per_tooth // 2)
+    foot = min(half.psi[0], (1 - 1e-3) * pi / gear.z)
+    psi = np.r_[-pi / gear.z, -foot, -half.psi[1:], half.psi[:0:-1], foot]
+    parts = 3 * ceil(BORE_CORNERS / (3 * gear.z))
+    bore = np.interp(np.arange(parts) * 3 / parts, range(4), [-pi / gear.z, -foot, foot, pi / gear.z])
+    return np.r_[gear.r_f, half.r, half.r[::-1]] * np.exp(1j * psi), gear.d_bore / 2 * np.exp(1j * bore)
+
+
 def loops(z: int, n_outline: int, n_bore: int) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of a layer's points on the whole outline and on the bore, counter-clockwise."""
     numbers = np.arange(z * (n_outline + n_bore)).reshape(z, -1)
@@ -124,3 +163,7 @@ def strip(right: np.ndarray, left: np.ndarray) -> np.ndarray:
     """Triangles between two lines of equally many points, counter-clockwise where the second line is on the left."""
     a, b, c, d = right[:-1], right[1:], left[1:], left[:-1]
     return np.concatenate([np.c_[a, b, c][a != b], np.c_[a, c, d][c != d]])
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -3,24 +3,11 @@
 from pathlib import Path
 
 from exugear.multibody.model import Model
-from exugear.reporting.assumptions import assumptions, errors, versions
-from exugear.reporting.document import page, printed
-from exugear.reporting.figures import run_figures
-from exugear.reporting.inputs import inputs, speed_range
-from exugear.reporting.results import (
-    balance,
-    extremes,
-    factor_table,
-    harmonics_as_text,
-    is_sweep,
-    resonances_as_text,
-    summary,
-)
-from exugear.reporting.sections import Section
-from exugear.reporting.vibration import vibration
+from exugear.reporting.document import Section, page, printed
+from exugear.reporting.inputs import assumptions, errors, inputs, speed_range, versions
+from exugear.reporting.results import results, vibration
 from exugear.running.run import Run
 from exugear.running.run_data import stage_data
-from exugear.signals.resonance_table import resonance_table
 from fem.support.arguments import FilePath, checked
 from fem.support.cache import complete_file
 from fem.support.validation import require
@@ -59,24 +46,10 @@ def _sections(run: Run, model: Model | None) -> list[Section]:
     """Sections of the report in the order of the page."""
     data = run.data
     return [
-        _results(run),
+        results(data),
         *([vibration(model, data)] if model else []),
         inputs(data),
         assumptions(data),
         errors(data, run.wall_time),
         versions(),
     ]
-
-
-def _results(run: Run) -> Section:
-    data = run.data
-    if not is_sweep(data):
-        recorded = tuple(table for table in (extremes(data), balance(data)) if table.rows)
-        return Section("Results", summary(data), recorded, tuple(run_figures(data, {})))
-    stages = data["stage"].values.tolist()
-    resonances = {stage: resonance_table(data, number) for number, stage in enumerate(stages)}
-    tables = [resonances_as_text(data, stage, table) for stage, table in resonances.items()]
-    tables += [harmonics_as_text(data, number) for number in range(len(stages))]
-    tables += [factor_table(data), extremes(data), balance(data)]
-    figures = run_figures(data, resonances)
-    return Section("Results", summary(data), tuple(table for table in tables if table.rows), tuple(figures))

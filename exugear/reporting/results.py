@@ -1,17 +1,28 @@
-"""Results of a run in sentences and tables: summary, resonances of each stage, range of the signals."""
+"""Results of a run in sentences, tables and figures, and the vibration modes of its gearbox under the load."""
 
+from collections.abc import Callable
 from math import pi
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from exugear.load_factors.dynamic_factor import MISSING, UNLOADED, dynamic_factor, is_loaded
-from exugear.reporting.sections import Table
+from exugear.modal.campbell import campbell
+from exugear.modal.modes import modes
+from exugear.multibody.model import Model
+from exugear.plots.figures import figure
+from exugear.plots.load_plots import plot_dynamic_factor
+from exugear.plots.mode_plots import plot_campbell
+from exugear.plots.order_plots import plot_mesh_order_map
+from exugear.plots.power_plots import plot_power
+from exugear.plots.run_plots import plot_bearing_forces, plot_run_up
+from exugear.reporting.document import Figure, Section, Table, embedded
 from exugear.running.energy_balance import energy_balance
-from exugear.signals.resonance_table import separated_order_cut
-from exugear.signals.resonances import Resonances
-from exugear.signals.run_envelopes import dte_envelope
+from exugear.signals.envelope import dte_envelope
+from exugear.signals.resonances import resonances, separated_order_cut
 from exugear.signals.signal import signal
+from fem.support.validation import require
 from fem.units import rpm, um
 
 #: Least change of the speed over its largest value, and least number of mesh cycles, by which a run is a sweep, whose
@@ -23,6 +34,54 @@ NUMBERS = "mesh_frequency", "amplitude", "harmonic", "harmonic_amplitude", "resp
 HARMONICS = 5
 #: Words for an amplitude that an order cut cannot tell.
 UNTOLD = "cannot be told: the speed changes too fast"
+#: Least amplification for a crossing to be listed, and the largest number of rows.
+LEAST_AMPLIFICATION, MOST_ROWS = 0.2, 24
+
+
+def results(data: xr.Dataset) -> Section:
+    """What a run shows: of a sweep with its resonances."""
+    if not is_sweep(data):
+        tables, figures = [extremes(data), balance(data)], [_power(data)] if "mesh_loss" in data else []
+        return Section("Results", summary(data), tuple(table for table in tables if table.rows), tuple(figures))
+    stages = data["stage"].values.tolist()
+    of_stages = {stage: resonances(data, number) for number, stage in enumerate(stages)}
+    tables = [resonances_as_text(data, stage, table) for stage, table in of_stages.items()]
+    tables += [harmonics_as_text(data, number) for number in range(len(stages))]
+    tables += [factor_table(data), extremes(data), balance(data)]
+    figures = sweep_figures(data, of_stages)
+    return Section("Results", summary(data), tuple(table for table in tables if table.rows), tuple(figures))
+
+
+def sweep_figures(data: xr.Dataset, of_stages: dict[str, xr.Dataset]) -> list[Figure]:
+    """DTE with its resonances by stage, order maps, dynamic factors, bearing forces and losses of a sweep."""
+    figures = []
+    for number, (stage, peaks) in enumerate(of_stages.items()):
+        text = "its envelope in windows of whole mesh cycles, resonances marked"
+        caption = f"Dynamic transmission error of {stage} over its mesh frequency: {text}."
+        figures.append(drawn(plot_run_up, caption, data, stage=number, resonances=peaks))
+        caption = f"Order map of the DTE of {stage}: amplitude over speed and mesh order."
+        figures.append(drawn(plot_mesh_order_map, caption, data, stage=number))
+    if is_loaded(data):
+        caption = "Dynamic factor of each stage: largest over mean mesh force in windows of the run."
+        figures.append(drawn(plot_dynamic_factor, caption, dynamic_factor(data)))
+    if "bearing_force" in data:
+        caption = "Varying part of the radial bearing forces over the speed of the driving shaft."
+        figures.append(drawn(plot_bearing_forces, caption, data))
+    if "mesh_loss" in data:
+        figures.append(_power(data))
+    return figures
+
+
+def _power(data: xr.Dataset) -> Figure:
+    return drawn(plot_power, "Power that dampers, friction and drag dissipate.", data)
+
+
+def drawn(plot: Callable, caption: str, data: xr.Dataset, **options) -> Figure:
+    """A plot of data across the whole width of the page."""
+    drawing = figure()
+    drawing.set_size_inches(8.0, 4.0)
+    plot(data, drawing.axes[0], **options)
+    return embedded(drawing, caption)
 
 
 def is_sweep(data: xr.Dataset) -> bool:
@@ -43,7 +102,7 @@ def summary(data: xr.Dataset) -> tuple[str, ...]:
 def _largest_vibration(data: xr.Dataset, number: int, stage: str) -> str:
     outline = dte_envelope(data, number)
     amplitude = f"half the peak-to-peak value of the DTE is at most {_digits(outline.amplitude.max() / um)} µm"
-    at = f", at a mesh frequency of {outline.place[outline.amplitude.argmax()]:.0f} Hz" if is_sweep(data) else ""
+    at = f", at a mesh frequency of {outline.abscissa[outline.amplitude.argmax()]:.0f} Hz" if is_sweep(data) else ""
     return f"{stage}: {amplitude}{at}."
 
 
@@ -64,11 +123,6 @@ def _contact(data: xr.Dataset, number: int, stage: str) -> str:
         return f"{stage}: {largest}; the teeth never part."
     lost = f"the teeth are apart in {apart:.2%} of the samples and touch with their coast flanks in {coast:.2%}"
     return f"{stage}: {largest}; {lost}."
-
-
-def marked(table: xr.Dataset) -> Resonances:
-    """The resonances of a table as marks in a plot."""
-    return Resonances(table["mesh_frequency"].values, table["amplitude"].values)
 
 
 def resonances_as_text(data: xr.Dataset, stage: str, table: xr.Dataset) -> Table:
@@ -160,3 +214,82 @@ def _range(values: xr.DataArray) -> tuple[str, str, str]:
 def rounded(value, digits: int = 4) -> str:
     """A number of some significant digits, up to 1e9 without an exponent."""
     return f"{float(f'{float(value):.{digits}g}'):.10g}"
+
+
+def vibration(model: Model, data: xr.Dataset) -> Section:
+    """Modes of the gearbox at the load of a run, and the speeds at which orders excite them."""
+    loads, stages = _loads(model, data), data["stage"].values.tolist()
+    labels = list(model.gearbox.labels)
+    require(labels == stages, f"model has the stages {labels}, the run {stages}; pass the model of the run")
+    at_rest = modes(model, **loads)
+    state = "Meshes have their mean tangent stiffness at the load, bearings theirs; the driving shaft is held."
+    if at_rest.attrs["idle_stages"]:
+        state += f" Stages {', '.join(at_rest.attrs['idle_stages'])} carry no load: their teeth are open."
+    top = float(np.abs(data["speed"]).max())
+    if top == 0:
+        return Section("Vibration modes", (state,), (_modes(at_rest),))
+    diagram = campbell(model, speed=(0.0, top), **loads)
+    text = (
+        state,
+        "Amplification is the DTE of a stage in the mode over its STE of the order: share of the strain energy in the "
+        f"mesh over twice the damping ratio. Crossings from {LEAST_AMPLIFICATION:g} on are listed.",
+    )
+    tables = [table for table in (_modes(at_rest), _crossings(diagram)) if table.rows]
+    caption = (
+        "Natural frequencies over the speed of the driving shaft, mesh and shaft orders; "
+        "circles mark crossings with strain energy in the mesh of the order."
+    )
+    return Section("Vibration modes", text, tuple(tables), (drawn(plot_campbell, caption, diagram),))
+
+
+def _loads(model: Model, data: xr.Dataset) -> dict[str, Any]:
+    """Constant load on the driven shaft, or loads of several shafts [N m], as arguments; ValueError without them."""
+    given = data.attrs.get("load", "no load on the driven shaft alone")
+    if not isinstance(given, str) and np.size(given) == 1:
+        return {"load": float(given)}
+    driven_alone = "drive_end" in data.dims and data["drive_end"].values.tolist() == [model.gearbox.driving.name]
+    if driven_alone and "load_end" in data.dims:
+        torque = data["load_torque"].transpose("load_end", "time").values
+        if bool((np.ptp(torque, axis=1) == 0).all()) and torque.any():
+            return {"loads": dict(zip(data["load_end"].values.tolist(), torque[:, 0].tolist(), strict=True))}
+    remedy = "leave out model, and use exugear.modes at loads of your choice"
+    raise ValueError(f"run must have a constant load for its vibration modes, got {given}; {remedy}")
+
+
+def _modes(at_rest: xr.Dataset) -> Table:
+    rows = []
+    for number in range(min(at_rest.sizes["mode"], MOST_ROWS)):
+        mode = at_rest.isel(mode=number)
+        share = mode["energy_share"]
+        strained = f"{share.idxmax('element').item()} ({float(share.max()):.0%})"
+        numbers = f"{float(mode['frequency']):.1f}", f"{float(mode['damping_ratio']):.4f}"
+        rows.append((str(number + 1), *numbers, strained if float(share.max()) > 0 else "none: rigid-body motion"))
+    columns = ("mode", "frequency [Hz]", "damping ratio", "most of the strain energy in")
+    return Table("Natural frequencies at rest under the load", columns, tuple(rows))
+
+
+def _crossings(diagram: xr.Dataset) -> Table:
+    """Crossings of mesh orders with the largest amplifications, by rising speed."""
+    gain = _amplifications(diagram)
+    listed = np.sort(np.argsort(-gain, kind="stable")[:MOST_ROWS])
+    rows = []
+    for number in listed[gain[listed] >= LEAST_AMPLIFICATION]:
+        crossing = diagram.isel(crossing=int(number))
+        numbers = f"{float(crossing['crossing_speed']) / rpm:.0f}", f"{float(crossing['crossing_frequency']):.1f}"
+        order, mode = str(crossing["crossing_order"].item()), str(crossing["crossing_mode"].item())
+        share = f"{float(crossing['crossing_energy_share']):.0%}"
+        rows.append((*numbers, order, mode, share, f"{gain[number]:.2f}" if np.isfinite(gain[number]) else "undamped"))
+    places = "driving shaft [rpm]", "frequency [Hz]", "order", "mode"
+    columns = (*places, "strain energy in the mesh", "amplification")
+    return Table("Crossings of mesh orders and modes", columns, tuple(rows))
+
+
+def _amplifications(diagram: xr.Dataset) -> np.ndarray:
+    """(n_crossing,) amplification at every crossing, 0 of shaft orders."""
+    modes_met = xr.DataArray(diagram["crossing_mode"].values, dims="crossing")
+    speeds_met = xr.DataArray(diagram["crossing_speed"].values, dims="crossing")
+    damping = diagram["damping_ratio"].sel(mode=modes_met).sel(speed=speeds_met, method="nearest")
+    of_mesh = diagram["order_stage"].sel(order=diagram["crossing_order"]).values != ""
+    share = np.where(of_mesh, np.maximum(diagram["crossing_energy_share"].values, 0.0), 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.nan_to_num(share / (2 * damping.values), posinf=np.inf)

@@ -159,8 +159,8 @@ def run_up(
     model: Model,
     *,
     speed: TimeFunction,
-    duration: float,
     load: TimeFunction,
+    duration: float,
     tolerance: float = 1e-3,
     step: float | Rule | None = None,
     sample: float = 4e-5,
@@ -175,11 +175,11 @@ def run_up(
 
     speed           of the driving shaft [rad/s]: a constant, (from, to), a function of time [s], or arrays (t, speed),
                     such as a measurement, through which a monotone cubic runs
-    duration        of the run [s]
     load            torque on the driven shaft against its motion at positive speed [N m], given like the speed
+    duration        of the run [s]
     tolerance       relative error wanted of the rms of the DTE in windows of time; integrator and step follow
     step            step of the fourth-order integrator [s], instead of a choice by the tolerance; or an integrator with
-                    its step, as `model.plan.rule()` returns it
+                    its step: a `Rule`, as `model.plan.rule()` returns it
     sample          time between two recorded samples [s], rounded down to whole steps
     sensor_period   time between two samples of your own sensors [s], rounded down to whole steps; by default sample
     progress        show a bar with the time left

@@ -6,9 +6,15 @@ import numpy as np
 import scipy
 import xarray as xr
 
-from exugear.signals.columns import LARGEST, check_size
-from exugear.signals.signal import STEP_TOLERANCE, at_angles, channel_coordinates, require_signal
-from fem.support.arguments import checked
+from exugear.signals.signal import (
+    LARGEST,
+    STEP_TOLERANCE,
+    at_angles,
+    channel_coordinates,
+    check_size,
+    require_signal,
+)
+from fem.support.arguments import checked, renamed
 from fem.support.numba_cache import compiled, fast
 from fem.support.validation import require
 
@@ -22,31 +28,32 @@ REVOLUTION = 2 * np.pi
 MISSING, FINEST_SHARE = 3.0, 8
 
 
+@renamed(orders="highest_order")
 @checked
-def over_angle(signal: xr.DataArray, *, orders: float) -> xr.DataArray:
+def over_angle(signal: xr.DataArray, *, highest_order: float) -> xr.DataArray:
     """A signal at equal steps of the shaft angle, 2.25 samples per period of the highest order.
 
-    signal    (..., time) as `exugear.signal` returns it
-    orders    highest order wanted
+    signal           (..., time) as `exugear.signal` returns it
+    highest_order    highest order wanted
 
     The signal is convolved over the angle with a windowed sinc (Kaiser, 60 angular samples long), so that the cut-off
     frequency follows the speed. Orders up to the highest one pass within 1e-5; orders that would alias below it are
     attenuated by 100 dB. At the ends the signal is continued by its point reflection. Between samples at unequal steps
     of time it is first interpolated by cubic splines.
 
-    Returns a DataArray (..., angle) with the coordinates angle [rad], time and speed. Raises ValueError for orders that
-    are not positive, for more than 5e8 samples in total, where samples are missing, and for a shaft at rest.
+    Returns a DataArray (..., angle) with the coordinates angle [rad], time and speed. Raises ValueError for an order
+    that is not positive, for more than 5e8 samples in total, where samples are missing, and for a shaft at rest.
     """
     require_signal(signal)
-    require(0 < orders < np.inf, f"orders must be > 0 and finite, got {orders}")
+    require(0 < highest_order < np.inf, f"highest_order must be > 0 and finite, got {highest_order}")
     angle = signal["angle"].values
     turned = (angle[-1] - angle[0]) / REVOLUTION
     require(turned > 0, f"signal must be of a turning shaft, its angle stays {angle[0]:g} rad; pass a run at speed")
-    check_angular_samples(signal, orders)
-    samples = int(turned * SAMPLES_PER_PERIOD * orders * (1 + 1e-12)) + 1
-    short = f"the signal holds {turned:.3g} revolutions, too few for orders {orders:g}; record longer"
+    check_angular_samples(signal, highest_order)
+    samples = int(turned * SAMPLES_PER_PERIOD * highest_order * (1 + 1e-12)) + 1
+    short = f"the signal holds {turned:.3g} revolutions, too few for order {highest_order:g}; record longer"
     require(samples > 2 * HALF_LENGTH, short)
-    step = REVOLUTION / (SAMPLES_PER_PERIOD * orders)
+    step = REVOLUTION / (SAMPLES_PER_PERIOD * highest_order)
     grid = angle[0] + step * np.arange(samples)
     angle, rows, spacing = _evenly_sampled(signal, step)
     values = np.array([_filtered(angle, np.ascontiguousarray(row), spacing, grid, step) for row in rows])
@@ -59,11 +66,13 @@ def over_angle(signal: xr.DataArray, *, orders: float) -> xr.DataArray:
     return xr.DataArray(values.reshape(*signal.shape[:-1], samples), coordinates, dims, signal.name, signal.attrs)
 
 
-def check_angular_samples(signal: xr.DataArray, orders: float) -> None:
+def check_angular_samples(signal: xr.DataArray, highest_order: float) -> None:
     """ValueError where all channels of a signal take too many samples over the angle for their highest order."""
     turned = float(np.ptp(signal["angle"].values)) / REVOLUTION
     per_order = signal.size / signal.sizes["time"] * turned * SAMPLES_PER_PERIOD
-    check_size(f"orders = {orders:g}", per_order * orders, f"pass {LARGEST / per_order:.3g} at most")
+    check_size(
+        f"highest_order = {highest_order:g}", per_order * highest_order, f"pass {LARGEST / per_order:.3g} at most"
+    )
 
 
 def _evenly_sampled(signal: xr.DataArray, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

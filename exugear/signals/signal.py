@@ -1,4 +1,7 @@
-"""A signal: values over time with the speed and the angle of a shaft, from a run, a sensor or a measurement."""
+"""A signal: values over time with the speed and the angle of a shaft, from a run, a sensor or a measurement.
+
+Orders of a stage, and what makes a signal valid.
+"""
 
 import json
 from collections.abc import Sequence
@@ -9,7 +12,6 @@ import scipy
 import xarray as xr
 
 from exugear.running.run_data import stage_data
-from exugear.signals.columns import check_columns
 from fem.support.arguments import Numbers, checked
 from fem.support.validation import require, require_finite
 
@@ -22,6 +24,10 @@ MESH_ORDER = {"units": "1", "long_name": "mesh cycles per revolution of the shaf
 WHOLE = 1e-7
 #: Largest share by which the steps of time may differ where a function needs equal steps.
 STEP_TOLERANCE = 1e-3
+#: Largest number of values that are computed at once: 4 GB.
+LARGEST = 500_000_000
+#: Largest number of mesh harmonics, and of side bands of each.
+MOST = 1000
 
 
 @checked
@@ -86,6 +92,29 @@ def mesh_order(data: xr.Dataset) -> float:
     speed = float(np.abs(data["speed"]).max())
     cycles = 2 * np.pi * float(data["mesh_frequency"].max()) / speed if speed > 0 else np.nan
     return round(cycles, 9)
+
+
+@checked
+def mesh_orders(run, stage: int | str = 0, *, harmonics: int = 3, side_bands: int = 0) -> np.ndarray:
+    """Orders of the driving shaft at which a stage excites vibrations: mesh harmonics and their side bands.
+
+    run           an `exugear.Run` or its data
+    harmonics     number of mesh harmonics
+    side_bands    number of side bands on either side of each, at multiples of the orders of the stage's two shafts
+
+    Returns the distinct orders, rising. Raises ValueError for a shaft at rest and for numbers out of range.
+    """
+    require(1 <= harmonics <= MOST, f"harmonics must lie in [1, {MOST}], got {harmonics}")
+    require(0 <= side_bands <= MOST, f"side_bands must lie in [0, {MOST}], got {side_bands}")
+    data = stage_data(run, stage)
+    mesh = mesh_order(data)
+    require(mesh > 0, "run must turn its shafts, its speed is 0 throughout; pass a run at speed")
+    mean = mesh * np.arange(1, harmonics + 1)
+    label = data["stage"].item()
+    teeth = [abs(data.attrs[f"{label}_{gear}_z"]) for gear in ("pinion", "wheel")] if side_bands else []
+    bands = [np.arange(-side_bands, side_bands + 1) * mesh / z for z in teeth] or [np.zeros(1)]
+    orders = np.concatenate([np.add.outer(mean, band).ravel() for band in bands])
+    return np.unique(orders[orders > 0].round(9))
 
 
 @checked
@@ -179,3 +208,17 @@ def sample_rate(signal: xr.DataArray) -> float:
         equal, f"signal must have equal steps of time, got {steps.min():.4g} to {steps.max():.4g} s; interpolate it"
     )
     return 1 / mean
+
+
+def check_columns(**columns: np.ndarray) -> None:
+    """ValueError unless all are finite and equally long, (n,) with n >= 3."""
+    names, shapes = " and ".join(columns), [column.shape for column in columns.values()]
+    fits = len(set(shapes)) == 1 and len(shapes[0]) == 1 and shapes[0][0] >= 3
+    require(fits, f"{names} must be equally long, (n,) with n >= 3, got {' and '.join(map(str, shapes))}")
+    for name, column in columns.items():
+        require_finite(name, column, "leave out or interpolate what is not")
+
+
+def check_size(argument: str, number: float, remedy: str) -> None:
+    """ValueError with a remedy where an argument, named with its value, asks for too many values."""
+    require(number <= LARGEST, f"{argument} asks for {number:.3g} values, more than {LARGEST:.0e}; {remedy}")

@@ -9,6 +9,7 @@ from fem.elasticity.face_symmetry import WholeFace
 from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import BORE, rotated, section
 from fem.gear.gear import Gear
+from fem.support.arguments import checked
 
 #: Width of an element over that of the element before it, where the face is not loaded.
 GROWTH = 1.5
@@ -33,6 +34,7 @@ def both_sides(half: MeshLine) -> MeshLine:
     return MeshLine(WholeFace().positions(np.sort(half.p[0])))
 
 
+@checked
 def hexahedra(gear: Gear, density: Density) -> MeshHex:
     """The gear as hexahedra along the helix with the boundary "bore", 4 `width` of them from end face to end face."""
     line = both_sides(half_face(gear.b, gear.b, 2 * density.width))

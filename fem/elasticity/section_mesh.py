@@ -12,6 +12,7 @@ from fem.elasticity.mesh_density import Density
 from fem.gear import tooth_profile
 from fem.gear.gear import Gear
 from fem.gear.tooth_profile import Polar
+from fem.support.arguments import checked
 from fem.support.validation import require
 
 BORE = "bore"
@@ -196,8 +197,12 @@ def rest_blocks(gear: Gear, density: Density) -> list[np.ndarray]:
     return [polar_block(np.concatenate([radii, outside[1:]]), ring_angles(gear, density))]
 
 
+@checked
 def section(gear: Gear, density: Density) -> MeshQuad:
-    """Transverse section of the whole gear with the boundary "bore"."""
+    """Transverse section of the whole gear: quadrilaterals of scikit-fem with the boundary "bore".
+
+    density    numbers of elements along its parts, such as `fem.Resolution().density`
+    """
     angles, blocks = 2 * np.pi / gear.z * np.array(toothed_pitches(gear, density)), pitch_blocks(gear, density)
     toothed = [rotated(block, angle) for angle in angles for block in blocks]
     return mesh_of(gear, toothed + rest_blocks(gear, density))

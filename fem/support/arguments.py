@@ -12,6 +12,7 @@ from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, g
 
 import numpy as np
 
+from fem.support.user_warning import warn_renamed
 from fem.support.validation import finite, kind_name, number, numbers, text_of, whole_number
 
 Checked = TypeVar("Checked", bound=Callable)
@@ -87,6 +88,33 @@ def keywords_after_first(*names: str) -> Callable[[Checked], Checked]:
                 raise TypeError(f"{remedy}; got {len(further)} by position{f', {twice} twice' if twice else ''}")
             warnings.warn(remedy, DeprecationWarning, stacklevel=2)
             return function(args[0], **dict(zip(names, further, strict=False)), **kwargs)
+
+        return cast(Checked, calling)
+
+    return decorated
+
+
+def renamed(**names: str) -> Callable[[Checked], Checked]:
+    """Decorator of a function or class: keywords of an earlier version still work, with a DeprecationWarning.
+
+    names   earlier name -> name
+    """
+
+    def decorated(function: Checked) -> Checked:
+        if isinstance(function, type):
+            constructor = "__new__" if issubclass(function, tuple) else "__init__"
+            setattr(function, constructor, decorated(getattr(function, constructor)))
+            return function
+
+        @wraps(function)
+        def calling(*args, **kwargs):
+            for earlier in names.keys() & kwargs.keys():
+                twice = f"{names[earlier]} must be given once, got {earlier} too, its earlier name"
+                if names[earlier] in kwargs:
+                    raise TypeError(twice)
+                warn_renamed(f"{earlier}=", f"{names[earlier]}=")
+                kwargs[names[earlier]] = kwargs.pop(earlier)
+            return function(*args, **kwargs)
 
         return cast(Checked, calling)
 

@@ -21,8 +21,8 @@ from threadpoolctl import threadpool_limits
 from whole_section import linear_system, solid_prism
 
 import fem
+from fem import Density
 from fem.elasticity.face_symmetry import HalfFace, WholeFace
-from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import flank_hats
 from fem.linalg import direct_solver, multifrontal
 from fem.linalg.block_matrix import KroneckerMatrix

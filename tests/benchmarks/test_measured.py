@@ -24,14 +24,12 @@ from paper_gears import paper_gear
 
 import exugear
 import fem
-from exugear.plots.order_plots import CYCLES
-from fem.contact.resolution import Resolution, Slices
 from fem.units import deg, mm, rpm, um
 
 pytestmark = pytest.mark.measured
-DEFAULT = Resolution()
+DEFAULT = fem.Resolution()
 FINER = DEFAULT.finer_inside()
-ADJACENT = Resolution(fem.Density(flank=24, width=4), neighbours=1)
+ADJACENT = fem.Resolution(fem.Density(flank=24, width=4), neighbours=1)
 TIP_RELIEF, LEAD_CROWNING = fem.TipRelief(15 * um, 2.5 * mm), fem.LeadCrowning(10 * um)
 PROCESSES = 2
 
@@ -110,7 +108,7 @@ def test_requested_accuracy(name, accuracy):
     assert error < 5 * accuracy * swing * 3.1
 
 
-@pytest.mark.parametrize("resolution", [DEFAULT, *(Slices(slices=n) for n in (20, 40, 80))], ids=str)
+@pytest.mark.parametrize("resolution", [DEFAULT, *(fem.Slices(slices=n) for n in (20, 40, 80))], ids=str)
 def test_wide_pair_by_resolution(resolution):
     ste = fem.static_transmission_error(wide_helical(), 25_465, 28, resolution=resolution, progress=False)
     print(f"peak to peak {peak_to_peak(ste['te'])} um")
@@ -133,7 +131,7 @@ def test_resonances_by_what_is_chosen(ratio, d_bore, low, high, load):
     pair = korta_pair.paper_pair(d_bore)
     ste = fem.static_transmission_error(pair, korta_pair.MAP_TORQUES, korta_pair.MAP_PHASES, progress=False)
     box = korta_pair.gearbox(ste, ratio)
-    peaks = korta_pair.shares_of_main(korta_pair.run(box, load))
+    peaks = exugear.spectrum.superharmonics(korta_pair.envelope_peaks(korta_pair.run(box, load)))
     damping = f"damping ratio {ratio:g}, {box.stages[0].force.damping:.0f} N s/m"
     print(f"bore {d_bore / mm:g} mm, {damping}, {load:g} N m: {peaks.round()} Hz")
     assert low < peaks[-1] < high
@@ -146,7 +144,7 @@ def test_resonances_by_what_is_chosen(ratio, d_bore, low, high, load):
 def test_superharmonics_by_mesh_harmonic(load, frequencies):
     """The series of the paper's pair: each peak with the mesh harmonic that excites it, and no other mark."""
     ste = fem.static_transmission_error(paper_pair(), korta_pair.MAP_TORQUES, korta_pair.MAP_PHASES, progress=False)
-    table = exugear.resonance_table(korta_pair.run(korta_pair.gearbox(ste), load))
+    table = exugear.resonances(korta_pair.run(korta_pair.gearbox(ste), load))
     print(table.to_dataframe().to_string())
     assert table["harmonic"].values.tolist() == [7 if load == 150 else 6, 5, 4, 3, 2, 1]
     assert table["mesh_frequency"].values == pytest.approx(frequencies, abs=1.0)
@@ -163,12 +161,13 @@ def test_folded_harmonics_between_the_mesh_orders(tolerance, step, load):
     run = exugear.run_up(model, load=load, tolerance=tolerance, step=step, **conditions)
     data = run.data.isel(stage=0)
     speed = 2 * np.pi * data["mesh_frequency"].values
-    lines = exugear.order_spectrum(data["time"].values, speed, data["dte"].values, orders=3.2, revolutions=CYCLES)
-    level = 20 * np.log10(lines.amplitude / um)
-    between = (lines.order > 0.5) & (np.abs(lines.order - np.round(lines.order)) > 0.05)
-    folded = level[lines.speed > paper_gear().z * 2450 * rpm][:, between].max(axis=1)
+    dte = exugear.recorded_signal(data["time"].values, speed, data["dte"].values)
+    lines = exugear.order_tracking(dte, highest_order=3.2, revolutions=400)
+    level, order = 20 * np.log10(lines["amplitude"].values / um), lines["order"].values
+    between = (order > 0.5) & (np.abs(order - np.round(order)) > 0.05)
+    folded = level[lines["speed"].values > paper_gear().z * 2450 * rpm][:, between].max(axis=1)
     print(f"step {run.step / 1e-6:.1f} us, {load:g} N m: median {np.median(folded):.0f}, largest {folded.max():.0f} dB")
-    print(f"  main resonance {level[:, lines.order > 0.5].max():.0f} dB re 1 um")
+    print(f"  main resonance {level[:, order > 0.5].max():.0f} dB re 1 um")
     assert np.median(folded) < (-30 if tolerance > 5e-4 else -45)
 
 

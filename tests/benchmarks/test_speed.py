@@ -18,9 +18,7 @@ import exugear
 import fem
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.solver_settings import settings_for
-from exugear.planning.integrator_and_step import BETA, Rule
 from fem.elasticity.flank_compliance import flank_compliance
-from fem.elasticity.mesh_density import Density
 from fem.units import mm, rpm, um
 
 pytestmark = pytest.mark.slow
@@ -35,7 +33,7 @@ def empty_cache(tmp_path, monkeypatch):
 def test_factorization_of_the_gear(benchmark, paper_pair, empty_cache):
     """Yardstick of the curve: all solutions of one gear, nothing else."""
     gear = paper_pair.pinion
-    body = benchmark.pedantic(flank_compliance, (gear, Density().with_teeth(2, behind=1), gear.b), rounds=1)
+    body = benchmark.pedantic(flank_compliance, (gear, fem.Density().with_teeth(2, behind=1), gear.b), rounds=1)
     assert body.face.share == 0.5
 
 
@@ -76,7 +74,7 @@ def test_state_of_a_map(benchmark, kind, mode):
 def test_spring_of_exudyn(benchmark):
     """Yardstick of the run-ups: as many steps of two masses, one of them driven, on a spring that is built in."""
     _container, mbs = exudyn_spring(INERTIA)
-    settings = settings_for(Rule(BETA, STEP), STEP * STEPS, 1e-3)
+    settings = settings_for(exugear.Rule.fourth_order(STEP), STEP * STEPS, 1e-3)
     with quiet():
         assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)
 
@@ -94,7 +92,7 @@ def test_bearings_of_exudyn(benchmark):
             ends = {"itemNumbers": [mbs.CreateGround(), body], "localPosition0": [x, 0, z], "localPosition1": [0, 0, z]}
             mbs.CreateCartesianSpringDamper(**ends, **spring)
     mbs.Assemble()
-    settings = settings_for(Rule(BETA, STEP), STEP * STEPS, 1e-3)
+    settings = settings_for(exugear.Rule.fourth_order(STEP), STEP * STEPS, 1e-3)
     with quiet():
         assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)
 

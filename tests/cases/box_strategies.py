@@ -10,7 +10,7 @@ from strategies import floats, pairs
 import exugear
 import fem
 from exugear.gearbox.bearing import SOFT, SOFT_TILT
-from fem.ste.ste_map import ste_map
+from fem import ste_map
 from fem.units import GPa, MPa, um
 
 #: Mesh stiffness per width of steel gears, line load per module up to which the maps go.

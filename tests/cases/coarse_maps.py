@@ -3,7 +3,7 @@
 import numpy as np
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import Density
 from fem.ste.map_solver import ContactModel
 
 SLICES, STRIPS = fem.Slices(), fem.Resolution()

@@ -4,9 +4,8 @@ import numpy as np
 from paper_gears import paper_gear, paper_pair
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import STEEL, Density
 from fem.gear import tooth_profile
-from fem.gear.material import STEEL
 from fem.pair import hertz
 from fem.stress.flank_loads import FlankLoad
 from fem.units import deg, mm

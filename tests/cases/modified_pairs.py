@@ -1,6 +1,8 @@
-"""Pairs with modified flanks: type C of FZG, and a wide helical pair."""
+"""Pairs with modified flanks: type C of FZG, a wide helical pair, the paper's pair with end relief."""
 
 from dataclasses import replace
+
+from paper_gears import paper_gear
 
 import fem
 from fem.units import mm, um
@@ -23,3 +25,11 @@ def wide_helical() -> fem.GearPair:
     pinion = fem.Gear(z=25, b=210 * mm, beta=0.24434609527920614, x=0.25, d_bore=120 * mm, **common)
     wheel = fem.Gear(z=98, b=200 * mm, beta=-0.24434609527920614, x=-0.05, d_bore=500 * mm, **common)
     return fem.GearPair(pinion, wheel, a=fem.GearPair(pinion, wheel).a + 0.2 * mm)
+
+
+def end_relieved(beta: float) -> fem.GearPair:
+    """The paper's pair with end relief, helical ones by a helix of their own."""
+    changes = {"d_a": None, "d_f": None, "s_n": None} if beta else {}
+    relief = (fem.EndRelief(30 * um, 4 * mm),)
+    pinion, wheel = (paper_gear(beta=hand * beta, flank=relief, **changes) for hand in (1, -1))
+    return fem.GearPair(pinion, wheel, a=None if beta else 150 * mm)

@@ -7,10 +7,9 @@ from skfem import Basis, ElementHex1, ElementQuad2, ElementVector, MeshLine
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import fem
+from fem import Density, section
 from fem.elasticity.extrusion import extruded, half_face
 from fem.elasticity.face_symmetry import Face, clamped
-from fem.elasticity.mesh_density import Density
-from fem.elasticity.section_mesh import section
 from fem.reference.mortar import pair_gaps
 from fem.reference.nonlinear import ContactProblem
 from fem.units import um

@@ -6,7 +6,7 @@ from exudyn.rigidBodyUtilities import RotXYZ2RotationMatrix
 from paper_gears import paper_gear, paper_pair
 
 import exugear
-from fem.ste.ste_map import ste_map
+from fem import ste_map
 from fem.units import mm, rpm
 
 K, INERTIA = 4.2e8, 8.550e-3
@@ -31,12 +31,12 @@ def smooth_box(part=None, parts=None, **stage) -> exugear.Gearbox:
     return exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), **{"damping": 2700.0} | stage)])
 
 
-def two_equal_stages() -> exugear.Gearbox:
-    """The paper's pair twice, one behind the other; a middle shaft with two gears."""
+def two_stages(angle: float = 0.0) -> exugear.Gearbox:
+    """The paper's pair twice, the second at an angle behind the first; a middle shaft with two gears."""
     middle = exugear.Shaft("middle", {30 * mm: paper_gear(), 80 * mm: paper_gear()})
     fast, slow = (exugear.Shaft(name, {s * mm: paper_gear()}) for name, s in (("fast", 30), ("slow", 80)))
-    stages = [exugear.Stage(*pair, smooth_map(), damping=2700.0) for pair in ((fast, middle), (middle, slow))]
-    return exugear.Gearbox(stages)
+    first = exugear.Stage(fast, middle, smooth_map(), damping=2700.0)
+    return exugear.Gearbox([first, exugear.Stage(middle, slow, smooth_map(), damping=2700.0, angle=angle)])
 
 
 class Oscillator:

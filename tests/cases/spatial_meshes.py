@@ -18,8 +18,10 @@ SPUR = paper_pair()
 OFFSETS = {"a": SPUR.a + np.array([-40, 0, 60]) * um, "misalignment": np.array([-2e-4, -5e-5, 0, 1e-4, 2e-4])}
 
 
-def helical_pair() -> fem.GearPair:
-    gears = [paper_gear(m_n=2.6 * mm * np.cos(BETA), beta=s * BETA, s_n=3.78 * mm * np.cos(BETA)) for s in (1, -1)]
+def helical_pair(hand: int = 1) -> fem.GearPair:
+    """The paper's pair with helical teeth of its transverse section; hand +1: the pinion is right-hand."""
+    sizes = {"m_n": 2.6 * mm * np.cos(BETA), "s_n": 3.78 * mm * np.cos(BETA)}
+    gears = [paper_gear(beta=s * BETA, **sizes) for s in (hand, -hand)]
     return fem.GearPair(*gears, a=150 * mm)
 
 
@@ -41,6 +43,21 @@ def law_of(width: float = 20 * mm, k: float = K, tilts=None, **options) -> exuge
     )
     return exugear.MeshForce(
         [0.0], depth, force, centroid=centroid, offsets=OFFSETS | {"misalignment": tilt}, **options
+    )
+
+
+def two_helical_stages(bearing: exugear.Bearing, angles, *, hand: int = 1, backlash: float) -> exugear.Gearbox:
+    """Equal helical stages, each shaft on two bearings at 0 and 100 mm; hand +1: the first pinion is right-hand.
+
+    The force centroid lies beside mid-plane.
+    """
+    pair = helical_pair(hand)
+    right, left, ends = pair.pinion, pair.wheel, {0.0: bearing, 100 * mm: bearing}
+    gears = {"input": {30 * mm: right}, "middle": {30 * mm: left, 65 * mm: right}, "output": {65 * mm: left}}
+    shafts = [exugear.Shaft(name, teeth | ends) for name, teeth in gears.items()]
+    law = law_of(backlash=backlash, damping=2700.0)
+    return exugear.Gearbox(
+        [exugear.Stage(*shafts[i : i + 2], law, pair=pair, angle=angle) for i, angle in enumerate(angles)]
     )
 
 

@@ -6,9 +6,9 @@ from math import cos, hypot, sqrt, tan
 import numpy as np
 from hypothesis import reject
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 import fem
-from fem.gear.involute import inverse_involute, involute
 from fem.units import GPa, deg, mm, um
 
 
@@ -119,10 +119,15 @@ def pairs(draw) -> fem.GearPair:
         reject()
 
 
+def involute(alpha):
+    """Involute function of an angle [rad]."""
+    return np.tan(alpha) - alpha
+
+
 def without_backlash(pinion: fem.Gear, wheel: fem.Gear) -> float:
     """Centre distance [m] that the profile shifts give (ISO 21771)."""
     shift = 2 * tan(pinion.alpha_n) * (pinion.x + wheel.x) / (pinion.z + wheel.z)
-    alpha_wt = inverse_involute(involute(pinion.alpha_t) + shift)
+    alpha_wt = brentq(lambda alpha: involute(alpha) - involute(pinion.alpha_t) - shift, 0.0, 1.5, xtol=1e-15)
     return (pinion.r_b + wheel.r_b) / cos(alpha_wt)
 
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 from scenes import linear_law, paper_gear, paper_pair
-from strategies import without_backlash
+from strategies import involute, without_backlash
 
 import fem
 from exugear import Gearbox, Shaft, Stage
-from fem.gear.involute import involute
 from fem.units import deg, mm
 
 STIFF = linear_law(reach=9e-3, backlash=2e-4)

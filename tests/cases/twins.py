@@ -3,12 +3,12 @@
 import numpy as np
 
 import fem
+from fem import Density
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.face_symmetry import HalfFace
 from fem.elasticity.flank_compliance import Compliance, uniform_load_compliance
 from fem.elasticity.half_space import along_line, half_plane
 from fem.elasticity.hat_functions import values_of_means
-from fem.elasticity.mesh_density import Density
 from fem.elasticity.section_mesh import flank_hats
 from fem.pair.hertz import flattening
 from fem.pair.mesh_position import MeshPosition

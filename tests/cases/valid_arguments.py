@@ -16,10 +16,6 @@ from skfem import ElementQuad1
 
 import exugear
 import fem
-from fem.elasticity.mesh_density import Density
-from fem.reference.explicit import CentralDifferences
-from fem.reference.time_integration import RunUp
-from fem.stress.fields import Field
 from fem.units import mm, um
 
 RING = exugear.RingPair(paper_gear(), z=-120, a=-84 * mm)
@@ -97,24 +93,23 @@ def instances() -> dict[str, Any]:
     run = exugear.run_up(model, speed=(50.0, 60.0), load=100.0, duration=0.05, progress=False, checks=0, power=True)
     drag = exugear.Drag(0.1)
     bearing = exugear.Bearing(radial=1e8, axial=1e8, tilt=1e5, damping=1e-5, clearance=5 * um, drag=drag)
-    field = Field(TRIANGLE[0], TRIANGLE[1], TRIANGLE[0], *np.ones((4, 3)), np.zeros(2), 0.0)
+    field = fem.stress.Field(TRIANGLE[0], TRIANGLE[1], TRIANGLE[0], *np.ones((4, 3)), np.zeros(2), 0.0)
     recorder = exugear.Recorder()
     recorder.start(1e-4, 10, motion=True)
     made = [
         fem.iso6336.FlankDeviations(f_pb_eff=5 * um), fem.EdgeBreak(0.2 * mm), fem.EndRelief(5 * um, 2 * mm),
         fem.Grid((1e-2, 2e-2), (-1e-2, 1e-2), ((0, 0), (0, 0))), fem.HelixSlope(5 * um), fem.LeadCrowning(5 * um),
-        fem.PitchDeviation((0.0,) * 57), fem.ProfileCrowning(5 * um), fem.RootRelief(5 * um, 2 * mm),
-        fem.TipRelief(5 * um, 2 * mm), fem.Sides(), fem.Offsets(a=150 * mm), fem.Resolution(neighbours=1),
-        fem.Slices(slices=40),
-        fem.UpTo(100.0), fem.Material(), paper_gear(), paper_pair(), fem.map_cost(paper_pair(), 100.0), Density(),
-        RunUp(), CentralDifferences(), field, exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3),
-        exugear.Placement(), exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
-        exugear.SchlenkFriction(0.02, 0.4 * um), exugear.NiemannFriction(0.02, 0.4 * um),
-        exugear.XuFriction(0.02, 0.4 * um),
-        exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
+        fem.PitchDeviation((0.0,) * 57), fem.ProfileCrowning(5 * um), fem.RootRelief(5 * um, 2 * mm), fem.TipRelief(5
+        * um, 2 * mm), fem.Sides(), fem.Offsets(a=150 * mm), fem.Resolution(neighbours=1), fem.Slices(slices=40),
+        fem.UpTo(100.0), fem.Material(), paper_gear(), paper_pair(), fem.map_cost(paper_pair(), 100.0), fem.Density(),
+        exugear.Rule.fourth_order(1e-5), fem.dynamic.RunUp(), fem.explicit.CentralDifferences(), field,
+        exugear.Coupling(1e4, inertia=0.1), exugear.Disc(1.0, 1e-3, 1e-3), exugear.Placement(),
+        exugear.MeshFriction(0.05, np.zeros(4), np.full(4, mm)), RING, box, box.stages[0],
+        exugear.SchlenkFriction(0.02, 0.4 * um), exugear.NiemannFriction(0.02, 0.4 * um), exugear.XuFriction(0.02, 0.4
+        * um), exugear.Drag(1.0, 1e-3), exugear.BearingDrag(60 * mm, 2.0, 20e-6, 3e-4, load=1000.0),
         box.stages[0].fast, linear_law(), model, model.plan.scene, model.plan, run, recorder, bearing,
         exugear.Speed(50.0), exugear.Torque(100.0), exugear.MotorCurve([0.0, 100.0], [50.0, 0.0]),
-        exugear.SpeedReached("fast", 55.0), exugear.Apart(0.01), run.energy_balance(),
+        exugear.SpeedReached("fast", 55.0), exugear.Apart(0.01), run.energy_balance(), exugear.dte_envelope(run),
     ]  # fmt: skip
     return {type(instance).__name__: instance for instance in made}
 
@@ -133,15 +128,15 @@ def by_name() -> dict[str, Any]:
     quantity = ("z", 57.0, "1", "number of teeth")
     plain = {
         "pair": paper_pair(), "gear": paper_gear(), "torque": 100.0, "phases": 8, "phase": 0.1,
-        "te": np.zeros((2, 8)), "offsets": fem.Offsets(), "accuracy": 0.01, "progress": False, "density": Density(),
-        "element": ElementQuad1(), "penalty": 1e15, "run": made["Run"], "scheme": CentralDifferences(),
+        "te": np.zeros((2, 8)), "offsets": fem.Offsets(), "accuracy": 0.01, "progress": False, "density": fem.Density(),
+        "element": ElementQuad1(), "penalty": 1e15, "run": made["Run"], "scheme": fem.explicit.CentralDifferences(),
         "resolution": fem.Resolution(), "executor": None, "path": folder / "map.nc", "data": stresses(),
         "ste": shared_map(), "force": linear_law(), "stage": 0, "mbs": mbs, "container": container, "name": "",
         "itemNumbers": items[:2], "friction": made["MeshFriction"], "recorder": exugear.Recorder(),
         "localPositions": [[0, 0, 0]] * 2, "localAxes": [[0, 0, 1]] * 2, "direction": 1, "contact": items[2],
         "fileName": "", "storeInternal": True, "load": 100.0, "acceleration": 1.0, "model": made["Model"],
         "gearbox": made["Gearbox"], "plan": made["Plan"], "duration": 0.05, "speed": (50.0, 60.0), "tolerance": 1e-3,
-        "step": 1e-6, "sample": 1e-4, "sensor_period": 1e-3, "checks": 0, "place": LINE, "signal": LINE,
+        "step": 1e-6, "sample": 1e-4, "sensor_period": 1e-3, "checks": 0, "abscissa": LINE, "signal": LINE,
         "time": LINE, "amplitude": LINE, "cycles": 100 * LINE, "windows": 10, "orders": 2.0, "revolutions": 4,
         "overlap": 0.5, "prominence": 0.1, "r": 75 * mm, "k": 7, "D_M": 5 * mm, "lever": 0.1, "axial": 0.0,
         "frequency": 1000.0, "mesh_frequency": 100.0, "interval": 1e-4, "number": 10, "steps": 5, "motion": True,
@@ -150,14 +145,15 @@ def by_name() -> dict[str, Any]:
         "damping_ramp": 1e-6, "samples": 100,
         "length": 0.1, "d": 0.1, "d_bore": 0.02, "factor": 1.5, "line_load": 1e5, "C_R": 1.0, "C_M": 0.8, "ax": ax,
         "bodies": [TRIANGLE], "touching": [TRIANGLE[0]], "label": "a", "colours": "viridis", "colour": "k",
-        "width": 1.0, "top": 1.0, "rows": 1, "columns": 1, "spatial": (), "runs": {"a": made["Run"]}, "found": None,
+        "width": 1.0, "top": 1.0, "rows": 1, "columns": 1, "spatial": (), "runs": {"a": made["Run"]},
+        "resonances": None,
         "points": TRIANGLE[0], "height": mm, "quads": np.array([[0], [1], [2], [0]]),
-        "facets": np.array([[0, 4], [1, 5], [2, 6], [3, 7]]), "harmonics": 2.2, "decibels": 60.0, "pitches": 2.0,
+        "facets": np.array([[0, 4], [1, 5], [2, 6], [3, 7]]), "highest_order": 5.0, "decibels": 60.0, "pitches": 2.0,
         "alternating": True, "body": items[0], "phase_angle": 0.0, "color": (0.5, 0.5, 0.5, 1.0),
         "points_per_tooth": 24, "theta": 0.0, "tiles": 24, "scale": 2.0, "refine": 6, "fields": (made["Field"],),
         "t": 0.01, "pitch": 0.1, "title": "a", "message": "a", "value": 1.0, "unit": "1", "meaning": "a",
         "order": LINE, "low": LINE, "high": LINE, "rms": LINE,
-        "peaks": exugear.spectrum.Resonances(LINE[1:3], LINE[1:3]), "divisors": (2, 1), "within": 0.1,
+        "peaks": exugear.spectrum.Peaks(LINE[1:3], LINE[1:3]), "divisors": (2, 1), "within": 0.1,
         "drives": {"fast": 50.0}, "loads": {"slow": 100.0}, "start_speed": None, "initial": None,
         "stop": [exugear.Apart(0.01)], "rotation": (0.4, 0.6, 0.0), "size": (120, 80), "zoom": 0.8,
         "speeds": [50.0, 60.0], "stations": 10, "bearing": "a", "frames": 4, "fps": 10.0,
@@ -182,7 +178,8 @@ def by_name() -> dict[str, Any]:
         "pair_of.data": shared_map(),
         "static_transmission_error.resolution": None, "map_cost.resolution": None,
         "ste_map.torque": [0.0, 100.0], "ste_map.phase": np.arange(8) / 8, "ste_map.offsets": {},
-        "transmission_error.run": RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20), "save.data": smooth_map(),
+        "transmission_error.run": fem.dynamic.RunUp(start=-0.1, stop=0.1, run_up=0.1, steps=20),
+        "save.data": smooth_map(),
         "save_vtu.path": folder / "fields.vtu", "load.path": folder / "map.nc", "Run.load.path": folder / "run.nc",
         "MeshForce.load.path": folder / "law.nc", "ste_from_table.path": folder / "te.csv",
         "Grid.from_table.path": folder / "flank.csv",
@@ -195,7 +192,7 @@ def by_name() -> dict[str, Any]:
         "Gearbox.offsets.stage": made["Stage"], "radial_force.r": 2 * um, "deflection_at.force": 100.0,
         "cylinder.density": 7850.0, "plot_gears.ax": ax, "plot_field.bodies": [(*TRIANGLE, np.ones(3))],
         "plot_field.top": 1.0, "plot_root_stress.name": "root_stress", "plot_solid.points": CUBE,
-        "plot_solid.ax": Figure().add_subplot(projection="3d"), "order_spectrum.speed": TURNS,
+        "plot_solid.ax": Figure().add_subplot(projection="3d"),
         "plot_bearing_forces.run": run_on_bearings(), "bearing_force_rms.run": run_on_bearings(),
         "steady_states.harmonics": 2, "plot_branches.quantity": "rms", "plot_branches.harmonic": None,
         "plot_branches.data": exugear.steady_states(made["Model"], speed=(50.0, 60.0), load=100.0),
@@ -226,12 +223,12 @@ def of_signals(folder: Path) -> dict[str, Any]:
     return signals | {
         "signal.name": "dte", "recorded_signal.speed": TURNS, "values": LINE, "units": "N", "long_name": "force",
         "stored": np.outer(LINE, [0.04, 1.0]), "component": 0, "order_cut.orders": [3.0, 5.0], "side_bands": 1,
-        "mesh_orders.harmonics": 2, "resonance_table.harmonics": 3, "spectrogram.resolution": 20.0,
+        "mesh_orders.harmonics": 2, "resonances.harmonics": 3, "spectrogram.resolution": 20.0,
         "waterfall.resolution": 20.0, "window": "hann", "lines": 5, "rms": [1.0, 2.0], "reference": 1e-6,
         "channels": cuts["amplitude"], "over": ["order"], "write_sound.path": folder / "sound.wav", "rate": 8000,
-        "full_scale": 2.0, "plot_order_map.orders": exugear.order_tracking(signal, orders=5.0), "cuts": cuts,
-        "spectra": spectra, "levels": exugear.level(cuts["amplitude"]), "plot_cascade.height": 5.0,
-        "plot_cascade.top": 500.0, "plot_spectrogram.top": 500.0,
+        "full_scale": 2.0, "order_map": exugear.order_tracking(signal, highest_order=5.0), "cuts": cuts,
+        "spectra": spectra, "levels": exugear.level(cuts["amplitude"]), "plot_waterfall.height": 5.0,
+        "plot_waterfall.top": 500.0, "plot_spectrogram.top": 500.0,
         "plot_order_cuts.ax": Figure().add_subplot(), "frequencies": [400.0],
     }  # fmt: skip
 

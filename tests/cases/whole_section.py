@@ -5,10 +5,10 @@ import scipy.sparse as sp
 from skfem import Basis, ElementLineP2, ElementQuad2, MeshLine
 
 import fem
+from fem import Density
 from fem.elasticity import section_mesh
 from fem.elasticity.face_symmetry import Face, WholeFace
 from fem.elasticity.flank_compliance import axial_loads, flank_forces, lines_across
-from fem.elasticity.mesh_density import Density
 from fem.elasticity.pitch_condensation import Prism
 from fem.linalg.block_matrix import KroneckerMatrix
 

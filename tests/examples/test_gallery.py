@@ -37,7 +37,7 @@ def test_an_overlap_ratio_of_one_takes_the_variation_out_of_the_ste(tmp_path):
 def test_a_measured_table_resonates_where_its_stiffness_and_the_inertia_say(tmp_path):
     expected, run = measured_table.main(tmp_path, quick=True)
     outline = exugear.dte_envelope(run)
-    assert outline.place[np.argmax(outline.amplitude)] == pytest.approx(expected, rel=0.02)
+    assert outline.abscissa[np.argmax(outline.amplitude)] == pytest.approx(expected, rel=0.02)
     table = measured_table.pd.read_csv(tmp_path / "synthetic_measurement.csv")
     law = measured_table.law_of(table)
     points = table.sample(20, random_state=1).to_numpy()

@@ -3,27 +3,16 @@
 import numpy as np
 import pytest
 import xarray as xr
-from paper_gears import paper_gear, paper_pair
-from scenes import INERTIA, K, Oscillator, linear_law, smooth_box, smooth_map
+from paper_gears import paper_pair
+from scenes import INERTIA, K, Oscillator, linear_law, smooth_box, two_stages
 
 import exugear
-from fem.units import mm, rpm
+from fem.units import rpm
 
 
 def ran(box, **changes) -> exugear.Run:
     options = {"speed": 30 * rpm, "load": 150.0, "duration": 0.4, "progress": False, "checks": 0} | changes
     return exugear.run_up(exugear.build(box), **options)
-
-
-def two_stages() -> exugear.Gearbox:
-    """Two equal stages, without friction and drag."""
-    gears = {name: {0 * mm: paper_gear()} for name in ("fast", "slow")}
-    middle = exugear.Shaft("middle", {0 * mm: paper_gear(), 60 * mm: paper_gear()})
-    fast, slow = exugear.Shaft("fast", gears["fast"]), exugear.Shaft("slow", {60 * mm: paper_gear()})
-    ste = smooth_map()
-    return exugear.Gearbox(
-        [exugear.Stage(fast, middle, ste, damping=2700.0), exugear.Stage(middle, slow, ste, damping=2700.0)]
-    )
 
 
 def test_without_speed_the_dynamic_factor_is_1():

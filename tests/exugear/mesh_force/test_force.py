@@ -10,9 +10,8 @@ import fem
 from exugear import MeshForce
 from exugear.mesh_force.force import mesh_forces
 from exugear.mesh_force.ste_interpolation import loaded_deflection
-from fem import PitchDeviation, Sides
-from fem.elasticity.mesh_density import Density
-from fem.ste.ste_map import over_torque_and_phase, pair_of, ste_map
+from fem import Density, PitchDeviation, Sides, pair_of, ste_map
+from fem.ste.ste_map import over_torque_and_phase
 from fem.support.numba_cache import kept
 from fem.units import mm, um
 

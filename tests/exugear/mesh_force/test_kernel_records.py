@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exugear.mesh_force.force import MeshForce
+from exugear import MeshForce
 from exugear.mesh_force.kernel_records import address_of, changed, reader, record_of, record_type, start_of
 from exugear.mesh_force.patches import table_at
 from fem.support.numba_cache import compiled

@@ -9,7 +9,7 @@ from scenes import paper_pair, smooth_map
 
 import exugear
 from exugear.multibody.user_function_errors import stop_error
-from fem.ste.ste_map import ste_map
+from fem import ste_map
 from fem.units import mm
 
 PAIR = paper_pair()

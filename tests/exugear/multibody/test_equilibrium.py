@@ -8,7 +8,6 @@ from paper_gears import paper_gear
 from scenes import INERTIA, linear_law, paper_pair, smooth_box, smooth_map
 
 import exugear
-from exugear.operation.time_functions import Line, curve_through_function
 from fem.units import mm, rpm
 
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-5)
@@ -94,14 +93,6 @@ def test_driving_shaft_has_its_acceleration_from_the_first_step_on():
     model = exugear.build(smooth_box())
     exugear.run_up(model, speed=(50.0, 60.0), load=150.0, duration=0.02)
     assert model.mbs.systemData.GetODE2Coordinates_tt()[model.spins["fast"]] == pytest.approx(500, rel=1e-6)
-
-
-def test_curves_know_their_slope():
-    curve = curve_through_function(lambda t: 3 + 2 * np.sin(5 * t), 1.0)
-    assert float(curve.slope(0.0)) == pytest.approx(10, rel=1e-6) and not curve.constant
-    assert (
-        curve_through_function(lambda t: 3.0, 1.0).constant and Line(3.0, 0.0).constant and not Line(3.0, 1.0).constant
-    )
 
 
 @pytest.mark.filterwarnings("ignore:torsion 8 N m/rad")

@@ -14,7 +14,8 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import eigsh
 
 import exugear
-from exugear.multibody.solver_settings import highest_frequency, integrator
+from exugear import integrator
+from exugear.multibody.solver_settings import highest_frequency
 from fem import STEEL
 from fem.units import um
 

@@ -34,11 +34,6 @@ SYSTEM = sys.platform, platform.machine(), platform.python_implementation()
 needs_native = pytest.mark.skipif(SYSTEM != ("linux", "x86_64", "CPython"), reason="portable path only")
 
 
-@pytest.fixture(scope="module")
-def law() -> exugear.MeshForce:
-    return exugear.MeshForce.from_ste(smooth_map(), damping=1000.0)
-
-
 @pytest.fixture
 def both_paths(monkeypatch):
     """Results of a function by way of Python and by the direct call."""

@@ -11,7 +11,7 @@ from exugear.mesh_force.kernel_records import address_of
 from exugear.operation.piecewise_cubics import tabulated
 from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.operation.stop_conditions import first_end
-from exugear.operation.time_functions import speed_function
+from exugear.operation.time_functions import Line, curve_through_function, line, speed_function
 from exugear.operation.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.torque_tables import torque_table
 from exugear.operation.train_motion import expected_speeds, force_per_torque, reduced_inertia
@@ -176,3 +176,18 @@ def test_ends_are_short_in_print():
     assert repr(Speed((0.0, 5.0))) == "Speed((0.0, 5.0))"
     assert repr(Speed((np.arange(3000.0), np.ones(3000)))) == "Speed(3000 points)"
     assert repr(exugear.MotorCurve([0, 100], [5, 0])) == "MotorCurve(2 speeds up to 100 rad/s)"
+
+
+def test_angle_is_the_integral_of_the_speed():
+    curve = curve_through_function(lambda t: 100 + 20 * np.sin(30 * t), 2.0)
+    times = np.linspace(0, 2, 101)
+    exact = 100 * times + 20 / 30 * (1 - np.cos(30 * times))
+    assert [curve.integral(t) for t in times] == pytest.approx(exact, abs=1e-6)
+    assert line("speed", (0, 10), 5.0).integral(5.0) == pytest.approx(25)
+
+
+def test_curves_know_their_slope():
+    curve = curve_through_function(lambda t: 3 + 2 * np.sin(5 * t), 1.0)
+    assert float(curve.slope(0.0)) == pytest.approx(10, rel=1e-6) and not curve.constant
+    assert curve_through_function(lambda t: 3.0, 1.0).constant
+    assert Line(3.0, 0.0).constant and not Line(3.0, 1.0).constant

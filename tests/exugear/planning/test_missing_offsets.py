@@ -10,7 +10,7 @@ from spatial_meshes import helical_pair
 
 import exugear
 import fem
-from fem.ste.ste_map import ste_map
+from fem import ste_map
 from fem.units import mm, um
 
 LINEAR = {0.0: exugear.Bearing(2e8, 1e8, damping=1e-5), 80 * mm: exugear.Bearing(2e8, damping=1e-5)}

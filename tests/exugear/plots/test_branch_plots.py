@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scenes import smooth_box
 
 import exugear
 from exugear import plots
@@ -10,13 +9,8 @@ from fem.units import rpm, um
 
 
 @pytest.fixture(scope="module")
-def model() -> exugear.Model:
-    return exugear.build(smooth_box())
-
-
-@pytest.fixture(scope="module")
-def data(model):
-    return exugear.steady_states(model, speed=(1000 * rpm, 3500 * rpm), load=150.0)
+def data(spinning):
+    return exugear.steady_states(spinning, speed=(1000 * rpm, 3500 * rpm), load=150.0)
 
 
 def drawn(data, **options):
@@ -48,8 +42,8 @@ def test_a_harmonic_has_its_order_in_the_label(data):
     )
 
 
-def test_a_swept_run_lies_on_the_stable_branch(model, data):
-    run = exugear.run_up(model, speed=(2200 * rpm, 3500 * rpm), duration=1.0, load=150.0, progress=False, checks=0)
+def test_a_swept_run_lies_on_the_stable_branch(spinning, data):
+    run = exugear.run_up(spinning, speed=(2200 * rpm, 3500 * rpm), duration=1.0, load=150.0, progress=False, checks=0)
     swept = drawn(data, run=run).lines[0]
     stable = data.isel(point=np.flatnonzero(data["stable"].values & (data["mesh_frequency"].values > 2000)))
     stable = stable.sortby("mesh_frequency")

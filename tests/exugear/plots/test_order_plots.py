@@ -33,7 +33,9 @@ def test_order_cuts_are_curves_over_rpm_in_micrometres(signal):
 
 
 def test_maps_are_darkest_at_the_orders(signal):
-    (picture,) = plots.plot_order_map(exugear.order_tracking(signal, orders=50), plots.figure().axes[0]).collections
+    (picture,) = plots.plot_order_map(
+        exugear.order_tracking(signal, highest_order=50), plots.figure().axes[0]
+    ).collections
     level, edges = picture.get_array().mean(axis=1), picture.get_coordinates()[:, 0, 1]
     assert edges[level.argmax()] == pytest.approx(20, abs=0.5)
     assert picture.get_clim()[1] == pytest.approx(20 * np.log10(2), abs=0.1)
@@ -46,7 +48,7 @@ def test_maps_are_darkest_at_the_orders(signal):
 
 def test_a_map_says_where_its_lines_smear_resonances(signal):
     """The speed rises by 20 rad/s in a second, in 8 revolutions by more than a tenth below 100 rad/s."""
-    tracked = exugear.order_tracking(signal, orders=50)
+    tracked = exugear.order_tracking(signal, highest_order=50)
     expected = 20 * 8 * 2 * np.pi / tracked["speed"].values ** 2
     assert tracked["speed_change"].values[5:] == pytest.approx(expected[5:], rel=0.1)
     label = plots.plot_order_map(tracked, plots.figure().axes[0]).get_xlabel()
@@ -67,7 +69,7 @@ def test_a_run_up_and_coast_down_is_drawn_over_time(signal):
 
 def test_a_cascade_stands_at_the_speeds_and_its_peaks_rise_as_asked(signal):
     spectra = exugear.waterfall(signal, lines=9, resolution=20.0)
-    ax = plots.plot_cascade(spectra, plots.figure().axes[0], height=4.0)
+    ax = plots.plot_waterfall(spectra, plots.figure().axes[0], height=4.0)
     lines = sorted((line.get_ydata() for line in ax.lines), key=min)
     step = np.ptp(spectra["speed"].values) / rpm / 8
     assert [line.min() for line in lines] == pytest.approx(spectra["speed"].values / rpm, abs=0.01 * step)
@@ -78,11 +80,11 @@ def test_a_cascade_stands_at_the_speeds_and_its_peaks_rise_as_asked(signal):
 def test_spectra_are_shown_up_to_where_their_energy_lies(signal):
     """Order 40 ends at 1146 Hz and the sampling at 5000 Hz; silence is shown as a whole."""
     spectra = exugear.waterfall(signal, resolution=20.0)
-    axes = [plot(spectra, plots.figure().axes[0]) for plot in (plots.plot_cascade, plots.plot_spectrogram)]
+    axes = [plot(spectra, plots.figure().axes[0]) for plot in (plots.plot_waterfall, plots.plot_spectrogram)]
     tops = axes[0].get_xlim()[1], axes[1].get_ylim()[1]
     assert all(1100 < top < 1300 for top in tops)
-    assert plots.plot_cascade(spectra, plots.figure().axes[0], top=700.0).get_xlim()[1] == 700
-    assert plots.plot_cascade(0 * spectra, plots.figure().axes[0]).get_xlim()[1] == 5000
+    assert plots.plot_waterfall(spectra, plots.figure().axes[0], top=700.0).get_xlim()[1] == 700
+    assert plots.plot_waterfall(0 * spectra, plots.figure().axes[0]).get_xlim()[1] == 5000
     with pytest.raises(ValueError, match="top must be >= 20 Hz"):
         plots.plot_spectrogram(spectra, top=5.0)
 
@@ -124,12 +126,12 @@ def test_several_channels_and_other_data_are_refused(signal):
     cut = exugear.order_cut(signal.expand_dims(bearing=["a", "b"]), list(ORDERS))
     with pytest.raises(ValueError, match=r"cuts must hold one channel; select one.*bearing"):
         plots.plot_order_cuts(cut)
-    with pytest.raises(ValueError, match="orders must hold an amplitude over time or speed and order"):
+    with pytest.raises(ValueError, match="order_map must hold an amplitude over time or speed and order"):
         plots.plot_order_map(exugear.spectrogram(signal))
 
 
 def test_missing_amplitudes_leave_the_range_of_colours(signal):
-    tracked = exugear.order_tracking(signal, orders=50)
+    tracked = exugear.order_tracking(signal, highest_order=50)
     (whole,) = plots.plot_order_map(tracked, plots.figure().axes[0]).collections
     tracked["amplitude"][0, 0] = np.nan
     (partly,) = plots.plot_order_map(tracked, plots.figure().axes[0]).collections
@@ -138,12 +140,12 @@ def test_missing_amplitudes_leave_the_range_of_colours(signal):
 
 @pytest.mark.parametrize("decibels", [0.0, -60.0])
 def test_ranges_that_turn_a_picture_upside_down_are_refused(signal, decibels):
-    tracked = exugear.order_tracking(signal, orders=50)
+    tracked = exugear.order_tracking(signal, highest_order=50)
     for draw, data in ((plots.plot_order_map, tracked), (plots.plot_order_cuts, exugear.order_cut(signal, [20]))):
         with pytest.raises(ValueError, match="decibels must be > 0 dB"):
             draw(data, decibels=decibels)
     with pytest.raises(ValueError, match="height must be > 0"):
-        plots.plot_cascade(exugear.waterfall(signal, resolution=20.0), height=-1.0)
+        plots.plot_waterfall(exugear.waterfall(signal, resolution=20.0), height=-1.0)
     with pytest.raises(ValueError, match="a map needs two spectra or more"):
         plots.plot_order_map(tracked.isel(time=[0]))
 
@@ -153,4 +155,4 @@ def test_a_signal_that_runs_backwards_is_refused(signal):
     with pytest.raises(ValueError, match="times of the signal must increase"):
         exugear.spectrogram(backwards, resolution=20.0)
     with pytest.raises(ValueError, match="times of the signal must increase"):
-        exugear.order_tracking(backwards, orders=50)
+        exugear.order_tracking(backwards, highest_order=50)

@@ -9,8 +9,6 @@ from scenes import K, smooth_box, smooth_map
 import exugear
 import fem
 from exugear import plots
-from exugear.signals.spectrum import Resonances
-from fem.ste.ste_map import ste_map
 from fem.units import mm, rpm, um
 
 #: A stage behind another one, in mesh cycles of the first: its pinion turns with the wheel of the first.
@@ -18,7 +16,7 @@ BEHIND = 25 / 40
 
 
 @pytest.fixture(scope="module")
-def two_stages() -> exugear.Run:
+def unequal_stages() -> exugear.Run:
     """Run-up of 20/40 and 25/50 teeth, each mesh stiffer while two pairs touch."""
     teeth = {"first": (20, 40), "second": (25, 50)}
     gears = {name: [few_teeth(z=z, x=0.0) for z in pair] for name, pair in teeth.items()}
@@ -49,45 +47,45 @@ def swept(top: float = 3000.0, duration: float = 3.0) -> xr.Dataset:
     )
 
 
-def test_each_stage_has_its_own_mesh_frequency(two_stages):
-    first, second = two_stages.data["mesh_frequency"].values
-    assert first == pytest.approx(20 * two_stages.data["speed"].values / (2 * np.pi))
+def test_each_stage_has_its_own_mesh_frequency(unequal_stages):
+    first, second = unequal_stages.data["mesh_frequency"].values
+    assert first == pytest.approx(20 * unequal_stages.data["speed"].values / (2 * np.pi))
     assert second == pytest.approx(BEHIND * first)
     for stage, frequency in enumerate((first, second)):
-        ax = plots.plot_run_up(two_stages, plots.figure().axes[0], stage)
+        ax = plots.plot_run_up(unequal_stages, plots.figure().axes[0], stage)
         assert ax.get_xlim()[1] == pytest.approx(frequency[-1], rel=0.01)
 
 
 @pytest.mark.parametrize("stage", [0, 1])
-def test_each_stage_has_its_largest_amplitude_at_mesh_order_one(two_stages, stage):
-    data = two_stages.data
+def test_each_stage_has_its_largest_amplitude_at_mesh_order_one(unequal_stages, stage):
+    data = unequal_stages.data
     speed, dte = 2 * np.pi * data["mesh_frequency"].values[stage], data["dte"].values[stage]
-    spectrum = exugear.order_spectrum(data["time"].values, speed, dte, orders=3.2, revolutions=20)
-    mesh = np.isclose(spectrum.order, 1)
-    assert spectrum.order[spectrum.amplitude.mean(axis=0).argmax()] == pytest.approx(1)
-    (picture,) = plots.plot_waterfall(two_stages, plots.figure().axes[0], stage).collections
+    signal = exugear.recorded_signal(data["time"].values, speed, dte)
+    amplitude = exugear.order_tracking(signal, highest_order=3.2, revolutions=20)["amplitude"].mean("time")
+    assert float(amplitude.idxmax()) == pytest.approx(1)
+    (picture,) = plots.plot_mesh_order_map(unequal_stages, plots.figure().axes[0], stage).collections
     level = picture.get_array().mean(axis=1)
     edges = picture.get_coordinates()[:, 0, 1]
     (low, high), top = edges[level.argmax() :][:2], level.max()
     assert low < 1 < high
-    assert top == pytest.approx(20 * np.log10(spectrum.amplitude[:, mesh].mean() / um), abs=1)
+    assert top == pytest.approx(20 * np.log10(float(amplitude.max()) / um), abs=1)
     middle = (edges[1:] + edges[:-1]) / 2
     between = [k / BEHIND ** (1 - 2 * stage) for k in (1, 2)]
     assert level[np.abs(middle[:, None] - [1, 2, 3, *between]).min(axis=1) > 0.2].max() < top - 30
 
 
-def test_plots_take_runs_and_their_data(two_stages):
-    for draw in (plots.plot_run_up, plots.plot_waterfall):
-        of_run, of_data = (draw(x, plots.figure().axes[0], stage=1) for x in (two_stages, two_stages.data))
+def test_plots_take_runs_and_their_data(unequal_stages):
+    for draw in (plots.plot_run_up, plots.plot_mesh_order_map):
+        of_run, of_data = (draw(x, plots.figure().axes[0], stage=1) for x in (unequal_stages, unequal_stages.data))
         assert of_run.dataLim.bounds == of_data.dataLim.bounds
-    runs = {"run": two_stages, "data": two_stages.data}
+    runs = {"run": unequal_stages, "data": unequal_stages.data}
     of_run, of_data = plots.plot_envelopes(runs, plots.figure().axes[0], stage=1).lines
     assert np.array_equal(of_run.get_xydata(), of_data.get_xydata())
-    for draw in (plots.plot_run_up, plots.plot_waterfall):
+    for draw in (plots.plot_run_up, plots.plot_mesh_order_map):
         with pytest.raises(ValueError, match=r"run must be an exugear\.Run or its data, got int"):
             draw(3)
         with pytest.raises(ValueError, match="stage must be 0 to 1, or a label, got 2"):
-            draw(two_stages, stage=2)
+            draw(unequal_stages, stage=2)
 
 
 def test_envelope_of_a_run_up_from_rest_does_not_pinch():
@@ -101,7 +99,8 @@ def test_envelope_of_a_run_up_from_rest_does_not_pinch():
 
 def test_marks_lie_inside_the_frame_which_names_stage_and_load():
     figure = plots.figure(rows=2, columns=2)
-    ax = plots.plot_run_up(swept(), figure.axes[0], found=Resonances(np.array([40.0, 2960.0]), np.array([2e-6] * 2)))
+    table = xr.Dataset({"mesh_frequency": ("peak", [2960.0, 40.0])})  # as exugear.resonances returns it
+    ax = plots.plot_run_up(swept(), figure.axes[0], resonances=table)
     figure.canvas.draw()
     frame = ax.get_window_extent()
     assert ax.get_title() == "a-b, 150 N m"
@@ -112,10 +111,10 @@ def test_marks_lie_inside_the_frame_which_names_stage_and_load():
 
 
 def test_labels_of_close_resonances_do_not_overlap():
-    close = Resonances(np.array([600.0, 630.0, 690.0, 720.0, 2000.0]), np.full(5, 2e-6))
+    close = exugear.spectrum.Peaks(np.array([600.0, 630.0, 690.0, 720.0, 2000.0]), np.full(5, 2e-6))
     figure = plots.figure()
     figure.set_size_inches(8.0, 4.0)
-    ax = plots.plot_run_up(swept(), figure.axes[0], found=close)
+    ax = plots.plot_run_up(swept(), figure.axes[0], resonances=close)
     figure.canvas.draw()
     boxes = [text.get_window_extent() for text in ax.texts]
     assert not any(box.overlaps(further) for k, box in enumerate(boxes) for further in boxes[k + 1 :])
@@ -123,7 +122,7 @@ def test_labels_of_close_resonances_do_not_overlap():
 
 
 def test_order_map_spans_the_given_decibels():
-    (picture,) = plots.plot_waterfall(swept(), plots.figure().axes[0], decibels=40.0).collections
+    (picture,) = plots.plot_mesh_order_map(swept(), plots.figure().axes[0], decibels=40.0).collections
     low, high = picture.get_clim()
     assert high == pytest.approx(20 * np.log10(2), abs=0.01)
     assert low == pytest.approx(high - 40)
@@ -140,7 +139,7 @@ def test_static_transmission_error_over_all_pitches_and_its_alternating_part():
     plain = smooth_map((0, 150))
     phase = np.concatenate([plain["phase"].values + k for k in range(3)])
     te = np.concatenate([plain["te"].values + k * um for k in range(3)], axis=1)
-    whole = ste_map(fem.pair_of(plain), (0, 150), phase, te, pitches=3)
+    whole = fem.ste_map(fem.pair_of(plain), (0, 150), phase, te, pitches=3)
     ax = plots.plot_ste(whole, plots.figure().axes[0])
     assert ax.get_xlim() == (0, 3)
     assert ax.lines[1].get_ydata() == pytest.approx(te[1] / um)
@@ -234,7 +233,7 @@ def reversing() -> xr.Dataset:
 
 
 def test_a_run_that_reverses_is_drawn_over_its_signed_speed_and_filled_both_ways():
-    ax = plots.plot_waterfall(swept(), plots.figure().axes[0])
+    ax = plots.plot_mesh_order_map(swept(), plots.figure().axes[0])
     assert ax.get_xlabel().startswith("speed of the driving shaft [rpm]")
     (picture,) = plots.plot_run_up(reversing(), plots.figure().axes[0]).collections[:1]
     assert len(plots.plot_run_up(reversing(), plots.figure().axes[0]).collections) == 2
@@ -243,7 +242,7 @@ def test_a_run_that_reverses_is_drawn_over_its_signed_speed_and_filled_both_ways
 
 def test_an_order_map_of_less_than_a_mesh_cycle_is_refused():
     with pytest.raises(ValueError, match="run must hold more than one mesh cycle for its order map"):
-        plots.plot_waterfall(swept().isel(time=slice(0, 300)))
+        plots.plot_mesh_order_map(swept().isel(time=slice(0, 300)))
 
 
 def test_long_labels_of_colour_bars_are_broken_into_lines():

@@ -12,8 +12,7 @@ from paper_gears import paper_gear, paper_pair
 
 import fem
 from exugear import graphics
-from exugear.reporting import gear_outline
-from fem.elasticity.mesh_density import Density
+from exugear.reporting.graphics import pitch_section
 from fem.elasticity.section_mesh import pitch_blocks
 from fem.units import deg, mm, um
 
@@ -40,7 +39,7 @@ def volume(data) -> float:
 
 def area(gear: fem.Gear) -> float:
     """Transverse section after the finite-element mesh of one pitch [m^2]."""
-    blocks = pitch_blocks(gear, Density().refined(8))
+    blocks = pitch_blocks(gear, fem.Density().refined(8))
     points = [x + 1j * y for x, y in blocks]
     diagonals = [(p[1:, 1:] - p[:-1, :-1], p[1:, :-1] - p[:-1, 1:]) for p in points]
     return gear.z * sum(abs((np.conj(diagonal) * crossing).imag.sum()) / 2 for diagonal, crossing in diagonals)
@@ -75,7 +74,7 @@ def test_volume_is_that_of_the_section(name):
 @pytest.mark.parametrize("beta", [20 * deg, -30 * deg])
 def test_twist_keeps_the_volume(beta):
     twisted = paper_gear(beta=beta, s_n=None, d_a=None, d_f=None, d_bore=60 * mm)
-    outline, bore = gear_outline.pitch_section(twisted, 24)
+    outline, bore = pitch_section(twisted, 24)
     turn = np.exp(2j * np.pi / twisted.z)
     pitch = [(np.conj(p) * np.append(p[1:], p[0] * turn)).imag.sum() / 2 for p in (outline, bore)]
     flat = (pitch[0] - pitch[1]) * twisted.z * twisted.b

@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from matplotlib.image import imread
-from scenes import smooth_box, two_equal_stages
+from scenes import smooth_box, two_stages
 from torsional_trains import geared_train
 
 import exugear
@@ -67,7 +67,7 @@ def test_the_page_is_well_formed_and_complete(written):
 
 
 def test_the_resonance_table_holds_peaks_with_their_harmonics(swept, written):
-    table = exugear.resonance_table(swept)
+    table = exugear.resonances(swept)
     cells = Page(written[0].read_text(encoding="utf-8")).texts["td"]
     assert all(f"{frequency:.1f}" in cells for frequency in table["mesh_frequency"].values)
     assert 1 in table["harmonic"].values
@@ -103,7 +103,7 @@ def test_a_load_that_crosses_zero_is_reported_in_words(swept, tmp_path):
 
 def test_a_model_of_another_gearbox_is_refused(swept, tmp_path):
     with pytest.raises(ValueError, match=r"model has the stages .*; pass the model of the run"):
-        exugear.report(swept, tmp_path / "run.html", model=exugear.build(two_equal_stages()))
+        exugear.report(swept, tmp_path / "run.html", model=exugear.build(two_stages()))
 
 
 def test_a_run_at_constant_speed_has_no_resonances(tmp_path):

@@ -13,7 +13,6 @@ from paper_gears import paper_pair
 from scenes import smooth_box
 
 import exugear
-from exugear.reporting.graphics import meshing_angles
 
 TURNED = 0.3
 SCRIPT = """
@@ -76,7 +75,9 @@ def check_teeth(path: Path) -> None:
     assert np.ptp(rows) == pytest.approx(2 * pinion.r_a * pixels, rel=0.01)
     left = columns[0] + pinion.r_a * pixels + 1j * (rows[0] + rows[-1]) / 2
     centres, turns = (left, left + pair.a * pixels), (TURNED, -TURNED)
-    for gear, centre, angle, turn in zip((pinion, wheel), centres, meshing_angles(pair), turns, strict=True):
+    for gear, centre, angle, turn in zip(
+        (pinion, wheel), centres, exugear.graphics.meshing_angles(pair), turns, strict=True
+    ):
         measured = tooth_angle(dark, centre, (gear.r_a + 3 * gear.r_f) / 4 * pixels, gear.z)
         off = (measured - angle - turn) * gear.z / (2 * np.pi)
         assert off - round(off) == pytest.approx(0, abs=0.05)

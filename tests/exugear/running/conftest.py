@@ -1,9 +1,18 @@
-"""Fixture of tests that interrupt a run."""
+"""Fixtures of runs: a pair on a mesh of constant stiffness, and tests that interrupt a run."""
 
 import gc
 import signal
 
 import pytest
+from driven_trains import box, shaft
+
+import exugear
+
+
+@pytest.fixture(scope="module")
+def pair() -> exugear.Model:
+    """Two equal gears on a mesh of constant stiffness, free to spin."""
+    return exugear.build(box(shaft("fast"), shaft("slow")))
 
 
 @pytest.fixture

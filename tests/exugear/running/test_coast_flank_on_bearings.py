@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from paper_gears import paper_gear, paper_pair
 from scenes import smooth_map
+from strategies import involute
 
 import exugear
-from fem.gear.involute import involute
 from fem.units import mm
 
 

@@ -6,7 +6,7 @@ from measured_rows import deviation
 from scenes import paper_pair, smooth_map
 
 import exugear
-from fem.ste.ste_map import ste_map
+from fem import ste_map
 from fem.units import mm, um
 
 PAIR = paper_pair()

@@ -12,12 +12,6 @@ import exugear
 from exugear import MotorCurve, Speed, Torque
 from fem.units import deg, um
 
-
-@pytest.fixture(scope="module")
-def pair() -> exugear.Model:
-    return exugear.build(box(shaft("fast"), shaft("slow")))
-
-
 COUPLING = exugear.Coupling(torsion=2e4, damping=5.0, inertia=0.02)
 BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-5)
 

@@ -10,11 +10,6 @@ from exugear import Torque
 from fem.units import mm
 
 
-@pytest.fixture(scope="module")
-def pair() -> exugear.Model:
-    return exugear.build(box(shaft("fast"), shaft("slow")))
-
-
 @pytest.mark.parametrize("free", [False, True])
 def test_a_run_of_twice_the_time_is_two_runs(tmp_path, free):
     model = exugear.build(smooth_box())

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 from scenes import paper_gear, paper_pair, rectangular_law, smooth_box
-from spatial_meshes import helical_pair, law_of
+from spatial_meshes import two_helical_stages
 
 import exugear
 from fem.units import mm, rpm, um
 
 PAIR = paper_pair()
-BEARINGS = {position: exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5) for position in (0.0, 70 * mm)}
+BALL = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
+BEARINGS = dict.fromkeys((0.0, 70 * mm), BALL)
 COUPLING = exugear.Coupling(8e3, 5.0, inertia=0.02)
 FRICTION = exugear.MeshFriction.of_pair(PAIR, 0.06)
 LOOSE = {z: exugear.Bearing(2e8, 1e8, damping=2e-5, clearance=5 * um, drag=exugear.Drag(0.5)) for z in (0.0, 70 * mm)}
@@ -18,16 +19,6 @@ RUN_UP = {"speed": (50.0, 366.0), "duration": 0.5, "load": 150.0}
 STEADY = {"speed": 2500 * rpm, "duration": 0.1, "load": 150.0}
 #: Largest residual over the throughput, of shafts that spin and of bodies on bearings; shortest window [s].
 SPIN, SPACE, SHORTEST = 1e-6, 1e-5, 5e-3
-
-
-def two_stages() -> exugear.Gearbox:
-    """Helical stages on bearings, the force centroid beside mid-plane."""
-    pair = helical_pair()
-    ends = {position: exugear.Bearing(2e8, 1e8, damping=2e-5) for position in (0.0, 100 * mm)}
-    gears = ({30 * mm: pair.pinion}, {30 * mm: pair.wheel, 65 * mm: pair.pinion}, {65 * mm: pair.wheel})
-    shafts = [exugear.Shaft(name, teeth | ends) for name, teeth in zip("abc", gears, strict=True)]
-    law = law_of(backlash=200 * um, damping=2700.0)
-    return exugear.Gearbox([exugear.Stage(*shafts[i : i + 2], law, pair=pair, angle=0.4 - 2 * i) for i in (0, 1)])
 
 
 def residuals(run: exugear.Run) -> np.ndarray:
@@ -48,7 +39,7 @@ def residuals(run: exugear.Run) -> np.ndarray:
         (smooth_box(parts=BEARINGS), STEADY, SPACE),
         (smooth_box(parts=BEARINGS, friction=FRICTION), STEADY, SPACE),
         (smooth_box(parts=LOOSE), STEADY, SPACE),
-        (two_stages(), STEADY | {"load": 100.0}, SPACE),
+        (two_helical_stages(BALL, (0.4, -1.6), backlash=200 * um), STEADY | {"load": 100.0}, SPACE),
     ],
     ids=[
         "spin",

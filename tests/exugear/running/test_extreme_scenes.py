@@ -6,7 +6,7 @@ from scenes import INERTIA, paper_gear, paper_pair, ran, rms, smooth_map
 
 import exugear
 import fem
-from fem.ste.ste_map import ste_map
+from fem import ste_map
 from fem.units import mm, rpm, um
 
 R_B, TEETH = paper_pair().wheel.r_b, 57

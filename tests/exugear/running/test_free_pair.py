@@ -59,6 +59,6 @@ def test_a_torque_drive_sweeps_the_free_pair_through_its_resonance(model, measur
     run = exugear.run(model, **ends, start_speed=start, duration=duration, progress=False, checks=0)
     assert 0.99 * end < run.data["speed"].values[-1] < end
     outline = exugear.dte_envelope(run, windows=100)
-    (resonance,) = exugear.resonances(outline.place, outline.amplitude).place
+    (resonance,) = outline.peaks().abscissa
     row = "FZG type C pair driven by a torque against a load inertia: resonance of a sweep"
     measured(row, deviation(resonance, free), 0.01)

@@ -10,7 +10,7 @@ import xarray as xr
 from executors import RUN, Inline, OnAnotherMachine
 from friction_cases import MU
 from paper_gears import paper_pair
-from scenes import rms, smooth_box, two_equal_stages
+from scenes import rms, smooth_box, two_stages
 
 import exugear
 from exugear.multibody.time_integration import Solver
@@ -60,7 +60,7 @@ def lossy() -> exugear.Gearbox:
     return smooth_box(parts={0.0: exugear.Drag(0.1, 1e-3)}, friction=friction)
 
 
-BOXES = smooth_box, planar, lambda: smooth_box(BEARING), driven_through_couplings, two_equal_stages, lossy
+BOXES = smooth_box, planar, lambda: smooth_box(BEARING), driven_through_couplings, two_stages, lossy
 
 
 @pytest.mark.parametrize("box", BOXES)

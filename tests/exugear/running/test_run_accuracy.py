@@ -6,7 +6,6 @@ from run_ups import run, with_bearings
 from scenes import smooth_box
 
 import exugear
-from exugear.planning.sampling import exactly_summable
 from fem.units import rpm
 
 
@@ -16,11 +15,6 @@ def windows(run: exugear.Run, width: float = 0.25) -> np.ndarray:
     window = np.floor(time / width * (1 + 1e-9)).astype(int)
     mean = np.bincount(window, dte) / np.bincount(window)
     return np.sqrt(np.bincount(window, (dte - mean[window]) ** 2) / np.bincount(window))
-
-
-@pytest.fixture(scope="module")
-def spinning() -> exugear.Model:
-    return exugear.build(smooth_box())
 
 
 def test_stiff_bearings_come_close_to_ideal_ones(spinning):
@@ -57,17 +51,6 @@ def test_error_falls_with_the_fourth_power_of_the_step(part, damping, measured):
 
 def test_contact_loss_makes_the_error_fall_more_slowly():
     assert 0 < fall(smooth_box(), 2100 * rpm) < 3
-
-
-@pytest.mark.parametrize("duration", [1e-3, 0.7, 70.0, 1234.5])
-def test_steps_sum_up_exactly(duration):
-    """As Exudyn adds them: a further step of some 1e-10 s would spoil the rates at the end."""
-    n = 3_000_017
-    step = exactly_summable(duration / n, duration)
-    for h, number in ((step, n), (step / 2, 2 * n)):
-        assert np.cumsum(np.full(number, h))[-1] == n * step
-    assert step == pytest.approx(duration / n, rel=1e-6)
-    assert n * step <= duration
 
 
 @pytest.mark.parametrize(

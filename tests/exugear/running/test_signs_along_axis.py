@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from paper_gears import paper_gear, paper_pair
 from scenes import K, linear_law
-from spatial_meshes import BETA, law_of
+from spatial_meshes import two_helical_stages
 
 import exugear
-import fem
 from fem.units import deg, mm, rpm, um
 
 PLACES, RADIAL, AXIAL = (0.0, 100 * mm), 2e8, 1e8
@@ -27,17 +26,8 @@ ONE_SIDED = exugear.MeshForce(
 
 
 @cache
-def two_stages(hand: int) -> exugear.Model:
-    """Helical stages of equal gears on bearings; hand +1: the first pinion is right-handed."""
-    right, left = (
-        paper_gear(m_n=2.6 * mm * np.cos(BETA), beta=s * BETA, s_n=3.78 * mm * np.cos(BETA)) for s in (hand, -hand)
-    )
-    teeth = {"input": (right,), "middle": (left, right), "output": (left,)}
-    ends = {axial: exugear.Bearing(RADIAL, AXIAL) for axial in PLACES}
-    shafts = [exugear.Shaft(name, dict(zip(GEARS[name], teeth[name], strict=True)) | ends) for name in GEARS]
-    law, pair = law_of(backlash=50 * um, damping=2700.0), fem.GearPair(right, left, a=150 * mm)
-    stages = [exugear.Stage(*shafts[i : i + 2], law, pair=pair, angle=ANGLES[i]) for i in (0, 1)]
-    return exugear.build(exugear.Gearbox(stages))
+def model_of(hand: int) -> exugear.Model:
+    return exugear.build(two_helical_stages(exugear.Bearing(RADIAL, AXIAL), ANGLES, hand=hand, backlash=50 * um))
 
 
 def bearings_of(data, shaft: str) -> np.ndarray:
@@ -69,7 +59,7 @@ def height_of_force(data, shaft: str, to_pitch_point: np.ndarray) -> float:
 @pytest.mark.parametrize("speed", [100 * rpm, -100 * rpm])
 @pytest.mark.parametrize("load", [150.0, -150.0])
 def test_bearings_confirm_offsets_and_centroid_of_every_flank_and_stage(hand, speed, load):
-    model = two_stages(hand)
+    model = model_of(hand)
     options = {"duration": 1e-4, "step": 1e-6, "sample": 1e-4, "progress": False}
     data = exugear.run_up(model, speed=speed, load=load, **options).data.isel(time=0)
     radius = 75 * mm * np.array([[np.cos(angle), np.sin(angle)] for angle in ANGLES])

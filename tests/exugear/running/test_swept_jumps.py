@@ -7,7 +7,6 @@ import pytest
 from scenes import paper_gear, smooth_box
 
 import exugear
-from exugear.planning.integrator_and_step import Rule
 from fem.units import mm, um
 
 #: rad/s of the pinion per Hz of the mesh; damping [N s/m] at which teeth rattle down to a fold; load [N m].
@@ -30,7 +29,7 @@ def swept_down(model: exugear.Model, load: float = LOAD, end: float = 840.0, rat
 def jump_of(run: exugear.Run) -> float:
     """Lowest mesh frequency [Hz] at which the vibration is above a third of its largest rms."""
     outline = exugear.dte_envelope(run, windows=300)
-    return float(np.min(outline.place[outline.rms > outline.rms.max() / 3]))
+    return float(np.min(outline.abscissa[outline.rms > outline.rms.max() / 3]))
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +47,7 @@ def test_a_run_down_rattles_to_the_fold_at_the_default_step(rattling):
 def test_a_run_says_by_how_much_its_step_moves_a_jump(rattling):
     moved = "jump of the vibration of fast-slow at .* Hz of the mesh is uncertain: at half"
     with pytest.warns(UserWarning, match=moved) as caught:
-        run = swept_down(rattling, step=Rule(1 / 4, 2.9e-5))
+        run = swept_down(rattling, step=exugear.Rule(1 / 4, 2.9e-5))
     assert caught[0].filename == __file__
     assert jump_of(run) > 940.0
     assert float(run.data["step_error"].max()) > 0.1

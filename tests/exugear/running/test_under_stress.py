@@ -30,11 +30,6 @@ def loose(backlash: float, damping: float = 0.0) -> exugear.MeshForce:
 
 
 @pytest.fixture(scope="module")
-def spinning() -> exugear.Model:
-    return exugear.build(smooth_box())
-
-
-@pytest.fixture(scope="module")
 def finest(spinning) -> np.ndarray:
     return rms(ran(spinning, **LIVELY, step=spinning.plan.step() / 8))
 

@@ -40,7 +40,7 @@ def swept(harmonics: dict[int, float], noise: float = 0.0) -> xr.Dataset:
 
 
 def test_superharmonics_are_labelled_with_their_harmonic():
-    table = exugear.resonance_table(swept(EXCITATION))
+    table = exugear.resonances(swept(EXCITATION))
     assert table["harmonic"].values.tolist() == [3, 2, 1]
     assert table["mesh_frequency"].values == pytest.approx([NATURAL / k for k in (3, 2, 1)], rel=0.01)
     assert table["response_frequency"].values == pytest.approx(NATURAL, rel=0.01)
@@ -51,9 +51,9 @@ def test_superharmonics_are_labelled_with_their_harmonic():
 
 
 def test_noise_makes_no_marks():
-    noisy = exugear.resonance_table(swept(EXCITATION, noise=1e-7))
+    noisy = exugear.resonances(swept(EXCITATION, noise=1e-7))
     assert noisy["harmonic"].values.tolist() == [3, 2, 1]
-    none = exugear.resonance_table(swept({1: 0.0}, noise=1e-6))
+    none = exugear.resonances(swept({1: 0.0}, noise=1e-6))
     assert none.sizes["peak"] == 0
 
 
@@ -64,8 +64,8 @@ def test_a_tone_of_constant_frequency_is_no_resonance_of_the_mesh():
     burst = 2e-5 * np.exp(-(((run["mesh_frequency"].values[0] - 1300) / 60) ** 2)) * np.sin(2 * np.pi * 777 * time)
     run["dte"] = run["dte"] + burst
     envelope = exugear.dte_envelope(run)
-    assert exugear.resonances(envelope.place, envelope.amplitude).place.size == 4
-    assert exugear.resonance_table(run)["harmonic"].values.tolist() == [3, 2, 1]
+    assert envelope.peaks().abscissa.size == 4
+    assert exugear.resonances(run)["harmonic"].values.tolist() == [3, 2, 1]
 
 
 def test_resonances_that_another_stage_excites_name_that_stage():
@@ -74,7 +74,7 @@ def test_resonances_that_another_stage_excites_name_that_stage():
     frequency, dte = (run[name].values[0] for name in ("mesh_frequency", "dte"))
     rows = {"mesh_frequency": [frequency, 2.3 * frequency], "dte": [dte, dte], "mesh_force": [0 * dte, 0 * dte]}
     data = xr.Dataset({name: (("stage", "time"), values) for name, values in rows.items()} | {"speed": run["speed"]})
-    table = exugear.resonance_table(data.assign_coords(stage=["a-b", "b-c"], time=run["time"]), 1)
+    table = exugear.resonances(data.assign_coords(stage=["a-b", "b-c"], time=run["time"]), 1)
     assert table["exciting_stage"].values.tolist() == ["a-b"] * 3
     assert table["harmonic"].values.tolist() == [3, 2, 1]
     assert table["mesh_frequency"].values == pytest.approx([2.3 * NATURAL / k for k in (3, 2, 1)], rel=0.01)
@@ -99,7 +99,7 @@ def swept_by_two_stages(duration: float) -> xr.Dataset:
 @pytest.mark.parametrize("stage", [0, 1])
 def test_resonances_by_close_orders_of_two_stages_are_told_apart(stage):
     """The higher order reaches the mode first; either has the amplitude that it has at the peak of the envelope."""
-    table = exugear.resonance_table(swept_by_two_stages(8.0), stage)
+    table = exugear.resonances(swept_by_two_stages(8.0), stage)
     assert table["exciting_stage"].values.tolist() == ["b-c", "a-b"]
     assert table["harmonic"].values.tolist() == [1, 1]
     assert table["response_frequency"].values == pytest.approx(MODE, rel=0.01)
@@ -122,10 +122,10 @@ def test_peaks_of_the_envelope_at_one_peak_of_a_harmonic_are_one_resonance():
     run = swept(EXCITATION)
     run["dte"] = run["dte"] * (1 + 0.2 * np.sin(2 * np.pi * 10 * run["time"]))
     envelope = exugear.dte_envelope(run)
-    assert exugear.resonances(envelope.place, envelope.amplitude).place.size == 5
-    table = exugear.resonance_table(run)
+    assert envelope.peaks().abscissa.size == 5
+    table = exugear.resonances(run)
     assert sorted(table["harmonic"].values.tolist()) == [1, 2, 3]
 
 
 def test_close_orders_stay_together_in_a_run_that_changes_its_speed_too_fast():
-    assert set(exugear.resonance_table(swept_by_two_stages(0.5))["harmonic"].values) == {1}
+    assert set(exugear.resonances(swept_by_two_stages(0.5))["harmonic"].values) == {1}

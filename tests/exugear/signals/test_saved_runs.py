@@ -4,19 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 from run_ups import run
-from scenes import smooth_box, smooth_map, two_equal_stages
+from scenes import smooth_map
 
 import exugear
-
-
-@pytest.fixture(scope="module")
-def spinning() -> exugear.Model:
-    return exugear.build(smooth_box())
-
-
-@pytest.fixture(scope="module")
-def two_stages() -> exugear.Model:
-    return exugear.build(two_equal_stages())
 
 
 def test_data_are_labelled_and_saved_whole(spinning, tmp_path):
@@ -31,8 +21,8 @@ def test_data_are_labelled_and_saved_whole(spinning, tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["run.nc"]
 
 
-def test_saved_runs_are_read_back(two_stages, tmp_path):
-    done = run(two_stages, speed=5.0, duration=0.01)
+def test_saved_runs_are_read_back(spinning_stages, tmp_path):
+    done = run(spinning_stages, speed=5.0, duration=0.01)
     same = exugear.Run.load(done.save(tmp_path / "run.nc"))
     xr.testing.assert_identical(same.data, done.data)
     assert same.data["stage"].dtype.kind == "U"
@@ -46,9 +36,9 @@ def test_a_file_takes_less_than_half_of_the_numbers_in_it(spinning, tmp_path):
     assert done.save(tmp_path / "run.nc").stat().st_size < 0.5 * done.data.nbytes
 
 
-def test_files_with_a_single_mesh_frequency_are_read_for_a_single_stage(two_stages, spinning, tmp_path):
+def test_files_with_a_single_mesh_frequency_are_read_for_a_single_stage(spinning_stages, spinning, tmp_path):
     """Older versions saved the mesh frequency of the first stage alone."""
-    done, several = run(spinning, duration=0.01), run(two_stages, duration=0.01)
+    done, several = run(spinning, duration=0.01), run(spinning_stages, duration=0.01)
     path = tmp_path / "older.nc"
     done.data.assign(mesh_frequency=done.data["mesh_frequency"][0]).to_netcdf(path, engine="h5netcdf")
     assert exugear.Run.load(path).data["mesh_frequency"].dims == ("stage", "time")

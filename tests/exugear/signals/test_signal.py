@@ -97,7 +97,7 @@ def test_orders_of_a_second_stage_count_revolutions_of_the_driving_shaft():
     assert float(exugear.signal(run, "dte", stage=1)["mesh_order"]) == 12.5
     assert exugear.signal(run, "dte", stage="b-c").identical(exugear.signal(run, "dte", stage=1))
     assert exugear.mesh_orders(run, "b-c", harmonics=2).tolist() == [12.5, 25]
-    assert exugear.dte_envelope(run, "b-c", windows=1).place == exugear.dte_envelope(run, 1, windows=1).place
+    assert exugear.dte_envelope(run, "b-c", windows=1).abscissa == exugear.dte_envelope(run, 1, windows=1).abscissa
     with pytest.raises(ValueError, match="stage must be 0 to 1, or a label, got 'c-d'; the stages are"):
         exugear.signal(run, "dte", stage="c-d")
     assert exugear.mesh_orders(run, 1, harmonics=2, side_bands=0).tolist() == [12.5, 25]

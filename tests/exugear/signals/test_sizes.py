@@ -16,11 +16,15 @@ TOO_COARSE = "no 8 revolutions are sampled well enough for order .*; sample fine
 @pytest.mark.parametrize(
     ("function", "arguments", "words"),
     [
-        (exugear.order_tracking, {"orders": 1e9}, TOO_COARSE),
-        (exugear.order_tracking, {"orders": 1e300}, TOO_COARSE),
-        (exugear.order_tracking, {"orders": 10, "revolutions": 1e300}, "a block takes 1e.300; record longer"),
-        (exugear.over_angle, {"orders": 1e9}, r"orders = 1e\+09 asks for .* values, more than 5e\+08; pass .* at most"),
-        (exugear.over_angle, {"orders": 1e300}, "at most"),
+        (exugear.order_tracking, {"highest_order": 1e9}, TOO_COARSE),
+        (exugear.order_tracking, {"highest_order": 1e300}, TOO_COARSE),
+        (exugear.order_tracking, {"highest_order": 10, "revolutions": 1e300}, "a window takes 1e.300; record longer"),
+        (
+            exugear.over_angle,
+            {"highest_order": 1e9},
+            r"highest_order = 1e\+09 asks for .* 5e\+08; pass .* at most",
+        ),
+        (exugear.over_angle, {"highest_order": 1e300}, "at most"),
         (exugear.order_cut, {"orders": [1e9]}, "no period of an order .* sample finer"),
         (exugear.order_cut, {"orders": [1, 1e9]}, "a window of 2 orders up to 1e.09 asks for .*; pass fewer or lower"),
         (exugear.order_cut, {"orders": [1, 1e300]}, "pass fewer or lower orders"),
@@ -41,7 +45,7 @@ def test_spectra_that_overlap_almost_wholly_are_refused_where_memory_cannot_hold
     long = exugear.recorded_signal(time, np.full(time.size, 2 * np.pi), np.sin(time))
     for function, arguments in (
         (exugear.spectrogram, {"resolution": 2.0}),
-        (exugear.order_tracking, {"orders": 8000, "revolutions": 1.0}),
+        (exugear.order_tracking, {"highest_order": 8000, "revolutions": 1.0}),
     ):
         with pytest.raises(ValueError, match="let the windows overlap less, or pass fewer channels"):
             function(long, **arguments, overlap=1 - 1e-9)
@@ -58,7 +62,7 @@ def test_numbers_of_harmonics_windows_and_speeds_are_bounded():
     for function, arguments, words in (
         (exugear.mesh_orders, {"harmonics": 10**9}, r"harmonics must lie in \[1, 1000\]"),
         (exugear.mesh_orders, {"side_bands": 10**9}, r"side_bands must lie in \[0, 1000\]"),
-        (exugear.resonance_table, {"harmonics": 10**9}, r"harmonics must lie in \[1, 100\]"),
+        (exugear.resonances, {"harmonics": 10**9}, r"harmonics must lie in \[1, 100\]"),
     ):
         with pytest.raises(ValueError, match=words):
             function(run, **arguments)

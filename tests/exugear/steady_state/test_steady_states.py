@@ -18,11 +18,6 @@ BALL = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
 
 
 @pytest.fixture(scope="module")
-def spinning() -> exugear.Model:
-    return exugear.build(smooth_box())
-
-
-@pytest.fixture(scope="module")
 def spinning_states(spinning):
     return exugear.steady_states(spinning, speed=(0.0, TOP), load=LOAD)
 
@@ -59,7 +54,7 @@ def test_a_run_up_follows_the_stable_branch_and_jumps_at_its_fold(spinning, spin
     unstable = np.flatnonzero(~spinning_states["stable"].values)
     lower = spinning_states.isel(point=slice(0, unstable[0]))
     upper = spinning_states.isel(point=slice(unstable[-1] + 1, None))
-    for frequency, rms in zip(outline.place, outline.rms, strict=True):
+    for frequency, rms in zip(outline.abscissa, outline.rms, strict=True):
         if abs(frequency - fold) > 0.03 * fold:
             branch = lower if frequency < fold else upper
             on_branch = np.interp(frequency, *(branch.sortby("mesh_frequency")[x] for x in ("mesh_frequency", "rms")))

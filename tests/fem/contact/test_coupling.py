@@ -7,11 +7,11 @@ from helical_gears import helical
 from scipy.optimize import nnls
 
 import fem
+from fem import Density
 from fem.contact.coupling import smooth_compliance
 from fem.contact.strip_contact import assemble
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
-from fem.elasticity.mesh_density import Density
 from fem.pair.mesh_position import MeshPosition
 from fem.units import mm, um
 

@@ -8,10 +8,10 @@ import pytest
 from paper_gears import paper_gear
 
 import fem
+from fem import Density
 from fem.contact import strip_bounds
 from fem.contact.contact_state import State
 from fem.contact.tooth_contact import ToothContact
-from fem.elasticity.mesh_density import Density
 from fem.microgeometry import flank
 from fem.pair.hertz import flattening, half_width
 from fem.pair.mesh_position import MeshPosition

@@ -9,10 +9,8 @@ from helical_gears import helical
 from skfem import Basis, ElementHex1, ElementQuad1, ElementQuad2, MeshLine
 
 import fem
+from fem import STEEL, Density, section
 from fem.elasticity.extrusion import extruded
-from fem.elasticity.mesh_density import Density
-from fem.elasticity.section_mesh import section
-from fem.gear.material import STEEL
 from fem.linalg.direct_solver import factorize
 from fem.reference import st_venant_kirchhoff
 from fem.units import mm, um

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from strategies import pairs
 
 import fem
+from fem import Density
 from fem.contact.contact_state import State
 from fem.contact.strip_contact import assemble
 from fem.contact.tooth_contact import ToothContact
 from fem.contact.unilateral import PENETRATION
 from fem.elasticity.flank_compliance import flank_compliance
-from fem.elasticity.mesh_density import Density
 from fem.pair.hertz import largest_torque
 from fem.pair.mesh_position import MeshPosition
 from fem.units import um

@@ -5,19 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from measured_rows import deviation
+from modified_pairs import end_relieved
 from paper_gears import paper_gear
 
 import fem
 from fem.contact.face_grading import kinks, write_with_kinks
 from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
-
-
-def end_relieved(beta: float) -> fem.GearPair:
-    changes = {"d_a": None, "d_f": None, "s_n": None} if beta else {}
-    relief = (fem.EndRelief(30 * um, 4 * mm),)
-    pinion, wheel = (paper_gear(beta=hand * beta, flank=relief, **changes) for hand in (1, -1))
-    return fem.GearPair(pinion, wheel, a=None if beta else 150 * mm)
 
 
 def test_kinks_are_where_reliefs_begin_and_where_the_path_of_contact_ends():

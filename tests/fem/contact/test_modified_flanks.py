@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 from compliance_products import across
 from measured_rows import deviation
+from modified_pairs import end_relieved
 from paper_gears import paper_gear
 from twins import plane_twin, twin_te
 
 import fem
+from fem import Density
 from fem.contact.tooth_contact import ToothContact
 from fem.contact.unilateral import PENETRATION
 from fem.elasticity.flank_compliance import flank_compliance
-from fem.elasticity.mesh_density import Density
 from fem.microgeometry import flank, modification
 from fem.pair.mesh_position import MeshPosition
 from fem.support import cache
@@ -136,13 +137,6 @@ def test_unloaded_error_is_the_smallest_gap():
     assert te[0].min() > -PENETRATION
     assert 0.3 * um < np.ptp(te[0]) < 5 * um
     assert te[1] == pytest.approx(te[0], abs=0.01 * um)
-
-
-def end_relieved(beta: float) -> fem.GearPair:
-    changes = {"d_a": None, "d_f": None, "s_n": None} if beta else {}
-    relief = (fem.EndRelief(30 * um, 4 * mm),)
-    pinion, wheel = (paper_gear(beta=hand * beta, flank=relief, **changes) for hand in (1, -1))
-    return fem.GearPair(pinion, wheel, a=None if beta else 150 * mm)
 
 
 @pytest.mark.parametrize("beta", [0.0, 0.26])

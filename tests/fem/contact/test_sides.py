@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import Density
 from fem.gear import tooth_profile
 from fem.microgeometry.flank import removed
 from fem.units import deg, mm, um

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import Density
 from fem.units import deg, mm, um
 
 ROUGH = Density(flank=10, fillet=2, tooth=2, rim=2, body=3, width=3)

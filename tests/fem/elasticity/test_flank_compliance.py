@@ -7,17 +7,14 @@ from paper_gears import paper_gear
 from skfem import Basis, ElementHex1, ElementLineP1, ElementLineP2, ElementQuad1, ElementQuad2, ElementVector, MeshLine
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from fem.contact.resolution import Resolution
+from fem import STEEL, Density, LeadCrowning, Resolution, hexahedra, section
 from fem.elasticity import extruded_elasticity
-from fem.elasticity.extrusion import extruded, half_face, hexahedra
+from fem.elasticity.extrusion import extruded, half_face
 from fem.elasticity.face_symmetry import HalfFace
 from fem.elasticity.flank_compliance import flank_compliance, flank_compliances, flank_loads
 from fem.elasticity.half_space import along_line
-from fem.elasticity.mesh_density import Density
-from fem.elasticity.section_mesh import flank_arcs, section
-from fem.gear.material import STEEL
+from fem.elasticity.section_mesh import flank_arcs
 from fem.linalg.direct_solver import factorize
-from fem.microgeometry.modification import LeadCrowning
 from fem.pair import hertz
 from fem.pair.hertz import flattening
 from fem.support import blas_threads

@@ -10,13 +10,12 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import fem
-from fem.contact.resolution import Resolution
+from fem import Density, Resolution
 from fem.contact.strip_bounds import STRIPS
 from fem.contact.strip_contact import CAPACITY, local_compliance
 from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.face_symmetry import HalfFace, WholeFace
 from fem.elasticity.half_space import along_line
-from fem.elasticity.mesh_density import Density
 from fem.pair.hertz import flattening
 from fem.pair.mesh_position import MeshPosition
 from fem.ste.map_solver import compliances_of

@@ -7,10 +7,10 @@ import pytest
 from paper_gears import few_teeth, paper_gear
 from whole_section import linear_system, solid_prism, uniform_prism
 
+from fem import Density
 from fem.elasticity import section_mesh
 from fem.elasticity.face_symmetry import HalfFace, WholeFace
 from fem.elasticity.flank_compliance import flank_forces
-from fem.elasticity.mesh_density import Density
 from fem.elasticity.pitch_condensation import Prism, flank_displacements
 from fem.linalg.direct_solver import superlu
 from fem.units import deg

@@ -7,10 +7,10 @@ from skfem import Basis, ElementQuad2
 from skfem.helpers import det
 
 import fem
+from fem import Density, section
 from fem.elasticity import section_mesh
 from fem.elasticity.flank_compliance import uniform_load_compliance
-from fem.elasticity.mesh_density import Density
-from fem.elasticity.section_mesh import flank_hats, flank_nodes, section
+from fem.elasticity.section_mesh import flank_hats, flank_nodes
 from fem.reference.deformable_gear import with_edges
 from fem.units import mm, um
 

@@ -12,10 +12,9 @@ from paper_gears import paper_gear
 from strategies import rough_data
 
 import fem
+from fem import Density, pair_of, ste_map
 from fem.elasticity.flank_compliance import flank_compliance
-from fem.elasticity.mesh_density import Density
 from fem.gear import tooth_profile
-from fem.ste.ste_map import pair_of, ste_map
 from fem.units import GPa, deg, mm
 
 

@@ -8,10 +8,8 @@ from hypothesis import given, settings
 from strategies import gears
 
 import fem
-from fem.elasticity.mesh_density import Density
-from fem.elasticity.section_mesh import section
+from fem import Density, Gear, section
 from fem.gear import tooth_profile
-from fem.gear.gear import Gear
 from fem.gear.tooth_root import Arc, Trochoid
 from fem.units import deg, mm
 

@@ -7,8 +7,8 @@ from paper_gears import paper_gear
 from strategies import gears
 
 import fem
+from fem import Resolution
 from fem.contact.mesh_geometry import pair_geometry
-from fem.contact.resolution import Resolution
 from fem.contact.tooth_contact import ToothContact
 from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, FlankSections, add_removed, compiled_flank, turned
 from fem.microgeometry.flank import removed

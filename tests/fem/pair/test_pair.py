@@ -11,10 +11,10 @@ from paper_gears import paper_gear
 from strategies import pairs, without_backlash
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import Density, pair_of, ste_map
 from fem.gear.involute import involute
 from fem.pair.interference import root_clearance
-from fem.ste.ste_map import pair_attributes, pair_of, ste_map
+from fem.ste.ste_map import pair_attributes
 from fem.units import deg, mm, um
 
 

@@ -11,7 +11,7 @@ from skfem import ElementHex1, ElementHex2, ElementQuad2
 from twins import plane_twin, twin_te
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import Density
 from fem.reference.deformable_gear import with_edges
 from fem.reference.mortar import MatingGears
 from fem.reference.nonlinear import equilibrium, static_problem, static_transmission_error

@@ -5,7 +5,7 @@ import pytest
 from skfem import ElementQuad1
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import Density
 from fem.reference.deformable_gear import DeformableGear, clamped_pair
 from fem.reference.dynamic import Motion, equations_of_motion
 from fem.reference.st_venant_kirchhoff import lumped_mass

@@ -6,8 +6,7 @@ from scipy.integrate import quad
 from skfem import ElementQuad1
 
 import fem
-from fem import explicit
-from fem.elasticity.mesh_density import Density
+from fem import Density, explicit
 from fem.reference.dynamic import Motion, Newmark, transmission_error
 from fem.reference.explicit import CentralDifferences
 from fem.reference.nonlinear import equilibrium, static_problem

@@ -8,7 +8,7 @@ from paper_gears import few_teeth, paper_pair
 from skfem import ElementQuad1
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import Density
 from fem.elasticity.section_mesh import rotated
 from fem.reference.deformable_gear import discretized
 from fem.reference.explicit import CentralDifferences, rotor, stiffness_bound, transmission_error

@@ -10,9 +10,9 @@ from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2, ElementT
 from twins import plane_twin, twin_te
 
 import fem
+from fem import Density
 from fem.contact.contact_slices import ContactSlices
 from fem.elasticity.face_symmetry import HalfFace
-from fem.elasticity.mesh_density import Density
 from fem.pair.mesh_position import MeshPosition
 from fem.reference import mortar
 from fem.reference.deformable_gear import discretized

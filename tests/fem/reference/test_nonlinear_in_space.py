@@ -10,7 +10,7 @@ from raw_twin import RawTwin, gap_change
 from skfem import ElementHex1, ElementHex2
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import Density
 from fem.reference.deformable_gear import discretized
 from fem.reference.mortar import MatingGears, pair_gaps
 from fem.reference.nonlinear import (

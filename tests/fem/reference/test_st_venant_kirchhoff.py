@@ -7,7 +7,7 @@ from skfem import Basis, ElementHex1, ElementQuad2, ElementVector, LinearForm, M
 from skfem.helpers import ddot, eye, grad, mul, trace, transpose
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from fem.gear.material import STEEL
+from fem import STEEL
 from fem.reference.st_venant_kirchhoff import Solid, internal_force, lumped_mass, solid_on_basis, stiffness
 
 LAME = lame_parameters(STEEL.E, STEEL.nu)

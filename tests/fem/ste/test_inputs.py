@@ -5,7 +5,7 @@ import pytest
 from paper_gears import few_teeth
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import Density
 from fem.units import deg, mm
 
 

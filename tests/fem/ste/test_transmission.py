@@ -11,13 +11,13 @@ from helical_gears import helical
 from paper_gears import few_teeth, paper_gear
 
 import fem
+from fem import Density
 from fem.contact.contact_slices import ContactSlices
 from fem.contact.strip_bounds import STRIPS, strips_of
 from fem.contact.strip_contact import assemble
 from fem.contact.tooth_contact import ToothContact
 from fem.contact.unilateral import PENETRATION
 from fem.elasticity.flank_compliance import flank_compliance
-from fem.elasticity.mesh_density import Density
 from fem.pair.hertz import flattening, least_torque
 from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um

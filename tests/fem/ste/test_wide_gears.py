@@ -7,8 +7,8 @@ import pytest
 from paper_gears import few_teeth
 
 import fem
+from fem import Density
 from fem.elasticity.extrusion import half_face
-from fem.elasticity.mesh_density import Density
 from fem.units import deg, mm, um
 
 ROUGH = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1)

@@ -6,7 +6,7 @@ from loaded_gears import ROUGH, helical_gear
 from paper_gears import paper_pair
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import Density
 from fem.stress.cycle_fields import PLANE
 from fem.units import um
 

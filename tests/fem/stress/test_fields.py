@@ -11,7 +11,7 @@ from loaded_gears import GEAR, ROUGH, helical_gear, hertz_load
 from paper_gears import few_teeth, paper_pair
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import Density
 from fem.stress import fields as stress
 from fem.stress import flank_loads
 from fem.units import MPa, mm, um

@@ -11,8 +11,8 @@ from measured_rows import deviation
 from paper_gears import paper_pair
 
 import fem
+from fem import Density
 from fem.elasticity import section_mesh
-from fem.elasticity.mesh_density import Density
 from fem.gear.tooth_profile import flank_points
 from fem.pair.placement import Placement, placements
 from fem.stress import fields as stress

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from loaded_gears import GEAR, helical_gear, hertz_load
 
+from fem import Density
 from fem.elasticity import section_mesh
-from fem.elasticity.mesh_density import Density
 from fem.gear.tooth_profile import arc_at, flank_points
 from fem.stress import fields as stress
 from fem.stress import gear_elasticity, stress_recovery, tooth_boundary

@@ -10,7 +10,7 @@ from loaded_gears import ROUGH, helical_gear
 from paper_gears import paper_gear, paper_pair
 
 import fem
-from fem.elasticity.mesh_density import Density
+from fem import Density
 from fem.units import um
 
 TORQUE, PHASES = 150.0, np.arange(4) / 4

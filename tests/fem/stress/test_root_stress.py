@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 
 import fem
 from exugear import plots
+from fem import Density
 from fem.elasticity import section_mesh
-from fem.elasticity.mesh_density import Density
 from fem.gear import tooth_profile
 from fem.gear.involute import involute
 from fem.stress import flank_loads, gear_elasticity, root_stress, stress_recovery, tooth_boundary

@@ -8,12 +8,6 @@ import fem
 from fem.support import cache
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
-    return tmp_path
-
-
 def never():
     raise AssertionError("computed again")
 

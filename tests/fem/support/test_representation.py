@@ -10,8 +10,8 @@ from scenes import linear_law, smooth_box, smooth_map
 
 import exugear
 import fem
+from fem import Density
 from fem.elasticity.flank_compliance import bare, solutions
-from fem.elasticity.mesh_density import Density
 from fem.support.cache import source_stamp
 from fem.support.representation import exact
 from fem.units import GPa, mm, um

@@ -1,6 +1,6 @@
 """How run times grow with the scene, and the yardsticks beside which they stand.
 
-    python examples/benchmark_growth.py
+    PYTHONPATH=examples python tests/benchmarks/benchmark_growth.py
 
 Yardsticks are a compiled loop without a multibody code, and Exudyn with a built-in spring instead of the mesh.
 """
@@ -20,7 +20,6 @@ import exugear
 import fem
 from exugear.mesh_force.force_kernels import damping, spinning_force
 from exugear.multibody.solver_settings import settings_for
-from exugear.planning.integrator_and_step import BETA, Rule
 from fem.units import mm
 
 
@@ -62,7 +61,7 @@ def yardsticks(box: exugear.Gearbox, step: float) -> dict[str, float]:
     compiled_loop(*arguments[:3], 10, *arguments[4:])
     _, loop = timed(lambda: compiled_loop(*arguments))
     _container, spring = exudyn_spring(box.driven.inertia)
-    _, bare = timed(lambda: spring.SolveDynamic(settings_for(Rule(BETA, step), steps * step, 1e-3)))
+    _, bare = timed(lambda: spring.SolveDynamic(settings_for(exugear.Rule.fourth_order(step), steps * step, 1e-3)))
     model, conditions = exugear.build(box), {"speed": (0, TOP_SPEED), "duration": LONG / 10, "load": TORQUE}
     _, run = timed(lambda: exugear.run_up(model, **conditions, step=step, checks=0, progress=False))
     return {"compiled loop": 10 * loop, "Exudyn's spring": 10 * bare, "exugear": 10 * run}

@@ -1,6 +1,6 @@
 """Time of one run-up in parts on 1 to 64 processes: measured on 1 and 2, beyond them by a model checked against those.
 
-    python examples/benchmark_parts.py
+    PYTHONPATH=examples python tests/benchmarks/benchmark_parts.py
 
 The model schedules the parts as `exugear.run_up` does: in order, each as soon as a process is free, early from static
 equilibrium as long as an earlier part is integrated. All times are of the processor, which other load hardly changes.

@@ -1,6 +1,6 @@
 """Time of a step and iterations of Newton's method, beside Exudyn's own time for the same bodies without gears.
 
-    python examples/benchmark_steps.py
+    PYTHONPATH=examples python tests/benchmarks/benchmark_steps.py
 
 Yardsticks: for shafts that only spin, an ObjectGenericODE2 with a single coordinate and constant matrices; for bodies
 on bearings, the same bodies and bearings without contact and drive. Each ratio is the median of alternated pairs.
@@ -17,7 +17,6 @@ from korta_pair import TOP_SPEED
 
 import exugear
 from exugear.multibody.solver_settings import settings_for
-from exugear.planning.integrator_and_step import BETA, Rule
 
 STEP, STEPS, PAIRS = 2.4e-5, 300_000, 5
 QUICK = 30_000, 1
@@ -45,14 +44,14 @@ def without_gears(model: exugear.Model) -> exu.MainSystem:
 
 def bare_step(mbs: exu.MainSystem, number: int) -> float:
     """Time of one of so many steps without gears [us]."""
-    settings = settings_for(Rule(BETA, STEP), STEP * number, 1e-3)
+    settings = settings_for(exugear.Rule.fourth_order(STEP), STEP * number, 1e-3)
     return timed(lambda: mbs.SolveDynamic(settings))[1] / number * 1e6
 
 
 def run_of(model: exugear.Model, number: int) -> exugear.Run:
     """A run-up through the speeds of the paper, in so many steps."""
     options = {"speed": (0, TOP_SPEED), "duration": STEP * number, "load": TORQUE, "checks": 0, "progress": False}
-    return exugear.run_up(model, step=Rule(BETA, STEP), **options)
+    return exugear.run_up(model, step=exugear.Rule.fourth_order(STEP), **options)
 
 
 def step_times(box: exugear.Gearbox, plan: exugear.Plan | None, number: int, pairs: int) -> dict[str, float]:

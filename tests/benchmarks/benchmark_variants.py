@@ -1,6 +1,6 @@
 """Time of 1,000 variants of the flanks of the paper's pair, each a map of 30 phases and 3 torques, on two processes.
 
-    python examples/benchmark_variants.py
+    PYTHONPATH=examples python tests/benchmarks/benchmark_variants.py
 
 Tip relief and lead crowning of each variant are random. Finite elements are solved once: flanks are gaps, which
 leave the compliances as they are.

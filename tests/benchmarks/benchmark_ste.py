@@ -1,6 +1,6 @@
 """Run time against error of the STE of the paper's pair: slices, resolved contact, eight-node hexahedra.
 
-    python examples/benchmark_ste.py
+    PYTHONPATH=examples python tests/benchmarks/benchmark_ste.py
 
 Slices converge to within half a per cent, because they leave out how the pressure spreads along the face. Eight-node
 hexahedra, as in the paper, converge slowly.

@@ -1,6 +1,6 @@
 """Time of a contact state by kind of gear and by mode, beside that of the code before contacts were compiled.
 
-    python examples/benchmark_states.py
+    PYTHONPATH=examples python tests/benchmarks/benchmark_states.py
 
 A state is one phase under one torque. Its time is the processor time of a whole call with the compliances in the cache,
 divided by the number of states.

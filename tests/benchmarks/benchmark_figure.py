@@ -1,6 +1,6 @@
 """Figure of `benchmark.py`: error over time, growth with the scene, time of a contact state, run-ups in parts.
 
-    python examples/benchmark_figure.py results
+    PYTHONPATH=examples python tests/benchmarks/benchmark_figure.py results
 
 draws it again from the numbers in results/benchmark.json.
 """

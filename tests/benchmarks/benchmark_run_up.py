@@ -1,6 +1,6 @@
 """Run time against error of run-ups: by step, integrator and reduction of the bodies.
 
-    python examples/benchmark_run_up.py
+    PYTHONPATH=examples python tests/benchmarks/benchmark_run_up.py
 
 Errors are against a run of much finer steps. That of the rms of the DTE falls with the fourth power of the step. Planar
 and 3D bodies agree to the last digit. The trapezoidal rule and generalized-alpha are 150 to 400 times less accurate at
@@ -13,8 +13,6 @@ from korta_pair import MAP_PHASES, MAP_TORQUES, TOP_SPEED, gearbox, paper_pair
 
 import exugear
 import fem
-from exugear.planning.integrator_and_step import BETA, TRAPEZOIDAL_BETA, Rule
-from exugear.signals.spectrum import Resonances
 from fem.units import mm
 
 TORQUE, LONG = 150.0, 70.0
@@ -27,19 +25,19 @@ def paper_gearbox() -> exugear.Gearbox:
     return gearbox(fem.static_transmission_error(paper_pair(), MAP_TORQUES, MAP_PHASES, progress=False))
 
 
-def outline(run: exugear.Run) -> tuple[np.ndarray, Resonances]:
+def outline(run: exugear.Run) -> tuple[np.ndarray, exugear.spectrum.Peaks]:
     """rms of the DTE about its mean in windows of time; resonances of its envelope over the mesh frequency."""
     time, dte = run.data["time"].values, run.data["dte"].values[-1]
     wide, narrow = (np.split(dte, np.searchsorted(time, np.linspace(0, time[-1], n + 1)[1:-1])) for n in (56, 281))
     frequency = np.interp((np.arange(281) + 0.5) / 281 * time[-1], time, run.data["mesh_frequency"].values[-1])
-    return np.array([x.std() for x in wide]), exugear.resonances(frequency, [np.ptp(x) / 2 for x in narrow])
+    return np.array([x.std() for x in wide]), exugear.peaks(frequency, [np.ptp(x) / 2 for x in narrow])
 
 
-def errors(run: exugear.Run, finest: tuple[np.ndarray, Resonances]) -> dict[str, float]:
+def errors(run: exugear.Run, finest: tuple[np.ndarray, exugear.spectrum.Peaks]) -> dict[str, float]:
     """Median of the windows, 95th percentile, largest of the resonances' frequencies and heights [%]."""
     (rms, peaks), (true_rms, true) = outline(run), finest
     off = np.abs(rms / true_rms - 1)
-    nearest = np.abs(peaks.place[:, None] - true.place).argmin(axis=0)
+    nearest = np.abs(peaks.abscissa[:, None] - true.abscissa).argmin(axis=0)
     frequencies, heights = (np.abs(a[nearest] / b - 1).max() for a, b in zip(peaks, true, strict=True))
     named = {"at_95": np.percentile(off, 95), "of_resonances": frequencies, "of_peaks": heights}
     return {"error": 100 * float(np.median(off))} | {name: 100 * float(value) for name, value in named.items()}
@@ -91,8 +89,8 @@ def run_up_points(box: exugear.Gearbox, quick: bool) -> Points:
     steps = (2e-5,) if quick else (6e-5, 3e-5, 2e-5, 1.5e-5, 1e-5)
     cases = [(name, name, lambda h: h) for name in scenes]
     cases += [
-        ("spinning", "trapezoidal rule", lambda h: Rule(TRAPEZOIDAL_BETA, h)),
-        ("spinning", "generalized-alpha 0.9", lambda h: Rule(BETA, h, 0.9)),
+        ("spinning", "trapezoidal rule", lambda h: exugear.Rule.trapezoidal(h)),
+        ("spinning", "generalized-alpha 0.9", lambda h: exugear.Rule(1 / 12, h, 0.9)),
     ]
     for name, label, rule in cases:
         for h in steps if quick or label == "spinning" else steps[1:4]:
