@@ -347,6 +347,11 @@ class Shaft:
         return body
 
     @property
+    def end_rotor(self) -> Rotor | None:
+        """The rotor that drive or load act on; None without a coupling."""
+        return next((rotor for rotor in self.rotors if rotor.name == self.end), None)
+
+    @property
     def turning_inertia(self) -> float:
         """Inertia about z of the shaft and of the rotors behind its couplings [kg m^2]."""
         return self.inertia + sum(rotor.coupling.inertia for rotor in self.rotors)

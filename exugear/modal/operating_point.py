@@ -6,11 +6,10 @@ from contextlib import contextmanager
 import numpy as np
 
 from exugear.gearbox.constant_loads import mesh_forces
-from exugear.multibody.drive_and_load import applied, assemble_in_state
+from exugear.multibody.drive_and_load import CONSTRAINT, applied, assemble_in_state
 from exugear.multibody.equilibrium import solve_initial_equilibrium
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, quiet, set_state_of_system, state_of_system
 from exugear.multibody.gear_contact import state_of
-from exugear.multibody.imposed_speed import CONSTRAINT
 from exugear.multibody.model import Model, linearized
 from exugear.operation.conditions import conditions_at_rest
 from exugear.planning.mirrored_flanks import warn_of_mirrored

@@ -131,6 +131,16 @@ def require_model(model) -> None:
     require(isinstance(model, Model), f"model must be an exugear.Model, got {type(model).__name__}; build(gearbox)")
 
 
+def further_objects(model: Model) -> range:
+    """Numbers of the objects that were added to the built system, whose last object is the drive."""
+    return range(int(model.drive) + 1, model.mbs.systemData.NumberOfObjects())
+
+
+def further_loads(model: Model) -> range:
+    """Numbers of the loads that were added to the built system."""
+    return range(int(model.load) + 1, model.mbs.systemData.NumberOfLoads())
+
+
 def end_coordinate(model: Model, name: str) -> int:
     """Index of the spin that drive or load of a shaft acts on: that of a rotor if it has a coupling."""
     return model.rotors.get(name, model.spins[name])

@@ -49,6 +49,9 @@ class TorqueTable:
         return self.cubic((t, speed, np.mod(angle, 2 * pi))[self.variable])
 
 
+NO_TORQUE = TorqueTable(TIME, constant(0.0))
+
+
 def torque_of_speed(torque: Torque, where: str) -> Callable[[float], float]:
     """A torque over the speed as a function, before it is tabulated; where: name of the argument, in messages."""
     function = torque.of_speed

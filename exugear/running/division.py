@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from exugear.multibody.time_integration import Solver
+from exugear.multibody.time_integration import RunState, Solver
 from exugear.planning.vibration_decay import SEAM_TOLERANCE, settling_time
 from exugear.running.segments import Part
 
@@ -39,7 +39,7 @@ class Division:
         """Number of parts."""
         return len(self.ends) - 1
 
-    def part(self, i: int, state: Any = None, expected: Any = None) -> Part:
+    def part(self, i: int, state: RunState | None = None, expected: Any = None) -> Part:
         """The part with a number: from the state that arrives, or early from static equilibrium."""
         begin = self.ends[i] if state else max(self.ends[i] - self.early, 0)
         return Part(self.bounds[begin : self.ends[i + 1] + 1], self.bounds[self.ends[i]], state, expected or {})

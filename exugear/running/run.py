@@ -14,7 +14,7 @@ from typing import Any
 
 import xarray as xr
 
-from exugear.multibody.drive_and_load import ShaftTorques, applied, released
+from exugear.multibody.drive_and_load import ShaftTorques, applied
 from exugear.multibody.equilibrium import NoEquilibrium
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.model import Model, linearized
@@ -230,14 +230,15 @@ def _solved(
     check_cost(model, scheme)
     state = None if initial is None else end_state_of(model, conditions, initial.data)
     conditions = conditions if state is None else continued(model, conditions, state)
-    with shown(progress), quiet(), applied(model, conditions) as torques:
+    with shown(progress), quiet(), applied(model, conditions) as acting:
+        torques = acting.torques
         try:
             set_start_state(model, conditions, state)
         except NoEquilibrium as error:
             run = Run(_without_samples(model, conditions, scheme, torques), 0.0, scheme.steps.size)
             run.data.attrs["stopped"] = str(error)
             raise StoppedAtStart(str(error), run) from None
-        released(model, conditions, torques)
+        acting.release()
         solver = Solver(model, conditions, scheme, restarted=state is not None)
         forces = BearingForces(model, scheme.steps.samples + 1)
         parts = parts_of(solver, torques, forces, executor) if executor else None

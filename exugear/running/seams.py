@@ -19,7 +19,7 @@ import xarray as xr
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.exudyn_objects import INITIAL, set_state_of_system
 from exugear.multibody.shaft_motion import BearingForces
-from exugear.multibody.time_integration import Segment, Solver, progress_bar, state_of_run
+from exugear.multibody.time_integration import RunState, Segment, Solver, progress_bar, state_of_run
 from exugear.planning.vibration_decay import SEAM_TOLERANCE
 from exugear.running.division import Division, division_of
 from exugear.running.part_samples import PartSamples, loaded, rows_of
@@ -54,7 +54,7 @@ class JoinedRun:
     """
 
     solver: Solver
-    states: dict[int, Any]
+    states: dict[int, RunState]
     forces: BearingForces
     arrived: list[tuple[PartSamples | Path, int]] = field(default_factory=list)
     bar: Any = None
@@ -222,7 +222,7 @@ class Parts:
             self.solver.require_samples(None)
         except (RuntimeError, KeyboardInterrupt) as error:
             stop = error
-        set_state_of_system(mbs, chain.states[chain.front], INITIAL)
+        set_state_of_system(mbs, chain.states[chain.front].system, INITIAL)
         bounds = sorted(step for step in chain.states if step <= chain.front)
         return [Segment(first, last, chain.states[first]) for first, last in pairwise(bounds)], None, stop
 

@@ -118,7 +118,7 @@ def vibration_at_half_the_step(solver: Solver, segment: Segment) -> np.ndarray:
     rule = replace(solver.scheme.rule, step=solver.scheme.steps.size / 2)
     settings = solver.scheme.settings(rule)
     settings.solution.sensors.active = False
-    set_state_of_system(solver.model.mbs, segment.state, INITIAL)
+    set_state_of_system(solver.model.mbs, segment.state.system, INITIAL)
     try:
         with solver.explained(rule):
             solver.solve(settings, segment, halvings=1)
