@@ -15,7 +15,7 @@ from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.guarded_solves import exudyn_settings
 from exugear.multibody.model import Mesh, Model, matrices_without_meshes, nonlinear_bearing_stiffness
-from exugear.multibody.user_function_errors import DIVERGED
+from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
 from exugear.operation.conditions import Conditions
 from exugear.planning.map_axes import static_offsets
 from exugear.planning.plan import UNDAMPED
@@ -38,10 +38,10 @@ LARGEST_SHIFT, LARGEST_TILT, LARGEST_TWIST = 0.01, 0.05, 2.0
 STIFFNESS_UNIT_HINT = "(in N/m: 200 N/um are 200e6)"
 #: Share of a map's largest force below which the mesh force by inertia torques is neglected.
 LEAST_INERTIA_SHARE = 1e-6
-#: How Exudyn reports an exception of a user function: its name and the message.
-USER_FUNCTION_ERROR = r"USER FUNCTION '([^']*)':\s*([^\n]+)"
-#: Messages of the user functions of this package (`exugear.multibody.user_function_errors`, `Conditions.load_at`).
-MESSAGE = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
+
+
+#: How Exudyn names the kind of a user function that failed.
+USER_FUNCTION = r"USER FUNCTION '([^']*)'"
 
 
 class NoEquilibrium(ValueError, RuntimeError):
@@ -312,24 +312,28 @@ def _deflection_under(mesh: Mesh, of_flank: MeshForce, phase: float, force: floa
 
 @contextmanager
 def explained(model: Model, remedy: str, speed_of, kind: type[RuntimeError] = RuntimeError) -> Iterator[None]:
-    """Turn Exudyn's exceptions into a kind of RuntimeError with time, speed and remedy, but for KeyboardInterrupt."""
+    """Turn the exceptions of a solve into a kind of RuntimeError with time, speed and remedy; Ctrl-C passes."""
     try:
-        yield
+        with user_errors_raised(model.mbs):
+            yield
     except Exception as error:
         if isinstance(error.__cause__, KeyboardInterrupt):
             raise KeyboardInterrupt from None
         t = model.mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
-        raise kind(f"{where}: {_reason(str(error), remedy)}{damping_remark(model, t)}") from None
+        raise kind(f"{where}: {_reason(error, remedy)}{damping_remark(model, t)}") from None
 
 
-def _reason(text: str, remedy: str) -> str:
-    """Reason of a failed solve, from the text of Exudyn's exception."""
-    message, foreign = re.search(MESSAGE, text), re.search(USER_FUNCTION_ERROR, text)
-    if message:
-        return message.group(0).replace(DIVERGED, remedy)
-    if foreign:
-        return f"user function {foreign.group(1)} failed, {foreign.group(2)}"
+def _reason(error: Exception, remedy: str) -> str:
+    """Reason of a failed solve: a force that is not known, a user function of the user, or Newton's iteration."""
+    if isinstance(error, Diverged):
+        return f"{error.reason}; {remedy}"
+    if isinstance(error, OutOfRange):
+        return str(error)
+    if error.__cause__ is not None:
+        named = re.search(USER_FUNCTION, str(error))
+        cause = f"{type(error.__cause__).__name__}: {error.__cause__}"
+        return f"user function {named.group(1) if named else ''} failed, {cause}"
     return f"Newton's iteration failed; {remedy}"
 
 
