@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from exugear.gearbox.constant_loads import given_loads
-from exugear.modal.eigenmodes import tracked
 from exugear.modal.linear_system import LinearSystem, linear_gearbox
 from exugear.modal.modes import HELD, check_arguments, energy_shares, load_attributes, modes_of
 from exugear.modal.operating_point import in_loaded_equilibrium
@@ -16,6 +15,7 @@ from exugear.modal.orders import Crossing, Order, crossings, orders_of
 from exugear.multibody.model import Model, require_model
 from exugear.multibody.turns import in_turn
 from exugear.operation.train_motion import HIGHEST_SPEED
+from exugear.planning.eigenmodes import tracked
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.validation import increasing, numbers, require
 

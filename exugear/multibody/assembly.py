@@ -1,8 +1,8 @@
 """Assembly of the Exudyn system of a gearbox: bodies on their bearings, gear contacts, drive and load."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from math import cos, sin
+from typing import NamedTuple
 
 import exudyn as exu
 import numpy as np
@@ -20,10 +20,10 @@ from exugear.contact.reference_configuration import (
 from exugear.contact.rubbing_contact import rubbing_contact_of
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT
+from exugear.gearbox.stage import Stage
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
-from exugear.multibody.model import Mesh, Model, linearized
-from exugear.multibody.native import call_path
+from exugear.multibody.model import BuiltMesh, BuiltSystem, Model, linearized
 from exugear.multibody.shaft_bodies import add_body, add_drive_and_load, add_rotors, end_marker
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates, pose
@@ -34,7 +34,7 @@ from fem.support.validation import require
 
 
 @checked
-def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
+def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     """Assemble the Exudyn system of a gearbox: bodies on their bearings, gear contacts, drive and load.
 
     plan   by default `exugear.plan(gearbox)`; a changed plan such as `exugear.plan(gearbox).with_joints()` builds an
@@ -51,7 +51,7 @@ def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
     mbs = container.AddSystem()
     ground = mbs.CreateGround()
     bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene.shafts[shaft.name]) for shaft in gearbox.shafts}
-    meshes = [_mesh(mbs, gearbox, i, scene, bodies) for i in range(len(gearbox.stages))]
+    contacts = [_add_contact(mbs, gearbox, number, scene, bodies) for number in range(len(gearbox.stages))]
     rotors: dict[str, int] = {}
     for shaft in gearbox.shafts:
         rotors |= add_rotors(mbs, shaft, bodies[shaft.name], scene.shafts[shaft.name])
@@ -62,17 +62,19 @@ def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
     drive, load = add_drive_and_load(mbs, gearbox, end_markers)
     with quiet():
         mbs.Assemble()
-    first = {name: mbs.GetNodeODE2Index(node_of(mbs, body)) for name, body in bodies.items()}
-    spins = {name: index + scene.shafts[name].spin_index for name, index in first.items()}
+    spins = {
+        name: mbs.GetNodeODE2Index(node_of(mbs, body)) + scene.shafts[name].spin_index for name, body in bodies.items()
+    }
     rotor_spins = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in rotors.items()}
-    rows = tuple(_with_row(mbs, mesh, first, scene) for mesh in meshes)
-    unlinearized = BuiltPlan(scene, omega=0.0, omega_mesh=0.0, contact=call_path())
-    numbers = end_markers, drive, load
-    model = Model(gearbox, unlinearized, mbs, container, bodies, spins, rotor_spins, rows, *numbers)
-    return linearized(model, gearbox.driving.name)
+    meshes = tuple(
+        _mesh(stage, scene, label, contact, _row(mbs, stage, contact.frame, spins, scene))
+        for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
+    )
+    numbers = bodies, spins, rotor_spins, end_markers, drive, load
+    return linearized(BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers), gearbox.driving.name)
 
 
-def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
+def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
     """The plan by which to build; ValueError for the plan of another gearbox."""
     if plan is None:
         return plan_of(gearbox)
@@ -100,8 +102,16 @@ def _check_suits(scene: Plan, suitable: Plan) -> None:
         require(alike, f"{remedy}: damping, backlash and stiffness of {label} are {given} instead of {needed}")
 
 
-def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> Mesh:
-    """Add the contact of a stage; `_with_row` sets the row once the coordinates are numbered."""
+class AddedContact(NamedTuple):
+    """A gear contact in the system: its object number, recorder and geometry."""
+
+    number: int
+    recorder: Recorder
+    frame: np.record
+
+
+def _add_contact(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> AddedContact:
+    """Add the contact of a stage, by its number."""
     stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
     items = [bodies[stage.fast.name], bodies[stage.slow.name]]
     kinds = tuple(kind_of(mbs, item) for item in items)
@@ -111,8 +121,14 @@ def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, 
     kernel = (rubbing_contact_of if friction else kernel_of)(kinds, displaced)
     records = law.table, frame, contact_state(), *friction
     contact = add_contact(mbs, gearbox.labels[number], items, kernel, records, recorder, stage.pair)
+    return AddedContact(contact, recorder, frame)
+
+
+def _mesh(stage: Stage, scene: Plan, label: str, contact: AddedContact, row: np.ndarray) -> BuiltMesh:
+    """The mesh of a stage from its contact and its row."""
+    law, frame = scene.laws[label], contact.frame
     reference = reference_state(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
-    return Mesh(stage, law, contact, recorder, frame, np.zeros(0), *reference)
+    return BuiltMesh(stage, law, contact.number, contact.recorder, frame, row, *reference)
 
 
 def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
@@ -127,14 +143,14 @@ def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
     return spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
 
 
-def _with_row(mbs, mesh: Mesh, first: Mapping[str, int], scene: Plan) -> Mesh:
-    """The mesh with its row over the coordinates of the system; first: index of each shaft's first coordinate."""
+def _row(mbs, stage: Stage, frame: np.record, spins: Mapping[str, int], scene: Plan) -> np.ndarray:
+    """The row of a mesh over the coordinates of the system; spins: index of the last coordinate of each shaft."""
     row, entries = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
-    if is_spatial(mesh.frame):
-        entries[:] = spatial_row(mesh.frame).reshape(2, 6)
+    if is_spatial(frame):
+        entries[:] = spatial_row(frame).reshape(2, 6)
     else:
-        entries[:, 5] = rotational_row(mesh.frame)
-    for shaft, entry in zip((mesh.stage.fast, mesh.stage.slow), entries, strict=True):
-        components = scene.shafts[shaft.name].components
-        row[first[shaft.name] : first[shaft.name] + len(components)] = entry[components]
-    return replace(mesh, row=row)
+        entries[:, 5] = rotational_row(frame)
+    for shaft, entry in zip((stage.fast, stage.slow), entries, strict=True):
+        components, last = scene.shafts[shaft.name].components, spins[shaft.name] + 1
+        row[last - len(components) : last] = entry[components]
+    return row

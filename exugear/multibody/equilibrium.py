@@ -339,4 +339,4 @@ def _reason(error: Exception, remedy: str) -> str:
 
 def damping_remark(model: Model, t: float) -> str:
     """Remark on a run that fails at t [s] where no mesh, bearing or coupling is damped; else empty."""
-    return f" ({UNDAMPED})" if model.plan.scene.undamped and t > STATIC_SOLVE_TIME else ""
+    return f" ({UNDAMPED})" if model.scene.undamped and t > STATIC_SOLVE_TIME else ""

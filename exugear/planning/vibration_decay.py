@@ -4,6 +4,8 @@ from math import log
 
 import numpy as np
 
+from exugear.planning.eigenmodes import damped_modes
+
 #: Difference of two states, over the rms of each coordinate and velocity, up to which they count as equal.
 SEAM_TOLERANCE = 1e-6
 #: Share of the strain energy of a mode in the meshes above which meshes excite it.
@@ -20,9 +22,8 @@ def slowest_decay(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, 
     mass, stiffness, damping   (n, n) with the meshes
     rows                       (n_stage, n) of the meshes, times the roots of their stiffnesses
     """
-    n, by_state = len(mass), -np.linalg.solve(mass, np.hstack([stiffness, damping]))
-    values, vectors = np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), by_state]))
-    modes = vectors[:n]
+    values, vectors = damped_modes(mass, stiffness, damping)
+    modes = vectors[: len(mass)]
     strain = np.einsum("im,ij,jm->m", modes.conj(), stiffness, modes).real
     excited = (np.abs(rows @ modes) ** 2).sum(axis=0) > EXCITED * np.maximum(strain, np.finfo(float).tiny)
     slowest = float((-values.real / np.maximum(np.abs(values), 1.0))[excited].min(initial=1.0))

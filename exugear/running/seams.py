@@ -277,7 +277,7 @@ def parts_of(solver: Solver, torques: ShaftTorques, forces: BearingForces, execu
     if division.number < 2:
         return None
     folder = TemporaryDirectory(ignore_cleanup_errors=True)
-    run = solver.model.plan.scene, solver.conditions.tabulated(), solver.scheme, solver.restarted
+    run = solver.model.scene, solver.conditions.tabulated(), solver.scheme, solver.restarted
     job = Job(uuid4(), *run, Path(folder.name))
     chain = JoinedRun(solver, {0: state_of_run(solver.model)}, forces)
     try:

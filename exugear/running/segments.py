@@ -194,7 +194,7 @@ def check_parts(model: Model, conditions: Conditions) -> None:
     added = "executor: model.mbs has objects, loads or sensors beside those of the gearbox"
     remedy = "which other processes cannot build; leave executor out"
     require(not (further_objects(model) or further_loads(model) or sensors), f"{added}, {remedy}")
-    copy = build(model.gearbox, plan=model.plan.scene)
+    copy = build(model.gearbox, plan=model.scene)
     matrices = zip(matrices_without_meshes(model), matrices_without_meshes(copy), strict=True)
     unchanged = all(np.allclose(matrix, built, rtol=1e-9, atol=0) for matrix, built in matrices)
     require(unchanged, f"executor: mass, stiffness or damping of the system model.mbs were changed, {remedy}")

@@ -15,7 +15,8 @@ from paper_gears import paper_pair
 from scenes import INERTIA, K, linear_law, rectangular_law, smooth_box
 
 import exugear
-from exugear.modal.operating_point import in_loaded_equilibrium, set_velocities
+from exugear.modal.operating_point import in_loaded_equilibrium
+from exugear.multibody.linearization import set_velocities
 
 R_B = paper_pair().pinion.r_b
 
