@@ -8,13 +8,14 @@ from math import isfinite
 import exudyn.itemInterface as eii
 import numpy as np
 
-from exugear.gearbox.bearing_law import radial_points, radial_secant
+from exugear.gearbox.bearing_law import radial_points
 from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.shaft_dynamics import static_displacement
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.guarded_solves import exudyn_settings
-from exugear.multibody.model import Mesh, Model, matrices_without_meshes, nonlinear_bearing_stiffness
+from exugear.multibody.model import Mesh, Model
 from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
 from exugear.operation.conditions import Conditions
 from exugear.planning.map_axes import static_offsets
@@ -30,8 +31,7 @@ NO_EQUILIBRIUM = (
 )
 #: Residual of a static solve that counts as 0 [N, N m], and the rounding of its coordinates in units in the last place.
 ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
-#: Iterations for the secant stiffness of nonlinear bearings and for the phases of meshes; tolerance of the latter
-#: [m, rad].
+#: Iterations for the phases of meshes, and their tolerance [m, rad].
 ITERATIONS, CONVERGED = 30, 1e-14
 #: Static displacement of a shaft [m, rad] and twist of a coupling [rad] that suggest data in another unit.
 LARGEST_SHIFT, LARGEST_TILT, LARGEST_TWIST = 0.01, 0.05, 2.0
@@ -205,22 +205,26 @@ def _applied_torques(model: Model, torques: Mapping[int, float]) -> Iterator[Non
 
 def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
     """Coordinates of the shafts on their bearings under mesh forces (n_stage,) [N], spins 0."""
-    q = np.zeros(model.mbs.systemData.ODE2Size())
-    borne = {name: kind for name, kind in model.plan.shafts.items() if kind.on_bearings}
-    if not borne:
-        return q
-    free = np.concatenate([model.spins[name] - np.arange(1, kind.spin_index + 1) for name, kind in borne.items()])
-    push = -forces @ np.array([mesh.row for mesh in model.meshes])
-    _, stiffness, _ = matrices_without_meshes(model)
-    secants = None
-    for _ in range(ITERATIONS):
-        total = stiffness + nonlinear_bearing_stiffness(model, secants)
-        q[free] = np.linalg.solve(total[np.ix_(free, free)], push[free])
-        secants = _secants(model, q, secants)
-        if not any(secants.values()):
-            break
+    q, on_coordinates = np.zeros(model.mbs.systemData.ODE2Size()), -forces @ np.array([m.row for m in model.meshes])
+    for shaft in model.gearbox.shafts:
+        kind, spin = model.scene.shafts[shaft.name], model.spins[shaft.name]
+        if kind.on_bearings:
+            moving, on_centre = slice(spin - kind.spin_index, spin), np.zeros(6)
+            on_centre[kind.components[:-1]] = on_coordinates[moving]
+            displacement, radial_forces = static_displacement(shaft, on_centre, kind.components[:-1])
+            _check_tables(shaft, radial_forces)
+            q[moving] = displacement[kind.components[:-1]]
     _check_yield(model, forces, q)
     return q
+
+
+def _check_tables(shaft: Shaft, radial_forces: Mapping[float, float]) -> None:
+    """NoEquilibrium where a nonlinear bearing carries more than its table; forces [N] by axial position."""
+    for axial, force in radial_forces.items():
+        end = radial_points(shaft.bearings[axial])[1, -1]
+        if not force <= end:
+            beyond = f"bearing of shaft {shaft.name!r} at {axial:g} m carries {force:.4g} N, its table ends at"
+            raise NoEquilibrium(f"{beyond} {end:.4g} N; extend it")
 
 
 def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
@@ -233,28 +237,6 @@ def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
         if shift > LARGEST_SHIFT or tilt > LARGEST_TILT:
             far = f"bearings of {mesh.stage.name} yield by {shift / mm:.3g} mm, {tilt:.2g} rad under {abs(force):.4g} N"
             raise NoEquilibrium(f"{far}; try less load or stiffer bearings {STIFFNESS_UNIT_HINT}")
-
-
-def _secants(model: Model, q: np.ndarray, before) -> dict[str, dict[float, float]]:
-    """Secant stiffness [N/m] of each nonlinear bearing, by shaft and axial position.
-
-    It is that under the force which the secants before carry at the coordinates q.
-    """
-    secants: dict[str, dict[float, float]] = {}
-    for shaft in model.gearbox.shafts:
-        nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
-        secants[shaft.name] = {}
-        for axial, bearing in nonlinear.items():
-            x, y, _, a, b = q[model.spins[shaft.name] - 5 : model.spins[shaft.name]]
-            lever = axial - shaft.centre
-            k = float(bearing.stiffness[0, 0]) if before is None else before[shaft.name][axial]
-            force = float(k * np.hypot(x + lever * b, y - lever * a))
-            end = radial_points(bearing)[1, -1]
-            beyond = f"bearing of shaft {shaft.name!r} at {axial:g} m carries {force:.4g} N, its table ends at"
-            if not force <= end:
-                raise NoEquilibrium(f"{beyond} {end:.4g} N; extend it")
-            secants[shaft.name][axial] = radial_secant(bearing, force) if force > 0 else k
-    return secants
 
 
 def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray, anchor: str) -> np.ndarray:

@@ -242,20 +242,15 @@ def held_by_joints(system: BuiltSystem) -> np.ndarray:
     return np.array([spin - k for spin in spins for k in range(1, 6)], int)
 
 
-def nonlinear_bearing_stiffness(
-    system: BuiltSystem, secants: Mapping[str, Mapping[float, float]] | None = None
-) -> np.ndarray:
-    """Stiffness matrix of the nonlinear bearings, at their steepest slopes or by secants.
-
-    secants   secant stiffness [N/m] of each bearing, by shaft and axial position
-    """
+def nonlinear_bearing_stiffness(system: BuiltSystem) -> np.ndarray:
+    """Stiffness matrix of the nonlinear bearings at their steepest slopes."""
     total = np.zeros((system.mbs.systemData.ODE2Size(),) * 2)
     for shaft in system.gearbox.shafts:
         first = system.spins[shaft.name] - 5
         for axial, bearing in shaft.bearings.items():
             if not bearing.linear:
-                k = float(bearing.stiffness[0, 0]) if secants is None else secants[shaft.name][axial]
-                total[first : first + 6, first : first + 6] += radial_part(k, axial - shaft.centre)
+                part = slice(first, first + 6)
+                total[part, part] += radial_part(float(bearing.stiffness[0, 0]), axial - shaft.centre)
     return total
 
 

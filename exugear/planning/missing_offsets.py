@@ -1,23 +1,20 @@
 """Motion of the gears of a stage along the axes that its map lacks, and the offsets to map."""
 
 from collections.abc import Mapping
-from math import ceil, floor, hypot, log10
+from math import ceil, floor, log10
 
 import numpy as np
 
 from exugear.contact.reference_configuration import offsets_at, spatial_frame, spatial_row
-from exugear.gearbox.bearing_law import linear_part, radial_part, radial_secant
 from exugear.gearbox.constant_loads import mesh_forces, words_of
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.shaft_dynamics import static_displacement
 from exugear.gearbox.stage import Stage
 from exugear.planning.coordinates import Coordinates, pose
 from exugear.planning.map_axes import AXIS_NAMES, MOVED_BY, is_slight, static_offsets
 
 #: Units of the axes of a map.
 UNITS = {"a": "m", "misalignment": "rad", "axial": "m"}
-#: Iterations for the secant stiffness of nonlinear bearings.
-ITERATIONS = 20
 #: Offsets to map, in multiples of the displacement under the load.
 MULTIPLES = {"a": (-1, 0, 1, 2), "misalignment": (-2, -1, 0, 1, 2), "axial": (-2, 0, 2)}
 #: Deflection by which the pinion leads, so that its driving flank is the closer one [m].
@@ -64,24 +61,7 @@ def _displacements(
     for stage, force in zip(gearbox.stages, mesh_forces(gearbox, loads), strict=True):
         for shaft, row in zip((stage.fast, stage.slow), np.split(spatial_row(_frame(gearbox, stage)), 2), strict=True):
             push[shaft.name] -= force * row
-    return {s.name: _displaced(s, push[s.name], shafts[s.name].components[:-1]) for s in gearbox.shafts}
-
-
-def _displaced(shaft: Shaft, push: np.ndarray, free: list[int]) -> np.ndarray:
-    """(6,) displacement of a shaft's centre of mass under generalized forces (6,), nonlinear bearings as secants."""
-    q, levers = np.zeros(6), {axial: axial - shaft.centre for axial in shaft.bearings}
-    if not (shaft.bearings and free):
-        return q
-    secants = {axial: float(b.stiffness[0, 0]) for axial, b in shaft.bearings.items() if not b.linear}
-    for _ in range(ITERATIONS if secants else 1):
-        parts = [linear_part(b, levers[axial]) for axial, b in shaft.bearings.items()]
-        total = np.sum(parts + [radial_part(k, levers[axial]) for axial, k in secants.items()], axis=0)
-        q[free] = np.linalg.solve(total[np.ix_(free, free)], push[free])
-        for axial, k in secants.items():
-            force = k * hypot(q[0] + levers[axial] * q[4], q[1] - levers[axial] * q[3])
-            if force > 0:
-                secants[axial] = radial_secant(shaft.bearings[axial], force)
-    return q
+    return {s.name: static_displacement(s, push[s.name], shafts[s.name].components[:-1])[0] for s in gearbox.shafts}
 
 
 def _advice(gearbox: Gearbox, stage: Stage, missing: list[str], load: str, moved: Mapping[str, np.ndarray]) -> str:
