@@ -212,6 +212,6 @@ def _coupling_torque(
     else:
         recorder, direction = torques[rotor.body].recorder, model.gearbox.directions[held]
         spin, speed = (direction * recorder[name][: time.size] for name in ("angle", "speed"))
-    angle = conditions.start_angle + np.array([conditions.speed_of.integral(t) for t in time.tolist()])
+    angle = conditions.start_angle + conditions.speed_of.integral(time)
     coupling = rotor.coupling
     return coupling.torsion * (angle - spin) + coupling.damping * (conditions.speed_of(time) - speed)

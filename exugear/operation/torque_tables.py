@@ -37,7 +37,7 @@ class TorqueTable:
     @property
     def constant(self) -> bool:
         """Whether the torque never changes."""
-        return not self.cubic.coefficients[:, 1:].any() and bool(np.ptp(self.cubic.coefficients[:, 0]) == 0)
+        return self.cubic.constant
 
     @property
     def largest(self) -> float:
