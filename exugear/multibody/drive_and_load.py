@@ -18,13 +18,13 @@ import numpy as np
 from exudyn.utilities import CreateSymbolicUserFunction
 
 from exugear.contact.imposed_motion import imposed_motion
-from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.shaft import Coupling, Shaft
 from exugear.mesh_force.kernel_records import address_of
+from exugear.multibody.coupling_kernels import coupling_kernel, coupling_record
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, node_of, set_state_of_system, state_of_system
 from exugear.multibody.gear_contact import state_of
 from exugear.multibody.model import Model, end_coordinate, further_loads, further_objects
 from exugear.multibody.native import direct_or_portable
-from exugear.multibody.shaft_bodies import add_driven_coupling
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.shaft_ends import Torque
 from exugear.operation.shaft_recorder import ShaftRecorder
@@ -172,7 +172,7 @@ class DriveAndLoad:
         if held.end_rotor:
             self._set_spring(held, False)
             nodes = _node_of(model, held.end_rotor.name), _node_of(model, held.end_rotor.body)
-            add_driven_coupling(mbs, COUPLING, nodes, held.end_rotor.coupling, motion)
+            _add_driven_coupling(mbs, COUPLING, nodes, held.end_rotor.coupling, motion)
             return
         inertia = held.inertia
         for mesh in model.meshes:
@@ -324,6 +324,28 @@ def _add_torque_object(mbs, name: str, node, record: np.record, recorder: ShaftR
     function = direct_or_portable(shaft_torque, kernel, addresses, n)
     item: Any = eii.ObjectGenericODE2(
         name=name, nodeNumbers=[node], forceUserFunction=function, jacobianUserFunction=torque_jacobian
+    )
+    item.visualization["show"] = False
+    mbs.AddObject(item)
+
+
+def _add_driven_coupling(mbs, name: str, nodes: tuple[Any, Any], coupling: Coupling, motion: np.record) -> None:
+    """Add a coupling between the nodes of a rotor with an imposed motion and of the body that bears the coupling."""
+    record, n = coupling_record(coupling, motion), len(mbs.GetNode(nodes[1])["referenceCoordinates"])
+    kernel, address = coupling_kernel(n), address_of(record)
+
+    def driven_coupling(mbs, t, item, q, q_t):
+        return kernel(address, t, *q, *q_t)
+
+    def coupling_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        jacobian = np.zeros((n + 1, n + 1))
+        jacobian[n, n] = factor * record.torsion + factor_t * record.damping
+        return jacobian
+
+    vars(driven_coupling)["owned"] = record
+    function = direct_or_portable(driven_coupling, kernel, (address,), n + 1)
+    item = eii.ObjectGenericODE2(
+        name=name, nodeNumbers=list(nodes), forceUserFunction=function, jacobianUserFunction=coupling_jacobian
     )
     item.visualization["show"] = False
     mbs.AddObject(item)

@@ -13,8 +13,8 @@ from exugear.planning.integrator_and_step import (
     Rule,
     rule_for,
 )
+from exugear.planning.linear_train import SEAM_TOLERANCE, settling_time
 from exugear.planning.plan import Plan
-from exugear.planning.vibration_decay import SEAM_TOLERANCE, settling_time
 from fem.support.arguments import Finite, checked
 
 #: What an imposed speed means for the main resonance of a mesh.

@@ -5,16 +5,23 @@ that they excite, and how the coordinates yield to a mesh force.
 """
 
 from dataclasses import dataclass
-from math import pi, sqrt
+from math import log, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
-from exugear.planning.eigenmodes import undamped_modes
-from exugear.planning.vibration_decay import slowest_decay
+from exugear.planning.eigenmodes import damped_modes, undamped_modes
 
 #: Share of a mode's strain energy in the meshes above which the step must resolve the mode.
 STRAIN_SHARE = 0.02
+#: Difference of two states, over the rms of each coordinate and velocity, up to which they count as equal.
+SEAM_TOLERANCE = 1e-6
+#: Share of the strain energy of a mode in the meshes above which meshes excite it.
+EXCITED = 1e-9
+#: Rate of decay over the angular frequency of a mode that is rounding.
+UNDAMPED = 1e-8
+#: Time of the linear decay times this: teeth that part are not damped.
+MARGIN = 1.5
 
 
 class FreeSystem(NamedTuple):
@@ -98,3 +105,22 @@ class LinearTrain:
         stiffness = self.stiffness + rows.T @ (self.mean[others, None] * rows)
         damping = self.damping + rows.T @ (self.mesh_damping[others, None] * rows)
         return FreeSystem(self.mass[part], stiffness[part], damping[part], free)
+
+
+def slowest_decay(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray, rows: np.ndarray) -> float:
+    """Rate [1/s] at which the slowest of the modes decays that the meshes excite; 0 where one of them is not damped.
+
+    mass, stiffness, damping   (n, n) with the meshes
+    rows                       (n_stage, n) of the meshes, times the roots of their stiffnesses
+    """
+    values, vectors = damped_modes(mass, stiffness, damping)
+    modes = vectors[: len(mass)]
+    strain = np.einsum("im,ij,jm->m", modes.conj(), stiffness, modes).real
+    excited = (np.abs(rows @ modes) ** 2).sum(axis=0) > EXCITED * np.maximum(strain, np.finfo(float).tiny)
+    slowest = float((-values.real / np.maximum(np.abs(values), 1.0))[excited].min(initial=1.0))
+    return float(-values.real[excited].max(initial=-np.inf)) if slowest > UNDAMPED else 0.0
+
+
+def settling_time(decay: float, share: float) -> float:
+    """Time [s] in which vibrations of a rate of decay > 0 [1/s] fall to a share."""
+    return MARGIN * log(1 / share) / decay

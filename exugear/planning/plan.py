@@ -12,8 +12,7 @@ from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
-from exugear.planning.map_axes import stage_law, why_coast_differs
-from exugear.planning.missing_offsets import largest_load, missing_axes
+from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
 from fem.support.arguments import checked, keywords_after_first
 from fem.units import um
 
