@@ -1,4 +1,4 @@
-"""Integration of a run in segments, each a solve of its own from the state in which the segment before has ended."""
+"""Integration of a run in segments: each is a separate solve from the final state of the segment before."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -197,7 +197,7 @@ class Solver:
         system.SetODE2Coordinates(q, INITIAL)
 
     def solve(self, settings: exu.SimulationSettings, segment: Segment, halvings: int = 0) -> None:
-        """Integrate a segment from the initial state, its steps halved so many times."""
+        """Integrate a segment from the initial state; halvings: of its steps."""
         h, integration = self.scheme.steps.size, settings.timeIntegration
         integration.startTime, integration.endTime = segment.first * h, segment.last * h
         integration.numberOfSteps = (segment.last - segment.first) << halvings

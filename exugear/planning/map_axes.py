@@ -1,4 +1,7 @@
-"""Axes of a map that a scene needs: those along which its gears move; the others are fixed at their static values."""
+"""Axes of a map that a scene needs: those along which its gears move; the others are fixed at their static values.
+
+Where a map lacks such an axis, the plan estimates how far the gears move under a load, and advises the offsets to map.
+"""
 
 from collections.abc import Mapping
 from math import acos, ceil, floor, isfinite, log10

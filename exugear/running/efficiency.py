@@ -80,7 +80,7 @@ class SteadyPower:
 
     @property
     def error(self) -> float:
-        """Estimated error of the efficiency: by transients that have not yet died, and by the integration."""
+        """Estimated error of the efficiency: by transients that have not yet decayed, and by the integration."""
         return self.change + abs(self.residual_share)
 
     @property
@@ -99,7 +99,7 @@ def window_periods(model: Model, speed: float) -> np.ndarray:
 
 
 def first_duration(model: Model, speed: float, tolerance: float) -> float:
-    """Duration [s] of a run whose transients have probably died in its first half, after which a window fits."""
+    """Duration [s] of a run whose transients have probably decayed in its first half, after which a window fits."""
     rates = [mesh.stage.force.damping * mesh.mobility / 2 for mesh in model.meshes]
     longest = SETTLING_PERIODS / _lowest_resonance(model)
     settling = min(log(1 / tolerance) / min(rates), longest) if min(rates) > 0 else longest
@@ -206,9 +206,9 @@ def efficiency(
     slow = f"speeds must be higher than {speeds[0]:g} rad/s, at which mesh cycles take too long to be solved"
     require(durations[0] < LONGEST, f"{slow}; the losses change little below")
     points = list(product(speeds.tolist(), loads.tolist()))
-    spread = map if executor is None else executor.map
+    mapped = map if executor is None else executor.map
     with shown(progress):
-        solved = spread(partial(_at, gearbox, tolerance), points)
+        solved = mapped(partial(_at, gearbox, tolerance), points)
         costs = np.ceil(np.repeat(durations, loads.size) / min(durations))
         powers = list(bar(solved, f"efficiency: {len(points)} points", costs))
     attributes = {"title": "efficiency", "tolerance": tolerance, "plan": str(model.plan), **scene_attributes(model)}

@@ -134,11 +134,11 @@ def checks_by_step(
 
     repeated   integrates segments at half the step; other processes begin with that at once
     """
-    spread = representative(model, scheme, hundredths(segments), number)
-    jumps = jumps_of(model, scheme, segments) if spread else []
-    checked = spread + [jump.part for jump in jumps]
+    typical = representative(model, scheme, hundredths(segments), number)
+    jumps = jumps_of(model, scheme, segments) if typical else []
+    checked = typical + [jump.part for jump in jumps]
     coarse, fine = [vibration(model, scheme, segment) for segment in checked], repeated(checked)
-    reasons: list[VibrationJump | None] = [None] * len(spread)
+    reasons: list[VibrationJump | None] = [None] * len(typical)
     return map(Check, checked, coarse, fine, [*reasons, *jumps])
 
 
@@ -161,13 +161,13 @@ def hundredths(segments: Sequence[Segment]) -> list[Segment]:
 
 
 def representative(model: Model, scheme: Scheme, segments: Sequence[Segment], number: int) -> list[Segment]:
-    """The segment that vibrates most and others spread over the run, at most number; none of short segments."""
+    """The segment that vibrates most and others spread over the run, at most number; skips short segments."""
     if number < 1 or not segments or segments[0].last - segments[0].first < FEWEST_SAMPLES * scheme.steps.every:
         return []
     rms = np.array([vibration(model, scheme, segment) for segment in segments])
     strongest = int(np.argmax((rms / np.maximum(rms.max(axis=0), np.finfo(float).tiny)).max(axis=1)))
-    spread = np.linspace(0, len(segments), number + 1).astype(int)[1:-1]
-    return [segments[i] for i in sorted({strongest, *spread.tolist()})]
+    evenly = np.linspace(0, len(segments), number + 1).astype(int)[1:-1]
+    return [segments[i] for i in sorted({strongest, *evenly.tolist()})]
 
 
 def samples_in(scheme: Scheme, segment: Segment) -> slice:
