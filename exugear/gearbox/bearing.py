@@ -12,7 +12,7 @@ from fem.support.representation import short
 from fem.support.validation import increasing, require, require_finite
 
 UNITS = {"radial": "N/m", "axial": "N/m", "tilt": "N m/rad", "damping": "s", "clearance": "m"}
-#: Stiffness [N/m, N m/rad] from which on the user is taken to mean a rigid bearing.
+#: Stiffness [N/m, N m/rad] from which on a bearing is effectively rigid.
 RIGID, RIGID_TILT = 1e13, 1e11
 #: Stiffness below which the user is taken to mean another unit. Rolling bearings have 10 to 10,000 N/um, the softest
 #: rubber mounts 1e4 N/m: on less, a shaft of 1 kg sags by a millimetre. Tilt: two such mounts, each a centimetre from
@@ -40,8 +40,8 @@ class Bearing:
                 tilt, clearance and table
     drag        `Drag` or `BearingDrag`: the torque by which it brakes the shaft
 
-    Raises ValueError for a stiffness that is negative, so high that a rigid bearing is meant, or so low that another
-    unit is meant (0 < k < 1e4 N/m), for tables with falling forces, and for matrices that are not symmetric and
+    Raises ValueError for a stiffness that is negative, so high that the bearing is effectively rigid, or so low that
+    another unit is meant (0 < k < 1e4 N/m), for tables with falling forces, and for matrices that are not symmetric and
     positive semi-definite.
     """
 
@@ -116,7 +116,7 @@ class Bearing:
         for i, name in enumerate((radial, radial, "axial", "tilt", "tilt")):
             name = name if self.matrix is None else f"matrix[{i}, {i}]"
             soft, rigid, unit = (SOFT, RIGID, "N/m") if i < 3 else (SOFT_TILT, RIGID_TILT, "N m/rad")
-            ideal = f"is meant as rigid (from {rigid:g} on); leave the bearings out for ideal ones"
+            ideal = f"is effectively rigid (from {rigid:g} on); leave the bearings out for ideal ones"
             require(size[i] < rigid, f"{name} {size[i]:.3g} {unit} {ideal}")
             units = f"200 N/um are 200e6 {unit}" if i < 3 else f"200 kN m/rad are 200e3 {unit}"
             low = f"{name} must be 0 or from {soft:g} {unit} on, got {size[i]:g}; pass {unit}: {units}"

@@ -102,7 +102,7 @@ def _check_loops(
         miss = wrapped(sum(sense * at_zero[j].wheel_advance for j, sense in loop))
         if abs(miss) >= FITS:
             names = ", ".join(stages[j].name for j, _ in loop)
-            apart = f"teeth of the loop {names} miss each other by {miss:.4g} of a pitch (assembly)"
+            apart = f"the loop {names} cannot be assembled: phase error {miss:.4g} pitch"
             angles = fitting_remedy(stages, _assembling_angles(stages, directions, loop, miss))
             raise ValueError(f"{apart}; {angles}; or give one shaft a gear of its own for each mesh")
 
@@ -110,7 +110,7 @@ def _check_loops(
 def _assembling_angles(
     stages: Sequence[Stage], directions: Mapping[str, int], loop: Path, miss: float
 ) -> dict[int, float] | None:
-    """Angles by stage at which the teeth of a loop fit; miss: share of a pitch by which they miss each other now."""
+    """Angles by stage with which a loop can be assembled; miss: its present phase error as share of a pitch."""
     teeth = [stages[i].pair.pinion.z + stages[i].pair.wheel.z for i, _ in loop]
     senses = [-sense * directions[stages[i].fast.name] for i, sense in loop]
     slopes = np.array(senses) * teeth / (2 * pi)

@@ -94,7 +94,7 @@ class Coupling:
     further   `Coupling` from that rotor to a further rotor, or several of them
     name      of the rotor, in drives, loads and data; by default "<shaft> rotor", "<shaft> rotor 2", ...
 
-    Raises ValueError for a coupling so stiff that a rigid one is meant, and for values that suggest another unit.
+    Raises ValueError for a coupling that is effectively rigid, and for values that suggest another unit.
     """
 
     torsion: float
@@ -109,7 +109,7 @@ class Coupling:
         require(couplings, f"further must be a Coupling or a list of them, got {text_of(further)}")
         object.__setattr__(self, "further", tuple(further))
         require_all("a coupling", self, {"torsion": "N m/rad", "inertia": "kg m^2"})
-        rigid = f"torsion {self.torsion:g} N m/rad is meant as rigid (from {RIGID:g} on)"
+        rigid = f"torsion {self.torsion:g} N m/rad is effectively rigid (from {RIGID:g} on)"
         require(self.torsion < RIGID, f"{rigid}; leave the coupling out and add a Disc")
         require(0 <= self.damping < inf, f"damping of a coupling must be >= 0 N m s/rad, got {self.damping}")
         slow = f"damping / torsion of a coupling must stay below {RELAXATION:g} s, got {self.damping / self.torsion:g}"
@@ -345,6 +345,11 @@ class Shaft:
         while behind := [rotor.name for rotor in self.rotors if rotor.body == body]:
             body = behind[0]
         return body
+
+    @property
+    def end_rotor(self) -> Rotor | None:
+        """The rotor that drive or load act on; None without a coupling."""
+        return next((rotor for rotor in self.rotors if rotor.name == self.end), None)
 
     @property
     def turning_inertia(self) -> float:

@@ -1,6 +1,6 @@
-"""Forces at a shaft, its energies and losses: functions of its motion, for arrays of samples."""
+"""Static displacement of a shaft, and forces, energies and losses as functions of its motion, for arrays of samples."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,13 +8,18 @@ import numpy as np
 from exugear.gearbox.bearing_law import (
     dissipated_power,
     linear_part,
+    radial_motion,
+    radial_part,
     radial_points,
     radial_reaction,
+    radial_secant,
     strain_energy,
 )
 from exugear.gearbox.drag import braking_torque
 from exugear.gearbox.shaft import Shaft
 
+#: Iterations for the secant stiffness of nonlinear bearings.
+ITERATIONS = 30
 #: Number of samples whose reactions are computed at once: they stay in the processor's cache, which is 5 times as fast.
 BLOCK = 4096
 
@@ -32,6 +37,30 @@ class ShaftMotion:
     speed: np.ndarray
     q: np.ndarray | None = None
     q_t: np.ndarray | None = None
+
+
+def static_displacement(shaft: Shaft, forces: np.ndarray, free: Sequence[int]) -> tuple[np.ndarray, dict[float, float]]:
+    """(6,) displacement [m, rad] of a shaft's centre of mass on its bearings, and the radial forces of nonlinear ones.
+
+    forces   (6,) generalized forces on the centre of mass [N, N m]
+    free     numbers of the coordinates that move
+
+    Nonlinear bearings have their secant stiffness under their forces [N], beyond the end of a table that at its end.
+    """
+    q, levers = np.zeros(6), {axial: axial - shaft.centre for axial in shaft.bearings}
+    if not (shaft.bearings and free):
+        return q, {}
+    secants = {axial: float(b.stiffness[0, 0]) for axial, b in shaft.bearings.items() if not b.linear}
+    linear = np.sum([linear_part(b, levers[axial]) for axial, b in shaft.bearings.items()], axis=0)
+    part, radial_forces = np.ix_(free, free), dict.fromkeys(secants, 0.0)
+    for _ in range(ITERATIONS if secants else 1):
+        total = linear + sum((radial_part(k, levers[axial]) for axial, k in secants.items()), np.zeros((6, 6)))
+        q[free] = np.linalg.solve(total[part], forces[free])
+        for axial, k in secants.items():
+            radial_forces[axial] = float(k * np.hypot(*radial_motion(levers[axial], *q[[0, 1, 3, 4]])))
+            if radial_forces[axial] > 0:
+                secants[axial] = radial_secant(shaft.bearings[axial], radial_forces[axial])
+    return q, radial_forces
 
 
 def bearing_forces(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndarray) -> None:

@@ -14,12 +14,12 @@ from exugear.modal.elastic_elements import (
     springs,
 )
 from exugear.modal.mesh_tangents import mesh_tangent
-from exugear.modal.operating_point import disengaged, set_velocities
-from exugear.modal.rigid_motions import measured_rows, rigid_motions
 from exugear.multibody.bearings_and_drags import drag_name
 from exugear.multibody.exudyn_objects import INITIAL, current_state
 from exugear.multibody.gear_contact import contacts_of
-from exugear.multibody.model import Model
+from exugear.multibody.linearization import disengaged, set_velocities
+from exugear.multibody.model import Model, further_objects
+from exugear.planning.eigenmodes import measured_rows, rigid_motions
 from fem.support.validation import require
 
 #: Stiffness that no element accounts for, as share of the diagonal, above which it counts as a further element.
@@ -73,9 +73,11 @@ def linear_gearbox(model: Model, speeds: Iterable[float], phase: float | None) -
     """
     contacts, ratios = [mesh.contact for mesh in model.meshes], model.speed_ratios
     damping = [_damping_of_gearbox(model, contacts, float(speed) * ratios) for speed in speeds]
-    further = range(int(model.drive) + 1, model.mbs.systemData.NumberOfObjects())
     with disengaged(model.mbs, contacts):
-        elements = [*bearings_and_couplings(model), *springs(model.mbs, [i for i in further if i not in contacts])]
+        elements = [
+            *bearings_and_couplings(model),
+            *springs(model.mbs, [i for i in further_objects(model) if i not in contacts]),
+        ]
     return _linear_system(model.mbs, dict(zip(contacts, model.gearbox.labels, strict=True)), damping, elements, phase)
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import xarray as xr
 
 from exugear.gearbox.constant_loads import given_loads
-from exugear.modal.eigenmodes import Eigenmodes, eigenmodes
 from exugear.modal.linear_system import LinearSystem, linear_assembly, linear_gearbox
 from exugear.modal.mode_shapes import parts_of_shafts, shapes_by_coordinate, shapes_by_shaft
 from exugear.modal.operating_point import in_loaded_equilibrium
@@ -16,6 +15,7 @@ from exugear.multibody.exudyn_objects import MainSystem
 from exugear.multibody.model import Model, require_model
 from exugear.multibody.turns import in_turn
 from exugear.operation.train_motion import HIGHEST_SPEED
+from exugear.planning.eigenmodes import Eigenmodes, eigenmodes
 from fem.support.arguments import checked, keywords_after_first
 from fem.support.user_warning import warn_user
 from fem.support.validation import require

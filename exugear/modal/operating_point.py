@@ -1,16 +1,13 @@
 """The state about which a gearbox is linearized: static equilibrium under its load."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
-import numpy as np
-
 from exugear.gearbox.constant_loads import mesh_forces
-from exugear.multibody.drive_and_load import applied, assemble_in_state
+from exugear.multibody.drive_and_load import CONSTRAINT, applied, assemble_in_state
 from exugear.multibody.equilibrium import solve_initial_equilibrium
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, quiet, set_state_of_system, state_of_system
 from exugear.multibody.gear_contact import state_of
-from exugear.multibody.imposed_speed import CONSTRAINT
 from exugear.multibody.model import Model, linearized
 from exugear.operation.conditions import conditions_at_rest
 from exugear.planning.mirrored_flanks import warn_of_mirrored
@@ -59,28 +56,3 @@ def _restored(model: Model) -> Iterator[None]:
         mbs.Assemble()
         for configuration, state in states.items():
             set_state_of_system(mbs, state, configuration)
-
-
-@contextmanager
-def disengaged(mbs, contacts: Collection[int]) -> Iterator[None]:
-    """Take the gears of contacts, by their object numbers, out of mesh."""
-    states = [state_of(mbs, contact) for contact in contacts]
-    engaged = [float(state.engaged) for state in states]
-    try:
-        for state in states:
-            state.engaged = 0.0
-        yield
-    finally:
-        for state, value in zip(states, engaged, strict=True):
-            state.engaged = value
-
-
-@contextmanager
-def set_velocities(mbs, velocities: np.ndarray) -> Iterator[None]:
-    """Give the initial state of a system these velocities (n_coordinates,); those before are restored afterwards."""
-    before = mbs.systemData.GetODE2Coordinates_t(INITIAL)
-    try:
-        mbs.systemData.SetODE2Coordinates_t(velocities, INITIAL)
-        yield
-    finally:
-        mbs.systemData.SetODE2Coordinates_t(before, INITIAL)

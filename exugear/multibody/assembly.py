@@ -1,11 +1,13 @@
 """Assembly of the Exudyn system of a gearbox: bodies on their bearings, gear contacts, drive and load."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from math import cos, sin
+from typing import NamedTuple
 
 import exudyn as exu
+import exudyn.itemInterface as eii
 import numpy as np
+from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 
 from exugear.contact.contact_kernels import SPIN, kernel_of
 from exugear.contact.contact_records import contact_state, is_spatial, rotational_frame
@@ -19,12 +21,12 @@ from exugear.contact.reference_configuration import (
 )
 from exugear.contact.rubbing_contact import rubbing_contact_of
 from exugear.gearbox.gearbox import Gearbox
-from exugear.gearbox.shaft import NO_DISPLACEMENT
+from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
+from exugear.gearbox.stage import Stage
+from exugear.multibody.bearings_and_drags import add_bearings, add_drags
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
-from exugear.multibody.model import Mesh, Model, linearized
-from exugear.multibody.native import call_path
-from exugear.multibody.shaft_bodies import add_body, add_drive_and_load, add_rotors, end_marker
+from exugear.multibody.model import BuiltMesh, BuiltSystem, Model, linearized
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates, pose
 from exugear.planning.plan import Plan
@@ -34,7 +36,7 @@ from fem.support.validation import require
 
 
 @checked
-def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
+def build(gearbox: Gearbox, *, plan: Plan | None = None) -> Model:
     """Assemble the Exudyn system of a gearbox: bodies on their bearings, gear contacts, drive and load.
 
     plan   by default `exugear.plan(gearbox)`; a changed plan such as `exugear.plan(gearbox).with_joints()` builds an
@@ -51,7 +53,7 @@ def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
     mbs = container.AddSystem()
     ground = mbs.CreateGround()
     bodies = {shaft.name: add_body(mbs, ground, gearbox, shaft, scene.shafts[shaft.name]) for shaft in gearbox.shafts}
-    meshes = [_mesh(mbs, gearbox, i, scene, bodies) for i in range(len(gearbox.stages))]
+    contacts = [_add_contact(mbs, gearbox, number, scene, bodies) for number in range(len(gearbox.stages))]
     rotors: dict[str, int] = {}
     for shaft in gearbox.shafts:
         rotors |= add_rotors(mbs, shaft, bodies[shaft.name], scene.shafts[shaft.name])
@@ -62,17 +64,19 @@ def build(gearbox: Gearbox, *, plan: Plan | BuiltPlan | None = None) -> Model:
     drive, load = add_drive_and_load(mbs, gearbox, end_markers)
     with quiet():
         mbs.Assemble()
-    first = {name: mbs.GetNodeODE2Index(node_of(mbs, body)) for name, body in bodies.items()}
-    spins = {name: index + scene.shafts[name].spin_index for name, index in first.items()}
+    spins = {
+        name: mbs.GetNodeODE2Index(node_of(mbs, body)) + scene.shafts[name].spin_index for name, body in bodies.items()
+    }
     rotor_spins = {name: mbs.GetNodeODE2Index(node_of(mbs, rotor)) for name, rotor in rotors.items()}
-    rows = tuple(_with_row(mbs, mesh, first, scene) for mesh in meshes)
-    unlinearized = BuiltPlan(scene, omega=0.0, omega_mesh=0.0, contact=call_path())
-    numbers = end_markers, drive, load
-    model = Model(gearbox, unlinearized, mbs, container, bodies, spins, rotor_spins, rows, *numbers)
-    return linearized(model, gearbox.driving.name)
+    meshes = tuple(
+        _mesh(stage, scene, label, contact, _row(mbs, stage, contact.frame, spins, scene))
+        for stage, label, contact in zip(gearbox.stages, gearbox.labels, contacts, strict=True)
+    )
+    numbers = bodies, spins, rotor_spins, end_markers, drive, load
+    return linearized(BuiltSystem(gearbox, scene, mbs, container, meshes, *numbers), gearbox.driving.name)
 
 
-def _scene(gearbox: Gearbox, plan: Plan | BuiltPlan | None) -> Plan:
+def _scene(gearbox: Gearbox, plan: Plan | None) -> Plan:
     """The plan by which to build; ValueError for the plan of another gearbox."""
     if plan is None:
         return plan_of(gearbox)
@@ -100,8 +104,16 @@ def _check_suits(scene: Plan, suitable: Plan) -> None:
         require(alike, f"{remedy}: damping, backlash and stiffness of {label} are {given} instead of {needed}")
 
 
-def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> Mesh:
-    """Add the contact of a stage; `_with_row` sets the row once the coordinates are numbered."""
+class AddedContact(NamedTuple):
+    """A gear contact in the system: its object number, recorder and geometry."""
+
+    number: int
+    recorder: Recorder
+    frame: np.record
+
+
+def _add_contact(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, int]) -> AddedContact:
+    """Add the contact of a stage, by its number."""
     stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
     items = [bodies[stage.fast.name], bodies[stage.slow.name]]
     kinds = tuple(kind_of(mbs, item) for item in items)
@@ -111,8 +123,14 @@ def _mesh(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mapping[str, 
     kernel = (rubbing_contact_of if friction else kernel_of)(kinds, displaced)
     records = law.table, frame, contact_state(), *friction
     contact = add_contact(mbs, gearbox.labels[number], items, kernel, records, recorder, stage.pair)
+    return AddedContact(contact, recorder, frame)
+
+
+def _mesh(stage: Stage, scene: Plan, label: str, contact: AddedContact, row: np.ndarray) -> BuiltMesh:
+    """The mesh of a stage from its contact and its row."""
+    law, frame = scene.laws[label], contact.frame
     reference = reference_state(law.table.head, frame) if is_spatial(frame) else (0.0, 0.0, phase_of(frame, 0.0))
-    return Mesh(stage, law, contact, recorder, frame, np.zeros(0), *reference)
+    return BuiltMesh(stage, law, contact.number, contact.recorder, frame, row, *reference)
 
 
 def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
@@ -127,14 +145,88 @@ def _frame(gearbox: Gearbox, number: int, *, spatial: bool) -> np.record:
     return spatial_frame(stage.pair, phase, direction, axial, poses, **nominal)
 
 
-def _with_row(mbs, mesh: Mesh, first: Mapping[str, int], scene: Plan) -> Mesh:
-    """The mesh with its row over the coordinates of the system; first: index of each shaft's first coordinate."""
+def _row(mbs, stage: Stage, frame: np.record, spins: Mapping[str, int], scene: Plan) -> np.ndarray:
+    """The row of a mesh over the coordinates of the system; spins: index of the last coordinate of each shaft."""
     row, entries = np.zeros(mbs.systemData.ODE2Size()), np.zeros((2, 6))
-    if is_spatial(mesh.frame):
-        entries[:] = spatial_row(mesh.frame).reshape(2, 6)
+    if is_spatial(frame):
+        entries[:] = spatial_row(frame).reshape(2, 6)
     else:
-        entries[:, 5] = rotational_row(mesh.frame)
-    for shaft, entry in zip((mesh.stage.fast, mesh.stage.slow), entries, strict=True):
-        components = scene.shafts[shaft.name].components
-        row[first[shaft.name] : first[shaft.name] + len(components)] = entry[components]
-    return replace(mesh, row=row)
+        entries[:, 5] = rotational_row(frame)
+    for shaft, entry in zip((stage.fast, stage.slow), entries, strict=True):
+        components, last = scene.shafts[shaft.name].components, spins[shaft.name] + 1
+        row[last - len(components) : last] = entry[components]
+    return row
+
+
+def add_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
+    """Add a shaft as a body with its bearings or its joint, and with its drags; returns the number of the body."""
+    body = _add_supported_body(mbs, ground, gearbox, shaft, coordinates)
+    add_drags(mbs, node_of(mbs, body), shaft, coordinates)
+    return body
+
+
+def _add_supported_body(mbs, ground: int, gearbox: Gearbox, shaft: Shaft, coordinates: Coordinates) -> int:
+    """Add a shaft as a body with its bearings or its joint."""
+    x, y, z, a, b, _ = pose(gearbox, shaft)
+    if coordinates is Coordinates.SPIN:
+        node = mbs.AddNode(eii.Node1D(name=shaft.name, referenceCoordinates=[0.0]))
+        data = {"inertia": shaft.inertia, "nodeNumber": node, "referencePosition": [x, y, z]}
+        return mbs.AddObject(eii.ObjectRotationalMass1D(name=shaft.name, **data))
+    if coordinates is Coordinates.PLANAR:
+        node = mbs.AddNode(eii.NodeRigidBody2D(name=shaft.name, referenceCoordinates=[x, y, 0.0]))
+        data = {"mass": shaft.mass, "inertia": shaft.inertia, "nodeNumber": node}
+        body = mbs.AddObject(eii.ObjectRigidBody2D(name=shaft.name, **data))
+        add_bearings(mbs, node, shaft, coordinates)
+        return body
+    body = mbs.CreateRigidBody(
+        name=shaft.name,
+        referencePosition=[x, y, z],
+        referenceRotationMatrix=RotXYZ2RotationMatrix([a, b, 0.0]),
+        inertia=RigidBodyInertia(mass=shaft.mass, inertiaTensor=np.diag([shaft.transverse] * 2 + [shaft.inertia])),
+        nodeType=exu.NodeType.RotationRxyz,
+    )
+    if coordinates is Coordinates.JOINT:
+        axis = list(shaft.offset.axis)
+        mbs.CreateRevoluteJoint(itemNumbers=[ground, body], position=[x, y, z], axis=axis, useGlobalFrame=True)
+    else:
+        add_bearings(mbs, node_of(mbs, body), shaft, coordinates)
+    return body
+
+
+def spin_marker(mbs, body: int, spin_index: int) -> int:
+    """Marker on the spin of a body, by its index among the body's coordinates."""
+    return mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node_of(mbs, body), coordinate=spin_index))
+
+
+def add_rotors(mbs, shaft: Shaft, body: int, coordinates: Coordinates) -> dict[str, int]:
+    """Add the rotors behind the couplings of a shaft with their springs; returns their numbers by name."""
+    rotors: dict[str, int] = {}
+    for rotor in shaft.rotors:
+        node = mbs.AddNode(eii.Node1D(name=rotor.name, referenceCoordinates=[0.0]))
+        data = {"inertia": rotor.coupling.inertia, "nodeNumber": node}
+        number = mbs.AddObject(eii.ObjectRotationalMass1D(name=rotor.name, **data))
+        inner = spin_marker(mbs, rotors[rotor.body], 0) if rotor.body in rotors else None
+        inner = spin_marker(mbs, body, coordinates.spin_index) if inner is None else inner
+        k, c, markers = rotor.coupling.torsion, rotor.coupling.damping, [inner, spin_marker(mbs, number, 0)]
+        spring = eii.CoordinateSpringDamper(name=rotor.spring, markerNumbers=markers, stiffness=k, damping=c)
+        mbs.AddObject(spring)
+        rotors[rotor.name] = number
+    return rotors
+
+
+def end_marker(mbs, shaft: Shaft, body: int, rotors: Mapping[str, int], coordinates: Coordinates) -> int:
+    """Marker on the spin of the body that drive or load of a shaft act on (`Shaft.end`)."""
+    if shaft.end in rotors:
+        return spin_marker(mbs, rotors[shaft.end], 0)
+    return spin_marker(mbs, body, coordinates.spin_index)
+
+
+def add_drive_and_load(mbs, gearbox: Gearbox, end_markers: Mapping[str, int]) -> tuple[int, int]:
+    """Add the constraint on the driving and the load on the driven shaft, by their markers.
+
+    Returns the numbers of the constraint and of the load.
+    """
+    fixed = mbs.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(eii.NodePointGround()), coordinate=0))
+    markers = [fixed, end_markers[gearbox.driving.name]]
+    drive = mbs.AddObject(eii.CoordinateConstraint(name="drive", markerNumbers=markers))
+    return drive, mbs.AddLoad(eii.LoadCoordinate(name="load", markerNumber=end_markers[gearbox.driven.name], load=0.0))

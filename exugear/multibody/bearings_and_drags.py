@@ -23,7 +23,7 @@ from exugear.gearbox.drag import DragTerms, braking_slope, braking_torque
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
 from exugear.multibody.native import direct_or_portable
-from exugear.multibody.user_function_errors import FAR, Diverged, errors_kept
+from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.planning.coordinates import Coordinates
 from fem.support.numba_cache import compiled, kept
 from fem.support.validation import require
@@ -77,7 +77,7 @@ def bearing_functions(bearing: Bearing, lever: float):
         except ValueError as error:
             r, end = error.args
             beyond = f"displacement {r:.4g} m of a bearing lies beyond its table, which ends at {end:.4g} m"
-            raise (RuntimeError(f"{beyond}; extend it") if r < FAR else Diverged(beyond)) from None
+            raise (OutOfRange(f"{beyond}; extend it") if r < FAR else Diverged(beyond)) from None
 
     def bearing_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         in_radial_plane = tangent_stiffness(bearing, lever, np.array(q)) - linear_part(bearing, lever)

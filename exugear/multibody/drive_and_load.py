@@ -1,73 +1,290 @@
-"""Imposed speed and torques of a run, applied to the built system while it is solved."""
+"""What drives and loads a built system while a run or its static equilibrium is solved: imposed speed and torques.
 
-from collections.abc import Iterator
+The drive has two modes. In static solves, between runs, and beside items of the user or a drag on the held shaft, the
+constraint `Model.drive` imposes the angle; it is inactive where all shafts are free. Else, while a run is solved, the
+angle is a known function of time that the contacts of the held shaft evaluate, or the coupling behind its rotor, with
+no algebraic equation and no function in Python. In this mode neither the constraint nor the load of the model is in the
+system, as an inactive constraint costs a step 1.3 times its time, a load of 0 1.1 times. Afterwards they are back under
+their numbers.
+"""
+
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
 
+import exudyn.itemInterface as eii
 import numpy as np
+from exudyn.utilities import CreateSymbolicUserFunction
 
-from exugear.multibody import imposed_speed
+from exugear.contact.imposed_motion import imposed_motion
+from exugear.gearbox.shaft import Coupling, Shaft
+from exugear.mesh_force.kernel_records import address_of
+from exugear.multibody.coupling_kernels import coupling_kernel, coupling_record
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, node_of, set_state_of_system, state_of_system
 from exugear.multibody.gear_contact import state_of
-from exugear.multibody.model import Model
-from exugear.multibody.shaft_torque import ShaftTorque, add_torque
+from exugear.multibody.model import Model, end_coordinate, further_loads, further_objects
+from exugear.multibody.native import direct_or_portable
 from exugear.operation.conditions import Conditions, ShaftEnd
-from exugear.operation.piecewise_cubics import constant
 from exugear.operation.shaft_ends import Torque
-from exugear.operation.torque_tables import TIME, TorqueTable
+from exugear.operation.shaft_recorder import ShaftRecorder
+from exugear.operation.time_functions import Line
+from exugear.operation.torque_kernels import torque_kernel, torque_record, torque_slopes
+from exugear.operation.torque_tables import NO_TORQUE, TorqueTable
 
-NO_TORQUE = TorqueTable(TIME, constant(0.0))
-#: Position of the Lagrange multipliers in Exudyn's system state.
-MULTIPLIERS = 3
+#: Parameters of the constraint that a run sets: functions of its offset and of the rate, the offset, its ends, and
+#: whether it is active.
+OFFSETS = "offsetUserFunction", "offsetUserFunction_t"
+CONSTRAINT = *OFFSETS, "offset", "markerNumbers", "activeConnector"
+#: Key under which the system keeps the imposed motion while it is a known function of time; name of a coupling that
+#: reads it.
+MOTION, COUPLING = "imposed motion", "driven coupling"
+
+
+@dataclass(frozen=True, eq=False)
+class ShaftTorque:
+    """A tabulated torque on a shaft or rotor in a system.
+
+    name       of the object
+    record     which the kernel reads (`exugear.operation.torque_kernels.SHAFT_TORQUE`)
+    recorder   samples of the torque and of the motion of the body
+    """
+
+    name: str
+    record: np.record
+    recorder: ShaftRecorder
+
 
 #: Tabulated torques and recorded motions of a run, by the name of the shaft or rotor.
 ShaftTorques = dict[str, ShaftTorque]
 
 
+@dataclass(eq=False)
+class DriveAndLoad:
+    """Drive and load of a model under the conditions of a run.
+
+    torques       tabulated torques and recorded motions
+    constrained   whether the constraint stays while the run is solved
+    outside       constraint and load while they are not in the system
+    """
+
+    model: Model
+    conditions: Conditions
+    torques: ShaftTorques = field(default_factory=dict)
+    constrained: bool = field(init=False)
+    outside: list[dict[str, Any]] = field(default_factory=list)
+
+    def __post_init__(self):
+        held = self.held
+        braked = held is not None and held.coupling is None and bool(held.drags)
+        added = bool(further_objects(self.model)) or bool(further_loads(self.model))
+        self.constrained = braked or added or self._observed()
+
+    def _observed(self) -> bool:
+        """Whether sensors of the user measure constraint or load."""
+        mbs, model = self.model.mbs, self.model
+        sensors = [mbs.GetSensor(i) for i in range(mbs.systemData.NumberOfSensors())]
+        return any(
+            int(sensor.get(kind, -1)) == number
+            for sensor in sensors
+            for kind, number in (("objectNumber", int(model.drive)), ("loadNumber", int(model.load)))
+        )
+
+    @property
+    def held(self) -> Shaft | None:
+        """The shaft whose speed is imposed, if any."""
+        return next((shaft for shaft in self.model.gearbox.shafts if shaft.name == self.conditions.held), None)
+
+    def hold(self) -> None:
+        """Let the constraint hold the anchor at rest at its angle at the start, for the static equilibrium."""
+        model, conditions = self.model, self.conditions
+        ratio = model.speed_ratios[end_coordinate(model, conditions.anchor)]
+        ground = model.mbs.GetObjectParameter(model.drive, "markerNumbers")[0]
+        markers = [ground, model.end_markers[conditions.anchor]]
+        held = {"markerNumbers": markers, "activeConnector": True, "offset": float(conditions.initial_angle * ratio)}
+        for name, value in (held | dict.fromkeys(OFFSETS, 0)).items():
+            model.mbs.SetObjectParameter(model.drive, name, value)
+
+    def release(self) -> None:
+        """Let the torques vary, and the train turn as imposed or freely; the initial state of the system stays."""
+        for shaft_torque in self.torques.values():
+            shaft_torque.record.held = 0
+        if self.constrained:
+            self._impose_by_constraint(symbolic=isinstance(self.conditions.speed_of, Line))
+        else:
+            self._take_out()
+            if self.held:
+                self._impose_as_function_of_time(self.held)
+        assemble_in_state(self.model)
+
+    def end(self) -> None:
+        """Remove what the run has added; the system keeps its state, the imposed speed and the constant load."""
+        mbs, driven = self.model.mbs, self.model.gearbox.driven.name
+        for shaft_torque in self.torques.values():
+            _delete(mbs, shaft_torque.name)
+        for mesh in self.model.meshes:
+            state = state_of(mbs, mesh.contact)
+            state.torques[:], state.imposed[:], state.inertias[:] = 0.0, 0, 0.0
+        if mbs.variables.pop(MOTION, None) and self.held and self.held.coupling:
+            _delete(mbs, COUPLING)
+            self._set_spring(self.held, True)
+        if self.outside:
+            constraint, load = self.outside
+            mbs.AddObject(constraint)
+            mbs.AddLoad(load)
+        self.hold()
+        self._impose_by_constraint(symbolic=False)
+        for end in self.conditions.ends:
+            if end.name == driven and self.conditions.tables[driven].constant:
+                mbs.SetLoadParameter(self.model.load, "load", self._constant_torque(end))
+        assemble_in_state(self.model)
+
+    def _impose_by_constraint(self, *, symbolic: bool) -> None:
+        """Let the constraint impose the speed, or be inactive where all shafts are free.
+
+        symbolic   by expressions, which Exudyn evaluates itself; left behind they would keep the system in memory
+        """
+        mbs, drive = self.model.mbs, self.model.drive
+        if not self.conditions.held:
+            mbs.SetObjectParameter(drive, "activeConnector", False)
+            return
+        for name, function in zip(OFFSETS, angle_and_rate(self.conditions), strict=True):
+            function = CreateSymbolicUserFunction(mbs, function, name, drive) if symbolic else function
+            mbs.SetObjectParameter(drive, name, function)
+
+    def _take_out(self) -> None:
+        """Take constraint and load out of the system."""
+        mbs, model = self.model.mbs, self.model
+        self.outside = [mbs.GetObject(model.drive), mbs.GetLoad(model.load)]
+        mbs.DeleteObject(model.drive, deleteDependentItems=False, suppressWarnings=True)
+        mbs.DeleteLoad(model.load, deleteDependentMarkers=False, suppressWarnings=True)
+
+    def _impose_as_function_of_time(self, held: Shaft) -> None:
+        """Let the coupling of the held rotor, or the contacts of the held shaft, evaluate the imposed motion.
+
+        The first of the contacts accelerates the coordinate of the shaft.
+        """
+        model, mbs, conditions = self.model, self.model.mbs, self.conditions
+        knots, coefficients = conditions.speed_of.angle_pieces
+        coefficients[:, 0] += conditions.start_angle
+        motion, arrays = imposed_motion(knots, model.gearbox.directions[held.name] * coefficients)
+        mbs.variables[MOTION] = motion, arrays
+        if held.end_rotor:
+            self._set_spring(held, False)
+            nodes = _node_of(model, held.end_rotor.name), _node_of(model, held.end_rotor.body)
+            _add_driven_coupling(mbs, COUPLING, nodes, held.end_rotor.coupling, motion)
+            return
+        inertia = held.inertia
+        for mesh in model.meshes:
+            state = state_of(mbs, mesh.contact)
+            for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow)):
+                if shaft.name == held.name:
+                    state.imposed[side], state.inertias[side], inertia = address_of(motion), inertia, 0.0
+
+    def _set_spring(self, held: Shaft, active: bool) -> None:
+        """Activate the spring between the rotor at the end of the held shaft and the body beside it, or not."""
+        if held.end_rotor:
+            number = self.model.mbs.GetObjectNumber(held.end_rotor.spring)
+            self.model.mbs.SetObjectParameter(number, "activeConnector", active)
+
+    def _constant_torque(self, end: ShaftEnd) -> float:
+        """Torque about z of an end whose torque never changes [N m]."""
+        value = float(self.conditions.tables[end.name](0.0, 0.0, 0.0))
+        return end.sense * self.model.gearbox.directions[end.shaft] * value
+
+    def apply_torques(self) -> None:
+        """Apply a constant torque on a shaft by a contact of the shaft, others by their tables."""
+        for end in self.conditions.ends:
+            table = self.conditions.tables[end.name]
+            if end.body in self.model.rotor_spins or not table.constant:
+                self._add_torque(end, table, self.conditions.initial_torque(end))
+                continue
+            mesh, side = next(
+                (mesh, side)
+                for mesh in self.model.meshes
+                for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow))
+                if shaft.name == end.shaft
+            )
+            state_of(self.model.mbs, mesh.contact).torques[side] = self._constant_torque(end)
+
+    def record_rotors(self) -> None:
+        """Record the motion of the rotors behind couplings where it is needed; the meshes record that of bodies."""
+        held, everywhere = self.held, self.conditions.held is None or self.conditions.power
+        beside_held = held.end_rotor.body if held and held.end_rotor else ""
+        for shaft in self.model.gearbox.shafts:
+            for rotor in shaft.rotors:
+                if rotor.name not in self.torques and (everywhere or rotor.name == beside_held):
+                    end = ShaftEnd(rotor.name, shaft.name, rotor.name, 1, Torque(0.0))
+                    self._add_torque(end, NO_TORQUE, 0.0)
+
+    def _add_torque(self, end: ShaftEnd, table: TorqueTable, at_start: float) -> None:
+        """Add a tabulated torque on the end of a shaft, held at its value at the start [N m]."""
+        model, name = self.model, f"torque on {end.body}"
+        column = [shaft.name for shaft in model.gearbox.shafts].index(end.shaft)
+        states = [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
+        factors = [float(mesh.force_per_torque[column]) for mesh in model.meshes]
+        record, arrays = torque_record(table, model.gearbox.directions[end.shaft], end.sense, states, factors)
+        record.held, record.torque = 1, at_start
+        recorder, owned = ShaftRecorder(), (record, arrays, states)
+        _add_torque_object(model.mbs, name, _node_of(model, end.body), record, recorder, owned)
+        self.torques[end.body] = ShaftTorque(name, record, recorder)
+
+
 @contextmanager
-def applied(model: Model, conditions: Conditions) -> Iterator[ShaftTorques]:
+def applied(model: Model, conditions: Conditions) -> Iterator[DriveAndLoad]:
     """Apply the imposed speed and the torques; afterwards the system keeps the speed and the load of the driven shaft.
 
-    Until `released` the torques have their values at the start, and where all shafts are free the anchor is held, so
-    that the static equilibrium can be solved.
+    Until `DriveAndLoad.release` the torques have their values at the start, and where all shafts are free the anchor is
+    held, so that the static equilibrium can be solved.
     """
-    torques: ShaftTorques = {}
-    imposed_speed.hold(model, conditions)
+    acting = DriveAndLoad(model, conditions)
+    acting.hold()
     model.mbs.SetLoadParameter(model.load, "load", 0.0)
     model.mbs.SetLoadParameter(model.load, "loadUserFunction", 0)
     set_holding_forces(model, conditions.initial_torques + conditions.initial_drags)
     try:
-        for end in conditions.ends:
-            _apply(model, conditions, end, torques)
-        _record_rotors(model, conditions, torques)
+        acting.apply_torques()
+        acting.record_rotors()
         model.mbs.Assemble()
-        yield torques
+        yield acting
     finally:
-        _remove(model, conditions, torques)
+        acting.end()
 
 
-def released(model: Model, conditions: Conditions, torques: ShaftTorques) -> None:
-    """Let the torques vary and free shafts turn; the initial state of the system stays."""
-    for shaft_torque in torques.values():
-        shaft_torque.record.held = 0
-    if not imposed_speed.needs_constraint(model, conditions, len(torques)):
-        imposed_speed.drive_by_contacts(model, conditions)
-    elif conditions.held:
-        imposed_speed.drive_by_constraint(model, conditions)
-    else:
-        model.mbs.SetObjectParameter(model.drive, "activeConnector", False)
-    assemble_in_state(model)
+def is_known_function_of_time(model: Model) -> bool:
+    """Whether the imposed speed is a known function of time, which contacts or a coupling evaluate."""
+    return MOTION in model.mbs.variables
+
+
+def angle_and_rate(conditions: Conditions):
+    """Angle about z of the held shaft and its rate as user functions of Exudyn."""
+    speed_of, start_angle = conditions.speed_of, conditions.start_angle
+    direction = conditions.gearbox.directions[conditions.anchor]
+
+    def angle(mbs, t, item, offset):
+        return speed_of.integral(t)
+
+    def rate(mbs, t, item, offset):
+        return speed_of(t)
+
+    def angle_about_z(mbs, t, item, offset):
+        return direction * (start_angle + speed_of.integral(t))
+
+    def rate_about_z(mbs, t, item, offset):
+        return direction * speed_of(t)
+
+    return (angle_about_z, rate_about_z) if start_angle or direction < 0 else (angle, rate)
 
 
 def assemble_in_state(model: Model) -> None:
-    """Assemble the system without a change of its states; the multiplier of the drive is the last one."""
+    """Assemble the system without a change of its states; a multiplier of the drive that is new is 0."""
     mbs = model.mbs
     states = {configuration: state_of_system(mbs, configuration) for configuration in (INITIAL, CURRENT)}
     mbs.Assemble()
     number = mbs.systemData.GetAECoordinates(INITIAL).size
-    for configuration, (coordinates, accelerations) in states.items():
-        multipliers = np.append(coordinates[MULTIPLIERS], np.zeros(number))[:number]
-        coordinates = [*coordinates[:MULTIPLIERS], multipliers, *coordinates[MULTIPLIERS + 1 :]]
-        set_state_of_system(mbs, (coordinates, accelerations), configuration)
+    for configuration, state in states.items():
+        multipliers = np.append(state.multipliers, np.zeros(number))[:number]
+        set_state_of_system(mbs, state._replace(multipliers=multipliers), configuration)
 
 
 def set_holding_forces(model: Model, torques: np.ndarray) -> None:
@@ -76,46 +293,9 @@ def set_holding_forces(model: Model, torques: np.ndarray) -> None:
         state_of(model.mbs, mesh.contact).holding_force = float(mesh.force_per_torque @ torques)
 
 
-def _apply(model: Model, conditions: Conditions, end: ShaftEnd, torques: ShaftTorques) -> None:
-    """Apply the torque of an end: a constant on a shaft by a contact of the shaft, others by their tables."""
-    table = conditions.tables[end.name]
-    if end.body in model.rotor_spins or not table.constant:
-        torques[end.body] = _add_torque(model, conditions, end, table)
-        return
-    about_z = end.sense * model.gearbox.directions[end.shaft] * float(table(0.0, 0.0, 0.0))
-    mesh, side = next(
-        (mesh, side)
-        for mesh in model.meshes
-        for side, shaft in enumerate((mesh.stage.fast, mesh.stage.slow))
-        if shaft.name == end.shaft
-    )
-    state_of(model.mbs, mesh.contact).torques[side] = about_z
-
-
-def _add_torque(model: Model, conditions: Conditions, end: ShaftEnd, table: TorqueTable) -> ShaftTorque:
-    """Add a tabulated torque on the end of a shaft, with its value at the start."""
-    names = [shaft.name for shaft in model.gearbox.shafts]
-    column, node = names.index(end.shaft), _node_of(model, end.body)
-    states = [state_of(model.mbs, mesh.contact) for mesh in model.meshes]
-    factors = [float(mesh.force_per_torque[column]) for mesh in model.meshes]
-    directions = {"direction": model.gearbox.directions[end.shaft], "sense": end.sense}
-    name = f"torque on {end.body}"
-    shaft_torque = add_torque(model.mbs, name, node, table, **directions, states=states, factors=factors)
-    shaft_torque.record.held = 1
-    shaft_torque.record.torque = 0.0 if table is NO_TORQUE else conditions.initial_torque(end)
-    return shaft_torque
-
-
-def _record_rotors(model: Model, conditions: Conditions, torques: ShaftTorques) -> None:
-    """Record the motion of the rotors behind couplings where it is needed; the meshes record that of their bodies."""
-    everywhere = conditions.held is None or conditions.power
-    for shaft in model.gearbox.shafts:
-        held_ends = [rotor for rotor in shaft.rotors if shaft.name == conditions.held and rotor.name == shaft.end]
-        beside_held = [rotor.body for rotor in held_ends]
-        for rotor in shaft.rotors:
-            if rotor.name not in torques and (everywhere or rotor.name in beside_held):
-                end = ShaftEnd(rotor.name, shaft.name, rotor.name, 1, Torque(0.0))
-                torques[rotor.name] = _add_torque(model, conditions, end, NO_TORQUE)
+def _delete(mbs, name: str) -> None:
+    """Delete an object by its name."""
+    mbs.DeleteObject(mbs.GetObjectNumber(name), deleteDependentItems=False, suppressWarnings=True)
 
 
 def _node_of(model: Model, body: str):
@@ -124,17 +304,48 @@ def _node_of(model: Model, body: str):
     return node_of(mbs, mbs.GetObjectNumber(body) if number is None else number)
 
 
-def _remove(model: Model, conditions: Conditions, torques: ShaftTorques) -> None:
-    """Remove what a run has added to the system; its state stays, and the constant torque of the driven shaft."""
-    mbs, driven = model.mbs, model.gearbox.driven.name
-    for shaft_torque in torques.values():
-        number = mbs.GetObjectNumber(shaft_torque.name)
-        mbs.DeleteObject(number, deleteDependentItems=False, suppressWarnings=True)
-    for mesh in model.meshes:
-        state_of(mbs, mesh.contact).torques[:] = 0.0
-    imposed_speed.restore_constraint(model, conditions)
-    for end in conditions.ends:
-        if end.name == driven and conditions.tables[driven].constant:
-            about_z = end.sense * model.gearbox.directions[driven] * float(conditions.tables[driven](0.0, 0.0, 0.0))
-            mbs.SetLoadParameter(model.load, "load", about_z)
-    assemble_in_state(model)
+def _add_torque_object(mbs, name: str, node, record: np.record, recorder: ShaftRecorder, owned: Sequence[Any]) -> None:
+    """Add a torque on the last coordinate of a node, which is its spin; called without Python where that works.
+
+    owned   what must live as long as the object
+    """
+    n = len(mbs.GetNode(node)["referenceCoordinates"])
+    kernel, addresses = torque_kernel(n), (address_of(record), address_of(recorder.header))
+
+    def shaft_torque(mbs, t, item, q, q_t):
+        return kernel(*addresses, t, *q, *q_t)
+
+    def torque_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        jacobian = np.zeros((n, n))
+        jacobian[-1, -1] = -np.dot((factor, factor_t), torque_slopes(addresses[0], t, q[-1], q_t[-1]))
+        return jacobian
+
+    vars(shaft_torque)["owned"] = *owned, recorder
+    function = direct_or_portable(shaft_torque, kernel, addresses, n)
+    item: Any = eii.ObjectGenericODE2(
+        name=name, nodeNumbers=[node], forceUserFunction=function, jacobianUserFunction=torque_jacobian
+    )
+    item.visualization["show"] = False
+    mbs.AddObject(item)
+
+
+def _add_driven_coupling(mbs, name: str, nodes: tuple[Any, Any], coupling: Coupling, motion: np.record) -> None:
+    """Add a coupling between the nodes of a rotor with an imposed motion and of the body that bears the coupling."""
+    record, n = coupling_record(coupling, motion), len(mbs.GetNode(nodes[1])["referenceCoordinates"])
+    kernel, address = coupling_kernel(n), address_of(record)
+
+    def driven_coupling(mbs, t, item, q, q_t):
+        return kernel(address, t, *q, *q_t)
+
+    def coupling_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        jacobian = np.zeros((n + 1, n + 1))
+        jacobian[n, n] = factor * record.torsion + factor_t * record.damping
+        return jacobian
+
+    vars(driven_coupling)["owned"] = record
+    function = direct_or_portable(driven_coupling, kernel, (address,), n + 1)
+    item = eii.ObjectGenericODE2(
+        name=name, nodeNumbers=list(nodes), forceUserFunction=function, jacobianUserFunction=coupling_jacobian
+    )
+    item.visualization["show"] = False
+    mbs.AddObject(item)

@@ -8,14 +8,15 @@ from math import isfinite
 import exudyn.itemInterface as eii
 import numpy as np
 
-from exugear.gearbox.bearing_law import radial_points, radial_secant
+from exugear.gearbox.bearing_law import radial_points
 from exugear.gearbox.shaft import Shaft
+from exugear.gearbox.shaft_dynamics import static_displacement
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.map_range import larger_torque
 from exugear.multibody.exudyn_objects import INITIAL
 from exugear.multibody.guarded_solves import exudyn_settings
-from exugear.multibody.model import Mesh, Model, matrices_without_meshes, nonlinear_bearing_stiffness
-from exugear.multibody.user_function_errors import DIVERGED
+from exugear.multibody.model import Mesh, Model
+from exugear.multibody.user_function_errors import Diverged, OutOfRange, user_errors_raised
 from exugear.operation.conditions import Conditions
 from exugear.planning.map_axes import static_offsets
 from exugear.planning.plan import UNDAMPED
@@ -30,18 +31,17 @@ NO_EQUILIBRIUM = (
 )
 #: Residual of a static solve that counts as 0 [N, N m], and the rounding of its coordinates in units in the last place.
 ABSOLUTE_TOLERANCE, ROUNDED_UNITS = 1e-10, 10
-#: Iterations for the secant stiffness of nonlinear bearings and for the phases of meshes; tolerance of the latter
-#: [m, rad].
+#: Iterations for the phases of meshes, and their tolerance [m, rad].
 ITERATIONS, CONVERGED = 30, 1e-14
 #: Static displacement of a shaft [m, rad] and twist of a coupling [rad] that suggest data in another unit.
 LARGEST_SHIFT, LARGEST_TILT, LARGEST_TWIST = 0.01, 0.05, 2.0
 STIFFNESS_UNIT_HINT = "(in N/m: 200 N/um are 200e6)"
 #: Share of a map's largest force below which the mesh force by inertia torques is neglected.
 LEAST_INERTIA_SHARE = 1e-6
-#: How Exudyn reports an exception of a user function: its name and the message.
-USER_FUNCTION_ERROR = r"USER FUNCTION '([^']*)':\s*([^\n]+)"
-#: Messages of the user functions of this package (`exugear.multibody.user_function_errors`, `Conditions.load_at`).
-MESSAGE = r"\b(deflection|displacement|misalignment|a|axial|load\(t\)) [^\n]*(beyond|must)[^\n]+"
+
+
+#: How Exudyn names the kind of a user function that failed.
+USER_FUNCTION = r"USER FUNCTION '([^']*)'"
 
 
 class NoEquilibrium(ValueError, RuntimeError):
@@ -205,22 +205,26 @@ def _applied_torques(model: Model, torques: Mapping[int, float]) -> Iterator[Non
 
 def _displaced_on_bearings(model: Model, forces: np.ndarray) -> np.ndarray:
     """Coordinates of the shafts on their bearings under mesh forces (n_stage,) [N], spins 0."""
-    q = np.zeros(model.mbs.systemData.ODE2Size())
-    borne = {name: kind for name, kind in model.plan.shafts.items() if kind.on_bearings}
-    if not borne:
-        return q
-    free = np.concatenate([model.spins[name] - np.arange(1, kind.spin_index + 1) for name, kind in borne.items()])
-    push = -forces @ np.array([mesh.row for mesh in model.meshes])
-    _, stiffness, _ = matrices_without_meshes(model)
-    secants = None
-    for _ in range(ITERATIONS):
-        total = stiffness + nonlinear_bearing_stiffness(model, secants)
-        q[free] = np.linalg.solve(total[np.ix_(free, free)], push[free])
-        secants = _secants(model, q, secants)
-        if not any(secants.values()):
-            break
+    q, on_coordinates = np.zeros(model.mbs.systemData.ODE2Size()), -forces @ np.array([m.row for m in model.meshes])
+    for shaft in model.gearbox.shafts:
+        kind, spin = model.scene.shafts[shaft.name], model.spins[shaft.name]
+        if kind.on_bearings:
+            moving, on_centre = slice(spin - kind.spin_index, spin), np.zeros(6)
+            on_centre[kind.components[:-1]] = on_coordinates[moving]
+            displacement, radial_forces = static_displacement(shaft, on_centre, kind.components[:-1])
+            _check_tables(shaft, radial_forces)
+            q[moving] = displacement[kind.components[:-1]]
     _check_yield(model, forces, q)
     return q
+
+
+def _check_tables(shaft: Shaft, radial_forces: Mapping[float, float]) -> None:
+    """NoEquilibrium where a nonlinear bearing carries more than its table; forces [N] by axial position."""
+    for axial, force in radial_forces.items():
+        end = radial_points(shaft.bearings[axial])[1, -1]
+        if not force <= end:
+            beyond = f"bearing of shaft {shaft.name!r} at {axial:g} m carries {force:.4g} N, its table ends at"
+            raise NoEquilibrium(f"{beyond} {end:.4g} N; extend it")
 
 
 def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
@@ -233,28 +237,6 @@ def _check_yield(model: Model, forces: np.ndarray, q: np.ndarray) -> None:
         if shift > LARGEST_SHIFT or tilt > LARGEST_TILT:
             far = f"bearings of {mesh.stage.name} yield by {shift / mm:.3g} mm, {tilt:.2g} rad under {abs(force):.4g} N"
             raise NoEquilibrium(f"{far}; try less load or stiffer bearings {STIFFNESS_UNIT_HINT}")
-
-
-def _secants(model: Model, q: np.ndarray, before) -> dict[str, dict[float, float]]:
-    """Secant stiffness [N/m] of each nonlinear bearing, by shaft and axial position.
-
-    It is that under the force which the secants before carry at the coordinates q.
-    """
-    secants: dict[str, dict[float, float]] = {}
-    for shaft in model.gearbox.shafts:
-        nonlinear = {axial: bearing for axial, bearing in shaft.bearings.items() if not bearing.linear}
-        secants[shaft.name] = {}
-        for axial, bearing in nonlinear.items():
-            x, y, _, a, b = q[model.spins[shaft.name] - 5 : model.spins[shaft.name]]
-            lever = axial - shaft.centre
-            k = float(bearing.stiffness[0, 0]) if before is None else before[shaft.name][axial]
-            force = float(k * np.hypot(x + lever * b, y - lever * a))
-            end = radial_points(bearing)[1, -1]
-            beyond = f"bearing of shaft {shaft.name!r} at {axial:g} m carries {force:.4g} N, its table ends at"
-            if not force <= end:
-                raise NoEquilibrium(f"{beyond} {end:.4g} N; extend it")
-            secants[shaft.name][axial] = radial_secant(bearing, force) if force > 0 else k
-    return secants
 
 
 def _with_mesh_forces(model: Model, forces: np.ndarray, q: np.ndarray, anchor: str) -> np.ndarray:
@@ -312,27 +294,31 @@ def _deflection_under(mesh: Mesh, of_flank: MeshForce, phase: float, force: floa
 
 @contextmanager
 def explained(model: Model, remedy: str, speed_of, kind: type[RuntimeError] = RuntimeError) -> Iterator[None]:
-    """Turn Exudyn's exceptions into a kind of RuntimeError with time, speed and remedy, but for KeyboardInterrupt."""
+    """Turn the exceptions of a solve into a kind of RuntimeError with time, speed and remedy; Ctrl-C passes."""
     try:
-        yield
+        with user_errors_raised(model.mbs):
+            yield
     except Exception as error:
         if isinstance(error.__cause__, KeyboardInterrupt):
             raise KeyboardInterrupt from None
         t = model.mbs.systemData.GetTime()
         where = f"at t = {t:.6g} s ({float(speed_of(t)) / rpm:.5g} rpm)"
-        raise kind(f"{where}: {_reason(str(error), remedy)}{damping_remark(model, t)}") from None
+        raise kind(f"{where}: {_reason(error, remedy)}{damping_remark(model, t)}") from None
 
 
-def _reason(text: str, remedy: str) -> str:
-    """Reason of a failed solve, from the text of Exudyn's exception."""
-    message, foreign = re.search(MESSAGE, text), re.search(USER_FUNCTION_ERROR, text)
-    if message:
-        return message.group(0).replace(DIVERGED, remedy)
-    if foreign:
-        return f"user function {foreign.group(1)} failed, {foreign.group(2)}"
+def _reason(error: Exception, remedy: str) -> str:
+    """Reason of a failed solve: a force that is not known, a user function of the user, or Newton's iteration."""
+    if isinstance(error, Diverged):
+        return f"{error.reason}; {remedy}"
+    if isinstance(error, OutOfRange):
+        return str(error)
+    if error.__cause__ is not None:
+        named = re.search(USER_FUNCTION, str(error))
+        cause = f"{type(error.__cause__).__name__}: {error.__cause__}"
+        return f"user function {named.group(1) if named else ''} failed, {cause}"
     return f"Newton's iteration failed; {remedy}"
 
 
 def damping_remark(model: Model, t: float) -> str:
     """Remark on a run that fails at t [s] where no mesh, bearing or coupling is damped; else empty."""
-    return f" ({UNDAMPED})" if model.plan.scene.undamped and t > STATIC_SOLVE_TIME else ""
+    return f" ({UNDAMPED})" if model.scene.undamped and t > STATIC_SOLVE_TIME else ""

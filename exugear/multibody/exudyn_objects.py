@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Lock
-from typing import Any, SupportsIndex
+from typing import Any, NamedTuple, SupportsIndex
 
 import exudyn as exu
 import numpy as np
@@ -54,15 +54,43 @@ def quiet() -> Iterator[None]:
         _Silence.end()
 
 
-def state_of_system(mbs, configuration) -> tuple[Any, Any]:
-    """State of a system in a configuration, and its accelerations, which Exudyn's system state leaves out."""
-    return mbs.systemData.GetSystemState(configuration), mbs.systemData.GetODE2Coordinates_tt(configuration)
+class SystemState(NamedTuple):
+    """State of a system: its vectors by Exudyn's kinds of coordinates.
+
+    coordinates, velocities, accelerations   of second-order equations (ODE2)
+    first_order                              coordinates of first-order equations (ODE1)
+    multipliers                              of constraints (algebraic equations, AE)
+    data                                     coordinates of data nodes
+    """
+
+    coordinates: np.ndarray
+    velocities: np.ndarray
+    accelerations: np.ndarray
+    first_order: np.ndarray
+    multipliers: np.ndarray
+    data: np.ndarray
 
 
-def set_state_of_system(mbs, state: tuple[Any, Any], configuration) -> None:
-    """Put a system into a state that `state_of_system` has returned."""
-    mbs.systemData.SetSystemState(state[0], configuration)
-    mbs.systemData.SetODE2Coordinates_tt(state[1], configuration)
+#: Exudyn's names of the coordinates in a `SystemState`, behind Get and Set.
+COORDINATES = (
+    "ODE2Coordinates",
+    "ODE2Coordinates_t",
+    "ODE2Coordinates_tt",
+    "ODE1Coordinates",
+    "AECoordinates",
+    "DataCoordinates",
+)
+
+
+def state_of_system(mbs, configuration) -> SystemState:
+    """State of a system in a configuration."""
+    return SystemState(*(getattr(mbs.systemData, f"Get{name}")(configuration) for name in COORDINATES))
+
+
+def set_state_of_system(mbs, state: SystemState, configuration) -> None:
+    """Put a system into a state."""
+    for name, vector_of_state in zip(COORDINATES, state, strict=True):
+        getattr(mbs.systemData, f"Set{name}")(vector_of_state, configuration)
 
 
 @contextmanager

@@ -9,7 +9,6 @@ import numpy as np
 from exugear.gearbox.shaft import Rotor, Shaft
 from exugear.gearbox.shaft_dynamics import bearing_displacements, bearing_forces, braking_torques
 from exugear.multibody.drive_and_load import ShaftTorques
-from exugear.multibody.imposed_speed import end_rotor
 from exugear.multibody.model import Model
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.stop_conditions import SpeedReached
@@ -181,8 +180,7 @@ def imposed_torque(model: Model, conditions: Conditions, torques: ShaftTorques, 
     """
     shaft = next(shaft for shaft in model.gearbox.shafts if shaft.name == conditions.held)
     acceleration = conditions.speed_of.slope(time)
-    if shaft.rotors:
-        rotor = end_rotor(shaft)
+    if rotor := shaft.end_rotor:
         by_coupling = _coupling_torque(model, conditions, rotor, torques, time)
         torque = rotor.coupling.inertia * acceleration + by_coupling
     else:
@@ -214,6 +212,6 @@ def _coupling_torque(
     else:
         recorder, direction = torques[rotor.body].recorder, model.gearbox.directions[held]
         spin, speed = (direction * recorder[name][: time.size] for name in ("angle", "speed"))
-    angle = conditions.start_angle + np.array([conditions.speed_of.integral(t) for t in time.tolist()])
+    angle = conditions.start_angle + conditions.speed_of.integral(time)
     coupling = rotor.coupling
     return coupling.torsion * (angle - spin) + coupling.damping * (conditions.speed_of(time) - speed)

@@ -1,19 +1,19 @@
-"""Integration of a run in segments, each a solve of its own from the state in which the segment before has ended."""
+"""Integration of a run in segments: each is a separate solve from the final state of the segment before."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import exudyn as exu
 import numpy as np
 
 from exugear.multibody.contact_steps import lag_corrected, last_steps, set_last_steps
+from exugear.multibody.drive_and_load import is_known_function_of_time
 from exugear.multibody.equilibrium import explained
-from exugear.multibody.exudyn_objects import CURRENT, INITIAL, set_state_of_system, state_of_system
-from exugear.multibody.imposed_speed import driven_by_contacts
+from exugear.multibody.exudyn_objects import CURRENT, INITIAL, SystemState, set_state_of_system, state_of_system
 from exugear.multibody.model import Model, end_coordinate
 from exugear.multibody.shaft_motion import recorded
 from exugear.multibody.solver_settings import Scheme
@@ -32,13 +32,20 @@ SHIFT = 0.25
 BAR = "{desc} {percentage:3.0f}%|{bar}| {n:.3g}/{total:.3g} s [{elapsed}<{remaining}]"
 
 
+class RunState(NamedTuple):
+    """State of a run between two steps: that of the system, and what each contact remembers of the last step."""
+
+    system: SystemState
+    contacts: list[np.record]
+
+
 @dataclass(frozen=True)
 class Segment:
-    """Part of a run: its first and last step, and the state of the system at the first step (`state_of_run`)."""
+    """Part of a run: its first and last step, and the state at the first step."""
 
     first: int
     last: int
-    state: Any
+    state: RunState
 
 
 @dataclass(frozen=True)
@@ -74,7 +81,7 @@ class Solver:
         """Time of the system [s]."""
         return self.model.mbs.systemData.GetTime()
 
-    def segments_between(self, bounds: Sequence[int], state: Any = None) -> Iterator[Segment]:
+    def segments_between(self, bounds: Sequence[int], state: RunState | None = None) -> Iterator[Segment]:
         """Integrate from the present state, at the first of these steps, to the others; each segment once it is solved.
 
         state   at the first step, of a run that goes on
@@ -83,7 +90,7 @@ class Solver:
         """
         with self.explained(self.scheme.rule), self._advancing(bounds[0]) as advance:
             if state and bounds[0]:
-                set_last_steps(self.model, state[-1])
+                set_last_steps(self.model, state.contacts)
             for first, last in pairwise(bounds):
                 segment = Segment(first, last, state_of_run(self.model, self._present(first)))
                 advance(segment)
@@ -127,7 +134,7 @@ class Solver:
         segments[-1] = replace(segments[-1], last=last)
         settings = self.settings()
         settings.solution.sensors.active = False
-        set_state_of_system(self.model.mbs, segments[-1].state, INITIAL)
+        set_state_of_system(self.model.mbs, segments[-1].state.system, INITIAL)
         self.solve(settings, segments[-1])
 
     @contextmanager
@@ -180,7 +187,7 @@ class Solver:
             system.GetODE2Coordinates(INITIAL),
             direction * (self.conditions.start_angle + speed_of.integral(t)),
         )
-        if driven_by_contacts(model):
+        if is_known_function_of_time(model):
             rates = system.GetODE2Coordinates_t(INITIAL)
             q[spin], rates[spin] = imposed, direction * speed_of(t)
             system.SetODE2Coordinates_t(rates, INITIAL)
@@ -190,7 +197,7 @@ class Solver:
         system.SetODE2Coordinates(q, INITIAL)
 
     def solve(self, settings: exu.SimulationSettings, segment: Segment, halvings: int = 0) -> None:
-        """Integrate a segment from the initial state, its steps halved so many times."""
+        """Integrate a segment from the initial state; halvings: of its steps."""
         h, integration = self.scheme.steps.size, settings.timeIntegration
         integration.startTime, integration.endTime = segment.first * h, segment.last * h
         integration.numberOfSteps = (segment.last - segment.first) << halvings
@@ -269,9 +276,9 @@ class Solver:
                 raise RuntimeError(f"{where}: {cause}; {self._remedy}")
 
 
-def state_of_run(model: Model, configuration=INITIAL) -> tuple[Any, Any, list[np.record]]:
-    """State of the system in a configuration, its accelerations, and what its contacts remember of the last step."""
-    return *state_of_system(model.mbs, configuration), last_steps(model)
+def state_of_run(model: Model, configuration=INITIAL) -> RunState:
+    """State of the system in a configuration, and what its contacts remember of the last step."""
+    return RunState(state_of_system(model.mbs, configuration), last_steps(model))
 
 
 def progress_bar(scheme: Scheme, progress: bool) -> Any:

@@ -21,7 +21,11 @@ DIVERGED = "the solve diverged: hold bodies that are free to turn, tilt or move,
 SLOT = "error of a user function"
 
 
-class Diverged(RuntimeError):
+class OutOfRange(RuntimeError):
+    """A user function of ours has no force at these coordinates: they leave a map or the table of a bearing."""
+
+
+class Diverged(OutOfRange):
     """Coordinates so far out that only a diverged solve reaches them.
 
     reason   of the failure, without the remedy that the message adds: a solver may know a better one
@@ -78,9 +82,9 @@ def stop_error(table, reason: tuple[float, ...], r_b: float = nan) -> RuntimeErr
         axis_range = f"the map's axis from {largest:.6g} to {high:.6g}"
         return Diverged(f"{OFFSETS[int(axis)]} {value:.4g} lies far beyond {axis_range}")
     if isfinite(axis) or not isfinite(value):
-        return RuntimeError(beyond_map(table, reason, r_b))
+        return OutOfRange(beyond_map(table, reason, r_b))
     if value < largest:
         return Diverged(f"a must stay above {largest / mm:.6g} mm, the base radii's sum, got {value / mm:.6g} mm")
     if value > MULTIPLE * largest:
         return Diverged(f"deflection {value / um:.4g} um lies far beyond the map's {largest / um:.4g} um")
-    return RuntimeError(beyond_map(table, reason, r_b))
+    return OutOfRange(beyond_map(table, reason, r_b))

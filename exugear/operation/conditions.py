@@ -101,7 +101,7 @@ class Conditions:
 
     @cached_property
     def speed_of(self) -> Any:
-        """Imposed speed of the held shaft in its sense of motion, as a `Line` or `Curve`; None without."""
+        """Imposed speed of the held shaft in its sense of motion, as a `Line` or `PiecewiseCubic`; None without."""
         return None if self.held is None else speed_function(self.speed, self.duration)
 
     def driving_speed(self, t):

@@ -1,7 +1,10 @@
-"""Piecewise cubics that tabulate a function for the compiled kernels."""
+"""Piecewise cubics that tabulate functions of time, speed or angle, for Python and for the compiled kernels."""
 
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy
@@ -17,7 +20,7 @@ THROUGH, MIDDLES, IRREGULAR = np.arange(4) / 3, np.arange(1, 6, 2) / 6, 1 / 15
 TO_COEFFICIENTS = np.linalg.inv(np.vander(THROUGH, 4, increasing=True)).T
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PiecewiseCubic:
     """Cubics between knots.
 
@@ -28,18 +31,65 @@ class PiecewiseCubic:
     knots: np.ndarray
     coefficients: np.ndarray
 
-    def __call__(self, x) -> np.ndarray:
-        piece = np.clip(np.searchsorted(self.knots, x, "right") - 1, 0, len(self.coefficients) - 1)
-        s, c = x - self.knots[piece], self.coefficients[piece].T
-        return c[0] + s * (c[1] + s * (c[2] + s * c[3]))
+    def __call__(self, x):
+        return self._value(self._at_knots, x)
 
-    def integral(self, x) -> np.ndarray:
+    def integral(self, x):
         """Integral from the first knot to x."""
-        integrals = self.coefficients / np.arange(1, 5)
-        at_knots = np.cumsum(np.r_[0.0, (integrals * np.diff(self.knots)[:, None] ** np.arange(1, 5)).sum(axis=1)])
-        piece = np.clip(np.searchsorted(self.knots, x, "right") - 1, 0, len(self.coefficients) - 1)
-        s, c = x - self.knots[piece], integrals[piece].T
-        return at_knots[piece] + s * (c[0] + s * (c[1] + s * (c[2] + s * c[3])))
+        return self._value(self._integral, x)
+
+    def slope(self, x):
+        """Derivative at x."""
+        return self._value(self._slope, x)
+
+    @property
+    def constant(self) -> bool:
+        """Whether the value never changes."""
+        return not self.coefficients[:, 1:].any() and bool(np.ptp(self.coefficients[:, 0]) == 0)
+
+    @property
+    def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
+        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.contact.imposed_motion` reads them."""
+        return self.knots, self._integral[0].copy()
+
+    @cached_property
+    def _at_knots(self) -> tuple[np.ndarray, list]:
+        return self.coefficients, self.coefficients.tolist()
+
+    @cached_property
+    def _slope(self) -> tuple[np.ndarray, list]:
+        slopes = self.coefficients[:, 1:] * np.arange(1, 4)
+        return slopes, slopes.tolist()
+
+    @cached_property
+    def _integral(self) -> tuple[np.ndarray, list]:
+        terms, widths = self.coefficients / np.arange(1, 5), np.diff(self.knots)[:, None]
+        at_knots = np.cumsum(np.r_[0.0, (terms * widths ** np.arange(1, 5)).sum(axis=1)])
+        integrals = np.column_stack([at_knots[:-1], terms])
+        return integrals, integrals.tolist()
+
+    @cached_property
+    def _knot_list(self) -> list[float]:
+        return self.knots.tolist()
+
+    def _value(self, polynomials: tuple[np.ndarray, list], x):
+        """Value at x of polynomials in each piece; numbers, as Exudyn passes them, take a tenth of an array."""
+        of_pieces, listed = polynomials
+        value: Any = 0.0
+        if isinstance(x, float):
+            piece = min(max(bisect_right(self._knot_list, x) - 1, 0), len(listed) - 1)
+            s, coefficients = x - self._knot_list[piece], listed[piece]
+        else:
+            piece = np.clip(np.searchsorted(self.knots, x, "right") - 1, 0, len(listed) - 1)
+            s, coefficients = x - self.knots[piece], of_pieces[piece].T
+        for c in reversed(coefficients):
+            value = value * s + c
+        return value
+
+
+def of_spline(spline: Any) -> PiecewiseCubic:
+    """The pieces of a cubic spline (`scipy.interpolate.PPoly`)."""
+    return PiecewiseCubic(spline.x, np.ascontiguousarray(spline.c[::-1].T))
 
 
 def constant(value: float) -> PiecewiseCubic:
@@ -54,11 +104,9 @@ def ramp(start: float, end: float, length: float) -> PiecewiseCubic:
 
 def through_points(x: np.ndarray, y: np.ndarray) -> PiecewiseCubic:
     """Monotone cubic (PCHIP) through points, constant beyond them."""
-    spline = scipy.interpolate.PchipInterpolator(x, y)
-    width = x[-1] - x[0]
-    ends = np.array([[y[0], 0.0, 0.0, 0.0]]), np.array([[y[-1], 0.0, 0.0, 0.0]])
-    knots = np.r_[x[0] - width, x, x[-1] + width]
-    return PiecewiseCubic(knots, np.ascontiguousarray(np.concatenate([ends[0], spline.c[::-1].T, ends[1]])))
+    inner, width = of_spline(scipy.interpolate.PchipInterpolator(x, y)), x[-1] - x[0]
+    start, end = ([[value, 0.0, 0.0, 0.0]] for value in (y[0], y[-1]))
+    return PiecewiseCubic(np.r_[x[0] - width, x, x[-1] + width], np.concatenate([start, inner.coefficients, end]))
 
 
 def tabulated(name: str, function: Callable[[float], float], knots: np.ndarray, halvings: int) -> PiecewiseCubic:
@@ -74,7 +122,7 @@ def tabulated(name: str, function: Callable[[float], float], knots: np.ndarray, 
     for halving in range(halvings + 1):
         width = high - low
         checks = MIDDLES + IRREGULAR * (golden_fractions(len(low))[:, None] - 0.5)
-        at_checks, y = (_sampled(name, function, low[:, None] + width[:, None] * s) for s in (checks, THROUGH))
+        at_checks, y = (sampled(name, function, low[:, None] + width[:, None] * s) for s in (checks, THROUGH))
         scale = max(scale, float(np.abs(y).max(initial=0.0)), float(np.abs(at_checks).max(initial=0.0)))
         cubics = y @ TO_COEFFICIENTS
         missed = np.einsum("ik,ijk->ij", cubics, checks[..., None] ** np.arange(4)) - at_checks
@@ -98,8 +146,8 @@ def golden_fractions(n: int) -> np.ndarray:
     return np.arange(n) * GOLDEN % 1
 
 
-def _sampled(name: str, function: Callable[[float], float], x: np.ndarray) -> np.ndarray:
-    """Values of a function at x (n, m); ValueError where a value is no finite number."""
+def sampled(name: str, function: Callable[[float], float], x: np.ndarray) -> np.ndarray:
+    """Values of a function at x, of any shape; ValueError where a value is no finite number."""
     values = np.array([number(name, function(each)) for each in x.ravel().tolist()]).reshape(x.shape)
     finite = np.isfinite(values)
     if not finite.all():

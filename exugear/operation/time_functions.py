@@ -1,4 +1,8 @@
-"""Speeds over time: lines and curves with exact integrals."""
+"""Speeds over time: lines and cubic splines, with exact integrals.
+
+A speed is a spline with a continuous slope, as its acceleration acts on the train; a torque, which may jump, consists
+of independent pieces (`piecewise_cubics.tabulated`).
+"""
 
 from collections.abc import Callable
 from math import ceil, factorial
@@ -7,8 +11,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from exugear.operation.piecewise_cubics import golden_fractions
-from fem.support.validation import finite, increasing, number, numbers, require, require_finite
+from exugear.operation.piecewise_cubics import PiecewiseCubic, golden_fractions, of_spline, sampled
+from fem.support.validation import finite, increasing, numbers, require, require_finite
 
 #: Speed or load as users pass it: a constant, (from, to), or a function of time [s].
 TimeFunction = float | tuple[float, float] | Callable[[float], float]
@@ -40,62 +44,26 @@ class Line:
         return np.array([0.0, 1.0]), np.array([[0.0, self.a, 0.5 * self.b, 0.0, 0.0]])
 
 
-class Curve:
-    """Piecewise cubic function of time (`scipy.interpolate.PPoly`, from t = 0 on) and its integral from 0."""
-
-    def __init__(self, spline: Any):
-        self._spline = spline
-        self._knots = spline.x.tolist()
-        self._interval = (spline.x[-1] - spline.x[0]) / (spline.x.size - 1)
-        self._uniform = bool(np.ptp(np.diff(spline.x)) < 1e-9 * self._interval)
-        self._coefficients = spline.c.T.tolist()
-        self._integral_coefficients = spline.antiderivative().c.T.tolist()
-        self.constant = bool(np.ptp(spline(spline.x)) == 0)
-
-    def __call__(self, t):
-        return self._spline(t) if isinstance(t, np.ndarray) else self._value(self._coefficients, t)
-
-    def integral(self, t):
-        return self._value(self._integral_coefficients, t)
-
-    def slope(self, t):
-        return self._spline(t, 1)
-
-    @property
-    def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.contact.imposed_motion` reads them."""
-        return np.array(self._knots), np.array(self._integral_coefficients)[:, ::-1]
-
-    def _value(self, coefficients: list[list[float]], t: float) -> float:
-        """Polynomial of the interval in which t lies, by Horner's rule."""
-        i = int(t / self._interval) if self._uniform else int(np.searchsorted(self._knots, t, "right")) - 1
-        i = min(max(i, 0), len(coefficients) - 1)
-        x, value = t - self._knots[i], 0.0
-        for c in coefficients[i]:
-            value = value * x + c
-        return value
-
-
-def curve_through_function(function: Callable[[float], float], duration: float) -> Curve:
+def curve_through_function(function: Callable[[float], float], duration: float) -> PiecewiseCubic:
     """Cubic spline whose intervals are halved until it is within 1e-6 of the function, relative to the largest value.
 
     It is compared with the function at the new knots, and once in each `CHECK_INTERVAL` at an irregular time, as a
     vibration may vanish at all times that are evenly spaced.
     """
     knots, times = np.linspace(0, duration, COARSEST + 1), _irregular(duration)
-    values, checks, error = _sampled(function, duration, knots), _sampled(function, duration, times), np.inf
+    values, checks, error = sampled("speed(t)", function, knots), sampled("speed(t)", function, times), np.inf
     while error > 1e-6 and knots.size <= FINEST:
         coarse, middles = scipy.interpolate.CubicSpline(knots, values), (knots[:-1] + knots[1:]) / 2
-        at_middles = _sampled(function, duration, middles)
+        at_middles = sampled("speed(t)", function, middles)
         missed = max(np.abs(coarse(middles) - at_middles).max(), np.abs(coarse(times) - checks).max())
         knots, values = _alternating(knots, middles), _alternating(values, at_middles)
         error = missed / max(np.abs(values).max(), np.abs(checks).max(), 1e-9)
     rough = f"speed(t) is too rough: {FINEST} samples of {duration:g} s leave {error:.1%} of its largest value"
     require(error < 1e-3, f"{rough}; let it be continuous, round its corners, or pass arrays (t, speed)")
-    return Curve(scipy.interpolate.CubicSpline(knots, values))
+    return of_spline(scipy.interpolate.CubicSpline(knots, values))
 
 
-def curve_through_points(points: np.ndarray, duration: float) -> Curve:
+def curve_through_points(points: np.ndarray, duration: float) -> PiecewiseCubic:
     """Monotone cubic (PCHIP) through points (2, n): times [s] and speeds [rad/s].
 
     ValueError unless the times reach from 0, or before, to the duration [s], or beyond.
@@ -103,7 +71,7 @@ def curve_through_points(points: np.ndarray, duration: float) -> Curve:
     t, speed = points
     covered = f"speed: t must reach from 0 to {duration:g} s, got {t[0]:g} to {t[-1]:g} s; extend the arrays"
     require(t[0] <= 0 and t[-1] >= duration, covered)
-    return Curve(_from_zero(scipy.interpolate.PchipInterpolator(t, speed)))
+    return of_spline(_from_zero(scipy.interpolate.PchipInterpolator(t, speed)))
 
 
 def _from_zero(cubic: Any) -> Any:
@@ -114,9 +82,9 @@ def _from_zero(cubic: Any) -> Any:
     return scipy.interpolate.PPoly(pieces, np.r_[0.0, cubic.x[following:]])
 
 
-def speed_function(value, duration: float) -> Line | Curve:
+def speed_function(value, duration: float) -> Line | PiecewiseCubic:
     """The speed over a duration [s] from a number, (from, to), a function of time, or arrays (t, speed)."""
-    if isinstance(value, Line | Curve):
+    if isinstance(value, Line | PiecewiseCubic):
         return value
     if callable(value):
         return curve_through_function(value, duration)
@@ -136,16 +104,6 @@ def _irregular(duration: float) -> np.ndarray:
     """A time in each of even intervals of the duration [s], at fractions that do not repeat."""
     n = min(max(ceil(duration / CHECK_INTERVAL), COARSEST), MOST_CHECKS)
     return duration / n * (np.arange(n) + golden_fractions(n))
-
-
-def _sampled(function: Callable[[float], float], duration: float, times: np.ndarray) -> np.ndarray:
-    """Values of a speed at times (n,) of its duration [s]; ValueError where a value is no finite number."""
-    values = np.array([number("speed(t)", function(t)) for t in times.tolist()])
-    bad = np.flatnonzero(~np.isfinite(values))
-    if bad.size:
-        first = f"got {values[bad[0]]} at {times[bad[0]]:g} s"
-        raise ValueError(f"speed(t) must be finite for 0 <= t <= {duration:g} s, {first}")
-    return values
 
 
 def line(name: str, value, duration: float) -> Line:

@@ -37,7 +37,7 @@ class TorqueTable:
     @property
     def constant(self) -> bool:
         """Whether the torque never changes."""
-        return not self.cubic.coefficients[:, 1:].any() and bool(np.ptp(self.cubic.coefficients[:, 0]) == 0)
+        return self.cubic.constant
 
     @property
     def largest(self) -> float:
@@ -47,6 +47,9 @@ class TorqueTable:
     def __call__(self, t, speed, angle):
         """The torque at times [s], speeds [rad/s] and angles [rad]."""
         return self.cubic((t, speed, np.mod(angle, 2 * pi))[self.variable])
+
+
+NO_TORQUE = TorqueTable(TIME, constant(0.0))
 
 
 def torque_of_speed(torque: Torque, where: str) -> Callable[[float], float]:

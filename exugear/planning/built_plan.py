@@ -1,10 +1,9 @@
 """The plan of a built model: integrator, step and cost, which follow from its eigenfrequencies."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from math import pi
 
-from exugear.mesh_force.force import MeshForce
 from exugear.planning.coordinates import Coordinates
 from exugear.planning.integrator_and_step import (
     ANGLE_AT_1E3,
@@ -14,8 +13,8 @@ from exugear.planning.integrator_and_step import (
     Rule,
     rule_for,
 )
+from exugear.planning.linear_train import SEAM_TOLERANCE, settling_time
 from exugear.planning.plan import Plan
-from exugear.planning.vibration_decay import SEAM_TOLERANCE, settling_time
 from fem.support.arguments import Finite, checked
 
 #: What an imposed speed means for the main resonance of a mesh.
@@ -28,10 +27,9 @@ SAMPLE_SIZE, SAMPLE_SIZE_ON_BEARINGS = 72, 152
 
 @checked
 @dataclass(frozen=True)
-class BuiltPlan:
-    """The plan of a built model, with integrator, step and cost, which need the built system; print it.
+class BuiltPlan(Plan):
+    """The `Plan` of a built model, with integrator, step and cost, which need the built system; print it.
 
-    scene       the `Plan` by which the model was built
     omega       upper bound of all eigenfrequencies, meshes at their stiffest [rad/s]
     omega_mesh  upper bound for the modes in which meshes deform, which the step resolves [rad/s]
     contact     whether Exudyn calls the contacts without Python, or why by way of Python
@@ -42,53 +40,17 @@ class BuiltPlan:
     decay             rate [1/s] at which the slowest of the modes decays that the meshes excite; 0 without damping
     """
 
-    scene: Plan
-    omega: Finite
-    omega_mesh: Finite
-    contact: str
-    mesh_resonances: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    decay: Finite = 0.0
-    largest_torques: Mapping[str, float] = field(default_factory=dict)
+    omega: Finite = field(kw_only=True)
+    omega_mesh: Finite = field(kw_only=True)
+    contact: str = field(kw_only=True)
+    mesh_resonances: Mapping[str, tuple[float, float]] = field(kw_only=True)
+    decay: Finite = field(kw_only=True)
+    largest_torques: Mapping[str, float] = field(kw_only=True)
 
     @property
-    def shafts(self) -> Mapping[str, Coordinates]:
-        """Coordinates of each shaft."""
-        return self.scene.shafts
-
-    @property
-    def laws(self) -> Mapping[str, MeshForce]:
-        """Force law of each stage by its label, with the axes that the scene needs."""
-        return self.scene.laws
-
-    @property
-    def why(self) -> Mapping[str, str]:
-        """Reason for the coordinates of each shaft."""
-        return self.scene.why
-
-    @property
-    def axes(self) -> Mapping[str, str]:
-        """Reason for the axes of each stage's map."""
-        return self.scene.axes
-
-    @property
-    def undamped(self) -> bool:
-        """Whether no mesh, bearing or coupling is damped."""
-        return self.scene.undamped
-
-    @property
-    def losses(self) -> Mapping[str, str]:
-        """Friction of stages and drag of shafts, by their labels and names."""
-        return self.scene.losses
-
-    @property
-    def damping(self) -> Mapping[str, str]:
-        """Damping of the mesh of each stage that is damped, by its label."""
-        return self.scene.damping
-
-    @property
-    def mirrored(self) -> Mapping[str, str]:
-        """By stage: why its coast flank is not the mirror image of the driving flank that the law takes."""
-        return self.scene.mirrored
+    def scene(self) -> Plan:
+        """The plan by which the model was built."""
+        return Plan(**{field.name: getattr(self, field.name) for field in fields(Plan)})
 
     @property
     def on_bearings(self) -> bool:
@@ -128,8 +90,7 @@ class BuiltPlan:
 
     def _resonance(self, label: str) -> str:
         """The main resonance of a mesh in words, with the load at which it is."""
-        torque = self.largest_torques.get(label)
-        at = "" if torque is None else f", at {torque:.4g} N m on the pinion, the largest of the map"
+        at = f", at {self.largest_torques[label]:.4g} N m on the pinion, the largest of the map"
         return f"resonance of {label}: {IMPOSED.format(*self.mesh_resonances[label])}{at}"
 
     @checked
@@ -145,7 +106,7 @@ class BuiltPlan:
     def __str__(self) -> str:
         resolved = f"those in which meshes deform below {self.omega_mesh / 2 / pi:.4g} Hz"
         lines = [
-            *self.scene.lines(),
+            *self.lines(),
             f"integrator: {self.rule()}",
             f"eigenfrequencies: below {self.omega / 2 / pi:.4g} Hz, {resolved}",
             *(self._resonance(label) for label in self.mesh_resonances),

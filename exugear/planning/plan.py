@@ -1,8 +1,7 @@
 """The plan of a gearbox: coordinates of its shafts and axes of its maps, with the reason for each."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from typing import Never
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -13,8 +12,7 @@ from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.planning.coordinates import Coordinates
-from exugear.planning.map_axes import stage_law, why_coast_differs
-from exugear.planning.missing_offsets import largest_load, missing_axes
+from exugear.planning.map_axes import largest_load, missing_axes, stage_law, why_coast_differs
 from fem.support.arguments import checked, keywords_after_first
 from fem.units import um
 
@@ -28,8 +26,6 @@ COAST_MIRRORED = (
     "fem.static_transmission_error(pair, [-350, -150, 0, 150, 350])"
 )
 RAMP = "assumed to ramp in over {:.3g} um of penetration (damping_ramp=), which moves jumps where teeth part"
-#: Attributes that only a `BuiltPlan` has.
-KNOWN_ONCE_BUILT = "omega", "omega_mesh", "contact", "largest_step", "rule", "step", "cost"
 JUMPS = "its force jumps at phase {}: at constant speed steps divide the mesh period; else smooth the table"
 
 
@@ -71,7 +67,8 @@ class Plan:
     def _with(self, shafts: Mapping[str, Coordinates]) -> "Plan":
         """The plan with other coordinates of these shafts."""
         why = dict.fromkeys(shafts, "chosen by the user: unreduced, to check the reduction")
-        return replace(self, shafts={**self.shafts, **shafts}, why={**self.why, **why})
+        scene = {field.name: getattr(self, field.name) for field in fields(Plan)}
+        return Plan(**scene | {"shafts": {**self.shafts, **shafts}, "why": {**self.why, **why}})
 
     def lines(self) -> list[str]:
         """The printed plan, line by line, as far as it is known before the model is built."""
@@ -92,11 +89,6 @@ class Plan:
         return "\n".join([*self.lines(), "integrator and step: known once the model is built (build(box).plan)"])
 
     __repr__ = __str__
-
-    def __getattr__(self, name: str) -> Never:
-        if name in KNOWN_ONCE_BUILT:
-            raise AttributeError(f"a Plan has no {name}; build the model first: exugear.build(box).plan.{name}")
-        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
 
 @keywords_after_first()

@@ -118,7 +118,7 @@ def dividing_step(step: float, meshes: Sequence[tuple[float, np.ndarray]]) -> fl
 
     meshes   mesh period [s] and phases of the jumps, of each mesh that jumps
 
-    Where no step down to half the given one does, the step with the smallest miss.
+    Where no step down to half the given size divides them: the step with the smallest miss.
     """
     period = meshes[0][0]
     fewest = int(np.ceil(period / step * (1 - 1e-9)))

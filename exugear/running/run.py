@@ -14,7 +14,7 @@ from typing import Any
 
 import xarray as xr
 
-from exugear.multibody.drive_and_load import ShaftTorques, applied, released
+from exugear.multibody.drive_and_load import ShaftTorques, applied
 from exugear.multibody.equilibrium import NoEquilibrium
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.model import Model, linearized
@@ -28,11 +28,11 @@ from exugear.operation.time_functions import TimeFunction
 from exugear.planning.integrator_and_step import Rule
 from exugear.planning.mirrored_flanks import warn_of_mirrored
 from exugear.running.energy_balance import EnergyBalance, energy_balance
-from exugear.running.run_data import keep_valid, labelled, recording, stored, with_end_state, with_step_error
-from exugear.running.seams import Parts, parts_of
-from exugear.running.segments import check_parts
+from exugear.running.part_integration import check_parts
+from exugear.running.parts import Parts, parts_of
+from exugear.running.run_data import keep_valid, labelled, recording, stored, with_end_state
 from exugear.running.start_state import continued, end_state_of, set_start_state
-from exugear.running.step_error import checks_by_step, repeated_in_place
+from exugear.running.step_error import checks_by_step, repeated_in_place, with_step_error
 from fem.ste.ste_map import save
 from fem.support.arguments import FilePath, Finite, checked
 from fem.support.progress import shown
@@ -230,14 +230,15 @@ def _solved(
     check_cost(model, scheme)
     state = None if initial is None else end_state_of(model, conditions, initial.data)
     conditions = conditions if state is None else continued(model, conditions, state)
-    with shown(progress), quiet(), applied(model, conditions) as torques:
+    with shown(progress), quiet(), applied(model, conditions) as acting:
+        torques = acting.torques
         try:
             set_start_state(model, conditions, state)
         except NoEquilibrium as error:
             run = Run(_without_samples(model, conditions, scheme, torques), 0.0, scheme.steps.size)
             run.data.attrs["stopped"] = str(error)
             raise StoppedAtStart(str(error), run) from None
-        released(model, conditions, torques)
+        acting.release()
         solver = Solver(model, conditions, scheme, restarted=state is not None)
         forces = BearingForces(model, scheme.steps.samples + 1)
         parts = parts_of(solver, torques, forces, executor) if executor else None

@@ -1,7 +1,7 @@
 """The data of a run: samples, variables with labels and units, reading from a file, selection of a stage."""
 
 from bisect import bisect_left
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -31,8 +31,6 @@ from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.operation.stop_conditions import End
 from exugear.planning.sampling import Steps
 from exugear.running.power_variables import power_variables
-from exugear.running.step_error import Check
-from exugear.running.vibration_jumps import with_jumps
 from fem.gear.gear import Gear
 from fem.ste.ste_map import pair_attributes
 from fem.support.netcdf import read
@@ -242,26 +240,6 @@ def _beyond_maps(model: Model, interval: float) -> dict[str, Any]:
         "beyond_map_time": ("stage", (shares > 1).sum(axis=1) * interval, {"units": "s", "long_name": time}),
         "beyond_map_force": ("stage", shares.max(axis=1, initial=0.0), {"units": "1", "long_name": force}),
     }
-
-
-def with_step_error(data: xr.Dataset, checks: Iterable[Check], h: float) -> tuple[xr.Dataset, KeyboardInterrupt | None]:
-    """The data with the errors by the step h [s] of the segments that are integrated again at half of it, if any.
-
-    Warns of jumps that half the step moves. Also the interruption where the user does not wait for the errors; the data
-    are then without them.
-    """
-    try:
-        checked = sorted(checks, key=lambda check: check.segment.first)
-    except KeyboardInterrupt as interrupt:
-        return data, interrupt
-    if not checked:
-        return data, None
-    middles = [(check.segment.first + check.segment.last) / 2 * h for check in checked]
-    relative = np.array([check.error for check in checked]).T
-    data = with_jumps(data, [(check.jump, check.coarse, check.fine) for check in checked if check.jump], h)
-    about = {"units": "1", "long_name": "relative error of the rms of the DTE by the step, estimated"}
-    middle = {"units": "s", "long_name": "middle of the segment that was integrated again at half the step"}
-    return data.assign(step_error=(("stage", "checked"), relative, about), checked=("checked", middles, middle)), None
 
 
 def scene_attributes(model: Model) -> dict[str, float | str]:

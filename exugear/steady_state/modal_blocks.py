@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from exugear.modal.eigenmodes import undamped_modes
+from exugear.planning.eigenmodes import damped_modes, undamped_modes
 
 #: Share of an eigenvalue in the compliance and in the mobility of every mesh below which it is left out.
 LEAST_SHARE = 1e-6
@@ -116,8 +116,7 @@ def modal_blocks(
     squares, modes = undamped_modes(mass, stiffness, rigid)
     modes = modes[:, squares > 0]
     n, rows = modes.shape[1], rows @ modes
-    by_state = -np.hstack([modes.T @ stiffness @ modes, modes.T @ damping @ modes])
-    values, vectors = np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), by_state]))
+    values, vectors = damped_modes(np.eye(n), modes.T @ stiffness @ modes, modes.T @ damping @ modes)
     inputs = np.linalg.solve(vectors, np.vstack([np.zeros((n, n)), -np.eye(n)]).astype(complex)).T
     deflections = rows[:, 0] @ vectors[:n]
     residues = deflections * (rows[:, 0] @ inputs)

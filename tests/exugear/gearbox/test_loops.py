@@ -28,7 +28,7 @@ def test_rhombus_assembles_at_whole_multiples_of_half_a_pitch(n):
     """Turning its sides by delta shifts the teeth by 4 z delta / 2 pi pitches against each other."""
     angle = n * np.pi / (2 * Z)
     square(angle)
-    with pytest.raises(ValueError, match=r"miss each other by -?0\.4"):
+    with pytest.raises(ValueError, match=r"phase error -?0\.4"):
         square(angle + 0.4 * np.pi / (2 * Z))
 
 
@@ -66,7 +66,7 @@ def test_loop_of_unlike_gears_fits_tooth_by_tooth():
     """The miss of the message is that of the teeth, and 0 at the angles that it names."""
     _, closed = refused_angles([0.2, 1.4, 1.5, 0.0])
     message, fitting = refused_angles(closed)
-    miss = float(re.search(r"each other by (\S+) of", message)[1])
+    miss = float(re.search(r"phase error (\S+) pitch", message)[1])
     assert apart(pressed_both_ways(closed), miss) < 1e-4
     assert apart(pressed_both_ways(fitting), 0) < 1e-5
     assert Gearbox(quadrilateral(fitting)).phases[0] == 0
@@ -84,7 +84,7 @@ def test_angles_of_the_messages_close_the_loops():
     with pytest.raises(ValueError, match=r"does not close, the gap is .* mm; these angles") as refused:
         Gearbox(stages)
     stages = with_angles(stages, str(refused.value))
-    with pytest.raises(ValueError, match=r"miss each other by .* of a pitch .* gear of its own") as refused:
+    with pytest.raises(ValueError, match=r"phase error .* pitch.* gear of its own") as refused:
         Gearbox(stages)
     assert len(Gearbox(with_angles(stages, str(refused.value))).phases) == 4
 

@@ -94,7 +94,7 @@ WEAK = np.diag([1e8, 1e8, 1e8, 1e5, 0.0, 0.0])
         (lambda: Disc(-1, 1, 1), "mass of a disc"),
         (lambda: Disc(1, 1, 0.4), "cannot exceed twice"),
         (lambda: Disc(3.1, 85, 50), "radius of gyration of 5.24 m; pass kg and kg m.2"),
-        (lambda: Coupling(1e12, inertia=1.0), "meant as rigid"),
+        (lambda: Coupling(1e12, inertia=1.0), "effectively rigid"),
         (lambda: Coupling(20.0, 40.0, inertia=1.0), "damping / torsion of a coupling must stay below 1 s, got 2"),
         (lambda: Disc.cylinder(30, 0.1), "pass metres"),
         (lambda: Disc.cylinder(0.1, 0.1, 0.2), "d > d_bore"),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy
 
-from exugear.modal.eigenmodes import eigenmodes, tracked
+from exugear.planning.eigenmodes import eigenmodes, tracked
 
 GYROSCOPIC = np.array([[0.0, 1.0], [-1.0, 0.0]])
 

@@ -15,8 +15,8 @@ from paper_gears import paper_pair
 from scenes import INERTIA, K, linear_law, rectangular_law, smooth_box
 
 import exugear
-from exugear.modal.operating_point import in_loaded_equilibrium, set_velocities
-from exugear.multibody.exudyn_objects import state_of_system
+from exugear.modal.operating_point import in_loaded_equilibrium
+from exugear.multibody.linearization import set_velocities
 
 R_B = paper_pair().pinion.r_b
 
@@ -232,10 +232,8 @@ def test_data_are_kept_in_files(tmp_path):
 def states(mbs) -> list[np.ndarray]:
     """Initial and current states."""
     kinds = exu.ConfigurationType.Initial, exu.ConfigurationType.Current
-    return [
-        np.concatenate([*map(np.ravel, (*state[:3],)), accelerations])
-        for state, accelerations in (state_of_system(mbs, kind) for kind in kinds)
-    ]
+    vectors = "ODE2Coordinates", "ODE2Coordinates_t", "ODE2Coordinates_tt", "AECoordinates"
+    return [getattr(mbs.systemData, f"Get{name}")(kind) for kind in kinds for name in vectors]
 
 
 def test_state_of_the_system_is_restored_also_after_an_error():

@@ -14,9 +14,9 @@ from scenes import rms, smooth_box, two_stages
 
 import exugear
 from exugear.multibody.time_integration import Solver
-from exugear.planning.vibration_decay import slowest_decay
+from exugear.planning.linear_train import slowest_decay
 from exugear.running import division, seams, segments
-from exugear.running.part_samples import PartSamples
+from exugear.running.part_integration import PartSamples
 from fem.units import mm, rpm
 
 

@@ -1,28 +1,29 @@
 """Parts of a run that processes integrate: from the state that arrives there, or early from static equilibrium."""
 
+import pickle
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from threading import Lock
-from typing import Any
-from uuid import UUID
+from uuid import UUID, uuid4
 
 import numpy as np
 
+from exugear.contact.recorder import Recorder
 from exugear.multibody.assembly import build
-from exugear.multibody.drive_and_load import ShaftTorques, applied, released, set_holding_forces
+from exugear.multibody.drive_and_load import ShaftTorques, applied, set_holding_forces
 from exugear.multibody.equilibrium import solve_initial_equilibrium
 from exugear.multibody.exudyn_objects import INITIAL, quiet, set_state_of_system
-from exugear.multibody.model import Model, linearized, matrices_without_meshes
+from exugear.multibody.model import Model, further_loads, further_objects, linearized, matrices_without_meshes
 from exugear.multibody.shaft_motion import needs_speeds
 from exugear.multibody.solver_settings import Scheme
-from exugear.multibody.time_integration import Segment, Solver, state_of_run
+from exugear.multibody.time_integration import RunState, Segment, Solver, state_of_run
 from exugear.operation.conditions import Conditions
+from exugear.operation.shaft_recorder import ShaftRecorder
+from exugear.planning.linear_train import SEAM_TOLERANCE
 from exugear.planning.plan import Plan
-from exugear.planning.vibration_decay import SEAM_TOLERANCE
-from exugear.running.part_samples import PartSamples, part_samples, stored
 from exugear.running.run_data import recorders_of, recording
 from exugear.running.step_error import vibration_at_half_the_step
 from fem.support.progress import shown
@@ -34,6 +35,66 @@ NEAR = 16
 ROUNDED_SPACINGS = 8
 #: Held by the thread that uses the model of this process: threads take turns.
 MODEL_IN_USE = Lock()
+
+
+@dataclass(frozen=True, eq=False)
+class PartSamples:
+    """Samples of a part of a run.
+
+    numbers   of the samples in the whole run
+    rows      (n,) of each quantity of all recorders; (1,) where all samples are equal
+    """
+
+    numbers: range
+    rows: Sequence[np.ndarray]
+
+    def copy_to(self, rows: Sequence[np.ndarray], begin: int) -> None:
+        """Copy the samples from a number on to the rows of the whole run, each of which is constant from there on."""
+        if begin >= self.numbers.stop:
+            return
+        whole, part = slice(begin, self.numbers.stop), slice(begin - self.numbers.start, None)
+        for row, samples in zip(rows, self.rows, strict=True):
+            if len(samples) > 1:
+                row[whole] = samples[part]
+            elif row[begin] != samples[0]:
+                row[whole] = samples
+
+
+def rows_of(recorders: Sequence[Recorder | ShaftRecorder]) -> list[np.ndarray]:
+    """(number,) samples of each quantity that recorders hold, and of each of its components."""
+    return [row for recorder in recorders for array in recorder.samples.values() for row in np.atleast_2d(array)]
+
+
+def part_samples(recorders: Sequence[Recorder | ShaftRecorder], numbers: range) -> PartSamples:
+    """The samples with these numbers of recorders."""
+    first = int(recorders[0].header.first)
+    rows = (row[numbers.start - first : numbers.stop - first] for row in rows_of(recorders))
+    return PartSamples(numbers, [row[:1] if _is_constant(row) else row for row in rows])
+
+
+def _is_constant(row: np.ndarray) -> bool:
+    """Whether all samples are equal; most rows that are not constant differ in the middle."""
+    return row.size > 0 and bool(row[row.size // 2] == row[0] and (row == row[0]).all())
+
+
+def stored(samples: PartSamples, folder: Path) -> PartSamples | Path:
+    """Store samples in a new file of a folder: processes of one machine share it several times as fast as a pipe."""
+    if not folder.is_dir():
+        return samples
+    path = folder / str(uuid4())
+    with path.open("wb") as file:
+        pickle.dump(samples, file, protocol=pickle.HIGHEST_PROTOCOL)
+    return path
+
+
+def loaded(samples: PartSamples | Path) -> PartSamples:
+    """The samples, also from the file in which they are stored, which is deleted: its memory serves the next ones."""
+    if isinstance(samples, PartSamples):
+        return samples
+    with samples.open("rb") as file:
+        content = pickle.load(file)
+    samples.unlink()
+    return content
 
 
 @dataclass(frozen=True)
@@ -64,8 +125,8 @@ class Part:
 
     bounds: Sequence[int]
     seam: int
-    state: Any = None
-    expected: Mapping[int, Any] = field(default_factory=dict)
+    state: RunState | None = None
+    expected: Mapping[int, RunState] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -78,7 +139,7 @@ class Integrated:
     stopped_at   time of the system [s]
     """
 
-    states: dict[int, Any]
+    states: dict[int, RunState]
     samples: PartSamples | Path
     reason: str
     stopped_at: float
@@ -92,7 +153,7 @@ class Integrated:
 def integrate(job: Job, part: Part) -> Integrated:
     """Integrate a part; a function that processes can import."""
     steps = job.scheme.steps
-    states: dict[int, Any] = {part.seam: part.state} if part.state else {}
+    states: dict[int, RunState] = {part.seam: part.state} if part.state else {}
     begin, reason, stopped_at = samples_before(job.scheme, part.seam), "", 0.0
     samples = PartSamples(range(begin, begin), ())
     try:
@@ -131,17 +192,17 @@ def _system_of(job: Job, part: Part) -> Iterator[tuple[Solver, ShaftTorques]]:
     with MODEL_IN_USE, shown(False), quiet():
         model = _model_of(job)
         begin = replace(conditions, start_time=0.0 if part.state else part.bounds[0] * steps.size)
-        with applied(model, begin) as torques:
+        with applied(model, begin) as acting:
             if not part.state:
                 solve_initial_equilibrium(model, begin)
                 set_holding_forces(model, begin.initial_torques + conditions.initial_drags)
-            released(model, conditions, torques)
+            acting.release()
             if part.state:
-                set_state_of_system(model.mbs, part.state, INITIAL)
+                set_state_of_system(model.mbs, part.state.system, INITIAL)
             samples = range(part.seam // steps.every, part.bounds[-1] // steps.every + 1)
             power = needs_speeds(model, conditions)
-            with recording(model, steps, torques, power=power, samples=samples):
-                yield Solver(model, conditions, job.scheme, job.restarted), torques
+            with recording(model, steps, acting.torques, power=power, samples=samples):
+                yield Solver(model, conditions, job.scheme, job.restarted), acting.torques
 
 
 def samples_before(scheme: Scheme, step: int) -> int:
@@ -149,12 +210,12 @@ def samples_before(scheme: Scheme, step: int) -> int:
     return step // scheme.steps.every + (step > 0)
 
 
-def _is_joined(solver: Solver, step: int, states: Mapping[int, Any], expected: Mapping[int, Any]) -> bool:
+def _is_joined(solver: Solver, step: int, states: Mapping[int, RunState], expected: Mapping[int, RunState]) -> bool:
     """Whether the state at a step is the one that is expected there."""
     return step in expected and seam_error(solver, step, states[step], expected) <= SEAM_TOLERANCE
 
 
-def seam_error(solver: Solver, step: int, state: Any, expected: Mapping[int, Any]) -> float:
+def seam_error(solver: Solver, step: int, state: RunState, expected: Mapping[int, RunState]) -> float:
     """Largest difference of a state from the expected one at a step, over the rms of each coordinate and velocity.
 
     expected   states at steps about it, by which the rms is known
@@ -170,16 +231,16 @@ def seam_error(solver: Solver, step: int, state: Any, expected: Mapping[int, Any
     return float((difference / scale).max())
 
 
-def _vibration(solver: Solver, step: int, state: Any) -> np.ndarray:
+def _vibration(solver: Solver, step: int, state: RunState) -> np.ndarray:
     """(2 n_coordinates,) coordinates and velocities of a state less those of the train as a rigid body."""
-    (q, v, *_), conditions, t = state[0], solver.conditions, step * solver.scheme.steps.size
-    ratios = solver.model.speed_ratios
-    return np.concatenate([q - ratios * conditions.driving_angle(t), v - ratios * conditions.driving_speed(t)])
+    ratios, conditions, t = solver.model.speed_ratios, solver.conditions, step * solver.scheme.steps.size
+    coordinates = state.system.coordinates - ratios * conditions.driving_angle(t)
+    return np.concatenate([coordinates, state.system.velocities - ratios * conditions.driving_speed(t)])
 
 
-def _rounding(model: Model, state: Any) -> np.ndarray:
+def _rounding(model: Model, state: RunState) -> np.ndarray:
     """(2 n_coordinates,) differences of coordinates and velocities that are rounding."""
-    angle = ROUNDED_SPACINGS * float(np.spacing(np.abs(state[0][0]).max()))
+    angle = ROUNDED_SPACINGS * float(np.spacing(np.abs(state.system.coordinates).max()))
     spins = model.speed_ratios != 0
     lever = max(float(np.abs(mesh.row[spins]).max()) for mesh in model.meshes)
     coordinates = angle * np.where(spins, 1.0, lever)
@@ -191,13 +252,11 @@ def check_parts(model: Model, conditions: Conditions) -> None:
     free = "executor: the speed of a free train is known only once it has run"
     require(conditions.held is not None, f"{free}; impose one by exugear.Speed, or leave executor out")
     require(not conditions.stop, "executor: stop is not known before the run; give a duration, or leave executor out")
-    system = model.mbs.systemData
-    items = system.NumberOfObjects(), system.NumberOfLoads(), system.NumberOfSensors()
-    built_items = model.drive + 1, model.load + 1, 0
+    sensors = model.mbs.systemData.NumberOfSensors()
     added = "executor: model.mbs has objects, loads or sensors beside those of the gearbox"
     remedy = "which other processes cannot build; leave executor out"
-    require(items == built_items, f"{added}, {remedy}")
-    copy = build(model.gearbox, plan=model.plan.scene)
+    require(not (further_objects(model) or further_loads(model) or sensors), f"{added}, {remedy}")
+    copy = build(model.gearbox, plan=model.scene)
     matrices = zip(matrices_without_meshes(model), matrices_without_meshes(copy), strict=True)
     unchanged = all(np.allclose(matrix, built, rtol=1e-9, atol=0) for matrix, built in matrices)
     require(unchanged, f"executor: mass, stiffness or damping of the system model.mbs were changed, {remedy}")

@@ -3,6 +3,11 @@
 Where the damping couples modes more than their frequencies differ, as those of equal shafts on unequal dampers, the
 first order is that of all these modes together (perturbation of nearly equal eigenvalues): their amplitudes a follow
 a' = (i diag(omega) - R) a with the decay rates R = U^H C U, U^H (omega^2 M + K) U = omega^2.
+
+Motions that no elastic element resists are counted from the structure of a system and not from its frequencies. They
+are the null space of all rows by which the elements measure the motion, whatever their stiffness and whatever inertia
+they hold: a threshold on frequencies takes true low modes for rigid motions where a small inertia on a stiff mesh has a
+very high frequency.
 """
 
 from collections.abc import Sequence
@@ -10,8 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy
-
-from exugear.modal.rigid_motions import ROUNDING_OF_SUMS, measured_rows, rigid_motions
 
 #: Share of the highest squared frequency up to which a motion is rigid that no element resists: it may still turn
 #: forces (geometric stiffness). Share below which squared frequencies are solved for apart, as rounding is near.
@@ -24,6 +27,11 @@ SPINNING = 1e-9
 COUPLED = 0.5
 #: Imaginary part of real shapes that is rounding.
 REAL = 1e-9
+#: Share of the largest eigenvalue of an element, scaled to a unit diagonal, that is rounding: elements may be known as
+#: differences of the whole stiffness. The same of a whole stiffness, which sums stiff and soft elements.
+ROUNDING, ROUNDING_OF_SUMS = 1e-6, 1e-13
+#: Least singular value of the normalized rows of all elements that counts as resistance.
+INDEPENDENT = 1e-9
 
 
 class Eigenmodes(NamedTuple):
@@ -145,3 +153,37 @@ def tracked(mass: np.ndarray, modes: Sequence[Eigenmodes]) -> list[Eigenmodes]:
         _, order = scipy.optimize.linear_sum_assignment(likeness, maximize=True)
         lines.append(Eigenmodes(candidates.omega[order], candidates.damping_ratio[order], candidates.shapes[:, order]))
     return lines
+
+
+def damped_modes(mass: np.ndarray, stiffness: np.ndarray, damping: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(2 n,) eigenvalues [1/s] and (2 n, 2 n) vectors over coordinates and velocities, of any damping (n, n)."""
+    n = len(mass)
+    accelerations = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
+    return np.linalg.eig(np.vstack([np.eye(n, 2 * n, n), accelerations]))
+
+
+def measured_rows(stiffness: np.ndarray, rounding: float = ROUNDING) -> np.ndarray:
+    """(r, n) rows of unit length by which an element of symmetric stiffness (n, n) and rank r measures the motion."""
+    scale = np.sqrt(np.abs(np.diag(stiffness)))
+    moved = np.flatnonzero(scale > 0)
+    if not moved.size:
+        return np.zeros((0, len(stiffness)))
+    part, scale = stiffness[np.ix_(moved, moved)], scale[moved]
+    values, vectors = np.linalg.eigh(part / np.outer(scale, scale))
+    elastic = np.abs(values) > rounding * np.abs(values).max()
+    rows = np.zeros((int(elastic.sum()), len(stiffness)))
+    rows[:, moved] = vectors[:, elastic].T * scale
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+def rigid_motions(rows: Sequence[np.ndarray], motions: np.ndarray) -> np.ndarray:
+    """(n_free, r) motions that rows (k, n) of elements do not measure, among `motions` (n, n_free) that are allowed."""
+    measured = np.concatenate([np.zeros((0, len(motions))), *rows]) @ motions
+    size = np.linalg.norm(measured, axis=1, keepdims=True)
+    measured = measured[size[:, 0] > 0] / size[size > 0][:, None]
+    scale = np.abs(measured).max(axis=0, initial=0.0)
+    scale[scale == 0] = 1.0
+    _, singular, directions = np.linalg.svd(measured / scale, full_matrices=True)
+    rank = int((singular > INDEPENDENT * singular.max(initial=0.0)).sum())
+    free = directions[rank:].T / scale[:, None]
+    return free / np.abs(free).max(axis=0, initial=0.0)

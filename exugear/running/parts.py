@@ -4,10 +4,12 @@ Where it does not, the part is integrated again from the state that arrives unti
 the states of one unbroken chain enter the run, which is therefore the serial one.
 """
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, field
 from itertools import pairwise, repeat
+from math import ceil, inf
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -19,24 +21,79 @@ import xarray as xr
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.exudyn_objects import INITIAL, set_state_of_system
 from exugear.multibody.shaft_motion import BearingForces
-from exugear.multibody.time_integration import Segment, Solver, progress_bar, state_of_run
-from exugear.planning.vibration_decay import SEAM_TOLERANCE
-from exugear.running.division import Division, division_of
-from exugear.running.part_samples import PartSamples, loaded, rows_of
-from exugear.running.run_data import recorders_of
-from exugear.running.segments import (
+from exugear.multibody.time_integration import RunState, Segment, Solver, progress_bar, state_of_run
+from exugear.planning.linear_train import SEAM_TOLERANCE, settling_time
+from exugear.running.part_integration import (
     Integrated,
     Job,
     Part,
+    PartSamples,
     integrate,
+    loaded,
     rms_at_half_the_step,
+    rows_of,
     samples_before,
     seam_error,
 )
+from exugear.running.run_data import recorders_of
 from fem.support.user_warning import warn_user
 
+#: Most parts for each process: where a part is repeated, the other processes have further ones to integrate.
+PARTS_PER_PROCESS = 4
+#: Length of a part over that of its early start: wanted, and at least.
+WANTED_LENGTH, LEAST_LENGTH = 16, 2
 #: Share of the run that may be integrated again without a warning.
 LARGEST_REPEATED_SHARE = 0.5
+
+
+@dataclass(frozen=True)
+class Division:
+    """How a run is divided into parts.
+
+    bounds       steps at which the segments of the run end
+    ends         indices of the bounds at which the parts begin and end
+    early        number of segments by which a part starts early
+    processes    number of processes
+    """
+
+    bounds: Sequence[int]
+    ends: Sequence[int]
+    early: int
+    processes: int
+
+    @property
+    def number(self) -> int:
+        """Number of parts."""
+        return len(self.ends) - 1
+
+    def part(self, i: int, state: RunState | None = None, expected: Any = None) -> Part:
+        """The part with a number: from the state that arrives, or early from static equilibrium."""
+        begin = self.ends[i] if state else max(self.ends[i] - self.early, 0)
+        return Part(self.bounds[begin : self.ends[i + 1] + 1], self.bounds[self.ends[i]], state, expected or {})
+
+
+def division_of(solver: Solver, executor: Executor) -> Division:
+    """The parts of a run: a single one where vibrations do not decay, for a single process and for a short run.
+
+    A part starts one segment earlier than vibrations need to settle: in that segment Newton's iteration, whose matrix
+    is that at the beginning of the segment, becomes the same.
+    """
+    bounds, processes, decay = solver.bounds, number_of_processes(executor), solver.model.plan.decay
+    segments = len(bounds) - 1
+    settling = settling_time(decay, SEAM_TOLERANCE) / solver.conditions.duration if decay > 0 else inf
+    early = ceil(min(settling, 1.0) * segments) + 1
+    wanted = processes * min(max(segments // (processes * WANTED_LENGTH * early), 1), PARTS_PER_PROCESS)
+    parts = max(1, min(wanted, segments // (LEAST_LENGTH * early))) if processes > 1 else 1
+    return Division(bounds, np.linspace(0, segments, parts + 1).astype(int).tolist(), early, processes)
+
+
+def number_of_processes(executor: Executor) -> int:
+    """Number of processes of an executor: of a process pool, of Dask or of MPI; else that of the processors."""
+    client = getattr(executor, "_client", None)
+    if client is not None:
+        return len(client.ncores())
+    number = getattr(executor, "_max_workers", None) or getattr(executor, "num_workers", None)
+    return int(number or os.cpu_count() or 1)
 
 
 @dataclass
@@ -54,7 +111,7 @@ class JoinedRun:
     """
 
     solver: Solver
-    states: dict[int, Any]
+    states: dict[int, RunState]
     forces: BearingForces
     arrived: list[tuple[PartSamples | Path, int]] = field(default_factory=list)
     bar: Any = None
@@ -222,7 +279,7 @@ class Parts:
             self.solver.require_samples(None)
         except (RuntimeError, KeyboardInterrupt) as error:
             stop = error
-        set_state_of_system(mbs, chain.states[chain.front], INITIAL)
+        set_state_of_system(mbs, chain.states[chain.front].system, INITIAL)
         bounds = sorted(step for step in chain.states if step <= chain.front)
         return [Segment(first, last, chain.states[first]) for first, last in pairwise(bounds)], None, stop
 
@@ -277,7 +334,7 @@ def parts_of(solver: Solver, torques: ShaftTorques, forces: BearingForces, execu
     if division.number < 2:
         return None
     folder = TemporaryDirectory(ignore_cleanup_errors=True)
-    run = solver.model.plan.scene, solver.conditions.tabulated(), solver.scheme, solver.restarted
+    run = solver.model.scene, solver.conditions.tabulated(), solver.scheme, solver.restarted
     job = Job(uuid4(), *run, Path(folder.name))
     chain = JoinedRun(solver, {0: state_of_run(solver.model)}, forces)
     try:
