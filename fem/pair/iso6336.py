@@ -239,7 +239,3 @@ def _coefficients(eps_gamma: float) -> tuple[float, ...]:
         return 0.32, 0.34, 0.23, 0.90, 0.47, 0.47, C_v7
     C_v4 = (0.57 - 0.05 * eps_gamma) / (eps_gamma - 1.44)
     return 0.32, 0.57 / (eps_gamma - 0.3), 0.096 / (eps_gamma - 1.56), C_v4, 0.47, 0.12 / (eps_gamma - 1.74), C_v7
-
-
-def __dir__() -> list[str]:
-    return __all__

@@ -253,7 +253,3 @@ class EquationsOfMotion:
         sides = zip(self.problem.gears, gaps.gradients, strict=True)
         pinion, wheel = ((gear.flank_operator.T @ (f @ by)).reshape(gear.solid.positions.shape) for gear, by in sides)
         return Motion((pinion, wheel), -float(gaps.closing @ f))
-
-
-def __dir__() -> list[str]:
-    return __all__

@@ -303,7 +303,3 @@ def _move_nodes(gear, u, v, force, hub, step):
             u[i, 0] += step * v[i, 0]
             u[i, 1] += step * v[i, 1]
     return kinetic
-
-
-def __dir__() -> list[str]:
-    return __all__

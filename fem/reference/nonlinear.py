@@ -261,7 +261,3 @@ def _newton(
             return StaticState(te, u, f, candidates)
     steps = f"after {NEWTON_STEPS} Newton steps"
     raise RuntimeError(f"no equilibrium at phase {phase:g} {steps}; try a finer density or less torque")
-
-
-def __dir__() -> list[str]:
-    return __all__
