@@ -55,7 +55,7 @@ class Orientation(NamedTuple):
     b: float
 
 
-class Motion(NamedTuple):
+class BodyMotion(NamedTuple):
     """Displacements q and velocities v of a body in the frame of its mesh, and its orientation for forces."""
 
     q: Row
@@ -134,7 +134,7 @@ def counted_turns(angle, counted):
 
 @compiled
 def motion_in(frame_axes, kind, posture, position, v, reference):
-    """`Motion` of a body in space in a frame with these axes (columns).
+    """`BodyMotion` of a body in space in a frame with these axes (columns).
 
     position, v   displacement (3) of the body [m] and rates (7) of its coordinates
     reference     coordinates (6) in the frame from which its attitude counts
@@ -147,7 +147,7 @@ def motion_in(frame_axes, kind, posture, position, v, reference):
     c_t = (cos(a) * omega[2] - sin(a) * omega[1]) / cos(b)
     a_t, b_t = omega[0] - sin(b) * c_t, cos(a) * omega[1] + sin(a) * omega[2]
     displaced = x, y, z, a - reference[3], b - reference[4], c - reference[5]
-    return Motion(displaced, (v_x, v_y, v_z, a_t, b_t, c_t), Orientation(posture, frame_axes, a, b))
+    return BodyMotion(displaced, (v_x, v_y, v_z, a_t, b_t, c_t), Orientation(posture, frame_axes, a, b))
 
 
 @compiled
@@ -169,8 +169,8 @@ def relative_motions(frame, kind_1, kind_2, q_1, q_2, v_1, v_2):
         spin_2 = counted_turns(spin_2, spin_1 + counted)
     displaced = x - e[0], y - e[1], z - e[2], a, b, spin_2
     return (
-        Motion(at_origin, velocity, Orientation(pinion, axes, 0.0, 0.0)),
-        Motion(displaced, motion_2.v, motion_2.orientation),
+        BodyMotion(at_origin, velocity, Orientation(pinion, axes, 0.0, 0.0)),
+        BodyMotion(displaced, motion_2.v, motion_2.orientation),
     )
 
 
@@ -187,14 +187,14 @@ def forces_in_space(kind, orientation, forces):
 
 @compiled(forceinline=True)
 def motion_of(frame, gear, kind, q, v):
-    """Motion of a body with coordinates q and velocities v (7) in the contact frame."""
+    """BodyMotion of a body with coordinates q and velocities v (7) in the contact frame."""
     if kind >= RXYZ:
         axes, posture = rows_of(frame.axes), posture_of(gear, kind, q)
         moved = motion_in(axes, kind, posture, (q[0], q[1], q[2]), v, gear.reference)
         x, y, z, a, b, spin = moved.q
-        return Motion((x, y, z, a, b, counted_turns(spin, turns_of(gear, q))), moved.v, moved.orientation)
+        return BodyMotion((x, y, z, a, b, counted_turns(spin, turns_of(gear, q))), moved.v, moved.orientation)
     upright = Posture((0.0, 0.0, 0.0, 0.0), IDENTITY, IDENTITY)
-    return Motion(q[:6], v[:6], Orientation(upright, IDENTITY, 0.0, 0.0))
+    return BodyMotion(q[:6], v[:6], Orientation(upright, IDENTITY, 0.0, 0.0))
 
 
 @compiled(forceinline=True)
@@ -220,7 +220,7 @@ def recorded_motion(frame, gear, kind, coordinates, motion):
     (q, v), reference = coordinates, (0.0, 0.0, 0.0, gear.angles[0], gear.angles[1], gear.angles[2])
     turned = motion_in(rows_of(frame.axes), kind, motion.orientation.posture, (q[0], q[1], q[2]), v, reference)
     x, y, z, a, b, spin = turned.q
-    return Motion((x, y, z, a, b, counted_turns(spin, turns_of(gear, q))), turned.v, turned.orientation)
+    return BodyMotion((x, y, z, a, b, counted_turns(spin, turns_of(gear, q))), turned.v, turned.orientation)
 
 
 @compiled(forceinline=True)

@@ -62,35 +62,21 @@ def store(addresses, k, values):
 
 
 @compiled
-def write(record, k, mesh_state, offsets, centroid, torques):
-    """Store sample k; mesh_state: deflection [m], mesh force [N], phase of the driving flank."""
-    deflection, force, phase = mesh_state
-    store(header_at(record).samples, k, (deflection, force, *offsets, centroid, *torques, phase))
+def write(record, k, mesh, power, friction, components, motions):
+    """Store those quantities of sample k that are recorded.
 
-
-@compiled
-def write_motion(record, k, components, motions):
-    """Store the first components of displacements and velocities (q_1, q_2, v_1, v_2) of sample k if they are recorded.
-
-    Components that the bodies lack stay 0.
+    mesh, power, friction   values in the order of `NAMES`, `POWER_NAMES`, `FRICTION_NAMES`
+    components              number of displacements and tilts of the bodies; those that they lack stay 0
+    motions                 displacements and velocities (q_1, q_2, v_1, v_2), (6) each
     """
     header = header_at(record)
+    store(header.samples, k, mesh)
+    store(header.powers, k, power)
+    store(header.friction, k, friction)
     if header.motions[0] != 0:
         for j in range(len(motions)):
             for i in range(components):
                 floats_at(header.motions[j])[i * header.number + k] = motions[j][i]
-
-
-@compiled
-def write_power(record, k, energy, dissipation, spins, speeds):
-    """Store potential, dissipated power, spins and speeds of sample k if they are recorded."""
-    store(header_at(record).powers, k, (energy, dissipation, *spins, *speeds))
-
-
-@compiled
-def write_friction(record, k, force, loss):
-    """Store force [N] and loss [W] of friction of sample k if they are recorded."""
-    store(header_at(record).friction, k, (force, loss))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,11 +1,10 @@
-"""A contact in its reference configuration: frame of bodies in space, deflection, phase and rows."""
+"""A contact in its reference configuration: its frame, which never changes, deflection, phase and rows."""
 
-from math import atan2, floor, inf
+from math import atan2, floor, inf, pi, tan
 from typing import NamedTuple
 
 import numpy as np
 
-from exugear.contact.contact_records import GEAR, rotational_frame
 from exugear.contact.relative_position import (
     deflection_slopes,
     gradient,
@@ -16,9 +15,45 @@ from exugear.contact.relative_position import (
 )
 from exugear.contact.rotation import by_angles
 from exugear.contact.vectors import dot
-from exugear.mesh_force.kernel_records import changed, record_of
+from exugear.mesh_force.kernel_records import changed, reader, record_of, record_type
+from fem.gear.involute import involute
 from fem.support.numba_cache import kept
 
+#: A gear on its body: base radius and axial position [m], reference coordinates of the body as an Rxyz body of the
+#: frame of the mesh (`exugear.contact.body_motion`). In a rotated frame also the rotational reference
+#: coordinates of its node, the axes of the gear on the body, its angles in the contact frame in the reference
+#: configuration, and the factors of the fourth and sixth coordinate that count its turns for the recorder.
+GEAR = record_type(
+    ("r_b", "f8"),
+    ("axial", "f8"),
+    ("reference", "f8", 6),
+    ("rotation", "f8", 4),
+    ("axes", "f8", (3, 3)),
+    ("angles", "f8", 3),
+    ("spin_factors", "f8", 2),
+)
+#: Geometry of a contact. In the reference configuration: line of centres (e_x, e_y) on the pinion's body, height as
+#: `relative_position.height`, angle of the line on the wheel's body less that on the pinion's [rad];
+#: base_pitch: 0 where coordinates count the turns of both bodies, else the base pitch [m], up to whole multiples of
+#: which attitudes tell the advance; axes: of a rotated contact frame (columns), 0 where it is the global frame;
+#: between: from the pinion's body to the wheel's [m], along the global axes.
+CONTACT_FRAME = record_type(
+    ("pitches_per_radian", "f8"),
+    ("phase", "f8"),
+    ("direction", "f8"),
+    ("inv_alpha_wt", "f8"),
+    ("tan_beta_b", "f8"),
+    ("e_x", "f8"),
+    ("e_y", "f8"),
+    ("height", "f8"),
+    ("wheel_angle", "f8"),
+    ("base_pitch", "f8"),
+    ("axes", "f8", (3, 3)),
+    ("between", "f8", 3),
+    ("pinion", GEAR),
+    ("wheel", GEAR),
+)
+frame_at = reader(CONTACT_FRAME)
 #: Displacements of a body in its reference configuration.
 AT_REFERENCE = (0.0,) * 6
 
@@ -28,6 +63,30 @@ class DrivingFlank(NamedTuple):
 
     backlash: float = inf
     back_phase: float = 0.0
+
+
+def rotational_frame(pair, phase: float, direction: int) -> np.record:
+    """Frame of a `fem.GearPair` or `RingPair` on two bodies that spin about fixed axes."""
+    return record_of(
+        CONTACT_FRAME,
+        pitches_per_radian=pair.pinion.z / (2 * pi),
+        phase=phase,
+        direction=direction,
+        inv_alpha_wt=involute(pair.alpha_wt),
+        tan_beta_b=tan(pair.beta_b),
+        pinion=record_of(GEAR, r_b=pair.pinion.r_b),
+        wheel=record_of(GEAR, r_b=pair.wheel.r_b),
+    )
+
+
+def is_spatial(frame: np.record) -> bool:
+    """Whether a frame holds the positions of its gears, as that of two bodies about fixed axes does not."""
+    return bool(frame.e_x or frame.e_y)
+
+
+def is_rotated(frame: np.record) -> bool:
+    """Whether a contact frame is rotated against the global one."""
+    return bool(frame.axes.any())
 
 
 def spatial_frame(pair, phase: float, direction: int, axial, reference, **values) -> np.record:
@@ -68,9 +127,7 @@ def reference_line_and_height(frame):
 def reference_state(table, frame):
     """Deflection [m], opening of either flank [m] and phase of the driving one in the reference configuration."""
     position = position_of(table, frame, AT_REFERENCE, AT_REFERENCE)
-    side, phase = position.flank.side, position.flank.phase
-    opening = position.opening
-    return position.advance - opening, opening, phase if side > 0.0 else table.back_phase - phase
+    return position.advance - position.opening, position.opening, position.phase
 
 
 @kept

@@ -53,6 +53,7 @@ class Position(NamedTuple):
     advance          by which the pinion is ahead, along the line of action [m]
     opening          gap of either flank by a larger centre distance [m]
     flank            nearest to contact
+    phase            of the driving flank
     line             L, from the pinion's centre to the wheel's axis in the pinion's mid-plane [m]
     distance         centre distance [m]; < 0 for rings
     e_r, e_t         unit vectors along and across L
@@ -66,6 +67,7 @@ class Position(NamedTuple):
     advance: float
     opening: float
     flank: Flank
+    phase: float
     line: Vector
     distance: float
     e_r: Vector
@@ -154,12 +156,6 @@ def flank_of(table, advance, opening, phase):
 
 
 @compiled
-def driving_phase(table, flank):
-    """Phase of the driving flank where either is nearest to contact."""
-    return flank.phase if flank.side > 0.0 else table.back_phase - flank.phase
-
-
-@compiled
 def remembered_advance(table, pitch, advance, before):
     """Advance [m] where it is known up to whole base pitches [m].
 
@@ -202,13 +198,13 @@ def position_of(table, frame, q_1, q_2, before=(0.0, 1.0)):
     if frame.base_pitch != 0.0:
         advance = remembered_advance(table, frame.base_pitch, advance, before)
     opening = (r_1 + r_2) * (compiled_involute(atan2(sine, cosine)) - frame.inv_alpha_wt)
-    flank = flank_of(table, advance, opening, d * frame.pitches_per_radian * spin_1 + frame.phase)
+    phase = d * frame.pitches_per_radian * spin_1 + frame.phase
+    flank = flank_of(table, advance, opening, phase)
     lean = dot(pinion.z, wheel.z), dot(e_r, wheel.z), dot(e_t, wheel.z)
     side = flank.side * d
     offsets = distance, cosine * lean[2] + side * sine * lean[1], -side * shift * lean[0]
-    return Position(
-        advance, opening, flank, line, distance, e_r, e_t, shift, lean, raised, sine, cosine, offsets, pinion, wheel
-    )
+    to_line = line, distance, e_r, e_t, shift
+    return Position(advance, opening, flank, phase, *to_line, lean, raised, sine, cosine, offsets, pinion, wheel)
 
 
 @compiled

@@ -52,22 +52,6 @@ def damping(table, penetration):
 
 
 @compiled
-def corrected_rate(rate, lag, mobility, rise, excess, coefficient):
-    """The rate [m/s] corrected for the lag of the integrator's velocities: rate + lag d(force)/dt.
-
-    The force contains the damping force at the corrected rate, for which the equation is solved.
-
-    lag           by how much the rate is too small, per time derivative of the force [m/N]
-    mobility      acceleration of the bodies per force [1/kg]; 0: unknown
-    rise          time derivative of the static force [N/s]
-    excess        static force minus the force that balances the load [N]
-    coefficient   of the damping [N s/m]
-    """
-    c = coefficient
-    return (rate + lag * (rise - c * mobility * excess)) / (1.0 + lag * mobility * c * c)
-
-
-@compiled
 def spinning_force(table, phase, deflection):
     """`StaticForce` of a flank by its table, of a law without offsets; ValueError as of `potential` beyond it."""
     u = potential(table, 0, phase_cell(table, phase), deflection, 0.0)

@@ -31,9 +31,9 @@ def changed(record: np.record, **values) -> np.record:
     return record_of(record.dtype, **{name: record[name] for name in record.dtype.names or ()} | values)
 
 
-def address_of(record: np.record) -> int:
-    """Address of a record, valid as long as the record lives."""
-    return np.frombuffer(record, np.uint8).ctypes.data
+def address_of(record: np.record | None) -> int:
+    """Address of a record, valid as long as the record lives; 0 for none."""
+    return 0 if record is None else np.frombuffer(record, np.uint8).ctypes.data
 
 
 def pointer_to(kind) -> Any:

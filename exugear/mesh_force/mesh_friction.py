@@ -161,7 +161,7 @@ class MeshFriction:
 
     @checked
     def table(self, pair: GearPair | RingPair) -> np.record:
-        """The record that `exugear.contact.friction_kernels` read for a pair: `FRICTION`, behind it the tables.
+        """The record that `exugear.contact.friction` reads for a pair: `FRICTION`, behind it the tables.
 
         Raises ValueError for a pair to which the tables do not belong.
         """

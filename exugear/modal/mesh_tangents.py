@@ -8,13 +8,12 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from exugear.contact.contact_records import contact_state
-from exugear.contact.difference_jacobian import jacobian
 from exugear.contact.recorder import Recorder
-from exugear.mesh_force.kernel_records import address_of, changed
+from exugear.mesh_force.kernel_records import changed
+from exugear.multibody.difference_jacobian import jacobian
 from exugear.multibody.exudyn_objects import INITIAL
-from exugear.multibody.gear_contact import DIFFERENCE_STEPS, records_of, stored_contact
-from exugear.multibody.gear_sensor import ANY_TIME
+from exugear.multibody.gear_contact import DIFFERENCE_STEPS, ContactCopy, Records, records_of, stored_contact
+from exugear.multibody.integrator_steps import contact_state
 
 #: Number of phases over which stiffness is averaged.
 PHASES = 48
@@ -58,7 +57,7 @@ class Contact:
 
     forces: Callable
     recorder: Recorder
-    records: tuple[np.record, ...]
+    records: Records
 
     def force(self, q: np.ndarray, v: np.ndarray | None = None) -> float:
         """Mesh force [N] at coordinates (n,) and velocities (n,), by default at rest."""
@@ -78,11 +77,10 @@ class Contact:
 
 def contact_of(mbs, number: int, **changes: float) -> Contact:
     """A contact of a system by its object number, with changes of its frame, without torques that a run adds."""
-    kernel, recorder, state = stored_contact(mbs, number).kernel, Recorder(), contact_state()
-    recorder.start(ANY_TIME, 1, power=True)
-    table, frame, _, *friction = records_of(mbs, number)
-    records = table, changed(frame, **changes), state, *friction, recorder.header
-    return Contact(partial(kernel.func, *map(address_of, records), 0.0), recorder, records)
+    contact = stored_contact(mbs, number)
+    table, frame, _, friction = contact.records
+    copy = ContactCopy(contact.kernel, (table, changed(frame, **changes), contact_state(), friction))
+    return Contact(partial(copy.forces, 0.0), copy.recorder, copy.records)
 
 
 def mesh_tangent(mbs, number: int, phase: float | None) -> tuple[float, MeshTangent]:

@@ -9,23 +9,24 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.rigidBodyUtilities import RigidBodyInertia, RotXYZ2RotationMatrix
 
-from exugear.contact.contact_kernels import SPIN, kernel_of
-from exugear.contact.contact_records import contact_state, is_spatial, rotational_frame
 from exugear.contact.recorder import Recorder
 from exugear.contact.reference_configuration import (
+    is_spatial,
     phase_of,
     reference_state,
+    rotational_frame,
     rotational_row,
     spatial_frame,
     spatial_row,
 )
-from exugear.contact.rubbing_contact import rubbing_contact_of
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.multibody.bearings_and_drags import add_bearings, add_drags
+from exugear.multibody.contact_kernels import SPIN
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
+from exugear.multibody.integrator_steps import contact_state
 from exugear.multibody.model import BuiltMesh, BuiltSystem, Model, linearized
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates, pose
@@ -116,13 +117,10 @@ def _add_contact(mbs, gearbox: Gearbox, number: int, scene: Plan, bodies: Mappin
     """Add the contact of a stage, by its number."""
     stage, law, recorder = gearbox.stages[number], scene.laws[gearbox.labels[number]], Recorder()
     items = [bodies[stage.fast.name], bodies[stage.slow.name]]
-    kinds = tuple(kind_of(mbs, item) for item in items)
     displaced = any(shaft.offset != NO_DISPLACEMENT for shaft in (stage.fast, stage.slow))
-    frame = _frame(gearbox, number, spatial=displaced or set(kinds) != {SPIN})
-    friction = [stage.friction.table(stage.pair)] if stage.friction else []
-    kernel = (rubbing_contact_of if friction else kernel_of)(kinds, displaced)
-    records = law.table, frame, contact_state(), *friction
-    contact = add_contact(mbs, gearbox.labels[number], items, kernel, records, recorder, stage.pair)
+    frame = _frame(gearbox, number, spatial=displaced or {kind_of(mbs, item) for item in items} != {SPIN})
+    records = law.table, frame, contact_state(), stage.friction.table(stage.pair) if stage.friction else None
+    contact = add_contact(mbs, gearbox.labels[number], items, records, recorder, stage.pair)
     return AddedContact(contact, recorder, frame)
 
 

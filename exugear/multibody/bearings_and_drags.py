@@ -22,7 +22,7 @@ from exugear.gearbox.bearing_law import (
 from exugear.gearbox.drag import DragTerms, braking_slope, braking_torque
 from exugear.gearbox.shaft import Shaft
 from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_of, record_type, start_of
-from exugear.multibody.native import direct_or_portable
+from exugear.multibody.direct_call import direct
 from exugear.multibody.user_function_errors import FAR, Diverged, OutOfRange, errors_kept
 from exugear.planning.coordinates import Coordinates
 from fem.support.numba_cache import compiled, kept
@@ -52,8 +52,8 @@ def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None
     items = [eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=stiffness[part], dampingMatrix=damping[part])]
     for axial, bearing in shaft.bearings.items():
         if not bearing.linear:
-            force, jacobian, addresses = bearing_functions(bearing, axial - shaft.centre)
-            force = direct_or_portable(errors_kept(mbs, force), bearing_kernel, addresses, 6)
+            force, jacobian, law = bearing_functions(bearing, axial - shaft.centre)
+            force = direct(errors_kept(mbs, force), bearing_kernel, (law,), 6)
             item = eii.ObjectGenericODE2(nodeNumbers=[node], forceUserFunction=force, jacobianUserFunction=jacobian)
             items.append(item)
     for item in items:
@@ -62,7 +62,7 @@ def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None
 
 
 def bearing_functions(bearing: Bearing, lever: float):
-    """Force and Jacobian of a nonlinear bearing for Exudyn, and the addresses that its kernel takes.
+    """Force and Jacobian of a nonlinear bearing for Exudyn, and the record that its kernel takes.
 
     lever   axial distance of the bearing from the shaft's centre of mass [m]
 
@@ -83,8 +83,7 @@ def bearing_functions(bearing: Bearing, lever: float):
         in_radial_plane = tangent_stiffness(bearing, lever, np.array(q)) - linear_part(bearing, lever)
         return (factor + factor_t * bearing.damping) * in_radial_plane
 
-    vars(bearing_force)["owned"] = law
-    return bearing_force, bearing_jacobian, (address,)
+    return bearing_force, bearing_jacobian, law
 
 
 def radial_record(bearing: Bearing, lever: float) -> np.record:
@@ -157,8 +156,7 @@ def drag_functions(shaft: Shaft, n: int):
         jacobian[-1, -1] = factor_t * drag_slope(address, *q, *q_t)
         return jacobian
 
-    vars(drag_forces)["owned"] = record, laws
-    return direct_or_portable(drag_forces, kernel, (address,), n), drag_jacobian
+    return direct(drag_forces, kernel, (record,), n, pointed_to=laws), drag_jacobian
 
 
 def drag_record(shaft: Shaft, laws: dict[float, np.record]) -> np.record:

@@ -1,18 +1,18 @@
-"""What contacts know of the steps of an integrator: the lag of its velocities, and what their first guesses need."""
+"""What contacts learn of the steps of an integrator: the lag of its velocities, and the data of the predictor."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 import numpy as np
 
-from exugear.contact.contact_records import STEPS
 from exugear.multibody.gear_contact import state_of
+from exugear.multibody.integrator_steps import STEPS
 from exugear.multibody.model import Mesh, Model
 from exugear.planning.integrator_and_step import GAMMA, Rule
 
 
-def guess_by(model: Model, mesh: Mesh, rule: Rule, steps: np.record) -> None:
-    """Set what a contact needs for its first guess in the steps of a rule (`exugear.contact.contact_records.STEPS`)."""
+def set_predictor(model: Model, mesh: Mesh, rule: Rule, steps: np.record) -> None:
+    """Set what the predictor of a contact needs in the steps of a rule (`exugear.multibody.integrator_steps.STEPS`)."""
     system, h = mesh.free_system, rule.step
     if system is None:
         return
@@ -45,7 +45,7 @@ def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
         state["steps"] = np.zeros((), STEPS)
         state.steps.last_time = np.nan
         if rule.spectral_radius is None:
-            guess_by(model, mesh, rule, state.steps)
+            set_predictor(model, mesh, rule, state.steps)
     try:
         yield
     finally:
@@ -56,7 +56,7 @@ def lag_corrected(model: Model, rule: Rule) -> Iterator[None]:
 
 
 def last_steps(model: Model) -> list[np.record]:
-    """What the contacts remember of the step before, by which they guess in the next one."""
+    """What the contacts remember of the step before, by which they predict the next one."""
     return [state_of(model.mbs, mesh.contact).steps.copy() for mesh in model.meshes]
 
 

@@ -8,7 +8,7 @@ system, as an inactive constraint costs a step 1.3 times its time, a load of 0 1
 their numbers.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,19 +17,18 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.utilities import CreateSymbolicUserFunction
 
-from exugear.contact.imposed_motion import imposed_motion
 from exugear.gearbox.shaft import Coupling, Shaft
 from exugear.mesh_force.kernel_records import address_of
-from exugear.multibody.coupling_kernels import coupling_kernel, coupling_record
+from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import CURRENT, INITIAL, node_of, set_state_of_system, state_of_system
 from exugear.multibody.gear_contact import state_of
+from exugear.multibody.imposed_motion import coupling_kernel, coupling_record, imposed_motion
 from exugear.multibody.model import Model, end_coordinate, further_loads, further_objects
-from exugear.multibody.native import direct_or_portable
+from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.conditions import Conditions, ShaftEnd
 from exugear.operation.shaft_ends import Torque
 from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.operation.time_functions import Line
-from exugear.operation.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.torque_tables import NO_TORQUE, TorqueTable
 
 #: Parameters of the constraint that a run sets: functions of its offset and of the rate, the offset, its ends, and
@@ -46,7 +45,7 @@ class ShaftTorque:
     """A tabulated torque on a shaft or rotor in a system.
 
     name       of the object
-    record     which the kernel reads (`exugear.operation.torque_kernels.SHAFT_TORQUE`)
+    record     which the kernel reads (`exugear.multibody.torque_kernels.SHAFT_TORQUE`)
     recorder   samples of the torque and of the motion of the body
     """
 
@@ -225,8 +224,8 @@ class DriveAndLoad:
         factors = [float(mesh.force_per_torque[column]) for mesh in model.meshes]
         record, arrays = torque_record(table, model.gearbox.directions[end.shaft], end.sense, states, factors)
         record.held, record.torque = 1, at_start
-        recorder, owned = ShaftRecorder(), (record, arrays, states)
-        _add_torque_object(model.mbs, name, _node_of(model, end.body), record, recorder, owned)
+        recorder, node = ShaftRecorder(), _node_of(model, end.body)
+        _add_torque_object(model.mbs, name, node, record, recorder, pointed_to=(arrays, states, recorder))
         self.torques[end.body] = ShaftTorque(name, record, recorder)
 
 
@@ -304,10 +303,10 @@ def _node_of(model: Model, body: str):
     return node_of(mbs, mbs.GetObjectNumber(body) if number is None else number)
 
 
-def _add_torque_object(mbs, name: str, node, record: np.record, recorder: ShaftRecorder, owned: Sequence[Any]) -> None:
+def _add_torque_object(mbs, name: str, node, record: np.record, recorder: ShaftRecorder, pointed_to: object) -> None:
     """Add a torque on the last coordinate of a node, which is its spin; called without Python where that works.
 
-    owned   what must live as long as the object
+    pointed_to   what the records hold addresses of
     """
     n = len(mbs.GetNode(node)["referenceCoordinates"])
     kernel, addresses = torque_kernel(n), (address_of(record), address_of(recorder.header))
@@ -320,8 +319,7 @@ def _add_torque_object(mbs, name: str, node, record: np.record, recorder: ShaftR
         jacobian[-1, -1] = -np.dot((factor, factor_t), torque_slopes(addresses[0], t, q[-1], q_t[-1]))
         return jacobian
 
-    vars(shaft_torque)["owned"] = *owned, recorder
-    function = direct_or_portable(shaft_torque, kernel, addresses, n)
+    function = direct(shaft_torque, kernel, (record, recorder.header), n, pointed_to)
     item: Any = eii.ObjectGenericODE2(
         name=name, nodeNumbers=[node], forceUserFunction=function, jacobianUserFunction=torque_jacobian
     )
@@ -342,8 +340,7 @@ def _add_driven_coupling(mbs, name: str, nodes: tuple[Any, Any], coupling: Coupl
         jacobian[n, n] = factor * record.torsion + factor_t * record.damping
         return jacobian
 
-    vars(driven_coupling)["owned"] = record
-    function = direct_or_portable(driven_coupling, kernel, (address,), n + 1)
+    function = direct(driven_coupling, kernel, (record,), n + 1)
     item = eii.ObjectGenericODE2(
         name=name, nodeNumbers=list(nodes), forceUserFunction=function, jacobianUserFunction=coupling_jacobian
     )

@@ -4,7 +4,7 @@
 functions of Exudyn.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Annotated, Any, NamedTuple
 
@@ -14,17 +14,17 @@ import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
 from exugear.contact.contact_frame import frame_between
-from exugear.contact.contact_kernels import SPIN, kernel_of
-from exugear.contact.contact_records import contact_state, is_rotated, rotational_frame
-from exugear.contact.difference_jacobian import jacobian
 from exugear.contact.recorder import Recorder
-from exugear.contact.rubbing_contact import rubbing_contact_of
+from exugear.contact.reference_configuration import rotational_frame
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.kernel_records import address_of
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
+from exugear.multibody.contact_kernels import SPIN, kernel_of
+from exugear.multibody.difference_jacobian import jacobian
+from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import check_spin_axes, gear_body, kind_of, node_of
-from exugear.multibody.native import direct_or_portable
+from exugear.multibody.integrator_steps import contact_state
 from exugear.multibody.user_function_errors import errors_kept, stopped
 from fem.pair.pair import GearPair
 from fem.support.arguments import REQUIRED, checked
@@ -35,8 +35,10 @@ from fem.support.validation import require, require_finite
 DIFFERENCE_STEPS = 1e-9, 1e-3
 #: Key of mbs.variables under which a system keeps its contacts; name of the user function of an ObjectGenericODE2.
 CONTACTS, FUNCTION = "gear contacts", "forceUserFunction"
-#: Number of records that the kernel of a contact without friction takes.
-FRICTIONLESS = 3
+#: Interval between two samples at which each time of a run is that of the first sample [s].
+NO_SAMPLE_INTERVAL = 1e300
+#: What the kernel of a contact takes: force table, frame, state, and friction or None.
+Records = tuple[np.record, np.record, np.record, np.record | None]
 
 
 def check_friction(name: str, value) -> None:
@@ -94,13 +96,12 @@ def CreateGearContact(
     """
     check_mesh(pair, force, phase, direction)
     require(len(itemNumbers) in (2, 3), f"itemNumbers must be [pinion, wheel] (and a carrier), got {itemNumbers}")
-    kinds = kinds_of(mbs, itemNumbers, force)
+    check_kinds(mbs, itemNumbers, force)
     nodes = {int(node_of(mbs, item)) for item in itemNumbers}
     require(len(nodes) == len(itemNumbers), f"itemNumbers must be bodies with a node each, got {itemNumbers}")
     frame = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
-    kernel = (rubbing_contact_of if friction else kernel_of)(kinds, rotated=is_rotated(frame))
-    records = force.table, frame, contact_state(), *([friction.table(pair)] if friction else [])
-    return add_contact(mbs, name, itemNumbers, kernel, records, recorder or Recorder(), pair)
+    records = force.table, frame, contact_state(), friction.table(pair) if friction else None
+    return add_contact(mbs, name, itemNumbers, records, recorder or Recorder(), pair)
 
 
 def check_mesh(pair, force, phase: float, direction: int) -> None:
@@ -111,15 +112,14 @@ def check_mesh(pair, force, phase: float, direction: int) -> None:
     require_finite("phase", phase, "pass a share of a pitch")
 
 
-def kinds_of(mbs, items, force: MeshForce) -> tuple[str, ...]:
-    """Kind of each body; ValueError where they cannot carry gears of such a force law."""
+def check_kinds(mbs, items, force: MeshForce) -> None:
+    """ValueError where bodies cannot carry gears of such a force law."""
     kinds = tuple(kind_of(mbs, item) for item in items)
     spins = set(kinds) == {SPIN}
     carrier = f"a third body carries ObjectRotationalMass1D alone, got {list(kinds)}; for bodies that move leave it out"
     require(len(kinds) == 2 or spins, carrier)
     fixed = f"bodies that only spin need a force without offsets, got {list(force.offsets)}; take force.at(...)"
     require(not (spins and force.offsets), fixed)
-    return kinds
 
 
 def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int) -> np.record:
@@ -133,55 +133,87 @@ def frame_of(mbs, items, pair, positions, axes, *, phase: float, direction: int)
     return frame_between(pair, phase, direction, (pinion, wheel))
 
 
-def add_contact(
-    mbs, name: str, items, kernel, records: Sequence[np.record], recorder: Recorder, pair: GearPair | RingPair
-) -> int:
-    """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its records (`records_of`).
-
-    records   arguments of the kernel: table of the mesh force, contact frame, contact state, and friction if it rubs
-    """
+def add_contact(mbs, name: str, items, records: Records, recorder: Recorder, pair: GearPair | RingPair) -> int:
+    """The contact as ObjectGenericODE2 on the nodes of its bodies; the system keeps its records (`records_of`)."""
     contacts = contacts_of(mbs)
     shared = [i for i, contact in contacts.items() if contact.recorder is recorder]
     remedy = "pass each contact a recorder of its own"
     require(not shared, f"recorder records the gear contact {shared} already; {remedy}")
-    number = add_forces(mbs, name, items, kernel, records, recorder)
-    evaluate, function = partial(kernel, *map(address_of, records)), mbs.GetObject(number)[FUNCTION]
-    contact = StoredContact(evaluate, tuple(records), recorder, function, pair, rubs=len(records) > FRICTIONLESS)
+    nodes = [node_of(mbs, item) for item in items]
+    kernel = kernel_of(tuple(kind_of(mbs, item) for item in items), records[1], rubs=records[3] is not None)
+    functions = user_functions(mbs, nodes, kernel, records, recorder)
+    item = eii.ObjectGenericODE2(name=name, nodeNumbers=nodes, **functions)
+    item.visualization["show"] = False
+    number = mbs.AddObject(item)
+    contact = StoredContact(kernel, records, recorder, mbs.GetObject(number)[FUNCTION], pair)
     mbs.variables[CONTACTS] = [*contacts.values(), contact]
     return number
 
 
-def add_forces(mbs, name: str, items, kernel, records: Sequence[np.record], recorder: Recorder | None = None) -> int:
-    """Forces of a kernel as ObjectGenericODE2 on the nodes of its bodies; called without Python where that works."""
-    nodes = [node_of(mbs, item) for item in items]
+def user_functions(mbs, nodes, kernel, records: Records, recorder: Recorder) -> dict[str, Callable]:
+    """Force and Jacobian of a contact for Exudyn, by their names; the former called without Python where that works."""
+    table, frame, state, _ = records
+    all_records, copy = (*records, recorder.header), ContactCopy(kernel, records)
+    evaluate = partial(kernel, *map(address_of, all_records))
     sizes = [len(mbs.GetNode(node)["referenceCoordinates"]) for node in nodes]
-    function, jacobian = user_functions(kernel, records, recorder, sizes[0])
-    addresses = tuple(address_of(record) for record in (*records, *([recorder.header] if recorder else [])))
-    function = direct_or_portable(errors_kept(mbs, function), kernel, addresses, sum(sizes))
-    item = eii.ObjectGenericODE2(
-        name=name, nodeNumbers=nodes, forceUserFunction=function, jacobianUserFunction=jacobian
-    )
-    item.visualization["show"] = False
-    return mbs.AddObject(item)
+
+    def gear_contact(mbs, t, item, q, q_t):
+        try:
+            return evaluate(t, *q, *q_t)
+        except ValueError as error:
+            raise stopped(table, frame, error) from None
+
+    def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
+        copy.update()
+        try:
+            matrix = jacobian(partial(copy.forces, t), q, q_t, (factor, factor_t), DIFFERENCE_STEPS)
+        except ValueError as error:
+            raise stopped(table, frame, error) from None
+        if state.steps.duration:
+            note_matrix(state, frame, matrix, sizes[0])
+        return matrix
+
+    function = direct(errors_kept(mbs, gear_contact), kernel, all_records, sum(sizes), pointed_to=recorder)
+    return {FUNCTION: function, "jacobianUserFunction": errors_kept(mbs, gear_jacobian)}
+
+
+class ContactCopy:
+    """A contact with a copy of its state, outside the steps of the integrator: looking at it changes nothing.
+
+    recorder   whose only sample is that of the last evaluation
+    records    that the kernel takes, with the copy of the state
+    forces     function (t, *coordinates, *velocities) -> generalized forces
+    """
+
+    def __init__(self, kernel, records: Records):
+        table, frame, self.state, friction = records
+        self.recorder, self.copied = Recorder(), np.zeros(1, self.state.dtype)
+        self.recorder.start(NO_SAMPLE_INTERVAL, 1, power=True)
+        self.records = table, frame, self.copied[0], friction
+        self.forces = partial(kernel, *map(address_of, (*self.records, self.recorder.header)))
+        self.update()
+
+    def update(self) -> None:
+        """Copy the present state of the contact."""
+        self.copied.view(np.uint8)[:] = np.frombuffer(self.state, np.uint8)
+        self.copied["steps"]["duration"] = 0.0
 
 
 class StoredContact(NamedTuple):
     """What a system keeps of a contact.
 
-    kernel     of the contact, for its sensors: function of the address of a recorder's header, t, *q, *q_t
-    records    that the kernel takes: force table, frame, state, and friction if the stage has it
+    kernel     of the contact (`exugear.multibody.contact_kernels.kernel_of`)
+    records    that the kernel takes
     recorder   of the contact
     function   that Exudyn calls, as mbs.GetObject returns it
     pair       of the contact
-    rubs       whether it has friction, of its own or by a further object
     """
 
-    kernel: partial
-    records: tuple[np.record, ...]
+    kernel: Any
+    records: Records
     recorder: Recorder
     function: Any
     pair: GearPair | RingPair
-    rubs: bool
 
 
 def contacts_of(mbs) -> dict[int, StoredContact]:
@@ -216,53 +248,14 @@ def stored_contact(mbs, number: int) -> StoredContact:
     return contact
 
 
-def records_of(mbs, number: int) -> tuple[np.record, ...]:
-    """Records that the kernel of a contact takes: force table, frame, state, and friction if the stage has it."""
+def records_of(mbs, number: int) -> Records:
+    """Records that the kernel of a contact takes."""
     return stored_contact(mbs, number).records
 
 
 def state_of(mbs, number: int) -> np.record:
-    """State of a contact (`exugear.contact.contact_records.CONTACT_STATE`), which a run changes."""
+    """State of a contact (`exugear.multibody.integrator_steps.CONTACT_STATE`), which a run changes."""
     return records_of(mbs, number)[2]
-
-
-def user_functions(kernel, records: Sequence[np.record], recorder: Recorder | None = None, first: int = 1):
-    """Force and Jacobian for Exudyn; the force keeps the records alive whose addresses it passes to the kernel.
-
-    records    arguments of the kernel; the first two are the table of the mesh force and the contact frame
-    recorder   argument of the kernel behind the records, if it records: then the third record is the contact state
-    first      number of coordinates of the first body
-
-    The Jacobian evaluates a copy of the contact state, outside the steps of the integrator: without first guesses.
-    """
-    idle_recorder, (table, frame, state, *further) = Recorder(), records
-    copy, present = np.zeros(1, state.dtype), np.frombuffer(state, np.uint8)
-    silent_state = copy[0] if recorder else state
-    addresses = tuple(map(address_of, records))
-    recording = (*addresses, address_of(recorder.header)) if recorder else addresses
-    idle = [idle_recorder.header] if recorder else []
-    silent = tuple(map(address_of, (table, frame, silent_state, *further, *idle)))
-
-    def gear_contact(mbs, t, item, q, q_t):
-        try:
-            return kernel(*recording, t, *q, *q_t)
-        except ValueError as error:
-            raise stopped(table, frame, error) from None
-
-    def gear_jacobian(mbs, t, item, q, q_t, factor, factor_t):
-        copy.view(np.uint8)[:] = present
-        if recorder:
-            silent_state.steps.duration = 0.0
-        try:
-            matrix = jacobian(partial(kernel, *silent, t), q, q_t, (factor, factor_t), DIFFERENCE_STEPS)
-        except ValueError as error:
-            raise stopped(table, frame, error) from None
-        if recorder and state.steps.duration:
-            note_matrix(state, frame, matrix, first)
-        return matrix
-
-    vars(gear_contact)["owned"] = (*records, recorder, idle_recorder, silent_state)
-    return gear_contact, gear_jacobian
 
 
 def note_matrix(state: np.record, frame: np.record, matrix: np.ndarray, first: int) -> None:

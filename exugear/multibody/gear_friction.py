@@ -1,4 +1,4 @@
-"""Friction of a gear contact as a further object: the former way, which `CreateGearContact(friction=)` replaces."""
+"""Friction that is added to a gear contact: the former way, which `CreateGearContact(friction=)` replaces."""
 
 import warnings
 from collections.abc import Sequence
@@ -8,20 +8,20 @@ import exudyn as exu
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.contact.contact_records import is_rotated
-from exugear.contact.friction_kernels import friction_of
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.mesh_friction import MeshFriction, require_same_pair
 from exugear.mesh_force.ring_pair import RingPair
+from exugear.multibody.contact_kernels import kernel_of
 from exugear.multibody.exudyn_objects import kind_of, node_of
 from exugear.multibody.gear_contact import (
     CONTACTS,
+    FUNCTION,
     StoredContact,
-    add_forces,
     check_friction,
     check_mesh,
     contacts_of,
     frame_of,
+    user_functions,
 )
 from fem.pair.pair import GearPair
 from fem.support.arguments import REQUIRED, checked
@@ -49,7 +49,7 @@ def CreateGearFriction(
                 those of the `CreateGearContact` of the same gears, without a carrier
     friction    `MeshFriction` of the pair
 
-    Returns the number of the ObjectGenericODE2. Raises ValueError without a contact on the bodies, and for arguments
+    Returns the number of the contact. Raises ValueError without a contact on the bodies, and for arguments
     unlike those of the contact.
     """
     check_mesh(pair, force, phase, direction)
@@ -62,12 +62,15 @@ def CreateGearFriction(
     require_same_pair(contact.pair, pair, f"that of gear contact {number}", INSTEAD)
     given = frame_of(mbs, itemNumbers, pair, localPositions, localAxes, phase=phase, direction=direction)
     _check_alike(contact, given, force.table, number)
-    rub = friction.table(contact.pair)
-    added = add_forces(mbs, name, itemNumbers, friction_of(kinds, is_rotated(frame)), (table, frame, state, rub))
+    records = table, frame, state, friction.table(contact.pair)
+    kernel, nodes = kernel_of(kinds, frame, rubs=True), [node_of(mbs, item) for item in itemNumbers]
+    for function, value in user_functions(mbs, nodes, kernel, records, contact.recorder).items():
+        mbs.SetObjectParameter(number, function, value)
+    replaced = contact._replace(kernel=kernel, records=records, function=mbs.GetObject(number)[FUNCTION])
     known = dict(mbs.variables)[CONTACTS]
-    mbs.variables[CONTACTS] = [c._replace(rubs=True) if c.function == contact.function else c for c in known]
+    mbs.variables[CONTACTS] = [replaced if c.function == contact.function else c for c in known]
     warnings.warn(f"CreateGearFriction is deprecated; {INSTEAD}", DeprecationWarning, stacklevel=3)
-    return added
+    return number
 
 
 def _contact_between(mbs, items) -> tuple[int, StoredContact]:
@@ -80,7 +83,10 @@ def _contact_between(mbs, items) -> tuple[int, StoredContact]:
     ]
     require(bool(matching), f"itemNumbers must be those of a gear contact, there is none on {list(items)}; {INSTEAD}")
     number, contact = matching[-1]
-    require(not contact.rubs, f"itemNumbers {list(items)}: gear contact {number} has friction already; leave this out")
+    require(
+        contact.records[3] is None,
+        f"itemNumbers {list(items)}: gear contact {number} has friction already; leave this out",
+    )
     return number, contact
 
 

@@ -1,7 +1,6 @@
 """A sensor of Exudyn for a gear contact."""
 
 from collections.abc import Callable
-from functools import partial
 from itertools import chain
 from typing import Any
 
@@ -10,15 +9,12 @@ import exudyn.itemInterface as eii
 import numpy as np
 from exudyn.misc.extensionRegistry import extends, install
 
-from exugear.contact.recorder import NAMES, Recorder
-from exugear.mesh_force.kernel_records import address_of
+from exugear.contact.recorder import NAMES
 from exugear.multibody.exudyn_objects import INITIAL
-from exugear.multibody.gear_contact import FUNCTION, StoredContact, stored_contact
+from exugear.multibody.gear_contact import FUNCTION, ContactCopy, StoredContact, stored_contact
 from exugear.multibody.user_function_errors import errors_kept, stopped
 from fem.support.arguments import checked
 
-#: Interval between two samples at which each time of a run is that of the first sample [s].
-ANY_TIME = 1e300
 #: Gap between teeth that just touch [m].
 TOUCHING = 1e-9
 
@@ -46,17 +42,8 @@ def CreateGearSensor(
 
 
 def user_function(contact: StoredContact, number: int) -> Callable:
-    """The function that Exudyn calls: it evaluates the kernel of a contact with a recorder of the sensor.
-
-    It takes a copy of the contact's state, which a look at another configuration must not change.
-
-    number   of the contact's object
-    """
-    recorder = Recorder()
-    recorder.start(ANY_TIME, 1)
-    table, frame, state, *friction = contact.records
-    copy, present = np.zeros(1, state.dtype), np.frombuffer(state, np.uint8)
-    kernel = partial(contact.kernel.func, *map(address_of, (table, frame, copy[0], *friction, recorder.header)))
+    """The function that Exudyn calls: it evaluates a copy of a contact, which is the object with this number."""
+    copy = ContactCopy(contact.kernel, contact.records)
 
     def gear_sensor(mbs, t, sensors, factors, configuration):
         nodes = object_of(mbs, contact, number)["nodeNumbers"]
@@ -64,13 +51,12 @@ def user_function(contact: StoredContact, number: int) -> Callable:
         q, q_t = (
             np.concatenate([np.atleast_1d(mbs.GetNodeOutput(n, kind, configuration)) for n in nodes]) for kind in kinds
         )
-        copy.view(np.uint8)[:] = present
-        copy["steps"]["duration"] = 0.0
+        copy.update()
         try:
-            kernel(t, *q.tolist(), *q_t.tolist())
+            copy.forces(t, *q.tolist(), *q_t.tolist())
         except ValueError as error:
-            raise stopped(table, frame, error) from None
-        return [float(recorder.samples[name][0]) for name in NAMES]
+            raise stopped(*contact.records[:2], error) from None
+        return [float(copy.recorder.samples[name][0]) for name in NAMES]
 
     return gear_sensor
 

@@ -15,9 +15,9 @@ from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.mesh_damping import mean_stiffness
 from exugear.gearbox.stage import Stage
 from exugear.mesh_force.force import MeshForce
+from exugear.multibody.direct_call import call_path
 from exugear.multibody.exudyn_objects import quiet
 from exugear.multibody.linearization import disengaged, set_motion
-from exugear.multibody.native import call_path
 from exugear.operation.train_motion import force_per_torque
 from exugear.planning.built_plan import BuiltPlan
 from exugear.planning.coordinates import Coordinates

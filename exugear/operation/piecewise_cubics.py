@@ -49,7 +49,7 @@ class PiecewiseCubic:
 
     @property
     def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.contact.imposed_motion` reads them."""
+        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.multibody.imposed_motion` reads them."""
         return self.knots, self._integral[0].copy()
 
     @cached_property

@@ -40,7 +40,7 @@ class Line:
 
     @property
     def angle_pieces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.contact.imposed_motion` reads them."""
+        """Knots (n + 1,) and coefficients (n, 5) of the integral, as `exugear.multibody.imposed_motion` reads them."""
         return np.array([0.0, 1.0]), np.array([[0.0, self.a, 0.5 * self.b, 0.0, 0.0]])
 
 

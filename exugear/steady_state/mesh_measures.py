@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.contact.contact_records import is_spatial
-from exugear.contact.reference_configuration import phase_of
+from exugear.contact.reference_configuration import is_spatial, phase_of
 from exugear.contact.relative_position import position_of
 from exugear.mesh_force.force_kernels import static_force
 from exugear.mesh_force.patches import phase_cell
@@ -34,10 +33,9 @@ def spatial_measures(table, frame, side, q_1, q_2):
     side   of the loaded flank, +1 or -1; its deflection [m], as the DTE [m], but for its sign and the backlash
     """
     position = position_of(table, frame, q_1, q_2)
-    phase = position.flank.phase if position.flank.side > 0.0 else table.back_phase - position.flank.phase
     a, misalignment, axial = position.offsets
     of_flank, dte = position.advance - side * position.opening, position.advance - position.opening
-    return of_flank, phase, misalignment, dte, a, axial
+    return of_flank, position.phase, misalignment, dte, a, axial
 
 
 @kept

@@ -1,5 +1,7 @@
 """Meshes between bodies in space: pairs, bodies, force laws, attitudes."""
 
+from typing import NamedTuple
+
 import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
@@ -9,8 +11,8 @@ from scenes import K, paper_pair
 
 import exugear
 import fem
-from exugear.contact.contact_records import contact_state, rotational_frame
-from exugear.contact.kinematics import MeshForces, SpinForces, rotational_mesh, spatial_mesh
+from exugear.contact.contact import contact_in_space, contact_of_spins
+from exugear.contact.reference_configuration import rotational_frame
 from fem.units import deg, mm, um
 
 BETA = 15 * deg
@@ -61,17 +63,31 @@ def two_helical_stages(bearing: exugear.Bearing, angles, *, hand: int = 1, backl
     )
 
 
-def mesh_in_space(force: exugear.MeshForce, frame, *motion) -> MeshForces:
+class Meshing(NamedTuple):
+    """Deflection [m], mesh force [N], generalized forces, offsets and centroid as a recorder has them, energy [J]."""
+
+    deflection: float
+    force: float
+    pinion: tuple
+    wheel: tuple
+    offsets: tuple
+    centroid: float
+    energy: float
+
+
+def mesh_in_space(force: exugear.MeshForce, frame, *motion) -> Meshing:
     """Mesh forces on two Rxyz bodies with displacements q_1, q_2 and velocities v_1, v_2, (6,) each."""
-    q_1, q_2, v_1, v_2 = (tuple(map(float, x)) for x in motion)
-    return spatial_mesh(force.table.head, frame, contact_state(), q_1, q_2, v_1, v_2)
+    contact = contact_in_space(force.table.head, frame, *(tuple(map(float, x)) for x in motion))
+    deflection, push = contact.motion.advance - contact.motion.opening, contact.push
+    sides = contact.pinion, contact.wheel, contact.offsets, contact.centroid
+    return Meshing(deflection, push.force, *sides, push.static.energy)
 
 
-def mesh_of_spins(force: exugear.MeshForce, pair, phase: float, spins, speeds) -> SpinForces:
+def mesh_of_spins(force: exugear.MeshForce, pair, phase: float, spins, speeds) -> tuple:
     """(deflection, force, torques) of two bodies that spin."""
     frame = rotational_frame(pair, phase, 1)
-    mesh = rotational_mesh(force.table.head, frame, contact_state(), *map(float, (*spins, *speeds)))
-    return mesh.deflection, mesh.force, mesh.torques
+    contact = contact_of_spins(force.table.head, frame, *map(float, (*spins, *speeds)))
+    return contact.motion.advance, contact.push.force, (contact.pinion, contact.wheel)
 
 
 def attitudes(pair, seed: int, tilt: float = 0.05):

@@ -11,12 +11,9 @@ from spatial_meshes import PAIRS, attitudes, bodies_of_kinds, law_of, mesh_in_sp
 
 import exugear
 import fem
-from exugear.contact.contact_kernels import SPIN
-from exugear.contact.contact_records import contact_state, rotational_frame
-from exugear.contact.friction_kernels import friction_of, rotational_friction, spatial_friction
-from exugear.contact.reference_configuration import spatial_frame
+from exugear.contact.contact import contact_in_space, contact_of_spins
+from exugear.contact.reference_configuration import rotational_frame, spatial_frame
 from exugear.contact.relative_position import line_of_centres, pose_of
-from exugear.multibody.gear_contact import user_functions
 from fem.units import deg, mm, um
 
 NONE = (0.0,) * 6
@@ -25,15 +22,16 @@ LAW = linear_law(reach=9e-3)
 
 def friction_in_space(pair, friction, frame, *motion, law=LAW):
     """Generalized forces (6) on two Rxyz bodies with displacements q_1, q_2 and velocities v_1, v_2, (6,) each."""
-    q_1, q_2, v_1, v_2 = (tuple(map(float, x)) for x in motion)
-    return spatial_friction(law.table.head, frame, friction.table(pair).head, q_1, q_2, v_1, v_2)
+    table, coordinates = friction.table(pair), (tuple(map(float, x)) for x in motion)
+    sliding = contact_in_space(law.table.head, frame, *coordinates, table.head).friction
+    return sliding.pinion, sliding.wheel
 
 
 def spun(pair, friction, spins, speeds, *, phase=0.0, direction=1, law=LAW):
     """Torques on two bodies that spin."""
     frame, table = rotational_frame(pair, phase, direction), friction.table(pair)
-    motion = map(float, (*spins, *speeds))
-    return np.array(rotational_friction(law.table.head, frame, table.head, *motion))
+    sliding = contact_of_spins(law.table.head, frame, *map(float, (*spins, *speeds)), table.head).friction
+    return np.array([sliding.pinion, sliding.wheel])
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -207,15 +205,18 @@ def test_friction_between_bodies_of_any_kind(kinds):
 
 
 def test_jacobian_is_the_slope_of_the_torques():
-    records = LAW.table, rotational_frame(SPUR, 0.2, 1), contact_state(), friction_for(SPUR).table(SPUR)
-    forces, jacobian = user_functions(friction_of((SPIN, SPIN)), records)
+    mbs = exu.SystemContainer().AddSystem()
+    bodies = bodies_of_kinds(mbs, ("spin", "spin"))
+    given = {"itemNumbers": bodies, "pair": SPUR, "force": LAW, "phase": 0.2}
+    contact = mbs.GetObject(mbs.CreateGearContact(**given, friction=friction_for(SPUR)))
+    forces, jacobian = (contact[f"{name}UserFunction"]["function"] for name in ("force", "jacobian"))
     q, v = np.array([8 * um / SPUR.pinion.r_b, 0]), np.array([0.2, -0.1])
     for factors, nudge in (((1.0, 0.0), [0, 1e-8]), ((0.0, 1.0), None)):
         step = np.array(nudge or [0, 1e-4])
         states = [(q + s * step, v) if nudge else (q, v + s * step) for s in (1, -1)]
-        ahead, behind = (np.array(forces(None, 0.0, 0, *state)) for state in states)
+        ahead, behind = (np.array(forces(mbs, 0.0, 0, *state)) for state in states)
         slope = -(ahead - behind) / (2 * step[1])
-        assert np.array(jacobian(None, 0.0, 0, q, v, *factors))[:, 1] == pytest.approx(slope, rel=1e-4)
+        assert np.array(jacobian(mbs, 0.0, 0, q, v, *factors))[:, 1] == pytest.approx(slope, rel=1e-4)
 
 
 def test_friction_uses_the_mesh_force_at_the_offsets_of_the_bodies():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numba import njit
 
-from exugear.contact.imposed_motion import imposed_motion, spin_of
 from exugear.mesh_force.kernel_records import address_of
+from exugear.multibody.imposed_motion import imposed_motion, spin_of
 from exugear.operation.time_functions import Line, curve_through_function, curve_through_points
 
 FUNCTIONS = {

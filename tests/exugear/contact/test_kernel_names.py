@@ -3,32 +3,23 @@
 from itertools import product
 
 import pytest
+from spatial_meshes import SPUR
 
-from exugear.contact.contact_kernels import CODES, SPATIAL, codes_of, kernel_of
-from exugear.contact.friction_kernels import friction_of
-from exugear.contact.rubbing_contact import rubbing_contact_of
-from exugear.multibody.coupling_kernels import coupling_kernel
-from exugear.operation.torque_kernels import torque_kernel
+from exugear.contact.reference_configuration import spatial_frame
+from exugear.mesh_force.kernel_records import changed
+from exugear.multibody.contact_kernels import CODES, kernel_of
+from exugear.multibody.imposed_motion import coupling_kernel
+from exugear.multibody.torque_kernels import torque_kernel
 
-
-@pytest.mark.parametrize(
-    "kernel",
-    [
-        lambda kinds, rotated: kernel_of(kinds, displaced=True, rotated=rotated),
-        lambda kinds, rotated: rubbing_contact_of(kinds, displaced=True),
-        friction_of,
-    ],
-)
-def test_kernels_of_different_bodies_have_different_names(kernel):
-    names = {kernel(kinds, False).py_func.__qualname__ for kinds in product(CODES, repeat=2)}
-    assert len(names) == len(CODES) ** 2
+PARALLEL = spatial_frame(SPUR, 0.0, 1, [0, 0], [[0] * 6, [SPUR.a, *[0] * 5]])
+ROTATED = changed(PARALLEL, axes=[[0, 1, 0], [0, 0, 1], [1, 0, 0]])
 
 
-def test_kernels_of_parallel_and_of_rotated_axes_have_different_names():
-    kinds = (SPATIAL, SPATIAL)
-    assert codes_of(kinds, True) != codes_of(kinds, False)
-    for kernel in (lambda rotated: kernel_of(kinds, rotated=rotated), lambda rotated: friction_of(kinds, rotated)):
-        assert kernel(True).py_func.__qualname__ != kernel(False).py_func.__qualname__
+def test_kernels_of_different_bodies_frames_and_friction_have_different_names():
+    """Bodies on Rxyz nodes alone are computed otherwise in a rotated frame."""
+    cases = product(product(CODES, repeat=2), (PARALLEL, ROTATED), (False, True))
+    names = {kernel_of(kinds, frame, rubs=rubs).py_func.__qualname__ for kinds, frame, rubs in cases}
+    assert len(names) == 2 * ((len(CODES) + 1) ** 2 - 2)
 
 
 @pytest.mark.parametrize("kernel", [coupling_kernel, torque_kernel])
@@ -39,5 +30,5 @@ def test_kernels_of_shafts_with_different_numbers_of_coordinates_have_different_
 @pytest.mark.parametrize("kinds", [("planar", "spatial"), ("spatial", "spatial")])
 def test_kernels_are_found_on_disk_by_numbers(kinds):
     """A closure over functions would get a new name in every session, and miss the cache."""
-    enclosed = [cell.cell_contents for cell in kernel_of(kinds).py_func.__closure__]
+    enclosed = [cell.cell_contents for cell in kernel_of(kinds, PARALLEL, rubs=False).py_func.__closure__]
     assert all(isinstance(value, int) for value in enclosed)

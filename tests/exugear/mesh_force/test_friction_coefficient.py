@@ -9,7 +9,7 @@ from spatial_meshes import PAIRS
 
 import exugear
 import fem
-from exugear.contact.friction_kernels import coefficient, friction_forces
+from exugear.contact.friction import coefficient, friction_forces
 from fem.units import deg, mm, um
 
 SCHLENK = exugear.SchlenkFriction(viscosity=10e-3, roughness=0.4 * um)

@@ -1,7 +1,6 @@
 """Gears whose axes point anywhere, on any rigid body of Exudyn: the same forces as along global z."""
 
 from contextlib import nullcontext
-from functools import partial
 from itertools import product
 
 import exudyn as exu
@@ -16,8 +15,6 @@ from spatial_meshes import PAIRS, bodies_of_kinds, law_of
 
 import exugear
 from exugear.contact.contact_frame import axes_about
-from exugear.mesh_force.kernel_records import address_of
-from exugear.multibody.gear_contact import stored_contact
 from fem.units import mm, um
 
 RXYZ = exu.NodeType.RotationRxyz
@@ -94,6 +91,12 @@ def pushed(mbs, bodies, node, axis, frame, motion, kernel) -> np.ndarray:
     return np.array([[*(frame.T @ f[:3]), *(frame.T @ m)] for f, m in zip(forces, moments, strict=True)])
 
 
+def forces_of(mbs, number: int):
+    """Function (*coordinates, *velocities) -> generalized forces of a contact, as Exudyn calls it."""
+    function = mbs.GetObject(number)["forceUserFunction"]["function"]
+    return lambda *x: function(mbs, 0.0, number, x[: len(x) // 2], x[len(x) // 2 :])
+
+
 def meshing(scene, pair, law, motion, direction=1):
     """The forces that `pushed` returns and the sample of the recorder, of bodies in motion."""
     frame, node, axis = scene
@@ -102,7 +105,7 @@ def meshing(scene, pair, law, motion, direction=1):
     given = {"localAxes": [axis, axis], "phase": 0.2, "direction": direction, "recorder": recorder}
     number = mbs.CreateGearContact(itemNumbers=bodies, pair=pair, force=law, **given)
     recorder.start(1.0, 1)
-    kernel = partial(stored_contact(mbs, number).kernel, address_of(recorder.header), 0.0)
+    kernel = forces_of(mbs, number)
     return pushed(mbs, bodies, node, axis, frame, motion, kernel), first_sample(recorder)
 
 
@@ -118,8 +121,7 @@ def rubbing(scene, pair, law, motion):
     bodies = bodies_along(mbs, pair, frame, node, axis)
     given = {"itemNumbers": bodies, "pair": pair, "force": law, "localAxes": [axis, axis], "phase": 0.2}
     plain, rough = (mbs.CreateGearContact(**given, friction=x) for x in (None, friction))
-    recorder = exugear.Recorder()
-    kernels = [partial(stored_contact(mbs, n).kernel, address_of(recorder.header), 0.0) for n in (rough, plain)]
+    kernels = [forces_of(mbs, number) for number in (rough, plain)]
     total, smooth = (pushed(mbs, bodies, node, axis, frame, motion, kernel) for kernel in kernels)
     return total - smooth
 
@@ -194,7 +196,7 @@ def deflection(node, axis, wheel_turned: float, law=None, name: str = "x") -> fl
     mbs = exu.SystemContainer().AddSystem()
     bodies = bodies_along(mbs, pair, frame, node, axis)
     law = law or linear_law(backlash=100 * um, reach=9e-3)
-    given = {"pair": pair, "force": law, "localAxes": [axis, axis]}
+    given = {"pair": pair, "force": law, "localAxes": [axis, axis], "recorder": recorder}
     number = mbs.CreateGearContact(itemNumbers=bodies, **given)
     recorder.start(1.0, 1)
     q = []
@@ -204,7 +206,7 @@ def deflection(node, axis, wheel_turned: float, law=None, name: str = "x") -> fl
         q += [0, 0, 0, *coordinates(node, reference[3:], matrix)]
         if node == RXYZ:
             q[-1 if axis == UP else -3] = angle
-    stored_contact(mbs, number).kernel(address_of(recorder.header), 0.0, *map(float, q), *[0.0] * len(q))
+    forces_of(mbs, number)(*map(float, q), *[0.0] * len(q))
     return float(recorder.deflection[0])
 
 
@@ -231,7 +233,7 @@ def test_a_pair_that_is_carried_through_space_has_the_same_force(name, node, axi
         bodies, recorder = bodies_along(mbs, pair, frame, node, axis), exugear.Recorder()
         given = {"localAxes": [axis, axis], "phase": 0.2, "recorder": recorder}
         law = law_of(backlash=backlash)
-        kernel = stored_contact(mbs, mbs.CreateGearContact(itemNumbers=bodies, pair=pair, force=law, **given)).kernel
+        kernel = forces_of(mbs, mbs.CreateGearContact(itemNumbers=bodies, pair=pair, force=law, **given))
         recorder.start(1.0, 1)
         for about, angle in product(([1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 2, 3]), angles):
             carried, q = Rotation.from_rotvec(np.radians(angle) * np.array(about) / np.linalg.norm(about)), []
@@ -240,7 +242,7 @@ def test_a_pair_that_is_carried_through_space_has_the_same_force(name, node, axi
                 spun = Rotation.from_rotvec([0, 0, spin]).as_matrix() @ axes_about(np.array(axis)).T
                 displaced = carried.apply(reference[:3]) - reference[:3]
                 q += [*displaced, *coordinates(node, reference[3:], carried.as_matrix() @ frame @ spun)]
-            kernel(address_of(recorder.header), 0.0, *map(float, q), *[0.0] * len(q))
+            kernel(*map(float, q), *[0.0] * len(q))
             assert recorder.force[0] == pytest.approx(K * 8 * um, rel=1e-6), (about, angle)
 
 
@@ -287,7 +289,7 @@ def test_an_axis_may_have_either_sense():
     wheel = mbs.CreateRigidBody(inertia=InertiaCuboid(7850, [0.1, 0.1, 0.02]), nodeType=RXYZ, **upside_down)
     number = mbs.CreateGearContact(itemNumbers=[pinion, wheel], pair=pair, force=law_of(), phase=0.2, recorder=recorder)
     recorder.start(1.0, 1)
-    kernel = partial(stored_contact(mbs, number).kernel, address_of(recorder.header), 0.0)
+    kernel = forces_of(mbs, number)
     turned = [motion[0], (motion[1][0], motion[1][1] @ over, motion[1][2])]
     forces = pushed(mbs, (pinion, wheel), RXYZ, UP, frame, turned, kernel)
     assert np.abs(forces - expected).max() < 1e-9 * np.abs(expected).max()
@@ -304,7 +306,7 @@ def test_a_planar_body_meshes_with_a_body_of_any_rotation():
     )
     recorder.start(1.0, 1)
     lead = 30 * um / pair.pinion.r_b
-    kernel = partial(stored_contact(mbs, number).kernel, address_of(recorder.header), 0.0)
+    kernel = forces_of(mbs, number)
     forces = kernel(0.0, 0.0, lead, apart, *[0.0] * 16)
     depth = 30 * um - apart * np.sin(pair.alpha_wt)
     assert recorder.force[0] == pytest.approx(K * depth, rel=1e-3)

@@ -10,10 +10,7 @@ from scenes import INERTIA, K, linear_law, wrench
 from spatial_meshes import mesh_in_space, mesh_of_spins
 
 import exugear
-from exugear.contact.contact_kernels import SPIN, kernel_of
-from exugear.contact.contact_records import contact_state, rotational_frame
 from exugear.contact.reference_configuration import spatial_frame
-from exugear.multibody.gear_contact import user_functions
 from fem.units import mm, um
 
 PAIR = paper_pair()
@@ -196,23 +193,25 @@ def test_default_settings_of_exudyn_converge_after_many_turns(mbs, law):
     assert recorder.deflection.max() < 5.1 * um
 
 
-def spinning_contact(law):
+def spinning_contact(mbs, law):
     """Force and Jacobian of two bodies that spin, as Exudyn calls them."""
-    records = law.table, rotational_frame(PAIR, 0.0, 1), contact_state()
-    return user_functions(kernel_of((SPIN, SPIN)), records, exugear.Recorder())
+    nodes = [mbs.AddNode(eii.Node1D(referenceCoordinates=[0])) for _ in range(2)]
+    bodies = [mbs.AddObject(eii.ObjectRotationalMass1D(inertia=INERTIA, nodeNumber=node)) for node in nodes]
+    contact = mbs.GetObject(mbs.CreateGearContact(itemNumbers=bodies, pair=PAIR, force=law))
+    return [contact[f"{name}UserFunction"]["function"] for name in ("force", "jacobian")]
 
 
-def test_jacobian_is_that_of_the_law(law):
+def test_jacobian_is_that_of_the_law(mbs, law):
     """Two rotational coordinates: tangent stiffness and damping times row row^T."""
-    contact, jacobian = spinning_contact(law)
+    contact, jacobian = spinning_contact(mbs, law)
     lead, row = 8 * um, np.array([PAIR.pinion.r_b, PAIR.wheel.r_b])
     q = [lead / row[0], 0.0]
     tangent = (law(0.0, lead + 1e-9) - law(0.0, lead - 1e-9)) / 2e-9
     damping = law(0.0, lead, 1.0) - law(0.0, lead, 0.0)
-    stiffness = jacobian(None, 0.0, 0, q, [0.0, 0.0], 1.0, 0.0)
+    stiffness = jacobian(mbs, 0.0, 0, q, [0.0, 0.0], 1.0, 0.0)
     assert stiffness[:, 1] == pytest.approx(tangent * row * row[1], rel=1e-4)
-    assert jacobian(None, 0.0, 0, q, [0.0, 0.0], 0.0, 2.0) == pytest.approx(2 * damping * np.outer(row, row), rel=1e-6)
-    assert contact(None, 0.0, 0, q, [0.0, 0.0]) == pytest.approx(-law(0.0, lead) * row)
+    assert jacobian(mbs, 0.0, 0, q, [0.0, 0.0], 0.0, 2.0) == pytest.approx(2 * damping * np.outer(row, row), rel=1e-6)
+    assert contact(mbs, 0.0, 0, q, [0.0, 0.0]) == pytest.approx(-law(0.0, lead) * row)
 
 
 @pytest.mark.usefixtures("way")
@@ -230,7 +229,7 @@ def test_leaving_the_map_stops_the_solver_with_a_message(mbs, law):
 
 
 def test_a_state_of_nan_stops_the_solver(mbs, law):
-    function, _ = spinning_contact(law)
+    function, _ = spinning_contact(mbs, law)
     for spins in ([np.nan, 0.0], [np.inf, 0.0], [0.0, np.nan]):
         with pytest.raises(RuntimeError, match="deflection must be finite"):
             function(mbs, 0.0, 0, spins, [0.0, 0.0])

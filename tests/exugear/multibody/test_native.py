@@ -20,7 +20,7 @@ from paper_gears import paper_pair
 from scenes import INERTIA, smooth_box, smooth_map
 
 import exugear
-from exugear.multibody import native
+from exugear.multibody import direct_call
 from fem.units import um
 
 PAIR = paper_pair()
@@ -76,7 +76,7 @@ def call_of(mbs, contact: int):
 def test_contacts_are_called_without_python(monkeypatch):
     """With these versions of Exudyn, numba, llvmlite and numpy; plan and run state it."""
     monkeypatch.delenv("EXUGEAR_PORTABLE", raising=False)
-    assert native.obstacle() == ""
+    assert direct_call.obstacle() == ""
     model = exugear.build(smooth_box())
     assert "contact: called without Python" in str(model.plan)
     run = exugear.run_up(model, speed=100.0, duration=1e-3, load=100.0, progress=False)
@@ -202,9 +202,9 @@ def unchecked(monkeypatch, tmp_path):
     """As in a new process whose cache is empty."""
     monkeypatch.delenv("EXUGEAR_PORTABLE", raising=False)
     monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path))
-    native._obstacle.cache_clear()
+    direct_call._obstacle.cache_clear()
     yield
-    native._obstacle.cache_clear()
+    direct_call._obstacle.cache_clear()
 
 
 @needs_native
@@ -215,7 +215,7 @@ def unchecked(monkeypatch, tmp_path):
 def test_a_failed_check_leaves_the_portable_path_and_the_plan_says_so(
     unchecked, law, monkeypatch, tmp_path, script, end
 ):
-    monkeypatch.setattr(native, "SCRIPT", script)
+    monkeypatch.setattr(direct_call, "SCRIPT", script)
     assert not call_of(*spinning(law))[1]
     assert len(list(tmp_path.iterdir())) == 1
     plan = exugear.build(smooth_box()).plan
@@ -225,16 +225,16 @@ def test_a_failed_check_leaves_the_portable_path_and_the_plan_says_so(
 def test_other_platforms_take_the_portable_path_and_the_plan_states_it(unchecked, law, monkeypatch):
     monkeypatch.setattr("platform.machine", lambda: "arm64")
     assert not call_of(*spinning(law))[1]
-    assert "by way of Python (only linux x86_64 CPython can do without, this is" in native.call_path()
+    assert "by way of Python (only linux x86_64 CPython can do without, this is" in direct_call.call_path()
 
 
 def test_an_exudyn_without_help_is_called_by_way_of_python(unchecked, law, monkeypatch):
     monkeypatch.delattr("exudyn.Help")
     assert not call_of(*spinning(law))[1]
-    assert native.call_path().startswith("by way of Python (")
+    assert direct_call.call_path().startswith("by way of Python (")
 
 
 def test_the_portable_path_can_be_requested(law, monkeypatch):
     monkeypatch.setenv("EXUGEAR_PORTABLE", "1")
     assert not call_of(*spinning(law))[1]
-    assert native.call_path() == "by way of Python (EXUGEAR_PORTABLE requests it)"
+    assert direct_call.call_path() == "by way of Python (EXUGEAR_PORTABLE requests it)"

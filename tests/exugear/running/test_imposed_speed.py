@@ -121,10 +121,10 @@ def test_a_torque_on_the_free_end_and_further_constraints_still_hold():
 
 
 @pytest.mark.parametrize("scene", ["spin", "planar", "both rotors"])
-def test_first_guesses_change_the_iterations_and_not_the_run(scene, monkeypatch):
+def test_the_predictor_changes_the_iterations_and_not_the_run(scene, monkeypatch):
     """Through contact loss: lightly damped gears at their resonance."""
     options = {"speed": (480 * rpm, 520 * rpm), "duration": 0.2, "tolerance": 1e-6, "step": 2e-5, "checks": 0}
     guided = ran(exugear.build(box_of(*SCENES[scene])), **options)
-    monkeypatch.setattr(contact_steps, "guess_by", lambda *_: None)
+    monkeypatch.setattr(contact_steps, "set_predictor", lambda *_: None)
     unguided = ran(exugear.build(box_of(*SCENES[scene])), **options)
     assert guided["dte"].values == pytest.approx(unguided["dte"].values, abs=1e-5 * np.ptp(unguided["dte"].values))

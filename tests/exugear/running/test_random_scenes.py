@@ -16,10 +16,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from scenes import wrench
 
 import exugear
-from exugear.contact.contact_records import is_spatial
-from exugear.contact.kinematics import spatial_mesh
-from exugear.multibody.contact_steps import lag_corrected
-from exugear.multibody.gear_contact import state_of
+from exugear.contact.contact import contact_in_space
+from exugear.contact.reference_configuration import is_spatial
 
 CASES = int(os.environ.get("EXUGEAR_CASES", "80"))
 QUICK = settings(max_examples=12, phases=[Phase.generate])
@@ -112,9 +110,8 @@ def meshing(model, mesh):
     motion = np.zeros((4, 6))
     for row, (values, shaft) in zip(motion, product((q, q_t), (mesh.stage.fast, mesh.stage.slow)), strict=True):
         row[model.plan.shafts[shaft.name].components] = values[coordinates_of(model, shaft)]
-    state = state_of(model.mbs, mesh.contact)
-    forces = spatial_mesh(mesh.law.table.head, mesh.frame, state, *map(tuple, motion))
-    return forces.force, forces.pinion, forces.wheel, motion
+    contact = contact_in_space(mesh.law.table.head, mesh.frame, *map(tuple, motion))
+    return contact.push.force, contact.pinion, contact.wheel, motion
 
 
 def arms(model) -> np.ndarray:
@@ -190,8 +187,7 @@ def check(scene: Scene) -> None:
     for name, values in run.data.items():
         assert np.isfinite(values.values).all(), name
     starts_in_equilibrium(model, rest, load)
-    with lag_corrected(model, model.plan.rule()):
-        actions_are_reactions(model)
+    actions_are_reactions(model)
     accelerates_as_forces_ask(model, run)
 
 

@@ -1,4 +1,4 @@
-"""Jacobians of the forces of contacts and bearings by finite differences."""
+"""Jacobians of the forces of contacts by finite differences, for Newton's iteration and for modes."""
 
 from collections.abc import Callable, Sequence
 from math import ulp

@@ -9,7 +9,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 from numba import njit
 
-from exugear.multibody.callback import native_user_function
+from exugear.multibody.direct_call import native_user_function
 
 STIFFNESS, LARGEST_TWIST = 100, 0.1
 

@@ -1,24 +1,29 @@
 """Imposed motion of a shaft: its angle is a known function of time, which contacts evaluate, and no unknown.
 
 The coordinate of such a shaft is free: the contact keeps the torque of the mesh from it and accelerates it as imposed,
-so that it follows for sensors and graphics.
+so that it follows for sensors and graphics. So does the coupling behind whose spring a rotor turns as imposed.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numba import carray
 
-from exugear.contact.body_motion import Motion
-from exugear.mesh_force.kernel_records import doubles_at, reader, record_type
-from fem.support.numba_cache import compiled
+from exugear.contact.body_motion import BodyMotion
+from exugear.gearbox.shaft import Coupling
+from exugear.mesh_force.kernel_records import address_of, doubles_at, reader, record_type
+from fem.support.numba_cache import compiled, kept
 
 #: Number of pieces of the angle about z over time, addresses of their knots (number + 1) and coefficients (number, 5)
 #: of 1, s, s^2 ..., s counted from the lower knot; the piece of the last call.
 IMPOSED_MOTION = record_type(*((name, "i8") for name in ("number", "knots", "coefficients", "piece")))
 #: Size of the coefficients of a piece [bytes].
 PIECE_SIZE = 40
-imposed_motion_at = reader(IMPOSED_MOTION)
+#: Inertia of a rotor [kg m^2], torsional stiffness [N m/rad] and damping [N m s/rad] of its coupling, address of the
+#: `IMPOSED_MOTION` of the rotor.
+COUPLING = record_type(("inertia", "f8"), ("torsion", "f8"), ("damping", "f8"), ("motion", "i8"))
+imposed_motion_at, coupling_at = reader(IMPOSED_MOTION), reader(COUPLING)
 
 
 class Spin(NamedTuple):
@@ -57,10 +62,9 @@ def spin_of(address, t, angle, speed):
 
 
 @compiled(forceinline=True)
-def spin_in_space(address, t, motion):
-    """The `Spin` of a body in space at t, and its `Motion` with that spin."""
-    spin = spin_of(address, t, motion.q[5], motion.v[5])
-    return spin, Motion((*motion.q[:5], spin.angle), (*motion.v[:5], spin.speed), motion.orientation)
+def with_spin(motion, spin):
+    """The `BodyMotion` of a body in space with this `Spin`."""
+    return BodyMotion((*motion.q[:5], spin.angle), (*motion.v[:5], spin.speed), motion.orientation)
 
 
 @compiled
@@ -71,7 +75,31 @@ def torque_on(state, side, spin, torque):
     return torque + state.torques[side]
 
 
-@compiled(forceinline=True)
-def with_torque_on(state, side, spin, forces):
-    """The generalized forces (7) on pinion (side 0) or wheel (1), from those of the mesh."""
-    return (*forces[:5], torque_on(state, side, spin, forces[5]), forces[6])
+def coupling_record(coupling: Coupling, motion: np.record) -> np.record:
+    """The record of a coupling whose rotor has an imposed motion."""
+    record = np.zeros(1, COUPLING)[0]
+    record.inertia, record.torsion, record.damping = coupling.inertia, coupling.torsion, coupling.damping
+    record.motion = address_of(motion)
+    return record
+
+
+@cache
+def coupling_kernel(n: int):
+    """The function (record, t, *coordinates, *velocities) -> forces of the rotor and of a shaft with n coordinates.
+
+    record is the address of a `COUPLING`. The last coordinate of the shaft is its spin.
+    """
+
+    @kept
+    def driven_coupling(record, t, *x):
+        coupling = coupling_at(record)
+        rotor = spin_of(coupling.motion, t, 0.0, 0.0)
+        torque = coupling.torsion * (rotor.angle - x[n]) + coupling.damping * (rotor.speed - x[2 * n + 1])
+        on_rotor = (coupling.inertia * rotor.acceleration,)
+        if n == 1:
+            return (*on_rotor, torque)
+        if n == 3:
+            return (*on_rotor, 0.0, 0.0, torque)
+        return (*on_rotor, 0.0, 0.0, 0.0, 0.0, 0.0, torque)
+
+    return driven_coupling

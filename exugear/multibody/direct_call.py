@@ -1,31 +1,64 @@
 """A compiled kernel as a function that Exudyn calls without Python in between; EXUGEAR_PORTABLE=1 switches it off.
 
+`direct` is the only door. A run takes 2.6 times as long (gears that spin) or 1.8 times (on bearings) by way of Python.
+
 pybind11 unwraps a callable that is itself a stateless C++ function of the wanted type: it reads the address of that
 function out of the record behind the callable. `native_user_function` copies the record of one of Exudyn's own
 functions and writes another address and type into it. At that address lies the machine code of `ASSEMBLY`: it reads
 Exudyn's vectors and calls the kernel by numba's convention, i32 (result, exception, arguments). Where the kernel
 raises, the code asks Python for the reason and throws a C++ exception with that message.
 
-This is a deliberate hack that nothing outside of this folder depends on. It works on Linux x86-64 for the releases of
-Exudyn, pybind11 and numba that have these records and conventions; `exugear.multibody.native` checks it in a
-separate process before it is used.
+This is a deliberate hack that nothing outside of this module depends on. It works on Linux x86-64 for the releases of
+Exudyn, pybind11, numba and LLVM that have these records and conventions. So it is checked first, in a separate process
+that may crash (`exugear.multibody.direct_call_check`), and the result is cached on disk. Where the check fails Exudyn
+calls the kernel by way of Python: same numbers, slower. The printed plan of a model states which call is used, and why.
 """
 
 import ctypes
+import os
+import platform
+import subprocess
+import sys
 from _thread import interrupt_main
+from collections.abc import Callable, Sequence
 from ctypes import CFUNCTYPE, POINTER, PYFUNCTYPE, addressof, c_char_p, c_double, c_int, c_uint64, c_void_p, py_object
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
+from zlib import crc32
 
 import exudyn as exu
 import llvmlite.binding as llvm
+import numpy as np
 from numba import types
+
+from exugear.mesh_force.kernel_records import address_of
+from fem.support.cache import cached
+from fem.support.progress import announced
 
 #: Function record of pybind11 2.13 in words of 8 bytes: its size; positions of name, function, its type, next overload.
 WORDS, NAME, FUNCTION, TYPE, NEXT = 17, 0, 7, 8, 16
 Record = c_uint64 * WORDS
 #: Type of vector<double> (*)(const MainSystem&, double, int, vector<double>, vector<double>), as C++ mangles it.
 SIGNATURE = b"PFSt6vectorIdSaIdEERK10MainSystemdiS1_S1_E"
+#: Time limit of the check [s], which takes 3 s.
+TIME_LIMIT = 60
+#: The check in a new process. An empty package stands in for exugear: importing all of it would take as long again.
+SCRIPT = """
+import sys, types
+sys.exudynFast = {fast}
+sys.modules["exugear"] = types.ModuleType("exugear")
+sys.modules["exugear"].__path__ = [{folder!r}]
+from exugear.multibody.direct_call_check import check
+check()
+"""
+#: The only platform with these records and calling conventions.
+PLATFORM = "linux", "x86_64", "CPython"
+#: Longest quotation of the check's error output.
+LONGEST_QUOTE = 200
+PACKAGES = "exudyn", "numba", "llvmlite", "numpy"
 #: Longest message of an exception [bytes].
 LONGEST_MESSAGE = 1000
 
@@ -59,6 +92,63 @@ define ptr @call(ptr %self, ptr %arguments) {{
   ret ptr %result
 }}
 """
+
+
+def direct(
+    function: Callable, kernel, records: Sequence[np.record | None], n: int, pointed_to: object = None
+) -> Callable:
+    """The user function that Exudyn calls without Python where that works; it keeps the records alive.
+
+    function     (mbs, t, item, q, q_t) -> forces of n coordinates: what Exudyn calls elsewhere, and Python always
+    kernel       compiled (*addresses of the records, t, *q, *q_t), which the function calls, too; None: address 0
+    pointed_to   what the records hold addresses of: it is kept alive, too
+    """
+    vars(function)["kept"] = records, pointed_to
+    return function if obstacle() else native_user_function(function, kernel, tuple(map(address_of, records)), n)
+
+
+def call_path() -> str:
+    """How Exudyn calls contacts, for the printed plan."""
+    return f"by way of Python ({obstacle()})" if obstacle() else "called without Python"
+
+
+def obstacle() -> str:
+    """Why Exudyn calls contacts by way of Python; empty where it calls them directly."""
+    requested = os.environ.get("EXUGEAR_PORTABLE", "") not in ("", "0")
+    return "EXUGEAR_PORTABLE requests it" if requested else _obstacle()
+
+
+@cache
+def _obstacle() -> str:
+    system = sys.platform, platform.machine(), platform.python_implementation()
+    if system != PLATFORM:
+        return f"only {' '.join(PLATFORM)} can do without, this is {' '.join(system)}"
+    if "python" not in Path(sys.executable).name:
+        return f"the check needs python as a separate process, not {sys.executable}"
+    try:
+        return str(cached(_circumstances(), lambda: {"obstacle": np.array(_failure_of_check())})["obstacle"])
+    except (AttributeError, OSError, subprocess.TimeoutExpired) as error:
+        return f"the direct call could not be checked: {error}"
+
+
+def _circumstances() -> str:
+    """All that the result of the check may depend on: the key under which it is cached."""
+    packages = [f"{name} {version(name)}" for name in PACKAGES]
+    sources = sorted(Path(__file__).parent.glob("direct_call*.py"))
+    source = str(crc32(b"".join(path.read_bytes() for path in sources)))
+    system = sys.version, *platform.libc_ver(), os.environ.get("LD_PRELOAD", "")
+    return "\n".join(["check of the direct call", SCRIPT, source, exu.Help.__module__, *packages, *system])
+
+
+def _failure_of_check() -> str:
+    """How the check failed, with the end of its error output; empty where it passed."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PYTHONWARNINGS": "ignore"}
+    fast, folder = exu.Help.__module__.endswith("fast"), str(Path(__file__).parents[1])
+    command = [sys.executable, "-P", "-c", SCRIPT.format(fast=fast, folder=folder)]
+    with announced("checking whether Exudyn can call the compiled contact without Python", once=True):
+        ended = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=TIME_LIMIT)
+    quote = " ".join(ended.stderr.split())[-LONGEST_QUOTE:] or "no message"
+    return f"its check ended with {ended.returncode}: {quote}" if ended.returncode else ""
 
 
 class Method(ctypes.Structure):
@@ -125,12 +215,12 @@ def assembly(entry: int, addresses: tuple[int, ...], n: int, keep) -> str:
     cpp = ctypes.CDLL("libstdc++.so.6")
     targets = {
         "kernel": entry,
-        "new": address_of(cpp._Znwm),
-        "delete": address_of(cpp._ZdlPv),
-        "throw": address_of(cpp._ZSt21__throw_runtime_errorPKc),
-        "explain": address_of(keep.explain),
+        "new": code_address(cpp._Znwm),
+        "delete": code_address(cpp._ZdlPv),
+        "throw": code_address(cpp._ZSt21__throw_runtime_errorPKc),
+        "explain": code_address(keep.explain),
         "portable": id(keep.portable),
-        "python": address_of(ctypes.pythonapi.PyObject_CallObject),
+        "python": code_address(ctypes.pythonapi.PyObject_CallObject),
     }
     loads = [
         f"%{vector}.{i} = getelementptr double, ptr %{vector}, i64 {i}\n  %{x}.{i} = load double, ptr %{vector}.{i}"
@@ -146,7 +236,7 @@ def assembly(entry: int, addresses: tuple[int, ...], n: int, keep) -> str:
     )
 
 
-def address_of(function) -> int:
+def code_address(function) -> int:
     """Address of the machine code of a ctypes function."""
     return ctypes.cast(function, c_void_p).value or 0
 

@@ -1,0 +1,163 @@
+"""The compiled contact that Exudyn's user function calls: a function for each pair of kinds of bodies.
+
+The steps of the pure contact (`exugear.contact.contact`) with what a run adds to them. The chain, for bodies that spin
+and for bodies in space alike: imposed motion of the bodies, motion along the line of action, push in the step of the
+integrator, forces, friction, record, imposed torque.
+"""
+
+from functools import cache
+
+import numpy as np
+
+from exugear.contact.body_motion import SIZES, forces_on, motions_of, recorded_motions
+from exugear.contact.contact import (
+    NO_OFFSETS,
+    measures_in_space,
+    space_forces,
+    space_motion,
+    spin_forces,
+    spin_motion,
+)
+from exugear.contact.friction import NO_FORCES, friction_at, friction_in_space, friction_of_spins
+from exugear.contact.recorder import recorded_components, sample_of, write
+from exugear.contact.reference_configuration import frame_at, is_rotated, is_spatial
+from exugear.contact.rotation import EULER, IN_PLANE, RXYZ, SPIN_ALONE, UPRIGHT, VECTOR
+from exugear.contact.vectors import row_dot, row_total
+from exugear.mesh_force.patches import table_at
+from exugear.multibody.imposed_motion import spin_of, torque_on, with_spin
+from exugear.multibody.integrator_steps import (
+    Beside,
+    begin_call,
+    begin_solve,
+    push_in_step,
+    state_at,
+    with_force,
+)
+from fem.support.numba_cache import compiled, kept
+
+SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
+PARAMETERS, ROTATION_VECTOR = "Euler parameters", "rotation vector"
+NO_MOTION = NO_FORCES, NO_FORCES, NO_FORCES, NO_FORCES
+CODES = {SPIN: SPIN_ALONE, PLANAR: IN_PLANE, SPATIAL: RXYZ, PARAMETERS: EULER, ROTATION_VECTOR: VECTOR}
+
+
+def codes_of(kinds: tuple[str, ...], rotated: bool) -> list[int]:
+    """Codes of the bodies, those on Rxyz nodes upright unless the contact frame is rotated."""
+    return [UPRIGHT if kind == SPATIAL and not rotated else CODES[kind] for kind in kinds]
+
+
+def kernel_of(kinds: tuple[str, ...], frame: np.record, *, rubs: bool):
+    """The function (law, frame, state, friction, record, t, *coordinates, *velocities) -> generalized forces.
+
+    The first five are addresses: of a table's head, a contact frame, a contact state, a record of the friction, and a
+    recorder's header. Coordinates and velocities are separate arguments: a list would cost 14 us more in each call from
+    Python. Three bodies that only spin are pinion, wheel and their carrier.
+
+    kinds   of the bodies
+    frame   of the contact: bodies that only spin may be displaced from the pair's nominal positions
+    rubs    whether there is friction; else its address is 0
+    """
+    if set(kinds) == {SPIN} and not is_spatial(frame):
+        return _spin_contact(len(kinds), int(rubs))
+    return _spatial_contact(*codes_of(kinds, is_rotated(frame)), int(rubs))
+
+
+@cache
+def _spin_contact(bodies: int, rubs: int):
+    """The compiled contact of two bodies that spin about fixed axes, and of the carrier of these axes, if any.
+
+    It encloses numbers only, by which the cache on disk identifies it; branches that they exclude are not compiled.
+    """
+
+    @kept
+    def spin_contact(law, frame, state, friction, record, t, *x):
+        law, frame, state = table_at(law), frame_at(frame), state_at(state)
+        q_3, v_3 = (0.0, 0.0) if bodies == 2 else (x[2], x[5])
+        begin_call(state.steps, t)
+        pinion = spin_of(state.imposed[0], t, x[0] - q_3, x[bodies] - v_3)
+        wheel = spin_of(state.imposed[1], t, x[1] - q_3, x[bodies + 1] - v_3)
+        motion = spin_motion(frame, pinion.angle, wheel.angle, pinion.speed, wheel.speed)
+        by_pinion = frame.pinion.r_b * pinion.speed if state.imposed[0] else 0.0
+        by_wheel = frame.wheel.r_b * wheel.speed if state.imposed[1] else 0.0
+        beside = Beside(frame.direction * (by_pinion + by_wheel), 0.0, 0.0, 0.0)
+        motion, push = push_in_step(law, state, motion, beside, None)
+        pulse = state.steps.pulse_force
+        torque_1, torque_2 = spin_forces(frame, with_force(push, push.force + pulse))
+        rub = friction_of_spins(friction_at(friction) if rubs == 1 else None, frame, push, pinion.speed, wheel.speed)
+        torque_1, torque_2 = torque_1 + rub.pinion, torque_2 + rub.wheel
+        k = sample_of(record, t)
+        if k >= 0:
+            mesh = motion.advance, push.force, *NO_OFFSETS, 0.0, torque_1, torque_2, motion.phase
+            spins = pinion.angle, wheel.angle, pinion.speed, wheel.speed
+            power = push.static.energy, push.dissipation + pulse * motion.rate, *spins
+            write(record, k, mesh, power, (rub.force, rub.loss), 0, NO_MOTION)
+        torque_1, torque_2 = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
+        return (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, -torque_1 - torque_2)
+
+    return spin_contact
+
+
+@compiled(forceinline=True)
+def beside_mesh(state, geometry, pinion, wheel):
+    """`Beside` the mesh of two bodies in space with these `BodyMotion`."""
+    steps, (q_1, v_1, _), (q_2, v_2, _) = state.steps, pinion, wheel
+    by_pinion = geometry.pinion[5] * v_1[5] if state.imposed[0] else 0.0
+    by_wheel = geometry.wheel[5] * v_2[5] if state.imposed[1] else 0.0
+    by_bearings = 0.0
+    if steps.predicts != 0.0:
+        by_bearings = row_dot(steps.by_displacement[0], q_1) + row_dot(steps.by_displacement[1], q_2)
+        by_bearings = by_bearings + row_dot(steps.by_velocity[0], v_1) + row_dot(steps.by_velocity[1], v_2)
+    lag_rate = row_dot(state.pinion_lag, v_1) + row_dot(state.wheel_lag, v_2)
+    held = row_dot(state.pinion_lag, q_1) + row_dot(state.wheel_lag, q_2)
+    return Beside(by_pinion + by_wheel, by_bearings, lag_rate, held)
+
+
+@cache
+def _spatial_contact(kind_1: int, kind_2: int, rubs: int):
+    """The compiled contact of two kinds of bodies, as `_spin_contact`."""
+    n_1, n_2 = SIZES[kind_1], SIZES[kind_2]
+    components = recorded_components(n_1, n_2)
+
+    @kept
+    def spatial_contact(law, frame, state, friction, record, t, *x):
+        law, frame, state = table_at(law), frame_at(frame), state_at(state)
+        begin_call(state.steps, t)
+        begin_solve(state, t)
+        pinion, wheel = motions_of(frame, kind_1, kind_2, n_1, n_2, x)
+        spin_1 = spin_of(state.imposed[0], t, pinion.q[5], pinion.v[5])
+        spin_2 = spin_of(state.imposed[1], t, wheel.q[5], wheel.v[5])
+        pinion, wheel = with_spin(pinion, spin_1), with_spin(wheel, spin_2)
+        motion, geometry = space_motion(law, frame, pinion.q, wheel.q, pinion.v, wheel.v, (state.advance, state.begins))
+        state.advance = motion.advance
+        beside = beside_mesh(state, geometry, pinion, wheel)
+        motion, push = push_in_step(law, state, motion, beside, geometry.position.offsets)
+        pulse = state.steps.pulse_force
+        forces_1, forces_2 = space_forces(frame, geometry, with_force(push, push.force + pulse))
+        rub = friction_in_space(
+            friction_at(friction) if rubs == 1 else None, frame, geometry.position, push, pinion.v, wheel.v
+        )
+        forces_1, forces_2 = row_total(forces_1, rub.pinion), row_total(forces_2, rub.wheel)
+        k = sample_of(record, t)
+        if k >= 0:
+            body_1, body_2 = recorded_motions(frame, kind_1, kind_2, n_1, n_2, x, pinion, wheel)
+            offsets, centroid = measures_in_space(frame, geometry, push)
+            mesh = (
+                motion.advance - motion.opening,
+                push.force,
+                *offsets,
+                centroid,
+                forces_1[5],
+                forces_2[5],
+                motion.phase,
+            )
+            spins = body_1.q[5], body_2.q[5], body_1.v[5], body_2.v[5]
+            power = push.static.energy, push.dissipation + pulse * motion.rate, *spins
+            motions = body_1.q, body_2.q, body_1.v, body_2.v
+            write(record, k, mesh, power, (rub.force, rub.loss), components, motions)
+        f, g = forces_on(kind_1, pinion.orientation, forces_1), forces_on(kind_2, wheel.orientation, forces_2)
+        spun_1, spun_2 = torque_on(state, 0, spin_1, f[5]), torque_on(state, 1, spin_2, g[5])
+        on_pinion = (spun_1,) if n_1 == 1 else (f[0], f[1], spun_1) if n_1 == 3 else (*f[:5], spun_1, f[6])[:n_1]
+        on_wheel = (spun_2,) if n_2 == 1 else (g[0], g[1], spun_2) if n_2 == 3 else (*g[:5], spun_2, g[6])[:n_2]
+        return on_pinion + on_wheel
+
+    return spatial_contact
