@@ -66,7 +66,7 @@ def killed(job, part):
     """A process that integrates the second part dies."""
     if part.state is None:
         os.kill(os.getpid(), signal.SIGKILL)
-    return segments.integrate(job, part)
+    return part_integration.integrate(job, part)
 
 
 def test_a_killed_process_stops_the_run_in_words(monkeypatch):
@@ -99,7 +99,7 @@ class KilledAfterTheRun(Inline):
         self.takes_jobs = takes_jobs
 
     def submit(self, function, *arguments):
-        if function is not segments.rms_at_half_the_step:
+        if function is not part_integration.rms_at_half_the_step:
             return super().submit(function, *arguments)
         if not self.takes_jobs:
             raise BrokenProcessPool("killed")
@@ -139,7 +139,7 @@ def test_ctrl_c_keeps_what_is_joined(monkeypatch):
     def interrupted(job, part):
         if part.state is None:
             raise KeyboardInterrupt
-        return segments.integrate(job, part)
+        return part_integration.integrate(job, part)
 
     monkeypatch.setattr(joined_parts, "integrate", interrupted)
     with pytest.raises(KeyboardInterrupt) as stop:
