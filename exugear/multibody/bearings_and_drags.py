@@ -196,23 +196,23 @@ def displacement_of(x):
 
 
 @compiled
-def torque_of_drags(record, x):
-    """Torque [N m] of all drags of a shaft against its rotation, from its coordinates and velocities x (2 n)."""
-    drags, displacement, torque = drags_at(record), displacement_of(x), 0.0
+def torque_and_slope(record, x):
+    """Torque [N m] of all drags of a shaft against its rotation, and its derivative by the speed [N m s/rad].
+
+    record, x   address of `DRAGS`; coordinates and velocities (2 n) of the shaft
+    """
+    drags, displacement, torque, slope = drags_at(record), displacement_of(x), 0.0, 0.0
     for i in range(drags.number):
         drag = drag_at(record + DRAGS_SIZE + DRAG_SIZE * i)
-        torque += braking_torque(drag, x[-1], bearing_load(drag, displacement))
-    return torque
+        load = bearing_load(drag, displacement)
+        torque, slope = torque + braking_torque(drag, x[-1], load), slope + braking_slope(drag, x[-1], load)
+    return torque, slope
 
 
 @kept
 def drag_slope(record, *x):
-    """Derivative of the torque of all drags of a shaft by its speed [N m s/rad]; arguments of the drag kernel."""
-    drags, displacement, slope = drags_at(record), displacement_of(x), 0.0
-    for i in range(drags.number):
-        drag = drag_at(record + DRAGS_SIZE + DRAG_SIZE * i)
-        slope += braking_slope(drag, x[-1], bearing_load(drag, displacement))
-    return slope
+    """Derivative of the torque of all drags of a shaft by its speed [N m s/rad]; arguments of `torque_and_slope`."""
+    return torque_and_slope(record, x)[1]
 
 
 @cache
@@ -224,7 +224,7 @@ def drag_kernel(n: int):
 
     @kept
     def shaft_drag(record, t, *x):
-        torque = -torque_of_drags(record, x)
+        torque = -torque_and_slope(record, x)[0]
         if n == 1:
             return (torque,)
         return (0.0, 0.0, torque) if n == 3 else (0.0, 0.0, 0.0, 0.0, 0.0, torque)

@@ -172,7 +172,11 @@ def _jumping_meshes(model: Model, conditions: Conditions) -> dict[str, tuple[flo
 
 
 def highest_frequency(mbs) -> float:
-    """Highest eigenfrequency [Hz] of the assembled system about its initial state, constraints ignored."""
+    """Highest eigenfrequency [Hz] of the assembled system about its initial state, constraints ignored.
+
+    Nodes with Euler parameters have a singular mass matrix, which the symmetric eigenproblem of `undamped_modes` would
+    refuse.
+    """
     mass, stiffness, *_ = (np.array(matrix) for matrix in mbs.ComputeLinearizedSystem())
     squares = np.linalg.eigvals(np.linalg.pinv(mass, hermitian=True) @ (stiffness + stiffness.T) / 2)
     return sqrt(max(squares.real.max(), 0.0)) / (2 * pi)

@@ -17,7 +17,7 @@ import xarray as xr
 from exugear.gearbox.gearbox import Gearbox
 from exugear.multibody.assembly import build
 from exugear.multibody.model import Model
-from exugear.running.energy_balance import ENERGIES, LOSSES
+from exugear.running.energy_balance import ENERGIES, LOSSES, efficiency_of
 from exugear.running.run import Run, run
 from exugear.running.run_data import scene_attributes
 from fem.support.arguments import Numbers, checked
@@ -86,9 +86,7 @@ class SteadyPower:
     @property
     def efficiency(self) -> float:
         """Power that leaves the gearbox over power that enters it; a load < 0 drives."""
-        entering = max(self.power_in, 0.0) + max(-self.power_out, 0.0)
-        leaving = max(self.power_out, 0.0) + max(-self.power_in, 0.0)
-        return leaving / entering
+        return efficiency_of(self.power_in, self.power_out)
 
 
 def window_periods(model: Model, speed: float) -> np.ndarray:

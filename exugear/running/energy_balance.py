@@ -18,6 +18,13 @@ ENERGIES = ("kinetic_energy", "strain_energy")
 BESIDE = 8
 
 
+def efficiency_of(work_in: float, work_out: float, stored: float = 0.0) -> float:
+    """Work that leaves a gearbox over work that enters it less what it stores; a load < 0 drives. NaN without."""
+    entering = max(work_in, 0.0) + max(-work_out, 0.0) - stored
+    leaving = max(work_out, 0.0) + max(-work_in, 0.0)
+    return leaving / entering if entering else nan
+
+
 @checked
 @dataclass(frozen=True)
 class EnergyBalance:
@@ -55,9 +62,7 @@ class EnergyBalance:
 
         NaN where nothing enters.
         """
-        entering = max(self.work_in, 0.0) + max(-self.work_out, 0.0) - self.stored
-        leaving = max(self.work_out, 0.0) + max(-self.work_in, 0.0)
-        return leaving / entering if entering else nan
+        return efficiency_of(self.work_in, self.work_out, self.stored)
 
     def __str__(self) -> str:
         rows = {"work in": self.work_in, "work out": -self.work_out}

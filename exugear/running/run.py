@@ -28,8 +28,8 @@ from exugear.operation.time_functions import TimeFunction
 from exugear.planning.integrator_and_step import Rule
 from exugear.planning.mirrored_flanks import warn_of_mirrored
 from exugear.running.energy_balance import EnergyBalance, energy_balance
+from exugear.running.joined_parts import Parts, parts_of
 from exugear.running.part_integration import check_parts
-from exugear.running.parts import Parts, parts_of
 from exugear.running.run_data import keep_valid, labelled, recording, stored, with_end_state
 from exugear.running.start_state import continued, end_state_of, set_start_state
 from exugear.running.step_error import checks_by_step, repeated_in_place, with_step_error

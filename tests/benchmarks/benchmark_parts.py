@@ -25,7 +25,7 @@ import exugear
 from exugear.multibody.solver_settings import scheme_of
 from exugear.multibody.time_integration import Solver
 from exugear.operation.conditions import run_up_conditions
-from exugear.running.parts import division_of
+from exugear.running.joined_parts import division_of
 
 PROCESSES, PAIRS = (1, 2, 4, 8, 16, 32, 64), 2
 #: Number of segments that are integrated again at half the step, side by side.

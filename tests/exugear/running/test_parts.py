@@ -15,7 +15,7 @@ from scenes import rms, smooth_box, two_stages
 import exugear
 from exugear.multibody.time_integration import Solver
 from exugear.planning.linear_train import slowest_decay
-from exugear.running import division, seams, segments
+from exugear.running import joined_parts, part_integration
 from exugear.running.part_integration import PartSamples
 from fem.units import mm, rpm
 
@@ -131,17 +131,17 @@ def test_a_run_goes_on_from_the_end_of_parts():
 
 def test_a_part_on_another_branch_is_integrated_again(monkeypatch):
     """Light damping, and an early start that is too short for it and begins with other speeds."""
-    original, started = segments.solve_initial_equilibrium, []
+    original, started = part_integration.solve_initial_equilibrium, []
 
     def disturbed(model, conditions):
         original(model, conditions)
         if conditions.start_time > 0:
             started.append(conditions.start_time)
-            rates = model.mbs.systemData.GetODE2Coordinates_t(segments.INITIAL)
-            model.mbs.systemData.SetODE2Coordinates_t(rates * 1.001, segments.INITIAL)
+            rates = model.mbs.systemData.GetODE2Coordinates_t(part_integration.INITIAL)
+            model.mbs.systemData.SetODE2Coordinates_t(rates * 1.001, part_integration.INITIAL)
 
-    monkeypatch.setattr(segments, "solve_initial_equilibrium", disturbed)
-    monkeypatch.setattr(division, "settling_time", lambda decay, share: 1e-3)
+    monkeypatch.setattr(part_integration, "solve_initial_equilibrium", disturbed)
+    monkeypatch.setattr(joined_parts, "settling_time", lambda decay, share: 1e-3)
     serial, parts = serial_and_parts(smooth_box(damping=200.0))
     assert_equal(serial, parts)
     assert not parts.attrs["parts"].endswith(" 0 of the run integrated again")
@@ -149,7 +149,7 @@ def test_a_part_on_another_branch_is_integrated_again(monkeypatch):
 
 
 def test_parts_that_never_meet_are_serial_and_say_so(monkeypatch):
-    for module in (segments, seams):
+    for module in (part_integration, joined_parts):
         monkeypatch.setattr(module, "seam_error", lambda *_: 1.0)
     model = exugear.build(smooth_box())
     with pytest.warns(UserWarning, match=r"of the run were integrated again") as warned:

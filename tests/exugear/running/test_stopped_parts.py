@@ -14,7 +14,7 @@ from executors import RUN, Inline
 from scenes import smooth_box, smooth_map
 
 import exugear
-from exugear.running import seams, segments
+from exugear.running import joined_parts, part_integration
 
 
 def with_damper_of_the_user(model: exugear.Model) -> exugear.Model:
@@ -66,11 +66,11 @@ def killed(job, part):
     """A process that integrates the second part dies."""
     if part.state is None:
         os.kill(os.getpid(), signal.SIGKILL)
-    return segments.integrate(job, part)
+    return part_integration.integrate(job, part)
 
 
 def test_a_killed_process_stops_the_run_in_words(monkeypatch):
-    monkeypatch.setattr(seams, "integrate", killed)
+    monkeypatch.setattr(joined_parts, "integrate", killed)
     model = exugear.build(smooth_box())
     with ProcessPoolExecutor(2, mp_context=get_context("fork")) as executor, warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
@@ -99,7 +99,7 @@ class KilledAfterTheRun(Inline):
         self.takes_jobs = takes_jobs
 
     def submit(self, function, *arguments):
-        if function is not segments.rms_at_half_the_step:
+        if function is not part_integration.rms_at_half_the_step:
             return super().submit(function, *arguments)
         if not self.takes_jobs:
             raise BrokenProcessPool("killed")
@@ -126,7 +126,7 @@ def test_ctrl_c_while_errors_are_estimated_keeps_the_whole_run(executor, monkeyp
 
     whole = exugear.run_up(exugear.build(smooth_box()), **RUN, checks=0).data
     monkeypatch.setattr("exugear.running.step_error.vibration_at_half_the_step", interrupted)
-    monkeypatch.setattr(segments, "vibration_at_half_the_step", interrupted)
+    monkeypatch.setattr(part_integration, "vibration_at_half_the_step", interrupted)
     with pytest.raises(KeyboardInterrupt) as stop:
         exugear.run_up(exugear.build(smooth_box()), **RUN, executor=executor)
     kept = stop.value.run.data
@@ -139,9 +139,9 @@ def test_ctrl_c_keeps_what_is_joined(monkeypatch):
     def interrupted(job, part):
         if part.state is None:
             raise KeyboardInterrupt
-        return segments.integrate(job, part)
+        return part_integration.integrate(job, part)
 
-    monkeypatch.setattr(seams, "integrate", interrupted)
+    monkeypatch.setattr(joined_parts, "integrate", interrupted)
     with pytest.raises(KeyboardInterrupt) as stop:
         exugear.run_up(exugear.build(smooth_box()), **RUN, executor=Inline())
     assert stop.value.run.data.attrs["stopped"] == "interrupted"
