@@ -173,7 +173,7 @@ def phase_error(model: ContactModel, torque, phase) -> MapError:
 
 
 def _checked(torque: np.ndarray, number: int) -> np.ndarray:
-    """So many of the loaded torques, with the first and the last of them, after 0 if it is among the torques."""
+    """`number` of the loaded torques, both ends included, after 0 if it is among the torques."""
     loaded = torque[torque > 0]
     chosen = np.unique(np.linspace(0, loaded.size - 1, number).round().astype(int))
     return np.concatenate([torque[torque == 0], loaded[chosen]])

@@ -64,6 +64,8 @@ VARIABLES = {
     "error_slices": ("m", "estimated error of the peak to peak by the number of slices"),
     "error_p2p_curve": ("m", "estimated error of the peak to peak by fem.peak_to_peak"),
 }
+#: Largest te of a table that is no mistake of units [m].
+LARGEST_TE = 0.01
 #: Distance of phases that counts as rounding.
 ROUNDING = 1e-9
 #: Offsets that a force law follows, in this order.
@@ -128,6 +130,8 @@ def ste_from_table(path: FilePath, pair: GearPair) -> xr.Dataset:
     """
     units = {name: unit for name, (unit, _) in AXES.items() if name != PAIR}
     axes, values = read_grid(path, units, {TE: STATE_VARIABLES[TE][0]}, optional=OFFSETS)
+    largest = float(np.abs(values[TE]).max())
+    require(largest < LARGEST_TE, f"te of {path} must lie within {LARGEST_TE} m, got {largest:g} m; correct its unit")
     offsets = {name: axis for name, axis in axes.items() if name in OFFSETS}
     return ste_map(pair, axes[TORQUE], axes[PHASE], values[TE], offsets)
 

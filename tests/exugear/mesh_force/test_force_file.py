@@ -87,10 +87,13 @@ def test_a_table_over_offsets_has_their_axes(tmp_path):
     assert again["misalignment"].values == pytest.approx(TILTS)
 
 
-def test_a_table_with_a_point_twice_names_the_lines(tmp_path):
+def test_points_given_twice_and_wrong_units_are_refused(tmp_path):
     path = tmp_path / "te.csv"
     path.write_text("torque [N m], phase [1], te [um]\n0, 0, 0\n10, 0, 1\n10, 0.0, 2\n")
     with pytest.raises(ValueError, match=r"lines 3 and 4 of .*te.csv give the same point; remove one"):
+        fem.ste_from_table(path, paper_pair())
+    path.write_text("torque [N m], phase [1], te [m]\n0, 0, 0\n10, 0, 1.5\n")
+    with pytest.raises(ValueError, match=r"te of .*te.csv must lie within 0.01 m, got 1.5 m; correct its unit"):
         fem.ste_from_table(path, paper_pair())
 
 
