@@ -39,8 +39,8 @@ def ste_map(quick: bool = False):
 def gearbox(law: exugear.MeshForce, tilt: float) -> exugear.Gearbox:
     """Both shafts on two bearings, the driven shaft tilted about its gear [rad]."""
     pair = paper_pair()
-    locating = exugear.Bearing(radial=RADIAL, axial=1e8, damping=2e-5)
-    floating = exugear.Bearing(radial=RADIAL, damping=2e-5)
+    locating = exugear.Bearing(radial=RADIAL, axial=1e8, damping_time=2e-5)
+    floating = exugear.Bearing(radial=RADIAL, damping_time=2e-5)
     fast, slow = ({0.0: locating, GEAR: gear, LENGTH: floating} for gear in (pair.pinion, pair.wheel))
     askew = exugear.Placement(y=-GEAR * tilt, tilt_x=-tilt)
     shafts = exugear.Shaft("driving", fast), exugear.Shaft("driven", slow, offset=askew)

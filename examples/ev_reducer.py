@@ -52,8 +52,8 @@ def gearbox(phases: int = 24) -> exugear.Gearbox:
     """Rotor, three shafts and six bearings."""
     geared, meshes = pairs(), laws(phases)
     first, second = geared["first"], geared["second"]
-    locating = exugear.Bearing(radial=4e8, axial=2e8, damping=1e-5)
-    bearings = dict(zip(BEARINGS, (locating, exugear.Bearing(radial=4e8, damping=1e-5)), strict=True))
+    locating = exugear.Bearing(radial=4e8, axial=2e8, damping_time=1e-5)
+    bearings = dict(zip(BEARINGS, (locating, exugear.Bearing(radial=4e8, damping_time=1e-5)), strict=True))
     motor = exugear.Coupling(torsion=1.5e4, damping=0.5, inertia=0.03)
     fast = exugear.Shaft("input", bearings | {-20 * mm: motor, FIRST: first.pinion})
     middle = exugear.Shaft("middle", bearings | {FIRST: first.wheel, SECOND: second.pinion})

@@ -27,7 +27,7 @@ STIFFNESSES, RATIOS = [2e8, 5e8, 1e9, 2e9, 5e9], [0.06, 0.09, 0.13]
 
 def gearbox(ste, stiffness: float, ratio: float) -> exugear.Gearbox:
     """Each gear midway between two bearings of a radial stiffness [N/m]."""
-    pair, bearing = fem.pair_of(ste), exugear.Bearing(radial=stiffness, axial=1e8, damping=5e-6)
+    pair, bearing = fem.pair_of(ste), exugear.Bearing(radial=stiffness, axial=1e8, damping_time=5e-6)
     shafts = [
         exugear.Shaft(name, {-30 * mm: bearing, 0.0: gear, 30 * mm: bearing})
         for name, gear in (("driving", pair.pinion), ("driven", pair.wheel))

@@ -34,7 +34,7 @@ def ste_map(phases: int = 24):
 
 def run(ste, tilt: float) -> exugear.Run:
     """Two mesh cycles of slow gears midway between stiff bearings, the driven shaft tilted about its gear [rad]."""
-    ends = exugear.Bearing(radial=1e10, axial=5e9, damping=1e-5), exugear.Bearing(radial=1e10, damping=1e-5)
+    ends = exugear.Bearing(radial=1e10, axial=5e9, damping_time=1e-5), exugear.Bearing(radial=1e10, damping_time=1e-5)
     parts = [{0.0: ends[0], SPAN / 2: gear, SPAN: ends[1]} for gear in GEARS]
     askew = exugear.Placement(y=-SPAN / 2 * tilt, tilt_x=-tilt)
     shafts = exugear.Shaft("driving", parts[0]), exugear.Shaft("driven", parts[1], offset=askew)

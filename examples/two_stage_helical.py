@@ -49,8 +49,8 @@ def laws(phases: int = 24) -> dict[str, exugear.MeshForce]:
 
 def gearbox(meshes: dict[str, exugear.MeshForce], geared: dict[str, fem.GearPair]) -> exugear.Gearbox:
     """Three shafts, each on a locating and a floating bearing."""
-    locating = exugear.Bearing(radial=3e8, axial=2e8, damping=2e-5)
-    floating = exugear.Bearing(radial=3e8, damping=2e-5)
+    locating = exugear.Bearing(radial=3e8, axial=2e8, damping_time=2e-5)
+    floating = exugear.Bearing(radial=3e8, damping_time=2e-5)
     bearings = dict(zip(BEARINGS, (locating, floating), strict=True))
     first, second = geared["first"], geared["second"]
     fast = exugear.Shaft("input", bearings | {FIRST: first.pinion})

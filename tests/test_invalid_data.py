@@ -21,7 +21,7 @@ MAKERS = {
     "gear": (fem.Gear, GEAR | {"d_a": 66 * mm}),
     "material": (fem.Material, {"E": 210 * GPa, "nu": 0.3, "density": 7850.0}),
     "pair": (lambda a: fem.GearPair(paper_gear(), paper_gear(), a=a), {"a": 150 * mm}),
-    "bearing": (exugear.Bearing, {"radial": 1e8, "axial": 1e8, "tilt": 1e4, "damping": 1e-5, "clearance": 5 * um}),
+    "bearing": (exugear.Bearing, {"radial": 1e8, "axial": 1e8, "tilt": 1e4, "damping_time": 1e-5, "clearance": 5 * um}),
     "Schlenk": (exugear.SchlenkFriction, {"viscosity": 0.02, "roughness": 0.4 * um, "lubricant_factor": 1.0}),
     "Niemann": (exugear.NiemannFriction, {"viscosity": 0.02, "roughness": 0.4 * um}),
     "Xu": (exugear.XuFriction, {"viscosity": 0.02, "roughness": 0.4 * um}),

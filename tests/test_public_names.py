@@ -113,6 +113,14 @@ def earlier(run, recorded) -> dict:
             lambda: [text.get_text() for text in plots.plot_run_up(run, axes, found=[1000.0]).texts],
             lambda: [text.get_text() for text in plots.plot_run_up(run, plots.figure().axes[0], 0, [1000.0]).texts],
         ),
+        "use damping_time=": (
+            lambda: exugear.Bearing(radial=1e8, damping=1e-5).damping_time,
+            lambda: exugear.Bearing(radial=1e8, damping_time=1e-5).damping_time,
+        ),
+        "use Bearing.damping_time": (
+            lambda: exugear.Bearing(1e8, 0.0, 0.0, 1e-5).damping,
+            lambda: exugear.Bearing(1e8, 0.0, 0.0, 1e-5).damping_time,
+        ),
         "use order_map=": (
             lambda: plots.plot_order_map(orders=exugear.order_tracking(recorded, highest_order=5.0)).get_xlabel(),
             lambda: plots.plot_order_map(exugear.order_tracking(recorded, highest_order=5.0)).get_xlabel(),

@@ -7,11 +7,12 @@ from math import inf
 import numpy as np
 
 from exugear.gearbox.drag import BearingDrag, Drag
-from fem.support.arguments import Finite, Numbers, checked
+from fem.support.arguments import Finite, Numbers, checked, renamed
 from fem.support.representation import short
+from fem.support.user_warning import warn_renamed
 from fem.support.validation import increasing, require, require_finite
 
-UNITS = {"radial": "N/m", "axial": "N/m", "tilt": "N m/rad", "damping": "s", "clearance": "m"}
+UNITS = {"radial": "N/m", "axial": "N/m", "tilt": "N m/rad", "damping_time": "s", "clearance": "m"}
 #: Stiffness [N/m, N m/rad] from which on a bearing is effectively rigid.
 RIGID, RIGID_TILT = 1e13, 1e11
 #: Stiffness below which the user is taken to mean another unit. Rolling bearings have 10 to 10,000 N/um, the softest
@@ -22,6 +23,7 @@ SOFT, SOFT_TILT = 1e4, 1.0
 ROUNDING = 1e-9
 
 
+@renamed(damping="damping_time")
 @checked
 @short(**UNITS | {"clearance": "um"})
 @dataclass(frozen=True)
@@ -31,8 +33,9 @@ class Bearing:
     radial      stiffness in x and y [N/m]
     axial       stiffness in z [N/m]
     tilt        stiffness about x and y [N m/rad]
-    damping     damping coefficient over stiffness [s]: force = stiffness (displacement + damping velocity). Along the
-                radial displacement the stiffness of a clearance or table is its tangent, across it its secant
+    damping_time
+                damping over stiffness [s]: force = stiffness (displacement + damping_time velocity). Along the radial
+                displacement the stiffness of a clearance or table is its tangent, across it its secant
     clearance   radial clearance [m], half the diametral one: no radial force up to this radial displacement
     table       radial displacement (n,) [m] from 0 and radial force (n,) [N] from 0, linear in between, the same in all
                 directions; instead of radial and clearance
@@ -48,7 +51,7 @@ class Bearing:
     radial: float = 0.0
     axial: float = 0.0
     tilt: float = 0.0
-    damping: float = 0.0
+    damping_time: float = 0.0
     clearance: float = field(default=0.0, kw_only=True)
     table: tuple[Sequence[float], Sequence[float]] | None = field(default=None, kw_only=True)
     matrix: Sequence[Sequence[float]] | None = field(default=None, kw_only=True)
@@ -58,7 +61,8 @@ class Bearing:
         for name, unit in UNITS.items():
             value = getattr(self, name)
             require(0 <= value < inf, f"{name} must be >= 0 {unit} and finite, got {value}")
-        require(self.damping < 0.1, f"damping must be below 0.1 s, got {self.damping}; pass damping / stiffness")
+        ratio = f"damping_time must be below 0.1 s, got {self.damping_time}; pass damping / stiffness"
+        require(self.damping_time < 0.1, ratio)
         require(self.clearance < 1e-2, f"clearance must be below 0.01 m, got {self.clearance}; pass metres: 20*um")
         if self.table is not None:
             self._set_table(self.table)
@@ -68,6 +72,12 @@ class Bearing:
         self._check_alone("table", ("radial", "clearance"))
         require(self.clearance == 0 or self.radial > 0, "clearance needs a radial stiffness behind it, got radial = 0")
         self._check_size()
+
+    @property
+    def damping(self) -> float:
+        """Deprecated name of damping_time."""
+        warn_renamed("Bearing.damping", "Bearing.damping_time")
+        return self.damping_time
 
     def _check_alone(self, name: str, replaced: tuple[str, ...]) -> None:
         given = [field for field in replaced if getattr(self, field)] if getattr(self, name) is not None else []

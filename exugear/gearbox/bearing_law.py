@@ -101,7 +101,7 @@ def dissipated_power(bearing: Bearing, lever: float, q: np.ndarray, q_t: np.ndar
         _, _, (xx, xy, yy) = radial_potential(radial_points(bearing), *_radial_motion(lever, q))
         u, v = _radial_motion(lever, q_t)
         power = power + xx * u * u + 2 * xy * u * v + yy * v * v
-    return bearing.damping * power
+    return bearing.damping_time * power
 
 
 @compiled_or_not

@@ -77,12 +77,12 @@ def bearing_forces(shaft: Shaft, q: np.ndarray, q_t: np.ndarray, forces: np.ndar
         for first in range(0, len(q), BLOCK):
             block = slice(first, first + BLOCK)
             displacements, rates = q[block].T, q_t[block].T
-            strained = displacements + bearing.damping * rates
+            strained = displacements + bearing.damping_time * rates
             for i in directions:
                 force[i, block] -= stiffness[i] @ strained
             if points is not None:
                 moved = *(radial @ displacements), *(radial @ rates)
-                force[:2, block] += radial_reaction(points, bearing.damping, *moved)
+                force[:2, block] += radial_reaction(points, bearing.damping_time, *moved)
 
 
 def bearing_displacements(shaft: Shaft, q: np.ndarray, at_bearings: np.ndarray) -> None:

@@ -47,7 +47,7 @@ def add_bearings(mbs, node: int, shaft: Shaft, coordinates: Coordinates) -> None
     stiffness, damping = np.zeros((6, 6)), np.zeros((6, 6))
     for axial, bearing in shaft.bearings.items():
         k = linear_part(bearing, axial - shaft.centre)
-        stiffness, damping = stiffness + k, damping + bearing.damping * k
+        stiffness, damping = stiffness + k, damping + bearing.damping_time * k
     part = np.ix_(coordinates.components, coordinates.components)
     items = [eii.ObjectGenericODE2(nodeNumbers=[node], stiffnessMatrix=stiffness[part], dampingMatrix=damping[part])]
     for axial, bearing in shaft.bearings.items():
@@ -81,7 +81,7 @@ def bearing_functions(bearing: Bearing, lever: float):
 
     def bearing_jacobian(mbs, t, item, q, q_t, factor, factor_t):
         in_radial_plane = tangent_stiffness(bearing, lever, np.array(q)) - linear_part(bearing, lever)
-        return (factor + factor_t * bearing.damping) * in_radial_plane
+        return (factor + factor_t * bearing.damping_time) * in_radial_plane
 
     return bearing_force, bearing_jacobian, law
 
@@ -89,7 +89,7 @@ def bearing_functions(bearing: Bearing, lever: float):
 def radial_record(bearing: Bearing, lever: float) -> np.record:
     """The record of a nonlinear bearing that kernels read: `RADIAL_LAW`, behind it the points."""
     points = radial_points(bearing)
-    head = record_of(RADIAL_LAW, points=points.shape[1], lever=lever, damping=bearing.damping)
+    head = record_of(RADIAL_LAW, points=points.shape[1], lever=lever, damping=bearing.damping_time)
     return record_of(record_type(("head", RADIAL_LAW), ("points", "f8", points.shape)), head=head, points=points)
 
 

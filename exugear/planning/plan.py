@@ -130,7 +130,7 @@ def plan(gearbox: Gearbox, *, load: float | None = None, loads: Mapping[str, flo
 def _undamped(gearbox: Gearbox) -> bool:
     """Whether no mesh, bearing or coupling is damped."""
     damping = [rotor.coupling.damping for shaft in gearbox.shafts for rotor in shaft.rotors]
-    damping += [bearing.damping for shaft in gearbox.shafts for bearing in shaft.bearings.values()]
+    damping += [bearing.damping_time for shaft in gearbox.shafts for bearing in shaft.bearings.values()]
     return not any([*damping, *(stage.force.damping for stage in gearbox.stages)])
 
 

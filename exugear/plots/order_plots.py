@@ -106,7 +106,7 @@ def _smeared(amplitude: xr.DataArray, abscissa: np.ndarray) -> str:
         return ""
     smeared = abscissa[amplitude["speed_change"].values > SMEARED]
     between = f"resonances are smeared from {smeared.min():.4g} to {smeared.max():.4g}" if smeared.size else ""
-    return f"\n{between}: the speed changes by more than {SMEARED:.0%} in a line" if between else ""
+    return f"\n{between}:\nthe speed changes by more than {SMEARED:.0%} in a line" if between else ""
 
 
 def _channel(name: str, data: xr.Dataset, axis: str) -> xr.DataArray:

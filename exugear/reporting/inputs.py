@@ -106,7 +106,7 @@ def _part(line: str) -> tuple[str, str, str]:
     """Axial position, kind and data of a part, from the line of an attribute: '0 mm: Bearing(radial=2e8 N/m)'."""
     position, _, text = line.partition(": ")
     kind, _, values = text.removesuffix(")").partition("(")
-    return position, re.sub(r"(?<=[a-z])(?=[A-Z])", " ", kind).lower(), values.replace("=", " ")
+    return position, re.sub(r"(?<=[a-z])(?=[A-Z])", " ", kind).lower(), values.replace("=", " ").replace("_", " ")
 
 
 def _meshes(data: xr.Dataset) -> Table:

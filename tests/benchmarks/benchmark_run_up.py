@@ -45,7 +45,7 @@ def errors(run: exugear.Run, finest: tuple[np.ndarray, exugear.spectrum.Peaks]) 
 
 def bearings() -> dict:
     """Two bearings beside a gear."""
-    return {-30 * mm: exugear.Bearing(5e8, 1e8, damping=2e-6), 30 * mm: exugear.Bearing(5e8, damping=2e-6)}
+    return {-30 * mm: exugear.Bearing(5e8, 1e8, damping_time=2e-6), 30 * mm: exugear.Bearing(5e8, damping_time=2e-6)}
 
 
 def on_bearings(box: exugear.Gearbox) -> exugear.Gearbox:

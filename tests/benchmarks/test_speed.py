@@ -98,7 +98,7 @@ def test_bearings_of_exudyn(benchmark):
 
 
 def bearings() -> dict:
-    return {0.0: exugear.Bearing(5e8, 1e8, damping=2e-6), 60 * mm: exugear.Bearing(5e8, damping=2e-6)}
+    return {0.0: exugear.Bearing(5e8, 1e8, damping_time=2e-6), 60 * mm: exugear.Bearing(5e8, damping_time=2e-6)}
 
 
 @pytest.mark.parametrize("scene", ["spin", "planar", "space"])

@@ -6,7 +6,7 @@ import exugear
 from fem.units import mm
 
 SPUR = paper_pair()
-ENDS = {0.0: exugear.Bearing(5e8, 1e8, damping=1e-6), 60 * mm: exugear.Bearing(5e8, damping=1e-6)}
+ENDS = {0.0: exugear.Bearing(5e8, 1e8, damping_time=1e-6), 60 * mm: exugear.Bearing(5e8, damping_time=1e-6)}
 NO_DISPLACEMENT = exugear.Placement()
 LAW = exugear.MeshForce.from_ste(smooth_map(), damping=2700.0)
 

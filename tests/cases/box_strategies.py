@@ -87,7 +87,7 @@ def bearings(draw, k: float) -> exugear.Bearing:
     """Bearings of every kind with stiffnesses around k [N/m] that support a shaft, alone or as a pair."""
     radial = max(k * 10 ** draw(floats(-1, 1.5)), SOFT)
     play = draw(floats(0, 30)) * um
-    rest = {"axial": max(radial * draw(floats(0.05, 1)), SOFT), "damping": draw(st.just(0.0) | floats(1e-7, 1e-4))}
+    rest = {"axial": max(radial * draw(floats(0.05, 1)), SOFT), "damping_time": draw(st.just(0.0) | floats(1e-7, 1e-4))}
     rest["tilt"] = max(radial * draw(floats(1e-4, 1e-2)), SOFT_TILT)
     r = np.array([0, play, play + 5e-3]) if play > 0.1 * um else np.array([0, 20 * um, 5e-3])
     table = r, np.array([0, 0.3 * radial * r[1] * draw(st.booleans()), radial * r[2]])
@@ -98,7 +98,7 @@ def bearings(draw, k: float) -> exugear.Bearing:
                 exugear.Bearing(radial, **rest),
                 exugear.Bearing(radial, **rest, clearance=play),
                 exugear.Bearing(**rest, table=table),
-                exugear.Bearing(matrix=coupled, damping=rest["damping"]),
+                exugear.Bearing(matrix=coupled, damping_time=rest["damping_time"]),
             ]
         )
     )

@@ -14,4 +14,4 @@ def run(model, **changes) -> exugear.Run:
 
 
 def with_bearings() -> exugear.Model:
-    return exugear.build(smooth_box(exugear.Bearing(radial=1e9, axial=1e9, tilt=1e6, damping=1e-5)))
+    return exugear.build(smooth_box(exugear.Bearing(radial=1e9, axial=1e9, tilt=1e6, damping_time=1e-5)))

@@ -54,7 +54,7 @@ def load_factors() -> xr.Dataset:
 @cache
 def run_on_bearings() -> exugear.Run:
     """A short run of the paper's pair on two bearings a shaft, which records their forces."""
-    ball = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
+    ball = exugear.Bearing(radial=2e8, axial=1e8, damping_time=2e-5)
     model = exugear.build(smooth_box(parts={0 * mm: ball, 60 * mm: ball}))
     return exugear.run_up(model, speed=(50.0, 60.0), load=100.0, duration=0.02, progress=False, checks=0)
 
@@ -92,7 +92,7 @@ def instances() -> dict[str, Any]:
     model = exugear.build(box)
     run = exugear.run_up(model, speed=(50.0, 60.0), load=100.0, duration=0.05, progress=False, checks=0, power=True)
     drag = exugear.Drag(0.1)
-    bearing = exugear.Bearing(radial=1e8, axial=1e8, tilt=1e5, damping=1e-5, clearance=5 * um, drag=drag)
+    bearing = exugear.Bearing(radial=1e8, axial=1e8, tilt=1e5, damping_time=1e-5, clearance=5 * um, drag=drag)
     field = fem.stress.Field(TRIANGLE[0], TRIANGLE[1], TRIANGLE[0], *np.ones((4, 3)), np.zeros(2), 0.0)
     recorder = exugear.Recorder()
     recorder.start(1e-4, 10, motion=True)

@@ -12,7 +12,7 @@ import fem
 from exugear import Bearing, Gearbox, Placement, Shaft, Stage
 from fem.units import deg, mm, um
 
-ENDS = {0.0: Bearing(2e8, 1e8, damping=2e-5), 60 * mm: Bearing(5e8, damping=2e-5)}
+ENDS = {0.0: Bearing(2e8, 1e8, damping_time=2e-5), 60 * mm: Bearing(5e8, damping_time=2e-5)}
 
 
 def offset_map(axial: float):

@@ -82,7 +82,7 @@ def test_forces_beyond_a_table_are_refused():
 
 
 def test_linear_bearings_are_positional_and_comparable():
-    assert Bearing(5e8, 1e8, 2e5, 1e-6) == Bearing(radial=5e8, axial=1e8, tilt=2e5, damping=1e-6)
+    assert Bearing(5e8, 1e8, 2e5, 1e-6) == Bearing(radial=5e8, axial=1e8, tilt=2e5, damping_time=1e-6)
     assert Bearing(matrix=COUPLED) == Bearing(matrix=COUPLED.tolist())
     assert Bearing(5e8).linear and Bearing(matrix=COUPLED).linear
 
@@ -140,8 +140,8 @@ def test_a_matrix_has_no_single_radial_force():
 @given(floats(-3e-5, 3e-5), floats(-3e-5, 3e-5), floats(-0.1, 0.1), floats(-0.1, 0.1))
 def test_a_linear_table_is_damped_in_all_directions_like_a_linear_bearing(x, y, u, v):
     """A shaft that circles is damped by the secant of the law, also in a clearance that vanishes."""
-    for bearing in (Bearing(axial=1e8, table=([0, 1e-3], [0, 2e5]), damping=4e-5), Bearing(2e8, clearance=1e-15)):
+    for bearing in (Bearing(axial=1e8, table=([0, 1e-3], [0, 2e5]), damping_time=4e-5), Bearing(2e8, clearance=1e-15)):
         forces, *_ = bearing_functions(bearing, 0.0)
         q, q_t = [x, y, 0, 0, 0, 0], [u, v, 0, 0, 0, 0]
-        expected = [-2e8 * (x + bearing.damping * u), -2e8 * (y + bearing.damping * v)]
+        expected = [-2e8 * (x + bearing.damping_time * u), -2e8 * (y + bearing.damping_time * v)]
         assert forces(None, 0.0, 0, q, q_t)[:2] == pytest.approx(expected, rel=1e-6, abs=1e-3)

@@ -18,7 +18,10 @@ SLOW = {"speed": 0.5, "duration": 1e-3, "load": 150.0, "progress": False}
 
 
 def softened(factor: float) -> dict:
-    return {axial: exugear.Bearing(b.radial * factor, b.axial * factor, damping=b.damping) for axial, b in ENDS.items()}
+    return {
+        axial: exugear.Bearing(b.radial * factor, b.axial * factor, damping_time=b.damping_time)
+        for axial, b in ENDS.items()
+    }
 
 
 def windows(model, speed=(150.0, 200.0), **options) -> np.ndarray:
@@ -59,7 +62,10 @@ def test_stiff_bearings_converge_to_the_spinning_scene():
 
 @pytest.mark.parametrize("unused", ["offset", "clearance"])
 def test_an_unused_feature_changes_neither_result_nor_plan(unused):
-    ends = {axial: exugear.Bearing(b.radial, b.axial, damping=b.damping, clearance=0.0) for axial, b in ENDS.items()}
+    ends = {
+        axial: exugear.Bearing(b.radial, b.axial, damping_time=b.damping_time, clearance=0.0)
+        for axial, b in ENDS.items()
+    }
     changes = {"offset": {"offset": exugear.Placement(x=0.0)}, "clearance": {"fast": ends}}[unused]
     plain, with_unused = box_of(), box_of(**changes)
     models = [exugear.build(box) for box in (plain, with_unused)]

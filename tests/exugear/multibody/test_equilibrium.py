@@ -10,7 +10,7 @@ from scenes import INERTIA, linear_law, paper_pair, smooth_box, smooth_map
 import exugear
 from fem.units import mm, rpm
 
-BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-5)
+BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping_time=1e-5)
 R_B = paper_pair().pinion.r_b
 
 

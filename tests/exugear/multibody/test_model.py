@@ -12,7 +12,7 @@ from exugear.multibody.gear_contact import state_of
 from exugear.multibody.model import matrices_without_meshes
 from fem.units import deg, mm
 
-BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-6)
+BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping_time=1e-6)
 TWO_BEARINGS = {0.0: exugear.Bearing(radial=5e8, axial=1e8), 60 * mm: exugear.Bearing(radial=5e8)}
 
 
@@ -164,7 +164,7 @@ def test_the_map_of_another_pair_is_refused():
         exugear.Stage(*shafts, smooth_map(), pair=pair)
 
 
-@pytest.mark.parametrize("field", ["radial", "axial", "tilt", "damping"])
+@pytest.mark.parametrize("field", ["radial", "axial", "tilt", "damping_time"])
 def test_bad_bearings_are_refused(field):
     for value in (-1.0, np.nan, np.inf):
         with pytest.raises(ValueError, match=f"{field} must be >= 0"):

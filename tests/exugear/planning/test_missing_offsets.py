@@ -13,9 +13,9 @@ import fem
 from fem import ste_map
 from fem.units import mm, um
 
-LINEAR = {0.0: exugear.Bearing(2e8, 1e8, damping=1e-5), 80 * mm: exugear.Bearing(2e8, damping=1e-5)}
-LOOSE = {0.0: exugear.Bearing(2e8, 1e8, clearance=5 * um, damping=1e-5), 80 * mm: LINEAR[80 * mm]}
-SOFT = LINEAR | {0.0: exugear.Bearing(2e8, 1e7, damping=1e-5)}
+LINEAR = {0.0: exugear.Bearing(2e8, 1e8, damping_time=1e-5), 80 * mm: exugear.Bearing(2e8, damping_time=1e-5)}
+LOOSE = {0.0: exugear.Bearing(2e8, 1e8, clearance=5 * um, damping_time=1e-5), 80 * mm: LINEAR[80 * mm]}
+SOFT = LINEAR | {0.0: exugear.Bearing(2e8, 1e7, damping_time=1e-5)}
 RECORDED = {"a": "centre_distance", "misalignment": "misalignment", "axial": "axial_offset"}
 
 

@@ -116,7 +116,7 @@ def test_a_run_at_constant_speed_has_no_resonances(tmp_path):
 def test_modes_and_crossings_of_the_model_are_those_of_the_campbell_diagram(swept, tmp_path, monkeypatch):
     """Both figure and tables; without a constant load there are none."""
     monkeypatch.setattr(document, "BROWSERS", ())
-    model = exugear.build(smooth_box(exugear.Bearing(radial=2e8, axial=1e8, tilt=1e6, damping=2e-5)))
+    model = exugear.build(smooth_box(exugear.Bearing(radial=2e8, axial=1e8, tilt=1e6, damping_time=2e-5)))
     page = Page(exugear.report(swept, tmp_path / "run.html", model=model)[0].read_text(encoding="utf-8"))
     frequencies = exugear.modes(model, load=150.0)["frequency"].values
     assert {f"{frequency:.1f}" for frequency in frequencies} <= set(page.texts["td"])
@@ -149,14 +149,14 @@ def test_a_run_at_rest_has_modes_without_a_campbell_diagram(tmp_path, monkeypatc
 
 def test_bearings_friction_and_energies_stand_in_the_report(tmp_path, monkeypatch):
     monkeypatch.setattr(document, "BROWSERS", ())
-    parts = {0.0: exugear.Bearing(radial=2e8, axial=1e8, tilt=1e6, damping=2e-5, drag=exugear.Drag(0.1))}
+    parts = {0.0: exugear.Bearing(radial=2e8, axial=1e8, tilt=1e6, damping_time=2e-5, drag=exugear.Drag(0.1))}
     model = exugear.build(smooth_box(parts=parts))
     drag = exugear.Torque(of_speed=lambda speed: 0.5 * speed)
     run = exugear.run(
         model, drives={}, loads={"slow": drag}, start_speed=50.0, duration=0.01, power=True, progress=False
     )
     cells = Page(exugear.report(run, tmp_path / "run.html")[0].read_text(encoding="utf-8")).texts["td"]
-    assert any("radial 2e8 N/m" in cell and "damping 2e-5 s" in cell for cell in cells)
+    assert any("radial 2e8 N/m" in cell and "damping time 2e-5 s" in cell for cell in cells)
     assert {"slow: Torque(of_speed=a function)", "residual", "drag loss"} <= set(cells)
 
 

@@ -35,7 +35,7 @@ def test_displacements_are_kept_on_request_and_change_nothing_else():
 
 
 def test_force_of_a_linear_bearing_is_stiffness_times_displacement_and_damped_rate():
-    bearing = exugear.Bearing(radial=K_X, axial=1e8, damping=DAMPING)
+    bearing = exugear.Bearing(radial=K_X, axial=1e8, damping_time=DAMPING)
     data = run_of(box_of(fast={0.0: bearing, 60 * mm: bearing}), sample=2e-6)
     moved, force = (
         data[name].sel(bearing="fast at 0 mm", direction=["x", "y"]).transpose("direction", "time").values
@@ -73,7 +73,7 @@ def test_displacements_of_bearings_at_unequal_distances_are_those_of_a_rigid_sha
 def test_the_orbit_of_a_rotating_force_is_an_ellipse_with_the_half_axes_of_its_bearings():
     """Far below all resonances: half the force over the stiffness of one of two bearings, along x and along y."""
     stiffness = np.diag([K_X, K_Y, 1e8, 0.0, 0.0, 0.0]).tolist()
-    bearing = exugear.Bearing(matrix=stiffness, damping=2e-4)
+    bearing = exugear.Bearing(matrix=stiffness, damping_time=2e-4)
     model = exugear.build(box_of(fast={0.0: bearing, 60 * mm: bearing}))
     body = model.mbs.AddMarker(eii.MarkerBodyPosition(bodyNumber=model.bodies["fast"]))
     rotating = {"loadVectorUserFunction": rotating_force}

@@ -13,7 +13,7 @@ from fem.units import mm
 @pytest.mark.parametrize("soft", [False, True])
 def test_backlash_on_the_coast_flank_is_that_of_the_centre_distance(soft):
     pair, ste = paper_pair(), smooth_map()
-    ends = {0.0: exugear.Bearing(5e7, 1e8, damping=1e-5), 60 * mm: exugear.Bearing(5e7, damping=1e-5)}
+    ends = {0.0: exugear.Bearing(5e7, 1e8, damping_time=1e-5), 60 * mm: exugear.Bearing(5e7, damping_time=1e-5)}
     bearings = ends if soft else {}
     shafts = [exugear.Shaft(name, {30 * mm: paper_gear(), **bearings}) for name in ("fast", "slow")]
     model = exugear.build(exugear.Gearbox([exugear.Stage(*shafts, ste, damping_ratio=0.1)]))

@@ -13,7 +13,7 @@ from exugear import MotorCurve, Speed, Torque
 from fem.units import deg, um
 
 COUPLING = exugear.Coupling(torsion=2e4, damping=5.0, inertia=0.02)
-BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping=1e-5)
+BEARING = exugear.Bearing(radial=5e8, axial=3e8, tilt=2e5, damping_time=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -66,7 +66,7 @@ def test_without_friction_and_drag_only_the_mesh_damping_is_lost():
 
 def test_a_run_twenty_times_as_long_has_the_same_efficiency():
     """Parametric excitation of the mesh, on damped bearings."""
-    ball = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
+    ball = exugear.Bearing(radial=2e8, axial=1e8, damping_time=2e-5)
     gearbox = smooth_box(friction=FRICTION, parts={0 * mm: ball, 60 * mm: ball})
     data = solved(gearbox, speeds=[150.0], loads=[100.0])
     run = exugear.run_up(exugear.build(gearbox), speed=150.0, load=100.0, duration=0.6, power=True, progress=False)

@@ -9,11 +9,13 @@ import exugear
 from fem.units import mm, rpm, um
 
 PAIR = paper_pair()
-BALL = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
+BALL = exugear.Bearing(radial=2e8, axial=1e8, damping_time=2e-5)
 BEARINGS = dict.fromkeys((0.0, 70 * mm), BALL)
 COUPLING = exugear.Coupling(8e3, 5.0, inertia=0.02)
 FRICTION = exugear.MeshFriction.of_pair(PAIR, 0.06)
-LOOSE = {z: exugear.Bearing(2e8, 1e8, damping=2e-5, clearance=5 * um, drag=exugear.Drag(0.5)) for z in (0.0, 70 * mm)}
+LOOSE = {
+    z: exugear.Bearing(2e8, 1e8, damping_time=2e-5, clearance=5 * um, drag=exugear.Drag(0.5)) for z in (0.0, 70 * mm)
+}
 QUIET = {"progress": False, "checks": 0, "power": True}
 RUN_UP = {"speed": (50.0, 366.0), "duration": 0.5, "load": 150.0}
 STEADY = {"speed": 2500 * rpm, "duration": 0.1, "load": 150.0}

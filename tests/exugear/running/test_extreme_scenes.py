@@ -24,7 +24,7 @@ def heavy(fast: float, slow: float, damping: float = 2700.0) -> exugear.Model:
 def held(fast: float, slow: float) -> exugear.Model:
     """The smooth pair with a bearing of a stiffness [N/m] under each gear, so that the shafts do not tilt."""
     stiffness = {"fast": fast, "slow": slow}
-    ends = {name: exugear.Bearing(k, k, tilt=1e-3 * k, damping=1e-5) for name, k in stiffness.items()}
+    ends = {name: exugear.Bearing(k, k, tilt=1e-3 * k, damping_time=1e-5) for name, k in stiffness.items()}
     shafts = [exugear.Shaft(name, {0.0: [paper_gear(), end]}) for name, end in ends.items()]
     return exugear.build(exugear.Gearbox([exugear.Stage(*shafts, SMOOTH, damping=2700.0)]))
 

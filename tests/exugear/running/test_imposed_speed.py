@@ -17,7 +17,7 @@ import exugear
 from exugear.multibody import contact_steps
 from fem.units import mm, rpm
 
-BEARINGS = {0 * mm: exugear.Bearing(2e8, 1e8, damping=2e-5), 60 * mm: exugear.Bearing(2e8, damping=2e-5)}
+BEARINGS = {0 * mm: exugear.Bearing(2e8, 1e8, damping_time=2e-5), 60 * mm: exugear.Bearing(2e8, damping_time=2e-5)}
 COUPLING = {90 * mm: exugear.Coupling(5e3, inertia=0.02, damping=0.5)}
 SCENES = {
     "spin": ({}, {}),

@@ -16,7 +16,7 @@ from fem.units import mm, rpm, um
 
 PAIR = paper_pair()
 FRICTION = exugear.MeshFriction.of_pair(PAIR, MU)
-BALL = exugear.Bearing(radial=2e8, axial=1e8, damping=1e-4)
+BALL = exugear.Bearing(radial=2e8, axial=1e8, damping_time=1e-4)
 PITCHES, OMEGA, LOAD = 2, 2.0, 150.0
 MESH_PERIOD = 2 * np.pi / (OMEGA * PAIR.pinion.z)
 #: Bearings of both shafts: none, or so that the bodies are planar or in space.
@@ -174,7 +174,7 @@ def test_coast_down_by_palmgrens_drag():
 def test_drive_pays_for_the_drag(bearings):
     """Palmgren's on each bearing, by its force in the run; drive less load is what drag dissipates."""
     drag = exugear.BearingDrag(80 * mm, 3.0, 100e-6, 1e-3, load=None if bearings != "spin" else 500.0)
-    parts = {axial: exugear.Bearing(2e8, 1e8, damping=2e-5, drag=drag) for axial in BEARINGS[bearings]}
+    parts = {axial: exugear.Bearing(2e8, 1e8, damping_time=2e-5, drag=drag) for axial in BEARINGS[bearings]}
     gearbox = box(parts or {0.0: drag}, None)
     data, drive = slow_run(gearbox, speed=20.0, duration=0.3 * MESH_PERIOD)
     assert list(data["drag_torque"]["shaft"].values) == ["fast", "slow"]
@@ -211,7 +211,7 @@ def test_drag_limits_the_speed_that_a_run_expects():
 
 def test_drag_of_nonlinear_bearings_follows_their_force():
     drag = exugear.BearingDrag(80 * mm, 0.0, 100e-6, 1e-3)
-    loose = exugear.Bearing(2e8, 1e8, 1e5, damping=2e-5, clearance=5 * um, drag=drag)
+    loose = exugear.Bearing(2e8, 1e8, 1e5, damping_time=2e-5, clearance=5 * um, drag=drag)
     data, drive = slow_run(box({0 * mm: loose, 60 * mm: loose}, None), speed=20.0, duration=0.3 * MESH_PERIOD)
     expected = 1e-3 * 80 * mm * LOAD / PAIR.pinion.r_b
     assert float(data["drag_torque"].sel(shaft="fast").mean()) == pytest.approx(expected, rel=0.01)

@@ -39,12 +39,12 @@ def assert_equal(serial: xr.Dataset, parts: xr.Dataset, tolerance: float = 1e-5)
     assert rms(parts) == pytest.approx(rms(serial), rel=1e-5)
 
 
-BEARING = exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5, damping=1e-4)
+BEARING = exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5, damping_time=1e-4)
 
 
 def planar() -> exugear.Gearbox:
     """Equal bearings on either side of the gears, which therefore move in their planes."""
-    ball = exugear.Bearing(radial=2e8, axial=1e8, damping=1e-4)
+    ball = exugear.Bearing(radial=2e8, axial=1e8, damping_time=1e-4)
     return smooth_box(parts={0 * mm: ball, 60 * mm: ball})
 
 

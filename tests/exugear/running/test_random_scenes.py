@@ -175,7 +175,7 @@ def blurred(model) -> float:
                 np.abs(values[displacements]) @ arm
                 for values in (system.GetODE2Coordinates(now), system.GetODE2Coordinates_t(now))
             ]
-            total += bearing.stiffness.max() * (moved[0] + bearing.damping * moved[1])
+            total += bearing.stiffness.max() * (moved[0] + bearing.damping_time * moved[1])
     return total * float(np.finfo(np.float32).eps)
 
 

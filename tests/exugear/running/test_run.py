@@ -109,7 +109,7 @@ def test_two_stages_transmit_the_load(spinning_stages):
     assert data["mesh_force"].values.mean(axis=1) == pytest.approx(LOAD / paper_pair().wheel.r_b, rel=0.02)
 
 
-@pytest.mark.parametrize("bearing", [None, exugear.Bearing(radial=1e9, axial=1e9, tilt=1e6, damping=1e-5)])
+@pytest.mark.parametrize("bearing", [None, exugear.Bearing(radial=1e9, axial=1e9, tilt=1e6, damping_time=1e-5)])
 def test_two_paths_share_the_load_at_rest_and_in_slow_motion(bearing):
     """Four equal gears in a square; with bearings on two of the shafts only."""
     held = {30 * mm: paper_gear()} | ({0.0: bearing} if bearing else {})
@@ -217,7 +217,7 @@ def test_the_run_is_stable_up_to_the_stated_limit():
     assert oscillator.c == pytest.approx(0.1 * (K * INERTIA) ** 0.5 / oscillator.r)
 
 
-BALL = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
+BALL = exugear.Bearing(radial=2e8, axial=1e8, damping_time=2e-5)
 
 
 @pytest.mark.parametrize("parts", [{0.0: exugear.Drag(20.0)}, {0 * mm: BALL, 60 * mm: BALL}], ids=["drag", "planar"])

@@ -18,7 +18,7 @@ def windows(run: exugear.Run, width: float = 0.25) -> np.ndarray:
 
 
 def test_stiff_bearings_come_close_to_ideal_ones(spinning):
-    hard = exugear.build(smooth_box(exugear.Bearing(radial=1e11, axial=1e11, tilt=1e9, damping=1e-6)))
+    hard = exugear.build(smooth_box(exugear.Bearing(radial=1e11, axial=1e11, tilt=1e9, damping_time=1e-6)))
     conditions = {"speed": 300 * rpm, "duration": 0.5}
     ideal, stiff = (windows(run(model, **conditions), 0.1) for model in (spinning, hard))
     assert stiff == pytest.approx(ideal, rel=0.02)
@@ -108,7 +108,7 @@ def test_seventy_seconds_in_space_on_revolute_joints(spinning, run_up, measured)
 @pytest.mark.parametrize("tau", [0.0, 1e-6])
 def test_bodies_on_bearings_are_damped_as_well(tau):
     """Near a resonance, with damping of the mesh and hardly any of the bearings."""
-    box = smooth_box(exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5, damping=tau))
+    box = smooth_box(exugear.Bearing(radial=3e8, axial=1e8, tilt=1e5, damping_time=tau))
     model = exugear.build(box, plan=exugear.plan(box).with_bodies())
     conditions = {"speed": (1900 * rpm, 2000 * rpm), "duration": 1.0, "tolerance": 1e-6}
     coarse, fine = (windows(run(model, **conditions, step=step), 0.1) for step in (2e-5, 5e-6))

@@ -107,7 +107,7 @@ def test_a_failing_function_of_the_user_is_named():
 
 def test_bearings_that_yield_until_the_teeth_part_stop_the_run():
     """Under a growing load, until the gears are too far apart."""
-    soft = exugear.Bearing(radial=2e6, axial=1e7, tilt=1e5, damping=1e-4)
+    soft = exugear.Bearing(radial=2e6, axial=1e7, tilt=1e5, damping_time=1e-4)
     model = exugear.build(smooth_box(soft, damping=27000.0))
     load = lambda t: 20 + 1500 * t  # noqa: E731
     with pytest.raises(exugear.RunStopped, match="bearings of fast-slow yield to a centre distance of 15") as caught:

@@ -11,7 +11,7 @@ from fem.units import mm, um
 
 #: rad/s of the pinion per Hz of the mesh; damping [N s/m] at which teeth rattle down to a fold; load [N m].
 HZ, DAMPING, LOAD = 2 * pi / paper_gear().z, 3200.0, 100.0
-STIFF = exugear.Bearing(radial=5e9, axial=1e8, damping=2e-5)
+STIFF = exugear.Bearing(radial=5e9, axial=1e8, damping_time=2e-5)
 
 
 def fold_of(model: exugear.Model, load: float, end: float) -> float:

@@ -16,7 +16,7 @@ TEETH = 57
 @pytest.fixture(scope="module")
 def recorded():
     """A run-up on bearings with a sensor of the wheel's acceleration; the run and what the sensor stored."""
-    ball = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
+    ball = exugear.Bearing(radial=2e8, axial=1e8, damping_time=2e-5)
     model = exugear.build(smooth_box(parts={0 * mm: ball, 60 * mm: ball}))
     body = list(model.bodies.values())[1]
     kind = {"outputVariableType": exu.OutputVariableType.Acceleration, "storeInternal": True}

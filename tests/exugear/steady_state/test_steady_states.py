@@ -14,7 +14,7 @@ from exugear.steady_state.force_error import force_error
 from exugear.steady_state.gearbox_reduction import reduced
 from fem.units import deg, mm, rpm
 
-BALL = exugear.Bearing(radial=2e8, axial=1e8, damping=2e-5)
+BALL = exugear.Bearing(radial=2e8, axial=1e8, damping_time=2e-5)
 
 
 @pytest.fixture(scope="module")

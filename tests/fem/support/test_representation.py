@@ -55,7 +55,7 @@ def test_gears_show_drawing_units():
     assert repr(paper_gear()) == f"Gear({sizes}, rho_f=0.988 mm)"
     short = "Gear(z=57, m_n=2.6 mm, ...)"
     assert repr(paper_pair()) == f"GearPair(pinion={short}, wheel={short}, a=150 mm)"
-    assert repr(exugear.Bearing(2e8, damping=2e-5)) == "Bearing(radial=2e8 N/m, damping=2e-5 s)"
+    assert repr(exugear.Bearing(2e8, damping_time=2e-5)) == "Bearing(radial=2e8 N/m, damping_time=2e-5 s)"
     assert "beta=-20 deg" in repr(few_teeth(beta=-np.pi / 9))
 
 
