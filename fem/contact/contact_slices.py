@@ -37,7 +37,7 @@ class ContactSlices:
             set_fields(self, mesh=pair_geometry(self.position))
 
     def __getstate__(self) -> dict:
-        """For another process, without the mesh: addresses in it are those of this process."""
+        """For another process, without the mesh: its keys are those of this process."""
         return {name: value for name, value in self.__dict__.items() if name != "mesh"}
 
     def __setstate__(self, values: dict) -> None:

@@ -21,7 +21,7 @@ POSITION = np.dtype(
     + [("flattening", "f8"), ("modified", "i8")]
 )
 #: Base radius, roll lengths at root form and tip circle and where the tip edge begins, radius to which this is rounded,
-#: axial position of mid-plane [m]; address of the user's modifications; flattening of the flank [m^2/N].
+#: axial position of mid-plane [m]; key of the user's modifications; flattening of the flank [m^2/N].
 GEAR = np.dtype(
     [(name, "f8") for name in ("r_b", "roll_form", "roll_tip", "edge", "rounding", "axial", "flattening")]
     + [("users", "i8")]
@@ -51,12 +51,8 @@ class PairGeometry:
     users: tuple[UsersModifications, UsersModifications]
 
     def call(self, function: Callable, *arguments):
-        """Result of a compiled function of the geometry; raises what a modification raised that a user wrote."""
-        result = function(self.geometry, *arguments)
-        for modifications in self.users:
-            if modifications.error is not None:
-                raise modifications.error
-        return result
+        """Result of a compiled function of the geometry."""
+        return function(self.geometry, *arguments)
 
 
 def pair_geometry(position: MeshPosition) -> PairGeometry:
@@ -77,4 +73,4 @@ def pair_geometry(position: MeshPosition) -> PairGeometry:
 def _record(gear: Gear, axial: float, flank: CompiledFlank) -> tuple:
     """A gear as a record of type GEAR."""
     rolls = gear.roll_form, gear.roll_tip, *rounding(gear.drive_flank, gear.face)
-    return gear.r_b, *rolls, axial, flattening(gear.material), flank.users.address
+    return gear.r_b, *rolls, axial, flattening(gear.material), flank.users.key

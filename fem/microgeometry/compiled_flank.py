@@ -4,15 +4,12 @@ Formulas are those of `fem.microgeometry.modification` and `deviation`, compiled
 `FORMULAS`, that of a user, is called back in Python, for an array of roll lengths at a time.
 """
 
-from collections.abc import Callable
-from ctypes import CFUNCTYPE, c_double, c_int64, c_void_p, cast
-from math import inf
-from typing import Any, NamedTuple
+from itertools import count
+from typing import NamedTuple
+from weakref import WeakValueDictionary
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.extending import intrinsic
+from numba import objmode
 
 from fem.microgeometry import modification
 from fem.microgeometry.deviation import Grid, PitchDeviation, bilinear, of_tooth
@@ -53,7 +50,7 @@ ROW = np.dtype([("formula", "i8"), ("role", "i8"), ("numbers", "f8", NUMBERS), (
 
 
 class CompiledFlank(NamedTuple):
-    """Modifications of a flank: rows (n,) of type ROW, table (m,) of all rows, and the function that users wrote."""
+    """Modifications of a flank: rows (n,) of type ROW, table (m,) of all rows, and what users wrote."""
 
     rows: np.ndarray
     table: np.ndarray
@@ -84,52 +81,32 @@ def compiled_flank(flank: Flank, face: FlankExtent, first: int = 0) -> CompiledF
 
 
 class UsersModifications:
-    """A C function that calls modifications in Python.
-
-    An exception cannot pass through compiled code: the material is then infinite, and `error` holds the exception,
-    which `fem.contact.mesh_geometry.PairGeometry.call` raises.
-    """
+    """A flank whose modifications compiled code calls back in Python, as long as this object lives, by its `key`."""
 
     def __init__(self, flank: Flank, face: FlankExtent):
-        self.flank, self.face = flank, face
-        self.error: Exception | None = None
-        self.function = REMOVED_BY(self._removed)
-
-    @property
-    def address(self) -> int:
-        """Address of the function."""
-        return cast(self.function, c_void_p).value or 0
-
-    def _removed(self, row: int, number: int, roll: int, axial: float, tooth: int, removed: int) -> None:
-        """Write the material removed by a row at roll lengths; arrays of `number` values by their addresses."""
-        rolls, material = (np.frombuffer(memoryview((c_double * number).from_address(at))) for at in (roll, removed))
-        try:
-            material[:] = self.flank[row].removed(self.face._replace(tooth=tooth), rolls, np.array(axial))
-        except Exception as error:
-            self.error, material[:] = error, inf
+        self.flank, self.face, self.key = flank, face, next(KEYS)
+        CALLED_BACK[self.key] = self
 
 
-REMOVED_BY: Callable = CFUNCTYPE(None, c_int64, c_int64, c_int64, c_double, c_int64, c_int64)
+KEYS = count()
+CALLED_BACK: WeakValueDictionary[int, UsersModifications] = WeakValueDictionary()
 
 
-def _users_code(typing_context, address, row, number, roll, axial, tooth, removed):
-    """Call the function of `UsersModifications` at an address.
-
-    The address is a number of the gear's record, so that pairs with and without such modifications run the same
-    compiled code, which lies on disk; a function that numba is given as a global or an argument would be compiled in.
-    """
-
-    def code(context, builder, signature, arguments):
-        integer, void = ir.IntType(64), ir.VoidType()
-        kind = ir.FunctionType(void, [integer, integer, integer, ir.DoubleType(), integer, integer])
-        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), arguments[1:])
-        return context.get_dummy_value()
-
-    integer = types.int64
-    return types.void(integer, integer, integer, integer, types.float64, integer, integer), code
+def _removed_in_python(key: int, row: int, roll: np.ndarray, axial: float, tooth: int) -> np.ndarray:
+    """(m,) material removed [m] by a modification at roll lengths (m,)."""
+    users = CALLED_BACK[key]
+    material = users.flank[row].removed(users.face._replace(tooth=tooth), roll.copy(), np.array(axial))
+    return np.array(np.broadcast_to(material, roll.shape), float)
 
 
-_call_users: Any = intrinsic(_users_code)
+@unchecked
+def _removed_by_user(key, row, roll, axial, tooth):
+    """The same from compiled code; what the modification raises reaches the caller."""
+    with objmode(material="float64[::1]"):
+        material = _removed_in_python(key, row, roll, axial, tooth)
+    return material  # noqa: RET504 (no return out of the block)
+
+
 _relief, _rounded_edge = unchecked(modification.relief), unchecked(modification.rounded_edge)
 _profile_crowning, _lead_crowning = unchecked(modification.profile_crowning), unchecked(modification.lead_crowning)
 _helix_slope, _of_tooth, _bilinear = unchecked(modification.helix_slope), unchecked(of_tooth), unchecked(bilinear)
@@ -185,12 +162,12 @@ class FlankSections(NamedTuple):
 def add_removed(rows, table, extent, role, factor, sections, roll, removed):
     """Add the material [m] that rows of a role remove, times a factor, at roll lengths (n, m) of `FlankSections`.
 
-    extent      roll_form and roll_tip [m]; address `users` of the function for their modifications
+    extent      roll_form and roll_tip [m]; key `users` of `UsersModifications`
 
     Beyond root form and tip circle the values on these circles continue, as in `fem.microgeometry.flank.removed`.
     """
     n, m = roll.shape
-    on_flank, material = np.empty((n, m)), np.empty(m)
+    on_flank = np.empty((n, m))
     for i in range(n):
         for k in range(m):
             on_flank[i, k] = min(max(roll[i, k] + sections.shift[i], extent.roll_form), extent.roll_tip)
@@ -206,7 +183,7 @@ def add_removed(rows, table, extent, role, factor, sections, roll, removed):
         for i in range(n):
             axial, tooth = sections.axial[i], sections.tooth[i]
             if row.formula == USERS:
-                _call_users(extent.users, row.first, m, on_flank[i].ctypes.data, axial, tooth, material.ctypes.data)
+                material = _removed_by_user(extent.users, row.first, on_flank[i], axial, tooth)
                 for k in range(m):
                     removed[i, k] += factor * material[k]
             elif row.formula <= GRID:

@@ -40,7 +40,7 @@ def test_compiled_material_is_that_of_the_modifications(gear):
     extent = records.gears[0]
     for name in ("roll_form", "roll_tip", "r_b"):
         extent[name] = getattr(face, name)
-    extent["users"] = compiled.users.address
+    extent["users"] = compiled.users.key
     tooth, axial, shift = np.array([-1, 0, 2]), np.array([-0.6, 0.0, 0.3]) * gear.b, np.array([1e-5, 0.0, -1e-5])
     total, rolls = np.zeros((3, roll.size)), np.tile(roll, (3, 1))
     sections = FlankSections(tooth, axial, shift)
