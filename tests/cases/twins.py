@@ -1,17 +1,16 @@
 """A gear as its transverse section in plane strain, for the contact of `fem.contact.tooth_contact`."""
 
 import numpy as np
+from contacts import contact_of
 
 import fem
 from fem import Density
-from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.face_symmetry import HalfFace
 from fem.elasticity.flank_compliance import Compliance, uniform_load_compliance
 from fem.elasticity.half_space import along_line, half_plane
 from fem.elasticity.hat_functions import values_of_means
 from fem.elasticity.section_mesh import flank_hats
 from fem.pair.hertz import flattening
-from fem.pair.mesh_position import MeshPosition
 from fem.units import mm
 
 
@@ -30,4 +29,4 @@ def plane_twin(gear: fem.Gear, density: Density, refined: int) -> Compliance:
 
 def twin_te(pair: fem.GearPair, twin: Compliance, phase: float, force: float) -> float:
     """Transmission error [m] of a pair of equal gears."""
-    return ToothContact(MeshPosition(pair, pair.a, 0.0, phase), twin, twin, 1).state(force).te
+    return contact_of(pair, (twin, twin), phase, 1).state(force).te

@@ -153,7 +153,7 @@ def triangle() -> Gearbox:
             speed_increaser,
             r"fast shaft 'fast' carries the pair's wheel, .*GearPair\(wheel, pinion, a=...\), or swap fast and slow",
         ),
-        (lambda: square(50 * deg + 0.01), "assembly"),
+        (lambda: square(50 * deg + 0.01), "cannot be assembled: phase error"),
         (lambda: square(phase=0.25) and square(phase=np.nan), "phase must be finite"),
         (
             reversed_square,

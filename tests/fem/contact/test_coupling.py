@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from compliance_products import coupling
+from contacts import contact_of
 from helical_gears import helical
 from scipy.optimize import nnls
 
@@ -10,21 +11,19 @@ import fem
 from fem import Density
 from fem.contact.coupling import smooth_compliance
 from fem.contact.strip_contact import assemble
-from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.flank_compliance import flank_compliance
-from fem.pair.mesh_position import MeshPosition
 from fem.units import mm, um
 
 TINY = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=2)
 
 
 @pytest.fixture(scope="module")
-def contact() -> ToothContact:
+def contact():
     """Helical gears with reliefs, displaced along the axis."""
     relief = (fem.TipRelief(15 * um, 2.5 * mm), fem.LeadCrowning(5 * um))
     pair = fem.GearPair(helical(1, flank=relief), helical(-1), a=150 * mm)
     bodies = (flank_compliance(gear, TINY.with_teeth(3, behind=1), gear.b) for gear in (pair.pinion, pair.wheel))
-    return ToothContact(MeshPosition(pair, pair.a, 1 * mm, 0.3), *bodies, 8)
+    return contact_of(pair, bodies, 0.3, 8, axial=1 * mm)
 
 
 @pytest.mark.parametrize("tilted", [0.0, 0.02])
@@ -42,7 +41,7 @@ def test_compliance_between_slices_is_that_of_all_hat_functions(contact, tilted)
     assert smooth == pytest.approx(points(contact, slices, arcs, tilts), rel=1e-9, abs=1e-22)
 
 
-def points(contact: ToothContact, slices, arcs: np.ndarray, tilts: np.ndarray) -> np.ndarray:
+def points(contact, slices, arcs: np.ndarray, tilts: np.ndarray) -> np.ndarray:
     """`coupling` of m points in each slice."""
     m = arcs.shape[2]
     repeated = (np.repeat(values, m) for values in slices)

@@ -5,17 +5,15 @@ from math import atan, pi, tan
 
 import numpy as np
 import pytest
+from contacts import resolved_contacts
 from paper_gears import paper_gear
 
 import fem
 from fem import Density
 from fem.contact import strip_bounds
 from fem.contact.contact_state import State
-from fem.contact.tooth_contact import ToothContact
 from fem.microgeometry import flank
 from fem.pair.hertz import flattening, half_width
-from fem.pair.mesh_position import MeshPosition
-from fem.ste.map_solver import compliances_of
 from fem.support.blas_threads import one_thread
 from fem.units import deg, mm, um
 
@@ -31,10 +29,9 @@ def rounded_pair(radius: float) -> fem.GearPair:
 
 
 def states(pair: fem.GearPair, torque: float, phases=PHASES, resolution=COARSE) -> list[State]:
-    bodies, slices = compliances_of(pair, fem.Offsets().values(pair), resolution)
-    positions = [MeshPosition(pair, pair.a, 0.0, phase) for phase in phases]
     with one_thread():
-        return [ToothContact(position, *bodies, slices).state(torque / pair.pinion.r_b) for position in positions]
+        contacts = resolved_contacts(pair, resolution, phases)
+        return [contact.state(torque / pair.pinion.r_b) for contact in contacts]
 
 
 def peaks(states: list[State]) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from contacts import position_of
 from paper_gears import paper_gear, paper_pair
 
 import fem
@@ -10,7 +11,6 @@ from fem.contact.flank_gap import between_normals, first_roll, sections_of, turn
 from fem.contact.mesh_geometry import pair_geometry
 from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
 from fem.contact.strip_contact import StripContact, local_compliance
-from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
 
 
@@ -23,7 +23,7 @@ def lines():
     pair = fem.GearPair(pinion, wheel, a=91.5 * mm)
     assert pair.eps_alpha == pytest.approx(1.4599, abs=1e-4)
     assert pair.eps_beta == pytest.approx(0.5414, abs=1e-4)
-    return pair, [np.array(list(MeshPosition(pair, pair.a, 0.0, i / 2000).lines().values())) for i in range(2000)]
+    return pair, [np.array(list(position_of(pair, i / 2000).lines().values())) for i in range(2000)]
 
 
 def test_length_of_the_lines_of_contact(lines):
@@ -80,7 +80,7 @@ def test_strips_that_join_one_by_one_reach_the_same_contact():
 
 def one_slice(pair: fem.GearPair, phase: float, te: float = 0.0) -> ContactSlices:
     """A slice of 1 mm of tooth pair 0."""
-    return ContactSlices(MeshPosition(pair, 150 * mm, 0.0, phase), *np.array([[0], [0], [1 * mm]]), te)
+    return ContactSlices(position_of(pair, phase), *np.array([[0], [0], [1 * mm]]), te)
 
 
 def gaps_at(slices: ContactSlices, roll: np.ndarray) -> np.ndarray:
@@ -152,7 +152,7 @@ def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
     data = {"m_n": 2 * mm, "b": 20 * mm, "d_bore": 10 * mm, "x": x}
     pair = fem.GearPair(fem.Gear(z=z[0], beta=beta, **data), fem.Gear(z=z[1], beta=-beta, **data))
     for phase in (0.0, 0.3, 0.7):
-        position = MeshPosition(pair, pair.a, 0.0, phase)
+        position = position_of(pair, phase)
         number, low = (at.ravel() for at in np.meshgrid(position.numbers(), np.linspace(-10, 9, 20) * mm))
         mesh = pair_geometry(position).geometry
         sections = sections_of(mesh, number, low, low + 1 * mm, np.full(low.size, 20 * um))

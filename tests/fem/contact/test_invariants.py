@@ -5,6 +5,7 @@ from math import floor
 
 import numpy as np
 import pytest
+from contacts import contact_of
 from hypothesis import Phase, given, reject, settings
 from hypothesis import strategies as st
 from strategies import pairs
@@ -13,11 +14,9 @@ import fem
 from fem import Density
 from fem.contact.contact_state import State
 from fem.contact.strip_contact import assemble
-from fem.contact.tooth_contact import ToothContact
 from fem.contact.unilateral import PENETRATION
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.pair.hertz import largest_torque
-from fem.pair.mesh_position import MeshPosition
 from fem.units import um
 
 TINY = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1)
@@ -40,12 +39,12 @@ class Scene:
     slices: int = SLICES
 
     @property
-    def contact(self) -> ToothContact:
+    def contact(self):
         pair = self.pair
         density = TINY.with_teeth(floor(pair.eps_gamma) + 1, behind=1)
         loaded = pair.b + 2 * abs(self.axial)
         bodies = (flank_compliance(g, density, min(g.b, loaded), whole=True) for g in (pair.pinion, pair.wheel))
-        return ToothContact(MeshPosition(pair, pair.a, self.axial, self.phase), *bodies, self.slices)
+        return contact_of(pair, bodies, self.phase, self.slices, self.axial)
 
     def solved(self) -> tuple[State, State]:
         """In the resolved, and in the slice mode."""

@@ -4,20 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from contacts import position_of
 from measured_rows import deviation
 from modified_pairs import end_relieved
 from paper_gears import paper_gear
 
 import fem
 from fem.contact.face_grading import kinks, write_with_kinks
-from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
 
 
 def test_kinks_are_where_reliefs_begin_and_where_the_path_of_contact_ends():
     pair = end_relieved(0.26)
     relieved = replace(pair, pinion=replace(pair.pinion, flank=(fem.TipRelief(15 * um, 2.5 * mm),)))
-    position = MeshPosition(relieved, relieved.a, 1 * mm, 0.3)
+    position = position_of(relieved, 0.3, 1 * mm)
     ends = relieved.path_of_contact.start, relieved.path_of_contact.end
     for number, (high, low, *along) in zip(position.numbers(), kinks(position), strict=True):
         assert np.array([low, high]) == pytest.approx(np.array([-7.5, 7.5]) * mm + 1 * mm)

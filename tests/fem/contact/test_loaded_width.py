@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from contacts import position_of
 from hypothesis import given
 from hypothesis import strategies as st
 from paper_gears import paper_gear, paper_pair
@@ -11,7 +12,6 @@ from fem.contact.contact_state import State
 from fem.contact.face_grading import FaceGrading, axial_at, share_at
 from fem.contact.loaded_width import LEAST_REACH, SHORT, FaceSlicing, positive_range, union
 from fem.elasticity.face_symmetry import HalfFace, WholeFace
-from fem.pair.mesh_position import MeshPosition
 from fem.units import mm, um
 
 
@@ -44,7 +44,7 @@ def test_the_search_returns_the_width_on_which_crowned_flanks_overlap(te):
     """Crowning C_beta over b: they overlap by te where C_beta (2 z / b)^2 < te."""
     crowned = paper_gear(flank=fem.LeadCrowning(10 * um))
     pair = fem.GearPair(crowned, paper_gear(), a=150 * mm)
-    slicing = FaceSlicing(MeshPosition(pair, pair.a, 0.0, 0.0), HalfFace(), 10)
+    slicing = FaceSlicing(position_of(pair), HalfFace(), 10)
 
     def solve(slices, last: State) -> State:
         return State(te, slices, np.ones(slices.low.size), np.zeros(slices.low.size), HalfFace())
@@ -57,7 +57,7 @@ def test_the_search_returns_the_width_on_which_crowned_flanks_overlap(te):
 
 def test_a_loaded_width_that_does_not_converge_raises_with_a_remedy():
     pair = paper_pair()
-    slicing = FaceSlicing(MeshPosition(pair, pair.a, 0.0, 0.0), WholeFace(), 4)
+    slicing = FaceSlicing(position_of(pair), WholeFace(), 4)
     growing = iter(-11.5 * um + 0.02 * um * 1.3 ** np.arange(30))
 
     def solve(slices, last) -> State:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from compliance_products import across
+from contacts import contact_of
 from measured_rows import deviation
 from modified_pairs import end_relieved
 from paper_gears import paper_gear
@@ -10,11 +11,9 @@ from twins import plane_twin, twin_te
 
 import fem
 from fem import Density
-from fem.contact.tooth_contact import ToothContact
 from fem.contact.unilateral import PENETRATION
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.microgeometry import flank, modification
-from fem.pair.mesh_position import MeshPosition
 from fem.support import cache
 from fem.units import mm, um
 
@@ -97,9 +96,7 @@ def test_force_is_normal_to_both_flanks_on_the_edge_of_a_relief():
     relief = fem.TipRelief(15 * um, 2.5 * mm)
     gear = modified(relief)
     twin = plane_twin(gear, Density(flank=26), 2)
-    state = ToothContact(MeshPosition(fem.GearPair(gear, gear, a=150 * mm), 150 * mm, 0.0, 0.4), twin, twin, 1).state(
-        50 / gear.r_b
-    )
+    state = contact_of(fem.GearPair(gear, gear, a=150 * mm), (twin, twin), 0.4, 1).state(50 / gear.r_b)
     tooth = state.slices.number == 0
     share, (pinion, wheel) = (state.strip_force / state.force.sum())[tooth], state.strips.tilts[:, tooth]
     arcs, step = state.strips.arcs[0, tooth], state.strips.width[tooth] / 2

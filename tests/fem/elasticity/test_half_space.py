@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from contacts import resolved_contacts
 from hypothesis import given
 from hypothesis import strategies as st
 from measured_rows import deviation
@@ -13,12 +14,9 @@ import fem
 from fem import Density, Resolution
 from fem.contact.strip_bounds import STRIPS
 from fem.contact.strip_contact import CAPACITY, local_compliance
-from fem.contact.tooth_contact import ToothContact
 from fem.elasticity.face_symmetry import HalfFace, WholeFace
 from fem.elasticity.half_space import along_line
 from fem.pair.hertz import flattening
-from fem.pair.mesh_position import MeshPosition
-from fem.ste.map_solver import compliances_of
 from fem.units import mm, um
 
 FAR = 30.0
@@ -92,8 +90,7 @@ def elliptical_contact(force: float, radius_along: float, radius_across: float) 
 def test_crowned_flanks_approach_as_hertz_says_of_point_contacts(measured):
     """Pitch point, patches of 0.4 to 1.8 mm of 23; the rest of the teeth deflects in proportion to the force."""
     density = Density(flank=10, fillet=2, tooth=3, rim=3, body=4)
-    bodies, _ = compliances_of(CROWNED, fem.Offsets().values(CROWNED), Resolution(density))
-    contact = ToothContact(MeshPosition(CROWNED, CROWNED.a, 0.0, 0.0), *bodies, 40)
+    (contact,) = resolved_contacts(CROWNED, Resolution(density), [0.0], slices=40)
     radii, force = ((CROWNED.b / 2) ** 2 / (2 * 10 * um), CROWNED.roll_pitch / 2), np.array([0.03, 0.1, 0.3, 1.0])
     states = [contact.state(f) for f in force]
     approach, pressure = np.transpose([elliptical_contact(f, *radii) for f in force])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from contacts import position_of, resolved_contacts
 from hypothesis import given, settings
 from paper_gears import paper_gear
 from strategies import gears
@@ -9,11 +10,8 @@ from strategies import gears
 import fem
 from fem import Resolution
 from fem.contact.mesh_geometry import pair_geometry
-from fem.contact.tooth_contact import ToothContact
 from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, FlankSections, add_removed, compiled_flank, turned
 from fem.microgeometry.flank import removed
-from fem.pair.mesh_position import MeshPosition
-from fem.ste.map_solver import compliances_of
 from fem.units import mm, um
 
 
@@ -34,9 +32,7 @@ class Broken:
 def test_compiled_material_is_that_of_the_modifications(gear):
     face, flank = gear.face, (*gear.drive_flank, Wave())
     compiled, roll = compiled_flank(flank, face), np.linspace(0.5 * face.roll_form, 1.1 * face.roll_tip, 50)
-    records = pair_geometry(
-        MeshPosition(fem.GearPair(paper_gear(), paper_gear(), a=150 * mm), 150 * mm, 0.0, 0.0)
-    ).geometry
+    records = pair_geometry(position_of(fem.GearPair(paper_gear(), paper_gear(), a=150 * mm))).geometry
     extent = records.gears[0]
     for name in ("roll_form", "roll_tip", "r_b"):
         extent[name] = getattr(face, name)
@@ -51,10 +47,10 @@ def test_compiled_material_is_that_of_the_modifications(gear):
     assert total == pytest.approx(2 * np.array(expected), rel=1e-12, abs=1e-18)
 
 
-def contact(flank) -> ToothContact:
+def contact(flank):
     pair = fem.GearPair(paper_gear(flank=flank), paper_gear(), a=150 * mm)
-    bodies, slices = compliances_of(pair, fem.Offsets(misalignment=1e-5).values(pair), Resolution())
-    return ToothContact(MeshPosition(pair, pair.a, 0.0, 0.3), *bodies, slices)
+    (resolved,) = resolved_contacts(pair, Resolution(), [0.3], misalignment=1e-5)
+    return resolved
 
 
 def test_a_modification_in_python_gives_the_contact_of_the_same_one_that_is_known():

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from contacts import position_of
 from paper_gears import few_teeth, paper_gear
 from raw_twin import COARSE, gap_change
 from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2, ElementTriP2
@@ -13,7 +14,6 @@ import fem
 from fem import Density
 from fem.contact.contact_slices import ContactSlices
 from fem.elasticity.face_symmetry import HalfFace
-from fem.pair.mesh_position import MeshPosition
 from fem.reference import mortar
 from fem.reference.deformable_gear import discretized
 from fem.reference.mortar import MatingGears, pair_gaps
@@ -38,7 +38,7 @@ def test_gap_at_rest_is_that_of_exact_flanks(flank):
     mating, rest = MatingGears(pair, (deformable, deformable)), deformable.undeformed()
     for phase in (0.0, 0.3, 0.45):
         gaps = pair_gaps(mating, mating.candidates(phase), phase, 0.0, (rest, rest))
-        position = MeshPosition(pair, pair.a, 0.0, phase)
+        position = position_of(pair, phase)
         numbers = np.array(position.numbers())
         slices = ContactSlices(position, numbers, 0.0 * numbers, 0.0 * numbers + gear.b / 2)
         exact = slices.first_touch(0.0).min()

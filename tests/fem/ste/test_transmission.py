@@ -7,6 +7,7 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 from coarse_maps import COARSE, ROUGH
+from contacts import contact_of, position_of
 from helical_gears import helical
 from paper_gears import few_teeth, paper_gear
 
@@ -15,11 +16,9 @@ from fem import Density
 from fem.contact.contact_slices import ContactSlices
 from fem.contact.strip_bounds import STRIPS, strips_of
 from fem.contact.strip_contact import assemble
-from fem.contact.tooth_contact import ToothContact
 from fem.contact.unilateral import PENETRATION
 from fem.elasticity.flank_compliance import flank_compliance
 from fem.pair.hertz import flattening, least_torque
-from fem.pair.mesh_position import MeshPosition
 from fem.units import deg, mm, um
 
 
@@ -64,18 +63,14 @@ def test_swapping_pinion_and_wheel_mirrors_the_phase(unequal):
     assert te == pytest.approx(np.roll(mirrored[::-1], 1), rel=2e-3)
 
 
-def tooth_contact(pair, bodies, phase) -> ToothContact:
-    return ToothContact(MeshPosition(pair, pair.a, 0.0, phase), *bodies, 3)
-
-
-def slices_of(contact: ToothContact, numbers) -> ContactSlices:
+def slices_of(contact, numbers) -> ContactSlices:
     """Slices over the whole face of some tooth pairs."""
     slicing = contact.slicing
     return slicing.over(np.array([slicing.ends if k in numbers else (np.nan, np.nan) for k in slicing.numbers]))
 
 
 def test_te_does_not_depend_on_which_tooth_is_number_0(paper_pair, bodies):
-    te, renumbered = (tooth_contact(paper_pair, bodies, phase).state(2000.0).te for phase in (0.3, 1.3))
+    te, renumbered = (contact_of(paper_pair, bodies, phase, 3).state(2000.0).te for phase in (0.3, 1.3))
     assert renumbered == pytest.approx(te, rel=1e-9)
 
 
@@ -85,7 +80,7 @@ def test_identical_gears_give_a_symmetric_curve(paper_pair):
 
 
 def test_contact_balances_the_load_and_never_pulls_nor_penetrates(paper_pair, bodies):
-    contact = tooth_contact(paper_pair, bodies, 0.45)
+    contact = contact_of(paper_pair, bodies, 0.45, 3)
     slices = slices_of(contact, (-1, 0))
     half_width = slices.half_width(np.full(slices.low.size, 90e3))
     strips = strips_of(slices, half_width)
@@ -105,13 +100,13 @@ def test_contact_balances_the_load_and_never_pulls_nor_penetrates(paper_pair, bo
 def test_light_load_follows_line_contact(paper_pair, bodies):
     """One pair alone: compliance te/F falls by (c1 + c2) / (2 b) per unit of ln F (Hertz)."""
     force = np.array([0.01, 0.1, 1.0, 10.0])
-    compliance = [tooth_contact(paper_pair, bodies, 0.0).state(f).te / f for f in force]
+    compliance = [contact_of(paper_pair, bodies, 0.0, 3).state(f).te / f for f in force]
     slope = -np.diff(compliance) / np.diff(np.log(force))
     assert slope == pytest.approx(flattening(paper_pair.pinion.material) / paper_pair.b, rel=0.02)
 
 
 def test_peak_pressure_is_that_of_hertz(paper_pair, bodies):
-    contact = tooth_contact(paper_pair, bodies, 0.0)
+    contact = contact_of(paper_pair, bodies, 0.0, 3)
     state = contact.state(2000.0)
     line_load = state.force / state.slices.length
     hertz = 2 * line_load / (np.pi * state.slices.half_width(line_load))
@@ -120,7 +115,7 @@ def test_peak_pressure_is_that_of_hertz(paper_pair, bodies):
 
 
 def test_line_loads_flattened_by_hertz_agree_with_strips_away_from_the_tips(paper_pair, bodies):
-    contact = tooth_contact(paper_pair, bodies, 0.0)
+    contact = contact_of(paper_pair, bodies, 0.0, 3)
     resolved, sliced = contact.state(2000.0), contact.slice_states(np.array([2000.0]), np.zeros(1))[0]
     assert sliced.te == pytest.approx(resolved.te, rel=2e-3)
     assert sliced.pressure[sliced.force > 0] == pytest.approx(resolved.pressure, rel=0.01)
@@ -135,7 +130,7 @@ def test_more_torque_deflects_more_at_falling_rate(paper_pair):
 
 
 def test_unloaded_error_beyond_the_path_of_contact_is_a_gap(paper_pair, bodies):
-    separation = np.sort(tooth_contact(paper_pair, bodies, 0.0).slicing.stations.first_touch(0.0))
+    separation = np.sort(contact_of(paper_pair, bodies, 0.0, 3).slicing.stations.first_touch(0.0))
     assert separation[0] == pytest.approx(0, abs=1e-15)
     assert separation[-1] > 1 * um
 
@@ -198,7 +193,7 @@ def test_misaligned_force_moves_to_the_closed_side(paper_pair):
 
 def test_pressure_grows_with_the_root_of_the_load(paper_pair, bodies):
     light, heavy = (
-        tooth_contact(paper_pair, bodies, 0.0).state(f).quantities.peak_pressure[0] for f in (500.0, 2000.0)
+        contact_of(paper_pair, bodies, 0.0, 3).state(f).quantities.peak_pressure[0] for f in (500.0, 2000.0)
     )
     assert heavy == pytest.approx(2 * light, rel=0.01)
 
@@ -269,7 +264,7 @@ def test_mirrored_hands_mirror_the_centroid(helical_pair):
 def test_force_of_a_helical_pair_shuttles_with_the_lines_of_contact(helical_pair):
     """Under light load every line of contact carries nearly the same everywhere."""
     for phase in (0.1, 0.4):
-        lines = MeshPosition(helical_pair, 0.15, 0.0, phase).lines()
+        lines = position_of(helical_pair, phase).lines()
         lengths = {k: high - low for k, (low, high) in lines.items()}
         centroid = sum(lengths[k] * sum(lines[k]) / 2 for k in lines) / sum(lengths.values())
         ste = fem.static_transmission_error(helical_pair, 20, [phase], progress=False)
