@@ -18,7 +18,7 @@ from exugear.contact.contact import (
     spin_forces,
     spin_motion,
 )
-from exugear.contact.friction import NO_FORCES, friction_at, friction_in_space, friction_of_spins
+from exugear.contact.friction import friction_at, friction_in_space, friction_of_spins
 from exugear.contact.recorder import recorded_components, sample_of, write
 from exugear.contact.reference_configuration import frame_at, is_rotated, is_spatial
 from exugear.contact.rotation import EULER, IN_PLANE, RXYZ, SPIN_ALONE, UPRIGHT, VECTOR
@@ -37,7 +37,6 @@ from fem.support.numba_cache import compiled, kept
 
 SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
 PARAMETERS, ROTATION_VECTOR = "Euler parameters", "rotation vector"
-NO_MOTION = NO_FORCES, NO_FORCES, NO_FORCES, NO_FORCES
 CODES = {SPIN: SPIN_ALONE, PLANAR: IN_PLANE, SPATIAL: RXYZ, PARAMETERS: EULER, ROTATION_VECTOR: VECTOR}
 
 
@@ -90,7 +89,7 @@ def _spin_contact(bodies: int, rubs: int):
             mesh = motion.advance, push.force, *NO_OFFSETS, 0.0, torque_1, torque_2, motion.phase
             spins = pinion.angle, wheel.angle, pinion.speed, wheel.speed
             power = push.static.energy, push.dissipation + pulse * motion.rate, *spins
-            write(record, k, mesh, power, (rub.force, rub.loss), 0, NO_MOTION)
+            write(record, k, mesh, power, (rub.force, rub.loss), 0, None)
         torque_1, torque_2 = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
         return (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, -torque_1 - torque_2)
 
