@@ -52,9 +52,8 @@ class Push(NamedTuple):
     static        without damping, of the law
     damping       coefficient [N s/m]
     rise          time derivative of the static force, > 0 on the driving flank [N/s]
-    rate          of the advance at which the flank is damped [m/s]
+    rate          of the advance [m/s]
     force         with damping, > 0 on the driving flank [N]
-    dissipation   by the damping [W]
     """
 
     flank: Flank
@@ -63,7 +62,6 @@ class Push(NamedTuple):
     rise: float
     rate: float
     force: float
-    dissipation: float
 
 
 class Geometry(NamedTuple):
@@ -96,7 +94,7 @@ def contact_of_spins(law, frame, q_1, q_2, v_1, v_2, friction=None):
     """`Contact` of bodies that spin about fixed axes, with angles q [rad] and speeds v [rad/s]."""
     motion = spin_motion(frame, q_1, q_2, v_1, v_2)
     pushed = push(law, motion, None)
-    torque_1, torque_2 = spin_forces(frame, pushed)
+    torque_1, torque_2 = spin_forces(frame, pushed, pushed.force)
     rub = friction_of_spins(friction, frame, pushed, v_1, v_2)
     return Contact(motion, pushed, rub, torque_1 + rub.pinion, torque_2 + rub.wheel, NO_OFFSETS, 0.0)
 
@@ -109,7 +107,7 @@ def contact_in_space(law, frame, q_1, q_2, v_1, v_2, friction=None, before=(0.0,
     """
     motion, geometry = space_motion(law, frame, q_1, q_2, v_1, v_2, before)
     pushed = push(law, motion, geometry.position.offsets)
-    row_1, row_2 = space_forces(frame, geometry, pushed)
+    row_1, row_2 = space_forces(frame, geometry, pushed, pushed.force)
     rub = friction_in_space(friction, frame, geometry.position, pushed, v_1, v_2)
     offsets, centroid = measures_in_space(frame, geometry, pushed)
     return Contact(motion, pushed, rub, row_total(row_1, rub.pinion), row_total(row_2, rub.wheel), offsets, centroid)
@@ -146,35 +144,29 @@ def push(law, motion, offsets):
         static = spinning_force(table, flank.phase, flank.deflection)
     else:
         static = static_force(table, flank.phase, flank.deflection, offsets[0], offsets[1], offsets[2])
-    rise = static.stiffness * motion.rate + static.force_by_phase * motion.phase_rate
-    return damped(flank, static, damping(law, static.penetration), rise, motion.rate)
+    c, rate = damping(law, static.penetration), motion.rate
+    rise = static.stiffness * rate + static.force_by_phase * motion.phase_rate
+    return Push(flank, static, c, rise, rate, flank.side * static.force + c * rate)
 
 
 @compiled
-def damped(flank, static, coefficient, rise, rate):
-    """`Push` of a flank that is damped at a rate of the advance [m/s]."""
-    force = flank.side * static.force + coefficient * rate
-    return Push(flank, static, coefficient, rise, rate, force, coefficient * rate * rate)
-
-
-@compiled
-def spin_forces(frame, push):
-    """Torques [N m] on bodies that spin."""
+def spin_forces(frame, push, force):
+    """Torques [N m] on bodies that spin; force: along the line of action, that of the push or in its place [N]."""
     d, side = frame.direction, push.flank.side
     by_phase = side * d * frame.pitches_per_radian * push.static.by_phase
-    return -frame.pinion.r_b * d * push.force - by_phase, -frame.wheel.r_b * d * push.force
+    return -frame.pinion.r_b * d * force - by_phase, -frame.wheel.r_b * d * force
 
 
 @compiled(forceinline=True)
-def space_forces(frame, geometry, push):
-    """Generalized forces (6), (6) on Rxyz bodies."""
+def space_forces(frame, geometry, push, force):
+    """Generalized forces (6), (6) on Rxyz bodies; force: as for `spin_forces`."""
     static = push.static
     by_offsets = static.by_a, static.by_misalignment, static.by_axial
     beside = deflection_slopes(frame, geometry.position, 0.0, static.by_phase, by_offsets)
     further_1, further_2 = gradient(frame, geometry.position, beside)
     return (
-        row_scaled(-1.0, row_total(row_scaled(push.force, geometry.pinion), further_1)),
-        row_scaled(-1.0, row_total(row_scaled(push.force, geometry.wheel), further_2)),
+        row_scaled(-1.0, row_total(row_scaled(force, geometry.pinion), further_1)),
+        row_scaled(-1.0, row_total(row_scaled(force, geometry.wheel), further_2)),
     )
 
 

@@ -67,12 +67,14 @@ def write(record, k, mesh, power, friction, components, motions):
 
     mesh, power, friction   values in the order of `NAMES`, `POWER_NAMES`, `FRICTION_NAMES`
     components              number of displacements and tilts of the bodies; those that they lack stay 0
-    motions                 displacements and velocities (q_1, q_2, v_1, v_2), (6) each
+    motions                 displacements and velocities (q_1, q_2, v_1, v_2), (6) each; None of bodies that spin
     """
     header = header_at(record)
     store(header.samples, k, mesh)
     store(header.powers, k, power)
     store(header.friction, k, friction)
+    if motions is None:
+        return
     if header.motions[0] != 0:
         for j in range(len(motions)):
             for i in range(components):

@@ -18,7 +18,7 @@ from exugear.contact.contact import (
     spin_forces,
     spin_motion,
 )
-from exugear.contact.friction import NO_FORCES, friction_at, friction_in_space, friction_of_spins
+from exugear.contact.friction import friction_at, friction_in_space, friction_of_spins
 from exugear.contact.recorder import recorded_components, sample_of, write
 from exugear.contact.reference_configuration import frame_at, is_rotated, is_spatial
 from exugear.contact.rotation import EULER, IN_PLANE, RXYZ, SPIN_ALONE, UPRIGHT, VECTOR
@@ -31,13 +31,11 @@ from exugear.multibody.integrator_steps import (
     begin_solve,
     push_in_step,
     state_at,
-    with_force,
 )
 from fem.support.numba_cache import compiled, kept
 
 SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
 PARAMETERS, ROTATION_VECTOR = "Euler parameters", "rotation vector"
-NO_MOTION = NO_FORCES, NO_FORCES, NO_FORCES, NO_FORCES
 CODES = {SPIN: SPIN_ALONE, PLANAR: IN_PLANE, SPATIAL: RXYZ, PARAMETERS: EULER, ROTATION_VECTOR: VECTOR}
 
 
@@ -80,17 +78,17 @@ def _spin_contact(bodies: int, rubs: int):
         by_pinion = frame.pinion.r_b * pinion.speed if state.imposed[0] else 0.0
         by_wheel = frame.wheel.r_b * wheel.speed if state.imposed[1] else 0.0
         beside = Beside(frame.direction * (by_pinion + by_wheel), 0.0, 0.0, 0.0)
-        motion, push = push_in_step(law, state, motion, beside, None)
-        pulse = state.steps.pulse_force
-        torque_1, torque_2 = spin_forces(frame, with_force(push, push.force + pulse))
+        motion, push, force, dissipation = push_in_step(law, state, motion, beside, None)
+        pulsed = force + state.steps.pulse_force
+        torque_1, torque_2 = spin_forces(frame, push, pulsed)
         rub = friction_of_spins(friction_at(friction) if rubs == 1 else None, frame, push, pinion.speed, wheel.speed)
         torque_1, torque_2 = torque_1 + rub.pinion, torque_2 + rub.wheel
         k = sample_of(record, t)
         if k >= 0:
-            mesh = motion.advance, push.force, *NO_OFFSETS, 0.0, torque_1, torque_2, motion.phase
+            mesh = motion.advance, force, *NO_OFFSETS, 0.0, torque_1, torque_2, motion.phase
             spins = pinion.angle, wheel.angle, pinion.speed, wheel.speed
-            power = push.static.energy, push.dissipation + pulse * motion.rate, *spins
-            write(record, k, mesh, power, (rub.force, rub.loss), 0, NO_MOTION)
+            power = push.static.energy, dissipation, *spins
+            write(record, k, mesh, power, (rub.force, rub.loss), 0, None)
         torque_1, torque_2 = torque_on(state, 0, pinion, torque_1), torque_on(state, 1, wheel, torque_2)
         return (torque_1, torque_2) if bodies == 2 else (torque_1, torque_2, -torque_1 - torque_2)
 
@@ -130,9 +128,9 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int):
         motion, geometry = space_motion(law, frame, pinion.q, wheel.q, pinion.v, wheel.v, (state.advance, state.begins))
         state.advance = motion.advance
         beside = beside_mesh(state, geometry, pinion, wheel)
-        motion, push = push_in_step(law, state, motion, beside, geometry.position.offsets)
-        pulse = state.steps.pulse_force
-        forces_1, forces_2 = space_forces(frame, geometry, with_force(push, push.force + pulse))
+        motion, push, force, dissipation = push_in_step(law, state, motion, beside, geometry.position.offsets)
+        pulsed = force + state.steps.pulse_force
+        forces_1, forces_2 = space_forces(frame, geometry, push, pulsed)
         rub = friction_in_space(
             friction_at(friction) if rubs == 1 else None, frame, geometry.position, push, pinion.v, wheel.v
         )
@@ -143,7 +141,7 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int):
             offsets, centroid = measures_in_space(frame, geometry, push)
             mesh = (
                 motion.advance - motion.opening,
-                push.force,
+                force,
                 *offsets,
                 centroid,
                 forces_1[5],
@@ -151,7 +149,7 @@ def _spatial_contact(kind_1: int, kind_2: int, rubs: int):
                 motion.phase,
             )
             spins = body_1.q[5], body_2.q[5], body_1.v[5], body_2.v[5]
-            power = push.static.energy, push.dissipation + pulse * motion.rate, *spins
+            power = push.static.energy, dissipation, *spins
             motions = body_1.q, body_2.q, body_1.v, body_2.v
             write(record, k, mesh, power, (rub.force, rub.loss), components, motions)
         f, g = forces_on(kind_1, pinion.orientation, forces_1), forces_on(kind_2, wheel.orientation, forces_2)

@@ -45,7 +45,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exugear.contact.contact import Motion, Push, damped, push
+from exugear.contact.contact import Motion, Push, push
 from exugear.contact.relative_position import flank_of
 from exugear.mesh_force.force_kernels import NO_CONTACT
 from exugear.mesh_force.kernel_records import reader, record_type
@@ -144,18 +144,21 @@ def begin_solve(state, t):
 
 @compiled(forceinline=True)
 def push_in_step(law, state, motion, beside, offsets):
-    """`Motion` ahead of that of the state, and the `Push` there with the force for the integrator (`push`)."""
+    """(`Motion` ahead, `Push` there, force for the integrator without that of a pulse [N], dissipated power [W])."""
     steps = state.steps
     guess = guess_of(law, steps, motion, beside, offsets)
     shift = steps.deflection * guess.acceleration + steps.shift
     rate = beside.lag_rate + steps.rate * guess.acceleration + steps.shift_rate
     ahead = shifted(motion, shift, rate)
-    true = push_if_engaged(law, state, ahead, offsets)
-    mobility = state.mobility if true.flank.side > 0.0 else 0.0
-    if true.damping > 0.0 and state.lag != 0.0:
-        true = without_lag(true, state.lag, mobility, state.holding_force - beside.held / state.lag)
-    slope = slope_in_step(steps, true, state.lag, mobility)
-    return ahead, with_force(true, settled(steps, guess, motion, beside, true, slope))
+    push = push_if_engaged(law, state, ahead, offsets)
+    force, rate, mobility = push.force, push.rate, state.mobility if push.flank.side > 0.0 else 0.0
+    if push.damping > 0.0 and state.lag != 0.0:
+        rate = true_rate(push, state.lag, mobility, state.holding_force - beside.held / state.lag)
+        force = push.flank.side * push.static.force + push.damping * rate
+    slope = slope_in_step(steps, push, state.lag, mobility)
+    dissipation = push.damping * rate * rate + steps.pulse_force * ahead.rate
+    penetration = push.flank.side * push.static.penetration
+    return ahead, push, settled(steps, guess, motion, beside, force, slope, penetration), dissipation
 
 
 @compiled
@@ -165,17 +168,11 @@ def shifted(motion, advance, rate):
 
 
 @compiled
-def with_force(push, force):
-    """The push with another force along the line of action [N]."""
-    return Push(push.flank, push.static, push.damping, push.rise, push.rate, force, push.dissipation)
-
-
-@compiled
 def push_if_engaged(law, state, motion, offsets):
     """The `Push` of a law, none where the gears are out of mesh; notes whether teeth have touched."""
     if state.engaged == 0.0:
         flank = flank_of(law, motion.advance, motion.opening, motion.phase)
-        return damped(flank, NO_CONTACT, 0.0, 0.0, motion.rate)
+        return Push(flank, NO_CONTACT, 0.0, 0.0, motion.rate, 0.0)
     pushed = push(law, motion, offsets)
     if pushed.static.force > 0.0:
         state.closed = 1.0
@@ -183,8 +180,8 @@ def push_if_engaged(law, state, motion, offsets):
 
 
 @compiled
-def without_lag(push, lag, mobility, holding_force):
-    """The push at the true rate, which is that of the integrator + lag d(force)/dt.
+def true_rate(push, lag, mobility, holding_force):
+    """The true rate of the advance [m/s], which is that of the integrator + lag d(force)/dt.
 
     lag             by how much the rate is too small, per time derivative of the force [m/N]
     mobility        acceleration of the bodies per force [1/kg]; 0: unknown
@@ -192,12 +189,8 @@ def without_lag(push, lag, mobility, holding_force):
 
     The force contains the damping force at the true rate, for which the equation is solved.
     """
-    c = push.damping
-    if c == 0.0:
-        return push
-    excess = push.flank.side * push.static.force - holding_force
-    rate = (push.rate + lag * (push.rise - c * mobility * excess)) / (1.0 + lag * mobility * c * c)
-    return damped(push.flank, push.static, c, push.rise, rate)
+    c, excess = push.damping, push.flank.side * push.static.force - holding_force
+    return (push.rate + lag * (push.rise - c * mobility * excess)) / (1.0 + lag * mobility * c * c)
 
 
 @compiled
@@ -222,21 +215,22 @@ def guess_of(law, steps, motion, beside, offsets):
 
 
 @compiled
-def settled(steps, guess, motion, beside, push, slope):
+def settled(steps, guess, motion, beside, force, slope, penetration):
     """The force [N] for the integrator, without that of a pulse; notes the call for the next step.
 
-    motion   of the integrator
-    push     at the guess, with its slope over the acceleration at the end of the step [kg]
+    motion        of the integrator
+    force         at the guess [N], with its slope over the acceleration at the end of the step [kg]
+    penetration   there [m], < 0 on the back flank
     """
     steps.last_time = steps.time
     if steps.predicts == 0.0:
         steps.last_rate, steps.last_imposed_rate = motion.rate - beside.imposed_rate, beside.imposed_rate
-        steps.last_force, steps.last_penetration = push.force, push.flank.side * push.static.penetration
-        return push.force
+        steps.last_force, steps.last_penetration = force, penetration
+        return force
     steps.last_by_bearings = beside.by_bearings
-    unforced = guess.free - steps.compliance * (push.force + steps.pulse_force - slope * guess.acceleration)
+    unforced = guess.free - steps.compliance * (force + steps.pulse_force - slope * guess.acceleration)
     acceleration = unforced / (1.0 + steps.compliance * slope)
-    expected = push.force + slope * (acceleration - guess.acceleration)
+    expected = force + slope * (acceleration - guess.acceleration)
     return expected - steps.matrix * acceleration
 
 
@@ -260,17 +254,22 @@ def moved(motion, advance, rate, before):
 
 @compiled
 def true_push(law, offsets, motion, lag, mobility, free):
-    """`Push` in a motion whose rate is too large by lag [s^2] times its second derivative; 0 for true rates.
+    """(`Push`, true force [N]) in a motion whose rate is too large by lag [s^2] times its second derivative.
 
+    lag    0 for true rates
     free   acceleration by all other forces [m/s^2], which matters for rates that lag
     """
-    return without_lag(push(law, motion, offsets), lag * mobility, mobility, free / mobility)
+    pushed = push(law, motion, offsets)
+    if pushed.damping == 0.0:
+        return pushed, pushed.force
+    rate = true_rate(pushed, lag * mobility, mobility, free / mobility)
+    return pushed, pushed.flank.side * pushed.static.force + pushed.damping * rate
 
 
 @compiled
-def jerk_of(push, mobility, free):
+def jerk_of(push, force, mobility, free):
     """Second derivative of the rate [m/s^3] by the contact."""
-    return -mobility * (push.rise + push.damping * (free - mobility * push.force))
+    return -mobility * (push.rise + push.damping * (free - mobility * force))
 
 
 @compiled
@@ -279,10 +278,10 @@ def end_by_rule(law, steps, offsets, predicted, free, acceleration):
     beta_h2, gamma_h, mobility, zone = steps.deflection, steps.rate, steps.mobility, 0.0
     for _ in range(ITERATIONS):
         motion = shifted(predicted, beta_h2 * acceleration, gamma_h * acceleration)
-        push = true_push(law, offsets, motion, steps.lag, mobility, free)
+        push, force = true_push(law, offsets, motion, steps.lag, mobility, free)
         zone = zone_of(law, push.flank.side * push.static.penetration)
         slope = beta_h2 * push.static.stiffness + gamma_h * push.damping
-        change = (free - mobility * push.force - acceleration) / (1.0 + mobility * slope)
+        change = (free - mobility * force - acceleration) / (1.0 + mobility * slope)
         acceleration += change
         if abs(change) < SMALL:
             break
@@ -298,23 +297,23 @@ def true_end(law, steps, offsets, end, start, free):
     free    acceleration by all other forces at the beginning and at the end [m/s^2]
     """
     h, m = steps.duration, steps.mobility
-    push = true_push(law, offsets, moved(end, start[0], start[1], h), steps.lag, m, free[0])
-    y, v = start[0], start[1] - steps.lag * jerk_of(push, m, free[0])
+    push, force = true_push(law, offsets, moved(end, start[0], start[1], h), steps.lag, m, free[0])
+    y, v = start[0], start[1] - steps.lag * jerk_of(push, force, m, free[0])
     dt, drift = h / SUBSTEPS, (free[1] - free[0]) / h
     for i in range(SUBSTEPS):
         dy = dv = 0.0
         y_stage, v_stage = y, v
         for stage in range(4):
             s = (i + 0.5 * ((stage + 1) // 2)) * dt
-            force = true_push(law, offsets, moved(end, y_stage, v_stage, h - s), 0.0, m, 0.0).force
+            force = true_push(law, offsets, moved(end, y_stage, v_stage, h - s), 0.0, m, 0.0)[1]
             a = free[0] + drift * s - m * force
             weight = dt / 3.0 if stage == 1 or stage == 2 else dt / 6.0
             dy, dv = dy + weight * v_stage, dv + weight * a
             ahead = dt if stage == 2 else 0.5 * dt
             y_stage, v_stage = y + ahead * v_stage, v + ahead * a
         y, v = y + dy, v + dv
-    push = true_push(law, offsets, moved(end, y, v, 0.0), 0.0, m, 0.0)
-    return y, v + steps.lag * jerk_of(push, m, free[1])
+    push, force = true_push(law, offsets, moved(end, y, v, 0.0), 0.0, m, 0.0)
+    return y, v + steps.lag * jerk_of(push, force, m, free[1])
 
 
 @compiled
