@@ -86,7 +86,7 @@ WORK = (
     *(
         "fem.reference.deformable_gear.clamped_pair",
         "exugear.multibody.equilibrium.solve_initial_equilibrium",
-        "exugear.multibody.gear_contact.add_forces",
+        "exugear.multibody.gear_contact.user_functions",
     ),
 )
 

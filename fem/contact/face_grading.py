@@ -75,16 +75,16 @@ compiled_axial, compiled_share = unchecked(axial_at), unchecked(share_at)
 def write_with_kinks(start, end, steps, kinks, positions):
     """Write equidistant positions from start to end and the kinks (n,), increasing, among them; returns their number.
 
-    The first and the last stay; kinks too close to them or to one another, and steps beside kinks are left out.
+    The first and the last stay; kinks too close to them and steps beside kinks are left out. Kinks too close to one
+    another have one position in their middle, so that a mirrored face has the mirrored positions.
     """
     step, inside, number = (end - start) / steps, np.empty(kinks.size), 0
-    previous = start
+    first = previous = start
     for kink in kinks:
-        if start + BETWEEN_KINKS * step < kink < end - BETWEEN_KINKS * step and kink > previous:
-            if kink - previous > BETWEEN_KINKS * step:
-                inside[number] = kink
-                number += 1
-            previous = kink
+        if start + BETWEEN_KINKS * step < kink < end - BETWEEN_KINKS * step:
+            if number == 0 or kink - previous > BETWEEN_KINKS * step:
+                first, number = kink, number + 1
+            inside[number - 1], previous = 0.5 * (first + kink), kink
     n, used = 0, 0
     for k in range(steps + 1):
         position = start + step * k if k < steps else end
