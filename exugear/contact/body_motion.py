@@ -19,8 +19,6 @@ from exugear.contact.rotation import (
     IN_PLANE,
     RXYZ,
     SPIN_ALONE,
-    UPRIGHT,
-    VECTOR,
     angular_velocity,
     attitude,
     moments,
@@ -31,8 +29,6 @@ from exugear.contact.rotation import (
 from exugear.contact.vectors import cross, dot, scaled, total
 from fem.support.numba_cache import compiled, kept
 
-#: Number of coordinates of each kind of body.
-SIZES = {SPIN_ALONE: 1, IN_PLANE: 3, UPRIGHT: 6, RXYZ: 6, EULER: 7, VECTOR: 6}
 #: Component of a gear's axis along global x above which global y gives the other axes.
 LEANING = 0.8
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

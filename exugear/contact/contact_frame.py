@@ -10,7 +10,7 @@ import numpy as np
 
 from exugear.contact.body_motion import angles_of, axes_without_spin
 from exugear.contact.reference_configuration import reference_line, spatial_frame
-from exugear.contact.rotation import EULER, RXYZ, VECTOR, attitude
+from exugear.contact.rotation import RXYZ, attitude
 from exugear.mesh_force.kernel_records import changed
 from fem.support.validation import require
 from fem.units import mm
@@ -133,7 +133,7 @@ def _spin_factors(body: GearBody) -> tuple[float, float]:
 
     An Rxyz node is singular where its z axis points along global x: no coordinate counts the turns there.
     """
-    if body.kind in (EULER, VECTOR):
+    if body.kind > RXYZ:
         return 0.0, 0.0
     if body.kind < RXYZ:
         return 0.0, 1.0

@@ -18,6 +18,23 @@ MOTION_NAMES, COMPONENTS = ("q_1", "q_2", "v_1", "v_2"), 5
 POWER_NAMES = "energy", "dissipation", "spin_1", "spin_2", "speed_1", "speed_2"
 #: Friction between the teeth: force along the flanks [N] and power that it dissipates [W].
 FRICTION_NAMES = "friction_force", "friction_loss"
+#: Quantities in the data of runs: name here (signs: `Recorder`), unit, long name; on bearings further ones.
+IN_RUNS = {
+    "dte": ("deflection", "m", "dynamic transmission error"),
+    "mesh_force": ("force", "N", "mesh force"),
+    "phase": ("phase", "1", "phase of the driving flank in pitches, which grows by 1 in a mesh cycle"),
+}
+IN_RUNS_ON_BEARINGS = {
+    "centre_distance": ("a", "m", "centre distance"),
+    "misalignment": ("misalignment", "rad", "angle by which the gap of the flank in contact opens towards +z"),
+    "axial_offset": ("axial", "m", "position of the wheel along the pinion's axis, from the pinion"),
+    "centroid": ("centroid", "m", "z of the mesh force from the pinion's mid-plane"),
+}
+#: Friction in the data of runs: unit, long name.
+FRICTION_IN_RUNS = {
+    "friction_force": ("N", "friction between the teeth, along the flanks"),
+    "friction_loss": ("W", "power that friction between the teeth dissipates"),
+}
 #: Quantities by the field of the header with the addresses of their arrays.
 KINDS = {"samples": NAMES, "motions": MOTION_NAMES, "powers": POWER_NAMES, "friction": FRICTION_NAMES}
 #: Time between samples [s], the share of it by which the time of a call may differ from that of a sample, the number of

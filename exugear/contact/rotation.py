@@ -1,4 +1,4 @@
-"""Attitude of a rigid body of Exudyn: rotation matrix, angular velocity and generalized moments.
+"""Kinds of bodies of Exudyn and their attitude: rotation matrix, angular velocity and generalized moments.
 
 Matrices are tuples of three rows; moments and angular velocities are components along the global axes. Rotational
 coordinates are passed as four numbers, unused ones as 0: angles of Rx(a) Ry(b) Rz(c); Euler parameters; or a rotation
@@ -9,8 +9,15 @@ from math import cos, sin, sqrt
 
 from fem.support.numba_cache import compiled, kept
 
-#: Kinds of bodies. In a rotated contact frame the attitude of those from RXYZ on has to be computed.
+#: Kinds of bodies for compiled code. In a rotated contact frame the attitude of those from RXYZ on has to be computed;
+#: those beyond RXYZ do not count turns.
 SPIN_ALONE, IN_PLANE, UPRIGHT, RXYZ, EULER, VECTOR = 1, 3, 5, 6, 7, 8
+#: Number of coordinates of each kind of body.
+SIZES = {SPIN_ALONE: 1, IN_PLANE: 3, UPRIGHT: 6, RXYZ: 6, EULER: 7, VECTOR: 6}
+#: Names of the kinds.
+SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
+PARAMETERS, ROTATION_VECTOR = "Euler parameters", "rotation vector"
+CODES = {SPIN: SPIN_ALONE, PLANAR: IN_PLANE, SPATIAL: RXYZ, PARAMETERS: EULER, ROTATION_VECTOR: VECTOR}
 
 
 @compiled

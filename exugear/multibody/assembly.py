@@ -19,11 +19,11 @@ from exugear.contact.reference_configuration import (
     spatial_frame,
     spatial_row,
 )
+from exugear.contact.rotation import SPIN
 from exugear.gearbox.gearbox import Gearbox
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.gearbox.stage import Stage
 from exugear.multibody.bearings_and_drags import add_bearings, add_drags
-from exugear.multibody.contact_kernels import SPIN
 from exugear.multibody.exudyn_objects import kind_of, node_of, quiet
 from exugear.multibody.gear_contact import add_contact
 from exugear.multibody.integrator_steps import contact_state

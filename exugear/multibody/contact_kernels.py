@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 
-from exugear.contact.body_motion import SIZES, forces_on, motions_of, recorded_motions
+from exugear.contact.body_motion import forces_on, motions_of, recorded_motions
 from exugear.contact.contact import (
     NO_OFFSETS,
     measures_in_space,
@@ -21,7 +21,7 @@ from exugear.contact.contact import (
 from exugear.contact.friction import friction_at, friction_in_space, friction_of_spins
 from exugear.contact.recorder import recorded_components, sample_of, write
 from exugear.contact.reference_configuration import frame_at, is_rotated, is_spatial
-from exugear.contact.rotation import EULER, IN_PLANE, RXYZ, SPIN_ALONE, UPRIGHT, VECTOR
+from exugear.contact.rotation import CODES, SIZES, SPATIAL, SPIN, UPRIGHT
 from exugear.contact.vectors import row_dot, row_total
 from exugear.mesh_force.patches import table_at
 from exugear.multibody.imposed_motion import spin_of, torque_on, with_spin
@@ -33,10 +33,6 @@ from exugear.multibody.integrator_steps import (
     state_at,
 )
 from fem.support.numba_cache import compiled, kept
-
-SPIN, PLANAR, SPATIAL = "spin", "planar", "spatial"
-PARAMETERS, ROTATION_VECTOR = "Euler parameters", "rotation vector"
-CODES = {SPIN: SPIN_ALONE, PLANAR: IN_PLANE, SPATIAL: RXYZ, PARAMETERS: EULER, ROTATION_VECTOR: VECTOR}
 
 
 def codes_of(kinds: tuple[str, ...], rotated: bool) -> list[int]:

@@ -9,7 +9,7 @@ import exudyn as exu
 import numpy as np
 
 from exugear.contact.contact_frame import GearBody
-from exugear.multibody.contact_kernels import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN
+from exugear.contact.rotation import CODES, PARAMETERS, PLANAR, ROTATION_VECTOR, SPATIAL, SPIN
 from fem.support.validation import require
 
 #: Exudyn's class of a system.

@@ -16,11 +16,12 @@ from exudyn.misc.extensionRegistry import extends, install
 from exugear.contact.contact_frame import frame_between
 from exugear.contact.recorder import Recorder
 from exugear.contact.reference_configuration import rotational_frame
+from exugear.contact.rotation import SPIN
 from exugear.mesh_force.force import MeshForce
 from exugear.mesh_force.kernel_records import address_of
 from exugear.mesh_force.mesh_friction import MeshFriction
 from exugear.mesh_force.ring_pair import RingPair
-from exugear.multibody.contact_kernels import SPIN, kernel_of
+from exugear.multibody.contact_kernels import kernel_of
 from exugear.multibody.difference_jacobian import jacobian
 from exugear.multibody.direct_call import direct
 from exugear.multibody.exudyn_objects import check_spin_axes, gear_body, kind_of, node_of

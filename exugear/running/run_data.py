@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from exugear.contact.recorder import Recorder
+from exugear.contact.recorder import FRICTION_IN_RUNS, IN_RUNS, IN_RUNS_ON_BEARINGS, Recorder
 from exugear.gearbox.shaft import NO_DISPLACEMENT, Shaft
 from exugear.multibody.drive_and_load import ShaftTorques
 from exugear.multibody.equilibrium import STIFFNESS_UNIT_HINT
@@ -41,23 +41,6 @@ from fem.units import mm
 DERIVATIVES = ("coordinates", "velocities", "accelerations")
 #: Variables that every run holds.
 VARIABLES = ("time", "stage", "speed", "mesh_frequency", "dte", "mesh_force")
-#: Variables over stage and time: the recorder's name (signs: `Recorder`), unit, long name.
-RECORDED = {
-    "dte": ("deflection", "m", "dynamic transmission error"),
-    "mesh_force": ("force", "N", "mesh force"),
-    "phase": ("phase", "1", "phase of the driving flank in pitches, which grows by 1 in a mesh cycle"),
-}
-RECORDED_ON_BEARINGS = {
-    "centre_distance": ("a", "m", "centre distance"),
-    "misalignment": ("misalignment", "rad", "angle by which the gap of the flank in contact opens towards +z"),
-    "axial_offset": ("axial", "m", "position of the wheel along the pinion's axis, from the pinion"),
-    "centroid": ("centroid", "m", "z of the mesh force from the pinion's mid-plane"),
-}
-#: Friction between the teeth: unit, long name. Signs: `Recorder`.
-FRICTION = {
-    "friction_force": ("N", "friction between the teeth, along the flanks"),
-    "friction_loss": ("W", "power that friction between the teeth dissipates"),
-}
 
 
 def stage_data(run, stage: int | str = 0) -> xr.Dataset:
@@ -206,7 +189,7 @@ def _over_time(model: Model, time: np.ndarray, speed: np.ndarray) -> xr.Dataset:
         },
     )
     elastic = any(on_bearings(model, mesh) for mesh in model.meshes)
-    for name, (recorded, unit, long_name) in (RECORDED | (RECORDED_ON_BEARINGS if elastic else {})).items():
+    for name, (recorded, unit, long_name) in (IN_RUNS | (IN_RUNS_ON_BEARINGS if elastic else {})).items():
         values = rows([getattr(mesh.recorder, recorded) for mesh in model.meshes])
         data[name] = over, values, {"units": unit, "long_name": long_name}
     return data.assign(_friction(model, time))
@@ -223,7 +206,7 @@ def _friction(model: Model, time: np.ndarray) -> dict[str, Any]:
             np.array([none if m.stage.friction is None else getattr(m.recorder, name) for m in model.meshes]),
             {"units": unit, "long_name": long_name},
         )
-        for name, (unit, long_name) in FRICTION.items()
+        for name, (unit, long_name) in FRICTION_IN_RUNS.items()
     }
 
 

@@ -6,8 +6,9 @@ import pytest
 from spatial_meshes import SPUR
 
 from exugear.contact.reference_configuration import spatial_frame
+from exugear.contact.rotation import CODES
 from exugear.mesh_force.kernel_records import changed
-from exugear.multibody.contact_kernels import CODES, kernel_of
+from exugear.multibody.contact_kernels import kernel_of
 from exugear.multibody.imposed_motion import coupling_kernel
 from exugear.multibody.torque_kernels import torque_kernel
 
