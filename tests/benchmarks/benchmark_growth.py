@@ -36,6 +36,11 @@ def compiled_loop(table, mobility, load, steps, h, turns):
     return y
 
 
+def fourth_order_settings(step: float, steps: int) -> exu.SimulationSettings:
+    """Settings of Exudyn for so many steps of the integrator that runs use [s]."""
+    return settings_for(exugear.Rule.fourth_order(step), step * steps, 1e-3)
+
+
 def exudyn_spring(inertia: float):
     """Two spinning masses on a spring that is built into Exudyn, the first held as by a drive."""
     container = exu.SystemContainer()
@@ -61,7 +66,7 @@ def yardsticks(box: exugear.Gearbox, step: float) -> dict[str, float]:
     compiled_loop(*arguments[:3], 10, *arguments[4:])
     _, loop = timed(lambda: compiled_loop(*arguments))
     _container, spring = exudyn_spring(box.driven.inertia)
-    _, bare = timed(lambda: spring.SolveDynamic(settings_for(exugear.Rule.fourth_order(step), steps * step, 1e-3)))
+    _, bare = timed(lambda: spring.SolveDynamic(fourth_order_settings(step, steps)))
     model, conditions = exugear.build(box), {"speed": (0, TOP_SPEED), "duration": LONG / 10, "load": TORQUE}
     _, run = timed(lambda: exugear.run_up(model, **conditions, step=step, checks=0, progress=False))
     return {"compiled loop": 10 * loop, "Exudyn's spring": 10 * bare, "exugear": 10 * run}

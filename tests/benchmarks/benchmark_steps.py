@@ -10,13 +10,12 @@ from statistics import median
 
 import exudyn as exu
 import exudyn.itemInterface as eii
-from benchmark_growth import chain
+from benchmark_growth import chain, fourth_order_settings
 from benchmark_points import timed
 from benchmark_run_up import TORQUE, on_bearings, paper_gearbox
 from korta_pair import TOP_SPEED
 
 import exugear
-from exugear.multibody.solver_settings import settings_for
 
 STEP, STEPS, PAIRS = 2.4e-5, 300_000, 5
 QUICK = 30_000, 1
@@ -44,7 +43,7 @@ def without_gears(model: exugear.Model) -> exu.MainSystem:
 
 def bare_step(mbs: exu.MainSystem, number: int) -> float:
     """Time of one of so many steps without gears [us]."""
-    settings = settings_for(exugear.Rule.fourth_order(STEP), STEP * number, 1e-3)
+    settings = fourth_order_settings(STEP, number)
     return timed(lambda: mbs.SolveDynamic(settings))[1] / number * 1e6
 
 

@@ -9,10 +9,11 @@ from strategies import floats, pairs
 
 import exugear
 import fem
-from exugear.gearbox.bearing import SOFT, SOFT_TILT
 from fem import ste_map
 from fem.units import GPa, MPa, um
 
+#: Stiffness [N/m] and tilting stiffness [N m/rad] below which a bearing is refused.
+SOFT, SOFT_TILT = 1e4, 1.0
 #: Mesh stiffness per width of steel gears, line load per module up to which the maps go.
 STIFFNESS, LARGEST = 14 * GPa, 300 * MPa
 LEVELS = np.array([0, 1e-3, 0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.0])

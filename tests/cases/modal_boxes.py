@@ -1,11 +1,13 @@
 """Gearboxes whose modes are known or computed otherwise."""
 
 import exudyn as exu
+import numpy as np
 import planetary_set
 from paper_gears import paper_gear, paper_pair
 from scenes import INERTIA, linear_law, smooth_map
 
 import exugear
+from exugear.multibody.model import matrices_without_meshes
 from fem.units import mm
 
 MASS = 3.1145
@@ -36,3 +38,9 @@ def planets(number: int, depth: float = planetary_set.DEPTH) -> exu.MainSystem:
     gears.mbs.Assemble()
     planetary_set.put_into_mesh(gears, depth)
     return gears.mbs
+
+
+def train_matrices(box: exugear.Gearbox, plan: exugear.Plan | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Mass and stiffness of a built train without its meshes."""
+    mass, stiffness, _ = matrices_without_meshes(exugear.build(box, plan=plan))
+    return mass, stiffness

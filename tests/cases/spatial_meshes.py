@@ -12,7 +12,7 @@ from scenes import K, paper_pair
 import exugear
 import fem
 from exugear.contact.contact import contact_in_space, contact_of_spins
-from exugear.contact.reference_configuration import rotational_frame
+from exugear.contact.reference_configuration import rotational_frame, spatial_frame
 from fem.units import deg, mm, um
 
 BETA = 15 * deg
@@ -63,6 +63,11 @@ def two_helical_stages(bearing: exugear.Bearing, angles, *, hand: int = 1, backl
     )
 
 
+def frame_in_space(pair, reference, phase: float = 0.0, direction: int = 1, axial=(0.0, 0.0), **values) -> np.record:
+    """Frame of a mesh of Rxyz bodies with reference coordinates (2, 6); axial positions of the gears on them [m]."""
+    return spatial_frame(pair, phase, direction, axial, reference, **values)
+
+
 class Meshing(NamedTuple):
     """Deflection [m], mesh force [N], generalized forces, offsets and centroid as a recorder has them, energy [J]."""
 
@@ -88,6 +93,20 @@ def mesh_of_spins(force: exugear.MeshForce, pair, phase: float, spins, speeds) -
     frame = rotational_frame(pair, phase, 1)
     contact = contact_of_spins(force.table.head, frame, *map(float, (*spins, *speeds)))
     return contact.motion.advance, contact.push.force, (contact.pinion, contact.wheel)
+
+
+def friction_in_space(pair, force: exugear.MeshForce, friction: exugear.MeshFriction, frame, *motion) -> tuple:
+    """Generalized forces (6) of the friction on two Rxyz bodies; their motion as that of `mesh_in_space`."""
+    table, coordinates = friction.table(pair), (tuple(map(float, x)) for x in motion)
+    sliding = contact_in_space(force.table.head, frame, *coordinates, table.head).friction
+    return sliding.pinion, sliding.wheel
+
+
+def friction_of_spins(pair, force, friction, phase: float, direction: int, spins, speeds) -> np.ndarray:
+    """Torques of the friction on two bodies that spin."""
+    frame, table = rotational_frame(pair, phase, direction), friction.table(pair)
+    sliding = contact_of_spins(force.table.head, frame, *map(float, (*spins, *speeds)), table.head).friction
+    return np.array([sliding.pinion, sliding.wheel])
 
 
 def attitudes(pair, seed: int, tilt: float = 0.05):

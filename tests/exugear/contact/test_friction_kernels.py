@@ -7,12 +7,19 @@ from exudyn.rigidBodyUtilities import InertiaCuboid, RotXYZ2RotationMatrix
 from friction_cases import MU, SPUR, N, friction_for, unlike_pair
 from paper_gears import paper_gear
 from scenes import K, linear_law, wrench
-from spatial_meshes import PAIRS, attitudes, bodies_of_kinds, law_of, mesh_in_space
+from spatial_meshes import (
+    PAIRS,
+    attitudes,
+    bodies_of_kinds,
+    frame_in_space,
+    friction_in_space,
+    friction_of_spins,
+    law_of,
+    mesh_in_space,
+)
 
 import exugear
 import fem
-from exugear.contact.contact import contact_in_space, contact_of_spins
-from exugear.contact.reference_configuration import rotational_frame, spatial_frame
 from exugear.contact.relative_position import line_of_centres, pose_of
 from fem.units import deg, mm, um
 
@@ -20,18 +27,9 @@ NONE = (0.0,) * 6
 LAW = linear_law(reach=9e-3)
 
 
-def friction_in_space(pair, friction, frame, *motion, law=LAW):
-    """Generalized forces (6) on two Rxyz bodies with displacements q_1, q_2 and velocities v_1, v_2, (6,) each."""
-    table, coordinates = friction.table(pair), (tuple(map(float, x)) for x in motion)
-    sliding = contact_in_space(law.table.head, frame, *coordinates, table.head).friction
-    return sliding.pinion, sliding.wheel
-
-
 def spun(pair, friction, spins, speeds, *, phase=0.0, direction=1, law=LAW):
     """Torques on two bodies that spin."""
-    frame, table = rotational_frame(pair, phase, direction), friction.table(pair)
-    sliding = contact_of_spins(law.table.head, frame, *map(float, (*spins, *speeds)), table.head).friction
-    return np.array([sliding.pinion, sliding.wheel])
+    return friction_of_spins(pair, law, friction, phase, direction, spins, speeds)
 
 
 @pytest.mark.parametrize("direction", [1, -1])
@@ -77,8 +75,8 @@ def test_forces_and_moments_balance_in_every_attitude(name, seed):
     pair = PAIRS[name]
     reference, q, v = attitudes(pair, seed)
     v[0, 5] = 40.0
-    frame = spatial_frame(pair, 0.2, 1, [0.0, 0.0], reference)
-    forces = friction_in_space(pair, friction_for(pair), frame, *q, *v)
+    frame = frame_in_space(pair, reference, 0.2)
+    forces = friction_in_space(pair, LAW, friction_for(pair), frame, *q, *v)
     first, second = (wrench(r, x, f) for r, x, f in zip(reference, q, forces, strict=True))
     assert np.abs(first[3:]).max() > 1
     assert np.abs(first + second).max() < 1e-12 * np.abs(first).max()
@@ -109,10 +107,10 @@ def test_friction_dissipates_power_for_any_motion(name, seed):
     pair, random = PAIRS[name], np.random.default_rng(seed + 100)
     reference, q, _ = attitudes(pair, seed)
     spins, twist = random.normal(size=2) * 60, random.normal(size=3)
-    frame = spatial_frame(pair, 0.2, 1, [0.0, 0.0], reference)
+    frame = frame_in_space(pair, reference, 0.2)
     pole = pitch_point(frame, reference, q)
     v = [rates(r, x, pole, twist, spin) for r, x, spin in zip(reference, q, spins, strict=True)]
-    forces = friction_in_space(pair, friction_for(pair), frame, *q, *v)
+    forces = friction_in_space(pair, LAW, friction_for(pair), frame, *q, *v)
     power = sum(np.dot(f, x) for f, x in zip(forces, v, strict=True))
     total = wrench(reference[1], q[1], forces[1])
     moment = total[3:] - np.cross(pole, total[:3])
@@ -129,11 +127,11 @@ def test_spins_and_bodies_in_space_agree(name, direction, side):
     pair, law, reference = PAIRS[name], linear_law(backlash=50 * um, reach=9e-3), np.zeros((2, 6))
     reference[1, 0] = pair.a
     friction = friction_for(pair)
-    frame = spatial_frame(pair, 0.1, direction, [0, 0], reference)
+    frame = frame_in_space(pair, reference, 0.1, direction)
     lead = direction * (side * 60 - 25) * um
     spins = 7.3, -7.3 * pair.pinion.r_b / pair.wheel.r_b + lead / pair.wheel.r_b
     q, v = [(*NONE[:5], spin) for spin in spins], [(*NONE[:5], speed) for speed in (3.0, -1.0)]
-    on_pinion, on_wheel = friction_in_space(pair, friction, frame, *q, *v, law=law)
+    on_pinion, on_wheel = friction_in_space(pair, law, friction, frame, *q, *v)
     torques = spun(pair, friction, spins, (3.0, -1.0), phase=0.1, direction=direction, law=law)
     assert abs(torques).min() > 0
     assert (on_pinion[5], on_wheel[5]) == pytest.approx(torques, rel=1e-9)
@@ -222,10 +220,10 @@ def test_jacobian_is_the_slope_of_the_torques():
 def test_friction_uses_the_mesh_force_at_the_offsets_of_the_bodies():
     law, reference = law_of(), np.zeros((2, 6))
     reference[1, 0] = SPUR.a
-    frame, friction = spatial_frame(SPUR, 0.2, 1, [0, 0], reference), friction_for(SPUR)
+    frame, friction = frame_in_space(SPUR, reference, 0.2), friction_for(SPUR)
     plain = law.at(a=SPUR.a, misalignment=0.0)
     spins = (*NONE[:5], 8 * um / SPUR.pinion.r_b), NONE, (*NONE[:5], 9.0), NONE
-    forces, expected = (np.array(friction_in_space(SPUR, friction, frame, *spins, law=x)) for x in (law, plain))
+    forces, expected = (np.array(friction_in_space(SPUR, x, friction, frame, *spins)) for x in (law, plain))
     assert forces == pytest.approx(expected, rel=1e-6, abs=1e-9)
 
 

@@ -3,17 +3,16 @@
 from itertools import product
 
 import pytest
-from spatial_meshes import SPUR
+from spatial_meshes import SPUR, frame_in_space
 
-from exugear.contact.reference_configuration import spatial_frame
 from exugear.contact.rotation import CODES
-from exugear.mesh_force.kernel_records import changed
+from exugear.mesh_force.force import mesh_forces
 from exugear.multibody.contact_kernels import kernel_of
 from exugear.multibody.imposed_motion import coupling_kernel
 from exugear.multibody.torque_kernels import torque_kernel
 
-PARALLEL = spatial_frame(SPUR, 0.0, 1, [0, 0], [[0] * 6, [SPUR.a, *[0] * 5]])
-ROTATED = changed(PARALLEL, axes=[[0, 1, 0], [0, 0, 1], [1, 0, 0]])
+PARALLEL = frame_in_space(SPUR, [[0] * 6, [SPUR.a, *[0] * 5]])
+ROTATED = frame_in_space(SPUR, [[0] * 6, [SPUR.a, *[0] * 5]], axes=[[0, 1, 0], [0, 0, 1], [1, 0, 0]])
 
 
 def test_kernels_of_different_bodies_frames_and_friction_have_different_names():
@@ -33,3 +32,9 @@ def test_kernels_are_found_on_disk_by_numbers(kinds):
     """A closure over functions would get a new name in every session, and miss the cache."""
     enclosed = [cell.cell_contents for cell in kernel_of(kinds, PARALLEL, rubs=False).py_func.__closure__]
     assert all(isinstance(value, int) for value in enclosed)
+
+
+def test_kernels_of_laws_with_and_without_offsets_have_names_of_their_own():
+    """Kernels of equal names that other processes have compiled are mixed up."""
+    names = {mesh_forces(has_offsets).py_func.__qualname__ for has_offsets in (False, True)}
+    assert len(names) == 2

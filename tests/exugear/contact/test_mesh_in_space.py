@@ -10,13 +10,14 @@ from spatial_meshes import (
     PAIRS,
     SPUR,
     attitudes,
+    frame_in_space,
     law_of,
     mesh_in_space,
     mesh_of_spins,
 )
 
 import exugear
-from exugear.contact.reference_configuration import spatial_frame, spatial_row
+from exugear.contact.reference_configuration import spatial_row
 from fem.units import mm, um
 
 NONE = (0.0,) * 6
@@ -36,7 +37,7 @@ def twist(reference, q, v) -> np.ndarray:
 def test_forces_moments_and_power_balance_in_every_attitude(name, seed):
     pair = PAIRS[name]
     reference, q, v = attitudes(pair, seed)
-    frame = spatial_frame(pair, 0.2, 1, [0.0, 0.0], reference)
+    frame = frame_in_space(pair, reference, 0.2)
     law = linear_law(reach=9e-3)
     _, force, on_pinion, on_wheel, *_ = mesh_in_space(law, frame, *q, *v)
     wrenches = [wrench(r, x, f) for r, x, f in zip(reference, q, (on_pinion, on_wheel), strict=True)]
@@ -60,7 +61,7 @@ def test_all_forces_are_the_slope_of_the_potential_in_every_attitude(law, seed, 
     reference[:, 3:5] = random.normal(size=2) * 0.02
     turn, axial = RotXYZ2RotationMatrix([*reference[0, 3:5], 0.0]), np.array([10, 15]) * mm
     reference[1, :3] = turn @ [pair.a, 0, axial[0] - axial[1] + 2 * mm]
-    frame = spatial_frame(pair, 0.3, direction, axial, reference)
+    frame = frame_in_space(pair, reference, 0.3, direction, axial)
     q = random.normal(size=12) * np.tile([*[4 * um] * 3, *[3e-5] * 2, 0.0], 2)
     q[5] = -direction * 100 * um / pair.pinion.r_b
     apart = mesh_in_space(law, frame, q[:6], q[6:], NONE, NONE).deflection
@@ -89,7 +90,7 @@ def test_generalized_forces_are_the_slope_of_the_energy(name, side, direction):
     reference = np.zeros((2, 6))
     reference[1, :2] = pair.a * np.cos(0.7), pair.a * np.sin(0.7)
     law = linear_law(backlash=100 * um, reach=9e-3)
-    frame = spatial_frame(pair, 0.0, direction, [0.01, 0.01], reference)
+    frame = frame_in_space(pair, reference, 0.0, direction, [0.01, 0.01])
     q = np.zeros(12)
     q[5] = direction * (side * 200 - 50) * um / pair.pinion.r_b
 
@@ -111,7 +112,7 @@ def test_axial_force_of_a_helical_pair(direction):
     pair = PAIRS["helical"]
     reference = np.zeros((2, 6))
     reference[1, 0] = pair.a
-    frame = spatial_frame(pair, 0.0, direction, [0, 0], reference)
+    frame = frame_in_space(pair, reference, 0.0, direction)
     turned = (*NONE[:5], direction * 8 * um / pair.pinion.r_b)
     _, force, on_pinion, on_wheel, *_ = mesh_in_space(linear_law(), frame, turned, NONE, NONE, NONE)
     f_t = abs(on_pinion[5]) / pair.pinion.r
@@ -124,7 +125,7 @@ def test_axial_shift_turns_a_helical_gear():
     pair = PAIRS["helical"]
     reference = np.zeros((2, 6))
     reference[1, 0] = pair.a
-    frame = spatial_frame(pair, 0.0, 1, [0, 0], reference)
+    frame = frame_in_space(pair, reference)
     lifted = (0.0, 0.0, 50 * um, 0.0, 0.0, 0.0)
     deflection, *_ = mesh_in_space(linear_law(), frame, NONE, lifted, NONE, NONE)
     assert deflection == pytest.approx(50 * um * np.tan(pair.beta_b), rel=1e-12)
@@ -138,7 +139,7 @@ def test_force_of_misaligned_axes_acts_at_the_centroid_of_the_springs():
     """
     law, reference = law_of(backlash=1e-4), np.zeros((2, 6))
     reference[1, 0] = SPUR.a
-    frame = spatial_frame(SPUR, 0.0, 1, [0, 0], reference)
+    frame = frame_in_space(SPUR, reference)
     alpha, gamma, lead = SPUR.alpha_wt, 1e-4, 8 * um
     n = np.array([np.sin(alpha), np.cos(alpha)])
     tilts = -gamma * n[1], gamma * n[0]
@@ -191,7 +192,7 @@ def test_an_orbit_of_the_whole_pair_changes_nothing(name, turns):
     pair, angle = PAIRS[name], 2 * np.pi * turns
     reference = np.zeros((2, 6))
     reference[1, 0] = pair.a
-    frame = spatial_frame(pair, 0.2, 1, [0, 0], reference)
+    frame = frame_in_space(pair, reference, 0.2)
     lead = 8 * um / pair.pinion.r_b
     at = pair.a * np.cos(angle) - pair.a, pair.a * np.sin(angle)
     law = linear_law((0.5 * K, K, 1.5 * K))
@@ -207,7 +208,7 @@ def test_conserving_forces_are_the_slope_of_one_potential(name):
     plain = exugear.MeshForce.from_ste(smooth_map(), conserves=False, backlash=np.inf)
     reference = np.zeros((2, 6))
     reference[1, 0] = pair.a
-    frame = spatial_frame(pair, 0.0, 1, [0, 0], reference)
+    frame = frame_in_space(pair, reference)
     phase = 2 * np.pi * (np.arange(1000) + 0.5) / 1000
     turn = pair.pinion.r_b / pair.wheel.r_b
     lead, pitch = (8 + 4 * np.cos(phase)) * um, (0.3 + 0.1 * np.sin(phase)) * 2 * np.pi / 57
@@ -239,7 +240,7 @@ def test_conserving_spins_agree_with_bodies_in_space():
     reference[1, 0] = SPUR.a
     lead = 8 * um / SPUR.pinion.r_b
     for spins in ((0.02 + lead, -0.02), (0.07, -0.07 - SPUR.backlash / SPUR.wheel.r_b - lead)):
-        frame, (q_1, q_2) = spatial_frame(SPUR, 0.1, 1, [0, 0], reference), ((*NONE[:5], spin) for spin in spins)
+        frame, (q_1, q_2) = frame_in_space(SPUR, reference, 0.1), ((*NONE[:5], spin) for spin in spins)
         space = mesh_in_space(law, frame, q_1, q_2, NONE, NONE)
         spin = mesh_of_spins(law, SPUR, 0.1, spins, (0.0, 0.0))
         assert (space[2][5], space[3][5]) == pytest.approx(spin[2], rel=1e-9)

@@ -8,11 +8,8 @@ from scenes import linear_law, paper_pair, smooth_map
 
 import fem
 from exugear import MeshForce
-from exugear.mesh_force.force import mesh_forces
 from exugear.mesh_force.ste_interpolation import loaded_deflection
 from fem import Density, PitchDeviation, Sides, pair_of, ste_map
-from fem.ste.ste_map import over_torque_and_phase
-from fem.support.numba_cache import kept
 from fem.units import mm, um
 
 
@@ -166,7 +163,7 @@ def test_maps_of_gears_with_unequal_pitches_are_refused(law):
         with pytest.raises(ValueError, match=r"one pitch, but no two are alike .* map the pair without it"):
             make(with_flank(smooth_map(), worn))
     with pytest.raises(ValueError, match="no two are alike"):
-        over_torque_and_phase(with_flank(smooth_map(), Sides(left=worn)))
+        MeshForce.from_ste(with_flank(smooth_map(), Sides(left=worn)))
     for harmless in (PitchDeviation(np.full(57, 3 * um)), Sides(right=worn)):
         same = MeshForce.from_ste(with_flank(smooth_map(), harmless), damping=1000.0)
         assert same.table.tobytes() == law.table.tobytes()
@@ -178,22 +175,11 @@ def test_arguments_that_are_not_finite_are_refused(law, argument):
         law(*argument)
 
 
-def test_kernels_compile_where_they_cannot_be_cached():
-    """Kernels of functions that are in no file."""
-    assert kept(eval("lambda x: 2.0 * x"))(3.0) == 6.0
-
-
 def test_one_phase_is_a_constant_law():
     law = MeshForce([0.0], [0, 100 * um], [[0, 42e3]])
     assert law(np.linspace(0, 0.99, 7), 10 * um) == pytest.approx(4200)
     assert law.stiffness_max == pytest.approx(4.2e8)
     assert law(0.3, -5e-3) == 0
-
-
-def test_kernels_of_laws_with_and_without_offsets_have_names_of_their_own():
-    """Kernels of equal names that other processes have compiled are mixed up."""
-    names = {mesh_forces(has_offsets).py_func.__qualname__ for has_offsets in (False, True)}
-    assert len(names) == 2
 
 
 def test_a_map_of_finite_elements_has_a_law_at_all_offsets_within_its_axes():
@@ -213,3 +199,26 @@ def test_a_map_of_finite_elements_has_a_law_at_all_offsets_within_its_axes():
             assert there == pytest.approx(1000.0, rel=2e-3)
     with pytest.raises(ValueError, match=r"deflection_at needs all of .'misalignment', 'axial'., got .'axial': 0.0"):
         law.deflection_at(0.3, 1000.0, axial=0.0)
+
+
+@pytest.mark.parametrize("conserves", [False, True])
+def test_an_extrapolated_law_equals_the_map_within_it_and_is_straight_beyond(conserves):
+    """Within the map as exact as without, from 3e-6 of its largest force on; slope continuous."""
+    ste, phase = smooth_map(), np.random.default_rng(0).random(100)
+    law = MeshForce.from_ste(ste, extend=2.0, conserves=conserves)
+    force, deflection = loaded_deflection(ste, paper_pair().pinion.r_b, phase)
+    seen = slice(int(np.searchsorted(force, 6e-6 * 2 * force[-1])), -1)
+    assert np.abs(law(phase[:, None], deflection[:, seen]) / force[seen] - 1).max() < 1.2e-4
+    end = deflection[:, -1]
+    top = np.array([law.unloaded(p)[1] for p in phase])
+    assert law(phase, top) == pytest.approx(np.full(100, 2 * force[-1]), rel=1e-5)
+    middle = (top + end) / 2
+    before, after, beyond = (slope(law, phase, *x) for x in ((0.9999 * end, end), (end, 1.0001 * end), (middle, top)))
+    assert before == pytest.approx(after, rel=1e-3)
+    assert after == pytest.approx(beyond, rel=1e-2)
+    assert slope(law, phase, end, middle) == pytest.approx(beyond, rel=1e-3)
+
+
+def slope(law, phase, start, end) -> np.ndarray:
+    """Of the force between two deflections."""
+    return (law(phase, end) - law(phase, start)) / (end - start)

@@ -2,18 +2,19 @@
 
 import numpy as np
 import pytest
+from numba import njit
 
-from exugear import MeshForce
+from exugear import MeshForce, Recorder
+from exugear.contact.recorder import sample_of
 from exugear.mesh_force.kernel_records import address_of, changed, reader, record_of, record_type, start_of
 from exugear.mesh_force.patches import table_at
-from fem.support.numba_cache import compiled
 
 GEAR = record_type(("r_b", "f8"), ("axes", "f8", (3, 3)))
 PAIR = record_type(("teeth", "i8"), ("pinion", GEAR), ("wheel", GEAR))
 pair_at = reader(PAIR)
 
 
-@compiled
+@njit
 def seen(address):
     """What a kernel reads at an address, and the address of what it reads."""
     pair = pair_at(address)
@@ -36,7 +37,7 @@ def test_records_are_constant_and_copies_change():
     assert (changed(pair, teeth=24).teeth, pair.teeth) == (24, 23)
 
 
-@compiled
+@njit
 def backlash_at(address):
     return table_at(address).backlash
 
@@ -48,3 +49,13 @@ def test_the_table_of_a_law_has_names():
     assert law.table.edges["largest"] == pytest.approx(2e-5)
     assert law.table.head.last_force == pytest.approx(2e3)
     assert backlash_at(address_of(law.table)) == law.backlash
+
+
+def test_samples_of_ten_million_steps_are_found():
+    """The time is a sum of steps, as in Exudyn."""
+    recorder, step, number = Recorder(), 2.8865556813498194e-05, 10**7
+    recorder.start(step, 10, steps=1)
+    recorder.header.number = number + 1
+    times = np.cumsum(np.full(number, step))
+    numbers = [sample_of(address_of(recorder.header), time) for time in times[-2000:]]
+    assert numbers == list(range(number - 1999, number + 1))

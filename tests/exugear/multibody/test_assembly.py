@@ -5,13 +5,13 @@ import exudyn.itemInterface as eii
 import numpy as np
 import pytest
 from bearing_boxes import ENDS, SPUR, box_of
+from modal_boxes import train_matrices
 from paper_gears import paper_gear
 from scenes import smooth_box, smooth_map
 from spatial_meshes import helical_pair, law_of
 
 import exugear
 import fem
-from exugear.multibody.model import matrices_without_meshes
 from fem.units import mm, um
 
 SLOW = {"speed": 0.5, "duration": 1e-3, "load": 150.0, "progress": False}
@@ -159,7 +159,7 @@ def test_coupling_twists_under_the_load_and_has_its_frequency():
     fast = exugear.Shaft("fast", {30 * mm: paper_gear()})
     slow = exugear.Shaft("slow", {30 * mm: paper_gear(), 0.1: coupling})
     model = exugear.build(exugear.Gearbox([exugear.Stage(fast, slow, smooth_map(), damping=2700.0)]))
-    mass, stiffness, _ = matrices_without_meshes(model)
+    mass, stiffness = train_matrices(model.gearbox)
     rotor, spin = model.rotors["slow"], model.spins["slow"]
     assert mass[rotor, rotor] == pytest.approx(0.5)
     assert stiffness[rotor, spin] == pytest.approx(-2e4, rel=1e-6)

@@ -7,10 +7,9 @@ import pytest
 from exudyn.rigidBodyUtilities import InertiaCuboid
 from paper_gears import paper_pair
 from scenes import INERTIA, K, linear_law, wrench
-from spatial_meshes import mesh_in_space, mesh_of_spins
+from spatial_meshes import frame_in_space, mesh_in_space, mesh_of_spins
 
 import exugear
-from exugear.contact.reference_configuration import spatial_frame
 from fem.units import mm, um
 
 PAIR = paper_pair()
@@ -35,7 +34,7 @@ def attitudes(seed: int):
 def test_forces_and_moments_balance_in_every_attitude(seed, measured):
     reference, q, v = attitudes(seed)
     law = linear_law(reach=9e-3)
-    frame = spatial_frame(PAIR, 0.2, 1, [0.01, -0.005], reference)
+    frame = frame_in_space(PAIR, reference, 0.2, 1, [0.01, -0.005])
     _, force, on_pinion, on_wheel, *_ = mesh_in_space(law, frame, *q, *v)
     wrenches = [wrench(r, x, f) for r, x, f in zip(reference, q, (on_pinion, on_wheel), strict=True)]
     assert force > 100
@@ -49,7 +48,7 @@ def test_row_is_the_gradient_of_the_deflection(side, direction):
     reference = np.zeros((2, 6))
     reference[1, :2] = PAIR.a * np.cos(0.7), PAIR.a * np.sin(0.7)
     law = linear_law(backlash=100 * um, reach=9e-3)
-    frame = spatial_frame(PAIR, 0.0, direction, [0.01, 0.01], reference)
+    frame = frame_in_space(PAIR, reference, 0.0, direction, [0.01, 0.01])
     q = np.zeros(12)
     q[5] = direction * (side * 200 - 50) * um / PAIR.pinion.r_b
 
@@ -66,7 +65,7 @@ def test_row_is_the_gradient_of_the_deflection(side, direction):
 def test_generalized_forces_are_those_of_exudyns_own_force_and_torque(mbs):
     reference, q, v = attitudes(3)
     law, axial = linear_law(reach=9e-3), [0.01, -0.005]
-    frame = spatial_frame(PAIR, 0.0, 1, axial, reference)
+    frame = frame_in_space(PAIR, reference, 0.0, 1, axial)
     _, _, on_pinion, on_wheel, *_ = mesh_in_space(law, frame, *q, *v)
     for r, x, forces in zip(reference, q, (on_pinion, on_wheel), strict=True):
         body = mbs.CreateRigidBody(
@@ -92,7 +91,7 @@ def test_spatial_and_rotational_contact_agree_with_fixed_centres(law):
     reference[1, 0] = PAIR.a
     q, v = np.zeros((2, 6)), np.zeros((2, 6))
     q[:, 5], v[:, 5] = (3.1, -3.1 + 1e-4), (0.2, -0.1)
-    spatial = mesh_in_space(law, spatial_frame(PAIR, 0.1, 1, [0, 0], reference), *q, *v)
+    spatial = mesh_in_space(law, frame_in_space(PAIR, reference, 0.1), *q, *v)
     spin = mesh_of_spins(law, PAIR, 0.1, q[:, 5], v[:, 5])
     assert spatial[:2] == pytest.approx(spin[:2], rel=1e-12)
     assert (spatial[2][5], spatial[3][5]) == pytest.approx(spin[2], rel=1e-12)
@@ -102,7 +101,7 @@ def test_opening_the_centre_distance_loosens_both_flanks():
     reference = np.zeros((2, 6))
     reference[1, 0] = PAIR.a
     law = linear_law(backlash=100 * um)
-    frame = spatial_frame(PAIR, 0.0, 1, [0, 0], reference)
+    frame = frame_in_space(PAIR, reference)
     apart = (100 * um, *NONE[1:])
     opening = 100 * um * np.sin(PAIR.alpha_wt)
     for lead in (50 * um, -150 * um):

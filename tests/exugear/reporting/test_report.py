@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 from scenes import smooth_box, two_stages
+from sweeps import DAMPING, MODE, receptance, swept_by_two_stages
 from torsional_trains import geared_train
 
 import exugear
 from exugear.reporting import document
 from exugear.reporting.results import factor_table, harmonics_as_text, rounded, summary
-from fem.units import rpm
+from fem.units import rpm, um
 
 TITLES = ("Results", "Inputs", "Assumptions and plan", "Error estimates", "Versions")
 
@@ -218,3 +219,13 @@ def test_a_run_with_several_loads_has_its_vibration_modes(tmp_path):
     torque = exugear.run(model, loads={"port": (100.0, 50.0)}, **options)
     with pytest.raises(ValueError, match="run must have a constant load for its vibration modes"):
         exugear.report(torque, tmp_path / "run.html", model=model)
+
+
+@pytest.mark.parametrize("stage", [0, 1])
+def test_harmonics_in_a_report_are_those_of_the_stage_itself(stage):
+    """In windows of a single stage the other order, 0.75 beside, would add up to its whole amplitude."""
+    table = harmonics_as_text(swept_by_two_stages(8.0), stage)
+    harmonic, amplitude, _, frequency = table.rows[0]
+    assert harmonic == "1"
+    assert float(amplitude) * um == pytest.approx(4e-6 * receptance(MODE, MODE, DAMPING), rel=0.08)
+    assert float(frequency) == pytest.approx(MODE, rel=0.01)

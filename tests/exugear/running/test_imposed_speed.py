@@ -14,7 +14,6 @@ from exudyn.itemInterface import (
 from scenes import paper_gear, ran, smooth_map
 
 import exugear
-from exugear.multibody import contact_steps
 from fem.units import mm, rpm
 
 BEARINGS = {0 * mm: exugear.Bearing(2e8, 1e8, damping_time=2e-5), 60 * mm: exugear.Bearing(2e8, damping_time=2e-5)}
@@ -125,6 +124,6 @@ def test_the_predictor_changes_the_iterations_and_not_the_run(scene, monkeypatch
     """Through contact loss: lightly damped gears at their resonance."""
     options = {"speed": (480 * rpm, 520 * rpm), "duration": 0.2, "tolerance": 1e-6, "step": 2e-5, "checks": 0}
     guided = ran(exugear.build(box_of(*SCENES[scene])), **options)
-    monkeypatch.setattr(contact_steps, "set_predictor", lambda *_: None)
+    monkeypatch.setattr("exugear.multibody.contact_steps.set_predictor", lambda *_: None)
     unguided = ran(exugear.build(box_of(*SCENES[scene])), **options)
     assert guided["dte"].values == pytest.approx(unguided["dte"].values, abs=1e-5 * np.ptp(unguided["dte"].values))

@@ -1,22 +1,26 @@
-"""Runs in parts side by side: equal to serial runs, also where parts meet late."""
+"""Runs in parts side by side: equal to serial runs, also where parts meet late; refused, stopped and killed ones."""
 
+import os
+import signal
 import tempfile
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+import warnings
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
 
+import exudyn.itemInterface as eii
 import numpy as np
 import pytest
 import xarray as xr
 from executors import RUN, Inline, OnAnotherMachine
 from friction_cases import MU
 from paper_gears import paper_pair
-from scenes import rms, smooth_box, two_stages
+from scenes import rms, smooth_box, smooth_map, two_stages
 
 import exugear
 from exugear.multibody.time_integration import Solver
 from exugear.planning.linear_train import slowest_decay
-from exugear.running import joined_parts, part_integration
-from exugear.running.part_integration import PartSamples
+from exugear.running import part_integration
 from fem.units import mm, rpm
 
 
@@ -79,13 +83,13 @@ def test_samples_through_files_and_without_them_leave_nothing_behind(executor, m
 
 def test_components_that_planar_shafts_lack_do_not_travel(monkeypatch):
     """Of offsets along the shafts and of tilts, which are 0, a single value reaches the whole run."""
-    travelled, copy_to = [], PartSamples.copy_to
+    travelled, copy_to = [], part_integration.PartSamples.copy_to
 
     def counted(samples, rows, begin):
         travelled.append(sum(len(row) > 1 for row in samples.rows))
         copy_to(samples, rows, begin)
 
-    monkeypatch.setattr(PartSamples, "copy_to", counted)
+    monkeypatch.setattr(part_integration.PartSamples, "copy_to", counted)
     exugear.run_up(exugear.build(planar()), **RUN, executor=Inline())
     mesh, motion = 6, 8  # DTE, force, centre distance, phase, two torques; x and y of two shafts and their rates
     assert set(travelled) == {mesh + motion}
@@ -141,7 +145,7 @@ def test_a_part_on_another_branch_is_integrated_again(monkeypatch):
             model.mbs.systemData.SetODE2Coordinates_t(rates * 1.001, part_integration.INITIAL)
 
     monkeypatch.setattr(part_integration, "solve_initial_equilibrium", disturbed)
-    monkeypatch.setattr(joined_parts, "settling_time", lambda decay, share: 1e-3)
+    monkeypatch.setattr("exugear.running.joined_parts.settling_time", lambda decay, share: 1e-3)
     serial, parts = serial_and_parts(smooth_box(damping=200.0))
     assert_equal(serial, parts)
     assert not parts.attrs["parts"].endswith(" 0 of the run integrated again")
@@ -149,8 +153,8 @@ def test_a_part_on_another_branch_is_integrated_again(monkeypatch):
 
 
 def test_parts_that_never_meet_are_serial_and_say_so(monkeypatch):
-    for module in (part_integration, joined_parts):
-        monkeypatch.setattr(module, "seam_error", lambda *_: 1.0)
+    for module in ("part_integration", "joined_parts"):
+        monkeypatch.setattr(f"exugear.running.{module}.seam_error", lambda *_: 1.0)
     model = exugear.build(smooth_box())
     with pytest.warns(UserWarning, match=r"of the run were integrated again") as warned:
         parts = exugear.run_up(model, **RUN | {"duration": 0.3}, executor=Inline()).data
@@ -234,3 +238,133 @@ def test_the_solver_ends_segments_on_samples():
         Solver.run = original
     assert np.all(np.array(bounds[:-1]) % 5 == 0)
     assert np.all(np.diff(bounds) > 0)
+
+
+def with_damper_of_the_user(model: exugear.Model) -> exugear.Model:
+    """A damper of the user on the driven shaft."""
+    node = model.mbs.GetObject(model.bodies["slow"])["nodeNumber"]
+    model.mbs.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], dampingMatrix=[[1e-3]]))
+    model.mbs.Assemble()
+    return model
+
+
+@pytest.mark.parametrize(
+    ("conditions", "message"),
+    [
+        ({"drives": {"fast": exugear.Torque(150.0)}}, "speed of a free train is known only once it has run"),
+        ({"drives": {"fast": 10.0}, "stop": [exugear.Apart(0.1)]}, "stop is not known before the run"),
+    ],
+)
+def test_runs_whose_later_states_are_unknown_are_refused(conditions, message):
+    model = exugear.build(smooth_box())
+    with pytest.raises(ValueError, match=message):
+        exugear.run(model, **conditions, loads={"slow": 150.0}, duration=0.1, executor=Inline(), progress=False)
+
+
+def test_systems_with_items_of_the_user_are_refused():
+    with pytest.raises(
+        ValueError, match="objects, loads or sensors beside those of the gearbox, which other processes cannot build"
+    ):
+        exugear.run_up(with_damper_of_the_user(exugear.build(smooth_box())), **RUN, executor=Inline())
+
+
+@pytest.mark.parametrize("limit", [0.2, 0.7])
+def test_a_run_that_leaves_its_map_stops_where_the_serial_one_does(limit):
+    shafts = smooth_box().shafts
+    stage = exugear.Stage(*shafts, smooth_map((0, 1, 20, 100, 350, 400)), damping=2700.0)
+    model = exugear.build(exugear.Gearbox([stage]))
+    options = RUN | {"load": lambda t: 150 + 400 * t / limit / 1.5}
+    stops = []
+    for executor in (None, Inline()):
+        with pytest.raises(exugear.RunStopped) as stop:
+            exugear.run_up(model, **options, executor=executor)
+        stops.append(stop.value)
+    serial, parts = stops
+    assert str(parts) == str(serial)
+    assert parts.run.data["time"].size == serial.run.data["time"].size
+    assert parts.run.data["dte"].values == pytest.approx(serial.run.data["dte"].values, rel=1e-6)
+
+
+def killed(job, part):
+    """A process that integrates the second part dies."""
+    if part.state is None:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return part_integration.integrate(job, part)
+
+
+def test_a_killed_process_stops_the_run_in_words(monkeypatch):
+    monkeypatch.setattr("exugear.running.joined_parts.integrate", killed)
+    model = exugear.build(smooth_box())
+    with ProcessPoolExecutor(2, mp_context=get_context("fork")) as executor, warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        with pytest.raises(exugear.RunStopped, match=r"has failed or was killed .BrokenProcessPool") as stop:
+            exugear.run_up(model, **RUN, executor=executor)
+    assert all(np.isfinite(values).all() for values in stop.value.run.data.values())
+    assert "end_state" not in stop.value.run.data
+    with pytest.raises(RuntimeError, match="take a new executor"):
+        exugear.run_up(model, **RUN, executor=executor)
+    again = exugear.run_up(model, **RUN | {"duration": 0.05}).data
+    assert np.isfinite(again["dte"]).all()
+
+
+def test_a_system_that_the_user_has_changed_is_refused():
+    model = exugear.build(smooth_box())
+    model.mbs.SetObjectParameter(model.bodies["slow"], "inertia", 0.05)
+    with pytest.raises(ValueError, match=r"mass, stiffness or damping of the system model.mbs were changed"):
+        exugear.run_up(model, **RUN, executor=Inline())
+
+
+class KilledAfterTheRun(Inline):
+    """Its processes die once the run is integrated; then it takes no jobs, or returns errors."""
+
+    def __init__(self, takes_jobs: bool):
+        super().__init__()
+        self.takes_jobs = takes_jobs
+
+    def submit(self, function, *arguments):
+        if function is not part_integration.rms_at_half_the_step:
+            return super().submit(function, *arguments)
+        if not self.takes_jobs:
+            raise BrokenProcessPool("killed")
+        future: Future = Future()
+        future.set_exception(BrokenProcessPool("killed"))
+        return future
+
+
+@pytest.mark.parametrize("takes_jobs", [True, False])
+def test_a_run_whose_error_cannot_be_estimated_is_there(takes_jobs):
+    model = exugear.build(smooth_box())
+    with pytest.warns(UserWarning, match="step_error is NaN; executor: a process .* was killed") as warned:
+        data = exugear.run_up(model, **RUN, executor=KilledAfterTheRun(takes_jobs)).data
+    assert warned[0].filename == __file__  # the line of the user
+    assert np.isnan(data["step_error"]).all()
+    assert "stopped" not in data.attrs
+    assert np.isfinite(data["dte"]).all()
+
+
+@pytest.mark.parametrize("executor", [None, Inline()])
+def test_ctrl_c_while_errors_are_estimated_keeps_the_whole_run(executor, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    whole = exugear.run_up(exugear.build(smooth_box()), **RUN, checks=0).data
+    monkeypatch.setattr("exugear.running.step_error.vibration_at_half_the_step", interrupted)
+    monkeypatch.setattr(part_integration, "vibration_at_half_the_step", interrupted)
+    with pytest.raises(KeyboardInterrupt) as stop:
+        exugear.run_up(exugear.build(smooth_box()), **RUN, executor=executor)
+    kept = stop.value.run.data
+    assert kept["dte"].values == pytest.approx(whole["dte"].values, rel=1e-6)
+    assert {"end_state", "mesh_force"} <= set(kept)
+    assert "step_error" not in kept
+
+
+def test_ctrl_c_keeps_what_is_joined(monkeypatch):
+    def interrupted(job, part):
+        if part.state is None:
+            raise KeyboardInterrupt
+        return part_integration.integrate(job, part)
+
+    monkeypatch.setattr("exugear.running.joined_parts.integrate", interrupted)
+    with pytest.raises(KeyboardInterrupt) as stop:
+        exugear.run_up(exugear.build(smooth_box()), **RUN, executor=Inline())
+    assert stop.value.run.data.attrs["stopped"] == "interrupted"

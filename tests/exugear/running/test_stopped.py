@@ -15,7 +15,6 @@ from scenes import smooth_box, smooth_map
 
 import exugear
 from exugear import MeshForce
-from exugear.mesh_force.ste_interpolation import loaded_deflection
 from fem.units import mm, rpm, um
 
 ROOT = Path(__file__).parents[3]
@@ -152,29 +151,6 @@ def test_messages_of_exudyn_are_not_printed():
     assert last.startswith("exugear.running.run.RunStopped: at t = ") and last.endswith("N m or more")
     assert done.stderr.count("Traceback") == 1
     assert not any(word in done.stderr for word in ("USER FUNCTION", "exception", "SolveSteps(", "ModelError"))
-
-
-@pytest.mark.parametrize("conserves", [False, True])
-def test_an_extrapolated_law_equals_the_map_within_it_and_is_straight_beyond(conserves):
-    """Within the map as exact as without (test_force), from 3e-6 of its largest force on; slope continuous."""
-    ste, phase = smooth_map(), np.random.default_rng(0).random(100)
-    law = MeshForce.from_ste(ste, extend=2.0, conserves=conserves)
-    force, deflection = loaded_deflection(ste, R_B, phase)
-    seen = slice(int(np.searchsorted(force, 6e-6 * 2 * force[-1])), -1)
-    assert np.abs(law(phase[:, None], deflection[:, seen]) / force[seen] - 1).max() < 1.2e-4
-    end = deflection[:, -1]
-    top = np.array([law.unloaded(p)[1] for p in phase])
-    assert law(phase, top) == pytest.approx(np.full(100, 2 * force[-1]), rel=1e-5)
-    middle = (top + end) / 2
-    before, after, beyond = (slope(law, phase, *x) for x in ((0.9999 * end, end), (end, 1.0001 * end), (middle, top)))
-    assert before == pytest.approx(after, rel=1e-3)
-    assert after == pytest.approx(beyond, rel=1e-2)
-    assert slope(law, phase, end, middle) == pytest.approx(beyond, rel=1e-3)
-
-
-def slope(law, phase, start, end) -> np.ndarray:
-    """Of the force between two deflections."""
-    return (law(phase, end) - law(phase, start)) / (end - start)
 
 
 def test_a_run_reports_how_long_and_how_far_it_was_beyond_its_map():

@@ -8,9 +8,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import exugear
-from exugear.contact.recorder import sample_of
 from exugear.mesh_force.force_kernels import spinning_force
-from exugear.mesh_force.kernel_records import address_of
 from fem.units import rpm, um
 
 R_B, TEETH = paper_pair().wheel.r_b, 57
@@ -184,16 +182,6 @@ def test_two_thousand_revolutions_stay_periodic(spinning):
     data = ran(spinning, speed=2 * np.pi / turn, duration=2000 * turn, step=step, sample=step)
     turns = data["dte"].values[0, :-1].reshape(2000, -1)
     assert np.sqrt(np.mean((turns[-1] - turns[50]) ** 2)) < 1e-5 * np.ptp(turns[50])
-
-
-def test_samples_of_ten_million_steps_are_found():
-    """The time is a sum of steps, as in Exudyn."""
-    recorder, step, number = exugear.Recorder(), 2.8865556813498194e-05, 10**7
-    recorder.start(step, 10, steps=1)
-    recorder.header.number = number + 1
-    times = np.cumsum(np.full(number, step))
-    numbers = [sample_of(address_of(recorder.header), time) for time in times[-2000:]]
-    assert numbers == list(range(number - 1999, number + 1))
 
 
 def test_a_run_that_misses_samples_is_refused(monkeypatch, spinning):

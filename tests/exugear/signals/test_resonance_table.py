@@ -3,19 +3,13 @@
 import numpy as np
 import pytest
 import xarray as xr
+from sweeps import DAMPING, MODE, receptance, swept_by_two_stages
 
 import exugear
-from exugear.reporting.results import harmonics_as_text
-from fem.units import um
 
 TEETH, TOP, NATURAL, DURATION = 57, 3000.0, 2000.0, 8.0
 #: Amplitude of the mesh harmonics that excite the oscillator [m].
 EXCITATION = {1: 4e-6, 2: 2e-6, 3: 1e-6}
-
-
-def receptance(frequency: np.ndarray, natural: float, damping: float = 0.04) -> np.ndarray:
-    ratio = frequency / natural
-    return 1 / np.hypot(1 - ratio**2, 2 * damping * ratio)
 
 
 def swept(harmonics: dict[int, float], noise: float = 0.0) -> xr.Dataset:
@@ -81,21 +75,6 @@ def test_resonances_that_another_stage_excites_name_that_stage():
     assert table["response_frequency"].values == pytest.approx(NATURAL, rel=0.01)
 
 
-#: Mesh orders of two stages, 0.75 apart; a mode that they excite alike [Hz], its damping ratio.
-CLOSE, MODE, DAMPING = (23.0, 23.75), 1000.0, 0.015
-
-
-def swept_by_two_stages(duration: float) -> xr.Dataset:
-    """Run-up from 5 to 70 revolutions a second of an oscillator that the first harmonics of two stages excite."""
-    time = np.arange(0, duration, 4e-5)
-    speed = 5 + 65 * time / duration
-    turns = 5 * time + 65 * time**2 / (2 * duration)
-    waves = [4e-6 * receptance(order * speed, MODE, DAMPING) * np.cos(2 * np.pi * order * turns) for order in CLOSE]
-    rows = {"mesh_frequency": np.outer(CLOSE, speed), "dte": [sum(waves)] * 2, "mesh_force": [0 * time] * 2}
-    data = {name: (("stage", "time"), values) for name, values in rows.items()} | {"speed": ("time", 2 * np.pi * speed)}
-    return xr.Dataset(data, coords={"time": time, "stage": ["a-b", "b-c"]})
-
-
 @pytest.mark.parametrize("stage", [0, 1])
 def test_resonances_by_close_orders_of_two_stages_are_told_apart(stage):
     """The higher order reaches the mode first; either has the amplitude that it has at the peak of the envelope."""
@@ -105,16 +84,6 @@ def test_resonances_by_close_orders_of_two_stages_are_told_apart(stage):
     assert table["response_frequency"].values == pytest.approx(MODE, rel=0.01)
     heights = 4e-6 * receptance(table["response_frequency"].values, MODE, DAMPING)
     assert table["harmonic_amplitude"].values == pytest.approx(heights, rel=0.07)
-
-
-@pytest.mark.parametrize("stage", [0, 1])
-def test_harmonics_in_a_report_are_those_of_the_stage_itself(stage):
-    """In windows of a single stage the other order, 0.75 beside, would add up to its whole amplitude."""
-    table = harmonics_as_text(swept_by_two_stages(8.0), stage)
-    harmonic, amplitude, _, frequency = table.rows[0]
-    assert harmonic == "1"
-    assert float(amplitude) * um == pytest.approx(4e-6 * receptance(MODE, MODE, DAMPING), rel=0.08)
-    assert float(frequency) == pytest.approx(MODE, rel=0.01)
 
 
 def test_peaks_of_the_envelope_at_one_peak_of_a_harmonic_are_one_resonance():

@@ -1,22 +1,32 @@
-"""Tables of torques, the kernel that reads them, speeds over time, and conditions that end a run."""
+"""Functions of time and their kernels: torques, speeds and imposed motions; conditions that end a run."""
 
 import numpy as np
 import pytest
+from numba import njit
 from scenes import smooth_box
 from scipy.interpolate import PchipInterpolator
 
 import exugear
 from exugear import Apart, MotorCurve, Speed, SpeedReached, Torque
 from exugear.mesh_force.kernel_records import address_of
+from exugear.multibody.imposed_motion import imposed_motion, spin_of
 from exugear.multibody.torque_kernels import torque_kernel, torque_record, torque_slopes
 from exugear.operation.piecewise_cubics import tabulated
 from exugear.operation.shaft_recorder import ShaftRecorder
 from exugear.operation.stop_conditions import first_end
-from exugear.operation.time_functions import Line, curve_through_function, line, speed_function
+from exugear.operation.time_functions import Line, curve_through_function, curve_through_points, line, speed_function
 from exugear.operation.torque_tables import torque_table
 from exugear.operation.train_motion import expected_speeds, force_per_torque, reduced_inertia
 
 TURN = np.linspace(0, 2 * np.pi, 721)
+#: Imposed speeds.
+SPEEDS = {
+    "line": Line(50.0, 3.0),
+    "function": curve_through_function(lambda t: 50 + 4 * np.sin(3 * t), 2.0),
+    "points": curve_through_points(np.array([[0, 0.3, 1, 2.5], [50, 55, 52, 60]]), 2.0),
+}
+#: Angle, speed and acceleration of a motion at an address, or of a shaft at 0.1 rad and 0.2 rad/s without one.
+imposed = njit(lambda address, t: spin_of(address, t, 0.1, 0.2))
 
 
 def table(torque: Torque):
@@ -191,3 +201,16 @@ def test_curves_know_their_slope():
     assert float(curve.slope(0.0)) == pytest.approx(10, rel=1e-6) and not curve.constant
     assert curve_through_function(lambda t: 3.0, 1.0).constant
     assert Line(3.0, 0.0).constant and not Line(3.0, 1.0).constant
+
+
+@pytest.mark.parametrize("name", SPEEDS)
+def test_motion_is_that_of_the_function_in_any_order_of_times(name):
+    speed_of, times = SPEEDS[name], np.random.default_rng(1).uniform(0, 2, 200)
+    motion, _arrays = imposed_motion(*speed_of.angle_pieces)
+    for t in [*times.tolist(), 0.0, 2.0]:
+        expected = speed_of.integral(t), float(speed_of(t)), float(speed_of.slope(t))
+        assert imposed(address_of(motion), t) == pytest.approx(expected, rel=1e-12, abs=1e-10)
+
+
+def test_without_a_motion_the_coordinates_count():
+    assert imposed(0, 1.0) == (0.1, 0.2, 0.0)
