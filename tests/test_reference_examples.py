@@ -9,7 +9,7 @@ import pytest
 from skfem import ElementQuad1, ElementQuad2
 
 from fem import Density
-from fem.reference.time_integration import RunUp
+from fem.reference.dynamic import RunUp
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 import korta_convergence

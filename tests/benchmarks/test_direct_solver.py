@@ -11,6 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 from importlib.util import find_spec
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,10 +23,7 @@ from whole_section import linear_system, solid_prism
 
 import fem
 from fem import Density
-from fem.elasticity.face_symmetry import HalfFace, WholeFace
-from fem.elasticity.section_mesh import flank_hats
 from fem.linalg import direct_solver, multifrontal
-from fem.linalg.block_matrix import KroneckerMatrix
 
 pytestmark = [
     pytest.mark.measured,
@@ -33,26 +31,26 @@ pytestmark = [
 ]
 GEARS = {"spur": paper_gear, "helical": lambda: helical(1)}
 ROUNDS = 2
-System = tuple[KroneckerMatrix, np.ndarray, np.ndarray]
+System = tuple[Any, np.ndarray, np.ndarray]
 
 
 def system_of(gear: fem.Gear) -> System:
     """Matrix, numbers of the unknowns that are loaded or read, and right-hand sides of the solid of a whole section."""
     density = Density().with_teeth(2, behind=1)
-    prism = solid_prism(gear, density, WholeFace() if gear.beta else HalfFace())
-    matrix, forces = linear_system(prism, density.paired(), flank_hats(gear, density))
+    prism = solid_prism(gear, density, "any" if gear.beta else "equal")
+    matrix, forces = linear_system(prism, density.paired(), hats=density.flank // 2)
     return matrix, np.unique(sp.hstack(forces).tocoo().row), forces[0].toarray()
 
 
-def by_multifrontal(matrix: KroneckerMatrix, accessed: np.ndarray) -> Callable:
+def by_multifrontal(matrix, accessed: np.ndarray) -> Callable:
     return multifrontal.factorize(matrix, accessed)
 
 
-def by_superlu(matrix: KroneckerMatrix, accessed: np.ndarray) -> Callable:
+def by_superlu(matrix, accessed: np.ndarray) -> Callable:
     return direct_solver.superlu(matrix.matrix)
 
 
-def by_cholmod(matrix: KroneckerMatrix, accessed: np.ndarray) -> Callable:
+def by_cholmod(matrix, accessed: np.ndarray) -> Callable:
     from sksparse.cholmod import cholesky
 
     return cholesky(sp.csc_matrix(matrix.matrix), mode="supernodal")

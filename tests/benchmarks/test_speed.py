@@ -10,15 +10,13 @@ from multiprocessing import get_context
 import exudyn as exu
 import numpy as np
 import pytest
-from benchmark_growth import exudyn_spring
+from benchmark_growth import exudyn_spring, fourth_order_settings
 from benchmark_states import KINDS, MODES, PHASES, pair_of_kind
+from compliance_products import elastic_body
 from scenes import INERTIA, smooth_box
 
 import exugear
 import fem
-from exugear.multibody.exudyn_objects import quiet
-from exugear.multibody.solver_settings import settings_for
-from fem.elasticity.flank_compliance import flank_compliance
 from fem.units import mm, rpm, um
 
 pytestmark = pytest.mark.slow
@@ -33,7 +31,7 @@ def empty_cache(tmp_path, monkeypatch):
 def test_factorization_of_the_gear(benchmark, paper_pair, empty_cache):
     """Yardstick of the curve: all solutions of one gear, nothing else."""
     gear = paper_pair.pinion
-    body = benchmark.pedantic(flank_compliance, (gear, fem.Density().with_teeth(2, behind=1), gear.b), rounds=1)
+    body = benchmark.pedantic(elastic_body, (gear, fem.Density().with_teeth(2, behind=1)), rounds=1)
     assert body.face.share == 0.5
 
 
@@ -74,9 +72,8 @@ def test_state_of_a_map(benchmark, kind, mode):
 def test_spring_of_exudyn(benchmark):
     """Yardstick of the run-ups: as many steps of two masses, one of them driven, on a spring that is built in."""
     _container, mbs = exudyn_spring(INERTIA)
-    settings = settings_for(exugear.Rule.fourth_order(STEP), STEP * STEPS, 1e-3)
-    with quiet():
-        assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)
+    settings = fourth_order_settings(STEP, STEPS)
+    assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)
 
 
 def test_bearings_of_exudyn(benchmark):
@@ -92,9 +89,8 @@ def test_bearings_of_exudyn(benchmark):
             ends = {"itemNumbers": [mbs.CreateGround(), body], "localPosition0": [x, 0, z], "localPosition1": [0, 0, z]}
             mbs.CreateCartesianSpringDamper(**ends, **spring)
     mbs.Assemble()
-    settings = settings_for(exugear.Rule.fourth_order(STEP), STEP * STEPS, 1e-3)
-    with quiet():
-        assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)
+    settings = fourth_order_settings(STEP, STEPS)
+    assert benchmark.pedantic(mbs.SolveDynamic, (settings,), rounds=3, warmup_rounds=1)
 
 
 def bearings() -> dict:

@@ -4,16 +4,10 @@ import numpy as np
 
 import fem
 from fem import Density
-from fem.ste.map_solver import ContactModel
 
 SLICES, STRIPS = fem.Slices(), fem.Resolution()
 ROUGH = fem.Resolution(Density(flank=10, fillet=2, tooth=2, rim=2, body=3, width=2), 8)
 COARSE = fem.Resolution(Density(flank=8, fillet=1, tooth=2, rim=1, body=2, width=1), 6)
-
-
-def model_of(pair, resolution) -> ContactModel:
-    """The pair without offsets."""
-    return ContactModel(pair, fem.Offsets().values(pair), resolution)
 
 
 def map_of(pair, torque, phases, resolution):

@@ -2,7 +2,15 @@
 
 import numpy as np
 
-from fem.elasticity.flank_compliance import Compliance
+import fem
+from fem.elasticity.flank_compliance import Compliance, flank_compliance
+
+
+def elastic_body(
+    gear: fem.Gear, density: fem.Density, *, loaded: float | None = None, whole: bool = False
+) -> Compliance:
+    """Compliance of a gear whose face carries load over its width, or over a part of it around mid-plane [m]."""
+    return flank_compliance(gear, density, gear.b if loaded is None else loaded, whole=whole)
 
 
 def lines(tops: np.ndarray, positions: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 from paper_gears import paper_gear
 
 import fem
@@ -33,3 +34,9 @@ def end_relieved(beta: float) -> fem.GearPair:
     relief = (fem.EndRelief(30 * um, 4 * mm),)
     pinion, wheel = (paper_gear(beta=hand * beta, flank=relief, **changes) for hand in (1, -1))
     return fem.GearPair(pinion, wheel, a=None if beta else 150 * mm)
+
+
+def material_removed(parts, face, roll, axial, *, tooth=0):
+    """Sum of what modifications remove [m]; beyond the ends of the flank each continues with its value there."""
+    face, roll = face._replace(tooth=tooth), np.clip(roll, face.roll_form, face.roll_tip)
+    return sum(part.removed(face, roll, axial) for part in parts)

@@ -1,20 +1,30 @@
 """The contact problem of `fem.nonlinear` linearized, on solids that scikit-fem assembles alone, for comparison."""
 
 import numpy as np
+from mating_gears import gaps_of
 from scipy.optimize import brentq, nnls
 from scipy.sparse.linalg import splu
-from skfem import Basis, ElementHex1, ElementQuad2, ElementVector, MeshLine
+from skfem import Basis, ElementHex1, ElementQuad2, ElementVector, MeshHex, MeshLine
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import fem
 from fem import Density, section
 from fem.elasticity.extrusion import extruded, half_face
 from fem.elasticity.face_symmetry import Face, clamped
-from fem.reference.mortar import pair_gaps
 from fem.reference.nonlinear import ContactProblem
 from fem.units import um
 
 COARSE = Density(flank=30)
+
+
+def line_from_mid_plane(b: float, number: int, loaded: float | None = None) -> MeshLine:
+    """Elements to the end face of a width [m], so many of them in its loaded part, by default all of it."""
+    return half_face(b, b if loaded is None else loaded, number)
+
+
+def hexahedra_along(gear: fem.Gear, density: Density, line: MeshLine) -> MeshHex:
+    """The section along the helix over a line across the width; nodes by those of the section, then of the line."""
+    return extruded(section(gear, density), line, gear.twist)
 
 
 def components(basis: Basis) -> list[tuple[int, np.ndarray]]:
@@ -34,14 +44,20 @@ def gap_change(gears, gradients, du) -> np.ndarray:
     return sum(by @ (gear.flank_operator @ v.ravel()) for gear, by, v in zip(gears, gradients, du, strict=True))
 
 
+def solved(matrix, loads: np.ndarray) -> np.ndarray:
+    """Displacements of a symmetric stiffness matrix under loads (n, n_load)."""
+    solver = splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    return solver.solve(np.ascontiguousarray(loads))
+
+
 class RawGear:
     """Linear solid of a gear, assembled by scikit-fem on the mesh of a `DeformableGear`."""
 
     def __init__(self, gear: fem.Gear, density: Density, element, face: Face):
         mesh, thickness = section(gear, density), gear.b
         if element.dim == 3:
-            half, thickness = np.sort(half_face(gear.b, gear.b, density.width).p[0]), 1.0
-            mesh = extruded(mesh, MeshLine(face.positions(half)), gear.twist)
+            half, thickness = np.sort(line_from_mid_plane(gear.b, density.width).p[0]), 1.0
+            mesh = hexahedra_along(gear, density, MeshLine(face.positions(half)))
         basis = Basis(mesh, ElementVector(element), intorder=5 if mesh.dim() == 2 else 3)
         numbers = [dofs for _, dofs in components(basis)]
         held = clamped(gear, basis.doflocs, mesh.dim(), face)
@@ -54,8 +70,7 @@ class RawGear:
     def flexibility(self, operator) -> np.ndarray:
         """(n, n) of displacements under forces, by an operator on dofs numbered as in `fem.reference`."""
         loads = operator[:, np.argsort(self.nodal)][:, self.free].T.toarray()
-        solver = splu(self.matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
-        return loads.T @ solver.solve(loads)
+        return loads.T @ solved(self.matrix, loads)
 
 
 class RawTwin:
@@ -77,15 +92,13 @@ class RawTwin:
 
     def linearized_te(self, phase: float, force: float, turned: float) -> float:
         """Linearized about gears turned by a transmission error: non-negative least squares and root search."""
-        mating, matrix = self.problem.mating, 0.0
-        rest = tuple(gear.undeformed() for gear in mating.gears)
-        gaps = pair_gaps(mating, mating.candidates(phase), phase, turned, rest)
+        matrix, gaps = 0.0, gaps_of(self.problem.mating, phase, turned)
         for gradient, flexibility in zip(gaps.gradients, self.flexibility, strict=True):
             matrix = matrix + gradient @ flexibility @ gradient.T
         lower = np.linalg.cholesky((matrix + matrix.T) / 2)
 
         def excess_force(te: float) -> float:
             f = nnls(lower.T, np.linalg.solve(lower, gaps.closing * (te - turned) - gaps.gap))[0]
-            return gaps.closing @ f - force * mating.gears[0].face.share
+            return gaps.closing @ f - force * self.problem.gears[0].face.share
 
         return brentq(excess_force, 0.0, 60 * um, xtol=1e-14)

@@ -2,28 +2,38 @@
 
 import numpy as np
 from contacts import contact_of
+from line_contact import modulus
+from whole_section import FACES
 
 import fem
 from fem import Density
-from fem.elasticity.face_symmetry import HalfFace
 from fem.elasticity.flank_compliance import Compliance, uniform_load_compliance
 from fem.elasticity.half_space import along_line, half_plane
 from fem.elasticity.hat_functions import values_of_means
 from fem.elasticity.section_mesh import flank_hats
-from fem.pair.hertz import flattening
 from fem.units import mm
+
+
+def section_compliance(gear: fem.Gear, hats: Density, density: Density) -> np.ndarray:
+    """(n_tooth, n_hat, n_hat) displacements in plane strain per line load on the hats of a density [m^2/N]."""
+    return uniform_load_compliance(gear, flank_hats(gear, hats), density)
+
+
+def line_flattening(material: fem.Material, end: float, depth: float) -> float:
+    """Displacement [m/N] of a half-space at a depth [m] by an even line of force that ends at the faces, +-end [m]."""
+    return 1 / (np.pi * modulus(material)) * along_line(np.array([0.0, end]), end, depth, FACES["equal"])[0, 0]
 
 
 def plane_twin(gear: fem.Gear, density: Density, refined: int) -> Compliance:
     """Compliance of the refined section in plane strain."""
     arcs, half, depth = flank_hats(gear, density), gear.b / 2, 1 * mm
-    blocks = uniform_load_compliance(gear, arcs, density.refined(refined))
+    blocks = section_compliance(gear, density, density.refined(refined))
     blocks[0] -= half_plane(gear, arcs, depth)
     values = values_of_means(arcs)
     blocks = np.einsum("hi,dij,kj->dhk", values, blocks, values)[:, None, :, None, :] / half * np.ones((1, 2, 1, 2, 1))
-    blocks[0] -= flattening(gear.material) * along_line(np.array([0.0, half]), half, depth, HalfFace())[0, 0]
+    blocks[0] -= line_flattening(gear.material, half, depth)
     return Compliance(
-        arcs, np.array([0.0, half]), half, blocks[: density.teeth + 1], blocks[density.teeth + 1 :], HalfFace()
+        arcs, np.array([0.0, half]), half, blocks[: density.teeth + 1], blocks[density.teeth + 1 :], FACES["equal"]
     )
 
 

@@ -2,16 +2,14 @@
 
 import numpy as np
 import pytest
-from compliance_products import coupling
-from contacts import contact_of
+from compliance_products import coupling, elastic_body
+from contacts import contact_of, strips_in_contact
 from helical_gears import helical
 from scipy.optimize import nnls
 
 import fem
 from fem import Density
 from fem.contact.coupling import smooth_compliance
-from fem.contact.strip_contact import assemble
-from fem.elasticity.flank_compliance import flank_compliance
 from fem.units import mm, um
 
 TINY = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=2)
@@ -22,7 +20,7 @@ def contact():
     """Helical gears with reliefs, displaced along the axis."""
     relief = (fem.TipRelief(15 * um, 2.5 * mm), fem.LeadCrowning(5 * um))
     pair = fem.GearPair(helical(1, flank=relief), helical(-1), a=150 * mm)
-    bodies = (flank_compliance(gear, TINY.with_teeth(3, behind=1), gear.b) for gear in (pair.pinion, pair.wheel))
+    bodies = (elastic_body(gear, TINY.with_teeth(3, behind=1)) for gear in (pair.pinion, pair.wheel))
     return contact_of(pair, bodies, 0.3, 8, axial=1 * mm)
 
 
@@ -53,7 +51,7 @@ def points(contact, slices, arcs: np.ndarray, tilts: np.ndarray) -> np.ndarray:
 def test_states_are_those_of_non_negative_least_squares(contact, force):
     """One dense compliance of all strips; forces at the same transmission error by Lawson and Hanson's algorithm."""
     state = contact.state(force, 5e-5)
-    strips = assemble(state.slices, state.strips, contact.bodies, contact.face, 5e-5)
+    strips = strips_in_contact(contact, state.slices, state.strips, 5e-5)
     n = state.strip_force.size
     compliance = np.array([strips.displacement(unit.reshape(state.strip_force.shape)).ravel() for unit in np.eye(n)])
     lower = np.linalg.cholesky((compliance + compliance.T) / 2)

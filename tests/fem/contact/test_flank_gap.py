@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-from contacts import position_of
+from contacts import position_of, single_slice
 from paper_gears import paper_gear, paper_pair
 
 import fem
-from fem.contact.contact_slices import ContactSlices
 from fem.contact.flank_gap import between_normals, first_roll, sections_of, turn_to_contact, write_gaps
-from fem.contact.mesh_geometry import pair_geometry
 from fem.contact.strip_bounds import NODES, STRIPS, WINDOW, strips_of
 from fem.contact.strip_contact import StripContact, local_compliance
 from fem.units import deg, mm, um
@@ -78,12 +76,7 @@ def test_strips_that_join_one_by_one_reach_the_same_contact():
     assert 0 < (f > 0).mean() < 1
 
 
-def one_slice(pair: fem.GearPair, phase: float, te: float = 0.0) -> ContactSlices:
-    """A slice of 1 mm of tooth pair 0."""
-    return ContactSlices(position_of(pair, phase), *np.array([[0], [0], [1 * mm]]), te)
-
-
-def gaps_at(slices: ContactSlices, roll: np.ndarray) -> np.ndarray:
+def gaps_at(slices, roll: np.ndarray) -> np.ndarray:
     """(n,) gaps in the first slice at roll lengths of the host [m]."""
     mesh, gap, foot = slices.mesh.geometry, np.empty((1, roll.size)), np.empty((1, roll.size))
     sections = sections_of(mesh, slices.number, slices.low, slices.high, np.zeros(1))
@@ -96,7 +89,7 @@ def test_flanks_in_contact_have_a_common_normal(phase):
     """At the contact point the slope of a parabolic relief is the angle between the normals of the involutes."""
     relief = fem.TipRelief(15 * um, 4 * mm, power=2)
     gear = paper_gear(flank=relief)
-    slices = one_slice(fem.GearPair(gear, gear, a=150 * mm), phase)
+    slices = single_slice(fem.GearPair(gear, gear, a=150 * mm), phase)
     at = sections_of(slices.mesh.geometry, slices.number, slices.low, slices.high, np.zeros(1))[0]
     (roll,), (foot,) = slices.closest.roll, slices.closest.foot
     of_mate = between_normals(at, roll, foot)
@@ -112,7 +105,7 @@ def test_loaded_teeth_touch_nearer_to_both_tips():
     for phase in (-0.2, 0.1):
         rolls = []
         for at in (0.0, te):
-            closest = one_slice(paper_pair(), phase, at).closest
+            closest = single_slice(paper_pair(), phase, at).closest
             rolls.append(np.stack([closest.roll, closest.foot]))
         assert rolls[1] - rolls[0] == pytest.approx(te / 2 + 0 * rolls[0], rel=1e-3)
 
@@ -123,7 +116,7 @@ def test_the_direction_of_contact_is_the_same_whichever_gear_carries_the_strips(
     pair = fem.GearPair(paper_gear(flank=relief), paper_gear(flank=relief), a=150 * mm)
     from_gears = []
     for phase in (-1e-12, 1e-12):
-        slices = one_slice(pair, phase, 30 * um)
+        slices = single_slice(pair, phase, 30 * um)
         strips = strips_of(slices, np.array([0.2 * mm]))
         order = slice(None) if slices.pinion_is_host[0] else slice(None, None, -1)
         from_gears.append([values[..., order] for values in (strips.tilts, strips.approach, strips.gap)])
@@ -138,7 +131,7 @@ def test_the_direction_of_contact_is_the_same_whichever_gear_carries_the_strips(
 def test_gaps_of_strips_are_means_over_them(flank):
     """Gaps at the middles of strips neglect the curvature: w^2 / (24 rho), here 5 nm."""
     pair = fem.GearPair(paper_gear(flank=flank), paper_gear(flank=flank), a=150 * mm)
-    slices, reach, r_b = one_slice(pair, 0.2), np.array([0.4 * mm]), pair.wheel.r_b
+    slices, reach, r_b = single_slice(pair, 0.2), np.array([0.4 * mm]), pair.wheel.r_b
     strips = strips_of(slices, reach / WINDOW)
     arcs = slices.closest.roll**2 / (2 * r_b) + reach * np.linspace(-1, 1, 100 * STRIPS + 1)[50::100]
     within = arcs[:, None] + strips.width[0, :, None] * ((np.arange(100) + 0.5) / 100 - 0.5)
@@ -154,7 +147,7 @@ def test_strips_end_where_the_corner_of_the_mates_tip_lies(z, x, beta):
     for phase in (0.0, 0.3, 0.7):
         position = position_of(pair, phase)
         number, low = (at.ravel() for at in np.meshgrid(position.numbers(), np.linspace(-10, 9, 20) * mm))
-        mesh = pair_geometry(position).geometry
+        mesh = single_slice(pair, phase).mesh.geometry
         sections = sections_of(mesh, number, low, low + 1 * mm, np.full(low.size, 20 * um))
         start = np.array([first_roll(mesh, at) for at in sections])
         beyond = np.array([turn_to_contact(mesh, *point)[1] for point in zip(sections, start, strict=True)])

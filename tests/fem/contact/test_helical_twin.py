@@ -6,13 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helical_gears import helical
-from skfem import Basis, ElementHex1, ElementQuad1, ElementQuad2, MeshLine
+from raw_twin import components, hexahedra_along, solved
+from skfem import Basis, ElementHex1, ElementQuad1, ElementQuad2, ElementVector, MeshLine
+from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import fem
 from fem import STEEL, Density, section
-from fem.elasticity.extrusion import extruded
-from fem.linalg.direct_solver import factorize
-from fem.reference import st_venant_kirchhoff
 from fem.units import mm, um
 
 DENSITY, ELEMENTS, SLICES = Density(teeth=2, behind=0), 12, 24
@@ -49,10 +48,16 @@ def nodal_compliance(gear: fem.Gear, basis: Basis) -> tuple[list[np.ndarray], np
         push = np.zeros((x.shape[1], dim, nodes.size))
         push[nodes, :, np.arange(nodes.size)] = normals
         pushes.append(push.reshape(-1, nodes.size)[free])
-    moved = factorize(st_venant_kirchhoff.stiffness(st_venant_kirchhoff.solid_on_basis(basis, STEEL))[free][:, free])(
-        pushes[0]
-    )
+    moved = solved(stiffness(basis)[free][:, free], pushes[0])
     return [push.T @ moved for push in pushes], rolls
+
+
+def stiffness(basis: Basis):
+    """Of steel as scikit-fem assembles it; displacement components of a node after one another."""
+    vector = basis.with_element(ElementVector(basis.elem))
+    numbers = np.stack([dofs for _, dofs in components(vector)], axis=1).ravel()
+    matrix = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu)).assemble(vector).tocsr()
+    return matrix[numbers][:, numbers]
 
 
 def interpolation(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -69,7 +74,7 @@ class Twin:
         self.z, self.width = (edges[1:] + edges[:-1]) / 2, edges[1] - edges[0]
         self.z_nodes = np.linspace(-gear.b / 2, gear.b / 2, ELEMENTS + 1)
         plane = section(gear, DENSITY)
-        solids = extruded(plane, MeshLine(self.z_nodes), np.tan(gear.beta) / gear.r)
+        solids = hexahedra_along(gear, DENSITY, MeshLine(self.z_nodes))
         self.blocks, rolls = nodal_compliance(gear, Basis(solids, ElementHex1(), intorder=2))
         self.rolls = rolls.reshape(-1, ELEMENTS + 1).mean(axis=1)
         coarse, _ = nodal_compliance(gear, Basis(plane, ElementQuad1()))

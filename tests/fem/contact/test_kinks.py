@@ -10,7 +10,7 @@ from modified_pairs import end_relieved
 from paper_gears import paper_gear
 
 import fem
-from fem.contact.face_grading import kinks, write_with_kinks
+from fem.contact.face_grading import FaceGrading, axial_at, kinks, share_at, write_with_kinks
 from fem.units import deg, mm, um
 
 
@@ -94,3 +94,13 @@ def test_narrow_slices_beside_kinks_bear_any_load():
         for slices in (6, 12, 20, 40)
     ]
     assert np.array(te) == pytest.approx(np.tile(te[-1], (4, 1)), rel=2e-4)
+
+
+@pytest.mark.parametrize(("start", "lower_end"), [(-1.0, -10 * mm), (0.0, 0.0)], ids=["whole", "half"])
+def test_positions_and_shares_of_the_face_are_inverse(start, lower_end):
+    grading = FaceGrading(-10 * mm, 10 * mm, start)
+    share = np.linspace(0, 1, 11)
+    assert share_at(grading, axial_at(grading, share)) == pytest.approx(share, abs=1e-12)
+    assert axial_at(grading, np.array([0, 1])) == pytest.approx((lower_end, 10 * mm), abs=1e-15)
+    steps = np.diff(axial_at(grading, share))
+    assert steps[-1] < steps[-2] < steps[-3]

@@ -9,20 +9,9 @@ from paper_gears import paper_gear, paper_pair
 
 import fem
 from fem.contact.contact_state import State
-from fem.contact.face_grading import FaceGrading, axial_at, share_at
 from fem.contact.loaded_width import LEAST_REACH, SHORT, FaceSlicing, positive_range, union
 from fem.elasticity.face_symmetry import HalfFace, WholeFace
 from fem.units import mm, um
-
-
-@pytest.mark.parametrize("face", [WholeFace(), HalfFace()])
-def test_positions_and_shares_of_the_face_are_inverse(face):
-    grading = FaceGrading(-10 * mm, 10 * mm, face.start)
-    share = np.linspace(0, 1, 11)
-    assert share_at(grading, axial_at(grading, share)) == pytest.approx(share, abs=1e-12)
-    assert axial_at(grading, np.array([0, 1])) == pytest.approx(face.ends(-10 * mm, 10 * mm), abs=1e-15)
-    steps = np.diff(axial_at(grading, share))
-    assert steps[-1] < steps[-2] < steps[-3]
 
 
 @given(st.floats(-0.9, 0.9), st.floats(0.1, 2))

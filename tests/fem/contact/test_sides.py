@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from involutes import involute_flank
+from modified_pairs import material_removed
 
 import fem
 from fem import Density
-from fem.gear import tooth_profile
-from fem.microgeometry.flank import removed
 from fem.units import deg, mm, um
 
 ROUGH = fem.Resolution(Density(flank=8, fillet=1, tooth=2, rim=1, body=2, width=1), 60)
@@ -29,7 +29,7 @@ def pair_of(beta: float) -> fem.GearPair:
 def angle(gear: fem.Gear, side: int, tooth: int, roll, axial: float):
     """Angle of a left (side 1) or right flank (-1) from the middle of tooth 0 in mid-plane, counter-clockwise."""
     parts = gear.flank.left if side > 0 else gear.flank.right
-    half = tooth_profile.flank(gear, roll).psi - removed(parts, gear.face, roll, axial, tooth=tooth) / gear.r_b
+    half = involute_flank(gear, roll)[1] - material_removed(parts, gear.face, roll, axial, tooth=tooth) / gear.r_b
     return side * half + 2 * np.pi * tooth / gear.z + gear.twist * axial
 
 

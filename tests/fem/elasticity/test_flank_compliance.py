@@ -3,21 +3,19 @@
 import numpy as np
 import pytest
 from compliance_products import across
+from involutes import arc_length
 from paper_gears import paper_gear
+from raw_twin import hexahedra_along, line_from_mid_plane
+from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementHex1, ElementLineP1, ElementLineP2, ElementQuad1, ElementQuad2, ElementVector, MeshLine
 from skfem.models.elasticity import lame_parameters, linear_elasticity
+from twins import line_flattening
 
 from fem import STEEL, Density, LeadCrowning, Resolution, hexahedra, section
 from fem.elasticity import extruded_elasticity
-from fem.elasticity.extrusion import extruded, half_face
-from fem.elasticity.face_symmetry import HalfFace
-from fem.elasticity.flank_compliance import flank_compliance, flank_compliances, flank_loads
-from fem.elasticity.half_space import along_line
-from fem.elasticity.section_mesh import flank_arcs
-from fem.linalg.direct_solver import factorize
+from fem.elasticity.flank_compliance import flank_compliance, flank_compliances, flank_loads, solutions
 from fem.pair import hertz
-from fem.pair.hertz import flattening
-from fem.support import blas_threads
+from fem.support.cache import source_stamp
 from fem.units import mm, um
 
 GEAR = paper_gear()
@@ -25,8 +23,8 @@ TINY = Density(flank=4, fillet=1, tooth=2, rim=1, body=1, teeth=1, width=2)
 
 
 def test_products_of_section_and_width_equal_hexahedra():
-    quads, line = section(GEAR, TINY), half_face(GEAR.b, GEAR.b, TINY.width)
-    solid = Basis(extruded(quads, line), ElementVector(ElementHex1()), intorder=8)
+    quads, line = section(GEAR, TINY), line_from_mid_plane(GEAR.b, TINY.width)
+    solid = Basis(hexahedra_along(GEAR, TINY, line), ElementVector(ElementHex1()), intorder=8)
     reference = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu)).assemble(solid)
     plane, width = Basis(quads, ElementQuad1(), intorder=8), Basis(line, ElementLineP1(), intorder=8)
     matrix = extruded_elasticity.stiffness(plane, width, STEEL).matrix
@@ -37,7 +35,7 @@ def test_products_of_section_and_width_equal_hexahedra():
 @pytest.mark.parametrize("twist", [0.0, 4.0])
 def test_sections_that_deform_alike_are_a_prism_of_uniform_displacement(twist):
     """Work per length of displacements that do not vary along the axis; without twist in the plane."""
-    plane, line = Basis(section(GEAR, TINY), ElementQuad1()), half_face(GEAR.b, GEAR.b, 2)
+    plane, line = Basis(section(GEAR, TINY), ElementQuad1()), line_from_mid_plane(GEAR.b, 2)
     per_length = extruded_elasticity.uniform_stiffness(plane, STEEL, twist).matrix
     u = np.random.default_rng(0).standard_normal(per_length.shape[0])
     width = Basis(line, ElementLineP2())
@@ -53,7 +51,7 @@ def turned(x, y, angle):
 
 @pytest.mark.parametrize("twist", [0.0, 4.0])
 def test_rigid_motion_is_free_of_force(twist):
-    plane, width = Basis(section(GEAR, TINY), ElementQuad1()), Basis(half_face(GEAR.b, GEAR.b, 4), ElementLineP2())
+    plane, width = Basis(section(GEAR, TINY), ElementQuad1()), Basis(line_from_mid_plane(GEAR.b, 4), ElementLineP2())
     stiffness = extruded_elasticity.stiffness(plane, width, STEEL, twist).matrix
     z = np.tile(width.doflocs[0], plane.N)
     x, y = turned(*(np.repeat(c, width.N) for c in plane.doflocs), twist * z)
@@ -78,7 +76,7 @@ def test_twisted_prism_yields_like_twisted_hexahedra():
     quads, line = section(GEAR, tiny), MeshLine(np.linspace(0, 10 * mm, 17))
     basis, axis = Basis(quads, ElementQuad1()), Basis(line, ElementLineP1())
     matrix = extruded_elasticity.stiffness(basis, axis, STEEL, twist).matrix
-    mesh = extruded(quads, line)
+    mesh = hexahedra_along(GEAR, tiny, line)
     x, y = turned(mesh.p[0], mesh.p[1], twist * mesh.p[2])
     solid = Basis(type(mesh)(np.stack([x, y, mesh.p[2]]), mesh.t), ElementVector(ElementHex1()))
     reference = linear_elasticity(*lame_parameters(STEEL.E, STEEL.nu)).assemble(solid)
@@ -89,9 +87,7 @@ def test_twisted_prism_yields_like_twisted_hexahedra():
     local = np.concatenate([*turned(force[:n], force[n : 2 * n], -angle), force[2 * n :]])
     order = np.concatenate(list(solid.nodal_dofs))
     reference = reference[order][:, order]
-    work = [
-        f[free] @ factorize(k[free][:, free])(f[free][:, None])[:, 0] for f, k in ((local, matrix), (force, reference))
-    ]
+    work = [f[free] @ spsolve(k[free][:, free].tocsc(), f[free]) for f, k in ((local, matrix), (force, reference))]
     assert work[0] == pytest.approx(work[1], rel=2e-3)
 
 
@@ -99,7 +95,8 @@ def test_flank_loads_are_unit_forces_with_the_lever_of_the_base_circle():
     basis = Basis(section(GEAR, Density()), ElementQuad1())
     x, y = basis.doflocs
     for tooth in (0, 1):
-        f_x, f_y, size = flank_loads(GEAR, basis, flank_arcs(GEAR, 16)[::2], tooth)
+        low, high = arc_length(GEAR, np.array([GEAR.roll_form, GEAR.roll_tip]))
+        f_x, f_y, size = flank_loads(GEAR, basis, high - (high - low) * np.linspace(1, 0, 9) ** 1.5, tooth)
         assert size.sum(axis=0) == pytest.approx(1, rel=1e-12)
         torque = x @ f_y - y @ f_x
         assert torque[1:] == pytest.approx(-GEAR.r_b, rel=2e-4)
@@ -129,7 +126,7 @@ def test_threads_do_not_change_a_bit(monkeypatch, tmp_path):
     bodies, blocks = [(paper_gear(), TINY, GEAR.b), (paper_gear(z=40, d_a=None, d_f=None), TINY, GEAR.b)], []
     for number in (1, 2):
         monkeypatch.setenv("EXUGEAR_CACHE", str(tmp_path / str(number)))
-        monkeypatch.setattr(blas_threads, "cores", lambda number=number: number)
+        monkeypatch.setattr("fem.support.blas_threads.cores", lambda number=number: number)
         blocks.append([body.blocks for body in flank_compliances(bodies, whole=True)])
     assert all((serial == threaded).all() for serial, threaded in zip(*blocks, strict=True))
 
@@ -167,7 +164,7 @@ def test_compliance_converges():
     def line_load(body):
         even = across(body, np.array([0.0]), np.array([GEAR.b / 2]))[:, 0]
         smooth = np.einsum("y,yhzk,z->hk", even, body.blocks[0], even)
-        half_space = flattening(STEEL) * along_line(np.array([0, body.end]), body.end, 0.1 * mm, HalfFace())[0, 0]
+        half_space = line_flattening(STEEL, body.end, 0.1 * mm)
         return smooth[3, 3] + half_space, smooth[6, 6] + half_space
 
     assert line_load(coarse) == pytest.approx(line_load(fine), rel=3e-3)
@@ -207,3 +204,17 @@ def test_hertz_half_width():
     """q = 100 N/mm, relative radius 13.93 mm, E 206 GPa: a = 0.12518 mm."""
     steel = type(STEEL)(E=206e9)
     assert hertz.half_width(100e3, 13.93 * mm, 2 * hertz.flattening(steel)) == pytest.approx(0.12518 * mm, abs=5e-9)
+
+
+def test_keys_of_the_cache_hold_all_that_a_solution_depends_on():
+    """All fields to the last digit, and the checksum of the sources, so that changed code computes anew."""
+    stamp = source_stamp("fem.elasticity.flank_compliance")
+    sizes = "z=57, m_n=0.0026000000000000003, b=0.023, d_bore=0.06, alpha_n=0.3490658503988659, beta=0.0, "
+    tooth = "x=-0.1606589796889921, s_n=0.00378, d_a=0.1545, d_f=0.1417, rho_f=0.0009880000000000002, fillet=None, "
+    gear = f"Gear({sizes}{tooth}material=Material(E=210000000000.0, nu=0.3, density=7850.0), flank=())"
+    section = "flank=16, fillet=3, land=1, tooth=4, rim=4, body=7"
+    rest = "teeth=2, behind=1, divide=1, rim_power=1.0, edges=None)"
+    assert solutions(paper_gear(flank=(LeadCrowning(5 * um),)), Density(width=4, behind=1), 0.023) == {
+        "near field": f"near field {stamp} {gear} Density({section}, width=1, {rest}",
+        "even": f"solid {stamp} {gear} Density({section}, width=4, {rest} 0.023 even",
+    }

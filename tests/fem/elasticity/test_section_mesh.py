@@ -5,14 +5,13 @@ import pytest
 from paper_gears import paper_gear
 from skfem import Basis, ElementQuad2
 from skfem.helpers import det
+from twins import section_compliance
 
 import fem
 from fem import Density, section
 from fem.elasticity import section_mesh
-from fem.elasticity.flank_compliance import uniform_load_compliance
-from fem.elasticity.section_mesh import flank_hats, flank_nodes
-from fem.reference.deformable_gear import with_edges
-from fem.units import mm, um
+from fem.elasticity.section_mesh import flank_nodes
+from fem.units import mm
 
 EDGES = (25 * mm, 31 * mm)
 
@@ -52,9 +51,9 @@ def test_graded_section_has_the_area_and_flank_of_the_gear(divide):
 
 def test_graded_section_bends_like_the_plain_one():
     gear, density = paper_gear(), Density(flank=44)
-    arcs = flank_hats(gear, Density(flank=16))
     plain, graded = (
-        uniform_load_compliance(gear, arcs, mesh.refined(2))[0] for mesh in (density, Density(flank=44, edges=EDGES))
+        section_compliance(gear, Density(flank=16), mesh.refined(2))[0]
+        for mesh in (density, Density(flank=44, edges=EDGES))
     )
     assert graded == pytest.approx(plain, rel=2e-4)
 
@@ -78,44 +77,3 @@ def test_edges_out_of_order_are_refused(edges):
 def test_edges_beside_the_flank_are_refused(edge):
     with pytest.raises(ValueError, match="edges must lie in"):
         section(paper_gear(), Density(edges=(edge,)))
-
-
-def test_edges_are_where_reliefs_begin_on_either_gear():
-    relieved = paper_gear(flank=(fem.TipRelief(15 * um, 2.5 * mm), fem.RootRelief(5 * um, 6 * mm)))
-    pair = fem.GearPair(relieved, paper_gear(), a=150 * mm)
-    tip, root = relieved.roll_tip - 2.5 * mm, relieved.roll_form + 6 * mm
-    across = pair.a * np.sin(pair.alpha_wt)
-    pinion, wheel = with_edges(pair, Density())
-    assert pinion.edges == pytest.approx((root, tip))
-    assert wheel.edges == pytest.approx((across - tip, across - root))
-    turned = with_edges(fem.GearPair(paper_gear(), relieved, a=150 * mm), Density())
-    assert turned == (wheel, pinion)
-
-
-@pytest.mark.parametrize(
-    ("flank", "edges"),
-    [
-        ((), None),
-        ((fem.ProfileCrowning(5 * um), fem.LeadCrowning(5 * um)), None),
-        ((fem.TipRelief(15 * um, 2.5 * mm, power=2),), None),
-        ((fem.TipRelief(15 * um, 2.5 * mm),), ()),
-    ],
-)
-def test_no_edges_without_reliefs_or_where_none_are_requested(flank, edges):
-    gear = paper_gear(flank=flank)
-    assert [graded.edges for graded in with_edges(fem.GearPair(gear, gear, a=150 * mm), Density(edges=edges))] == [
-        (),
-        (),
-    ]
-
-
-def test_edges_closer_than_an_element_are_merged():
-    """Reliefs of both gears that begin 1 nm apart on the path of contact, and a relief from root to tip."""
-    gear = paper_gear()
-    pair = fem.GearPair(gear, gear, a=150 * mm)
-    length = gear.roll_tip - pair.a * np.sin(pair.alpha_wt) / 2
-    whole = fem.RootRelief(1 * um, gear.roll_tip - gear.roll_form)
-    flanks = [(fem.TipRelief(15 * um, length + off), whole) for off in (0.0, 1e-9)]
-    pinion, wheel = (paper_gear(flank=flank) for flank in flanks)
-    for density in with_edges(fem.GearPair(pinion, wheel, a=150 * mm), Density()):
-        assert density.edges == pytest.approx((gear.roll_tip - length,), abs=1e-8)

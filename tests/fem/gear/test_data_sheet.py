@@ -5,27 +5,27 @@ from math import cos, pi, sin
 
 import numpy as np
 import pytest
+from involutes import involute_flank
 from paper_gears import few_teeth, paper_gear, paper_pair
 
 import exugear
 import fem
-from fem.gear import tooth_profile
 from fem.units import deg, mm
 
 
 def measured_span(gear: fem.Gear, k: int) -> float:
     """Distance of two parallel planes that touch the outer flanks of k teeth of a spur gear [m]."""
-    flank = tooth_profile.flank(gear, np.linspace(gear.roll_form, gear.roll_tip, 20001))
-    across = flank.r * np.sin(flank.psi + (k - 1) * pi / gear.z)
+    r, psi = involute_flank(gear, np.linspace(gear.roll_form, gear.roll_tip, 20001))
+    across = r * np.sin(psi + (k - 1) * pi / gear.z)
     return 2 * across.max()
 
 
 def distance_to_flank(gear: fem.Gear, r: float) -> float:
     """Distance from the middle of a space at radius r, in mid-plane, to the flank next to it [m]."""
     roll, axial = np.meshgrid(np.linspace(gear.roll_form, gear.roll_tip, 801), np.linspace(-0.1, 0.1, 801) * gear.b)
-    flank = tooth_profile.flank(gear, roll)
-    turn = flank.psi - pi / gear.z + axial * gear.twist
-    return np.sqrt((flank.r * np.cos(turn) - r) ** 2 + (flank.r * np.sin(turn)) ** 2 + axial**2).min()
+    flank_r, psi = involute_flank(gear, roll)
+    turn = psi - pi / gear.z + axial * gear.twist
+    return np.sqrt((flank_r * np.cos(turn) - r) ** 2 + (flank_r * np.sin(turn)) ** 2 + axial**2).min()
 
 
 @pytest.mark.parametrize("gear", [paper_gear(), few_teeth(), few_teeth(z=35, x=-0.2)], ids=lambda gear: f"z{gear.z}")

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from paper_gears import paper_gear
 from strategies import gears
 
 import fem
@@ -216,3 +217,27 @@ def test_mesh_of_few_teeth_closes(z):
     assert (np.bincount(ends.ravel())[np.unique(ends)] == 2).all()
     assert mesh.t.max() + 1 == mesh.p.shape[1]
     assert mesh.p.shape[1] - mesh.facets.shape[1] + mesh.t.shape[1] == 0
+
+
+def test_left_flank_is_the_drive_flank_of_the_outline():
+    """Seen from positive z with the tooth pointing up the left flank, x < 0, faces counter-clockwise."""
+    gear = paper_gear()
+    rolls = np.array([gear.roll_form, gear.roll_tip])
+    left = tooth_profile.cartesian(tooth_profile.flank(gear, rolls))
+    assert (left[0] < 0).all()
+    tangent = left[:, 1] - left[:, 0]
+    outward = np.array([-tangent[1], tangent[0]])
+    assert left[0].mean() * outward[1] - left[1].mean() * outward[0] > 0
+
+
+@pytest.mark.parametrize(("z", "x"), [(57, -0.16), (20, 0.2), (120, 0.0), (35, 0.6)])
+def test_root_continues_the_involute(z, x):
+    gear = fem.Gear(z=z, x=x, m_n=2 * mm, b=10 * mm, d_bore=10 * mm)
+    involute_end = tooth_profile.cartesian(tooth_profile.flank(gear, [gear.roll_form, gear.roll_form * (1 + 1e-6)]))
+    root_end = tooth_profile.cartesian(tooth_profile.fillet(gear, [0, 1e-6]))
+    assert root_end[:, 0] == pytest.approx(involute_end[:, 0], abs=1e-15)
+    tangents = np.diff(involute_end)[:, 0], np.diff(root_end)[:, 0]
+    upwards, downwards = (tangent / np.hypot(*tangent) for tangent in tangents)
+    assert upwards @ downwards == pytest.approx(-1, abs=1e-9)
+    bottom = tooth_profile.fillet(gear, [1])
+    assert bottom.r[0] == pytest.approx(gear.r_f, rel=1e-12)

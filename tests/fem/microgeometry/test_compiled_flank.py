@@ -2,16 +2,15 @@
 
 import numpy as np
 import pytest
-from contacts import position_of, resolved_contacts
+from contacts import resolved_contacts, single_slice
 from hypothesis import given, settings
+from modified_pairs import material_removed
 from paper_gears import paper_gear
 from strategies import gears
 
 import fem
 from fem import Resolution
-from fem.contact.mesh_geometry import pair_geometry
 from fem.microgeometry.compiled_flank import ROUNDING, SHAPE, FlankSections, add_removed, compiled_flank, turned
-from fem.microgeometry.flank import removed
 from fem.units import mm, um
 
 
@@ -32,7 +31,7 @@ class Broken:
 def test_compiled_material_is_that_of_the_modifications(gear):
     face, flank = gear.face, (*gear.drive_flank, Wave())
     compiled, roll = compiled_flank(flank, face), np.linspace(0.5 * face.roll_form, 1.1 * face.roll_tip, 50)
-    records = pair_geometry(position_of(fem.GearPair(paper_gear(), paper_gear(), a=150 * mm))).geometry
+    records = single_slice(fem.GearPair(paper_gear(), paper_gear(), a=150 * mm), 0.0).mesh.geometry
     extent = records.gears[0]
     for name in ("roll_form", "roll_tip", "r_b"):
         extent[name] = getattr(face, name)
@@ -43,7 +42,7 @@ def test_compiled_material_is_that_of_the_modifications(gear):
     for role in (SHAPE, ROUNDING):
         add_removed(compiled.rows, compiled.table, extent, role, 2.0, sections, rolls, total)
     total += [[2 * turned(compiled.rows, compiled.table, k)] for k in tooth]
-    expected = [removed(flank, face, roll + ahead, z, tooth=k) for k, z, ahead in zip(*sections, strict=True)]
+    expected = [material_removed(flank, face, roll + ahead, z, tooth=k) for k, z, ahead in zip(*sections, strict=True)]
     assert total == pytest.approx(2 * np.array(expected), rel=1e-12, abs=1e-18)
 
 

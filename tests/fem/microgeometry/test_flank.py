@@ -7,16 +7,24 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from involutes import involute_flank
 from paper_gears import paper_gear
 from strategies import gears, modifications
 
 import fem
-from fem.gear import tooth_profile
-from fem.microgeometry import flank, modification
+from fem.microgeometry import flank
 from fem.microgeometry.flank import removed
 from fem.units import mm, um
 
-FACE = modification.FlankExtent(18 * mm, 33 * mm, 23 * mm, r_b=69.6 * mm, z=57)
+FACE = paper_gear().face._replace(roll_form=18 * mm, roll_tip=33 * mm, r_b=69.6 * mm, land=np.inf)
+ALL = (
+    fem.TipRelief(15 * um, 2.5 * mm),
+    fem.RootRelief(8 * um, 2 * mm, power=2),
+    fem.ProfileCrowning(4 * um),
+    fem.LeadCrowning(10 * um),
+    fem.HelixSlope(6 * um),
+    fem.EndRelief(12 * um, 3 * mm),
+)
 ROLL, AXIAL = np.linspace(18, 33, 39) * mm, np.linspace(-11.5, 11.5, 9)[:, None] * mm
 SEVERAL = settings(max_examples=100)
 
@@ -54,9 +62,9 @@ def test_modifications_are_read_back_from_their_text(parts):
 @given(gears(), st.floats(0.01, 0.99))
 @SEVERAL
 def test_relief_by_diameter_is_relief_by_roll_length(gear, share):
-    """d = 2 sqrt(r_b^2 + roll^2), through the outline that the meshes use."""
+    """d = 2 sqrt(r_b^2 + roll^2), by the involute."""
     roll = gear.roll_form + share * (gear.roll_tip - gear.roll_form)
-    d = 2 * float(tooth_profile.flank(gear, [roll]).r[0])
+    d = 2 * float(involute_flank(gear, roll)[0])
     at = np.linspace(gear.roll_form, gear.roll_tip, 21)
     for by_diameter, by_length in (
         (fem.TipRelief(9 * um, d_Ca=d), fem.TipRelief(9 * um, gear.roll_tip - roll)),
@@ -99,17 +107,6 @@ def test_left_and_right_flanks_may_have_different_modifications():
     assert gear != same
     one_sided = removed(gear.drive_flank, gear.face, ROLL, AXIAL)
     assert one_sided == pytest.approx(removed((left,), gear.face, ROLL, AXIAL))
-
-
-def test_left_flank_is_the_drive_flank_of_the_outline():
-    """Seen from positive z with the tooth pointing up the left flank, x < 0, faces counter-clockwise."""
-    gear = paper_gear()
-    rolls = np.array([gear.roll_form, gear.roll_tip])
-    left = tooth_profile.cartesian(tooth_profile.flank(gear, rolls))
-    assert (left[0] < 0).all()
-    tangent = left[:, 1] - left[:, 0]
-    outward = np.array([-tangent[1], tangent[0]])
-    assert left[0].mean() * outward[1] - left[1].mean() * outward[0] > 0
 
 
 def test_grid_reproduces_bilinear_fields_and_continues_constant():
@@ -267,3 +264,75 @@ def with_flank(*parts) -> fem.Gear:
 def test_impossible_flanks_are_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_modifications_at_their_ends():
+    roll, axial = np.array([FACE.roll_form, FACE.roll_tip]), np.array([[-11.5 * mm], [0], [11.5 * mm]])
+    tip, root, profile, lead, slope, end = (part.removed(FACE, roll, axial) / um for part in ALL)
+    assert tip == pytest.approx(np.tile([0, 15.0], (3, 1)))
+    assert root == pytest.approx(np.tile([8.0, 0], (3, 1)))
+    assert profile == pytest.approx(4.0)
+    assert lead[:, 0] == pytest.approx([10, 0, 10])
+    assert slope[:, 0] == pytest.approx([-3, 0, 3])
+    assert end[:, 0] == pytest.approx([12, 0, 12])
+    together = removed(ALL, FACE, roll, axial) / um
+    assert together == pytest.approx(tip + root + profile + lead + slope + end)
+
+
+def test_added_material_must_not_be_steep_where_the_profile_is_short():
+    """At the base circle a roll length of 0.2 mm is 2 um of profile."""
+    fem.Gear(z=25, m_n=1 * mm, b=8 * mm, d_bore=5 * mm, flank=fem.RootRelief(8 * um, 0.2 * mm))
+    with pytest.raises(ValueError, match=r"adds .* m per metre of profile"):
+        fem.Gear(z=25, m_n=1 * mm, b=8 * mm, d_bore=5 * mm, x=-0.5, flank=fem.RootRelief(-8 * um, 0.2 * mm))
+
+
+def test_modifications_are_read_back_from_the_file():
+    edges = (fem.EdgeBreak(0.2 * mm),)
+    assert flank.from_text(flank.to_text(ALL)) == ALL and flank.from_text(flank.to_text(edges)) == edges
+    pair = fem.GearPair(with_flank(*ALL), paper_gear(), a=150 * mm)
+    assert fem.pair_of(fem.ste_map(pair, [0, 1], [0, 0.5], np.zeros((2, 2)))) == pair
+    with pytest.raises(ValueError, match="unknown flank modifications"):
+        flank.from_text('[{"kind": "os.system"}]')
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: fem.TipRelief(15, 2.5 * mm), "C_a must lie .*15\\*um"),
+        (lambda: fem.TipRelief(15 * um, 2.5), "length must lie .*2.5\\*mm"),
+        (lambda: fem.TipRelief(15 * um, 2.5 * mm, power=0.5), "power must lie"),
+        (lambda: fem.TipRelief(15 * um, 2.5 * mm, power="arc"), "power must be one real number .*got 'arc'"),
+        (lambda: fem.TipRelief(None, 2.5 * mm), "C_a must be one real number .*got None"),
+        (lambda: fem.LeadCrowning([5 * um]), "C_beta must be one real number"),
+        (lambda: fem.LeadCrowning(np.nan), "C_beta must lie"),
+        (lambda: fem.EndRelief(1 * um, -1 * mm), "length must lie"),
+        (lambda: with_flank(15 * um), "flank must hold modifications"),
+        (lambda: fem.Offsets(misalignment=0.5), "misalignment must lie within 0.01 rad"),
+        (lambda: fem.Offsets(misalignment=np.nan), "misalignment must be finite"),
+    ],
+)
+def test_modifications_out_of_range_are_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_numbers_of_any_library_are_kept_in_the_file():
+    length = np.float32(2 * mm)
+    parts = (
+        fem.TipRelief(np.float32(15e-6), length, power=np.int64(2)),
+        fem.RootRelief(np.float64(8 * um), d_Cf=np.array(145 * mm)),
+        fem.LeadCrowning(np.array(5e-6)),
+        fem.EndRelief(np.float32(12 * um), length),
+    )
+    assert parts[0] == fem.TipRelief(float(np.float32(15e-6)), float(length), 2.0)
+    assert flank.from_text(flank.to_text(parts)) == parts
+
+
+def test_modifications_end_with_the_flank():
+    """Below its root form and above its tip there is nothing to remove or add."""
+    gear = paper_gear()
+    parts = (fem.RootRelief(-8 * um, 0.1 * mm, 2.9), fem.TipRelief(5 * um, 0.2 * mm, 2.0))
+    ends = np.array([gear.roll_form, gear.roll_tip])
+    beyond = removed(parts, gear.face, ends + np.array([-3, 3]) * mm, 0.0)
+    assert beyond == pytest.approx(removed(parts, gear.face, ends, 0.0))
+    assert np.abs(beyond).max() < 10 * um

@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from involutes import involute
 from paper_gears import paper_gear
 from strategies import pairs, without_backlash
 
 import fem
 from fem import Density, pair_of, ste_map
-from fem.gear.involute import involute
 from fem.pair.interference import root_clearance
-from fem.ste.ste_map import pair_attributes
 from fem.units import deg, mm, um
 
 
@@ -132,7 +131,7 @@ def test_a_helical_pair_without_a_path_of_contact_is_refused():
 def test_attributes_hold_all_inputs(paper_pair):
     data = fem.ste_map(paper_pair, [0, 1], [0, 0.5], np.zeros((2, 2)))
     assert fem.pair_of(data) == paper_pair
-    assert pair_attributes(paper_pair)["wheel_s_n"] == 3.78 * mm
+    assert data.attrs["wheel_s_n"] == 3.78 * mm
 
 
 @pytest.mark.parametrize(

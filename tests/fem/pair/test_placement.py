@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from contacts import position_of
 from helical_gears import helical
+from involutes import involute_flank
 from paper_gears import few_teeth, paper_gear
 
 import fem
-from fem.gear import tooth_profile
-from fem.pair.mesh_position import MeshPosition
 from fem.pair.placement import Placement, meshing_angles, placements
 from fem.units import deg, mm, um
 
@@ -20,7 +20,7 @@ PAIRS = [
 
 def flank_point(placement: Placement, roll: float, axial: float) -> complex:
     """Point x + iy of the driving flank of tooth 0 at a roll length, in the transverse plane at axial."""
-    r, psi = tooth_profile.flank(placement.gear, roll)
+    r, psi = involute_flank(placement.gear, roll)
     x, y, mid_plane = placement.centre
     return x + 1j * y + r * np.exp(1j * (placement.angle + placement.gear.twist * (axial - mid_plane) + psi))
 
@@ -28,7 +28,7 @@ def flank_point(placement: Placement, roll: float, axial: float) -> complex:
 @pytest.mark.parametrize("pair", PAIRS)
 @pytest.mark.parametrize("lag", [0.0, 0.5, 1.0])
 def test_flanks_overlap_along_the_line_of_action_by_the_transmission_error(pair, lag):
-    position, te = MeshPosition(pair, pair.a + 0.2 * mm, 3 * mm, 0.3), 20 * um
+    position, te = position_of(pair, 0.3, 3 * mm, a=pair.a + 0.2 * mm), 20 * um
     alpha = position.alpha
     towards_wheel = np.sin(alpha) + 1j * np.cos(alpha)
     pinion, wheel = placements(position, te, lag=lag)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mating_gears import graded_twin, mating
 from measured_rows import deviation
 from paper_gears import paper_gear
 from raw_twin import COARSE, RawTwin, mean_and_peak_to_peak
@@ -12,8 +13,6 @@ from twins import plane_twin, twin_te
 
 import fem
 from fem import Density
-from fem.reference.deformable_gear import with_edges
-from fem.reference.mortar import MatingGears
 from fem.reference.nonlinear import equilibrium, static_problem, static_transmission_error
 from fem.units import mm, um
 
@@ -49,8 +48,7 @@ def test_reference_of_independent_finite_elements(paper_pair):
     half = static_transmission_error(
         paper_pair, [150, 350], np.arange(16) / 30, density=density.refined(2), progress=False
     )
-    densities = (with_edges(paper_pair, density)[0], 2), (Density(flank=44), 4)
-    twins = [plane_twin(paper_pair.pinion, of_twin, refine) for of_twin, refine in densities]
+    twins = graded_twin(paper_pair, density, 2), plane_twin(paper_pair.pinion, Density(flank=44), 4)
     for torque, mean, peak_to_peak in ((150, 7.369, 2.653), (350, 16.42, 5.848)):
         te = whole_cycle(half["te"].sel(torque=torque).values / um)
         assert mean_and_peak_to_peak(te) == pytest.approx([mean, peak_to_peak], rel=1e-3)
@@ -68,7 +66,7 @@ def test_compliance_and_contact_are_the_nonlinear_method_with_relief(measured):
     options = {"density": density.refined(2), "progress": False}
     te, twin = (
         static_transmission_error(pair, torque, np.arange(16) / 30, **options)["te"],
-        plane_twin(gear, with_edges(pair, density)[0], 2),
+        graded_twin(pair, density, 2),
     )
     for load, half in zip(torque, te.values, strict=True):
         expected = [twin_te(pair, twin, i / 30, load / gear.r_b) for i in range(16)]
@@ -90,7 +88,7 @@ def test_plane_strain_is_its_linear_twin(problem, flank, peak_to_peak, measured)
     """30 phases by symmetry. Large displacements cause the difference of at most 0.1 % of te."""
     gear = paper_gear(flank=flank)
     pinion, wheel = (deformable.with_flanks_of(gear) for deformable in problem.gears)
-    problem = replace(problem, mating=MatingGears(fem.GearPair(gear, gear, a=150 * mm), (pinion, wheel)))
+    problem = replace(problem, mating=mating(fem.GearPair(gear, gear, a=150 * mm), pinion, wheel))
     twin = RawTwin(problem, COARSE)
     for torque in (150, 350):
         force = torque / gear.r_b
@@ -152,7 +150,7 @@ def test_quadratic_hexahedra_confirm_crowning(paper_pair, hexahedra, measured):
         deformable.with_flanks_of(gear)
         for deformable, gear in zip(hexahedra.gears, (crowned.pinion, crowned.wheel), strict=True)
     )
-    space = replace(hexahedra, mating=MatingGears(crowned, tuple(gears)))
+    space = replace(hexahedra, mating=mating(crowned, *gears))
     te = missed_by_section(paper_pair, HEXAHEDRA, phases, force)
     te += [equilibrium(space, phase, force).te for phase in phases]
     ste = fem.static_transmission_error(crowned, 350, phases, progress=False)["te"].values[0]

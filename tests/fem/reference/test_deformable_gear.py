@@ -1,16 +1,17 @@
-"""Mass of gears whose mesh leaves teeth out: that of the whole gear."""
+"""Mass of gears whose mesh leaves teeth out: that of the whole gear; smaller elements where reliefs begin."""
 
 import numpy as np
 import pytest
+from paper_gears import paper_gear
 from skfem import ElementQuad1
 
 import fem
 from fem import Density
-from fem.reference.deformable_gear import DeformableGear, clamped_pair
-from fem.reference.dynamic import Motion, equations_of_motion
+from fem.reference.deformable_gear import DeformableGear, clamped_pair, with_edges
+from fem.reference.dynamic import Motion, RunUp, equations_of_motion
 from fem.reference.st_venant_kirchhoff import lumped_mass
-from fem.reference.time_integration import LoadedRun, RunUp
-from fem.units import mm
+from fem.reference.time_integration import LoadedRun
+from fem.units import mm, um
 
 SMALL = fem.Gear(z=20, x=0.3, m_n=2 * mm, b=20 * mm, d_bore=18 * mm)
 LARGE = fem.Gear(z=47, x=-0.1, m_n=2 * mm, b=20 * mm, d_bore=40 * mm)
@@ -45,3 +46,44 @@ def test_wheel_accelerates_by_the_inertia_of_all_its_teeth():
     force = equations.inertia_forces((rest, rest, Motion(rest.u, 1.0)), 0.0, 0.0)
     whole = wheel(ALL)
     assert force.te * SMALL.r_b**2 == pytest.approx(inertia(whole, whole.masses), rel=0.006)
+
+
+def test_edges_are_where_reliefs_begin_on_either_gear():
+    relieved = paper_gear(flank=(fem.TipRelief(15 * um, 2.5 * mm), fem.RootRelief(5 * um, 6 * mm)))
+    pair = fem.GearPair(relieved, paper_gear(), a=150 * mm)
+    tip, root = relieved.roll_tip - 2.5 * mm, relieved.roll_form + 6 * mm
+    across = pair.a * np.sin(pair.alpha_wt)
+    pinion, wheel = with_edges(pair, Density())
+    assert pinion.edges == pytest.approx((root, tip))
+    assert wheel.edges == pytest.approx((across - tip, across - root))
+    turned = with_edges(fem.GearPair(paper_gear(), relieved, a=150 * mm), Density())
+    assert turned == (wheel, pinion)
+
+
+@pytest.mark.parametrize(
+    ("flank", "edges"),
+    [
+        ((), None),
+        ((fem.ProfileCrowning(5 * um), fem.LeadCrowning(5 * um)), None),
+        ((fem.TipRelief(15 * um, 2.5 * mm, power=2),), None),
+        ((fem.TipRelief(15 * um, 2.5 * mm),), ()),
+    ],
+)
+def test_no_edges_without_reliefs_or_where_none_are_requested(flank, edges):
+    gear = paper_gear(flank=flank)
+    assert [graded.edges for graded in with_edges(fem.GearPair(gear, gear, a=150 * mm), Density(edges=edges))] == [
+        (),
+        (),
+    ]
+
+
+def test_edges_closer_than_an_element_are_merged():
+    """Reliefs of both gears that begin 1 nm apart on the path of contact, and a relief from root to tip."""
+    gear = paper_gear()
+    pair = fem.GearPair(gear, gear, a=150 * mm)
+    length = gear.roll_tip - pair.a * np.sin(pair.alpha_wt) / 2
+    whole = fem.RootRelief(1 * um, gear.roll_tip - gear.roll_form)
+    flanks = [(fem.TipRelief(15 * um, length + off), whole) for off in (0.0, 1e-9)]
+    pinion, wheel = (paper_gear(flank=flank) for flank in flanks)
+    for density in with_edges(fem.GearPair(pinion, wheel, a=150 * mm), Density()):
+        assert density.edges == pytest.approx((gear.roll_tip - length,), abs=1e-8)

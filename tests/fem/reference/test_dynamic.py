@@ -7,10 +7,9 @@ from skfem import ElementQuad1
 
 import fem
 from fem import Density, explicit
-from fem.reference.dynamic import Motion, Newmark, transmission_error
+from fem.reference.dynamic import Motion, Newmark, RunUp, transmission_error
 from fem.reference.explicit import CentralDifferences
 from fem.reference.nonlinear import equilibrium, static_problem
-from fem.reference.time_integration import RunUp
 from fem.units import rpm
 
 COARSE = Density(flank=30)

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contacts import position_of
+from contacts import unloaded_te
+from mating_gears import deformable_gear, gaps_of, mating, unbalanced_force
 from paper_gears import few_teeth, paper_gear
 from raw_twin import COARSE, gap_change
 from skfem import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2, ElementTriP2
@@ -12,13 +13,7 @@ from twins import plane_twin, twin_te
 
 import fem
 from fem import Density
-from fem.contact.contact_slices import ContactSlices
-from fem.elasticity.face_symmetry import HalfFace
-from fem.reference import mortar
-from fem.reference.deformable_gear import discretized
-from fem.reference.mortar import MatingGears, pair_gaps
 from fem.reference.nonlinear import complementarity, equilibrium, static_problem, static_transmission_error
-from fem.reference.st_venant_kirchhoff import internal_force
 from fem.units import mm, um
 
 RELIEF = fem.TipRelief(15 * um, 2.5 * mm)
@@ -34,15 +29,10 @@ def test_gap_at_rest_is_that_of_exact_flanks(flank):
     """Smallest gap over closing against `flank_gap`; the mean under a hat rounds the beginning of the relief."""
     gear = paper_gear(flank=flank)
     pair = fem.GearPair(gear, gear, a=150 * mm)
-    deformable = discretized(gear, Density(flank=152, tooth=1, rim=1, body=1), ElementQuad2())
-    mating, rest = MatingGears(pair, (deformable, deformable)), deformable.undeformed()
+    gears = mating(pair, deformable_gear(gear, Density(flank=152, tooth=1, rim=1, body=1), ElementQuad2()))
     for phase in (0.0, 0.3, 0.45):
-        gaps = pair_gaps(mating, mating.candidates(phase), phase, 0.0, (rest, rest))
-        position = position_of(pair, phase)
-        numbers = np.array(position.numbers())
-        slices = ContactSlices(position, numbers, 0.0 * numbers, 0.0 * numbers + gear.b / 2)
-        exact = slices.first_touch(0.0).min()
-        assert (gaps.gap / gaps.closing).min() == pytest.approx(exact, abs=0.05 * um)
+        gaps = gaps_of(gears, phase, 0.0)
+        assert (gaps.gap / gaps.closing).min() == pytest.approx(unloaded_te(pair, phase), abs=0.05 * um)
 
 
 @pytest.mark.parametrize("density", [Density(flank=6), Density(flank=16), Density(flank=12, tooth=20)])
@@ -50,7 +40,7 @@ def test_gap_at_rest_is_that_of_exact_flanks(flank):
 def test_flanks_have_the_nodes_of_their_elements_and_no_others(density, element):
     """Also where straight edges lie far inside the involute, and where the first layer below the flank is thin."""
     gear = fem.Gear(z=17, x=0.2, m_n=2 * mm, b=10 * mm, d_bore=20 * mm)
-    deformable = discretized(gear, replace(density, width=1, teeth=1, behind=1), element, face=HalfFace())
+    deformable = deformable_gear(gear, replace(density, width=1, teeth=1, behind=1), element, half=True)
     for tooth, flank in deformable.flanks.items():
         across = flank.degree + 1 if element.dim == 3 else 1
         assert flank.nodes.shape == (flank.degree * density.flank + 1, across)
@@ -62,32 +52,31 @@ def test_flanks_have_the_nodes_of_their_elements_and_no_others(density, element)
 
 
 def test_derivatives_of_the_gaps(problem):
-    mating, phase, step, te = problem.mating, 0.3, 1e-3, 5 * um
-    candidates, gears = mating.candidates(phase), mating.gears
+    phase, step, te, gears = 0.3, 1e-3, 5 * um, problem.gears
     u, du = ([1e-6 * np.sin(700 * k * gear.solid.positions + k) for k, gear in enumerate(gears, n)] for n in (1, 3))
 
     def gaps(error=te, factor=0.0):
-        return pair_gaps(mating, candidates, phase, error, [v + factor * dv for v, dv in zip(u, du, strict=True)])
+        return gaps_of(problem.mating, phase, error, [v + factor * dv for v, dv in zip(u, du, strict=True)])
 
     change = gap_change(gears, gaps().gradients, du)
     quotient = (gaps(factor=step).gap - gaps(factor=-step).gap) / (2 * step)
     assert quotient == pytest.approx(change, abs=1e-4 * np.abs(change).max())
-    rest = [gear.undeformed() for gear in gears]
-    ahead, behind = (pair_gaps(mating, candidates, phase, te + dte, rest) for dte in (1e-9, -1e-9))
+    ahead, behind = (gaps_of(problem.mating, phase, te + dte) for dte in (1e-9, -1e-9))
     assert (behind.gap - ahead.gap) / 2e-9 == pytest.approx(ahead.closing, rel=1e-5)
 
 
 def test_gears_in_contact_are_in_balance(problem):
     force, phase = 2000.0, 0.35
     state = equilibrium(problem, phase, force)
-    gaps, contact_forces = pair_gaps(problem.mating, state.candidates, phase, state.te, state.u), state.contact_forces
+    gaps = gaps_of(problem.mating, phase, state.te, state.u, candidates=state.candidates)
+    contact_forces = state.contact_forces
     assert gaps.closing @ contact_forces == pytest.approx(force, rel=1e-6)
     assert contact_forces.min() >= 0
     assert gaps.gap.min() > -1e-5 * um
     assert np.abs(contact_forces * gaps.gap).max() < 1e-8 * um * force
     for gear, gradient, u in zip(problem.gears, gaps.gradients, state.u, strict=True):
         load = gear.flank_operator.T @ (contact_forces @ gradient)
-        unbalanced = internal_force(gear.solid, u).ravel() - load
+        unbalanced = unbalanced_force(gear, load, u).ravel()
         assert np.abs(unbalanced[gear.free]).max() < 1e-5 * np.abs(load).max()
 
 
@@ -126,10 +115,10 @@ def test_material_removed_everywhere_turns_the_gears():
 
 def test_all_nodes_that_touch_soft_gears_are_candidates(monkeypatch):
     soft, te = fem.GearPair(*uniform(0.0, material=fem.Material(E=1e9, nu=0.38))), []
-    for gap in (mortar.CANDIDATE_GAP, 1 / 4):
-        monkeypatch.setattr(mortar, "CANDIDATE_GAP", gap)
+    for _ in range(2):
         density = Density(flank=16)
         te.append(static_transmission_error(soft, 0.6, [0.0], density=density, progress=False)["te"].item())
+        monkeypatch.setattr("fem.reference.mortar.CANDIDATE_GAP", 1 / 4)
     assert te[0] == pytest.approx(te[1], rel=1e-9)
     assert te[0] > 0.12 * mm
 

@@ -5,14 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helical_gears import helical
+from mating_gears import deformable_gear, gaps_of, mating
 from paper_gears import paper_gear
 from raw_twin import RawTwin, gap_change
 from skfem import ElementHex1, ElementHex2
 
 import fem
 from fem import Density
-from fem.reference.deformable_gear import discretized
-from fem.reference.mortar import MatingGears, pair_gaps
 from fem.reference.nonlinear import (
     ContactProblem,
     complementarity,
@@ -39,7 +38,7 @@ def problem(pair):
 @pytest.mark.parametrize("element", [ElementHex1(), ElementHex2()])
 def test_flanks_follow_the_helix(element):
     gear = helical(-1)
-    deformable = discretized(gear, COARSE, element)
+    deformable = deformable_gear(gear, COARSE, element)
     for tooth, flank in deformable.flanks.items():
         assert flank.nodes.shape == (flank.degree * 10 + 1, flank.degree * 6 + 1)
         x, y, z = deformable.solid.positions[flank.nodes].transpose(2, 0, 1)
@@ -52,13 +51,12 @@ def test_flanks_follow_the_helix(element):
 
 
 def test_derivatives_of_the_gaps(problem):
-    mating, phase, step = problem.mating, 0.3, 1e-3
-    candidates, gears = mating.candidates(phase), mating.gears
-    assert {candidate.slave for candidate in candidates} == {0, 1}
+    phase, step, gears = 0.3, 1e-3, problem.gears
+    assert {candidate.slave for candidate in problem.mating.candidates(phase)} == {0, 1}
     u, du = ([1e-6 * np.sin(500 * k * gear.solid.positions + k) for k, gear in enumerate(gears, n)] for n in (1, 3))
 
     def gaps(factor=0.0):
-        return pair_gaps(mating, candidates, phase, 5 * um, [v + factor * dv for v, dv in zip(u, du, strict=True)])
+        return gaps_of(problem.mating, phase, 5 * um, [v + factor * dv for v, dv in zip(u, du, strict=True)])
 
     change = gap_change(gears, gaps().gradients, du)
     quotient = (gaps(step).gap - gaps(-step).gap) / (2 * step)
@@ -68,13 +66,11 @@ def test_derivatives_of_the_gaps(problem):
 def test_gear_that_moves_along_its_axis_turns_in_the_transverse_plane(pair, problem):
     """By tan(beta_b) on the line of action at every point; the wheel, of the other hand, turns the other way."""
     phase, axial = 0.2, 3 * um
-    candidates = problem.mating.candidates(phase)
     for side, sign in ((0, -1), (1, 1)):
-        mating = replace(problem.mating, wheel_share=side)
-        u, rest = ([gear.undeformed() for gear in mating.gears] for _ in range(2))
+        gears = replace(problem.mating, wheel_share=side)
+        u = [gear.undeformed() for gear in gears.gears]
         u[side][:, 2] = axial
-        along = pair_gaps(mating, candidates, phase, 0.0, u)
-        turned = pair_gaps(mating, candidates, phase, sign * axial * np.tan(pair.beta_b), rest)
+        along, turned = gaps_of(gears, phase, 0.0, u), gaps_of(gears, phase, sign * axial * np.tan(pair.beta_b))
         assert along.gap == pytest.approx(turned.gap, abs=1e-9)
 
 
@@ -82,7 +78,7 @@ def test_helical_gears_in_contact_are_in_balance(pair, problem):
     """Torques are those of the mesh force, thrusts are the mesh force times tan(beta_b)."""
     force, phase = 2000.0, 0.35
     state = equilibrium(problem, phase, force)
-    gaps = pair_gaps(problem.mating, state.candidates, phase, state.te, state.u)
+    gaps = gaps_of(problem.mating, phase, state.te, state.u, candidates=state.candidates)
     assert gaps.closing @ state.contact_forces == pytest.approx(force, rel=1e-6)
     assert state.contact_forces.min() >= 0
     assert gaps.gap.min() > -1e-5 * um
@@ -107,8 +103,8 @@ def test_exchanged_hands_give_the_same(pair, problem):
 
 def test_whole_width_of_a_spur_pair_is_twice_its_half(paper_pair):
     half = static_problem(paper_pair, COARSE, ElementHex1())
-    gear = discretized(paper_pair.pinion, COARSE, ElementHex1())
-    whole = contact_problem(MatingGears(paper_pair, (gear, gear)))
+    gear = deformable_gear(paper_pair.pinion, COARSE, ElementHex1())
+    whole = contact_problem(mating(paper_pair, gear))
     assert (half.gears[0].face.share, gear.face.share) == (0.5, 1.0)
     assert equilibrium(whole, 0.2, 2000.0).te == pytest.approx(equilibrium(half, 0.2, 2000.0).te, rel=1e-6)
 
@@ -149,10 +145,9 @@ def test_helical_hexahedra_are_their_linear_twin(pair):
 
 def linearized_te(problem: ContactProblem, phase: float, force: float) -> float:
     """Transmission error by the flexibility of the flanks, linearized about gears that are turned by it."""
-    mating, te = problem.mating, 0.0
-    rest = tuple(gear.undeformed() for gear in mating.gears)
+    te = 0.0
     for _ in range(2):
-        gaps = pair_gaps(mating, mating.candidates(phase), phase, te, rest)
+        gaps = gaps_of(problem.mating, phase, te)
         matrix = sum(gap_flexibility(*side) for side in zip(gaps.gradients, problem.flexibility, strict=True))
         te = complementarity(matrix, gaps.gap + gaps.closing * te, gaps.closing, force)[0]
     return te

@@ -8,7 +8,14 @@ from skfem.helpers import ddot, eye, grad, mul, trace, transpose
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 from fem import STEEL
-from fem.reference.st_venant_kirchhoff import Solid, internal_force, lumped_mass, solid_on_basis, stiffness
+from fem.reference.st_venant_kirchhoff import (
+    Solid,
+    internal_force,
+    lumped_mass,
+    solid_on_basis,
+    stiffness,
+    strain_energy,
+)
 
 LAME = lame_parameters(STEEL.E, STEEL.nu)
 MESHES = {2: (MeshQuad().refined(1), ElementQuad2()), 3: (MeshHex().refined(1), ElementHex1())}
@@ -93,3 +100,11 @@ def test_stiffness_is_the_weak_form_assembled_by_scikit_fem(dim):
 
 def test_lumped_mass_is_the_mass_of_the_block():
     assert lumped_mass(block(3)).sum() == pytest.approx(STEEL.density)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_strain_energy_is_the_work_of_the_internal_force(dim):
+    solid, (share, weight) = block(dim), np.polynomial.legendre.leggauss(3)
+    u = 0.02 * np.sin(3 * solid.positions + np.arange(dim))
+    along = [(internal_force(solid, (1 + s) / 2 * u) * u).sum() / 2 for s in share]
+    assert strain_energy(solid, u) == pytest.approx(weight @ along, rel=1e-9)

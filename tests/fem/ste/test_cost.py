@@ -4,7 +4,6 @@ import pytest
 from paper_gears import few_teeth, paper_pair
 
 import fem
-from fem.ste.ste_map import STATE_VARIABLES
 from fem.units import deg, mm
 
 QUICK = fem.Slices()
@@ -20,7 +19,7 @@ def test_states_are_those_of_the_map(paper_pair):
     cost = fem.map_cost(paper_pair, [0, 50, 150], 5, offsets=TILTED, resolution=QUICK)
     ste = fem.static_transmission_error(paper_pair, [0, 50, 150], 5, offsets=TILTED, resolution=QUICK, progress=False)
     assert cost.states == ste["te"].size == 90 and cost.checks == 0 and not cost.at_least
-    memory = sum(ste[name].nbytes for name in (*STATE_VARIABLES, "pairs_in_contact"))
+    memory = sum(values.nbytes for values in ste.values() if values.size >= ste["te"].size)
     assert cost.memory == pytest.approx(memory, rel=0.3)
 
 

@@ -2,17 +2,14 @@
 
 import numpy as np
 import pytest
-from coarse_maps import ROUGH, SLICES, STRIPS, map_of, model_of, te_of
-from modified_pairs import fzg_type_c, wide_helical
+from coarse_maps import SLICES, STRIPS, map_of
+from modified_pairs import fzg_type_c
 from paper_gears import paper_gear
 from scipy.interpolate import CubicHermiteSpline
 
 import fem
-from exugear.mesh_force.ste_interpolation import loaded_deflection
-from fem.ste.accuracy import allowed_error, chosen_torques
-from fem.ste.error_estimation import CHECKED_PHASES, LoadedCurves
+from exugear import MeshForce
 from fem.ste.load_interpolation import deflection_under, rational_cubic
-from fem.ste.te_measures import curve_peak_to_peak
 from fem.units import mm, um
 
 
@@ -57,20 +54,8 @@ def test_stiffness_of_a_map_is_the_slope_of_its_loads(mode, tolerance):
 def test_law_between_torques_keeps_the_peak_to_peak():
     """Torques four times apart; interpolation of the compliance alone misses up to 1.1 um of 10 um."""
     pair, between, phase, mode = fzg_type_c(40 * um), np.array([100, 150, 200]), np.arange(48) / 48, SLICES
-    ste = map_of(pair, [0, 18.9, 75.5, 302], 48, mode)
-    force, deflection = loaded_deflection(ste, pair.pinion.r_b, phase)
-    law = np.array([[np.interp(torque / pair.pinion.r_b, force, row) for row in deflection] for torque in between])
-    direct = curve_peak_to_peak(phase, te_of(pair, between, 48, mode))
-    assert curve_peak_to_peak(phase, law) == pytest.approx(direct, abs=0.15 * um)
-
-
-def test_requested_accuracy_holds_the_peak_to_peak_between_torques():
-    """Of a wide crowned helical pair with tip relief; torques that hold the mean only err by 20 %."""
-    pair, accuracy = wide_helical(), 0.05
-    loaded = LoadedCurves(model_of(pair, ROUGH))
-    torque = chosen_torques(loaded, 25465, accuracy)
-    between, r_b = np.sqrt(torque[1:-1] * torque[2:]), pair.pinion.r_b
-    (te, stiffness), (direct, _) = loaded.at(torque), loaded.at(between)
-    law = te[0] + deflection_under(torque[1:] / r_b, te[1:] - te[0], between / r_b, stiffness[1:])
-    error = np.abs(curve_peak_to_peak(CHECKED_PHASES, law) - curve_peak_to_peak(CHECKED_PHASES, direct))
-    assert (error < allowed_error(loaded, between, accuracy).peak_to_peak).all()
+    law = MeshForce.from_ste(map_of(pair, [0, 18.9, 75.5, 302], 48, mode))
+    te = [[law.deflection_at(at, torque / pair.pinion.r_b) for at in phase] for torque in between]
+    interpolated = fem.ste_map(pair, between, phase, np.array(te))
+    direct = fem.peak_to_peak(map_of(pair, between, 48, mode))["peak_to_peak"]
+    assert fem.peak_to_peak(interpolated)["peak_to_peak"].values == pytest.approx(direct.values, abs=0.15 * um)

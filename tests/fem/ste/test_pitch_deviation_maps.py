@@ -7,7 +7,7 @@ from paper_gears import paper_gear
 from scipy.optimize import brentq
 
 import fem
-from fem.ste.ste_map import over_torque_and_phase
+from exugear import plots
 from fem.units import mm, um
 
 
@@ -28,7 +28,7 @@ def test_a_tooth_set_back_carries_less_load_and_opens_a_gap_without_load():
     assert (set_back <= plain["load_share"].sel(torque=150, pair=0).values + 1e-9).all()
     assert te[1, -4:] == pytest.approx(plain["te"].values[0] / um, rel=1e-3)
     with pytest.raises(ValueError, match="differ from one another"):
-        over_torque_and_phase(ste)
+        plots.plot_stiffness(ste)
 
 
 def test_phases_may_end_on_a_whole_pitch():

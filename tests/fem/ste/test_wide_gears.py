@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from paper_gears import few_teeth
+from raw_twin import line_from_mid_plane
 
 import fem
 from fem import Density
-from fem.elasticity.extrusion import half_face
 from fem.units import deg, mm, um
 
 ROUGH = Density(flank=6, fillet=1, tooth=2, rim=1, body=1, width=1)
@@ -46,7 +46,7 @@ def test_a_rounded_helix_angle_of_one_gear_changes_nothing():
 
 def test_few_elements_are_added_where_a_wide_face_is_not_loaded():
     """Their number grows with the logarithm of the width; the loaded part is the same."""
-    narrow, wide, widest = (np.sort(half_face(b * mm, 5 * mm, 4).p[0]) for b in (5, 50, 500))
+    narrow, wide, widest = (np.sort(line_from_mid_plane(b * mm, 4, 5 * mm).p[0]) for b in (5, 50, 500))
     assert wide[:5] == pytest.approx(narrow) and wide[-1] == 25 * mm
     assert len(wide) - 5 <= 8 and len(widest) - len(wide) <= 6
     grown = np.diff(wide[4:])

@@ -7,13 +7,11 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-from loaded_gears import GEAR, ROUGH, helical_gear, hertz_load
+from loaded_gears import ROUGH, helical_gear, hertz_load, loaded_contacts
 from paper_gears import few_teeth, paper_pair
 
 import fem
-from fem import Density
-from fem.stress import fields as stress
-from fem.stress import flank_loads
+from fem import Density, stress
 from fem.units import MPa, mm, um
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "examples"))
@@ -31,9 +29,8 @@ def single_contact_fixture():
 
 
 def test_pressure_is_hertzian(single_contact):
-    (contact,), _ = flank_loads.tooth_contacts(paper_pair(), [0.0], None, ROUGH)
-    state = contact.state(150.0 / GEAR.r_b)
-    _, _, peak = hertz_load(state.quantities.line_load[0])
+    (loaded,) = loaded_contacts(paper_pair(), 150.0, [0.0], resolution=ROUGH)
+    _, _, peak = hertz_load(loaded.state.quantities.line_load[0])
     for field in single_contact:
         assert field.pressure.max() == pytest.approx(peak, rel=0.01)
 

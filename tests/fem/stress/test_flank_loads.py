@@ -6,18 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from loaded_gears import GEAR, ROUGH, helical_gear
+from involutes import arc_length, flank_points, turned
+from loaded_gears import GEAR, ROUGH, helical_gear, loaded_contacts
 from measured_rows import deviation
 from paper_gears import paper_pair
 
 import fem
-from fem import Density
-from fem.elasticity import section_mesh
-from fem.gear.tooth_profile import flank_points
-from fem.pair.placement import Placement, placements
-from fem.stress import fields as stress
-from fem.stress import flank_loads, tooth_boundary
-from fem.stress.flank_loads import FlankLoad
+from fem import Density, stress
+from fem.pair.placement import placements
 from fem.units import MPa, mm, um
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "examples"))
@@ -32,8 +28,7 @@ def test_loads_of_a_contact_balance_the_torque(hand, offsets):
     """Torque over r_b is the transverse force; its centroid on the common face is the same for both gears."""
     pair = paper_pair() if hand == 0 else fem.GearPair(helical_gear(), helical_gear(-1), a=149.5 * mm)
     offsets = replace(offsets, a=None) if hand else offsets
-    (contact,), misalignment = flank_loads.tooth_contacts(pair, [0.3], offsets, ROUGH)
-    on_gears = flank_loads.flank_loads(contact, contact.state(150 / pair.pinion.r_b, misalignment))
+    ((contact, _, on_gears),) = loaded_contacts(pair, 150, [0.3], offsets, ROUGH)
     centroids = []
     for on_teeth, shift in zip(on_gears, (0.0, contact.position.axial), strict=True):
         force = np.concatenate([load.force.sum(axis=1) for load in on_teeth])
@@ -49,11 +44,10 @@ def test_force_on_a_tips_corner_is_on_the_flank(phase):
     """Several strips of the mating flank lie at its tip, where only the corner touches."""
     gear = fem.Gear(z=30, m_n=2 * mm, x=0.5, b=10 * mm, d_bore=30 * mm)
     pair = fem.GearPair(gear, gear)
-    (contact,), _ = flank_loads.tooth_contacts(pair, [phase], None, None)
-    state = contact.state(150 / gear.r_b)
-    tip, pressed = tooth_boundary.flank_ends(gear)[1], state.strip_force > 0
+    ((_, state, on_gears),) = loaded_contacts(pair, 150, [phase])
+    tip, pressed = arc_length(gear, gear.roll_tip), state.strip_force > 0
     assert ((state.strips.arcs >= tip * (1 - 1e-9)) & pressed).sum(axis=(1, 2)).max() > 1
-    pinion, wheel = (sum(load.force.sum() for load in side) for side in flank_loads.flank_loads(contact, state))
+    pinion, wheel = (sum(load.force.sum() for load in side) for side in on_gears)
     assert pinion == pytest.approx(wheel, rel=1e-12)
     assert pinion == pytest.approx(150 / gear.r_b, rel=5e-3)
 
@@ -70,13 +64,13 @@ def test_pressure_of_a_corner_is_equal_on_both_gears(phase, measured):
     assert peak > 2500 * MPa
 
 
-def strip_middles(placement: Placement, on_teeth: list[FlankLoad]) -> np.ndarray:
+def strip_middles(placement, on_teeth) -> np.ndarray:
     """(3, n) middles of all strips that carry load, in the position of the gear; in order of z and y."""
     points = []
     for load in on_teeth:
         axial = np.broadcast_to((load.low + load.high)[:, None] / 2, load.force.shape)
         gear, turn = placement.gear, placement.rotation + placement.gear.twist * axial
-        x, y = section_mesh.rotated(flank_points(gear, load.middle, load.tooth), turn)
+        x, y = turned(flank_points(gear, load.middle, load.tooth), turn)
         points.append(np.stack([x, y, axial])[:, load.force > 0] + placement.centre[:, None])
     x, y, z = np.hstack(points)
     return np.stack([x, y, z])[:, np.lexsort((y, np.round(z / um)))]
@@ -87,17 +81,15 @@ def test_strips_of_both_gears_meet_where_the_gears_stand(hand):
     """They overlap by the transmission error, which the deflection compensates; with half a strip by 1.07 of it."""
     pair = paper_pair() if hand == 0 else fem.GearPair(helical_gear(hand), helical_gear(-hand))
     offsets = fem.Offsets(a=pair.a + 0.1 * mm, axial=2 * mm)
-    (contact,), _ = flank_loads.tooth_contacts(pair, [0.3], offsets, ROUGH)
-    state = contact.state(150 / pair.pinion.r_b)
-    placed, on_gears = placements(contact.position, state.te), flank_loads.flank_loads(contact, state)
+    ((contact, state, on_gears),) = loaded_contacts(pair, 150, [0.3], offsets, ROUGH)
+    placed = placements(contact.position, state.te)
     pinion, wheel = (strip_middles(*gear) for gear in zip(placed, on_gears, strict=True))
     overlap = np.linalg.norm(pinion - wheel, axis=0)
     assert 0.8 * state.te < overlap.min() and overlap.max() < 1.15 * state.te
 
 
 def test_symmetric_halves_are_equally_loaded():
-    (contact,), _ = flank_loads.tooth_contacts(paper_pair(), [0.0], None, ROUGH)
-    (load,), _ = flank_loads.flank_loads(contact, contact.state(150 / GEAR.r_b))
+    ((_, _, ((load,), _)),) = loaded_contacts(paper_pair(), 150, [0.0], resolution=ROUGH)
     assert load.force.sum() == pytest.approx(150 / GEAR.r_b, rel=1e-3)
     assert load.low == pytest.approx(-load.high[::-1]) and load.low[0] == pytest.approx(-GEAR.b / 2)
     assert (load.force == load.force[::-1]).all() and load.low[1:] == pytest.approx(load.high[:-1])

@@ -225,3 +225,8 @@ def test_numba_without_compilation_is_named():
     for script in ("import fem; fem.static_transmission_error", "import exugear"):
         process = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True)
         assert "RuntimeError: NUMBA_DISABLE_JIT is set, but exugear runs compiled code only; unset it" in process.stderr
+
+
+def test_kernels_compile_where_they_cannot_be_cached():
+    """Kernels of functions that are in no file."""
+    assert fem.support.numba_cache.kept(eval("lambda x: 2.0 * x"))(3.0) == 6.0
