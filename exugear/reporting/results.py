@@ -151,10 +151,10 @@ def harmonics_as_text(data: xr.Dataset, number: int) -> Table:
         if bool(cut.notnull().any()):
             peak = cut.isel(time=cut.argmax(...)["time"])
             frequency = abs(float(peak["speed"])) * float(dte["mesh_order"]) / (2 * pi)
-            places = f"{float(peak['speed']) / rpm:.0f}", f"{frequency:.1f}"
+            speed_and_frequency = f"{float(peak['speed']) / rpm:.0f}", f"{frequency:.1f}"
             share = float(cut.notnull().mean())
             known = "" if share == 1 else f" (can be told in {share:.0%} of the points)"
-            rows.append((str(harmonic), _digits(float(peak) / um) + known, *places))
+            rows.append((str(harmonic), _digits(float(peak) / um) + known, *speed_and_frequency))
         else:
             rows.append((str(harmonic), UNTOLD, "", ""))
     columns = ("mesh harmonic", "largest amplitude [µm]", "driving shaft [rpm]", "mesh frequency [Hz]")
@@ -172,8 +172,8 @@ def factor_table(data: xr.Dataset) -> Table:
         known = factor["K_v"].notnull()
         if known.any():
             peak = factor.isel(speed=factor["K_v"].argmax(...)["speed"])
-            places = f"{float(peak['speed']) / rpm:.0f}", f"{float(peak['mesh_frequency']):.0f}"
-            rows.append((str(stage), f"{float(peak['K_v']):.3f}", *places, rounded(peak["static_force"])))
+            speed_and_frequency = f"{float(peak['speed']) / rpm:.0f}", f"{float(peak['mesh_frequency']):.0f}"
+            rows.append((str(stage), f"{float(peak['K_v']):.3f}", *speed_and_frequency, rounded(peak["static_force"])))
         if not known.all():
             rows.append(
                 (str(stage), f"cannot be told in {float((~known).mean()):.0%} of the run: {MISSING}", "", "", "")
@@ -279,8 +279,8 @@ def _crossings(diagram: xr.Dataset) -> Table:
         order, mode = str(crossing["crossing_order"].item()), str(crossing["crossing_mode"].item())
         share = f"{float(crossing['crossing_energy_share']):.0%}"
         rows.append((*numbers, order, mode, share, f"{gain[number]:.2f}" if np.isfinite(gain[number]) else "undamped"))
-    places = "driving shaft [rpm]", "frequency [Hz]", "order", "mode"
-    columns = (*places, "strain energy in the mesh", "amplification")
+    crossing = "driving shaft [rpm]", "frequency [Hz]", "order", "mode"
+    columns = (*crossing, "strain energy in the mesh", "amplification")
     return Table("Crossings of mesh orders and modes", columns, tuple(rows))
 
 
