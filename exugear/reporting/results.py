@@ -279,8 +279,8 @@ def _crossings(diagram: xr.Dataset) -> Table:
         order, mode = str(crossing["crossing_order"].item()), str(crossing["crossing_mode"].item())
         share = f"{float(crossing['crossing_energy_share']):.0%}"
         rows.append((*numbers, order, mode, share, f"{gain[number]:.2f}" if np.isfinite(gain[number]) else "undamped"))
-    crossing = "driving shaft [rpm]", "frequency [Hz]", "order", "mode"
-    columns = (*crossing, "strain energy in the mesh", "amplification")
+    of_crossing = "driving shaft [rpm]", "frequency [Hz]", "order", "mode"
+    columns = (*of_crossing, "strain energy in the mesh", "amplification")
     return Table("Crossings of mesh orders and modes", columns, tuple(rows))
 
 
