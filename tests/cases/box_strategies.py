@@ -133,8 +133,9 @@ def placements(draw, gears: dict[float, fem.Gear]) -> exugear.Placement:
         return exugear.Placement()
     shift, tilt = 5e-3 * min(gear.m_n for gear in gears.values()), floats(-3e-4, 3e-4)
     x, y = draw(floats(-1, 1)) * shift, draw(floats(-1, 1)) * shift
-    z = draw(floats(-0.02, 0.02)) * min(gear.b for gear in gears.values())
-    return exugear.Placement(x, y, draw(tilt), draw(tilt), min(z, 9e-3), pivot=draw(st.sampled_from(list(gears))))
+    face = min(0.4, min(gear.b for gear in gears.values()))  # so that z stays within a placement's 10 mm
+    z = draw(floats(-0.02, 0.02)) * face
+    return exugear.Placement(x, y, draw(tilt), draw(tilt), z, pivot=draw(st.sampled_from(list(gears))))
 
 
 @dataclass(frozen=True)
